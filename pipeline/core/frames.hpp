@@ -1,0 +1,65 @@
+/// The frames of DESIGN.md 3 and the maps between them.
+///
+/// Canonical C: X anterior, Y proximal, Z the subject's right; the meshes' own origin.
+/// World W: axes of C, origin at the rotation centre, at zero attitude.
+/// Solver S: W seen by the solver: reflected in Z for a left joint, then turned by R_solver_delta so
+/// that Delta is +Y. In S an attitude turns the reference by Rx(-varus) Rz(flexion), the moving object
+/// turns by theta about +Y and translates.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "core/body.hpp"
+
+namespace vrda {
+
+enum class Side { right, left };
+
+struct Attitude {
+  double flexion_rad = 0.0;
+  double varus_rad = 0.0;
+};
+
+/// Where the moving object stands in S: p_S = translation + Ry(theta) p_moving.
+struct MovingPose {
+  Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
+  double theta_rad = 0.0;
+};
+
+/// What ties S to C. `rotation_centre_mm` and `delta` are in C, of the joint's own side.
+struct SolverFrame {
+  Side side = Side::right;
+  Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d delta = Eigen::Vector3d::UnitY();
+};
+
+Eigen::Matrix3d rotation_x(double angle_rad);
+Eigen::Matrix3d rotation_y(double angle_rad);
+Eigen::Matrix3d rotation_z(double angle_rad);
+
+/// Shortest rotation taking the unit vector `from` to `to`; about X (or Z) by pi when opposite.
+Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
+/// Rotation of the reference in S at an attitude: Rx(-varus) Rz(flexion).
+Eigen::Matrix3d reference_rotation(const Attitude& attitude);
+
+/// X_S_moving of a pose.
+Pose pose_of(const MovingPose& pose);
+
+/// Canonical mesh into S at zero attitude: mirrored if left, recentred, turned so that Delta is +Y.
+Mesh solver_mesh(const Mesh& canonical, const SolverFrame& frame);
+
+/// The pose, in C of the joint's own side, that takes stored moving vertices to stored reference
+/// vertices (neither recentred).
+Pose X_reference_moving(const SolverFrame& frame, const Attitude& attitude, const MovingPose& pose);
+
+/// Translation of `pose` expressed in W of the joint's own side (theta keeps the right-knee sign).
+Eigen::Vector3d world_translation_mm(const SolverFrame& frame, const MovingPose& pose);
+/// Inverse of world_translation_mm.
+Eigen::Vector3d solver_translation_mm(const SolverFrame& frame, const Eigen::Vector3d& p_world_mm);
+
+/// A point or direction of S, in W of the joint's own side. For directions and points alike, since
+/// both frames share their origin.
+Eigen::Vector3d world_from_solver(const SolverFrame& frame, const Eigen::Vector3d& v_solver);
+
+}  // namespace vrda

@@ -1,0 +1,69 @@
+/// Triangle meshes and what can be said of one without another.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace vrda {
+
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using Triangles = Eigen::Matrix<std::int32_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using Pose = Eigen::Isometry3d;
+
+/// An indexed triangle mesh. Counter-clockwise seen from outside.
+struct Mesh {
+  Points vertices_mm;   ///< [n_vertices, 3]
+  Triangles triangles;  ///< [n_triangles, 3] row indices of vertices_mm
+  Points normals;       ///< [n_vertices, 3] unit, outward; empty when not wanted
+};
+
+struct Box {
+  Eigen::Vector3d min_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d max_mm = Eigen::Vector3d::Zero();
+};
+
+/// The corners of triangle `t`, in order.
+std::array<Eigen::Vector3d, 3> corners(const Mesh& mesh, Eigen::Index t);
+
+/// Unit outward normal of triangle `t`; zero for a degenerate one.
+Eigen::Vector3d face_normal(const Mesh& mesh, Eigen::Index t);
+
+/// Vertex normals: mean of the incident face normals weighted by face area, unit length
+/// (zero where the faces cancel out).
+Points vertex_normals(const Mesh& mesh);
+
+/// Volume enclosed, by the divergence theorem; positive when normals point outward.
+/// Means nothing for an open mesh.
+double signed_volume_mm3(const Mesh& mesh);
+
+double area_mm2(const Mesh& mesh);
+double mean_edge_length_mm(const Mesh& mesh);
+
+/// Number of edges with one face (boundary) and with more than two or inconsistently wound
+/// faces (non-manifold).
+struct EdgeCounts {
+  Eigen::Index boundary = 0;
+  Eigen::Index non_manifold = 0;
+};
+EdgeCounts edge_counts(const Mesh& mesh);
+
+/// Bounding box; zero for an empty mesh.
+Box bounding_box(const Mesh& mesh);
+
+/// Every vertex and normal through `X_to_from`.
+Mesh transformed(const Mesh& mesh, const Pose& X_to_from);
+
+/// Reflected in the plane Z = 0, winding reversed so that normals stay outward. An involution to the
+/// last bit.
+Mesh mirrored_z(const Mesh& mesh);
+
+/// Appends `extra` to `mesh`.
+void append(Mesh& mesh, const Mesh& extra);
+
+/// The triangles listed, with all vertices kept.
+Mesh with_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept);
+
+}  // namespace vrda

@@ -1,0 +1,21 @@
+/// How a motion step ended. The values are those of the motion model's `status`.
+#pragma once
+
+#include <cstdint>
+
+namespace vrda {
+
+enum class StepStatus : std::int8_t {
+  pending = -1,         ///< not solved yet
+  stable = 0,           ///< a stable pose
+  no_contact = 1,       ///< left the reference behind
+  no_clearance = 2,     ///< no free pose along -Delta
+  iteration_limit = 3,  ///< max_steps reached
+};
+
+inline constexpr StepStatus all_step_statuses[] = {StepStatus::pending, StepStatus::stable, StepStatus::no_contact,
+                                                   StepStatus::no_clearance, StepStatus::iteration_limit};
+
+const char* name_of(StepStatus status);
+
+}  // namespace vrda

@@ -1,0 +1,42 @@
+# One static library a room: USES links publicly (rooms), HIDES privately (third-party libraries).
+
+add_library(vrda_flags INTERFACE)
+target_compile_features(vrda_flags INTERFACE cxx_std_20)
+# No contraction into fused multiply-adds: the same bytes on every x86-64 processor.
+target_compile_options(vrda_flags INTERFACE
+  -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off)
+
+# The root of a room's includes: "core/mesh.hpp" for pipeline/core/mesh.hpp.
+function(vrda_room_root out)
+  file(RELATIVE_PATH relative ${CMAKE_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  string(REGEX MATCH "^[^/]+" program ${relative})
+  set(${out} ${program} PARENT_SCOPE)
+endfunction()
+
+# add_room(contact SOURCES a.cpp USES core HIDES PkgConfig::bullet)
+function(add_room name)
+  cmake_parse_arguments(ROOM "" "" "SOURCES;USES;HIDES" ${ARGN})
+  vrda_room_root(program)
+  set(target ${program}_${name})
+  add_library(${target} STATIC ${ROOM_SOURCES})
+  add_library(${program}::${name} ALIAS ${target})
+  target_include_directories(${target} PUBLIC ${CMAKE_SOURCE_DIR}/${program})
+  foreach(used ${ROOM_USES})
+    if(used MATCHES "::")
+      target_link_libraries(${target} PUBLIC ${used})
+    else()
+      target_link_libraries(${target} PUBLIC ${program}_${used})
+    endif()
+  endforeach()
+  target_link_libraries(${target} PRIVATE ${ROOM_HIDES})
+  target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:vrda_flags>)
+endfunction()
+
+# add_room_test(contact SOURCES a_test.cpp USES pipeline::contact): one test program a room.
+function(add_room_test name)
+  cmake_parse_arguments(TEST "" "" "SOURCES;USES" ${ARGN})
+  set(target test_${name})
+  add_executable(${target} ${TEST_SOURCES})
+  target_link_libraries(${target} PRIVATE ${TEST_USES} test_support GTest::gmock GTest::gtest_main vrda_flags)
+  gtest_discover_tests(${target} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 600)
+endfunction()
