@@ -1,0 +1,88 @@
+/// What a job means once read: two bodies in canonical axes and every setting in internal units.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/body.hpp"
+#include "core/frames.hpp"
+#include "core/search_options.hpp"
+
+namespace vrda {
+
+/// The moving object before the first step: shift from where the meshes put it (canonical axes, own
+/// side; DESIGN.md 5.6 `initial`) and turn about Delta (right-knee sign).
+struct InitialPose {
+  Eigen::Vector3d translation_mm{0.0, -20.0, 0.0};
+  double theta_rad = 0.0;
+};
+
+/// One axis of the grid, as the job writes it: degrees, in order.
+struct GridAxes {
+  std::vector<double> flexion_deg;  ///< [n_flexion], at least one
+  std::vector<double> varus_deg;    ///< [n_varus], at least one
+};
+
+enum class Compartment : std::int8_t { none = 0, medial = 1, lateral = 2 };
+
+struct LoadedInput {
+  std::string name;    ///< path as the job writes it, or the generator's name and parameters
+  std::string sha256;  ///< of the file's bytes, or of the generated mesh
+};
+
+/// What happened to one component on its way in; `vrda check` prints it.
+struct ComponentSurvey {
+  std::string body;
+  std::string name;
+  std::string source;
+  bool has_contact = true;
+  Eigen::Index n_vertices = 0;
+  Eigen::Index n_triangles = 0;
+  Eigen::Index n_welded = 0;      ///< vertices merged
+  Eigen::Index n_degenerate = 0;  ///< faces dropped
+  Eigen::Index n_boundary_edges = 0;
+  Eigen::Index n_non_manifold_edges = 0;
+  bool was_flipped = false;  ///< winding reversed to point outward
+  Box box;                   ///< canonical
+  double mean_edge_mm = 0.0;
+  double area_mm2 = 0.0;
+  double volume_mm3 = 0.0;  ///< meaningful when closed
+};
+
+struct Case {
+  std::string title;
+  std::string joint = "knee";  ///< "knee" or "other"
+  SolverFrame frame;           ///< side, rotation centre (canonical), Delta
+  Body reference;              ///< canonical, own side
+  Body moving;
+  InitialPose initial;
+  GridAxes grid;
+  std::string method;  ///< "stability-search"
+  SearchOptions search;
+  /// [n_triangles of moving.contact] of which compartment each moving triangle is; empty when the
+  /// joint has no compartments.
+  std::vector<Compartment> compartment_of_triangle;
+  std::vector<std::int32_t> smooth_degrees;
+  bool smooth_recontact = true;
+  double unsolved_fraction = 0.0;
+
+  std::string job_text;      ///< the job file's bytes as given
+  std::string resolved_job;  ///< canonical TOML of every key with its value; equal jobs, equal text
+  std::vector<LoadedInput> inputs;
+  std::vector<ComponentSurvey> survey;
+  std::vector<std::string> warnings;  ///< what loading noticed; one sentence each
+};
+
+struct LoadOptions {
+  std::string data_directory;          ///< meshes are looked for here first when not empty
+  std::vector<std::string> overrides;  ///< "key.path=value" in TOML syntax (`--set`)
+};
+
+/// Reads, checks and resolves a job and its meshes.
+/// Throws InputError naming file, key, found and wanted. Cost: seconds for a million triangles.
+Case load_case(const std::string& job_file, const LoadOptions& options = {});
+
+}  // namespace vrda

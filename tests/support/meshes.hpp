@@ -1,0 +1,17 @@
+/// Small meshes made by code, normals outward.
+#pragma once
+
+#include "core/mesh.hpp"
+
+namespace vrda::test {
+
+/// Axis-aligned box, 12 triangles.
+Mesh box(const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& size_mm);
+
+/// Sphere of latitude rings; all vertices on the sphere, poles on +-Y.
+Mesh ball(double radius_mm, int n_rings = 16, int n_sectors = 32);
+
+/// Flat open sheet in the plane y = 0, n x n quads, normal +Y.
+Mesh sheet(double size_mm, int n);
+
+}  // namespace vrda::test
