@@ -147,7 +147,7 @@ bool turn_outward(Mesh& mesh, Winding winding)
 // The file's normals, unit and outward; the computed ones when any of the file's is no direction.
 Points outward_normals(const Mesh& mesh)
 {
-  const Points computed = vertex_normals(mesh);
+  Points computed = vertex_normals(mesh);
   Points normals = mesh.normals;
   for (Eigen::Index v = 0; v < normals.rows(); ++v) {
     const double length = normals.row(v).norm();

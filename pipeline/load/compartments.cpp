@@ -20,31 +20,34 @@ std::vector<std::string> contact_names(const Body& moving)
   return names;
 }
 
-// [n components] which compartment claims each by name.
-std::vector<Compartment> claims_by_name(const Job& job, const Body& moving)
+using Claims = std::vector<Compartment>;  // [n components] which compartment claims each by name
+
+Claims with_claim(Claims claims, const Job& job, const Body& moving, Compartment which)
 {
+  const bool is_medial = which == Compartment::medial;
+  const std::string key = std::string("compartments.") + (is_medial ? "medial" : "lateral") + ".components";
   const std::vector<std::string> known = contact_names(moving);
-  std::vector<Compartment> claims(moving.components.size(), Compartment::none);
-  const auto claim = [&](const CompartmentJob& compartment, Compartment which, const std::string& key) {
-    for (const std::string& name : compartment.components) {
-      if (std::find(known.begin(), known.end(), name) == known.end()) {
-        throw InputError(
-            {job.document.source_of(key), key, "\"" + name + "\"",
-             "a moving component in contact; the nearest is \"" + nearest_word(name, known) + "\""});
-      }
-      for (std::size_t c = 0; c < claims.size(); ++c) {
-        if (moving.components[c].name != name) continue;
-        if (claims[c] != Compartment::none) {
-          throw InputError({job.document.source_of(key), key, "\"" + name + "\" a second time",
-                            "each component in one compartment"});
-        }
-        claims[c] = which;
-      }
-    }
+  const auto refuse = [&](const std::string& found, const std::string& wanted) {
+    throw InputError({job.document.source_of(key), key, found, wanted});
   };
-  claim(*job.medial, Compartment::medial, "compartments.medial.components");
-  claim(*job.lateral, Compartment::lateral, "compartments.lateral.components");
+  for (const std::string& name : (is_medial ? job.medial : job.lateral)->components) {
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      refuse("\"" + name + "\"",
+             "a moving component in contact; the nearest is \"" + nearest_word(name, known) + "\"");
+    }
+    std::size_t c = 0;
+    while (moving.components[c].name != name) ++c;
+    if (claims[c] != Compartment::none)
+      refuse("\"" + name + "\" a second time", "each component in one compartment");
+    claims[c] = which;
+  }
   return claims;
+}
+
+Claims claims_by_name(const Job& job, const Body& moving)
+{
+  const Claims nobody(moving.components.size(), Compartment::none);
+  return with_claim(with_claim(nobody, job, moving, Compartment::medial), job, moving, Compartment::lateral);
 }
 
 bool is_in(const std::string& half_space, double z_mm, double centre_z_mm)
@@ -61,7 +64,7 @@ std::vector<Compartment> compartments_of(const Job& job, const Body& moving, dou
     throw InputError({job.document.source_of("compartments"), "compartments",
                       "medial and lateral both \"" + job.medial->half_space + "\"", "one half-space each"});
   }
-  const std::vector<Compartment> claims = claims_by_name(job, moving);
+  const Claims claims = claims_by_name(job, moving);
   const Mesh& mesh = moving.contact.mesh;
   std::vector<Compartment> out;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {

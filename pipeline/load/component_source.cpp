@@ -19,7 +19,7 @@ std::string request_text(const GenerateJob& generate)
   std::string text = generate.shape;
   std::map<std::string, std::string> parameters(generate.words.begin(), generate.words.end());
   for (const auto& [key, number] : generate.numbers) parameters[key] = shortest(number);
-  for (const auto& [key, value] : parameters) text += " " + key + "=" + value;
+  for (const auto& [key, value] : parameters) text.append(" ").append(key).append("=").append(value);
   return text;
 }
 
@@ -120,8 +120,7 @@ CleanMesh ComponentSource::from_file(const ComponentJob& component, LoadedInput&
                                  ? "a mesh file beside the job, or in the folder of --data"
                                  : "a mesh file in \"" + data_directory_ + "\" (--data) or beside the job";
   const std::string file = (is_in_data ? in_data : beside).string();
-  const std::string bytes =
-      file_bytes(file, {job_.document.source_of(key), key, "", wanted}, largest_mesh_bytes);
+  std::string bytes = file_bytes(file, {job_.document.source_of(key), key, "", wanted}, largest_mesh_bytes);
   input = {component.file, sha256_of(bytes)};
   CleanMesh clean = clean_mesh(read_mesh(file, std::move(bytes)), component.winding, job_.side);
   clean.mesh = canonical(clean.mesh, map_);
