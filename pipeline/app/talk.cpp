@@ -1,0 +1,25 @@
+#include "app/talk.hpp"
+
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+namespace vrda {
+namespace {
+
+spdlog::logger& log()
+{
+  static const std::shared_ptr<spdlog::logger> logger = [] {
+    auto made = spdlog::stderr_logger_mt("vrda");
+    made->set_pattern("%v");
+    return made;
+  }();
+  return *logger;
+}
+
+}  // namespace
+
+void be_quiet() { log().set_level(spdlog::level::warn); }
+void say(const std::string& line) { log().info(line); }
+void warn(const std::string& line) { log().warn("warning: " + line); }
+
+}  // namespace vrda
