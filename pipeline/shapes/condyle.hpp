@@ -1,0 +1,49 @@
+/// A femoral condyle: a ball swept along a planar spiral, so that distance, lowest points and the way it
+/// rolls are known in closed form.
+///
+/// Sagittal outline by its support function p(a): how far the condyle reaches in the direction
+/// n(a) = (-sin a, -cos a) of the sagittal plane, which points down when the femur is flexed by a. Then, at
+/// flexion a, the condyle's lowest point lies at (x, y) = (-p'(a), -p(a)) whatever its shape, and the radius
+/// of curvature there is p + p''. The radius falls as a spiral does,
+///   r(a) = posterior + extra * u^4,  u = max(0, 1 - a / spiral_end),
+/// which has the closed-form support function  p = posterior + extra * q(a) - shift . (sin a, cos a)  with
+///   q = u^4 - 12 u^2 / e^2 + 24 / e^4  before the spiral's end e, and 24 / e^4 cos(a - e) after it.
+/// The coronal section is a circle: the surface is swept by a ball of that radius.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace vrda {
+
+struct Condyle {
+  double posterior_radius_mm = 20.0;
+  double extra_radius_mm = 10.0;                       ///< distal radius minus posterior radius
+  double spiral_end_rad = 1.92;                        ///< beyond it the outline is a circle
+  Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();  ///< moves the outline in the sagittal plane (X, Y)
+  double coronal_radius_mm = 18.0;                     ///< at most posterior_radius_mm
+  double z_mm = 0.0;                                   ///< of the sagittal plane it rolls in
+  double first_rad = -0.5;                             ///< where the outline begins, in front
+  double last_rad = 2.4;                               ///< and ends, behind and above
+};
+
+/// p(a) and p'(a).
+struct Support {
+  double value_mm = 0.0;
+  double slope_mm = 0.0;
+};
+Support support(const Condyle& condyle, double angle_rad);
+
+double radius_mm(const Condyle& condyle, double angle_rad);
+
+/// Centre of the swept ball where the outline's normal is n(a); its Z is the condyle's.
+Eigen::Vector3d ball_centre_mm(const Condyle& condyle, double angle_rad);
+
+/// Signed distance from the swept ball; exact outside and down to the medial curve.
+double signed_distance_mm(const Condyle& condyle, const Eigen::Vector3d& p_femur_mm);
+
+/// Height of the condyle's underside above (x, z) with the femur not turned: the smallest y that touches.
+/// Beyond the silhouette, the height of the ball's equator rises linearly outward, so that callers may
+/// compare.
+double underside_mm(const Condyle& condyle, double x_mm, double z_mm);
+
+}  // namespace vrda
