@@ -96,4 +96,8 @@ struct MotionModel {
   JobRecord job;
 };
 
+/// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, no contacts, no smoothed
+/// surfaces. The content of a start file; a run then fills the cells in.
+MotionModel with_pending_cells(MotionModel model);
+
 }  // namespace vrda
