@@ -117,7 +117,8 @@ MotionModel pending_model_of(const Case& job_case)
   model.job = {job_case.job_text, job_case.resolved_job, {}};
   for (const LoadedInput& input : job_case.inputs) model.job.inputs.push_back({input.name, input.sha256});
   size_surfaces(model);
-  model.contacts = contact_rows(job_case.frame, std::vector<StepRecord>(static_cast<std::size_t>(model.status.size())));
+  model.contacts =
+      contact_rows(job_case.frame, std::vector<StepRecord>(static_cast<std::size_t>(model.status.size())));
   return model;
 }
 

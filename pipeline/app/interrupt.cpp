@@ -24,6 +24,9 @@ void watch_for_interrupts()
   std::signal(SIGTERM, on_signal);
 }
 
-bool is_interrupted() { return interrupted; }
+bool is_interrupted()
+{
+  return interrupted;
+}
 
 }  // namespace vrda

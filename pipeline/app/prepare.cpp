@@ -24,8 +24,8 @@ std::vector<double> radians(const std::vector<double>& degrees)
 
 Joint joint_of(const Case& job_case)
 {
-  return make_joint(solver_body(job_case.reference, job_case.frame), solver_body(job_case.moving, job_case.frame),
-                    job_case.compartment_of_triangle);
+  return make_joint(solver_body(job_case.reference, job_case.frame),
+                    solver_body(job_case.moving, job_case.frame), job_case.compartment_of_triangle);
 }
 
 SweepPlan plan_of(const Case& job_case)
@@ -33,7 +33,8 @@ SweepPlan plan_of(const Case& job_case)
   SweepPlan plan;
   plan.flexion_rad = radians(job_case.grid.flexion_deg);
   plan.varus_rad = radians(job_case.grid.varus_deg);
-  plan.initial = {solver_translation_mm(job_case.frame, job_case.initial.translation_mm), job_case.initial.theta_rad};
+  plan.initial = {solver_translation_mm(job_case.frame, job_case.initial.translation_mm),
+                  job_case.initial.theta_rad};
   plan.has_compartments = !job_case.compartment_of_triangle.empty();
   return plan;
 }

@@ -18,8 +18,17 @@ spdlog::logger& log()
 
 }  // namespace
 
-void be_quiet() { log().set_level(spdlog::level::warn); }
-void say(const std::string& line) { log().info(line); }
-void warn(const std::string& line) { log().warn("warning: " + line); }
+void be_quiet()
+{
+  log().set_level(spdlog::level::warn);
+}
+void say(const std::string& line)
+{
+  log().info(line);
+}
+void warn(const std::string& line)
+{
+  log().warn("warning: " + line);
+}
 
 }  // namespace vrda

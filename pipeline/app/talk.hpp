@@ -7,9 +7,9 @@ namespace vrda {
 
 enum class ExitCode : int {
   done = 0,
-  bad_input = 2,         ///< usage, job, mesh, file
-  too_many_unsolved = 3, ///< finished, but more attitudes unsolved than the job allows
-  interrupted = 4,       ///< resumable
+  bad_input = 2,          ///< usage, job, mesh, file
+  too_many_unsolved = 3,  ///< finished, but more attitudes unsolved than the job allows
+  interrupted = 4,        ///< resumable
   our_mistake = 5,
 };
 
