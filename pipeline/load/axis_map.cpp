@@ -1,0 +1,54 @@
+#include "load/axis_map.hpp"
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+Eigen::Vector3d axis_of(const std::string& word)
+{
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+  axis[word.at(1) - 'X'] = word.at(0) == '-' ? -1.0 : 1.0;
+  return axis;
+}
+
+std::string opposite(const std::string& word)
+{
+  return (word.at(0) == '-' ? "+" : "-") + word.substr(1);
+}
+
+double mm_in(const std::string& unit)
+{
+  return unit == "m" ? 1000.0 : unit == "cm" ? 10.0 : 1.0;
+}
+
+}  // namespace
+
+AxisMap axis_map(const Job& job)
+{
+  const FrameJob& frame = job.frame;
+  const std::string words = "anterior = \"" + frame.anterior + "\", proximal = \"" + frame.proximal +
+                            "\", right = \"" + frame.right + "\"";
+  Eigen::Matrix3d R_canonical_native;
+  R_canonical_native.row(0) = axis_of(frame.anterior).transpose();
+  R_canonical_native.row(1) = axis_of(frame.proximal).transpose();
+  R_canonical_native.row(2) = axis_of(frame.right).transpose();
+  const double handedness =
+      R_canonical_native.row(0).cross(R_canonical_native.row(1)).dot(R_canonical_native.row(2));
+  if (handedness == 0.0) throw InputError({job.file, "frame", words, "each of X, Y and Z once"});
+  if (handedness < 0.0) {
+    throw InputError({job.file, "frame", words + ", a left-handed map",
+                      "a right-handed one: if anterior and proximal are as they should be, right = \"" +
+                          opposite(frame.right) + "\""});
+  }
+  const Eigen::Matrix3d R_align = rotation_z(frame.align_rotation_rad.z()) *
+                                  rotation_y(frame.align_rotation_rad.y()) *
+                                  rotation_x(frame.align_rotation_rad.x());
+  AxisMap map;
+  map.unit_mm = mm_in(frame.unit);
+  map.X_canonical_native.linear() = R_canonical_native * R_align;
+  map.X_canonical_native.translation() = R_canonical_native * frame.align_translation_mm;
+  return map;
+}
+
+}  // namespace vrda

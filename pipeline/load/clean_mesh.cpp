@@ -1,0 +1,172 @@
+#include "load/clean_mesh.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "load/polygon.hpp"
+#include "load/shells.hpp"
+
+namespace vrda {
+namespace {
+
+struct Welded {
+  std::vector<std::int32_t> of_raw;  // [n raw] row among the merged vertices
+  Points vertices;
+  Points normal_sums;  // empty when the file has none
+};
+
+Welded welded(const RawMesh& raw)
+{
+  const Eigen::Index n = raw.vertices.rows();
+  std::vector<std::int32_t> order(static_cast<std::size_t>(n));
+  std::iota(order.begin(), order.end(), 0);
+  const auto row = [&](std::int32_t v) { return raw.vertices.data() + 3 * static_cast<std::ptrdiff_t>(v); };
+  const auto compare = [&](std::int32_t a, std::int32_t b) {
+    return std::lexicographical_compare(row(a), row(a) + 3, row(b), row(b) + 3);
+  };
+  // Stable: the earliest of equal vertices comes first and gives the others its place.
+  std::stable_sort(order.begin(), order.end(), compare);
+  std::vector<std::int32_t> earliest(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const bool is_new = k == 0 || compare(order[k - 1], order[k]);
+    earliest[static_cast<std::size_t>(order[k])] =
+        is_new ? order[k] : earliest[static_cast<std::size_t>(order[k - 1])];
+  }
+  Welded out;
+  out.of_raw.resize(order.size());
+  out.vertices.resize(n, 3);
+  out.normal_sums = Points::Zero(raw.normals.rows(), 3);
+  std::int32_t n_merged = 0;
+  for (Eigen::Index v = 0; v < n; ++v) {
+    const auto place = static_cast<std::size_t>(v);
+    const bool is_first = earliest[place] == v;
+    out.of_raw[place] = is_first ? n_merged++ : out.of_raw[static_cast<std::size_t>(earliest[place])];
+    // Adding zero turns -0 into 0.
+    if (is_first) out.vertices.row(out.of_raw[place]) = raw.vertices.row(v).array() + 0.0;
+    if (raw.normals.rows() > 0) out.normal_sums.row(out.of_raw[place]) += raw.normals.row(v);
+  }
+  out.vertices.conservativeResize(n_merged, 3);
+  if (raw.normals.rows() > 0) out.normal_sums.conservativeResize(n_merged, 3);
+  return out;
+}
+
+// The corners of a face after welding, without one that repeats its neighbour.
+std::vector<std::int32_t> distinct_corners(const std::vector<std::int32_t>& of_raw,
+                                           const std::int32_t* corner, std::int32_t n)
+{
+  std::vector<std::int32_t> corners;
+  for (std::int32_t k = 0; k < n; ++k) {
+    const std::int32_t v = of_raw[static_cast<std::size_t>(corner[k])];
+    if (corners.empty() || corners.back() != v) corners.push_back(v);
+  }
+  while (corners.size() > 1 && corners.front() == corners.back()) corners.pop_back();
+  return corners;
+}
+
+bool has_area(const Points& vertices, const std::array<std::int32_t, 3>& t)
+{
+  const Eigen::Vector3d a = vertices.row(t[0]), b = vertices.row(t[1]), c = vertices.row(t[2]);
+  return (b - a).cross(c - a).squaredNorm() > 0.0;
+}
+
+Triangles triangles_of(const RawMesh& raw, const Welded& merged, Eigen::Index& n_degenerate)
+{
+  std::vector<std::array<std::int32_t, 3>> kept;
+  std::size_t first = 0;
+  for (const std::int32_t size : raw.size) {
+    const std::vector<std::int32_t> face = distinct_corners(merged.of_raw, raw.corner.data() + first, size);
+    first += static_cast<std::size_t>(size);
+    const std::size_t n_before = kept.size();
+    if (face.size() >= 3) {
+      Points corners_mm(static_cast<Eigen::Index>(face.size()), 3);
+      for (std::size_t k = 0; k < face.size(); ++k)
+        corners_mm.row(static_cast<Eigen::Index>(k)) = merged.vertices.row(face[k]);
+      for (const std::array<std::int32_t, 3>& t : triangulated(corners_mm)) {
+        const std::array<std::int32_t, 3> triangle{face[static_cast<std::size_t>(t[0])],
+                                                   face[static_cast<std::size_t>(t[1])],
+                                                   face[static_cast<std::size_t>(t[2])]};
+        if (has_area(merged.vertices, triangle)) kept.push_back(triangle);
+      }
+    }
+    // A polygon of n corners has n - 2 triangles; one that lost all counts as one face.
+    if (kept.size() == n_before)
+      ++n_degenerate;
+    else
+      n_degenerate += static_cast<Eigen::Index>(face.size() - 2 - (kept.size() - n_before));
+  }
+  Triangles triangles(static_cast<Eigen::Index>(kept.size()), 3);
+  for (std::size_t t = 0; t < kept.size(); ++t) {
+    for (int k = 0; k < 3; ++k)
+      triangles(static_cast<Eigen::Index>(t), k) = kept[t][static_cast<std::size_t>(k)];
+  }
+  return triangles;
+}
+
+void drop_unused(Mesh& mesh)
+{
+  std::vector<bool> is_used(static_cast<std::size_t>(mesh.vertices_mm.rows()), false);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (int k = 0; k < 3; ++k) is_used[static_cast<std::size_t>(mesh.triangles(t, k))] = true;
+  }
+  std::vector<std::int32_t> place(is_used.size());
+  std::int32_t n_used = 0;
+  for (std::size_t v = 0; v < is_used.size(); ++v) {
+    if (!is_used[v]) continue;
+    const auto from = static_cast<Eigen::Index>(v);
+    mesh.vertices_mm.row(n_used) = mesh.vertices_mm.row(from).eval();
+    if (mesh.normals.rows() > 0) mesh.normals.row(n_used) = mesh.normals.row(from).eval();
+    place[v] = n_used++;
+  }
+  mesh.vertices_mm.conservativeResize(n_used, 3);
+  if (mesh.normals.rows() > 0) mesh.normals.conservativeResize(n_used, 3);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (int k = 0; k < 3; ++k) mesh.triangles(t, k) = place[static_cast<std::size_t>(mesh.triangles(t, k))];
+  }
+}
+
+// Reverses the shells that need it.
+bool turn_outward(Mesh& mesh, Winding winding)
+{
+  const std::vector<Shell> shells = shells_of(mesh);
+  const std::vector<bool> is_inward = inward_shells(mesh, shells);
+  bool was_flipped = false;
+  for (std::size_t s = 0; s < shells.size(); ++s) {
+    const bool is_reversed = shells[s].is_closed ? is_inward[s] : winding == Winding::inward;
+    if (!is_reversed) continue;
+    was_flipped = true;
+    for (const Eigen::Index t : shells[s].triangles) std::swap(mesh.triangles(t, 1), mesh.triangles(t, 2));
+  }
+  return was_flipped;
+}
+
+// The file's normals, unit and outward; the computed ones when any of the file's is no direction.
+Points outward_normals(const Mesh& mesh)
+{
+  const Points computed = vertex_normals(mesh);
+  Points normals = mesh.normals;
+  for (Eigen::Index v = 0; v < normals.rows(); ++v) {
+    const double length = normals.row(v).norm();
+    if (!std::isfinite(length) || length == 0.0) return computed;
+    normals.row(v) /= normals.row(v).dot(computed.row(v)) < 0.0 ? -length : length;
+  }
+  return normals.rows() == 0 ? computed : normals;
+}
+
+}  // namespace
+
+CleanMesh clean_mesh(const RawMesh& raw, Winding winding)
+{
+  CleanMesh out;
+  Welded merged = welded(raw);
+  out.n_welded = raw.vertices.rows() - merged.vertices.rows();
+  out.mesh.triangles = triangles_of(raw, merged, out.n_degenerate);
+  out.mesh.vertices_mm = std::move(merged.vertices);
+  out.mesh.normals = std::move(merged.normal_sums);
+  drop_unused(out.mesh);
+  out.was_flipped = turn_outward(out.mesh, winding);
+  out.mesh.normals = outward_normals(out.mesh);
+  return out;
+}
+
+}  // namespace vrda

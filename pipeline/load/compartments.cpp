@@ -1,0 +1,81 @@
+#include "load/compartments.hpp"
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "load/job_schema.hpp"
+
+namespace vrda {
+namespace {
+
+std::vector<std::string> contact_names(const Body& moving)
+{
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < moving.components.size(); ++c) {
+    const auto& of_triangle = moving.contact.component;
+    const bool touches =
+        std::find(of_triangle.begin(), of_triangle.end(), static_cast<std::int32_t>(c)) != of_triangle.end();
+    if (touches) names.push_back(moving.components[c].name);
+  }
+  return names;
+}
+
+// [n components] which compartment claims each by name.
+std::vector<Compartment> claims_by_name(const Job& job, const Body& moving)
+{
+  const std::vector<std::string> known = contact_names(moving);
+  std::vector<Compartment> claims(moving.components.size(), Compartment::none);
+  const auto claim = [&](const CompartmentJob& compartment, Compartment which, const std::string& key) {
+    for (const std::string& name : compartment.components) {
+      if (std::find(known.begin(), known.end(), name) == known.end()) {
+        throw InputError(
+            {job.document.source_of(key), key, "\"" + name + "\"",
+             "a moving component in contact; the nearest is \"" + nearest_word(name, known) + "\""});
+      }
+      for (std::size_t c = 0; c < claims.size(); ++c) {
+        if (moving.components[c].name != name) continue;
+        if (claims[c] != Compartment::none) {
+          throw InputError({job.document.source_of(key), key, "\"" + name + "\" a second time",
+                            "each component in one compartment"});
+        }
+        claims[c] = which;
+      }
+    }
+  };
+  claim(*job.medial, Compartment::medial, "compartments.medial.components");
+  claim(*job.lateral, Compartment::lateral, "compartments.lateral.components");
+  return claims;
+}
+
+bool is_in(const std::string& half_space, double z_mm, double centre_z_mm)
+{
+  return (half_space == "left" && z_mm < centre_z_mm) || (half_space == "right" && z_mm > centre_z_mm);
+}
+
+}  // namespace
+
+std::vector<Compartment> compartments_of(const Job& job, const Body& moving, double centre_z_mm)
+{
+  if (!job.medial || !job.lateral) return {};
+  if (!job.medial->half_space.empty() && job.medial->half_space == job.lateral->half_space) {
+    throw InputError({job.document.source_of("compartments"), "compartments",
+                      "medial and lateral both \"" + job.medial->half_space + "\"", "one half-space each"});
+  }
+  const std::vector<Compartment> claims = claims_by_name(job, moving);
+  const Mesh& mesh = moving.contact.mesh;
+  std::vector<Compartment> out;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(mesh, t);
+    const double z_mm = (a.z() + b.z() + c.z()) / 3.0;
+    Compartment compartment =
+        claims[static_cast<std::size_t>(moving.contact.component[static_cast<std::size_t>(t)])];
+    if (compartment == Compartment::none && is_in(job.medial->half_space, z_mm, centre_z_mm))
+      compartment = Compartment::medial;
+    if (compartment == Compartment::none && is_in(job.lateral->half_space, z_mm, centre_z_mm))
+      compartment = Compartment::lateral;
+    out.push_back(compartment);
+  }
+  return out;
+}
+
+}  // namespace vrda

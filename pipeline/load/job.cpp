@@ -1,0 +1,340 @@
+#include "load/job.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "load/file_bytes.hpp"
+#include "load/job_schema.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::uintmax_t largest_job_bytes = 16U << 20U;  // a job with ten thousand fibres is 2 MiB
+constexpr double largest_grid_cells = 1e6;                // 360 x 1000 at half a degree; more is a slip
+
+[[noreturn]] void refuse(const Job& job, const std::string& key, const std::string& found,
+                         const std::string& wanted)
+{
+  throw InputError({job.document.source_of(key), key, found, wanted});
+}
+
+Eigen::Vector3d vector3_of(const JobValue& value)
+{
+  const std::vector<double> numbers = numbers_of(value);
+  check(numbers.size() == 3, "a checked job holds no three numbers where they belong");
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+Eigen::Vector3d vector3_at(const JobValue& root, std::string_view key)
+{
+  return vector3_of(value_at(root, key));
+}
+
+std::string text_or_empty(const JobValue& table, std::string_view key)
+{
+  const JobValue* value = table.find(key);
+  return value == nullptr ? "" : text_at(*value, "");
+}
+
+// Parameters the schema leaves open: numbers and words.
+GenerateJob generate_of(const JobValue& value)
+{
+  GenerateJob generate;
+  for (const JobEntry& entry : *value.table()) {
+    if (entry.key == "shape") {
+      generate.shape = *entry.value.text();
+    } else if (entry.key == "part") {
+      generate.part = *entry.value.text();
+    } else if (entry.value.text() != nullptr) {
+      generate.words[entry.key] = *entry.value.text();
+    } else {
+      generate.numbers[entry.key] = number_at(entry.value, "");
+    }
+  }
+  return generate;
+}
+
+ComponentJob component_of(const Job& job, const JobValue& value, const std::string& key)
+{
+  ComponentJob component;
+  component.key = key;
+  component.name = text_at(value, "name");
+  component.file = text_or_empty(value, "file");
+  if (const JobValue* generate = value.find("generate")) component.generate = generate_of(*generate);
+  if (component.file.empty() == !component.generate) {
+    refuse(job, key, component.generate ? "both file and generate" : "neither file nor generate",
+           "one of file = \"mesh.stl\" and generate = { shape = \"knee\", part = \"femur\" }");
+  }
+  component.material = text_at(value, "material");
+  component.has_contact = flag_at(value, "contact");
+  component.winding = text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
+  return component;
+}
+
+BodyJob body_of(const Job& job, const JobValue& root, const std::string& key)
+{
+  BodyJob body;
+  body.name = text_at(root, key + ".name");
+  std::vector<std::string> names;
+  bool has_contact = false;
+  for (const JobValue& value : *value_at(root, key + ".component").list()) {
+    const std::string item = key + ".component." + std::to_string(body.components.size());
+    ComponentJob component = component_of(job, value, item);
+    if (std::find(names.begin(), names.end(), component.name) != names.end()) {
+      refuse(job, item + ".name", "\"" + component.name + "\" a second time",
+             "a name of its own for each component");
+    }
+    names.push_back(component.name);
+    has_contact = has_contact || component.has_contact;
+    body.components.push_back(std::move(component));
+  }
+  if (!has_contact)
+    refuse(job, key + ".component", "only drawn components", "at least one with contact = true");
+  return body;
+}
+
+FrameJob frame_of(const JobValue& root)
+{
+  FrameJob frame;
+  frame.unit = text_at(root, "frame.unit");
+  frame.anterior = text_at(root, "frame.anterior");
+  frame.proximal = text_at(root, "frame.proximal");
+  frame.right = text_at(root, "frame.right");
+  frame.origin_native = vector3_at(root, "frame.origin");
+  const Eigen::Vector3d rotation_deg = vector3_at(root, "frame.align.rotation_deg");
+  for (int k = 0; k < 3; ++k) frame.align_rotation_rad[k] = rad_from_deg(rotation_deg[k]);
+  frame.align_translation_mm = vector3_at(root, "frame.align.translation_mm");
+  return frame;
+}
+
+std::vector<double> row_of(const JobValue& value)
+{
+  return value.list() != nullptr ? numbers_of(value) : std::vector<double>{number_at(value, "")};
+}
+
+OverFlexion over_flexion_at(const Job& job, const JobValue& root, const std::string& key)
+{
+  const JobValue& value = value_at(root, key);
+  OverFlexion out;
+  std::vector<std::vector<double>> rows;
+  if (value.table() == nullptr) {
+    out.flexion_rad = {0.0};
+    rows = {row_of(value)};
+  } else {
+    for (const double angle_deg : numbers_of(value_at(value, "flexion_deg"))) {
+      if (!out.flexion_rad.empty() && rad_from_deg(angle_deg) <= out.flexion_rad.back()) {
+        refuse(job, key + ".flexion_deg", shown(value_at(value, "flexion_deg")),
+               "angles that rise from one to the next");
+      }
+      out.flexion_rad.push_back(rad_from_deg(angle_deg));
+    }
+    for (const JobValue& row : *value_at(value, "value").list()) rows.push_back(row_of(row));
+    if (rows.size() != out.flexion_rad.size()) {
+      refuse(job, key + ".value", std::to_string(rows.size()) + " values",
+             "as many as flexion_deg has angles, " + std::to_string(out.flexion_rad.size()));
+    }
+  }
+  out.value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));
+  for (Eigen::Index i = 0; i < out.value.rows(); ++i) {
+    for (Eigen::Index j = 0; j < out.value.cols(); ++j) {
+      out.value(i, j) = rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+    }
+  }
+  return out;
+}
+
+PushJob push_of(const Job& job, const JobValue& root)
+{
+  PushJob push;
+  push.delta = over_flexion_at(job, root, "push.delta");
+  for (Eigen::Index i = 0; i < push.delta.value.rows(); ++i) {
+    const Eigen::Vector3d given = push.delta.value.row(i);
+    // Scaled first, so that neither huge nor tiny components leave the range of doubles.
+    const double largest = given.cwiseAbs().maxCoeff();
+    if (!(largest > 0.0))
+      refuse(job, "push.delta", shown(value_at(root, "push.delta")), "a direction: not all zero");
+    push.delta.value.row(i) = (given / largest).normalized().transpose();
+  }
+  push.force_n = over_flexion_at(job, root, "push.force_n");
+  push.lateral_force_n = over_flexion_at(job, root, "push.lateral_force_n");
+  push.moment_nmm = over_flexion_at(job, root, "push.moment_nmm");
+  push.point_mm = vector3_at(root, "push.point_mm");
+  return push;
+}
+
+// from, from + step, ... as far as `to`, which is included when a whole number of steps reaches it.
+std::vector<double> range_at(const Job& job, const JobValue& root, const std::string& key)
+{
+  constexpr double reached = 1e-9;  // of a step: rounding of (to - from) / step
+  const double from_deg = number_at(root, key + ".from");
+  const double to_deg = number_at(root, key + ".to");
+  const double step_deg = number_at(root, key + ".step");
+  if (step_deg == 0.0) refuse(job, key + ".step", "0", "a step that is not zero");
+  const double n_steps = (to_deg - from_deg) / step_deg;
+  if (n_steps < 0.0) {
+    refuse(job, key, "from " + shortest(from_deg) + " to " + shortest(to_deg) + " by " + shortest(step_deg),
+           "a step that leads from the first angle to the last");
+  }
+  if (!(n_steps < largest_grid_cells))
+    refuse(job, key + ".step", shortest(step_deg), "at most 1000000 attitudes");
+  std::vector<double> angles_deg;
+  const auto n = static_cast<int>(std::floor(n_steps + reached));
+  for (int i = 0; i <= n; ++i) angles_deg.push_back(from_deg + i * step_deg + 0.0);
+  return angles_deg;
+}
+
+void read_grid(Job& job, const JobValue& root)
+{
+  job.grid.flexion_deg = range_at(job, root, "grid.flexion");
+  job.is_varus_free = value_at(root, "grid.varus").text() != nullptr;
+  job.grid.varus_deg = job.is_varus_free ? std::vector<double>{0.0} : range_at(job, root, "grid.varus");
+  const double n_cells =
+      static_cast<double>(job.grid.flexion_deg.size()) * static_cast<double>(job.grid.varus_deg.size());
+  if (n_cells > largest_grid_cells) {
+    refuse(job, "grid", std::to_string(static_cast<std::int64_t>(n_cells)) + " attitudes", "at most 1000000");
+  }
+}
+
+SearchOptions search_of(const JobValue& root)
+{
+  const JobValue& search = value_at(root, "solver.search");
+  SearchOptions options;
+  options.approach_step_mm = number_at(search, "approach_step_mm");
+  options.translation_step_mm = number_at(search, "translation_step_mm");
+  options.translation_resolution_mm = number_at(search, "translation_resolution_mm");
+  options.rotation_step_rad = rad_from_deg(number_at(search, "rotation_step_deg"));
+  options.rotation_resolution_rad = rad_from_deg(number_at(search, "rotation_resolution_deg"));
+  options.points =
+      text_at(search, "points") == "exact" ? ContactPoints::exact : ContactPoints::triangle_centre;
+  const std::string& normals = text_at(search, "normals");
+  options.normals = normals == "reference" ? ContactNormals::reference
+                    : normals == "moving"  ? ContactNormals::moving
+                                           : ContactNormals::least_curvature;
+  options.max_steps = static_cast<int>(integer_at(search, "max_steps"));
+  return options;
+}
+
+void check_steps(const Job& job)
+{
+  const SearchOptions& search = job.search;
+  if (search.translation_resolution_mm > search.translation_step_mm) {
+    refuse(job, "solver.search.translation_resolution_mm", shortest(search.translation_resolution_mm),
+           "at most translation_step_mm, " + shortest(search.translation_step_mm));
+  }
+  if (search.rotation_resolution_rad > search.rotation_step_rad) {
+    refuse(job, "solver.search.rotation_resolution_deg",
+           shown(value_at(job.document.root, "solver.search.rotation_resolution_deg")),
+           "at most rotation_step_deg, " +
+               shown(value_at(job.document.root, "solver.search.rotation_step_deg")));
+  }
+}
+
+std::optional<LigamentsJob> ligaments_of(const Job& job, const JobValue& root)
+{
+  const JobValue* table = root.find("ligaments");
+  if (table == nullptr) return std::nullopt;
+  LigamentsJob ligaments;
+  ligaments.fibres_file = text_or_empty(*table, "fibres");
+  ligaments.wraps_file = text_or_empty(*table, "wraps");
+  ligaments.transition_strain = number_at(*table, "transition_strain");
+  const JobValue* fibres = table->find("fibre");
+  if (ligaments.fibres_file.empty() == (fibres == nullptr)) {
+    refuse(
+        job, "ligaments",
+        fibres == nullptr ? "neither fibres nor [[ligaments.fibre]]" : "both fibres and [[ligaments.fibre]]",
+        "one of fibres = \"ligaments.csv\" and [[ligaments.fibre]]");
+  }
+  if (fibres == nullptr) return ligaments;
+  for (const JobValue& fibre : *fibres->list()) {
+    ligaments.fibres.push_back({text_at(fibre, "name"), vector3_at(fibre, "reference_mm"),
+                                vector3_at(fibre, "moving_mm"), number_at(fibre, "stiffness_n"),
+                                number_at(fibre, "slack_length_mm"), text_at(fibre, "wrap")});
+  }
+  return ligaments;
+}
+
+CompartmentJob compartment_of(const JobValue& value)
+{
+  CompartmentJob compartment;
+  compartment.half_space = text_or_empty(value, "half_space");
+  if (const JobValue* names = value.find("components")) {
+    for (const JobValue& name : *names->list()) compartment.components.push_back(*name.text());
+  }
+  return compartment;
+}
+
+JobValue half_space(const std::string& side)
+{
+  return {JobValue::Table{{"half_space", {side}}}};
+}
+
+// Defaults that depend on other keys: what a knee's compartments and a generated knee's side are.
+void complete(JobValue& root)
+{
+  const std::string side = text_at(root, "side");
+  if (root.find("compartments") == nullptr && text_at(root, "joint") == "knee") {
+    const std::string inner = side == "right" ? "left" : "right";
+    const JobValue::Table both{{"medial", half_space(inner)}, {"lateral", half_space(side)}};
+    std::get<JobValue::Table>(root.data).push_back({"compartments", {both}});
+  }
+  for (const char* body : {"reference", "moving"}) {
+    for (JobValue& component : std::get<JobValue::List>(root.find(body)->find("component")->data)) {
+      JobValue* generate = component.find("generate");
+      if (generate == nullptr || text_at(*generate, "shape") != "knee" || generate->find("side") != nullptr)
+        continue;
+      std::get<JobValue::Table>(generate->data).push_back({"side", {side}});
+    }
+  }
+}
+
+void read_settings(Job& job)
+{
+  const JobValue& root = job.document.root;
+  job.title = text_at(root, "title");
+  job.joint = text_at(root, "joint");
+  job.side = text_at(root, "side") == "left" ? Side::left : Side::right;
+  job.frame = frame_of(root);
+  job.reference = body_of(job, root, "reference");
+  job.moving = body_of(job, root, "moving");
+  job.initial = {vector3_at(root, "moving.initial.translation_mm"),
+                 rad_from_deg(number_at(root, "moving.initial.theta_deg"))};
+  job.push = push_of(job, root);
+  read_grid(job, root);
+  job.method = text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
+                                                               : SolverMethod::stability_search;
+  job.search = search_of(root);
+  check_steps(job);
+  job.equilibrium = {number_at(root, "solver.equilibrium.tolerance_mm"),
+                     static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations"))};
+  job.ligaments = ligaments_of(job, root);
+  if (const JobValue* compartments = root.find("compartments")) {
+    job.medial = compartment_of(value_at(*compartments, "medial"));
+    job.lateral = compartment_of(value_at(*compartments, "lateral"));
+  }
+  for (const double degree : numbers_of(value_at(root, "smooth.degrees"))) {
+    job.smooth_degrees.push_back(static_cast<std::int32_t>(degree));
+  }
+  job.smooth_recontact = flag_at(root, "smooth.recontact");
+  job.unsolved_fraction = number_at(root, "limits.unsolved_fraction");
+}
+
+}  // namespace
+
+Job read_job(const std::string& file, const std::vector<std::string>& overrides)
+{
+  Job job;
+  job.file = file;
+  job.text = file_bytes(file, {file, "", "", "a job file"}, largest_job_bytes);
+  job.document.file = file;
+  job.document.root = parse_toml(job.text, file);
+  for (const std::string& override_text : overrides) apply_override(job.document, override_text);
+  job.document.root = checked_job(job.document);
+  complete(job.document.root);
+  job.document.root = checked_job(job.document);  // again: what was completed goes to its place
+  job.resolved_text = toml_text(job.document.root);
+  read_settings(job);
+  return job;
+}
+
+}  // namespace vrda

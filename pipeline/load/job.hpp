@@ -1,0 +1,130 @@
+/// The job file (DESIGN.md 5.6) as settings in internal units: mm, rad, N. Degrees and other length
+/// units end here, except for the grid, whose axes are written out as the job gives them.
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/frames.hpp"
+#include "core/search_options.hpp"
+#include "load/case.hpp"
+#include "load/job_value.hpp"
+
+namespace vrda {
+
+/// Where the triangles of an open sheet point, as its file winds them.
+enum class Winding { outward, inward };
+
+/// A part made by code instead of read from a file.
+struct GenerateJob {
+  std::string shape;
+  std::string part;
+  std::map<std::string, double> numbers;
+  std::map<std::string, std::string> words;
+};
+
+/// Exactly one of `file` and `generate` is given.
+struct ComponentJob {
+  std::string key;  ///< "reference.component.0", for messages
+  std::string name;
+  std::string file;  ///< as the job writes it; empty for a generated part
+  std::optional<GenerateJob> generate;
+  std::string material;
+  bool has_contact = true;
+  Winding winding = Winding::outward;
+};
+
+struct BodyJob {
+  std::string name;
+  std::vector<ComponentJob> components;
+};
+
+/// From the mesh files' coordinates to canonical axes (load/axis_map.hpp).
+struct FrameJob {
+  std::string unit;
+  std::string anterior;
+  std::string proximal;
+  std::string right;
+  Eigen::Vector3d origin_native{0.0, 0.0, 0.0};  ///< rotation centre, native unit
+  Eigen::Vector3d align_rotation_rad{0.0, 0.0, 0.0};
+  Eigen::Vector3d align_translation_mm{0.0, 0.0, 0.0};
+};
+
+/// A setting that may follow flexion: linear between rows, held beyond the ends. A constant has one row.
+struct OverFlexion {
+  std::vector<double> flexion_rad;  ///< [n] rising
+  Eigen::MatrixXd value;            ///< [n, components]
+};
+
+struct PushJob {
+  OverFlexion delta;            ///< [n, 3] unit vectors, canonical
+  OverFlexion force_n;          ///< [n, 1]
+  OverFlexion lateral_force_n;  ///< [n, 2] anterior, right
+  OverFlexion moment_nmm;       ///< [n, 1] about Delta
+  Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
+};
+
+enum class SolverMethod { stability_search, equilibrium };
+
+struct EquilibriumOptions {
+  double tolerance_mm = 1e-4;
+  int max_iterations = 200;
+};
+
+struct FibreJob {
+  std::string name;
+  Eigen::Vector3d reference_mm{0.0, 0.0, 0.0};  ///< attachments, canonical at the pose of the meshes
+  Eigen::Vector3d moving_mm{0.0, 0.0, 0.0};
+  double stiffness_n = 0.0;  ///< per unit strain
+  double slack_length_mm = 0.0;
+  std::string wrap;
+};
+
+struct LigamentsJob {
+  std::string fibres_file;
+  std::vector<FibreJob> fibres;
+  std::string wraps_file;
+  double transition_strain = 0.06;
+};
+
+/// Either a half-space by the rotation centre or moving components by name.
+struct CompartmentJob {
+  std::string half_space;  ///< "left", "right" or empty
+  std::vector<std::string> components;
+};
+
+struct Job {
+  std::string file;
+  std::string text;           ///< the file's bytes
+  std::string resolved_text;  ///< canonical TOML: every key with its value
+  JobDocument document;       ///< for messages that name a key
+
+  std::string title;
+  std::string joint;
+  Side side = Side::right;
+  FrameJob frame;
+  BodyJob reference;
+  BodyJob moving;
+  InitialPose initial;
+  PushJob push;
+  GridAxes grid;
+  bool is_varus_free = false;  ///< grid.varus_deg is then {0}
+  SolverMethod method = SolverMethod::stability_search;
+  SearchOptions search;
+  EquilibriumOptions equilibrium;
+  std::optional<LigamentsJob> ligaments;
+  std::optional<CompartmentJob> medial;  ///< with `lateral`, or neither
+  std::optional<CompartmentJob> lateral;
+  std::vector<std::int32_t> smooth_degrees;
+  bool smooth_recontact = true;
+  double unsolved_fraction = 0.0;
+};
+
+/// Reads a job file and applies `overrides` ("key.path=value").
+/// Throws InputError naming file, key, found and wanted. Opens no mesh.
+Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
+
+}  // namespace vrda

@@ -1,0 +1,129 @@
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "load/job_value.hpp"
+
+namespace vrda {
+namespace {
+
+struct Reading {
+  std::string file;
+  std::string key;
+
+  Reading below(const std::string& name) const { return {file, key.empty() ? name : key + "." + name}; }
+};
+
+JobValue value_of(const toml::node& node, const Reading& at);
+
+JobValue table_of(const toml::table& table, const Reading& at)
+{
+  JobValue::Table entries;
+  for (const auto& [key, node] : table) {
+    const std::string name(key.str());
+    entries.push_back({name, value_of(node, at.below(name))});
+  }
+  return {entries};
+}
+
+JobValue list_of(const toml::array& array, const Reading& at)
+{
+  JobValue::List items;
+  for (const toml::node& node : array)
+    items.push_back(value_of(node, at.below(std::to_string(items.size()))));
+  return {items};
+}
+
+JobValue value_of(const toml::node& node, const Reading& at)
+{
+  if (const toml::table* table = node.as_table()) return table_of(*table, at);
+  if (const toml::array* array = node.as_array()) return list_of(*array, at);
+  if (const auto* flag = node.as_boolean()) return {flag->get()};
+  if (const auto* integer = node.as_integer()) return {integer->get()};
+  if (const auto* text = node.as_string()) return {text->get()};
+  if (const auto* number = node.as_floating_point()) {
+    if (!std::isfinite(number->get())) {
+      throw InputError({at.file, at.key, std::isnan(number->get()) ? "nan" : "inf", "a finite number"});
+    }
+    return {number->get()};
+  }
+  throw InputError({at.file, at.key, "a date or time", "text, a number, true or false, a list or a table"});
+}
+
+// A word without quotes, as a shell user writes it: +X, left, meshes/femur.stl
+bool is_plain_word(const std::string& text)
+{
+  return !text.empty() && text.find_first_of("\"'[]{}=,#\n\r\t") == std::string::npos;
+}
+
+JobValue override_value(const std::string& text, const std::string& key)
+{
+  try {
+    const toml::table table = toml::parse("value = " + text);
+    if (table.size() == 1) return value_of(*table.get("value"), {"--set", key});
+  } catch (const toml::parse_error&) {
+    if (is_plain_word(text)) return {text};
+  }
+  throw InputError(
+      {"--set", key, text.empty() ? "nothing" : text, "one value in TOML syntax, or one plain word"});
+}
+
+// The value of `name` in a table (made when missing), or the item of that number in a list.
+JobValue& step_into(JobValue& value, const std::string& name, const std::string& key)
+{
+  if (auto* list = std::get_if<JobValue::List>(&value.data)) {
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+    if (error != std::errc() || end != name.data() + name.size() || index >= list->size()) {
+      throw InputError({"--set", key, "\"" + name + "\" within a list",
+                        list->empty() ? "no key: the list is empty"
+                                      : "a number from 0 to " + std::to_string(list->size() - 1)});
+    }
+    return (*list)[index];
+  }
+  auto* table = std::get_if<JobValue::Table>(&value.data);
+  if (table == nullptr)
+    throw InputError({"--set", key, "\"" + name + "\" within " + shown(value), "the key of a table"});
+  const auto found =
+      std::find_if(table->begin(), table->end(), [&](const JobEntry& e) { return e.key == name; });
+  if (found != table->end()) return found->value;
+  table->push_back({name, JobValue{}});
+  return table->back().value;
+}
+
+}  // namespace
+
+JobValue parse_toml(std::string_view text, const std::string& file)
+{
+  try {
+    const toml::table table = toml::parse(text);
+    return table_of(table, {file, ""});
+  } catch (const toml::parse_error& error) {
+    const toml::source_position at = error.source().begin;
+    throw InputError({file, "line " + std::to_string(at.line) + ", column " + std::to_string(at.column),
+                      std::string(error.description()), "valid TOML"});
+  }
+}
+
+void apply_override(JobDocument& document, const std::string& assignment)
+{
+  const std::size_t equals = assignment.find('=');
+  const std::string key = assignment.substr(0, equals);
+  const bool has_key =
+      !key.empty() && key.front() != '.' && key.back() != '.' && key.find("..") == std::string::npos;
+  if (equals == std::string::npos || !has_key) {
+    throw InputError({"--set", "", "\"" + assignment + "\"", "key.path=value"});
+  }
+  JobValue given = override_value(assignment.substr(equals + 1), key);
+  JobValue* value = &document.root;
+  std::istringstream names(key);
+  for (std::string name; std::getline(names, name, '.');) value = &step_into(*value, name, key);
+  *value = std::move(given);
+  document.overridden.push_back(key);
+}
+
+}  // namespace vrda

@@ -1,0 +1,162 @@
+#include <assimp/BaseImporter.h>
+#include <assimp/scene.h>
+
+#include <algorithm>
+#include <assimp/IOSystem.hpp>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <filesystem>
+
+#include "core/error.hpp"
+#include "load/job_value.hpp"
+#include "load/mesh_sizes.hpp"
+#include "load/raw_mesh.hpp"
+#include "load/vf_file.hpp"
+
+namespace vrda {
+namespace {
+
+// A Wavefront file may name others (materials); none is opened.
+class NoOtherFiles : public Assimp::IOSystem {
+ public:
+  bool Exists(const char* /*name*/) const override { return false; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* /*name*/, const char* /*mode*/) override { return nullptr; }
+  void Close(Assimp::IOStream* /*stream*/) override {}
+};
+
+// assimp brings some fifty importers: all but the one for this extension are taken out.
+void keep_only(Assimp::Importer& importer, const std::string& extension)
+{
+  for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
+    Assimp::BaseImporter* loader = importer.GetImporter(i);
+    if (loader->GetInfo()->mFileExtensions == extension) continue;
+    importer.UnregisterLoader(loader);
+    delete loader;  // unregistering hands it over
+  }
+  check(importer.GetImporterCount() == 1, "assimp has not one importer of this name");
+}
+
+void append_mesh(RawMesh& mesh, const aiMesh& part, bool& has_normals)
+{
+  const Eigen::Index first = mesh.vertices.rows();
+  const auto n = static_cast<Eigen::Index>(part.mNumVertices);
+  mesh.vertices.conservativeResize(first + n, 3);
+  mesh.normals.conservativeResize(first + n, 3);
+  has_normals = has_normals && part.mNormals != nullptr;
+  for (Eigen::Index v = 0; v < n; ++v) {
+    const aiVector3D& p = part.mVertices[v];
+    const aiVector3D normal = part.mNormals == nullptr ? aiVector3D() : part.mNormals[v];
+    mesh.vertices.row(first + v) << static_cast<double>(p.x), static_cast<double>(p.y),
+        static_cast<double>(p.z);
+    mesh.normals.row(first + v) << static_cast<double>(normal.x), static_cast<double>(normal.y),
+        static_cast<double>(normal.z);
+  }
+  for (unsigned int f = 0; f < part.mNumFaces; ++f) {
+    const aiFace& face = part.mFaces[f];
+    if (face.mNumIndices < 3) continue;  // points and lines of a Wavefront file
+    mesh.size.push_back(static_cast<std::int32_t>(face.mNumIndices));
+    for (unsigned int k = 0; k < face.mNumIndices; ++k) {
+      mesh.corner.push_back(static_cast<std::int32_t>(first) + static_cast<std::int32_t>(face.mIndices[k]));
+    }
+  }
+}
+
+RawMesh read_with_assimp(const std::string& file, const std::string& bytes, const std::string& extension)
+{
+  Assimp::Importer importer;
+  importer.SetIOHandler(new NoOtherFiles);  // the importer owns it
+  keep_only(importer, extension);
+  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, extension.c_str());
+  if (scene == nullptr) {
+    throw InputError({file, "",
+                      "a file that cannot be parsed (" + std::string(importer.GetErrorString()) + ")",
+                      "a whole " + extension + " file"});
+  }
+  RawMesh mesh;
+  bool has_normals = extension != "stl";  // an STL has them by facet, not by vertex
+  for (unsigned int m = 0; m < scene->mNumMeshes; ++m) append_mesh(mesh, *scene->mMeshes[m], has_normals);
+  if (!has_normals) mesh.normals.resize(0, 3);
+  return mesh;
+}
+
+void check_wavefront_size(const std::string& file, const std::string& bytes)
+{
+  std::size_t n_faces = 0;
+  for (std::size_t at = bytes.find("f "); at != std::string::npos; at = bytes.find("f ", at + 1)) {
+    if (at == 0 || bytes[at - 1] == '\n') ++n_faces;
+  }
+  if (n_faces > largest_face_count) {
+    throw InputError(
+        {file, "", std::to_string(n_faces) + " faces", "at most " + std::to_string(largest_face_count)});
+  }
+}
+
+void check_mesh(const std::string& file, const RawMesh& mesh)
+{
+  if (mesh.size.empty()) {
+    throw InputError({file, "",
+                      "an empty mesh: " + std::to_string(mesh.vertices.rows()) + " vertices and no face",
+                      "a mesh with faces"});
+  }
+  for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
+    if (mesh.vertices.row(v).allFinite()) continue;
+    const auto p = mesh.vertices.row(v);
+    throw InputError({file, "vertex " + std::to_string(v),
+                      "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")",
+                      "three finite numbers"});
+  }
+  std::size_t corner = 0;
+  for (std::size_t f = 0; f < mesh.size.size(); ++f) {
+    if (mesh.size[f] > static_cast<std::int32_t>(largest_face_size)) {
+      throw InputError({file, "face " + std::to_string(f), std::to_string(mesh.size[f]) + " corners",
+                        "at most " + std::to_string(largest_face_size)});
+    }
+    for (std::int32_t k = 0; k < mesh.size[f]; ++k, ++corner) {
+      if (mesh.corner[corner] >= 0 && mesh.corner[corner] < mesh.vertices.rows()) continue;
+      throw InputError({file, "face " + std::to_string(f),
+                        "vertex index " + std::to_string(mesh.corner[corner]),
+                        "an index of " + std::to_string(mesh.vertices.rows()) + " vertices"});
+    }
+  }
+}
+
+std::string lower_extension(const std::string& file)
+{
+  std::string extension = std::filesystem::path(file).extension().string();
+  for (char& c : extension) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return extension;
+}
+
+RawMesh read_by_extension(const std::string& file, const std::string& bytes)
+{
+  const std::string extension = lower_extension(file);
+  if (extension == ".stl") {
+    check_stl_size(file, bytes);
+    return read_with_assimp(file, bytes, "stl");
+  }
+  if (extension == ".ply") {
+    check_ply_size(file, bytes);
+    return read_with_assimp(file, bytes, "ply");
+  }
+  if (extension == ".obj" && is_vertices_faces(bytes)) return read_vertices_faces(file, bytes);
+  if (extension == ".obj") {
+    check_wavefront_size(file, bytes);
+    return read_with_assimp(file, bytes, "obj");
+  }
+  throw InputError({file, "", "the extension \"" + extension + "\"", "a mesh file: .stl, .ply or .obj"});
+}
+
+}  // namespace
+
+RawMesh read_mesh(const std::string& file, const std::string& bytes)
+{
+  if (bytes.empty()) throw InputError({file, "", "an empty file", "a mesh"});
+  RawMesh mesh = read_by_extension(file, bytes);
+  check_mesh(file, mesh);
+  return mesh;
+}
+
+}  // namespace vrda
