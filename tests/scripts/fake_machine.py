@@ -6,7 +6,7 @@ import subprocess
 import tempfile
 
 SCRIPTS = pathlib.Path(__file__).parents[2] / "scripts"
-REAL_TOOLS = ("awk", "basename", "bash", "cat", "comm", "cp", "dirname", "env", "grep", "head", "mkdir", "paste", "printf",
+REAL_TOOLS = ("awk", "basename", "bash", "cat", "comm", "cp", "dirname", "env", "grep", "head", "mkdir", "nproc", "paste", "printf",
               "realpath", "sed", "sort", "tail", "touch", "tr")
 
 
