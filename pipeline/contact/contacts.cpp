@@ -109,7 +109,7 @@ std::vector<Candidate> close_pairs(const Scene& scene, const MovingPose& pose)
   visit_close_pairs(
       scene.reference.tree, scene.moving.solid.tree, pose, band_mm, [&](const TrianglePair& pair) {
         const Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
-        if (is_separated_by_a_face(r, m, band_mm)) return false;
+        if (is_surely_apart(r, m, band_mm)) return false;
         const TriangleDistance measured = scene.narrow_phase.measure(r, m);
         if (measured.is_overlapping || measured.distance_mm > band_mm) return false;
         result.push_back({pair, measured.distance_mm, measured.p_reference_mm, measured.p_moving_mm, {}, {}});
@@ -281,7 +281,7 @@ std::optional<TrianglePair> find_collision(const TreeMesh& reference, const Tree
   std::optional<TrianglePair> found;
   const auto overlaps = [&](const TrianglePair& pair) {
     const Corners r = corners(reference.mesh, pair.reference), m = place(corners(moving.mesh, pair.moving));
-    if (is_separated_by_a_face(r, m, 0.0) || !narrow_phase.measure(r, m).is_overlapping) return false;
+    if (is_surely_apart(r, m, 0.0) || !narrow_phase.measure(r, m).is_overlapping) return false;
     found = pair;
     return true;
   };

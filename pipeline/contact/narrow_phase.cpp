@@ -82,8 +82,12 @@ TriangleDistance NarrowPhase::measure(const Corners& reference, const Corners& m
   return bullet_->measure(reference, moving, fine_scale);
 }
 
-bool is_separated_by_a_face(const Corners& a, const Corners& b, double band_mm)
+bool is_surely_apart(const Corners& a, const Corners& b, double band_mm)
 {
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Extent ea = extent(a, axis), eb = extent(b, axis);
+    if (ea.least - eb.most > band_mm || eb.least - ea.most > band_mm) return true;
+  }
   const auto keeps_apart = [band_mm](const Corners& face, const Corners& other) {
     const Eigen::Vector3d n = (face[1] - face[0]).cross(face[2] - face[0]);
     const double limit = band_mm * n.norm();

@@ -33,7 +33,8 @@ class NarrowPhase {
   long long n_measured_ = 0;
 };
 
-/// True when a plane of either triangle keeps them further apart than `band_mm`: a cheap and safe "no".
-bool is_separated_by_a_face(const Corners& a, const Corners& b, double band_mm);
+/// True when an axis or a plane of either triangle keeps them further apart than `band_mm`: a cheap and safe
+/// "no" that spares the narrow phase.
+bool is_surely_apart(const Corners& a, const Corners& b, double band_mm);
 
 }  // namespace vrda

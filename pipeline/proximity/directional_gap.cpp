@@ -193,6 +193,16 @@ class Query {
     }
   }
 
+  // The bounds of descend() for the two triangles alone: spares most pairs of a leaf the exact kernel.
+  bool can_improve(const Corners& r, const Corners& m) const
+  {
+    const Extent rx = extent(r, 0), mx = extent(m, 0), rz = extent(r, 2), mz = extent(m, 2);
+    if (rx.least > mx.most || mx.least > rx.most || rz.least > mz.most || mz.least > rz.most) return false;
+    const Extent ry = extent(r, 1), my = extent(m, 1);
+    if (kind_ == GapKind::from_here && ry.most < my.least) return false;
+    return ry.least - my.most <= best_.travel_mm;
+  }
+
   const TreeMesh& reference_;
   const Mesh& moving_mesh_;
   const BoxTree& moving_;

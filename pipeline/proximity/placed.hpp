@@ -25,6 +25,16 @@ TreeMesh turned(const TreeMesh& reference, const Attitude& attitude);
 
 using Corners = std::array<Eigen::Vector3d, 3>;
 
+struct Extent {
+  double least = 0.0;
+  double most = 0.0;
+};
+
+inline Extent extent(const Corners& t, Eigen::Index axis)
+{
+  return {std::min({t[0][axis], t[1][axis], t[2][axis]}), std::max({t[0][axis], t[1][axis], t[2][axis]})};
+}
+
 /// Places moving boxes and triangles in S without touching the tree: it only turns about Y.
 class Placement {
  public:
