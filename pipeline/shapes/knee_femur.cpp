@@ -10,9 +10,9 @@ namespace vrda {
 namespace {
 
 // Above this height the femur is only drawn.
-constexpr double cut_mm = 30.0;
+constexpr double cut_mm = 16.0;
 // How far the drawn shaft reaches into the condylar part, so that no seam shows.
-constexpr double overlap_mm = 5.0;
+constexpr double overlap_mm = 12.0;
 constexpr double shaft_top_mm = 115.0;
 
 struct Ball {
@@ -20,16 +20,28 @@ struct Ball {
   double radius_mm;
 };
 
-// Signed distance from the hulls of successive balls, nearly: radii are interpolated along the axes.
+// Signed distance from the hull of two balls. The nearest ball of the hull is centred ahead of the foot of
+// the perpendicular by the perpendicular's length times the tangent of the half angle at which the hull
+// narrows.
+double hull_of_balls(const Ball& a, const Ball& b, const Eigen::Vector3d& p)
+{
+  const Eigen::Vector3d axis = b.centre_mm - a.centre_mm;
+  const double length_mm = axis.norm();
+  const double sine_narrowing = (a.radius_mm - b.radius_mm) / length_mm;
+  const double along_mm = (p - a.centre_mm).dot(axis) / length_mm;
+  const double across_sq_mm2 = std::max(0.0, (p - a.centre_mm).squaredNorm() - along_mm * along_mm);
+  const double tangent = sine_narrowing / std::sqrt(1.0 - sine_narrowing * sine_narrowing);
+  const double nearest_mm = std::clamp(along_mm - std::sqrt(across_sq_mm2) * tangent, 0.0, length_mm);
+  const Eigen::Vector3d centre = a.centre_mm + nearest_mm / length_mm * axis;
+  return (p - centre).norm() - (a.radius_mm - nearest_mm * sine_narrowing);
+}
+
 template <std::size_t n>
 double chain_of_balls(const std::array<Ball, n>& balls, const Eigen::Vector3d& p)
 {
-  double nearest = 1e9;
-  for (std::size_t k = 0; k + 1 < n; ++k) {
-    const Eigen::Vector3d axis = balls[k + 1].centre_mm - balls[k].centre_mm;
-    const double t = std::clamp((p - balls[k].centre_mm).dot(axis) / axis.squaredNorm(), 0.0, 1.0);
-    const double radius = balls[k].radius_mm + t * (balls[k + 1].radius_mm - balls[k].radius_mm);
-    nearest = smooth_min(nearest, (p - balls[k].centre_mm - t * axis).norm() - radius, 2.0);
+  double nearest = hull_of_balls(balls[0], balls[1], p);
+  for (std::size_t k = 1; k + 1 < n; ++k) {
+    nearest = smooth_min(nearest, hull_of_balls(balls[k], balls[k + 1], p), 6.0);
   }
   return nearest;
 }
@@ -38,14 +50,10 @@ double chain_of_balls(const std::array<Ball, n>& balls, const Eigen::Vector3d& p
 // one stands further forward. Their fillet is the groove's floor.
 double trochlea(const Eigen::Vector3d& p)
 {
-  static const std::array<Ball, 4> lateral = {{{{6.0, -4.0, 21.5}, 18.0},
-                                               {{15.0, 3.0, 17.0}, 16.0},
-                                               {{20.0, 14.0, 13.0}, 13.5},
-                                               {{18.0, 27.0, 10.0}, 10.5}}};
-  static const std::array<Ball, 4> medial = {{{{9.0, -5.0, -20.5}, 18.5},
-                                              {{16.0, 3.0, -16.0}, 15.0},
-                                              {{18.5, 13.0, -12.0}, 12.5},
-                                              {{17.0, 25.0, -9.0}, 10.0}}};
+  static const std::array<Ball, 3> lateral = {
+      {{{4.0, -4.0, 20.0}, 14.5}, {{17.0, 8.0, 15.0}, 15.0}, {{17.5, 32.0, 9.0}, 9.5}}};
+  static const std::array<Ball, 3> medial = {
+      {{{5.0, -4.0, -20.0}, 14.5}, {{16.5, 7.0, -14.0}, 13.5}, {{16.5, 29.0, -8.0}, 9.5}}};
   return smooth_min(chain_of_balls(lateral, p), chain_of_balls(medial, p), 7.0);
 }
 
@@ -76,16 +84,36 @@ double notch(const Eigen::Vector3d& p)
   return smooth_max(std::abs(p.z()) - 9.5, roof, 9.0);
 }
 
+// Far from the condyle a lower bound of the distance serves as well, and is cheaper.
+struct BoundedCondyle {
+  explicit BoundedCondyle(const Condyle& c)
+      : condyle(c),
+        middle_mm(0.5 * (ball_centre_mm(c, c.first_rad) + ball_centre_mm(c, c.last_rad))),
+        reach_mm(c.coronal_radius_mm + (ball_centre_mm(c, c.first_rad) - middle_mm).norm() + 4.0)
+  {
+  }
+  double distance_mm(const Eigen::Vector3d& p) const
+  {
+    constexpr double far_mm = 12.0;  // beyond every fillet
+    const double bound_mm = (p - middle_mm).norm() - reach_mm;
+    return bound_mm > far_mm ? bound_mm : signed_distance_mm(condyle, p);
+  }
+
+  Condyle condyle;
+  Eigen::Vector3d middle_mm;
+  double reach_mm;
+};
+
 double condyles(const Eigen::Vector3d& p)
 {
-  static const Condyle medial = medial_condyle();
-  static const Condyle lateral = lateral_condyle();
-  const double flat_m = smooth_max(signed_distance_mm(medial, p), -p.z() - 40.5, 6.0);
-  const double flat_l = smooth_max(signed_distance_mm(lateral, p), p.z() - 39.5, 6.0);
+  static const BoundedCondyle medial(medial_condyle());
+  static const BoundedCondyle lateral(lateral_condyle());
+  const double flat_m = smooth_max(medial.distance_mm(p), -p.z() - 40.5, 6.0);
+  const double flat_l = smooth_max(lateral.distance_mm(p), p.z() - 39.5, 6.0);
   return std::min(flat_m, flat_l);
 }
 
-constexpr double cell_at_resolution_1_mm = 4.55;  // gives about 1,516 triangles below the cut
+constexpr double cell_at_resolution_1_mm = 5.05;  // gives about 1,516 triangles below the cut
 
 }  // namespace
 
@@ -119,9 +147,9 @@ Condyle lateral_condyle()
 
 double femur_field(const Eigen::Vector3d& p)
 {
-  const double front = smooth_min(trochlea(p), shaft_and_flare(p), 8.0);
-  const double body = smooth_min(front, epicondyles(p), 8.0);
-  const double whole = smooth_min(condyles(p), body, 5.0);
+  const double front = smooth_min(trochlea(p), shaft_and_flare(p), 12.0);
+  const double body = smooth_min(front, epicondyles(p), 10.0);
+  const double whole = smooth_min(condyles(p), body, 7.0);
   return smooth_max(whole, -notch(p), 4.0);
 }
 
@@ -132,7 +160,7 @@ Mesh femur_mesh(double resolution)
   const Field lower = [](const Eigen::Vector3d& p) {
     return smooth_max(femur_field(p), p.y() - cut_mm, 2.0);
   };
-  return level_set_mesh(lower, {{-45, -48, -60}, {55, 45, 60}}, options);
+  return level_set_mesh(lower, {{-45, -48, -60}, {55, cut_mm + 10, 60}}, options);
 }
 
 Mesh femur_shaft_mesh(double resolution)
@@ -143,7 +171,7 @@ Mesh femur_shaft_mesh(double resolution)
     const double above_cut = smooth_max(femur_field(p), cut_mm - overlap_mm - p.y(), 2.0);
     return smooth_max(above_cut, p.y() - shaft_top_mm, 2.0);
   };
-  return level_set_mesh(upper, {{-45, 10, -60}, {55, 130, 60}}, options);
+  return level_set_mesh(upper, {{-45, cut_mm - overlap_mm - 10, -60}, {55, shaft_top_mm + 10, 60}}, options);
 }
 
 }  // namespace vrda

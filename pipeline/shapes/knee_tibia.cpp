@@ -7,10 +7,10 @@
 namespace vrda {
 namespace {
 
-constexpr double cut_mm = -58.0;  // below it the tibia is only drawn
-constexpr double overlap_mm = 5.0;
+constexpr double cut_mm = -50.0;  // below it the tibia is only drawn
+constexpr double overlap_mm = 10.0;
 constexpr double shaft_end_mm = -145.0;
-constexpr double cell_at_resolution_1_mm = 4.0;
+constexpr double cell_at_resolution_1_mm = 3.95;
 
 // A dish along one axis: curvature rise / reach^2 at the bottom, slope rise / reach far out.
 double dish(double offset_mm, double rise_mm, double reach_mm)
@@ -30,14 +30,14 @@ double bump(double dx, double dz)
 double medial_plateau_mm(double x, double z)
 {
   const Eigen::Vector3d rest = medial_rest_mm();
-  constexpr double slope = 0.05;
+  constexpr double slope = 0.04;
   // dish'(rest) = -slope puts the level point where the condyle rests.
-  constexpr double rise = 1.6, reach = 8.0;
+  constexpr double rise = 1.6, reach = 10.0;
   const double u = slope * reach / rise;
   const double ahead = reach * u / std::sqrt(1.0 - u * u);
   const double sagittal =
       dish(x - rest.x() - ahead, rise, reach) - dish(ahead, rise, reach) + slope * (x - rest.x());
-  return rest.y() + sagittal + dish(z - rest.z(), 2.2, 9.0);
+  return rest.y() + sagittal + dish(z - rest.z(), 2.0, 10.0);
 }
 
 // Slightly convex from front to back, slightly hollow from side to side, falling back by 3 degrees.
@@ -51,8 +51,8 @@ double lateral_plateau_mm(double x, double z)
 
 double eminence_mm(double x, double z)
 {
-  const double medial = 8.0 * bump((x + 1.0) / 15.0, (z + 4.5) / 8.0);
-  const double lateral = 7.0 * bump((x + 3.0) / 13.0, (z - 5.0) / 7.5);
+  const double medial = 8.0 * bump((x + 1.0) / 16.0, (z + 5.0) / 9.5);
+  const double lateral = 6.5 * bump((x + 3.0) / 14.0, (z - 5.0) / 9.0);
   return smooth_max(medial, lateral, 3.0) - 0.5;
 }
 
@@ -81,7 +81,7 @@ double shaft_outline(double x, double z)
 double tuberosity(const Eigen::Vector3d& p)
 {
   const Eigen::Vector3d d =
-      (p - Eigen::Vector3d(18.0, -66.0, 1.0)).cwiseQuotient(Eigen::Vector3d(1.0, 1.7, 1.0));
+      (p - Eigen::Vector3d(15.5, -64.0, 1.0)).cwiseQuotient(Eigen::Vector3d(1.0, 1.7, 1.0));
   return d.norm() - 8.5;
 }
 
@@ -107,7 +107,7 @@ double plateau_height_mm(double x, double z)
 
 double tibia_field(const Eigen::Vector3d& p)
 {
-  const double narrowing = smooth_step(34.0, 95.0, -p.y());
+  const double narrowing = smooth_step(30.0, 78.0, -p.y());
   const double backward = 6.0 * smooth_step(30.0, 60.0, -p.y());
   const double side = (1.0 - narrowing) * head_outline(p.x(), p.z()) +
                       narrowing * shaft_outline(p.x() + backward - 6.0, p.z());
@@ -132,7 +132,7 @@ Mesh tibia_mesh(double resolution)
   const Field upper = [](const Eigen::Vector3d& p) {
     return smooth_max(tibia_field(p), cut_mm - p.y(), 2.0);
   };
-  return level_set_mesh(upper, {{-40, -70, -60}, {50, 0, 60}}, options);
+  return level_set_mesh(upper, {{-40, cut_mm - 10, -60}, {50, 0, 60}}, options);
 }
 
 Mesh tibia_shaft_mesh(double resolution)
@@ -143,7 +143,7 @@ Mesh tibia_shaft_mesh(double resolution)
     const double below_cut = smooth_max(tibia_field(p), p.y() - cut_mm - overlap_mm, 2.0);
     return smooth_max(below_cut, shaft_end_mm - p.y(), 2.0);
   };
-  return level_set_mesh(lower, {{-40, -155, -60}, {50, -40, 60}}, options);
+  return level_set_mesh(lower, {{-40, shaft_end_mm - 10, -60}, {50, cut_mm + overlap_mm + 10, 60}}, options);
 }
 
 Mesh fibula_mesh(double resolution)
@@ -153,7 +153,7 @@ Mesh fibula_mesh(double resolution)
   const Field whole = [](const Eigen::Vector3d& p) {
     return smooth_max(fibula_field(p), shaft_end_mm - p.y(), 2.0);
   };
-  return level_set_mesh(whole, {{-40, -155, 15}, {10, -30, 60}}, options);
+  return level_set_mesh(whole, {{-40, shaft_end_mm - 10, 15}, {10, -30, 60}}, options);
 }
 
 }  // namespace vrda

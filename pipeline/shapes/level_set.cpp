@@ -152,17 +152,30 @@ Eigen::Vector3d gradient(const Field& field, const Eigen::Vector3d& p)
   return g;
 }
 
-// A Newton step towards the surface, no longer than a quarter of a cell.
-Eigen::Vector3d projected(const Field& field, const Eigen::Vector3d& p, const Eigen::Vector3d& g,
+// A Newton step towards the surface along the unit direction n, no longer than a quarter of a cell.
+Eigen::Vector3d projected(const Field& field, const Eigen::Vector3d& p, const Eigen::Vector3d& n,
                           double cell_mm)
 {
-  const double squared = g.squaredNorm();
-  if (squared == 0.0) return p;
-  Eigen::Vector3d step = -field(p) / squared * g;
+  constexpr double h_mm = 1e-3;
+  constexpr double flattest = 0.2;  // below this slope the step is meaningless
+  const double value = field(p);
+  const double slope = (field(p + h_mm * n) - value) / h_mm;
   const double longest_mm = 0.25 * cell_mm;
-  const double length_mm = step.norm();
-  if (length_mm > longest_mm) step *= longest_mm / length_mm;
-  return p + step;
+  return p - std::clamp(value / std::max(slope, flattest), -longest_mm, longest_mm) * n;
+}
+
+std::vector<Eigen::Vector3d> normals(const Net& net)
+{
+  std::vector<Eigen::Vector3d> sum(net.vertices_mm.size(), Eigen::Vector3d::Zero());
+  for (const Quad& quad : net.quads) {
+    const auto at = [&](std::size_t k) -> const Eigen::Vector3d& {
+      return net.vertices_mm[static_cast<std::size_t>(quad[k])];
+    };
+    const Eigen::Vector3d area = (at(2) - at(0)).cross(at(3) - at(1));
+    for (const std::int32_t v : quad) sum[static_cast<std::size_t>(v)] += area;
+  }
+  for (Eigen::Vector3d& n : sum) n.normalize();
+  return sum;
 }
 
 // Each vertex moves along the surface halfway to the mean of its neighbours across the net's quads.
@@ -178,12 +191,12 @@ void relax(Net& net, const Field& field, double cell_mm)
       ++count[from], ++count[to];
     }
   }
+  const std::vector<Eigen::Vector3d> normal = normals(net);
   for (std::size_t v = 0; v < net.vertices_mm.size(); ++v) {
-    const Eigen::Vector3d g = gradient(field, net.vertices_mm[v]);
-    const Eigen::Vector3d n = g.normalized();
+    const Eigen::Vector3d& n = normal[v];
     const Eigen::Vector3d towards = sum[v] / count[v] - net.vertices_mm[v];
     const Eigen::Vector3d moved = net.vertices_mm[v] + 0.5 * (towards - towards.dot(n) * n);
-    net.vertices_mm[v] = projected(field, moved, g, cell_mm);
+    net.vertices_mm[v] = projected(field, moved, n, cell_mm);
   }
 }
 
@@ -218,9 +231,11 @@ Mesh triangulated(const Net& net)
 void put_on_surface(Mesh& mesh, const Field& field, double cell_mm)
 {
   mesh.normals.resize(mesh.vertices_mm.rows(), 3);
+  constexpr int n_steps = 3;  // Newton's method from within a hundredth of a cell
   for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
     Eigen::Vector3d p = mesh.vertices_mm.row(v);
-    for (int pass = 0; pass < 4; ++pass) p = projected(field, p, gradient(field, p), cell_mm);
+    Eigen::Vector3d n = gradient(field, p).normalized();
+    for (int step = 0; step < n_steps; ++step) p = projected(field, p, n, cell_mm);
     mesh.vertices_mm.row(v) = p.transpose();
     mesh.normals.row(v) = gradient(field, p).normalized().transpose();
   }

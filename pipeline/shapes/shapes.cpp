@@ -4,37 +4,15 @@
 #include <cmath>
 #include <cstdio>
 #include <numeric>
-#include <utility>
 
 #include "core/error.hpp"
-#include "shapes/hip.hpp"
-#include "shapes/knee.hpp"
+#include "shapes/catalogue.hpp"
 
 namespace vrda {
 namespace {
 
-// A request whose parameters are all known, in range and present.
-class Values {
- public:
-  double number(const std::string& name) const { return numbers_.at(name); }
-  int whole(const std::string& name) const { return static_cast<int>(std::lround(numbers_.at(name))); }
-  const std::string& word(const std::string& name) const { return words_.at(name); }
-  void set(const std::string& name, double value) { numbers_[name] = value; }
-  void set(const std::string& name, const std::string& value) { words_[name] = value; }
-
- private:
-  std::map<std::string, double> numbers_;
-  std::map<std::string, std::string> words_;
-};
-
-using Build = Shape (*)(const Values&);
-
-struct Entry {
-  std::string name;
-  std::string summary;
-  std::vector<ShapeParameter> parameters;
-  Build build;
-};
+using Entry = CatalogueEntry;
+using Values = ShapeValues;
 
 // Insertions, deletions and substitutions between two words.
 std::size_t edit_distance(const std::string& a, const std::string& b)
@@ -77,68 +55,9 @@ std::string text(double number)
   return buffer;
 }
 
-ShapeParameter number(std::string name, std::string meaning, std::string unit, double value, double lowest,
-                      double highest)
-{
-  return {std::move(name), std::move(meaning), std::move(unit), value, lowest, highest, false, {}};
-}
-
-ShapeParameter word(std::string name, std::string meaning, std::vector<std::string> choices)
-{
-  return {std::move(name), std::move(meaning), "", 0.0, 0.0, 0.0, false, std::move(choices)};
-}
-
-// A million triangles in all at the upper end of the knee's range.
-Entry knee_entry()
-{
-  return {"knee",
-          "a right or left knee: femur, tibia, both menisci; shafts and fibula drawn only",
-          {number("resolution", "multiplies the edges along any line; triangles grow with its square", "",
-                  1.0, 0.6, 12.0),
-           word("side", "which knee", {"right", "left"})},
-          [](const Values& values) {
-            Shape shape = right_knee(values.number("resolution"));
-            if (values.word("side") == "right") return shape;
-            for (std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
-              for (ShapePart& part : *parts) part.mesh = mirrored_z(part.mesh);
-            }
-            return shape;
-          }};
-}
-
-Entry hip_entry()
-{
-  const HipPlan plan;
-  return {
-      "hip",
-      "a ball on a neck in a deep socket",
-      {number("resolution", "multiplies the edges along any line", "", plan.resolution, 0.5, 12.0),
-       number("radius", "of the head", "mm", plan.radius_mm, 5.0, 100.0),
-       number("clearance", "the socket's inner radius less the head's", "mm", plan.clearance_mm, 0.0, 20.0),
-       number("wall", "the socket's thickness", "mm", plan.wall_mm, 2.0, 50.0),
-       number("depth", "how far the socket's rim reaches below its centre", "mm", plan.depth_mm, -20.0, 20.0),
-       number("neck", "lean of the neck from straight down", "deg", plan.neck_deg, 0.0, 80.0)},
-      [](const Values& values) {
-        HipPlan chosen;
-        chosen.resolution = values.number("resolution");
-        chosen.radius_mm = values.number("radius");
-        chosen.clearance_mm = values.number("clearance");
-        chosen.wall_mm = values.number("wall");
-        chosen.depth_mm = values.number("depth");
-        chosen.neck_deg = values.number("neck");
-        return hip(chosen);
-      }};
-}
-
-const std::vector<Entry>& entries()
-{
-  static const std::vector<Entry> all = {knee_entry(), hip_entry()};
-  return all;
-}
-
 const Entry& entry(const std::string& shape)
 {
-  for (const Entry& candidate : entries()) {
+  for (const Entry& candidate : shape_catalogue()) {
     if (candidate.name == shape) return candidate;
   }
   throw InputError({"shape", "name", "\"" + shape + "\"", one_of(shape, shape_names())});
@@ -188,7 +107,7 @@ void set_word(Values& values, const Entry& chosen, const std::string& name, cons
 std::vector<std::string> shape_names()
 {
   std::vector<std::string> names;
-  for (const Entry& each : entries()) names.push_back(each.name);
+  for (const Entry& each : shape_catalogue()) names.push_back(each.name);
   return names;
 }
 
