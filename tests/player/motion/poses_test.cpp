@@ -6,6 +6,7 @@
 
 #include "core/clinical.hpp"
 #include "core/error.hpp"
+#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "player/support/models.hpp"
 
@@ -89,15 +90,15 @@ TEST(Motion, TheRotationCentreOfTheReferenceStaysAtTheWorldOrigin)
             rounding);
 }
 
-TEST(Motion, FlexionOfTheReferenceRaisesItsFrontAndVarusLowersItsRight)
+TEST(Motion, FlexionRaisesTheFrontOfTheReferenceAndVarusItsRight)
 {
-  // Rz(+flexion) takes anterior to proximal; Rx(-varus) takes the right to distal... of +Z: (0, sin v, cos
-  // v).
+  // Rz(flexion) X = Y at a right angle; Rx(-varus) Z = (0, sin varus, cos varus).
   const Motion motion(model_of({}), "raw");
   const Pose flexed = motion.at(attitude_deg(90, 0)).X_world_reference;
   EXPECT_LT((flexed * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), rounding);
   const Pose adducted = motion.at(attitude_deg(0, 4)).X_world_reference;
-  EXPECT_GT((adducted * Eigen::Vector3d::UnitZ()).y(), 0.0);
+  const SinCos varus = sin_cos(rad_from_deg(4));
+  EXPECT_LT((adducted * Eigen::Vector3d::UnitZ() - Eigen::Vector3d(0, varus.sin, varus.cos)).norm(), rounding);
 }
 
 TEST(Motion, SmoothedPosesFollowThePolynomials)
