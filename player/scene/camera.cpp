@@ -1,6 +1,7 @@
 #include "scene/camera.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "core/error.hpp"
@@ -20,17 +21,6 @@ Eigen::Matrix3d looking(const Eigen::Vector3d& from, const Eigen::Vector3d& up)
   R.col(1) = R.col(2).cross(R.col(0));
   return R;
 }
-
-/// Interval of p - t z and p + t z over the points: what the two planes of one field of view must pass.
-struct Wedge {
-  double lowest = std::numeric_limits<double>::infinity();    ///< of p - t z
-  double highest = -std::numeric_limits<double>::infinity();  ///< of p + t z
-  void add(double p, double z, double t)
-  {
-    lowest = std::min(lowest, p - t * z);
-    highest = std::max(highest, p + t * z);
-  }
-};
 
 }  // namespace
 
@@ -74,27 +64,41 @@ Eigen::Matrix3d view_rotation(View view, Side side)
   throw InternalError("a view has a direction");
 }
 
-Camera framing(const std::vector<Eigen::Vector3d>& points_world_mm, const Eigen::Matrix3d& R_world_camera,
-               const FrameOptions& options)
+CameraFit::CameraFit(const Eigen::Matrix3d& R_world_camera, const FrameOptions& options)
+    : R_world_camera_(R_world_camera), options_(options)
 {
-  check(!points_world_mm.empty(), "a camera frames at least one point");
   const SinCos half = sin_cos(0.5 * options.vertical_field_of_view_rad);
-  Camera camera;
-  camera.half_height_tangent = half.sin / half.cos;
-  camera.aspect = options.aspect;
-  const double t_y = options.filled * camera.half_height_tangent, t_x = t_y * options.aspect;
-  // |x - c_x| <= t_x (c_z - z) for every point: c_x + t_x c_z >= highest and c_x - t_x c_z <= lowest.
-  Wedge wide, tall;
+  half_height_tangent_ = half.sin / half.cos;
+}
+
+void CameraFit::include(const std::vector<Eigen::Vector3d>& points_world_mm)
+{
+  // A point p is inside for a camera at c when |p_x - c_x| <= t (c_z - p_z), hence
+  // c_x + t c_z >= p_x + t p_z and c_x - t c_z <= p_x - t p_z; the same for y.
+  const auto widen = [](Wedge& wedge, double p, double z, double t) {
+    wedge.lowest = std::min(wedge.lowest, p - t * z);
+    wedge.highest = std::max(wedge.highest, p + t * z);
+  };
+  const double t_y = options_.filled * half_height_tangent_, t_x = t_y * options_.aspect;
   for (const Eigen::Vector3d& p_world_mm : points_world_mm) {
-    const Eigen::Vector3d p = R_world_camera.transpose() * p_world_mm;
-    wide.add(p.x(), p.z(), t_x);
-    tall.add(p.y(), p.z(), t_y);
+    const Eigen::Vector3d p = R_world_camera_.transpose() * p_world_mm;
+    widen(wide_, p.x(), p.z(), t_x);
+    widen(tall_, p.y(), p.z(), t_y);
   }
+}
+
+Camera CameraFit::camera() const
+{
+  check(std::isfinite(wide_.highest), "a camera is fitted to at least one point");
+  const double t_y = options_.filled * half_height_tangent_, t_x = t_y * options_.aspect;
   const double c_z =
-      std::max((wide.highest - wide.lowest) / (2.0 * t_x), (tall.highest - tall.lowest) / (2.0 * t_y));
-  const Eigen::Vector3d c(0.5 * (wide.highest + wide.lowest), 0.5 * (tall.highest + tall.lowest), c_z);
-  camera.X_world_camera.linear() = R_world_camera;
-  camera.X_world_camera.translation() = R_world_camera * c;
+      std::max((wide_.highest - wide_.lowest) / (2.0 * t_x), (tall_.highest - tall_.lowest) / (2.0 * t_y));
+  const Eigen::Vector3d c(0.5 * (wide_.highest + wide_.lowest), 0.5 * (tall_.highest + tall_.lowest), c_z);
+  Camera camera;
+  camera.half_height_tangent = half_height_tangent_;
+  camera.aspect = options_.aspect;
+  camera.X_world_camera.linear() = R_world_camera_;
+  camera.X_world_camera.translation() = R_world_camera_ * c;
   return camera;
 }
 

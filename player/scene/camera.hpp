@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,10 +37,26 @@ struct FrameOptions {
 /// Rotation of the camera: columns are its axes in world W (canonical axes).
 Eigen::Matrix3d view_rotation(View view, Side side);
 
-/// The camera of that view nearest to the points with every one of them in the filled part of the picture:
-/// one point touches it at the left and right, or top and bottom. Depth range still to be set.
-Camera framing(const std::vector<Eigen::Vector3d>& points_world_mm, const Eigen::Matrix3d& R_world_camera,
-               const FrameOptions& options = {});
+/// Fits a camera to points, exactly and in one pass, however many poses they come from.
+class CameraFit {
+ public:
+  explicit CameraFit(const Eigen::Matrix3d& R_world_camera, const FrameOptions& options = {});
+  void include(const std::vector<Eigen::Vector3d>& points_world_mm);
+  /// The nearest camera that has every point in the filled part of the picture: points touch its border
+  /// at the left and right, or at the top and bottom. Wants at least one point; depth range still to be set.
+  Camera camera() const;
+
+ private:
+  /// Bounds that the two planes on opposite sides of the picture must pass.
+  struct Wedge {
+    double lowest = std::numeric_limits<double>::infinity();
+    double highest = -std::numeric_limits<double>::infinity();
+  };
+  Eigen::Matrix3d R_world_camera_;
+  FrameOptions options_;
+  double half_height_tangent_ = 0.0;
+  Wedge wide_, tall_;
+};
 
 /// `camera` with near and far planes around everything in front of it, as placed.
 Camera with_depth_range(Camera camera, const Scene& scene);

@@ -98,7 +98,8 @@ TEST(Motion, FlexionRaisesTheFrontOfTheReferenceAndVarusItsRight)
   EXPECT_LT((flexed * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), rounding);
   const Pose adducted = motion.at(attitude_deg(0, 4)).X_world_reference;
   const SinCos varus = sin_cos(rad_from_deg(4));
-  EXPECT_LT((adducted * Eigen::Vector3d::UnitZ() - Eigen::Vector3d(0, varus.sin, varus.cos)).norm(), rounding);
+  EXPECT_LT((adducted * Eigen::Vector3d::UnitZ() - Eigen::Vector3d(0, varus.sin, varus.cos)).norm(),
+            rounding);
 }
 
 TEST(Motion, SmoothedPosesFollowThePolynomials)
