@@ -93,16 +93,16 @@ std::vector<double> angles_deg(const AngleRange& range)
 PictureSize parsed_size(const std::string& text)
 {
   const std::vector<std::string> parts = split(text, 'x');
-  const auto is_side = [](const std::optional<int>& side) {
-    return side && *side >= smallest_side && *side <= largest_side;
-  };
-  const std::optional<int> width = whole_number<int>(parts[0]);
-  const std::optional<int> height = parts.size() == 2 ? whole_number<int>(parts[1]) : std::nullopt;
-  if (!is_side(width) || !is_side(height)) {
+  std::vector<int> sides;
+  for (const std::string& part : parts) {
+    const int side = whole_number<int>(part).value_or(0);
+    if (side >= smallest_side && side <= largest_side) sides.push_back(side);
+  }
+  if (parts.size() != 2 || sides.size() != 2) {
     throw InputError(
         {"--size", "", "\"" + text + "\"", "WxH in pixels, each from 16 to 4096, such as 1280x960"});
   }
-  return {*width, *height};
+  return {sides[0], sides[1]};
 }
 
 std::vector<std::string> parsed_views(const std::string& text)

@@ -47,7 +47,7 @@ int run(int argc, char** argv)
 {
   CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
   app.set_version_flag("--version", "vrda-player " VRDA_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);
   app.footer(
       "Example:\n  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15\n\n"
       "Exit codes: 0 done, 2 bad input, 3 some attitudes have no answer, 5 a mistake of the program");
@@ -58,7 +58,11 @@ int run(int argc, char** argv)
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    std::cerr << "vrda-player: " << error.what() << " (see vrda-player show --help)\n";
+    std::cerr << "vrda-player: " << error.what() << " (see vrda-player --help)\n";
+    return bad_input;
+  }
+  if (app.get_subcommands().empty()) {
+    std::cerr << "vrda-player: found no mode, wanted show (see vrda-player --help)\n";
     return bad_input;
   }
   const vrda::ShowSummary summary = vrda::show(options, {std::cout, std::cerr});

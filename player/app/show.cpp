@@ -167,7 +167,7 @@ void write_stills(const ShowOptions& options, const MotionModel& model, const st
 ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
 {
   if (options.folder.empty()) {
-    throw InputError({"vrda-player show", "--offscreen", "nothing",
+    throw InputError({"show", "--offscreen", "nothing",
                       "a folder for the pictures (a window is not available in this version)"});
   }
   const std::size_t n_views = parsed_views(options.views).size();
@@ -182,12 +182,12 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
                  << " for every flexion\n";
   }
   if (plan.poses.empty()) return summary;
+  write_stills(options, model, plan.poses, streams.data);
   if (!options.is_quiet) {
     streams.talk << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
                  << set << ", " << plan.poses.size() << (plan.poses.size() == 1 ? " attitude" : " attitudes")
                  << ", " << summary.n_stills << (summary.n_stills == 1 ? " picture" : " pictures") << "\n";
   }
-  write_stills(options, model, plan.poses, streams.data);
   return summary;
 }
 

@@ -4,11 +4,9 @@
 #include <vector>
 
 #include "motion/raw_surfaces.hpp"
+#include "store/evaluate_smoothed.hpp"
 
 namespace vrda {
-
-/// Terms up to this total degree are evaluated on the stack; `compare` goes to 12.
-inline constexpr int highest_smoothed_degree = 16;
 
 struct SmoothedTerm {
   int flexion_degree = 0;
@@ -16,10 +14,10 @@ struct SmoothedTerm {
   PoseNumbers coefficient{};  ///< mm, rad
 };
 
-/// Sum of coefficient P_i(u) P_j(v), Legendre polynomials, u and v on [-1, 1] over the axes.
+/// Sum of coefficient P_i(u) P_j(v) as in store/evaluate_smoothed.hpp, the terms of all four side by side.
 struct SmoothedSurfaces {
-  double first_flexion_rad = 0.0, last_flexion_rad = 0.0;
-  double first_varus_rad = 0.0, last_varus_rad = 0.0;
+  AxisRanges ranges;
+  int degree = 0;  ///< highest of any exponent
   std::vector<SmoothedTerm> terms;
 };
 

@@ -36,17 +36,35 @@ TEST(SmoothedSurfaces, EveryPolynomialIsOneAtTheUpperEndAndAlternatesAtTheLower)
 {
   // P_n(1) = 1 and P_n(-1) = (-1)^n, up to the highest degree there is.
   MotionModel model = test::model_of({});
-  test::add_smoothed(model, highest_smoothed_degree, [](int i, int j) {
+  test::add_smoothed(model, largest_smoothed_degree, [](int i, int j) {
     return PoseNumbers{j == 0 ? i + 1.0 : 0.0, 0.0, 0.0, 0.0};
   });
   const SmoothedSurfaces surfaces = smoothed_surfaces(model, model.smoothed.front());
   double sum = 0.0, alternating = 0.0;
-  for (int i = 0; i <= highest_smoothed_degree; ++i) {
+  for (int i = 0; i <= largest_smoothed_degree; ++i) {
     sum += i + 1.0;
     alternating += (i % 2 == 0 ? 1.0 : -1.0) * (i + 1.0);
   }
   EXPECT_NEAR(evaluate(surfaces, {rad_from_deg(90.0), 0.0})[0], sum, 1e-11);
   EXPECT_NEAR(evaluate(surfaces, {0.0, 0.0})[0], alternating, 1e-11);
+}
+
+TEST(SmoothedSurfaces, AgreeWithTheEvaluationOfTheStore)
+{
+  MotionModel model = test::model_of({});
+  test::add_smoothed(model, 6, [](int i, int j) {
+    return PoseNumbers{1.0 / (i + 1), 0.5 - j, 0.1 * i * j, 2.0 + i};
+  });
+  const SmoothedSet& set = model.smoothed.front();
+  const SmoothedSurfaces surfaces = smoothed_surfaces(model, set);
+  const AxisRanges ranges = axis_ranges(model.flexion_deg, model.varus_deg);
+  for (const double flexion_deg : {3.0, 50.0, 88.0}) {
+    const PoseNumbers found = evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(-3.0)});
+    for (std::size_t number = 0; number < 4; ++number) {
+      const double expected = evaluate(set, set.surfaces[number], ranges, flexion_deg, -3.0).value;
+      EXPECT_NEAR(found[number], number == 3 ? rad_from_deg(expected) : expected, 28 * rounding);
+    }
+  }
 }
 
 TEST(SmoothedSurfaces, AMisshapenSetIsABrokenPromise)
@@ -60,7 +78,7 @@ TEST(SmoothedSurfaces, AMisshapenSetIsABrokenPromise)
   cut.surfaces[2].coefficients.pop_back();
   EXPECT_THROW(smoothed_surfaces(model, cut), InternalError);
   SmoothedSet wild = model.smoothed.front();
-  wild.exponents(1, 1) = highest_smoothed_degree + 1;
+  wild.exponents(1, 1) = largest_smoothed_degree + 1;
   EXPECT_THROW(smoothed_surfaces(model, wild), InternalError);
 }
 
