@@ -38,6 +38,12 @@ void add_show(CLI::App& app, vrda::ShowOptions& options)
       ->transform(CLI::CheckedTransformer(backdrops))
       ->type_name("NAME")
       ->option_text("NAME");
+  const std::map<std::string, vrda::Held> held{{"moving", vrda::Held::moving},
+                                               {"reference", vrda::Held::reference}};
+  show->add_option("--hold", options.held, "Object that stands still: moving or reference (default moving)")
+      ->transform(CLI::CheckedTransformer(held))
+      ->type_name("NAME")
+      ->option_text("NAME");
   show->add_flag("--quiet", options.is_quiet, "Only paths and warnings");
   show->footer(
       "Example:\n  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15 --views front,lateral");

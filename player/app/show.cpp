@@ -115,15 +115,11 @@ Plan plan_of(const Motion& motion, const ShowOptions& options, std::ostream& tal
 }
 
 /// One camera a view, with room for the joint at every pose.
-std::vector<Camera> cameras_for(Scene& scene, const std::vector<JointPose>& poses,
-                                const std::vector<std::string>& views, const FrameOptions& frame_options,
-                                Side side)
+std::vector<Camera> cameras_for(Scene& scene, const std::vector<JointFrames>& frames,
+                                std::vector<CameraFit> fits)
 {
-  std::vector<CameraFit> fits;
-  for (const std::string& view : views)
-    fits.emplace_back(view_rotation(*view_named(view), side), frame_options);
-  for (const JointPose& pose : poses) {
-    place(scene, frames_of(pose));
+  for (const JointFrames& placed : frames) {
+    place(scene, placed);
     const std::vector<Eigen::Vector3d> points = points_within(scene, joint_sphere(scene));
     for (CameraFit& fit : fits) fit.include(points);
   }
@@ -144,7 +140,12 @@ void write_stills(const ShowOptions& options, const MotionModel& model, const st
   FrameOptions frame_options;
   frame_options.aspect = static_cast<double>(size.width) / size.height;
   const Side side = model.side == "left" ? Side::left : Side::right;
-  const std::vector<Camera> cameras = cameras_for(scene, poses, views, frame_options, side);
+  std::vector<CameraFit> fits;
+  for (const std::string& view : views)
+    fits.emplace_back(view_rotation(*view_named(view), side), frame_options);
+  std::vector<JointFrames> frames;
+  for (const JointPose& pose : poses) frames.push_back(frames_of(pose, options.held));
+  const std::vector<Camera> cameras = cameras_for(scene, frames, std::move(fits));
   const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({size.width, size.height});
   renderer->load(scene);
   make_folder(options.folder);
@@ -152,7 +153,7 @@ void write_stills(const ShowOptions& options, const MotionModel& model, const st
   for (const JointPose& pose : poses) all_flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (std::size_t i = 0; i < poses.size(); ++i) {
-      place(scene, frames_of(poses[i]));
+      place(scene, frames[i]);
       const std::string name =
           views[v] + "_flexion_" + angle_label(all_flexion_deg[i], all_flexion_deg) + ".png";
       const std::string path = (std::filesystem::path(options.folder) / name).string();

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "scene/material.hpp"
+#include "scene/scene.hpp"
 
 namespace vrda {
 
@@ -19,6 +20,7 @@ struct ShowOptions {
   std::string views = "oblique";
   std::string size = "1280x960";
   Backdrop backdrop = Backdrop::studio;
+  Held held = Held::moving;
   bool is_quiet = false;
 };
 

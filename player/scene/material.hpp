@@ -34,10 +34,6 @@ struct Background {
   Eigen::Vector3f bottom{0.0F, 0.0F, 0.0F};
 };
 
-/// Linear value of an sRGB code value given on [0, 255].
-/// Source: IEC 61966-2-1, with the power computed to single precision.
-Eigen::Vector3f linear_from_srgb(int red, int green, int blue);
-
 /// By the name a motion model gives: "bone", "cartilage", "meniscus"; neutral otherwise.
 Material material_of(const std::string& name);
 

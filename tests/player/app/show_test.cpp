@@ -126,6 +126,18 @@ TEST_F(Show, WithoutAnySolvedCellThereIsNothingToDraw)
   EXPECT_FALSE(std::filesystem::exists(folder_));
 }
 
+TEST_F(Show, HoldingTheReferenceShowsTheSameAttitudeFromAnotherSide)
+{
+  ShowOptions given = options();
+  given.flexion = "0:30:30";
+  given.is_quiet = true;
+  run(given);
+  const std::string held_moving = test::read_bytes(folder_ + "/front_flexion_030.png");
+  given.held = Held::reference;
+  run(given);
+  EXPECT_NE(test::read_bytes(folder_ + "/front_flexion_030.png"), held_moving);
+}
+
 TEST_F(Show, TheSamePicturesHaveTheSameBytes)
 {
   ShowOptions given = options();
