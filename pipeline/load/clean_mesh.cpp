@@ -1,6 +1,7 @@
 #include "load/clean_mesh.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -103,26 +104,29 @@ Triangles triangles_of(const RawMesh& raw, const Welded& merged, Eigen::Index& n
   return triangles;
 }
 
-void drop_unused(Mesh& mesh)
+// Vertices in the order of their first use, without those never used.
+Mesh renumbered(const Mesh& mesh, Side side)
 {
-  std::vector<bool> is_used(static_cast<std::size_t>(mesh.vertices_mm.rows()), false);
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    for (int k = 0; k < 3; ++k) is_used[static_cast<std::size_t>(mesh.triangles(t, k))] = true;
-  }
-  std::vector<std::int32_t> place(is_used.size());
+  constexpr std::int32_t unused = -1;
+  std::vector<std::int32_t> place(static_cast<std::size_t>(mesh.vertices_mm.rows()), unused);
+  const std::array<int, 3> corner_order = side == Side::right ? std::array{0, 1, 2} : std::array{0, 2, 1};
+  Mesh out = mesh;
   std::int32_t n_used = 0;
-  for (std::size_t v = 0; v < is_used.size(); ++v) {
-    if (!is_used[v]) continue;
-    const auto from = static_cast<Eigen::Index>(v);
-    mesh.vertices_mm.row(n_used) = mesh.vertices_mm.row(from).eval();
-    if (mesh.normals.rows() > 0) mesh.normals.row(n_used) = mesh.normals.row(from).eval();
-    place[v] = n_used++;
-  }
-  mesh.vertices_mm.conservativeResize(n_used, 3);
-  if (mesh.normals.rows() > 0) mesh.normals.conservativeResize(n_used, 3);
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    for (int k = 0; k < 3; ++k) mesh.triangles(t, k) = place[static_cast<std::size_t>(mesh.triangles(t, k))];
+    for (const int k : corner_order) {
+      const std::int32_t from = mesh.triangles(t, k);
+      std::int32_t& to = place[static_cast<std::size_t>(from)];
+      if (to == unused) {
+        to = n_used++;
+        out.vertices_mm.row(to) = mesh.vertices_mm.row(from);
+        if (mesh.normals.rows() > 0) out.normals.row(to) = mesh.normals.row(from);
+      }
+      out.triangles(t, k) = to;
+    }
   }
+  out.vertices_mm.conservativeResize(n_used, 3);
+  if (mesh.normals.rows() > 0) out.normals.conservativeResize(n_used, 3);
+  return out;
 }
 
 // Reverses the shells that need it.
@@ -155,16 +159,17 @@ Points outward_normals(const Mesh& mesh)
 
 }  // namespace
 
-CleanMesh clean_mesh(const RawMesh& raw, Winding winding)
+CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side)
 {
   CleanMesh out;
   Welded merged = welded(raw);
   out.n_welded = raw.vertices.rows() - merged.vertices.rows();
-  out.mesh.triangles = triangles_of(raw, merged, out.n_degenerate);
-  out.mesh.vertices_mm = std::move(merged.vertices);
-  out.mesh.normals = std::move(merged.normal_sums);
-  drop_unused(out.mesh);
-  out.was_flipped = turn_outward(out.mesh, winding);
+  Mesh mesh;
+  mesh.triangles = triangles_of(raw, merged, out.n_degenerate);
+  mesh.vertices_mm = std::move(merged.vertices);
+  mesh.normals = std::move(merged.normal_sums);
+  out.was_flipped = turn_outward(mesh, winding);
+  out.mesh = renumbered(mesh, side);
   out.mesh.normals = outward_normals(out.mesh);
   return out;
 }

@@ -14,13 +14,14 @@ struct CleanMesh {
 };
 
 /// Welds vertices of equal coordinates (exactly equal: parsers repeat a shared vertex bit for bit, and a
-/// tolerance would close gaps the author left), triangulates, drops what is degenerate and unused, keeps
-/// the order of first use, so that a mirrored file gives the mirrored mesh to the last bit.
+/// tolerance would close gaps the author left), triangulates, drops what is degenerate or unused.
 /// Orientation, shell by shell (triangles connected over edges): a closed shell that lies in no other one is
 /// turned outward by its signed volume; a closed shell inside another turns along with the outermost one
 /// around it, so the inner wall of a hollow body stays an inner wall; an open shell follows `winding`.
 /// Normals: the file's, averaged over merged vertices and turned to the outside, where every one has a
 /// length; else computed.
-CleanMesh clean_mesh(const RawMesh& raw, Winding winding);
+/// Vertices are numbered by first use along the final winding, on a left joint against it: a mirrored file
+/// with the other side gives the mirrored mesh to the last bit, with its winding reversed or not.
+CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side);
 
 }  // namespace vrda

@@ -122,7 +122,7 @@ CleanMesh ComponentSource::from_file(const ComponentJob& component, LoadedInput&
   const std::string bytes =
       file_bytes(file, {job_.document.source_of(key), key, "", wanted}, largest_mesh_bytes);
   input = {component.file, sha256_of(bytes)};
-  CleanMesh clean = clean_mesh(read_mesh(file, bytes), component.winding);
+  CleanMesh clean = clean_mesh(read_mesh(file, bytes), component.winding, job_.side);
   clean.mesh = canonical(clean.mesh, map_);
   return clean;
 }
@@ -139,7 +139,7 @@ CleanMesh ComponentSource::generated(const ComponentJob& component, LoadedInput&
                           nearest_word(generate.part, part_names(shape)) + "\""});
   }
   input = {request_text(generate) + " part=" + generate.part, sha256_of(bytes_of(part->mesh))};
-  return clean_mesh(raw_of(part->mesh), component.winding);
+  return clean_mesh(raw_of(part->mesh), component.winding, job_.side);
 }
 
 const Shape& ComponentSource::shape_of(const ComponentJob& component)

@@ -73,6 +73,15 @@ FacetCount facets_of(const std::string& file, const std::string& bytes)
   return count;
 }
 
+void check_count(const std::string& file, const std::string& field, std::size_t n_facets)
+{
+  if (n_facets == 0) throw InputError({file, field, "an empty mesh of 0 triangles", "a mesh with faces"});
+  if (n_facets > largest_face_count) {
+    throw InputError({file, field, std::to_string(n_facets) + " triangles",
+                      "at most " + std::to_string(largest_face_count)});
+  }
+}
+
 void check_ascii(const std::string& file, const std::string& bytes)
 {
   const FacetCount count = facets_of(file, bytes);
@@ -81,10 +90,22 @@ void check_ascii(const std::string& file, const std::string& bytes)
                       "an STL file cut short after " + std::to_string(count.n_ended) + " whole facets",
                       "\"endsolid\" at its end"});
   }
-  if (count.n_ended > largest_face_count) {
-    throw InputError({file, "", std::to_string(count.n_ended) + " triangles",
-                      "at most " + std::to_string(largest_face_count)});
+  check_count(file, "", count.n_ended);
+}
+
+void check_binary(const std::string& file, std::size_t n_facets, std::size_t n_bytes,
+                  std::size_t wanted_bytes)
+{
+  if (n_bytes < header_bytes + 4) {
+    throw InputError({file, "", std::to_string(n_bytes) + " bytes", "an STL file: its header alone has 84"});
   }
+  if (n_bytes != wanted_bytes) {
+    throw InputError(
+        {file, "header",
+         std::to_string(n_facets) + " triangles in a file of " + std::to_string(n_bytes) + " bytes",
+         std::to_string(wanted_bytes) + " bytes for so many"});
+  }
+  check_count(file, "header", n_facets);
 }
 
 }  // namespace
@@ -98,22 +119,9 @@ void check_stl_size(const std::string& file, const std::string& bytes)
     }
   }
   const std::size_t wanted_bytes = header_bytes + 4 + facet_bytes * n_facets;
-  const bool is_whole = bytes.size() >= header_bytes + 4 && bytes.size() == wanted_bytes;
-  if (!is_whole && is_ascii(bytes)) return check_ascii(file, bytes);
-  if (bytes.size() < header_bytes + 4) {
-    throw InputError(
-        {file, "", std::to_string(bytes.size()) + " bytes", "an STL file: its header alone has 84"});
-  }
-  if (!is_whole) {
-    throw InputError(
-        {file, "header",
-         std::to_string(n_facets) + " triangles in a file of " + std::to_string(bytes.size()) + " bytes",
-         std::to_string(wanted_bytes) + " bytes for so many"});
-  }
-  if (n_facets > largest_face_count) {
-    throw InputError({file, "header", std::to_string(n_facets) + " triangles",
-                      "at most " + std::to_string(largest_face_count)});
-  }
+  // The size decides before the first word does: a binary header may begin with "solid".
+  if (bytes.size() != wanted_bytes && is_ascii(bytes)) return check_ascii(file, bytes);
+  check_binary(file, n_facets, bytes.size(), wanted_bytes);
 }
 
 }  // namespace vrda

@@ -1,0 +1,98 @@
+#include "load/axis_map.hpp"
+
+#include <gmock/gmock.h>
+
+#include "load/mesh_text.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+
+Job job_with_frame(const test::Scratch& scratch, const std::string& frame)
+{
+  return read_job(scratch.write("job.toml", test::small_job("[frame]\n" + frame)).string());
+}
+
+TEST(AxisMap, WordsNameTheNativeAxisOfEachCanonicalOne)
+{
+  const test::Scratch scratch;
+  // Image axes: X the subject's left, Y posterior, Z up.
+  const AxisMap map = axis_map(
+      job_with_frame(scratch, "unit = \"cm\"\nanterior = \"-Y\"\nproximal = \"+Z\"\nright = \"-X\""));
+  EXPECT_EQ(map({1, 2, 3}), Eigen::Vector3d(-20, 30, -10));
+}
+
+TEST(AxisMap, TheThesisOpenGlViewIsRightHandedWithTheseWords)
+{
+  const test::Scratch scratch;
+  const AxisMap map =
+      axis_map(job_with_frame(scratch, "right = \"-X\"\nproximal = \"+Y\"\nanterior = \"+Z\""));
+  EXPECT_EQ(map({1, 2, 3}), Eigen::Vector3d(3, 2, -1));
+}
+
+TEST(AxisMap, EveryMapIsARotationOrRefused)
+{
+  const test::Scratch scratch;
+  const std::vector<std::string> axes{"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
+  int n_proper = 0, n_left_handed = 0, n_repeated = 0;
+  for (const std::string& anterior : axes) {
+    for (const std::string& proximal : axes) {
+      for (const std::string& right : axes) {
+        Job job;
+        job.file = "knee.toml";
+        job.frame = {"mm", anterior, proximal, right, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+        try {
+          EXPECT_DOUBLE_EQ(axis_map(job).X_canonical_native.linear().determinant(), 1.0);
+          ++n_proper;
+        } catch (const InputError& error) {
+          const bool is_left_handed = error.facts().found.find("left-handed") != std::string::npos;
+          (is_left_handed ? n_left_handed : n_repeated) += 1;
+        }
+      }
+    }
+  }
+  EXPECT_EQ(n_proper, 24);
+  EXPECT_EQ(n_left_handed, 24);
+  EXPECT_EQ(n_repeated, 216 - 48);
+}
+
+TEST(AxisMap, ALeftHandedMapNamesTheSignThatMendsIt)
+{
+  const test::Scratch scratch;
+  const Job job = job_with_frame(scratch, "right = \"-Z\"");
+  const InputError::Facts facts = test::facts_of([&] { axis_map(job); });
+  EXPECT_THAT(facts.file, HasSubstr("job.toml"));
+  EXPECT_EQ(facts.field, "frame");
+  EXPECT_THAT(facts.found, HasSubstr("left-handed"));
+  EXPECT_THAT(facts.wanted, HasSubstr("right = \"+Z\""));
+}
+
+TEST(AxisMap, AnAxisNamedTwiceIsRefused)
+{
+  const test::Scratch scratch;
+  const Job job = job_with_frame(scratch, "anterior = \"-Z\"");
+  const InputError::Facts facts = test::facts_of([&] { axis_map(job); });
+  EXPECT_EQ(facts.field, "frame");
+  EXPECT_THAT(facts.found, HasSubstr("anterior = \"-Z\""));
+  EXPECT_THAT(facts.wanted, HasSubstr("once"));
+}
+
+TEST(AxisMap, AlignTurnsAboutTheFilesAxesInOrderBeforeTheyAreRenamed)
+{
+  const test::Scratch scratch;
+  const AxisMap map = axis_map(job_with_frame(scratch, R"(
+unit = "m"
+anterior = "+Y"
+proximal = "+Z"
+right = "+X"
+align = { rotation_deg = [90, 0, 90], translation_mm = [1, 2, 3] }
+)"));
+  // (0, 1, 0) m -> 1000 Y; about X by 90: Z; about Z by 90: Z; shifted: (1, 2, 1003); renamed: Y, Z, X.
+  constexpr double rounding_mm = 1e-9;
+  EXPECT_LT((map({0, 1, 0}) - Eigen::Vector3d(2, 1003, 1)).norm(), rounding_mm);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,323 @@
+#include "load/case.hpp"
+
+#include <gmock/gmock.h>
+
+#include "load/file_bytes.hpp"
+#include "load/mesh_text.hpp"
+#include "support/meshes.hpp"
+#include "support/real_knees.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+Mesh upper()
+{
+  return test::box({0, 40, 0}, {60, 20, 80});
+}
+Mesh lower()
+{
+  return test::box({0, 0, 0}, {50, 20, 70});
+}
+
+/// A folder with a job and two boxes.
+struct Folder {
+  test::Scratch scratch;
+  std::string job;
+
+  explicit Folder(const std::string& job_text = test::small_job("joint = \"other\"\n"))
+  {
+    scratch.write("reference.stl", test::binary_stl(upper()));
+    scratch.write("moving.stl", test::binary_stl(lower()));
+    job = scratch.write("job.toml", job_text).string();
+  }
+};
+
+TEST(Case, TwoBoxesArriveWhole)
+{
+  const Folder folder;
+  const Case loaded = load_case(folder.job);
+  EXPECT_EQ(loaded.joint, "other");
+  EXPECT_EQ(loaded.method, "stability-search");
+  EXPECT_EQ(loaded.reference.contact.mesh.triangles.rows(), 12);
+  EXPECT_EQ(loaded.reference.contact.component, std::vector<std::int32_t>(12, 0));
+  EXPECT_EQ(loaded.reference.visual.mesh.triangles.rows(), 0);
+  EXPECT_EQ(loaded.moving.components.at(0).name, "lower");
+  EXPECT_EQ(loaded.frame.delta, Eigen::Vector3d::UnitY());
+  EXPECT_EQ(loaded.grid.flexion_deg.size(), 91U);
+  EXPECT_TRUE(loaded.compartment_of_triangle.empty());
+  ASSERT_EQ(loaded.survey.size(), 2U);
+  EXPECT_EQ(loaded.survey[0].n_welded, 28);
+  EXPECT_EQ(loaded.survey[0].source, "reference.stl");
+  EXPECT_DOUBLE_EQ(loaded.survey[0].volume_mm3, 96000.0);
+  EXPECT_DOUBLE_EQ(loaded.survey[0].area_mm2, 2.0 * (1200 + 1600 + 4800));
+  EXPECT_EQ(loaded.job_text, test::read_bytes(folder.job));
+  ASSERT_EQ(loaded.inputs.size(), 2U);
+  EXPECT_EQ(loaded.inputs[1].name, "moving.stl");
+  EXPECT_EQ(loaded.inputs[1].sha256, sha256_of(test::binary_stl(lower())));
+  EXPECT_THAT(loaded.warnings, ElementsAre());
+}
+
+TEST(Case, Sha256IsTheStandards)
+{
+  // FIPS 180-2, appendix B.1.
+  EXPECT_EQ(sha256_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST(Case, UnitAxesAndOriginApplyToEverything)
+{
+  const Folder folder(
+      test::small_job("joint = \"other\"\n[frame]\nunit = \"cm\"\nanterior = \"-Y\"\nproximal = "
+                      "\"+Z\"\nright = \"-X\"\norigin = [1, 2, 3]\n"));
+  const Case loaded = load_case(folder.job);
+  EXPECT_EQ(loaded.frame.rotation_centre_mm, Eigen::Vector3d(-20, 30, -10));
+  // Native x -30..30, y 30..50, z -40..40 cm.
+  EXPECT_EQ(loaded.survey[0].box.min_mm, Eigen::Vector3d(-500, -400, -300));
+  EXPECT_EQ(loaded.survey[0].box.max_mm, Eigen::Vector3d(-300, 400, 300));
+}
+
+TEST(Case, DrawnComponentsGoToTheVisualPart)
+{
+  const Folder folder(test::small_job("joint = \"other\"\n", R"(
+[[moving.component]]
+name = "drawn"
+file = "reference.stl"
+material = "shaft"
+contact = false
+[[moving.component]]
+name = "third"
+file = "moving.stl"
+)"));
+  const Case loaded = load_case(folder.job);
+  EXPECT_EQ(loaded.moving.contact.mesh.triangles.rows(), 24);
+  EXPECT_EQ(loaded.moving.visual.mesh.triangles.rows(), 12);
+  EXPECT_EQ(loaded.moving.visual.component, std::vector<std::int32_t>(12, 1));
+  EXPECT_EQ(loaded.moving.contact.component.back(), 2);
+  EXPECT_EQ(loaded.moving.components[1].material, "shaft");
+  EXPECT_EQ(loaded.moving.contact.mesh.normals.rows(), loaded.moving.contact.mesh.vertices_mm.rows());
+}
+
+TEST(Case, TheDataFolderComesBeforeTheJobsOwn)
+{
+  const Folder folder;
+  const test::Scratch data;
+  data.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {10, 10, 10})));
+  const Case loaded = load_case(folder.job, {data.path().string(), {}});
+  EXPECT_DOUBLE_EQ(loaded.survey[0].volume_mm3, 96000.0);
+  EXPECT_DOUBLE_EQ(loaded.survey[1].volume_mm3, 1000.0);
+  EXPECT_EQ(loaded.resolved_job, load_case(folder.job).resolved_job);
+}
+
+TEST(Case, AMirroredMeshWithTheOtherSideIsTheSameToTheSolver)
+{
+  const std::string head = "[frame]\norigin = [1.1, 2.3, 3.7]\nalign = { rotation_deg = [0, 0, 7] }\n";
+  const std::string mirrored_head =
+      "side = \"left\"\n[frame]\norigin = [1.1, 2.3, -3.7]\nalign = { rotation_deg = [0, 0, 7] }\n";
+  Mesh ball = test::ball(30, 12, 20);
+  ball.vertices_mm.col(2).array() += 5.3;
+  const Folder right(test::small_job(head)), left(test::small_job(mirrored_head));
+  right.scratch.write("reference.stl", test::binary_stl(ball));
+  left.scratch.write("reference.stl", test::binary_stl(mirrored_z(ball)));
+  left.scratch.write("moving.stl", test::binary_stl(mirrored_z(lower())));
+  const std::vector<std::string> tilted{"push.delta=[0.1, 1, 0.2]"}, tilted_left{"push.delta=[0.1, 1, -0.2]"};
+  const Case a = load_case(right.job, {"", tilted}), b = load_case(left.job, {"", tilted_left});
+  const auto expect_same = [&](const Mesh& of_right, const Mesh& of_left) {
+    const Mesh seen_right = solver_mesh(of_right, a.frame), seen_left = solver_mesh(of_left, b.frame);
+    EXPECT_EQ(seen_right.vertices_mm, seen_left.vertices_mm);
+    EXPECT_EQ(seen_right.triangles, seen_left.triangles);
+    EXPECT_EQ(seen_right.normals, seen_left.normals);
+  };
+  expect_same(a.reference.contact.mesh, b.reference.contact.mesh);
+  expect_same(a.moving.contact.mesh, b.moving.contact.mesh);
+  EXPECT_EQ(a.compartment_of_triangle, b.compartment_of_triangle);
+}
+
+int count(const Case& loaded, Compartment which)
+{
+  return static_cast<int>(
+      std::count(loaded.compartment_of_triangle.begin(), loaded.compartment_of_triangle.end(), which));
+}
+
+TEST(Compartments, AKneesAreHalfSpacesByTheRotationCentre)
+{
+  const Folder folder(test::small_job());
+  const Case right = load_case(folder.job);
+  ASSERT_EQ(right.compartment_of_triangle.size(), 12U);
+  for (Eigen::Index t = 0; t < 12; ++t) {
+    const auto [a, b, c] = corners(right.moving.contact.mesh, t);
+    const double z_mm = a.z() + b.z() + c.z();
+    EXPECT_EQ(right.compartment_of_triangle[static_cast<std::size_t>(t)],
+              z_mm < 0 ? Compartment::medial : Compartment::lateral);
+  }
+  EXPECT_EQ(count(right, Compartment::medial), 6);
+  const Case left = load_case(folder.job, {"", {"side=left"}});
+  EXPECT_EQ(count(left, Compartment::lateral), 6);
+  EXPECT_NE(left.compartment_of_triangle, right.compartment_of_triangle);
+  // All of the moving box lies to the left of a centre at z = 100.
+  EXPECT_EQ(count(load_case(folder.job, {"", {"frame.origin=[0, 0, 100]"}}), Compartment::medial), 12);
+}
+
+TEST(Compartments, ByNamesAndByNamesBeforeHalfSpaces)
+{
+  const std::string tail = "[[moving.component]]\nname = \"disc\"\nfile = \"reference.stl\"\n";
+  const Folder folder(test::small_job("joint = \"other\"\n", tail));
+  const Case named = load_case(
+      folder.job,
+      {"", {"compartments.medial.components=[\"lower\"]", "compartments.lateral.components=[\"disc\"]"}});
+  EXPECT_EQ(count(named, Compartment::medial), 12);
+  EXPECT_EQ(count(named, Compartment::lateral), 12);
+  const Case mixed =
+      load_case(folder.job,
+                {"", {"compartments.medial.components=[\"lower\"]", "compartments.lateral.half_space=left"}});
+  EXPECT_EQ(count(mixed, Compartment::medial), 12);
+  EXPECT_EQ(count(mixed, Compartment::lateral), 6);
+  EXPECT_EQ(count(mixed, Compartment::none), 6);
+}
+
+InputError::Facts facts_with(const Folder& folder, const std::vector<std::string>& overrides)
+{
+  return test::facts_of([&] { load_case(folder.job, {"", overrides}); });
+}
+
+TEST(Compartments, BadOnesAreRefused)
+{
+  const Folder folder;
+  const InputError::Facts unknown = facts_with(
+      folder, {"compartments.medial.components=[\"lowre\"]", "compartments.lateral.half_space=right"});
+  EXPECT_EQ(unknown.field, "compartments.medial.components");
+  EXPECT_EQ(unknown.found, "\"lowre\"");
+  EXPECT_THAT(unknown.wanted, HasSubstr("\"lower\""));
+  const InputError::Facts twice = facts_with(
+      folder, {"compartments.medial.components=[\"lower\"]", "compartments.lateral.components=[\"lower\"]"});
+  EXPECT_EQ(twice.field, "compartments.lateral.components");
+  EXPECT_THAT(twice.found, HasSubstr("a second time"));
+  const InputError::Facts same =
+      facts_with(folder, {"compartments.medial.half_space=left", "compartments.lateral.half_space=left"});
+  EXPECT_EQ(same.field, "compartments");
+}
+
+TEST(CaseErrors, WhatThisVersionDoesNotSolve)
+{
+  const Folder folder;
+  const InputError::Facts method = facts_with(folder, {"solver.method=equilibrium"});
+  EXPECT_EQ(method.field, "solver.method");
+  EXPECT_EQ(method.found, "\"equilibrium\"");
+  EXPECT_THAT(method.wanted, HasSubstr("\"stability-search\""));
+  const InputError::Facts varus = facts_with(folder, {"grid.varus=free"});
+  EXPECT_EQ(varus.field, "grid.varus");
+  EXPECT_THAT(varus.wanted, HasSubstr("stability-search"));
+  const InputError::Facts delta =
+      facts_with(folder, {"push.delta={ flexion_deg = [0, 90], value = [[0, 1, 0], [1, 0, 0]] }"});
+  EXPECT_EQ(delta.field, "push.delta");
+  EXPECT_THAT(delta.found, HasSubstr("differ over flexion"));
+}
+
+TEST(Case, ADeltaTableOfOneDirectionIsThatDirection)
+{
+  const Folder folder;
+  const Case loaded =
+      load_case(folder.job, {"", {"push.delta={ flexion_deg = [0, 90], value = [[0, 0, 2], [0, 0, 5]] }"}});
+  EXPECT_EQ(loaded.frame.delta, Eigen::Vector3d::UnitZ());
+}
+
+TEST(CaseErrors, MeshFilesThatAreNotThere)
+{
+  const Folder folder;
+  const InputError::Facts missing = facts_with(folder, {"moving.component.0.file=none.stl"});
+  EXPECT_EQ(missing.field, "moving.component.0.file");
+  EXPECT_THAT(missing.found, HasSubstr("none.stl"));
+  EXPECT_THAT(missing.wanted, HasSubstr("--data"));
+  std::filesystem::create_directory(folder.scratch.path() / "sub.stl");
+  EXPECT_THAT(facts_with(folder, {"moving.component.0.file=sub.stl"}).found, HasSubstr("the folder"));
+}
+
+TEST(CaseErrors, AMeshOfFacesWithoutAreaIsRefused)
+{
+  const Folder folder;
+  folder.scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {10, 0, 0})));
+  const InputError::Facts facts = facts_with(folder, {});
+  EXPECT_EQ(facts.file, "moving.stl");
+  EXPECT_THAT(facts.found, HasSubstr("12 faces, all without area"));
+}
+
+TEST(CaseErrors, ALeftHandedFrameEndsTheLoad)
+{
+  const Folder folder;
+  EXPECT_EQ(facts_with(folder, {"frame.right=-Z"}).field, "frame");
+}
+
+std::string generated_job(const std::string& shape, const std::string& upper_part,
+                          const std::string& lower_part)
+{
+  return "joint = \"other\"\n[[reference.component]]\nname = \"a\"\ngenerate = { shape = \"" + shape +
+         "\", part = \"" + upper_part + "\" }\n[[moving.component]]\nname = \"b\"\ngenerate = { shape = \"" +
+         shape + "\", part = \"" + lower_part + "\" }\n";
+}
+
+TEST(Generated, PartsAreFoundByNameAndHashedByContent)
+{
+  const Folder folder(generated_job("knee", "femur", "tibia"));
+  const Case loaded = load_case(folder.job), left = load_case(folder.job, {"", {"side=left"}});
+  EXPECT_EQ(loaded.inputs[1].name, "knee side=right part=tibia");
+  EXPECT_EQ(left.inputs[1].name, "knee side=left part=tibia");
+  EXPECT_EQ(loaded.inputs[1].sha256.size(), 64U);
+  EXPECT_NE(loaded.inputs[1].sha256, left.inputs[1].sha256);
+  EXPECT_NE(loaded.inputs[1].sha256, loaded.inputs[0].sha256);
+  EXPECT_EQ(loaded.survey[0].n_boundary_edges, 0);
+}
+
+TEST(Generated, SkipTheFramesUnitAndAxes)
+{
+  const Folder folder(generated_job("hip", "socket", "head"));
+  const Case plain = load_case(folder.job);
+  const Case framed = load_case(
+      folder.job, {"", {"frame.unit=m", "frame.anterior=+Y", "frame.proximal=+Z", "frame.right=+X"}});
+  EXPECT_EQ(plain.reference.contact.mesh.vertices_mm, framed.reference.contact.mesh.vertices_mm);
+  EXPECT_EQ(plain.inputs[0].sha256, framed.inputs[0].sha256);
+}
+
+TEST(GeneratedErrors, UnknownShapesPartsAndParameters)
+{
+  const Folder folder(generated_job("hip", "socket", "head"));
+  const InputError::Facts part = facts_with(folder, {"moving.component.0.generate.part=haed"});
+  EXPECT_EQ(part.field, "moving.component.0.generate.part");
+  EXPECT_THAT(part.wanted, HasSubstr("\"head\""));
+  const InputError::Facts shape = facts_with(folder, {"moving.component.0.generate.shape=hpi"});
+  EXPECT_EQ(shape.field, "moving.component.0.generate");
+  EXPECT_THAT(shape.found, HasSubstr("hpi"));
+  EXPECT_EQ(shape.file, folder.job);
+  const InputError::Facts range = facts_with(folder, {"moving.component.0.generate.resolution=-1"});
+  EXPECT_EQ(range.field, "moving.component.0.generate.resolution");
+  EXPECT_EQ(range.file, "--set");
+  EXPECT_THAT(range.found, HasSubstr("-1"));
+}
+
+TEST(Jobs, TheGenericOnesLoadWithoutAWarning)
+{
+  for (const char* name : {"knee-generic.toml", "hip-generic.toml"}) {
+    SCOPED_TRACE(name);
+    const Case loaded = load_case((test::source_directory() / "jobs" / name).string());
+    EXPECT_THAT(loaded.warnings, ElementsAre());
+    for (const ComponentSurvey& part : loaded.survey) {
+      EXPECT_EQ(part.n_boundary_edges + part.n_non_manifold_edges, 0) << part.name;
+      EXPECT_GT(part.volume_mm3, 0.0) << part.name;
+    }
+  }
+}
+
+TEST(Jobs, TheGenericKneeHasBothCompartmentsOnEitherSide)
+{
+  const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
+  for (const char* side : {"side=right", "side=left"}) {
+    const Case loaded = load_case(job, {"", {side}});
+    EXPECT_GT(count(loaded, Compartment::medial), 1000);
+    EXPECT_GT(count(loaded, Compartment::lateral), 1000);
+    EXPECT_THAT(loaded.warnings, ElementsAre());
+  }
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,184 @@
+#include "load/clean_mesh.hpp"
+
+#include <gtest/gtest.h>
+
+#include "load/shells.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda {
+namespace {
+
+RawMesh raw_of(const Mesh& mesh)
+{
+  RawMesh raw;
+  raw.vertices = mesh.vertices_mm;
+  raw.corner.assign(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
+  raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
+  return raw;
+}
+
+// Every triangle with vertices of its own, as an STL file has them.
+RawMesh soup_of(const Mesh& mesh)
+{
+  RawMesh raw;
+  raw.vertices.resize(3 * mesh.triangles.rows(), 3);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      raw.vertices.row(3 * t + k) = mesh.vertices_mm.row(mesh.triangles(t, k));
+      raw.corner.push_back(static_cast<std::int32_t>(3 * t + k));
+    }
+  }
+  raw.size.assign(static_cast<std::size_t>(mesh.triangles.rows()), 3);
+  return raw;
+}
+
+Mesh reversed(Mesh mesh)
+{
+  mesh.triangles.col(1).swap(mesh.triangles.col(2));
+  return mesh;
+}
+
+TEST(CleanMesh, WeldingATriangleSoupGivesTheSharedVerticesBack)
+{
+  const Mesh ball = test::ball(10, 8, 12);
+  const CleanMesh clean = clean_mesh(soup_of(ball), Winding::outward, Side::right);
+  EXPECT_EQ(clean.mesh.vertices_mm.rows(), ball.vertices_mm.rows());
+  EXPECT_EQ(clean.n_welded, 3 * ball.triangles.rows() - ball.vertices_mm.rows());
+  EXPECT_EQ(clean.n_degenerate, 0);
+  EXPECT_FALSE(clean.was_flipped);
+  EXPECT_EQ(edge_counts(clean.mesh).boundary, 0);
+  EXPECT_DOUBLE_EQ(signed_volume_mm3(clean.mesh), signed_volume_mm3(ball));
+}
+
+TEST(CleanMesh, ZeroAndMinusZeroAreOnePlace)
+{
+  RawMesh raw = raw_of(test::sheet(2, 1));
+  raw.vertices.col(1).setConstant(-0.0);
+  const CleanMesh clean = clean_mesh(raw, Winding::outward, Side::right);
+  EXPECT_FALSE(std::signbit(clean.mesh.vertices_mm(0, 1)));
+}
+
+TEST(CleanMesh, DegenerateFacesAndUnusedVerticesGo)
+{
+  RawMesh raw = raw_of(test::box({0, 0, 0}, {2, 2, 2}));
+  raw.vertices.conservativeResize(10, 3);
+  raw.vertices.row(8) << 5, 5, 5;                                            // unused
+  raw.vertices.row(9) << -1, -1, -1;                                         // the same place as vertex 0
+  for (const std::int32_t corner : {0, 9, 1}) raw.corner.push_back(corner);  // two corners in one place
+  raw.size.push_back(3);
+  for (const std::int32_t corner : {0, 1, 0, 1}) raw.corner.push_back(corner);  // a polygon without area
+  raw.size.push_back(4);
+  const CleanMesh clean = clean_mesh(raw, Winding::outward, Side::right);
+  EXPECT_EQ(clean.n_degenerate, 2);
+  EXPECT_EQ(clean.n_welded, 1);
+  EXPECT_EQ(clean.mesh.vertices_mm.rows(), 8);
+  EXPECT_EQ(clean.mesh.triangles.rows(), 12);
+  EXPECT_DOUBLE_EQ(signed_volume_mm3(clean.mesh), 8.0);
+}
+
+TEST(CleanMesh, ATriangleOfThreePointsOnALineIsDegenerate)
+{
+  RawMesh raw;
+  raw.vertices.resize(4, 3);
+  raw.vertices << 0, 0, 0, 1, 1, 1, 2, 2, 2, 0, 1, 0;
+  raw.corner = {0, 1, 2, 0, 2, 3};
+  raw.size = {3, 3};
+  const CleanMesh clean = clean_mesh(raw, Winding::outward, Side::right);
+  EXPECT_EQ(clean.n_degenerate, 1);
+  EXPECT_EQ(clean.mesh.triangles.rows(), 1);
+  EXPECT_EQ(clean.mesh.vertices_mm.rows(), 3);
+}
+
+TEST(CleanMesh, AClosedShellIsTurnedOutwardWhateverTheJobSays)
+{
+  const Mesh ball = test::ball(10, 8, 12);
+  for (const Winding winding : {Winding::outward, Winding::inward}) {
+    EXPECT_FALSE(clean_mesh(raw_of(ball), winding, Side::right).was_flipped);
+    const CleanMesh turned = clean_mesh(raw_of(reversed(ball)), winding, Side::right);
+    EXPECT_TRUE(turned.was_flipped);
+    EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), signed_volume_mm3(ball));
+  }
+}
+
+TEST(CleanMesh, AnOpenSheetFollowsTheJobsWord)
+{
+  const Mesh sheet = test::sheet(10, 3);  // normal +Y
+  const CleanMesh as_is = clean_mesh(raw_of(sheet), Winding::outward, Side::right);
+  const CleanMesh turned = clean_mesh(raw_of(sheet), Winding::inward, Side::right);
+  EXPECT_FALSE(as_is.was_flipped);
+  EXPECT_TRUE(turned.was_flipped);
+  EXPECT_EQ(as_is.mesh.normals.row(4), Eigen::RowVector3d(0, 1, 0));
+  EXPECT_EQ(turned.mesh.normals.row(4), Eigen::RowVector3d(0, -1, 0));
+}
+
+TEST(CleanMesh, SeparateShellsAreTurnedEachForItself)
+{
+  Mesh both = test::box({0, 0, 0}, {2, 2, 2});
+  append(both, reversed(test::box({10, 0, 0}, {2, 2, 2})));
+  const CleanMesh clean = clean_mesh(raw_of(both), Winding::outward, Side::right);
+  EXPECT_TRUE(clean.was_flipped);
+  EXPECT_DOUBLE_EQ(signed_volume_mm3(clean.mesh), 16.0);
+}
+
+TEST(CleanMesh, AnInnerWallStaysAnInnerWall)
+{
+  // Outer 4^3, cavity 2^3, as a file winds them rightly and the other way round.
+  Mesh hollow = test::box({0, 0, 0}, {4, 4, 4});
+  append(hollow, reversed(test::box({0, 0, 0}, {2, 2, 2})));
+  EXPECT_DOUBLE_EQ(signed_volume_mm3(clean_mesh(raw_of(hollow), Winding::outward, Side::right).mesh), 56.0);
+  const CleanMesh turned = clean_mesh(raw_of(reversed(hollow)), Winding::outward, Side::right);
+  EXPECT_TRUE(turned.was_flipped);
+  EXPECT_DOUBLE_EQ(signed_volume_mm3(turned.mesh), 56.0);
+}
+
+TEST(CleanMesh, ASolidWithinASolidStaysASolid)
+{
+  Mesh nested = test::box({0, 0, 0}, {4, 4, 4});
+  append(nested, test::box({0, 0, 0}, {2, 2, 2}));
+  EXPECT_DOUBLE_EQ(
+      signed_volume_mm3(clean_mesh(raw_of(reversed(nested)), Winding::outward, Side::right).mesh), 72.0);
+}
+
+TEST(CleanMesh, FileNormalsAreKeptAveragedAndTurnedOutward)
+{
+  const Mesh ball = test::ball(10, 8, 12);
+  RawMesh raw = raw_of(ball);
+  raw.normals = -3.0 * ball.normals;  // neither unit nor outward
+  const CleanMesh clean = clean_mesh(raw, Winding::outward, Side::right);
+  // On a ball about the origin the normal is the vertex by its radius; rounding of a division.
+  EXPECT_LT((clean.mesh.normals - clean.mesh.vertices_mm / 10.0).cwiseAbs().maxCoeff(), 1e-14);
+  raw.normals.row(3).setZero();
+  EXPECT_EQ(clean_mesh(raw, Winding::outward, Side::right).mesh.normals, vertex_normals(clean.mesh));
+}
+
+TEST(CleanMesh, AMirroredSoupGivesTheMirroredMeshToTheLastBit)
+{
+  Mesh ball = test::ball(7.3, 9, 13);
+  ball.vertices_mm.col(2).array() += 1.7;
+  const Mesh expected = mirrored_z(clean_mesh(soup_of(ball), Winding::outward, Side::right).mesh);
+  // Wound like a proper mirror image, and as a program leaves it that negates z only.
+  Mesh careless = ball;
+  careless.vertices_mm.col(2) *= -1.0;
+  for (const Mesh& mirrored : {mirrored_z(ball), careless}) {
+    const Mesh mesh = clean_mesh(soup_of(mirrored), Winding::outward, Side::left).mesh;
+    EXPECT_EQ(mesh.vertices_mm, expected.vertices_mm);
+    EXPECT_EQ(mesh.triangles, expected.triangles);
+    EXPECT_EQ(mesh.normals, expected.normals);
+  }
+}
+
+TEST(Shells, AreConnectedOverEdgesNotOverCorners)
+{
+  // Two boxes that share one vertex.
+  Mesh touching = test::box({0, 0, 0}, {2, 2, 2});
+  append(touching, test::box({2, 2, 2}, {2, 2, 2}));
+  const Mesh mesh = clean_mesh(soup_of(touching), Winding::outward, Side::right).mesh;
+  EXPECT_EQ(mesh.vertices_mm.rows(), 15);
+  const std::vector<Shell> shells = shells_of(mesh);
+  ASSERT_EQ(shells.size(), 2U);
+  EXPECT_TRUE(shells[0].is_closed && shells[1].is_closed);
+  EXPECT_DOUBLE_EQ(shells[1].signed_volume, 8.0);
+}
+
+}  // namespace
+}  // namespace vrda

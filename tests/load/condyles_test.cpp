@@ -1,0 +1,50 @@
+#include "load/condyles.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/meshes.hpp"
+
+namespace vrda {
+namespace {
+
+Mesh moved(const Mesh& mesh, const Eigen::Vector3d& by_mm)
+{
+  Pose X_to_from = Pose::Identity();
+  X_to_from.translation() = by_mm;
+  return transformed(mesh, X_to_from);
+}
+
+TEST(Condyles, TwoBallsAreFound)
+{
+  const Eigen::Vector3d left_mm(420, 511, 600), right_mm(424, 514, 650);
+  Mesh femur = moved(test::ball(20, 48, 96), left_mm);
+  append(femur, moved(test::ball(23, 48, 96), right_mm));
+  const std::optional<CondyleSpheres> spheres = condyle_spheres(femur);
+  ASSERT_TRUE(spheres.has_value());
+  // Face centres lie inside the sphere by its sagitta, at most r (pi / 48)^2 / 2 = 0.05 mm.
+  constexpr double sagitta_mm = 0.05;
+  EXPECT_LT((spheres->left.centre_mm - left_mm).norm(), sagitta_mm);
+  EXPECT_LT((spheres->right.centre_mm - right_mm).norm(), sagitta_mm);
+  EXPECT_NEAR(spheres->left.radius_mm, 20.0, sagitta_mm);
+  EXPECT_NEAR(spheres->right.radius_mm, 23.0, sagitta_mm);
+}
+
+TEST(Condyles, MirroringSwapsTheSpheres)
+{
+  Mesh femur = moved(test::ball(20, 24, 48), {0, 0, -25});
+  append(femur, moved(test::ball(23, 24, 48), {2, 1, 25}));
+  const std::optional<CondyleSpheres> spheres = condyle_spheres(femur);
+  const std::optional<CondyleSpheres> mirrored = condyle_spheres(mirrored_z(femur));
+  ASSERT_TRUE(spheres && mirrored);
+  EXPECT_NEAR(mirrored->left.radius_mm, spheres->right.radius_mm, 1e-9);  // rounding of a 4 x 4 solution
+  EXPECT_NEAR(mirrored->left.centre_mm.z(), -spheres->right.centre_mm.z(), 1e-9);
+}
+
+TEST(Condyles, ABoxHasNone)
+{
+  EXPECT_FALSE(condyle_spheres(test::box({0, 0, 0}, {60, 60, 80})).has_value());
+  EXPECT_FALSE(condyle_spheres(Mesh{}).has_value());
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,117 @@
+#include "load/job_value.hpp"
+
+#include <gmock/gmock.h>
+
+#include "load/job_schema.hpp"
+#include "load/mesh_text.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(JobValue, CanonicalTomlReadsBackAsTheSameTree)
+{
+  const std::string text = R"(title = "quotes \" and \\, tab \t"
+flag = true
+numbers = [1, 2.5, 1e-300]
+
+[a.b]
+"odd key" = -3
+
+[[list]]
+x = 1
+
+[list.inner]
+y = "2"
+
+[[list]]
+x = 2
+)";
+  const std::string once = toml_text(parse_toml(text, "job.toml"));
+  EXPECT_EQ(toml_text(parse_toml(once, "job.toml")), once);
+}
+
+TEST(JobValue, NumbersAreWrittenInTheFewestDigits)
+{
+  EXPECT_EQ(shortest(0.1), "0.1");
+  EXPECT_EQ(shortest(-0.0), "0");
+  EXPECT_EQ(shortest(5.0), "5");
+  EXPECT_EQ(shortest(0.1 + 0.2), "0.30000000000000004");
+}
+
+TEST(JobValue, SyntaxErrorsNameFileLineAndColumn)
+{
+  const InputError::Facts facts = test::facts_of([] { parse_toml("a = 1\nb = = 2\n", "knee.toml"); });
+  EXPECT_EQ(facts.file, "knee.toml");
+  EXPECT_EQ(facts.field, "line 2, column 5");
+  EXPECT_EQ(facts.wanted, "valid TOML");
+}
+
+TEST(JobValue, DatesAndInfinitiesAreNamed)
+{
+  EXPECT_EQ(test::facts_of([] { parse_toml("[a]\nb = 1979-05-27", "j"); }).field, "a.b");
+  EXPECT_EQ(test::facts_of([] { parse_toml("a = [0, nan]", "j"); }).field, "a.1");
+  EXPECT_EQ(test::facts_of([] { parse_toml("a = -inf", "j"); }).wanted, "a finite number");
+}
+
+JobDocument document()
+{
+  return {
+      "job.toml", parse_toml("[a]\nb = 1\n[[list]]\nfile = \"x\"\n[[list]]\nfile = \"y\"\n", "job.toml"), {}};
+}
+
+TEST(Override, ReplacesAddsAndStepsIntoLists)
+{
+  JobDocument job = document();
+  apply_override(job, "a.b=2.5");
+  apply_override(job, "a.new={ x = [1, 2] }");
+  apply_override(job, "list.1.file=meshes/z.stl");
+  apply_override(job, "fresh.table.word=+X");
+  EXPECT_EQ(number_at(job.root, "a.b"), 2.5);
+  EXPECT_EQ(numbers_of(value_at(job.root, "a.new.x")), (std::vector<double>{1, 2}));
+  EXPECT_EQ(text_at(value_at(job.root, "list").list()->at(1), "file"), "meshes/z.stl");
+  EXPECT_EQ(text_at(job.root, "fresh.table.word"), "+X");
+  EXPECT_EQ(job.source_of("a.b"), "--set");
+  EXPECT_EQ(job.source_of("fresh.table.word"), "--set");
+  EXPECT_EQ(job.source_of("list.0.file"), "job.toml");
+}
+
+TEST(Override, BadOnesAreRefused)
+{
+  struct Row {
+    const char* given;
+    const char* field;
+    const char* found;
+  };
+  const std::vector<Row> rows{{"a.b", "", "a.b"},
+                              {"=3", "", "=3"},
+                              {"a..b=3", "", "a..b"},
+                              {"a.b=", "a.b", "nothing"},
+                              {"a.b=[1", "a.b", "[1"},
+                              {"a.b.c=3", "a.b.c", "within 1"},
+                              {"list.2.file=z", "list.2.file", "\"2\" within a list"},
+                              {"list.x.file=z", "list.x.file", "\"x\" within a list"}};
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.given);
+    JobDocument job = document();
+    const InputError::Facts facts = test::facts_of([&] { apply_override(job, row.given); });
+    EXPECT_EQ(facts.file, "--set");
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_THAT(facts.found, HasSubstr(row.found));
+    EXPECT_FALSE(facts.wanted.empty());
+  }
+}
+
+TEST(EditDistance, CountsInsertionsDeletionsAndReplacements)
+{
+  EXPECT_EQ(edit_distance("", "abc"), 3U);
+  EXPECT_EQ(edit_distance("vraus", "varus"), 2U);
+  EXPECT_EQ(edit_distance("flexon", "flexion"), 1U);
+  EXPECT_EQ(edit_distance("same", "same"), 0U);
+  EXPECT_EQ(nearest_word("tibai", {"femur", "tibia"}), "tibia");
+  EXPECT_EQ(nearest_word("x", {}), "");
+}
+
+}  // namespace
+}  // namespace vrda

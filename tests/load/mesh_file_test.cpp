@@ -1,0 +1,230 @@
+#include <gmock/gmock.h>
+
+#include <cstring>
+
+#include "load/clean_mesh.hpp"
+#include "load/mesh_text.hpp"
+#include "load/raw_mesh.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+
+Mesh read(const std::string& file, const std::string& bytes)
+{
+  return clean_mesh(read_mesh(file, bytes), Winding::outward, Side::right).mesh;
+}
+
+// Coordinates that floats hold exactly.
+Mesh odd_box()
+{
+  return test::box({0.5, -2.25, 3}, {2, 4, 8});
+}
+
+void expect_is_odd_box(const Mesh& mesh)
+{
+  EXPECT_EQ(mesh.vertices_mm.rows(), 8);
+  EXPECT_EQ(mesh.triangles.rows(), 12);
+  EXPECT_EQ(bounding_box(mesh).min_mm, Eigen::Vector3d(-0.5, -4.25, -1));
+  EXPECT_EQ(bounding_box(mesh).max_mm, Eigen::Vector3d(1.5, -0.25, 7));
+  EXPECT_DOUBLE_EQ(signed_volume_mm3(mesh), 64.0);
+  EXPECT_EQ(edge_counts(mesh).boundary, 0);
+}
+
+TEST(MeshFile, EveryFormatGivesTheSameBox)
+{
+  const Mesh box = odd_box();
+  struct Row {
+    const char* file;
+    std::string bytes;
+  };
+  const std::vector<Row> rows{{"a.stl", test::binary_stl(box)},       {"b.STL", test::ascii_stl(box)},
+                              {"c.ply", test::ascii_ply(box)},        {"d.ply", test::binary_ply(box)},
+                              {"e.obj", test::wavefront(box)},        {"f.obj", test::vertices_faces(box, 0)},
+                              {"g.obj", test::vertices_faces(box, 1)}};
+  for (const Row& row : rows) {
+    SCOPED_TRACE(row.file);
+    expect_is_odd_box(read(row.file, row.bytes));
+  }
+}
+
+TEST(MeshFile, ABinaryStlWhoseHeaderBeginsWithSolidIsStillBinary)
+{
+  std::string bytes = test::binary_stl(odd_box());
+  bytes.replace(0, 5, "solid");
+  expect_is_odd_box(read("a.stl", bytes));
+}
+
+TEST(MeshFile, PlyNormalsAreRead)
+{
+  Mesh sheet = test::sheet(4, 1);
+  sheet.normals.rowwise() = Eigen::RowVector3d(0.6, 0.8, 0);
+  const Mesh mesh = read("a.ply", test::ascii_ply(sheet, true));
+  constexpr double float_rounding = 1e-7;
+  EXPECT_NEAR(mesh.normals(0, 0), 0.6, float_rounding);
+  EXPECT_NEAR(mesh.normals(0, 1), 0.8, float_rounding);
+}
+
+TEST(MeshFile, ConcavePolygonsOfBothObjFormatsComeOutRight)
+{
+  // An L of area 7; a fan from its first corner would leave it.
+  const std::string outline = "4 1 0\n1 1 0\n1 4 0\n0 4 0\n0 0 0\n4 0 0\n";
+  std::string wavefront;
+  for (std::size_t at = 0; at < outline.size(); at = outline.find('\n', at) + 1) {
+    wavefront += "v " + outline.substr(at, outline.find('\n', at) + 1 - at);
+  }
+  for (const std::string& bytes : {wavefront + "f 1 2 3 4 5 6\n", "6 1\n" + outline + "6 0 1 2 3 4 5\n"}) {
+    const Mesh mesh = read("l.obj", bytes);
+    EXPECT_EQ(mesh.triangles.rows(), 4);
+    EXPECT_DOUBLE_EQ(area_mm2(mesh), 7.0);
+    for (Eigen::Index t = 0; t < 4; ++t) EXPECT_EQ(face_normal(mesh, t), Eigen::Vector3d(0, 0, 1));
+  }
+}
+
+TEST(MeshFile, VerticesFacesTakesCommentsAndAnyLayout)
+{
+  const Mesh mesh = read("v.obj", "# thesis 4.1\n4 2 0 0 0 1 0 0 # two\n1 1 0\n+0 1e0 0\n\n3 0 1 2 3\n0 2 3");
+  EXPECT_EQ(mesh.triangles.rows(), 2);
+  EXPECT_DOUBLE_EQ(area_mm2(mesh), 1.0);
+}
+
+TEST(MeshFile, VerticesFacesCountsFromZeroWhereNeitherEndOccurs)
+{
+  // Vertices 1 to 3 of 5 are used: nothing tells, and 0 is the rule.
+  const RawMesh raw = read_mesh("v.obj", "5 1\n9 9 9\n0 0 0\n1 0 0\n0 1 0\n8 8 8\n3 1 2 3\n");
+  EXPECT_EQ(raw.corner, (std::vector<std::int32_t>{1, 2, 3}));
+}
+
+struct BadFile {
+  const char* file;
+  std::string bytes;
+  const char* field;
+  const char* found;
+  const char* wanted;
+};
+
+void expect_refused(const BadFile& row)
+{
+  SCOPED_TRACE(std::string(row.file) + ": " + row.bytes.substr(0, 60));
+  const InputError::Facts facts = test::facts_of([&] { read_mesh(row.file, row.bytes); });
+  EXPECT_EQ(facts.file, row.file);
+  EXPECT_EQ(facts.field, row.field);
+  EXPECT_THAT(facts.found, HasSubstr(row.found));
+  EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+}
+
+TEST(MeshFileErrors, TruncatedStl)
+{
+  const std::string binary = test::binary_stl(odd_box()), ascii = test::ascii_stl(odd_box());
+  expect_refused(
+      {"a.stl", binary.substr(0, 300), "header", "12 triangles in a file of 300 bytes", "684 bytes"});
+  expect_refused({"a.stl", binary + "x", "header", "685 bytes", "684 bytes"});
+  expect_refused({"a.stl", binary.substr(0, 40), "", "40 bytes", "its header alone has 84"});
+  expect_refused({"a.stl", ascii.substr(0, ascii.size() / 2), "", "cut short after", "endsolid"});
+  // Cut between two facets, where nothing but the missing last word shows it.
+  const std::size_t second = ascii.find("facet normal", 100);
+  expect_refused({"a.stl", ascii.substr(0, second), "", "cut short after 1 whole facets", "endsolid"});
+  std::string four = ascii;
+  four.insert(four.find(" endloop"), "  vertex 0 0 0\n");
+  expect_refused({"a.stl", four, "line 9", "without exactly three vertices", "three"});
+}
+
+TEST(MeshFileErrors, EveryCutOfEveryFormatIsNoticed)
+{
+  // Wavefront has no counts; its cuts show only where an index or a number is lost.
+  const Mesh box = odd_box();
+  const std::vector<std::pair<const char*, std::string>> files{{"a.stl", test::binary_stl(box)},
+                                                               {"b.stl", test::ascii_stl(box)},
+                                                               {"c.ply", test::binary_ply(box)},
+                                                               {"f.obj", test::vertices_faces(box, 0)}};
+  for (const auto& [file, bytes] : files) {
+    for (std::size_t n = 0; n + 22 < bytes.size(); n += 13) {
+      SCOPED_TRACE(std::string(file) + " cut to " + std::to_string(n));
+      EXPECT_THROW(read_mesh(file, bytes.substr(0, n)), InputError);
+    }
+  }
+}
+
+TEST(MeshFileErrors, TruncatedAndLyingPly)
+{
+  const std::string ascii = test::ascii_ply(odd_box()), binary = test::binary_ply(odd_box());
+  expect_refused({"a.ply", ascii.substr(0, 60), "line 5", "\"prope\"", "a keyword"});
+  expect_refused({"a.ply", ascii.substr(0, ascii.size() - 8), "face 11", "cut short", "12 of face"});
+  expect_refused({"a.ply", binary.substr(0, binary.size() - 5), "face 11", "cut short", "12 of face"});
+  expect_refused(
+      {"a.ply", binary.substr(0, binary.find("end_header") + 20), "vertex 0", "cut short", "8 of vertex"});
+  std::string huge = ascii;
+  huge.replace(huge.find("vertex 8"), 8, "vertex 99999999999");
+  expect_refused({"a.ply", huge, "line 3", "99999999999 of vertex", "at most"});
+  expect_refused({"a.ply", "plx\n", "line 1", "no PLY file", "ply"});
+  expect_refused({"a.ply", "ply\nformat ascii 1.0\n", "line 2", "the end of the file", "end_header"});
+  expect_refused({"a.ply", "ply\nformat weird 1.0\n", "line 2", "\"weird\"", "ascii"});
+  expect_refused({"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\n", "line 4", "quad",
+                  "a PLY type"});
+  std::string far_index = ascii;
+  far_index.replace(far_index.rfind("\n3 ") + 3, 1, "77");
+  expect_refused({"a.ply", far_index, "face 11", "77", "8 vertices"});
+}
+
+TEST(MeshFileErrors, VerticesFacesCountsThatLie)
+{
+  const std::string body = "0 0 0\n1 0 0\n0 1 0\n";
+  expect_refused({"v.obj", "1000000000 1\n" + body + "3 0 1 2\n", "line 1", "1000000000 vertices",
+                  "in a file of this size"});
+  expect_refused({"v.obj", "3 1000000000\n" + body + "3 0 1 2\n", "line 1", "1000000000 faces",
+                  "in a file of this size"});
+  expect_refused(
+      {"v.obj", "3 2\n" + body + "3 0 1 2\n", "line 6", "the end of the file", "corners of face 1"});
+  expect_refused({"v.obj", "4 1\n" + body + "3 0 1 2\n", "line 5", "2 corners", "face 0"});
+  expect_refused({"v.obj", "3 1\n" + body + "3 0 1 2\n3 2 1 0\n", "line 6", "\"3\"",
+                  "the end of the file after 1 faces"});
+  expect_refused({"v.obj", "2 1\n" + body + "3 0 1 2\n", "line 1", "2 vertices", "at least 3"});
+  expect_refused({"v.obj", "3 0\n" + body, "line 1", "0 faces", "at least 1"});
+  expect_refused({"v.obj", "3 1\n" + body + "2 0 1 2\n", "line 5", "2 corners", "from 3"});
+  expect_refused({"v.obj", "3 1\n" + body + "3 0 1 4\n", "line 5", "index 4", "3 vertices"});
+  expect_refused({"v.obj", "3 1\n" + body + "3 0 1 -1\n", "line 5", "index -1", "3 vertices"});
+  expect_refused({"v.obj", "3 1\n" + body + "3 0 1 3\n", "line 5", "both index 0", "3 vertices"});
+  expect_refused({"v.obj", "3 1\n0 0 0\n1 zero 0\n0 1 0\n3 0 1 2\n", "line 3", "\"zero\"", "vertex 1"});
+}
+
+TEST(MeshFileErrors, VerticesThatAreNotFinite)
+{
+  const std::string faces = "3 0 1 2\n";
+  expect_refused({"v.obj", "3 1\n0 0 0\nnan 0 0\n0 1 0\n" + faces, "vertex 1", "(nan, 0, 0)", "finite"});
+  expect_refused({"v.obj", "3 1\n0 0 0\n1 0 0\n0 -inf 0\n" + faces, "vertex 2", "(0, -inf, 0)", "finite"});
+  std::string stl = test::binary_stl(odd_box());
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(stl.data() + 84 + 50 + 12 + 24, &nan, sizeof nan);  // facet 1, third corner
+  expect_refused({"a.stl", stl, "vertex 5", "nan", "finite"});
+  expect_refused({"a.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "vertex 1", "nan", "finite"});
+}
+
+TEST(MeshFileErrors, EmptyMeshesAndForeignFiles)
+{
+  expect_refused({"a.stl", "", "", "an empty file", "a mesh"});
+  expect_refused({"a.stl", std::string(84, '\0'), "header", "an empty mesh", "faces"});
+  expect_refused({"a.stl", "solid x\nendsolid x\n", "", "an empty mesh", "faces"});
+  expect_refused({"a.obj", "# nothing here at all\n", "", "an empty mesh", "faces"});
+  expect_refused({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "", "an empty mesh: 3 vertices", "faces"});
+  expect_refused({"a.fbx", "x", "", "\".fbx\"", ".stl, .ply or .obj"});
+  expect_refused({"a", "x", "", "extension", ".stl, .ply or .obj"});
+  // The content decides too: another format under this extension is refused.
+  expect_refused({"a.ply", test::ascii_stl(odd_box()), "line 1", "no PLY file", "ply"});
+  expect_refused({"a.stl", test::ascii_ply(odd_box()), "header", "triangles in a file of", "bytes"});
+  expect_refused({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "", "index out of range", "obj"});
+}
+
+TEST(MeshFileErrors, APolygonOfAThousandAndOneCornersIsRefused)
+{
+  std::string bytes = "1001 1\n", face = "1001";
+  for (int k = 0; k < 1001; ++k) {
+    bytes += std::to_string(k) + " " + std::to_string(k * k) + " 0\n";
+    face += " " + std::to_string(k);
+  }
+  expect_refused({"v.obj", bytes + face + "\n", "line 1003", "1001 corners", "1000"});
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,38 @@
+/// Meshes as the bytes of files, small jobs as text, and what an InputError says.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "core/error.hpp"
+#include "core/mesh.hpp"
+
+namespace vrda::test {
+
+std::string binary_stl(const Mesh& mesh);
+std::string ascii_stl(const Mesh& mesh);
+std::string ascii_ply(const Mesh& mesh, bool with_normals = false);
+std::string binary_ply(const Mesh& mesh);
+std::string wavefront(const Mesh& mesh);
+/// Vertices-Faces, indices counted from `first_index`.
+std::string vertices_faces(const Mesh& mesh, int first_index);
+
+/// A job with reference "reference.stl" and moving "moving.stl"; `head` comes before the tables of the
+/// objects, `tail` after.
+std::string small_job(const std::string& head = "", const std::string& tail = "");
+
+/// The facts of the InputError that `act` throws; a failure when it throws none.
+template <class Act>
+InputError::Facts facts_of(Act act)
+{
+  try {
+    act();
+  } catch (const InputError& error) {
+    return error.facts();
+  }
+  ADD_FAILURE() << "no InputError";
+  return {};
+}
+
+}  // namespace vrda::test
