@@ -102,8 +102,7 @@ int largest_degree_of(const SmoothInput& input, const std::vector<Cell>& cells, 
   return degree;
 }
 
-[[noreturn]] void refuse(const SmoothInput& input, const char* parameters, const std::vector<Cell>& cells,
-                         int degree)
+[[noreturn]] void refuse(const SmoothInput& input, const std::vector<Cell>& cells, int degree)
 {
   std::set<Eigen::Index> rows, columns;
   for (const Cell& cell : cells) {
@@ -111,8 +110,7 @@ int largest_degree_of(const SmoothInput& input, const std::vector<Cell>& cells, 
     columns.insert(cell.varus);
   }
   const std::string found = std::to_string(cells.size()) + " solved cells in " + std::to_string(rows.size()) +
-                            " values of flexion and " + std::to_string(columns.size()) + " of varus for " +
-                            parameters;
+                            " values of flexion and " + std::to_string(columns.size()) + " of varus";
   const int possible = largest_degree_of(input, cells, degree - 1);
   const std::string wanted =
       "enough for the " + std::to_string(exponents_of(input, degree).rows()) + " terms of degree " +
@@ -121,13 +119,20 @@ int largest_degree_of(const SmoothInput& input, const std::vector<Cell>& cells, 
   throw InputError({input.name, "smooth.degrees", found, wanted});
 }
 
-Problem problem_of(const SmoothInput& input, const char* parameters, bool theta_only, int degree)
+/// Cells theta is fitted to: those that determine it, or all where these are too few for the degree (a ball
+/// in a socket determines it nowhere, and keeps the theta of its seed).
+std::vector<Cell> theta_cells(const SmoothInput& input, int degree)
+{
+  const std::vector<Cell> determined = cells_of(input, true);
+  return carries(input, determined, degree) ? determined : cells_of(input, false);
+}
+
+Problem problem_of(const SmoothInput& input, const std::vector<Cell>& cells, int degree)
 {
   Problem problem;
-  problem.cells = cells_of(input, theta_only);
+  problem.cells = cells;
   problem.qr = decomposed(input, problem.cells, degree);
-  if (problem.qr.rank == 0 || problem.qr.rank < problem.qr.R.cols())
-    refuse(input, parameters, problem.cells, degree);
+  if (problem.qr.rank == 0 || problem.qr.rank < problem.qr.R.cols()) refuse(input, problem.cells, degree);
   problem.leverage = leverages(problem.qr);
   problem.condition_number = condition_number(problem.qr);
   return problem;
@@ -207,8 +212,8 @@ SmoothedSet smooth(const SmoothInput& input, int degree)
   SmoothedSet set;
   set.degree = degree;
   set.exponents = exponents_of(input, degree);
-  const Problem translation = problem_of(input, "tx, ty, tz", false, degree);
-  const Problem rotation = problem_of(input, "theta (where it is determined)", true, degree);
+  const Problem translation = problem_of(input, cells_of(input, false), degree);
+  const Problem rotation = problem_of(input, theta_cells(input, degree), degree);
   set.surfaces = {fitted_surface(input, set, translation, input.tx_mm),
                   fitted_surface(input, set, translation, input.ty_mm),
                   fitted_surface(input, set, translation, input.tz_mm),
@@ -221,8 +226,7 @@ SmoothedSet smooth(const SmoothInput& input, int degree)
 int largest_degree(const SmoothInput& input)
 {
   require_shapes(input);
-  const int of_translation = largest_degree_of(input, cells_of(input, false), largest_smoothed_degree);
-  return largest_degree_of(input, cells_of(input, true), of_translation);
+  return largest_degree_of(input, cells_of(input, false), largest_smoothed_degree);
 }
 
 }  // namespace vrda

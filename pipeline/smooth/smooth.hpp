@@ -16,7 +16,7 @@ struct SmoothInput {
   std::vector<double> varus_deg;    ///< [n_varus], strictly increasing
   GridD tx_mm, ty_mm, tz_mm, theta_deg;
   GridB status;            ///< cells that are not StepStatus::stable are left out
-  GridB theta_determined;  ///< theta is fitted where this is 1
+  GridB theta_determined;  ///< theta is fitted where this is 1, if those cells can carry the degree
 };
 
 SmoothInput smooth_input(const MotionModel& model, const std::string& name);
@@ -28,7 +28,7 @@ SmoothInput smooth_input(const MotionModel& model, const std::string& name);
 /// would carry. Cost: cells times terms squared; 0.1 s for 91 x 21 cells and degree 12.
 SmoothedSet smooth(const SmoothInput& input, int degree);
 
-/// The highest degree, up to 20, that all four parameters can carry; -1 where even a constant has no cell.
+/// The highest degree, up to 20, that the solved cells can carry; -1 where even a constant has no cell.
 int largest_degree(const SmoothInput& input);
 
 }  // namespace vrda

@@ -27,15 +27,33 @@ std::string stl_bytes(const Mesh& mesh)
   return bytes;
 }
 
-// A sheet whose height over (x, z) is that of one or two dents, seen from below.
+// A closed slab, 20 mm thick, whose underside has the height given over (x, z).
 template <typename Height>
 Mesh ceiling(double size_mm, int n, const Height& height)
 {
-  Mesh mesh = sheet(size_mm, n);
-  for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
-    mesh.vertices_mm(v, 1) = height(mesh.vertices_mm(v, 0), mesh.vertices_mm(v, 2));
+  Mesh under = sheet(size_mm, n);
+  Mesh mesh = under;
+  mesh.vertices_mm.col(1).setConstant(20.0);
+  for (Eigen::Index v = 0; v < under.vertices_mm.rows(); ++v) {
+    under.vertices_mm(v, 1) = height(under.vertices_mm(v, 0), under.vertices_mm(v, 2));
   }
-  mesh.triangles.col(1).swap(mesh.triangles.col(2));
+  under.triangles.col(1).swap(under.triangles.col(2));
+  const auto n_under = static_cast<std::int32_t>(under.vertices_mm.rows());
+  append(mesh, under);
+  // The rim, walked around; each step closes the wall between a top edge and the edge beneath.
+  std::vector<std::int32_t> rim;
+  for (int k = 0; k < n; ++k) rim.push_back(k);
+  for (int i = 0; i < n; ++i) rim.push_back(i * (n + 1) + n);
+  for (int k = n; k > 0; --k) rim.push_back(n * (n + 1) + k);
+  for (int i = n; i > 0; --i) rim.push_back(i * (n + 1));
+  const Eigen::Index first = mesh.triangles.rows();
+  mesh.triangles.conservativeResize(first + 2 * static_cast<Eigen::Index>(rim.size()), 3);
+  for (std::size_t s = 0; s < rim.size(); ++s) {
+    const std::int32_t a = rim[s], b = rim[(s + 1) % rim.size()];
+    const Eigen::Index row = first + 2 * static_cast<Eigen::Index>(s);
+    mesh.triangles.row(row) << b, a, n_under + a;
+    mesh.triangles.row(row + 1) << b, n_under + a, n_under + b;
+  }
   return mesh;
 }
 
