@@ -34,6 +34,30 @@ Json initial_pose_of(const Joint& joint, const SweepPlan& plan, const SearchOpti
   return result;
 }
 
+// Enough to say that a component is not sound; the exact number says little more.
+constexpr std::size_t most_overlaps = 100;
+
+// Triangles of one component that cross each other: the thickness of such a part means nothing.
+void warn_of_self_overlaps(const Body& body, Json& warnings)
+{
+  NarrowPhase narrow_phase;
+  for (std::size_t c = 0; c < body.components.size(); ++c) {
+    std::vector<Eigen::Index> rows;
+    for (std::size_t t = 0; t < body.contact.component.size(); ++t) {
+      if (body.contact.component[t] == static_cast<std::int32_t>(c))
+        rows.push_back(static_cast<Eigen::Index>(t));
+    }
+    if (rows.empty()) continue;
+    const std::size_t n = find_self_overlaps(make_tree_mesh(with_triangles(body.contact.mesh, rows)),
+                                             narrow_phase, most_overlaps)
+                              .size();
+    if (n == 0) continue;
+    warnings.push_back(body.name + " component \"" + body.components[c].name +
+                       "\": its own triangles cross each other in " +
+                       (n == most_overlaps ? "at least " : "") + std::to_string(n) + " places");
+  }
+}
+
 Json component_json(const ComponentSurvey& c)
 {
   return {{"body", c.body},
@@ -144,12 +168,14 @@ void print(const Json& u)
 
 ExitCode check_command(const CheckOptions& options)
 {
-  Case job_case = load_case(options.job_file, {options.data_directory, options.overrides});
+  const Case job_case = load_case(options.job_file, {options.data_directory, options.overrides});
   Json result = understood(job_case);
   if (result["initial_pose"]["overlapping"].get<bool>()) {
     result["warnings"].push_back(
         "the objects overlap in the initial pose; initial.translation_mm may want a larger shift");
   }
+  warn_of_self_overlaps(job_case.reference, result["warnings"]);
+  warn_of_self_overlaps(job_case.moving, result["warnings"]);
   if (options.as_json) {
     std::printf("%s\n", result.dump(2).c_str());
   } else {

@@ -290,6 +290,28 @@ std::optional<TrianglePair> find_collision(const TreeMesh& reference, const Tree
   return found;
 }
 
+std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& narrow_phase,
+                                             std::size_t limit)
+{
+  std::vector<TrianglePair> found;
+  const auto shares_a_vertex = [&](const TrianglePair& pair) {
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        if (mesh.mesh.triangles(pair.reference, i) == mesh.mesh.triangles(pair.moving, k)) return true;
+      }
+    }
+    return false;
+  };
+  visit_close_pairs(mesh.tree, mesh.tree, {}, 0.0, [&](const TrianglePair& pair) {
+    if (pair.reference >= pair.moving || shares_a_vertex(pair)) return false;
+    const Corners a = corners(mesh.mesh, pair.reference), b = corners(mesh.mesh, pair.moving);
+    if (is_surely_apart(a, b, 0.0) || !narrow_phase.measure(a, b).is_overlapping) return false;
+    found.push_back(pair);
+    return found.size() >= limit;
+  });
+  return found;
+}
+
 std::vector<Contact> find_contacts(const TreeMesh& reference, const SurfaceFeatures& reference_features,
                                    const Collider& moving, const MovingPose& pose, NarrowPhase& narrow_phase,
                                    const ContactOptions& options)

@@ -41,6 +41,11 @@ std::optional<TrianglePair> find_collision(const TreeMesh& reference, const Tree
                                            const MovingPose& pose, NarrowPhase& narrow_phase,
                                            const TrianglePair& hint = {});
 
+/// Pairs of triangles of one mesh that share a point but no vertex, at most `limit` of them; each once,
+/// with the smaller row first. A weld makes neighbours share vertices, so a sound mesh has none.
+std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& narrow_phase,
+                                             std::size_t limit);
+
 /// Contacts within the band whose normals oppose Delta, nearest first. `reference` is turned to its
 /// attitude, `reference_features` those of the same mesh in any attitude. The objects should not overlap;
 /// overlapping pairs give no contact.

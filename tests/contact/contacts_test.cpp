@@ -153,6 +153,18 @@ TEST(Collision, BallsTouchWhenTheirCentresAreNearEnough)
   }
 }
 
+TEST(SelfOverlap, ASoundMeshHasNoneAndTwoCrossingBoxesHaveSome)
+{
+  NarrowPhase narrow_phase;
+  EXPECT_TRUE(find_self_overlaps(make_tree_mesh(test::ball(10, 12, 20)), narrow_phase, 100).empty());
+  Mesh crossing = test::box({0, 0, 0}, {4, 4, 4});
+  append(crossing, test::box({1, 1, 1}, {4, 4, 4}));
+  const std::vector<TrianglePair> found = find_self_overlaps(make_tree_mesh(crossing), narrow_phase, 1000);
+  EXPECT_FALSE(found.empty());
+  for (const TrianglePair& pair : found) EXPECT_LT(pair.reference, pair.moving);
+  EXPECT_EQ(find_self_overlaps(make_tree_mesh(crossing), narrow_phase, 2).size(), 2u);
+}
+
 TEST(Collision, AHintIsTriedFirstAndChangesNothingElse)
 {
   NarrowPhase narrow_phase;
