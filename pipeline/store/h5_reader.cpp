@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "core/error.hpp"
+#include "store/seal.hpp"
 
 namespace vrda {
 namespace {
@@ -112,7 +113,10 @@ H5Reader::H5Reader(const std::string& path) : file_name_(path), file_bytes_(size
     H5Eclear2(H5E_DEFAULT);
     throw InputError({path, "", std::to_string(file_bytes_) + " bytes that are no HDF5 file", wanted_model});
   }
+  require_sound(path);
   const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_model);
+  // Models are renamed into place whole, never changed in place: no lock, so that read-only disks work.
+  check_h5(H5Pset_file_locking(access.id(), false, true), place(""), wanted_model);
   file_ = own_h5(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), place(""), wanted_model);
   objects_["/"] = ObjectKind::group;
   walk("/", 0);

@@ -7,6 +7,12 @@
 #include "core/error.hpp"
 #include "render/gl_renderer.hpp"
 
+#ifdef __SANITIZE_ADDRESS__
+// OSMesaMakeCurrent of Mesa 22.3 keeps some 200 bytes a context for ever.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa.so\n"; }
+extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
+#endif
+
 namespace vrda {
 namespace {
 

@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 
 namespace vrda {
+
 Material material_of(const std::string& name)
 {
   if (name == "bone") return {Eigen::Vector3f(0.839F, 0.745F, 0.591F), 1.0F, 0.10F, 24.0F, 0.13F};
@@ -16,7 +17,7 @@ Lighting studio_lighting()
   Lighting lighting;
   lighting.sky = {0.19F, 0.21F, 0.25F};
   lighting.ground = {0.075F, 0.065F, 0.060F};
-  lighting.lights.push_back({Eigen::Vector3f(-0.50F, 0.70F, 0.70F).normalized(), {0.88F, 0.85F, 0.79F}});
+  lighting.lights.push_back({Eigen::Vector3f(-0.50F, 0.70F, 0.70F).normalized(), {0.80F, 0.775F, 0.72F}});
   lighting.lights.push_back({Eigen::Vector3f(0.85F, 0.05F, 0.50F).normalized(), {0.19F, 0.22F, 0.27F}});
   lighting.lights.push_back({Eigen::Vector3f(0.25F, 0.55F, -0.80F).normalized(), {0.40F, 0.42F, 0.46F}});
   return lighting;
