@@ -6,7 +6,7 @@
 namespace vrda {
 namespace {
 
-spdlog::logger& log()
+spdlog::logger& talker()
 {
   static const std::shared_ptr<spdlog::logger> logger = [] {
     auto made = spdlog::stderr_logger_mt("vrda");
@@ -20,15 +20,15 @@ spdlog::logger& log()
 
 void be_quiet()
 {
-  log().set_level(spdlog::level::warn);
+  talker().set_level(spdlog::level::warn);
 }
 void say(const std::string& line)
 {
-  log().info(line);
+  talker().info(line);
 }
 void warn(const std::string& line)
 {
-  log().warn("warning: " + line);
+  talker().warn("warning: " + line);
 }
 
 }  // namespace vrda
