@@ -104,6 +104,14 @@ bool has_chunks_within(H5Id creation, const std::vector<std::int64_t>& shape)
   return true;
 }
 
+/// Stops the iteration, by returning 1, at the scale that lies at the address wanted.
+herr_t has_address(hid_t, unsigned, hid_t scale, void* wanted)
+{
+  H5O_info_t info = {};
+  if (H5Oget_info2(scale, &info, H5O_INFO_BASIC) < 0) return -1;
+  return info.addr == *static_cast<const haddr_t*>(wanted) ? 1 : 0;
+}
+
 }  // namespace
 
 H5Reader::H5Reader(const std::string& path) : file_name_(path), file_bytes_(size_of_file(path))
@@ -231,7 +239,12 @@ bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const s
   if (!is_dataset(scale)) return false;
   const H5Handle object = open(dataset);
   const H5Handle scale_object = open(scale);
-  const bool attached = H5DSis_attached(object.id(), scale_object.id(), static_cast<unsigned>(axis)) > 0;
+  H5O_info_t info = {};
+  check_h5(H5Oget_info2(scale_object.id(), &info, H5O_INFO_BASIC), place(scale), wanted_model);
+  // H5DSis_attached would follow the scale's list of users too, and fail for all of them once one of the
+  // datasets in it is gone.
+  const bool attached =
+      H5DSiterate_scales(object.id(), static_cast<unsigned>(axis), nullptr, has_address, &info.addr) > 0;
   H5Eclear2(H5E_DEFAULT);
   return attached;
 }
