@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "core/trig.hpp"
 
@@ -40,37 +41,6 @@ Lead lead(const Condyle& condyle, const Eigen::Vector3d& p, double angle_rad)
           a.sin * p.x() + a.cos * p.y() + s.value_mm - radius_mm(condyle, angle_rad)};
 }
 
-// Angle of the foot of the perpendicular from p on the curve of ball centres, by Newton inside a shrinking
-// bracket: the lead falls where p is outside the curve.
-double foot_rad(const Condyle& condyle, const Eigen::Vector3d& p)
-{
-  double low = condyle.first_rad, high = condyle.last_rad;
-  if (lead(condyle, p, low).value_mm <= 0.0) return low;
-  if (lead(condyle, p, high).value_mm >= 0.0) return high;
-  double angle_rad = std::clamp(arc_tangent2(-p.x(), -p.y()), low, high);
-  constexpr int most_steps = 60;
-  constexpr double resolution_mm = 1e-12;
-  for (int step = 0; step < most_steps; ++step) {
-    const Lead at = lead(condyle, p, angle_rad);
-    if (std::abs(at.value_mm) < resolution_mm) break;
-    (at.value_mm > 0.0 ? low : high) = angle_rad;
-    const double next = angle_rad - at.value_mm / at.slope_mm;
-    const bool is_usable = at.slope_mm < 0.0 && next > low && next < high;
-    angle_rad = is_usable ? next : 0.5 * (low + high);
-  }
-  return angle_rad;
-}
-
-Eigen::Vector3d nearest_ball_centre_mm(const Condyle& condyle, const Eigen::Vector3d& p)
-{
-  Eigen::Vector3d nearest = ball_centre_mm(condyle, foot_rad(condyle, p));
-  for (const double end_rad : {condyle.first_rad, condyle.last_rad}) {
-    const Eigen::Vector3d end = ball_centre_mm(condyle, end_rad);
-    if ((p - end).squaredNorm() < (p - nearest).squaredNorm()) nearest = end;
-  }
-  return nearest;
-}
-
 }  // namespace
 
 Support support(const Condyle& condyle, double angle_rad)
@@ -97,21 +67,63 @@ Eigen::Vector3d ball_centre_mm(const Condyle& condyle, double angle_rad)
   return {-reach_mm * a.sin - p.slope_mm * a.cos, -reach_mm * a.cos + p.slope_mm * a.sin, condyle.z_mm};
 }
 
-double signed_distance_mm(const Condyle& condyle, const Eigen::Vector3d& p_femur_mm)
+CondyleSurface::CondyleSurface(const Condyle& condyle) : condyle_(condyle)
 {
-  return (p_femur_mm - nearest_ball_centre_mm(condyle, p_femur_mm)).norm() - condyle.coronal_radius_mm;
+  constexpr int n_steps = 40;  // about 4 degrees: well under what a bracket of two steps can resolve
+  for (int k = 0; k <= n_steps; ++k) {
+    const double t = static_cast<double>(k) / n_steps;
+    angle_rad_.push_back((1.0 - t) * condyle.first_rad + t * condyle.last_rad);
+    ball_centre_mm_.push_back(ball_centre_mm(condyle, angle_rad_.back()));
+  }
+  middle_mm_ = 0.5 * (ball_centre_mm_.front() + ball_centre_mm_.back());
+  for (const Eigen::Vector3d& centre : ball_centre_mm_) {
+    reach_mm_ = std::max(reach_mm_, (centre - middle_mm_).norm());
+  }
+  constexpr double between_samples_mm = 0.5;  // sagitta of the longest step, with room
+  reach_mm_ += condyle.coronal_radius_mm + between_samples_mm;
 }
 
-double underside_mm(const Condyle& condyle, double x_mm, double z_mm)
+Eigen::Vector3d CondyleSurface::nearest_ball_centre_mm(const Eigen::Vector3d& p) const
+{
+  const auto closer = [&](const Eigen::Vector3d& l, const Eigen::Vector3d& r) {
+    return (p - l).squaredNorm() < (p - r).squaredNorm();
+  };
+  const auto nearest = std::min_element(ball_centre_mm_.begin(), ball_centre_mm_.end(), closer);
+  const auto at = static_cast<std::size_t>(nearest - ball_centre_mm_.begin());
+  double low = angle_rad_[at == 0 ? 0 : at - 1];
+  double high = angle_rad_[at + 1 == angle_rad_.size() ? at : at + 1];
+  double angle_rad = angle_rad_[at];
+  // Newton inside the shrinking bracket; the foot may be an end of the outline.
+  constexpr int most_steps = 60;
+  constexpr double resolution_mm = 1e-12, resolution_rad = 1e-14;
+  for (int step = 0; step < most_steps && high - low > resolution_rad; ++step) {
+    const Lead ahead = lead(condyle_, p, angle_rad);
+    if (std::abs(ahead.value_mm) < resolution_mm) break;
+    (ahead.value_mm > 0.0 ? low : high) = angle_rad;
+    const double next = angle_rad - ahead.value_mm / ahead.slope_mm;
+    const bool is_usable = ahead.slope_mm < 0.0 && next > low && next < high;
+    angle_rad = is_usable ? next : 0.5 * (low + high);
+  }
+  return ball_centre_mm(condyle_, angle_rad);
+}
+
+double CondyleSurface::signed_distance_mm(const Eigen::Vector3d& p) const
+{
+  constexpr double far_mm = 12.0;  // beyond every fillet
+  const double bound_mm = (p - middle_mm_).norm() - reach_mm_;
+  if (bound_mm > far_mm) return bound_mm;
+  return (p - nearest_ball_centre_mm(p)).norm() - condyle_.coronal_radius_mm;
+}
+
+double CondyleSurface::underside_mm(double x_mm, double z_mm) const
 {
   // Newton from below, where the distance falls and is convex: it approaches the surface without passing it.
-  Eigen::Vector3d p(x_mm, ball_centre_mm(condyle, 0.0).y() - 2.0 * condyle.coronal_radius_mm, z_mm);
+  Eigen::Vector3d p(x_mm, middle_mm_.y() - reach_mm_, z_mm);
   constexpr int most_steps = 60;
   constexpr double resolution_mm = 1e-12;
   for (int step = 0; step < most_steps; ++step) {
-    const Eigen::Vector3d from_centre = p - nearest_ball_centre_mm(condyle, p);
-    const double distance_mm = from_centre.norm() - condyle.coronal_radius_mm;
-    // Beside the condyle: no point above (x, z) touches it from below.
+    const Eigen::Vector3d from_centre = p - nearest_ball_centre_mm(p);
+    const double distance_mm = from_centre.norm() - condyle_.coronal_radius_mm;
     if (from_centre.y() >= 0.0) return p.y() + distance_mm;
     if (distance_mm < resolution_mm) break;
     p.y() -= distance_mm * from_centre.norm() / from_centre.y();

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 namespace vrda {
 
@@ -38,12 +39,29 @@ double radius_mm(const Condyle& condyle, double angle_rad);
 /// Centre of the swept ball where the outline's normal is n(a); its Z is the condyle's.
 Eigen::Vector3d ball_centre_mm(const Condyle& condyle, double angle_rad);
 
-/// Signed distance from the swept ball; exact outside and down to the medial curve.
-double signed_distance_mm(const Condyle& condyle, const Eigen::Vector3d& p_femur_mm);
+/// The swept surface, with what makes it quick to ask.
+class CondyleSurface {
+ public:
+  explicit CondyleSurface(const Condyle& condyle);
 
-/// Height of the condyle's underside above (x, z) with the femur not turned: the smallest y that touches.
-/// Beyond the silhouette, the height of the ball's equator rises linearly outward, so that callers may
-/// compare.
-double underside_mm(const Condyle& condyle, double x_mm, double z_mm);
+  const Condyle& condyle() const { return condyle_; }
+
+  /// Centre of the swept ball nearest to p (femur's frame).
+  Eigen::Vector3d nearest_ball_centre_mm(const Eigen::Vector3d& p_mm) const;
+
+  /// Signed distance; farther than 12 mm outside, a lower bound of it.
+  double signed_distance_mm(const Eigen::Vector3d& p_mm) const;
+
+  /// Height of the condyle's underside above (x, z) with the femur not turned: the smallest y that touches.
+  /// Beside the condyle's silhouette it grows with the distance from it, from the height of the equator.
+  double underside_mm(double x_mm, double z_mm) const;
+
+ private:
+  Condyle condyle_;
+  std::vector<double> angle_rad_;                // evenly over the outline
+  std::vector<Eigen::Vector3d> ball_centre_mm_;  // at those angles
+  Eigen::Vector3d middle_mm_ = Eigen::Vector3d::Zero();
+  double reach_mm_ = 0.0;  // no point of the surface is farther from the middle
+};
 
 }  // namespace vrda

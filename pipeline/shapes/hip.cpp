@@ -59,13 +59,13 @@ Mesh head(const HipPlan& plan)
 Shape hip(const HipPlan& plan)
 {
   const double inner_mm = plan.radius_mm + plan.clearance_mm;
-  const double below_mm = std::max(0.0, plan.depth_mm);
-  const double rim_sq_mm2 = inner_mm * inner_mm - below_mm * below_mm;
-  if (rim_sq_mm2 <= plan.radius_mm * plan.radius_mm) {
-    const double deepest_mm = std::sqrt(inner_mm * inner_mm - plan.radius_mm * plan.radius_mm);
-    throw InputError(
-        {"shape hip", "depth", std::to_string(plan.depth_mm),
-         "less than " + std::to_string(deepest_mm) + " mm, so that the head can enter the socket"});
+  // Rim below the centre: its opening must let the head pass. Rim above: a cap must be left.
+  const double deepest_mm = std::sqrt(inner_mm * inner_mm - plan.radius_mm * plan.radius_mm);
+  const double shallowest_mm = -0.8 * inner_mm;
+  if (plan.depth_mm > deepest_mm || plan.depth_mm < shallowest_mm) {
+    throw InputError({"shape hip", "depth", std::to_string(plan.depth_mm),
+                      "from " + std::to_string(shallowest_mm) + " to " + std::to_string(deepest_mm) +
+                          " mm for that radius and clearance, so that the head can enter and is held"});
   }
   return {{{"socket", "bone", true, socket(plan)}}, {{"head", "bone", true, head(plan)}}};
 }

@@ -84,32 +84,12 @@ double notch(const Eigen::Vector3d& p)
   return smooth_max(std::abs(p.z()) - 9.5, roof, 9.0);
 }
 
-// Far from the condyle a lower bound of the distance serves as well, and is cheaper.
-struct BoundedCondyle {
-  explicit BoundedCondyle(const Condyle& c)
-      : condyle(c),
-        middle_mm(0.5 * (ball_centre_mm(c, c.first_rad) + ball_centre_mm(c, c.last_rad))),
-        reach_mm(c.coronal_radius_mm + (ball_centre_mm(c, c.first_rad) - middle_mm).norm() + 4.0)
-  {
-  }
-  double distance_mm(const Eigen::Vector3d& p) const
-  {
-    constexpr double far_mm = 12.0;  // beyond every fillet
-    const double bound_mm = (p - middle_mm).norm() - reach_mm;
-    return bound_mm > far_mm ? bound_mm : signed_distance_mm(condyle, p);
-  }
-
-  Condyle condyle;
-  Eigen::Vector3d middle_mm;
-  double reach_mm;
-};
-
 double condyles(const Eigen::Vector3d& p)
 {
-  static const BoundedCondyle medial(medial_condyle());
-  static const BoundedCondyle lateral(lateral_condyle());
-  const double flat_m = smooth_max(medial.distance_mm(p), -p.z() - 40.5, 6.0);
-  const double flat_l = smooth_max(lateral.distance_mm(p), p.z() - 39.5, 6.0);
+  static const CondyleSurface medial(medial_condyle());
+  static const CondyleSurface lateral(lateral_condyle());
+  const double flat_m = smooth_max(medial.signed_distance_mm(p), -p.z() - 40.5, 6.0);
+  const double flat_l = smooth_max(lateral.signed_distance_mm(p), p.z() - 39.5, 6.0);
   return std::min(flat_m, flat_l);
 }
 

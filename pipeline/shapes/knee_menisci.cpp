@@ -14,7 +14,7 @@ namespace {
 // A C around the place where a condyle rests, open towards the eminence.
 // Its upper side follows the condyle in extension, its lower side the plateau.
 struct MeniscusPlan {
-  Condyle condyle;
+  CondyleSurface condyle;
   Eigen::Vector2d middle_mm;  // (x, z) the rays of the sections start from
   double towards_eminence;    // sign of z
   double half_opening_rad;    // between the ray to the eminence and the first (last) section
@@ -32,23 +32,31 @@ constexpr double above_plateau_mm = 0.2;
 MeniscusPlan medial_plan()
 {
   const Eigen::Vector3d rest = medial_rest_mm();
-  return {medial_condyle(),
-          {rest.x() - 2.5, rest.z()},
-          1.0,
-          rad_from_deg(62.0),
-          {20.0, 17.0},
-          5.5,
-          0.8,
-          0.15,
-          31,
-          4};
+  return {.condyle = CondyleSurface(medial_condyle()),
+          .middle_mm = {rest.x() - 0.5, rest.z()},
+          .towards_eminence = 1.0,
+          .half_opening_rad = rad_from_deg(62.0),
+          .outer_mm = {21.5, 17.0},
+          .rim_height_mm = 5.5,
+          .inner_height_mm = 0.8,
+          .clearance_mm = 0.15,
+          .n_sections = 30,
+          .n_across = 4};
 }
 
 MeniscusPlan lateral_plan()
 {
   const Eigen::Vector3d rest = lateral_rest_mm();
-  return {
-      lateral_condyle(), {rest.x(), rest.z()}, -1.0, rad_from_deg(45.0), {17.5, 16.0}, 5.5, 0.8, 0.1, 34, 4};
+  return {.condyle = CondyleSurface(lateral_condyle()),
+          .middle_mm = {rest.x(), rest.z()},
+          .towards_eminence = -1.0,
+          .half_opening_rad = rad_from_deg(45.0),
+          .outer_mm = {17.5, 16.0},
+          .rim_height_mm = 5.5,
+          .inner_height_mm = 0.8,
+          .clearance_mm = 0.1,
+          .n_sections = 33,
+          .n_across = 4};
 }
 
 // One ray of the C, seen from above.
@@ -80,7 +88,7 @@ Column column_at(const MeniscusPlan& plan, const Ray& ray, double distance_mm)
 {
   const Eigen::Vector2d p = plan.middle_mm + distance_mm * ray.direction;
   return {plateau_height_mm(p.x(), p.y()) + above_plateau_mm,
-          underside_mm(plan.condyle, p.x(), p.y()) - plan.clearance_mm};
+          plan.condyle.underside_mm(p.x(), p.y()) - plan.clearance_mm};
 }
 
 // Where the wedge between condyle and plateau becomes high enough for the inner rim.
@@ -146,48 +154,76 @@ class LoftBuilder {
   std::vector<std::array<std::int32_t, 3>> triangles_;
 };
 
-Mesh meniscus_mesh(const MeniscusPlan& plan, double resolution)
+// Sections one after the other: how many there are, points in each, cells along the upper side.
+struct Loft {
+  std::vector<Eigen::Vector3d> points;
+  int n_sections = 0;
+  int n_ring = 0;
+  int n_across = 0;
+};
+
+Loft lofted(const MeniscusPlan& plan, double resolution)
 {
   const auto scaled = [&](int n) { return std::max(1, static_cast<int>(std::lround(n * resolution))); };
-  const int n_sections = std::max(4, scaled(plan.n_sections)), n_across = scaled(plan.n_across),
-            n_wall = scaled(2);
-  std::vector<Eigen::Vector3d> points;
-  for (int i = 0; i <= n_sections; ++i) {
-    const std::vector<Eigen::Vector3d> ring =
-        section(plan, static_cast<double>(i) / n_sections, n_across, n_wall);
-    points.insert(points.end(), ring.begin(), ring.end());
+  constexpr int fewest_sections = 4;
+  constexpr int wall_cells = 2;  // the outer wall is about as high as two cells are wide
+  Loft loft;
+  loft.n_sections = std::max(fewest_sections, scaled(plan.n_sections));
+  loft.n_across = scaled(plan.n_across);
+  for (int i = 0; i <= loft.n_sections; ++i) {
+    const double t = static_cast<double>(i) / loft.n_sections;
+    const std::vector<Eigen::Vector3d> ring = section(plan, t, loft.n_across, scaled(wall_cells));
+    loft.points.insert(loft.points.end(), ring.begin(), ring.end());
+    loft.n_ring = static_cast<int>(ring.size());
   }
-  const int n_ring = static_cast<int>(points.size()) / (n_sections + 1);
-  LoftBuilder builder(plan.towards_eminence < 0.0);
+  return loft;
+}
+
+void add_sides(LoftBuilder& builder, const Loft& loft)
+{
   const auto squared_mm2 = [&](int a, int b) {
-    return (points[static_cast<std::size_t>(a)] - points[static_cast<std::size_t>(b)]).squaredNorm();
+    return (loft.points[static_cast<std::size_t>(a)] - loft.points[static_cast<std::size_t>(b)])
+        .squaredNorm();
   };
-  for (int i = 0; i < n_sections; ++i) {
-    for (int k = 0; k < n_ring; ++k) {
-      const int a = i * n_ring + k, b = i * n_ring + (k + 1) % n_ring, c = a + n_ring, d = b + n_ring;
-      if (squared_mm2(a, d) <= squared_mm2(b, c)) {
-        builder.add(a, b, d), builder.add(a, d, c);
-      } else {
-        builder.add(a, b, c), builder.add(b, d, c);
-      }
+  for (int i = 0; i < loft.n_sections; ++i) {
+    for (int k = 0; k < loft.n_ring; ++k) {
+      const int a = i * loft.n_ring + k, b = i * loft.n_ring + (k + 1) % loft.n_ring;
+      const int c = a + loft.n_ring, d = b + loft.n_ring;
+      const bool is_first = squared_mm2(a, d) <= squared_mm2(b, c);
+      builder.add(a, b, is_first ? d : c);
+      builder.add(is_first ? a : b, d, c);
     }
   }
-  for (const int first : {0, n_sections * n_ring}) {
-    const bool is_start = first == 0;
-    const auto face = [&](int a, int b, int c) {
-      is_start ? builder.add(first + a, first + c, first + b) : builder.add(first + a, first + b, first + c);
-    };
-    for (int k = 0; k + 1 < n_across; ++k) {
-      face(k, k + 1, n_ring - 1 - k);
-      face(k + 1, n_ring - 2 - k, n_ring - 1 - k);
-    }
-    const int pivot = n_ring - n_across;
-    for (int k = n_across - 1; k < pivot - 1; ++k) face(pivot, k, k + 1);
+}
+
+// Closes the section that starts at point `first`: strips between the upper and the lower side, a fan at the
+// wall.
+void add_end(LoftBuilder& builder, const Loft& loft, int first)
+{
+  const bool is_start = first == 0;
+  const auto face = [&](int a, int b, int c) {
+    builder.add(first + a, first + (is_start ? c : b), first + (is_start ? b : c));
+  };
+  for (int k = 0; k + 1 < loft.n_across; ++k) {
+    face(k, k + 1, loft.n_ring - 1 - k);
+    face(k + 1, loft.n_ring - 2 - k, loft.n_ring - 1 - k);
   }
+  const int pivot = loft.n_ring - loft.n_across;
+  for (int k = loft.n_across - 1; k < pivot - 1; ++k) face(pivot, k, k + 1);
+}
+
+Mesh meniscus_mesh(const MeniscusPlan& plan, double resolution)
+{
+  const Loft loft = lofted(plan, resolution);
+  LoftBuilder builder(plan.towards_eminence < 0.0);
+  add_sides(builder, loft);
+  add_end(builder, loft, 0);
+  add_end(builder, loft, loft.n_sections * loft.n_ring);
   Mesh mesh;
-  mesh.vertices_mm.resize(static_cast<Eigen::Index>(points.size()), 3);
-  for (std::size_t v = 0; v < points.size(); ++v)
-    mesh.vertices_mm.row(static_cast<Eigen::Index>(v)) = points[v];
+  mesh.vertices_mm.resize(static_cast<Eigen::Index>(loft.points.size()), 3);
+  for (std::size_t v = 0; v < loft.points.size(); ++v) {
+    mesh.vertices_mm.row(static_cast<Eigen::Index>(v)) = loft.points[v].transpose();
+  }
   mesh.triangles = builder.triangles();
   mesh.normals = vertex_normals(mesh);
   return mesh;

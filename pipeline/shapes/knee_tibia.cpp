@@ -26,13 +26,13 @@ double bump(double dx, double dz)
   return rest * rest * rest;
 }
 
-// Concave both ways; falls back by about 4 degrees overall while the resting place stays level.
+// Concave both ways; falls back by about 3 degrees from rim to rim while the resting place stays level.
 double medial_plateau_mm(double x, double z)
 {
   const Eigen::Vector3d rest = medial_rest_mm();
-  constexpr double slope = 0.04;
+  constexpr double slope = 0.08;
   // dish'(rest) = -slope puts the level point where the condyle rests.
-  constexpr double rise = 1.6, reach = 10.0;
+  constexpr double rise = 1.7, reach = 10.0;
   const double u = slope * reach / rise;
   const double ahead = reach * u / std::sqrt(1.0 - u * u);
   const double sagittal =
@@ -40,12 +40,12 @@ double medial_plateau_mm(double x, double z)
   return rest.y() + sagittal + dish(z - rest.z(), 2.0, 10.0);
 }
 
-// Slightly convex from front to back, slightly hollow from side to side, falling back by 3 degrees.
+// Slightly convex from front to back, slightly hollow from side to side, falling back by 4 degrees.
 double lateral_plateau_mm(double x, double z)
 {
   const Eigen::Vector3d rest = lateral_rest_mm();
   const double dx = x - rest.x();
-  constexpr double slope = 0.05, convex_radius_mm = 140.0;
+  constexpr double slope = 0.07, convex_radius_mm = 140.0;
   return rest.y() + slope * dx - dx * dx / (2.0 * convex_radius_mm) + dish(z - rest.z(), 1.6, 9.0);
 }
 
@@ -66,9 +66,9 @@ double ellipse(double dx, double dz, double half_x, double half_z)
 // Outline of the tibial head from above: two lobes and the front between them.
 double head_outline(double x, double z)
 {
-  const double medial = ellipse(x - 0.0, z + 20.0, 25.0, 20.5);
-  const double lateral = ellipse(x + 2.0, z - 20.0, 22.5, 20.0);
-  const double front = ellipse(x - 4.0, z, 22.0, 24.0);
+  const double medial = ellipse(x - 3.0, z + 20.0, 25.0, 20.5);
+  const double lateral = ellipse(x - 1.0, z - 20.0, 22.5, 20.0);
+  const double front = ellipse(x - 7.0, z, 22.0, 24.0);
   return smooth_min(smooth_min(medial, lateral, 6.0), front, 10.0);
 }
 

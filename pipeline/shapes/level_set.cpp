@@ -51,11 +51,11 @@ Samples sample(const Field& field, const Box& box_mm, double cell_mm, double ste
 {
   constexpr int block = 6;
   Samples samples;
-  samples.origin_mm = box_mm.min_mm;
+  samples.origin_mm = box_mm.min_mm.array() - cell_mm;
   samples.cell_mm = cell_mm;
   Index3 n_blocks{};
   for (int axis = 0; axis < 3; ++axis) {
-    const double extent_mm = box_mm.max_mm[axis] - box_mm.min_mm[axis];
+    const double extent_mm = box_mm.max_mm[axis] - box_mm.min_mm[axis] + 2.0 * cell_mm;
     samples.n_nodes[static_cast<std::size_t>(axis)] = static_cast<int>(std::ceil(extent_mm / cell_mm)) + 1;
     n_blocks[static_cast<std::size_t>(axis)] =
         (samples.n_nodes[static_cast<std::size_t>(axis)] + block - 1) / block;

@@ -7,8 +7,8 @@
 
 namespace vrda {
 
-/// Negative inside; mm, about the signed distance near the surface and steeper than 1/2 per mm nowhere
-/// less than that; slope at most `steepest_slope` anywhere.
+/// Negative inside, positive outside, in mm; about the signed distance near the surface. Its slope must stay
+/// below LevelSetOptions::steepest_slope.
 using Field = std::function<double(const Eigen::Vector3d&)>;
 
 struct LevelSetOptions {
@@ -18,9 +18,9 @@ struct LevelSetOptions {
 };
 
 /// The zero surface of `field` inside `box_mm` by surface nets, vertices moved onto the surface and evened
-/// out along it; normals from the gradient. The surface must lie strictly inside the box.
+/// out along it; normals from the gradient. The surface must lie inside the box.
 /// Closed and manifold: the cell is shrunk by a percent at a time until no edge is shared by more than two
-/// faces. Cost: field evaluations near the surface only, about 150 a triangle.
+/// faces. Cost: field evaluations near the surface only, about 25 a triangle.
 Mesh level_set_mesh(const Field& field, const Box& box_mm, const LevelSetOptions& options);
 
 }  // namespace vrda

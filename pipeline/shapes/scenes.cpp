@@ -116,6 +116,13 @@ Shape ball_in_dish(const BallInDishPlan& plan)
                       "at most " + std::to_string(widest * std::sqrt(2.0) * plan.dish_radius_mm) +
                           " mm for that dish_radius"});
   }
+  // A rim of at least one cell must be left around the hole.
+  const double widest_hole_mm = plan.dish_width_mm * (1.0 - 1.0 / plan.dish_edges);
+  if (plan.hole_mm > 0.0 && plan.hole_mm >= widest_hole_mm) {
+    throw InputError(
+        {"shape ball-in-dish", "hole", std::to_string(plan.hole_mm),
+         "less than " + std::to_string(widest_hole_mm) + " mm for that dish_width and dish_edges"});
+  }
   const Eigen::Vector3d half_axes_mm = plan.ball_radius_mm * plan.stretch;
   const double top_mm = -dish_depth_mm(plan, corner_mm) - plan.apart_mm;
   const Eigen::Vector3d shift_mm(plan.offset_x_mm, top_mm - half_axes_mm.y(), plan.offset_z_mm);

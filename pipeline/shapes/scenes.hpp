@@ -27,7 +27,7 @@ struct BallInDishPlan {
   double offset_z_mm = 0.0;
   double apart_mm = 5.0;
 };
-/// Throws InputError when the bowl's ball is too small for the block's width.
+/// Throws InputError when the bowl's ball is too small for the block's width, or the hole leaves no rim.
 Shape ball_in_dish(const BallInDishPlan& plan);
 
 /// A bar under two four-faced pyramids side by side along X, tips down. It rests along Z with its upper face
