@@ -126,7 +126,7 @@ class Sweep {
     }
   }
 
-  // Walks from `column` towards the smaller imbalance until it grows; every cell is seeded by the one before.
+  // Walks from `column` towards the better balance until it worsens; every cell is seeded by the one before.
   StepRecord balanced_cell(std::int32_t flexion, std::int32_t column, const MovingPose& seed)
   {
     StepRecord best = step({StepKind::spine_probe, flexion, column}, seed);
@@ -135,10 +135,10 @@ class Sweep {
     for (const std::int32_t direction : {+1, -1}) {
       StepRecord here = start;
       while (const std::optional<StepRecord> next = neighbour(here, direction, seed)) {
-        if (!(imbalance_mm(*next) < imbalance_mm(here))) break;
+        if (!is_better_balanced(*next, here)) break;
         here = *next;
       }
-      if (imbalance_mm(here) < imbalance_mm(best)) best = here;
+      if (is_better_balanced(here, best)) best = here;
       // The way down was on this side: the other one only grows.
       if (best.key.varus != start.key.varus) break;
     }
@@ -190,6 +190,15 @@ double imbalance_mm(const StepRecord& record)
   const double difference = std::abs(record.gap_medial_mm - record.gap_lateral_mm);
   const bool is_known = record.status == StepStatus::stable && std::isfinite(difference);
   return is_known ? difference : std::numeric_limits<double>::infinity();
+}
+
+bool is_better_balanced(const StepRecord& a, const StepRecord& b)
+{
+  const bool a_touches = a.status == StepStatus::stable && a.contact_medial && a.contact_lateral;
+  const bool b_touches = b.status == StepStatus::stable && b.contact_medial && b.contact_lateral;
+  if (a_touches != b_touches) return a_touches;
+  if (a_touches) return a.pose.translation_mm.y() > b.pose.translation_mm.y();
+  return imbalance_mm(a) < imbalance_mm(b);
 }
 
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads)

@@ -38,6 +38,11 @@ struct SweepResult {
 /// a compartment faces nothing.
 double imbalance_mm(const StepRecord& record);
 
+/// Whether `a` suits the spine better than `b`: both compartments touching beats one, the smaller imbalance
+/// beats the larger; where both cells touch on both sides, the one further along Delta wins, since there a
+/// varus left free would come to rest.
+bool is_better_balanced(const StepRecord& a, const StepRecord& b);
+
 /// Rethrows what `solve` or a hook throws, once all workers have ended.
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads);
 

@@ -147,6 +147,39 @@ TEST(Sweep, AFailedSpineSeedsItsRowFromTheLastStableSpine)
   EXPECT_EQ(result.cells[2 * 5 + third_spine].pose.translation_mm, expected.pose.translation_mm);
 }
 
+TEST(Sweep, WhereBothSidesTouchTheSpineClimbsAlongDelta)
+{
+  // Both sides touch over six degrees of varus; the moving object gets furthest up at 2 degrees.
+  SweepPlan plan = plan_of(3, 11);
+  const SolveStep locked = [](const Attitude& a, const MovingPose&) {
+    StepRecord r;
+    r.status = StepStatus::stable;
+    const double from_peak = a.varus_rad - rad_from_deg(2.0);
+    r.pose.translation_mm.y() = -std::abs(from_peak);
+    r.contact_medial = r.contact_lateral = from_peak > rad_from_deg(-0.5) && from_peak < rad_from_deg(6.5);
+    r.gap_medial_mm = r.contact_lateral ? 0.0 : std::abs(from_peak);
+    r.gap_lateral_mm = 0.0;
+    return r;
+  };
+  EXPECT_EQ(sweep(plan, locked, {}, 1).spine_column, std::vector<std::int32_t>(3, 6));
+}
+
+TEST(Sweep, BothTouchingBeatsOneAndOneStableBeatsNone)
+{
+  StepRecord both, one, failed;
+  both.status = one.status = StepStatus::stable;
+  both.contact_medial = both.contact_lateral = one.contact_medial = true;
+  both.gap_medial_mm = 0.05;
+  both.gap_lateral_mm = one.gap_medial_mm = 0.0;
+  one.gap_lateral_mm = 0.02;
+  failed.status = StepStatus::no_contact;
+  EXPECT_TRUE(is_better_balanced(both, one));
+  EXPECT_FALSE(is_better_balanced(one, both));
+  EXPECT_TRUE(is_better_balanced(one, failed));
+  EXPECT_FALSE(is_better_balanced(failed, one));
+  EXPECT_FALSE(is_better_balanced(failed, failed));
+}
+
 TEST(Sweep, WithoutCompartmentsTheSpineStaysNearestZero)
 {
   SweepPlan plan = plan_of(4, 7);
