@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "core/error.hpp"
+#include "store/seal.hpp"
 
 namespace vrda {
 namespace {
@@ -103,6 +104,14 @@ bool has_chunks_within(H5Id creation, const std::vector<std::int64_t>& shape)
   return true;
 }
 
+/// Stops the iteration, by returning 1, at the scale that lies at the address wanted.
+herr_t has_address(hid_t, unsigned, hid_t scale, void* wanted)
+{
+  H5O_info_t info = {};
+  if (H5Oget_info2(scale, &info, H5O_INFO_BASIC) < 0) return -1;
+  return info.addr == *static_cast<const haddr_t*>(wanted) ? 1 : 0;
+}
+
 }  // namespace
 
 H5Reader::H5Reader(const std::string& path) : file_name_(path), file_bytes_(size_of_file(path))
@@ -112,7 +121,10 @@ H5Reader::H5Reader(const std::string& path) : file_name_(path), file_bytes_(size
     H5Eclear2(H5E_DEFAULT);
     throw InputError({path, "", std::to_string(file_bytes_) + " bytes that are no HDF5 file", wanted_model});
   }
+  require_sound(path);
   const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_model);
+  // Models are renamed into place whole, never changed in place: no lock, so that read-only disks work.
+  check_h5(H5Pset_file_locking(access.id(), false, true), place(""), wanted_model);
   file_ = own_h5(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), place(""), wanted_model);
   objects_["/"] = ObjectKind::group;
   walk("/", 0);
@@ -227,7 +239,12 @@ bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const s
   if (!is_dataset(scale)) return false;
   const H5Handle object = open(dataset);
   const H5Handle scale_object = open(scale);
-  const bool attached = H5DSis_attached(object.id(), scale_object.id(), static_cast<unsigned>(axis)) > 0;
+  H5O_info_t info = {};
+  check_h5(H5Oget_info2(scale_object.id(), &info, H5O_INFO_BASIC), place(scale), wanted_model);
+  // H5DSis_attached would follow the scale's list of users too, and fail for all of them once one of the
+  // datasets in it is gone.
+  const bool attached =
+      H5DSiterate_scales(object.id(), static_cast<unsigned>(axis), nullptr, has_address, &info.addr) > 0;
   H5Eclear2(H5E_DEFAULT);
   return attached;
 }

@@ -13,6 +13,7 @@
 #include "store/binding.hpp"
 #include "store/h5_writer.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/seal.hpp"
 
 namespace vrda {
 namespace {
@@ -208,6 +209,7 @@ void write_motion_model(const std::string& path, const MotionModel& model)
   const Temporary temporary(path + ".partial");
   require_writable(path, temporary.path());
   write_file(temporary.path(), model);
+  seal(temporary.path());
   sync(temporary.path(), O_RDONLY);
   if (std::rename(temporary.path().c_str(), path.c_str()) != 0) fail(path, "a file that cannot be replaced");
   sync(folder, O_RDONLY | O_DIRECTORY);

@@ -81,14 +81,17 @@ SmoothedSet sample_smoothed(const MotionModel& model)
 {
   SmoothedSet set;
   set.degree = 1;
-  set.exponents.resize(3, 2);
-  set.exponents << 0, 0, 1, 0, 0, 1;
+  const bool has_varus = model.varus_deg.size() > 1;
+  set.exponents.resize(has_varus ? 3 : 2, 2);
+  set.exponents.topRows(2) << 0, 0, 1, 0;
+  if (has_varus) set.exponents.row(2) << 0, 1;
   const AxisRanges ranges = axis_ranges(model.flexion_deg, model.varus_deg);
   double level = 1.0;
   for (const char* name : {"tx", "ty", "tz", "theta"}) {
     SmoothedSurface surface;
     surface.name = name;
     surface.coefficients = {level, 0.5, -0.25};
+    surface.coefficients.resize(static_cast<std::size_t>(set.exponents.rows()));
     surface.n_cells = 11;
     surface.rms = 0.03;
     surface.largest_residual = 0.1;
@@ -120,7 +123,7 @@ MotionModel sample_model(const SampleOptions& options)
   model.rotation_centre_mm = {1.0, -2.0, 3.0};
   model.contact_resolution_mm = 0.1;
   model.has_compartments = options.has_compartments;
-  for (std::int32_t i = 0; i < options.n_flexion; ++i) model.flexion_deg.push_back(10.0 * i);
+  for (std::int32_t i = 0; i < options.n_flexion; ++i) model.flexion_deg.push_back(1.0 * i);
   for (std::int32_t j = 0; j < options.n_varus; ++j) model.varus_deg.push_back(-1.0 + j);
   model.reference = sample_body("femur", options.has_visual);
   model.moving = sample_body("tibmen", options.has_visual);
