@@ -124,6 +124,7 @@ std::vector<Camera> cameras_for(Scene& scene, const std::vector<JointFrames>& fr
     for (CameraFit& fit : fits) fit.include(points);
   }
   std::vector<Camera> cameras;
+  cameras.reserve(fits.size());
   for (const CameraFit& fit : fits) cameras.push_back(fit.camera());
   return cameras;
 }
@@ -141,15 +142,18 @@ void write_stills(const ShowOptions& options, const MotionModel& model, const st
   frame_options.aspect = static_cast<double>(size.width) / size.height;
   const Side side = model.side == "left" ? Side::left : Side::right;
   std::vector<CameraFit> fits;
+  fits.reserve(views.size());
   for (const std::string& view : views)
     fits.emplace_back(view_rotation(*view_named(view), side), frame_options);
   std::vector<JointFrames> frames;
+  frames.reserve(poses.size());
   for (const JointPose& pose : poses) frames.push_back(frames_of(pose, options.held));
   const std::vector<Camera> cameras = cameras_for(scene, frames, std::move(fits));
   const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({size.width, size.height});
   renderer->load(scene);
   make_folder(options.folder);
   std::vector<double> all_flexion_deg;
+  all_flexion_deg.reserve(poses.size());
   for (const JointPose& pose : poses) all_flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (std::size_t i = 0; i < poses.size(); ++i) {

@@ -64,10 +64,12 @@ const char* name_of(PoseStatus status)
 std::vector<std::string> set_names(const MotionModel& model)
 {
   std::vector<const SmoothedSet*> sets;
+  sets.reserve(model.smoothed.size());
   for (const SmoothedSet& set : model.smoothed) sets.push_back(&set);
   std::sort(sets.begin(), sets.end(),
             [](const SmoothedSet* a, const SmoothedSet* b) { return a->degree > b->degree; });
   std::vector<std::string> names;
+  names.reserve(sets.size() + 1);
   for (const SmoothedSet* set : sets) names.push_back(name_of(*set));
   names.push_back("raw");
   return names;

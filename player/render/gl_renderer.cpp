@@ -136,8 +136,9 @@ GpuMesh uploaded(const GlTable& gl, const DrawMesh& mesh)
   gl.EnableVertexAttribArray(1);
   constexpr GLsizei stride = sizeof(DrawVertex);
   gl.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, stride, nullptr);
-  gl.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, stride,
-                         reinterpret_cast<const void*>(offsetof(DrawVertex, normal)));
+  // OpenGL wants the offset as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
+  const void* const normal_offset = reinterpret_cast<const void*>(offsetof(DrawVertex, normal));
+  gl.VertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, stride, normal_offset);
   gpu.n_indices = static_cast<GLsizei>(mesh.triangles.size());
   return gpu;
 }

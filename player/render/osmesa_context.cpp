@@ -9,8 +9,14 @@
 
 #ifdef __SANITIZE_ADDRESS__
 // OSMesaMakeCurrent of Mesa 22.3 keeps some 200 bytes a context for ever.
-extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa.so\n"; }
-extern "C" const char* __lsan_default_options() { return "print_suppressions=0"; }
+extern "C" const char* __lsan_default_suppressions()
+{
+  return "leak:libOSMesa.so\n";
+}
+extern "C" const char* __lsan_default_options()
+{
+  return "print_suppressions=0";
+}
 #endif
 
 namespace vrda {
@@ -48,13 +54,14 @@ class OsmesaContext final : public GlContext {
   void make_current() override
   {
     if (OSMesaGetCurrentContext() == context_) return;
-    const GLboolean done = OSMesaMakeCurrent(context_, pixels_.data(), GL_UNSIGNED_BYTE, side, side);
+    const GLboolean done =
+        OSMesaMakeCurrent(context_, pixels_.data(), GL_UNSIGNED_BYTE, int{side}, int{side});
     check(done == GL_TRUE, "an OSMesa context can be made current");
   }
   Function function(const char* name) override { return OSMesaGetProcAddress(name); }
 
  private:
-  static constexpr int side = 4;  // pixels; never drawn to
+  static constexpr std::size_t side = 4;  // pixels; never drawn to
   OSMesaContext context_ = nullptr;
   std::array<unsigned char, side * side * 4> pixels_{};
 };

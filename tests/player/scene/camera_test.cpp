@@ -29,6 +29,7 @@ Camera fitted(const std::vector<Eigen::Vector3d>& points, const Eigen::Matrix3d&
 std::vector<Eigen::Vector3d> box_corners(const Eigen::Vector3d& low, const Eigen::Vector3d& high)
 {
   std::vector<Eigen::Vector3d> corners;
+  corners.reserve(8);
   for (int corner = 0; corner < 8; ++corner) {
     corners.emplace_back(corner & 1 ? high.x() : low.x(), corner & 2 ? high.y() : low.y(),
                          corner & 4 ? high.z() : low.z());
