@@ -56,6 +56,22 @@ Json screw_home(const MotionModel& model)
   return {{"range_deg", number_or_null(range.largest - range.least)}, {"spine", curve}};
 }
 
+// Attitudes that are not stable, in attitude order.
+Json unsolved_json(const MotionModel& model)
+{
+  Json list = Json::array();
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
+      const auto status = static_cast<StepStatus>(model.status(i, j));
+      if (status == StepStatus::stable) continue;
+      list.push_back({{"flexion_deg", model.flexion_deg[static_cast<std::size_t>(i)]},
+                      {"varus_deg", model.varus_deg[static_cast<std::size_t>(j)]},
+                      {"status", name_of(status)}});
+    }
+  }
+  return list;
+}
+
 Json iterations_json(const MotionModel& model)
 {
   const double n = static_cast<double>(model.iterations.size());
@@ -91,6 +107,10 @@ Json summary_of(const MotionModel& model)
            {{"flexion_deg", {model.flexion_deg.front(), model.flexion_deg.back(), model.flexion_deg.size()}},
             {"varus_deg", {model.varus_deg.front(), model.varus_deg.back(), model.varus_deg.size()}}}},
           {"status", statuses},
+          {"triangles",
+           {{"reference", model.reference.contact.mesh.triangles.rows()},
+            {"moving", model.moving.contact.mesh.triangles.rows()}}},
+          {"unsolved", unsolved_json(model)},
           {"iterations", iterations_json(model)},
           {"surfaces",
            {{"tx_mm", range_json(model.tx_mm)},
@@ -127,6 +147,12 @@ void print(const MotionModel& model, const Json& s)
   print_axis("flexion", s["grid"]["flexion_deg"]);
   print_axis("varus", s["grid"]["varus_deg"]);
   std::printf("%s\n", status_line(model).c_str());
+  for (const StepStatus status : all_step_statuses) {
+    const auto n = (model.status == static_cast<std::int8_t>(status)).count();
+    if (status != StepStatus::stable && n > 0) {
+      std::printf("  %s: %s\n", name_of(status), meaning_of(status));
+    }
+  }
   std::printf("iterations: %s a step, at most %d; %s queries a step\n",
               text_of(s["iterations"]["mean"]).c_str(), s["iterations"]["largest"].get<int>(),
               text_of(s["iterations"]["queries_mean"]).c_str());
@@ -135,7 +161,7 @@ void print(const MotionModel& model, const Json& s)
     std::printf("  %-10s %s to %s\n", name.c_str(), text_of(range["min"]).c_str(),
                 text_of(range["max"]).c_str());
   }
-  std::printf("screw-home along the spine: internal rotation over a range of %s degrees\n",
+  std::printf("internal rotation along the spine (a knee's screw-home): over a range of %s degrees\n",
               text_of(s["screw_home"]["range_deg"]).c_str());
   const Json& r = s["remeasured"];
   std::printf(

@@ -21,4 +21,21 @@ const char* name_of(StepStatus status)
   throw InternalError("a step status without a name");
 }
 
+const char* meaning_of(StepStatus status)
+{
+  switch (status) {
+    case StepStatus::pending:
+      return "not solved yet";
+    case StepStatus::stable:
+      return "came to rest";
+    case StepStatus::no_contact:
+      return "slid off: nothing of the reference lies along Delta any more";
+    case StepStatus::no_clearance:
+      return "no free pose behind: the objects stay locked into each other";
+    case StepStatus::iteration_limit:
+      return "did not come to rest within max_steps";
+  }
+  throw InternalError("a step status without a meaning");
+}
+
 }  // namespace vrda

@@ -18,5 +18,7 @@ inline constexpr StepStatus all_step_statuses[] = {StepStatus::pending, StepStat
                                                    StepStatus::iteration_limit};
 
 const char* name_of(StepStatus status);
+/// What it means, in a few words.
+const char* meaning_of(StepStatus status);
 
 }  // namespace vrda
