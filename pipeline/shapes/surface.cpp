@@ -129,9 +129,10 @@ Icosahedron icosahedron()
   result.corner[0] = Eigen::Vector3d(0, 1, 0);
   result.corner[11] = Eigen::Vector3d(0, -1, 0);
   for (std::int32_t k = 0; k < 5; ++k) {
+    const auto at = static_cast<std::size_t>(k);
     const SinCos upper = sin_cos(2.0 * pi * k / 5.0), lower = sin_cos(2.0 * pi * (k + 0.5) / 5.0);
-    result.corner[static_cast<std::size_t>(1 + k)] = {radius * upper.cos, height, -radius * upper.sin};
-    result.corner[static_cast<std::size_t>(6 + k)] = {radius * lower.cos, -height, -radius * lower.sin};
+    result.corner[1 + at] = {radius * upper.cos, height, -radius * upper.sin};
+    result.corner[6 + at] = {radius * lower.cos, -height, -radius * lower.sin};
     const std::int32_t u = 1 + k, u_next = 1 + (k + 1) % 5, l = 6 + k, l_next = 6 + (k + 1) % 5;
     result.faces.insert(result.faces.end(), {Face{0, u, u_next}, Face{u, l, u_next}, Face{u_next, l, l_next},
                                              Face{11, l_next, l}});

@@ -57,7 +57,7 @@ TEST(Knee, EveryPartIsClosedManifoldAndOutwardAtAnyResolutionAndSide)
   for (const std::string side : {"right", "left"}) {
     for (const double resolution : {0.5, 0.77, 1.0, 1.9, 3.0}) {
       for (const auto& [name, part] : by_name(knee(resolution, side))) {
-        SCOPED_TRACE(name + " " + side + " " + std::to_string(resolution));
+        SCOPED_TRACE(testing::Message() << name << " " << side << " " << resolution);
         EXPECT_EQ(edge_counts(part.mesh).boundary, 0);
         EXPECT_EQ(edge_counts(part.mesh).non_manifold, 0);
         EXPECT_GT(signed_volume_mm3(part.mesh), 0.0);
@@ -146,7 +146,7 @@ TEST(Knee, MenisciLieOnThePlateauWithoutCuttingIt)
     const auto parts = by_name(knee(resolution));
     const auto tibia = test::envelope(parts.at("tibia").mesh, test::Facing::up);
     for (const char* name : {"meniscus_medial", "meniscus_lateral"}) {
-      SCOPED_TRACE(std::string(name) + " " + std::to_string(resolution));
+      SCOPED_TRACE(testing::Message() << name << " " << resolution);
       const auto meniscus = test::envelope(parts.at(name).mesh, test::Facing::down);
       EXPECT_GT(test::smallest_height_mm(meniscus, tibia), 0.0);
       EXPECT_LT(test::smallest_height_mm(meniscus, tibia), 0.5);

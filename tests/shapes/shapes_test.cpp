@@ -166,12 +166,11 @@ TEST(BallInDish, EverySectionFallsFromTheMiddleOutward)
     SCOPED_TRACE(section);
     const Mesh dish = generate_shape({"ball-in-dish", {}, {{"section", section}}}).reference.at(0).mesh;
     const auto under = test::envelope(dish, test::Facing::down);
-    constexpr int middle = test::Envelope::n / 2;
-    for (int i = middle; i < middle + 35; ++i) {
-      const auto row = static_cast<std::size_t>(i * test::Envelope::n + middle);
-      EXPECT_GT(under.y_mm[row], under.y_mm[row + test::Envelope::n]);
+    constexpr std::size_t n = test::Envelope::n, middle = n / 2;
+    for (std::size_t i = middle; i < middle + 35; ++i) {
+      EXPECT_GT(under.y_mm[i * n + middle], under.y_mm[(i + 1) * n + middle]);
     }
-    EXPECT_NEAR(under.y_mm[static_cast<std::size_t>(middle * test::Envelope::n + middle)], 0.0, 1e-12);
+    EXPECT_NEAR(under.y_mm[middle * n + middle], 0.0, 1e-12);
   }
 }
 
