@@ -18,7 +18,8 @@ void add_show(CLI::App& app, vrda::ShowOptions& options)
   show->add_option("FILE", options.file, "Motion model (.h5)")->required();
   show->add_option("--offscreen", options.folder, "Folder for stills named VIEW_flexion_ANGLE.png")
       ->type_name("DIR");
-  show->add_option("--flexion", options.flexion, "Angles in degrees (default: the measured range by 15)")
+  show->add_option("--flexion", options.flexion,
+                   "Angles in degrees (default: the measured range in six steps)")
       ->type_name("A:B:STEP");
   show->add_option("--varus", options.varus_deg,
                    "Angle in degrees, adduction positive (default: for each flexion the varus at which both "

@@ -1,5 +1,6 @@
 #include "app/show.hpp"
 
+#include <cmath>
 #include <filesystem>
 #include <ostream>
 #include <system_error>
@@ -17,7 +18,7 @@
 namespace vrda {
 namespace {
 
-constexpr double default_step_deg = 15.0;  // seven stills over 0 to 90 degrees
+constexpr double default_steps = 6.0;  // seven stills, 15 degrees apart over 0 to 90
 
 /// Two attitudes nearer than this are one still.
 constexpr double same_angle_rad = rad_from_deg(1e-6);
@@ -63,8 +64,9 @@ struct Plan {
 
 std::vector<Attitude> wanted_attitudes(const Motion& motion, const ShowOptions& options)
 {
-  AngleRange range{deg_from_rad(motion.first_flexion_rad()), deg_from_rad(motion.last_flexion_rad()),
-                   default_step_deg};
+  const double first_deg = deg_from_rad(motion.first_flexion_rad()),
+               last_deg = deg_from_rad(motion.last_flexion_rad());
+  AngleRange range{first_deg, last_deg, last_deg > first_deg ? (last_deg - first_deg) / default_steps : 1.0};
   if (options.flexion) range = parsed_angles("--flexion", *options.flexion);
   std::vector<Attitude> attitudes;
   for (const double flexion_deg : angles_deg(range)) {
@@ -76,14 +78,20 @@ std::vector<Attitude> wanted_attitudes(const Motion& motion, const ShowOptions& 
   return attitudes;
 }
 
+/// Clamped by more than what converting degrees to radians and back leaves.
+bool is_beyond(double wanted_rad, double used_rad)
+{
+  return std::abs(wanted_rad - used_rad) > same_angle_rad;
+}
+
 void tell_clamped(const Motion& motion, const JointPose& pose, const Attitude& wanted, std::ostream& talk)
 {
-  if (pose.is_flexion_clamped) {
+  if (pose.is_flexion_clamped && is_beyond(wanted.flexion_rad, pose.attitude.flexion_rad)) {
     talk << "flexion " << plain(wanted.flexion_rad) << " lies outside the measured "
          << plain(motion.first_flexion_rad()) << " to " << plain(motion.last_flexion_rad())
          << " degrees: drawn at " << plain(pose.attitude.flexion_rad) << "\n";
   }
-  if (pose.is_varus_clamped) {
+  if (pose.is_varus_clamped && is_beyond(wanted.varus_rad, pose.attitude.varus_rad)) {
     talk << "varus " << plain(wanted.varus_rad) << " lies outside the measured "
          << plain(motion.first_varus_rad()) << " to " << plain(motion.last_varus_rad())
          << " degrees: drawn at " << plain(pose.attitude.varus_rad) << "\n";
@@ -135,8 +143,7 @@ void write_stills(const ShowOptions& options, const MotionModel& model, const st
   const std::vector<std::string> views = parsed_views(options.views);
   const PictureSize size = parsed_size(options.size);
   Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  if (scene.drawables.empty())
-    throw InputError({options.file, "/bodies", "no triangles", "at least one component"});
+  check(!scene.drawables.empty(), "a motion model that was read has triangles");
   scene.background = background_of(options.backdrop);
   FrameOptions frame_options;
   frame_options.aspect = static_cast<double>(size.width) / size.height;

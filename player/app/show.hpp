@@ -14,7 +14,7 @@ namespace vrda {
 struct ShowOptions {
   std::string file;
   std::string folder;                  ///< of the stills; empty wants a window
-  std::optional<std::string> flexion;  ///< A:B:STEP; default the measured range by 15
+  std::optional<std::string> flexion;  ///< A:B:STEP; default the measured range in six steps
   std::optional<double> varus_deg;     ///< default the balanced varus of each flexion
   std::string set;                     ///< default the smoothed set of highest degree, else raw
   std::string views = "oblique";

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "player/support/models.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda {
@@ -23,7 +23,18 @@ struct Outcome {
 
 class Program : public testing::Test {
  protected:
-  Program() { write_motion_model(file_, test::sample_model()); }
+  /// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 10 degrees, varus 1 has no answer.
+  Program()
+  {
+    test::ModelPlan plan;
+    plan.flexion_deg = {0, 10, 20, 30};
+    plan.varus_deg = {-1, 0, 1};
+    MotionModel model = test::model_of(plan);
+    test::add_bodies(model);
+    test::unsolve(model, 1, 2);
+    test::add_smoothed(model, 1, [](int, int) { return PoseNumbers{}; });
+    write_motion_model(file_, model);
+  }
 
   Outcome run(const std::string& arguments) const
   {

@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "player/support/models.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda {
@@ -18,10 +18,22 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-/// The sample model: flexion 0 to 30 by 10, varus -1 to 1; the cell at 10 degrees, varus 1 failed.
+/// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 10 degrees, varus 1 has no answer.
+MotionModel small_model()
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30};
+  plan.varus_deg = {-1, 0, 1};
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  test::unsolve(model, 1, 2);
+  test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
+  return model;
+}
+
 class Show : public testing::Test {
  protected:
-  Show() { write_motion_model(file_, test::sample_model()); }
+  Show() { write_motion_model(file_, small_model()); }
 
   ShowOptions options() const
   {
@@ -77,11 +89,16 @@ TEST_F(Show, IsSilentWhenQuietAndAllIsWell)
   EXPECT_THAT(stills(), ElementsAre("front_flexion_020.png"));
 }
 
-TEST_F(Show, DrawsTheMeasuredRangeByDefault)
+TEST_F(Show, DrawsTheMeasuredRangeInSixStepsByDefault)
 {
-  run(options());
-  EXPECT_THAT(stills(),
-              ElementsAre("front_flexion_000.png", "front_flexion_015.png", "front_flexion_030.png"));
+  ShowOptions given = options();
+  given.is_quiet = true;
+  EXPECT_EQ(run(given).n_stills, 7);
+  const std::vector<std::string> names = stills();
+  EXPECT_EQ(names.front(), "front_flexion_000.png");
+  EXPECT_EQ(names[1], "front_flexion_005.png");
+  EXPECT_EQ(names.back(), "front_flexion_030.png");
+  EXPECT_EQ(talk_.str(), "");
 }
 
 TEST_F(Show, DrawsBeyondTheRangeAtItsEndOnceAndSaysSo)
@@ -114,14 +131,11 @@ TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
 
 TEST_F(Show, WithoutAnySolvedCellThereIsNothingToDraw)
 {
-  MotionModel pending = with_pending_cells(test::sample_model());
-  pending.smoothed.clear();
-  pending.contacts = {};
-  pending.contacts.row_start.assign(13, 0);
+  const MotionModel pending = with_pending_cells(small_model());
   write_motion_model(file_, pending);
   const ShowSummary summary = run(options());
   EXPECT_EQ(summary.n_stills, 0);
-  EXPECT_EQ(summary.n_unsolved, 3);
+  EXPECT_EQ(summary.n_unsolved, 7);
   EXPECT_THAT(talk_.str(), HasSubstr("no balanced cell is solved: varus 0 for every flexion"));
   EXPECT_FALSE(std::filesystem::exists(folder_));
 }
@@ -190,19 +204,6 @@ INSTANTIATE_TEST_SUITE_P(
                     Wrong{"FolderIsAFile", [](ShowOptions& o) { o.folder = o.file; }, "sample.h5",
                           "--offscreen", "", "a folder that can be written"}),
     [](const testing::TestParamInfo<Wrong>& row) { return row.param.name; });
-
-TEST_F(Show, AModelWithoutTrianglesIsNamed)
-{
-  MotionModel bare = test::sample_model();
-  for (Body* body : {&bare.reference, &bare.moving}) {
-    body->visual = {};
-    body->contact.mesh.triangles.resize(0, 3);
-    body->contact.component.clear();
-  }
-  bare.contacts.triangle_reference.assign(bare.contacts.triangle_reference.size(), 0);
-  write_motion_model(file_, bare);
-  EXPECT_THROW(run(options()), InputError);
-}
 
 }  // namespace
 }  // namespace vrda

@@ -1,12 +1,74 @@
 #include "player/support/models.hpp"
 
+#include <algorithm>
+#include <array>
 #include <limits>
 
+#include "core/clinical.hpp"
 #include "core/units.hpp"
+#include "store/evaluate_smoothed.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {
 namespace {
+
+struct Cell {
+  Eigen::Index flexion, varus;
+};
+
+template <typename Scalar>
+Scalar& at(Grid<Scalar>& grid, const Cell& cell)
+{
+  return grid(cell.flexion, cell.varus);
+}
+
+constexpr std::array<GridD ClinicalSurfaces::*, 6> clinical_grids{
+    &ClinicalSurfaces::flexion_deg, &ClinicalSurfaces::varus_deg,   &ClinicalSurfaces::internal_rotation_deg,
+    &ClinicalSurfaces::anterior_mm, &ClinicalSurfaces::proximal_mm, &ClinicalSurfaces::lateral_mm};
+
+void solve(MotionModel& model, const Cell& cell, const PoseNumbers& numbers)
+{
+  const auto i = static_cast<std::size_t>(cell.flexion), j = static_cast<std::size_t>(cell.varus);
+  const Side side = model.side == "left" ? Side::left : Side::right;
+  const SolverFrame frame{side, model.rotation_centre_mm, model.delta};
+  const Attitude attitude{rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_deg[j])};
+  const MovingPose pose{solver_translation_mm(frame, {numbers[0], numbers[1], numbers[2]}),
+                        rad_from_deg(numbers[3])};
+  const Pose X = X_reference_moving(frame, attitude, pose);
+  Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(
+      &model.X_reference_moving[16 * (i * model.varus_deg.size() + j)]) = X.matrix();
+  at(model.tx_mm, cell) = numbers[0];
+  at(model.ty_mm, cell) = numbers[1];
+  at(model.tz_mm, cell) = numbers[2];
+  at(model.theta_deg, cell) = numbers[3];
+  const Clinical clinical = clinical_of(X, side, model.rotation_centre_mm);
+  const std::array<double, 6> clinical_numbers{deg_from_rad(clinical.flexion_rad),
+                                               deg_from_rad(clinical.varus_rad),
+                                               deg_from_rad(clinical.internal_rotation_rad),
+                                               clinical.anterior_mm,
+                                               clinical.proximal_mm,
+                                               clinical.lateral_mm};
+  for (std::size_t k = 0; k < 6; ++k) at(model.clinical.*clinical_grids[k], cell) = clinical_numbers[k];
+  for (const auto grid :
+       {&MotionModel::contact_medial, &MotionModel::contact_lateral, &MotionModel::theta_determined}) {
+    at(model.*grid, cell) = 1;
+  }
+  at(model.status, cell) = static_cast<std::int8_t>(StepStatus::stable);
+}
+
+GridD grid_values(const MotionModel& model, const SmoothedSet& set, const SmoothedSurface& surface)
+{
+  const AxisRanges ranges = axis_ranges(model.flexion_deg, model.varus_deg);
+  GridD values(model.status.rows(), model.status.cols());
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    for (Eigen::Index j = 0; j < values.cols(); ++j) {
+      values(i, j) = evaluate(set, surface, ranges, model.flexion_deg[static_cast<std::size_t>(i)],
+                              model.varus_deg[static_cast<std::size_t>(j)])
+                         .value;
+    }
+  }
+  return values;
+}
 
 void add_component(Body& body, const Component& component, const Mesh& mesh)
 {
@@ -29,52 +91,43 @@ MotionModel model_of(const ModelPlan& plan)
   model.delta = plan.delta;
   model.flexion_deg = plan.flexion_deg;
   model.varus_deg = plan.varus_deg;
-  const auto rows = static_cast<Eigen::Index>(plan.flexion_deg.size());
-  const auto columns = static_cast<Eigen::Index>(plan.varus_deg.size());
-  for (GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg})
-    *grid = GridD::Zero(rows, columns);
-  model.status = GridB::Zero(rows, columns);
-  model.is_spine = GridB::Zero(rows, columns);
-  model.is_spine.col(columns / 2) = 1;
-  const SolverFrame frame{plan.side == "left" ? Side::left : Side::right, plan.rotation_centre_mm,
-                          plan.delta};
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    for (Eigen::Index j = 0; j < columns; ++j) {
+  model = with_pending_cells(model);
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
       const double flexion_deg = plan.flexion_deg[static_cast<std::size_t>(i)];
       const double varus_deg = plan.varus_deg[static_cast<std::size_t>(j)];
-      const PoseNumbers numbers = plan.motion ? plan.motion(flexion_deg, varus_deg) : PoseNumbers{};
-      model.tx_mm(i, j) = numbers[0];
-      model.ty_mm(i, j) = numbers[1];
-      model.tz_mm(i, j) = numbers[2];
-      model.theta_deg(i, j) = numbers[3];
-      const MovingPose pose{solver_translation_mm(frame, {numbers[0], numbers[1], numbers[2]}),
-                            rad_from_deg(numbers[3])};
-      const Pose X = X_reference_moving(frame, {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)}, pose);
-      for (int row = 0; row < 4; ++row) {
-        for (int column = 0; column < 4; ++column)
-          model.X_reference_moving.push_back(X.matrix()(row, column));
-      }
+      solve(model, {i, j}, plan.motion ? plan.motion(flexion_deg, varus_deg) : PoseNumbers{});
     }
   }
+  model.is_spine.col(model.status.cols() / 2) = 1;
   return model;
 }
 
 void unsolve(MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
 {
-  model.status(flexion, varus) = static_cast<std::int8_t>(StepStatus::no_contact);
-  for (GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
-    (*grid)(flexion, varus) = std::numeric_limits<double>::quiet_NaN();
+  const auto column = static_cast<std::size_t>(varus), row = static_cast<std::size_t>(flexion);
+  MotionModel pending = with_pending_cells(model);
+  const Cell cell{flexion, varus};
+  for (const auto grid :
+       {&MotionModel::tx_mm, &MotionModel::ty_mm, &MotionModel::tz_mm, &MotionModel::theta_deg}) {
+    at(model.*grid, cell) = at(pending.*grid, cell);
   }
+  for (const auto grid : clinical_grids) at(model.clinical.*grid, cell) = at(pending.clinical.*grid, cell);
+  for (const auto grid :
+       {&MotionModel::contact_medial, &MotionModel::contact_lateral, &MotionModel::theta_determined}) {
+    at(model.*grid, cell) = -1;
+  }
+  std::fill_n(model.X_reference_moving.begin() +
+                  static_cast<std::ptrdiff_t>(16 * (row * model.varus_deg.size() + column)),
+              16, std::numeric_limits<double>::quiet_NaN());
+  at(model.status, cell) = static_cast<std::int8_t>(StepStatus::no_contact);
 }
 
 void add_smoothed(MotionModel& model, int degree, const std::function<PoseNumbers(int, int)>& coefficient)
 {
   SmoothedSet set;
   set.degree = degree;
-  for (const char* name : {"tx", "ty", "tz", "theta"}) {
-    set.surfaces.emplace_back();
-    set.surfaces.back().name = name;
-  }
+  set.surfaces.resize(4);
   set.exponents.resize((degree + 1) * (degree + 2) / 2, 2);
   Eigen::Index k = 0;
   for (int i = 0; i <= degree; ++i) {
@@ -85,6 +138,14 @@ void add_smoothed(MotionModel& model, int degree, const std::function<PoseNumber
         set.surfaces[surface].coefficients.push_back(numbers[surface]);
       }
     }
+  }
+  const std::array<const char*, 4> names{"tx", "ty", "tz", "theta"};
+  for (std::size_t number = 0; number < 4; ++number) {
+    SmoothedSurface& surface = set.surfaces[number];
+    surface.name = names[number];
+    surface.values = grid_values(model, set, surface);
+    surface.n_cells = static_cast<std::int32_t>(model.status.size());
+    surface.condition_number = 1.0;
   }
   model.smoothed.push_back(set);
 }

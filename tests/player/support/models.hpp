@@ -22,7 +22,7 @@ struct ModelPlan {
   ModelMotion motion;  ///< all zero when empty
 };
 
-/// Every cell solved, X_reference_moving filled, the spine on the middle varus, no bodies.
+/// Every cell solved and the spine on the middle varus; with bodies it can be written and read back.
 MotionModel model_of(const ModelPlan& plan);
 
 /// Marks one cell as ended with no_contact, its numbers NaN.
