@@ -26,7 +26,8 @@ struct StepKey {
   std::int32_t flexion = 0;
   std::int32_t varus = 0;
 
-  auto operator<=>(const StepKey&) const = default;
+  // clang-tidy 14 takes the generated comparison with 0 for a null pointer.
+  auto operator<=>(const StepKey&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 /// One contact of the final pose.

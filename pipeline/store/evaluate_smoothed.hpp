@@ -25,8 +25,8 @@ inline constexpr int largest_smoothed_degree = 20;
 
 /// Legendre polynomials and their derivatives at one point of [-1, 1] (or a little outside).
 struct LegendreTable {
-  double value[largest_smoothed_degree + 1];
-  double derivative[largest_smoothed_degree + 1];
+  double value[largest_smoothed_degree + 1] = {};
+  double derivative[largest_smoothed_degree + 1] = {};
 };
 LegendreTable legendre(double u, int degree);
 

@@ -218,7 +218,7 @@ std::string H5Reader::storage_problem(H5Id dataset, const DatasetFacts& facts) c
   if (H5Pget_external_count(creation.id()) != 0) return "values kept in another file";
   const H5D_layout_t layout = H5Pget_layout(creation.id());
   if (layout != H5D_CHUNKED && layout != H5D_CONTIGUOUS && layout != H5D_COMPACT) return "a virtual dataset";
-  const std::string filter = filter_problem(creation.id());
+  std::string filter = filter_problem(creation.id());
   if (!filter.empty()) return filter;
 
   const H5Handle type = own_h5(H5Dget_type(dataset), place(""), wanted_model);

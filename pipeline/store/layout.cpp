@@ -16,6 +16,11 @@ const Dimensions& grid_dimensions()
   return dimensions;
 }
 
+std::string child(const std::string& group, const std::string& name)
+{
+  return group + "/" + name;
+}
+
 /// A surface of lengths or angles: NaN where a cell has no answer.
 DatasetSpec surface(const std::string& path, const char* units, const char* long_name)
 {
@@ -153,11 +158,12 @@ void add_smoothed(FileLayout& layout, const SmoothedShape& shape)
                                     "degree of each term's Legendre polynomial of flexion and of varus"));
   for (const std::string& name : smoothed_names()) {
     const char* units = name == "theta" ? "degree" : "mm";
-    const std::string path = group + "/" + name;
+    const std::string path = child(group, name);
+    const std::string coefficients = child(group, "coefficients_" + name);
     layout.datasets.push_back(
         numbers(path, ValueKind::float64, grid_dimensions(), units, "smoothed surface on the grid"));
-    layout.datasets.push_back(numbers(group + "/coefficients_" + name, ValueKind::float64, {group + "/term"},
-                                      units, "coefficients of the terms"));
+    layout.datasets.push_back(
+        numbers(coefficients, ValueKind::float64, {group + "/term"}, units, "coefficients of the terms"));
     layout.attributes.push_back({path, "n_cells", ValueKind::int32, 1});
     for (const char* measure : {"rms", "largest_residual", "leave_one_out_rms", "condition_number"}) {
       layout.attributes.push_back({path, measure, ValueKind::float64, 1});

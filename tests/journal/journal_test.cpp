@@ -247,7 +247,7 @@ TEST(Journal, AnotherFormatVersionIsNamed)
   const InputError::Facts facts = input_error([&] { read_journal(file); });
   EXPECT_EQ(facts.field, "format version");
   EXPECT_EQ(facts.found, "2");
-  EXPECT_NE(facts.wanted.find("1"), std::string::npos);
+  EXPECT_NE(facts.wanted.find('1'), std::string::npos);
 }
 
 TEST(Journal, AMissingOrUnwritableFileIsNamed)

@@ -18,8 +18,8 @@ constexpr double fit_tolerance = 1e-11;
 
 std::vector<double> axis(int n, double from, double step)
 {
-  std::vector<double> values;
-  for (int i = 0; i < n; ++i) values.push_back(from + step * i);
+  std::vector<double> values(static_cast<std::size_t>(n));
+  for (int i = 0; i < n; ++i) values[static_cast<std::size_t>(i)] = from + step * i;
   return values;
 }
 

@@ -80,7 +80,7 @@ std::vector<Finding> findings_after(const std::function<void(hid_t)>& action)
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::sample_model());
   change(path, action);
-  const std::vector<Finding> findings = validate_motion_model(path);
+  std::vector<Finding> findings = validate_motion_model(path);
   EXPECT_FALSE(findings.empty());
   try {
     read_motion_model(path);

@@ -102,14 +102,15 @@ TEST(Validate, Poses)
 {
   const char* wanted = "a rotation and a translation";
   expect_finding({"/X_reference_moving", "no rigid pose at entry 4", wanted,
-                  [](MotionModel& m) { m.X_reference_moving[4 * 16] += 1e-6; }});
+                  [](MotionModel& m) { m.X_reference_moving[64] += 1e-6; }});
   expect_finding(
       {"/X_reference_moving", "no rigid pose at entry 0 (the first of 2)", wanted, [](MotionModel& m) {
-         for (const std::size_t entry : {0, 1, 2, 4, 5, 6, 8, 9, 10}) m.X_reference_moving[entry] *= -1.0;
-         m.X_reference_moving[16 + 15] = 2.0;
+         for (const std::size_t entry : {0u, 1u, 2u, 4u, 5u, 6u, 8u, 9u, 10u})
+           m.X_reference_moving[entry] *= -1.0;
+         m.X_reference_moving[31] = 2.0;
        }});
   expect_finding({"/X_reference_moving", "numbers in an unsolved cell at entry 5", wanted,
-                  [](MotionModel& m) { m.X_reference_moving[5 * 16 + 3] = 1.0; }});
+                  [](MotionModel& m) { m.X_reference_moving[83] = 1.0; }});
 }
 
 TEST(Validate, Contacts)
