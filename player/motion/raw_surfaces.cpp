@@ -1,6 +1,7 @@
 #include "motion/raw_surfaces.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <utility>
@@ -96,6 +97,9 @@ void fill_slopes(RawSurfaces& surfaces, const std::vector<double>& at, std::size
   }
 }
 
+/// Part of a step: far below any angle that is measured, far above rounding.
+constexpr double on_node = 1e-9;
+
 /// One angle's part of a patch: Hermite weights of the values and slopes at its two ends.
 struct Span {
   std::size_t first = 0;
@@ -111,7 +115,10 @@ Span span_of(const std::vector<double>& at, double x)
   span.first = static_cast<std::size_t>(above - at.begin()) - 1;
   const double h = at[span.first + 1] - at[span.first];
   // Divided, not multiplied by 1/h: s is exactly 1 at the last node.
-  const double s = (x - at[span.first]) / h;
+  double s = (x - at[span.first]) / h;
+  // So near a node it is meant: 0.1 added three times must not ask the cell beyond 0.3.
+  if (std::abs(s) < on_node) s = 0.0;
+  if (std::abs(1.0 - s) < on_node) s = 1.0;
   const double r = 1.0 - s;
   span.value = {r * r * (1.0 + 2.0 * s), s * s * (1.0 + 2.0 * r)};
   span.slope = {h * s * r * r, -h * r * s * s};

@@ -117,6 +117,21 @@ TEST(RawSurfaces, AttitudesBesideAnUnsolvedCellHaveNoAnswerAndOthersStayExact)
   }
 }
 
+TEST(RawSurfaces, ANodeMissedByRoundingNeedsNoneOfItsNeighbours)
+{
+  ModelPlan plan;
+  plan.motion = biquadratic;
+  MotionModel model = model_of(plan);
+  test::unsolve(model, 2, 2);
+  test::unsolve(model, 4, 2);
+  const RawSurfaces surfaces = raw_surfaces(model);
+  for (const double off_rad : {-1e-15, 1e-15}) {
+    const RawSample found = sample(surfaces, {rad_from_deg(45) + off_rad, off_rad});
+    EXPECT_TRUE(found.is_solved);
+    EXPECT_EQ(found.numbers[1], model.ty_mm(3, 2));
+  }
+}
+
 TEST(RawSurfaces, ASingleColumnIsInterpolatedInFlexionAlone)
 {
   ModelPlan plan;
