@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 #include "core/error.hpp"
 #include "load/file_bytes.hpp"
@@ -122,7 +123,7 @@ CleanMesh ComponentSource::from_file(const ComponentJob& component, LoadedInput&
   const std::string bytes =
       file_bytes(file, {job_.document.source_of(key), key, "", wanted}, largest_mesh_bytes);
   input = {component.file, sha256_of(bytes)};
-  CleanMesh clean = clean_mesh(read_mesh(file, bytes), component.winding, job_.side);
+  CleanMesh clean = clean_mesh(read_mesh(file, std::move(bytes)), component.winding, job_.side);
   clean.mesh = canonical(clean.mesh, map_);
   return clean;
 }

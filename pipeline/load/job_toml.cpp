@@ -91,7 +91,7 @@ JobValue& step_into(JobValue& value, const std::string& name, const std::string&
   const auto found =
       std::find_if(table->begin(), table->end(), [&](const JobEntry& e) { return e.key == name; });
   if (found != table->end()) return found->value;
-  table->push_back({name, JobValue{}});
+  table->push_back({name, JobValue{JobValue::Table{}}});
   return table->back().value;
 }
 

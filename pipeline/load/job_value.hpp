@@ -14,7 +14,7 @@ struct JobEntry;
 struct JobValue {
   using List = std::vector<JobValue>;
   using Table = std::vector<JobEntry>;
-  std::variant<bool, std::int64_t, double, std::string, List, Table> data = Table{};
+  std::variant<bool, std::int64_t, double, std::string, List, Table> data;
 
   const Table* table() const { return std::get_if<Table>(&data); }
   const List* list() const { return std::get_if<List>(&data); }

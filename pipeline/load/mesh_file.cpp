@@ -6,17 +6,18 @@
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <filesystem>
+#include <utility>
 
 #include "core/error.hpp"
 #include "load/job_value.hpp"
-#include "load/mesh_sizes.hpp"
+#include "load/mesh_checks.hpp"
 #include "load/raw_mesh.hpp"
 #include "load/vf_file.hpp"
 
 namespace vrda {
 namespace {
 
-// A Wavefront file may name others (materials); none is opened.
+// No importer opens a file but the one given.
 class NoOtherFiles : public Assimp::IOSystem {
  public:
   bool Exists(const char* /*name*/) const override { return false; }
@@ -54,7 +55,7 @@ void append_mesh(RawMesh& mesh, const aiMesh& part, bool& has_normals)
   }
   for (unsigned int f = 0; f < part.mNumFaces; ++f) {
     const aiFace& face = part.mFaces[f];
-    if (face.mNumIndices < 3) continue;  // points and lines of a Wavefront file
+    if (face.mNumIndices < 3) continue;  // points and lines
     mesh.size.push_back(static_cast<std::int32_t>(face.mNumIndices));
     for (unsigned int k = 0; k < face.mNumIndices; ++k) {
       mesh.corner.push_back(static_cast<std::int32_t>(first) + static_cast<std::int32_t>(face.mIndices[k]));
@@ -78,18 +79,6 @@ RawMesh read_with_assimp(const std::string& file, const std::string& bytes, cons
   for (unsigned int m = 0; m < scene->mNumMeshes; ++m) append_mesh(mesh, *scene->mMeshes[m], has_normals);
   if (!has_normals) mesh.normals.resize(0, 3);
   return mesh;
-}
-
-void check_wavefront_size(const std::string& file, const std::string& bytes)
-{
-  std::size_t n_faces = 0;
-  for (std::size_t at = bytes.find("f "); at != std::string::npos; at = bytes.find("f ", at + 1)) {
-    if (at == 0 || bytes[at - 1] == '\n') ++n_faces;
-  }
-  if (n_faces > largest_face_count) {
-    throw InputError(
-        {file, "", std::to_string(n_faces) + " faces", "at most " + std::to_string(largest_face_count)});
-  }
 }
 
 void check_mesh(const std::string& file, const RawMesh& mesh)
@@ -130,31 +119,25 @@ std::string lower_extension(const std::string& file)
   return extension;
 }
 
-RawMesh read_by_extension(const std::string& file, const std::string& bytes)
+RawMesh read_by_extension(const std::string& file, std::string bytes)
 {
   const std::string extension = lower_extension(file);
-  if (extension == ".stl") {
-    check_stl_size(file, bytes);
-    return read_with_assimp(file, bytes, "stl");
-  }
+  if (extension == ".stl") return read_with_assimp(file, checked_stl(file, std::move(bytes)), "stl");
   if (extension == ".ply") {
-    check_ply_size(file, bytes);
+    check_ply(file, bytes);
     return read_with_assimp(file, bytes, "ply");
   }
   if (extension == ".obj" && is_vertices_faces(bytes)) return read_vertices_faces(file, bytes);
-  if (extension == ".obj") {
-    check_wavefront_size(file, bytes);
-    return read_with_assimp(file, bytes, "obj");
-  }
+  if (extension == ".obj") return read_with_assimp(file, checked_wavefront(file, bytes), "obj");
   throw InputError({file, "", "the extension \"" + extension + "\"", "a mesh file: .stl, .ply or .obj"});
 }
 
 }  // namespace
 
-RawMesh read_mesh(const std::string& file, const std::string& bytes)
+RawMesh read_mesh(const std::string& file, std::string bytes)
 {
   if (bytes.empty()) throw InputError({file, "", "an empty file", "a mesh"});
-  RawMesh mesh = read_by_extension(file, bytes);
+  RawMesh mesh = read_by_extension(file, std::move(bytes));
   check_mesh(file, mesh);
   return mesh;
 }

@@ -26,6 +26,6 @@ inline constexpr std::size_t largest_face_size =
 /// format of thesis 4.1, which shares the extension obj and is told apart by its first word, a number.
 /// Throws InputError naming `file` and the place: wrong extension, cut short, counts that lie, a vertex
 /// that is not finite, an index out of range, no faces.
-RawMesh read_mesh(const std::string& file, const std::string& bytes);
+RawMesh read_mesh(const std::string& file, std::string bytes);
 
 }  // namespace vrda

@@ -1,16 +1,12 @@
 #include "load/vf_file.hpp"
 
-#include <charconv>
+#include <algorithm>
 
 #include "core/error.hpp"
+#include "load/words.hpp"
 
 namespace vrda {
 namespace {
-
-bool is_space(char c)
-{
-  return c == ' ' || (c >= '\t' && c <= '\r');
-}
 
 class Words {
  public:
@@ -25,18 +21,8 @@ class Words {
     return std::string_view(bytes_).substr(begin, at_ - begin);
   }
 
-  template <class Number>
-  Number number(const std::string& wanted)
-  {
-    std::string_view word = next();
-    if (word.size() > 1 && word.front() == '+') word.remove_prefix(1);
-    Number value{};
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (word.empty()) refuse("the end of the file", wanted);
-    if (error != std::errc() || end != word.data() + word.size())
-      refuse("\"" + std::string(word.substr(0, 40)) + "\"", wanted);
-    return value;
-  }
+  double real(const std::string& wanted) { return known(real_in(advance()), wanted); }
+  std::int64_t whole(const std::string& wanted) { return known(whole_in(advance()), wanted); }
 
   [[noreturn]] void refuse(const std::string& found, const std::string& wanted) const
   {
@@ -61,8 +47,19 @@ class Words {
     }
   }
 
+  std::string_view advance() { return word_ = next(); }
+
+  template <class Number>
+  Number known(const std::optional<Number>& number, const std::string& wanted) const
+  {
+    if (word_.empty()) refuse("the end of the file", wanted);
+    if (!number) refuse("\"" + std::string(word_.substr(0, 40)) + "\"", wanted);
+    return *number;
+  }
+
   const std::string& file_;
   const std::string& bytes_;
+  std::string_view word_;
   std::size_t at_ = 0;
   std::size_t line_ = 1;
 };
@@ -106,8 +103,8 @@ RawMesh read_vertices_faces(const std::string& file, const std::string& bytes)
   constexpr std::size_t shortest_vertex = 6;  // bytes: "0 0 0\n"
   constexpr std::size_t shortest_face = 7;    // bytes: "3 0 1 2" at the end of the file
   Words words(file, bytes);
-  const auto n_vertices = words.number<std::int64_t>("the number of vertices");
-  const auto n_faces = words.number<std::int64_t>("the number of faces");
+  const auto n_vertices = words.whole("the number of vertices");
+  const auto n_faces = words.whole("the number of faces");
   if (n_vertices < 3) words.refuse(count_of(n_vertices, "vertices"), "at least 3");
   if (n_faces < 1) words.refuse(count_of(n_faces, "faces"), "at least 1");
   // Before anything is allocated: counts that the file is too short for.
@@ -125,19 +122,19 @@ RawMesh read_vertices_faces(const std::string& file, const std::string& bytes)
   mesh.vertices.resize(static_cast<Eigen::Index>(n_vertices), 3);
   for (Eigen::Index v = 0; v < n_vertices; ++v) {
     for (int k = 0; k < 3; ++k)
-      mesh.vertices(v, k) = words.number<double>("a coordinate of vertex " + std::to_string(v));
+      mesh.vertices(v, k) = words.real("a coordinate of vertex " + std::to_string(v));
   }
   IndexRange range{n_vertices, -1, 0, 0};
   for (std::int64_t f = 0; f < n_faces; ++f) {
     const std::string face = "face " + std::to_string(f);
-    const auto n_corners = words.number<std::int64_t>("the number of corners of " + face);
+    const auto n_corners = words.whole("the number of corners of " + face);
     if (n_corners < 3 || n_corners > static_cast<std::int64_t>(largest_face_size)) {
       words.refuse(count_of(n_corners, "corners"),
                    "from 3 to " + std::to_string(largest_face_size) + " for " + face);
     }
     mesh.size.push_back(static_cast<std::int32_t>(n_corners));
     for (std::int64_t k = 0; k < n_corners; ++k) {
-      const auto index = words.number<std::int64_t>("a vertex index of " + face);
+      const auto index = words.whole("a vertex index of " + face);
       if (index < 0 || index > n_vertices) {
         words.refuse("index " + std::to_string(index), "an index of " + count_of(n_vertices, "vertices"));
       }

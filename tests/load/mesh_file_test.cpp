@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <cctype>
 #include <cstring>
+#include <random>
 
 #include "load/clean_mesh.hpp"
 #include "load/mesh_text.hpp"
@@ -54,6 +56,13 @@ TEST(MeshFile, ABinaryStlWhoseHeaderBeginsWithSolidIsStillBinary)
 {
   std::string bytes = test::binary_stl(odd_box());
   bytes.replace(0, 5, "solid");
+  expect_is_odd_box(read("a.stl", bytes));
+}
+
+TEST(MeshFile, AnAsciiStlMayShout)
+{
+  std::string bytes = test::ascii_stl(odd_box());
+  for (char& c : bytes) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   expect_is_odd_box(read("a.stl", bytes));
 }
 
@@ -189,6 +198,57 @@ TEST(MeshFileErrors, VerticesFacesCountsThatLie)
   expect_refused({"v.obj", "3 1\n0 0 0\n1 zero 0\n0 1 0\n3 0 1 2\n", "line 3", "\"zero\"", "vertex 1"});
 }
 
+TEST(MeshFile, WavefrontTakesWhatTheFormatAllows)
+{
+  // Comments, continued lines, weights, textures, normals, negative indices, groups, Windows line ends.
+  const std::string bytes =
+      "# quad\r\nmtllib none.mtl\r\ng one\r\nv 0 0 0 1.0 # weight\r\nv 1 0 0\r\nvt 0.5\r\nvn 0 0 1\r\n"
+      "v 1 1 \\\r\n0\r\nf 1//1 2/1/1 -1//-1\r\nusemtl x\r\ng two\r\nv 0 1 0\r\nf 1/1/1 3//1 4//1\r\nl 1 "
+      "2\r\n";
+  const Mesh mesh = read("a.obj", bytes);
+  EXPECT_EQ(mesh.vertices_mm.rows(), 4);
+  EXPECT_EQ(mesh.triangles.rows(), 2);
+  EXPECT_DOUBLE_EQ(area_mm2(mesh), 1.0);
+  EXPECT_EQ(mesh.normals.row(3), Eigen::RowVector3d(0, 0, 1));
+}
+
+TEST(MeshFileErrors, WavefrontLines)
+{
+  const std::string three = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  expect_refused({"a.obj", "v 0 0\n", "line 1", "2 numbers", "from 3 to 7"});
+  expect_refused({"a.obj", "v 0 zero 0\n", "line 1", "\"zero\"", "a number"});
+  expect_refused({"a.obj", three + "f 1 2\n", "line 4", "2 corners", "at least 3"});
+  expect_refused({"a.obj", three + "f 1 2 0\n", "line 4", "\"0\"", "one of 3 vertices"});
+  expect_refused({"a.obj", three + "f 1 2 -4\n", "line 4", "\"-4\"", "one of 3 vertices"});
+  expect_refused({"a.obj", three + "f 1//1 2//1 3//1\n", "line 4", "normal 1", "0 normals"});
+  expect_refused({"a.obj", three + "curv2 1 2\n", "line 4", "\"curv2\"", "a polygon file"});
+}
+
+TEST(MeshFileErrors, AsciiStlLines)
+{
+  const std::string ascii = test::ascii_stl(odd_box());
+  const auto with = [&](const std::string& old_text, const std::string& new_text) {
+    std::string bytes = ascii;
+    return bytes.replace(bytes.find(old_text), old_text.size(), new_text);
+  };
+  expect_refused(
+      {"a.stl", with("vertex  -0.5", "vertex x.5"), "line 4", "a vertex without three numbers", "three"});
+  expect_refused({"a.stl", with("normal -1  0", "normal -1"), "line 2", "its normal", "three"});
+  expect_refused({"a.stl", with("outer loop", "hello"), "line 3", "\"hello\"", "ASCII STL"});
+}
+
+TEST(MeshFileErrors, PlyPropertiesAndNumbers)
+{
+  const std::string ascii = test::ascii_ply(odd_box());
+  const auto with = [&](const std::string& old_text, const std::string& new_text) {
+    std::string bytes = ascii;
+    return bytes.replace(bytes.find(old_text), old_text.size(), new_text);
+  };
+  expect_refused({"a.ply", with("float y", "float q"), "header", "no property y", "x, y and z"});
+  expect_refused({"a.ply", with("vertex_indices", "corners"), "header", "no list vertex_indices", "faces"});
+  expect_refused({"a.ply", with("-4.25", "-4_25"), "vertex 0", "damaged", "8 of vertex"});
+}
+
 TEST(MeshFileErrors, VerticesThatAreNotFinite)
 {
   const std::string faces = "3 0 1 2\n";
@@ -213,7 +273,34 @@ TEST(MeshFileErrors, EmptyMeshesAndForeignFiles)
   // The content decides too: another format under this extension is refused.
   expect_refused({"a.ply", test::ascii_stl(odd_box()), "line 1", "no PLY file", "ply"});
   expect_refused({"a.stl", test::ascii_ply(odd_box()), "header", "triangles in a file of", "bytes"});
-  expect_refused({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "", "index out of range", "obj"});
+  expect_refused({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "line 4", "index 9", "one of 3 vertices"});
+}
+
+TEST(MeshFileErrors, ADamagedFileIsAMeshOrAnInputErrorAndNothingElse)
+{
+  const Mesh box = odd_box();
+  const std::vector<std::pair<const char*, std::string>> files{
+      {"a.stl", test::binary_stl(box)}, {"b.stl", test::ascii_stl(box)},
+      {"c.ply", test::ascii_ply(box)},  {"d.ply", test::binary_ply(box)},
+      {"e.obj", test::wavefront(box)},  {"f.obj", test::vertices_faces(box, 0)}};
+  std::mt19937 random(11);
+  int n_meshes = 0, n_errors = 0;
+  for (const auto& [file, bytes] : files) {
+    for (int trial = 0; trial < 300; ++trial) {
+      std::string damaged = bytes;
+      const std::size_t n_changes = 1 + random() % 4;
+      for (std::size_t k = 0; k < n_changes; ++k)
+        damaged[random() % damaged.size()] = static_cast<char>(random() % 256);
+      SCOPED_TRACE(std::string(file) + " trial " + std::to_string(trial));
+      try {
+        n_meshes += read(file, damaged).triangles.rows() > 0 ? 1 : 0;
+      } catch (const InputError&) {
+        ++n_errors;
+      }
+    }
+  }
+  EXPECT_GT(n_meshes, 100);
+  EXPECT_GT(n_errors, 100);
 }
 
 TEST(MeshFileErrors, APolygonOfAThousandAndOneCornersIsRefused)

@@ -1,15 +1,17 @@
-#include <charconv>
+#include <algorithm>
 #include <sstream>
 #include <vector>
 
 #include "core/error.hpp"
-#include "load/mesh_sizes.hpp"
+#include "load/mesh_checks.hpp"
 #include "load/raw_mesh.hpp"
+#include "load/words.hpp"
 
 namespace vrda {
 namespace {
 
 struct Property {
+  std::string name;
   std::size_t count_bytes = 0;  // of a list's length; 0 for a plain property
   std::size_t item_bytes = 0;
 };
@@ -71,8 +73,8 @@ class HeaderReader {
   void read_line(const std::string& text)
   {
     std::istringstream words(text);
-    std::string keyword, a, b, c;
-    words >> keyword >> a >> b >> c;
+    std::string keyword, a, b, c, d;
+    words >> keyword >> a >> b >> c >> d;
     if (keyword == "end_header") {
       is_done_ = true;
     } else if (keyword == "format") {
@@ -81,7 +83,8 @@ class HeaderReader {
       read_element(a, b);
     } else if (keyword == "property") {
       const bool is_list = a == "list";
-      const Property property{is_list ? bytes_of_type(b) : 0, bytes_of_type(is_list ? c : a)};
+      const Property property{is_list ? d : b, is_list ? bytes_of_type(b) : 0,
+                              bytes_of_type(is_list ? c : a)};
       const bool is_known = property.item_bytes > 0 && (!is_list || property.count_bytes > 0);
       if (!is_known || header_.elements.empty()) refuse("\"" + text + "\"", "a PLY type, after an element");
       header_.elements.back().properties.push_back(property);
@@ -105,10 +108,9 @@ class HeaderReader {
 
   void read_element(const std::string& name, const std::string& count)
   {
-    std::size_t n = 0;
-    const auto [end, error] = std::from_chars(count.data(), count.data() + count.size(), n);
-    if (error != std::errc() || end != count.data() + count.size())
-      refuse("\"" + count + "\"", "the number of elements");
+    const std::optional<std::int64_t> given = whole_in(count);
+    if (!given || *given < 0) refuse("\"" + count + "\"", "the number of elements");
+    const auto n = static_cast<std::size_t>(*given);
     // At most three vertices a face of their own.
     const std::size_t largest = name == "face" ? largest_face_count : 3 * largest_face_count;
     if (n > largest) refuse(count + " of " + name, "at most " + std::to_string(largest));
@@ -149,7 +151,7 @@ class Body {
     }
     if (format_ != Format::ascii) return skip(n * property.item_bytes);
     for (std::size_t k = 0; k < n; ++k) {
-      if (next_word().empty()) return false;
+      if (!real_in(next_word())) return false;
     }
     return true;
   }
@@ -165,9 +167,9 @@ class Body {
   {
     n = 0;
     if (format_ == Format::ascii) {
-      const std::string_view word = next_word();
-      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), n);
-      return !word.empty() && error == std::errc() && end == word.data() + word.size();
+      const std::optional<std::int64_t> count = whole_in(next_word());
+      n = static_cast<std::size_t>(count.value_or(0));
+      return count && *count >= 0;
     }
     if (bytes_.size() - at_ < n_bytes) return false;
     for (std::size_t k = 0; k < n_bytes; ++k) {
@@ -180,7 +182,6 @@ class Body {
 
   std::string_view next_word()
   {
-    const auto is_space = [](char c) { return c == ' ' || (c >= '\t' && c <= '\r'); };
     while (at_ < bytes_.size() && is_space(bytes_[at_])) ++at_;
     const std::size_t begin = at_;
     while (at_ < bytes_.size() && !is_space(bytes_[at_])) ++at_;
@@ -189,8 +190,7 @@ class Body {
 
   [[noreturn]] void refuse(const Element& element, std::size_t i) const
   {
-    throw InputError({file_, element.name + " " + std::to_string(i),
-                      "a PLY file cut short or with a wrong count there",
+    throw InputError({file_, element.name + " " + std::to_string(i), "a PLY file cut short or damaged there",
                       std::to_string(element.n) + " of " + element.name + ", as its header says"});
   }
 
@@ -200,11 +200,34 @@ class Body {
   std::size_t at_;
 };
 
+bool has(const Header& header, const std::string& element, const std::vector<std::string>& names,
+         bool is_list)
+{
+  return std::any_of(header.elements.begin(), header.elements.end(), [&](const Element& e) {
+    return e.name == element && std::any_of(e.properties.begin(), e.properties.end(), [&](const Property& p) {
+             return (p.count_bytes > 0) == is_list &&
+                    std::find(names.begin(), names.end(), p.name) != names.end();
+           });
+  });
+}
+
+void check_properties(const std::string& file, const Header& header)
+{
+  for (const char* axis : {"x", "y", "z"}) {
+    if (has(header, "vertex", {axis}, false)) continue;
+    throw InputError({file, "header", std::string("no property ") + axis + " of a vertex", "x, y and z"});
+  }
+  if (!has(header, "face", {"vertex_indices", "vertex_index"}, true)) {
+    throw InputError({file, "header", "no list vertex_indices of a face", "one: a mesh has faces"});
+  }
+}
+
 }  // namespace
 
-void check_ply_size(const std::string& file, const std::string& bytes)
+void check_ply(const std::string& file, const std::string& bytes)
 {
   const Header header = HeaderReader(file, bytes).read();
+  check_properties(file, header);
   Body body(file, bytes, header);
   for (const Element& element : header.elements) body.walk(element);
 }

@@ -1,0 +1,50 @@
+#include "load/words.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+namespace vrda {
+namespace {
+
+template <class Number>
+std::optional<Number> number_in(std::string_view word)
+{
+  const bool has_plus = word.size() > 1 && word[0] == '+' && word[1] != '-';
+  if (has_plus) word.remove_prefix(1);
+  Number value{};
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size()) return std::nullopt;
+  return value;
+}
+
+}  // namespace
+
+bool is_space(char c)
+{
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r';
+}
+
+std::vector<std::string_view> words_in(std::string_view line)
+{
+  constexpr std::string_view separators = " \t";
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  std::vector<std::string_view> words;
+  std::size_t begin = line.find_first_not_of(separators);
+  while (begin != std::string_view::npos) {
+    const std::size_t end = std::min(line.find_first_of(separators, begin), line.size());
+    words.push_back(line.substr(begin, end - begin));
+    begin = line.find_first_not_of(separators, end);
+  }
+  return words;
+}
+
+std::optional<double> real_in(std::string_view word)
+{
+  return number_in<double>(word);
+}
+std::optional<std::int64_t> whole_in(std::string_view word)
+{
+  return number_in<std::int64_t>(word);
+}
+
+}  // namespace vrda

@@ -1,0 +1,21 @@
+/// Words and numbers of text files, as the mesh formats separate them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace vrda {
+
+/// Blank, tab or line end.
+bool is_space(char c);
+
+/// The words of a line without its end: blanks and tabs separate, a carriage return before the end goes.
+std::vector<std::string_view> words_in(std::string_view line);
+
+/// The number a word spells and nothing else, with or without a sign; "nan" and "inf" are numbers here.
+std::optional<double> real_in(std::string_view word);
+std::optional<std::int64_t> whole_in(std::string_view word);
+
+}  // namespace vrda
