@@ -147,7 +147,8 @@ void print(const Json& u)
   for (const Json& c : u["components"]) print_component(c);
   const Json& start = u["initial_pose"];
   if (start["overlapping"].get<bool>()) {
-    std::printf("initial pose: the objects overlap; the first step backs out along -Delta\n");
+    std::printf("initial pose: the objects overlap, %.3f mm deep along Delta; the first step backs out\n",
+                -start.value("travel_along_delta_mm", 0.0));
   } else if (start["travel_along_delta_mm"].is_null()) {
     std::printf("initial pose: nothing of the reference lies along Delta\n");
   } else {

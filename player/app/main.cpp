@@ -27,7 +27,8 @@ void add_show(CLI::App& app, vrda::ShowOptions& options)
       ->type_name("ANGLE");
   show->add_option("--set", options.set, "raw or degree_N (default: the highest degree there is, else raw)")
       ->type_name("SET");
-  show->add_option("--views", options.views, "front, back, left, right, medial, lateral, top, oblique")
+  show->add_option("--views", options.views,
+                   "front, back, left, right, medial, lateral (or side), top, oblique")
       ->type_name("VIEW,...")
       ->capture_default_str();
   show->add_option("--size", options.size, "Of a picture, in pixels")

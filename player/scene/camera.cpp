@@ -33,7 +33,9 @@ const std::vector<std::string>& view_names()
 
 std::optional<View> view_named(const std::string& name)
 {
-  const auto found = std::find(view_names().begin(), view_names().end(), name);
+  // What a knee is usually looked at from when somebody says "from the side".
+  const std::string own_name = name == "side" ? "lateral" : name;
+  const auto found = std::find(view_names().begin(), view_names().end(), own_name);
   if (found == view_names().end()) return std::nullopt;
   return static_cast<View>(found - view_names().begin());
 }

@@ -154,6 +154,22 @@ TEST(StabilitySearch, EveryMotionIsTold)
   EXPECT_GE(last, r.iterations - 1) << "only the last iteration may end without a motion";
 }
 
+TEST(StabilitySearch, TheFirstApproachIsToldInStrides)
+{
+  std::vector<double> heights_mm;
+  const Watch watch = [&](const SearchMove& move) {
+    if (move.iteration == 1 && move.motion == Motion::approach)
+      heights_mm.push_back(move.pose.translation_mm.y());
+  };
+  SearchOptions options;
+  options.approach_step_mm = 10.0;
+  find_stable_pose(ball_in_dish(), {}, {{0, -40, 0}, 0}, options, watch);
+  // The ball's top starts 34 mm below the dish.
+  ASSERT_EQ(heights_mm.size(), 4u);
+  EXPECT_DOUBLE_EQ(heights_mm[0], -30.0);
+  EXPECT_DOUBLE_EQ(heights_mm[2], -10.0);
+}
+
 TEST(StabilitySearch, ThinPartsAreNotPassedInOneStep)
 {
   // A thin vertical fin stands in the ball's way to the middle; steps of 10 mm must stop at it.

@@ -167,6 +167,7 @@ struct Wrong {
   std::string name;
   void (*change)(ShowOptions&);
   std::string file_ends_with, field, found, wanted;
+  friend void PrintTo(const Wrong& wrong, std::ostream* out) { *out << wrong.name; }
 };
 
 class ShowWrong : public Show, public testing::WithParamInterface<Wrong> {};

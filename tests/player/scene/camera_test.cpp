@@ -103,6 +103,7 @@ TEST(Camera, NamesAndViewsGoTogether)
 {
   EXPECT_EQ(view_named("front"), View::front);
   EXPECT_EQ(view_named("oblique"), View::oblique);
+  EXPECT_EQ(view_named("side"), View::lateral);
   EXPECT_EQ(view_named("lateral"), View::lateral);
   EXPECT_EQ(view_named("below"), std::nullopt);
 }
