@@ -5,7 +5,10 @@
 namespace vrda {
 namespace {
 
-Eigen::Vector3d flipped_z(const Eigen::Vector3d& v) { return {v.x(), v.y(), -v.z()}; }
+Eigen::Vector3d flipped_z(const Eigen::Vector3d& v)
+{
+  return {v.x(), v.y(), -v.z()};
+}
 
 Eigen::Vector3d of_right_side(const SolverFrame& frame, const Eigen::Vector3d& v)
 {
@@ -49,7 +52,8 @@ Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vect
   const double c = from.dot(to);
   // 1 + c loses half the digits near -1: there any axis across `from` does.
   if (c < -1.0 + 1e-12) {
-    const Eigen::Vector3d trial = std::abs(from.x()) < 0.9 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d trial =
+        std::abs(from.x()) < 0.9 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ();
     const Eigen::Vector3d axis = (trial - trial.dot(from) * from).normalized();
     return 2.0 * axis * axis.transpose() - Eigen::Matrix3d::Identity();
   }

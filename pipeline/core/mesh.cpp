@@ -151,8 +151,8 @@ void append(Mesh& mesh, const Mesh& extra)
 {
   const Eigen::Index n_vertices = mesh.vertices_mm.rows();
   const Eigen::Index n_triangles = mesh.triangles.rows();
-  const bool keeps_normals =
-      (n_vertices == 0 || mesh.normals.rows() == n_vertices) && extra.normals.rows() == extra.vertices_mm.rows();
+  const bool keeps_normals = (n_vertices == 0 || mesh.normals.rows() == n_vertices) &&
+                             extra.normals.rows() == extra.vertices_mm.rows();
   mesh.vertices_mm.conservativeResize(n_vertices + extra.vertices_mm.rows(), 3);
   mesh.vertices_mm.bottomRows(extra.vertices_mm.rows()) = extra.vertices_mm;
   mesh.triangles.conservativeResize(n_triangles + extra.triangles.rows(), 3);

@@ -7,13 +7,35 @@ namespace vrda {
 const char* name_of(StepStatus status)
 {
   switch (status) {
-    case StepStatus::pending: return "pending";
-    case StepStatus::stable: return "stable";
-    case StepStatus::no_contact: return "no_contact";
-    case StepStatus::no_clearance: return "no_clearance";
-    case StepStatus::iteration_limit: return "iteration_limit";
+    case StepStatus::pending:
+      return "pending";
+    case StepStatus::stable:
+      return "stable";
+    case StepStatus::no_contact:
+      return "no_contact";
+    case StepStatus::no_clearance:
+      return "no_clearance";
+    case StepStatus::iteration_limit:
+      return "iteration_limit";
   }
   throw InternalError("a step status without a name");
+}
+
+const char* meaning_of(StepStatus status)
+{
+  switch (status) {
+    case StepStatus::pending:
+      return "not solved yet";
+    case StepStatus::stable:
+      return "came to rest";
+    case StepStatus::no_contact:
+      return "slid off: nothing of the reference lies along Delta any more";
+    case StepStatus::no_clearance:
+      return "no free pose behind: the objects stay locked into each other";
+    case StepStatus::iteration_limit:
+      return "did not come to rest within max_steps";
+  }
+  throw InternalError("a step status without a meaning");
 }
 
 }  // namespace vrda

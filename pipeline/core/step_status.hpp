@@ -13,9 +13,12 @@ enum class StepStatus : std::int8_t {
   iteration_limit = 3,  ///< max_steps reached
 };
 
-inline constexpr StepStatus all_step_statuses[] = {StepStatus::pending, StepStatus::stable, StepStatus::no_contact,
-                                                   StepStatus::no_clearance, StepStatus::iteration_limit};
+inline constexpr StepStatus all_step_statuses[] = {StepStatus::pending, StepStatus::stable,
+                                                   StepStatus::no_contact, StepStatus::no_clearance,
+                                                   StepStatus::iteration_limit};
 
 const char* name_of(StepStatus status);
+/// What it means, in a few words.
+const char* meaning_of(StepStatus status);
 
 }  // namespace vrda

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/body.hpp"
+#include "core/compartment.hpp"
 #include "core/frames.hpp"
 #include "core/search_options.hpp"
 
@@ -25,8 +26,6 @@ struct GridAxes {
   std::vector<double> flexion_deg;  ///< [n_flexion], at least one
   std::vector<double> varus_deg;    ///< [n_varus], at least one
 };
-
-enum class Compartment : std::int8_t { none = 0, medial = 1, lateral = 2 };
 
 struct LoadedInput {
   std::string name;    ///< path as the job writes it, or the generator's name and parameters

@@ -28,26 +28,26 @@ struct ClinicalSurfaces {
 /// Contacts of all cells in compressed rows: those of cell c = i * n_varus + j are
 /// [row_start[c], row_start[c + 1]).
 struct ContactRows {
-  std::vector<std::int64_t> row_start;          ///< [n_cells + 1]
-  Points point_world_mm;                        ///< [n, 3] on the reference's surface, world W
-  Points normal_world;                          ///< [n, 3] direction of the reaction on the moving object
-  std::vector<double> distance_mm;              ///< [n]
-  std::vector<std::int32_t> triangle_reference; ///< [n] row of /bodies/reference/triangles
-  std::vector<std::int32_t> triangle_moving;    ///< [n]
-  std::vector<std::int8_t> compartment;         ///< [n] 0 none, 1 medial, 2 lateral
+  std::vector<std::int64_t> row_start;           ///< [n_cells + 1]
+  Points point_world_mm;                         ///< [n, 3] on the reference's surface, world W
+  Points normal_world;                           ///< [n, 3] direction of the reaction on the moving object
+  std::vector<double> distance_mm;               ///< [n]
+  std::vector<std::int32_t> triangle_reference;  ///< [n] row of /bodies/reference/triangles
+  std::vector<std::int32_t> triangle_moving;     ///< [n]
+  std::vector<std::int8_t> compartment;          ///< [n] 0 none, 1 medial, 2 lateral
 };
 
 /// One smoothed parameter: sum of coefficient[k] P_i(u) P_j(v), Legendre polynomials,
 /// i = exponents(k, 0) of flexion, j = exponents(k, 1) of varus, u and v on [-1, 1].
 struct SmoothedSurface {
-  std::string name;                   ///< "tx", "ty", "tz" (mm) or "theta" (degrees)
-  std::vector<double> coefficients;   ///< [n_terms]
-  GridD values;                       ///< on the grid of the model
-  std::int32_t n_cells = 0;           ///< cells fitted
-  double rms = 0.0;                   ///< root mean square residual
-  double largest_residual = 0.0;      ///< largest absolute residual
-  double leave_one_out_rms = 0.0;     ///< from the hat matrix
-  double condition_number = 0.0;      ///< of the design matrix
+  std::string name;                  ///< "tx", "ty", "tz" (mm) or "theta" (degrees)
+  std::vector<double> coefficients;  ///< [n_terms]
+  GridD values;                      ///< on the grid of the model
+  std::int32_t n_cells = 0;          ///< cells fitted
+  double rms = 0.0;                  ///< root mean square residual
+  double largest_residual = 0.0;     ///< largest absolute residual
+  double leave_one_out_rms = 0.0;    ///< from the hat matrix
+  double condition_number = 0.0;     ///< of the design matrix
 };
 
 struct SmoothedSet {
@@ -69,9 +69,9 @@ struct JobRecord {
 
 struct MotionModel {
   std::string title;
-  std::string joint;                ///< "knee" or "other"
-  std::string side;                 ///< "right" or "left"
-  std::string method;               ///< "stability-search"
+  std::string joint;                                             ///< "knee" or "other"
+  std::string side;                                              ///< "right" or "left"
+  std::string method;                                            ///< "stability-search"
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
   Eigen::Vector3d delta = Eigen::Vector3d::UnitY();              ///< world W
   double contact_resolution_mm = 0.1;
@@ -84,16 +84,20 @@ struct MotionModel {
   std::vector<double> X_reference_moving;  ///< [n_flexion, n_varus, 4, 4] row-major
   GridB status;                            ///< StepStatus
   GridI iterations, queries;
-  GridD residual_mm;                       ///< last translation predicted by the solver
-  GridD gap_medial_mm, gap_lateral_mm;     ///< directional gap left; NaN where nothing faces
+  GridD residual_mm;                    ///< last translation predicted by the solver
+  GridD gap_medial_mm, gap_lateral_mm;  ///< directional gap left; NaN where nothing faces
   GridB contact_medial, contact_lateral, theta_determined;
-  GridB is_spine;                          ///< 1 on the spine cell of each flexion
+  GridB is_spine;  ///< 1 on the spine cell of each flexion
 
   ClinicalSurfaces clinical;
   ContactRows contacts;
-  Body reference, moving;                  ///< canonical, own side
+  Body reference, moving;  ///< canonical, own side
   std::vector<SmoothedSet> smoothed;
   JobRecord job;
 };
+
+/// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, no contacts, no smoothed
+/// surfaces. The content of a start file; a run then fills the cells in.
+MotionModel with_pending_cells(MotionModel model);
 
 }  // namespace vrda

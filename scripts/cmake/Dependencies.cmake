@@ -30,6 +30,8 @@ if(VRDA_PLAYER)
 endif()
 
 if(VRDA_TESTS OR VRDA_BENCHMARKS)
+  # Debian's own Python: it is the one that sees Debian's h5py and xarray.
+  find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
   find_package(GTest REQUIRED)
   include(GoogleTest)
 endif()

@@ -43,7 +43,8 @@ TEST(Frames, XReferenceMovingAgreesWithTheSolverMeshes)
       const Mesh seen = solver_mesh(transformed(stored, X), frame);
       const Mesh moving = solver_mesh(stored, frame);
       for (Eigen::Index v = 0; v < seen.vertices_mm.rows(); ++v) {
-        const Eigen::Vector3d from_reference = reference_rotation(attitude) * Eigen::Vector3d(seen.vertices_mm.row(v));
+        const Eigen::Vector3d from_reference =
+            reference_rotation(attitude) * Eigen::Vector3d(seen.vertices_mm.row(v));
         const Eigen::Vector3d from_moving = pose_of(pose) * Eigen::Vector3d(moving.vertices_mm.row(v));
         EXPECT_LT((from_reference - from_moving).norm(), 1e-11);
       }
@@ -63,7 +64,8 @@ TEST(Frames, WorldTranslationRoundTrips)
   for (const Side side : {Side::right, Side::left}) {
     const SolverFrame frame = far_frame(side, Eigen::Vector3d(0.2, 0.9, 0.1).normalized());
     const MovingPose pose{{1, 2, 3}, 0.0};
-    EXPECT_LT((solver_translation_mm(frame, world_translation_mm(frame, pose)) - pose.translation_mm).norm(), rounding);
+    EXPECT_LT((solver_translation_mm(frame, world_translation_mm(frame, pose)) - pose.translation_mm).norm(),
+              rounding);
   }
 }
 
@@ -71,7 +73,8 @@ TEST(Clinical, GivesBackTheAttitudeAndTheta)
 {
   for (const Side side : {Side::right, Side::left}) {
     const SolverFrame frame = far_frame(side, {0, 1, 0});
-    const Pose X = X_reference_moving(frame, {rad_from_deg(75), rad_from_deg(-6)}, {{0, 0, 0}, rad_from_deg(11)});
+    const Pose X =
+        X_reference_moving(frame, {rad_from_deg(75), rad_from_deg(-6)}, {{0, 0, 0}, rad_from_deg(11)});
     const Clinical clinical = clinical_of(X, side, frame.rotation_centre_mm);
     EXPECT_NEAR(deg_from_rad(clinical.flexion_rad), 75, 1e-9);
     EXPECT_NEAR(deg_from_rad(clinical.varus_rad), -6, 1e-9);
@@ -98,8 +101,10 @@ TEST(Clinical, AMirroredPoseGivesTheSameBits)
   const Attitude attitude{1.1, 0.07};
   const SolverFrame right = far_frame(Side::right, {0, 1, 0});
   const SolverFrame left = far_frame(Side::left, {0, 1, 0});
-  const Clinical r = clinical_of(X_reference_moving(right, attitude, pose), Side::right, right.rotation_centre_mm);
-  const Clinical l = clinical_of(X_reference_moving(left, attitude, pose), Side::left, left.rotation_centre_mm);
+  const Clinical r =
+      clinical_of(X_reference_moving(right, attitude, pose), Side::right, right.rotation_centre_mm);
+  const Clinical l =
+      clinical_of(X_reference_moving(left, attitude, pose), Side::left, left.rotation_centre_mm);
   EXPECT_EQ(r.flexion_rad, l.flexion_rad);
   EXPECT_EQ(r.varus_rad, l.varus_rad);
   EXPECT_EQ(r.internal_rotation_rad, l.internal_rotation_rad);

@@ -22,8 +22,8 @@ Mesh box(const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& size_mm)
     mesh.vertices_mm.row(v) = (centre_mm + unit.cwiseProduct(size_mm)).transpose();
   }
   mesh.triangles.resize(12, 3);
-  mesh.triangles << 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4,
-      5, 7, 4, 7, 6;
+  mesh.triangles << 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1,
+      4, 5, 7, 4, 7, 6;
   mesh.normals = vertex_normals(mesh);
   return mesh;
 }
@@ -34,13 +34,15 @@ Mesh ball(double radius_mm, int n_rings, int n_sectors)
   mesh.vertices_mm.resize(2 + (n_rings - 1) * n_sectors, 3);
   mesh.vertices_mm.row(0) << 0, radius_mm, 0;
   mesh.vertices_mm.row(1) << 0, -radius_mm, 0;
-  const auto ring_vertex = [&](int ring, int sector) { return 2 + (ring - 1) * n_sectors + sector % n_sectors; };
+  const auto ring_vertex = [&](int ring, int sector) {
+    return 2 + (ring - 1) * n_sectors + sector % n_sectors;
+  };
   for (int ring = 1; ring < n_rings; ++ring) {
     const SinCos polar = sin_cos(pi * ring / n_rings);
     for (int sector = 0; sector < n_sectors; ++sector) {
       const SinCos around = sin_cos(2.0 * pi * sector / n_sectors);
-      mesh.vertices_mm.row(ring_vertex(ring, sector)) << radius_mm * polar.sin * around.cos, radius_mm * polar.cos,
-          -radius_mm * polar.sin * around.sin;
+      mesh.vertices_mm.row(ring_vertex(ring, sector)) << radius_mm * polar.sin * around.cos,
+          radius_mm * polar.cos, -radius_mm * polar.sin * around.sin;
     }
   }
   mesh.triangles.resize(2 * n_sectors * (n_rings - 1), 3);

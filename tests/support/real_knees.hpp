@@ -15,6 +15,6 @@ std::filesystem::path source_directory();
 }  // namespace vrda::test
 
 /// Skips the running test, by name, when the real knees are absent.
-#define VRDA_REQUIRE_REAL_KNEES()                                                                    \
-  if (!vrda::test::data_directory())                                                                 \
+#define VRDA_REQUIRE_REAL_KNEES()    \
+  if (!vrda::test::data_directory()) \
   GTEST_SKIP() << "real knees not found: set VRDA_DATA to the folder that holds `knees` (see README)"

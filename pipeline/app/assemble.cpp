@@ -1,0 +1,136 @@
+#include "app/assemble.hpp"
+
+#include <limits>
+
+#include "core/clinical.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+void size_surfaces(MotionModel& model)
+{
+  const auto n_flexion = static_cast<Eigen::Index>(model.flexion_deg.size());
+  const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
+  ClinicalSurfaces& c = model.clinical;
+  for (GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg, &model.residual_mm,
+                         &model.gap_medial_mm, &model.gap_lateral_mm, &c.flexion_deg, &c.varus_deg,
+                         &c.internal_rotation_deg, &c.anterior_mm, &c.proximal_mm, &c.lateral_mm}) {
+    surface->setConstant(n_flexion, n_varus, nan);
+  }
+  model.X_reference_moving.assign(static_cast<std::size_t>(16 * n_flexion * n_varus), nan);
+  model.status.setConstant(n_flexion, n_varus, static_cast<std::int8_t>(StepStatus::pending));
+  model.iterations.setZero(n_flexion, n_varus);
+  model.queries.setZero(n_flexion, n_varus);
+  for (GridB* flag : {&model.contact_medial, &model.contact_lateral, &model.theta_determined}) {
+    flag->setConstant(n_flexion, n_varus, -1);
+  }
+  model.is_spine.setZero(n_flexion, n_varus);
+}
+
+void set_pose(MotionModel& model, const SolverFrame& frame, const StepRecord& r)
+{
+  const Eigen::Index i = r.key.flexion, j = r.key.varus;
+  const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]),
+                          rad_from_deg(model.varus_deg[static_cast<std::size_t>(j)])};
+  const Eigen::Vector3d t = world_translation_mm(frame, r.pose);
+  model.tx_mm(i, j) = t.x();
+  model.ty_mm(i, j) = t.y();
+  model.tz_mm(i, j) = t.z();
+  model.theta_deg(i, j) = deg_from_rad(r.pose.theta_rad);
+
+  const Pose X = X_reference_moving(frame, attitude, r.pose);
+  const std::size_t first = 16 * static_cast<std::size_t>(i * model.status.cols() + j);
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      model.X_reference_moving[first + static_cast<std::size_t>(4 * row + column)] = X.matrix()(row, column);
+    }
+  }
+  const Clinical clinical = clinical_of(X, frame.side, frame.rotation_centre_mm);
+  model.clinical.flexion_deg(i, j) = deg_from_rad(clinical.flexion_rad);
+  model.clinical.varus_deg(i, j) = deg_from_rad(clinical.varus_rad);
+  model.clinical.internal_rotation_deg(i, j) = deg_from_rad(clinical.internal_rotation_rad);
+  model.clinical.anterior_mm(i, j) = clinical.anterior_mm;
+  model.clinical.proximal_mm(i, j) = clinical.proximal_mm;
+  model.clinical.lateral_mm(i, j) = clinical.lateral_mm;
+}
+
+void set_cell(MotionModel& model, const SolverFrame& frame, const StepRecord& r)
+{
+  const Eigen::Index i = r.key.flexion, j = r.key.varus;
+  model.status(i, j) = static_cast<std::int8_t>(r.status);
+  model.iterations(i, j) = r.iterations;
+  model.queries(i, j) = r.queries;
+  if (r.status != StepStatus::stable) return;
+  set_pose(model, frame, r);
+  model.residual_mm(i, j) = r.residual_mm;
+  model.gap_medial_mm(i, j) = r.gap_medial_mm;
+  model.gap_lateral_mm(i, j) = r.gap_lateral_mm;
+  model.contact_medial(i, j) = r.contact_medial ? 1 : 0;
+  model.contact_lateral(i, j) = r.contact_lateral ? 1 : 0;
+  model.theta_determined(i, j) = r.theta_determined ? 1 : 0;
+}
+
+ContactRows contact_rows(const SolverFrame& frame, const std::vector<StepRecord>& cells)
+{
+  std::size_t n = 0;
+  for (const StepRecord& r : cells) n += r.contacts.size();
+  ContactRows rows;
+  rows.point_world_mm.resize(static_cast<Eigen::Index>(n), 3);
+  rows.normal_world.resize(static_cast<Eigen::Index>(n), 3);
+  rows.row_start.push_back(0);
+  Eigen::Index row = 0;
+  for (const StepRecord& r : cells) {
+    for (const ContactRecord& c : r.contacts) {
+      rows.point_world_mm.row(row) = world_from_solver(frame, c.point_solver_mm).transpose();
+      rows.normal_world.row(row) = world_from_solver(frame, c.normal_solver).transpose();
+      rows.distance_mm.push_back(c.distance_mm);
+      rows.triangle_reference.push_back(c.triangle_reference);
+      rows.triangle_moving.push_back(c.triangle_moving);
+      rows.compartment.push_back(c.compartment);
+      ++row;
+    }
+    rows.row_start.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace
+
+MotionModel pending_model_of(const Case& job_case)
+{
+  MotionModel model;
+  model.title = job_case.title;
+  model.joint = job_case.joint;
+  model.side = job_case.frame.side == Side::left ? "left" : "right";
+  model.method = job_case.method;
+  model.rotation_centre_mm = job_case.frame.rotation_centre_mm;
+  model.delta = job_case.frame.delta;
+  model.contact_resolution_mm = job_case.search.translation_resolution_mm;
+  model.has_compartments = !job_case.compartment_of_triangle.empty();
+  model.flexion_deg = job_case.grid.flexion_deg;
+  model.varus_deg = job_case.grid.varus_deg;
+  model.reference = job_case.reference;
+  model.moving = job_case.moving;
+  model.job = {job_case.job_text, job_case.resolved_job, {}};
+  for (const LoadedInput& input : job_case.inputs) model.job.inputs.push_back({input.name, input.sha256});
+  size_surfaces(model);
+  model.contacts =
+      contact_rows(job_case.frame, std::vector<StepRecord>(static_cast<std::size_t>(model.status.size())));
+  return model;
+}
+
+MotionModel motion_model_of(const Case& job_case, const SweepResult& result)
+{
+  MotionModel model = pending_model_of(job_case);
+  for (const StepRecord& r : result.cells) set_cell(model, job_case.frame, r);
+  for (std::size_t i = 0; i < result.spine_column.size(); ++i) {
+    if (result.spine_column[i] >= 0) model.is_spine(static_cast<Eigen::Index>(i), result.spine_column[i]) = 1;
+  }
+  model.contacts = contact_rows(job_case.frame, result.cells);
+  return model;
+}
+
+}  // namespace vrda

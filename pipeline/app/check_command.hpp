@@ -1,0 +1,20 @@
+/// `vrda check`: what was understood of a job, the plan, and the warnings that matter.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/talk.hpp"
+
+namespace vrda {
+
+struct CheckOptions {
+  std::string job_file;
+  std::string data_directory;
+  std::vector<std::string> overrides;
+  bool as_json = false;
+};
+
+ExitCode check_command(const CheckOptions& options);
+
+}  // namespace vrda

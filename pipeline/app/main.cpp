@@ -1,0 +1,139 @@
+/// The command line of `vrda`, and the only place of the program that catches.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <functional>
+
+#include "app/check_command.hpp"
+#include "app/model_commands.hpp"
+#include "app/run_command.hpp"
+#include "app/shape_command.hpp"
+#include "app/talk.hpp"
+#include "core/error.hpp"
+
+namespace {
+
+using vrda::ExitCode;
+
+struct Commands {
+  CLI::App app{"VRDA: from surface meshes of a joint to a motion model.", "vrda"};
+  vrda::RunOptions run;
+  vrda::CheckOptions check;
+  vrda::InfoOptions info;
+  vrda::InfoOptions validate;
+  vrda::ShapeOptions shape;
+  bool is_quiet = false;
+  std::function<ExitCode()> chosen;
+
+  CLI::App& add(const std::string& name, const std::string& what, const std::string& example)
+  {
+    CLI::App& command = *app.add_subcommand(name, what);
+    command.footer("Example:\n  " + example);
+    command.add_flag("-q,--quiet", is_quiet, "Warnings and errors only");
+    return command;
+  }
+
+  void add_run()
+  {
+    CLI::App& c =
+        add("run", "Solve every attitude of a job and write its motion model; goes on from a journal.",
+            "vrda run jobs/knee-generic.toml --threads 2");
+    c.add_option("job", run.job_file, "Job file (TOML)")->required();
+    c.add_option("-o,--output", run.output, "Motion model; default results/<job name>/<job name>.h5");
+    c.add_option("--data", run.data_directory, "Folder the mesh files are relative to");
+    c.add_option("--set", run.overrides, "key=value, over the job file; may be repeated")->take_all();
+    c.add_option("--threads", run.n_threads, "Workers; default: one a processor")->check(CLI::Range(1, 1024));
+    c.add_flag("--fresh", run.is_fresh, "Drop what a journal holds and start over");
+    c.add_flag("--trace", run.writes_trace, "Write every motion of the search to <output>.trace.csv");
+    c.add_option("--progress", run.progress, "auto, bar, plain or none")->capture_default_str();
+    c.callback([this] {
+      chosen = [this] {
+        if (is_quiet) run.progress = "none";
+        return run_command(run);
+      };
+    });
+  }
+
+  void add_check()
+  {
+    CLI::App& c = add("check", "Print what is understood of a job, the plan and warnings; solve nothing.",
+                      "vrda check jobs/knee-generic.toml");
+    c.add_option("job", check.job_file, "Job file (TOML)")->required();
+    c.add_option("--data", check.data_directory, "Folder the mesh files are relative to");
+    c.add_option("--set", check.overrides, "key=value, over the job file; may be repeated")->take_all();
+    c.add_flag("--json", check.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return check_command(check); }; });
+  }
+
+  void add_info()
+  {
+    CLI::App& c = add("info", "Summarise a motion model; gaps and penetrations are measured again.",
+                      "vrda info results/knee-generic/knee-generic.h5");
+    c.add_option("file", info.file, "Motion model (HDF5)")->required();
+    c.add_flag("--json", info.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return info_command(info); }; });
+  }
+
+  void add_validate()
+  {
+    CLI::App& c = add("validate", "Check a file against schemas/motion-model.md.",
+                      "vrda validate results/knee-generic/knee-generic.h5");
+    c.add_option("file", validate.file, "Motion model (HDF5)")->required();
+    c.add_flag("--json", validate.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return validate_command(validate); }; });
+  }
+
+  void add_shape()
+  {
+    CLI::App& c = add("shape", "Write a generated joint as STL files.",
+                      "vrda shape knee -o knee side=left resolution=2");
+    c.footer("Example:\n  vrda shape knee -o knee side=left resolution=2\n\n" + vrda::shape_help());
+    c.add_option("shape", shape.shape, "Its name")->required();
+    c.add_option("parameters", shape.parameters, "name=value");
+    c.add_option("-o,--output", shape.folder, "Folder to write to")->required();
+    c.callback([this] { chosen = [this] { return shape_command(shape); }; });
+  }
+
+  Commands()
+  {
+    app.require_subcommand(1);
+    app.set_version_flag("--version", "vrda " VRDA_VERSION);
+    add_run();
+    add_check();
+    add_info();
+    add_validate();
+    add_shape();
+  }
+};
+
+int as_int(ExitCode code)
+{
+  return static_cast<int>(code);
+}
+
+int run_program(int argc, char** argv)
+{
+  Commands commands;
+  try {
+    commands.app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return commands.app.exit(error) == 0 ? as_int(ExitCode::done) : as_int(ExitCode::bad_input);
+  }
+  if (commands.is_quiet) vrda::be_quiet();
+  return as_int(commands.chosen());
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+  try {
+    return run_program(argc, argv);
+  } catch (const vrda::InputError& error) {
+    std::fprintf(stderr, "vrda: %s\n", error.what());
+    return as_int(ExitCode::bad_input);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "vrda: our mistake: %s\nPlease report this with the command and the job file.\n",
+                 error.what());
+    return as_int(ExitCode::our_mistake);
+  }
+}

@@ -1,0 +1,213 @@
+#include "app/model_commands.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app/remeasure.hpp"
+#include "app/summary.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct Range {
+  double least = std::numeric_limits<double>::infinity();
+  double largest = -std::numeric_limits<double>::infinity();
+  void include(double value)
+  {
+    if (std::isnan(value)) return;
+    least = std::min(least, value);
+    largest = std::max(largest, value);
+  }
+};
+
+Json number_or_null(double value)
+{
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
+Json range_json(const GridD& surface)
+{
+  Range range;
+  for (Eigen::Index c = 0; c < surface.size(); ++c) range.include(surface.data()[c]);
+  return {{"min", number_or_null(range.least)}, {"max", number_or_null(range.largest)}};
+}
+
+// Internal rotation along the spine: the screw-home of the joint.
+Json screw_home(const MotionModel& model)
+{
+  Range range;
+  Json curve = Json::array();
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
+      if (model.is_spine(i, j) != 1) continue;
+      const double internal_deg = model.clinical.internal_rotation_deg(i, j);
+      range.include(internal_deg);
+      curve.push_back({{"flexion_deg", model.flexion_deg[static_cast<std::size_t>(i)]},
+                       {"varus_deg", model.varus_deg[static_cast<std::size_t>(j)]},
+                       {"internal_rotation_deg", number_or_null(internal_deg)}});
+    }
+  }
+  return {{"range_deg", number_or_null(range.largest - range.least)}, {"spine", curve}};
+}
+
+// Attitudes that are not stable, in attitude order.
+Json unsolved_json(const MotionModel& model)
+{
+  Json list = Json::array();
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
+      const auto status = static_cast<StepStatus>(model.status(i, j));
+      if (status == StepStatus::stable) continue;
+      list.push_back({{"flexion_deg", model.flexion_deg[static_cast<std::size_t>(i)]},
+                      {"varus_deg", model.varus_deg[static_cast<std::size_t>(j)]},
+                      {"status", name_of(status)}});
+    }
+  }
+  return list;
+}
+
+Json iterations_json(const MotionModel& model)
+{
+  const double n = static_cast<double>(model.iterations.size());
+  return {{"mean", static_cast<double>(model.iterations.cast<std::int64_t>().sum()) / n},
+          {"largest", model.iterations.maxCoeff()},
+          {"queries_mean", static_cast<double>(model.queries.cast<std::int64_t>().sum()) / n}};
+}
+
+Json smoothed_json(const MotionModel& model)
+{
+  Json sets = Json::array();
+  for (const SmoothedSet& set : model.smoothed) {
+    Json surfaces = Json::object();
+    for (const SmoothedSurface& s : set.surfaces) {
+      surfaces[s.name] = {{"rms", s.rms}, {"largest_residual", s.largest_residual}, {"cells", s.n_cells}};
+    }
+    sets.push_back({{"degree", set.degree}, {"surfaces", surfaces}});
+  }
+  return sets;
+}
+
+Json summary_of(const MotionModel& model)
+{
+  const int n_threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  const AuditExtremes audit = extremes(model, remeasured(model, n_threads));
+  Json statuses = Json::object();
+  for (const auto& [name, n] : cells_by_status(model)) statuses[name] = n;
+  return {{"title", model.title},
+          {"joint", model.joint},
+          {"side", model.side},
+          {"method", model.method},
+          {"grid",
+           {{"flexion_deg", {model.flexion_deg.front(), model.flexion_deg.back(), model.flexion_deg.size()}},
+            {"varus_deg", {model.varus_deg.front(), model.varus_deg.back(), model.varus_deg.size()}}}},
+          {"status", statuses},
+          {"triangles",
+           {{"reference", model.reference.contact.mesh.triangles.rows()},
+            {"moving", model.moving.contact.mesh.triangles.rows()}}},
+          {"unsolved", unsolved_json(model)},
+          {"iterations", iterations_json(model)},
+          {"surfaces",
+           {{"tx_mm", range_json(model.tx_mm)},
+            {"ty_mm", range_json(model.ty_mm)},
+            {"tz_mm", range_json(model.tz_mm)},
+            {"theta_deg", range_json(model.theta_deg)}}},
+          {"screw_home", screw_home(model)},
+          {"remeasured",
+           {{"overlapping_attitudes", audit.n_overlapping},
+            {"largest_penetration_mm", audit.largest_penetration_mm},
+            {"largest_gap_mm", number_or_null(audit.largest_gap_mm)},
+            {"resolution_mm", model.contact_resolution_mm}}},
+          {"smoothed", smoothed_json(model)}};
+}
+
+std::string text_of(const Json& number)
+{
+  if (number.is_null()) return "none";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", number.get<double>());
+  return text;
+}
+
+void print_axis(const char* name, const Json& axis)
+{
+  std::printf("  %-8s %g to %g degrees, %d values\n", name, axis[0].get<double>(), axis[1].get<double>(),
+              axis[2].get<int>());
+}
+
+void print(const MotionModel& model, const Json& s)
+{
+  std::printf("%s: %s, %s side, %s\n", model.title.c_str(), model.joint.c_str(), model.side.c_str(),
+              model.method.c_str());
+  print_axis("flexion", s["grid"]["flexion_deg"]);
+  print_axis("varus", s["grid"]["varus_deg"]);
+  std::printf("%s\n", status_line(model).c_str());
+  for (const StepStatus status : all_step_statuses) {
+    const auto n = (model.status == static_cast<std::int8_t>(status)).count();
+    if (status != StepStatus::stable && n > 0) {
+      std::printf("  %s: %s\n", name_of(status), meaning_of(status));
+    }
+  }
+  std::printf("iterations: %s a step, at most %d; %s queries a step\n",
+              text_of(s["iterations"]["mean"]).c_str(), s["iterations"]["largest"].get<int>(),
+              text_of(s["iterations"]["queries_mean"]).c_str());
+  std::printf("surfaces (world, raw)\n");
+  for (const auto& [name, range] : s["surfaces"].items()) {
+    std::printf("  %-10s %s to %s\n", name.c_str(), text_of(range["min"]).c_str(),
+                text_of(range["max"]).c_str());
+  }
+  std::printf("internal rotation along the spine (a knee's screw-home): over a range of %s degrees\n",
+              text_of(s["screw_home"]["range_deg"]).c_str());
+  const Json& r = s["remeasured"];
+  std::printf(
+      "measured again at every stable attitude: largest penetration %s mm (%d overlapping), largest gap %s "
+      "mm, "
+      "resolution %s mm\n",
+      text_of(r["largest_penetration_mm"]).c_str(), r["overlapping_attitudes"].get<int>(),
+      text_of(r["largest_gap_mm"]).c_str(), text_of(r["resolution_mm"]).c_str());
+  for (const Json& set : s["smoothed"]) {
+    std::printf("smoothed, degree %d\n", set["degree"].get<int>());
+    for (const auto& [name, surface] : set["surfaces"].items()) {
+      std::printf("  %-10s RMS %s, largest residual %s, %d cells\n", name.c_str(),
+                  text_of(surface["rms"]).c_str(), text_of(surface["largest_residual"]).c_str(),
+                  surface["cells"].get<int>());
+    }
+  }
+}
+
+}  // namespace
+
+ExitCode info_command(const InfoOptions& options)
+{
+  const MotionModel model = read_motion_model(options.file);
+  const Json summary = summary_of(model);
+  if (options.as_json) {
+    std::printf("%s\n", summary.dump(2).c_str());
+  } else {
+    print(model, summary);
+  }
+  return ExitCode::done;
+}
+
+ExitCode validate_command(const InfoOptions& options)
+{
+  const std::vector<Finding> findings = validate_motion_model(options.file);
+  Json list = Json::array();
+  for (const Finding& f : findings) {
+    list.push_back({{"where", f.where}, {"found", f.found}, {"wanted", f.wanted}});
+    if (!options.as_json) {
+      std::printf("%s: %s: found %s, wanted %s\n", options.file.c_str(), f.where.c_str(), f.found.c_str(),
+                  f.wanted.c_str());
+    }
+  }
+  if (options.as_json) std::printf("%s\n", list.dump(2).c_str());
+  if (findings.empty()) say(options.file + ": keeps to the specification");
+  return findings.empty() ? ExitCode::done : ExitCode::bad_input;
+}
+
+}  // namespace vrda

@@ -1,0 +1,49 @@
+#include "app/prepare.hpp"
+
+#include "load/file_bytes.hpp"
+
+namespace vrda {
+namespace {
+
+// Raised whenever the same job may give other bytes: journals of an older solver are then refused.
+constexpr const char* solver_version = "stability-search 1";
+
+SolverBody solver_body(const Body& body, const SolverFrame& frame)
+{
+  return {solver_mesh(body.contact.mesh, frame), body.contact.component};
+}
+
+std::vector<double> radians(const std::vector<double>& degrees)
+{
+  std::vector<double> result;
+  for (const double value : degrees) result.push_back(rad_from_deg(value));
+  return result;
+}
+
+}  // namespace
+
+Joint joint_of(const Case& job_case)
+{
+  return make_joint(solver_body(job_case.reference, job_case.frame),
+                    solver_body(job_case.moving, job_case.frame), job_case.compartment_of_triangle);
+}
+
+SweepPlan plan_of(const Case& job_case)
+{
+  SweepPlan plan;
+  plan.flexion_rad = radians(job_case.grid.flexion_deg);
+  plan.varus_rad = radians(job_case.grid.varus_deg);
+  plan.initial = {solver_translation_mm(job_case.frame, job_case.initial.translation_mm),
+                  job_case.initial.theta_rad};
+  plan.has_compartments = !job_case.compartment_of_triangle.empty();
+  return plan;
+}
+
+std::string fingerprint_of(const Case& job_case)
+{
+  std::string all = std::string(solver_version) + '\n' + job_case.resolved_job;
+  for (const LoadedInput& input : job_case.inputs) all += '\n' + input.name + ' ' + input.sha256;
+  return sha256_of(all);
+}
+
+}  // namespace vrda

@@ -1,0 +1,16 @@
+/// From a Case to what the solver and the sweep work on.
+#pragma once
+
+#include "load/case.hpp"
+#include "solve/joint.hpp"
+#include "sweep/sweep.hpp"
+
+namespace vrda {
+
+Joint joint_of(const Case& job_case);
+SweepPlan plan_of(const Case& job_case);
+
+/// One SHA-256 for everything that decides the result: solver version, resolved job, inputs.
+std::string fingerprint_of(const Case& job_case);
+
+}  // namespace vrda

@@ -1,0 +1,164 @@
+#include "app/run_command.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <thread>
+
+#include "app/assemble.hpp"
+#include "app/interrupt.hpp"
+#include "app/prepare.hpp"
+#include "app/progress.hpp"
+#include "app/run_record.hpp"
+#include "app/summary.hpp"
+#include "app/trace.hpp"
+#include "core/error.hpp"
+#include "journal/journal.hpp"
+#include "smooth/smooth.hpp"
+#include "solve/stability_search.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Steps solved in earlier runs, and the journal the others go to.
+struct Log {
+  JournalWriter writer;
+  std::map<StepKey, StepRecord> known;
+};
+
+std::string output_of(const RunOptions& options)
+{
+  if (!options.output.empty()) return options.output;
+  const std::string name = fs::path(options.job_file).stem().string();
+  return (fs::path("results") / name / (name + ".h5")).string();
+}
+
+void make_folder_of(const std::string& file)
+{
+  const fs::path folder = fs::path(file).parent_path();
+  if (folder.empty()) return;
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw InputError({file, "folder", error.message(), "a folder that can be written"});
+}
+
+Log open_log(const std::string& path, const std::string& key, bool is_fresh)
+{
+  if (is_fresh || !fs::exists(path)) return {JournalWriter::create(path, key), {}};
+  const JournalContent content = read_journal(path);
+  require_key(content, path, key);
+  if (!content.dropped_why.empty()) {
+    warn(path + ": dropped " + std::to_string(content.dropped_bytes) + " bytes at the end (" +
+         content.dropped_why + "); those steps are solved again");
+  }
+  std::map<StepKey, StepRecord> known;
+  for (const StepRecord& r : content.records) known.emplace(r.key, r);
+  say("resuming: " + std::to_string(known.size()) + " steps found in " + path);
+  return {JournalWriter::resume(path, content), std::move(known)};
+}
+
+int n_cells_known(const Log& log)
+{
+  return static_cast<int>(std::count_if(log.known.begin(), log.known.end(), [](const auto& entry) {
+    return entry.first.kind != StepKind::spine_probe;
+  }));
+}
+
+int n_threads_of(const RunOptions& options)
+{
+  if (options.n_threads > 0) return options.n_threads;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log, const std::string& output)
+{
+  const Joint joint = joint_of(job_case);
+  const SweepPlan plan = plan_of(job_case);
+  std::optional<Trace> trace;
+  if (options.writes_trace) trace.emplace(output + ".trace.csv");
+  const auto n_cells = static_cast<int>(plan.flexion_rad.size() * plan.varus_rad.size());
+  Progress progress(progress_style_of(options.progress), n_cells, n_cells_known(log));
+
+  const SolveStep solve = [&](const Attitude& attitude, const MovingPose& seed) {
+    if (!trace) return find_stable_pose(joint, attitude, seed, job_case.search);
+    return trace->follow(attitude, [&](const Watch& watch) {
+      return find_stable_pose(joint, attitude, seed, job_case.search, watch);
+    });
+  };
+  SweepHooks hooks;
+  hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
+    const auto found = log.known.find(key);
+    return found == log.known.end() ? std::nullopt : std::optional(found->second);
+  };
+  hooks.keep = [&](const StepRecord& record) {
+    log.writer.append(record);
+    if (record.key.kind != StepKind::spine_probe) progress.advance();
+  };
+  hooks.is_stopped = is_interrupted;
+  return sweep(plan, solve, hooks, n_threads_of(options));
+}
+
+void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output)
+{
+  const SmoothInput input = smooth_input(model, output);
+  const int largest = largest_degree(input);
+  for (const std::int32_t degree : job_case.smooth_degrees) {
+    if (degree > largest) {
+      warn("smooth.degrees: found " + std::to_string(degree) + ", wanted " +
+           std::to_string(std::max(largest, 0)) +
+           " at most on this grid with these solved cells; that degree is left out");
+      continue;
+    }
+    model.smoothed.push_back(smooth(input, degree));
+  }
+}
+
+ExitCode finish(const Case& job_case, const SweepResult& result, const std::string& output,
+                const RunRecord& record)
+{
+  MotionModel model = motion_model_of(job_case, result);
+  add_smoothed(model, job_case, output);
+  write_motion_model(output, model);
+  record.write(output + ".run.json");
+  std::error_code ignored;
+  fs::remove(output + ".journal", ignored);
+  fs::remove(output + ".start.h5", ignored);
+  say(status_line(model));
+  const double unsolved = unsolved_fraction(model);
+  if (unsolved <= job_case.unsolved_fraction) return ExitCode::done;
+  warn("limits.unsolved_fraction: found " + std::to_string(unsolved) + ", wanted at most " +
+       std::to_string(job_case.unsolved_fraction));
+  return ExitCode::too_many_unsolved;
+}
+
+}  // namespace
+
+ExitCode run_command(const RunOptions& options)
+{
+  progress_style_of(options.progress);  // a wrong word before any work
+  const Case job_case = load_case(options.job_file, {options.data_directory, options.overrides});
+  for (const std::string& line : job_case.warnings) warn(line);
+  const std::string output = output_of(options);
+  const std::string journal = output + ".journal";
+  make_folder_of(output);
+  Log log = open_log(journal, fingerprint_of(job_case), options.is_fresh);
+  write_motion_model(output + ".start.h5", pending_model_of(job_case));
+  watch_for_interrupts();
+
+  RunRecord record(n_threads_of(options), static_cast<int>(log.known.size()));
+  const SweepResult result = solve_all(job_case, options, log, output);
+  log.writer.close();
+  if (!result.is_complete) {
+    say("interrupted: what is solved stands in " + journal + "; the same command goes on from there");
+    return ExitCode::interrupted;
+  }
+  const ExitCode code = finish(job_case, result, output, record);
+  std::printf("%s\n", output.c_str());
+  return code;
+}
+
+}  // namespace vrda

@@ -1,0 +1,55 @@
+#include "app/run_record.hpp"
+
+#include <unistd.h>
+
+#include <array>
+#include <ctime>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+std::string utc(std::chrono::system_clock::time_point when)
+{
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(when);
+  std::tm parts{};
+  gmtime_r(&seconds, &parts);
+  std::array<char, 32> text{};
+  std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return text.data();
+}
+
+std::string host()
+{
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+}  // namespace
+
+RunRecord::RunRecord(int n_threads, int n_recalled)
+    : begun_(std::chrono::system_clock::now()),
+      start_(std::chrono::steady_clock::now()),
+      n_threads_(n_threads),
+      n_recalled_(n_recalled)
+{
+}
+
+void RunRecord::write(const std::string& path) const
+{
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+  const nlohmann::ordered_json record = {
+      {"begun", utc(begun_)},  {"seconds", elapsed.count()},
+      {"threads", n_threads_}, {"steps_recalled", n_recalled_},
+      {"host", host()},        {"processors", std::thread::hardware_concurrency()}};
+  std::ofstream file(path);
+  file << record.dump(2) << '\n';
+  if (!file.flush())
+    throw InputError({path, "", "a file that cannot be written", "room and permission to write"});
+}
+
+}  // namespace vrda

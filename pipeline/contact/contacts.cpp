@@ -1,0 +1,336 @@
+#include "contact/contacts.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+namespace vrda {
+namespace {
+
+// Cosine of the angle below which two faces lie flat on each other: 1e-6 rad moves a corner of a 10 mm face
+// by 1e-5 mm.
+constexpr double flat_cosine = -1.0 + 1e-12;
+// Normals count as opposing Delta only beyond rounding.
+constexpr double opposing_y = -1e-9;
+// Sine below which two edges are parallel and their cross product has no direction.
+constexpr double parallel_edges = 1e-6;
+// Points of one feature found through several triangles differ by rounding only.
+constexpr double same_point_mm = 1e-6;
+
+struct Candidate {
+  TrianglePair pair;
+  double distance_mm = 0.0;
+  Eigen::Vector3d p_reference_mm;
+  Eigen::Vector3d p_moving_mm;
+  Feature reference;
+  Feature moving;
+};
+
+struct Scene {
+  const TreeMesh& reference;
+  const SurfaceFeatures& reference_features;
+  const Collider& moving;
+  Placement place;
+  NarrowPhase& narrow_phase;
+  const ContactOptions& options;
+
+  Corners reference_corners(const TrianglePair& pair) const
+  {
+    return corners(reference.mesh, pair.reference);
+  }
+  Corners moving_corners(const TrianglePair& pair) const
+  {
+    return place(corners(moving.solid.mesh, pair.moving));
+  }
+};
+
+Eigen::Vector3d unit_normal(const Corners& t)
+{
+  return (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+}
+
+Candidate with_features(const Scene& scene, Candidate candidate)
+{
+  candidate.reference = feature_at(scene.reference.mesh, scene.reference_features, candidate.pair.reference,
+                                   candidate.p_reference_mm, scene.reference_corners(candidate.pair));
+  candidate.moving = feature_at(scene.moving.solid.mesh, scene.moving.features, candidate.pair.moving,
+                                candidate.p_moving_mm, scene.moving_corners(candidate.pair));
+  return candidate;
+}
+
+bool is_inside(const Corners& face, const Eigen::Vector3d& n, const Eigen::Vector3d& p)
+{
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3d along = face[(k + 1) % 3] - face[k];
+    if (n.dot(along.cross(p - face[k])) < -1e-12 * along.squaredNorm()) return false;
+  }
+  return true;
+}
+
+// Two flat faces on each other touch in a polygon: its corners are vertices of one inside the other and
+// crossings of their edges.
+std::vector<Candidate> flat_corners(const Scene& scene, const Candidate& pair)
+{
+  const Corners r = scene.reference_corners(pair.pair), m = scene.moving_corners(pair.pair);
+  const Eigen::Vector3d n = unit_normal(r);
+  std::vector<Candidate> result;
+  const auto add = [&](const Eigen::Vector3d& on_reference, const Eigen::Vector3d& on_moving) {
+    Candidate corner = pair;
+    corner.p_reference_mm = on_reference;
+    corner.p_moving_mm = on_moving;
+    corner.distance_mm = (on_moving - on_reference).norm();
+    result.push_back(with_features(scene, corner));
+  };
+  for (const Eigen::Vector3d& p : m) {
+    if (is_inside(r, n, p)) add(p - n.dot(p - r[0]) * n, p);
+  }
+  for (const Eigen::Vector3d& p : r) {
+    if (is_inside(m, -n, p)) add(p, p - n.dot(p - m[0]) * n);
+  }
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Eigen::Vector3d d = r[(i + 1) % 3] - r[i];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Eigen::Vector3d e = m[(k + 1) % 3] - m[k];
+      const double cross = n.dot(d.cross(e));
+      if (std::abs(cross) <= parallel_edges * d.norm() * e.norm()) continue;
+      const Eigen::Vector3d w = m[k] - r[i];
+      const double s = n.dot(w.cross(e)) / cross, t = n.dot(w.cross(d)) / cross;
+      if (s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0) add(r[i] + s * d, m[k] + t * e);
+    }
+  }
+  return result;
+}
+
+// Every close pair measured, in the order of the pairs.
+std::vector<Candidate> close_pairs(const Scene& scene, const MovingPose& pose)
+{
+  std::vector<Candidate> result;
+  const double band_mm = scene.options.band_mm;
+  visit_close_pairs(
+      scene.reference.tree, scene.moving.solid.tree, pose, band_mm, [&](const TrianglePair& pair) {
+        const Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
+        if (is_surely_apart(r, m, band_mm)) return false;
+        const TriangleDistance measured = scene.narrow_phase.measure(r, m);
+        if (measured.is_overlapping || measured.distance_mm > band_mm) return false;
+        result.push_back({pair, measured.distance_mm, measured.p_reference_mm, measured.p_moving_mm, {}, {}});
+        return false;
+      });
+  std::sort(result.begin(), result.end(),
+            [](const Candidate& l, const Candidate& r) { return l.pair < r.pair; });
+  return result;
+}
+
+// One candidate for each pair of features: the nearest, then the smallest pair.
+std::vector<Candidate> one_for_each_feature(std::vector<Candidate> all)
+{
+  const auto key = [](const Candidate& c) { return std::tie(c.reference, c.moving, c.distance_mm, c.pair); };
+  std::sort(all.begin(), all.end(), [&](const Candidate& l, const Candidate& r) { return key(l) < key(r); });
+  const auto same = [](const Candidate& l, const Candidate& r) {
+    return l.reference == r.reference && l.moving == r.moving &&
+           (l.p_reference_mm - r.p_reference_mm).norm() <= same_point_mm;
+  };
+  all.erase(std::unique(all.begin(), all.end(), same), all.end());
+  return all;
+}
+
+// Whether no neighbouring pair of triangles comes clearly nearer: otherwise the candidate is only the flank
+// of another contact.
+bool touches_by_itself(const Scene& scene, const std::vector<Candidate>& pairs, const Candidate& candidate)
+{
+  for (const std::int32_t r : scene.reference_features.star(candidate.reference)) {
+    for (const std::int32_t m : scene.moving.features.star(candidate.moving)) {
+      const TrianglePair neighbour{r, m};
+      const auto found =
+          std::lower_bound(pairs.begin(), pairs.end(), neighbour,
+                           [](const Candidate& c, const TrianglePair& p) { return c.pair < p; });
+      if (found == pairs.end() || found->pair != neighbour) continue;
+      const double away_mm = (found->p_moving_mm - candidate.p_moving_mm).norm() +
+                             (found->p_reference_mm - candidate.p_reference_mm).norm();
+      const double allowed_mm = scene.options.slope_rad * away_mm + same_point_mm;
+      if (found->distance_mm < candidate.distance_mm - allowed_mm) return false;
+    }
+  }
+  return true;
+}
+
+Eigen::Vector3d feature_normal(const Mesh& mesh, const SurfaceFeatures& features, const Feature& feature)
+{
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const std::int32_t t : features.star(feature)) sum += face_normal(mesh, t);
+  const double length = sum.norm();
+  return length > 0.0 ? Eigen::Vector3d(sum / length) : sum;
+}
+
+// Vertex normals of triangle t weighted at p.
+Eigen::Vector3d interpolated_normal(const Mesh& mesh, std::int32_t t, const Eigen::Vector3d& p,
+                                    const Corners& corner)
+{
+  const Eigen::Vector3d n = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3d& a = corner[(k + 1) % 3];
+    const Eigen::Vector3d& b = corner[(k + 2) % 3];
+    const double weight = n.dot((b - a).cross(p - a)) / n.squaredNorm();
+    sum += weight * Eigen::Vector3d(mesh.normals.row(mesh.triangles(t, static_cast<Eigen::Index>(k))));
+  }
+  return sum.normalized();
+}
+
+Eigen::Vector3d edge_direction(const Mesh& mesh, const SurfaceFeatures& features, std::int32_t edge)
+{
+  const auto [a, b] = features.edge_vertices(edge);
+  return Eigen::Vector3d(mesh.vertices_mm.row(b) - mesh.vertices_mm.row(a)).normalized();
+}
+
+// Thesis 3.7: the normal of the surface that bends least; two crossing edges have one of their own.
+Eigen::Vector3d least_curvature_normal(const Scene& scene, const Candidate& c)
+{
+  const Mesh& moving = scene.moving.solid.mesh;
+  if (c.reference.kind == FeatureKind::edge && c.moving.kind == FeatureKind::edge) {
+    const Eigen::Vector3d along_reference =
+        edge_direction(scene.reference.mesh, scene.reference_features, c.reference.index);
+    const Eigen::Vector3d along_moving =
+        scene.place.direction(edge_direction(moving, scene.moving.features, c.moving.index));
+    const Eigen::Vector3d across = along_reference.cross(along_moving);
+    if (across.norm() > parallel_edges) {
+      const Eigen::Vector3d outward =
+          feature_normal(scene.reference.mesh, scene.reference_features, c.reference);
+      return (across.dot(outward) < 0.0 ? -across : across).normalized();
+    }
+  }
+  const bool takes_reference =
+      scene.reference_features.bend(c.reference) <= scene.moving.features.bend(c.moving);
+  if (takes_reference) return feature_normal(scene.reference.mesh, scene.reference_features, c.reference);
+  return -scene.place.direction(feature_normal(moving, scene.moving.features, c.moving));
+}
+
+Eigen::Vector3d contact_normal(const Scene& scene, const Candidate& c)
+{
+  switch (scene.options.normals) {
+    case ContactNormals::least_curvature:
+      return least_curvature_normal(scene, c);
+    case ContactNormals::reference:
+      return interpolated_normal(scene.reference.mesh, c.pair.reference, c.p_reference_mm,
+                                 scene.reference_corners(c.pair));
+    case ContactNormals::moving:
+      break;
+  }
+  const Corners corner = scene.moving_corners(c.pair);
+  return -scene.place.direction(
+      interpolated_normal(scene.moving.solid.mesh, c.pair.moving, c.p_moving_mm, corner));
+}
+
+// The thesis's first implementation (4.1): centre of the triangle, mean of its vertices' normals.
+Contact centre_contact(const Scene& scene, const Candidate& c)
+{
+  const auto sharpest = [](const SurfaceFeatures& features, std::int32_t t) {
+    double bend = 0.0;
+    for (int k = 0; k < 3; ++k)
+      bend = std::max(bend, features.bend({FeatureKind::edge, features.edge_of(t, k)}));
+    return bend;
+  };
+  const bool takes_reference = scene.options.normals == ContactNormals::reference ||
+                               (scene.options.normals == ContactNormals::least_curvature &&
+                                sharpest(scene.reference_features, c.pair.reference) <=
+                                    sharpest(scene.moving.features, c.pair.moving));
+  const Corners r = scene.reference_corners(c.pair), m = scene.moving_corners(c.pair);
+  const Corners& corner = takes_reference ? r : m;
+  const Mesh& mesh = takes_reference ? scene.reference.mesh : scene.moving.solid.mesh;
+  const std::int32_t t = takes_reference ? c.pair.reference : c.pair.moving;
+  const Eigen::Vector3d centre = (corner[0] + corner[1] + corner[2]) / 3.0;
+  const Eigen::Vector3d normal = interpolated_normal(mesh, t, centre, corner);
+  return {centre, takes_reference ? normal : Eigen::Vector3d(-scene.place.direction(normal)), c.distance_mm,
+          c.pair};
+}
+
+std::vector<Candidate> touching_features(const Scene& scene, const std::vector<Candidate>& pairs)
+{
+  std::vector<Candidate> all;
+  for (const Candidate& pair : pairs) {
+    const double cosine =
+        unit_normal(scene.reference_corners(pair.pair)).dot(unit_normal(scene.moving_corners(pair.pair)));
+    if (cosine < flat_cosine) {
+      const std::vector<Candidate> corner = flat_corners(scene, pair);
+      all.insert(all.end(), corner.begin(), corner.end());
+    }
+    // Flat faces whose polygon degenerates keep their closest points.
+    if (cosine >= flat_cosine || all.empty() || all.back().pair != pair.pair)
+      all.push_back(with_features(scene, pair));
+  }
+  all = one_for_each_feature(std::move(all));
+  std::erase_if(all, [&](const Candidate& c) { return !touches_by_itself(scene, pairs, c); });
+  return all;
+}
+
+}  // namespace
+
+Collider make_collider(Mesh mesh)
+{
+  if (mesh.normals.rows() != mesh.vertices_mm.rows()) mesh.normals = vertex_normals(mesh);
+  Collider result;
+  result.features = SurfaceFeatures(mesh);
+  result.solid = make_tree_mesh(std::move(mesh));
+  return result;
+}
+
+std::optional<TrianglePair> find_collision(const TreeMesh& reference, const TreeMesh& moving,
+                                           const MovingPose& pose, NarrowPhase& narrow_phase,
+                                           const TrianglePair& hint)
+{
+  const Placement place(pose);
+  std::optional<TrianglePair> found;
+  const auto overlaps = [&](const TrianglePair& pair) {
+    const Corners r = corners(reference.mesh, pair.reference), m = place(corners(moving.mesh, pair.moving));
+    if (is_surely_apart(r, m, 0.0) || !narrow_phase.measure(r, m).is_overlapping) return false;
+    found = pair;
+    return true;
+  };
+  if (hint.reference >= 0 && overlaps(hint)) return found;
+  visit_close_pairs(reference.tree, moving.tree, pose, 0.0, overlaps);
+  return found;
+}
+
+std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& narrow_phase,
+                                             std::size_t limit)
+{
+  std::vector<TrianglePair> found;
+  const auto shares_a_vertex = [&](const TrianglePair& pair) {
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        if (mesh.mesh.triangles(pair.reference, i) == mesh.mesh.triangles(pair.moving, k)) return true;
+      }
+    }
+    return false;
+  };
+  visit_close_pairs(mesh.tree, mesh.tree, {}, 0.0, [&](const TrianglePair& pair) {
+    if (pair.reference >= pair.moving || shares_a_vertex(pair)) return false;
+    const Corners a = corners(mesh.mesh, pair.reference), b = corners(mesh.mesh, pair.moving);
+    if (is_surely_apart(a, b, 0.0) || !narrow_phase.measure(a, b).is_overlapping) return false;
+    found.push_back(pair);
+    return found.size() >= limit;
+  });
+  return found;
+}
+
+std::vector<Contact> find_contacts(const TreeMesh& reference, const SurfaceFeatures& reference_features,
+                                   const Collider& moving, const MovingPose& pose, NarrowPhase& narrow_phase,
+                                   const ContactOptions& options)
+{
+  const Scene scene{reference, reference_features, moving, Placement(pose), narrow_phase, options};
+  const std::vector<Candidate> pairs = close_pairs(scene, pose);
+  std::vector<Contact> contacts;
+  if (options.points == ContactPoints::triangle_centre) {
+    for (const Candidate& c : pairs) contacts.push_back(centre_contact(scene, c));
+  } else {
+    for (const Candidate& c : touching_features(scene, pairs)) {
+      contacts.push_back({c.p_reference_mm, contact_normal(scene, c), c.distance_mm, c.pair});
+    }
+  }
+  std::erase_if(contacts, [](const Contact& c) { return c.normal.y() >= opposing_y; });
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& l, const Contact& r) {
+    return std::tie(l.distance_mm, l.triangles) < std::tie(r.distance_mm, r.triangles);
+  });
+  return contacts;
+}
+
+}  // namespace vrda

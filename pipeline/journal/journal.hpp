@@ -1,0 +1,67 @@
+/// The append-only record of finished motion steps: what lets a killed run go on.
+///
+/// File: a header (magic, format version, key, CRC-32), then one frame a step: length, CRC-32 of length and
+/// content, content. All integers little-endian, doubles as their 64 bits.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "core/step_record.hpp"
+
+namespace vrda {
+
+struct JournalContent {
+  std::string key;                  ///< of the job that wrote it
+  std::vector<StepRecord> records;  ///< in the order of finishing
+  std::uint64_t valid_bytes = 0;    ///< header and whole records
+  std::uint64_t dropped_bytes = 0;  ///< what follows them
+  std::string dropped_why;          ///< empty: nothing was dropped
+};
+
+/// Reads the valid prefix; a damaged or torn tail is reported, not thrown. Throws InputError naming the file
+/// when it cannot be read, is no journal, is of another format version or has a damaged header.
+JournalContent read_journal(const std::string& path);
+
+/// Throws InputError naming the file, the key found and the key wanted when the journal is of another job.
+void require_key(const JournalContent& content, const std::string& path, const std::string& key);
+
+/// Appends to one journal. The file is locked: a second writer of the same file gets an InputError.
+class JournalWriter {
+ public:
+  /// Starts an empty journal, replacing what is there; the header appears whole or not at all.
+  /// `key`: hexadecimal SHA-256 of the resolved job, the meshes and the solver's version.
+  static JournalWriter create(const std::string& path, const std::string& key);
+
+  /// Goes on after `content` as read from `path`; cuts a dropped tail off. Check the key first.
+  static JournalWriter resume(const std::string& path, const JournalContent& content);
+
+  ~JournalWriter();
+  JournalWriter(const JournalWriter&) = delete;
+  JournalWriter& operator=(const JournalWriter&) = delete;
+
+  /// Hands one record to the system in one write; from then on a kill of the process cannot lose it.
+  /// Any thread may call. Throws InputError when the disk is full or gone; what was written stays valid.
+  void append(const StepRecord& record);
+
+  /// Waits until everything has reached the disk, so that a power cut cannot lose it.
+  void flush();
+
+  /// flush() and let go of the file. Nothing may be appended afterwards.
+  void close();
+
+ private:
+  JournalWriter(std::string path, int descriptor, std::uint64_t n_bytes)
+      : path_(std::move(path)), descriptor_(descriptor), n_bytes_(n_bytes)
+  {
+  }
+
+  std::string path_;
+  std::mutex mutex_;
+  int descriptor_;
+  std::uint64_t n_bytes_;  ///< header and whole records
+};
+
+}  // namespace vrda

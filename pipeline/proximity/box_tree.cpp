@@ -1,0 +1,123 @@
+#include "proximity/box_tree.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+namespace vrda {
+namespace {
+
+// One triangle a leaf measured faster than two on the generic knee: the exact kernel costs more than a node.
+constexpr std::int32_t leaf_size = 1;
+
+struct Range {
+  std::int32_t begin = 0;
+  std::int32_t end = 0;
+};
+
+void grow(BoxTree::Node& node, const Eigen::Vector3d& p)
+{
+  for (std::size_t k = 0; k < 3; ++k) {
+    node.min_mm[k] = std::min(node.min_mm[k], p[static_cast<Eigen::Index>(k)]);
+    node.max_mm[k] = std::max(node.max_mm[k], p[static_cast<Eigen::Index>(k)]);
+  }
+}
+
+BoxTree::Node box_of(const Mesh& mesh, const std::vector<std::int32_t>& order, Range range)
+{
+  BoxTree::Node node;
+  node.min_mm.fill(std::numeric_limits<double>::infinity());
+  node.max_mm.fill(-std::numeric_limits<double>::infinity());
+  for (std::int32_t k = range.begin; k < range.end; ++k) {
+    for (const Eigen::Vector3d& p : corners(mesh, order[static_cast<std::size_t>(k)])) grow(node, p);
+  }
+  return node;
+}
+
+Eigen::Index longest_axis(const BoxTree::Node& node)
+{
+  std::size_t axis = 0;
+  for (std::size_t k = 1; k < 3; ++k) {
+    if (node.max_mm[k] - node.min_mm[k] > node.max_mm[axis] - node.min_mm[axis]) axis = k;
+  }
+  return static_cast<Eigen::Index>(axis);
+}
+
+}  // namespace
+
+BoxTree::BoxTree(const Mesh& mesh)
+{
+  order_.resize(static_cast<std::size_t>(mesh.triangles.rows()));
+  std::iota(order_.begin(), order_.end(), 0);
+  build(mesh);
+}
+
+BoxTree::BoxTree(const Mesh& mesh, const std::vector<std::int32_t>& triangles) : order_(triangles)
+{
+  build(mesh);
+}
+
+void BoxTree::build(const Mesh& mesh)
+{
+  if (order_.empty()) return;
+  const Points centres = [&] {
+    Points sums(mesh.triangles.rows(), 3);
+    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+      const auto [a, b, c] = corners(mesh, t);
+      sums.row(t) = (a + b + c).transpose();
+    }
+    return sums;
+  }();
+  // Right children wait on a stack, so that the left child always follows its parent.
+  struct Task {
+    Range range;
+    std::int32_t parent = -1;  // whose `first` becomes this node; -1 for left children
+  };
+  std::vector<Task> tasks{{{0, static_cast<std::int32_t>(order_.size())}, -1}};
+  while (!tasks.empty()) {
+    const Task task = tasks.back();
+    tasks.pop_back();
+    const auto index = static_cast<std::int32_t>(nodes_.size());
+    if (task.parent >= 0) nodes_[static_cast<std::size_t>(task.parent)].first = index;
+    Node node = box_of(mesh, order_, task.range);
+    const std::int32_t n = task.range.end - task.range.begin;
+    if (n <= leaf_size) {
+      node.first = task.range.begin;
+      node.count = n;
+      nodes_.push_back(node);
+      continue;
+    }
+    nodes_.push_back(node);
+    const std::int32_t middle = task.range.begin + n / 2;
+    const Eigen::Index axis = longest_axis(node);
+    // Ties by row, so that the tree does not depend on the library's partition.
+    std::nth_element(order_.begin() + task.range.begin, order_.begin() + middle,
+                     order_.begin() + task.range.end, [&](std::int32_t l, std::int32_t r) {
+                       const double cl = centres(l, axis), cr = centres(r, axis);
+                       return cl != cr ? cl < cr : l < r;
+                     });
+    tasks.push_back({{middle, task.range.end}, index});
+    tasks.push_back({{task.range.begin, middle}, -1});
+  }
+}
+
+void BoxTree::refit(const Mesh& mesh)
+{
+  for (std::size_t n = nodes_.size(); n-- > 0;) {
+    Node& node = nodes_[n];
+    if (node.is_leaf()) {
+      const Node fresh = box_of(mesh, order_, {node.first, node.first + node.count});
+      node.min_mm = fresh.min_mm;
+      node.max_mm = fresh.max_mm;
+      continue;
+    }
+    const Node& left = nodes_[n + 1];
+    const Node& right = nodes_[static_cast<std::size_t>(node.first)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      node.min_mm[k] = std::min(left.min_mm[k], right.min_mm[k]);
+      node.max_mm[k] = std::max(left.max_mm[k], right.max_mm[k]);
+    }
+  }
+}
+
+}  // namespace vrda

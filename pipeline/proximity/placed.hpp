@@ -1,0 +1,130 @@
+/// The two objects where they stand: the reference turned to an attitude, the moving object placed by a
+/// pose, both in the solver frame S (core/frames.hpp).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/frames.hpp"
+#include "core/trig.hpp"
+#include "proximity/box_tree.hpp"
+
+namespace vrda {
+
+/// A mesh in the solver frame with its tree.
+struct TreeMesh {
+  Mesh mesh;
+  BoxTree tree;
+};
+
+TreeMesh make_tree_mesh(Mesh mesh);
+
+/// `reference` turned to an attitude: vertices, normals and boxes, same triangles.
+TreeMesh turned(const TreeMesh& reference, const Attitude& attitude);
+
+using Corners = std::array<Eigen::Vector3d, 3>;
+
+struct Extent {
+  double least = 0.0;
+  double most = 0.0;
+};
+
+inline Extent extent(const Corners& t, Eigen::Index axis)
+{
+  return {std::min({t[0][axis], t[1][axis], t[2][axis]}), std::max({t[0][axis], t[1][axis], t[2][axis]})};
+}
+
+/// Places moving boxes and triangles in S without touching the tree: it only turns about Y.
+class Placement {
+ public:
+  explicit Placement(const MovingPose& pose) : turn_(sin_cos(pose.theta_rad)), t_(pose.translation_mm) {}
+
+  Eigen::Vector3d operator()(const Eigen::Vector3d& p) const
+  {
+    return {turn_.cos * p.x() + turn_.sin * p.z() + t_.x(), p.y() + t_.y(),
+            -turn_.sin * p.x() + turn_.cos * p.z() + t_.z()};
+  }
+
+  Eigen::Vector3d direction(const Eigen::Vector3d& v) const { return (*this)(v)-t_; }
+
+  Corners operator()(const Corners& corner) const
+  {
+    return {(*this)(corner[0]), (*this)(corner[1]), (*this)(corner[2])};
+  }
+
+  /// Encloses the placed box; exact in height.
+  BoxTree::Node operator()(const BoxTree::Node& node) const
+  {
+    const double cx = 0.5 * (node.min_mm[0] + node.max_mm[0]), hx = 0.5 * (node.max_mm[0] - node.min_mm[0]);
+    const double cz = 0.5 * (node.min_mm[2] + node.max_mm[2]), hz = 0.5 * (node.max_mm[2] - node.min_mm[2]);
+    const double ac = std::abs(turn_.cos), as = std::abs(turn_.sin);
+    // A hair wider than exact, so that rounding never cuts a vertex off.
+    const double ex = (ac * hx + as * hz) * (1.0 + 1e-12) + 1e-12;
+    const double ez = (as * hx + ac * hz) * (1.0 + 1e-12) + 1e-12;
+    const double x = turn_.cos * cx + turn_.sin * cz + t_.x();
+    const double z = -turn_.sin * cx + turn_.cos * cz + t_.z();
+    BoxTree::Node placed = node;
+    placed.min_mm = {x - ex, node.min_mm[1] + t_.y(), z - ez};
+    placed.max_mm = {x + ex, node.max_mm[1] + t_.y(), z + ez};
+    return placed;
+  }
+
+ private:
+  SinCos turn_;
+  Eigen::Vector3d t_;
+};
+
+struct TrianglePair {
+  std::int32_t reference = -1;
+  std::int32_t moving = -1;
+  auto operator<=>(const TrianglePair&) const = default;
+};
+
+/// Calls `visit(pair)` for every pair of triangles whose boxes come within `band_mm`, until it returns
+/// true. Returns whether it did. Order is fixed by the trees.
+template <typename Visit>
+bool visit_close_pairs(const BoxTree& reference, const BoxTree& moving, const MovingPose& pose,
+                       double band_mm, const Visit& visit)
+{
+  if (reference.is_empty() || moving.is_empty()) return false;
+  const Placement place(pose);
+  struct Task {
+    std::int32_t reference = 0;
+    std::int32_t moving = 0;
+  };
+  std::vector<Task> tasks{{0, 0}};
+  while (!tasks.empty()) {
+    const Task task = tasks.back();
+    tasks.pop_back();
+    const BoxTree::Node& r = reference.nodes()[static_cast<std::size_t>(task.reference)];
+    const BoxTree::Node m = place(moving.nodes()[static_cast<std::size_t>(task.moving)]);
+    bool apart = false;
+    for (std::size_t k = 0; k < 3; ++k) {
+      apart = apart || r.min_mm[k] - m.max_mm[k] > band_mm || m.min_mm[k] - r.max_mm[k] > band_mm;
+    }
+    if (apart) continue;
+    if (r.is_leaf() && m.is_leaf()) {
+      for (std::int32_t i = r.first; i < r.first + r.count; ++i) {
+        for (std::int32_t k = m.first; k < m.first + m.count; ++k) {
+          const TrianglePair pair{reference.order()[static_cast<std::size_t>(i)],
+                                  moving.order()[static_cast<std::size_t>(k)]};
+          if (visit(pair)) return true;
+        }
+      }
+      continue;
+    }
+    const double size_r = r.max_mm[0] - r.min_mm[0] + r.max_mm[2] - r.min_mm[2];
+    const double size_m = m.max_mm[0] - m.min_mm[0] + m.max_mm[2] - m.min_mm[2];
+    if (m.is_leaf() || (!r.is_leaf() && size_r >= size_m)) {
+      tasks.push_back({r.first, task.moving});
+      tasks.push_back({task.reference + 1, task.moving});
+    } else {
+      tasks.push_back({task.reference, m.first});
+      tasks.push_back({task.reference, task.moving + 1});
+    }
+  }
+  return false;
+}
+
+}  // namespace vrda

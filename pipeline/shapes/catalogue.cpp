@@ -1,0 +1,190 @@
+#include "shapes/catalogue.hpp"
+
+#include <utility>
+
+#include "shapes/hip.hpp"
+#include "shapes/knee.hpp"
+#include "shapes/scenes.hpp"
+
+namespace vrda {
+namespace {
+
+using Entry = CatalogueEntry;
+using Values = ShapeValues;
+
+struct Range {
+  double lowest = 0.0;
+  double highest = 0.0;
+};
+
+ShapeParameter number(std::string name, std::string meaning, std::string unit, double value, Range range)
+{
+  return {std::move(name), std::move(meaning), std::move(unit), value,
+          range.lowest,    range.highest,      false,           {}};
+}
+
+ShapeParameter whole(std::string name, std::string meaning, int value, Range range)
+{
+  ShapeParameter parameter =
+      number(std::move(name), std::move(meaning), "", static_cast<double>(value), range);
+  parameter.is_whole = true;
+  return parameter;
+}
+
+ShapeParameter word(std::string name, std::string meaning, std::vector<std::string> choices)
+{
+  return {std::move(name), std::move(meaning), "", 0.0, 0.0, 0.0, false, std::move(choices)};
+}
+
+// A million triangles in all at the upper end of the knee's range.
+Entry knee_entry()
+{
+  return {"knee",
+          "a right or left knee: femur, tibia, both menisci; shafts and fibula drawn only",
+          {number("resolution", "multiplies the edges along any line; triangles grow with its square", "",
+                  1.0, {0.5, 14.0}),
+           word("side", "which knee", {"right", "left"})},
+          [](const Values& values) {
+            Shape shape = right_knee(values.number("resolution"));
+            if (values.word("side") == "right") return shape;
+            for (std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
+              for (ShapePart& part : *parts) part.mesh = mirrored_z(part.mesh);
+            }
+            return shape;
+          }};
+}
+
+Entry hip_entry()
+{
+  const HipPlan plan;
+  return {
+      "hip",
+      "a ball on a neck in a deep socket",
+      {number("resolution", "multiplies the edges along any line", "", plan.resolution, {0.5, 12.0}),
+       number("radius", "of the head", "mm", plan.radius_mm, {5.0, 100.0}),
+       number("clearance", "the socket's inner radius less the head's", "mm", plan.clearance_mm, {0.0, 20.0}),
+       number("wall", "the socket's thickness", "mm", plan.wall_mm, {2.0, 50.0}),
+       number("depth", "how far the socket's rim reaches below its centre", "mm", plan.depth_mm,
+              {-20.0, 20.0}),
+       number("neck", "lean of the neck from straight down", "deg", plan.neck_deg, {0.0, 80.0})},
+      [](const Values& values) {
+        HipPlan chosen;
+        chosen.resolution = values.number("resolution");
+        chosen.radius_mm = values.number("radius");
+        chosen.clearance_mm = values.number("clearance");
+        chosen.wall_mm = values.number("wall");
+        chosen.depth_mm = values.number("depth");
+        chosen.neck_deg = values.number("neck");
+        return hip(chosen);
+      }};
+}
+
+Entry ball_in_dish_entry()
+{
+  const BallInDishPlan plan;
+  return {
+      "ball-in-dish",
+      "a ball or ellipsoid pushed up into a dish that opens downward",
+      {number("ball_radius", "of the ball", "mm", plan.ball_radius_mm, {0.1, 200.0}),
+       number("stretch_x", "the ball's half axis along X over its radius", "", 1.0, {0.1, 10.0}),
+       number("stretch_y", "the same along Y", "", 1.0, {0.1, 10.0}),
+       number("stretch_z", "the same along Z", "", 1.0, {0.1, 10.0}),
+       number("dish_radius", "of the bowl's curvature", "mm", plan.dish_radius_mm, {1.0, 1000.0}),
+       number("dish_width", "edge of the square block", "mm", plan.dish_width_mm, {1.0, 1000.0}),
+       number("hole", "width of a square hole through the middle; 0 for none", "mm", plan.hole_mm,
+              {0.0, 500.0}),
+       word("section", "of the dish", {"bowl", "cone", "wave"}),
+       whole("ball_edges", "along an edge of the icosahedron; 20 n^2 triangles", plan.ball_edges, {1, 200}),
+       whole("dish_edges", "along half the block's width", plan.dish_edges, {1, 500}),
+       number("offset_x", "of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
+       number("offset_z", "of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
+       number("apart", "from the ball's top up to the dish's rim", "mm", plan.apart_mm, {0.0, 100.0})},
+      [](const Values& values) {
+        BallInDishPlan chosen;
+        chosen.ball_radius_mm = values.number("ball_radius");
+        chosen.stretch = {values.number("stretch_x"), values.number("stretch_y"), values.number("stretch_z")};
+        chosen.dish_radius_mm = values.number("dish_radius");
+        chosen.dish_width_mm = values.number("dish_width");
+        chosen.hole_mm = values.number("hole");
+        chosen.section = values.word("section") == "cone"   ? DishSection::cone
+                         : values.word("section") == "wave" ? DishSection::wave
+                                                            : DishSection::bowl;
+        chosen.ball_edges = values.whole("ball_edges");
+        chosen.dish_edges = values.whole("dish_edges");
+        chosen.offset_x_mm = values.number("offset_x");
+        chosen.offset_z_mm = values.number("offset_z");
+        chosen.apart_mm = values.number("apart");
+        return ball_in_dish(chosen);
+      }};
+}
+
+Entry bar_on_pyramids_entry()
+{
+  const BarOnPyramidsPlan plan;
+  return {"bar-on-pyramids",
+          "a bar pushed up between two pyramids that hang tip down",
+          {number("base", "edge of each pyramid's base", "mm", plan.base_mm, {1.0, 500.0}),
+           number("height", "of each pyramid", "mm", plan.height_mm, {0.1, 500.0}),
+           number("gap", "between the two bases", "mm", plan.gap_mm, {0.1, 500.0}),
+           number("bar_length", "along Z when not turned", "mm", plan.bar_length_mm, {0.1, 1000.0}),
+           number("bar_width", "of the bar", "mm", plan.bar_width_mm, {0.1, 500.0}),
+           number("bar_height", "of the bar", "mm", plan.bar_height_mm, {0.1, 500.0}),
+           number("turn", "of the bar about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
+           number("offset_x", "of the bar from between the pyramids", "mm", 0.0, {-500.0, 500.0}),
+           number("offset_z", "of the bar from between the pyramids", "mm", 0.0, {-500.0, 500.0}),
+           whole("edges", "along half a base", plan.edges, {1, 200}),
+           number("apart", "from the bar up to the tips", "mm", plan.apart_mm, {0.0, 100.0})},
+          [](const Values& values) {
+            BarOnPyramidsPlan chosen;
+            chosen.base_mm = values.number("base");
+            chosen.height_mm = values.number("height");
+            chosen.gap_mm = values.number("gap");
+            chosen.bar_length_mm = values.number("bar_length");
+            chosen.bar_width_mm = values.number("bar_width");
+            chosen.bar_height_mm = values.number("bar_height");
+            chosen.turn_deg = values.number("turn");
+            chosen.offset_x_mm = values.number("offset_x");
+            chosen.offset_z_mm = values.number("offset_z");
+            chosen.edges = values.whole("edges");
+            chosen.apart_mm = values.number("apart");
+            return bar_on_pyramids(chosen);
+          }};
+}
+
+Entry cap_in_sink_entry()
+{
+  const CapInSinkPlan plan;
+  return {"cap-in-sink",
+          "a four-faced cap pushed up into a four-faced sink of the same slopes",
+          {number("base", "edge of the sink's opening", "mm", plan.base_mm, {1.0, 500.0}),
+           number("depth", "of the sink", "mm", plan.depth_mm, {0.1, 500.0}),
+           number("cap_scale", "the cap's size over the sink's", "", plan.cap_scale, {0.05, 2.0}),
+           number("turn", "of the cap about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
+           number("offset_x", "of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
+           number("offset_z", "of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
+           whole("edges", "along half a base", plan.edges, {1, 200}),
+           number("apart", "from the cap's tip up to the sink's rim", "mm", plan.apart_mm, {0.0, 100.0})},
+          [](const Values& values) {
+            CapInSinkPlan chosen;
+            chosen.base_mm = values.number("base");
+            chosen.depth_mm = values.number("depth");
+            chosen.cap_scale = values.number("cap_scale");
+            chosen.turn_deg = values.number("turn");
+            chosen.offset_x_mm = values.number("offset_x");
+            chosen.offset_z_mm = values.number("offset_z");
+            chosen.edges = values.whole("edges");
+            chosen.apart_mm = values.number("apart");
+            return cap_in_sink(chosen);
+          }};
+}
+
+}  // namespace
+
+const std::vector<CatalogueEntry>& shape_catalogue()
+{
+  static const std::vector<Entry> all = {knee_entry(), hip_entry(), ball_in_dish_entry(),
+                                         bar_on_pyramids_entry(), cap_in_sink_entry()};
+  return all;
+}
+
+}  // namespace vrda

@@ -1,0 +1,37 @@
+/// The list behind shapes.hpp: each shape's name, parameters and maker.
+#pragma once
+
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "shapes/shapes.hpp"
+
+namespace vrda {
+
+/// The parameters of a request, all of them known, in range and present.
+class ShapeValues {
+ public:
+  double number(const std::string& name) const { return numbers_.at(name); }
+  int whole(const std::string& name) const { return static_cast<int>(std::lround(numbers_.at(name))); }
+  const std::string& word(const std::string& name) const { return words_.at(name); }
+  void set(const std::string& name, double value) { numbers_[name] = value; }
+  void set(const std::string& name, const std::string& value) { words_[name] = value; }
+
+ private:
+  std::map<std::string, double> numbers_;
+  std::map<std::string, std::string> words_;
+};
+
+struct CatalogueEntry {
+  std::string name;
+  std::string summary;
+  std::vector<ShapeParameter> parameters;
+  Shape (*build)(const ShapeValues&) = nullptr;
+};
+
+/// In the order in which help prints them.
+const std::vector<CatalogueEntry>& shape_catalogue();
+
+}  // namespace vrda

@@ -1,0 +1,67 @@
+/// A femoral condyle: a ball swept along a planar spiral, so that distance, lowest points and the way it
+/// rolls are known in closed form.
+///
+/// Sagittal outline by its support function p(a): how far the condyle reaches in the direction
+/// n(a) = (-sin a, -cos a) of the sagittal plane, which points down when the femur is flexed by a. Then, at
+/// flexion a, the condyle's lowest point lies at (x, y) = (-p'(a), -p(a)) whatever its shape, and the radius
+/// of curvature there is p + p''. The radius falls as a spiral does,
+///   r(a) = posterior + extra * u^4,  u = max(0, 1 - a / spiral_end),
+/// which has the closed-form support function  p = posterior + extra * q(a) - shift . (sin a, cos a)  with
+///   q = u^4 - 12 u^2 / e^2 + 24 / e^4  before the spiral's end e, and 24 / e^4 cos(a - e) after it.
+/// The coronal section is a circle: the surface is swept by a ball of that radius.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+namespace vrda {
+
+struct Condyle {
+  double posterior_radius_mm = 20.0;
+  double extra_radius_mm = 10.0;                       ///< distal radius minus posterior radius
+  double spiral_end_rad = 1.92;                        ///< beyond it the outline is a circle
+  Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();  ///< moves the outline in the sagittal plane (X, Y)
+  double coronal_radius_mm = 18.0;                     ///< at most posterior_radius_mm
+  double z_mm = 0.0;                                   ///< of the sagittal plane it rolls in
+  double first_rad = -0.5;                             ///< where the outline begins, in front
+  double last_rad = 2.4;                               ///< and ends, behind and above
+};
+
+/// p(a) and p'(a).
+struct Support {
+  double value_mm = 0.0;
+  double slope_mm = 0.0;
+};
+Support support(const Condyle& condyle, double angle_rad);
+
+double radius_mm(const Condyle& condyle, double angle_rad);
+
+/// Centre of the swept ball where the outline's normal is n(a); its Z is the condyle's.
+Eigen::Vector3d ball_centre_mm(const Condyle& condyle, double angle_rad);
+
+/// The swept surface, with what makes it quick to ask.
+class CondyleSurface {
+ public:
+  explicit CondyleSurface(const Condyle& condyle);
+
+  const Condyle& condyle() const { return condyle_; }
+
+  /// Centre of the swept ball nearest to p (femur's frame).
+  Eigen::Vector3d nearest_ball_centre_mm(const Eigen::Vector3d& p_mm) const;
+
+  /// Signed distance; farther than 12 mm outside, a lower bound of it.
+  double signed_distance_mm(const Eigen::Vector3d& p_mm) const;
+
+  /// Height of the condyle's underside above (x, z) with the femur not turned: the smallest y that touches.
+  /// Beside the condyle's silhouette it grows with the distance from it, from the height of the equator.
+  double underside_mm(double x_mm, double z_mm) const;
+
+ private:
+  Condyle condyle_;
+  std::vector<double> angle_rad_;                // evenly over the outline
+  std::vector<Eigen::Vector3d> ball_centre_mm_;  // at those angles
+  Eigen::Vector3d middle_mm_ = Eigen::Vector3d::Zero();
+  double reach_mm_ = 0.0;  // no point of the surface is farther from the middle
+};
+
+}  // namespace vrda

@@ -1,0 +1,42 @@
+/// The parametric right knee: what its parts agree on, and how each is made.
+/// Frames: femur and tibia share canonical axes in the design pose (extension, no varus, the condyles
+/// touching the plateaus); the origin is the flexion axis.
+#pragma once
+
+#include "core/mesh.hpp"
+#include "shapes/condyle.hpp"
+#include "shapes/level_set.hpp"
+#include "shapes/shapes.hpp"
+
+namespace vrda {
+
+/// The medial condyle: larger, its distal radius 40 mm falling to 23 mm behind.
+Condyle medial_condyle();
+/// The lateral condyle: smaller, nearly round.
+Condyle lateral_condyle();
+
+/// Whole femur and whole tibia as level sets, shafts included, nothing cut.
+double femur_field(const Eigen::Vector3d& p_mm);
+double tibia_field(const Eigen::Vector3d& p_mm);
+double fibula_field(const Eigen::Vector3d& p_mm);
+
+/// Height of the tibia's upper surface (both plateaus and the eminence between them) in the design pose.
+double plateau_height_mm(double x_mm, double z_mm);
+
+/// Where the medial (lateral) condyle rests in the design pose.
+Eigen::Vector3d medial_rest_mm();
+Eigen::Vector3d lateral_rest_mm();
+
+/// `resolution` multiplies the number of edges along any line.
+Mesh femur_mesh(double resolution);
+Mesh femur_shaft_mesh(double resolution);
+Mesh tibia_mesh(double resolution);
+Mesh tibia_shaft_mesh(double resolution);
+Mesh fibula_mesh(double resolution);
+Mesh meniscus_medial_mesh(double resolution);
+Mesh meniscus_lateral_mesh(double resolution);
+
+/// The right knee with the moving parts lowered by a hair, so that nothing touches.
+Shape right_knee(double resolution);
+
+}  // namespace vrda

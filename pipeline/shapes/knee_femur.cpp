@@ -1,0 +1,157 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/units.hpp"
+#include "shapes/knee.hpp"
+#include "shapes/smooth_ops.hpp"
+
+namespace vrda {
+namespace {
+
+// Above this height the femur is only drawn.
+constexpr double cut_mm = 16.0;
+// How far the drawn shaft reaches into the condylar part, so that no seam shows.
+constexpr double overlap_mm = 12.0;
+constexpr double shaft_top_mm = 115.0;
+
+struct Ball {
+  Eigen::Vector3d centre_mm;
+  double radius_mm;
+};
+
+// Signed distance from the hull of two balls. The nearest ball of the hull is centred ahead of the foot of
+// the perpendicular by the perpendicular's length times the tangent of the half angle at which the hull
+// narrows.
+double hull_of_balls(const Ball& a, const Ball& b, const Eigen::Vector3d& p)
+{
+  const Eigen::Vector3d axis = b.centre_mm - a.centre_mm;
+  const double length_mm = axis.norm();
+  const double sine_narrowing = (a.radius_mm - b.radius_mm) / length_mm;
+  const double along_mm = (p - a.centre_mm).dot(axis) / length_mm;
+  const double across_sq_mm2 = std::max(0.0, (p - a.centre_mm).squaredNorm() - along_mm * along_mm);
+  const double tangent = sine_narrowing / std::sqrt(1.0 - sine_narrowing * sine_narrowing);
+  const double nearest_mm = std::clamp(along_mm - std::sqrt(across_sq_mm2) * tangent, 0.0, length_mm);
+  const Eigen::Vector3d centre = a.centre_mm + nearest_mm / length_mm * axis;
+  return (p - centre).norm() - (a.radius_mm - nearest_mm * sine_narrowing);
+}
+
+template <std::size_t n>
+double chain_of_balls(const std::array<Ball, n>& balls, const Eigen::Vector3d& p)
+{
+  double nearest = hull_of_balls(balls[0], balls[1], p);
+  for (std::size_t k = 1; k + 1 < n; ++k) {
+    nearest = smooth_min(nearest, hull_of_balls(balls[k], balls[k + 1], p), 6.0);
+  }
+  return nearest;
+}
+
+// The two ridges of the trochlea, from the front of each condyle up and towards the middle; the lateral
+// one stands further forward. Their fillet is the groove's floor.
+double trochlea(const Eigen::Vector3d& p)
+{
+  static const std::array<Ball, 3> lateral = {
+      {{{4.0, -4.0, 20.0}, 14.5}, {{17.0, 8.0, 15.0}, 15.0}, {{17.5, 32.0, 9.0}, 9.5}}};
+  static const std::array<Ball, 3> medial = {
+      {{{5.0, -4.0, -20.0}, 14.5}, {{16.5, 7.0, -14.0}, 13.5}, {{16.5, 29.0, -8.0}, 9.5}}};
+  return smooth_min(chain_of_balls(lateral, p), chain_of_balls(medial, p), 7.0);
+}
+
+// Shaft and the flare that carries the condyles: ellipses changing with height.
+double shaft_and_flare(const Eigen::Vector3d& p)
+{
+  const double low = smooth_step(2.0, 48.0, p.y());
+  const double high = smooth_step(35.0, 85.0, p.y());
+  const double middle_x = 4.0 + 5.0 * low;
+  const double half_depth = 23.0 - 7.0 * low - 2.0 * high;
+  const double half_width = 36.0 - 16.0 * low - 5.5 * high;
+  const double u = (p.x() - middle_x) / half_depth, w = p.z() / half_width;
+  const double side = (std::sqrt(u * u + w * w) - 1.0) * std::min(half_depth, half_width);
+  return smooth_max(side, -4.0 - p.y(), 16.0);
+}
+
+double epicondyles(const Eigen::Vector3d& p)
+{
+  const double medial = (p - Eigen::Vector3d(-1.0, 4.0, -32.0)).norm() - 10.5;
+  const double lateral = (p - Eigen::Vector3d(-2.0, 3.0, 31.0)).norm() - 10.0;
+  return std::min(medial, lateral);
+}
+
+// The notch between the condyles: a vault below and behind a roof at about 50 degrees.
+double notch(const Eigen::Vector3d& p)
+{
+  const double roof = 7.5 - (-0.756 * p.x() - 0.655 * p.y());
+  return smooth_max(std::abs(p.z()) - 9.5, roof, 9.0);
+}
+
+double condyles(const Eigen::Vector3d& p)
+{
+  static const CondyleSurface medial(medial_condyle());
+  static const CondyleSurface lateral(lateral_condyle());
+  const double flat_m = smooth_max(medial.signed_distance_mm(p), -p.z() - 40.5, 6.0);
+  const double flat_l = smooth_max(lateral.signed_distance_mm(p), p.z() - 39.5, 6.0);
+  return std::min(flat_m, flat_l);
+}
+
+constexpr double cell_at_resolution_1_mm = 5.05;  // gives about 1,516 triangles below the cut
+
+}  // namespace
+
+Condyle medial_condyle()
+{
+  Condyle c;
+  c.posterior_radius_mm = 23.0;
+  c.extra_radius_mm = 17.0;
+  c.spiral_end_rad = rad_from_deg(110.0);
+  c.shift_mm = {26.196, -12.884};
+  c.coronal_radius_mm = 20.0;
+  c.z_mm = -22.0;
+  c.first_rad = rad_from_deg(-15.0);
+  c.last_rad = rad_from_deg(140.0);
+  return c;
+}
+
+Condyle lateral_condyle()
+{
+  Condyle c;
+  c.posterior_radius_mm = 20.5;
+  c.extra_radius_mm = 4.0;
+  c.spiral_end_rad = rad_from_deg(110.0);
+  c.shift_mm = {3.196, -7.884};
+  c.coronal_radius_mm = 19.0;
+  c.z_mm = 22.0;
+  c.first_rad = rad_from_deg(-30.0);
+  c.last_rad = rad_from_deg(140.0);
+  return c;
+}
+
+double femur_field(const Eigen::Vector3d& p)
+{
+  const double front = smooth_min(trochlea(p), shaft_and_flare(p), 12.0);
+  const double body = smooth_min(front, epicondyles(p), 10.0);
+  const double whole = smooth_min(condyles(p), body, 7.0);
+  return smooth_max(whole, -notch(p), 4.0);
+}
+
+Mesh femur_mesh(double resolution)
+{
+  LevelSetOptions options;
+  options.cell_mm = cell_at_resolution_1_mm / resolution;
+  const Field lower = [](const Eigen::Vector3d& p) {
+    return smooth_max(femur_field(p), p.y() - cut_mm, 2.0);
+  };
+  return level_set_mesh(lower, {{-45, -48, -60}, {55, cut_mm + 10, 60}}, options);
+}
+
+Mesh femur_shaft_mesh(double resolution)
+{
+  LevelSetOptions options;
+  options.cell_mm = cell_at_resolution_1_mm / resolution;
+  const Field upper = [](const Eigen::Vector3d& p) {
+    const double above_cut = smooth_max(femur_field(p), cut_mm - overlap_mm - p.y(), 2.0);
+    return smooth_max(above_cut, p.y() - shaft_top_mm, 2.0);
+  };
+  return level_set_mesh(upper, {{-45, cut_mm - overlap_mm - 10, -60}, {55, shaft_top_mm + 10, 60}}, options);
+}
+
+}  // namespace vrda

@@ -1,0 +1,137 @@
+#include "shapes/shapes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "shapes/catalogue.hpp"
+
+namespace vrda {
+namespace {
+
+using Entry = CatalogueEntry;
+using Values = ShapeValues;
+
+// Insertions, deletions and substitutions between two words.
+std::size_t edit_distance(const std::string& a, const std::string& b)
+{
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t k = 0; k < b.size(); ++k) {
+      const std::size_t substituted = diagonal + (a[i] == b[k] ? 0 : 1);
+      diagonal = row[k + 1];
+      row[k + 1] = std::min({substituted, row[k] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+std::string nearest(const std::string& word, const std::vector<std::string>& known)
+{
+  const auto closer = [&](const std::string& l, const std::string& r) {
+    return edit_distance(word, l) < edit_distance(word, r);
+  };
+  return known.empty() ? std::string() : *std::min_element(known.begin(), known.end(), closer);
+}
+
+// "one of a, b, c; did you mean b?"
+std::string one_of(const std::string& word, const std::vector<std::string>& known)
+{
+  if (known.empty()) return "no parameter";
+  std::string list;
+  for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+  return "one of " + list + "; the nearest is " + nearest(word, known);
+}
+
+std::string text(double number)
+{
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%g", number);
+  return buffer;
+}
+
+const Entry& entry(const std::string& shape)
+{
+  for (const Entry& candidate : shape_catalogue()) {
+    if (candidate.name == shape) return candidate;
+  }
+  throw InputError({"shape", "name", "\"" + shape + "\"", one_of(shape, shape_names())});
+}
+
+const ShapeParameter& parameter(const Entry& chosen, const std::string& name)
+{
+  std::vector<std::string> known;
+  for (const ShapeParameter& candidate : chosen.parameters) {
+    if (candidate.name == name) return candidate;
+    known.push_back(candidate.name);
+  }
+  throw InputError({"shape " + chosen.name, "parameters", "\"" + name + "\"", one_of(name, known)});
+}
+
+void set_number(Values& values, const Entry& chosen, const std::string& name, double value)
+{
+  const ShapeParameter& wanted = parameter(chosen, name);
+  if (!wanted.choices.empty()) {
+    throw InputError({"shape " + chosen.name, name, text(value), one_of("", wanted.choices)});
+  }
+  const bool is_in_range = value >= wanted.lowest && value <= wanted.highest;  // false for NaN
+  const bool is_allowed = is_in_range && (!wanted.is_whole || value == std::floor(value));
+  if (!is_allowed) {
+    throw InputError({"shape " + chosen.name, name, text(value),
+                      std::string(wanted.is_whole ? "a whole number" : "a number") + " from " +
+                          text(wanted.lowest) + " to " + text(wanted.highest) +
+                          (wanted.unit.empty() ? "" : " " + wanted.unit)});
+  }
+  values.set(name, value);
+}
+
+void set_word(Values& values, const Entry& chosen, const std::string& name, const std::string& value)
+{
+  const ShapeParameter& wanted = parameter(chosen, name);
+  if (wanted.choices.empty()) {
+    throw InputError({"shape " + chosen.name, name, "\"" + value + "\"", "a number"});
+  }
+  if (std::find(wanted.choices.begin(), wanted.choices.end(), value) == wanted.choices.end()) {
+    throw InputError({"shape " + chosen.name, name, "\"" + value + "\"", one_of(value, wanted.choices)});
+  }
+  values.set(name, value);
+}
+
+}  // namespace
+
+std::vector<std::string> shape_names()
+{
+  std::vector<std::string> names;
+  for (const Entry& each : shape_catalogue()) names.push_back(each.name);
+  return names;
+}
+
+std::string shape_summary(const std::string& shape)
+{
+  return entry(shape).summary;
+}
+
+std::vector<ShapeParameter> shape_parameters(const std::string& shape)
+{
+  return entry(shape).parameters;
+}
+
+Shape generate_shape(const ShapeRequest& request)
+{
+  const Entry& chosen = entry(request.shape);
+  Values values;
+  for (const ShapeParameter& each : chosen.parameters) {
+    if (each.choices.empty()) values.set(each.name, each.default_number);
+    if (!each.choices.empty()) values.set(each.name, each.choices.front());
+  }
+  for (const auto& [name, value] : request.numbers) set_number(values, chosen, name, value);
+  for (const auto& [name, value] : request.words) set_word(values, chosen, name, value);
+  return chosen.build(values);
+}
+
+}  // namespace vrda

@@ -1,0 +1,31 @@
+/// Closed meshes of flat-backed blocks and balls, with vertices exactly where a formula puts them.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/mesh.hpp"
+
+namespace vrda {
+
+/// `n_steps` equal steps from `from` to `to`, both ends included, appended to `lines` (a common end once).
+void append_lines(std::vector<double>& lines, double from, double to, int n_steps);
+
+/// A block over a rectangle of the plane y = 0: a shaped front, a flat back, upright walls.
+struct Block {
+  std::vector<double> x_mm;                          ///< grid lines, increasing
+  std::vector<double> z_mm;                          ///< grid lines, increasing
+  std::function<double(double, double)> front_y_mm;  ///< over (x, z)
+  double back_y_mm = 0.0;                            ///< above the whole front, or below it
+  double hole_half_mm = 0.0;  ///< cells wholly within this distance of both axes are left out, front and back
+};
+
+/// Triangles of a block. Cells of the front are split along the diagonal that follows a crease through the
+/// cell, so that pyramids over fitting grid lines come out exact. Normals from the faces.
+Mesh block_mesh(const Block& block);
+
+/// An ellipsoid about the origin: 20 n^2 triangles of an icosahedron with a corner at the top, all vertices
+/// on it.
+Mesh ellipsoid_mesh(const Eigen::Vector3d& half_axes_mm, int n_edges);
+
+}  // namespace vrda

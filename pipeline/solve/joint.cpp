@@ -1,0 +1,66 @@
+#include "solve/joint.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+std::vector<std::int32_t> triangles_of(const std::vector<Compartment>& of_triangle, Compartment wanted)
+{
+  std::vector<std::int32_t> rows;
+  for (std::size_t t = 0; t < of_triangle.size(); ++t) {
+    if (of_triangle[t] == wanted) rows.push_back(static_cast<std::int32_t>(t));
+  }
+  return rows;
+}
+
+double extent_along_delta_mm(const Mesh& mesh)
+{
+  const Box box = bounding_box(mesh);
+  return box.max_mm.y() - box.min_mm.y();
+}
+
+}  // namespace
+
+double thinnest_mm(const SolverBody& body)
+{
+  const std::int32_t n_components =
+      body.component.empty() ? 1 : 1 + *std::max_element(body.component.begin(), body.component.end());
+  double least = std::numeric_limits<double>::infinity();
+  for (std::int32_t c = 0; c < n_components; ++c) {
+    std::vector<Eigen::Index> rows;
+    for (Eigen::Index t = 0; t < body.mesh.triangles.rows(); ++t) {
+      if (body.component.empty() || body.component[static_cast<std::size_t>(t)] == c) rows.push_back(t);
+    }
+    if (rows.empty()) continue;
+    const Mesh part = with_triangles(body.mesh, rows);
+    const bool is_closed = edge_counts(part).boundary == 0;
+    least = std::min(least, is_closed ? 2.0 * std::abs(signed_volume_mm3(part)) / area_mm2(part)
+                                      : mean_edge_length_mm(part));
+  }
+  return least;
+}
+
+Joint make_joint(const SolverBody& reference, const SolverBody& moving,
+                 const std::vector<Compartment>& compartment_of_triangle)
+{
+  check(reference.mesh.triangles.rows() > 0 && moving.mesh.triangles.rows() > 0, "make_joint: an empty mesh");
+  check(compartment_of_triangle.empty() ||
+            static_cast<Eigen::Index>(compartment_of_triangle.size()) == moving.mesh.triangles.rows(),
+        "make_joint: one compartment a moving triangle");
+  Joint joint;
+  joint.reference = make_collider(reference.mesh);
+  joint.moving = make_collider(moving.mesh);
+  joint.compartment_of_triangle = compartment_of_triangle;
+  joint.medial = BoxTree(moving.mesh, triangles_of(compartment_of_triangle, Compartment::medial));
+  joint.lateral = BoxTree(moving.mesh, triangles_of(compartment_of_triangle, Compartment::lateral));
+  joint.substep_mm = 0.5 * std::min(thinnest_mm(reference), thinnest_mm(moving));
+  joint.retreat_limit_mm =
+      std::min(extent_along_delta_mm(reference.mesh), extent_along_delta_mm(moving.mesh));
+  return joint;
+}
+
+}  // namespace vrda

@@ -1,0 +1,31 @@
+/// The two predictions of the stability search: which way contacts turn the moving object and which way
+/// they push it (thesis 3.4 and 3.5). Only directions of reactions count, never their size.
+#pragma once
+
+#include <vector>
+
+#include "contact/contacts.hpp"
+
+namespace vrda {
+
+struct RotationPrediction {
+  int sign = 0;                                         ///< +1 or -1 about Delta; 0: no rotation
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< the axis parallel to Delta passes here
+};
+
+/// Turns about the mean of the contact points when the moments of all normals agree in sign; otherwise
+/// about the mean of those contact points that qualify as centres, once verified. Contacts without a
+/// moment have no say. Fewer than two contacts never turn. Source: thesis 3.4.
+RotationPrediction predict_rotation(const std::vector<Contact>& contacts);
+
+/// Moment of a contact's normal about the axis through `centre`, mm (unit normal).
+double moment_about_mm(const Contact& contact, const Eigen::Vector3d& centre);
+
+Eigen::Vector3d mean_point(const std::vector<Contact>& contacts);
+
+/// Sum over the four half-axes across Delta of the mean positive component of the normals' unit
+/// projections: a vector across Delta, each component in [-1, 1]. A normal along Delta contributes
+/// none. Source: thesis 3.5.
+Eigen::Vector3d predict_translation(const std::vector<Contact>& contacts);
+
+}  // namespace vrda

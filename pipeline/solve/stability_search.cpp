@@ -1,0 +1,272 @@
+#include "solve/stability_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "proximity/directional_gap.hpp"
+#include "solve/measures.hpp"
+#include "solve/prediction.hpp"
+
+namespace vrda {
+namespace {
+
+// The approach stops this share of the translation resolution before the exact touch, so that rounding never
+// makes a result overlap.
+constexpr double standoff_share = 0.01;
+
+enum class LastMotion { none, turn, slide };
+
+class Search {
+ public:
+  Search(const Joint& joint, const Attitude& attitude, const MovingPose& seed, const SearchOptions& options,
+         const Watch& watch)
+      : joint_(joint),
+        reference_(turned(joint.reference.solid, attitude)),
+        options_(options),
+        watch_(watch),
+        pose_(seed),
+        translation_step_mm_(options.translation_step_mm),
+        rotation_step_rad_(options.rotation_step_rad)
+  {
+  }
+
+  StepRecord run()
+  {
+    StepRecord record;
+    record.status = search();
+    record.pose = pose_;
+    record.iterations = iteration_;
+    record.residual_mm = residual_mm_;
+    if (record.status == StepStatus::stable) measure(record);
+    record.queries = queries_;
+    return record;
+  }
+
+ private:
+  StepStatus search()
+  {
+    if (collides(pose_) && !retreat()) return StepStatus::no_clearance;
+    for (iteration_ = 1; iteration_ <= options_.max_steps; ++iteration_) {
+      if (!approach()) return StepStatus::no_contact;
+      adapt_steps();
+      const std::vector<Contact> contacts = touching();
+      const RotationPrediction rotation = predict_rotation(contacts);
+      if (rotation.sign != 0 && rotation_step_rad_ >= options_.rotation_resolution_rad) {
+        turn(rotation, static_cast<int>(contacts.size()));
+        continue;
+      }
+      const Eigen::Vector3d slide_mm = translation_step_mm_ * predict_translation(contacts);
+      residual_mm_ = slide_mm.norm();
+      if (residual_mm_ < options_.translation_resolution_mm) return StepStatus::stable;
+      slide(slide_mm, static_cast<int>(contacts.size()));
+    }
+    iteration_ = options_.max_steps;
+    return StepStatus::iteration_limit;
+  }
+
+  bool collides(const MovingPose& pose)
+  {
+    ++queries_;
+    const auto hit = find_collision(reference_, joint_.moving.solid, pose, narrow_phase_, collision_hint_);
+    if (hit) collision_hint_ = *hit;
+    return hit.has_value();
+  }
+
+  std::vector<Contact> touching()
+  {
+    ++queries_;
+    return find_contacts(reference_, joint_.reference.features, joint_.moving, pose_, narrow_phase_,
+                         {options_.translation_resolution_mm, options_.rotation_resolution_rad,
+                          options_.points, options_.normals});
+  }
+
+  // Thesis 5.3 turns the reference under a resting object, which often makes them overlap: back out along
+  // -Delta.
+  bool retreat()
+  {
+    MovingPose free = pose_;
+    for (double travelled_mm = 0.0; travelled_mm < joint_.retreat_limit_mm;) {
+      const double stride_mm = std::min(options_.translation_step_mm, joint_.retreat_limit_mm - travelled_mm);
+      travelled_mm += stride_mm;
+      free.translation_mm.y() -= stride_mm;
+      if (collides(free)) continue;
+      pose_ = free;
+      tell(Motion::retreat, 0);
+      return true;
+    }
+    return false;
+  }
+
+  // Up to the touch; false when nothing is in the way.
+  bool approach()
+  {
+    ++queries_;
+    const Gap gap = directional_gap(reference_, joint_.moving.solid.mesh, joint_.moving.solid.tree, pose_,
+                                    GapKind::from_here, gap_hint_);
+    if (!std::isfinite(gap.travel_mm)) return false;
+    gap_hint_ = gap.pair;
+    const double travel_mm = gap.travel_mm - standoff_share * options_.translation_resolution_mm;
+    if (travel_mm <= 0.0) return true;
+    const MovingPose start = pose_;
+    tell_strides(travel_mm);
+    move_while_free(travel_mm, options_.translation_resolution_mm, 1, [&](double share) {
+      MovingPose pose = start;
+      pose.translation_mm.y() += share * travel_mm;
+      return pose;
+    });
+    has_touched_ = true;
+    tell(Motion::approach, 0);
+    return true;
+  }
+
+  // The way is known to be free, so the thesis's approach stride is only for those who watch.
+  void tell_strides(double travel_mm)
+  {
+    if (!watch_ || has_touched_) return;
+    const MovingPose start = pose_;
+    for (double s = options_.approach_step_mm; s < travel_mm; s += options_.approach_step_mm) {
+      pose_.translation_mm.y() = start.translation_mm.y() + s;
+      tell(Motion::approach, 0);
+    }
+    pose_ = start;
+  }
+
+  void slide(const Eigen::Vector3d& by_mm, int n_contacts)
+  {
+    const MovingPose start = pose_;
+    const double length_mm = by_mm.norm();
+    move_while_free(length_mm, options_.translation_resolution_mm, substeps(length_mm), [&](double share) {
+      MovingPose pose = start;
+      pose.translation_mm += share * by_mm;
+      return pose;
+    });
+    last_motion_ = LastMotion::slide;
+    tell(Motion::slide, n_contacts);
+  }
+
+  void turn(const RotationPrediction& rotation, int n_contacts)
+  {
+    const MovingPose start = pose_;
+    const double angle_rad = rotation.sign * rotation_step_rad_;
+    const double sweep_mm = std::abs(angle_rad) * farthest_from_axis_mm(rotation.centre_mm);
+    move_while_free(std::abs(angle_rad), options_.rotation_resolution_rad, substeps(sweep_mm),
+                    [&](double share) {
+                      MovingPose pose = start;
+                      const double turned_rad = share * angle_rad;
+                      const Eigen::Vector3d arm = start.translation_mm - rotation.centre_mm;
+                      pose.translation_mm = rotation.centre_mm + rotation_y(turned_rad) * arm;
+                      pose.translation_mm.y() = start.translation_mm.y();
+                      pose.theta_rad += turned_rad;
+                      return pose;
+                    });
+    last_motion_ = LastMotion::turn;
+    tell(Motion::turn, n_contacts);
+  }
+
+  int substeps(double length_mm) const
+  {
+    return std::max(1, static_cast<int>(std::ceil(length_mm / joint_.substep_mm)));
+  }
+
+  // Goes from share 0 to 1 in equal sub-steps; the first that collides is bisected down to the resolution.
+  // `length` is that of the whole motion, in the unit of `resolution`.
+  template <typename PoseAt>
+  void move_while_free(double length, double resolution, int n_substeps, const PoseAt& pose_at)
+  {
+    double free = 0.0;
+    for (int k = 1; k <= n_substeps; ++k) {
+      const double next = static_cast<double>(k) / n_substeps;
+      const MovingPose candidate = pose_at(next);
+      if (!collides(candidate)) {
+        free = next;
+        pose_ = candidate;
+        continue;
+      }
+      double blocked = next;
+      while ((blocked - free) * length > resolution) {
+        const double middle = 0.5 * (free + blocked);
+        const MovingPose trial = pose_at(middle);
+        if (collides(trial)) {
+          blocked = middle;
+        } else {
+          free = middle;
+          pose_ = trial;
+        }
+      }
+      return;
+    }
+  }
+
+  double farthest_from_axis_mm(const Eigen::Vector3d& centre_mm) const
+  {
+    const Box box = bounding_box(joint_.moving.solid.mesh);
+    const Placement place(pose_);
+    double farthest_sq = 0.0;
+    for (const double x : {box.min_mm.x(), box.max_mm.x()}) {
+      for (const double z : {box.min_mm.z(), box.max_mm.z()}) {
+        const Eigen::Vector3d arm = place(Eigen::Vector3d(x, 0.0, z)) - centre_mm;
+        farthest_sq = std::max(farthest_sq, arm.x() * arm.x() + arm.z() * arm.z());
+      }
+    }
+    return std::sqrt(farthest_sq);
+  }
+
+  // Cycle detection (thesis 3.6): back at an earlier pose, the last motion was too coarse; at a new one, the
+  // other kind of motion gets its full step again.
+  void adapt_steps()
+  {
+    const bool was_here = std::any_of(history_.begin(), history_.end(), [&](const MovingPose& earlier) {
+      return (earlier.translation_mm - pose_.translation_mm).norm() < options_.translation_resolution_mm &&
+             std::abs(earlier.theta_rad - pose_.theta_rad) < options_.rotation_resolution_rad;
+    });
+    if (was_here) {
+      if (last_motion_ == LastMotion::turn) rotation_step_rad_ *= 0.5;
+      if (last_motion_ == LastMotion::slide) translation_step_mm_ *= 0.5;
+      return;
+    }
+    history_.push_back(pose_);
+    if (last_motion_ == LastMotion::turn) translation_step_mm_ = options_.translation_step_mm;
+    if (last_motion_ == LastMotion::slide) rotation_step_rad_ = options_.rotation_step_rad;
+  }
+
+  void measure(StepRecord& record)
+  {
+    ContactOptions exact{options_.translation_resolution_mm, options_.rotation_resolution_rad,
+                         ContactPoints::exact, options_.normals};
+    const std::vector<Contact> contacts =
+        find_contacts(reference_, joint_.reference.features, joint_.moving, pose_, narrow_phase_, exact);
+    queries_ += 1 + measure_step(joint_, reference_, contacts, options_.translation_resolution_mm, record);
+  }
+
+  void tell(Motion motion, int n_contacts) const
+  {
+    if (watch_) watch_({iteration_, motion, pose_, translation_step_mm_, rotation_step_rad_, n_contacts});
+  }
+
+  const Joint& joint_;
+  TreeMesh reference_;  // at the attitude
+  const SearchOptions& options_;
+  const Watch& watch_;
+  NarrowPhase narrow_phase_;
+  MovingPose pose_;
+  double translation_step_mm_;
+  double rotation_step_rad_;
+  LastMotion last_motion_ = LastMotion::none;
+  bool has_touched_ = false;
+  std::vector<MovingPose> history_;
+  TrianglePair gap_hint_;
+  TrianglePair collision_hint_;
+  double residual_mm_ = 0.0;
+  int iteration_ = 0;
+  int queries_ = 0;
+};
+
+}  // namespace
+
+StepRecord find_stable_pose(const Joint& joint, const Attitude& attitude, const MovingPose& seed,
+                            const SearchOptions& options, const Watch& watch)
+{
+  return Search(joint, attitude, seed, options, watch).run();
+}
+
+}  // namespace vrda

@@ -1,0 +1,47 @@
+/// The smoothed surfaces between the attitudes of the grid.
+#pragma once
+
+#include <vector>
+
+#include "store/motion_model.hpp"
+
+namespace vrda {
+
+/// First and last value of an axis. An axis with one value has both equal and maps to 0.
+struct AxisRange {
+  double first_deg = 0.0;
+  double last_deg = 0.0;
+};
+
+struct AxisRanges {
+  AxisRange flexion, varus;
+};
+
+/// Of axes with at least one value each.
+AxisRanges axis_ranges(const std::vector<double>& flexion_deg, const std::vector<double>& varus_deg);
+
+/// The highest degree that a surface may have: tables of this size are on the stack.
+inline constexpr int largest_smoothed_degree = 20;
+
+/// Legendre polynomials and their derivatives at one point of [-1, 1] (or a little outside).
+struct LegendreTable {
+  double value[largest_smoothed_degree + 1] = {};
+  double derivative[largest_smoothed_degree + 1] = {};
+};
+LegendreTable legendre(double u, int degree);
+
+/// `x_deg` on [-1, 1]; 0 where the axis has one value.
+double unit_coordinate(double x_deg, const AxisRange& range);
+
+struct SmoothedValue {
+  double value = 0.0;        ///< mm, degrees for theta
+  double per_flexion = 0.0;  ///< derivative, per degree of flexion
+  double per_varus = 0.0;    ///< derivative, per degree of varus; 0 where the axis has one value
+};
+
+/// The surface at any attitude; outside the grid it extrapolates, which polynomials do badly.
+/// Allocates nothing. `set` is the set that `surface` belongs to.
+SmoothedValue evaluate(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges,
+                       double flexion_deg, double varus_deg);
+
+}  // namespace vrda

@@ -1,0 +1,321 @@
+#include "store/h5_reader.hpp"
+
+#include <hdf5.h>
+#include <hdf5_hl.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.hpp"
+#include "store/seal.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr const char* wanted_model = "an intact motion model (HDF5)";
+constexpr int deepest_nesting = 8;
+/// A motion model holds about a hundred objects; a file with far more is something else.
+constexpr std::size_t most_objects = 10000;
+constexpr std::int64_t largest_attribute = 4096;
+/// The most by which zlib shrinks: 1032 to 1 (zlib technical details, "Maximum Compression Factor").
+constexpr std::uint64_t largest_deflate_ratio = 1032;
+
+std::optional<ValueKind> kind_of(H5Id type)
+{
+  const H5T_class_t type_class = H5Tget_class(type);
+  const std::size_t bytes = H5Tget_size(type);
+  if (type_class == H5T_FLOAT && bytes == 8) return ValueKind::float64;
+  if (type_class == H5T_STRING && H5Tis_variable_str(type) > 0 && H5Tget_cset(type) == H5T_CSET_UTF8) {
+    return ValueKind::text;
+  }
+  if (type_class != H5T_INTEGER || H5Tget_sign(type) != H5T_SGN_2) return std::nullopt;
+  if (bytes == 8) return ValueKind::int64;
+  if (bytes == 4) return ValueKind::int32;
+  if (bytes == 1) return ValueKind::int8;
+  return std::nullopt;
+}
+
+std::vector<std::int64_t> shape_of(H5Id space)
+{
+  if (H5Sget_simple_extent_type(space) == H5S_NULL) return {0};
+  const int rank = H5Sget_simple_extent_ndims(space);
+  if (rank <= 0) return {};
+  std::vector<hsize_t> sizes(static_cast<std::size_t>(rank));
+  H5Sget_simple_extent_dims(space, sizes.data(), nullptr);
+  return {sizes.begin(), sizes.end()};
+}
+
+/// Number of elements, or nothing when it does not fit `limit`.
+std::optional<std::uint64_t> count_within(const std::vector<std::int64_t>& shape, std::uint64_t limit)
+{
+  std::uint64_t count = 1;
+  for (const std::int64_t size : shape) {
+    if (size < 0) return std::nullopt;
+    if (__builtin_mul_overflow(count, static_cast<std::uint64_t>(size), &count)) return std::nullopt;
+  }
+  if (count > limit) return std::nullopt;
+  return count;
+}
+
+std::uint64_t size_of_file(const std::string& path)
+{
+  struct stat status = {};
+  if (stat(path.c_str(), &status) != 0) throw InputError({path, "", std::strerror(errno), wanted_model});
+  if (!S_ISREG(status.st_mode)) throw InputError({path, "", "no regular file", wanted_model});
+  return static_cast<std::uint64_t>(status.st_size);
+}
+
+std::vector<std::string> take_texts(std::vector<char*>& texts, H5Id type, H5Id space)
+{
+  std::vector<std::string> result;
+  result.reserve(texts.size());
+  for (const char* text : texts) result.emplace_back(text == nullptr ? "" : text);
+  H5Dvlen_reclaim(type, space, H5P_DEFAULT, texts.data());
+  return result;
+}
+
+/// The first filter that a motion model does not use, or nothing.
+std::string filter_problem(H5Id creation)
+{
+  const int n_filters = H5Pget_nfilters(creation);
+  for (int i = 0; i < n_filters; ++i) {
+    unsigned flags = 0;
+    std::size_t n_values = 0;
+    unsigned config = 0;
+    const H5Z_filter_t filter =
+        H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &n_values, nullptr, 0, nullptr, &config);
+    if (filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32) {
+      return "filter number " + std::to_string(filter);
+    }
+  }
+  return {};
+}
+
+bool has_chunks_within(H5Id creation, const std::vector<std::int64_t>& shape)
+{
+  std::vector<hsize_t> chunk(shape.size());
+  const int rank = H5Pget_chunk(creation, static_cast<int>(chunk.size()), chunk.data());
+  if (rank != static_cast<int>(shape.size())) return false;
+  for (std::size_t axis = 0; axis < shape.size(); ++axis) {
+    if (chunk[axis] > static_cast<hsize_t>(std::max<std::int64_t>(shape[axis], 1))) return false;
+  }
+  return true;
+}
+
+/// Stops the iteration, by returning 1, at the scale that lies at the address wanted.
+herr_t has_address(hid_t, unsigned, hid_t scale, void* wanted)
+{
+  H5O_info_t info = {};
+  if (H5Oget_info2(scale, &info, H5O_INFO_BASIC) < 0) return -1;
+  return info.addr == *static_cast<const haddr_t*>(wanted) ? 1 : 0;
+}
+
+}  // namespace
+
+H5Reader::H5Reader(const std::string& path) : file_name_(path), file_bytes_(size_of_file(path))
+{
+  silence_h5();
+  if (H5Fis_hdf5(path.c_str()) <= 0) {
+    H5Eclear2(H5E_DEFAULT);
+    throw InputError({path, "", std::to_string(file_bytes_) + " bytes that are no HDF5 file", wanted_model});
+  }
+  require_sound(path);
+  const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_model);
+  // Models are renamed into place whole, never changed in place: no lock, so that read-only disks work.
+  check_h5(H5Pset_file_locking(access.id(), false, true), place(""), wanted_model);
+  file_ = own_h5(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), place(""), wanted_model);
+  objects_["/"] = ObjectKind::group;
+  walk("/", 0);
+}
+
+H5Handle H5Reader::open(const std::string& object) const
+{
+  return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), wanted_model);
+}
+
+void H5Reader::walk(const std::string& group, int depth)
+{
+  const H5Handle here = open(group);
+  H5G_info_t info = {};
+  check_h5(H5Gget_info(here.id(), &info), place(group), wanted_model);
+  for (hsize_t i = 0; i < info.nlinks && objects_.size() < most_objects; ++i) {
+    char name[256];
+    const H5Id length = check_h5(
+        H5Lget_name_by_idx(here.id(), ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof name, H5P_DEFAULT),
+        place(group), wanted_model);
+    const std::string path = (group == "/" ? "/" : group + "/") + name;
+    H5L_info_t link = {};
+    if (static_cast<std::size_t>(length) >= sizeof name) {
+      refused_.push_back({path, "a name of " + std::to_string(length) + " bytes", "at most 255"});
+      continue;
+    }
+    check_h5(H5Lget_info(here.id(), name, &link, H5P_DEFAULT), place(path), wanted_model);
+    if (link.type != H5L_TYPE_HARD) {
+      refused_.push_back({path,
+                          link.type == H5L_TYPE_EXTERNAL ? "a link into another file" : "a symbolic link",
+                          "the object itself"});
+      continue;
+    }
+    add_object(path, depth + 1);
+  }
+}
+
+void H5Reader::add_object(const std::string& path, int depth)
+{
+  H5O_info_t info = {};
+  check_h5(H5Oget_info_by_name2(file_.id(), path.c_str(), &info, H5O_INFO_BASIC, H5P_DEFAULT), place(path),
+           wanted_model);
+  if (info.type == H5O_TYPE_DATASET) {
+    objects_[path] = ObjectKind::dataset;
+  } else if (info.type != H5O_TYPE_GROUP) {
+    refused_.push_back({path, "neither a group nor a dataset", "a group or a dataset"});
+  } else if (depth > deepest_nesting) {
+    refused_.push_back(
+        {path, "groups nested more than " + std::to_string(deepest_nesting) + " deep", "fewer"});
+  } else {
+    objects_[path] = ObjectKind::group;
+    walk(path, depth);
+  }
+  if (objects_.size() == most_objects) {
+    refused_.push_back({"/", "more than " + std::to_string(most_objects) + " objects", "fewer"});
+  }
+}
+
+bool H5Reader::is_group(const std::string& path) const
+{
+  const auto found = objects_.find(path);
+  return found != objects_.end() && found->second == ObjectKind::group;
+}
+
+bool H5Reader::is_dataset(const std::string& path) const
+{
+  const auto found = objects_.find(path);
+  return found != objects_.end() && found->second == ObjectKind::dataset;
+}
+
+DatasetFacts H5Reader::facts(const std::string& dataset) const
+{
+  const H5Handle object = open(dataset);
+  const H5Handle type = own_h5(H5Dget_type(object.id()), place(dataset), wanted_model);
+  const H5Handle space = own_h5(H5Dget_space(object.id()), place(dataset), wanted_model);
+  DatasetFacts facts;
+  facts.kind = kind_of(type.id());
+  facts.shape = shape_of(space.id());
+  if (H5DSis_scale(object.id()) > 0) {
+    char name[256] = {};
+    if (H5DSget_scale_name(object.id(), name, sizeof name) > 0) facts.scale_name = name;
+  }
+  facts.storage_problem = storage_problem(object.id(), facts);
+  H5Eclear2(H5E_DEFAULT);
+  return facts;
+}
+
+std::string H5Reader::storage_problem(H5Id dataset, const DatasetFacts& facts) const
+{
+  const H5Handle creation = own_h5(H5Dget_create_plist(dataset), place(""), wanted_model);
+  if (H5Pget_external_count(creation.id()) != 0) return "values kept in another file";
+  const H5D_layout_t layout = H5Pget_layout(creation.id());
+  if (layout != H5D_CHUNKED && layout != H5D_CONTIGUOUS && layout != H5D_COMPACT) return "a virtual dataset";
+  std::string filter = filter_problem(creation.id());
+  if (!filter.empty()) return filter;
+
+  const H5Handle type = own_h5(H5Dget_type(dataset), place(""), wanted_model);
+  const std::uint64_t element_bytes = std::max<std::uint64_t>(1, H5Tget_size(type.id()));
+  const std::uint64_t stored = H5Dget_storage_size(dataset);
+  const std::uint64_t factor = layout == H5D_CHUNKED ? largest_deflate_ratio : 1;
+  if (stored > file_bytes_) return std::to_string(stored) + " bytes of values, more than the file holds";
+  if (!count_within(facts.shape, stored * factor / element_bytes)) {
+    return "a shape too large for the " + std::to_string(stored) + " bytes stored";
+  }
+  if (layout == H5D_CHUNKED && !has_chunks_within(creation.id(), facts.shape))
+    return "chunks larger than the dataset";
+  return {};
+}
+
+bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const std::string& scale) const
+{
+  if (!is_dataset(scale)) return false;
+  const H5Handle object = open(dataset);
+  const H5Handle scale_object = open(scale);
+  H5O_info_t info = {};
+  check_h5(H5Oget_info2(scale_object.id(), &info, H5O_INFO_BASIC), place(scale), wanted_model);
+  // H5DSis_attached would follow the scale's list of users too, and fail for all of them once one of the
+  // datasets in it is gone.
+  const bool attached =
+      H5DSiterate_scales(object.id(), static_cast<unsigned>(axis), nullptr, has_address, &info.addr) > 0;
+  H5Eclear2(H5E_DEFAULT);
+  return attached;
+}
+
+std::optional<AttributeValue> H5Reader::attribute(const std::string& object, const std::string& name) const
+{
+  const H5Place here = place(object + "@" + name);
+  const H5Handle owner = open(object);
+  if (check_h5(H5Aexists(owner.id(), name.c_str()), here, wanted_model) == 0) return std::nullopt;
+  const H5Handle attribute = own_h5(H5Aopen(owner.id(), name.c_str(), H5P_DEFAULT), here, wanted_model);
+  const H5Handle type = own_h5(H5Aget_type(attribute.id()), here, wanted_model);
+  const H5Handle space = own_h5(H5Aget_space(attribute.id()), here, wanted_model);
+  const std::vector<std::int64_t> shape = shape_of(space.id());
+  AttributeValue value;
+  if (shape.size() != 1 || shape[0] > largest_attribute) return value;
+  value.kind = kind_of(type.id());
+  if (!value.kind) return value;
+  const std::size_t size = static_cast<std::size_t>(shape[0]);
+  if (size == 0) return value;
+  if (*value.kind == ValueKind::text) {
+    std::vector<char*> texts(size, nullptr);
+    check_h5(H5Aread(attribute.id(), type.id(), texts.data()), here, wanted_model);
+    value.texts = take_texts(texts, type.id(), space.id());
+  } else {
+    value.numbers.resize(size);
+    check_h5(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, value.numbers.data()), here, wanted_model);
+  }
+  return value;
+}
+
+void H5Reader::read_raw(const std::string& dataset, H5Id memory_type, std::size_t size, void* values) const
+{
+  const H5Handle object = open(dataset);
+  const H5Handle space = own_h5(H5Dget_space(object.id()), place(dataset), wanted_model);
+  const std::optional<std::uint64_t> count = count_within(shape_of(space.id()), size);
+  check(count.has_value() && *count == size, "a dataset is read only when its shape is known");
+  if (size == 0) return;
+  check_h5(H5Dread(object.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), place(dataset),
+           wanted_model);
+}
+
+void H5Reader::read(const std::string& dataset, std::span<double> values) const
+{
+  read_raw(dataset, H5T_NATIVE_DOUBLE, values.size(), values.data());
+}
+
+void H5Reader::read(const std::string& dataset, std::span<std::int64_t> values) const
+{
+  read_raw(dataset, H5T_NATIVE_INT64, values.size(), values.data());
+}
+
+void H5Reader::read(const std::string& dataset, std::span<std::int32_t> values) const
+{
+  read_raw(dataset, H5T_NATIVE_INT32, values.size(), values.data());
+}
+
+void H5Reader::read(const std::string& dataset, std::span<std::int8_t> values) const
+{
+  read_raw(dataset, H5T_NATIVE_INT8, values.size(), values.data());
+}
+
+void H5Reader::read(const std::string& dataset, std::span<std::string> values) const
+{
+  if (values.empty()) return;
+  const H5Handle object = open(dataset);
+  const H5Handle type = own_h5(H5Dget_type(object.id()), place(dataset), wanted_model);
+  const H5Handle space = own_h5(H5Dget_space(object.id()), place(dataset), wanted_model);
+  std::vector<char*> texts(values.size(), nullptr);
+  read_raw(dataset, type.id(), texts.size(), texts.data());
+  std::vector<std::string> taken = take_texts(texts, type.id(), space.id());
+  std::move(taken.begin(), taken.end(), values.begin());
+}
+
+}  // namespace vrda

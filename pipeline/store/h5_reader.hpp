@@ -1,0 +1,73 @@
+/// Looks into one HDF5 file and reads from it, trusting nothing: facts first, values when the facts are
+/// right.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "store/finding.hpp"
+#include "store/h5_handle.hpp"
+#include "store/layout.hpp"
+
+namespace vrda {
+
+enum class ObjectKind { group, dataset };
+
+struct DatasetFacts {
+  std::optional<ValueKind> kind;  ///< nothing: a type that motion models do not use
+  std::vector<std::int64_t> shape;
+  std::string scale_name;       ///< of a dimension scale; empty otherwise
+  std::string storage_problem;  ///< why its values must not be read; empty: none
+};
+
+/// A one-dimensional attribute. Integers are held as doubles, which is exact for 32 bits and less.
+struct AttributeValue {
+  std::optional<ValueKind> kind;  ///< nothing: another type, another rank or too large; then no values either
+  std::vector<double> numbers;
+  std::vector<std::string> texts;
+};
+
+class H5Reader {
+ public:
+  /// Throws InputError naming the file when it is absent, truncated or no HDF5 file.
+  explicit H5Reader(const std::string& path);
+
+  const std::string& file_name() const { return file_name_; }
+  /// Every group and dataset by its path; "/" too.
+  const std::map<std::string, ObjectKind>& objects() const { return objects_; }
+  bool is_group(const std::string& path) const;
+  bool is_dataset(const std::string& path) const;
+  /// What the walk through the file refused: links out of the file, nesting without end.
+  const std::vector<Finding>& refused() const { return refused_; }
+
+  DatasetFacts facts(const std::string& dataset) const;
+  bool is_attached(const std::string& dataset, std::size_t axis, const std::string& scale) const;
+  std::optional<AttributeValue> attribute(const std::string& object, const std::string& name) const;
+
+  /// Fill `values`, whose number must be that of the dataset. Throw InputError naming file and dataset.
+  void read(const std::string& dataset, std::span<double> values) const;
+  void read(const std::string& dataset, std::span<std::int64_t> values) const;
+  void read(const std::string& dataset, std::span<std::int32_t> values) const;
+  void read(const std::string& dataset, std::span<std::int8_t> values) const;
+  void read(const std::string& dataset, std::span<std::string> values) const;
+
+ private:
+  H5Place place(const std::string& object) const { return {file_name_, object}; }
+  H5Handle open(const std::string& object) const;
+  void walk(const std::string& group, int depth);
+  void add_object(const std::string& path, int depth);
+  std::string storage_problem(H5Id dataset, const DatasetFacts& facts) const;
+  void read_raw(const std::string& dataset, H5Id memory_type, std::size_t size, void* values) const;
+
+  std::string file_name_;
+  std::uint64_t file_bytes_ = 0;
+  H5Handle file_;
+  std::map<std::string, ObjectKind> objects_;
+  std::vector<Finding> refused_;
+};
+
+}  // namespace vrda

@@ -1,0 +1,318 @@
+#include "store/h5_writer.hpp"
+
+#include <hdf5.h>
+#include <hdf5_hl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <limits>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr const char* wanted_room = "a writable file and free space";
+
+/// Smaller datasets stay contiguous: a chunk's index alone takes about this much.
+constexpr std::size_t smallest_compressed_bytes = 4096;
+/// Chunks of at most this size keep the reader's cache (1 MiB by default) useful.
+constexpr std::size_t largest_chunk_bytes = std::size_t{1} << 20;
+/// zlib's own default.
+constexpr unsigned deflate_level = 6;
+
+H5Id file_type(ValueKind kind)
+{
+  switch (kind) {
+    case ValueKind::float64:
+      return H5T_IEEE_F64LE;
+    case ValueKind::int64:
+      return H5T_STD_I64LE;
+    case ValueKind::int32:
+      return H5T_STD_I32LE;
+    case ValueKind::int8:
+      return H5T_STD_I8LE;
+    case ValueKind::text:
+      break;
+  }
+  throw InternalError("text has no fixed file type");
+}
+
+H5Handle text_type(const H5Place& place)
+{
+  H5Handle type = own_h5(H5Tcopy(H5T_C_S1), place, wanted_room);
+  check_h5(H5Tset_size(type.id(), H5T_VARIABLE), place, wanted_room);
+  check_h5(H5Tset_cset(type.id(), H5T_CSET_UTF8), place, wanted_room);
+  return type;
+}
+
+H5Handle extent(const std::vector<std::int64_t>& shape, const H5Place& place)
+{
+  if (shape.empty()) return own_h5(H5Screate(H5S_SCALAR), place, wanted_room);
+  const std::vector<hsize_t> sizes(shape.begin(), shape.end());
+  return own_h5(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), place, wanted_room);
+}
+
+void no_times_and_ordered(H5Id properties, const H5Place& place)
+{
+  check_h5(H5Pset_obj_track_times(properties, false), place, wanted_room);
+  check_h5(H5Pset_attr_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
+           wanted_room);
+}
+
+void order_links(H5Id properties, const H5Place& place)
+{
+  check_h5(H5Pset_link_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
+           wanted_room);
+}
+
+std::size_t count_of(const std::vector<std::int64_t>& shape)
+{
+  std::size_t count = 1;
+  for (const std::int64_t size : shape) count *= static_cast<std::size_t>(size);
+  return count;
+}
+
+/// Chunks of whole rows, compressed and with a checksum, so that a damaged one fails to read.
+void compress(H5Id properties, const std::vector<std::int64_t>& shape, std::size_t element_bytes,
+              const H5Place& place)
+{
+  const std::size_t row_bytes = count_of(shape) / static_cast<std::size_t>(shape[0]) * element_bytes;
+  const std::size_t n_rows = std::max<std::size_t>(1, largest_chunk_bytes / row_bytes);
+  std::vector<hsize_t> chunk(shape.begin(), shape.end());
+  chunk[0] = std::min<hsize_t>(chunk[0], n_rows);
+  check_h5(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()), place, wanted_room);
+  check_h5(H5Pset_shuffle(properties), place, wanted_room);
+  check_h5(H5Pset_deflate(properties, deflate_level), place, wanted_room);
+  check_h5(H5Pset_fletcher32(properties), place, wanted_room);
+}
+
+std::string last_name(const std::string& path)
+{
+  return path.substr(path.rfind('/') + 1);
+}
+
+constexpr double the_nan = std::numeric_limits<double>::quiet_NaN();
+
+}  // namespace
+
+H5Writer::H5Writer(const std::string& path) : file_name_(path)
+{
+  silence_h5();
+  const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_room);
+  check_h5(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), place(""), wanted_room);
+  const H5Handle creation = own_h5(H5Pcreate(H5P_FILE_CREATE), place(""), wanted_room);
+  no_times_and_ordered(creation.id(), place(""));
+  order_links(creation.id(), place(""));
+  file_ = own_h5(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.id(), access.id()), place(""), wanted_room);
+}
+
+H5Handle H5Writer::open(const std::string& object) const
+{
+  return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), wanted_room);
+}
+
+void H5Writer::create_group(const std::string& path)
+{
+  const H5Handle creation = own_h5(H5Pcreate(H5P_GROUP_CREATE), place(path), wanted_room);
+  no_times_and_ordered(creation.id(), place(path));
+  order_links(creation.id(), place(path));
+  own_h5(H5Gcreate2(file_.id(), path.c_str(), H5P_DEFAULT, creation.id(), H5P_DEFAULT), place(path),
+         wanted_room);
+}
+
+void H5Writer::create_dimension(const DimensionSpec& dimension)
+{
+  const H5Place here = place(dimension.path);
+  {
+    const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_room);
+    no_times_and_ordered(creation.id(), here);
+    const H5Handle space = extent({dimension.size}, here);
+    own_h5(H5Dcreate2(file_.id(), dimension.path.c_str(), H5T_IEEE_F32BE, space.id(), H5P_DEFAULT,
+                      creation.id(), H5P_DEFAULT),
+           here, wanted_room);
+  }
+  // The name by which the netCDF library knows that there is a dimension here and no variable.
+  char name[80];
+  std::snprintf(name, sizeof name, "This is a netCDF dimension but not a netCDF variable.%10lld",
+                static_cast<long long>(dimension.size));
+  make_scale(dimension.path, name);
+}
+
+void H5Writer::make_scale(const std::string& path, const std::string& name)
+{
+  const H5Handle object = open(path);
+  check_h5(H5DSset_scale(object.id(), name.c_str()), place(path), wanted_room);
+  scales_.push_back(path);
+}
+
+// H5DSattach_scale would rewrite the scale's list of users at every call and leave uninitialised padding
+// in it, so each DIMENSION_LIST is written with its dataset and each REFERENCE_LIST once, at the end.
+// Source: HDF5 Dimension Scale Specification, section 4.
+void H5Writer::attach_scales(const DatasetSpec& spec)
+{
+  const H5Place here = place(spec.path);
+  std::vector<hobj_ref_t> references(spec.dimensions.size());
+  std::vector<hvl_t> lists(spec.dimensions.size());
+  for (std::size_t axis = 0; axis < spec.dimensions.size(); ++axis) {
+    const std::string& scale = spec.dimensions[axis];
+    check_h5(H5Rcreate(&references[axis], file_.id(), scale.c_str(), H5R_OBJECT, -1), here, wanted_room);
+    lists[axis] = {1, &references[axis]};
+    users_[scale].push_back({spec.path, static_cast<std::int32_t>(axis)});
+  }
+  const H5Handle type = own_h5(H5Tvlen_create(H5T_STD_REF_OBJ), here, wanted_room);
+  write_raw_attribute(spec.path, "DIMENSION_LIST", {type.id(), lists.data(), lists.size()});
+}
+
+void H5Writer::write_reference_list(const std::string& scale, const std::vector<Use>& uses)
+{
+  struct Entry {
+    hobj_ref_t dataset;
+    std::int32_t axis;
+    std::int32_t padding;
+  };
+  const H5Place here = place(scale);
+  std::vector<Entry> entries;
+  for (const Use& use : uses) {
+    Entry entry{0, use.axis, 0};
+    check_h5(H5Rcreate(&entry.dataset, file_.id(), use.dataset.c_str(), H5R_OBJECT, -1), here, wanted_room);
+    entries.push_back(entry);
+  }
+  const H5Handle type = own_h5(H5Tcreate(H5T_COMPOUND, sizeof(Entry)), here, wanted_room);
+  check_h5(H5Tinsert(type.id(), "dataset", HOFFSET(Entry, dataset), H5T_STD_REF_OBJ), here, wanted_room);
+  check_h5(H5Tinsert(type.id(), "dimension", HOFFSET(Entry, axis), H5T_STD_I32LE), here, wanted_room);
+  write_raw_attribute(scale, "REFERENCE_LIST", {type.id(), entries.data(), entries.size()});
+}
+
+void H5Writer::write_raw(const DatasetSpec& spec, const std::vector<std::int64_t>& shape, const Raw& memory)
+{
+  check(shape.size() == spec.dimensions.size(), "a dataset's shape and dimensions must agree in number");
+  check(memory.size == count_of(shape), "a motion model's values must fill their dataset");
+  const H5Place here = place(spec.path);
+  const bool is_text = spec.kind == ValueKind::text;
+  const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_room);
+  no_times_and_ordered(creation.id(), here);
+  const std::size_t element_bytes = H5Tget_size(memory.type);
+  if (!is_text && memory.size * element_bytes >= smallest_compressed_bytes) {
+    compress(creation.id(), shape, element_bytes, here);
+  }
+  if (spec.may_be_nan) {
+    check_h5(H5Pset_fill_value(creation.id(), H5T_NATIVE_DOUBLE, &the_nan), here, wanted_room);
+  }
+  {
+    const H5Handle space = extent(shape, here);
+    const H5Handle dataset =
+        own_h5(H5Dcreate2(file_.id(), spec.path.c_str(), is_text ? memory.type : file_type(spec.kind),
+                          space.id(), H5P_DEFAULT, creation.id(), H5P_DEFAULT),
+               here, wanted_room);
+    if (memory.size > 0) {
+      check_h5(H5Dwrite(dataset.id(), memory.type, H5S_ALL, H5S_ALL, H5P_DEFAULT, memory.data), here,
+               wanted_room);
+    }
+  }
+  if (spec.dimensions.size() == 1 && spec.dimensions[0] == spec.path) {
+    make_scale(spec.path, last_name(spec.path));
+  } else if (!spec.dimensions.empty()) {
+    attach_scales(spec);
+  }
+  if (!spec.units.empty()) write_attribute(spec.path, "units", spec.units);
+  write_attribute(spec.path, "long_name", spec.long_name);
+  if (spec.may_be_nan) write_attribute(spec.path, "_FillValue", std::span<const double>(&the_nan, 1));
+  if (spec.flags != FlagSet::none) {
+    const FlagTable table = flag_table(spec.flags);
+    write_attribute(spec.path, "flag_values", std::span<const std::int8_t>(table.values));
+    write_attribute(spec.path, "flag_meanings", table.meanings);
+  }
+}
+
+void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+                     std::span<const double> values)
+{
+  std::vector<double> plain(values.begin(), values.end());
+  for (double& value : plain) {
+    if (std::isnan(value)) value = the_nan;
+  }
+  write_raw(spec, shape, {H5T_NATIVE_DOUBLE, plain.data(), plain.size()});
+}
+
+void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+                     std::span<const std::int64_t> values)
+{
+  write_raw(spec, shape, {H5T_NATIVE_INT64, values.data(), values.size()});
+}
+
+void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+                     std::span<const std::int32_t> values)
+{
+  write_raw(spec, shape, {H5T_NATIVE_INT32, values.data(), values.size()});
+}
+
+void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+                     std::span<const std::int8_t> values)
+{
+  write_raw(spec, shape, {H5T_NATIVE_INT8, values.data(), values.size()});
+}
+
+void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+                     std::span<const std::string> values)
+{
+  std::vector<const char*> texts;
+  for (const std::string& value : values) {
+    check(value.find('\0') == std::string::npos, "a text of the motion model must not hold a zero byte");
+    texts.push_back(value.c_str());
+  }
+  const H5Handle type = text_type(place(spec.path));
+  write_raw(spec, shape, {type.id(), texts.data(), texts.size()});
+}
+
+void H5Writer::write_raw_attribute(const std::string& object, const std::string& name, const Raw& memory)
+{
+  const H5Place here = place(object + "@" + name);
+  const H5Handle owner = open(object);
+  const H5Handle space = extent({static_cast<std::int64_t>(memory.size)}, here);
+  const H5Handle attribute =
+      own_h5(H5Acreate2(owner.id(), name.c_str(), memory.type, space.id(), H5P_DEFAULT, H5P_DEFAULT), here,
+             wanted_room);
+  check_h5(H5Awrite(attribute.id(), memory.type, memory.data), here, wanted_room);
+}
+
+void H5Writer::write_attribute(const std::string& object, const std::string& name, const std::string& value)
+{
+  check(value.find('\0') == std::string::npos, "a text of the motion model must not hold a zero byte");
+  const char* text = value.c_str();
+  const H5Handle type = text_type(place(object));
+  write_raw_attribute(object, name, {type.id(), &text, 1});
+}
+
+void H5Writer::write_attribute(const std::string& object, const std::string& name,
+                               std::span<const double> values)
+{
+  write_raw_attribute(object, name, {H5T_IEEE_F64LE, values.data(), values.size()});
+}
+
+void H5Writer::write_attribute(const std::string& object, const std::string& name,
+                               std::span<const std::int32_t> values)
+{
+  write_raw_attribute(object, name, {H5T_STD_I32LE, values.data(), values.size()});
+}
+
+void H5Writer::write_attribute(const std::string& object, const std::string& name,
+                               std::span<const std::int8_t> values)
+{
+  write_raw_attribute(object, name, {H5T_STD_I8LE, values.data(), values.size()});
+}
+
+void H5Writer::close()
+{
+  for (const std::string& scale : scales_) {
+    const auto found = users_.find(scale);
+    if (found != users_.end()) write_reference_list(scale, found->second);
+  }
+  // Flushing first: closing may report success and lose what a full disk could not take.
+  check_h5(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), place(""), wanted_room);
+  file_.reset();
+}
+
+}  // namespace vrda

@@ -1,0 +1,77 @@
+/// Writes one HDF5 file in the manner of netCDF-4 and so that equal calls give equal bytes.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "store/h5_handle.hpp"
+#include "store/layout.hpp"
+
+namespace vrda {
+
+/// Every member throws InputError naming the file and the object when the file cannot be written.
+/// Objects carry no times and keep the order of creation; the format is that of HDF5 1.8, which MATLAB
+/// and the netCDF library read.
+class H5Writer {
+ public:
+  /// Creates `path`, replacing what is there.
+  explicit H5Writer(const std::string& path);
+
+  void create_group(const std::string& path);
+  /// A dimension without a coordinate variable, the way the netCDF library writes one.
+  void create_dimension(const DimensionSpec& dimension);
+
+  /// Write a dataset with its attributes; `shape` has one size for each of spec.dimensions, whose scales
+  /// exist already. A dataset that is its own dimension becomes a scale. NaNs are written with one bit
+  /// pattern.
+  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape, std::span<const double> values);
+  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+             std::span<const std::int64_t> values);
+  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+             std::span<const std::int32_t> values);
+  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+             std::span<const std::int8_t> values);
+  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+             std::span<const std::string> values);
+
+  /// One-dimensional attributes of a group or dataset.
+  void write_attribute(const std::string& object, const std::string& name, const std::string& value);
+  void write_attribute(const std::string& object, const std::string& name, std::span<const double> values);
+  void write_attribute(const std::string& object, const std::string& name,
+                       std::span<const std::int32_t> values);
+  void write_attribute(const std::string& object, const std::string& name,
+                       std::span<const std::int8_t> values);
+
+  /// Ends the dimension scales and closes the file. Nothing else may be called afterwards.
+  void close();
+
+ private:
+  struct Use {
+    std::string dataset;
+    std::int32_t axis = 0;
+  };
+  struct Raw {
+    H5Id type = -1;
+    const void* data = nullptr;
+    std::size_t size = 0;
+  };
+
+  H5Place place(const std::string& object) const { return {file_name_, object}; }
+  H5Handle open(const std::string& object) const;
+  void write_raw(const DatasetSpec& spec, const std::vector<std::int64_t>& shape, const Raw& memory);
+  void write_raw_attribute(const std::string& object, const std::string& name, const Raw& memory);
+  void make_scale(const std::string& path, const std::string& name);
+  void attach_scales(const DatasetSpec& spec);
+  void write_reference_list(const std::string& scale, const std::vector<Use>& uses);
+
+  std::string file_name_;
+  H5Handle file_;
+  std::vector<std::string> scales_;                ///< in order of creation
+  std::map<std::string, std::vector<Use>> users_;  ///< of each scale
+};
+
+}  // namespace vrda

@@ -1,0 +1,270 @@
+#include "store/layout.hpp"
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "core/step_status.hpp"
+
+namespace vrda {
+namespace {
+
+using Dimensions = std::vector<std::string>;
+
+const Dimensions& grid_dimensions()
+{
+  static const Dimensions dimensions{"/flexion", "/varus"};
+  return dimensions;
+}
+
+std::string child(const std::string& group, const std::string& name)
+{
+  return group + "/" + name;
+}
+
+/// A surface of lengths or angles: NaN where a cell has no answer.
+DatasetSpec surface(const std::string& path, const char* units, const char* long_name)
+{
+  return {path, ValueKind::float64, grid_dimensions(), units, long_name, true, FlagSet::none};
+}
+
+DatasetSpec flag_surface(const std::string& path, FlagSet flags, const char* long_name)
+{
+  return {path, ValueKind::int8, grid_dimensions(), "", long_name, false, flags};
+}
+
+DatasetSpec numbers(const std::string& path, ValueKind kind, Dimensions dimensions, const char* units,
+                    const char* long_name)
+{
+  return {path, kind, std::move(dimensions), units, long_name, false, FlagSet::none};
+}
+
+void add_root(FileLayout& layout, const FileShape& shape)
+{
+  layout.dimensions.insert(layout.dimensions.end(),
+                           {{"/row", 4}, {"/column", 4}, {"/xyz", 3}, {"/corner", 3}});
+  layout.datasets.insert(
+      layout.datasets.end(),
+      {numbers("/flexion", ValueKind::float64, {"/flexion"}, "degree", "flexion of the attitude"),
+       numbers("/varus", ValueKind::float64, {"/varus"}, "degree",
+               "varus of the attitude, adduction positive"),
+       surface("/tx", "mm", "translation along X of the world frame W"),
+       surface("/ty", "mm", "translation along Y of the world frame W"),
+       surface("/tz", "mm", "translation along Z of the world frame W"),
+       surface("/theta", "degree", "rotation about Delta, right-knee sign"),
+       {"/X_reference_moving",
+        ValueKind::float64,
+        {"/flexion", "/varus", "/row", "/column"},
+        "mm",
+        "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has "
+        "no unit",
+        true,
+        FlagSet::none},
+       flag_surface("/status", FlagSet::status, "how the motion step ended"),
+       numbers("/iterations", ValueKind::int32, grid_dimensions(), "1", "iterations of the motion step"),
+       numbers("/queries", ValueKind::int32, grid_dimensions(), "1",
+               "collision and gap queries of the motion step"),
+       surface("/residual", "mm", "last translation that the solver predicted"),
+       flag_surface("/theta_determined", FlagSet::answer,
+                    "whether the contacts hold the rotation about Delta"),
+       flag_surface("/is_spine", FlagSet::yes_no, "whether the cell is its flexion's cell of the spine")});
+  if (!shape.has_compartments) return;
+  layout.datasets.insert(
+      layout.datasets.end(),
+      {surface("/gap_medial_mm", "mm", "gap along Delta left in the medial compartment"),
+       surface("/gap_lateral_mm", "mm", "gap along Delta left in the lateral compartment"),
+       flag_surface("/contact_medial", FlagSet::answer, "whether the medial compartment touches"),
+       flag_surface("/contact_lateral", FlagSet::answer, "whether the lateral compartment touches")});
+}
+
+void add_clinical(FileLayout& layout)
+{
+  layout.groups.emplace_back("/clinical");
+  layout.datasets.insert(
+      layout.datasets.end(),
+      {surface("/clinical/flexion_angle", "degree", "Grood-Suntay flexion"),
+       surface("/clinical/varus_angle", "degree", "Grood-Suntay varus, adduction positive"),
+       surface("/clinical/internal_rotation", "degree", "Grood-Suntay internal rotation"),
+       surface("/clinical/anterior", "mm", "anterior translation along the floating axis"),
+       surface("/clinical/proximal", "mm", "proximal translation along the moving body's long axis"),
+       surface("/clinical/lateral", "mm", "lateral translation along the flexion axis")});
+}
+
+void add_contacts(FileLayout& layout, const FileShape& shape)
+{
+  layout.groups.emplace_back("/contacts");
+  layout.dimensions.push_back({"/contacts/contact", shape.n_contacts});
+  layout.dimensions.push_back({"/contacts/cell_bound", shape.n_flexion * shape.n_varus + 1});
+  const Dimensions contact{"/contacts/contact"};
+  const Dimensions vectors{"/contacts/contact", "/xyz"};
+  layout.datasets.insert(
+      layout.datasets.end(),
+      {numbers("/contacts/row_start", ValueKind::int64, {"/contacts/cell_bound"}, "1",
+               "first contact of each cell, cells in the order of the grid, then the number of contacts"),
+       numbers("/contacts/point", ValueKind::float64, vectors, "mm",
+               "point on the reference's surface, world W"),
+       numbers("/contacts/normal", ValueKind::float64, vectors, "1",
+               "unit direction of the reaction on the moving object, world W"),
+       numbers("/contacts/distance", ValueKind::float64, contact, "mm", "distance of the two surfaces"),
+       numbers("/contacts/triangle_reference", ValueKind::int32, contact, "1",
+               "row of /bodies/reference/triangles"),
+       numbers("/contacts/triangle_moving", ValueKind::int32, contact, "1",
+               "row of /bodies/moving/triangles"),
+       {"/contacts/compartment", ValueKind::int8, contact, "", "compartment that the contact lies in", false,
+        FlagSet::compartment}});
+}
+
+void add_part(FileLayout& layout, const std::string& group, const std::string& body, const PartShape& shape)
+{
+  layout.dimensions.push_back({group + "/vertex", shape.n_vertices});
+  layout.dimensions.push_back({group + "/triangle", shape.n_triangles});
+  layout.datasets.push_back(numbers(group + "/vertices", ValueKind::float64, {group + "/vertex", "/xyz"},
+                                    "mm", "vertices, canonical axes"));
+  if (shape.has_normals) {
+    layout.datasets.push_back(numbers(group + "/normals", ValueKind::float64, {group + "/vertex", "/xyz"},
+                                      "1", "outward unit normals of the vertices, canonical axes"));
+  }
+  layout.datasets.push_back(numbers(group + "/triangles", ValueKind::int32, {group + "/triangle", "/corner"},
+                                    "1", "rows of vertices, counter-clockwise seen from outside"));
+  const std::string meaning = "row of " + body + "/component_name of each triangle";
+  layout.datasets.push_back(
+      numbers(group + "/component", ValueKind::int32, {group + "/triangle"}, "1", meaning.c_str()));
+}
+
+void add_body(FileLayout& layout, const std::string& group, const BodyShape& shape)
+{
+  layout.groups.push_back(group);
+  layout.attributes.push_back({group, "name", ValueKind::text, 1});
+  layout.dimensions.push_back({group + "/member", shape.n_components});
+  const Dimensions member{group + "/member"};
+  layout.datasets.push_back(
+      numbers(group + "/component_name", ValueKind::text, member, "", "names of the body's components"));
+  layout.datasets.push_back(numbers(group + "/component_material", ValueKind::text, member, "",
+                                    "materials of the body's components"));
+  add_part(layout, group, group, shape.contact);
+  if (!shape.has_visual) return;
+  layout.groups.push_back(group + "/visual");
+  add_part(layout, group + "/visual", group, shape.visual);
+}
+
+void add_smoothed(FileLayout& layout, const SmoothedShape& shape)
+{
+  const std::string group = smoothed_group(shape.degree);
+  layout.groups.push_back(group);
+  layout.attributes.push_back({group, "degree", ValueKind::int32, 1});
+  layout.dimensions.push_back({group + "/term", shape.n_terms});
+  layout.dimensions.push_back({group + "/axis", 2});
+  layout.datasets.push_back(numbers(group + "/exponents", ValueKind::int32,
+                                    {group + "/term", group + "/axis"}, "1",
+                                    "degree of each term's Legendre polynomial of flexion and of varus"));
+  for (const std::string& name : smoothed_names()) {
+    const char* units = name == "theta" ? "degree" : "mm";
+    const std::string path = child(group, name);
+    const std::string coefficients = child(group, "coefficients_" + name);
+    layout.datasets.push_back(
+        numbers(path, ValueKind::float64, grid_dimensions(), units, "smoothed surface on the grid"));
+    layout.datasets.push_back(
+        numbers(coefficients, ValueKind::float64, {group + "/term"}, units, "coefficients of the terms"));
+    layout.attributes.push_back({path, "n_cells", ValueKind::int32, 1});
+    for (const char* measure : {"rms", "largest_residual", "leave_one_out_rms", "condition_number"}) {
+      layout.attributes.push_back({path, measure, ValueKind::float64, 1});
+    }
+  }
+}
+
+void add_job(FileLayout& layout, const FileShape& shape)
+{
+  layout.groups.emplace_back("/job");
+  layout.dimensions.push_back({"/job/input", shape.n_inputs});
+  layout.datasets.insert(
+      layout.datasets.end(),
+      {numbers("/job/text", ValueKind::text, {}, "", "the job file as given"),
+       numbers("/job/resolved", ValueKind::text, {}, "", "every key of the job with its value"),
+       numbers("/job/input_name", ValueKind::text, {"/job/input"}, "", "input files as the job names them"),
+       numbers("/job/input_sha256", ValueKind::text, {"/job/input"}, "", "SHA-256 of the input files")});
+}
+
+}  // namespace
+
+const char* name_of(ValueKind kind)
+{
+  switch (kind) {
+    case ValueKind::float64:
+      return "float64";
+    case ValueKind::int64:
+      return "int64";
+    case ValueKind::int32:
+      return "int32";
+    case ValueKind::int8:
+      return "int8";
+    case ValueKind::text:
+      return "variable-length UTF-8 text";
+  }
+  throw InternalError("a kind of values without a name");
+}
+
+FlagTable flag_table(FlagSet set)
+{
+  FlagTable table;
+  switch (set) {
+    case FlagSet::none:
+      break;
+    case FlagSet::status:
+      for (const StepStatus status : all_step_statuses) {
+        table.values.push_back(static_cast<std::int8_t>(status));
+        table.meanings += (table.meanings.empty() ? "" : " ") + std::string(name_of(status));
+      }
+      break;
+    case FlagSet::answer:
+      return {{-1, 0, 1}, "no_answer no yes"};
+    case FlagSet::yes_no:
+      return {{0, 1}, "no yes"};
+    case FlagSet::compartment:
+      return {{0, 1, 2}, "none medial lateral"};
+  }
+  return table;
+}
+
+const std::vector<std::string>& smoothed_names()
+{
+  static const std::vector<std::string> names{"tx", "ty", "tz", "theta"};
+  return names;
+}
+
+std::string smoothed_group(std::int32_t degree)
+{
+  return "/smoothed/degree_" + std::to_string(degree);
+}
+
+FileLayout layout_of(const FileShape& shape)
+{
+  FileLayout layout;
+  for (const char* name : {"format", "format_version", "Conventions", "title", "joint", "side", "method"}) {
+    layout.attributes.push_back({"/", name, ValueKind::text, 1});
+  }
+  layout.attributes.push_back({"/", "rotation_centre_mm", ValueKind::float64, 3});
+  layout.attributes.push_back({"/", "delta", ValueKind::float64, 3});
+  layout.attributes.push_back({"/", "contact_resolution_mm", ValueKind::float64, 1});
+  layout.attributes.push_back({"/", "has_compartments", ValueKind::int8, 1});
+  add_root(layout, shape);
+  add_clinical(layout);
+  layout.groups.emplace_back("/smoothed");
+  for (const SmoothedShape& smoothed : shape.smoothed) add_smoothed(layout, smoothed);
+  add_contacts(layout, shape);
+  layout.groups.emplace_back("/bodies");
+  add_body(layout, "/bodies/reference", shape.reference);
+  add_body(layout, "/bodies/moving", shape.moving);
+  add_job(layout, shape);
+  return layout;
+}
+
+std::int64_t dimension_size(const FileLayout& layout, const FileShape& shape, const std::string& path)
+{
+  if (path == "/flexion") return shape.n_flexion;
+  if (path == "/varus") return shape.n_varus;
+  const auto found = std::find_if(layout.dimensions.begin(), layout.dimensions.end(),
+                                  [&](const DimensionSpec& dimension) { return dimension.path == path; });
+  check(found != layout.dimensions.end(), "a dataset of the layout uses a dimension that is not in it");
+  return found->size;
+}
+
+}  // namespace vrda

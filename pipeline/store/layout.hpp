@@ -1,0 +1,100 @@
+/// The layout of a motion-model file as a table: schemas/motion-model.md in the form that the writer, the
+/// reader and the validation share.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace vrda {
+
+inline constexpr const char* format_name = "vrda motion model";
+inline constexpr const char* format_version = "1.0";
+/// CF 1.9 is the first to allow 64-bit integers (row_start).
+inline constexpr const char* conventions = "CF-1.9";
+
+enum class ValueKind { float64, int64, int32, int8, text };
+const char* name_of(ValueKind kind);
+
+/// Which codes an int8 dataset holds; written as CF flag_values and flag_meanings.
+enum class FlagSet { none, status, answer, yes_no, compartment };
+
+struct FlagTable {
+  std::vector<std::int8_t> values;
+  std::string meanings;  ///< one word a value, in order, separated by blanks
+};
+FlagTable flag_table(FlagSet set);
+
+struct DatasetSpec {
+  std::string path;  ///< "/bodies/reference/vertices"
+  ValueKind kind = ValueKind::float64;
+  std::vector<std::string> dimensions;  ///< paths of the scales, slowest first; empty: one value
+  std::string units;                    ///< empty: none
+  std::string long_name;
+  bool may_be_nan = false;  ///< carries a NaN `_FillValue`
+  FlagSet flags = FlagSet::none;
+};
+
+/// A dimension without a coordinate variable.
+struct DimensionSpec {
+  std::string path;
+  std::int64_t size = 0;
+};
+
+struct AttributeSpec {
+  std::string object;
+  std::string name;
+  ValueKind kind = ValueKind::text;
+  std::int64_t size = 1;
+};
+
+struct PartShape {
+  std::int64_t n_vertices = 0;
+  std::int64_t n_triangles = 0;
+  bool has_normals = false;
+};
+
+struct BodyShape {
+  std::int64_t n_components = 0;
+  PartShape contact;
+  bool has_visual = false;
+  PartShape visual;
+};
+
+struct SmoothedShape {
+  std::int32_t degree = 0;
+  std::int64_t n_terms = 0;
+};
+
+/// Every size that a layout depends on.
+struct FileShape {
+  std::int64_t n_flexion = 0;
+  std::int64_t n_varus = 0;
+  bool has_compartments = false;
+  std::int64_t n_contacts = 0;
+  BodyShape reference;
+  BodyShape moving;
+  std::vector<SmoothedShape> smoothed;  ///< by increasing degree
+  std::int64_t n_inputs = 0;
+};
+
+/// In the order in which the file is written: parents before children, scales before their users.
+struct FileLayout {
+  std::vector<std::string> groups;
+  std::vector<DimensionSpec> dimensions;
+  std::vector<DatasetSpec> datasets;
+  std::vector<AttributeSpec> attributes;
+};
+
+FileLayout layout_of(const FileShape& shape);
+
+/// The smoothed parameters in the order of the file: tx, ty, tz, theta.
+const std::vector<std::string>& smoothed_names();
+
+/// "/smoothed/degree_6".
+std::string smoothed_group(std::int32_t degree);
+
+/// The size of dimension `path`; the axes count as dimensions too.
+std::int64_t dimension_size(const FileLayout& layout, const FileShape& shape, const std::string& path);
+
+}  // namespace vrda

@@ -1,0 +1,162 @@
+#include <limits>
+#include <map>
+#include <optional>
+#include <span>
+
+#include "core/error.hpp"
+#include "store/binding.hpp"
+#include "store/h5_reader.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/structure.hpp"
+#include "store/values.hpp"
+
+namespace vrda {
+namespace {
+
+/// Shapes each member it is shown like its dataset and fills it. The structure has been checked.
+class DatasetReader {
+ public:
+  DatasetReader(const H5Reader& reader, const Structure& structure) : reader_(reader), structure_(structure)
+  {
+    for (const DatasetSpec& spec : structure.layout.datasets) specs_[spec.path] = &spec;
+  }
+
+  template <typename Scalar>
+  void operator()(const std::string& path, std::vector<Scalar>& values)
+  {
+    std::int64_t count = 1;
+    for (const std::int64_t size : shape_of(path)) count *= size;
+    values.resize(static_cast<std::size_t>(count));
+    reader_.read(path, std::span<Scalar>(values));
+  }
+
+  void operator()(const std::string& path, std::string& value)
+  {
+    reader_.read(path, std::span<std::string>(&value, 1));
+  }
+
+  template <typename Derived>
+  void operator()(const std::string& path, Eigen::PlainObjectBase<Derived>& values)
+  {
+    static_assert(Derived::IsRowMajor, "arrays lie in memory as in the file");
+    const std::vector<std::int64_t> shape = shape_of(path);
+    check(shape.size() == 2, "an array of the motion model has two axes");
+    values.resize(shape[0], shape[1]);
+    reader_.read(path,
+                 std::span<typename Derived::Scalar>(values.data(), static_cast<std::size_t>(values.size())));
+  }
+
+ private:
+  std::vector<std::int64_t> shape_of(const std::string& path) const
+  {
+    const auto found = specs_.find(path);
+    check(found != specs_.end(), "every dataset that is read stands in the layout");
+    std::vector<std::int64_t> shape;
+    for (const std::string& dimension : found->second->dimensions) {
+      shape.push_back(dimension_size(structure_.layout, structure_.shape, dimension));
+    }
+    return shape;
+  }
+
+  const H5Reader& reader_;
+  const Structure& structure_;
+  std::map<std::string, const DatasetSpec*> specs_;
+};
+
+AttributeValue attribute(const H5Reader& reader, const std::string& object, const std::string& name)
+{
+  const std::optional<AttributeValue> value = reader.attribute(object, name);
+  check(value.has_value(), "an attribute is read only when the structure has been checked");
+  return *value;
+}
+
+std::string text(const H5Reader& reader, const std::string& object, const std::string& name)
+{
+  return attribute(reader, object, name).texts.at(0);
+}
+
+double number(const H5Reader& reader, const std::string& object, const std::string& name)
+{
+  return attribute(reader, object, name).numbers.at(0);
+}
+
+Eigen::Vector3d vector(const H5Reader& reader, const std::string& object, const std::string& name)
+{
+  const AttributeValue value = attribute(reader, object, name);
+  return {value.numbers.at(0), value.numbers.at(1), value.numbers.at(2)};
+}
+
+SmoothedSet empty_set(const H5Reader& reader, const SmoothedShape& shape)
+{
+  SmoothedSet set;
+  set.degree = shape.degree;
+  for (const std::string& name : smoothed_names()) {
+    const std::string path = smoothed_group(shape.degree) + "/" + name;
+    SmoothedSurface surface;
+    surface.name = name;
+    surface.n_cells = static_cast<std::int32_t>(number(reader, path, "n_cells"));
+    surface.rms = number(reader, path, "rms");
+    surface.largest_residual = number(reader, path, "largest_residual");
+    surface.leave_one_out_rms = number(reader, path, "leave_one_out_rms");
+    surface.condition_number = number(reader, path, "condition_number");
+    set.surfaces.push_back(surface);
+  }
+  return set;
+}
+
+MotionModel read_values(const H5Reader& reader, const Structure& structure)
+{
+  MotionModel model;
+  model.title = text(reader, "/", "title");
+  model.joint = text(reader, "/", "joint");
+  model.side = text(reader, "/", "side");
+  model.method = text(reader, "/", "method");
+  model.rotation_centre_mm = vector(reader, "/", "rotation_centre_mm");
+  model.delta = vector(reader, "/", "delta");
+  model.contact_resolution_mm = number(reader, "/", "contact_resolution_mm");
+  model.has_compartments = structure.shape.has_compartments;
+  model.reference.name = text(reader, "/bodies/reference", "name");
+  model.moving.name = text(reader, "/bodies/moving", "name");
+  for (const SmoothedShape& shape : structure.shape.smoothed)
+    model.smoothed.push_back(empty_set(reader, shape));
+  visit_datasets(model, structure.shape, DatasetReader(reader, structure));
+  if (!model.has_compartments) {
+    const Eigen::Index n_flexion = model.tx_mm.rows(), n_varus = model.tx_mm.cols();
+    model.gap_medial_mm = GridD::Constant(n_flexion, n_varus, std::numeric_limits<double>::quiet_NaN());
+    model.gap_lateral_mm = model.gap_medial_mm;
+    model.contact_medial = GridB::Constant(n_flexion, n_varus, -1);
+    model.contact_lateral = model.contact_medial;
+  }
+  return model;
+}
+
+}  // namespace
+
+MotionModel read_motion_model(const std::string& path)
+{
+  const H5Reader reader(path);
+  const Structure structure = structure_of(reader);
+  std::vector<Finding> findings = structure.findings;
+  MotionModel model;
+  if (findings.empty()) {
+    model = read_values(reader, structure);
+    findings = check_values(model);
+  }
+  if (findings.empty()) return model;
+  throw InputError({path, findings[0].where, findings[0].found, findings[0].wanted});
+}
+
+std::vector<Finding> validate_motion_model(const std::string& path)
+{
+  const H5Reader reader(path);
+  const Structure structure = structure_of(reader);
+  if (!structure.findings.empty()) return structure.findings;
+  try {
+    return check_values(read_values(reader, structure));
+  } catch (const InputError& error) {
+    // A damaged chunk shows only when its values are read.
+    return {{error.facts().field, error.facts().found, error.facts().wanted}};
+  }
+}
+
+}  // namespace vrda

@@ -1,0 +1,261 @@
+#include "store/structure.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace vrda {
+namespace {
+
+/// Indices in the file are 32-bit.
+constexpr std::int64_t largest_dimension = std::numeric_limits<std::int32_t>::max();
+
+std::string text_of(const std::vector<std::int64_t>& shape)
+{
+  std::string text = "[";
+  for (const std::int64_t size : shape) text += (text.size() > 1 ? ", " : "") + std::to_string(size);
+  return text + "]";
+}
+
+std::string text_of(const std::optional<ValueKind>& kind)
+{
+  return kind ? name_of(*kind) : "another type";
+}
+
+class StructureCheck {
+ public:
+  explicit StructureCheck(const H5Reader& reader) : reader_(reader) {}
+
+  Structure run()
+  {
+    result_.findings = reader_.refused();
+    if (!is_motion_model()) return result_;
+    read_shape();
+    if (!result_.findings.empty()) return result_;
+    result_.layout = layout_of(result_.shape);
+    for (const std::string& group : result_.layout.groups) {
+      if (!reader_.is_group(group)) find(group, "nothing", "a group");
+    }
+    for (const DimensionSpec& dimension : result_.layout.dimensions) check_dimension(dimension);
+    for (const DatasetSpec& spec : result_.layout.datasets) check_dataset(spec);
+    for (const AttributeSpec& spec : result_.layout.attributes) check_attribute(spec);
+    for (const SmoothedShape& smoothed : result_.shape.smoothed) check_degree(smoothed);
+    return result_;
+  }
+
+ private:
+  void find(const std::string& where, const std::string& found, const std::string& wanted)
+  {
+    result_.findings.push_back({where, found, wanted});
+  }
+
+  /// The one text of an attribute, or an empty one.
+  std::string text(const std::string& object, const std::string& name) const
+  {
+    const std::optional<AttributeValue> value = reader_.attribute(object, name);
+    return value && value->texts.size() == 1 ? value->texts[0] : std::string();
+  }
+
+  bool is_motion_model()
+  {
+    const std::string format = text("/", "format");
+    if (format != format_name) {
+      find("/@format", format.empty() ? "nothing" : "\"" + format + "\"",
+           "\"" + std::string(format_name) + "\"");
+      return false;
+    }
+    const std::string version = text("/", "format_version");
+    if (version.rfind("1.", 0) == 0) return true;
+    find("/@format_version", version.empty() ? "nothing" : "\"" + version + "\"",
+         "\"1.\" and a minor version");
+    return false;
+  }
+
+  /// The size of a dimension; a finding and 0 when there is none.
+  std::int64_t size_of(const std::string& path)
+  {
+    if (!reader_.is_dataset(path)) {
+      find(path, "nothing", "a dimension scale");
+      return 0;
+    }
+    const DatasetFacts facts = reader_.facts(path);
+    if (facts.scale_name.empty()) find(path, "no dimension scale", "a dimension scale");
+    if (facts.shape.size() == 1 && facts.shape[0] >= 0 && facts.shape[0] <= largest_dimension)
+      return facts.shape[0];
+    find(path, "shape " + text_of(facts.shape), "one axis of at most 2147483647 entries");
+    return 0;
+  }
+
+  PartShape part_shape(const std::string& group)
+  {
+    return {size_of(group + "/vertex"), size_of(group + "/triangle"),
+            reader_.objects().count(group + "/normals") > 0};
+  }
+
+  BodyShape body_shape(const std::string& group)
+  {
+    BodyShape shape;
+    shape.n_components = size_of(group + "/member");
+    shape.contact = part_shape(group);
+    shape.has_visual = reader_.objects().count(group + "/visual") > 0;
+    if (shape.has_visual) shape.visual = part_shape(group + "/visual");
+    return shape;
+  }
+
+  void read_smoothed_shapes()
+  {
+    const std::string prefix = "/smoothed/degree_";
+    for (const auto& [path, kind] : reader_.objects()) {
+      if (path.rfind(prefix, 0) != 0 || path.find('/', prefix.size()) != std::string::npos) continue;
+      SmoothedShape smoothed;
+      const char* end = path.data() + path.size();
+      const std::from_chars_result parsed =
+          std::from_chars(path.data() + prefix.size(), end, smoothed.degree);
+      if (parsed.ec != std::errc() || parsed.ptr != end || smoothed_group(smoothed.degree) != path) {
+        find(path, "a name without a degree", "\"degree_\" and a whole number");
+        continue;
+      }
+      smoothed.n_terms = size_of(path + "/term");
+      result_.shape.smoothed.push_back(smoothed);
+    }
+    std::sort(result_.shape.smoothed.begin(), result_.shape.smoothed.end(),
+              [](const SmoothedShape& a, const SmoothedShape& b) { return a.degree < b.degree; });
+  }
+
+  void read_shape()
+  {
+    FileShape& shape = result_.shape;
+    shape.n_flexion = size_of("/flexion");
+    shape.n_varus = size_of("/varus");
+    if (shape.n_flexion == 0) find("/flexion", "no values", "at least one");
+    if (shape.n_varus == 0) find("/varus", "no values", "at least one");
+    const std::optional<AttributeValue> compartments = reader_.attribute("/", "has_compartments");
+    if (!compartments || compartments->numbers.size() != 1) {
+      find("/@has_compartments", "nothing", "one int8, 0 or 1");
+    } else {
+      shape.has_compartments = compartments->numbers[0] != 0;
+    }
+    shape.n_contacts = size_of("/contacts/contact");
+    shape.reference = body_shape("/bodies/reference");
+    shape.moving = body_shape("/bodies/moving");
+    shape.n_inputs = size_of("/job/input");
+    read_smoothed_shapes();
+  }
+
+  void check_dimension(const DimensionSpec& dimension)
+  {
+    const std::int64_t size = size_of(dimension.path);
+    if (reader_.is_dataset(dimension.path) && size != dimension.size) {
+      find(dimension.path, "size " + std::to_string(size), "size " + std::to_string(dimension.size));
+    }
+  }
+
+  void check_dataset(const DatasetSpec& spec)
+  {
+    if (!reader_.is_dataset(spec.path)) {
+      find(spec.path, reader_.is_group(spec.path) ? "a group" : "nothing", "a dataset: " + spec.long_name);
+      return;
+    }
+    const DatasetFacts facts = reader_.facts(spec.path);
+    if (facts.kind != spec.kind) find(spec.path, text_of(facts.kind), name_of(spec.kind));
+    std::vector<std::int64_t> shape;
+    for (const std::string& dimension : spec.dimensions) {
+      shape.push_back(dimension_size(result_.layout, result_.shape, dimension));
+    }
+    if (facts.shape != shape) {
+      find(spec.path, "shape " + text_of(facts.shape), "shape " + text_of(shape));
+    } else if (!facts.storage_problem.empty()) {
+      find(spec.path, facts.storage_problem,
+           "values that can be read, filtered by gzip, shuffle and fletcher32 only");
+    } else {
+      check_scales(spec, facts);
+    }
+    check_text_attribute(spec.path, "units", spec.units);
+    if (spec.flags != FlagSet::none) check_flags(spec);
+    if (spec.may_be_nan) check_fill_value(spec.path);
+  }
+
+  void check_scales(const DatasetSpec& spec, const DatasetFacts& facts)
+  {
+    if (spec.dimensions.size() == 1 && spec.dimensions[0] == spec.path) {
+      const std::string name = spec.path.substr(spec.path.rfind('/') + 1);
+      if (facts.scale_name != name)
+        find(spec.path, "scale name \"" + facts.scale_name + "\"", "\"" + name + "\"");
+      return;
+    }
+    for (std::size_t axis = 0; axis < spec.dimensions.size(); ++axis) {
+      if (reader_.is_attached(spec.path, axis, spec.dimensions[axis])) continue;
+      find(spec.path, "axis " + std::to_string(axis) + " without its scale",
+           "dimension scale " + spec.dimensions[axis] + " attached");
+    }
+  }
+
+  void check_text_attribute(const std::string& object, const std::string& name, const std::string& wanted)
+  {
+    if (wanted.empty()) return;
+    const std::string found = text(object, name);
+    if (found != wanted) {
+      find(object + "@" + name, found.empty() ? "nothing" : "\"" + found + "\"", "\"" + wanted + "\"");
+    }
+  }
+
+  void check_flags(const DatasetSpec& spec)
+  {
+    const FlagTable table = flag_table(spec.flags);
+    check_text_attribute(spec.path, "flag_meanings", table.meanings);
+    const std::optional<AttributeValue> found = reader_.attribute(spec.path, "flag_values");
+    const std::vector<double> wanted(table.values.begin(), table.values.end());
+    if (found && found->kind == ValueKind::int8 && found->numbers == wanted) return;
+    find(spec.path + "@flag_values", found ? "other values" : "nothing",
+         "the int8 codes of " + table.meanings);
+  }
+
+  void check_fill_value(const std::string& path)
+  {
+    const std::optional<AttributeValue> value = reader_.attribute(path, "_FillValue");
+    if (value && value->kind == ValueKind::float64 && value->numbers.size() == 1 &&
+        std::isnan(value->numbers[0])) {
+      return;
+    }
+    find(path + "@_FillValue", value ? "another value" : "nothing", "one float64 NaN");
+  }
+
+  void check_attribute(const AttributeSpec& spec)
+  {
+    const std::string where = spec.object + "@" + spec.name;
+    const std::string wanted = std::to_string(spec.size) + " of " + name_of(spec.kind);
+    if (reader_.objects().count(spec.object) == 0) return;  // its absence is a finding already
+    const std::optional<AttributeValue> value = reader_.attribute(spec.object, spec.name);
+    if (!value) {
+      find(where, "nothing", wanted);
+    } else if (value->kind != spec.kind) {
+      find(where, text_of(value->kind), wanted);
+    } else if (const std::size_t size = value->numbers.size() + value->texts.size();
+               size != static_cast<std::size_t>(spec.size)) {
+      find(where, std::to_string(size) + " of " + name_of(spec.kind), wanted);
+    }
+  }
+
+  void check_degree(const SmoothedShape& smoothed)
+  {
+    const std::string group = smoothed_group(smoothed.degree);
+    if (!reader_.is_group(group)) return;  // a finding already
+    const std::optional<AttributeValue> value = reader_.attribute(group, "degree");
+    if (!value || value->numbers.size() != 1 || value->numbers[0] == smoothed.degree) return;
+    find(group + "@degree", "another degree", std::to_string(smoothed.degree));
+  }
+
+  const H5Reader& reader_;
+  Structure result_;
+};
+
+}  // namespace
+
+Structure structure_of(const H5Reader& reader)
+{
+  return StructureCheck(reader).run();
+}
+
+}  // namespace vrda

@@ -1,0 +1,218 @@
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <set>
+#include <span>
+
+#include "core/error.hpp"
+#include "store/binding.hpp"
+#include "store/h5_writer.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/seal.hpp"
+
+namespace vrda {
+namespace {
+
+PartShape shape_of(const Part& part)
+{
+  check(part.mesh.normals.rows() == 0 || part.mesh.normals.rows() == part.mesh.vertices_mm.rows(),
+        "a mesh has as many normals as vertices, or none");
+  return {part.mesh.vertices_mm.rows(), part.mesh.triangles.rows(), part.mesh.normals.rows() > 0};
+}
+
+BodyShape shape_of(const Body& body)
+{
+  const PartShape visual = shape_of(body.visual);
+  return {static_cast<std::int64_t>(body.components.size()), shape_of(body.contact),
+          visual.n_vertices > 0 || visual.n_triangles > 0, visual};
+}
+
+FileShape shape_of(const MotionModel& model)
+{
+  FileShape shape;
+  shape.n_flexion = static_cast<std::int64_t>(model.flexion_deg.size());
+  shape.n_varus = static_cast<std::int64_t>(model.varus_deg.size());
+  shape.has_compartments = model.has_compartments;
+  shape.n_contacts = static_cast<std::int64_t>(model.contacts.distance_mm.size());
+  shape.reference = shape_of(model.reference);
+  shape.moving = shape_of(model.moving);
+  for (const SmoothedSet& set : model.smoothed) {
+    check(shape.smoothed.empty() || shape.smoothed.back().degree < set.degree,
+          "smoothed sets stand by increasing degree, each degree once");
+    check(set.surfaces.size() == smoothed_names().size(), "a smoothed set holds tx, ty, tz and theta");
+    for (std::size_t i = 0; i < set.surfaces.size(); ++i) {
+      check(set.surfaces[i].name == smoothed_names()[i],
+            "a smoothed set holds tx, ty, tz and theta, in this order");
+    }
+    shape.smoothed.push_back({set.degree, set.exponents.rows()});
+  }
+  shape.n_inputs = static_cast<std::int64_t>(model.job.inputs.size());
+  return shape;
+}
+
+/// Writes each dataset it is shown, and the dimensions that the dataset is the first to use.
+class DatasetWriter {
+ public:
+  DatasetWriter(H5Writer& writer, const FileLayout& layout, const FileShape& shape)
+      : writer_(writer), layout_(layout), shape_(shape)
+  {
+    for (const DatasetSpec& spec : layout.datasets) specs_[spec.path] = &spec;
+  }
+
+  template <typename Scalar>
+  void operator()(const std::string& path, const std::vector<Scalar>& values)
+  {
+    write(path, std::span<const Scalar>(values));
+  }
+
+  void operator()(const std::string& path, const std::string& value)
+  {
+    write(path, std::span<const std::string>(&value, 1));
+  }
+
+  template <typename Derived>
+  void operator()(const std::string& path, const Eigen::PlainObjectBase<Derived>& values)
+  {
+    static_assert(Derived::IsRowMajor, "arrays go to the file as they lie in memory");
+    write(path,
+          std::span<const typename Derived::Scalar>(values.data(), static_cast<std::size_t>(values.size())));
+  }
+
+ private:
+  template <typename Scalar>
+  void write(const std::string& path, std::span<const Scalar> values)
+  {
+    const auto found = specs_.find(path);
+    check(found != specs_.end(), "every dataset that is written stands in the layout");
+    const DatasetSpec& spec = *found->second;
+    std::vector<std::int64_t> sizes;
+    for (const std::string& dimension : spec.dimensions) {
+      sizes.push_back(dimension_size(layout_, shape_, dimension));
+      const bool is_new = existing_.insert(dimension).second;
+      if (is_new && dimension != path) writer_.create_dimension({dimension, sizes.back()});
+    }
+    writer_.write(spec, sizes, values);
+  }
+
+  H5Writer& writer_;
+  const FileLayout& layout_;
+  const FileShape& shape_;
+  std::map<std::string, const DatasetSpec*> specs_;
+  std::set<std::string> existing_;
+};
+
+std::span<const double> numbers(const Eigen::Vector3d& v)
+{
+  return {v.data(), 3};
+}
+std::span<const double> number(const double& value)
+{
+  return {&value, 1};
+}
+
+void write_root_attributes(H5Writer& writer, const MotionModel& model)
+{
+  writer.write_attribute("/", "format", std::string(format_name));
+  writer.write_attribute("/", "format_version", std::string(format_version));
+  writer.write_attribute("/", "Conventions", std::string(conventions));
+  writer.write_attribute("/", "title", model.title);
+  writer.write_attribute("/", "joint", model.joint);
+  writer.write_attribute("/", "side", model.side);
+  writer.write_attribute("/", "method", model.method);
+  writer.write_attribute("/", "rotation_centre_mm", numbers(model.rotation_centre_mm));
+  writer.write_attribute("/", "delta", numbers(model.delta));
+  writer.write_attribute("/", "contact_resolution_mm", number(model.contact_resolution_mm));
+  const std::int8_t has_compartments = model.has_compartments ? 1 : 0;
+  writer.write_attribute("/", "has_compartments", std::span<const std::int8_t>(&has_compartments, 1));
+}
+
+void write_group_attributes(H5Writer& writer, const MotionModel& model)
+{
+  writer.write_attribute("/bodies/reference", "name", model.reference.name);
+  writer.write_attribute("/bodies/moving", "name", model.moving.name);
+  for (const SmoothedSet& set : model.smoothed) {
+    const std::string group = smoothed_group(set.degree);
+    writer.write_attribute(group, "degree", std::span<const std::int32_t>(&set.degree, 1));
+    for (const SmoothedSurface& surface : set.surfaces) {
+      const std::string path = group + "/" + surface.name;
+      writer.write_attribute(path, "n_cells", std::span<const std::int32_t>(&surface.n_cells, 1));
+      writer.write_attribute(path, "rms", number(surface.rms));
+      writer.write_attribute(path, "largest_residual", number(surface.largest_residual));
+      writer.write_attribute(path, "leave_one_out_rms", number(surface.leave_one_out_rms));
+      writer.write_attribute(path, "condition_number", number(surface.condition_number));
+    }
+  }
+}
+
+void write_file(const std::string& path, const MotionModel& model)
+{
+  const FileShape shape = shape_of(model);
+  const FileLayout layout = layout_of(shape);
+  H5Writer writer(path);
+  write_root_attributes(writer, model);
+  for (const std::string& group : layout.groups) writer.create_group(group);
+  visit_datasets(model, shape, DatasetWriter(writer, layout, shape));
+  write_group_attributes(writer, model);
+  writer.close();
+}
+
+[[noreturn]] void fail(const std::string& path, const std::string& what)
+{
+  throw InputError(
+      {path, "", what + " (" + std::strerror(errno) + ")", "a folder and a file that can be written"});
+}
+
+/// Waits until the content of a file or folder has reached the disk.
+void sync(const std::string& path, int flags)
+{
+  const int descriptor = open(path.c_str(), flags | O_CLOEXEC);
+  if (descriptor < 0) fail(path, "no access");
+  const int synced = fsync(descriptor);
+  const int kept = errno;
+  ::close(descriptor);
+  errno = kept;
+  if (synced != 0) fail(path, "a failed flush");
+}
+
+/// Removes the temporary file unless it got its final name.
+class Temporary {
+ public:
+  explicit Temporary(std::string path) : path_(std::move(path)) {}
+  ~Temporary() { std::remove(path_.c_str()); }
+  Temporary(const Temporary&) = delete;
+  Temporary& operator=(const Temporary&) = delete;
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// The library's reasons are about its own inside; a plain open says what a user can mend.
+void require_writable(const std::string& path, const std::string& temporary)
+{
+  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  if (descriptor < 0) fail(path, "an output that cannot be created");
+  ::close(descriptor);
+}
+
+}  // namespace
+
+void write_motion_model(const std::string& path, const MotionModel& model)
+{
+  const std::size_t slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  const Temporary temporary(path + ".partial");
+  require_writable(path, temporary.path());
+  write_file(temporary.path(), model);
+  seal(temporary.path());
+  sync(temporary.path(), O_RDONLY);
+  if (std::rename(temporary.path().c_str(), path.c_str()) != 0) fail(path, "a file that cannot be replaced");
+  sync(folder, O_RDONLY | O_DIRECTORY);
+}
+
+}  // namespace vrda

@@ -1,0 +1,39 @@
+/// Values of the command line.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "scene/camera.hpp"
+
+namespace vrda {
+
+struct AngleRange {
+  double first_deg = 0.0;
+  double last_deg = 0.0;
+  double step_deg = 1.0;
+};
+
+/// "A:B:STEP" or one angle "A", in degrees. Throws InputError on anything else, a reversed range, a step
+/// that is not positive, or more than 10,000 angles.
+AngleRange parsed_angles(const std::string& option, const std::string& text);
+
+/// first, first + step, ... up to last (within a millionth of a step).
+std::vector<double> angles_deg(const AngleRange& range);
+
+struct PictureSize {
+  int width = 1280;
+  int height = 960;
+};
+
+/// "WxH" in pixels. Throws InputError unless both lie within 16 and 4096.
+PictureSize parsed_size(const std::string& text);
+
+/// Names separated by commas. Throws InputError on an unknown, repeated or missing one.
+std::vector<std::string> parsed_views(const std::string& text);
+
+/// The angle with the fewest decimals (at most three) that `others` need too, padded to three whole digits:
+/// "005", "-05", "007.5".
+std::string angle_label(double angle_deg, const std::vector<double>& others_deg);
+
+}  // namespace vrda

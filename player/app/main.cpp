@@ -1,0 +1,94 @@
+// vrda-player: reads the command line, runs a mode, turns what went wrong into one message and a code.
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+#include <map>
+
+#include "app/show.hpp"
+#include "core/error.hpp"
+
+namespace {
+
+/// DESIGN.md 7.
+enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, our_mistake = 5 };
+
+void add_show(CLI::App& app, vrda::ShowOptions& options)
+{
+  CLI::App* show = app.add_subcommand("show", "Show a motion model; with --offscreen as pictures");
+  show->add_option("FILE", options.file, "Motion model (.h5)")->required();
+  show->add_option("--offscreen", options.folder, "Folder for stills named VIEW_flexion_ANGLE.png")
+      ->type_name("DIR");
+  show->add_option("--flexion", options.flexion,
+                   "Angles in degrees (default: the measured range in six steps)")
+      ->type_name("A:B:STEP");
+  show->add_option("--varus", options.varus_deg,
+                   "Angle in degrees, adduction positive (default: for each flexion the varus at which both "
+                   "compartments balance, linear between the flexions solved)")
+      ->type_name("ANGLE");
+  show->add_option("--set", options.set, "raw or degree_N (default: the highest degree there is, else raw)")
+      ->type_name("SET");
+  show->add_option("--views", options.views,
+                   "front, back, left, right, medial, lateral (or side), top, oblique")
+      ->type_name("VIEW,...")
+      ->capture_default_str();
+  show->add_option("--size", options.size, "Of a picture, in pixels")
+      ->type_name("WxH")
+      ->capture_default_str();
+  const std::map<std::string, vrda::Backdrop> backdrops{
+      {"studio", vrda::Backdrop::studio}, {"night", vrda::Backdrop::night}, {"black", vrda::Backdrop::black}};
+  show->add_option("--background", options.backdrop, "studio, night or black (default studio)")
+      ->transform(CLI::CheckedTransformer(backdrops))
+      ->type_name("NAME")
+      ->option_text("NAME");
+  const std::map<std::string, vrda::Held> held{{"moving", vrda::Held::moving},
+                                               {"reference", vrda::Held::reference}};
+  show->add_option("--hold", options.held, "Object that stands still: moving or reference (default moving)")
+      ->transform(CLI::CheckedTransformer(held))
+      ->type_name("NAME")
+      ->option_text("NAME");
+  show->add_flag("--quiet", options.is_quiet, "Only paths and warnings");
+  show->footer(
+      "Example:\n  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15 --views front,lateral");
+}
+
+int run(int argc, char** argv)
+{
+  CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
+  app.set_version_flag("--version", "vrda-player " VRDA_VERSION);
+  app.require_subcommand(0, 1);
+  app.footer(
+      "Example:\n  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15\n\n"
+      "Exit codes: 0 done, 2 bad input, 3 some attitudes have no answer, 5 a mistake of the program");
+  vrda::ShowOptions options;
+  add_show(app, options);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {
+    return app.exit(asked);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "vrda-player: " << error.what() << " (see vrda-player --help)\n";
+    return bad_input;
+  }
+  if (app.get_subcommands().empty()) {
+    std::cerr << "vrda-player: found no mode, wanted show (see vrda-player --help)\n";
+    return bad_input;
+  }
+  const vrda::ShowSummary summary = vrda::show(options, {std::cout, std::cerr});
+  return summary.n_unsolved > 0 ? unsolved_attitudes : done;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+  try {
+    return run(argc, argv);
+  } catch (const vrda::InputError& error) {
+    std::cerr << "vrda-player: " << error.what() << "\n";
+    return bad_input;
+  } catch (const std::exception& error) {
+    std::cerr << "vrda-player: a mistake of the program: " << error.what()
+              << "\nPlease report it with the command line and the file.\n";
+    return our_mistake;
+  }
+}

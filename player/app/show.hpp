@@ -1,0 +1,40 @@
+/// The mode `show`: a motion model as pictures.
+#pragma once
+
+#include <iosfwd>
+#include <optional>
+#include <string>
+
+#include "scene/material.hpp"
+#include "scene/scene.hpp"
+
+namespace vrda {
+
+/// As on the command line; angles in degrees.
+struct ShowOptions {
+  std::string file;
+  std::string folder;                  ///< of the stills; empty wants a window
+  std::optional<std::string> flexion;  ///< A:B:STEP; default the measured range in six steps
+  std::optional<double> varus_deg;     ///< default the balanced varus of each flexion
+  std::string set;                     ///< default the smoothed set of highest degree, else raw
+  std::string views = "oblique";
+  std::string size = "1280x960";
+  Backdrop backdrop = Backdrop::studio;
+  Held held = Held::moving;
+  bool is_quiet = false;
+};
+
+struct ShowStreams {
+  std::ostream& data;  ///< a path a line
+  std::ostream& talk;
+};
+
+struct ShowSummary {
+  int n_stills = 0;    ///< written
+  int n_unsolved = 0;  ///< attitudes without an answer, and so without pictures
+};
+
+/// Throws InputError for everything a user can put right.
+ShowSummary show(const ShowOptions& options, const ShowStreams& streams);
+
+}  // namespace vrda

@@ -1,0 +1,135 @@
+#include "motion/poses.hpp"
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+std::string name_of(const SmoothedSet& set)
+{
+  return "degree_" + std::to_string(set.degree);
+}
+
+std::vector<Attitude> solved_spine(const MotionModel& model, const RawSurfaces& raw)
+{
+  std::vector<Attitude> spine;
+  if (model.is_spine.size() == 0) return spine;
+  const std::size_t n_varus = raw.varus_rad.size();
+  check(model.is_spine.rows() == model.status.rows() && model.is_spine.cols() == model.status.cols(),
+        "is_spine has the size of the axes");
+  for (std::size_t i = 0; i < raw.flexion_rad.size(); ++i) {
+    for (std::size_t j = 0; j < n_varus; ++j) {
+      const bool is_spine = model.is_spine(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) == 1;
+      if (!is_spine || !raw.nodes[i * n_varus + j].is_solved) continue;
+      spine.push_back({raw.flexion_rad[i], raw.varus_rad[j]});
+      break;
+    }
+  }
+  return spine;
+}
+
+Eigen::Matrix3d rotation_world_solver(const SolverFrame& frame)
+{
+  Eigen::Matrix3d R;
+  for (int axis = 0; axis < 3; ++axis) R.col(axis) = world_from_solver(frame, Eigen::Vector3d::Unit(axis));
+  return R;
+}
+
+/// Turns about the rotation centre, then shifts: stored vertices to W.
+Pose about_centre(const Eigen::Matrix3d& R_world, const Eigen::Vector3d& shift_mm,
+                  const Eigen::Vector3d& centre_mm)
+{
+  Pose X = Pose::Identity();
+  X.linear() = R_world;
+  X.translation() = shift_mm - R_world * centre_mm;
+  return X;
+}
+
+}  // namespace
+
+const char* name_of(PoseStatus status)
+{
+  switch (status) {
+    case PoseStatus::solved:
+      return "solved";
+    case PoseStatus::unsolved_cell:
+      return "unsolved_cell";
+  }
+  throw InternalError("a pose status has a name");
+}
+
+std::vector<std::string> set_names(const MotionModel& model)
+{
+  std::vector<const SmoothedSet*> sets;
+  sets.reserve(model.smoothed.size());
+  for (const SmoothedSet& set : model.smoothed) sets.push_back(&set);
+  std::sort(sets.begin(), sets.end(),
+            [](const SmoothedSet* a, const SmoothedSet* b) { return a->degree > b->degree; });
+  std::vector<std::string> names;
+  names.reserve(sets.size() + 1);
+  for (const SmoothedSet* set : sets) names.push_back(name_of(*set));
+  names.push_back("raw");
+  return names;
+}
+
+Motion::Motion(const MotionModel& model, const std::string& set)
+    : rotation_centre_mm_(model.rotation_centre_mm), raw_(raw_surfaces(model))
+{
+  check(model.side == "right" || model.side == "left", "the side of a motion model is right or left");
+  const SolverFrame frame{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
+                          model.delta};
+  R_world_solver_ = rotation_world_solver(frame);
+  spine_ = solved_spine(model, raw_);
+  if (set == "raw") return;
+  const auto found = std::find_if(model.smoothed.begin(), model.smoothed.end(),
+                                  [&](const SmoothedSet& candidate) { return name_of(candidate) == set; });
+  check(found != model.smoothed.end(), "the set asked of a motion model is one of set_names");
+  smoothed_ = smoothed_surfaces(model, *found);
+}
+
+RawSample Motion::numbers_at(const Attitude& attitude) const
+{
+  if (!smoothed_) return sample(raw_, attitude);
+  return {evaluate(*smoothed_, attitude), true};
+}
+
+JointPose Motion::at(const Attitude& wanted) const
+{
+  JointPose pose;
+  pose.attitude.flexion_rad = std::clamp(wanted.flexion_rad, first_flexion_rad(), last_flexion_rad());
+  pose.attitude.varus_rad = std::clamp(wanted.varus_rad, first_varus_rad(), last_varus_rad());
+  pose.is_flexion_clamped = pose.attitude.flexion_rad != wanted.flexion_rad;
+  pose.is_varus_clamped = pose.attitude.varus_rad != wanted.varus_rad;
+  const RawSample found = numbers_at(pose.attitude);
+  if (!found.is_solved) return pose;
+  pose.status = PoseStatus::solved;
+  pose.theta_rad = found.numbers[3];
+
+  // The attitude and theta are turns of the solver's frame: conjugated, they act in W of the own side.
+  const Eigen::Matrix3d R_solver_world = R_world_solver_.transpose();
+  const Eigen::Matrix3d R_attitude = R_world_solver_ * reference_rotation(pose.attitude) * R_solver_world;
+  const Eigen::Matrix3d R_theta = R_world_solver_ * rotation_y(pose.theta_rad) * R_solver_world;
+  const Eigen::Vector3d shift_mm(found.numbers[0], found.numbers[1], found.numbers[2]);
+  pose.X_world_reference = about_centre(R_attitude, Eigen::Vector3d::Zero(), rotation_centre_mm_);
+  pose.X_world_moving = about_centre(R_theta, shift_mm, rotation_centre_mm_);
+  pose.X_reference_moving = pose.X_world_reference.inverse() * pose.X_world_moving;
+  return pose;
+}
+
+double Motion::balanced_varus_rad(double flexion_rad) const
+{
+  if (spine_.empty()) return std::clamp(0.0, first_varus_rad(), last_varus_rad());
+  const auto after =
+      std::lower_bound(spine_.begin(), spine_.end(), flexion_rad,
+                       [](const Attitude& cell, double flexion) { return cell.flexion_rad < flexion; });
+  if (after == spine_.begin()) return after->varus_rad;
+  if (after == spine_.end()) return spine_.back().varus_rad;
+  const Attitude& before = *(after - 1);
+  const double s = (flexion_rad - before.flexion_rad) / (after->flexion_rad - before.flexion_rad);
+  return before.varus_rad + s * (after->varus_rad - before.varus_rad);
+}
+
+}  // namespace vrda

@@ -1,0 +1,29 @@
+/// One smoothed set of a motion model, its four surfaces evaluated in one pass.
+#pragma once
+
+#include <vector>
+
+#include "motion/raw_surfaces.hpp"
+#include "store/evaluate_smoothed.hpp"
+
+namespace vrda {
+
+struct SmoothedTerm {
+  int flexion_degree = 0;
+  int varus_degree = 0;
+  PoseNumbers coefficient{};  ///< mm, rad
+};
+
+/// Sum of coefficient P_i(u) P_j(v) as in store/evaluate_smoothed.hpp, the terms of all four side by side.
+struct SmoothedSurfaces {
+  AxisRanges ranges;
+  int degree = 0;  ///< highest of any exponent
+  std::vector<SmoothedTerm> terms;
+};
+
+SmoothedSurfaces smoothed_surfaces(const MotionModel& model, const SmoothedSet& set);
+
+/// Value at `attitude`, which should lie within the axes. Allocates nothing.
+PoseNumbers evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
+
+}  // namespace vrda

@@ -1,0 +1,33 @@
+/// A mesh as graphics hardware wants it: single precision, one normal a vertex.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/mesh.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+
+struct DrawVertex {
+  std::array<float, 3> position_mm{};
+  std::array<float, 3> normal{};  ///< unit, outward
+};
+
+struct DrawMesh {
+  std::vector<DrawVertex> vertices;
+  std::vector<std::uint32_t> triangles;  ///< three indices of `vertices` each
+};
+
+/// Edges bent by more stay sharp.
+inline constexpr double default_crease_rad = rad_from_deg(60.0);
+
+/// The triangles listed of `mesh`. At each corner the normal is the mean, weighted by area, of the faces
+/// around the vertex that are bent from the corner's own by at most `crease_rad`; vertices are split where
+/// that gives different normals. Positions are taken relative to `origin_mm`, so that single precision
+/// suffices for a mesh far from its origin. Degenerate triangles are left out.
+DrawMesh draw_mesh(const Mesh& mesh, const std::vector<Eigen::Index>& triangles,
+                   const Eigen::Vector3d& origin_mm, double crease_rad = default_crease_rad);
+
+}  // namespace vrda

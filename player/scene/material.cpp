@@ -1,0 +1,39 @@
+#include "scene/material.hpp"
+
+#include "core/error.hpp"
+
+namespace vrda {
+
+Material material_of(const std::string& name)
+{
+  if (name == "bone") return {Eigen::Vector3f(0.839F, 0.745F, 0.591F), 1.0F, 0.10F, 24.0F, 0.13F};
+  if (name == "cartilage") return {Eigen::Vector3f(0.617F, 0.730F, 0.776F), 1.0F, 0.30F, 60.0F, 0.03F};
+  if (name == "meniscus") return {Eigen::Vector3f(0.552F, 0.138F, 0.107F), 0.6F, 0.25F, 50.0F, 0.04F};
+  return {Eigen::Vector3f(0.402F, 0.456F, 0.503F), 1.0F, 0.12F, 30.0F, 0.0F};
+}
+
+Lighting studio_lighting()
+{
+  Lighting lighting;
+  lighting.sky = {0.19F, 0.21F, 0.25F};
+  lighting.ground = {0.075F, 0.065F, 0.060F};
+  lighting.lights.push_back({Eigen::Vector3f(-0.50F, 0.70F, 0.70F).normalized(), {0.80F, 0.775F, 0.72F}});
+  lighting.lights.push_back({Eigen::Vector3f(0.85F, 0.05F, 0.50F).normalized(), {0.19F, 0.22F, 0.27F}});
+  lighting.lights.push_back({Eigen::Vector3f(0.25F, 0.55F, -0.80F).normalized(), {0.40F, 0.42F, 0.46F}});
+  return lighting;
+}
+
+Background background_of(Backdrop backdrop)
+{
+  switch (backdrop) {
+    case Backdrop::studio:
+      return {Eigen::Vector3f(0.745F, 0.791F, 0.839F), Eigen::Vector3f(0.371F, 0.434F, 0.503F)};
+    case Backdrop::night:
+      return {Eigen::Vector3f(0.034F, 0.045F, 0.061F), Eigen::Vector3f(0.007F, 0.009F, 0.013F)};
+    case Backdrop::black:
+      return {};
+  }
+  throw InternalError("a backdrop has colours");
+}
+
+}  // namespace vrda

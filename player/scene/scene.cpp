@@ -1,0 +1,130 @@
+#include "scene/scene.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+Eigen::Vector3d as_vector(const std::array<float, 3>& v)
+{
+  return {v[0], v[1], v[2]};
+}
+
+Box box_of(const DrawMesh& mesh)
+{
+  if (mesh.vertices.empty()) return {};
+  Box box{as_vector(mesh.vertices.front().position_mm), as_vector(mesh.vertices.front().position_mm)};
+  for (const DrawVertex& vertex : mesh.vertices) {
+    box.min_mm = box.min_mm.cwiseMin(as_vector(vertex.position_mm));
+    box.max_mm = box.max_mm.cwiseMax(as_vector(vertex.position_mm));
+  }
+  return box;
+}
+
+void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model, const Part& part,
+              double crease_rad)
+{
+  check(part.component.size() == static_cast<std::size_t>(part.mesh.triangles.rows()),
+        "every triangle of a body belongs to a component");
+  std::vector<std::vector<Eigen::Index>> triangles(body.components.size());
+  for (std::size_t t = 0; t < part.component.size(); ++t) {
+    const auto component = static_cast<std::size_t>(part.component[t]);
+    check(component < triangles.size(), "a triangle's component is one of its body");
+    triangles[component].push_back(static_cast<Eigen::Index>(t));
+  }
+  for (std::size_t c = 0; c < triangles.size(); ++c) {
+    if (triangles[c].empty()) continue;
+    Drawable drawable = model;
+    drawable.name = body.components[c].name;
+    drawable.owner = owner;
+    drawable.mesh = draw_mesh(part.mesh, triangles[c], drawable.origin_mm, crease_rad);
+    drawable.box_mm = box_of(drawable.mesh);
+    drawable.material = material_of(body.components[c].material);
+    scene.drawables.push_back(std::move(drawable));
+  }
+}
+
+struct Extent {
+  Eigen::Vector3d min_mm = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d max_mm = -min_mm;
+};
+
+/// Bounding box of the contact parts of one object, as placed.
+Extent extent_of(const Scene& scene, Owner owner)
+{
+  Extent extent;
+  for (const Drawable& drawable : scene.drawables) {
+    if (drawable.owner != owner || !drawable.has_contact) continue;
+    for (const DrawVertex& vertex : drawable.mesh.vertices) {
+      const Eigen::Vector3d p_world_mm = drawable.X_world_mesh * as_vector(vertex.position_mm);
+      extent.min_mm = extent.min_mm.cwiseMin(p_world_mm);
+      extent.max_mm = extent.max_mm.cwiseMax(p_world_mm);
+    }
+  }
+  return extent;
+}
+
+}  // namespace
+
+JointFrames frames_of(const JointPose& pose, Held held)
+{
+  JointFrames frames{pose.X_world_reference, Pose::Identity(), pose.X_world_moving};
+  if (held == Held::moving) return frames;
+  // Undo the turn of the attitude for everybody: the reference then only stands recentred.
+  frames.X_world_delta.linear() = pose.X_world_reference.linear().transpose();
+  frames.X_world_reference = frames.X_world_delta * pose.X_world_reference;
+  return frames;
+}
+
+Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm,
+               double crease_rad)
+{
+  Scene scene;
+  Drawable model;
+  model.origin_mm = rotation_centre_mm;
+  for (const bool has_contact : {true, false}) {
+    model.has_contact = has_contact;
+    add_part(scene, reference, Owner::reference, model, has_contact ? reference.contact : reference.visual,
+             crease_rad);
+    add_part(scene, moving, Owner::moving, model, has_contact ? moving.contact : moving.visual, crease_rad);
+  }
+  return scene;
+}
+
+void place(Scene& scene, const JointFrames& frames)
+{
+  const Pose X_world_moving = frames.X_world_delta * frames.X_delta_moving;
+  for (Drawable& drawable : scene.drawables) {
+    const Pose& X_world_body = drawable.owner == Owner::reference ? frames.X_world_reference : X_world_moving;
+    drawable.X_world_mesh = X_world_body;
+    drawable.X_world_mesh.translation() += X_world_body.linear() * drawable.origin_mm;
+  }
+}
+
+Sphere joint_sphere(const Scene& scene, double widths)
+{
+  const Extent reference = extent_of(scene, Owner::reference), moving = extent_of(scene, Owner::moving);
+  const Eigen::Vector3d low = reference.min_mm.cwiseMax(moving.min_mm);
+  const Eigen::Vector3d high = reference.max_mm.cwiseMin(moving.max_mm);
+  if (!low.allFinite() || !high.allFinite()) return {};
+  // Apart along an axis, `low` lies above `high` and their middle is the middle of the gap.
+  const double width_mm = std::max(high.x() - low.x(), high.z() - low.z());
+  return {0.5 * (low + high), widths * std::max(width_mm, 0.0)};
+}
+
+std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sphere)
+{
+  std::vector<Eigen::Vector3d> all, within;
+  for (const Drawable& drawable : scene.drawables) {
+    for (const DrawVertex& vertex : drawable.mesh.vertices) {
+      all.push_back(drawable.X_world_mesh * as_vector(vertex.position_mm));
+      if ((all.back() - sphere.centre_world_mm).norm() <= sphere.radius_mm) within.push_back(all.back());
+    }
+  }
+  return within.empty() ? all : within;
+}
+
+}  // namespace vrda

@@ -1,0 +1,66 @@
+/// The drawables of a joint and where they stand.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/body.hpp"
+#include "motion/poses.hpp"
+#include "scene/draw_mesh.hpp"
+#include "scene/material.hpp"
+
+namespace vrda {
+
+enum class Owner { reference, moving };
+
+struct Drawable {
+  std::string name;
+  Owner owner = Owner::reference;
+  bool has_contact = true;                              ///< false: drawn only
+  DrawMesh mesh;                                        ///< relative to origin_mm
+  Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();  ///< canonical
+  Box box_mm;                                           ///< of mesh, relative to origin_mm
+  Material material;
+  Pose X_world_mesh = Pose::Identity();
+};
+
+struct Scene {
+  std::vector<Drawable> drawables;
+  Lighting lighting = studio_lighting();
+  Background background = background_of(Backdrop::studio);
+};
+
+/// Which object stands still on screen.
+enum class Held { moving, reference };
+
+/// The frames of a joint on screen: the reference under its attitude, the moving object under Delta's
+/// frame and, within it, theta and the translation.
+struct JointFrames {
+  Pose X_world_reference = Pose::Identity();
+  Pose X_world_delta = Pose::Identity();
+  Pose X_delta_moving = Pose::Identity();
+};
+
+JointFrames frames_of(const JointPose& pose, Held held = Held::moving);
+
+/// One drawable for each component of each part that has triangles. Placed as in the meshes' own frame
+/// with the rotation centre at the origin.
+Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm,
+               double crease_rad = default_crease_rad);
+
+/// Moves every drawable to its frame. Allocates nothing.
+void place(Scene& scene, const JointFrames& frames);
+
+struct Sphere {
+  Eigen::Vector3d centre_world_mm = Eigen::Vector3d::Zero();
+  double radius_mm = 0.0;
+};
+
+/// The place where the objects meet, as placed: around the middle of the overlap of the bounding boxes of
+/// their contact parts, as wide as `widths` times the larger width of that overlap across world Y.
+Sphere joint_sphere(const Scene& scene, double widths = 0.85);
+
+/// The vertices, as placed, within the sphere; every vertex when none is.
+std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sphere);
+
+}  // namespace vrda

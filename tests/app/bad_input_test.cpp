@@ -1,0 +1,164 @@
+// What a user gets wrong, seen from the command line: one message, the right exit code, nothing lost.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "app/scenes.hpp"
+#include "journal/journal.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class BadInput : public testing::Test {
+ protected:
+  // Runs the small job with one change; the run must end with exit code 2 and one line that says these words.
+  void expect_refused(const std::vector<std::string>& words) const
+  {
+    const test::Ended ended =
+        test::run_vrda({"run", job_.string(), "-o", output_.string(), "--progress", "none"});
+    EXPECT_EQ(ended.exit_code, 2) << ended.err;
+    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
+    for (const std::string& word : words) EXPECT_THAT(ended.err, HasSubstr(word));
+    EXPECT_FALSE(fs::exists(output_));
+  }
+
+  test::Scratch scratch_;
+  fs::path job_ = test::small_job(scratch_);
+  fs::path output_ = scratch_.path() / "out.h5";
+};
+
+TEST_F(BadInput, MissingJob)
+{
+  const test::Ended ended = test::run_vrda({"run", "nowhere.toml"});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.err, HasSubstr("nowhere.toml"));
+}
+
+TEST_F(BadInput, MissingMesh)
+{
+  test::edit(job_, "ball.stl", "bal.stl");
+  expect_refused({"bal.stl", "found", "wanted"});
+}
+
+TEST_F(BadInput, EmptyMesh)
+{
+  scratch_.write("ball.stl", "");
+  expect_refused({"ball.stl", "found", "wanted"});
+}
+
+TEST_F(BadInput, TruncatedStl)
+{
+  const std::string bytes = test::read_bytes(scratch_.path() / "ball.stl");
+  scratch_.write("ball.stl", bytes.substr(0, bytes.size() / 2));
+  expect_refused({"ball.stl", "found", "wanted"});
+}
+
+TEST_F(BadInput, TruncatedPly)
+{
+  scratch_.write(
+      "ball.ply",
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n");
+  test::edit(job_, "ball.stl", "ball.ply");
+  expect_refused({"ball.ply", "found", "wanted"});
+}
+
+TEST_F(BadInput, VerticesFacesCountsThatLie)
+{
+  scratch_.write("ball.obj", "4 4\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n");
+  test::edit(job_, "ball.stl", "ball.obj");
+  expect_refused({"ball.obj", "found", "wanted"});
+}
+
+TEST_F(BadInput, NanVertex)
+{
+  std::string bytes = test::read_bytes(scratch_.path() / "ball.stl");
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(bytes.data() + 84 + 12, &nan, sizeof nan);
+  scratch_.write("ball.stl", bytes);
+  expect_refused({"ball.stl", "found", "wanted"});
+}
+
+TEST_F(BadInput, LeftHandedAxes)
+{
+  test::edit(job_, "[reference]",
+             "[frame]\nanterior = \"+X\"\nproximal = \"+Y\"\nright = \"-Z\"\n[reference]");
+  expect_refused({"small.toml", "frame", "found", "wanted", "hand"});
+}
+
+TEST_F(BadInput, ReversedRange)
+{
+  test::edit(job_, "from = 0, to = 4", "from = 9, to = 4");
+  expect_refused({"small.toml", "grid.flexion", "found", "wanted"});
+}
+
+TEST_F(BadInput, ZeroStep)
+{
+  test::edit(job_, "from = -4, to = 4, step = 2", "from = -4, to = 4, step = 0");
+  expect_refused({"small.toml", "grid.varus", "found", "wanted"});
+}
+
+TEST_F(BadInput, UnknownKeyNamesTheNearest)
+{
+  test::edit(job_, "material = \"bone\"", "materiel = \"bone\"");
+  expect_refused({"small.toml", "materiel", "material"});
+}
+
+TEST_F(BadInput, UnwritableOutput)
+{
+  scratch_.write("file", "in the way");
+  output_ = scratch_.path() / "file" / "out.h5";
+  expect_refused({"out.h5", "found", "wanted"});
+}
+
+TEST_F(BadInput, AWrongUnitIsAWarningThatSaysSo)
+{
+  // The ball and the dish in metres, read as millimetres.
+  test::edit(job_, "[reference]",
+             "[frame]\nunit = \"mm\"\nanterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n[reference]");
+  for (const std::string name : {"ball.stl", "dish.stl"}) {
+    std::string bytes = test::read_bytes(scratch_.path() / name);
+    for (std::size_t at = 84; at < bytes.size(); at += 50) {
+      for (std::size_t k = 3; k < 12; ++k) {
+        float value = 0;
+        std::memcpy(&value, bytes.data() + at + 4 * k, 4);
+        value *= 0.001F;
+        std::memcpy(bytes.data() + at + 4 * k, &value, 4);
+      }
+    }
+    scratch_.write(name, bytes);
+  }
+  const test::Ended ended = test::run_vrda({"check", job_.string()});
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.out, HasSubstr("warning"));
+  EXPECT_THAT(ended.out, HasSubstr("unit"));
+}
+
+TEST_F(BadInput, AJournalOfAnotherJobIsKeptUntilFresh)
+{
+  const fs::path journal = output_.string() + ".journal";
+  JournalWriter::create(journal.string(), std::string(64, 'a')).close();
+  const std::string before = test::read_bytes(journal);
+  expect_refused({"out.h5.journal", std::string(64, 'a'), "wanted", "--fresh"});
+  EXPECT_EQ(test::read_bytes(journal), before);
+  EXPECT_EQ(test::run_vrda({"run", job_.string(), "-o", output_.string(), "--fresh"}).exit_code, 0);
+}
+
+TEST_F(BadInput, NotAMotionModel)
+{
+  scratch_.write("no.h5", "not HDF5 at all");
+  for (const std::string command : {"info", "validate"}) {
+    const test::Ended ended = test::run_vrda({command, (scratch_.path() / "no.h5").string()});
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_THAT(ended.err, HasSubstr("no.h5"));
+  }
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,117 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/scenes.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(Commands, HelpNamesEveryCommandWithAnExample)
+{
+  const test::Ended help = test::run_vrda({"--help"});
+  EXPECT_EQ(help.exit_code, 0);
+  for (const std::string name : {"run", "check", "info", "validate", "shape"}) {
+    EXPECT_THAT(help.out, HasSubstr(name));
+    const test::Ended own = test::run_vrda({name, "--help"});
+    EXPECT_EQ(own.exit_code, 0);
+    EXPECT_THAT(own.out, HasSubstr("Example:"));
+    EXPECT_THAT(own.out, HasSubstr("--quiet"));
+  }
+  EXPECT_EQ(test::run_vrda({"--version"}).out, "vrda 0.1.0\n");
+}
+
+TEST(Commands, WrongUsageExitsWithTwo)
+{
+  EXPECT_EQ(test::run_vrda({}).exit_code, 2);
+  EXPECT_EQ(test::run_vrda({"walk"}).exit_code, 2);
+  EXPECT_EQ(test::run_vrda({"run"}).exit_code, 2);
+  EXPECT_EQ(test::run_vrda({"run", "a.toml", "--threads", "0"}).exit_code, 2);
+}
+
+TEST(Commands, CheckSaysWhatItUnderstood)
+{
+  const test::Scratch scratch;
+  const std::string job = test::small_job(scratch).string();
+  const test::Ended text = test::run_vrda({"check", job});
+  EXPECT_EQ(text.exit_code, 0);
+  EXPECT_THAT(text.out, HasSubstr("Ball in a dish"));
+  EXPECT_THAT(text.out, HasSubstr("15 attitudes"));
+  EXPECT_THAT(text.out, HasSubstr("closed"));
+  const auto json = nlohmann::json::parse(test::run_vrda({"check", job, "--json"}).out);
+  EXPECT_EQ(json.at("components").size(), 2u);
+  EXPECT_EQ(json.at("components").at(1).at("triangles"), 168);
+  EXPECT_EQ(json.at("components").at(1).at("closed"), true);
+  // The ball's top stands at -40 + 6, the dish above (3, 2) at -13/80; facets of 5 mm: within a sagitta of
+  // 0.2 mm.
+  EXPECT_NEAR(json.at("initial_pose").at("travel_along_delta_mm").get<double>(), 34.0 - 13.0 / 80.0, 0.3);
+  EXPECT_EQ(json.at("initial_pose").at("overlapping"), false);
+}
+
+TEST(Commands, CheckWarnsOfAnOverlapAtTheStart)
+{
+  const test::Scratch scratch;
+  const std::string job = test::small_job(scratch).string();
+  const test::Ended ended = test::run_vrda({"check", job, "--set", "moving.initial.translation_mm=[0,-3,0]"});
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.out, HasSubstr("overlap"));
+}
+
+TEST(Commands, InfoMeasuresAgainAndValidateIsContent)
+{
+  const test::Scratch scratch;
+  const std::string output = (scratch.path() / "knee.h5").string();
+  ASSERT_EQ(test::run_vrda({"run", test::small_knee_job(scratch, "right").string(), "-o", output}).exit_code,
+            0);
+  const test::Ended info = test::run_vrda({"info", output});
+  EXPECT_EQ(info.exit_code, 0);
+  EXPECT_THAT(info.out, HasSubstr("35 attitudes: 35 stable"));
+  const auto json = nlohmann::json::parse(test::run_vrda({"info", output, "--json"}).out);
+  EXPECT_EQ(json.at("remeasured").at("overlapping_attitudes"), 0);
+  EXPECT_EQ(json.at("remeasured").at("largest_penetration_mm"), 0.0);
+  EXPECT_LE(json.at("remeasured").at("largest_gap_mm").get<double>(), 0.1);
+  EXPECT_EQ(json.at("screw_home").at("spine").size(), 7u);
+  EXPECT_EQ(json.at("smoothed").at(0).at("degree"), 2);
+  const test::Ended validate = test::run_vrda({"validate", output});
+  EXPECT_EQ(validate.exit_code, 0);
+  EXPECT_THAT(validate.out, IsEmpty());
+  EXPECT_THAT(validate.err, HasSubstr("keeps to the specification"));
+}
+
+TEST(Commands, ValidateListsWhatIsWrongWhere)
+{
+  const test::Scratch scratch;
+  const std::string output = (scratch.path() / "small.h5").string();
+  ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch).string(), "-o", output}).exit_code, 0);
+  MotionModel model = read_motion_model(output);
+  model.tx_mm(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  write_motion_model(output, model);
+  const test::Ended ended = test::run_vrda({"validate", output});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.out, HasSubstr("/tx"));
+  EXPECT_THAT(ended.out, HasSubstr("wanted"));
+}
+
+TEST(Commands, ShapeWritesItsParts)
+{
+  const test::Scratch scratch;
+  const std::string folder = (scratch.path() / "hip").string();
+  const test::Ended ended = test::run_vrda({"shape", "hip", "-o", folder});
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.out, HasSubstr("socket.stl"));
+  EXPECT_THAT(ended.out, HasSubstr("head.stl"));
+  const std::string bytes = test::read_bytes(folder + "/head.stl");
+  std::uint32_t n = 0;
+  std::memcpy(&n, bytes.data() + 80, 4);
+  EXPECT_EQ(bytes.size(), 84 + 50 * static_cast<std::size_t>(n));
+  EXPECT_GT(n, 100u);
+  EXPECT_EQ(test::run_vrda({"shape", "hat", "-o", folder}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace vrda

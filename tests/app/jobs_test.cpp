@@ -1,0 +1,91 @@
+// The jobs of the repository, on coarse grids: each must end in honest statuses and clean poses.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "app/remeasure.hpp"
+#include "app/scenes.hpp"
+#include "app/summary.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/real_knees.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::IsEmpty;
+
+const std::vector<std::string> coarse_grid{"--set", "grid.flexion={from=0, to=90, step=45}",
+                                           "--set", "grid.varus={from=-5, to=5, step=5}",
+                                           "--set", "smooth.degrees=[2]"};
+
+MotionModel solved(const test::Scratch& scratch, const std::string& job, std::vector<std::string> words)
+{
+  const std::string file = (test::source_directory() / "jobs" / job).string();
+  const std::string output = (scratch.path() / (job + std::to_string(words.size()) + ".h5")).string();
+  words.insert(words.begin(), {"run", file, "-o", output, "--progress", "none", "--fresh"});
+  const test::Ended ended = test::run_vrda(words);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(validate_motion_model(output), IsEmpty());
+  return read_motion_model(output);
+}
+
+void expect_clean_poses(const MotionModel& model)
+{
+  EXPECT_EQ(cells_by_status(model).count("pending"), 0u);
+  EXPECT_GT(cells_by_status(model)["stable"], 0);
+  const AuditExtremes audit = extremes(model, remeasured(model, 2));
+  EXPECT_EQ(audit.n_overlapping, 0);
+  EXPECT_LE(audit.largest_gap_mm, model.contact_resolution_mm);
+}
+
+TEST(Jobs, TheHipRunsAsAnotherJoint)
+{
+  const test::Scratch scratch;
+  const MotionModel model = solved(scratch, "hip-generic.toml", {});
+  EXPECT_EQ(model.joint, "other");
+  EXPECT_FALSE(model.has_compartments);
+  EXPECT_EQ(unsolved_fraction(model), 0.0) << status_line(model);
+  expect_clean_poses(model);
+}
+
+TEST(Jobs, TheGenericLeftKneeHasTheClinicalNumbersOfTheRight)
+{
+  const test::Scratch scratch;
+  std::vector<std::string> left_words = coarse_grid;
+  left_words.insert(left_words.end(), {"--set", "side=left"});
+  const MotionModel right = solved(scratch, "knee-generic.toml", coarse_grid);
+  const MotionModel left = solved(scratch, "knee-generic.toml", left_words);
+  ASSERT_EQ(left.side, "left");
+  expect_clean_poses(left);
+  EXPECT_TRUE((right.clinical.internal_rotation_deg == left.clinical.internal_rotation_deg).all());
+  EXPECT_TRUE((right.clinical.varus_deg == left.clinical.varus_deg).all());
+  EXPECT_TRUE((right.clinical.anterior_mm == left.clinical.anterior_mm).all());
+  EXPECT_TRUE((right.clinical.proximal_mm == left.clinical.proximal_mm).all());
+  EXPECT_TRUE((right.clinical.lateral_mm == left.clinical.lateral_mm).all());
+  EXPECT_TRUE((right.tz_mm == -left.tz_mm).all());
+}
+
+class RealKnee : public testing::TestWithParam<std::string> {};
+
+TEST_P(RealKnee, EndsHonestlyWithoutPenetration)
+{
+  VRDA_REQUIRE_REAL_KNEES();
+  const test::Scratch scratch;
+  std::vector<std::string> words = coarse_grid;
+  words.insert(words.end(), {"--data", test::data_directory()->string()});
+  const MotionModel model = solved(scratch, "knee-" + GetParam() + ".toml", words);
+  EXPECT_EQ(model.status.size(), 9);
+  expect_clean_poses(model);
+}
+
+INSTANTIATE_TEST_SUITE_P(Jobs, RealKnee,
+                         testing::Values("jam-smith2019", "pymskt-dess", "vhf-left", "vhf-right"),
+                         [](const auto& knee) {
+                           std::string name = knee.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace vrda

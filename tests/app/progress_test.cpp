@@ -1,0 +1,31 @@
+#include "app/progress.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+TEST(Progress, RateAndRemainingTime)
+{
+  EXPECT_EQ(rate_text(100, 10.0, 900), "10/s, 1:30 left");
+  EXPECT_EQ(rate_text(1, 4.0, 1), "0.25/s, 0:04 left");
+  EXPECT_EQ(rate_text(0, 3.0, 10), "starting");
+}
+
+TEST(Progress, StylesByName)
+{
+  EXPECT_EQ(progress_style_of("bar"), ProgressStyle::bar);
+  EXPECT_EQ(progress_style_of("plain"), ProgressStyle::plain);
+  EXPECT_EQ(progress_style_of("none"), ProgressStyle::none);
+  try {
+    progress_style_of("fast");
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "--progress: found fast, wanted auto, bar, plain or none");
+  }
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,162 @@
+#include "app/scenes.hpp"
+
+#include <array>
+#include <cstring>
+#include <stdexcept>
+
+#include "load/file_bytes.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda::test {
+namespace {
+
+std::string stl_bytes(const Mesh& mesh)
+{
+  std::string bytes(80, ' ');
+  const auto n = static_cast<std::uint32_t>(mesh.triangles.rows());
+  bytes.append(reinterpret_cast<const char*>(&n), 4);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    std::array<float, 12> numbers{};
+    const auto corner = corners(mesh, t);
+    for (std::size_t k = 0; k < 9; ++k) {
+      numbers[3 + k] = static_cast<float>(corner[k / 3][static_cast<Eigen::Index>(k % 3)]);
+    }
+    bytes.append(reinterpret_cast<const char*>(numbers.data()), 48);
+    bytes.append(2, '\0');
+  }
+  return bytes;
+}
+
+// A closed slab, 20 mm thick, whose underside has the height given over (x, z).
+template <typename Height>
+Mesh ceiling(double size_mm, int n, const Height& height)
+{
+  Mesh under = sheet(size_mm, n);
+  Mesh mesh = under;
+  mesh.vertices_mm.col(1).setConstant(20.0);
+  for (Eigen::Index v = 0; v < under.vertices_mm.rows(); ++v) {
+    under.vertices_mm(v, 1) = height(under.vertices_mm(v, 0), under.vertices_mm(v, 2));
+  }
+  under.triangles.col(1).swap(under.triangles.col(2));
+  const auto n_under = static_cast<std::int32_t>(under.vertices_mm.rows());
+  append(mesh, under);
+  // The rim, walked around; each step closes the wall between a top edge and the edge beneath.
+  std::vector<std::int32_t> rim;
+  for (int k = 0; k < n; ++k) rim.push_back(k);
+  for (int i = 0; i < n; ++i) rim.push_back(i * (n + 1) + n);
+  for (int k = n; k > 0; --k) rim.push_back(n * (n + 1) + k);
+  for (int i = n; i > 0; --i) rim.push_back(i * (n + 1));
+  const Eigen::Index first = mesh.triangles.rows();
+  mesh.triangles.conservativeResize(first + 2 * static_cast<Eigen::Index>(rim.size()), 3);
+  for (std::size_t s = 0; s < rim.size(); ++s) {
+    const std::int32_t a = rim[s], b = rim[(s + 1) % rim.size()];
+    const Eigen::Index row = first + 2 * static_cast<Eigen::Index>(s);
+    mesh.triangles.row(row) << b, a, n_under + a;
+    mesh.triangles.row(row + 1) << b, n_under + a, n_under + b;
+  }
+  return mesh;
+}
+
+Mesh shifted(const Mesh& mesh, const Eigen::Vector3d& by)
+{
+  Pose X = Pose::Identity();
+  X.translation() = by;
+  return transformed(mesh, X);
+}
+
+}  // namespace
+
+Command vrda(const std::vector<std::string>& words)
+{
+  return {VRDA_PROGRAM, words, {}, {}};
+}
+Ended run_vrda(const std::vector<std::string>& words)
+{
+  return run(vrda(words));
+}
+
+std::filesystem::path small_job(const Scratch& scratch)
+{
+  scratch.write("dish.stl",
+                stl_bytes(ceiling(60, 12, [](double x, double z) { return -(x * x + z * z) / 80.0; })));
+  scratch.write("ball.stl", stl_bytes(ball(6, 8, 12)));
+  return scratch.write("small.toml", R"(title = "Ball in a dish"
+joint = "other"
+side = "right"
+[reference]
+name = "dish"
+[[reference.component]]
+name = "dish"
+file = "dish.stl"
+material = "bone"
+[moving]
+name = "ball"
+initial = { translation_mm = [3, -40, 2], theta_deg = 0 }
+[[moving.component]]
+name = "ball"
+file = "ball.stl"
+material = "bone"
+[grid]
+flexion = { from = 0, to = 4, step = 2 }
+varus = { from = -4, to = 4, step = 2 }
+[smooth]
+degrees = [1]
+)");
+}
+
+std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& side)
+{
+  // Two dents 40 mm apart, the lateral one shallower; two balls of their own radii beneath.
+  const Mesh plate = ceiling(90, 18, [](double x, double z) {
+    const double s = z < 0.0 ? z + 20.0 : z - 20.0;
+    return -(x * x + s * s) / (z < 0.0 ? 50.0 : 90.0);
+  });
+  Mesh moving = shifted(ball(8, 8, 12), {0, -10, -20});
+  append(moving, shifted(ball(7, 8, 12), {0, -9, 20}));
+  const bool is_left = side == "left";
+  const std::string reference_name = "plate_" + side + ".stl", moving_name = "balls_" + side + ".stl";
+  scratch.write(reference_name, stl_bytes(is_left ? mirrored_z(plate) : plate));
+  scratch.write(moving_name, stl_bytes(is_left ? mirrored_z(moving) : moving));
+  return scratch.write(
+      "knee_" + side + ".toml", "title = \"Two balls\"\njoint = \"knee\"\nside = \"" + side + R"("
+[reference]
+name = "femur"
+[[reference.component]]
+name = "femur"
+file = ")" + reference_name + R"("
+[moving]
+name = "tibia"
+initial = { translation_mm = [1, -20, 0], theta_deg = 0 }
+[[moving.component]]
+name = "tibia"
+file = ")" + moving_name + R"("
+[grid]
+flexion = { from = 0, to = 12, step = 2 }
+varus = { from = -2, to = 2, step = 1 }
+[smooth]
+degrees = [2]
+)");
+}
+
+std::string text_of(const std::filesystem::path& file)
+{
+  return read_bytes(file);
+}
+
+void edit(const std::filesystem::path& file, const std::string& from, const std::string& to)
+{
+  std::string text = read_bytes(file);
+  const std::size_t at = text.find(from);
+  if (at == std::string::npos) throw std::runtime_error("not in " + file.string() + ": " + from);
+  text.replace(at, from.size(), to);
+  std::FILE* out = std::fopen(file.c_str(), "wb");
+  std::fwrite(text.data(), 1, text.size(), out);
+  std::fclose(out);
+}
+
+std::string sha256_of_file(const std::filesystem::path& file)
+{
+  return sha256_of(read_bytes(file));
+}
+
+}  // namespace vrda::test

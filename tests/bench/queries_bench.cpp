@@ -1,0 +1,138 @@
+// Single queries on the same near misses, ours and FCL's.
+#include <benchmark/benchmark.h>
+#include <fcl/geometry/bvh/BVH_model.h>
+#include <fcl/narrowphase/collision.h>
+
+#include <memory>
+
+#include "contact/contacts.hpp"
+#include "proximity/directional_gap.hpp"
+#include "scene.hpp"
+
+namespace vrda::bench {
+namespace {
+
+using FclModel = fcl::BVHModel<fcl::OBBRSSd>;
+
+// All near misses of a scene, the reference turned once for each step as a search does.
+struct Asked {
+  std::vector<TreeMesh> references;
+  std::vector<std::pair<std::size_t, MovingPose>> poses;  // index of its reference
+};
+
+Asked asked(const Scene& s)
+{
+  Asked all;
+  for (const Step& step : s.steps) {
+    all.references.push_back(turned(s.joint.reference.solid, step.attitude));
+    for (const MovingPose& pose : near_misses(step)) all.poses.emplace_back(all.references.size() - 1, pose);
+  }
+  return all;
+}
+
+std::shared_ptr<FclModel> fcl_model(const Mesh& mesh)
+{
+  auto model = std::make_shared<FclModel>();
+  model->beginModel();
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const auto [a, b, c] = corners(mesh, t);
+    model->addTriangle(a, b, c);
+  }
+  model->endModel();
+  return model;
+}
+
+void rate(benchmark::State& state, std::size_t n)
+{
+  state.counters["queries"] =
+      benchmark::Counter(static_cast<double>(n), benchmark::Counter::kIsIterationInvariantRate);
+}
+
+void gap(benchmark::State& state, const std::string& knee)
+{
+  const Scene& s = scene(knee);
+  const Asked all = asked(s);
+  for (auto _ : state) {
+    TrianglePair hint;
+    for (const auto& [reference, pose] : all.poses) {
+      const Gap found = directional_gap(all.references[reference], s.joint.moving.solid.mesh,
+                                        s.joint.moving.solid.tree, pose, GapKind::from_here, hint);
+      hint = found.pair;
+      benchmark::DoNotOptimize(found);
+    }
+  }
+  rate(state, all.poses.size());
+}
+
+void collision(benchmark::State& state, const std::string& knee)
+{
+  const Scene& s = scene(knee);
+  const Asked all = asked(s);
+  NarrowPhase narrow_phase;
+  int n_hits = 0;
+  for (auto _ : state) {
+    n_hits = 0;
+    for (const auto& [reference, pose] : all.poses) {
+      n_hits +=
+          find_collision(all.references[reference], s.joint.moving.solid, pose, narrow_phase).has_value() ? 1
+                                                                                                          : 0;
+    }
+    benchmark::DoNotOptimize(n_hits);
+  }
+  rate(state, all.poses.size());
+  state.counters["colliding share"] = n_hits / static_cast<double>(all.poses.size());
+}
+
+void fcl_collision(benchmark::State& state, const std::string& knee)
+{
+  const Scene& s = scene(knee);
+  const Asked all = asked(s);
+  const auto reference = fcl_model(s.joint.reference.solid.mesh),
+             moving = fcl_model(s.joint.moving.solid.mesh);
+  fcl::CollisionObjectd fixed(reference), other(moving);
+  int n_hits = 0;
+  for (auto _ : state) {
+    n_hits = 0;
+    for (const auto& [step, pose] : all.poses) {
+      fixed.setRotation(reference_rotation(s.steps[step].attitude));
+      other.setTransform(fcl::Transform3d(pose_of(pose).matrix()));
+      fcl::CollisionRequestd request;
+      fcl::CollisionResultd result;
+      n_hits += fcl::collide(&fixed, &other, request, result) > 0 ? 1 : 0;
+    }
+    benchmark::DoNotOptimize(n_hits);
+  }
+  rate(state, all.poses.size());
+  state.counters["colliding share"] = n_hits / static_cast<double>(all.poses.size());
+}
+
+void contacts(benchmark::State& state, const std::string& knee)
+{
+  const Scene& s = scene(knee);
+  const Asked all = asked(s);
+  NarrowPhase narrow_phase;
+  std::size_t n_contacts = 0;
+  for (auto _ : state) {
+    n_contacts = 0;
+    for (const auto& [reference, pose] : all.poses) {
+      n_contacts += find_contacts(all.references[reference], s.joint.reference.features, s.joint.moving, pose,
+                                  narrow_phase, {})
+                        .size();
+    }
+    benchmark::DoNotOptimize(n_contacts);
+  }
+  rate(state, all.poses.size());
+  state.counters["contacts a query"] =
+      static_cast<double>(n_contacts) / static_cast<double>(all.poses.size());
+}
+
+[[maybe_unused]] const bool registered = [] {
+  for_each_knee("proximity/directional_gap", gap);
+  for_each_knee("contact/find_collision", collision);
+  for_each_knee("contact/find_collision_by_FCL", fcl_collision);
+  for_each_knee("contact/find_contacts", contacts);
+  return true;
+}();
+
+}  // namespace
+}  // namespace vrda::bench

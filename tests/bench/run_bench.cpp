@@ -1,0 +1,97 @@
+// Whole motion steps, and the other rooms a run goes through.
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "app/assemble.hpp"
+#include "app/prepare.hpp"
+#include "scene.hpp"
+#include "shares.hpp"
+#include "smooth/smooth.hpp"
+#include "solve/stability_search.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda::bench {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start)
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+void motion_step(benchmark::State& state, const std::string& knee)
+{
+  const Scene& s = scene(knee);
+  double total_s = 0.0;
+  std::int64_t n_queries = 0;
+  reset_shares();
+  for (auto _ : state) {
+    const auto start = std::chrono::steady_clock::now();
+    for (const Step& step : s.steps) {
+      const StepRecord record = find_stable_pose(s.joint, step.attitude, step.seed, s.job_case.search);
+      n_queries += record.queries;
+    }
+    total_s += seconds_since(start);
+  }
+  const auto n_steps = static_cast<double>(s.steps.size());
+  state.counters["motion steps"] = benchmark::Counter(n_steps, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["queries a step"] =
+      static_cast<double>(n_queries) / (n_steps * static_cast<double>(state.iterations()));
+  const Shares spent = shares();
+  state.counters["gap share"] = spent.gap_s / total_s;
+  state.counters["collision share"] = spent.collision_s / total_s;
+  state.counters["contacts share"] = spent.contacts_s / total_s;
+  state.counters["turning share"] = spent.turn_s / total_s;
+}
+
+// The motion model of the coarse sweep, as a run assembles it.
+MotionModel small_model(const Scene& s)
+{
+  Case job_case = s.job_case;
+  job_case.grid.flexion_deg = {0, 15, 30, 45, 60, 75, 90};
+  job_case.grid.varus_deg = {-3, 0, 3};
+  SweepResult result;
+  for (int i = 0; i < 7; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      StepRecord record;
+      record.key = {StepKind::row, i, j};
+      record.status = StepStatus::stable;
+      record.pose = s.steps[static_cast<std::size_t>(3 * i + j) % s.steps.size()].solved;
+      result.cells.push_back(record);
+    }
+  }
+  result.spine_column.assign(7, 1);
+  return motion_model_of(job_case, result);
+}
+
+void write(benchmark::State& state, const std::string& knee)
+{
+  const MotionModel model = small_model(scene(knee));
+  const std::string path = (std::filesystem::temp_directory_path() / "vrda-bench.h5").string();
+  for (auto _ : state) write_motion_model(path, model);
+  std::filesystem::remove(path);
+}
+
+void smooth_degree_2(benchmark::State& state, const std::string& knee)
+{
+  const SmoothInput input = smooth_input(small_model(scene(knee)), "bench");
+  for (auto _ : state) benchmark::DoNotOptimize(smooth(input, 2));
+}
+
+void prepare(benchmark::State& state, const std::string& knee)
+{
+  const Scene& s = scene(knee);
+  for (auto _ : state) benchmark::DoNotOptimize(joint_of(s.job_case));
+}
+
+[[maybe_unused]] const bool registered = [] {
+  for_each_knee("solve/motion_step", motion_step);
+  for_each_knee("solve/make_joint", prepare);
+  for_each_knee("smooth/degree_2_of_21_cells", smooth_degree_2);
+  for_each_knee("store/write_motion_model", write);
+  return true;
+}();
+
+}  // namespace
+}  // namespace vrda::bench

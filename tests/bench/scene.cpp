@@ -1,0 +1,82 @@
+#include "scene.hpp"
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+
+#include "app/prepare.hpp"
+#include "core/units.hpp"
+#include "solve/stability_search.hpp"
+
+namespace vrda::bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path data_directory()
+{
+  const char* given = std::getenv("VRDA_DATA");
+  return given != nullptr && *given != '\0' ? fs::path(given) : fs::path(VRDA_SOURCE_DIR) / "../shared/data";
+}
+
+std::vector<Step> swept(const Case& job_case, const Joint& joint)
+{
+  SweepPlan plan = plan_of(job_case);
+  plan.flexion_rad.clear();
+  for (int i = 0; i <= 6; ++i) plan.flexion_rad.push_back(rad_from_deg(15.0 * i));
+  plan.varus_rad = {rad_from_deg(-3), rad_from_deg(0), rad_from_deg(3)};
+  std::vector<Step> steps;
+  const SolveStep solve = [&](const Attitude& attitude, const MovingPose& seed) {
+    StepRecord record = find_stable_pose(joint, attitude, seed, job_case.search);
+    if (record.status == StepStatus::stable) steps.push_back({attitude, seed, record.pose});
+    return record;
+  };
+  sweep(plan, solve, {}, 1);
+  return steps;
+}
+
+}  // namespace
+
+bool has_real_knees()
+{
+  return fs::is_directory(data_directory() / "knees");
+}
+
+const Scene& scene(const std::string& knee)
+{
+  static std::map<std::string, Scene> known;
+  const auto found = known.find(knee);
+  if (found != known.end()) return found->second;
+  const fs::path job = fs::path(VRDA_SOURCE_DIR) / "jobs" / ("knee-" + knee + ".toml");
+  Scene made;
+  made.job_case = load_case(job.string(), {data_directory().string(), {}});
+  made.joint = joint_of(made.job_case);
+  made.steps = swept(made.job_case, made.joint);
+  return known.emplace(knee, std::move(made)).first->second;
+}
+
+std::vector<MovingPose> near_misses(const Step& step)
+{
+  std::vector<MovingPose> poses;
+  for (const double back_mm : {0.002, 0.05, 0.2}) {
+    for (const double turn_deg : {-0.5, 0.0, 0.5}) {
+      MovingPose pose = step.solved;
+      pose.translation_mm.y() -= back_mm;
+      pose.theta_rad += rad_from_deg(turn_deg) * back_mm;
+      poses.push_back(pose);
+    }
+  }
+  return poses;
+}
+
+void for_each_knee(const std::string& room_and_what, void (*run)(benchmark::State&, const std::string&))
+{
+  std::vector<std::string> knees{"generic"};
+  if (has_real_knees()) knees.push_back("jam-smith2019");
+  for (const std::string& knee : knees) {
+    benchmark::RegisterBenchmark((room_and_what + "/" + knee).c_str(),
+                                 [run, knee](benchmark::State& state) { run(state, knee); });
+  }
+}
+
+}  // namespace vrda::bench

@@ -1,0 +1,180 @@
+#include "contact/contacts.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/units.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double exact_mm = 1e-9;
+constexpr double standoff_mm = 0.01;
+
+// A square pyramid, apex up at the origin, half width and height as given.
+Mesh pyramid(double half_mm, double height_mm)
+{
+  Mesh mesh;
+  mesh.vertices_mm.resize(5, 3);
+  mesh.vertices_mm << 0, 0, 0, half_mm, -height_mm, half_mm, half_mm, -height_mm, -half_mm, -half_mm,
+      -height_mm, -half_mm, -half_mm, -height_mm, half_mm;
+  mesh.triangles.resize(6, 3);
+  mesh.triangles << 0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1, 1, 4, 3, 1, 3, 2;
+  return mesh;
+}
+
+std::vector<Contact> contacts_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
+                                 const ContactOptions& options = {})
+{
+  NarrowPhase narrow_phase;
+  const Collider r = make_collider(reference);
+  return find_contacts(r.solid, r.features, make_collider(moving), pose, narrow_phase, options);
+}
+
+TEST(Contacts, ApexUnderFaceIsOneContactWithTheFacesNormal)
+{
+  // The underside of a box tilted about Z; the apex touches it from below.
+  Pose tilt = Pose::Identity();
+  tilt.linear() = rotation_z(rad_from_deg(10));
+  const Mesh reference = transformed(test::box({0, 5, 0}, {20, 10, 20}), tilt);
+  const Eigen::Vector3d n = tilt.linear() * Eigen::Vector3d(0, -1, 0);
+  const Eigen::Vector3d on_face = tilt * Eigen::Vector3d(2, 0, 3);
+  const MovingPose pose{on_face + standoff_mm * n, 0.3};
+  const std::vector<Contact> contacts = contacts_of(reference, pyramid(3, 4), pose);
+  ASSERT_EQ(contacts.size(), 1u);
+  EXPECT_LT((contacts[0].point_mm - on_face).norm(), exact_mm);
+  EXPECT_LT((contacts[0].normal - n).norm(), exact_mm);
+  EXPECT_NEAR(contacts[0].distance_mm, standoff_mm, exact_mm);
+}
+
+TEST(Contacts, CrossingEdgesGiveTheirCrossProduct)
+{
+  // Lower edge of a bar along X rolled by 45 degrees, over the upper edge of one along Z.
+  Pose roll_x = Pose::Identity(), roll_z = Pose::Identity();
+  roll_x.linear() = rotation_x(rad_from_deg(45));
+  roll_z.linear() = rotation_z(rad_from_deg(45));
+  const double half_diagonal = std::sqrt(2.0);
+  const Mesh upper = transformed(test::box({0, 0, 0}, {30, 2, 2}), roll_x);
+  const Mesh lower = transformed(test::box({0, 0, 0}, {2, 2, 30}), roll_z);
+  const MovingPose pose{{0.5, -2 * half_diagonal - standoff_mm, 0.25}, 0.0};
+  const std::vector<Contact> contacts = contacts_of(upper, lower, pose);
+  ASSERT_EQ(contacts.size(), 1u);
+  EXPECT_LT((contacts[0].point_mm - Eigen::Vector3d(0.5, -half_diagonal, 0)).norm(), exact_mm);
+  EXPECT_LT((contacts[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
+}
+
+TEST(Contacts, FlatFacesTouchAtTheCornersOfTheirCommonPolygon)
+{
+  const Mesh upper = test::box({0, 2, 0}, {4, 4, 4});
+  const Mesh lower = test::box({0, -1, 0}, {4, 2, 4});
+  const std::vector<Contact> contacts = contacts_of(upper, lower, {{1.0, -standoff_mm, 0.5}, 0.0});
+  // Overlap: x from -1 to 2, z from -1.5 to 2; the diagonals of both faces add crossings on its border or
+  // inside.
+  const auto has = [&](double x, double z) {
+    return std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+      return (c.point_mm - Eigen::Vector3d(x, 0, z)).norm() < exact_mm;
+    });
+  };
+  EXPECT_TRUE(has(-1, -1.5));
+  EXPECT_TRUE(has(-1, 2));
+  EXPECT_TRUE(has(2, -1.5));
+  EXPECT_TRUE(has(2, 2));
+  for (const Contact& c : contacts) {
+    EXPECT_LT((c.normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
+    EXPECT_TRUE(c.point_mm.x() > -1 - exact_mm && c.point_mm.x() < 2 + exact_mm);
+  }
+}
+
+TEST(Contacts, LeastCurvatureTakesTheFlatSideAndTheOthersTakeTheirs)
+{
+  // A box corner region far from a vertex: apex (sharp) under a gently curved ball seen from below.
+  const Mesh reference = test::ball(50, 64, 128);
+  const MovingPose pose{{0, -50 - standoff_mm, 0}, 0.0};
+  ContactOptions options;
+  const std::vector<Contact> least = contacts_of(reference, pyramid(3, 4), pose, options);
+  ASSERT_EQ(least.size(), 1u);
+  EXPECT_LT((least[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), 1e-6) << "symmetry about the pole";
+  options.normals = ContactNormals::reference;
+  const std::vector<Contact> reference_side = contacts_of(reference, pyramid(3, 4), pose, options);
+  ASSERT_EQ(reference_side.size(), 1u);
+  EXPECT_LT((reference_side[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), 1e-6);
+  options.normals = ContactNormals::moving;
+  const std::vector<Contact> moving_side = contacts_of(reference, pyramid(3, 4), pose, options);
+  ASSERT_EQ(moving_side.size(), 1u);
+  EXPECT_LT(moving_side[0].normal.y(), 0.0);
+}
+
+TEST(Contacts, BackFacesStruckFromBehindAreDropped)
+{
+  // The moving tip has gone through an upward-facing sheet and touches it from above: no reaction along
+  // -Delta.
+  const Mesh sheet = test::sheet(10, 4);  // normal +Y
+  EXPECT_TRUE(contacts_of(sheet, pyramid(1, 4), {{0.3, -standoff_mm, 0.2}, 0.0}).empty());
+  Mesh underside = sheet;
+  underside.triangles.col(1).swap(underside.triangles.col(2));
+  EXPECT_EQ(contacts_of(underside, pyramid(1, 4), {{0.3, -standoff_mm, 0.2}, 0.0}).size(), 1u);
+}
+
+TEST(Contacts, NothingBeyondTheBand)
+{
+  EXPECT_TRUE(contacts_of(test::box({0, 2, 0}, {4, 4, 4}), pyramid(1, 1), {{0, -0.11, 0}, 0}).empty());
+  EXPECT_EQ(contacts_of(test::box({0, 2, 0}, {4, 4, 4}), pyramid(1, 1), {{0.3, -0.09, 0.1}, 0}).size(), 1u);
+}
+
+TEST(Contacts, TriangleCentresReproduceTheFirstImplementation)
+{
+  ContactOptions options;
+  options.points = ContactPoints::triangle_centre;
+  options.normals = ContactNormals::reference;
+  Mesh underside = test::sheet(6, 1);
+  underside.triangles.col(1).swap(underside.triangles.col(2));
+  underside.normals = -underside.normals;
+  const MovingPose pose{{1.0, -standoff_mm, -1.5}, 0.0};
+  const std::vector<Contact> contacts = contacts_of(underside, pyramid(1, 1), pose, options);
+  ASSERT_FALSE(contacts.empty());
+  const auto corner = corners(underside, contacts[0].triangles.reference);
+  EXPECT_LT((contacts[0].point_mm - (corner[0] + corner[1] + corner[2]) / 3.0).norm(), exact_mm);
+  EXPECT_LT((contacts[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
+}
+
+TEST(Collision, BallsTouchWhenTheirCentresAreNearEnough)
+{
+  NarrowPhase narrow_phase;
+  const TreeMesh upper = make_tree_mesh(test::ball(10, 32, 64));
+  const TreeMesh lower = make_tree_mesh(test::ball(6, 32, 64));
+  // Facets lie inside the spheres by at most the sagitta of an edge of pi / 32.
+  const double facet_mm = 16 * (pi / 32) * (pi / 32) / 8 * 2;
+  for (const double angle : {0.0, 0.4, 1.0}) {
+    const Eigen::Vector3d away(std::sin(angle), -std::cos(angle), 0);
+    EXPECT_FALSE(find_collision(upper, lower, {16.001 * away, 0.1}, narrow_phase).has_value());
+    EXPECT_TRUE(find_collision(upper, lower, {(16 - facet_mm) * away, 0.1}, narrow_phase).has_value());
+  }
+}
+
+TEST(SelfOverlap, ASoundMeshHasNoneAndTwoCrossingBoxesHaveSome)
+{
+  NarrowPhase narrow_phase;
+  EXPECT_TRUE(find_self_overlaps(make_tree_mesh(test::ball(10, 12, 20)), narrow_phase, 100).empty());
+  Mesh crossing = test::box({0, 0, 0}, {4, 4, 4});
+  append(crossing, test::box({1, 1, 1}, {4, 4, 4}));
+  const std::vector<TrianglePair> found = find_self_overlaps(make_tree_mesh(crossing), narrow_phase, 1000);
+  EXPECT_FALSE(found.empty());
+  for (const TrianglePair& pair : found) EXPECT_LT(pair.reference, pair.moving);
+  EXPECT_EQ(find_self_overlaps(make_tree_mesh(crossing), narrow_phase, 2).size(), 2u);
+}
+
+TEST(Collision, AHintIsTriedFirstAndChangesNothingElse)
+{
+  NarrowPhase narrow_phase;
+  const TreeMesh upper = make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
+  const TreeMesh lower = make_tree_mesh(test::box({0, 0, 0}, {4, 4, 4}));
+  const auto hit = find_collision(upper, lower, {{1, -3, 1}, 0.2}, narrow_phase);
+  ASSERT_TRUE(hit.has_value());
+  EXPECT_EQ(find_collision(upper, lower, {{1, -3, 1}, 0.2}, narrow_phase, *hit), hit);
+  EXPECT_FALSE(find_collision(upper, lower, {{1, -5, 1}, 0.2}, narrow_phase, *hit).has_value());
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,377 @@
+#include "journal/journal.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <filesystem>
+#include <limits>
+#include <set>
+#include <thread>
+
+#include "core/error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+const std::string key(64, 'a');
+const std::string other_key(64, 'b');
+
+StepRecord record(int n, int n_contacts = 2)
+{
+  StepRecord step;
+  step.key = {static_cast<StepKind>(n % 3), n, -n};
+  step.pose = {{0.1 * n, -20.0 / 3.0, 1e-300}, -0.7 * n};
+  step.status = all_step_statuses[static_cast<std::size_t>(n) % std::size(all_step_statuses)];
+  step.iterations = 1000 + n;
+  step.queries = 2000000000;
+  step.residual_mm = 0.05 / (n + 1);
+  step.gap_medial_mm = n % 2 == 0 ? std::numeric_limits<double>::quiet_NaN() : -0.0;
+  step.gap_lateral_mm = std::numeric_limits<double>::denorm_min();
+  step.contact_medial = n % 2 == 0;
+  step.theta_determined = n % 3 == 0;
+  for (int c = 0; c < n_contacts; ++c) {
+    step.contacts.push_back(
+        {{1.0 * c, 2.0, 3.0}, {0, -1, 0}, 0.01 * c, 7 + c, 9 - c, static_cast<std::int8_t>(c % 3)});
+  }
+  return step;
+}
+
+/// Every bit of a record, NaNs and the sign of zero included.
+std::vector<std::uint64_t> bits(const StepRecord& step)
+{
+  std::vector<std::uint64_t> all;
+  const auto add = [&](double value) { all.push_back(std::bit_cast<std::uint64_t>(value)); };
+  const auto add_integer = [&](std::int64_t value) { all.push_back(static_cast<std::uint64_t>(value)); };
+  add_integer(static_cast<std::int64_t>(step.key.kind));
+  add_integer(step.key.flexion);
+  add_integer(step.key.varus);
+  for (int i = 0; i < 3; ++i) add(step.pose.translation_mm[i]);
+  add(step.pose.theta_rad);
+  add_integer(static_cast<std::int64_t>(step.status));
+  add_integer(step.iterations);
+  add_integer(step.queries);
+  add(step.residual_mm);
+  add(step.gap_medial_mm);
+  add(step.gap_lateral_mm);
+  for (const bool flag : {step.contact_medial, step.contact_lateral, step.theta_determined})
+    add_integer(flag);
+  for (const ContactRecord& contact : step.contacts) {
+    for (int i = 0; i < 3; ++i) add(contact.point_solver_mm[i]);
+    for (int i = 0; i < 3; ++i) add(contact.normal_solver[i]);
+    add(contact.distance_mm);
+    add_integer(contact.triangle_reference);
+    add_integer(contact.triangle_moving);
+    add_integer(contact.compartment);
+  }
+  return all;
+}
+
+void write_journal(const std::string& path, int n_records)
+{
+  JournalWriter writer = JournalWriter::create(path, key);
+  for (int n = 0; n < n_records; ++n) writer.append(record(n, n % 3));
+  writer.close();
+}
+
+void expect_records(const JournalContent& content, std::size_t n_records)
+{
+  ASSERT_EQ(content.records.size(), n_records);
+  for (std::size_t n = 0; n < n_records; ++n) {
+    SCOPED_TRACE(n);
+    const int index = static_cast<int>(n);
+    EXPECT_EQ(bits(content.records[n]), bits(record(index, index % 3)));
+  }
+}
+
+/// The InputError that `action` throws; fails the test when it throws none.
+template <typename Action>
+InputError::Facts input_error(Action action)
+{
+  try {
+    action();
+  } catch (const InputError& error) {
+    return error.facts();
+  }
+  ADD_FAILURE() << "no InputError";
+  return {};
+}
+
+TEST(Journal, GivesBackEveryBit)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  write_journal(path, 20);
+  const JournalContent content = read_journal(path);
+  EXPECT_EQ(content.key, key);
+  EXPECT_EQ(content.dropped_bytes, 0u);
+  EXPECT_EQ(content.dropped_why, "");
+  EXPECT_EQ(content.valid_bytes, std::filesystem::file_size(path));
+  expect_records(content, 20);
+}
+
+TEST(Journal, CutAnywhereKeepsTheWholeRecordsBefore)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  std::vector<std::uintmax_t> ends;  // of the header, then of each record
+  {
+    JournalWriter writer = JournalWriter::create(path, key);
+    ends.push_back(std::filesystem::file_size(path));
+    for (int n = 0; n < 4; ++n) {
+      writer.append(record(n, n % 3));
+      ends.push_back(std::filesystem::file_size(path));
+    }
+  }
+  const std::string whole = test::read_bytes(path);
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    SCOPED_TRACE(size);
+    const std::string cut = scratch.write("cut.journal", whole.substr(0, size));
+    if (size < ends[0]) {
+      EXPECT_EQ(input_error([&] { read_journal(cut); }).file, cut);
+      continue;
+    }
+    const auto n_whole = std::upper_bound(ends.begin(), ends.end(), size) - ends.begin() - 1;
+    const JournalContent content = read_journal(cut);
+    expect_records(content, static_cast<std::size_t>(n_whole));
+    EXPECT_EQ(content.valid_bytes, ends[static_cast<std::size_t>(n_whole)]);
+    EXPECT_EQ(content.dropped_bytes, size - content.valid_bytes);
+    EXPECT_EQ(content.dropped_why.empty(), content.dropped_bytes == 0);
+  }
+}
+
+TEST(Journal, AFlippedBitDropsItsRecordAndTheRest)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  write_journal(path, 1);
+  const std::size_t first_end = std::filesystem::file_size(path);
+  write_journal(path, 3);
+  const std::string whole = test::read_bytes(path);
+  write_journal(path, 2);
+  const std::size_t second_end = std::filesystem::file_size(path);
+  for (std::size_t byte = first_end; byte < second_end; ++byte) {
+    for (int bit = 0; bit < 8; ++bit) {
+      std::string damaged = whole;
+      damaged[byte] = static_cast<char>(damaged[byte] ^ (1 << bit));
+      const JournalContent content = read_journal(scratch.write("damaged.journal", damaged));
+      EXPECT_EQ(content.records.size(), 1u) << "byte " << byte << " bit " << bit;
+      EXPECT_EQ(content.valid_bytes, first_end);
+      EXPECT_EQ(content.dropped_bytes, whole.size() - first_end);
+      EXPECT_NE(content.dropped_why, "");
+    }
+  }
+}
+
+TEST(Journal, AFlippedBitInTheHeaderIsRefused)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  write_journal(path, 0);
+  const std::string whole = test::read_bytes(path);
+  for (std::size_t byte = 0; byte < whole.size(); ++byte) {
+    std::string damaged = whole;
+    damaged[byte] = static_cast<char>(damaged[byte] ^ 4);
+    const std::string file = scratch.write("damaged.journal", damaged);
+    EXPECT_EQ(input_error([&] { read_journal(file); }).file, file) << byte;
+  }
+}
+
+TEST(Journal, ResumingCutsTheTailAndGoesOn)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  write_journal(path, 3);
+  const std::string torn = scratch.write("torn.journal", test::read_bytes(path) + "half a rec");
+  const JournalContent content = read_journal(torn);
+  EXPECT_EQ(content.dropped_bytes, 10u);
+  {
+    JournalWriter writer = JournalWriter::resume(torn, content);
+    writer.append(record(3, 0));
+  }
+  expect_records(read_journal(torn), 4);
+  write_journal(path, 4);
+  EXPECT_EQ(test::read_bytes(torn), test::read_bytes(path));
+}
+
+TEST(Journal, CreateStartsOver)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  write_journal(path, 3);
+  write_journal(path, 1);
+  expect_records(read_journal(path), 1);
+}
+
+TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  write_journal(path, 1);
+  const JournalContent content = read_journal(path);
+  EXPECT_NO_THROW(require_key(content, path, key));
+  const InputError::Facts facts = input_error([&] { require_key(content, path, other_key); });
+  EXPECT_EQ(facts.file, path);
+  EXPECT_EQ(facts.field, "key");
+  EXPECT_NE(facts.found.find(key), std::string::npos);
+  EXPECT_NE(facts.wanted.find(other_key), std::string::npos);
+  EXPECT_NE(facts.wanted.find("--fresh"), std::string::npos);
+}
+
+TEST(Journal, WhatIsNoJournalIsRefused)
+{
+  const test::Scratch scratch;
+  for (const std::string& bytes :
+       {std::string(), std::string("title = \"a job\"\n"), std::string(200, '\0')}) {
+    const std::string file = scratch.write("job.toml", bytes);
+    const InputError::Facts facts = input_error([&] { read_journal(file); });
+    EXPECT_EQ(facts.file, file);
+    EXPECT_EQ(facts.field, "header");
+    EXPECT_NE(facts.found.find("no journal"), std::string::npos);
+    EXPECT_NE(facts.wanted.find("journal"), std::string::npos);
+  }
+}
+
+TEST(Journal, AnotherFormatVersionIsNamed)
+{
+  // The bytes of a header of version 2, made by hand: the CRC-32 was computed by Python's zlib.crc32.
+  const test::Scratch scratch;
+  const std::string header("VRDAJRNL\x02\x00\x00\x00\x01\x00\x00\x00k", 17);
+  const std::string file = scratch.write("a.journal", header + std::string("\x9d\x00\xd8\x69", 4));
+  const InputError::Facts facts = input_error([&] { read_journal(file); });
+  EXPECT_EQ(facts.field, "format version");
+  EXPECT_EQ(facts.found, "2");
+  EXPECT_NE(facts.wanted.find('1'), std::string::npos);
+}
+
+TEST(Journal, AMissingOrUnwritableFileIsNamed)
+{
+  const test::Scratch scratch;
+  const std::string nowhere = scratch.path() / "no" / "such" / "a.journal";
+  EXPECT_EQ(input_error([&] { read_journal(nowhere); }).file, nowhere);
+  const InputError::Facts facts = input_error([&] { JournalWriter::create(nowhere, key); });
+  EXPECT_EQ(facts.file, nowhere);
+  EXPECT_NE(facts.found.find("cannot be created"), std::string::npos);
+  EXPECT_NE(facts.wanted.find("written"), std::string::npos);
+  EXPECT_EQ(input_error([&] { JournalWriter::resume(nowhere, {}); }).file, nowhere);
+  const std::string folder = scratch.path();
+  EXPECT_EQ(input_error([&] { JournalWriter::create(folder, key); }).file, folder);
+}
+
+TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
+{
+  // A limit on the file's size stands in for a full disk: the write stops in the middle of a record.
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  write_journal(path, 0);
+  const rlim_t limit = std::filesystem::file_size(path) + 1000;
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    signal(SIGXFSZ, SIG_IGN);
+    const rlimit small{limit, limit};
+    setrlimit(RLIMIT_FSIZE, &small);
+    int n_errors = 0;
+    JournalWriter writer = JournalWriter::resume(path, read_journal(path));
+    for (int n = 0; n < 20; ++n) {
+      try {
+        writer.append(record(n, n % 3));
+      } catch (const InputError&) {
+        ++n_errors;
+      }
+    }
+    _exit(n_errors > 0 ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  const JournalContent content = read_journal(path);
+  EXPECT_GT(content.records.size(), 3u);
+  EXPECT_EQ(content.dropped_bytes, 0u);
+}
+
+TEST(Journal, ASecondWriterIsRefused)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  JournalWriter writer = JournalWriter::create(path, key);
+  for (const bool fresh : {true, false}) {
+    const InputError::Facts facts = input_error([&] {
+      if (fresh) JournalWriter::create(path, key);
+      JournalWriter::resume(path, read_journal(path));
+    });
+    EXPECT_EQ(facts.file, path);
+    EXPECT_NE(facts.found.find("another run"), std::string::npos);
+    EXPECT_NE(facts.wanted.find("no other run"), std::string::npos);
+  }
+  writer.append(record(0, 0));
+  writer.flush();
+  expect_records(read_journal(path), 1);
+}
+
+TEST(Journal, ThreadsNeverTearEachOthersRecords)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  constexpr int n_each = 500;
+  {
+    JournalWriter writer = JournalWriter::create(path, key);
+    const auto append_from = [&](int first) {
+      for (int n = first; n < first + n_each; ++n) writer.append(record(n, n % 3));
+    };
+    const std::jthread one(append_from, 0);
+    const std::jthread two(append_from, n_each);
+  }
+  const JournalContent content = read_journal(path);
+  EXPECT_EQ(content.dropped_bytes, 0u);
+  std::set<std::vector<std::uint64_t>> found, wanted;
+  for (const StepRecord& step : content.records) found.insert(bits(step));
+  for (int n = 0; n < 2 * n_each; ++n) wanted.insert(bits(record(n, n % 3)));
+  EXPECT_EQ(content.records.size(), wanted.size());
+  EXPECT_EQ(found, wanted);
+}
+
+TEST(Journal, SurvivesAKillInTheMiddle)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  write_journal(path, 0);
+  for (int round = 0; round < 3; ++round) {
+    SCOPED_TRACE(round);
+    const JournalContent before = read_journal(path);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      JournalWriter writer = JournalWriter::resume(path, before);
+      for (int n = static_cast<int>(before.records.size());; ++n) writer.append(record(n, n % 3));
+    }
+    // Each record takes at least 100 bytes: some hundreds of them, then the kill.
+    while (std::filesystem::file_size(path) < before.valid_bytes + 50000) usleep(100);
+    kill(child, SIGKILL);
+    int status = 0;
+    ASSERT_EQ(waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFSIGNALED(status));
+    const JournalContent after = read_journal(path);
+    EXPECT_GT(after.records.size(), before.records.size());
+    expect_records(after, after.records.size());
+  }
+}
+
+TEST(StepKey, IsOrderedByKindThenFlexionThenVarus)
+{
+  const StepKey probe{StepKind::spine_probe, 5, 5}, spine{StepKind::spine, 1, 9}, row{StepKind::row, 0, 0};
+  EXPECT_LT(probe, spine);
+  EXPECT_LT(spine, row);
+  EXPECT_LT((StepKey{StepKind::row, 0, 9}), (StepKey{StepKind::row, 1, 0}));
+  EXPECT_LT((StepKey{StepKind::row, 1, 0}), (StepKey{StepKind::row, 1, 1}));
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,132 @@
+// vrda-player as its users meet it: exit codes, standard output, standard error.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "player/support/models.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+struct Outcome {
+  int code = -1;
+  std::string data, talk;
+};
+
+class Program : public testing::Test {
+ protected:
+  /// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 10 degrees, varus 1 has no answer.
+  Program()
+  {
+    test::ModelPlan plan;
+    plan.flexion_deg = {0, 10, 20, 30};
+    plan.varus_deg = {-1, 0, 1};
+    MotionModel model = test::model_of(plan);
+    test::add_bodies(model);
+    test::unsolve(model, 1, 2);
+    test::add_smoothed(model, 1, [](int, int) { return PoseNumbers{}; });
+    write_motion_model(file_, model);
+  }
+
+  Outcome run(const std::string& arguments) const
+  {
+    const std::string data = (scratch_.path() / "out").string(), talk = (scratch_.path() / "err").string();
+    const std::string command =
+        "'" VRDA_PLAYER_PROGRAM "' " + arguments + " >'" + data + "' 2>'" + talk + "'";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, test::read_bytes(data), test::read_bytes(talk)};
+  }
+
+  test::Scratch scratch_;
+  std::string file_ = (scratch_.path() / "sample.h5").string();
+  std::string folder_ = (scratch_.path() / "pictures").string();
+};
+
+TEST_F(Program, HelpShowsAnExampleAndVersionIsTheProjects)
+{
+  const Outcome help = run("--help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_THAT(help.data, HasSubstr("Example:"));
+  EXPECT_EQ(help.talk, "");
+  const Outcome show_help = run("show --help");
+  EXPECT_EQ(show_help.code, 0);
+  EXPECT_THAT(show_help.data, HasSubstr("vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15"));
+  const Outcome version = run("--version");
+  EXPECT_EQ(version.code, 0);
+  EXPECT_EQ(version.data, "vrda-player " VRDA_VERSION "\n");
+}
+
+TEST_F(Program, WritesPathsToStandardOutputAndTalkToStandardError)
+{
+  const Outcome outcome = run("show '" + file_ + "' --offscreen '" + folder_ +
+                              "' --flexion 0:30:30 --views lateral --size 64x48");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.data, folder_ + "/lateral_flexion_000.png\n" + folder_ + "/lateral_flexion_030.png\n");
+  EXPECT_THAT(outcome.talk, HasSubstr("2 pictures"));
+  const Outcome quiet =
+      run("show '" + file_ + "' --offscreen '" + folder_ + "' --flexion 0 --size 64x48 --quiet");
+  EXPECT_EQ(quiet.code, 0);
+  EXPECT_EQ(quiet.talk, "");
+}
+
+TEST_F(Program, TakesNegativeAnglesAndEveryBackground)
+{
+  for (const std::string background : {"studio", "night", "black"}) {
+    const Outcome outcome =
+        run("show '" + file_ + "' --offscreen '" + folder_ + "' --size 64x48 --varus -0.5 " +
+            "--flexion -5:5:5 --background " + background);
+    EXPECT_EQ(outcome.code, 0) << outcome.talk;
+    EXPECT_THAT(outcome.talk, HasSubstr("flexion -5 lies outside the measured 0 to 30 degrees: drawn at 0"));
+  }
+}
+
+TEST_F(Program, EndsWithThreeWhenAnAttitudeHasNoAnswer)
+{
+  const Outcome outcome = run("show '" + file_ + "' --offscreen '" + folder_ +
+                              "' --set raw --varus 0.5 --flexion 0:10:10 --size 64x48 --quiet");
+  EXPECT_EQ(outcome.code, 3);
+  EXPECT_THAT(outcome.talk, HasSubstr("flexion 10, varus 0.5: no picture"));
+}
+
+TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
+{
+  const std::string text = scratch_.write("text.h5", "not HDF5 at all\n").string();
+  const std::string whole = test::read_bytes(file_);
+  const std::string cut = scratch_.write("cut.h5", whole.substr(0, whole.size() / 2)).string();
+  const std::string empty = scratch_.write("empty.h5", "").string();
+  const std::string pictures = " --offscreen '" + folder_ + "'";
+  struct Row {
+    std::string arguments, talk;
+  };
+  for (const Row& row :
+       {Row{"", "found no mode, wanted show"}, Row{"dance", "dance"}, Row{"show", "FILE"},
+        Row{"show '" + file_ + "'", "window"},
+        Row{"show '" + file_ + "' --varus front" + pictures, "--varus"},
+        Row{"show '" + file_ + "' --colour red" + pictures, "--colour"},
+        Row{"show '" + file_ + "' --background red" + pictures, "--background"},
+        Row{"show '" + file_ + "' --set degree_7" + pictures,
+            "sample.h5: --set: found degree_7, wanted degree_1, raw"},
+        Row{"show absent.h5" + pictures, "absent.h5: found No such file"},
+        Row{"show '" + text + "'" + pictures, text}, Row{"show '" + cut + "'" + pictures, cut},
+        Row{"show '" + empty + "'" + pictures, empty},
+        Row{"show '" + file_ + "' --offscreen /proc/none", "/proc/none: --offscreen: found"}}) {
+    SCOPED_TRACE(row.arguments);
+    const Outcome outcome = run(row.arguments);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(outcome.data, "");
+    EXPECT_THAT(outcome.talk, StartsWith("vrda-player: "));
+    EXPECT_THAT(outcome.talk, HasSubstr(row.talk));
+    EXPECT_EQ(std::count(outcome.talk.begin(), outcome.talk.end(), '\n'), 1) << outcome.talk;
+  }
+}
+
+}  // namespace
+}  // namespace vrda

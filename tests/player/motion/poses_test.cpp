@@ -1,0 +1,228 @@
+#include "motion/poses.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/clinical.hpp"
+#include "core/error.hpp"
+#include "core/trig.hpp"
+#include "core/units.hpp"
+#include "player/support/models.hpp"
+
+namespace vrda {
+namespace {
+
+using test::model_of;
+using test::ModelPlan;
+
+// Products of rotations acting on coordinates of hundreds of mm.
+constexpr double rounding = 1e-11;
+
+Attitude attitude_deg(double flexion_deg, double varus_deg)
+{
+  return {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)};
+}
+
+PoseNumbers knee_like(double flexion_deg, double varus_deg)
+{
+  const double u = flexion_deg / 90.0, v = varus_deg / 4.0;
+  return {-5.0 * u * u, -21.0 + u - 0.5 * v, 1.5 * v, 12.0 * u - 2.0 * u * v};
+}
+
+ModelPlan plan_of(const std::string& side, const Eigen::Vector3d& delta)
+{
+  ModelPlan plan;
+  plan.side = side;
+  plan.rotation_centre_mm = {430.0, 510.0, side == "left" ? -75.0 : 75.0};
+  plan.delta = delta;
+  plan.motion = knee_like;
+  return plan;
+}
+
+Pose stored_pose(const MotionModel& model, std::size_t cell)
+{
+  Pose X = Pose::Identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      X.matrix()(row, column) =
+          model.X_reference_moving[cell * 16 + static_cast<std::size_t>(4 * row + column)];
+    }
+  }
+  return X;
+}
+
+double difference(const Pose& a, const Pose& b)
+{
+  return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
+}
+
+/// Every cell's pose is the stored one, and the three poses agree with each other.
+void expect_stored_poses(const MotionModel& model)
+{
+  const Motion motion(model, "raw");
+  const std::size_t n_varus = model.varus_deg.size();
+  for (std::size_t cell = 0; cell < model.flexion_deg.size() * n_varus; ++cell) {
+    const JointPose pose =
+        motion.at(attitude_deg(model.flexion_deg[cell / n_varus], model.varus_deg[cell % n_varus]));
+    EXPECT_EQ(pose.status, PoseStatus::solved);
+    EXPECT_LT(difference(pose.X_reference_moving, stored_pose(model, cell)), rounding);
+    EXPECT_LT(difference(pose.X_world_reference * pose.X_reference_moving, pose.X_world_moving), rounding);
+  }
+}
+
+TEST(Motion, RawPosesAreThoseOfTheModelAtEveryCell)
+{
+  const Eigen::Vector3d tilted = Eigen::Vector3d(0.1, 1.0, -0.3).normalized();
+  for (const std::string side : {"right", "left"}) {
+    expect_stored_poses(model_of(plan_of(side, {0, 1, 0})));
+    expect_stored_poses(model_of(plan_of(side, tilted)));
+  }
+}
+
+TEST(Motion, TheRotationCentreOfTheReferenceStaysAtTheWorldOrigin)
+{
+  const MotionModel model = model_of(plan_of("left", {0, 1, 0}));
+  const JointPose pose = Motion(model, "raw").at(attitude_deg(50, 3));
+  EXPECT_LT((pose.X_world_reference * model.rotation_centre_mm).norm(), rounding);
+  const PoseNumbers expected = knee_like(50, 3);
+  EXPECT_LT((pose.X_world_moving * model.rotation_centre_mm -
+             Eigen::Vector3d(expected[0], expected[1], expected[2]))
+                .norm(),
+            rounding);
+}
+
+TEST(Motion, FlexionRaisesTheFrontOfTheReferenceAndVarusItsRight)
+{
+  // Rz(flexion) X = Y at a right angle; Rx(-varus) Z = (0, sin varus, cos varus).
+  const Motion motion(model_of({}), "raw");
+  const Pose flexed = motion.at(attitude_deg(90, 0)).X_world_reference;
+  EXPECT_LT((flexed * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), rounding);
+  const Pose adducted = motion.at(attitude_deg(0, 4)).X_world_reference;
+  const SinCos varus = sin_cos(rad_from_deg(4));
+  EXPECT_LT((adducted * Eigen::Vector3d::UnitZ() - Eigen::Vector3d(0, varus.sin, varus.cos)).norm(),
+            rounding);
+}
+
+TEST(Motion, SmoothedPosesFollowThePolynomials)
+{
+  MotionModel model = model_of(plan_of("right", {0, 1, 0}));
+  test::add_smoothed(model, 2, [](int i, int j) {
+    return i == 1 && j == 0 ? PoseNumbers{1.0, -2.0, 3.0, 8.0} : PoseNumbers{};
+  });
+  const double u = 60.0 / 45.0 - 1.0;
+  const JointPose pose = Motion(model, "degree_2").at(attitude_deg(60, 1));
+  const SolverFrame frame{Side::right, model.rotation_centre_mm, model.delta};
+  const Pose expected =
+      X_reference_moving(frame, attitude_deg(60, 1), {u * Eigen::Vector3d(1, -2, 3), rad_from_deg(8.0 * u)});
+  EXPECT_EQ(pose.status, PoseStatus::solved);
+  EXPECT_LT(difference(pose.X_reference_moving, expected), rounding);
+  EXPECT_NEAR(pose.theta_rad, rad_from_deg(8.0 * u), rounding);
+}
+
+TEST(Motion, AttitudesBeyondTheRangeAreClampedAndSaySo)
+{
+  const Motion motion(model_of(plan_of("right", {0, 1, 0})), "raw");
+  struct Row {
+    double flexion_deg, varus_deg, used_flexion_deg, used_varus_deg;
+    bool is_flexion_clamped, is_varus_clamped;
+  };
+  for (const Row& row : {Row{120, 0, 90, 0, true, false}, Row{-1, 9, 0, 4, true, true},
+                         Row{90, -4, 90, -4, false, false}, Row{10, -5, 10, -4, false, true}}) {
+    SCOPED_TRACE(row.flexion_deg);
+    const JointPose pose = motion.at(attitude_deg(row.flexion_deg, row.varus_deg));
+    EXPECT_EQ(pose.is_flexion_clamped, row.is_flexion_clamped);
+    EXPECT_EQ(pose.is_varus_clamped, row.is_varus_clamped);
+    const JointPose at_the_end = motion.at(attitude_deg(row.used_flexion_deg, row.used_varus_deg));
+    EXPECT_EQ(difference(pose.X_reference_moving, at_the_end.X_reference_moving), 0.0);
+    EXPECT_EQ(pose.attitude.flexion_rad, rad_from_deg(row.used_flexion_deg));
+  }
+}
+
+TEST(Motion, AnUnsolvedCellIsNamedAndLeavesTheIdentity)
+{
+  MotionModel model = model_of(plan_of("right", {0, 1, 0}));
+  test::unsolve(model, 2, 2);
+  const JointPose pose = Motion(model, "raw").at(attitude_deg(33, 0.5));
+  EXPECT_EQ(pose.status, PoseStatus::unsolved_cell);
+  EXPECT_STREQ(name_of(pose.status), "unsolved_cell");
+  EXPECT_STREQ(name_of(PoseStatus::solved), "solved");
+  EXPECT_EQ(difference(pose.X_world_moving, Pose::Identity()), 0.0);
+}
+
+TEST(Motion, AMirroredModelMovesAsTheMirrorImageWithTheSameClinicalNumbers)
+{
+  const MotionModel right = model_of(plan_of("right", {0, 1, 0}));
+  ModelPlan mirrored = plan_of("left", {0, 1, 0});
+  mirrored.motion = [](double flexion_deg, double varus_deg) {
+    PoseNumbers numbers = knee_like(flexion_deg, varus_deg);
+    numbers[2] = -numbers[2];
+    return numbers;
+  };
+  const MotionModel left = model_of(mirrored);
+  const Motion right_motion(right, "raw"), left_motion(left, "raw");
+  const Eigen::Vector4d mirror(1, 1, -1, 1);
+  for (const Attitude& attitude : {attitude_deg(0, 0), attitude_deg(37, -3.2), attitude_deg(88, 1.1)}) {
+    const JointPose r = right_motion.at(attitude), l = left_motion.at(attitude);
+    for (const auto X :
+         {&JointPose::X_world_reference, &JointPose::X_world_moving, &JointPose::X_reference_moving}) {
+      const Eigen::Matrix4d reflected = mirror.asDiagonal() * (r.*X).matrix() * mirror.asDiagonal();
+      EXPECT_LT(((l.*X).matrix() - reflected).cwiseAbs().maxCoeff(), rounding);
+    }
+    const Clinical r_numbers = clinical_of(r.X_reference_moving, Side::right, right.rotation_centre_mm);
+    const Clinical l_numbers = clinical_of(l.X_reference_moving, Side::left, left.rotation_centre_mm);
+    EXPECT_NEAR(r_numbers.flexion_rad, attitude.flexion_rad, rounding);
+    EXPECT_NEAR(r_numbers.internal_rotation_rad, l_numbers.internal_rotation_rad, rounding);
+    EXPECT_NEAR(r_numbers.lateral_mm, l_numbers.lateral_mm, rounding);
+  }
+}
+
+TEST(Motion, TheBalancedVarusIsLinearBetweenSolvedSpineCells)
+{
+  MotionModel model = model_of({});
+  model.is_spine.setZero();
+  model.is_spine(0, 1) = model.is_spine(2, 3) = model.is_spine(4, 4) = model.is_spine(6, 2) = 1;
+  test::unsolve(model, 4, 4);  // the spine cell at 60 degrees has no answer
+  const Motion motion(model, "raw");
+  struct Row {
+    double flexion_deg, expected_deg;
+  };
+  for (const Row row :
+       {Row{-5, -2}, Row{0, -2}, Row{15, 0}, Row{30, 2}, Row{60, 1}, Row{90, 0}, Row{99, 0}}) {
+    EXPECT_NEAR(motion.balanced_varus_rad(rad_from_deg(row.flexion_deg)), rad_from_deg(row.expected_deg),
+                rounding);
+  }
+  EXPECT_TRUE(motion.has_spine());
+}
+
+TEST(Motion, WithoutASpineTheBalancedVarusIsTheOneNearestZero)
+{
+  ModelPlan plan;
+  plan.varus_deg = {3, 5};
+  MotionModel model = model_of(plan);
+  model.is_spine.setZero();
+  const Motion motion(model, "raw");
+  EXPECT_FALSE(motion.has_spine());
+  EXPECT_EQ(motion.balanced_varus_rad(0.5), rad_from_deg(3));
+}
+
+TEST(Motion, SetsAreNamedByFallingDegreeThenRaw)
+{
+  MotionModel model = model_of({});
+  for (const int degree : {2, 6, 4})
+    test::add_smoothed(model, degree, [](int, int) { return PoseNumbers{}; });
+  EXPECT_EQ(set_names(model), (std::vector<std::string>{"degree_6", "degree_4", "degree_2", "raw"}));
+  EXPECT_THROW(Motion(model, "degree_5"), InternalError);
+}
+
+TEST(Motion, TheSameQuestionGetsTheSameBits)
+{
+  const MotionModel model = model_of(plan_of("left", {0, 1, 0}));
+  const Motion first(model, "raw"), second(model, "raw");
+  for (double flexion_deg = 0; flexion_deg < 90; flexion_deg += 7.3) {
+    const Pose a = first.at(attitude_deg(flexion_deg, 1.7)).X_reference_moving;
+    const Pose b = second.at(attitude_deg(flexion_deg, 1.7)).X_reference_moving;
+    EXPECT_TRUE((a.matrix().array() == b.matrix().array()).all());
+  }
+}
+
+}  // namespace
+}  // namespace vrda

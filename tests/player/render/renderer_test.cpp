@@ -1,0 +1,293 @@
+#include "render/renderer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "player/support/models.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr int width = 320, height = 240;
+/// Codes of 255: OpenGL allows an error of 0.6 in the conversion to sRGB; blending rounds once more.
+constexpr int code_tolerance = 2;
+
+using Codes = std::array<int, 4>;
+
+Codes at(const Image& image, int x, int y)
+{
+  const std::size_t i =
+      4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
+  return {image.rgba[i], image.rgba[i + 1], image.rgba[i + 2], image.rgba[i + 3]};
+}
+
+// IEC 61966-2-1.
+int srgb_code(double linear)
+{
+  const double value = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
+  return static_cast<int>(std::lround(255.0 * value));
+}
+
+double linear_value(int code)
+{
+  const double value = code / 255.0;
+  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+}
+
+Scene dark_scene()
+{
+  Scene scene;
+  scene.background = background_of(Backdrop::black);
+  // Light from everywhere: a surface shows its own colour.
+  scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Ones();
+  scene.lighting.lights.clear();
+  return scene;
+}
+
+Material plain(const Eigen::Vector3f& colour, float opacity = 1.0F)
+{
+  return {colour, opacity, 0.0F, 1.0F, 0.0F};
+}
+
+void add(Scene& scene, const Mesh& mesh, const Material& material, const Eigen::Vector3d& at_mm = {0, 0, 0})
+{
+  Body body;
+  body.components.push_back({"made by code", "none"});
+  body.contact.mesh = mesh;
+  body.contact.component.resize(static_cast<std::size_t>(mesh.triangles.rows()), 0);
+  Scene made = scene_of(body, {}, {0, 0, 0});
+  made.drawables[0].material = material;
+  made.drawables[0].X_world_mesh.translation() = at_mm;
+  scene.drawables.push_back(made.drawables[0]);
+}
+
+/// Looks along -Z of the world from (0, 0, distance).
+Camera camera_at(double distance_mm)
+{
+  Camera camera;
+  camera.X_world_camera.translation() = Eigen::Vector3d(0, 0, distance_mm);
+  camera.half_height_tangent = 0.25;
+  camera.near_mm = 1.0;
+  camera.far_mm = 2.0 * distance_mm;
+  return camera;
+}
+
+Mesh facing_sheet(double size_mm)
+{
+  Mesh mesh = test::sheet(size_mm, 2);
+  Pose X = Pose::Identity();
+  X.linear() = rotation_x(rad_from_deg(90.0));  // +Y to +Z
+  return transformed(mesh, X);
+}
+
+Image drawn(const Scene& scene, const Camera& camera, const RenderOptions& options = {width, height})
+{
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer(options);
+  renderer->load(scene);
+  return renderer->draw(scene, camera);
+}
+
+TEST(Renderer, AnEmptySceneIsItsBackground)
+{
+  Scene scene = dark_scene();
+  scene.background = {{0.2F, 0.5F, 0.8F}, {0.2F, 0.5F, 0.8F}};
+  const Image image = drawn(scene, camera_at(100));
+  ASSERT_EQ(image.rgba.size(), 4U * width * height);
+  const Codes first = at(image, 0, 0);
+  const std::array<double, 3> linear{0.2, 0.5, 0.8};
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(first[k], srgb_code(linear[k]), code_tolerance);
+  EXPECT_EQ(first[3], 255);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) ASSERT_EQ(at(image, x, y), first);
+  }
+}
+
+TEST(Renderer, TheTopOfTheBackgroundIsTheFirstRow)
+{
+  Scene scene = dark_scene();
+  scene.background = {{1, 1, 1}, {0, 0, 0}};
+  const Image image = drawn(scene, camera_at(100));
+  for (const int y : {0, 60, 120, 239}) {
+    const double linear = 1.0 - (y + 0.5) / height;
+    EXPECT_NEAR(at(image, 7, y)[1], srgb_code(linear), code_tolerance) << y;
+  }
+}
+
+TEST(Renderer, ABallsSilhouetteHasTheAreaOfItsPerspectiveProjection)
+{
+  constexpr double radius_mm = 20.0, distance_mm = 150.0;
+  Scene scene = dark_scene();
+  add(scene, test::ball(radius_mm, 128, 256), plain({1, 1, 1}));
+  const RenderOptions options{640, 480};
+  const Image image = drawn(scene, camera_at(distance_mm), options);
+  double area_px = 0.0;  // covered parts of pixels: white over black, resolved in linear light
+  for (int y = 0; y < options.height; ++y) {
+    for (int x = 0; x < options.width; ++x) area_px += linear_value(at(image, x, y)[0]);
+  }
+  // A cone touches the ball: its half angle has the sine r / d. Half the height spans 0.25.
+  const double radius_px =
+      0.5 * options.height / 0.25 * radius_mm / std::sqrt(distance_mm * distance_mm - radius_mm * radius_mm);
+  const double expected_px = pi * radius_px * radius_px;
+  // Facets: 1 - sin(a) / a for a = 2 pi / 256 and the rings', twice 1e-4. Samples: 800 border pixels, each
+  // off by 0.15 at random, are 5 pixels of 52,000. Codes of partly covered pixels: rounded by 1/510 of them.
+  EXPECT_NEAR(area_px / expected_px, 1.0, 4e-4);
+}
+
+TEST(Renderer, ALitBallFollowsLambert)
+{
+  Scene scene = dark_scene();
+  scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Zero();
+  scene.lighting.lights.push_back({Eigen::Vector3f(0, 0, 1), {0.8F, 0.8F, 0.8F}});
+  add(scene, test::ball(20, 128, 256), plain({0.5F, 0.25F, 1.0F}));
+  // Far away, so that the projection is nearly parallel: pixel offset / radius is the sine of the slope.
+  Camera camera = camera_at(10000);
+  camera.half_height_tangent = 0.0025;  // 25 mm half the height
+  camera.near_mm = 9000;
+  camera.far_mm = 11000;
+  const Image image = drawn(scene, camera);
+  for (const int offset_px : {0, 48, 72}) {
+    const double offset_mm = (offset_px + 0.5) * 25.0 / 120.0;
+    const double facing = std::sqrt(1.0 - offset_mm * offset_mm / 400.0);
+    const Codes found = at(image, width / 2 + offset_px, height / 2);
+    EXPECT_NEAR(found[0], srgb_code(0.4 * facing), code_tolerance);
+    EXPECT_NEAR(found[1], srgb_code(0.2 * facing), code_tolerance);
+    EXPECT_NEAR(found[2], srgb_code(0.8 * facing), code_tolerance);
+  }
+}
+
+TEST(Renderer, OpaqueSurfacesHideWhatIsBehindWhateverTheOrder)
+{
+  for (const double first_z_mm : {-10.0, 10.0}) {
+    Scene scene = dark_scene();
+    add(scene, facing_sheet(200), plain({1, 0, 0}), {0, 0, first_z_mm});
+    add(scene, facing_sheet(200), plain({0, 1, 0}), {0, 0, 0});
+    const Codes expected = first_z_mm > 0 ? Codes{255, 0, 0, 255} : Codes{0, 255, 0, 255};
+    EXPECT_EQ(at(drawn(scene, camera_at(100)), width / 2, height / 2), expected);
+  }
+}
+
+TEST(Renderer, TranslucentOverOpaqueBlendsInLinearLight)
+{
+  // Loaded first, drawn last.
+  Scene scene = dark_scene();
+  add(scene, facing_sheet(200), plain({1.0F, 0.1F, 0.0F}, 0.6F), {0, 0, 10});
+  add(scene, facing_sheet(200), plain({0.0F, 0.2F, 0.9F}));
+  const Codes found = at(drawn(scene, camera_at(100)), 10, 20);
+  EXPECT_NEAR(found[0], srgb_code(0.6), code_tolerance);
+  EXPECT_NEAR(found[1], srgb_code(0.6 * 0.1 + 0.4 * 0.2), code_tolerance);
+  EXPECT_NEAR(found[2], srgb_code(0.4 * 0.9), code_tolerance);
+  EXPECT_EQ(found[3], 255);
+}
+
+TEST(Renderer, TranslucentBodiesShowTheirBackFacesAndBlendFromTheFarthest)
+{
+  Scene scene = dark_scene();
+  add(scene, test::box({0, 0, 0}, {200, 200, 10}), plain({1, 0, 0}, 0.5F), {0, 0, 30});   // near
+  add(scene, test::box({0, 0, 0}, {200, 200, 10}), plain({0, 1, 0}, 0.5F), {0, 0, -30});  // far
+  const Codes found = at(drawn(scene, camera_at(200)), width / 2, height / 2);
+  // Two faces of opacity a cover 1 - (1 - a)^2 of what is behind them.
+  const double covered = 0.75;
+  EXPECT_NEAR(found[0], srgb_code(covered), code_tolerance);
+  EXPECT_NEAR(found[1], srgb_code((1.0 - covered) * covered), code_tolerance);
+}
+
+TEST(Renderer, OpenSheetsAreLitFromBothSides)
+{
+  Scene scene = dark_scene();
+  scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Zero();
+  scene.lighting.lights.push_back({Eigen::Vector3f(0, 0, 1), {1, 1, 1}});
+  add(scene, facing_sheet(200), plain({1, 1, 1}));
+  Scene turned = scene;
+  turned.drawables[0].X_world_mesh.linear() = rotation_y(pi);
+  EXPECT_EQ(at(drawn(scene, camera_at(100)), 50, 50), at(drawn(turned, camera_at(100)), 50, 50));
+}
+
+TEST(Renderer, MottlingVariesTheColourAboutItsMean)
+{
+  Scene scene = dark_scene();
+  Material material = plain({0.5F, 0.5F, 0.5F});
+  material.mottling = 0.1F;
+  add(scene, facing_sheet(400), material);
+  const Image image = drawn(scene, camera_at(400));
+  double sum = 0.0;
+  int lowest = 255, highest = 0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const int code = at(image, x, y)[0];
+      sum += linear_value(code);
+      lowest = std::min(lowest, code);
+      highest = std::max(highest, code);
+    }
+  }
+  EXPECT_NEAR(sum / (width * height), 0.5, 0.01);  // noise of mean zero over hundreds of patches
+  EXPECT_GT(highest - lowest, 5);
+  EXPECT_LT(highest - lowest, 40);
+}
+
+Scene joint_scene()
+{
+  MotionModel model = test::model_of({});
+  test::add_bodies(model);
+  Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
+  place(scene, frames_of(Motion(model, "raw").at({0.4, 0.0})));
+  return scene;
+}
+
+Camera joint_camera(const Scene& scene)
+{
+  CameraFit fit(view_rotation(View::oblique, Side::right));
+  fit.include(points_within(scene, {}));
+  return with_depth_range(fit.camera(), scene);
+}
+
+TEST(Renderer, EqualScenesGiveEqualBytes)
+{
+  const Scene scene = joint_scene();
+  const Camera camera = joint_camera(scene);
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height});
+  renderer->load(scene);
+  const Image first = renderer->draw(scene, camera);
+  Scene other = scene;
+  for (Drawable& drawable : other.drawables) drawable.X_world_mesh.translation().x() += 5.0;
+  EXPECT_NE(renderer->draw(other, camera).rgba, first.rgba);
+  EXPECT_EQ(renderer->draw(scene, camera).rgba, first.rgba);
+  EXPECT_EQ(drawn(scene, camera).rgba, first.rgba);
+}
+
+TEST(Renderer, TwoRenderersDoNotDisturbEachOther)
+{
+  const Scene joint = joint_scene(), empty = dark_scene();
+  const std::unique_ptr<Renderer> large = make_offscreen_renderer({width, height});
+  large->load(joint);
+  const Image before = large->draw(joint, joint_camera(joint));
+  {
+    const std::unique_ptr<Renderer> small = make_offscreen_renderer({64, 48, 1});
+    small->load(empty);
+    EXPECT_EQ(at(small->draw(empty, camera_at(10)), 3, 3), (Codes{0, 0, 0, 255}));
+  }
+  EXPECT_EQ(large->draw(joint, joint_camera(joint)).rgba, before.rgba);
+}
+
+TEST(Renderer, ASceneIsLoadedBeforeItIsDrawn)
+{
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({64, 48});
+  EXPECT_THROW(renderer->draw(joint_scene(), camera_at(100)), InternalError);
+}
+
+TEST(Renderer, AnImpossibleSizeIsNamed)
+{
+  try {
+    make_offscreen_renderer({100000, 10});
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.facts().field, "size");
+    EXPECT_EQ(error.facts().found, "100000x10");
+  }
+}
+
+}  // namespace
+}  // namespace vrda

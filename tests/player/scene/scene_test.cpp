@@ -1,0 +1,131 @@
+#include "scene/scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "player/support/models.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double rounding = 1e-11;        // mm, products of poses with coordinates of hundreds
+constexpr double single_rounding = 1e-5;  // mm, single precision at tens of mm
+
+MotionModel moving_model(const std::string& side)
+{
+  test::ModelPlan plan;
+  plan.side = side;
+  plan.rotation_centre_mm = {100, -200, 40};
+  plan.motion = [](double flexion_deg, double varus_deg) {
+    return PoseNumbers{-0.05 * flexion_deg, -0.01 * flexion_deg, 0.2 * varus_deg, 0.1 * flexion_deg};
+  };
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  return model;
+}
+
+Scene scene_of(const MotionModel& model)
+{
+  return scene_of(model.reference, model.moving, model.rotation_centre_mm);
+}
+
+double difference(const Pose& a, const Pose& b)
+{
+  return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
+}
+
+TEST(Scene, ThereIsADrawableForEachComponentWithItsMaterial)
+{
+  MotionModel model = moving_model("right");
+  model.moving.visual = model.moving.contact;  // the same components once more, drawn only
+  const Scene scene = scene_of(model);
+  ASSERT_EQ(scene.drawables.size(), 5U);
+  EXPECT_EQ(scene.drawables[0].name, "ball");
+  EXPECT_EQ(scene.drawables[0].owner, Owner::reference);
+  EXPECT_EQ(scene.drawables[2].name, "plate");
+  EXPECT_EQ(scene.drawables[2].owner, Owner::moving);
+  EXPECT_TRUE(scene.drawables[2].has_contact);
+  EXPECT_FALSE(scene.drawables[4].has_contact);
+  EXPECT_EQ(scene.drawables[2].material.opacity, 0.6F);
+  EXPECT_EQ(scene.drawables[0].material.opacity, 1.0F);
+}
+
+TEST(Scene, ATriangleOfNoComponentIsABrokenPromise)
+{
+  MotionModel model = moving_model("right");
+  model.moving.contact.component.back() = 7;
+  EXPECT_THROW(scene_of(model), InternalError);
+  model.moving.contact.component.pop_back();
+  EXPECT_THROW(scene_of(model), InternalError);
+}
+
+TEST(Scene, WhoeverStandsStillTheObjectsStandAsXReferenceMovingSays)
+{
+  for (const std::string side : {"right", "left"}) {
+    const MotionModel model = moving_model(side);
+    const Motion motion(model, "raw");
+    Scene scene = scene_of(model);
+    for (const Held held : {Held::moving, Held::reference}) {
+      for (const double flexion_deg : {0.0, 40.0, 90.0}) {
+        const JointPose pose = motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.5)});
+        place(scene, frames_of(pose, held));
+        // mesh = stored - origin, for both objects
+        Pose X_stored_mesh = Pose::Identity();
+        X_stored_mesh.translation() = model.rotation_centre_mm;
+        const Pose X_world_reference = scene.drawables[0].X_world_mesh * X_stored_mesh.inverse();
+        const Pose X_world_moving = scene.drawables[1].X_world_mesh * X_stored_mesh.inverse();
+        EXPECT_LT(difference(X_world_reference.inverse() * X_world_moving, pose.X_reference_moving),
+                  rounding);
+      }
+    }
+  }
+}
+
+TEST(Scene, TheHeldReferenceOnlyStandsRecentred)
+{
+  const MotionModel model = moving_model("left");
+  const Motion motion(model, "raw");
+  for (const double flexion_deg : {0.0, 33.0, 90.0}) {
+    const JointFrames frames =
+        frames_of(motion.at({rad_from_deg(flexion_deg), rad_from_deg(-2.0)}), Held::reference);
+    Pose expected = Pose::Identity();
+    expected.translation() = -model.rotation_centre_mm;
+    EXPECT_LT(difference(frames.X_world_reference, expected), rounding);
+  }
+}
+
+TEST(Scene, TheJointSphereLiesWhereTheObjectsMeet)
+{
+  test::ModelPlan plan;
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  Scene scene = scene_of(model);
+  place(scene, frames_of(Motion(model, "raw").at({})));
+  // Boxes: ball 20 about the origin; block and plate |x| <= 20, |z| <= 30, y from -35 to -20.
+  const Sphere sphere = joint_sphere(scene, 0.5);
+  EXPECT_LT((sphere.centre_world_mm - Eigen::Vector3d(0, -20, 0)).norm(), single_rounding);
+  EXPECT_NEAR(sphere.radius_mm, 0.5 * 40.0, single_rounding);
+  for (const Eigen::Vector3d& p_mm : points_within(scene, sphere)) {
+    EXPECT_LE((p_mm - sphere.centre_world_mm).norm(), sphere.radius_mm);
+  }
+  std::size_t n_vertices = 0;
+  for (const Drawable& drawable : scene.drawables) n_vertices += drawable.mesh.vertices.size();
+  EXPECT_LT(points_within(scene, sphere).size(), n_vertices);
+  EXPECT_EQ(points_within(scene, {}).size(), n_vertices);
+}
+
+TEST(Scene, AnEmptySceneHasAnEmptySphere)
+{
+  EXPECT_EQ(joint_sphere({}).radius_mm, 0.0);
+}
+
+TEST(Scene, EveryBackdropHasColoursAndBlackIsBlack)
+{
+  EXPECT_EQ(background_of(Backdrop::black).top, Eigen::Vector3f::Zero());
+  EXPECT_EQ(background_of(Backdrop::black).bottom, Eigen::Vector3f::Zero());
+  EXPECT_GT(background_of(Backdrop::studio).top.sum(), background_of(Backdrop::night).top.sum());
+  EXPECT_LE(studio_lighting().lights.size(), most_lights);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,39 @@
+/// Motion models made by code, for the tests of the player.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "motion/raw_surfaces.hpp"
+#include "store/motion_model.hpp"
+
+namespace vrda::test {
+
+/// x, y, z (mm, world W) and theta (degrees) of the moving object at an attitude in degrees.
+using ModelMotion = std::function<PoseNumbers(double flexion_deg, double varus_deg)>;
+
+struct ModelPlan {
+  std::string side = "right";
+  std::vector<double> flexion_deg{0, 15, 30, 45, 60, 75, 90};
+  std::vector<double> varus_deg{-4, -2, 0, 2, 4};
+  Eigen::Vector3d rotation_centre_mm{0, 0, 0};
+  Eigen::Vector3d delta{0, 1, 0};
+  ModelMotion motion;  ///< all zero when empty
+};
+
+/// Every cell solved and the spine on the middle varus; with bodies it can be written and read back.
+MotionModel model_of(const ModelPlan& plan);
+
+/// Marks one cell as ended with no_contact, its numbers NaN.
+void unsolve(MotionModel& model, Eigen::Index flexion, Eigen::Index varus);
+
+/// Adds the set "degree_N" with coefficients of P_i(u) P_j(v) given by `coefficient(i, j)` for each of
+/// x, y, z (mm) and theta (degrees), i + j <= degree.
+void add_smoothed(MotionModel& model, int degree, const std::function<PoseNumbers(int, int)>& coefficient);
+
+/// A joint for pictures: a ball of 20 mm radius (reference, bone) on a box (moving, bone) with a
+/// translucent plate (moving, meniscus) between them.
+void add_bodies(MotionModel& model);
+
+}  // namespace vrda::test

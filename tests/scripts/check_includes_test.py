@@ -1,0 +1,107 @@
+"""Every rule of scripts/check_includes on a small checkout of its own: one that keeps them all, then one broken rule at a time."""
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "check_includes"
+
+# A checkout that keeps every rule, with what looks like a breach and is none.
+GOOD = {
+    "pipeline/CMakeLists.txt": "add_subdirectory(core)\nadd_subdirectory(store)\nadd_subdirectory(load)\n"
+                               "if(X)\n  add_subdirectory(solve)\nendif()\n",
+    "player/CMakeLists.txt": "add_subdirectory(motion)\nadd_subdirectory(render)\n",
+    "pipeline/core/CMakeLists.txt": "add_room(core)\n",
+    "pipeline/core/README.md": "core\n",
+    "pipeline/core/trig.cpp": '#include "core/trig.hpp"\n#include <cmath>\ndouble sine(double x) { return std::sin(x); }\n',
+    "pipeline/core/mesh.hpp": "#include <Eigen/Core>\n#include <vector>\n#include <sys/stat.h>\n",
+    "pipeline/store/file.cpp": '#include "store/file.hpp"\n#include "core/mesh.hpp"\n#include <hdf5.h>\n',
+    "pipeline/solve/step.cpp": '// std::sin(x) of a comment\n#include "load/case.hpp"\n'
+                               'double f(Trig t) { return std::sqrt(2.0) * t.sin + cosine(1.0); }\n'
+                               'const char* s = "exp(1) in a string";\n/* pow(2, 3)\n */ int sin_cos(int);\n',
+    "player/motion/read.cpp": '#include "store/file.hpp"\n#include "core/mesh.hpp"\n',
+    "player/render/draw.cpp": '#include "motion/read.hpp"\n#include <GL/osmesa.h>\n#include <cmath>\n'
+                              "float f(float x) { return std::sin(x); }\n",
+    "tests/core/mesh_test.cpp": "#include <gtest/gtest.h>\n#include <cmath>\ndouble x = std::exp(1.0);\n",
+    "results/knee/notes.md": "TO" "DO in generated results is not looked at\n",
+}
+
+
+class CheckIncludes(unittest.TestCase):
+    def findings(self, changes=None):
+        """Exit code and lines for GOOD with `changes` written over it."""
+        with tempfile.TemporaryDirectory() as folder:
+            for name, text in {**GOOD, **(changes or {})}.items():
+                path = pathlib.Path(folder, name)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text(text)
+            done = subprocess.run([sys.executable, SCRIPT, folder], capture_output=True, text=True)
+        return done.returncode, done.stdout.splitlines()
+
+    def assert_one(self, name, text, line, found, wanted):
+        """Exactly one finding, at this place, naming both."""
+        code, lines = self.findings({name: text})
+        self.assertEqual(code, 1)
+        self.assertEqual(len(lines), 1, lines)
+        self.assertTrue(lines[0].startswith(f"{name}:{line}: found "), lines[0])
+        self.assertIn(found, lines[0])
+        self.assertIn(wanted, lines[0].split(", wanted ", 1)[1])
+
+    def test_a_good_tree_passes(self):
+        self.assertEqual(self.findings(), (0, ["nothing found"]))
+
+    def test_later_rooms_are_out_of_reach(self):
+        self.assert_one("pipeline/load/a.cpp", '\n#include "solve/step.hpp"\n', 2, '"solve/step.hpp"', "load, core, store")
+        self.assert_one("player/motion/a.cpp", '#include "render/draw.hpp"\n', 1, '"render/draw.hpp"', "motion, core, store")
+        self.assert_one("player/render/a.cpp", '#include "load/case.hpp"\n', 1, '"load/case.hpp"', "motion")
+
+    def test_project_includes_name_their_room(self):
+        self.assert_one("pipeline/solve/a.cpp", '#include "step.hpp"\n', 1, '"step.hpp"', "room/file.hpp")
+        self.assert_one("pipeline/solve/a.cpp", '#include "../core/mesh.hpp"\n', 1, '"../core', "room/file.hpp")
+
+    def test_a_library_lives_in_one_room_and_not_in_headers(self):
+        self.assert_one("pipeline/store/file.hpp", "#include <H5public.h>\n", 1, "<H5public.h> in a header", ".cpp")
+        code, lines = self.findings({"pipeline/load/a.cpp": "#include <H5Tpublic.h>\n"})
+        self.assertEqual((code, len(lines)), (1, 1))
+        self.assertIn("wanted HDF5 in pipeline/load only", lines[0])
+        self.assert_one("player/motion/a.cpp", "#include <newlib/x.hpp>\n#include <gtest/gtest.h>\n", 2, "gtest", "tests only")
+
+    def test_functions_that_differ_by_processor(self):
+        for call in ("std::sin(x)", "::cos(x)", "atan2(y, x)", "std::powf(x, 2)", "v.array().exp()", "fn(&std::hypot)",
+                     "Eigen::AngleAxisd(x, a)", "a.slerp(t, b)", "R.eulerAngles(0, 1, 2)", "log1p(x)"):
+            with self.subTest(call):
+                self.assert_one("pipeline/solve/a.cpp", f"double y = {call};\n", 1, "found ", "core/trig.hpp")
+        self.assert_one("player/motion/a.cpp", "float y = cosf(x);\n", 1, "cosf()", "core/trig.hpp")
+
+    def test_random_numbers_that_differ_by_library(self):
+        for call in ("std::normal_distribution<double> d;", "std::random_device r;", "std::shuffle(a, b, g);", "x = rand();"):
+            with self.subTest(call):
+                self.assert_one("pipeline/solve/a.cpp", f"{call}\n", 1, "found ", "seed")
+
+    def test_sizes(self):
+        self.assert_one("pipeline/solve/a.cpp", "int x;\n" * 501, 501, "501 lines", "at most 500")
+        self.assert_one("pipeline/core/README.md", "line\n" * 21, 21, "21 lines", "at most 20")
+
+    def test_a_room_has_a_readme_and_a_place(self):
+        self.assert_one("pipeline/load/CMakeLists.txt", "add_room(load)\n", 1, "no README.md in pipeline/load", "purpose")
+        code, lines = self.findings({"player/web/CMakeLists.txt": "add_room(web)\n", "player/web/README.md": "web\n"})
+        self.assertEqual((code, len(lines)), (1, 1))
+        self.assertIn("found room web, wanted it listed in player/CMakeLists.txt", lines[0])
+
+    def test_words_and_paths(self):
+        for word in ("TO" "DO", "FIX" "ME", "XX" "X"):
+            self.assert_one("scripts/a", f"# {word}: later\n", 1, word, "finished work")
+        for path in ("/ho" "me/someone/x", "/wo" "rk/x", "C:" "\\data"):
+            self.assert_one("jobs/a.toml", f'file = "{path}"\n', 1, path[:3], "relative to the checkout")
+        self.assertEqual(self.findings({"README.md": "see https://example.org/ho" "me/x and a/ro" "ot/y\n"})[0], 0)
+
+    def test_no_checkout(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run([sys.executable, SCRIPT, folder], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("wanted a checkout", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

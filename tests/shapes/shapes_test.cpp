@@ -1,0 +1,221 @@
+#include "shapes/shapes.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "core/error.hpp"
+#include "core/trig.hpp"
+#include "core/units.hpp"
+#include "shapes/envelopes.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+std::string message_of(const ShapeRequest& request)
+{
+  try {
+    generate_shape(request);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no InputError";
+}
+
+double apart_mm(const Shape& shape)
+{
+  return test::smallest_height_mm(test::envelope(shape.reference.at(0).mesh, test::Facing::down),
+                                  test::envelope(shape.moving.at(0).mesh, test::Facing::up));
+}
+
+TEST(Shapes, EveryShapeIsClosedOutwardAndApartByDefault)
+{
+  EXPECT_THAT(shape_names(),
+              testing::ElementsAre("knee", "hip", "ball-in-dish", "bar-on-pyramids", "cap-in-sink"));
+  for (const std::string& name : shape_names()) {
+    SCOPED_TRACE(name);
+    EXPECT_FALSE(shape_summary(name).empty());
+    const Shape shape = generate_shape({name, {}, {}});
+    for (const auto& parts : {shape.reference, shape.moving}) {
+      ASSERT_FALSE(parts.empty());
+      for (const ShapePart& part : parts) {
+        SCOPED_TRACE(part.name);
+        EXPECT_EQ(edge_counts(part.mesh).boundary, 0);
+        EXPECT_EQ(edge_counts(part.mesh).non_manifold, 0);
+        EXPECT_GT(signed_volume_mm3(part.mesh), 0.0);
+        EXPECT_EQ(part.mesh.normals.rows(), part.mesh.vertices_mm.rows());
+      }
+    }
+    EXPECT_GT(apart_mm(shape), 0.0);
+  }
+}
+
+TEST(Shapes, ParametersListTheirDefaultsAndRanges)
+{
+  for (const std::string& name : shape_names()) {
+    for (const ShapeParameter& parameter : shape_parameters(name)) {
+      SCOPED_TRACE(name + " " + parameter.name);
+      EXPECT_FALSE(parameter.meaning.empty());
+      EXPECT_TRUE(!parameter.choices.empty() || parameter.lowest < parameter.highest);
+      EXPECT_GE(parameter.default_number, parameter.lowest);
+      EXPECT_LE(parameter.default_number, parameter.highest);
+    }
+  }
+}
+
+TEST(Shapes, UnknownNamesAreAnsweredWithTheNearestKnownOne)
+{
+  EXPECT_THAT(message_of({"kne", {}, {}}),
+              AllOf(HasSubstr("shape"), HasSubstr("\"kne\""), HasSubstr("nearest is knee")));
+  EXPECT_THAT(
+      message_of({"knee", {{"resolutoin", 1.0}}, {}}),
+      AllOf(HasSubstr("shape knee"), HasSubstr("\"resolutoin\""), HasSubstr("nearest is resolution")));
+  EXPECT_THAT(message_of({"knee", {}, {{"sied", "left"}}}), HasSubstr("nearest is side"));
+  EXPECT_THAT(message_of({"knee", {}, {{"side", "lefd"}}}),
+              AllOf(HasSubstr("side"), HasSubstr("nearest is left")));
+  EXPECT_THROW(shape_parameters("elbow"), InputError);
+  EXPECT_THROW(shape_summary("elbow"), InputError);
+}
+
+TEST(Shapes, NumbersOutOfRangeAreNamed)
+{
+  EXPECT_THAT(message_of({"knee", {{"resolution", 0.0}}, {}}),
+              AllOf(HasSubstr("resolution: found 0"), HasSubstr("from 0.5 to 14")));
+  EXPECT_THAT(message_of({"knee", {{"resolution", std::numeric_limits<double>::quiet_NaN()}}, {}}),
+              HasSubstr("resolution: found"));
+  EXPECT_THAT(message_of({"hip", {{"radius", -3.0}}, {}}), AllOf(HasSubstr("found -3"), HasSubstr("mm")));
+  EXPECT_THAT(message_of({"cap-in-sink", {{"edges", 2.5}}, {}}), HasSubstr("a whole number from 1"));
+}
+
+TEST(Shapes, ANumberForAWordAndAWordForANumberAreErrors)
+{
+  EXPECT_THAT(message_of({"knee", {{"side", 1.0}}, {}}), AllOf(HasSubstr("side"), HasSubstr("right, left")));
+  EXPECT_THAT(message_of({"knee", {}, {{"resolution", "fine"}}}),
+              AllOf(HasSubstr("\"fine\""), HasSubstr("a number")));
+}
+
+TEST(Hip, HeadAndSocketAreBallsAboutOneCentre)
+{
+  const Shape shape = generate_shape({"hip", {{"radius", 20.0}, {"clearance", 1.0}}, {}});
+  const Mesh& socket = shape.reference.at(0).mesh;
+  const Mesh& head = shape.moving.at(0).mesh;
+  EXPECT_EQ(shape.reference.at(0).name, "socket");
+  EXPECT_EQ(shape.moving.at(0).name, "head");
+  constexpr double on_surface_mm = 1e-8;  // Newton's last step
+  EXPECT_GE(socket.vertices_mm.rowwise().norm().minCoeff(), 21.0 - on_surface_mm);
+  EXPECT_NEAR(socket.vertices_mm.rowwise().norm().minCoeff(), 21.0, on_surface_mm);
+  // The head's upper half carries no neck.
+  for (Eigen::Index v = 0; v < head.vertices_mm.rows(); ++v) {
+    const double r = head.vertices_mm(v, 1) > 12.0 ? head.vertices_mm.row(v).norm() : 20.0;
+    EXPECT_NEAR(r, 20.0, on_surface_mm);
+  }
+}
+
+TEST(Hip, ASocketTooDeepForTheHeadToEnterIsAnError)
+{
+  EXPECT_THAT(message_of({"hip", {{"clearance", 0.1}, {"depth", 10.0}}, {}}),
+              AllOf(HasSubstr("depth"), HasSubstr("10")));
+}
+
+TEST(Hip, ASocketTooShallowToHoldTheHeadIsAnError)
+{
+  EXPECT_THAT(message_of({"hip", {{"radius", 10.0}, {"depth", -15.0}}, {}}),
+              AllOf(HasSubstr("depth"), HasSubstr("-15")));
+}
+
+TEST(BallInDish, AHoleAsWideAsTheDishIsAnError)
+{
+  EXPECT_THAT(message_of({"ball-in-dish", {{"hole", 36.0}}, {}}), AllOf(HasSubstr("hole"), HasSubstr("36")));
+}
+
+TEST(BallInDish, VerticesLieOnTheirBallsAndTheRestingPlaceIsTheOrigin)
+{
+  const Shape shape =
+      generate_shape({"ball-in-dish",
+                      {{"ball_radius", 8.0}, {"dish_radius", 28.0}, {"offset_x", 3.0}, {"offset_z", -2.0}},
+                      {}});
+  const Mesh& dish = shape.reference.at(0).mesh;
+  const Eigen::Vector3d centre(0.0, -28.0, 0.0);
+  int n_front = 0;
+  for (Eigen::Index v = 0; v < dish.vertices_mm.rows(); ++v) {
+    const bool is_front = dish.vertices_mm(v, 1) <= 0.0;
+    const double r = is_front ? (Eigen::Vector3d(dish.vertices_mm.row(v)) - centre).norm() : 28.0;
+    EXPECT_NEAR(r, 28.0, 1e-12);
+    n_front += is_front ? 1 : 0;
+  }
+  EXPECT_EQ(n_front, 49 * 49);
+  const Box ball = bounding_box(shape.moving.at(0).mesh);
+  EXPECT_DOUBLE_EQ(ball.max_mm.y(), ball.min_mm.y() + 16.0);
+  // Straight below the bowl, `apart` below its corners: the top of the ball is lower than the lowest vertex.
+  EXPECT_NEAR(bounding_box(dish).min_mm.y() - ball.max_mm.y(), 5.0, 1e-12);
+  // Moved onto the axis and up by its depth, the ball touches the dish at the origin and nowhere else.
+  Shape resting = shape;
+  resting.moving.at(0).mesh.vertices_mm.rowwise() -= Eigen::RowVector3d(3.0, ball.max_mm.y(), -2.0);
+  EXPECT_NEAR(apart_mm(resting), 0.0, 1e-12);
+}
+
+TEST(BallInDish, EverySectionFallsFromTheMiddleOutward)
+{
+  for (const std::string section : {"bowl", "cone", "wave"}) {
+    SCOPED_TRACE(section);
+    const Mesh dish = generate_shape({"ball-in-dish", {}, {{"section", section}}}).reference.at(0).mesh;
+    const auto under = test::envelope(dish, test::Facing::down);
+    constexpr std::size_t n = test::Envelope::n, middle = n / 2;
+    for (std::size_t i = middle; i < middle + 35; ++i) {
+      EXPECT_GT(under.y_mm[i * n + middle], under.y_mm[(i + 1) * n + middle]);
+    }
+    EXPECT_NEAR(under.y_mm[middle * n + middle], 0.0, 1e-12);
+  }
+}
+
+TEST(BallInDish, ASmallBallFallsThroughTheHole)
+{
+  const Shape shape = generate_shape({"ball-in-dish", {{"hole", 12.0}, {"ball_radius", 5.0}}, {}});
+  EXPECT_EQ(apart_mm(shape), std::numeric_limits<double>::infinity());
+}
+
+TEST(BallInDish, ABowlTooSmallForItsBlockIsAnError)
+{
+  EXPECT_THAT(message_of({"ball-in-dish", {{"dish_width", 60.0}}, {}}),
+              AllOf(HasSubstr("dish_width"), HasSubstr("60")));
+}
+
+TEST(BarOnPyramids, TheBarFitsBetweenThePyramidsWhenItLiesAlongThem)
+{
+  Shape straight = generate_shape({"bar-on-pyramids", {{"turn", 0.0}}, {}});
+  const double top_mm = bounding_box(straight.moving.at(0).mesh).max_mm.y();
+  EXPECT_NEAR(top_mm, -20.0, 1e-12);  // 15 mm of pyramid, 5 mm apart
+  straight.moving.at(0).mesh.vertices_mm.col(1).array() -= top_mm;
+  EXPECT_NEAR(apart_mm(straight), 0.0, 1e-12);
+  // Turned it meets the slopes before the floor.
+  Shape turned = generate_shape({"bar-on-pyramids", {{"turn", 30.0}}, {}});
+  turned.moving.at(0).mesh.vertices_mm.col(1).array() -= top_mm;
+  EXPECT_LT(apart_mm(turned), -1.0);
+}
+
+TEST(CapInSink, CreasesAreExactAtAnyTessellation)
+{
+  for (const double edges : {1.0, 2.0, 5.0}) {
+    const Shape shape = generate_shape({"cap-in-sink", {{"edges", edges}, {"turn", 0.0}}, {}});
+    // A block of 26 mm less a pyramid of 20 mm over a base of 40 mm.
+    EXPECT_NEAR(signed_volume_mm3(shape.reference.at(0).mesh), 1600.0 * 26.0 - 1600.0 * 20.0 / 3.0, 1e-9);
+    EXPECT_NEAR(signed_volume_mm3(shape.moving.at(0).mesh), 1296.0 * 6.0 + 1296.0 * 18.0 / 3.0, 1e-9);
+  }
+}
+
+TEST(CapInSink, InLineTheTipsMeetAndTheSlopesLieOnEachOther)
+{
+  Shape shape = generate_shape({"cap-in-sink", {{"turn", 0.0}}, {}});
+  Mesh& cap = shape.moving.at(0).mesh;
+  cap.vertices_mm.col(1).array() -= bounding_box(cap).max_mm.y();
+  EXPECT_NEAR(apart_mm(shape), 0.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,90 @@
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "shapes/level_set.hpp"
+#include "shapes/surface.hpp"
+
+namespace vrda {
+namespace {
+
+void expect_closed_and_outward(const Mesh& mesh)
+{
+  EXPECT_EQ(edge_counts(mesh).boundary, 0);
+  EXPECT_EQ(edge_counts(mesh).non_manifold, 0);
+  EXPECT_GT(signed_volume_mm3(mesh), 0.0);
+}
+
+TEST(LevelSet, BallIsExactAtItsVertices)
+{
+  const Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 10.0; };
+  for (const double cell_mm : {4.0, 2.0, 0.7}) {
+    LevelSetOptions options;
+    options.cell_mm = cell_mm;
+    const Mesh mesh = level_set_mesh(ball, {{-11, -11, -11}, {11, 11, 11}}, options);
+    expect_closed_and_outward(mesh);
+    EXPECT_LT((mesh.vertices_mm.rowwise().norm().array() - 10.0).abs().maxCoeff(),
+              1e-9);  // Newton's last step
+    // Central differences over 1e-3 mm: error h^2 / (6 r^2) and rounding 1e-12.
+    EXPECT_LT((mesh.normals - mesh.vertices_mm / 10.0).rowwise().norm().maxCoeff(), 1e-7);
+    EXPECT_NEAR(mean_edge_length_mm(mesh) / cell_mm, 1.0, 0.25);
+  }
+}
+
+TEST(LevelSet, ASurfaceThatLeavesItsBoxIsABrokenPromise)
+{
+  const Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 20.0; };
+  EXPECT_THROW(level_set_mesh(ball, {{-11, -11, -30}, {11, 11, 30}}, {}), InternalError);
+}
+
+TEST(LevelSet, SkippedEmptySpaceChangesNothing)
+{
+  const Field ball = [](const Eigen::Vector3d& p) { return p.norm() - 10.0; };
+  LevelSetOptions skipping, careful;
+  skipping.cell_mm = careful.cell_mm = 0.9;
+  skipping.steepest_slope = 1.0;
+  careful.steepest_slope = 1e9;
+  const Box box{{-12, -12, -12}, {12, 12, 12}};
+  EXPECT_EQ(level_set_mesh(ball, box, skipping).vertices_mm, level_set_mesh(ball, box, careful).vertices_mm);
+}
+
+TEST(Surface, EllipsoidHasTwentySquaresOfTrianglesOnTheSurface)
+{
+  for (const int n_edges : {1, 2, 7}) {
+    const Mesh mesh = ellipsoid_mesh({3, 5, 4}, n_edges);
+    expect_closed_and_outward(mesh);
+    EXPECT_EQ(mesh.triangles.rows(), 20 * n_edges * n_edges);
+    EXPECT_DOUBLE_EQ(bounding_box(mesh).max_mm.y(), 5.0);
+    for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
+      const Eigen::Vector3d p = mesh.vertices_mm.row(v);
+      EXPECT_NEAR(p.cwiseQuotient(Eigen::Vector3d(3, 5, 4)).norm(), 1.0, 1e-14);
+    }
+  }
+}
+
+TEST(Surface, BlocksFacingEitherWayAreClosedAndHaveTheirVolume)
+{
+  for (const double back_y_mm : {-2.0, 3.0}) {
+    Block block;
+    append_lines(block.x_mm, -2.0, 2.0, 4);
+    append_lines(block.z_mm, -1.0, 2.0, 3);
+    block.front_y_mm = [](double, double) { return 1.0; };
+    block.back_y_mm = back_y_mm;
+    expect_closed_and_outward(block_mesh(block));
+    EXPECT_NEAR(signed_volume_mm3(block_mesh(block)), 12.0 * std::abs(back_y_mm - 1.0), 1e-12);
+  }
+}
+
+TEST(Surface, AHoleGoesThroughTheBlock)
+{
+  Block block;
+  append_lines(block.x_mm, -4.0, 4.0, 8);
+  block.z_mm = block.x_mm;
+  block.front_y_mm = [](double, double) { return 0.0; };
+  block.back_y_mm = 1.0;
+  block.hole_half_mm = 2.0;
+  expect_closed_and_outward(block_mesh(block));
+  EXPECT_NEAR(signed_volume_mm3(block_mesh(block)), 64.0 - 16.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace vrda

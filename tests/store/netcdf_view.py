@@ -1,0 +1,146 @@
+"""Opens a sample motion model with the programs that its readers use: netCDF's ncdump, h5dump, and xarray
+with both of its engines. Wants named dimensions with units and not one warning.
+
+usage: netcdf_view.py WRITE_SAMPLE
+exit: 0 all is well, 1 a finding (printed), 77 skipped because a program or package is absent
+"""
+import importlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import warnings
+
+SKIPPED = 77
+GROUPS = {
+    "/": {"flexion", "varus", "row", "column"},
+    "/clinical": {"flexion", "varus"},
+    "/contacts": {"contact", "cell_bound", "xyz"},
+    "/bodies/reference": {"member", "vertex", "triangle", "xyz", "corner"},
+    "/bodies/moving/visual": {"vertex", "triangle", "xyz", "corner"},
+    "/smoothed/degree_1": {"flexion", "varus", "term", "axis"},
+    "/job": {"input"},
+}
+
+
+def skip(why):
+    print("skipped: " + why)
+    sys.exit(SKIPPED)
+
+
+def check(condition, why):
+    if not condition:
+        print("wrong: " + why)
+        sys.exit(1)
+
+
+def run(*command, **environment):
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment}, check=False)
+    check(done.returncode == 0 and not done.stderr, f"{command[0]} ended with {done.returncode}: {done.stderr}")
+    return done.stdout
+
+
+def check_ncdump(path):
+    header = run("ncdump", "-h", path)
+    for line in (
+        "flexion = 91 ;",
+        "varus = 21 ;",
+        "double tx(flexion, varus) ;",
+        'string tx:units = "mm" ;',
+        'string theta:units = "degree" ;',
+        'string flexion:units = "degree" ;',
+        "double X_reference_moving(flexion, varus, row, column) ;",
+        "byte status(flexion, varus) ;",
+        "status:flag_values = -1b, 0b, 1b, 2b, 3b ;",
+        'string status:flag_meanings = "pending stable no_contact no_clearance iteration_limit" ;',
+        "tx:_FillValue = NaN ;",
+        'string :format = "vrda motion model" ;',
+        "double point(contact, xyz) ;",
+        "int triangles(triangle, corner) ;",
+    ):
+        check(line in header, f"`{line}` is not in the output of ncdump -h")
+    check("phony_dim" not in header, "a dimension without a name in the output of ncdump -h")
+    run("ncdump", "-v", "status", path)
+
+
+def check_h5dump(path):
+    check("DIMENSION_LIST" in run("h5dump", "-A", "-d", "/tx", path), "h5dump shows no dimensions of /tx")
+    run("h5dump", path)
+
+
+def check_dataset(dataset, group, dimensions):
+    check(set(dataset.sizes) == dimensions, f"{group} has the dimensions {set(dataset.sizes)}, wanted {dimensions}")
+    for name, variable in dataset.variables.items():
+        if variable.dtype.kind == "f":
+            check(isinstance(variable.attrs.get("units"), str), f"{group}/{name} has no units")
+        check(isinstance(variable.attrs.get("long_name"), str), f"{group}/{name} has no long_name")
+
+
+def check_root(dataset):
+    check(dataset.status.dtype == "int8", "status is no int8")
+    check(list(dataset.status.attrs["flag_values"]) == [-1, 0, 1, 2, 3], "status has other flag_values")
+    check(dataset.flexion.values.tolist() == list(range(91)), "the axis of flexion is another")
+    cell = dataset.sel(flexion=30, varus=2)
+    check(abs(float(cell.tx) - 3.0) < 1e-12, "tx at 30, 2 degrees is not 3 mm")
+    check(bool(dataset.tx[1, 2].isnull()) and int(dataset.status[1, 2]) == 2, "the failed cell is not NaN")
+    check(dataset.attrs["title"].endswith("(genou \u00e9tal\u00f3n)"), "the title is another")
+    check(list(dataset.attrs["rotation_centre_mm"]) == [1.0, -2.0, 3.0], "the rotation centre is another")
+
+
+def check_xarray(path):
+    # Modules warn on being imported about each other's versions; only what our file causes counts.
+    for module in ("h5py", "netCDF4", "h5netcdf", "pandas", "xarray"):
+        try:
+            importlib.import_module(module)
+        except ImportError:
+            skip(f"{sys.executable} has no {module} (Debian: python3-{module.lower()})")
+    import xarray
+
+    warnings.simplefilter("error")
+    with xarray.open_dataset(path) as dataset:
+        check_root(dataset.load())
+    for engine in ("netcdf4", "h5netcdf"):
+        for group, dimensions in GROUPS.items():
+            with xarray.open_dataset(path, engine=engine, group=group) as dataset:
+                check_dataset(dataset.load(), group, dimensions)
+        with xarray.open_dataset(path, engine=engine) as dataset:
+            check_root(dataset.load())
+
+
+def check_same_bytes(write_sample, folder):
+    contents = set()
+    # Memory that was not set would show: glibc fills it with the byte given.
+    for byte in ("0", "85", "170"):
+        path = os.path.join(folder, f"model-{byte}.h5")
+        run(write_sample, path, "rich", MALLOC_PERTURB_=byte)
+        with open(path, "rb") as file:
+            contents.add(file.read())
+    check(len(contents) == 1, "equal models gave different bytes")
+
+
+def main():
+    write_sample = sys.argv[1]
+    for program in ("ncdump", "h5dump"):
+        if shutil.which(program) is None:
+            skip(f"no {program} (Debian: netcdf-bin, hdf5-tools)")
+    with tempfile.TemporaryDirectory() as folder:
+        check_same_bytes(write_sample, folder)
+        path = os.path.join(folder, "knee.h5")
+        run(write_sample, path, "rich")
+        check_ncdump(path)
+        check_h5dump(path)
+        check_xarray(path)
+        for kind in ("plain", "pending"):
+            other = os.path.join(folder, kind + ".h5")
+            run(write_sample, other, kind)
+            check("phony_dim" not in run("ncdump", "-h", other), f"a dimension without a name ({kind})")
+            import xarray
+
+            with xarray.open_dataset(other) as dataset:
+                check(set(dataset.load().sizes) == GROUPS["/"], f"other dimensions ({kind})")
+    print("ncdump, h5dump and xarray see named dimensions with units")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,346 @@
+// Motion models changed by another HDF5 program, and damaged files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <hdf5.h>
+#include <hdf5_hl.h>
+
+#include <filesystem>
+#include <functional>
+
+#include "core/error.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/sample_model.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// Opens the file, changes it, and closes it whatever happened.
+void change(const std::string& path, const std::function<void(hid_t)>& action)
+{
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  ASSERT_GE(file, 0);
+  action(file);
+  ASSERT_GE(H5Fclose(file), 0);
+}
+
+void remove(hid_t file, const char* path)
+{
+  ASSERT_GE(H5Ldelete(file, path, H5P_DEFAULT), 0);
+}
+
+struct NewDataset {
+  const char* path;
+  std::vector<hsize_t> shape;
+  hid_t type = H5T_IEEE_F64LE;
+  hid_t creation = H5P_DEFAULT;
+};
+
+/// Puts an unwritten dataset in the place of another.
+void replace(hid_t file, const NewDataset& wanted)
+{
+  remove(file, wanted.path);
+  const hid_t space = H5Screate_simple(static_cast<int>(wanted.shape.size()), wanted.shape.data(), nullptr);
+  const hid_t dataset =
+      H5Dcreate2(file, wanted.path, wanted.type, space, H5P_DEFAULT, wanted.creation, H5P_DEFAULT);
+  ASSERT_GE(dataset, 0);
+  H5Dclose(dataset);
+  H5Sclose(space);
+}
+
+void set_text(hid_t file, const char* object, const char* name, const char* value)
+{
+  ASSERT_GE(H5Adelete_by_name(file, object, name, H5P_DEFAULT), 0);
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  const hsize_t one = 1;
+  const hid_t space = H5Screate_simple(1, &one, nullptr);
+  const hid_t attribute =
+      H5Acreate_by_name(file, object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  ASSERT_GE(H5Awrite(attribute, type, &value), 0);
+  H5Aclose(attribute);
+  H5Sclose(space);
+  H5Tclose(type);
+}
+
+void make_group(hid_t file, const std::string& path)
+{
+  const hid_t group = H5Gcreate2(file, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  ASSERT_GE(group, 0);
+  H5Gclose(group);
+}
+
+/// The findings of a changed sample, none of them twice; reading must name the first.
+std::vector<Finding> findings_after(const std::function<void(hid_t)>& action)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  change(path, action);
+  std::vector<Finding> findings = validate_motion_model(path);
+  EXPECT_FALSE(findings.empty());
+  try {
+    read_motion_model(path);
+    ADD_FAILURE() << "no InputError";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.facts().file, path);
+    EXPECT_EQ(error.facts().field, findings.empty() ? "" : findings[0].where);
+  }
+  return findings;
+}
+
+void expect_first(const std::vector<Finding>& findings, const char* where, const char* found,
+                  const char* wanted)
+{
+  ASSERT_FALSE(findings.empty());
+  EXPECT_EQ(findings[0].where, where);
+  EXPECT_THAT(findings[0].found, HasSubstr(found));
+  EXPECT_THAT(findings[0].wanted, HasSubstr(wanted));
+}
+
+TEST(Structure, AnUnchangedFileReopenedForWritingStaysValid)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  change(path, [](hid_t file) { set_text(file, "/", "title", "renamed"); });
+  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_EQ(read_motion_model(path).title, "renamed");
+}
+
+TEST(Structure, UnknownObjectsOfALaterMinorVersionAreIgnored)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  change(path, [](hid_t file) {
+    make_group(file, "/audit");
+    set_text(file, "/", "format_version", "1.7");
+  });
+  EXPECT_TRUE(validate_motion_model(path).empty());
+}
+
+TEST(Structure, FormatAndVersion)
+{
+  expect_first(findings_after([](hid_t file) { H5Adelete(file, "format"); }), "/@format", "nothing",
+               "vrda motion model");
+  expect_first(findings_after([](hid_t file) { set_text(file, "/", "format", "other"); }), "/@format",
+               "\"other\"", "vrda motion model");
+  expect_first(findings_after([](hid_t file) { set_text(file, "/", "format_version", "2.0"); }),
+               "/@format_version", "\"2.0\"", "\"1.\"");
+}
+
+TEST(Structure, MissingObjects)
+{
+  expect_first(findings_after([](hid_t file) { remove(file, "/tx"); }), "/tx", "nothing",
+               "translation along X");
+  expect_first(findings_after([](hid_t file) { remove(file, "/flexion"); }), "/flexion", "nothing",
+               "dimension scale");
+  expect_first(findings_after([](hid_t file) { remove(file, "/contacts"); }), "/contacts/contact", "nothing",
+               "dimension scale");
+  expect_first(findings_after([](hid_t file) { remove(file, "/clinical"); }), "/clinical", "nothing",
+               "a group");
+  expect_first(findings_after([](hid_t file) { H5Adelete(file, "has_compartments"); }), "/@has_compartments",
+               "nothing", "int8");
+  expect_first(findings_after([](hid_t file) { H5Adelete(file, "delta"); }), "/@delta", "nothing",
+               "3 of float64");
+  expect_first(findings_after([](hid_t file) {
+                 remove(file, "/tx");
+                 make_group(file, "/tx");
+               }),
+               "/tx", "a group", "a dataset");
+}
+
+TEST(Structure, TypesAndShapes)
+{
+  expect_first(findings_after([](hid_t file) {
+                 replace(file, {"/tx", {4, 3}, H5T_STD_I32LE});
+               }),
+               "/tx", "int32", "float64");
+  expect_first(findings_after([](hid_t file) {
+                 replace(file, {"/status", {4, 3}, H5T_STD_U8LE});
+               }),
+               "/status", "another type", "int8");
+  expect_first(findings_after([](hid_t file) { replace(file, {"/tx", {3, 4}}); }), "/tx", "[3, 4]", "[4, 3]");
+  expect_first(findings_after([](hid_t file) { replace(file, {"/tx", {12}}); }), "/tx", "[12]", "[4, 3]");
+}
+
+TEST(Structure, DimensionScales)
+{
+  expect_first(
+      findings_after([](hid_t file) { H5Adelete_by_name(file, "/ty", "DIMENSION_LIST", H5P_DEFAULT); }),
+      "/ty", "axis 0 without its scale", "/flexion attached");
+  expect_first(findings_after([](hid_t file) { H5Adelete_by_name(file, "/varus", "CLASS", H5P_DEFAULT); }),
+               "/varus", "no dimension scale", "a dimension scale");
+}
+
+TEST(Structure, Attributes)
+{
+  expect_first(findings_after([](hid_t file) { set_text(file, "/ty", "units", "m"); }), "/ty@units", "\"m\"",
+               "\"mm\"");
+  expect_first(findings_after([](hid_t file) { H5Adelete_by_name(file, "/tx", "units", H5P_DEFAULT); }),
+               "/tx@units", "nothing", "\"mm\"");
+  expect_first(findings_after([](hid_t file) { set_text(file, "/status", "flag_meanings", "good bad"); }),
+               "/status@flag_meanings", "good bad", "pending stable");
+  expect_first(
+      findings_after([](hid_t file) { H5Adelete_by_name(file, "/status", "flag_values", H5P_DEFAULT); }),
+      "/status@flag_values", "nothing", "int8");
+  expect_first(findings_after([](hid_t file) { H5Adelete_by_name(file, "/tx", "_FillValue", H5P_DEFAULT); }),
+               "/tx@_FillValue", "nothing", "NaN");
+}
+
+TEST(Structure, SmoothedGroups)
+{
+  expect_first(findings_after([](hid_t file) { make_group(file, "/smoothed/degree_six"); }),
+               "/smoothed/degree_six", "without a degree", "whole number");
+  expect_first(findings_after([](hid_t file) { remove(file, "/smoothed/degree_1/coefficients_ty"); }),
+               "/smoothed/degree_1/coefficients_ty", "nothing", "a dataset");
+  expect_first(findings_after([](hid_t file) {
+                 H5Lmove(file, "/smoothed/degree_1", file, "/smoothed/degree_2", H5P_DEFAULT, H5P_DEFAULT);
+               }),
+               "/smoothed/degree_2@degree", "another degree", "2");
+}
+
+TEST(Structure, LinksOutOfTheFileAreRefused)
+{
+  expect_first(findings_after([](hid_t file) {
+                 remove(file, "/tx");
+                 H5Lcreate_external("/etc/passwd", "/tx", file, "/tx", H5P_DEFAULT, H5P_DEFAULT);
+               }),
+               "/tx", "another file", "itself");
+  expect_first(findings_after([](hid_t file) {
+                 H5Lcreate_soft("/ty", file, "/clinical/alias", H5P_DEFAULT, H5P_DEFAULT);
+               }),
+               "/clinical/alias", "symbolic link", "itself");
+}
+
+TEST(Structure, StorageOutOfTheOrdinaryIsRefused)
+{
+  expect_first(findings_after([](hid_t file) {
+                 const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+                 H5Pset_external(creation, "/etc/passwd", 0, H5F_UNLIMITED);
+                 replace(file, {"/tx", {4, 3}, H5T_IEEE_F64LE, creation});
+                 H5Pclose(creation);
+               }),
+               "/tx", "another file", "gzip");
+  expect_first(findings_after([](hid_t file) {
+                 const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+                 const hsize_t chunk[] = {4, 3};
+                 H5Pset_chunk(creation, 2, chunk);
+                 H5Pset_nbit(creation);
+                 replace(file, {"/tx", {4, 3}, H5T_IEEE_F64LE, creation});
+                 H5Pclose(creation);
+               }),
+               "/tx", "filter number 5", "gzip");
+}
+
+TEST(Structure, AbsurdSizesAreRefusedBeforeAnythingIsAllocated)
+{
+  // 24 GB of vertices of which the file stores none.
+  const std::vector<Finding> findings = findings_after([](hid_t file) {
+    constexpr hsize_t n = 1000000000;
+    replace(file, {"/bodies/reference/vertex", {n}, H5T_IEEE_F32BE});
+    const hid_t scale = H5Dopen2(file, "/bodies/reference/vertex", H5P_DEFAULT);
+    H5DSset_scale(scale, "vertex");
+    H5Dclose(scale);
+    replace(file, {"/bodies/reference/vertices", {n, 3}});
+    replace(file, {"/bodies/reference/normals", {n, 3}});
+  });
+  expect_first(findings, "/bodies/reference/vertices", "too large for the 0 bytes stored", "can be read");
+  expect_first(findings_after([](hid_t file) {
+                 replace(file, {"/contacts/contact", {hsize_t{1} << 40}, H5T_IEEE_F32BE});
+                 const hid_t scale = H5Dopen2(file, "/contacts/contact", H5P_DEFAULT);
+                 H5DSset_scale(scale, "contact");
+                 H5Dclose(scale);
+               }),
+               "/contacts/contact", "[1099511627776]", "at most 2147483647");
+}
+
+TEST(Structure, NestingWithoutEndIsRefused)
+{
+  const std::vector<Finding> findings = findings_after([](hid_t file) {
+    make_group(file, "/loop");
+    H5Lcreate_hard(file, "/loop", file, "/loop/loop", H5P_DEFAULT, H5P_DEFAULT);
+  });
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_THAT(findings[0].found, HasSubstr("nested more than 8"));
+}
+
+/// A flip, an overwritten block or a cut at any place must end in an InputError that names the file.
+void expect_refused(const test::Scratch& scratch, const std::string& bytes)
+{
+  const std::string file = scratch.write("damaged.h5", bytes);
+  try {
+    validate_motion_model(file);
+    ADD_FAILURE() << "no InputError";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.facts().file, file);
+    EXPECT_THAT(error.facts().wanted, HasSubstr("motion model"));
+  }
+}
+
+TEST(DamagedFile, IsRefusedWhereverTheDamageIs)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  const std::string whole = test::read_bytes(path);
+  // A prime step, so that the flips meet every position within the file's aligned structures.
+  for (std::size_t at = 0; at < whole.size(); at += 199) {
+    SCOPED_TRACE(at);
+    std::string flipped = whole;
+    flipped[at] = static_cast<char>(flipped[at] ^ (1 << at % 8));
+    expect_refused(scratch, flipped);
+  }
+  for (std::size_t at = 0; at < whole.size(); at += 4096) {
+    SCOPED_TRACE(at);
+    std::string zeroed = whole;
+    const std::size_t size = std::min<std::size_t>(4096, whole.size() - at);
+    zeroed.replace(at, size, std::string(size, '\0'));
+    expect_refused(scratch, zeroed);
+  }
+  for (std::size_t size = 0; size < whole.size(); size += 499) {
+    SCOPED_TRACE(size);
+    expect_refused(scratch, whole.substr(0, size));
+  }
+  for (std::size_t cut = 1; cut < 16; ++cut) expect_refused(scratch, whole.substr(0, whole.size() - cut));
+  expect_refused(scratch, whole + "x");
+}
+
+TEST(DamagedFile, WithoutItsSealAWholeFileIsStillRead)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  std::filesystem::resize_file(path, std::filesystem::file_size(path) - 16);
+  EXPECT_TRUE(validate_motion_model(path).empty());
+}
+
+TEST(DamagedFile, ACorruptChunkWithoutASealIsAFinding)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model({91, 21, true, true, true}));
+  std::string bytes = test::read_bytes(path);
+  bytes.resize(bytes.size() - 16);
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const hid_t dataset = H5Dopen2(file, "/X_reference_moving", H5P_DEFAULT);
+  hsize_t offset[4] = {}, size = 0;
+  unsigned mask = 0;
+  haddr_t address = 0;
+  const hid_t space = H5Dget_space(dataset);
+  ASSERT_GE(H5Dget_chunk_info(dataset, space, 0, offset, &mask, &address, &size), 0);
+  H5Sclose(space);
+  H5Dclose(dataset);
+  H5Fclose(file);
+  bytes[address + size / 2] = static_cast<char>(bytes[address + size / 2] ^ 1);
+  const std::string damaged = scratch.write("damaged.h5", bytes);
+  const std::vector<Finding> findings = validate_motion_model(damaged);
+  expect_first(findings, "/X_reference_moving", "HDF5 error", "intact");
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,26 @@
+// Writes sample motion models for the checks that other programs make:
+// write_sample FILE [rich|plain|pending]
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "store/motion_model_file.hpp"
+#include "store/sample_model.hpp"
+
+int main(int argc, char** argv)
+{
+  if (argc != 3) return 2;
+  try {
+    const std::string which = argv[2];
+    vrda::test::SampleOptions options;
+    if (which == "rich") options.n_flexion = 91, options.n_varus = 21;
+    if (which == "plain") options.has_compartments = options.has_visual = false;
+    vrda::MotionModel model = vrda::test::sample_model(options);
+    if (which == "pending") model = vrda::with_pending_cells(model);
+    vrda::write_motion_model(argv[1], model);
+    return 0;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}

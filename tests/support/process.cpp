@@ -1,0 +1,81 @@
+#include "support/process.hpp"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <stdexcept>
+
+#include "support/scratch.hpp"
+
+namespace vrda::test {
+namespace {
+
+std::filesystem::path temporary_file()
+{
+  std::string name = (std::filesystem::temp_directory_path() / "vrda-said-XXXXXX").string();
+  const int descriptor = mkstemp(name.data());
+  if (descriptor < 0) throw std::runtime_error("cannot make a temporary file");
+  close(descriptor);
+  return name;
+}
+
+[[noreturn]] void become(const Command& command, const std::filesystem::path& out,
+                         const std::filesystem::path& err)
+{
+  dup2(open(out.c_str(), O_WRONLY | O_TRUNC), STDOUT_FILENO);
+  dup2(open(err.c_str(), O_WRONLY | O_TRUNC), STDERR_FILENO);
+  for (const auto& [name, value] : command.environment) setenv(name.c_str(), value.c_str(), 1);
+  if (!command.folder.empty() && chdir(command.folder.c_str()) != 0) _exit(126);
+  std::vector<char*> words{const_cast<char*>(command.program.c_str())};
+  for (const std::string& word : command.arguments) words.push_back(const_cast<char*>(word.c_str()));
+  words.push_back(nullptr);
+  execv(command.program.c_str(), words.data());
+  _exit(127);
+}
+
+}  // namespace
+
+Process::Process(const Command& command) : out_(temporary_file()), err_(temporary_file())
+{
+  pid_ = fork();
+  if (pid_ < 0) throw std::runtime_error("cannot fork");
+  if (pid_ == 0) become(command, out_, err_);
+}
+
+Process::~Process()
+{
+  if (is_running()) {
+    send(SIGKILL);
+    wait();
+  }
+  std::error_code ignored;
+  std::filesystem::remove(out_, ignored);
+  std::filesystem::remove(err_, ignored);
+}
+
+bool Process::is_running()
+{
+  if (!is_reaped_) is_reaped_ = waitpid(pid_, &status_, WNOHANG) == pid_;
+  return !is_reaped_;
+}
+
+void Process::send(int signal) const
+{
+  kill(pid_, signal);
+}
+
+Ended Process::wait()
+{
+  if (!is_reaped_) is_reaped_ = waitpid(pid_, &status_, 0) == pid_;
+  return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, read_bytes(out_), read_bytes(err_)};
+}
+
+Ended run(const Command& command)
+{
+  return Process(command).wait();
+}
+
+}  // namespace vrda::test

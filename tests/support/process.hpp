@@ -1,0 +1,49 @@
+/// Runs a program and keeps what it said.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace vrda::test {
+
+struct Ended {
+  int exit_code = -1;  ///< -1: ended by a signal
+  std::string out;
+  std::string err;
+};
+
+struct Command {
+  std::filesystem::path program;
+  std::vector<std::string> arguments;
+  std::map<std::string, std::string> environment;  ///< added to our own
+  std::filesystem::path folder;                    ///< to run in; empty: here
+};
+
+/// A program under way. Its destructor kills and reaps it, by process id.
+class Process {
+ public:
+  explicit Process(const Command& command);
+  ~Process();
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  bool is_running();
+  void send(int signal) const;
+  /// Waits for the end.
+  Ended wait();
+
+ private:
+  pid_t pid_ = -1;
+  int status_ = 0;
+  bool is_reaped_ = false;
+  std::filesystem::path out_;
+  std::filesystem::path err_;
+};
+
+Ended run(const Command& command);
+
+}  // namespace vrda::test

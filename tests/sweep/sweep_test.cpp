@@ -1,0 +1,202 @@
+#include "sweep/sweep.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+SweepPlan plan_of(int n_flexion, int n_varus)
+{
+  SweepPlan plan;
+  for (int i = 0; i < n_flexion; ++i) plan.flexion_rad.push_back(rad_from_deg(5.0 * i));
+  for (int j = 0; j < n_varus; ++j) plan.varus_rad.push_back(rad_from_deg(2.0 * (j - n_varus / 2)));
+  plan.initial = {{0, -20, 0}, 0};
+  return plan;
+}
+
+// A joint whose balanced varus drifts with flexion and whose pose remembers its seed, so that any other order
+// of seeds shows.
+StepRecord drifting(const Attitude& attitude, const MovingPose& seed)
+{
+  StepRecord r;
+  r.status = StepStatus::stable;
+  r.pose.translation_mm =
+      0.5 * seed.translation_mm + Eigen::Vector3d(attitude.flexion_rad, attitude.varus_rad, 1);
+  r.pose.theta_rad = 0.9 * seed.theta_rad + attitude.flexion_rad;
+  const double balance_rad = 0.1 * attitude.flexion_rad;
+  r.gap_medial_mm = std::max(0.0, 40.0 * (attitude.varus_rad - balance_rad));
+  r.gap_lateral_mm = std::max(0.0, -40.0 * (attitude.varus_rad - balance_rad));
+  return r;
+}
+
+std::vector<double> numbers(const SweepResult& result)
+{
+  std::vector<double> all;
+  for (const StepRecord& r : result.cells) {
+    all.insert(all.end(), {r.pose.translation_mm.x(), r.pose.translation_mm.y(), r.pose.translation_mm.z(),
+                           r.pose.theta_rad, static_cast<double>(r.status)});
+  }
+  return all;
+}
+
+TEST(Sweep, TheSpineFollowsTheBalanceAndRowsGrowOutward)
+{
+  const SweepPlan plan = plan_of(12, 9);
+  const SweepResult result = sweep(plan, drifting, {}, 1);
+  ASSERT_TRUE(result.is_complete);
+  for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
+    const double balance_rad = 0.1 * plan.flexion_rad[i];
+    const auto spine = static_cast<std::size_t>(result.spine_column[i]);
+    for (const double other : plan.varus_rad) {
+      EXPECT_LE(std::abs(plan.varus_rad[spine] - balance_rad), std::abs(other - balance_rad) + 1e-12);
+    }
+    const auto cell = [&](std::size_t j) { return result.cells[i * plan.varus_rad.size() + j]; };
+    for (std::size_t j = spine + 1; j < plan.varus_rad.size(); ++j) {
+      const StepRecord expected = drifting({plan.flexion_rad[i], plan.varus_rad[j]}, cell(j - 1).pose);
+      EXPECT_EQ(cell(j).pose.translation_mm, expected.pose.translation_mm);
+    }
+    for (std::size_t j = spine; j-- > 0;) {
+      const StepRecord expected = drifting({plan.flexion_rad[i], plan.varus_rad[j]}, cell(j + 1).pose);
+      EXPECT_EQ(cell(j).pose.translation_mm, expected.pose.translation_mm);
+    }
+  }
+}
+
+TEST(Sweep, AnyNumberOfWorkersGivesTheSameBits)
+{
+  const SweepPlan plan = plan_of(20, 11);
+  const std::vector<double> one = numbers(sweep(plan, drifting, {}, 1));
+  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(sweep(plan, drifting, {}, n)), one) << n;
+}
+
+TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
+{
+  const SweepPlan plan = plan_of(10, 7);
+  const std::vector<double> whole = numbers(sweep(plan, drifting, {}, 1));
+  std::map<StepKey, StepRecord> journal;
+  std::mutex mutex;
+  int n_solved = 0, n_runs = 0;
+  bool is_complete = false;
+  std::vector<double> last;
+  while (!is_complete) {
+    ++n_runs;
+    int budget = 23;
+    SweepHooks hooks;
+    hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
+      const std::lock_guard lock(mutex);
+      const auto found = journal.find(key);
+      return found == journal.end() ? std::nullopt : std::optional(found->second);
+    };
+    hooks.keep = [&](const StepRecord& r) {
+      const std::lock_guard lock(mutex);
+      EXPECT_TRUE(journal.emplace(r.key, r).second) << "solved twice";
+      n_solved += r.key.kind == StepKind::spine ? 0 : 1;
+    };
+    hooks.is_stopped = [&] {
+      const std::lock_guard lock(mutex);
+      return budget-- <= 0;
+    };
+    const SweepResult result = sweep(plan, drifting, hooks, 2);
+    is_complete = result.is_complete;
+    last = numbers(result);
+  }
+  EXPECT_GT(n_runs, 3);
+  EXPECT_EQ(last, whole);
+}
+
+TEST(Sweep, AFailedCellStopsNothingAndIsSteppedOver)
+{
+  const SweepPlan plan = plan_of(3, 7);
+  const SolveStep with_hole = [&](const Attitude& a, const MovingPose& seed) {
+    StepRecord r = drifting(a, seed);
+    if (std::abs(a.varus_rad - plan.varus_rad[5]) < 1e-9) r.status = StepStatus::no_contact;
+    return r;
+  };
+  const SweepResult result = sweep(plan, with_hole, {}, 2);
+  EXPECT_TRUE(result.is_complete);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(result.cells[i * 7 + 5].status, StepStatus::no_contact);
+    const StepRecord expected =
+        drifting({plan.flexion_rad[i], plan.varus_rad[6]}, result.cells[i * 7 + 4].pose);
+    EXPECT_EQ(result.cells[i * 7 + 6].pose.translation_mm, expected.pose.translation_mm);
+  }
+}
+
+TEST(Sweep, AFailedSpineSeedsItsRowFromTheLastStableSpine)
+{
+  const SweepPlan plan = plan_of(3, 5);
+  const SolveStep failing_row = [&](const Attitude& a, const MovingPose& seed) {
+    StepRecord r = drifting(a, seed);
+    if (std::abs(a.flexion_rad - plan.flexion_rad[1]) < 1e-9) r.status = StepStatus::iteration_limit;
+    return r;
+  };
+  const SweepResult result = sweep(plan, failing_row, {}, 1);
+  ASSERT_TRUE(result.is_complete);
+  const auto first_spine = static_cast<std::size_t>(result.spine_column[0]);
+  const auto third_spine = static_cast<std::size_t>(result.spine_column[2]);
+  const StepRecord expected =
+      drifting({plan.flexion_rad[2], plan.varus_rad[third_spine]}, result.cells[first_spine].pose);
+  EXPECT_EQ(result.cells[2 * 5 + third_spine].pose.translation_mm, expected.pose.translation_mm);
+}
+
+TEST(Sweep, WhereBothSidesTouchTheSpineClimbsAlongDelta)
+{
+  // Both sides touch over six degrees of varus; the moving object gets furthest up at 2 degrees.
+  SweepPlan plan = plan_of(3, 11);
+  const SolveStep locked = [](const Attitude& a, const MovingPose&) {
+    StepRecord r;
+    r.status = StepStatus::stable;
+    const double from_peak = a.varus_rad - rad_from_deg(2.0);
+    r.pose.translation_mm.y() = -std::abs(from_peak);
+    r.contact_medial = r.contact_lateral = from_peak > rad_from_deg(-0.5) && from_peak < rad_from_deg(6.5);
+    r.gap_medial_mm = r.contact_lateral ? 0.0 : std::abs(from_peak);
+    r.gap_lateral_mm = 0.0;
+    return r;
+  };
+  EXPECT_EQ(sweep(plan, locked, {}, 1).spine_column, std::vector<std::int32_t>(3, 6));
+}
+
+TEST(Sweep, BothTouchingBeatsOneAndOneStableBeatsNone)
+{
+  StepRecord both, one, failed;
+  both.status = one.status = StepStatus::stable;
+  both.contact_medial = both.contact_lateral = one.contact_medial = true;
+  both.gap_medial_mm = 0.05;
+  both.gap_lateral_mm = one.gap_medial_mm = 0.0;
+  one.gap_lateral_mm = 0.02;
+  failed.status = StepStatus::no_contact;
+  EXPECT_TRUE(is_better_balanced(both, one));
+  EXPECT_FALSE(is_better_balanced(one, both));
+  EXPECT_TRUE(is_better_balanced(one, failed));
+  EXPECT_FALSE(is_better_balanced(failed, one));
+  EXPECT_FALSE(is_better_balanced(failed, failed));
+}
+
+TEST(Sweep, WithoutCompartmentsTheSpineStaysNearestZero)
+{
+  SweepPlan plan = plan_of(4, 7);
+  plan.has_compartments = false;
+  const SweepResult result = sweep(plan, drifting, {}, 1);
+  EXPECT_EQ(result.spine_column, std::vector<std::int32_t>(4, 3));
+}
+
+TEST(Sweep, WhatASolverThrowsComesOut)
+{
+  std::atomic<int> n = 0;
+  const SolveStep throwing = [&](const Attitude& a, const MovingPose& seed) {
+    if (++n == 17) throw std::runtime_error("broken");
+    return drifting(a, seed);
+  };
+  EXPECT_THROW(sweep(plan_of(6, 6), throwing, {}, 3), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace vrda
