@@ -3,6 +3,8 @@
 /// touching the plateaus); the origin is the flexion axis.
 #pragma once
 
+#include <functional>
+
 #include "core/mesh.hpp"
 #include "shapes/condyle.hpp"
 #include "shapes/level_set.hpp"
@@ -22,6 +24,12 @@ double fibula_field(const Eigen::Vector3d& p_mm);
 
 /// Height of the tibia's upper surface (both plateaus and the eminence between them) in the design pose.
 double plateau_height_mm(double x_mm, double z_mm);
+
+/// Hides the end of a drawn shaft in its contact part. `depth_mm` tells how far within that part's end plane
+/// a point is, `cell_mm` is the edge of a triangle. The shaft stands out by a hair over the part's rounded
+/// rim and sinks below its surface further in.
+void sink_into_contact_part(Mesh& shaft, const std::function<double(const Eigen::Vector3d&)>& depth_mm,
+                            double cell_mm);
 
 /// Where the medial (lateral) condyle rests in the design pose.
 Eigen::Vector3d medial_rest_mm();

@@ -11,8 +11,8 @@ namespace {
 
 // Above this height the femur is only drawn.
 constexpr double cut_mm = 16.0;
-// How far the drawn shaft reaches into the condylar part, so that no seam shows.
-constexpr double overlap_mm = 12.0;
+// How far the drawn shaft reaches into the condylar part: three triangles past its rounded end.
+constexpr double overlap_mm = 20.0;
 constexpr double shaft_top_mm = 115.0;
 
 struct Ball {
@@ -95,6 +95,21 @@ double condyles(const Eigen::Vector3d& p)
 
 constexpr double cell_at_resolution_1_mm = 5.05;  // gives about 1,516 triangles below the cut
 
+LevelSetOptions options(double resolution)
+{
+  LevelSetOptions chosen;
+  chosen.cell_mm = cell_at_resolution_1_mm / resolution;
+  return chosen;
+}
+
+LevelSet condylar_part()
+{
+  const Field lower = [](const Eigen::Vector3d& p) {
+    return smooth_max(femur_field(p), p.y() - cut_mm, 2.0);
+  };
+  return {lower, {{-45, -48, -60}, {55, cut_mm + 10, 60}}};
+}
+
 }  // namespace
 
 Condyle medial_condyle()
@@ -135,23 +150,21 @@ double femur_field(const Eigen::Vector3d& p)
 
 Mesh femur_mesh(double resolution)
 {
-  LevelSetOptions options;
-  options.cell_mm = cell_at_resolution_1_mm / resolution;
-  const Field lower = [](const Eigen::Vector3d& p) {
-    return smooth_max(femur_field(p), p.y() - cut_mm, 2.0);
-  };
-  return level_set_mesh(lower, {{-45, -48, -60}, {55, cut_mm + 10, 60}}, options);
+  const LevelSet lower = condylar_part();
+  return level_set_mesh(lower.field, lower.box_mm, options(resolution));
 }
 
 Mesh femur_shaft_mesh(double resolution)
 {
-  LevelSetOptions options;
-  options.cell_mm = cell_at_resolution_1_mm / resolution;
   const Field upper = [](const Eigen::Vector3d& p) {
     const double above_cut = smooth_max(femur_field(p), cut_mm - overlap_mm - p.y(), 2.0);
     return smooth_max(above_cut, p.y() - shaft_top_mm, 2.0);
   };
-  return level_set_mesh(upper, {{-45, cut_mm - overlap_mm - 10, -60}, {55, shaft_top_mm + 10, 60}}, options);
+  const Box box_mm{{-45, cut_mm - overlap_mm - 10, -60}, {55, shaft_top_mm + 10, 60}};
+  Mesh mesh = level_set_mesh_along(condylar_part(), {upper, box_mm}, options(resolution));
+  sink_into_contact_part(
+      mesh, [](const Eigen::Vector3d& p) { return cut_mm - p.y(); }, options(resolution).cell_mm);
+  return mesh;
 }
 
 }  // namespace vrda

@@ -7,8 +7,8 @@
 namespace vrda {
 namespace {
 
-constexpr double cut_mm = -50.0;  // below it the tibia is only drawn
-constexpr double overlap_mm = 10.0;
+constexpr double cut_mm = -50.0;     // below it the tibia is only drawn
+constexpr double overlap_mm = 17.0;  // of the drawn shaft: up to the rims of the plateaus
 constexpr double shaft_end_mm = -145.0;
 constexpr double cell_at_resolution_1_mm = 3.95;
 
@@ -85,6 +85,21 @@ double tuberosity(const Eigen::Vector3d& p)
   return d.norm() - 8.5;
 }
 
+LevelSetOptions options(double resolution)
+{
+  LevelSetOptions chosen;
+  chosen.cell_mm = cell_at_resolution_1_mm / resolution;
+  return chosen;
+}
+
+LevelSet plateau_part()
+{
+  const Field upper = [](const Eigen::Vector3d& p) {
+    return smooth_max(tibia_field(p), cut_mm - p.y(), 2.0);
+  };
+  return {upper, {{-40, cut_mm - 10, -60}, {50, 0, 60}}};
+}
+
 }  // namespace
 
 Eigen::Vector3d medial_rest_mm()
@@ -127,23 +142,21 @@ double fibula_field(const Eigen::Vector3d& p)
 
 Mesh tibia_mesh(double resolution)
 {
-  LevelSetOptions options;
-  options.cell_mm = cell_at_resolution_1_mm / resolution;
-  const Field upper = [](const Eigen::Vector3d& p) {
-    return smooth_max(tibia_field(p), cut_mm - p.y(), 2.0);
-  };
-  return level_set_mesh(upper, {{-40, cut_mm - 10, -60}, {50, 0, 60}}, options);
+  const LevelSet upper = plateau_part();
+  return level_set_mesh(upper.field, upper.box_mm, options(resolution));
 }
 
 Mesh tibia_shaft_mesh(double resolution)
 {
-  LevelSetOptions options;
-  options.cell_mm = cell_at_resolution_1_mm / resolution;
   const Field lower = [](const Eigen::Vector3d& p) {
     const double below_cut = smooth_max(tibia_field(p), p.y() - cut_mm - overlap_mm, 2.0);
     return smooth_max(below_cut, shaft_end_mm - p.y(), 2.0);
   };
-  return level_set_mesh(lower, {{-40, shaft_end_mm - 10, -60}, {50, cut_mm + overlap_mm + 10, 60}}, options);
+  const Box box_mm{{-40, shaft_end_mm - 10, -60}, {50, cut_mm + overlap_mm + 10, 60}};
+  Mesh mesh = level_set_mesh_along(plateau_part(), {lower, box_mm}, options(resolution));
+  sink_into_contact_part(
+      mesh, [](const Eigen::Vector3d& p) { return p.y() - cut_mm; }, options(resolution).cell_mm);
+  return mesh;
 }
 
 Mesh fibula_mesh(double resolution)

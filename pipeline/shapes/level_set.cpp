@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -108,6 +109,8 @@ using Quad = std::array<std::int32_t, 4>;
 
 struct Net {
   std::vector<Eigen::Vector3d> vertices_mm;
+  std::vector<Index3> cells;    // of the grid, one a vertex
+  std::vector<bool> is_pinned;  // vertices that relaxing leaves alone
   std::vector<Quad> quads;
 };
 
@@ -122,7 +125,9 @@ Net surface_net(const Samples& samples)
     if (!vertex_mm) return;
     vertex_of_cell[samples.at(cell)] = static_cast<std::int32_t>(net.vertices_mm.size());
     net.vertices_mm.push_back(*vertex_mm);
+    net.cells.push_back(cell);
   });
+  net.is_pinned.assign(net.vertices_mm.size(), false);
   for_each_node({1, 1, 1}, end, [&](const Index3& node) {
     const bool is_inside = samples.value[samples.at(node)] < 0.0;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -193,6 +198,7 @@ void relax(Net& net, const Field& field, double cell_mm)
   }
   const std::vector<Eigen::Vector3d> normal = normals(net);
   for (std::size_t v = 0; v < net.vertices_mm.size(); ++v) {
+    if (net.is_pinned[v]) continue;
     const Eigen::Vector3d& n = normal[v];
     const Eigen::Vector3d towards = sum[v] / count[v] - net.vertices_mm[v];
     const Eigen::Vector3d moved = net.vertices_mm[v] + 0.5 * (towards - towards.dot(n) * n);
@@ -241,23 +247,87 @@ void put_on_surface(Mesh& mesh, const Field& field, double cell_mm)
   }
 }
 
+// The net's mesh, or nothing when an edge has more than two faces.
+std::optional<Mesh> manifold_mesh(const Net& net, const Field& field, double cell_mm)
+{
+  Mesh mesh = triangulated(net);
+  const EdgeCounts edges = edge_counts(mesh);
+  check(edges.boundary == 0, "level_set_mesh: the surface leaves its box");
+  if (edges.non_manifold > 0) return std::nullopt;
+  put_on_surface(mesh, field, cell_mm);
+  return mesh;
+}
+
+Net relaxed_net(const LevelSet& set, double cell_mm, const LevelSetOptions& options)
+{
+  Net net = surface_net(sample(set.field, set.box_mm, cell_mm, options.steepest_slope));
+  for (int pass = 0; pass < options.n_relaxations; ++pass) relax(net, set.field, cell_mm);
+  return net;
+}
+
+// Puts vertices of `net` where `neighbour` has the vertices of the same cells, and pins them, as far as both
+// surfaces are the same there. A cell of `net` is `shift` higher in the neighbour's grid.
+void pin_to_neighbour(Net& net, const Net& neighbour, const Index3& shift, const Field& field,
+                      const Field& neighbour_field)
+{
+  std::map<Index3, std::size_t> vertex_of_cell;
+  for (std::size_t v = 0; v < neighbour.cells.size(); ++v) vertex_of_cell[neighbour.cells[v]] = v;
+  for (std::size_t v = 0; v < net.cells.size(); ++v) {
+    const Index3& cell = net.cells[v];
+    const auto found = vertex_of_cell.find({cell[0] + shift[0], cell[1] + shift[1], cell[2] + shift[2]});
+    if (found == vertex_of_cell.end()) continue;
+    const Eigen::Vector3d& p = neighbour.vertices_mm[found->second];
+    if (field(p) != neighbour_field(p)) continue;
+    net.vertices_mm[v] = p;
+    net.is_pinned[v] = true;
+  }
+}
+
+// Nothing when either surface is not manifold on a grid of that cell.
+std::optional<Mesh> mesh_along(const LevelSet& neighbour, const LevelSet& wanted, double cell_mm,
+                               const LevelSetOptions& options)
+{
+  const Net first = relaxed_net(neighbour, cell_mm, options);
+  if (!manifold_mesh(first, neighbour.field, cell_mm)) return std::nullopt;
+  Box box_mm = wanted.box_mm;  // grown to nodes of the neighbour's grid
+  Index3 shift{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double corner_mm = neighbour.box_mm.min_mm[axis];
+    const int n_cells = static_cast<int>(std::floor((box_mm.min_mm[axis] - corner_mm) / cell_mm));
+    shift[static_cast<std::size_t>(axis)] = n_cells;
+    box_mm.min_mm[axis] = corner_mm + n_cells * cell_mm;
+  }
+  Net net = surface_net(sample(wanted.field, box_mm, cell_mm, options.steepest_slope));
+  pin_to_neighbour(net, first, shift, wanted.field, neighbour.field);
+  for (int pass = 0; pass < options.n_relaxations; ++pass) relax(net, wanted.field, cell_mm);
+  return manifold_mesh(net, wanted.field, cell_mm);
+}
+
+// The first mesh that `attempt` makes from a cell, a percent smaller every time.
+template <typename Attempt>
+Mesh first_mesh(double cell_mm, const Attempt& attempt)
+{
+  constexpr int most_attempts = 20;
+  for (int n = 0; n < most_attempts; ++n, cell_mm *= 0.99) {
+    std::optional<Mesh> mesh = attempt(cell_mm);
+    if (mesh) return std::move(*mesh);
+  }
+  throw InternalError("level_set_mesh: no manifold sampling found");
+}
+
 }  // namespace
 
 Mesh level_set_mesh(const Field& field, const Box& box_mm, const LevelSetOptions& options)
 {
-  constexpr int most_attempts = 20;
-  double cell_mm = options.cell_mm;
-  for (int attempt = 0; attempt < most_attempts; ++attempt, cell_mm *= 0.99) {
-    Net net = surface_net(sample(field, box_mm, cell_mm, options.steepest_slope));
-    for (int pass = 0; pass < options.n_relaxations; ++pass) relax(net, field, cell_mm);
-    Mesh mesh = triangulated(net);
-    const EdgeCounts edges = edge_counts(mesh);
-    check(edges.boundary == 0, "level_set_mesh: the surface leaves its box");
-    if (edges.non_manifold > 0) continue;
-    put_on_surface(mesh, field, cell_mm);
-    return mesh;
-  }
-  throw InternalError("level_set_mesh: no manifold sampling found");
+  return first_mesh(options.cell_mm, [&](double cell_mm) {
+    return manifold_mesh(relaxed_net({field, box_mm}, cell_mm, options), field, cell_mm);
+  });
+}
+
+Mesh level_set_mesh_along(const LevelSet& neighbour, const LevelSet& wanted, const LevelSetOptions& options)
+{
+  return first_mesh(options.cell_mm,
+                    [&](double cell_mm) { return mesh_along(neighbour, wanted, cell_mm, options); });
 }
 
 }  // namespace vrda

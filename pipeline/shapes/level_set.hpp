@@ -23,4 +23,15 @@ struct LevelSetOptions {
 /// faces. Cost: field evaluations near the surface only, about 25 a triangle.
 Mesh level_set_mesh(const Field& field, const Box& box_mm, const LevelSetOptions& options);
 
+struct LevelSet {
+  Field field;
+  Box box_mm;
+};
+
+/// The zero surface of `wanted`, which runs along that of `neighbour` for a while: where both fields agree to
+/// the last bit it has the very triangles of level_set_mesh(neighbour), so that both look as one. Other
+/// triangles follow on without a break. Closed and manifold; should the neighbour's cell not allow that, a
+/// smaller one is taken, and the triangles only resemble the neighbour's.
+Mesh level_set_mesh_along(const LevelSet& neighbour, const LevelSet& wanted, const LevelSetOptions& options);
+
 }  // namespace vrda

@@ -164,6 +164,34 @@ TEST(Knee, IsAsWideAndLongAsAKnee)
   EXPECT_GT(shaft.max_mm.y() - tibia.min_mm.y(), 200.0);  // the thesis's model is twenty centimetres long
 }
 
+TEST(Knee, ShaftsLieOnTheBoneAndAreHiddenInsideTheContactParts)
+{
+  struct Row {
+    const char* name;
+    Mesh shaft;
+    double (*field)(const Eigen::Vector3d&);
+    double cut_mm, up;  // the contact part's end, and which way the shaft leaves it
+  };
+  for (const double resolution : {1.0, 2.0, 3.0}) {
+    for (const Row& row : {Row{"femur", femur_shaft_mesh(resolution), femur_field, 16.0, 1.0},
+                           Row{"tibia", tibia_shaft_mesh(resolution), tibia_field, -50.0, -1.0}}) {
+      SCOPED_TRACE(testing::Message() << row.name << " " << resolution);
+      double furthest_out = -1.0, furthest_out_deep = -1.0;
+      for (Eigen::Index v = 0; v < row.shaft.vertices_mm.rows(); ++v) {
+        const Eigen::Vector3d p = row.shaft.vertices_mm.row(v);
+        constexpr double hidden_mm = 11.0;  // past the rim, a triangle and the crossing
+        const bool is_deep = row.up * (row.cut_mm - p.y()) > hidden_mm;
+        furthest_out = std::max(furthest_out, row.field(p));
+        furthest_out_deep = std::max(furthest_out_deep, is_deep ? row.field(p) : -1.0);
+      }
+      constexpr double steepest = 1.5;                               // of either field near its surface
+      EXPECT_LT(furthest_out, steepest * 0.02 * 5.05 / resolution);  // a fiftieth of a triangle
+      EXPECT_LT(furthest_out_deep, 0.0);
+      EXPECT_GT(furthest_out_deep, -1.0);
+    }
+  }
+}
+
 TEST(Knee, CompartmentsAreOnTheirSides)
 {
   // On a right knee lateral is the subject's right, +Z; the fibula is lateral and behind.

@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/error.hpp"
 #include "shapes/level_set.hpp"
+#include "shapes/smooth_ops.hpp"
 #include "shapes/surface.hpp"
 
 namespace vrda {
@@ -45,6 +48,37 @@ TEST(LevelSet, SkippedEmptySpaceChangesNothing)
   careful.steepest_slope = 1e9;
   const Box box{{-12, -12, -12}, {12, 12, 12}};
   EXPECT_EQ(level_set_mesh(ball, box, skipping).vertices_mm, level_set_mesh(ball, box, careful).vertices_mm);
+}
+
+TEST(LevelSet, ASurfaceAlongAnotherHasItsVerticesWhereBothAgree)
+{
+  // Two halves of one rod that overlap from y = -9 to 9; rounding of their ends reaches 2 mm further in.
+  const auto rod = [](const Eigen::Vector3d& p) { return std::sqrt(p.x() * p.x() + p.z() * p.z()) - 8.0; };
+  const auto half = [&](double low_mm, double high_mm) {
+    const Field field = [=](const Eigen::Vector3d& p) {
+      return smooth_max(smooth_max(rod(p), p.y() - high_mm, 2.0), low_mm - p.y(), 2.0);
+    };
+    return LevelSet{field, {{-10.3, low_mm - 2.1, -11}, {10, high_mm + 2.4, 11}}};
+  };
+  const LevelSet lower = half(-30.0, 9.0), upper = half(-9.0, 30.0);
+  LevelSetOptions options;
+  options.cell_mm = 1.7;
+  const Mesh first = level_set_mesh(lower.field, lower.box_mm, options);
+  const Mesh second = level_set_mesh_along(lower, upper, options);
+  expect_closed_and_outward(second);
+  EXPECT_GT(bounding_box(second).max_mm.y(), 29.0);
+  int n_shared = 0, n_within = 0;
+  for (Eigen::Index v = 0; v < second.vertices_mm.rows(); ++v) {
+    constexpr double safely_shared_mm = 4.0;  // the ends' rounding and more than a cell away
+    const bool is_within = std::abs(second.vertices_mm(v, 1)) < safely_shared_mm &&
+                           std::abs(rod(second.vertices_mm.row(v))) < 1e-6;
+    const double nearest =
+        (first.vertices_mm.rowwise() - second.vertices_mm.row(v)).rowwise().norm().minCoeff();
+    n_within += is_within ? 1 : 0;
+    n_shared += is_within && nearest == 0.0 ? 1 : 0;
+  }
+  EXPECT_GT(n_within, 100);
+  EXPECT_EQ(n_shared, n_within);
 }
 
 TEST(Surface, EllipsoidHasTwentySquaresOfTrianglesOnTheSurface)
