@@ -26,7 +26,7 @@ Json initial_pose_of(const Joint& joint, const SweepPlan& plan, const SearchOpti
   const bool is_overlapping =
       find_collision(reference, joint.moving.solid, plan.initial, narrow_phase).has_value();
   const Gap gap = directional_gap(reference, joint.moving.solid.mesh, joint.moving.solid.tree, plan.initial,
-                                  is_overlapping ? GapKind::from_afar : GapKind::from_here);
+                                  {is_overlapping ? GapKind::from_afar : GapKind::from_here, {}});
   Json result = {{"overlapping", is_overlapping},
                  {"travel_along_delta_mm", std::isfinite(gap.travel_mm) ? Json(gap.travel_mm) : Json()},
                  {"substep_mm", joint.substep_mm},

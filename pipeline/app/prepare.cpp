@@ -16,6 +16,7 @@ SolverBody solver_body(const Body& body, const SolverFrame& frame)
 std::vector<double> radians(const std::vector<double>& degrees)
 {
   std::vector<double> result;
+  result.reserve(degrees.size());
   for (const double value : degrees) result.push_back(rad_from_deg(value));
   return result;
 }

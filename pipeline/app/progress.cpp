@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "app/talk.hpp"
@@ -37,7 +38,7 @@ std::string rate_text(int n_done, double seconds, int n_left)
   char text[80];
   if (n_done == 0 || seconds <= 0.0) return "starting";
   const double rate = n_done / seconds;
-  const auto left = static_cast<long>(n_left / rate + 0.5);
+  const auto left = std::lround(n_left / rate);
   std::snprintf(text, sizeof text, "%.3g/s, %ld:%02ld left", rate, left / 60, left % 60);
   return text;
 }

@@ -24,7 +24,7 @@ PoseAudit audit_pose(const AuditScene& scene, const Attitude& attitude, const Po
   PoseAudit audit;
   audit.is_overlapping = find_collision(reference, moving, {}, narrow_phase).has_value();
   if (audit.is_overlapping) {
-    const Gap afar = directional_gap(reference, moving.mesh, moving.tree, {}, GapKind::from_afar);
+    const Gap afar = directional_gap(reference, moving.mesh, moving.tree, {}, {GapKind::from_afar, {}});
     audit.penetration_mm = std::max(0.0, -afar.travel_mm);
     return audit;
   }

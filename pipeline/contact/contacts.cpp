@@ -312,11 +312,11 @@ std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& 
   return found;
 }
 
-std::vector<Contact> find_contacts(const TreeMesh& reference, const SurfaceFeatures& reference_features,
-                                   const Collider& moving, const MovingPose& pose, NarrowPhase& narrow_phase,
+std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& pose, NarrowPhase& narrow_phase,
                                    const ContactOptions& options)
 {
-  const Scene scene{reference, reference_features, moving, Placement(pose), narrow_phase, options};
+  const Scene scene{
+      objects.reference, objects.reference_features, objects.moving, Placement(pose), narrow_phase, options};
   const std::vector<Candidate> pairs = close_pairs(scene, pose);
   std::vector<Contact> contacts;
   if (options.points == ContactPoints::triangle_centre) {

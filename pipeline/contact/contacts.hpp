@@ -46,11 +46,16 @@ std::optional<TrianglePair> find_collision(const TreeMesh& reference, const Tree
 std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& narrow_phase,
                                              std::size_t limit);
 
-/// Contacts within the band whose normals oppose Delta, nearest first. `reference` is turned to its
-/// attitude, `reference_features` those of the same mesh in any attitude. The objects should not overlap;
+/// The two objects whose contacts are asked for.
+struct Touching {
+  const TreeMesh& reference;                  ///< turned to its attitude
+  const SurfaceFeatures& reference_features;  ///< of the same mesh in any attitude
+  const Collider& moving;
+};
+
+/// Contacts within the band whose normals oppose Delta, nearest first. The objects should not overlap;
 /// overlapping pairs give no contact.
-std::vector<Contact> find_contacts(const TreeMesh& reference, const SurfaceFeatures& reference_features,
-                                   const Collider& moving, const MovingPose& pose, NarrowPhase& narrow_phase,
+std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& pose, NarrowPhase& narrow_phase,
                                    const ContactOptions& options);
 
 }  // namespace vrda

@@ -48,7 +48,7 @@ struct NarrowPhase::Bullet {
   TriangleDistance measure(const Corners& a, const Corners& b, double scale)
   {
     // Coordinates from a corner of the pair: far origins cost no digits.
-    const Eigen::Vector3d origin = a[0];
+    const Eigen::Vector3d& origin = a[0];
     for (std::size_t k = 0; k < 3; ++k) {
       reference.m_vertices1[k] = to_bullet(scale * (a[k] - origin));
       moving.m_vertices1[k] = to_bullet(scale * (b[k] - origin));

@@ -36,7 +36,7 @@ Facing facing_of(const Corners& t)
 
 // Keeps the smallest travel that counts.
 struct Least {
-  GapKind kind;
+  GapKind kind = GapKind::from_here;
   double travel_mm = infinity;
   void offer(double travel)
   {
@@ -220,11 +220,11 @@ double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind k
 }
 
 Gap directional_gap(const TreeMesh& reference, const Mesh& moving_mesh, const BoxTree& moving,
-                    const MovingPose& pose, GapKind kind, const TrianglePair& hint)
+                    const MovingPose& pose, const GapOptions& options)
 {
   if (reference.tree.is_empty() || moving.is_empty()) return {};
-  Query query(reference, moving_mesh, moving, pose, kind);
-  query.try_pair(hint);
+  Query query(reference, moving_mesh, moving, pose, options.kind);
+  query.try_pair(options.hint);
   return query.run();
 }
 

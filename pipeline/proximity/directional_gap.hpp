@@ -20,14 +20,19 @@ enum class GapKind {
               ///< far below; negative when it stands deeper than that
 };
 
+struct GapOptions {
+  GapKind kind = GapKind::from_here;
+  TrianglePair hint;  ///< a pair worth trying first, usually the last answer
+};
+
 /// Exact for triangle meshes: the smallest height difference of two triangles over the overlap of their
 /// projections lies at a vertex of one over a face of the other or where two projected edges cross.
 /// `reference` is turned to its attitude, `moving` a tree over (some of) the triangles of `moving_mesh`.
-/// `hint` is a pair worth trying first, usually the last answer; it changes the time, never the answer.
+/// The hint changes the time, never the answer.
 /// Faces whose unit normal has |n_y| < 1e-6 take part by their edges only. Ties: the smallest pair.
 /// Source: DESIGN.md 5.2.
 Gap directional_gap(const TreeMesh& reference, const Mesh& moving_mesh, const BoxTree& moving,
-                    const MovingPose& pose, GapKind kind = GapKind::from_here, const TrianglePair& hint = {});
+                    const MovingPose& pose, const GapOptions& options = {});
 
 /// The travel of one pair (its own minimum), infinite when their projections do not overlap.
 double pair_travel_mm(const Corners& reference, const Corners& moving, GapKind kind);

@@ -81,6 +81,22 @@ struct TrianglePair {
   auto operator<=>(const TrianglePair&) const = default;
 };
 
+/// Calls `visit(pair)` for every pair of two leaves, until it returns true; returns whether it did.
+template <typename Visit>
+bool visit_leaves(const BoxTree& reference, const BoxTree::Node& r, const BoxTree& moving,
+                  const BoxTree::Node& m, const Visit& visit)
+{
+  for (std::int32_t i = r.first; i < r.first + r.count; ++i) {
+    for (std::int32_t k = m.first; k < m.first + m.count; ++k) {
+      if (visit(TrianglePair{reference.order()[static_cast<std::size_t>(i)],
+                             moving.order()[static_cast<std::size_t>(k)]})) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 /// Calls `visit(pair)` for every pair of triangles whose boxes come within `band_mm`, until it returns
 /// true. Returns whether it did. Order is fixed by the trees.
 template <typename Visit>
@@ -105,13 +121,7 @@ bool visit_close_pairs(const BoxTree& reference, const BoxTree& moving, const Mo
     }
     if (apart) continue;
     if (r.is_leaf() && m.is_leaf()) {
-      for (std::int32_t i = r.first; i < r.first + r.count; ++i) {
-        for (std::int32_t k = m.first; k < m.first + m.count; ++k) {
-          const TrianglePair pair{reference.order()[static_cast<std::size_t>(i)],
-                                  moving.order()[static_cast<std::size_t>(k)]};
-          if (visit(pair)) return true;
-        }
-      }
+      if (visit_leaves(reference, r, moving, m, visit)) return true;
       continue;
     }
     const double size_r = r.max_mm[0] - r.min_mm[0] + r.max_mm[2] - r.min_mm[2];

@@ -75,7 +75,7 @@ class Search {
   std::vector<Contact> touching()
   {
     ++queries_;
-    return find_contacts(reference_, joint_.reference.features, joint_.moving, pose_, narrow_phase_,
+    return find_contacts({reference_, joint_.reference.features, joint_.moving}, pose_, narrow_phase_,
                          {options_.translation_resolution_mm, options_.rotation_resolution_rad,
                           options_.points, options_.normals});
   }
@@ -102,7 +102,7 @@ class Search {
   {
     ++queries_;
     const Gap gap = directional_gap(reference_, joint_.moving.solid.mesh, joint_.moving.solid.tree, pose_,
-                                    GapKind::from_here, gap_hint_);
+                                    {GapKind::from_here, gap_hint_});
     if (!std::isfinite(gap.travel_mm)) return false;
     gap_hint_ = gap.pair;
     const double travel_mm = gap.travel_mm - standoff_share * options_.translation_resolution_mm;
@@ -234,7 +234,7 @@ class Search {
     ContactOptions exact{options_.translation_resolution_mm, options_.rotation_resolution_rad,
                          ContactPoints::exact, options_.normals};
     const std::vector<Contact> contacts =
-        find_contacts(reference_, joint_.reference.features, joint_.moving, pose_, narrow_phase_, exact);
+        find_contacts({reference_, joint_.reference.features, joint_.moving}, pose_, narrow_phase_, exact);
     queries_ += 1 + measure_step(joint_, reference_, contacts, options_.translation_resolution_mm, record);
   }
 

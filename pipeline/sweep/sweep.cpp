@@ -75,7 +75,7 @@ class Sweep {
     }
   }
 
-  void end_early(std::exception_ptr failure)
+  void end_early(const std::exception_ptr& failure)
   {
     const std::lock_guard lock(mutex_);
     if (failure && !failure_) failure_ = failure;

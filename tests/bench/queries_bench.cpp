@@ -56,7 +56,7 @@ void gap(benchmark::State& state, const std::string& knee)
     TrianglePair hint;
     for (const auto& [reference, pose] : all.poses) {
       const Gap found = directional_gap(all.references[reference], s.joint.moving.solid.mesh,
-                                        s.joint.moving.solid.tree, pose, GapKind::from_here, hint);
+                                        s.joint.moving.solid.tree, pose, {GapKind::from_here, hint});
       hint = found.pair;
       benchmark::DoNotOptimize(found);
     }
@@ -115,8 +115,8 @@ void contacts(benchmark::State& state, const std::string& knee)
   for (auto _ : state) {
     n_contacts = 0;
     for (const auto& [reference, pose] : all.poses) {
-      n_contacts += find_contacts(all.references[reference], s.joint.reference.features, s.joint.moving, pose,
-                                  narrow_phase, {})
+      n_contacts += find_contacts({all.references[reference], s.joint.reference.features, s.joint.moving},
+                                  pose, narrow_phase, {})
                         .size();
     }
     benchmark::DoNotOptimize(n_contacts);

@@ -33,38 +33,34 @@ Shares shares()
   return spent;
 }
 
-#define VRDA_GAP                                                                                          \
-  "_ZN4vrda15directional_gapERKNS_8TreeMeshERKNS_4MeshERKNS_7BoxTreeERKNS_10MovingPoseENS_7GapKindERKNS_" \
-  "12TrianglePairE"
+#define VRDA_GAP \
+  "_ZN4vrda15directional_gapERKNS_8TreeMeshERKNS_4MeshERKNS_7BoxTreeERKNS_10MovingPoseERKNS_10GapOptionsE"
 #define VRDA_COLLISION \
   "_ZN4vrda14find_collisionERKNS_8TreeMeshES2_RKNS_10MovingPoseERNS_11NarrowPhaseERKNS_12TrianglePairE"
-#define VRDA_CONTACTS                                                                                   \
-  "_ZN4vrda13find_contactsERKNS_8TreeMeshERKNS_15SurfaceFeaturesERKNS_8ColliderERKNS_10MovingPoseERNS_" \
-  "11NarrowPhaseERKNS_14ContactOptionsE"
+#define VRDA_CONTACTS \
+  "_ZN4vrda13find_contactsERKNS_8TouchingERKNS_10MovingPoseERNS_11NarrowPhaseERKNS_14ContactOptionsE"
 #define VRDA_TURNED "_ZN4vrda6turnedERKNS_8TreeMeshERKNS_8AttitudeE"
 
-Gap real_gap(const TreeMesh&, const Mesh&, const BoxTree&, const MovingPose&, GapKind,
-             const TrianglePair&) __asm__("__real_" VRDA_GAP);
-Gap timed_gap(const TreeMesh&, const Mesh&, const BoxTree&, const MovingPose&, GapKind,
-              const TrianglePair&) __asm__("__wrap_" VRDA_GAP);
+Gap real_gap(const TreeMesh&, const Mesh&, const BoxTree&, const MovingPose&,
+             const GapOptions&) __asm__("__real_" VRDA_GAP);
+Gap timed_gap(const TreeMesh&, const Mesh&, const BoxTree&, const MovingPose&,
+              const GapOptions&) __asm__("__wrap_" VRDA_GAP);
 std::optional<TrianglePair> real_collision(const TreeMesh&, const TreeMesh&, const MovingPose&, NarrowPhase&,
                                            const TrianglePair&) __asm__("__real_" VRDA_COLLISION);
 std::optional<TrianglePair> timed_collision(const TreeMesh&, const TreeMesh&, const MovingPose&, NarrowPhase&,
                                             const TrianglePair&) __asm__("__wrap_" VRDA_COLLISION);
-std::vector<Contact> real_contacts(const TreeMesh&, const SurfaceFeatures&, const Collider&,
-                                   const MovingPose&, NarrowPhase&,
+std::vector<Contact> real_contacts(const Touching&, const MovingPose&, NarrowPhase&,
                                    const ContactOptions&) __asm__("__real_" VRDA_CONTACTS);
-std::vector<Contact> timed_contacts(const TreeMesh&, const SurfaceFeatures&, const Collider&,
-                                    const MovingPose&, NarrowPhase&,
+std::vector<Contact> timed_contacts(const Touching&, const MovingPose&, NarrowPhase&,
                                     const ContactOptions&) __asm__("__wrap_" VRDA_CONTACTS);
 TreeMesh real_turned(const TreeMesh&, const Attitude&) __asm__("__real_" VRDA_TURNED);
 TreeMesh timed_turned(const TreeMesh&, const Attitude&) __asm__("__wrap_" VRDA_TURNED);
 
 Gap timed_gap(const TreeMesh& reference, const Mesh& mesh, const BoxTree& moving, const MovingPose& pose,
-              GapKind kind, const TrianglePair& hint)
+              const GapOptions& options)
 {
   const Clock clock(spent.gap_s);
-  return real_gap(reference, mesh, moving, pose, kind, hint);
+  return real_gap(reference, mesh, moving, pose, options);
 }
 
 std::optional<TrianglePair> timed_collision(const TreeMesh& reference, const TreeMesh& moving,
@@ -75,12 +71,11 @@ std::optional<TrianglePair> timed_collision(const TreeMesh& reference, const Tre
   return real_collision(reference, moving, pose, narrow_phase, hint);
 }
 
-std::vector<Contact> timed_contacts(const TreeMesh& reference, const SurfaceFeatures& features,
-                                    const Collider& moving, const MovingPose& pose, NarrowPhase& narrow_phase,
-                                    const ContactOptions& options)
+std::vector<Contact> timed_contacts(const Touching& objects, const MovingPose& pose,
+                                    NarrowPhase& narrow_phase, const ContactOptions& options)
 {
   const Clock clock(spent.contacts_s);
-  return real_contacts(reference, features, moving, pose, narrow_phase, options);
+  return real_contacts(objects, pose, narrow_phase, options);
 }
 
 TreeMesh timed_turned(const TreeMesh& reference, const Attitude& attitude)

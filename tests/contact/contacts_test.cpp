@@ -30,7 +30,8 @@ std::vector<Contact> contacts_of(const Mesh& reference, const Mesh& moving, cons
 {
   NarrowPhase narrow_phase;
   const Collider r = make_collider(reference);
-  return find_contacts(r.solid, r.features, make_collider(moving), pose, narrow_phase, options);
+  const Collider m = make_collider(moving);
+  return find_contacts({r.solid, r.features, m}, pose, narrow_phase, options);
 }
 
 TEST(Contacts, ApexUnderFaceIsOneContactWithTheFacesNormal)

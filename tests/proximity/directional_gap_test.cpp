@@ -16,7 +16,7 @@ constexpr double rounding_mm = 1e-12;
 Gap gap_of(const TreeMesh& reference, const TreeMesh& moving, const MovingPose& pose,
            GapKind kind = GapKind::from_here, const TrianglePair& hint = {})
 {
-  return directional_gap(reference, moving.mesh, moving.tree, pose, kind, hint);
+  return directional_gap(reference, moving.mesh, moving.tree, pose, {kind, hint});
 }
 
 double brute_force_mm(const TreeMesh& reference, const TreeMesh& moving, const MovingPose& pose, GapKind kind)
