@@ -44,7 +44,7 @@ std::shared_ptr<FclModel> fcl_model(const Mesh& mesh)
 
 void rate(benchmark::State& state, std::size_t n)
 {
-  state.counters["queries"] =
+  state.counters["queries/s"] =
       benchmark::Counter(static_cast<double>(n), benchmark::Counter::kIsIterationInvariantRate);
 }
 

@@ -35,7 +35,7 @@ void motion_step(benchmark::State& state, const std::string& knee)
     total_s += seconds_since(start);
   }
   const auto n_steps = static_cast<double>(s.steps.size());
-  state.counters["motion steps"] = benchmark::Counter(n_steps, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["motion steps/s"] = benchmark::Counter(n_steps, benchmark::Counter::kIsIterationInvariantRate);
   state.counters["queries a step"] =
       static_cast<double>(n_queries) / (n_steps * static_cast<double>(state.iterations()));
   const Shares spent = shares();
