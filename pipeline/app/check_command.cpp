@@ -54,7 +54,7 @@ void warn_of_self_overlaps(const Body& body, Json& warnings)
     if (n == 0) continue;
     warnings.push_back(body.name + " component \"" + body.components[c].name +
                        "\": its own triangles cross each other in " +
-                       (n == most_overlaps ? "at least " : "") + std::to_string(n) + " places");
+                       (n == most_overlaps ? "at least " : "") + std::to_string(n) + " place(s)");
   }
 }
 
@@ -174,6 +174,11 @@ ExitCode check_command(const CheckOptions& options)
   if (result["initial_pose"]["overlapping"].get<bool>()) {
     result["warnings"].push_back(
         "the objects overlap in the initial pose; initial.translation_mm may want a larger shift");
+  }
+  if (!result["initial_pose"]["overlapping"].get<bool>() &&
+      result["initial_pose"]["travel_along_delta_mm"].is_null()) {
+    result["warnings"].push_back(
+        "nothing of the reference lies along Delta from the initial pose: no attitude can be solved");
   }
   warn_of_self_overlaps(job_case.reference, result["warnings"]);
   warn_of_self_overlaps(job_case.moving, result["warnings"]);

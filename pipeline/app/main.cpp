@@ -119,7 +119,10 @@ int run_program(int argc, char** argv)
     return commands.app.exit(error) == 0 ? as_int(ExitCode::done) : as_int(ExitCode::bad_input);
   }
   if (commands.is_quiet) vrda::be_quiet();
-  return as_int(commands.chosen());
+  const ExitCode code = commands.chosen();
+  if (std::fflush(stdout) != 0)
+    throw vrda::InputError({"standard output", "", "an output that cannot be written", "room"});
+  return as_int(code);
 }
 
 }  // namespace

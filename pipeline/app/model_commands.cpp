@@ -161,8 +161,10 @@ void print(const MotionModel& model, const Json& s)
     std::printf("  %-10s %s to %s\n", name.c_str(), text_of(range["min"]).c_str(),
                 text_of(range["max"]).c_str());
   }
-  std::printf("internal rotation along the spine (a knee's screw-home): over a range of %s degrees\n",
-              text_of(s["screw_home"]["range_deg"]).c_str());
+  if (model.joint == "knee") {
+    std::printf("screw-home along the spine: internal rotation over a range of %s degrees\n",
+                text_of(s["screw_home"]["range_deg"]).c_str());
+  }
   const Json& r = s["remeasured"];
   std::printf(
       "measured again at every stable attitude: largest penetration %s mm (%d overlapping), largest gap %s "

@@ -1,7 +1,11 @@
 #include "app/run_command.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <optional>
 #include <thread>
@@ -44,6 +48,20 @@ void make_folder_of(const std::string& file)
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) throw InputError({file, "folder", error.message(), "a folder that can be written"});
+}
+
+// What stands where the model will go must be a model itself: never a job, a mesh or a folder.
+void require_replaceable(const std::string& output)
+{
+  if (!fs::exists(output)) return;
+  const std::string wanted = "a new name, or a motion model to replace";
+  if (!fs::is_regular_file(output)) throw InputError({output, "output", "something that is no file", wanted});
+  std::array<char, 8> head{};
+  std::ifstream(output, std::ios::binary).read(head.data(), head.size());
+  constexpr std::array<char, 8> hdf5{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
+  if (head != hdf5) throw InputError({output, "output", "a file that is not HDF5", wanted});
+  if (access(output.c_str(), W_OK) != 0)
+    throw InputError({output, "output", "a file without write permission", wanted});
 }
 
 Log open_log(const std::string& path, const std::string& key, bool is_fresh)
@@ -99,7 +117,9 @@ SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log,
     if (record.key.kind != StepKind::spine_probe) progress.advance();
   };
   hooks.is_stopped = is_interrupted;
-  return sweep(plan, solve, hooks, n_threads_of(options));
+  SweepResult result = sweep(plan, solve, hooks, n_threads_of(options));
+  if (trace) trace->close();
+  return result;
 }
 
 void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output)
@@ -123,14 +143,18 @@ ExitCode finish(const Case& job_case, const SweepResult& result, const std::stri
   MotionModel model = motion_model_of(job_case, result);
   add_smoothed(model, job_case, output);
   write_motion_model(output, model);
-  record.write(output + ".run.json");
+  try {
+    record.write(output + ".run.json");
+  } catch (const InputError& error) {
+    warn(error.what());  // the model is whole; times and host are not worth failing for
+  }
   std::error_code ignored;
   fs::remove(output + ".journal", ignored);
   fs::remove(output + ".start.h5", ignored);
   say(status_line(model));
   const double unsolved = unsolved_fraction(model);
   if (unsolved <= job_case.unsolved_fraction) return ExitCode::done;
-  warn("limits.unsolved_fraction: found " + std::to_string(unsolved) + ", wanted at most " +
+  warn(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) + ", wanted at most " +
        std::to_string(job_case.unsolved_fraction));
   return ExitCode::too_many_unsolved;
 }
@@ -145,13 +169,14 @@ ExitCode run_command(const RunOptions& options)
   const std::string output = output_of(options);
   const std::string journal = output + ".journal";
   make_folder_of(output);
+  require_replaceable(output);
   Log log = open_log(journal, fingerprint_of(job_case), options.is_fresh);
   write_motion_model(output + ".start.h5", pending_model_of(job_case));
   watch_for_interrupts();
 
   RunRecord record(n_threads_of(options), static_cast<int>(log.known.size()));
   const SweepResult result = solve_all(job_case, options, log, output);
-  log.writer.close();
+  log.writer.flush();
   if (!result.is_complete) {
     say("interrupted: what is solved stands in " + journal + "; the same command goes on from there");
     return ExitCode::interrupted;

@@ -44,6 +44,12 @@ Trace::Trace(const std::string& path) : path_(path), file_(path)
   if (!file_) throw InputError({path, "", "a file that cannot be written", "room and permission to write"});
 }
 
+void Trace::close()
+{
+  file_.close();
+  if (!file_) throw InputError({path_, "", "a file that cannot be written", "room and permission to write"});
+}
+
 StepRecord Trace::follow(const Attitude& attitude, const std::function<StepRecord(const Watch&)>& solve)
 {
   std::string lines;

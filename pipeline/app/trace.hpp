@@ -15,6 +15,9 @@ class Trace {
   /// Throws InputError when the file cannot be written.
   explicit Trace(const std::string& path);
 
+  /// Throws InputError when something could not be written.
+  void close();
+
   /// Runs `solve` with a watch and appends its motions once it ends. From any thread; steps stay whole.
   StepRecord follow(const Attitude& attitude, const std::function<StepRecord(const Watch&)>& solve);
 

@@ -29,9 +29,9 @@ const char* meaning_of(StepStatus status)
     case StepStatus::stable:
       return "came to rest";
     case StepStatus::no_contact:
-      return "slid off: nothing of the reference lies along Delta any more";
+      return "nothing of the reference lies along Delta: slid off, or never met";
     case StepStatus::no_clearance:
-      return "no free pose behind: the objects stay locked into each other";
+      return "no free pose within reach behind: the objects stay locked into each other";
     case StepStatus::iteration_limit:
       return "did not come to rest within max_steps";
   }

@@ -17,13 +17,13 @@ std::vector<std::int32_t> triangles_of(const std::vector<Compartment>& of_triang
   return rows;
 }
 
+}  // namespace
+
 double extent_along_delta_mm(const Mesh& mesh)
 {
   const Box box = bounding_box(mesh);
   return box.max_mm.y() - box.min_mm.y();
 }
-
-}  // namespace
 
 double thinnest_mm(const SolverBody& body)
 {
@@ -58,8 +58,6 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
   joint.medial = BoxTree(moving.mesh, triangles_of(compartment_of_triangle, Compartment::medial));
   joint.lateral = BoxTree(moving.mesh, triangles_of(compartment_of_triangle, Compartment::lateral));
   joint.substep_mm = 0.5 * std::min(thinnest_mm(reference), thinnest_mm(moving));
-  joint.retreat_limit_mm =
-      std::min(extent_along_delta_mm(reference.mesh), extent_along_delta_mm(moving.mesh));
   return joint;
 }
 

@@ -21,13 +21,15 @@ struct Joint {
   std::vector<Compartment> compartment_of_triangle;  ///< [n_moving_triangles], empty without compartments
   BoxTree medial;                                    ///< moving triangles of the compartment
   BoxTree lateral;
-  double substep_mm = 0.0;        ///< no vertex may move further at once: half the thinnest part
-  double retreat_limit_mm = 0.0;  ///< the smaller extent of both objects along Delta
+  double substep_mm = 0.0;  ///< no vertex may move further at once: half the thinnest part
 };
 
 /// `compartment_of_triangle` is empty or holds one entry a moving triangle. Neither mesh may be empty.
 Joint make_joint(const SolverBody& reference, const SolverBody& moving,
                  const std::vector<Compartment>& compartment_of_triangle);
+
+/// Height of the bounding box: the extent along Delta in S.
+double extent_along_delta_mm(const Mesh& mesh);
 
 /// Mean thickness of the thinnest component: twice volume over area of a closed one, the mean edge of an
 /// open sheet.

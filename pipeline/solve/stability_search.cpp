@@ -14,6 +14,9 @@ namespace {
 // makes a result overlap.
 constexpr double standoff_share = 0.01;
 
+// Bound of the sub-steps of one motion: keeps absurd steps from overflowing the count.
+constexpr double most_substeps = 1e6;
+
 enum class LastMotion { none, turn, slide };
 
 class Search {
@@ -81,13 +84,16 @@ class Search {
   }
 
   // Thesis 5.3 turns the reference under a resting object, which often makes them overlap: back out along
-  // -Delta.
+  // -Delta, with short strides first, since a ball in a socket has little room.
   bool retreat()
   {
+    const double limit_mm = std::max(
+        std::min(extent_along_delta_mm(reference_.mesh), extent_along_delta_mm(joint_.moving.solid.mesh)),
+        options_.approach_step_mm);
     MovingPose free = pose_;
-    for (double travelled_mm = 0.0; travelled_mm < joint_.retreat_limit_mm;) {
-      const double stride_mm = std::min(options_.translation_step_mm, joint_.retreat_limit_mm - travelled_mm);
-      travelled_mm += stride_mm;
+    double stride_mm = std::min(options_.translation_resolution_mm, options_.translation_step_mm);
+    for (double travelled_mm = 0.0; travelled_mm < limit_mm; travelled_mm += stride_mm) {
+      if (travelled_mm > 0.0) stride_mm = std::min(2.0 * stride_mm, options_.translation_step_mm);
       free.translation_mm.y() -= stride_mm;
       if (collides(free)) continue;
       pose_ = free;
@@ -163,9 +169,11 @@ class Search {
     tell(Motion::turn, n_contacts);
   }
 
+  // Parts thinner than the resolution are not told apart from their contacts anyway.
   int substeps(double length_mm) const
   {
-    return std::max(1, static_cast<int>(std::ceil(length_mm / joint_.substep_mm)));
+    const double longest_mm = std::max(joint_.substep_mm, options_.translation_resolution_mm);
+    return std::max(1, static_cast<int>(std::ceil(std::min(length_mm / longest_mm, most_substeps))));
   }
 
   // Goes from share 0 to 1 in equal sub-steps; the first that collides is bisected down to the resolution.
@@ -185,6 +193,7 @@ class Search {
       double blocked = next;
       while ((blocked - free) * length > resolution) {
         const double middle = 0.5 * (free + blocked);
+        if (middle <= free || middle >= blocked) break;  // a resolution below that of the numbers
         const MovingPose trial = pose_at(middle);
         if (collides(trial)) {
           blocked = middle;

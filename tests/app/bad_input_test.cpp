@@ -117,6 +117,36 @@ TEST_F(BadInput, UnwritableOutput)
   expect_refused({"out.h5", "found", "wanted"});
 }
 
+TEST_F(BadInput, AnOutputThatIsNoModelIsNeverOverwritten)
+{
+  const std::string before = test::text_of(job_);
+  for (const fs::path& taken : {job_, scratch_.path() / "ball.stl", scratch_.path()}) {
+    const test::Ended ended =
+        test::run_vrda({"run", job_.string(), "-o", taken.string(), "--progress", "none"});
+    EXPECT_EQ(ended.exit_code, 2) << taken;
+    EXPECT_THAT(ended.err, HasSubstr(taken.string() + ": output: found"));
+    EXPECT_THAT(ended.err, HasSubstr("a motion model to replace"));
+  }
+  EXPECT_EQ(test::text_of(job_), before);
+}
+
+TEST_F(BadInput, KeysWithoutEffectAreNamed)
+{
+  const test::Ended ended =
+      test::run_vrda({"check", job_.string(), "--set", "push.force_n=50", "--set", "smooth.recontact=true"});
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.out, HasSubstr("push.force_n: it has no effect"));
+  EXPECT_THAT(ended.out, HasSubstr("smooth.recontact"));
+  EXPECT_THAT(test::run_vrda({"check", job_.string()}).out, testing::Not(HasSubstr("no effect")));
+}
+
+TEST_F(BadInput, NothingAlongDeltaIsAWarning)
+{
+  const test::Ended ended =
+      test::run_vrda({"check", job_.string(), "--set", "moving.initial.translation_mm=[500, 0, 0]"});
+  EXPECT_THAT(ended.out, HasSubstr("warning: nothing of the reference lies along Delta"));
+}
+
 TEST_F(BadInput, AWrongUnitIsAWarningThatSaysSo)
 {
   // The ball and the dish in metres, read as millimetres.

@@ -36,7 +36,7 @@ TEST(Joint, CompartmentsSplitTheMovingTriangles)
   const Joint joint = make_joint({test::ball(5), {}}, {test::box({0, 0, 0}, {1, 1, 1}), {}}, of_triangle);
   EXPECT_EQ(joint.medial.order().size(), 10u);
   EXPECT_EQ(joint.lateral.order(), std::vector<std::int32_t>{3});
-  EXPECT_DOUBLE_EQ(joint.retreat_limit_mm, 1.0);
+  EXPECT_DOUBLE_EQ(extent_along_delta_mm(joint.moving.solid.mesh), 1.0);
 }
 
 TEST(Joint, BrokenPromisesAreInternalErrors)

@@ -110,6 +110,42 @@ TEST(StabilitySearch, NoFreePoseBelowIsNoClearance)
   EXPECT_EQ(find_stable_pose(joint, {}, {{0, -15.5, 0}, 0}, {}).status, StepStatus::no_clearance);
 }
 
+TEST(StabilitySearch, ATiltedThinPlateIsBackedOutOf)
+{
+  // 100 mm of plate at 10 degrees reach 9 mm down on one side: the limit must follow the attitude, not the
+  // thickness.
+  const Joint joint =
+      make_joint({test::box({0, 0.5, 0}, {100, 1, 100}), {}}, {test::ball(6, 16, 32), {}}, {});
+  const StepRecord r = find_stable_pose(joint, {rad_from_deg(10), 0}, {{-10, -3, 0}, 0}, {});
+  EXPECT_NE(r.status, StepStatus::no_clearance);
+}
+
+TEST(StabilitySearch, AResolutionBelowRoundingStillEnds)
+{
+  SearchOptions options;
+  options.translation_resolution_mm = options.rotation_resolution_rad = 1e-300;
+  options.max_steps = 30;
+  const StepRecord r = find_stable_pose(ball_in_dish(), {}, {{4, -20, 0}, 0}, options);
+  EXPECT_LE(r.iterations, 30);
+  EXPECT_NE(r.status, StepStatus::pending);
+}
+
+TEST(StabilitySearch, EveryVariantOfPointsAndNormalsComesToRest)
+{
+  const Joint joint = ball_in_dish();
+  for (const ContactPoints points : {ContactPoints::exact, ContactPoints::triangle_centre}) {
+    for (const ContactNormals normals :
+         {ContactNormals::least_curvature, ContactNormals::reference, ContactNormals::moving}) {
+      SearchOptions options;
+      options.points = points;
+      options.normals = normals;
+      const StepRecord r = find_stable_pose(joint, {}, {{6, -30, -4}, 0}, options);
+      ASSERT_EQ(r.status, StepStatus::stable);
+      expect_clean_contact(joint, r, options);
+    }
+  }
+}
+
 TEST(StabilitySearch, AnOverlappingSeedBacksOutFirst)
 {
   const Joint joint = ball_in_dish();
