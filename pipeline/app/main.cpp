@@ -40,7 +40,9 @@ struct Commands {
     c.add_option("job", run.job_file, "Job file (TOML)")->required();
     c.add_option("-o,--output", run.output, "Motion model; default results/<job name>/<job name>.h5");
     c.add_option("--data", run.data_directory, "Folder the mesh files are relative to");
-    c.add_option("--set", run.overrides, "key=value, over the job file; may be repeated")->take_all();
+    c.add_option("--set", run.overrides, "key=value, over the job file; may be repeated")
+        ->allow_extra_args(false)
+        ->take_all();
     c.add_option("--threads", run.n_threads, "Workers; default: one a processor")->check(CLI::Range(1, 1024));
     c.add_flag("--fresh", run.is_fresh, "Drop what a journal holds and start over");
     c.add_flag("--trace", run.writes_trace, "Write every motion of the search to <output>.trace.csv");
@@ -59,7 +61,9 @@ struct Commands {
                       "vrda check jobs/knee-generic.toml");
     c.add_option("job", check.job_file, "Job file (TOML)")->required();
     c.add_option("--data", check.data_directory, "Folder the mesh files are relative to");
-    c.add_option("--set", check.overrides, "key=value, over the job file; may be repeated")->take_all();
+    c.add_option("--set", check.overrides, "key=value, over the job file; may be repeated")
+        ->allow_extra_args(false)
+        ->take_all();
     c.add_flag("--json", check.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return check_command(check); }; });
   }

@@ -97,6 +97,7 @@ Json summary_of(const MotionModel& model)
 {
   const int n_threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   const AuditExtremes audit = extremes(model, remeasured(model, n_threads));
+  const auto n_stable = (model.status == static_cast<std::int8_t>(StepStatus::stable)).count();
   Json statuses = Json::object();
   for (const auto& [name, n] : cells_by_status(model)) statuses[name] = n;
   return {{"title", model.title},
@@ -120,8 +121,9 @@ Json summary_of(const MotionModel& model)
           {"screw_home", screw_home(model)},
           {"remeasured",
            {{"overlapping_attitudes", audit.n_overlapping},
-            {"largest_penetration_mm", audit.largest_penetration_mm},
-            {"largest_gap_mm", number_or_null(audit.largest_gap_mm)},
+            {"attitudes", n_stable},
+            {"largest_penetration_mm", n_stable > 0 ? Json(audit.largest_penetration_mm) : Json()},
+            {"largest_gap_mm", n_stable > 0 ? number_or_null(audit.largest_gap_mm) : Json()},
             {"resolution_mm", model.contact_resolution_mm}}},
           {"smoothed", smoothed_json(model)}};
 }

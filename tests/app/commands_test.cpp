@@ -53,6 +53,30 @@ TEST(Commands, CheckSaysWhatItUnderstood)
   EXPECT_EQ(json.at("initial_pose").at("overlapping"), false);
 }
 
+TEST(Commands, SetMayStandBeforeTheJob)
+{
+  const test::Scratch scratch;
+  const std::string job = test::small_job(scratch).string();
+  const test::Ended ended = test::run_vrda({"check", "--set", "title=Other", "--set", "side=left", job});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(ended.out, HasSubstr("Other"));
+  EXPECT_THAT(ended.out, HasSubstr("left"));
+}
+
+TEST(Commands, InfoOfNothingSolvedMeasuresNothing)
+{
+  const test::Scratch scratch;
+  const std::string output = (scratch.path() / "none.h5").string();
+  EXPECT_EQ(test::run_vrda({"run", test::small_job(scratch).string(), "-o", output, "--set",
+                            "moving.initial.translation_mm=[500, -40, 0]"})
+                .exit_code,
+            3);
+  const auto json = nlohmann::json::parse(test::run_vrda({"info", output, "--json"}).out);
+  EXPECT_EQ(json.at("remeasured").at("attitudes"), 0);
+  EXPECT_TRUE(json.at("remeasured").at("largest_gap_mm").is_null());
+  EXPECT_TRUE(json.at("remeasured").at("largest_penetration_mm").is_null());
+}
+
 TEST(Commands, CheckWarnsOfAnOverlapAtTheStart)
 {
   const test::Scratch scratch;
