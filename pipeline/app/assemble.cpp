@@ -1,34 +1,12 @@
 #include "app/assemble.hpp"
 
-#include <limits>
+#include <utility>
 
 #include "core/clinical.hpp"
 #include "core/units.hpp"
 
 namespace vrda {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-void size_surfaces(MotionModel& model)
-{
-  const auto n_flexion = static_cast<Eigen::Index>(model.flexion_deg.size());
-  const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
-  ClinicalSurfaces& c = model.clinical;
-  for (GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg, &model.residual_mm,
-                         &model.gap_medial_mm, &model.gap_lateral_mm, &c.flexion_deg, &c.varus_deg,
-                         &c.internal_rotation_deg, &c.anterior_mm, &c.proximal_mm, &c.lateral_mm}) {
-    surface->setConstant(n_flexion, n_varus, nan);
-  }
-  model.X_reference_moving.assign(static_cast<std::size_t>(16 * n_flexion * n_varus), nan);
-  model.status.setConstant(n_flexion, n_varus, static_cast<std::int8_t>(StepStatus::pending));
-  model.iterations.setZero(n_flexion, n_varus);
-  model.queries.setZero(n_flexion, n_varus);
-  for (GridB* flag : {&model.contact_medial, &model.contact_lateral, &model.theta_determined}) {
-    flag->setConstant(n_flexion, n_varus, -1);
-  }
-  model.is_spine.setZero(n_flexion, n_varus);
-}
 
 void set_pose(MotionModel& model, const SolverFrame& frame, const StepRecord& r)
 {
@@ -116,10 +94,7 @@ MotionModel pending_model_of(const Case& job_case)
   model.moving = job_case.moving;
   model.job = {job_case.job_text, job_case.resolved_job, {}};
   for (const LoadedInput& input : job_case.inputs) model.job.inputs.push_back({input.name, input.sha256});
-  size_surfaces(model);
-  model.contacts =
-      contact_rows(job_case.frame, std::vector<StepRecord>(static_cast<std::size_t>(model.status.size())));
-  return model;
+  return with_pending_cells(std::move(model));
 }
 
 MotionModel motion_model_of(const Case& job_case, const SweepResult& result)

@@ -33,13 +33,13 @@ void warn_of_steps(const Job& job, Warnings& warnings)
   compare("rotation", job.search.rotation_step_rad, job.search.rotation_resolution_rad);
 }
 
-// Whether the job file or an override names the key, or one below it.
-bool is_given(const Job& job, const std::string& key)
+// Whether the job file or an override names the key, or one below it. `root` is the file's tree, without
+// defaults.
+bool is_given(const Job& job, const JobValue& root, const std::string& key)
 {
   for (const std::string& given : job.document.overridden) {
     if (given == key || given.starts_with(key + ".")) return true;
   }
-  const JobValue root = parse_toml(job.text, job.file);
   const JobValue* value = &root;
   for (std::size_t from = 0; value != nullptr && from <= key.size();) {
     const std::size_t dot = std::min(key.find('.', from), key.size());
@@ -54,14 +54,15 @@ void warn_of_unused(const Job& job, Warnings& warnings)
   if (job.ligaments) {
     warnings.push_back("ligaments: they have no effect on the stability search, which knows contact only");
   }
+  const JobValue root = parse_toml(job.text, job.file);
   for (const std::string key :
        {"push.force_n", "push.lateral_force_n", "push.moment_nmm", "push.point_mm", "solver.equilibrium"}) {
-    if (is_given(job, key)) {
+    if (is_given(job, root, key)) {
       warnings.push_back(key +
                          ": it has no effect on the stability search, which knows directions of forces only");
     }
   }
-  if (is_given(job, "smooth.recontact") && job.smooth_recontact) {
+  if (is_given(job, root, "smooth.recontact") && job.smooth_recontact) {
     warnings.push_back(
         "smooth.recontact: this version does not recontact smoothed surfaces; they are stored as fitted");
   }

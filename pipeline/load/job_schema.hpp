@@ -9,10 +9,4 @@ namespace vrda {
 /// Throws InputError for an unknown key (naming the nearest known one), a missing key, a wrong type or value.
 JobValue checked_job(const JobDocument& document);
 
-/// Fewest insertions, deletions and replacements that turn one word into the other.
-std::size_t edit_distance(std::string_view a, std::string_view b);
-
-/// The word of `known` nearest to `word`, the earlier of two; empty when there is none.
-std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
-
 }  // namespace vrda

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 
 #include "core/error.hpp"
+#include "core/nearest_word.hpp"
 #include "shapes/catalogue.hpp"
 
 namespace vrda {
@@ -15,37 +15,13 @@ using Entry = CatalogueEntry;
 using Values = ShapeValues;
 
 // Insertions, deletions and substitutions between two words.
-std::size_t edit_distance(const std::string& a, const std::string& b)
-{
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t k = 0; k < b.size(); ++k) {
-      const std::size_t substituted = diagonal + (a[i] == b[k] ? 0 : 1);
-      diagonal = row[k + 1];
-      row[k + 1] = std::min({substituted, row[k] + 1, diagonal + 1});
-    }
-  }
-  return row.back();
-}
-
-std::string nearest(const std::string& word, const std::vector<std::string>& known)
-{
-  const auto closer = [&](const std::string& l, const std::string& r) {
-    return edit_distance(word, l) < edit_distance(word, r);
-  };
-  return known.empty() ? std::string() : *std::min_element(known.begin(), known.end(), closer);
-}
-
-// "one of a, b, c; did you mean b?"
+// "one of a, b, c; the nearest is b"
 std::string one_of(const std::string& word, const std::vector<std::string>& known)
 {
   if (known.empty()) return "no parameter";
   std::string list;
   for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
-  return "one of " + list + "; the nearest is " + nearest(word, known);
+  return "one of " + list + "; the nearest is " + nearest_word(word, known);
 }
 
 std::string text(double number)

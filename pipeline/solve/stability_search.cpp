@@ -208,11 +208,11 @@ class Search {
 
   double farthest_from_axis_mm(const Eigen::Vector3d& centre_mm) const
   {
-    const Box box = bounding_box(joint_.moving.solid.mesh);
+    const BoxTree::Node& box = joint_.moving.solid.tree.nodes().front();
     const Placement place(pose_);
     double farthest_sq = 0.0;
-    for (const double x : {box.min_mm.x(), box.max_mm.x()}) {
-      for (const double z : {box.min_mm.z(), box.max_mm.z()}) {
+    for (const double x : {box.min_mm[0], box.max_mm[0]}) {
+      for (const double z : {box.min_mm[2], box.max_mm[2]}) {
         const Eigen::Vector3d arm = place(Eigen::Vector3d(x, 0.0, z)) - centre_mm;
         farthest_sq = std::max(farthest_sq, arm.x() * arm.x() + arm.z() * arm.z());
       }

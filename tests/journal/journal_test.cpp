@@ -15,10 +15,13 @@
 #include <thread>
 
 #include "core/error.hpp"
+#include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda {
 namespace {
+
+using test::input_error;
 
 const std::string key(64, 'a');
 const std::string other_key(64, 'b');
@@ -88,19 +91,6 @@ void expect_records(const JournalContent& content, std::size_t n_records)
     const int index = static_cast<int>(n);
     EXPECT_EQ(bits(content.records[n]), bits(record(index, index % 3)));
   }
-}
-
-/// The InputError that `action` throws; fails the test when it throws none.
-template <typename Action>
-InputError::Facts input_error(Action action)
-{
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.facts();
-  }
-  ADD_FAILURE() << "no InputError";
-  return {};
 }
 
 TEST(Journal, GivesBackEveryBit)

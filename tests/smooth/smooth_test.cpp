@@ -8,9 +8,12 @@
 
 #include "core/error.hpp"
 #include "store/evaluate_smoothed.hpp"
+#include "support/input_error.hpp"
 
 namespace vrda {
 namespace {
+
+using test::input_error;
 
 /// Backward stable least squares: error of a few terms times epsilon times the condition number (below 100
 /// for the grids here) times the size of the data (below 100).
@@ -73,18 +76,6 @@ void fill_with_noise(SmoothInput& input)
       grid->data()[k] = static_cast<double>(generator() % 2000) / 1000.0 - 1.0;
     }
   }
-}
-
-template <typename Action>
-InputError::Facts input_error(Action action)
-{
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.facts();
-  }
-  ADD_FAILURE() << "no InputError";
-  return {};
 }
 
 TEST(Smooth, ReproducesPolynomialsOfItsDegree)

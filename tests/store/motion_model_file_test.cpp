@@ -10,10 +10,13 @@
 
 #include "core/error.hpp"
 #include "store/sample_model.hpp"
+#include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda {
 namespace {
+
+using test::input_error;
 
 template <typename Scalar>
 void expect_equal(const Grid<Scalar>& a, const Grid<Scalar>& b, const char* what)
@@ -122,18 +125,6 @@ void expect_equal(const MotionModel& a, const MotionModel& b)
     EXPECT_EQ(a.job.inputs[i].name, b.job.inputs[i].name);
     EXPECT_EQ(a.job.inputs[i].sha256, b.job.inputs[i].sha256);
   }
-}
-
-template <typename Action>
-InputError::Facts input_error(Action action)
-{
-  try {
-    action();
-  } catch (const InputError& error) {
-    return error.facts();
-  }
-  ADD_FAILURE() << "no InputError";
-  return {};
 }
 
 TEST(MotionModelFile, GivesBackWhatWasWritten)

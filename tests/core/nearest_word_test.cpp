@@ -1,0 +1,19 @@
+#include "core/nearest_word.hpp"
+
+#include <gtest/gtest.h>
+
+namespace vrda {
+namespace {
+
+TEST(EditDistance, CountsInsertionsDeletionsAndReplacements)
+{
+  EXPECT_EQ(edit_distance("", "abc"), 3U);
+  EXPECT_EQ(edit_distance("vraus", "varus"), 2U);
+  EXPECT_EQ(edit_distance("flexon", "flexion"), 1U);
+  EXPECT_EQ(edit_distance("same", "same"), 0U);
+  EXPECT_EQ(nearest_word("tibai", {"femur", "tibia"}), "tibia");
+  EXPECT_EQ(nearest_word("x", {}), "");
+}
+
+}  // namespace
+}  // namespace vrda
