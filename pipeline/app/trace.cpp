@@ -8,29 +8,32 @@
 namespace vrda {
 namespace {
 
-const char* name_of_motion(Motion motion)
+const char* name_of(MoveKind kind)
 {
-  switch (motion) {
-    case Motion::retreat:
+  switch (kind) {
+    case MoveKind::retreat:
       return "retreat";
-    case Motion::approach:
+    case MoveKind::approach:
       return "approach";
-    case Motion::turn:
-      return "turn";
-    case Motion::slide:
-      return "slide";
+    case MoveKind::bisect:
+      return "bisect";
+    case MoveKind::rotate:
+      return "rotate";
+    case MoveKind::translate:
+      return "translate";
   }
-  throw InternalError("a motion without a name");
+  throw InternalError("a move without a name");
 }
 
 std::string line_of(const Attitude& attitude, const SearchMove& move)
 {
   char text[256];
   const Eigen::Vector3d& t = move.pose.translation_mm;
-  std::snprintf(text, sizeof text, "%g,%g,%d,%s,%.6f,%.6f,%.6f,%.6f,%g,%g,%d\n",
+  std::snprintf(text, sizeof text, "%g,%g,%d,%s,%.6f,%.6f,%.6f,%.6f,%g,%g,%d,%d,%d,%zu\n",
                 deg_from_rad(attitude.flexion_rad), deg_from_rad(attitude.varus_rad), move.iteration,
-                name_of_motion(move.motion), t.x(), t.y(), t.z(), deg_from_rad(move.pose.theta_rad),
-                move.translation_step_mm, deg_from_rad(move.rotation_step_rad), move.n_contacts);
+                name_of(move.kind), t.x(), t.y(), t.z(), deg_from_rad(move.pose.theta_rad),
+                move.translation_step_mm, deg_from_rad(move.rotation_step_rad), move.collides ? 1 : 0,
+                move.is_cycle ? 1 : 0, move.in_contact ? 1 : 0, move.contacts.size());
   return text;
 }
 
@@ -38,9 +41,8 @@ std::string line_of(const Attitude& attitude, const SearchMove& move)
 
 Trace::Trace(const std::string& path) : path_(path), file_(path)
 {
-  file_ << "flexion_deg,varus_deg,iteration,motion,x_mm,y_mm,z_mm,theta_deg,translation_step_mm,rotation_"
-           "step_deg,"
-           "contacts\n";
+  file_ << "flexion_deg,varus_deg,iteration,kind,x_mm,y_mm,z_mm,theta_deg,translation_step_mm,"
+           "rotation_step_deg,collides,is_cycle,in_contact,contacts\n";
   if (!file_) throw InputError({path, "", "a file that cannot be written", "room and permission to write"});
 }
 

@@ -51,17 +51,18 @@ class Search {
     if (collides(pose_) && !retreat()) return StepStatus::no_clearance;
     for (iteration_ = 1; iteration_ <= options_.max_steps; ++iteration_) {
       if (!approach()) return StepStatus::no_contact;
-      adapt_steps();
+      const bool is_cycle = adapt_steps();
       const std::vector<Contact> contacts = touching();
+      tell_touch(contacts, is_cycle);
       const RotationPrediction rotation = predict_rotation(contacts);
       if (rotation.sign != 0 && rotation_step_rad_ >= options_.rotation_resolution_rad) {
-        turn(rotation, static_cast<int>(contacts.size()));
+        turn(rotation);
         continue;
       }
       const Eigen::Vector3d slide_mm = translation_step_mm_ * predict_translation(contacts);
       residual_mm_ = slide_mm.norm();
       if (residual_mm_ < options_.translation_resolution_mm) return StepStatus::stable;
-      slide(slide_mm, static_cast<int>(contacts.size()));
+      slide(slide_mm);
     }
     iteration_ = options_.max_steps;
     return StepStatus::iteration_limit;
@@ -97,7 +98,7 @@ class Search {
       free.translation_mm.y() -= stride_mm;
       if (collides(free)) continue;
       pose_ = free;
-      tell(Motion::retreat, 0);
+      tell(MoveKind::retreat, pose_);
       return true;
     }
     return false;
@@ -112,32 +113,30 @@ class Search {
     if (!std::isfinite(gap.travel_mm)) return false;
     gap_hint_ = gap.pair;
     const double travel_mm = gap.travel_mm - standoff_share * options_.translation_resolution_mm;
+    tell_strides(travel_mm);
+    has_touched_ = true;
     if (travel_mm <= 0.0) return true;
     const MovingPose start = pose_;
-    tell_strides(travel_mm);
     move_while_free(travel_mm, options_.translation_resolution_mm, 1, [&](double share) {
       MovingPose pose = start;
       pose.translation_mm.y() += share * travel_mm;
       return pose;
     });
-    has_touched_ = true;
-    tell(Motion::approach, 0);
     return true;
   }
 
   // The way is known to be free, so the thesis's approach stride is only for those who watch.
-  void tell_strides(double travel_mm)
+  void tell_strides(double travel_mm) const
   {
     if (!watch_ || has_touched_) return;
-    const MovingPose start = pose_;
+    MovingPose pose = pose_;
     for (double s = options_.approach_step_mm; s < travel_mm; s += options_.approach_step_mm) {
-      pose_.translation_mm.y() = start.translation_mm.y() + s;
-      tell(Motion::approach, 0);
+      pose.translation_mm.y() = pose_.translation_mm.y() + s;
+      tell(MoveKind::approach, pose);
     }
-    pose_ = start;
   }
 
-  void slide(const Eigen::Vector3d& by_mm, int n_contacts)
+  void slide(const Eigen::Vector3d& by_mm)
   {
     const MovingPose start = pose_;
     const double length_mm = by_mm.norm();
@@ -147,10 +146,10 @@ class Search {
       return pose;
     });
     last_motion_ = LastMotion::slide;
-    tell(Motion::slide, n_contacts);
+    tell(MoveKind::translate, pose_);
   }
 
-  void turn(const RotationPrediction& rotation, int n_contacts)
+  void turn(const RotationPrediction& rotation)
   {
     const MovingPose start = pose_;
     const double angle_rad = rotation.sign * rotation_step_rad_;
@@ -166,7 +165,7 @@ class Search {
                       return pose;
                     });
     last_motion_ = LastMotion::turn;
-    tell(Motion::turn, n_contacts);
+    tell(MoveKind::rotate, pose_);
   }
 
   // Parts thinner than the resolution are not told apart from their contacts anyway.
@@ -195,7 +194,9 @@ class Search {
         const double middle = 0.5 * (free + blocked);
         if (middle <= free || middle >= blocked) break;  // a resolution below that of the numbers
         const MovingPose trial = pose_at(middle);
-        if (collides(trial)) {
+        const bool is_blocked = collides(trial);
+        tell(MoveKind::bisect, trial, is_blocked);
+        if (is_blocked) {
           blocked = middle;
         } else {
           free = middle;
@@ -221,8 +222,8 @@ class Search {
   }
 
   // Cycle detection (thesis 3.6): back at an earlier pose, the last motion was too coarse; at a new one, the
-  // other kind of motion gets its full step again.
-  void adapt_steps()
+  // other kind of motion gets its full step again. Says which.
+  bool adapt_steps()
   {
     const bool was_here = std::any_of(history_.begin(), history_.end(), [&](const MovingPose& earlier) {
       return (earlier.translation_mm - pose_.translation_mm).norm() < options_.translation_resolution_mm &&
@@ -231,11 +232,12 @@ class Search {
     if (was_here) {
       if (last_motion_ == LastMotion::turn) rotation_step_rad_ *= 0.5;
       if (last_motion_ == LastMotion::slide) translation_step_mm_ *= 0.5;
-      return;
+      return true;
     }
     history_.push_back(pose_);
     if (last_motion_ == LastMotion::turn) translation_step_mm_ = options_.translation_step_mm;
     if (last_motion_ == LastMotion::slide) rotation_step_rad_ = options_.rotation_step_rad;
+    return false;
   }
 
   void measure(StepRecord& record)
@@ -247,9 +249,33 @@ class Search {
     queries_ += 1 + measure_step(joint_, reference_, contacts, options_.translation_resolution_mm, record);
   }
 
-  void tell(Motion motion, int n_contacts) const
+  SearchMove move_of(MoveKind kind, const MovingPose& pose) const
   {
-    if (watch_) watch_({iteration_, motion, pose_, translation_step_mm_, rotation_step_rad_, n_contacts});
+    SearchMove move;
+    move.iteration = iteration_;
+    move.kind = kind;
+    move.pose = pose;
+    move.translation_step_mm = translation_step_mm_;
+    move.rotation_step_rad = rotation_step_rad_;
+    return move;
+  }
+
+  void tell(MoveKind kind, const MovingPose& pose, bool is_blocked = false) const
+  {
+    if (!watch_) return;
+    SearchMove move = move_of(kind, pose);
+    move.collides = is_blocked;
+    watch_(move);
+  }
+
+  void tell_touch(const std::vector<Contact>& contacts, bool is_cycle) const
+  {
+    if (!watch_) return;
+    SearchMove move = move_of(MoveKind::approach, pose_);
+    move.is_cycle = is_cycle;
+    move.in_contact = true;
+    for (const Contact& c : contacts) move.contacts.push_back(contact_record(joint_, c));
+    watch_(move);
   }
 
   const Joint& joint_;
