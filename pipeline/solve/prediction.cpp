@@ -44,14 +44,14 @@ class HalfAxis {
 
 double moment_about_mm(const Contact& contact, const Eigen::Vector3d& centre)
 {
-  const Eigen::Vector3d arm = contact.point_mm - centre;
+  const Eigen::Vector3d arm = contact.application_mm - centre;
   return arm.z() * contact.normal.x() - arm.x() * contact.normal.z();
 }
 
 Eigen::Vector3d mean_point(const std::vector<Contact>& contacts)
 {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Contact& c : contacts) sum += c.point_mm;
+  for (const Contact& c : contacts) sum += c.application_mm;
   return contacts.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(contacts.size()));
 }
 
@@ -65,8 +65,8 @@ RotationPrediction predict_rotation(const std::vector<Contact>& contacts)
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int n_centres = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    if (common_sign(contacts, contacts[k].point_mm, k) == 0) continue;
-    sum += contacts[k].point_mm;
+    if (common_sign(contacts, contacts[k].application_mm, k) == 0) continue;
+    sum += contacts[k].application_mm;
     ++n_centres;
   }
   if (n_centres == 0) return {};
