@@ -1,7 +1,10 @@
 #include "solve/stability_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 #include "proximity/directional_gap.hpp"
 #include "solve/measures.hpp"
@@ -13,6 +16,21 @@ namespace {
 // The approach stops this share of the translation resolution before the exact touch, so that rounding never
 // makes a result overlap.
 constexpr double standoff_share = 0.01;
+
+// Share of the translation resolution within which a contact surely bears load: ten stand-offs. Those
+// further off are neighbours that the thesis's band takes in.
+constexpr double really_touching = 10.0 * standoff_share;
+
+// Bands, as shares of the translation resolution, whose contacts are asked for a way up: narrow ones name
+// the slope at the pose, wide ones the obstacles next to it.
+constexpr std::array<double, 3> climb_bands = {5.0 * standoff_share, 20.0 * standoff_share, 1.0};
+
+// A climb tries a way of half the translation resolution and then longer and longer ones up to the
+// translation step. It must gain a thousandth of the resolution: enough to be no
+// rounding, little enough for slopes of a few thousandths.
+constexpr double climb_way_share = 0.5;
+constexpr double climb_growth = 4.0;
+constexpr double climb_gain_share = 0.001;
 
 // Bound of the sub-steps of one motion: keeps absurd steps from overflowing the count.
 constexpr double most_substeps = 1e6;
@@ -59,10 +77,8 @@ class Search {
         turn(rotation);
         continue;
       }
-      const Eigen::Vector3d slide_mm = translation_step_mm_ * predict_translation(contacts);
-      residual_mm_ = slide_mm.norm();
-      if (residual_mm_ < options_.translation_resolution_mm) return StepStatus::stable;
-      slide(slide_mm);
+      if (!slides_by(contacts) && !slides_by(within(contacts, really_touching)) && !climbs(contacts))
+        return StepStatus::stable;
     }
     iteration_ = options_.max_steps;
     return StepStatus::iteration_limit;
@@ -82,6 +98,30 @@ class Search {
     return find_contacts({reference_, joint_.reference.features, joint_.moving}, pose_, narrow_phase_,
                          {options_.translation_resolution_mm, options_.rotation_resolution_rad,
                           options_.points, options_.normals});
+  }
+
+  // Those nearer than a share of the translation resolution.
+  std::vector<Contact> within(const std::vector<Contact>& contacts, double share) const
+  {
+    std::vector<Contact> near;
+    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(near), [&](const Contact& c) {
+      return c.distance_mm <= share * options_.translation_resolution_mm;
+    });
+    return near;
+  }
+
+  // Asked again at the same pose, the answer is kept.
+  const Gap& gap_ahead()
+  {
+    const bool is_known =
+        ahead_ && ahead_at_.translation_mm == pose_.translation_mm && ahead_at_.theta_rad == pose_.theta_rad;
+    if (is_known) return *ahead_;
+    ++queries_;
+    ahead_ = directional_gap(reference_, joint_.moving.solid.mesh, joint_.moving.solid.tree, pose_,
+                             {GapKind::from_here, gap_hint_});
+    ahead_at_ = pose_;
+    if (std::isfinite(ahead_->travel_mm)) gap_hint_ = ahead_->pair;
+    return *ahead_;
   }
 
   // Thesis 5.3 turns the reference under a resting object, which often makes them overlap: back out along
@@ -107,11 +147,8 @@ class Search {
   // Up to the touch; false when nothing is in the way.
   bool approach()
   {
-    ++queries_;
-    const Gap gap = directional_gap(reference_, joint_.moving.solid.mesh, joint_.moving.solid.tree, pose_,
-                                    {GapKind::from_here, gap_hint_});
+    const Gap gap = gap_ahead();
     if (!std::isfinite(gap.travel_mm)) return false;
-    gap_hint_ = gap.pair;
     const double travel_mm = gap.travel_mm - standoff_share * options_.translation_resolution_mm;
     tell_strides(travel_mm);
     has_touched_ = true;
@@ -134,6 +171,71 @@ class Search {
       pose.translation_mm.y() = pose_.translation_mm.y() + s;
       tell(MoveKind::approach, pose);
     }
+  }
+
+  // Slides as the contacts predict, unless that is below the resolution.
+  bool slides_by(const std::vector<Contact>& contacts)
+  {
+    Eigen::Vector3d by_mm = translation_step_mm_ * predict_translation(contacts);
+    residual_mm_ = by_mm.norm();
+    if (residual_mm_ < options_.translation_resolution_mm) return false;
+    const MovingPose start = pose_;
+    slide(by_mm);
+    // A step that leaves the reference behind may just have been too long.
+    while (!std::isfinite(gap_ahead().travel_mm)) {
+      by_mm *= 0.5;
+      if (by_mm.norm() < options_.translation_resolution_mm) break;
+      translation_step_mm_ *= 0.5;
+      pose_ = start;
+      slide(by_mm);
+    }
+    return true;
+  }
+
+  // The average by component may point into a surface that is touched already, and halving then ends short
+  // of the place of rest (thesis 3.5 and 3.6). So before a pose counts as stable, its contacts are asked for
+  // a way that leads up; one that does is taken as far as it goes on rising.
+  bool climbs(const std::vector<Contact>& contacts)
+  {
+    for (const double band : climb_bands) {
+      const Eigen::Vector3d way_mm = way_up_mm(predict_climb(within(contacts, band)));
+      if (way_mm.norm() > 0.0 && slides_under(way_mm)) return true;
+    }
+    return false;
+  }
+
+  // The longest way tried at whose end the moving object rests higher than here; zero when the shortest does
+  // not.
+  Eigen::Vector3d way_up_mm(const Climb& climb)
+  {
+    const MovingPose here = pose_;
+    double best_mm = 0.0, best_rise_mm = climb_gain_share * options_.translation_resolution_mm;
+    for (double way_mm = climb_way_share * options_.translation_resolution_mm;
+         climb.rise > 0.0 && way_mm <= options_.translation_step_mm; way_mm *= climb_growth) {
+      pose_.translation_mm = here.translation_mm + way_mm * (climb.direction - Eigen::Vector3d::UnitY());
+      const double rise_mm =
+          gap_ahead().travel_mm - way_mm - standoff_share * options_.translation_resolution_mm;
+      if (!std::isfinite(rise_mm) || rise_mm <= best_rise_mm) break;
+      best_rise_mm = rise_mm;
+      best_mm = way_mm;
+    }
+    pose_ = here;
+    return best_mm * climb.direction;
+  }
+
+  // Backs out by the length of the way, which clears flanks of up to 45 degrees, and slides; false, and back
+  // where it was, when something is in the way.
+  bool slides_under(const Eigen::Vector3d& way_mm)
+  {
+    const MovingPose here = pose_;
+    pose_.translation_mm.y() -= way_mm.norm();
+    if (!collides(pose_)) {
+      const MovingPose under = pose_;
+      slide(way_mm);
+      if (pose_.translation_mm == under.translation_mm + way_mm) return true;
+    }
+    pose_ = here;
+    return false;
   }
 
   void slide(const Eigen::Vector3d& by_mm)
@@ -289,6 +391,8 @@ class Search {
   LastMotion last_motion_ = LastMotion::none;
   bool has_touched_ = false;
   std::vector<MovingPose> history_;
+  std::optional<Gap> ahead_;  // at ahead_at_
+  MovingPose ahead_at_;
   TrianglePair gap_hint_;
   TrianglePair collision_hint_;
   double residual_mm_ = 0.0;
