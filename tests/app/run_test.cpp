@@ -199,9 +199,9 @@ TEST(Run, ATraceTellsEveryMotion)
   const std::string output = (scratch.path() / "small.h5").string();
   ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch).string(), "-o", output, "--trace"}).exit_code, 0);
   const std::string trace = test::read_bytes(output + ".trace.csv");
-  EXPECT_THAT(trace, testing::StartsWith("flexion_deg,varus_deg,iteration,motion,"));
+  EXPECT_THAT(trace, testing::StartsWith("flexion_deg,varus_deg,iteration,kind,"));
   EXPECT_THAT(trace, HasSubstr(",approach,"));
-  EXPECT_THAT(trace, HasSubstr(",slide,"));
+  EXPECT_THAT(trace, HasSubstr(",translate,"));
 }
 
 TEST(Run, ProgressIsPlainLinesOffATerminalAndSilentOnDemand)
