@@ -68,7 +68,7 @@ Log open_log(const std::string& path, const std::string& key, bool is_fresh)
 {
   if (is_fresh || !fs::exists(path)) return {JournalWriter::create(path, key), {}};
   const JournalContent content = read_journal(path);
-  require_key(content, path, key);
+  require_key(content.key, path, key);
   if (!content.dropped_why.empty()) {
     warn(path + ": dropped " + std::to_string(content.dropped_bytes) + " bytes at the end (" +
          content.dropped_why + "); those steps are solved again");
@@ -101,7 +101,7 @@ SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log,
   const auto n_cells = static_cast<int>(plan.flexion_rad.size() * plan.varus_rad.size());
   Progress progress(progress_style_of(options.progress), n_cells, n_cells_known(log));
 
-  const SolveStep solve = [&](const Attitude& attitude, const MovingPose& seed) {
+  const SolveStep solve = [&](const StepKey&, const Attitude& attitude, const MovingPose& seed) {
     if (!trace) return find_stable_pose(joint, attitude, seed, job_case.search);
     return trace->follow(attitude, [&](const Watch& watch) {
       return find_stable_pose(joint, attitude, seed, job_case.search, watch);
