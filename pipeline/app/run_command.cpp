@@ -63,11 +63,11 @@ void make_folder_of(const std::string& file)
   if (error) throw InputError({file, "folder", error.message(), "a folder that can be written"});
 }
 
-// What stands where the model will go must be a model itself: never a job, a mesh or a folder.
-void require_replaceable(const std::string& output)
+// What stands where the model or its trace will go must be one itself: never a job, a mesh or a folder.
+void require_replaceable(const std::string& output, const std::string& what)
 {
   if (!fs::exists(output)) return;
-  const std::string wanted = "a new name, or a motion model (of --trace: a trace) to replace";
+  const std::string wanted = "a new name, or " + what + " to replace";
   if (!fs::is_regular_file(output)) throw InputError({output, "output", "something that is no file", wanted});
   std::array<char, 8> head{};
   std::ifstream(output, std::ios::binary).read(head.data(), head.size());
@@ -189,8 +189,8 @@ ExitCode run_command(const RunOptions& options)
   const std::string output = output_of(options);
   const std::string journal = journal_of(output);
   make_folder_of(output);
-  require_replaceable(output);
-  if (options.writes_trace) require_replaceable(trace_name(output));
+  require_replaceable(output, "a motion model");
+  if (options.writes_trace) require_replaceable(trace_name(output), "a trace");
   const std::string key = fingerprint_of(job_case);
   Log log = open_log(journal, key, options.is_fresh);
   if (options.writes_trace) {
