@@ -19,6 +19,11 @@ enum class MoveKind : std::uint8_t {
   translate = 4,  ///< across Delta
 };
 
+inline constexpr MoveKind all_move_kinds[] = {MoveKind::retreat, MoveKind::approach, MoveKind::bisect,
+                                              MoveKind::rotate, MoveKind::translate};
+
+const char* name_of(MoveKind kind);
+
 /// One modelling step. Each iteration has one move in contact, the approach that ends in the touch; an
 /// iteration in which nothing is in the way has no move at all.
 struct SearchMove {
@@ -31,6 +36,14 @@ struct SearchMove {
   bool is_cycle = false;                ///< in contact at an earlier pose, within both resolutions
   bool in_contact = false;              ///< the approach has ended
   std::vector<ContactRecord> contacts;  ///< of a move in contact: those that predict the next motion
+};
+
+/// One search, from the seed to its end.
+struct SearchTrace {
+  StepKey key;
+  MovingPose seed;
+  StepStatus status = StepStatus::pending;
+  std::vector<SearchMove> moves;
 };
 
 }  // namespace vrda

@@ -1,15 +1,15 @@
 /// The append-only record of finished motion steps: what lets a killed run go on.
 ///
-/// File: a header (magic, format version, key, CRC-32), then one frame a step: length, CRC-32 of length and
-/// content, content. All integers little-endian, doubles as their 64 bits.
+/// File: frames of framed_file.hpp, one a step; doubles as their 64 bits.
 #pragma once
 
 #include <cstdint>
-#include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/step_record.hpp"
+#include "journal/framed_file.hpp"
 
 namespace vrda {
 
@@ -21,12 +21,15 @@ struct JournalContent {
   std::string dropped_why;          ///< empty: nothing was dropped
 };
 
-/// Reads the valid prefix; a damaged or torn tail is reported, not thrown. Throws InputError naming the file
-/// when it cannot be read, is no journal, is of another format version or has a damaged header.
+/// The valid prefix of a journal's bytes; a damaged or torn tail is reported, not thrown. Throws InputError
+/// naming `path` when they are no journal, of another format version or have a damaged header.
+JournalContent parse_journal(const std::string& path, std::string_view bytes);
+
+/// parse_journal() of a file's bytes. Throws InputError also when the file cannot be read.
 JournalContent read_journal(const std::string& path);
 
-/// Throws InputError naming the file, the key found and the key wanted when the journal is of another job.
-void require_key(const JournalContent& content, const std::string& path, const std::string& key);
+/// Throws InputError naming the file, the key found and the key wanted when a journal is of another job.
+void require_key(const std::string& found, const std::string& path, const std::string& wanted);
 
 /// Appends to one journal. The file is locked: a second writer of the same file gets an InputError.
 class JournalWriter {
@@ -38,30 +41,15 @@ class JournalWriter {
   /// Goes on after `content` as read from `path`; cuts a dropped tail off. Check the key first.
   static JournalWriter resume(const std::string& path, const JournalContent& content);
 
-  ~JournalWriter();
-  JournalWriter(const JournalWriter&) = delete;
-  JournalWriter& operator=(const JournalWriter&) = delete;
-
-  /// Hands one record to the system in one write; from then on a kill of the process cannot lose it.
-  /// Any thread may call. Throws InputError when the disk is full or gone; what was written stays valid.
+  /// See FrameWriter.
   void append(const StepRecord& record);
-
-  /// Waits until everything has reached the disk, so that a power cut cannot lose it.
-  void flush();
-
-  /// flush() and let go of the file. Nothing may be appended afterwards.
-  void close();
+  void flush() { file_.flush(); }
+  void close() { file_.close(); }
 
  private:
-  JournalWriter(std::string path, int descriptor, std::uint64_t n_bytes)
-      : path_(std::move(path)), descriptor_(descriptor), n_bytes_(n_bytes)
-  {
-  }
+  explicit JournalWriter(FrameWriter file) : file_(std::move(file)) {}
 
-  std::string path_;
-  std::mutex mutex_;
-  int descriptor_;
-  std::uint64_t n_bytes_;  ///< header and whole records
+  FrameWriter file_;
 };
 
 }  // namespace vrda

@@ -1,19 +1,10 @@
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <array>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <map>
-#include <set>
 #include <span>
 
 #include "core/error.hpp"
 #include "store/binding.hpp"
-#include "store/h5_writer.hpp"
+#include "store/dataset_writer.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/seal.hpp"
+#include "store/whole_file.hpp"
 
 namespace vrda {
 namespace {
@@ -54,57 +45,6 @@ FileShape shape_of(const MotionModel& model)
   shape.n_inputs = static_cast<std::int64_t>(model.job.inputs.size());
   return shape;
 }
-
-/// Writes each dataset it is shown, and the dimensions that the dataset is the first to use.
-class DatasetWriter {
- public:
-  DatasetWriter(H5Writer& writer, const FileLayout& layout, const FileShape& shape)
-      : writer_(writer), layout_(layout), shape_(shape)
-  {
-    for (const DatasetSpec& spec : layout.datasets) specs_[spec.path] = &spec;
-  }
-
-  template <typename Scalar>
-  void operator()(const std::string& path, const std::vector<Scalar>& values)
-  {
-    write(path, std::span<const Scalar>(values));
-  }
-
-  void operator()(const std::string& path, const std::string& value)
-  {
-    write(path, std::span<const std::string>(&value, 1));
-  }
-
-  template <typename Derived>
-  void operator()(const std::string& path, const Eigen::PlainObjectBase<Derived>& values)
-  {
-    static_assert(Derived::IsRowMajor, "arrays go to the file as they lie in memory");
-    write(path,
-          std::span<const typename Derived::Scalar>(values.data(), static_cast<std::size_t>(values.size())));
-  }
-
- private:
-  template <typename Scalar>
-  void write(const std::string& path, std::span<const Scalar> values)
-  {
-    const auto found = specs_.find(path);
-    check(found != specs_.end(), "every dataset that is written stands in the layout");
-    const DatasetSpec& spec = *found->second;
-    std::vector<std::int64_t> sizes;
-    for (const std::string& dimension : spec.dimensions) {
-      sizes.push_back(dimension_size(layout_, shape_, dimension));
-      const bool is_new = existing_.insert(dimension).second;
-      if (is_new && dimension != path) writer_.create_dimension({dimension, sizes.back()});
-    }
-    writer_.write(spec, sizes, values);
-  }
-
-  H5Writer& writer_;
-  const FileLayout& layout_;
-  const FileShape& shape_;
-  std::map<std::string, const DatasetSpec*> specs_;
-  std::set<std::string> existing_;
-};
 
 std::span<const double> numbers(const Eigen::Vector3d& v)
 {
@@ -161,58 +101,11 @@ void write_file(const std::string& path, const MotionModel& model)
   writer.close();
 }
 
-[[noreturn]] void fail(const std::string& path, const std::string& what)
-{
-  throw InputError(
-      {path, "", what + " (" + std::strerror(errno) + ")", "a folder and a file that can be written"});
-}
-
-/// Waits until the content of a file or folder has reached the disk.
-void sync(const std::string& path, int flags)
-{
-  const int descriptor = open(path.c_str(), flags | O_CLOEXEC);
-  if (descriptor < 0) fail(path, "no access");
-  const int synced = fsync(descriptor);
-  const int kept = errno;
-  ::close(descriptor);
-  errno = kept;
-  if (synced != 0) fail(path, "a failed flush");
-}
-
-/// Removes the temporary file unless it got its final name.
-class Temporary {
- public:
-  explicit Temporary(std::string path) : path_(std::move(path)) {}
-  ~Temporary() { std::remove(path_.c_str()); }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
-/// The library's reasons are about its own inside; a plain open says what a user can mend.
-void require_writable(const std::string& path, const std::string& temporary)
-{
-  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor < 0) fail(path, "an output that cannot be created");
-  ::close(descriptor);
-}
-
 }  // namespace
 
 void write_motion_model(const std::string& path, const MotionModel& model)
 {
-  const std::size_t slash = path.rfind('/');
-  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const Temporary temporary(path + ".partial");
-  require_writable(path, temporary.path());
-  write_file(temporary.path(), model);
-  seal(temporary.path());
-  sync(temporary.path(), O_RDONLY);
-  if (std::rename(temporary.path().c_str(), path.c_str()) != 0) fail(path, "a file that cannot be replaced");
-  sync(folder, O_RDONLY | O_DIRECTORY);
+  write_whole(path, [&](const std::string& temporary) { write_file(temporary, model); });
 }
 
 }  // namespace vrda

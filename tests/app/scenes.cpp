@@ -3,6 +3,7 @@
 #include <array>
 #include <cstring>
 #include <stdexcept>
+#include <thread>
 
 #include "load/file_bytes.hpp"
 #include "support/meshes.hpp"
@@ -136,6 +137,22 @@ varus = { from = -2, to = 2, step = 1 }
 [smooth]
 degrees = [2]
 )");
+}
+
+std::filesystem::path longer_knee_job(const Scratch& scratch)
+{
+  const std::filesystem::path job = small_knee_job(scratch, "right");
+  edit(job, "to = 12, step = 2", "to = 12, step = 0.25");
+  return job;
+}
+
+void wait_for_bytes(Process& process, const std::filesystem::path& file, std::uintmax_t n)
+{
+  std::error_code ignored;
+  while (process.is_running() &&
+         (!std::filesystem::exists(file) || std::filesystem::file_size(file, ignored) < n)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
 }
 
 std::string text_of(const std::filesystem::path& file)

@@ -21,6 +21,12 @@ std::filesystem::path small_job(const Scratch& scratch);
 /// the left.
 std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& side);
 
+/// small_knee_job with some hundred attitudes: long enough to be met in the middle.
+std::filesystem::path longer_knee_job(const Scratch& scratch);
+
+/// Until the file has `n` bytes or the process has ended.
+void wait_for_bytes(Process& process, const std::filesystem::path& file, std::uintmax_t n);
+
 std::string text_of(const std::filesystem::path& file);
 
 /// Replaces the first `from` in a file by `to`; the text must be there.
