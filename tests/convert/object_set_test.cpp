@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "support/input_error.hpp"
+#include "support/scratch.hpp"
 
 namespace vrda {
 namespace {
@@ -104,6 +105,21 @@ TEST(ObjectSetErrors, Elements)
   expect_refused({part, "Femur 2 5 3", "Femur 2 5.5 3", "line 3", "\"5.5\"", "the number of a vertex"});
   expect_refused({part, "Femur 2 5 3", "Femur 2 5", "line 3", "2 vertices", "from 3 to 1000"});
   expect_refused({part, "Femur 2 5 3", "Femur", "line 3", "0 vertices", "from 3 to 1000"});
+}
+
+TEST(ObjectSetErrors, AMissingFileOfTheThreeIsNamed)
+{
+  for (const std::string missing : {".coor", ".norm", ".elem"}) {
+    SCOPED_TRACE(missing);
+    const test::Scratch scratch;
+    for (const std::string extension : {".coor", ".norm", ".elem"}) scratch.write("k" + extension, "1\n");
+    std::filesystem::remove(scratch.path() / ("k" + missing));
+    const std::string prefix = (scratch.path() / "k").string();
+    const InputError::Facts facts = test::input_error([&] { read_object_set(prefix); });
+    EXPECT_EQ(facts.file, prefix + missing);
+    EXPECT_THAT(facts.found, HasSubstr("no file"));
+    EXPECT_THAT(facts.wanted, HasSubstr("of an Object set"));
+  }
 }
 
 TEST(ObjectSetErrors, EmptyFilesAndTooManyComponents)
