@@ -127,9 +127,10 @@ RawMesh read_by_extension(const std::string& file, std::string bytes)
     check_ply(file, bytes);
     return read_with_assimp(file, bytes, "ply");
   }
-  if (extension == ".obj" && is_vertices_faces(bytes)) return read_vertices_faces(file, bytes);
+  if (extension == ".vf" || (extension == ".obj" && is_vertices_faces(bytes)))
+    return read_vertices_faces(file, bytes);
   if (extension == ".obj") return read_with_assimp(file, checked_wavefront(file, bytes), "obj");
-  throw InputError({file, "", "the extension \"" + extension + "\"", "a mesh file: .stl, .ply or .obj"});
+  throw InputError({file, "", "the extension \"" + extension + "\"", "a mesh file: .stl, .ply, .obj or .vf"});
 }
 
 }  // namespace
