@@ -9,7 +9,6 @@
 #include <cstdio>
 #include <cstring>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include "core/error.hpp"
@@ -163,14 +162,13 @@ Taken take_record(std::string_view rest)
 
 }  // namespace
 
-JournalContent read_journal(const std::string& path)
+JournalContent parse_journal(const std::string& path, std::string_view bytes)
 {
-  const std::string bytes = read_all(path);
   JournalContent content;
   content.key = key_of(bytes, path);
   std::size_t offset = header_bytes(content.key).size();
   while (offset < bytes.size()) {
-    Taken taken = take_record(std::string_view(bytes).substr(offset));
+    Taken taken = take_record(bytes.substr(offset));
     if (!taken.record) {
       content.dropped_why = taken.why_not;
       break;
@@ -181,6 +179,11 @@ JournalContent read_journal(const std::string& path)
   content.valid_bytes = offset;
   content.dropped_bytes = bytes.size() - offset;
   return content;
+}
+
+JournalContent read_journal(const std::string& path)
+{
+  return parse_journal(path, read_all(path));
 }
 
 void require_key(const JournalContent& content, const std::string& path, const std::string& key)

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/step_record.hpp"
@@ -21,8 +22,11 @@ struct JournalContent {
   std::string dropped_why;          ///< empty: nothing was dropped
 };
 
-/// Reads the valid prefix; a damaged or torn tail is reported, not thrown. Throws InputError naming the file
-/// when it cannot be read, is no journal, is of another format version or has a damaged header.
+/// The valid prefix of a journal's bytes; a damaged or torn tail is reported, not thrown. Throws InputError
+/// naming `path` when they are no journal, of another format version or have a damaged header.
+JournalContent parse_journal(const std::string& path, std::string_view bytes);
+
+/// parse_journal() of a file's bytes. Throws InputError also when the file cannot be read.
 JournalContent read_journal(const std::string& path);
 
 /// Throws InputError naming the file, the key found and the key wanted when the journal is of another job.

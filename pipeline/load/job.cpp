@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "load/file_bytes.hpp"
@@ -321,11 +322,11 @@ void read_settings(Job& job)
 
 }  // namespace
 
-Job read_job(const std::string& file, const std::vector<std::string>& overrides)
+Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides)
 {
   Job job;
   job.file = file;
-  job.text = file_bytes(file, {file, "", "", "a job file"}, largest_job_bytes);
+  job.text = std::move(text);
   job.document.file = file;
   job.document.root = parse_toml(job.text, file);
   for (const std::string& override_text : overrides) apply_override(job.document, override_text);
@@ -335,6 +336,11 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
   job.resolved_text = toml_text(job.document.root);
   read_settings(job);
   return job;
+}
+
+Job read_job(const std::string& file, const std::vector<std::string>& overrides)
+{
+  return parse_job(file, file_bytes(file, {file, "", "", "a job file"}, largest_job_bytes), overrides);
 }
 
 }  // namespace vrda
