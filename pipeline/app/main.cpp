@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "app/check_command.hpp"
+#include "app/convert_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/run_command.hpp"
 #include "app/shape_command.hpp"
@@ -21,12 +22,21 @@ struct Commands {
   vrda::InfoOptions info;
   vrda::InfoOptions validate;
   vrda::ShapeOptions shape;
+  vrda::ConvertObjectOptions object;
+  vrda::ConvertMeshOptions mesh;
+  vrda::ConvertConfigOptions config;
   bool is_quiet = false;
   std::function<ExitCode()> chosen;
 
   CLI::App& add(const std::string& name, const std::string& what, const std::string& example)
   {
-    CLI::App& command = *app.add_subcommand(name, what);
+    return add_to(app, name, what, example);
+  }
+
+  CLI::App& add_to(CLI::App& parent, const std::string& name, const std::string& what,
+                   const std::string& example)
+  {
+    CLI::App& command = *parent.add_subcommand(name, what);
     command.footer("Example:\n  " + example);
     command.add_flag("-q,--quiet", is_quiet, "Warnings and errors only");
     return command;
@@ -97,6 +107,35 @@ struct Commands {
     c.callback([this] { chosen = [this] { return shape_command(shape); }; });
   }
 
+  void add_convert()
+  {
+    CLI::App& convert = add("convert", "Read the thesis's own formats; change the format of a mesh file.",
+                            "vrda convert mesh femur.stl femur.vf");
+    convert.require_subcommand(1);
+    CLI::App& o = add_to(convert, "object",
+                         "Split an Object set (PREFIX.coor, .norm, .elem) into one Vertices-Faces file a "
+                         "component; print their polygons and triangles.",
+                         "vrda convert object knee -o models");
+    o.add_option("prefix", object.prefix, "Path of the three files without their extensions")->required();
+    o.add_option("-o,--output", object.folder, "Folder to write to")->required();
+    o.callback([this] { chosen = [this] { return convert_object_command(object); }; });
+
+    CLI::App& m = add_to(convert, "mesh", "Write a mesh in another format, chosen by the extension.",
+                         "vrda convert mesh femur.stl femur.vf");
+    m.add_option("input", mesh.input, "STL, PLY, OBJ (Wavefront or Vertices-Faces) or VF")->required();
+    m.add_option("output", mesh.output, ".vf, .stl, .ply or .obj (Wavefront)")->required();
+    m.callback([this] { chosen = [this] { return convert_mesh_command(mesh); }; });
+
+    CLI::App& c = add_to(convert, "config", "Turn a keyword configuration (thesis, appendix B) into a job.",
+                         "vrda convert config knee.cfg -o knee.toml");
+    c.add_option("file", config.file, "The configuration")->required();
+    c.add_option("-o,--output", config.output, "Job file (TOML) to write")->required();
+    c.add_option("--unit", config.unit, "Unit of its lengths and of the meshes: m, cm or mm")
+        ->check(CLI::IsMember({"m", "cm", "mm"}))
+        ->capture_default_str();
+    c.callback([this] { chosen = [this] { return convert_config_command(config); }; });
+  }
+
   Commands()
   {
     app.require_subcommand(1);
@@ -106,6 +145,7 @@ struct Commands {
     add_info();
     add_validate();
     add_shape();
+    add_convert();
   }
 };
 

@@ -1,12 +1,11 @@
 #include "app/shape_command.hpp"
 
-#include <array>
 #include <charconv>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 
+#include "app/output_file.hpp"
+#include "convert/mesh_writer.hpp"
 #include "core/error.hpp"
 #include "shapes/shapes.hpp"
 
@@ -36,47 +35,16 @@ ShapeRequest request_of(const ShapeOptions& options)
   return request;
 }
 
-void put_vector(std::array<char, 50>& record, std::size_t slot, const Eigen::Vector3d& v)
-{
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto value = static_cast<float>(v[static_cast<Eigen::Index>(k)]);
-    std::memcpy(record.data() + 12 * slot + 4 * k, &value, sizeof value);
-  }
-}
-
-// Binary STL: 80 bytes of header, a count, 50 bytes a triangle; little-endian like every machine this runs
-// on.
-void write_stl(const fs::path& path, const Mesh& mesh)
-{
-  std::ofstream file(path, std::ios::binary);
-  std::array<char, 80> header{};
-  std::memcpy(header.data(), "vrda shape, mm", 14);
-  file.write(header.data(), header.size());
-  const auto n = static_cast<std::uint32_t>(mesh.triangles.rows());
-  file.write(reinterpret_cast<const char*>(&n), sizeof n);
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    std::array<char, 50> record{};
-    put_vector(record, 0, face_normal(mesh, t));
-    const auto corner = corners(mesh, t);
-    for (std::size_t k = 0; k < 3; ++k) put_vector(record, k + 1, corner[k]);
-    file.write(record.data(), record.size());
-  }
-  if (!file.flush())
-    throw InputError({path.string(), "", "a file that cannot be written", "room and permission to write"});
-}
-
 }  // namespace
 
 ExitCode shape_command(const ShapeOptions& options)
 {
   const Shape shape = generate_shape(request_of(options));
-  std::error_code error;
-  fs::create_directories(options.folder, error);
-  if (error) throw InputError({options.folder, "folder", error.message(), "a folder that can be written"});
+  make_folder(options.folder);
   for (const std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
     for (const ShapePart& part : *parts) {
       const fs::path path = fs::path(options.folder) / (part.name + ".stl");
-      write_stl(path, part.mesh);
+      write_file(path.string(), stl_bytes(part.mesh, "vrda shape, mm"));
       std::printf("%s\n", path.c_str());
       say(part.name + ": " + std::to_string(part.mesh.triangles.rows()) + " triangles, " + part.material +
           (part.has_contact ? "" : ", drawn only"));

@@ -17,12 +17,12 @@ std::string opposite(const std::string& word)
   return (word.at(0) == '-' ? "+" : "-") + word.substr(1);
 }
 
+}  // namespace
+
 double mm_in(const std::string& unit)
 {
   return unit == "m" ? 1000.0 : unit == "cm" ? 10.0 : 1.0;
 }
-
-}  // namespace
 
 AxisMap axis_map(const Job& job)
 {

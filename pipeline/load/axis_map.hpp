@@ -18,6 +18,9 @@ struct AxisMap {
   }
 };
 
+/// 1, 10 or 1000 for "mm", "cm" and "m".
+double mm_in(const std::string& unit);
+
 /// Throws InputError when two words name the same axis or the three make a left-handed map.
 AxisMap axis_map(const Job& job);
 

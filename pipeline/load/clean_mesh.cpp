@@ -3,54 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "load/polygon.hpp"
 #include "load/shells.hpp"
+#include "load/weld.hpp"
 
 namespace vrda {
 namespace {
-
-struct Welded {
-  std::vector<std::int32_t> of_raw;  // [n raw] row among the merged vertices
-  Points vertices;
-  Points normal_sums;  // empty when the file has none
-};
-
-Welded welded(const RawMesh& raw)
-{
-  const Eigen::Index n = raw.vertices.rows();
-  std::vector<std::int32_t> order(static_cast<std::size_t>(n));
-  std::iota(order.begin(), order.end(), 0);
-  const auto row = [&](std::int32_t v) { return raw.vertices.data() + 3 * static_cast<std::ptrdiff_t>(v); };
-  const auto compare = [&](std::int32_t a, std::int32_t b) {
-    return std::lexicographical_compare(row(a), row(a) + 3, row(b), row(b) + 3);
-  };
-  // Stable: the earliest of equal vertices comes first and gives the others its place.
-  std::stable_sort(order.begin(), order.end(), compare);
-  std::vector<std::int32_t> earliest(order.size());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const bool is_new = k == 0 || compare(order[k - 1], order[k]);
-    earliest[static_cast<std::size_t>(order[k])] =
-        is_new ? order[k] : earliest[static_cast<std::size_t>(order[k - 1])];
-  }
-  Welded out;
-  out.of_raw.resize(order.size());
-  out.vertices.resize(n, 3);
-  out.normal_sums = Points::Zero(raw.normals.rows(), 3);
-  std::int32_t n_merged = 0;
-  for (Eigen::Index v = 0; v < n; ++v) {
-    const auto place = static_cast<std::size_t>(v);
-    const bool is_first = earliest[place] == v;
-    out.of_raw[place] = is_first ? n_merged++ : out.of_raw[static_cast<std::size_t>(earliest[place])];
-    // Adding zero turns -0 into 0.
-    if (is_first) out.vertices.row(out.of_raw[place]) = raw.vertices.row(v).array() + 0.0;
-    if (raw.normals.rows() > 0) out.normal_sums.row(out.of_raw[place]) += raw.normals.row(v);
-  }
-  out.vertices.conservativeResize(n_merged, 3);
-  if (raw.normals.rows() > 0) out.normal_sums.conservativeResize(n_merged, 3);
-  return out;
-}
 
 // The corners of a face after welding, without one that repeats its neighbour.
 std::vector<std::int32_t> distinct_corners(const std::vector<std::int32_t>& of_raw,
@@ -71,7 +30,7 @@ bool has_area(const Points& vertices, const std::array<std::int32_t, 3>& t)
   return (b - a).cross(c - a).squaredNorm() > 0.0;
 }
 
-Triangles triangles_of(const RawMesh& raw, const Welded& merged, Eigen::Index& n_degenerate)
+Triangles triangles_of(const RawMesh& raw, const WeldedVertices& merged, Eigen::Index& n_degenerate)
 {
   std::vector<std::array<std::int32_t, 3>> kept;
   std::size_t first = 0;
@@ -162,7 +121,7 @@ Points outward_normals(const Mesh& mesh)
 CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side)
 {
   CleanMesh out;
-  Welded merged = welded(raw);
+  WeldedVertices merged = welded_vertices(raw);
   out.n_welded = raw.vertices.rows() - merged.vertices.rows();
   Mesh mesh;
   mesh.triangles = triangles_of(raw, merged, out.n_degenerate);

@@ -289,6 +289,23 @@ void complete(JobValue& root)
   }
 }
 
+// The player's part is kept as it is given; only what the schema cannot say is checked.
+void check_views(const Job& job)
+{
+  const JobValue* player = job.document.root.find("player");
+  const JobValue* views = player == nullptr ? nullptr : player->find("view");
+  if (views == nullptr) return;
+  std::vector<std::int64_t> numbers;
+  for (const JobValue& view : *views->list()) {
+    const std::int64_t number = integer_at(view, "number");
+    if (std::find(numbers.begin(), numbers.end(), number) != numbers.end()) {
+      refuse(job, "player.view." + std::to_string(numbers.size()) + ".number",
+             std::to_string(number) + " a second time", "a number of its own for each view");
+    }
+    numbers.push_back(number);
+  }
+}
+
 void read_settings(Job& job)
 {
   const JobValue& root = job.document.root;
@@ -306,6 +323,7 @@ void read_settings(Job& job)
                                                                : SolverMethod::stability_search;
   job.search = search_of(root);
   check_steps(job);
+  check_views(job);
   job.equilibrium = {number_at(root, "solver.equilibrium.tolerance_mm"),
                      static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations"))};
   job.ligaments = ligaments_of(job, root);

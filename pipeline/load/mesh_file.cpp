@@ -18,9 +18,6 @@
 namespace vrda {
 namespace {
 
-// A thousand kilometres in mm. Volumes and squares of areas stay far within the range of doubles.
-constexpr double largest_coordinate = 1e9;
-
 // No importer opens a file but the one given.
 class NoOtherFiles : public Assimp::IOSystem {
  public:
@@ -129,9 +126,10 @@ RawMesh read_by_extension(const std::string& file, std::string bytes)
   const std::string extension = lower_extension(file);
   if (extension == ".stl") return read_with_assimp(file, checked_stl(file, std::move(bytes)), "stl");
   if (extension == ".ply") return read_ply(file, bytes);
-  if (extension == ".obj" && is_vertices_faces(bytes)) return read_vertices_faces(file, bytes);
+  if (extension == ".vf" || (extension == ".obj" && is_vertices_faces(bytes)))
+    return read_vertices_faces(file, bytes);
   if (extension == ".obj") return read_with_assimp(file, checked_wavefront(file, bytes), "obj");
-  throw InputError({file, "", "the extension \"" + extension + "\"", "a mesh file: .stl, .ply or .obj"});
+  throw InputError({file, "", "the extension \"" + extension + "\"", "a mesh file: .stl, .ply, .obj or .vf"});
 }
 
 }  // namespace

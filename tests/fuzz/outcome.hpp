@@ -41,4 +41,15 @@ void read_or_refuse(Read read)
   }
 }
 
+/// Calls `act`, which must not refuse: what was taken before is taken now.
+template <class Act>
+void must_take(Act act)
+{
+  try {
+    act();
+  } catch (const InputError& error) {
+    require(false, error.what());
+  }
+}
+
 }  // namespace vrda::test

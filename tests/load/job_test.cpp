@@ -126,6 +126,13 @@ degrees = [2, 4]
 recontact = false
 [limits]
 unsolved_fraction = 0.25
+[player]
+display_px = [1280, 1024]
+zoom = 2
+render = "wire"
+[[player.view]]
+number = 3
+shift_mm = [1, 2, 3]
 )";
 
 TEST(Job, EveryKeyArrivesInInternalUnits)
@@ -202,6 +209,29 @@ TEST(Job, AResolvedJobIsAJobAndResolvesToItself)
     const std::string resolved = job_of(text).resolved_text;
     EXPECT_EQ(job_of(resolved).resolved_text, resolved);
   }
+}
+
+TEST(Job, ThePlayersPartIsResolvedWhereItIsGivenOnly)
+{
+  EXPECT_THAT(
+      job_of(every_key).resolved_text,
+      HasSubstr("[player]\ndisplay_px = [1280, 1024]\nzoom = 2\nrender = \"wire\"\n\n[[player.view]]\n"
+                "number = 3\nshift_mm = [1, 2, 3]\norientation_deg = [0, 0, 0]\n"));
+  EXPECT_THAT(job_of(test::small_job()).resolved_text, testing::Not(HasSubstr("player")));
+}
+
+TEST(JobErrors, ThePlayersPart)
+{
+  const auto facts_of_player = [](const std::string& text) {
+    return facts_of_job(test::small_job("", "[player]\n" + text));
+  };
+  EXPECT_EQ(facts_of_player("display_px = [1280, 0]").field, "player.display_px.1");
+  EXPECT_EQ(facts_of_player("zoom = 0").field, "player.zoom");
+  EXPECT_EQ(facts_of_player("render = \"solid\"").field, "player.render");
+  EXPECT_EQ(facts_of_player("[[player.view]]\nshift_mm = [0, 0, 0]").field, "player.view.0.number");
+  const InputError::Facts twice = facts_of_player("[[player.view]]\nnumber = 1\n[[player.view]]\nnumber = 1");
+  EXPECT_EQ(twice.field, "player.view.1.number");
+  EXPECT_THAT(twice.found, HasSubstr("1 a second time"));
 }
 
 TEST(Job, EqualJobsGiveEqualText)

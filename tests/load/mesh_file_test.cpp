@@ -42,10 +42,11 @@ TEST(MeshFile, EveryFormatGivesTheSameBox)
     const char* file;
     std::string bytes;
   };
-  const std::vector<Row> rows{{"a.stl", test::binary_stl(box)},       {"b.STL", test::ascii_stl(box)},
-                              {"c.ply", test::ascii_ply(box)},        {"d.ply", test::binary_ply(box)},
-                              {"e.obj", test::wavefront(box)},        {"f.obj", test::vertices_faces(box, 0)},
-                              {"g.obj", test::vertices_faces(box, 1)}};
+  const std::vector<Row> rows{
+      {"a.stl", test::binary_stl(box)},        {"b.STL", test::ascii_stl(box)},
+      {"c.ply", test::ascii_ply(box)},         {"d.ply", test::binary_ply(box)},
+      {"e.obj", test::wavefront(box)},         {"f.obj", test::vertices_faces(box, 0)},
+      {"g.obj", test::vertices_faces(box, 1)}, {"h.vf", test::vertices_faces(box, 0)}};
   for (const Row& row : rows) {
     SCOPED_TRACE(row.file);
     expect_is_odd_box(read(row.file, row.bytes));
@@ -270,8 +271,8 @@ TEST(MeshFileErrors, EmptyMeshesAndForeignFiles)
   expect_refused({"a.stl", "solid x\nendsolid x\n", "", "an empty mesh", "faces"});
   expect_refused({"a.obj", "# nothing here at all\n", "", "an empty mesh", "faces"});
   expect_refused({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "", "an empty mesh: 3 vertices", "faces"});
-  expect_refused({"a.fbx", "x", "", "\".fbx\"", ".stl, .ply or .obj"});
-  expect_refused({"a", "x", "", "extension", ".stl, .ply or .obj"});
+  expect_refused({"a.fbx", "x", "", "\".fbx\"", ".stl, .ply, .obj or .vf"});
+  expect_refused({"a", "x", "", "extension", ".stl, .ply, .obj or .vf"});
   // The content decides too: another format under this extension is refused.
   expect_refused({"a.ply", test::ascii_stl(odd_box()), "line 1", "no PLY file", "ply"});
   expect_refused({"a.stl", test::ascii_ply(odd_box()), "header", "triangles in a file of", "bytes"});

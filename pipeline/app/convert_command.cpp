@@ -1,0 +1,120 @@
+#include "app/convert_command.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include "app/output_file.hpp"
+#include "convert/job_text.hpp"
+#include "convert/mesh_writer.hpp"
+#include "convert/object_set.hpp"
+#include "core/error.hpp"
+#include "load/axis_map.hpp"
+#include "load/clean_mesh.hpp"
+#include "load/file_bytes.hpp"
+#include "load/job_schema.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct TableRow {
+  std::string name;
+  std::size_t n_polygons = 0;
+  Eigen::Index n_triangles = 0;
+};
+
+// The columns of thesis 5.2.
+void print_table(const std::vector<TableRow>& rows)
+{
+  const std::string head = "Components";
+  std::size_t width = head.size();
+  for (const TableRow& row : rows) width = std::max(width, row.name.size());
+  const int name_width = static_cast<int>(width);
+  std::printf("%-*s  %9s  %9s\n", name_width, head.c_str(), "Polygons", "Triangles");
+  for (const TableRow& row : rows) {
+    std::printf("%-*s  %9zu  %9ld\n", name_width, row.name.c_str(), row.n_polygons,
+                static_cast<long>(row.n_triangles));
+  }
+}
+
+TableRow written_component(const ObjectComponent& component, const fs::path& folder)
+{
+  const std::string stem = (folder / component.name).string();
+  write_file(stem + ".obj", vertices_faces_bytes(component.mesh));
+  write_file(stem + ".normals", vertex_normals_bytes(component.mesh));
+  const CleanMesh clean = clean_mesh(component.mesh, Winding::outward, Side::right);
+  say(stem + ".obj, " + stem + ".normals: " + std::to_string(component.mesh.vertices.rows()) + " vertices");
+  if (clean.n_degenerate > 0) {
+    warn(component.name + ": " + std::to_string(clean.n_degenerate) +
+         " faces or triangles without area, not among the triangles");
+  }
+  return {component.name, component.mesh.size.size(), clean.mesh.triangles.rows()};
+}
+
+// `models` as the thesis has it: beside the configuration, or beside the folder that holds it.
+fs::path models_folder(const fs::path& configuration)
+{
+  const fs::path folder = fs::absolute(configuration).lexically_normal().parent_path();
+  const fs::path beside = folder / "models", above = folder.parent_path() / "models";
+  return !fs::exists(beside) && fs::is_directory(above) ? above : beside;
+}
+
+void warn_of_missing_models(const Configuration& configuration, const fs::path& models)
+{
+  for (const std::vector<std::string>* names : {&configuration.reference, &configuration.moving}) {
+    for (const std::string& name : *names) {
+      const fs::path file = models / (name + ".obj");
+      if (!fs::exists(file)) warn("no file \"" + file.string() + "\" yet; the job needs it");
+    }
+  }
+}
+
+}  // namespace
+
+ExitCode convert_object_command(const ConvertObjectOptions& options)
+{
+  const std::vector<ObjectComponent> components = parse_object_set(read_object_set(options.prefix));
+  make_folder(options.folder);
+  std::vector<TableRow> rows;
+  for (const ObjectComponent& component : components)
+    rows.push_back(written_component(component, options.folder));
+  print_table(rows);
+  return ExitCode::done;
+}
+
+ExitCode convert_mesh_command(const ConvertMeshOptions& options)
+{
+  std::error_code no_such_file;
+  if (fs::equivalent(options.input, options.output, no_such_file))
+    throw InputError({options.output, "output", "the input itself", "another file"});
+  std::string bytes = file_bytes(options.input, {options.input, "", "", "a mesh file"}, largest_mesh_bytes);
+  const RawMesh mesh = with_shared_vertices(read_mesh(options.input, std::move(bytes)));
+  write_file(options.output, mesh_bytes(options.output, mesh));
+  std::printf("%s\n", options.output.c_str());
+  say(std::to_string(mesh.vertices.rows()) + " vertices, " + std::to_string(mesh.size.size()) + " faces");
+  return ExitCode::done;
+}
+
+ExitCode convert_config_command(const ConvertConfigOptions& options)
+{
+  const NamedText source = read_configuration(options.file);
+  const Configuration configuration = parse_configuration(source, mm_in(options.unit));
+  const fs::path models = models_folder(options.file);
+  std::error_code no_such_file;
+  if (fs::equivalent(options.file, options.output, no_such_file))
+    throw InputError({options.output, "output", "the configuration itself", "another file"});
+  const fs::path job_folder = fs::absolute(options.output).lexically_normal().parent_path();
+  const fs::path file = options.file;
+  const std::string text =
+      job_text(configuration, {file.stem().string(), file.filename().string(),
+                               models.lexically_relative(job_folder).generic_string(), options.unit});
+  checked_job({options.output, parse_toml(text, options.output), {}});  // a name may be no UTF-8
+  write_file(options.output, text);
+  std::printf("%s\n", options.output.c_str());
+  warn_of_missing_models(configuration, models);
+  return ExitCode::done;
+}
+
+}  // namespace vrda

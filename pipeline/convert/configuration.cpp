@@ -1,0 +1,349 @@
+#include "convert/configuration.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/nearest_word.hpp"
+#include "load/file_bytes.hpp"
+#include "load/job_value.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::uintmax_t largest_configuration_bytes = 1U << 20U;  // the thesis's has some fifteen lines
+constexpr double longest_mm = 1e6;                                 // a kilometre: more is a slip
+constexpr double longest_step_mm = 1000.0;                         // what a job takes
+constexpr double largest_step_deg = 90.0;                          // the same
+constexpr double most_attitudes = 1e6;                             // the same
+
+// A product in the digits a person would write: 0.0003 m is 0.3 mm.
+double in_mm(double length, double unit_mm)
+{
+  constexpr double digits = 1e9;
+  const double mm = length * unit_mm;
+  const double rounded = std::round(mm * digits) / digits;
+  return std::abs(mm) < longest_mm && rounded != 0.0 ? rounded : mm;
+}
+
+class Reader {
+ public:
+  Reader(const NamedText& source, double unit_mm) : lines_(source), unit_mm_(unit_mm) {}
+
+  Configuration read()
+  {
+    while (lines_.next()) read_line();
+    check_models();
+    check_orientation();
+    check_steps();
+    check_attitudes();
+    return std::move(out_);
+  }
+
+ private:
+  struct Keyword {
+    const char* name;
+    const char* values;  // as messages show them
+    std::size_t fewest;
+    std::size_t most;
+    void (Reader::*read)();
+  };
+
+  static const std::vector<Keyword>& keywords()
+  {
+    static const std::vector<Keyword> all{
+        {"MODEL", "body name", 2, 2, &Reader::read_model},
+        {"INITIAL_POSITION", "body x y z", 4, 4, &Reader::read_position},
+        {"INITIAL_MOTION", "body x y z", 4, 4, &Reader::read_motion},
+        {"INITIAL_ORIENTATION", "body rx ry rz", 4, 4, &Reader::read_orientation},
+        {"SHIFT_MODEL", "view x y z", 4, 4, &Reader::read_shift},
+        {"ORIENTATION_MODEL", "view rx ry rz", 4, 4, &Reader::read_view_orientation},
+        {"DISPLAY", "width height", 2, 2, &Reader::read_display},
+        {"ZOOM", "factor", 1, 1, &Reader::read_zoom},
+        {"CONTACT_RESOLUTION", "length", 1, 1, &Reader::read_contact_resolution},
+        {"MODELING_RESOLUTION", "length", 1, 1, &Reader::read_modelling_step},
+        {"ORIENTATION_RESOLUTION", "degrees", 1, 1, &Reader::read_orientation_resolution},
+        {"ORIENTATION_STEP", "degrees", 1, 1, &Reader::read_orientation_step},
+        {"ANGLE_RANGE", "angle from to [step]", 3, 4, &Reader::read_range},
+        {"RENDER", "fill|wire", 1, 1, &Reader::read_render},
+    };
+    return all;
+  }
+
+  void read_line()
+  {
+    const std::string name(lines_.words().front());
+    const auto keyword = std::find_if(keywords().begin(), keywords().end(),
+                                      [&](const Keyword& known) { return name == known.name; });
+    if (keyword == keywords().end()) {
+      std::vector<std::string> names;
+      for (const Keyword& known : keywords()) names.emplace_back(known.name);
+      // Only short words are worth comparing.
+      const std::string nearest = nearest_word(name.substr(0, 40), names);
+      lines_.refuse("the unknown keyword " + quoted(name), "a keyword; the nearest is \"" + nearest + "\"");
+    }
+    const std::size_t n = lines_.words().size() - 1;
+    if (n < keyword->fewest || n > keyword->most) {
+      lines_.refuse(name + " with " + (n == 0 ? "no values" : std::to_string(n) + " value(s)"),
+                    name + " " + keyword->values);
+    }
+    (this->*keyword->read)();
+  }
+
+  // Each keyword stands once, or once for each number; line_of_ remembers where.
+  void note_once(const std::string& key)
+  {
+    const auto [at, is_new] = line_of_.emplace(key, lines_.line());
+    if (!is_new)
+      lines_.refuse("a second " + key + " (first in line " + std::to_string(at->second) + ")", "one");
+  }
+
+  // The keyword with the number of a body, view or angle behind it.
+  std::string numbered(std::int64_t number) const
+  {
+    return std::string(lines_.words().front()) + " " + std::to_string(number);
+  }
+
+  std::int64_t number_up_to(std::int64_t largest, const std::string& wanted)
+  {
+    const std::int64_t number = lines_.whole(1, wanted);
+    if (number < 0 || number > largest) lines_.refuse(std::to_string(number), wanted);
+    return number;
+  }
+
+  std::int64_t body() { return number_up_to(1, "body 0 (reference) or 1 (moving)"); }
+
+  double length_mm(std::size_t k)
+  {
+    const double mm = in_mm(lines_.real(k, "a length"), unit_mm_);
+    if (std::abs(mm) > longest_mm)
+      lines_.refuse(shortest(mm) + " mm", "at most " + shortest(longest_mm) + " mm");
+    return mm + 0.0;
+  }
+
+  double angle_deg(std::size_t k)
+  {
+    const std::string wanted = "an angle from -180 to 180 degrees";
+    const double deg = lines_.real(k, wanted);
+    if (std::abs(deg) > 180.0) lines_.refuse(shortest(deg), wanted);
+    return deg + 0.0;
+  }
+
+  // A step or resolution above 0.
+  double positive(double value, double most, const char* unit)
+  {
+    if (!(value > 0.0) || value > most)
+      lines_.refuse(shortest(value) + unit,
+                    std::string("above 0") + unit + ", at most " + shortest(most) + unit);
+    return value;
+  }
+
+  Eigen::Vector3d lengths_mm() { return {length_mm(2), length_mm(3), length_mm(4)}; }
+  Eigen::Vector3d angles_deg() { return {angle_deg(2), angle_deg(3), angle_deg(4)}; }
+
+  void read_model()
+  {
+    const std::int64_t id = body();
+    const std::string name(lines_.words()[2]);
+    if (!is_component_name(name)) lines_.refuse(quoted(name), component_name_rule);
+    note_once(numbered(id) + " " + name);
+    (id == 0 ? out_.reference : out_.moving).push_back(name);
+  }
+
+  // Body 0's values must be null: the reference stays where its meshes are.
+  bool is_of_moving(const Eigen::Vector3d& value)
+  {
+    const std::int64_t id = body();
+    note_once(numbered(id));
+    if (id == 0 && !value.isZero(0.0)) {
+      lines_.refuse("a value for body 0 that is not zero",
+                    "zeros: the reference stays where its meshes are; move body 1 instead");
+    }
+    return id == 1;
+  }
+
+  void read_position()
+  {
+    const Eigen::Vector3d position_mm = lengths_mm();
+    if (is_of_moving(position_mm)) out_.position_mm = position_mm;
+  }
+
+  void read_motion()
+  {
+    const Eigen::Vector3d motion_mm = lengths_mm();
+    if (!is_of_moving(motion_mm)) return;
+    out_.motion_mm = motion_mm;
+    const double step_mm = motion_mm.norm();
+    if (!(step_mm > 0.0) || step_mm > longest_step_mm) {
+      lines_.refuse("a motion of " + shortest(step_mm) + " mm",
+                    "one above 0 mm, at most " + shortest(longest_step_mm) + " mm");
+    }
+  }
+
+  void read_orientation()
+  {
+    const Eigen::Vector3d turns_deg = angles_deg();
+    if (is_of_moving(turns_deg)) orientation_deg_ = turns_deg;
+  }
+
+  ConfiguredView& view()
+  {
+    constexpr std::int64_t most_views = 100;
+    const std::int64_t number = number_up_to(most_views - 1, "a view from 0 to 99");
+    note_once(numbered(number));
+    return out_.views[static_cast<int>(number)];
+  }
+
+  void read_shift() { view().shift_mm = lengths_mm(); }
+  void read_view_orientation() { view().orientation_deg = angles_deg(); }
+
+  int pixels(std::size_t k)
+  {
+    constexpr std::int64_t most = 16384;
+    const std::string wanted = "a whole number of pixels from 1 to " + std::to_string(most);
+    const std::int64_t n = lines_.whole(k, wanted);
+    if (n < 1 || n > most) lines_.refuse(std::to_string(n), wanted);
+    return static_cast<int>(n);
+  }
+
+  void read_display()
+  {
+    note_once("DISPLAY");
+    out_.display_px = {pixels(1), pixels(2)};
+  }
+
+  void read_zoom()
+  {
+    constexpr double most = 1e6;
+    note_once("ZOOM");
+    out_.zoom = positive(lines_.real(1, "a factor above 0"), most, "");
+  }
+
+  void read_contact_resolution()
+  {
+    note_once("CONTACT_RESOLUTION");
+    out_.contact_resolution_mm = positive(length_mm(1), longest_step_mm, " mm");
+  }
+
+  void read_modelling_step()
+  {
+    note_once("MODELING_RESOLUTION");
+    out_.modelling_step_mm = positive(length_mm(1), longest_step_mm, " mm");
+  }
+
+  void read_orientation_resolution()
+  {
+    note_once("ORIENTATION_RESOLUTION");
+    out_.orientation_resolution_deg = positive(lines_.real(1, "an angle"), largest_step_deg, " degrees");
+  }
+
+  void read_orientation_step()
+  {
+    note_once("ORIENTATION_STEP");
+    out_.orientation_step_deg = positive(lines_.real(1, "an angle"), largest_step_deg, " degrees");
+  }
+
+  void read_range()
+  {
+    const std::int64_t angle = number_up_to(1, "angle 0 (flexion) or 1 (varus)");
+    note_once(numbered(angle));
+    AngleRange& range = angle == 0 ? out_.flexion : out_.varus;
+    range.from_deg = lines_.real(2, "an angle");
+    range.to_deg = lines_.real(3, "an angle");
+    const double least = std::min(range.from_deg, range.to_deg);
+    const double most = std::max(range.from_deg, range.to_deg);
+    if (angle == 0 && (least < -30.0 || most > 180.0)) {
+      lines_.refuse(shortest(least < -30.0 ? least : most),
+                    "flexion from -30 to 180 degrees, which bends the knee where it is positive");
+    }
+    if (angle == 1 && (least < -85.0 || most > 85.0))
+      lines_.refuse(shortest(least < -85.0 ? least : most), "varus from -85 to 85 degrees");
+    const bool is_falling = range.to_deg < range.from_deg;
+    range.step_deg = lines_.words().size() > 4 ? lines_.real(4, "a step in degrees")
+                     : is_falling              ? -1.0
+                                               : 1.0;
+    if (range.step_deg == 0.0 || (range.from_deg != range.to_deg && (range.step_deg < 0.0) != is_falling)) {
+      lines_.refuse("a step of " + shortest(range.step_deg),
+                    "a step that leads from " + shortest(range.from_deg) + " to " + shortest(range.to_deg));
+    }
+  }
+
+  void read_render()
+  {
+    note_once("RENDER");
+    out_.render = std::string(lines_.words()[1]);
+    if (out_.render != "fill" && out_.render != "wire") lines_.refuse(quoted(out_.render), "fill or wire");
+  }
+
+  // 0 when it is not given.
+  std::size_t line_of(const std::string& key) const
+  {
+    const auto found = line_of_.find(key);
+    return found == line_of_.end() ? 0 : found->second;
+  }
+
+  void check_models() const
+  {
+    if (out_.reference.empty()) lines_.refuse("no model of body 0", "MODEL 0 name: the reference");
+    if (out_.moving.empty()) lines_.refuse("no model of body 1", "MODEL 1 name: the moving body");
+  }
+
+  // A job carries a turn about the direction of the motion, and no other.
+  void check_orientation()
+  {
+    if (orientation_deg_.isZero(0.0)) return;
+    Eigen::Index axis = 0;
+    orientation_deg_.cwiseAbs().maxCoeff(&axis);
+    Eigen::Vector3d others_deg = orientation_deg_, across_mm = out_.motion_mm;
+    others_deg[axis] = across_mm[axis] = 0.0;
+    if (!others_deg.isZero(0.0) || !across_mm.isZero(0.0)) {
+      lines_.refuse_at(line_of("INITIAL_ORIENTATION 1"),
+                       "turns of " + shortest(orientation_deg_.x()) + ", " + shortest(orientation_deg_.y()) +
+                           " and " + shortest(orientation_deg_.z()) + " degrees about X, Y and Z",
+                       "a turn about the direction of motion only, the one turn that the search knows");
+    }
+    out_.turn_deg = out_.motion_mm[axis] < 0.0 ? -orientation_deg_[axis] : orientation_deg_[axis];
+  }
+
+  void check_steps() const
+  {
+    const auto compare = [&](std::size_t line, double resolution, double step, const char* unit) {
+      if (resolution <= step) return;
+      lines_.refuse_at(line, "a resolution of " + shortest(resolution) + unit,
+                       "at most the step, " + shortest(step) + unit);
+    };
+    compare(std::max(line_of("CONTACT_RESOLUTION"), line_of("MODELING_RESOLUTION")),
+            out_.contact_resolution_mm, out_.modelling_step_mm, " mm");
+    compare(std::max(line_of("ORIENTATION_RESOLUTION"), line_of("ORIENTATION_STEP")),
+            out_.orientation_resolution_deg, out_.orientation_step_deg, " degrees");
+  }
+
+  void check_attitudes() const
+  {
+    const auto count = [](const AngleRange& r) { return (r.to_deg - r.from_deg) / r.step_deg + 1.0; };
+    const double n = count(out_.flexion) * count(out_.varus);
+    if (n < most_attitudes) return;
+    lines_.refuse_at(std::max(line_of("ANGLE_RANGE 0"), line_of("ANGLE_RANGE 1")),
+                     "more than a million attitudes", "at most 1000000: larger steps");
+  }
+
+  TextLines lines_;
+  double unit_mm_;
+  Eigen::Vector3d orientation_deg_{0.0, 0.0, 0.0};
+  std::map<std::string, std::size_t> line_of_;
+  Configuration out_;
+};
+
+}  // namespace
+
+Configuration parse_configuration(const NamedText& source, double unit_mm)
+{
+  return Reader(source, unit_mm).read();
+}
+
+NamedText read_configuration(const std::string& file)
+{
+  return {file, file_bytes(file, {file, "", "", "a configuration file"}, largest_configuration_bytes)};
+}
+
+}  // namespace vrda

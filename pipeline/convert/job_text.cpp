@@ -1,0 +1,125 @@
+#include "convert/job_text.hpp"
+
+#include "load/job_value.hpp"
+
+namespace vrda {
+namespace {
+
+// anterior = "+Z", proximal = "+Y", right = "-X"
+Eigen::Vector3d canonical(const Eigen::Vector3d& native)
+{
+  return {native.z(), native.y(), -native.x()};
+}
+
+std::string list_of(const Eigen::Vector3d& v)
+{
+  return "[" + shortest(v.x()) + ", " + shortest(v.y()) + ", " + shortest(v.z()) + "]";
+}
+
+std::string quoted_toml(const std::string& text)
+{
+  const std::string line = toml_text({JobValue::Table{{"x", {text}}}});  // x = "text"
+  return line.substr(4, line.size() - 5);
+}
+
+// A line and its comment, all comments in one column.
+std::string line(const std::string& text, const std::string& comment = "")
+{
+  constexpr std::size_t column = 38;
+  if (comment.empty()) return text + '\n';
+  return text + std::string(text.size() < column ? column - text.size() : 1, ' ') + "# " + comment + '\n';
+}
+
+std::string components_text(const std::string& body, const std::vector<std::string>& models,
+                            const std::string& folder)
+{
+  std::string text;
+  for (const std::string& model : models) {
+    text += line("\n[[" + body + ".component]]");
+    text += line("name = " + quoted_toml(model));
+    text += line("file = " + quoted_toml((folder.empty() ? "" : folder + "/") + model + ".obj"));
+  }
+  return text;
+}
+
+std::string range_text(const AngleRange& range)
+{
+  return "{ from = " + shortest(range.from_deg) + ", to = " + shortest(range.to_deg) +
+         ", step = " + shortest(range.step_deg) + " }";
+}
+
+std::string moving_text(const Configuration& c, const std::string& folder)
+{
+  // A left knee is solved reflected, where a turn has the other sense.
+  const double theta_deg = -c.turn_deg;
+  std::string text = line("\n[moving]");
+  text += line("name = " + quoted_toml(c.moving.front()));
+  text += line("# anterior, proximal, right");
+  text += line("initial = { translation_mm = " + list_of(canonical(c.position_mm)) +
+               ", theta_deg = " + shortest(theta_deg) + " }");
+  return text + components_text("moving", c.moving, folder);
+}
+
+std::string solving_text(const Configuration& c)
+{
+  const Eigen::Vector3d delta = canonical(c.motion_mm) / c.motion_mm.cwiseAbs().maxCoeff();
+  std::string text = line("\n[push]");
+  text += line("delta = " + list_of(delta), "the direction of the initial motion");
+  text += line("\n[grid]");
+  text += line("flexion = " + range_text(c.flexion));
+  text += line("varus = " + range_text(c.varus));
+  text += line("\n[solver]");
+  text += line("method = \"stability-search\"");
+  text += line("\n[solver.search]");
+  text += line("approach_step_mm = " + shortest(c.motion_mm.norm()), "the length of the initial motion");
+  text += line("translation_step_mm = " + shortest(c.modelling_step_mm), "the modelling resolution");
+  text += line("translation_resolution_mm = " + shortest(c.contact_resolution_mm), "the contact resolution");
+  text += line("rotation_step_deg = " + shortest(c.orientation_step_deg));
+  text += line("rotation_resolution_deg = " + shortest(c.orientation_resolution_deg));
+  return text;
+}
+
+std::string player_text(const Configuration& c)
+{
+  std::string text;
+  if (c.display_px) {
+    text += line("display_px = [" + std::to_string((*c.display_px)[0]) + ", " +
+                 std::to_string((*c.display_px)[1]) + "]");
+  }
+  if (c.zoom) text += line("zoom = " + shortest(*c.zoom));
+  if (!c.render.empty()) text += line("render = " + quoted_toml(c.render));
+  for (const auto& [number, view] : c.views) {
+    text += line("\n[[player.view]]");
+    text += line("number = " + std::to_string(number));
+    text += line("shift_mm = " + list_of(view.shift_mm));
+    text += line("orientation_deg = " + list_of(view.orientation_deg));
+  }
+  return text.empty() ? text : line("\n[player]") + text;
+}
+
+}  // namespace
+
+std::string job_text(const Configuration& c, const JobPlaces& places)
+{
+  std::string text = line("# From the keyword configuration " + quoted_toml(places.source) +
+                          "; schemas/legacy-formats.md says how.");
+  text += line("title = " + quoted_toml(places.title));
+  text += line("joint = \"knee\"");
+  text += line("side = \"left\"");
+  text += line(
+      "\n# Thesis 5.2: X from medial to lateral of a left knee, Y up; Z comes forward in OpenGL's view.");
+  text += line("[frame]");
+  text += line("unit = " + quoted_toml(places.unit));
+  text += line("anterior = \"+Z\"");
+  text += line("proximal = \"+Y\"");
+  text += line("right = \"-X\"");
+  text += line("\n[reference]");
+  text += line("name = " + quoted_toml(c.reference.front()));
+  text += components_text("reference", c.reference, places.models_folder);
+  text += moving_text(c, places.models_folder);
+  text += solving_text(c);
+  text += player_text(c);
+  return text;
+}
+
+}  // namespace vrda

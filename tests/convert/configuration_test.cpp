@@ -1,0 +1,167 @@
+#include "convert/configuration.hpp"
+
+#include <gmock/gmock.h>
+
+#include "support/input_error.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// Appendix B with the names we chose where the page lost them.
+const std::string knee = R"(# the knee
+MODEL 0 femur
+MODEL 1 tibmen
+INITIAL_POSITION 1 0 -0.02 0
+INITIAL_MOTION 1 0 0.005 0
+INITIAL_ORIENTATION 1 0 0 0
+SHIFT_MODEL 0 -0.1 0 0
+ORIENTATION_MODEL 1 0 90 0
+DISPLAY 1280 1024
+ZOOM 5
+CONTACT_RESOLUTION 0.0001
+MODELING_RESOLUTION 0.001
+ANGLE_RANGE 0 0 90
+ANGLE_RANGE 1 -15 15
+RENDER fill
+)";
+
+TEST(Configuration, TheThesisExampleMeansWhatAppendixBSays)
+{
+  const Configuration c = parse_configuration({"knee.cfg", knee});
+  EXPECT_THAT(c.reference, ElementsAre("femur"));
+  EXPECT_THAT(c.moving, ElementsAre("tibmen"));
+  EXPECT_EQ(c.position_mm, Eigen::Vector3d(0, -20, 0));
+  EXPECT_EQ(c.motion_mm, Eigen::Vector3d(0, 5, 0));
+  EXPECT_EQ(c.turn_deg, 0.0);
+  EXPECT_EQ(c.contact_resolution_mm, 0.1);
+  EXPECT_EQ(c.modelling_step_mm, 1.0);
+  EXPECT_EQ(c.orientation_resolution_deg, 0.1);
+  EXPECT_EQ(c.orientation_step_deg, 1.0);
+  EXPECT_EQ(c.flexion.to_deg, 90.0);
+  EXPECT_EQ(c.varus.from_deg, -15.0);
+  EXPECT_EQ(c.varus.step_deg, 1.0);
+  ASSERT_EQ(c.views.size(), 2u);
+  EXPECT_EQ(c.views.at(0).shift_mm, Eigen::Vector3d(-100, 0, 0));
+  EXPECT_EQ(c.views.at(1).orientation_deg, Eigen::Vector3d(0, 90, 0));
+  EXPECT_THAT(c.display_px.value(), ElementsAre(1280, 1024));
+  EXPECT_EQ(c.zoom, 5.0);
+  EXPECT_EQ(c.render, "fill");
+}
+
+TEST(Configuration, WhatIsLeftOutIsNullOrTheThesisDefault)
+{
+  const Configuration c = parse_configuration({"k.cfg", "MODEL 0 a\nMODEL 1 b\n"});
+  EXPECT_EQ(c.position_mm, Eigen::Vector3d(0, 0, 0));
+  EXPECT_EQ(c.contact_resolution_mm, 0.1);
+  EXPECT_EQ(c.modelling_step_mm, 1.0);
+  EXPECT_EQ(c.flexion.from_deg, 0.0);
+  EXPECT_EQ(c.flexion.to_deg, 0.0);
+  EXPECT_TRUE(c.views.empty());
+  EXPECT_FALSE(c.display_px || c.zoom);
+  EXPECT_EQ(c.render, "");
+}
+
+TEST(Configuration, LengthsFollowTheUnitAndStayRoundNumbers)
+{
+  const std::string text =
+      "MODEL 0 a\nMODEL 1 b\nCONTACT_RESOLUTION 0.0003\nINITIAL_POSITION 1 0.07 -0.0201 1\n";
+  const Configuration metres = parse_configuration({"k.cfg", text}, 1000.0);
+  EXPECT_EQ(metres.contact_resolution_mm, 0.3);
+  EXPECT_EQ(metres.position_mm, Eigen::Vector3d(70, -20.1, 1000));
+  const Configuration millimetres = parse_configuration({"k.cfg", text}, 1.0);
+  EXPECT_EQ(millimetres.contact_resolution_mm, 0.0003);
+  EXPECT_EQ(millimetres.position_mm, Eigen::Vector3d(0.07, -0.0201, 1));
+}
+
+TEST(Configuration, ATurnAboutTheMotionKeepsItsSense)
+{
+  const std::string models = "MODEL 0 a\nMODEL 1 b\nINITIAL_ORIENTATION 1 0 7 0\n";
+  EXPECT_EQ(parse_configuration({"k.cfg", models}).turn_deg, 7.0);
+  EXPECT_EQ(parse_configuration({"k.cfg", models + "INITIAL_MOTION 1 0 -0.005 0\n"}).turn_deg, -7.0);
+}
+
+TEST(Configuration, ABodyMayHaveSeveralModelsAndARangeMayFall)
+{
+  const Configuration c = parse_configuration(
+      {"k.cfg", "MODEL 0 Femur\nMODEL 1 Tibia\nMODEL 1 Medmen\nMODEL 1 Latmen\nANGLE_RANGE 1 15 -15\n"});
+  EXPECT_THAT(c.moving, ElementsAre("Tibia", "Medmen", "Latmen"));
+  EXPECT_EQ(c.varus.step_deg, -1.0);
+}
+
+// The thesis's text with one line replaced, and what the message says.
+struct BadLine {
+  std::string from;
+  std::string to;
+  const char* line;
+  const char* found;
+  const char* wanted;
+};
+
+void expect_refused(const BadLine& row)
+{
+  SCOPED_TRACE(row.from + " -> " + row.to);
+  std::string text = knee;
+  const std::size_t at = text.find(row.from);
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, row.from.size(), row.to);
+  const InputError::Facts facts = test::input_error([&] { parse_configuration({"knee.cfg", text}); });
+  EXPECT_EQ(facts.file, "knee.cfg");
+  EXPECT_EQ(facts.field, row.line);
+  EXPECT_THAT(facts.found, HasSubstr(row.found));
+  EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+}
+
+TEST(ConfigurationErrors, Keywords)
+{
+  expect_refused({"ZOOM 5", "ZOMO 5", "line 10", "the unknown keyword \"ZOMO\"", "the nearest is \"ZOOM\""});
+  expect_refused({"ZOOM 5", "zoom 5", "line 10", "the unknown keyword \"zoom\"", "a keyword"});
+  expect_refused({"ZOOM 5", "ZOOM", "line 10", "ZOOM with no values", "ZOOM factor"});
+  expect_refused({"ZOOM 5", "ZOOM 5 6", "line 10", "ZOOM with 2 value(s)", "ZOOM factor"});
+  expect_refused({"ZOOM 5", "ZOOM five", "line 10", "\"five\"", "a factor above 0"});
+  expect_refused({"ZOOM 5", "ZOOM 0", "line 10", "0", "above 0"});
+  expect_refused({"0 -0.02 0", "0 -0.02", "line 4", "3 value(s)", "INITIAL_POSITION body x y z"});
+  expect_refused({"ANGLE_RANGE 0 0 90", "ANGLE_RANGE 0 0", "line 13", "2 value(s)", "angle from to [step]"});
+  expect_refused({"ZOOM 5", "DISPLAY 1 1", "line 10", "a second DISPLAY (first in line 9)", "one"});
+  expect_refused({"RENDER fill", "ANGLE_RANGE 0 0 1", "line 15", "a second ANGLE_RANGE 0", "one"});
+}
+
+TEST(ConfigurationErrors, Models)
+{
+  expect_refused({"MODEL 1 tibmen", "", "line 15", "no model of body 1", "MODEL 1 name"});
+  expect_refused({"MODEL 0 femur", "", "line 15", "no model of body 0", "MODEL 0 name"});
+  expect_refused({"MODEL 1 tibmen", "MODEL 2 tibmen", "line 3", "2", "body 0 (reference) or 1 (moving)"});
+  expect_refused({"MODEL 1 tibmen", "MODEL x tibmen", "line 3", "\"x\"", "body 0 (reference) or 1 (moving)"});
+  expect_refused({"MODEL 1 tibmen", "MODEL 1 ../tibmen", "line 3", "\"../tibmen\"", "a letter first"});
+  expect_refused({"MODEL 1 tibmen", "MODEL 0 femur", "line 3", "a second MODEL 0 femur", "one"});
+  expect_refused({"POSITION 1 0", "POSITION 0 0", "line 4", "body 0 that is not zero", "move body 1"});
+}
+
+TEST(ConfigurationErrors, Values)
+{
+  expect_refused({"1 0 0.005 0", "1 0 0 0", "line 5", "a motion of 0 mm", "above 0 mm"});
+  expect_refused({"1 0 0.005 0", "1 0 5 0", "line 5", "a motion of 5000 mm", "at most 1000 mm"});
+  expect_refused({"0 -0.02 0", "0 -2e9 0", "line 4", "-2e+12 mm", "at most 1e+06 mm"});
+  expect_refused({"0 -0.02 0", "0 inf 0", "line 4", "\"inf\"", "a length"});
+  expect_refused({"ORIENTATION 1 0 0 0", "ORIENTATION 1 5 0 0", "line 6", "turns of 5, 0 and 0 degrees",
+                  "about the direction of motion only"});
+  expect_refused({"ORIENTATION 1 0 0 0", "ORIENTATION 1 0 270 0", "line 6", "270", "from -180 to 180"});
+  expect_refused({"SHIFT_MODEL 0", "SHIFT_MODEL 100", "line 7", "100", "a view from 0 to 99"});
+  expect_refused({"DISPLAY 1280 1024", "DISPLAY 1280 0", "line 9", "0", "pixels from 1"});
+  expect_refused({"RESOLUTION 0.0001", "RESOLUTION 0", "line 11", "0 mm", "above 0 mm"});
+  expect_refused({"RESOLUTION 0.0001", "RESOLUTION 0.002", "line 12", "2 mm", "at most the step, 1 mm"});
+  expect_refused({"ZOOM 5", "ORIENTATION_STEP 0.05", "line 10", "0.1 degrees", "the step, 0.05 degrees"});
+  expect_refused({"ZOOM 5", "ORIENTATION_RESOLUTION 91", "line 10", "91 degrees", "at most 90 degrees"});
+  expect_refused({"RANGE 0 0 90", "RANGE 2 0 90", "line 13", "2", "angle 0 (flexion) or 1 (varus)"});
+  expect_refused({"RANGE 0 0 90", "RANGE 0 0 -90", "line 13", "-90", "flexion from -30"});
+  expect_refused({"RANGE 1 -15 15", "RANGE 1 -15 99", "line 14", "99", "varus from -85"});
+  expect_refused({"RANGE 1 -15 15", "RANGE 1 -15 15 -1", "line 14", "a step of -1", "from -15 to 15"});
+  expect_refused({"RANGE 1 -15 15", "RANGE 1 -15 15 0", "line 14", "a step of 0", "leads"});
+  expect_refused({"RANGE 1 -15 15", "RANGE 1 -15 15 1e-9", "line 14", "more than a million", "1000000"});
+  expect_refused({"RENDER fill", "RENDER full", "line 15", "\"full\"", "fill or wire"});
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,144 @@
+#include "convert/job_text.hpp"
+
+#include <gmock/gmock.h>
+
+#include <random>
+
+#include "core/error.hpp"
+#include "load/axis_map.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+const std::string models = "MODEL 0 femur\nMODEL 1 tibmen\n";
+
+Job job_of(const std::string& text, const std::string& unit = "m")
+{
+  const test::Scratch scratch;
+  const Configuration configuration = parse_configuration({"k.cfg", text}, mm_in(unit));
+  const std::string toml = job_text(configuration, {"a \"title\"", "k.cfg", "../models", unit});
+  return read_job(scratch.write("k.toml", toml).string());
+}
+
+TEST(JobText, SettingsArriveInTheJob)
+{
+  const Job job = job_of(models +
+                         "INITIAL_POSITION 1 0.001 -0.02 0.003\nINITIAL_MOTION 1 0 0.004 0\n"
+                         "CONTACT_RESOLUTION 0.0002\nMODELING_RESOLUTION 0.002\n"
+                         "ORIENTATION_RESOLUTION 0.3\nORIENTATION_STEP 3\n"
+                         "ANGLE_RANGE 0 0 90 2\nANGLE_RANGE 1 15 -15\n");
+  EXPECT_EQ(job.title, "a \"title\"");
+  EXPECT_EQ(job.side, Side::left);
+  EXPECT_EQ(job.reference.components.front().file, "../models/femur.obj");
+  EXPECT_EQ(job.moving.name, "tibmen");
+  EXPECT_EQ(job.initial.translation_mm, Eigen::Vector3d(3, -20, -1));
+  EXPECT_EQ(job.push.delta.value.row(0), Eigen::RowVector3d(0, 1, 0));
+  EXPECT_EQ(job.search.approach_step_mm, 4.0);
+  EXPECT_EQ(job.search.translation_step_mm, 2.0);
+  EXPECT_EQ(job.search.translation_resolution_mm, 0.2);
+  EXPECT_EQ(job.search.rotation_step_rad, rad_from_deg(3.0));
+  EXPECT_EQ(job.search.rotation_resolution_rad, rad_from_deg(0.3));
+  EXPECT_EQ(job.grid.flexion_deg.size(), 46u);
+  EXPECT_EQ(job.grid.varus_deg.front(), 15.0);
+  EXPECT_EQ(job.grid.varus_deg.size(), 31u);
+  EXPECT_THAT(job.resolved_text, Not(HasSubstr("player")));
+}
+
+TEST(JobText, TheFrameIsTheOneOfTheThesis)
+{
+  // Native X to the subject's left, Y up, Z forward; canonical X anterior, Y proximal, Z right.
+  for (const std::string unit : {"m", "cm", "mm"}) {
+    const AxisMap map = axis_map(job_of(models, unit));
+    EXPECT_EQ(map({1, 2, 3}), mm_in(unit) * Eigen::Vector3d(3, 2, -1));
+  }
+}
+
+TEST(JobText, DirectionsAndTurnsFollowTheFrame)
+{
+  const Job left = job_of(models + "INITIAL_MOTION 1 0.002 0 0\nINITIAL_ORIENTATION 1 30 0 0\n");
+  EXPECT_EQ(left.push.delta.value.row(0), Eigen::RowVector3d(0, 0, -1));
+  EXPECT_EQ(left.initial.theta_rad, rad_from_deg(-30.0));
+  const Job down = job_of(models + "INITIAL_MOTION 1 0 -0.002 0\nINITIAL_ORIENTATION 1 0 30 0\n");
+  EXPECT_EQ(down.push.delta.value.row(0), Eigen::RowVector3d(0, -1, 0));
+  EXPECT_EQ(down.initial.theta_rad, rad_from_deg(30.0));
+}
+
+TEST(JobText, SeveralModelsAreSeveralComponents)
+{
+  const Job job = job_of("MODEL 0 Femur\nMODEL 1 Tibia\nMODEL 1 Medmen\nMODEL 1 Latmen\n");
+  ASSERT_EQ(job.moving.components.size(), 3u);
+  EXPECT_EQ(job.moving.name, "Tibia");
+  EXPECT_EQ(job.moving.components[2].file, "../models/Latmen.obj");
+}
+
+TEST(JobText, ViewKeywordsGoToThePlayersPart)
+{
+  const Job job = job_of(models +
+                         "SHIFT_MODEL 2 -0.1 0 0.05\nORIENTATION_MODEL 2 0 90 0\n"
+                         "ORIENTATION_MODEL 0 10 0 0\nDISPLAY 1280 1024\nZOOM 2.5\nRENDER wire\n");
+  EXPECT_THAT(job.resolved_text,
+              HasSubstr("[player]\ndisplay_px = [1280, 1024]\nzoom = 2.5\nrender = \"wire\"\n"));
+  EXPECT_THAT(job.resolved_text,
+              HasSubstr("number = 0\nshift_mm = [0, 0, 0]\norientation_deg = [10, 0, 0]\n"));
+  EXPECT_THAT(job.resolved_text,
+              HasSubstr("number = 2\nshift_mm = [-100, 0, 50]\norientation_deg = [0, 90, 0]\n"));
+}
+
+// A word of a configuration: mostly right, now and then at or past a limit.
+std::string value(std::mt19937& random)
+{
+  const std::vector<std::string> all{"0",   "1",    "0.1", "-0.02", "5",    "1e-3", "30",   "-15",  "90",
+                                     "0.3", "1e-9", "1",   "0.25",  "1000", "1e6",  "-180", "1e30", "fill"};
+  return all[random() % all.size()];
+}
+
+TEST(JobText, WhateverAConfigurationMayBeItIsRefusedWithItsLineOrLoads)
+{
+  const std::vector<std::pair<std::string, int>> keywords{{"INITIAL_POSITION 1", 3},
+                                                          {"INITIAL_MOTION 1", 3},
+                                                          {"INITIAL_ORIENTATION 1 0", 1},
+                                                          {"SHIFT_MODEL", 4},
+                                                          {"ORIENTATION_MODEL 0", 3},
+                                                          {"DISPLAY", 2},
+                                                          {"ZOOM", 1},
+                                                          {"CONTACT_RESOLUTION", 1},
+                                                          {"MODELING_RESOLUTION", 1},
+                                                          {"ANGLE_RANGE 0", 3},
+                                                          {"ANGLE_RANGE 1", 2},
+                                                          {"ORIENTATION_RESOLUTION", 1},
+                                                          {"ORIENTATION_STEP", 1},
+                                                          {"INITIAL_MOTION 1 0 1 ", 1}};
+  std::mt19937 random(2);
+  int n_loaded = 0, n_refused = 0;
+  for (int trial = 0; trial < 3000; ++trial) {
+    std::string text = models;
+    for (std::size_t n = 1 + random() % 4; n > 0; --n) {
+      const auto& [keyword, n_values] = keywords[random() % keywords.size()];
+      text += keyword;
+      for (int k = 0; k < n_values; ++k) text += ' ' + value(random);
+      text += '\n';
+    }
+    SCOPED_TRACE(text);
+    std::optional<Configuration> configuration;
+    try {
+      configuration = parse_configuration({"k.cfg", text});
+    } catch (const InputError& error) {
+      EXPECT_TRUE(error.facts().field.starts_with("line ")) << error.what();
+      ++n_refused;
+      continue;
+    }
+    const test::Scratch scratch;
+    const std::string toml = job_text(*configuration, {"k", "k.cfg", "models", "m"});
+    EXPECT_NO_THROW(read_job(scratch.write("k.toml", toml).string())) << toml;
+    ++n_loaded;
+  }
+  EXPECT_GT(n_loaded, 200);
+  EXPECT_GT(n_refused, 200);
+}
+
+}  // namespace
+}  // namespace vrda

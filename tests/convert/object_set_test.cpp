@@ -1,0 +1,147 @@
+#include "convert/object_set.hpp"
+
+#include <gmock/gmock.h>
+
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+
+// Two components that share the edge between vertices 2 and 3: a square and a triangle beside it.
+ObjectSetTexts two_components()
+{
+  return {{"k.coor", "# a knee\n5\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 2, 0.5, 0\n"},
+          {"k.norm", "1 0 0 1\n2 0 0 2\n3 0 0 3\n4 0 0 4\n5 0 0 5\n"},
+          {"k.elem", "3\nTibia 1 2 3\nFemur 2 5 3\nTibia 1 3 4\n"}};
+}
+
+TEST(ObjectSet, EachComponentHasItsVerticesNormalsAndPolygons)
+{
+  const std::vector<ObjectComponent> components = parse_object_set(two_components());
+  ASSERT_EQ(components.size(), 2u);
+  EXPECT_EQ(components[0].name, "Tibia");
+  EXPECT_EQ(components[0].mesh.vertices.rows(), 4);
+  EXPECT_EQ(components[0].mesh.corner, (std::vector<std::int32_t>{0, 1, 2, 0, 2, 3}));
+  EXPECT_EQ(components[0].mesh.size, (std::vector<std::int32_t>{3, 3}));
+  EXPECT_EQ(components[1].name, "Femur");
+  EXPECT_EQ(components[1].mesh.vertices, (Points(3, 3) << 1, 0, 0, 1, 1, 0, 2, 0.5, 0).finished());
+  EXPECT_EQ(components[1].mesh.normals, (Points(3, 3) << 0, 0, 2, 0, 0, 3, 0, 0, 5).finished());
+  EXPECT_EQ(components[1].mesh.corner, (std::vector<std::int32_t>{0, 2, 1}));
+}
+
+TEST(ObjectSet, NumbersMayBeginAtZeroAndCountsMayBeLeftOut)
+{
+  const std::vector<ObjectComponent> components =
+      parse_object_set({{"k.coor", "0 0 0 0\r\n1 1 0 0\r\n2 0 1 0\r\n"},
+                        {"k.norm", "0 0 0 1\r\n1 0 0 1\r\n2 0 0 1\r\n"},
+                        {"k.elem", "\r\nTibia\t0 1 2 # the only face\r\n"}});
+  ASSERT_EQ(components.size(), 1u);
+  EXPECT_EQ(components[0].mesh.corner, (std::vector<std::int32_t>{0, 1, 2}));
+  EXPECT_EQ(components[0].mesh.vertices.row(2), Eigen::RowVector3d(0, 1, 0));
+}
+
+// A set with one text of it changed, and what the message says.
+struct BadSet {
+  NamedText ObjectSetTexts::*part;
+  std::string from;
+  std::string to;
+  const char* line;
+  const char* found;
+  const char* wanted;
+};
+
+void expect_refused(const BadSet& row)
+{
+  SCOPED_TRACE(row.from + " -> " + row.to);
+  ObjectSetTexts texts = two_components();
+  NamedText& part = texts.*row.part;
+  const std::size_t at = part.text.find(row.from);
+  ASSERT_NE(at, std::string::npos);
+  part.text.replace(at, row.from.size(), row.to);
+  const InputError::Facts facts = test::input_error([&] { parse_object_set(texts); });
+  EXPECT_EQ(facts.file, part.file);
+  EXPECT_EQ(facts.field, row.line);
+  EXPECT_THAT(facts.found, HasSubstr(row.found));
+  EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+}
+
+TEST(ObjectSetErrors, Coordinates)
+{
+  const auto part = &ObjectSetTexts::coordinates;
+  expect_refused({part, "5\n", "6\n", "line 2", "a count of 6", "5, as many rows as follow"});
+  expect_refused({part, "5\n", "1000000000000\n", "line 2", "1000000000000", "5, as many rows"});
+  expect_refused({part, "5\n", "-5\n", "line 2", "-5", "5, as many rows"});
+  expect_refused({part, "3, 1, 1, 0", "3, 1, 1", "line 5", "3 words", "three coordinates"});
+  expect_refused({part, "3, 1, 1, 0", "3, 1, 1, 0, 7", "line 5", "5 words", "three coordinates"});
+  expect_refused({part, "3, 1, 1, 0", "3, 1, one, 0", "line 5", "\"one\"", "a finite coordinate"});
+  expect_refused({part, "3, 1, 1, 0", "3, nan, 1, 0", "line 5", "\"nan\"", "a finite coordinate"});
+  expect_refused({part, "3, 1, 1, 0", "3, 1, 1e999, 0", "line 5", "\"1e999\"", "a finite coordinate"});
+  expect_refused({part, "3, 1, 1, 0", "3, -2e9, 1, 0", "line 5", "-2e+09", "at most 1e9"});
+  expect_refused({part, "3, 1, 1, 0\n", "", "line 5", "row 4", "row 3"});
+  expect_refused({part, "1, 0", "7, 0", "line 3", "row 7", "row 1 (or 0) first"});
+}
+
+TEST(ObjectSetErrors, Normals)
+{
+  const auto part = &ObjectSetTexts::normals;
+  expect_refused({part, "5 0 0 5\n", "", "line 4", "4 normals", "5, one for each vertex"});
+  expect_refused(
+      {part, "5 0 0 5\n", "5 0 0 5\n6 0 0 6\n", "line 6", "more normals", "5, one for each vertex"});
+  expect_refused({part, "1 0 0 1\n2", "0 0 0 1\n1", "line 1", "row 0", "row 1 first"});
+  expect_refused({part, "3 0 0 3", "3 0 0 x", "line 3", "\"x\"", "a finite coordinate"});
+}
+
+TEST(ObjectSetErrors, Elements)
+{
+  const auto part = &ObjectSetTexts::elements;
+  expect_refused({part, "3\n", "4\n", "line 1", "a count of 4", "3, as many rows"});
+  expect_refused({part, "Femur 2 5 3", "2 5 3", "line 3", "names no component", "the name of its component"});
+  expect_refused({part, "Femur 2 5 3", "../Femur 2 5 3", "line 3", "\"../Femur\"", "a letter first"});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 6 3", "line 3", "vertex 6", "a vertex from 1 to 5"});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 0 3", "line 3", "vertex 0", "a vertex from 1 to 5"});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 -1 3", "line 3", "vertex -1", "a vertex from 1 to 5"});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 5.5 3", "line 3", "\"5.5\"", "the number of a vertex"});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 5", "line 3", "2 vertices", "from 3 to 1000"});
+  expect_refused({part, "Femur 2 5 3", "Femur", "line 3", "0 vertices", "from 3 to 1000"});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 5 2", "line 3", "\"Femur\" of 2 vertices", "at least 3"});
+}
+
+TEST(ObjectSetErrors, AMissingFileOfTheThreeIsNamed)
+{
+  for (const std::string missing : {".coor", ".norm", ".elem"}) {
+    SCOPED_TRACE(missing);
+    const test::Scratch scratch;
+    for (const std::string extension : {".coor", ".norm", ".elem"}) scratch.write("k" + extension, "1\n");
+    std::filesystem::remove(scratch.path() / ("k" + missing));
+    const std::string prefix = (scratch.path() / "k").string();
+    const InputError::Facts facts = test::input_error([&] { read_object_set(prefix); });
+    EXPECT_EQ(facts.file, prefix + missing);
+    EXPECT_THAT(facts.found, HasSubstr("no file"));
+    EXPECT_THAT(facts.wanted, HasSubstr("of an Object set"));
+  }
+}
+
+TEST(ObjectSetErrors, EmptyFilesAndTooManyComponents)
+{
+  for (const auto part :
+       {&ObjectSetTexts::coordinates, &ObjectSetTexts::normals, &ObjectSetTexts::elements}) {
+    ObjectSetTexts texts = two_components();
+    (texts.*part).text = "# nothing\n";
+    const InputError::Facts facts = test::input_error([&] { parse_object_set(texts); });
+    EXPECT_EQ(facts.file, (texts.*part).file);
+    EXPECT_EQ(facts.field, "line 1");
+  }
+  ObjectSetTexts texts = two_components();
+  texts.elements.text.clear();
+  for (std::size_t c = 0; c <= most_object_components; ++c)
+    texts.elements.text += "part" + std::to_string(c) + " 1 2 3\n";
+  const InputError::Facts facts = test::input_error([&] { parse_object_set(texts); });
+  EXPECT_EQ(facts.field, "line 1001");
+  EXPECT_THAT(facts.wanted, HasSubstr("at most 1000"));
+}
+
+}  // namespace
+}  // namespace vrda
