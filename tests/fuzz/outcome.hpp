@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <ctime>
 #include <iostream>
 #include <string>
 
@@ -24,12 +25,14 @@ inline std::string text_of(const std::uint8_t* data, std::size_t size)
   return {reinterpret_cast<const char*>(data), size};
 }
 
-/// Calls `read`; an InputError has to say what was found, in one printable line of bounded length. Any other
-/// exception is let through: a crash.
+/// Calls `read`, which may take 2 s; an InputError has to say what was found, in one printable line of
+/// bounded length. Any other exception is let through: a crash.
 template <class Read>
 void read_or_refuse(Read read)
 {
   constexpr std::size_t longest_message = 100'000;  // four facts of 5000 bytes, each shown by up to four
+  constexpr std::clock_t longest = 2 * CLOCKS_PER_SEC;
+  const std::clock_t start = std::clock();  // processor time: a machine with other work to do changes little
   try {
     read();
   } catch (const InputError& error) {
@@ -39,6 +42,7 @@ void read_or_refuse(Read read)
     for (const char c : message)
       require(static_cast<unsigned char>(c) >= 0x20, "a message of more than one line");
   }
+  require(std::clock() - start <= longest, "an input that takes more than 2 s");
 }
 
 /// Calls `act`, which must not refuse: what was taken before is taken now.
