@@ -159,6 +159,37 @@ ExitCode finish(const Case& job_case, const SweepResult& result, const std::stri
   return ExitCode::too_many_unsolved;
 }
 
+ExitCode solve_and_write(const Case& job_case, const RunOptions& options, Log& log, const std::string& output)
+{
+  const RunRecord record(n_threads_of(options), static_cast<int>(log.known.size()));
+  const SweepResult result = solve_all(job_case, options, log, output);
+  log.writer.flush();
+  if (!result.is_complete) {
+    say("interrupted: what is solved stands in " + output + ".journal; the same command goes on from there");
+    return ExitCode::interrupted;
+  }
+  const ExitCode code = finish(job_case, result, output, record);
+  std::printf("%s\n", output.c_str());
+  return code;
+}
+
+// The output's folder was deleted or moved under a run: the journal, which is still open, goes back to its
+// place.
+[[noreturn]] void put_back(const JournalWriter& writer, const std::string& output)
+{
+  const std::string found = "a folder that was deleted or moved during the run";
+  try {
+    writer.restore();
+  } catch (const InputError& error) {
+    throw InputError(
+        {output, "folder", found, std::string("it left alone; what was solved is lost: ") + error.what()});
+  }
+  const std::size_t n = read_journal(output + ".journal").records.size();
+  throw InputError({output, "folder", found,
+                    "it left alone; it is there again with the journal of all " + std::to_string(n) +
+                        " steps solved, and the same command goes on from them"});
+}
+
 }  // namespace
 
 ExitCode run_command(const RunOptions& options)
@@ -171,19 +202,17 @@ ExitCode run_command(const RunOptions& options)
   make_folder_of(output);
   require_replaceable(output);
   Log log = open_log(journal, fingerprint_of(job_case), options.is_fresh);
-  write_motion_model(output + ".start.h5", pending_model_of(job_case));
+  // A resumed run has its start file, and a disk that filled up may have no room for a second one.
+  const std::string start = output + ".start.h5";
+  if (log.known.empty() || !fs::exists(start)) write_motion_model(start, pending_model_of(job_case));
   watch_for_interrupts();
 
-  RunRecord record(n_threads_of(options), static_cast<int>(log.known.size()));
-  const SweepResult result = solve_all(job_case, options, log, output);
-  log.writer.flush();
-  if (!result.is_complete) {
-    say("interrupted: what is solved stands in " + journal + "; the same command goes on from there");
-    return ExitCode::interrupted;
+  try {
+    return solve_and_write(job_case, options, log, output);
+  } catch (const InputError&) {
+    if (log.writer.is_in_place()) throw;
   }
-  const ExitCode code = finish(job_case, result, output, record);
-  std::printf("%s\n", output.c_str());
-  return code;
+  put_back(log.writer, output);
 }
 
 }  // namespace vrda

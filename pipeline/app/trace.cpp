@@ -55,7 +55,9 @@ StepRecord Trace::follow(const Attitude& attitude, const std::function<StepRecor
   std::string lines;
   StepRecord record = solve([&](const SearchMove& move) { lines += line_of(attitude, move); });
   const std::lock_guard lock(mutex_);
-  file_ << lines;
+  // At once: an hour's run must not end in a trace that stopped in its first minute.
+  if (!(file_ << lines))
+    throw InputError({path_, "", "a file that cannot be written", "room and permission to write"});
   return record;
 }
 

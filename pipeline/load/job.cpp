@@ -216,19 +216,16 @@ SearchOptions search_of(const JobValue& root)
   return options;
 }
 
-void check_steps(const Job& job)
+// A step below its resolution.
+void check_step(const Job& job, const std::string& kind, const std::string& unit)
 {
-  const SearchOptions& search = job.search;
-  if (search.translation_resolution_mm > search.translation_step_mm) {
-    refuse(job, "solver.search.translation_resolution_mm", shortest(search.translation_resolution_mm),
-           "at most translation_step_mm, " + shortest(search.translation_step_mm));
-  }
-  if (search.rotation_resolution_rad > search.rotation_step_rad) {
-    refuse(job, "solver.search.rotation_resolution_deg",
-           shown(value_at(job.document.root, "solver.search.rotation_resolution_deg")),
-           "at most rotation_step_deg, " +
-               shown(value_at(job.document.root, "solver.search.rotation_step_deg")));
-  }
+  const std::string resolution = "solver.search." + kind + "_resolution_" + unit;
+  const std::string step_name = kind + "_step_" + unit, step = "solver.search." + step_name;
+  const JobValue& root = job.document.root;
+  if (number_at(root, resolution) <= number_at(root, step)) return;
+  throw InputError({job.document.source_of_all({resolution, step}), resolution,
+                    shown(value_at(root, resolution)),
+                    "at most " + step_name + ", " + shown(value_at(root, step))});
 }
 
 std::optional<LigamentsJob> ligaments_of(const Job& job, const JobValue& root)
@@ -322,7 +319,8 @@ void read_settings(Job& job)
   job.method = text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
                                                                : SolverMethod::stability_search;
   job.search = search_of(root);
-  check_steps(job);
+  check_step(job, "translation", "mm");
+  check_step(job, "rotation", "deg");
   check_views(job);
   job.equilibrium = {number_at(root, "solver.equilibrium.tolerance_mm"),
                      static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations"))};

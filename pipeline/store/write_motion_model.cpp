@@ -1,10 +1,4 @@
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <array>
-#include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <map>
 #include <set>
 #include <span>
@@ -14,6 +8,7 @@
 #include "store/h5_writer.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/seal.hpp"
+#include "store/whole_file.hpp"
 
 namespace vrda {
 namespace {
@@ -149,7 +144,7 @@ void write_group_attributes(H5Writer& writer, const MotionModel& model)
   }
 }
 
-void write_file(const std::string& path, const MotionModel& model)
+std::string bytes_of(const std::string& path, const MotionModel& model)
 {
   const FileShape shape = shape_of(model);
   const FileLayout layout = layout_of(shape);
@@ -158,61 +153,16 @@ void write_file(const std::string& path, const MotionModel& model)
   for (const std::string& group : layout.groups) writer.create_group(group);
   visit_datasets(model, shape, DatasetWriter(writer, layout, shape));
   write_group_attributes(writer, model);
-  writer.close();
-}
-
-[[noreturn]] void fail(const std::string& path, const std::string& what)
-{
-  throw InputError(
-      {path, "", what + " (" + std::strerror(errno) + ")", "a folder and a file that can be written"});
-}
-
-/// Waits until the content of a file or folder has reached the disk.
-void sync(const std::string& path, int flags)
-{
-  const int descriptor = open(path.c_str(), flags | O_CLOEXEC);
-  if (descriptor < 0) fail(path, "no access");
-  const int synced = fsync(descriptor);
-  const int kept = errno;
-  ::close(descriptor);
-  errno = kept;
-  if (synced != 0) fail(path, "a failed flush");
-}
-
-/// Removes the temporary file unless it got its final name.
-class Temporary {
- public:
-  explicit Temporary(std::string path) : path_(std::move(path)) {}
-  ~Temporary() { std::remove(path_.c_str()); }
-  Temporary(const Temporary&) = delete;
-  Temporary& operator=(const Temporary&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
-/// The library's reasons are about its own inside; a plain open says what a user can mend.
-void require_writable(const std::string& path, const std::string& temporary)
-{
-  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor < 0) fail(path, "an output that cannot be created");
-  ::close(descriptor);
+  return writer.bytes();
 }
 
 }  // namespace
 
 void write_motion_model(const std::string& path, const MotionModel& model)
 {
-  const std::size_t slash = path.rfind('/');
-  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const Temporary temporary(path + ".partial");
-  require_writable(path, temporary.path());
-  write_file(temporary.path(), model);
-  seal(temporary.path());
-  sync(temporary.path(), O_RDONLY);
-  if (std::rename(temporary.path().c_str(), path.c_str()) != 0) fail(path, "a file that cannot be replaced");
-  sync(folder, O_RDONLY | O_DIRECTORY);
+  std::string bytes = bytes_of(path, model);
+  bytes += seal_of(bytes);
+  write_whole(path, bytes);
 }
 
 }  // namespace vrda

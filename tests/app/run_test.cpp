@@ -3,7 +3,6 @@
 
 #include <csignal>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
@@ -14,22 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
-
-// A job long enough to be met in the middle: some hundred attitudes.
-fs::path longer_job(const test::Scratch& scratch)
-{
-  const fs::path job = test::small_knee_job(scratch, "right");
-  test::edit(job, "to = 12, step = 2", "to = 12, step = 0.25");
-  return job;
-}
-
-void wait_for_bytes(test::Process& process, const fs::path& file, std::uintmax_t n)
-{
-  std::error_code ignored;
-  while (process.is_running() && (!fs::exists(file) || fs::file_size(file, ignored) < n)) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(2));
-  }
-}
 
 TEST(Run, WritesTheModelAndCleansUp)
 {
@@ -80,14 +63,14 @@ TEST(Run, ThreadsAndProcessorFeaturesChangeNoByte)
 TEST(Run, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
 {
   const test::Scratch scratch;
-  const std::string job = longer_job(scratch).string();
+  const std::string job = test::longer_job(scratch).string();
   const fs::path whole = scratch.path() / "whole.h5", killed = scratch.path() / "killed.h5";
   const fs::path journal = killed.string() + ".journal";
   ASSERT_EQ(test::run_vrda({"run", job, "-o", whole.string()}).exit_code, 0);
   std::uintmax_t written = 0;
   for (int k = 0; k < 3; ++k) {
     test::Process process(test::vrda({"run", job, "-o", killed.string()}));
-    wait_for_bytes(process, journal, written + 3000);
+    test::wait_for_bytes(process, journal, written + 3000);
     ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
     process.send(SIGKILL);
     EXPECT_EQ(process.wait().exit_code, -1);
@@ -105,11 +88,11 @@ TEST(Run, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
 TEST(Run, AnInterruptFinishesTheStepsInHandAndIsResumable)
 {
   const test::Scratch scratch;
-  const std::string job = longer_job(scratch).string();
+  const std::string job = test::longer_job(scratch).string();
   const fs::path output = scratch.path() / "knee.h5", journal = output.string() + ".journal";
   for (const int signal : {SIGINT, SIGTERM}) {
     test::Process process(test::vrda({"run", job, "-o", output.string()}));
-    wait_for_bytes(process, journal, (fs::exists(journal) ? fs::file_size(journal) : 0) + 2000);
+    test::wait_for_bytes(process, journal, (fs::exists(journal) ? fs::file_size(journal) : 0) + 2000);
     process.send(signal);
     const test::Ended ended = process.wait();
     EXPECT_EQ(ended.exit_code, 4);
@@ -122,13 +105,13 @@ TEST(Run, AnInterruptFinishesTheStepsInHandAndIsResumable)
 TEST(Run, ADamagedTailIsDroppedWithAMessageAndSolvedAgain)
 {
   const test::Scratch scratch;
-  const std::string job = longer_job(scratch).string();
+  const std::string job = test::longer_job(scratch).string();
   const fs::path whole = scratch.path() / "whole.h5", output = scratch.path() / "knee.h5";
   ASSERT_EQ(test::run_vrda({"run", job, "-o", whole.string()}).exit_code, 0);
   const fs::path journal = output.string() + ".journal";
   {
     test::Process process(test::vrda({"run", job, "-o", output.string()}));
-    wait_for_bytes(process, journal, 6000);
+    test::wait_for_bytes(process, journal, 6000);
     process.send(SIGKILL);
     process.wait();
   }

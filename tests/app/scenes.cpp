@@ -1,8 +1,13 @@
 #include "app/scenes.hpp"
 
+#include <gmock/gmock.h>
+
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstring>
 #include <stdexcept>
+#include <thread>
 
 #include "load/file_bytes.hpp"
 #include "support/meshes.hpp"
@@ -136,6 +141,37 @@ varus = { from = -2, to = 2, step = 1 }
 [smooth]
 degrees = [2]
 )");
+}
+
+void expect_refused(const std::filesystem::path& job, const std::filesystem::path& output,
+                    const std::vector<std::string>& words)
+{
+  const Ended ended = run_vrda({"run", job.string(), "-o", output.string(), "--progress", "none"});
+  EXPECT_EQ(ended.exit_code, 2) << ended.err;
+  EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
+  for (const std::string& word : words) EXPECT_THAT(ended.err, testing::HasSubstr(word));
+  EXPECT_FALSE(std::filesystem::exists(output));
+}
+
+std::filesystem::path longer_job(const Scratch& scratch)
+{
+  const std::filesystem::path job = small_knee_job(scratch, "right");
+  edit(job, "to = 12, step = 2", "to = 12, step = 0.25");
+  return job;
+}
+
+void wait_for_bytes(Process& process, const std::filesystem::path& file, std::uintmax_t n)
+{
+  std::error_code ignored;
+  while (process.is_running() &&
+         (!std::filesystem::exists(file) || std::filesystem::file_size(file, ignored) < n)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+}
+
+std::ptrdiff_t n_lines(const std::string& text)
+{
+  return std::count(text.begin(), text.end(), '\n');
 }
 
 std::string text_of(const std::filesystem::path& file)
