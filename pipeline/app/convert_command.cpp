@@ -78,6 +78,7 @@ ExitCode convert_object_command(const ConvertObjectOptions& options)
   const std::vector<ObjectComponent> components = parse_object_set(read_object_set(options.prefix));
   make_folder(options.folder);
   std::vector<TableRow> rows;
+  rows.reserve(components.size());
   for (const ObjectComponent& component : components)
     rows.push_back(written_component(component, options.folder));
   print_table(rows);

@@ -14,6 +14,7 @@
 #include "app/run_command.hpp"
 #include "app/shape_command.hpp"
 #include "app/talk.hpp"
+#include "app/trace_command.hpp"
 #include "core/error.hpp"
 
 namespace {
@@ -38,6 +39,7 @@ struct Commands {
   vrda::InfoOptions info;
   vrda::InfoOptions validate;
   vrda::ShapeOptions shape;
+  vrda::TraceOptions trace;
   vrda::ConvertObjectOptions object;
   vrda::ConvertMeshOptions mesh;
   vrda::ConvertConfigOptions config;
@@ -71,7 +73,8 @@ struct Commands {
         ->take_all();
     c.add_option("--threads", run.n_threads, "Workers; default: one a processor")->check(CLI::Range(1, 1024));
     c.add_flag("--fresh", run.is_fresh, "Drop what a journal holds and start over");
-    c.add_flag("--trace", run.writes_trace, "Write every motion of the search to <output>.trace.csv");
+    c.add_flag("--trace", run.writes_trace,
+               "Write every move of every search beside the output: NAME.trace.h5");
     c.add_option("--progress", run.progress, "auto, bar, plain or none")->capture_default_str();
     c.callback([this] {
       chosen = [this] {
@@ -105,11 +108,25 @@ struct Commands {
 
   void add_validate()
   {
-    CLI::App& c = add("validate", "Check a file against schemas/motion-model.md.",
-                      "vrda validate results/knee-generic/knee-generic.h5");
-    c.add_option("file", validate.file, "Motion model (HDF5)")->required();
+    CLI::App& c =
+        add("validate", "Check a file against schemas/motion-model.md or, a trace, schemas/trace.md.",
+            "vrda validate results/knee-generic/knee-generic.h5");
+    c.add_option("file", validate.file, "Motion model or trace (HDF5)")->required();
     c.add_flag("--json", validate.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return validate_command(validate); }; });
+  }
+
+  void add_trace()
+  {
+    CLI::App& c = add("trace", "Summarise the searches of a trace, or print their moves as CSV.",
+                      "vrda trace results/knee-generic/knee-generic.trace.h5 --flexion 45 --csv");
+    c.add_option("file", trace.file, "Trace (HDF5), written by vrda run --trace")->required();
+    c.add_option("--flexion", trace.filter.flexion_deg, "Only searches at this flexion of the grid, degrees");
+    c.add_option("--varus", trace.filter.varus_deg, "Only searches at this varus of the grid, degrees");
+    c.add_flag("--contact-only", trace.contact_only, "Only moves in contact");
+    CLI::Option* csv = c.add_flag("--csv", trace.as_csv, "Print the moves as CSV");
+    c.add_flag("--json", trace.as_json, "Print JSON")->excludes(csv);
+    c.callback([this] { chosen = [this] { return trace_command(trace); }; });
   }
 
   void add_shape()
@@ -161,6 +178,7 @@ struct Commands {
     add_check();
     add_info();
     add_validate();
+    add_trace();
     add_shape();
     add_convert();
   }

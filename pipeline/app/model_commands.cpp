@@ -9,6 +9,7 @@
 #include "app/remeasure.hpp"
 #include "app/summary.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/trace_file.hpp"
 
 namespace vrda {
 namespace {
@@ -200,7 +201,8 @@ ExitCode info_command(const InfoOptions& options)
 
 ExitCode validate_command(const InfoOptions& options)
 {
-  const std::vector<Finding> findings = validate_motion_model(options.file);
+  const std::vector<Finding> findings =
+      is_trace(options.file) ? validate_trace(options.file) : validate_motion_model(options.file);
   Json list = Json::array();
   for (const Finding& f : findings) {
     list.push_back({{"where", f.where}, {"found", f.found}, {"wanted", f.wanted}});

@@ -11,28 +11,41 @@
 #include <thread>
 
 #include "app/assemble.hpp"
+#include "app/assemble_trace.hpp"
 #include "app/interrupt.hpp"
 #include "app/prepare.hpp"
 #include "app/progress.hpp"
 #include "app/run_record.hpp"
 #include "app/summary.hpp"
-#include "app/trace.hpp"
+#include "app/trace_log.hpp"
 #include "core/error.hpp"
 #include "journal/journal.hpp"
 #include "smooth/smooth.hpp"
 #include "solve/stability_search.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/trace_file.hpp"
 
 namespace vrda {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Steps solved in earlier runs, and the journal the others go to.
+// Steps solved in earlier runs, and the journals the others go to.
 struct Log {
   JournalWriter writer;
   std::map<StepKey, StepRecord> known;
+  std::optional<FrameWriter> traces;
 };
+
+// Every file of a run stands beside its output.
+std::string journal_of(const std::string& output)
+{
+  return output + ".journal";
+}
+std::string trace_journal_of(const std::string& output)
+{
+  return output + ".trace.journal";
+}
 
 std::string output_of(const RunOptions& options)
 {
@@ -50,11 +63,11 @@ void make_folder_of(const std::string& file)
   if (error) throw InputError({file, "folder", error.message(), "a folder that can be written"});
 }
 
-// What stands where the model will go must be a model itself: never a job, a mesh or a folder.
-void require_replaceable(const std::string& output)
+// What stands where the model or its trace will go must be one itself: never a job, a mesh or a folder.
+void require_replaceable(const std::string& output, const std::string& what)
 {
   if (!fs::exists(output)) return;
-  const std::string wanted = "a new name, or a motion model to replace";
+  const std::string wanted = "a new name, or " + what + " to replace";
   if (!fs::is_regular_file(output)) throw InputError({output, "output", "something that is no file", wanted});
   std::array<char, 8> head{};
   std::ifstream(output, std::ios::binary).read(head.data(), head.size());
@@ -66,9 +79,9 @@ void require_replaceable(const std::string& output)
 
 Log open_log(const std::string& path, const std::string& key, bool is_fresh)
 {
-  if (is_fresh || !fs::exists(path)) return {JournalWriter::create(path, key), {}};
+  if (is_fresh || !fs::exists(path)) return {JournalWriter::create(path, key), {}, {}};
   const JournalContent content = read_journal(path);
-  require_key(content, path, key);
+  require_key(content.key, path, key);
   if (!content.dropped_why.empty()) {
     warn(path + ": dropped " + std::to_string(content.dropped_bytes) + " bytes at the end (" +
          content.dropped_why + "); those steps are solved again");
@@ -76,7 +89,7 @@ Log open_log(const std::string& path, const std::string& key, bool is_fresh)
   std::map<StepKey, StepRecord> known;
   for (const StepRecord& r : content.records) known.emplace(r.key, r);
   say("resuming: " + std::to_string(known.size()) + " steps found in " + path);
-  return {JournalWriter::resume(path, content), std::move(known)};
+  return {JournalWriter::resume(path, content), std::move(known), {}};
 }
 
 int n_cells_known(const Log& log)
@@ -92,18 +105,16 @@ int n_threads_of(const RunOptions& options)
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
-SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log, const std::string& output)
+SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log)
 {
   const Joint joint = joint_of(job_case);
   const SweepPlan plan = plan_of(job_case);
-  std::optional<Trace> trace;
-  if (options.writes_trace) trace.emplace(output + ".trace.csv");
   const auto n_cells = static_cast<int>(plan.flexion_rad.size() * plan.varus_rad.size());
   Progress progress(progress_style_of(options.progress), n_cells, n_cells_known(log));
 
-  const SolveStep solve = [&](const Attitude& attitude, const MovingPose& seed) {
-    if (!trace) return find_stable_pose(joint, attitude, seed, job_case.search);
-    return trace->follow(attitude, [&](const Watch& watch) {
+  const SolveStep solve = [&](const StepKey& key, const Attitude& attitude, const MovingPose& seed) {
+    if (!log.traces) return find_stable_pose(joint, attitude, seed, job_case.search);
+    return followed(*log.traces, key, seed, [&](const Watch& watch) {
       return find_stable_pose(joint, attitude, seed, job_case.search, watch);
     });
   };
@@ -117,9 +128,7 @@ SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log,
     if (record.key.kind != StepKind::spine_probe) progress.advance();
   };
   hooks.is_stopped = is_interrupted;
-  SweepResult result = sweep(plan, solve, hooks, n_threads_of(options));
-  if (trace) trace->close();
-  return result;
+  return sweep(plan, solve, hooks, n_threads_of(options));
 }
 
 void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output)
@@ -137,6 +146,16 @@ void add_smoothed(MotionModel& model, const Case& job_case, const std::string& o
   }
 }
 
+// The traces are read back: a run keeps none of them in memory.
+void write_trace_of(const Case& job_case, const SweepResult& result, const std::string& output)
+{
+  const TraceJournalContent content = read_trace_journal(trace_journal_of(output));
+  check(content.facts.dropped_why.empty(), "a journal of traces just written is whole");
+  const std::string path = trace_name(output);
+  write_trace(path, trace_of(job_case, fingerprint_of(job_case), content.searches, result.spine_column));
+  say("trace of " + std::to_string(content.searches.size()) + " searches: " + path);
+}
+
 ExitCode finish(const Case& job_case, const SweepResult& result, const std::string& output,
                 const RunRecord& record)
 {
@@ -149,7 +168,8 @@ ExitCode finish(const Case& job_case, const SweepResult& result, const std::stri
     warn(error.what());  // the model is whole; times and host are not worth failing for
   }
   std::error_code ignored;
-  fs::remove(output + ".journal", ignored);
+  fs::remove(journal_of(output), ignored);
+  fs::remove(trace_journal_of(output), ignored);
   fs::remove(output + ".start.h5", ignored);
   say(status_line(model));
   const double unsolved = unsolved_fraction(model);
@@ -162,29 +182,38 @@ ExitCode finish(const Case& job_case, const SweepResult& result, const std::stri
 ExitCode solve_and_write(const Case& job_case, const RunOptions& options, Log& log, const std::string& output)
 {
   const RunRecord record(n_threads_of(options), static_cast<int>(log.known.size()));
-  const SweepResult result = solve_all(job_case, options, log, output);
+  const SweepResult result = solve_all(job_case, options, log);
+  if (log.traces) log.traces->flush();
   log.writer.flush();
   if (!result.is_complete) {
-    say("interrupted: what is solved stands in " + output + ".journal; the same command goes on from there");
+    say("interrupted: what is solved stands in " + journal_of(output) +
+        "; the same command goes on from there");
     return ExitCode::interrupted;
   }
+  if (log.traces) write_trace_of(job_case, result, output);
   const ExitCode code = finish(job_case, result, output, record);
   std::printf("%s\n", output.c_str());
   return code;
 }
 
-// The output's folder was deleted or moved under a run: the journal, which is still open, goes back to its
-// place.
-[[noreturn]] void put_back(const JournalWriter& writer, const std::string& output)
+bool is_in_place(const Log& log)
+{
+  return log.writer.is_in_place() && (!log.traces || log.traces->is_in_place());
+}
+
+// The output's folder was deleted or moved under a run: the journals, which are still open, go back to their
+// places.
+[[noreturn]] void put_back(const Log& log, const std::string& output)
 {
   const std::string found = "a folder that was deleted or moved during the run";
   try {
-    writer.restore();
+    if (!log.writer.is_in_place()) log.writer.restore();
+    if (log.traces && !log.traces->is_in_place()) log.traces->restore();
   } catch (const InputError& error) {
     throw InputError(
         {output, "folder", found, std::string("it left alone; what was solved is lost: ") + error.what()});
   }
-  const std::size_t n = read_journal(output + ".journal").records.size();
+  const std::size_t n = read_journal(journal_of(output)).records.size();
   throw InputError({output, "folder", found,
                     "it left alone; it is there again with the journal of all " + std::to_string(n) +
                         " steps solved, and the same command goes on from them"});
@@ -198,10 +227,15 @@ ExitCode run_command(const RunOptions& options)
   const Case job_case = load_case(options.job_file, {options.data_directory, options.overrides});
   for (const std::string& line : job_case.warnings) warn(line);
   const std::string output = output_of(options);
-  const std::string journal = output + ".journal";
+  const std::string journal = journal_of(output);
   make_folder_of(output);
-  require_replaceable(output);
-  Log log = open_log(journal, fingerprint_of(job_case), options.is_fresh);
+  require_replaceable(output, "a motion model");
+  if (options.writes_trace) require_replaceable(trace_name(output), "a trace");
+  const std::string key = fingerprint_of(job_case);
+  Log log = open_log(journal, key, options.is_fresh);
+  if (options.writes_trace) {
+    log.traces.emplace(open_trace_log(trace_journal_of(output), key, journal, log.known));
+  }
   // A resumed run has its start file, and a disk that filled up may have no room for a second one.
   const std::string start = output + ".start.h5";
   if (log.known.empty() || !fs::exists(start)) write_motion_model(start, pending_model_of(job_case));
@@ -210,9 +244,9 @@ ExitCode run_command(const RunOptions& options)
   try {
     return solve_and_write(job_case, options, log, output);
   } catch (const InputError&) {
-    if (log.writer.is_in_place()) throw;
+    if (is_in_place(log)) throw;
   }
-  put_back(log.writer, output);
+  put_back(log, output);
 }
 
 }  // namespace vrda

@@ -15,7 +15,7 @@ struct RunOptions {
   std::vector<std::string> overrides;
   int n_threads = 0;          ///< 0: as many as there are processors
   bool is_fresh = false;      ///< drop a journal found
-  bool writes_trace = false;  ///< every motion of the search to <output>.trace.csv
+  bool writes_trace = false;  ///< every move of every search, beside the output
   std::string progress = "auto";
 };
 

@@ -4,6 +4,8 @@
 #include <tuple>
 #include <utility>
 
+#include "contact/closest_points.hpp"
+
 namespace vrda {
 namespace {
 
@@ -110,8 +112,9 @@ std::vector<Candidate> close_pairs(const Scene& scene, const MovingPose& pose)
       scene.reference.tree, scene.moving.solid.tree, pose, band_mm, [&](const TrianglePair& pair) {
         const Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
         if (is_surely_apart(r, m, band_mm)) return false;
-        const TriangleDistance measured = scene.narrow_phase.measure(r, m);
-        if (measured.is_overlapping || measured.distance_mm > band_mm) return false;
+        const TriangleDistance found = scene.narrow_phase.measure(r, m);
+        if (found.is_overlapping || found.distance_mm > band_mm) return false;
+        const TriangleDistance measured = closest_points(r, m);
         result.push_back({pair, measured.distance_mm, measured.p_reference_mm, measured.p_moving_mm, {}, {}});
         return false;
       });
@@ -182,8 +185,14 @@ Eigen::Vector3d edge_direction(const Mesh& mesh, const SurfaceFeatures& features
   return Eigen::Vector3d(mesh.vertices_mm.row(b) - mesh.vertices_mm.row(a)).normalized();
 }
 
+// A contact's normal and the object it was taken from.
+struct Reaction {
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  bool is_of_reference = true;
+};
+
 // Thesis 3.7: the normal of the surface that bends least; two crossing edges have one of their own.
-Eigen::Vector3d least_curvature_normal(const Scene& scene, const Candidate& c)
+Reaction least_curvature_normal(const Scene& scene, const Candidate& c)
 {
   const Mesh& moving = scene.moving.solid.mesh;
   if (c.reference.kind == FeatureKind::edge && c.moving.kind == FeatureKind::edge) {
@@ -195,29 +204,39 @@ Eigen::Vector3d least_curvature_normal(const Scene& scene, const Candidate& c)
     if (across.norm() > parallel_edges) {
       const Eigen::Vector3d outward =
           feature_normal(scene.reference.mesh, scene.reference_features, c.reference);
-      return (across.dot(outward) < 0.0 ? -across : across).normalized();
+      return {(across.dot(outward) < 0.0 ? -across : across).normalized(), true};
     }
   }
   const bool takes_reference =
       scene.reference_features.bend(c.reference) <= scene.moving.features.bend(c.moving);
-  if (takes_reference) return feature_normal(scene.reference.mesh, scene.reference_features, c.reference);
-  return -scene.place.direction(feature_normal(moving, scene.moving.features, c.moving));
+  if (takes_reference)
+    return {feature_normal(scene.reference.mesh, scene.reference_features, c.reference), true};
+  return {-scene.place.direction(feature_normal(moving, scene.moving.features, c.moving)), false};
 }
 
-Eigen::Vector3d contact_normal(const Scene& scene, const Candidate& c)
+Reaction reaction(const Scene& scene, const Candidate& c)
 {
   switch (scene.options.normals) {
     case ContactNormals::least_curvature:
       return least_curvature_normal(scene, c);
     case ContactNormals::reference:
-      return interpolated_normal(scene.reference.mesh, c.pair.reference, c.p_reference_mm,
-                                 scene.reference_corners(c.pair));
+      return {interpolated_normal(scene.reference.mesh, c.pair.reference, c.p_reference_mm,
+                                  scene.reference_corners(c.pair)),
+              true};
     case ContactNormals::moving:
       break;
   }
   const Corners corner = scene.moving_corners(c.pair);
-  return -scene.place.direction(
-      interpolated_normal(scene.moving.solid.mesh, c.pair.moving, c.p_moving_mm, corner));
+  return {-scene.place.direction(
+              interpolated_normal(scene.moving.solid.mesh, c.pair.moving, c.p_moving_mm, corner)),
+          false};
+}
+
+Contact exact_contact(const Scene& scene, const Candidate& c)
+{
+  const Reaction found = reaction(scene, c);
+  return {c.p_reference_mm, found.is_of_reference ? c.p_reference_mm : c.p_moving_mm, found.normal,
+          c.distance_mm, c.pair};
 }
 
 // The thesis's first implementation (4.1): centre of the triangle, mean of its vertices' normals.
@@ -239,8 +258,8 @@ Contact centre_contact(const Scene& scene, const Candidate& c)
   const std::int32_t t = takes_reference ? c.pair.reference : c.pair.moving;
   const Eigen::Vector3d centre = (corner[0] + corner[1] + corner[2]) / 3.0;
   const Eigen::Vector3d normal = interpolated_normal(mesh, t, centre, corner);
-  return {centre, takes_reference ? normal : Eigen::Vector3d(-scene.place.direction(normal)), c.distance_mm,
-          c.pair};
+  return {centre, centre, takes_reference ? normal : Eigen::Vector3d(-scene.place.direction(normal)),
+          c.distance_mm, c.pair};
 }
 
 std::vector<Candidate> touching_features(const Scene& scene, const std::vector<Candidate>& pairs)
@@ -322,9 +341,7 @@ std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& po
   if (options.points == ContactPoints::triangle_centre) {
     for (const Candidate& c : pairs) contacts.push_back(centre_contact(scene, c));
   } else {
-    for (const Candidate& c : touching_features(scene, pairs)) {
-      contacts.push_back({c.p_reference_mm, contact_normal(scene, c), c.distance_mm, c.pair});
-    }
+    for (const Candidate& c : touching_features(scene, pairs)) contacts.push_back(exact_contact(scene, c));
   }
   std::erase_if(contacts, [](const Contact& c) { return c.normal.y() >= opposing_y; });
   std::sort(contacts.begin(), contacts.end(), [](const Contact& l, const Contact& r) {

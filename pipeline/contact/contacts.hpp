@@ -22,6 +22,8 @@ Collider make_collider(Mesh mesh);
 /// One touching feature. All in the solver frame S.
 struct Contact {
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< on the reference's surface
+  /// On the surface that gave the normal, where the reaction acts; crossing edges: on the reference.
+  Eigen::Vector3d application_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< unit, direction of the reaction on the moving object
   double distance_mm = 0.0;
   TrianglePair triangles;

@@ -5,17 +5,17 @@
 #include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 
+#include "contact/closest_points.hpp"
+
 namespace vrda {
 
 static_assert(sizeof(btScalar) == 8, "Bullet must be its double-precision build (pkg-config bullet-float64)");
 
 namespace {
 
-// Bullet's GJK stops at a squared distance of 1e-12, so at unit scale it may call triangles 1e-6 mm apart
-// that cross by less. Below this distance the pair is measured again at a finer scale.
-constexpr double uncertain_mm = 2e-6;
-// A power of two loses no bits; 1024 brings the threshold to 1e-9 mm. Larger scales made it fail more often.
-constexpr double fine_scale = 1024.0;
+// Bullet's GJK stops at a squared distance of 1e-12 and was seen to miss by 1e-5 mm on nearly parallel faces.
+// What it calls touching or nearer than this is decided and measured again in closed form.
+constexpr double uncertain_mm = 1e-3;
 
 btVector3 to_bullet(const Eigen::Vector3d& p)
 {
@@ -45,13 +45,13 @@ struct NarrowPhase::Bullet {
     input.m_transformB.setIdentity();
   }
 
-  TriangleDistance measure(const Corners& a, const Corners& b, double scale)
+  TriangleDistance measure(const Corners& a, const Corners& b)
   {
     // Coordinates from a corner of the pair: far origins cost no digits.
     const Eigen::Vector3d& origin = a[0];
     for (std::size_t k = 0; k < 3; ++k) {
-      reference.m_vertices1[k] = to_bullet(scale * (a[k] - origin));
-      moving.m_vertices1[k] = to_bullet(scale * (b[k] - origin));
+      reference.m_vertices1[k] = to_bullet(a[k] - origin);
+      moving.m_vertices1[k] = to_bullet(b[k] - origin);
     }
     detector.setCachedSeparatingAxis(to_bullet(centre(b) - centre(a)));
     btPointCollector collector;
@@ -61,9 +61,9 @@ struct NarrowPhase::Bullet {
     if (result.is_overlapping) return result;
     const Eigen::Vector3d on_moving = from_bullet(collector.m_pointInWorld);
     const Eigen::Vector3d normal = from_bullet(collector.m_normalOnBInWorld);
-    result.distance_mm = collector.m_distance / scale;
-    result.p_moving_mm = origin + on_moving / scale;
-    result.p_reference_mm = origin + (on_moving + normal * collector.m_distance) / scale;
+    result.distance_mm = collector.m_distance;
+    result.p_moving_mm = origin + on_moving;
+    result.p_reference_mm = origin + (on_moving + normal * collector.m_distance);
     return result;
   }
 
@@ -77,9 +77,10 @@ NarrowPhase::~NarrowPhase() = default;
 TriangleDistance NarrowPhase::measure(const Corners& reference, const Corners& moving)
 {
   ++n_measured_;
-  const TriangleDistance coarse = bullet_->measure(reference, moving, 1.0);
-  if (coarse.is_overlapping || coarse.distance_mm > uncertain_mm) return coarse;
-  return bullet_->measure(reference, moving, fine_scale);
+  const TriangleDistance found = bullet_->measure(reference, moving);
+  if (!found.is_overlapping && found.distance_mm > uncertain_mm) return found;
+  if (separation_mm(reference, moving) <= 0.0) return {true, 0.0, {}, {}};
+  return closest_points(reference, moving);
 }
 
 bool is_surely_apart(const Corners& a, const Corners& b, double band_mm)

@@ -33,11 +33,13 @@ std::string line(const std::string& text, const std::string& comment = "")
 std::string components_text(const std::string& body, const std::vector<std::string>& models,
                             const std::string& folder)
 {
+  const std::string before = folder.empty() ? "" : folder + "/";
   std::string text;
   for (const std::string& model : models) {
+    const std::string file = before + model + ".obj";
     text += line("\n[[" + body + ".component]]");
     text += line("name = " + quoted_toml(model));
-    text += line("file = " + quoted_toml((folder.empty() ? "" : folder + "/") + model + ".obj"));
+    text += line("file = " + quoted_toml(file));
   }
   return text;
 }

@@ -20,6 +20,10 @@ enum class StepKind : std::uint8_t {
   row = 2,          ///< grown outward from the spine's cell
 };
 
+inline constexpr StepKind all_step_kinds[] = {StepKind::spine_probe, StepKind::spine, StepKind::row};
+
+const char* name_of(StepKind kind);
+
 /// Indices into the grid's axes. Ordered by kind, then flexion, then varus.
 struct StepKey {
   StepKind kind = StepKind::row;

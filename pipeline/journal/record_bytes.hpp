@@ -1,22 +1,32 @@
 /// The content of one journal record, byte by byte.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "core/step_record.hpp"
+#include "journal/little_endian.hpp"
 
 namespace vrda {
-
-/// Little-endian, least byte first.
-void append_u32(std::string& bytes, std::uint32_t value);
-std::uint32_t u32_at(std::string_view bytes, std::size_t offset);
 
 std::string bytes_of(const StepRecord& record);
 
 /// The inverse of bytes_of; nothing when the bytes are no record.
 std::optional<StepRecord> record_of(std::string_view bytes);
+
+// The parts, for other journals.
+
+inline constexpr std::size_t contact_bytes = 7 * 8 + 2 * 4 + 1;
+
+void append_key(std::string& bytes, const StepKey& key);
+void append_pose(std::string& bytes, const MovingPose& pose);
+void append_contact(std::string& bytes, const ContactRecord& contact);
+
+/// Taking what is no key, status or contact makes the cursor unsound.
+StepKey take_key(Cursor& cursor);
+MovingPose take_pose(Cursor& cursor);
+StepStatus take_status(Cursor& cursor);
+ContactRecord take_contact(Cursor& cursor);
 
 }  // namespace vrda

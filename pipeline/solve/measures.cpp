@@ -19,21 +19,27 @@ double gap_or_nan_mm(const Joint& joint, const TreeMesh& reference, const BoxTre
 
 }  // namespace
 
+ContactRecord contact_record(const Joint& joint, const Contact& contact)
+{
+  ContactRecord kept{contact.point_mm,         contact.normal,
+                     contact.distance_mm,      contact.triangles.reference,
+                     contact.triangles.moving, 0};
+  if (joint.compartment_of_triangle.empty()) return kept;
+  kept.compartment = static_cast<std::int8_t>(
+      joint.compartment_of_triangle[static_cast<std::size_t>(contact.triangles.moving)]);
+  return kept;
+}
+
 int measure_step(const Joint& joint, const TreeMesh& reference, const std::vector<Contact>& contacts,
                  double resolution_mm, StepRecord& record)
 {
   const Eigen::Vector3d middle = mean_point(contacts);
   int n_resisting = 0;
   for (const Contact& c : contacts) {
-    ContactRecord kept{c.point_mm, c.normal, c.distance_mm, c.triangles.reference, c.triangles.moving, 0};
-    if (!joint.compartment_of_triangle.empty()) {
-      const Compartment compartment =
-          joint.compartment_of_triangle[static_cast<std::size_t>(c.triangles.moving)];
-      kept.compartment = static_cast<std::int8_t>(compartment);
-      record.contact_medial = record.contact_medial || compartment == Compartment::medial;
-      record.contact_lateral = record.contact_lateral || compartment == Compartment::lateral;
-    }
-    record.contacts.push_back(kept);
+    record.contacts.push_back(contact_record(joint, c));
+    const auto compartment = static_cast<Compartment>(record.contacts.back().compartment);
+    record.contact_medial = record.contact_medial || compartment == Compartment::medial;
+    record.contact_lateral = record.contact_lateral || compartment == Compartment::lateral;
     n_resisting += std::abs(moment_about_mm(c, middle)) > resolution_mm ? 1 : 0;
   }
   record.theta_determined = n_resisting >= 2;

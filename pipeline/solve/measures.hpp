@@ -6,6 +6,9 @@
 
 namespace vrda {
 
+/// What is kept of a contact; its compartment is that of the moving triangle.
+ContactRecord contact_record(const Joint& joint, const Contact& contact);
+
 /// Fills contacts, condyle flags, gaps left in each compartment and theta_determined of `record` at
 /// `record.pose`. `reference` is at the attitude; `contacts` are those of that pose. Returns the number
 /// of gap queries. Rotation counts as determined when two contacts at least resist a turn about their

@@ -1,5 +1,6 @@
 #include "solve/prediction.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace vrda {
@@ -40,18 +41,27 @@ class HalfAxis {
   int n_ = 0;
 };
 
+// The point of the segment from `a` to `b` nearest to the origin.
+Eigen::Vector2d nearest_to_origin(const Eigen::Vector2d& a, const Eigen::Vector2d& b)
+{
+  const Eigen::Vector2d along = b - a;
+  const double length_sq = along.squaredNorm();
+  if (length_sq <= 0.0) return a;
+  return a + std::clamp(-a.dot(along) / length_sq, 0.0, 1.0) * along;
+}
+
 }  // namespace
 
 double moment_about_mm(const Contact& contact, const Eigen::Vector3d& centre)
 {
-  const Eigen::Vector3d arm = contact.point_mm - centre;
+  const Eigen::Vector3d arm = contact.application_mm - centre;
   return arm.z() * contact.normal.x() - arm.x() * contact.normal.z();
 }
 
 Eigen::Vector3d mean_point(const std::vector<Contact>& contacts)
 {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const Contact& c : contacts) sum += c.point_mm;
+  for (const Contact& c : contacts) sum += c.application_mm;
   return contacts.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(contacts.size()));
 }
 
@@ -65,8 +75,8 @@ RotationPrediction predict_rotation(const std::vector<Contact>& contacts)
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int n_centres = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    if (common_sign(contacts, contacts[k].point_mm, k) == 0) continue;
-    sum += contacts[k].point_mm;
+    if (common_sign(contacts, contacts[k].application_mm, k) == 0) continue;
+    sum += contacts[k].application_mm;
     ++n_centres;
   }
   if (n_centres == 0) return {};
@@ -87,6 +97,29 @@ Eigen::Vector3d predict_translation(const std::vector<Contact>& contacts)
     minus_z.add(-z);
   }
   return {plus_x.mean() - minus_x.mean(), 0.0, plus_z.mean() - minus_z.mean()};
+}
+
+Climb predict_climb(const std::vector<Contact>& contacts)
+{
+  std::vector<Eigen::Vector2d> slopes;
+  for (const Contact& c : contacts)
+    slopes.emplace_back(c.normal.x() / -c.normal.y(), c.normal.z() / -c.normal.y());
+  if (slopes.empty()) return {};
+  // Outside the hull, the origin's nearest point of it lies on a segment between two of its points.
+  Eigen::Vector2d nearest = slopes.front();
+  for (std::size_t i = 0; i < slopes.size(); ++i) {
+    for (std::size_t k = i; k < slopes.size(); ++k) {
+      const Eigen::Vector2d p = nearest_to_origin(slopes[i], slopes[k]);
+      if (p.squaredNorm() < nearest.squaredNorm()) nearest = p;
+    }
+  }
+  const double rise = nearest.norm();
+  if (rise <= negligible) return {};
+  const bool all_give_way = std::all_of(slopes.begin(), slopes.end(), [&](const Eigen::Vector2d& slope) {
+    return slope.dot(nearest) >= (1.0 - negligible) * rise * rise;
+  });
+  if (!all_give_way) return {};
+  return {Eigen::Vector3d(nearest.x() / rise, 0.0, nearest.y() / rise), rise};
 }
 
 }  // namespace vrda

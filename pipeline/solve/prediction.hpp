@@ -28,4 +28,15 @@ Eigen::Vector3d mean_point(const std::vector<Contact>& contacts);
 /// none. Source: thesis 3.5.
 Eigen::Vector3d predict_translation(const std::vector<Contact>& contacts);
 
+/// The way across Delta along which all contacts give way fastest. A contact of normal n lets the moving
+/// object rise along Delta by n . d / (-n . Delta) a mm of way d.
+struct Climb {
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit; zero when some contact blocks every way
+  double rise = 0.0;                                    ///< mm along Delta a mm of way; 0: none
+};
+
+/// The rise is the distance of the convex hull of the contacts' n / (-n . Delta) across Delta from the
+/// origin: where the hull holds the origin, the reactions balance and no way leads up. Exact, cost n^2.
+Climb predict_climb(const std::vector<Contact>& contacts);
+
 }  // namespace vrda

@@ -1,7 +1,10 @@
 #include "solve/stability_search.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 #include "proximity/directional_gap.hpp"
 #include "solve/measures.hpp"
@@ -13,6 +16,21 @@ namespace {
 // The approach stops this share of the translation resolution before the exact touch, so that rounding never
 // makes a result overlap.
 constexpr double standoff_share = 0.01;
+
+// Share of the translation resolution within which a contact surely bears load: ten stand-offs. Those
+// further off are neighbours that the thesis's band takes in.
+constexpr double really_touching = 10.0 * standoff_share;
+
+// Bands, as shares of the translation resolution, whose contacts are asked for a way up: narrow ones name
+// the slope at the pose, wide ones the obstacles next to it.
+constexpr std::array<double, 3> climb_bands = {5.0 * standoff_share, 20.0 * standoff_share, 1.0};
+
+// A climb tries a way of half the translation resolution and then longer and longer ones up to the
+// translation step. It must gain a thousandth of the resolution: enough to be no
+// rounding, little enough for slopes of a few thousandths.
+constexpr double climb_way_share = 0.5;
+constexpr double climb_growth = 4.0;
+constexpr double climb_gain_share = 0.001;
 
 // Bound of the sub-steps of one motion: keeps absurd steps from overflowing the count.
 constexpr double most_substeps = 1e6;
@@ -51,17 +69,16 @@ class Search {
     if (collides(pose_) && !retreat()) return StepStatus::no_clearance;
     for (iteration_ = 1; iteration_ <= options_.max_steps; ++iteration_) {
       if (!approach()) return StepStatus::no_contact;
-      adapt_steps();
+      const bool is_cycle = adapt_steps();
       const std::vector<Contact> contacts = touching();
+      tell_touch(contacts, is_cycle);
       const RotationPrediction rotation = predict_rotation(contacts);
       if (rotation.sign != 0 && rotation_step_rad_ >= options_.rotation_resolution_rad) {
-        turn(rotation, static_cast<int>(contacts.size()));
+        turn(rotation);
         continue;
       }
-      const Eigen::Vector3d slide_mm = translation_step_mm_ * predict_translation(contacts);
-      residual_mm_ = slide_mm.norm();
-      if (residual_mm_ < options_.translation_resolution_mm) return StepStatus::stable;
-      slide(slide_mm, static_cast<int>(contacts.size()));
+      if (!slides_by(contacts) && !slides_by(within(contacts, really_touching)) && !climbs(contacts))
+        return StepStatus::stable;
     }
     iteration_ = options_.max_steps;
     return StepStatus::iteration_limit;
@@ -83,6 +100,30 @@ class Search {
                           options_.points, options_.normals});
   }
 
+  // Those nearer than a share of the translation resolution.
+  std::vector<Contact> within(const std::vector<Contact>& contacts, double share) const
+  {
+    std::vector<Contact> near;
+    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(near), [&](const Contact& c) {
+      return c.distance_mm <= share * options_.translation_resolution_mm;
+    });
+    return near;
+  }
+
+  // Asked again at the same pose, the answer is kept.
+  const Gap& gap_ahead()
+  {
+    const bool is_known =
+        ahead_ && ahead_at_.translation_mm == pose_.translation_mm && ahead_at_.theta_rad == pose_.theta_rad;
+    if (is_known) return *ahead_;
+    ++queries_;
+    ahead_ = directional_gap(reference_, joint_.moving.solid.mesh, joint_.moving.solid.tree, pose_,
+                             {GapKind::from_here, gap_hint_});
+    ahead_at_ = pose_;
+    if (std::isfinite(ahead_->travel_mm)) gap_hint_ = ahead_->pair;
+    return *ahead_;
+  }
+
   // Thesis 5.3 turns the reference under a resting object, which often makes them overlap: back out along
   // -Delta, with short strides first, since a ball in a socket has little room.
   bool retreat()
@@ -97,7 +138,7 @@ class Search {
       free.translation_mm.y() -= stride_mm;
       if (collides(free)) continue;
       pose_ = free;
-      tell(Motion::retreat, 0);
+      tell(MoveKind::retreat, pose_);
       return true;
     }
     return false;
@@ -106,38 +147,98 @@ class Search {
   // Up to the touch; false when nothing is in the way.
   bool approach()
   {
-    ++queries_;
-    const Gap gap = directional_gap(reference_, joint_.moving.solid.mesh, joint_.moving.solid.tree, pose_,
-                                    {GapKind::from_here, gap_hint_});
+    const Gap gap = gap_ahead();
     if (!std::isfinite(gap.travel_mm)) return false;
-    gap_hint_ = gap.pair;
     const double travel_mm = gap.travel_mm - standoff_share * options_.translation_resolution_mm;
+    tell_strides(travel_mm);
+    has_touched_ = true;
     if (travel_mm <= 0.0) return true;
     const MovingPose start = pose_;
-    tell_strides(travel_mm);
     move_while_free(travel_mm, options_.translation_resolution_mm, 1, [&](double share) {
       MovingPose pose = start;
       pose.translation_mm.y() += share * travel_mm;
       return pose;
     });
-    has_touched_ = true;
-    tell(Motion::approach, 0);
     return true;
   }
 
   // The way is known to be free, so the thesis's approach stride is only for those who watch.
-  void tell_strides(double travel_mm)
+  void tell_strides(double travel_mm) const
   {
     if (!watch_ || has_touched_) return;
-    const MovingPose start = pose_;
+    MovingPose pose = pose_;
     for (double s = options_.approach_step_mm; s < travel_mm; s += options_.approach_step_mm) {
-      pose_.translation_mm.y() = start.translation_mm.y() + s;
-      tell(Motion::approach, 0);
+      pose.translation_mm.y() = pose_.translation_mm.y() + s;
+      tell(MoveKind::approach, pose);
     }
-    pose_ = start;
   }
 
-  void slide(const Eigen::Vector3d& by_mm, int n_contacts)
+  // Slides as the contacts predict, unless that is below the resolution.
+  bool slides_by(const std::vector<Contact>& contacts)
+  {
+    Eigen::Vector3d by_mm = translation_step_mm_ * predict_translation(contacts);
+    residual_mm_ = by_mm.norm();
+    if (residual_mm_ < options_.translation_resolution_mm) return false;
+    const MovingPose start = pose_;
+    slide(by_mm);
+    // A step that leaves the reference behind may just have been too long.
+    while (!std::isfinite(gap_ahead().travel_mm)) {
+      by_mm *= 0.5;
+      if (by_mm.norm() < options_.translation_resolution_mm) break;
+      translation_step_mm_ *= 0.5;
+      pose_ = start;
+      slide(by_mm);
+    }
+    return true;
+  }
+
+  // The average by component may point into a surface that is touched already, and halving then ends short
+  // of the place of rest (thesis 3.5 and 3.6). So before a pose counts as stable, its contacts are asked for
+  // a way that leads up; one that does is taken as far as it goes on rising.
+  bool climbs(const std::vector<Contact>& contacts)
+  {
+    for (const double band : climb_bands) {
+      const Eigen::Vector3d way_mm = way_up_mm(predict_climb(within(contacts, band)));
+      if (way_mm.norm() > 0.0 && slides_under(way_mm)) return true;
+    }
+    return false;
+  }
+
+  // The longest way tried at whose end the moving object rests higher than here; zero when the shortest does
+  // not.
+  Eigen::Vector3d way_up_mm(const Climb& climb)
+  {
+    const MovingPose here = pose_;
+    double best_mm = 0.0, best_rise_mm = climb_gain_share * options_.translation_resolution_mm;
+    for (double way_mm = climb_way_share * options_.translation_resolution_mm;
+         climb.rise > 0.0 && way_mm <= options_.translation_step_mm; way_mm *= climb_growth) {
+      pose_.translation_mm = here.translation_mm + way_mm * (climb.direction - Eigen::Vector3d::UnitY());
+      const double rise_mm =
+          gap_ahead().travel_mm - way_mm - standoff_share * options_.translation_resolution_mm;
+      if (!std::isfinite(rise_mm) || rise_mm <= best_rise_mm) break;
+      best_rise_mm = rise_mm;
+      best_mm = way_mm;
+    }
+    pose_ = here;
+    return best_mm * climb.direction;
+  }
+
+  // Backs out by the length of the way, which clears flanks of up to 45 degrees, and slides; false, and back
+  // where it was, when something is in the way.
+  bool slides_under(const Eigen::Vector3d& way_mm)
+  {
+    const MovingPose here = pose_;
+    pose_.translation_mm.y() -= way_mm.norm();
+    if (!collides(pose_)) {
+      const MovingPose under = pose_;
+      slide(way_mm);
+      if (pose_.translation_mm == under.translation_mm + way_mm) return true;
+    }
+    pose_ = here;
+    return false;
+  }
+
+  void slide(const Eigen::Vector3d& by_mm)
   {
     const MovingPose start = pose_;
     const double length_mm = by_mm.norm();
@@ -147,10 +248,10 @@ class Search {
       return pose;
     });
     last_motion_ = LastMotion::slide;
-    tell(Motion::slide, n_contacts);
+    tell(MoveKind::translate, pose_);
   }
 
-  void turn(const RotationPrediction& rotation, int n_contacts)
+  void turn(const RotationPrediction& rotation)
   {
     const MovingPose start = pose_;
     const double angle_rad = rotation.sign * rotation_step_rad_;
@@ -166,7 +267,7 @@ class Search {
                       return pose;
                     });
     last_motion_ = LastMotion::turn;
-    tell(Motion::turn, n_contacts);
+    tell(MoveKind::rotate, pose_);
   }
 
   // Parts thinner than the resolution are not told apart from their contacts anyway.
@@ -195,7 +296,9 @@ class Search {
         const double middle = 0.5 * (free + blocked);
         if (middle <= free || middle >= blocked) break;  // a resolution below that of the numbers
         const MovingPose trial = pose_at(middle);
-        if (collides(trial)) {
+        const bool is_blocked = collides(trial);
+        tell(MoveKind::bisect, trial, is_blocked);
+        if (is_blocked) {
           blocked = middle;
         } else {
           free = middle;
@@ -221,8 +324,8 @@ class Search {
   }
 
   // Cycle detection (thesis 3.6): back at an earlier pose, the last motion was too coarse; at a new one, the
-  // other kind of motion gets its full step again.
-  void adapt_steps()
+  // other kind of motion gets its full step again. Says which.
+  bool adapt_steps()
   {
     const bool was_here = std::any_of(history_.begin(), history_.end(), [&](const MovingPose& earlier) {
       return (earlier.translation_mm - pose_.translation_mm).norm() < options_.translation_resolution_mm &&
@@ -231,11 +334,12 @@ class Search {
     if (was_here) {
       if (last_motion_ == LastMotion::turn) rotation_step_rad_ *= 0.5;
       if (last_motion_ == LastMotion::slide) translation_step_mm_ *= 0.5;
-      return;
+      return true;
     }
     history_.push_back(pose_);
     if (last_motion_ == LastMotion::turn) translation_step_mm_ = options_.translation_step_mm;
     if (last_motion_ == LastMotion::slide) rotation_step_rad_ = options_.rotation_step_rad;
+    return false;
   }
 
   void measure(StepRecord& record)
@@ -247,9 +351,33 @@ class Search {
     queries_ += 1 + measure_step(joint_, reference_, contacts, options_.translation_resolution_mm, record);
   }
 
-  void tell(Motion motion, int n_contacts) const
+  SearchMove move_of(MoveKind kind, const MovingPose& pose) const
   {
-    if (watch_) watch_({iteration_, motion, pose_, translation_step_mm_, rotation_step_rad_, n_contacts});
+    SearchMove move;
+    move.iteration = iteration_;
+    move.kind = kind;
+    move.pose = pose;
+    move.translation_step_mm = translation_step_mm_;
+    move.rotation_step_rad = rotation_step_rad_;
+    return move;
+  }
+
+  void tell(MoveKind kind, const MovingPose& pose, bool is_blocked = false) const
+  {
+    if (!watch_) return;
+    SearchMove move = move_of(kind, pose);
+    move.collides = is_blocked;
+    watch_(move);
+  }
+
+  void tell_touch(const std::vector<Contact>& contacts, bool is_cycle) const
+  {
+    if (!watch_) return;
+    SearchMove move = move_of(MoveKind::approach, pose_);
+    move.is_cycle = is_cycle;
+    move.in_contact = true;
+    for (const Contact& c : contacts) move.contacts.push_back(contact_record(joint_, c));
+    watch_(move);
   }
 
   const Joint& joint_;
@@ -263,6 +391,8 @@ class Search {
   LastMotion last_motion_ = LastMotion::none;
   bool has_touched_ = false;
   std::vector<MovingPose> history_;
+  std::optional<Gap> ahead_;  // at ahead_at_
+  MovingPose ahead_at_;
   TrianglePair gap_hint_;
   TrianglePair collision_hint_;
   double residual_mm_ = 0.0;

@@ -4,24 +4,14 @@
 
 #include <functional>
 
+#include "core/search_move.hpp"
 #include "core/search_options.hpp"
 #include "core/step_record.hpp"
 #include "solve/joint.hpp"
 
 namespace vrda {
 
-enum class Motion { retreat, approach, turn, slide };
-
-/// One motion of the search, for those who want to watch (`vrda run --trace`).
-struct SearchMove {
-  int iteration = 0;
-  Motion motion = Motion::approach;
-  MovingPose pose;  ///< after the motion
-  double translation_step_mm = 0.0;
-  double rotation_step_rad = 0.0;
-  int n_contacts = 0;  ///< that led to the motion
-};
-
+/// Told of every move, in order.
 using Watch = std::function<void(const SearchMove&)>;
 
 /// Solves one motion step from `seed`. The key of the result is left as it is by default; a pose that is

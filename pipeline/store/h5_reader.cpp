@@ -14,7 +14,7 @@
 namespace vrda {
 namespace {
 
-constexpr const char* wanted_model = "an intact motion model (HDF5)";
+constexpr const char* wanted_model = "an intact motion model or trace (HDF5)";
 constexpr int deepest_nesting = 8;
 /// A motion model holds about a hundred objects; a file with far more is something else.
 constexpr std::size_t most_objects = 10000;
@@ -27,6 +27,7 @@ std::optional<ValueKind> kind_of(H5Id type)
   const H5T_class_t type_class = H5Tget_class(type);
   const std::size_t bytes = H5Tget_size(type);
   if (type_class == H5T_FLOAT && bytes == 8) return ValueKind::float64;
+  if (type_class == H5T_FLOAT && bytes == 4) return ValueKind::float32;
   if (type_class == H5T_STRING && H5Tis_variable_str(type) > 0 && H5Tget_cset(type) == H5T_CSET_UTF8) {
     return ValueKind::text;
   }
@@ -289,6 +290,11 @@ void H5Reader::read_raw(const std::string& dataset, H5Id memory_type, std::size_
 void H5Reader::read(const std::string& dataset, std::span<double> values) const
 {
   read_raw(dataset, H5T_NATIVE_DOUBLE, values.size(), values.data());
+}
+
+void H5Reader::read(const std::string& dataset, std::span<float> values) const
+{
+  read_raw(dataset, H5T_NATIVE_FLOAT, values.size(), values.data());
 }
 
 void H5Reader::read(const std::string& dataset, std::span<std::int64_t> values) const

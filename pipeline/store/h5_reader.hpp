@@ -50,6 +50,7 @@ class H5Reader {
 
   /// Fill `values`, whose number must be that of the dataset. Throw InputError naming file and dataset.
   void read(const std::string& dataset, std::span<double> values) const;
+  void read(const std::string& dataset, std::span<float> values) const;
   void read(const std::string& dataset, std::span<std::int64_t> values) const;
   void read(const std::string& dataset, std::span<std::int32_t> values) const;
   void read(const std::string& dataset, std::span<std::int8_t> values) const;

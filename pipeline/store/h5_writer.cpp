@@ -32,6 +32,8 @@ H5Id file_type(ValueKind kind)
   switch (kind) {
     case ValueKind::float64:
       return H5T_IEEE_F64LE;
+    case ValueKind::float32:
+      return H5T_IEEE_F32LE;
     case ValueKind::int64:
       return H5T_STD_I64LE;
     case ValueKind::int32:
@@ -273,6 +275,12 @@ void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& s
     if (std::isnan(value)) value = the_nan;
   }
   write_raw(spec, shape, {H5T_NATIVE_DOUBLE, plain.data(), plain.size()});
+}
+
+void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+                     std::span<const float> values)
+{
+  write_raw(spec, shape, {H5T_NATIVE_FLOAT, values.data(), values.size()});
 }
 
 void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,

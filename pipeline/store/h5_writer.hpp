@@ -33,6 +33,7 @@ class H5Writer {
   /// exist already. A dataset that is its own dimension becomes a scale. NaNs are written with one bit
   /// pattern.
   void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape, std::span<const double> values);
+  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape, std::span<const float> values);
   void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
              std::span<const std::int64_t> values);
   void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,

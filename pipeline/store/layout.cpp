@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
-#include "core/step_status.hpp"
+#include "core/search_move.hpp"
 
 namespace vrda {
 namespace {
@@ -190,6 +190,8 @@ const char* name_of(ValueKind kind)
   switch (kind) {
     case ValueKind::float64:
       return "float64";
+    case ValueKind::float32:
+      return "float32";
     case ValueKind::int64:
       return "int64";
     case ValueKind::int32:
@@ -202,18 +204,32 @@ const char* name_of(ValueKind kind)
   throw InternalError("a kind of values without a name");
 }
 
-FlagTable flag_table(FlagSet set)
+namespace {
+
+template <typename Codes>
+FlagTable table_of(const Codes& codes)
 {
   FlagTable table;
+  for (const auto code : codes) {
+    table.values.push_back(static_cast<std::int8_t>(code));
+    table.meanings += (table.meanings.empty() ? "" : " ") + std::string(name_of(code));
+  }
+  return table;
+}
+
+}  // namespace
+
+FlagTable flag_table(FlagSet set)
+{
   switch (set) {
     case FlagSet::none:
       break;
     case FlagSet::status:
-      for (const StepStatus status : all_step_statuses) {
-        table.values.push_back(static_cast<std::int8_t>(status));
-        table.meanings += (table.meanings.empty() ? "" : " ") + std::string(name_of(status));
-      }
-      break;
+      return table_of(all_step_statuses);
+    case FlagSet::move_kind:
+      return table_of(all_move_kinds);
+    case FlagSet::node:
+      return table_of(all_step_kinds);
     case FlagSet::answer:
       return {{-1, 0, 1}, "no_answer no yes"};
     case FlagSet::yes_no:
@@ -221,7 +237,7 @@ FlagTable flag_table(FlagSet set)
     case FlagSet::compartment:
       return {{0, 1, 2}, "none medial lateral"};
   }
-  return table;
+  return {};
 }
 
 const std::vector<std::string>& smoothed_names()

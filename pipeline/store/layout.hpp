@@ -13,11 +13,11 @@ inline constexpr const char* format_version = "1.0";
 /// CF 1.9 is the first to allow 64-bit integers (row_start).
 inline constexpr const char* conventions = "CF-1.9";
 
-enum class ValueKind { float64, int64, int32, int8, text };
+enum class ValueKind { float64, float32, int64, int32, int8, text };
 const char* name_of(ValueKind kind);
 
 /// Which codes an int8 dataset holds; written as CF flag_values and flag_meanings.
-enum class FlagSet { none, status, answer, yes_no, compartment };
+enum class FlagSet { none, status, answer, yes_no, compartment, move_kind, node };
 
 struct FlagTable {
   std::vector<std::int8_t> values;

@@ -1,84 +1,13 @@
 #include <limits>
-#include <map>
-#include <optional>
-#include <span>
 
 #include "core/error.hpp"
 #include "store/binding.hpp"
-#include "store/h5_reader.hpp"
+#include "store/dataset_reader.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/structure.hpp"
 #include "store/values.hpp"
 
 namespace vrda {
 namespace {
-
-/// Shapes each member it is shown like its dataset and fills it. The structure has been checked.
-class DatasetReader {
- public:
-  DatasetReader(const H5Reader& reader, const Structure& structure) : reader_(reader), structure_(structure)
-  {
-    for (const DatasetSpec& spec : structure.layout.datasets) specs_[spec.path] = &spec;
-  }
-
-  template <typename Scalar>
-  void operator()(const std::string& path, std::vector<Scalar>& values)
-  {
-    std::int64_t count = 1;
-    for (const std::int64_t size : shape_of(path)) count *= size;
-    values.resize(static_cast<std::size_t>(count));
-    reader_.read(path, std::span<Scalar>(values));
-  }
-
-  void operator()(const std::string& path, std::string& value)
-  {
-    reader_.read(path, std::span<std::string>(&value, 1));
-  }
-
-  template <typename Derived>
-  void operator()(const std::string& path, Eigen::PlainObjectBase<Derived>& values)
-  {
-    static_assert(Derived::IsRowMajor, "arrays lie in memory as in the file");
-    const std::vector<std::int64_t> shape = shape_of(path);
-    check(shape.size() == 2, "an array of the motion model has two axes");
-    values.resize(shape[0], shape[1]);
-    reader_.read(path,
-                 std::span<typename Derived::Scalar>(values.data(), static_cast<std::size_t>(values.size())));
-  }
-
- private:
-  std::vector<std::int64_t> shape_of(const std::string& path) const
-  {
-    const auto found = specs_.find(path);
-    check(found != specs_.end(), "every dataset that is read stands in the layout");
-    std::vector<std::int64_t> shape;
-    for (const std::string& dimension : found->second->dimensions) {
-      shape.push_back(dimension_size(structure_.layout, structure_.shape, dimension));
-    }
-    return shape;
-  }
-
-  const H5Reader& reader_;
-  const Structure& structure_;
-  std::map<std::string, const DatasetSpec*> specs_;
-};
-
-AttributeValue attribute(const H5Reader& reader, const std::string& object, const std::string& name)
-{
-  const std::optional<AttributeValue> value = reader.attribute(object, name);
-  check(value.has_value(), "an attribute is read only when the structure has been checked");
-  return *value;
-}
-
-std::string text(const H5Reader& reader, const std::string& object, const std::string& name)
-{
-  return attribute(reader, object, name).texts.at(0);
-}
-
-double number(const H5Reader& reader, const std::string& object, const std::string& name)
-{
-  return attribute(reader, object, name).numbers.at(0);
-}
 
 Eigen::Vector3d vector(const H5Reader& reader, const std::string& object, const std::string& name)
 {

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::string_view magic = "VRDASEAL";
 constexpr std::size_t seal_bytes = 16;
-constexpr const char* wanted_intact = "an intact motion model (HDF5)";
+constexpr const char* wanted_intact = "an intact motion model or trace (HDF5)";
 
 /// CRC-32 of ISO 3309, the one of zlib and PNG, a byte at a time.
 class Crc32 {

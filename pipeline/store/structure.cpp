@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "store/trace_layout.hpp"
+
 namespace vrda {
 namespace {
 
@@ -31,21 +33,38 @@ class StructureCheck {
   Structure run()
   {
     result_.findings = reader_.refused();
-    if (!is_motion_model()) return result_;
+    if (!is_format(format_name)) return result_;
     read_shape();
     if (!result_.findings.empty()) return result_;
     result_.layout = layout_of(result_.shape);
+    check_layout();
+    for (const SmoothedShape& smoothed : result_.shape.smoothed) check_degree(smoothed);
+    return result_;
+  }
+
+  Structure run_trace()
+  {
+    result_.findings = reader_.refused();
+    if (!is_format(trace_format_name)) return result_;
+    const TraceShape shape{size_of("/searches/search"), size_of("/moves/move"), size_of("/contacts/contact"),
+                           size_of("/job/input")};
+    if (!result_.findings.empty()) return result_;
+    result_.layout = trace_layout_of(shape);
+    check_layout();
+    return result_;
+  }
+
+ private:
+  void check_layout()
+  {
     for (const std::string& group : result_.layout.groups) {
       if (!reader_.is_group(group)) find(group, "nothing", "a group");
     }
     for (const DimensionSpec& dimension : result_.layout.dimensions) check_dimension(dimension);
     for (const DatasetSpec& spec : result_.layout.datasets) check_dataset(spec);
     for (const AttributeSpec& spec : result_.layout.attributes) check_attribute(spec);
-    for (const SmoothedShape& smoothed : result_.shape.smoothed) check_degree(smoothed);
-    return result_;
   }
 
- private:
   void find(const std::string& where, const std::string& found, const std::string& wanted)
   {
     result_.findings.push_back({where, found, wanted});
@@ -58,12 +77,12 @@ class StructureCheck {
     return value && value->texts.size() == 1 ? value->texts[0] : std::string();
   }
 
-  bool is_motion_model()
+  /// Both formats are in their first major version.
+  bool is_format(const std::string& wanted)
   {
     const std::string format = text("/", "format");
-    if (format != format_name) {
-      find("/@format", format.empty() ? "nothing" : "\"" + format + "\"",
-           "\"" + std::string(format_name) + "\"");
+    if (format != wanted) {
+      find("/@format", format.empty() ? "nothing" : "\"" + format + "\"", "\"" + wanted + "\"");
       return false;
     }
     const std::string version = text("/", "format_version");
@@ -256,6 +275,11 @@ class StructureCheck {
 Structure structure_of(const H5Reader& reader)
 {
   return StructureCheck(reader).run();
+}
+
+Structure trace_structure_of(const H5Reader& reader)
+{
+  return StructureCheck(reader).run_trace();
 }
 
 }  // namespace vrda

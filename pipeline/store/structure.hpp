@@ -1,4 +1,4 @@
-/// What a motion-model file holds, held against the layout.
+/// What a file holds, held against its layout.
 #pragma once
 
 #include <vector>
@@ -18,5 +18,8 @@ struct Structure {
 /// Checks objects, types, shapes, dimension scales, attributes and storage; reads no dataset's values.
 /// Throws InputError only where the file is damaged so that HDF5 cannot even list it.
 Structure structure_of(const H5Reader& reader);
+
+/// The same for a trace; `shape` of the result stays empty.
+Structure trace_structure_of(const H5Reader& reader);
 
 }  // namespace vrda

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <set>
 #include <utility>
 
 #include "store/evaluate_smoothed.hpp"
 #include "store/layout.hpp"
+#include "store/value_findings.hpp"
 
 namespace vrda {
 namespace {
@@ -16,17 +16,8 @@ namespace {
 /// Products of three rotations computed in double stay orthonormal to a few 1e-16; text or float round
 /// trips do not, and would show as penetration: 1e-9 of 500 mm is half a nanometre.
 constexpr double rotation_tolerance = 1e-9;
-/// Unit vectors, likewise; meshes may carry normals that were stored in single precision.
-constexpr double normal_tolerance = 1e-5;
 /// Smoothed values against their polynomial: sums of at most 231 terms of up to 1e3 mm.
 constexpr double smoothed_tolerance = 1e-9;
-
-std::string text_of(double value)
-{
-  char text[40];
-  std::snprintf(text, sizeof text, "%.10g", value);
-  return text;
-}
 
 class ValueCheck {
  public:
@@ -49,58 +40,14 @@ class ValueCheck {
     check_body("/bodies/reference", model_.reference);
     check_body("/bodies/moving", model_.moving);
     for (const SmoothedSet& set : model_.smoothed) check_smoothed(set);
-    each(
+    findings_.each(
         "/job/input_sha256", model_.job.inputs.size(), "64 hexadecimal digits",
         [&](std::size_t i) { return !is_sha256(model_.job.inputs[i].sha256); },
         [&](std::size_t i) { return "\"" + model_.job.inputs[i].sha256 + "\""; });
-    return std::move(findings_);
+    return findings_.take();
   }
 
  private:
-  void find(const std::string& where, const std::string& found, const std::string& wanted)
-  {
-    findings_.push_back({where, found, wanted});
-  }
-
-  /// One finding for all entries of a dataset that are wrong; `show` says what stands at the first.
-  template <typename IsWrong, typename Show>
-  void each(const std::string& where, std::size_t size, const std::string& wanted, IsWrong is_wrong,
-            Show show)
-  {
-    std::size_t n_wrong = 0, first = 0;
-    for (std::size_t i = size; i-- > 0;) {
-      if (!is_wrong(i)) continue;
-      first = i;
-      ++n_wrong;
-    }
-    if (n_wrong == 0) return;
-    const std::string more = n_wrong == 1 ? "" : " (the first of " + std::to_string(n_wrong) + ")";
-    find(where, std::string(show(first)) + " at entry " + std::to_string(first) + more, wanted);
-  }
-
-  template <typename IsWrong>
-  void each_number(const std::string& where, const double* values, std::size_t size,
-                   const std::string& wanted, IsWrong is_wrong)
-  {
-    each(where, size, wanted, is_wrong, [&](std::size_t i) { return text_of(values[i]); });
-  }
-
-  template <typename Integer>
-  void each_within(const std::string& where, const Integer* values, std::size_t size, std::int64_t low,
-                   std::int64_t high)
-  {
-    each(
-        where, size, "a value from " + std::to_string(low) + " to " + std::to_string(high),
-        [&](std::size_t i) { return values[i] < low || values[i] > high; },
-        [&](std::size_t i) { return std::to_string(values[i]); });
-  }
-
-  void all_finite(const std::string& where, const double* values, std::size_t size)
-  {
-    each_number(where, values, size, "finite numbers",
-                [&](std::size_t i) { return !std::isfinite(values[i]); });
-  }
-
   bool is_stable(std::size_t cell) const
   {
     return model_.status.data()[cell] == static_cast<std::int8_t>(StepStatus::stable);
@@ -116,7 +63,7 @@ class ValueCheck {
     if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return;
     std::string wanted;
     for (const std::string& word : allowed) wanted += (wanted.empty() ? "\"" : ", \"") + word + "\"";
-    find(where, "\"" + value + "\"", "one of " + wanted);
+    findings_.find(where, "\"" + value + "\"", "one of " + wanted);
   }
 
   void check_root_attributes()
@@ -124,19 +71,19 @@ class ValueCheck {
     one_of("/@joint", model_.joint, {"knee", "other"});
     one_of("/@side", model_.side, {"right", "left"});
     one_of("/@method", model_.method, {"stability-search", "equilibrium"});
-    all_finite("/@rotation_centre_mm", model_.rotation_centre_mm.data(), 3);
+    findings_.all_finite("/@rotation_centre_mm", model_.rotation_centre_mm.data(), 3);
     const double length = model_.delta.norm();
     if (!(std::abs(length - 1.0) <= rotation_tolerance)) {
-      find("/@delta", "a vector of length " + text_of(length), "length 1");
+      findings_.find("/@delta", "a vector of length " + text_of(length), "length 1");
     }
     if (!(model_.contact_resolution_mm > 0.0) || !std::isfinite(model_.contact_resolution_mm)) {
-      find("/@contact_resolution_mm", text_of(model_.contact_resolution_mm), "a positive length");
+      findings_.find("/@contact_resolution_mm", text_of(model_.contact_resolution_mm), "a positive length");
     }
   }
 
   void check_axis(const std::string& where, const std::vector<double>& values)
   {
-    each_number(
+    findings_.each_number(
         where, values.data(), values.size(), "finite, strictly increasing degrees",
         [&](std::size_t i) { return !std::isfinite(values[i]) || (i > 0 && !(values[i] > values[i - 1])); });
   }
@@ -145,17 +92,17 @@ class ValueCheck {
   void answers(const std::string& where, const GridD& grid)
   {
     const double* values = grid.data();
-    each_number(where, values, n_cells_, "a number where status is stable, NaN elsewhere",
-                [&](std::size_t cell) {
-                  return is_stable(cell) ? !std::isfinite(values[cell]) : !std::isnan(values[cell]);
-                });
+    findings_.each_number(where, values, n_cells_, "a number where status is stable, NaN elsewhere",
+                          [&](std::size_t cell) {
+                            return is_stable(cell) ? !std::isfinite(values[cell]) : !std::isnan(values[cell]);
+                          });
   }
 
   /// 0 or 1 where the cell is stable, -1 elsewhere.
   void answers(const std::string& where, const GridB& grid)
   {
     const std::int8_t* values = grid.data();
-    each(
+    findings_.each(
         where, n_cells_, "0 or 1 where status is stable, -1 elsewhere",
         [&](std::size_t cell) {
           return is_stable(cell) ? values[cell] != 0 && values[cell] != 1 : values[cell] != -1;
@@ -167,16 +114,16 @@ class ValueCheck {
   void gaps(const std::string& where, const GridD& grid)
   {
     const double* values = grid.data();
-    each_number(where, values, n_cells_, "a number or NaN where status is stable, NaN elsewhere",
-                [&](std::size_t cell) {
-                  return is_stable(cell) ? std::isinf(values[cell]) : !std::isnan(values[cell]);
-                });
+    findings_.each_number(where, values, n_cells_, "a number or NaN where status is stable, NaN elsewhere",
+                          [&](std::size_t cell) {
+                            return is_stable(cell) ? std::isinf(values[cell]) : !std::isnan(values[cell]);
+                          });
   }
 
   void check_cells()
   {
     const FlagTable known = flag_table(FlagSet::status);
-    each(
+    findings_.each(
         "/status", n_cells_, "a code of flag_values",
         [&](std::size_t cell) {
           return std::find(known.values.begin(), known.values.end(), model_.status.data()[cell]) ==
@@ -195,10 +142,10 @@ class ValueCheck {
     answers("/clinical/lateral", model_.clinical.lateral_mm);
     answers("/theta_determined", model_.theta_determined);
     constexpr std::int64_t any = std::numeric_limits<std::int32_t>::max();
-    each_within("/iterations", model_.iterations.data(), n_cells_, 0, any);
-    each_within("/queries", model_.queries.data(), n_cells_, 0, any);
-    each_number("/residual", model_.residual_mm.data(), n_cells_, "a number or NaN",
-                [&](std::size_t cell) { return std::isinf(model_.residual_mm.data()[cell]); });
+    findings_.each_within("/iterations", model_.iterations.data(), n_cells_, 0, any);
+    findings_.each_within("/queries", model_.queries.data(), n_cells_, 0, any);
+    findings_.each_number("/residual", model_.residual_mm.data(), n_cells_, "a number or NaN",
+                          [&](std::size_t cell) { return std::isinf(model_.residual_mm.data()[cell]); });
     if (!model_.has_compartments) return;
     gaps("/gap_medial_mm", model_.gap_medial_mm);
     gaps("/gap_lateral_mm", model_.gap_lateral_mm);
@@ -220,7 +167,7 @@ class ValueCheck {
   void check_poses()
   {
     const std::vector<double>& X = model_.X_reference_moving;
-    each(
+    findings_.each(
         "/X_reference_moving", n_cells_, "a rotation and a translation where status is stable, NaN elsewhere",
         [&](std::size_t cell) {
           const double* entries = &X[16 * cell];
@@ -232,65 +179,45 @@ class ValueCheck {
 
   void check_spine()
   {
-    each_within("/is_spine", model_.is_spine.data(), n_cells_, 0, 1);
-    each(
+    findings_.each_within("/is_spine", model_.is_spine.data(), n_cells_, 0, 1);
+    findings_.each(
         "/is_spine", model_.flexion_deg.size(), "at most one spine cell a flexion",
         [&](std::size_t i) { return (model_.is_spine.row(static_cast<Eigen::Index>(i)) == 1).count() > 1; },
         [&](std::size_t) { return "several spine cells"; });
-  }
-
-  void unit_rows(const std::string& where, const Points& rows, bool zero_allowed)
-  {
-    each(
-        where, static_cast<std::size_t>(rows.rows()), zero_allowed ? "unit vectors, or zero" : "unit vectors",
-        [&](std::size_t i) {
-          const double length = rows.row(static_cast<Eigen::Index>(i)).norm();
-          return !(std::abs(length - 1.0) <= normal_tolerance) && !(zero_allowed && length == 0.0);
-        },
-        [&](std::size_t i) {
-          return "a vector of length " + text_of(rows.row(static_cast<Eigen::Index>(i)).norm());
-        });
   }
 
   void check_contacts()
   {
     const ContactRows& contacts = model_.contacts;
     const std::size_t n = contacts.distance_mm.size();
-    const std::vector<std::int64_t>& start = contacts.row_start;
-    each(
-        "/contacts/row_start", start.size(), "0, never falling, and the number of contacts at the end",
-        [&](std::size_t i) {
-          const bool is_last = i + 1 == start.size();
-          return (i == 0 && start[i] != 0) || (i > 0 && start[i] < start[i - 1]) ||
-                 (is_last && start[i] != static_cast<std::int64_t>(n));
-        },
-        [&](std::size_t i) { return std::to_string(start[i]); });
-    all_finite("/contacts/point", contacts.point_world_mm.data(), 3 * n);
-    unit_rows("/contacts/normal", contacts.normal_world, false);
-    all_finite("/contacts/distance", contacts.distance_mm.data(), n);
-    each_within("/contacts/triangle_reference", contacts.triangle_reference.data(), n, 0,
-                model_.reference.contact.mesh.triangles.rows() - 1);
-    each_within("/contacts/triangle_moving", contacts.triangle_moving.data(), n, 0,
-                model_.moving.contact.mesh.triangles.rows() - 1);
-    each_within("/contacts/compartment", contacts.compartment.data(), n, 0, 2);
+    findings_.starts("/contacts/row_start", contacts.row_start, n, "contacts");
+    findings_.all_finite("/contacts/point", contacts.point_world_mm.data(), 3 * n);
+    findings_.unit_rows("/contacts/normal", contacts.normal_world, false);
+    findings_.all_finite("/contacts/distance", contacts.distance_mm.data(), n);
+    findings_.each_within("/contacts/triangle_reference", contacts.triangle_reference.data(), n, 0,
+                          model_.reference.contact.mesh.triangles.rows() - 1);
+    findings_.each_within("/contacts/triangle_moving", contacts.triangle_moving.data(), n, 0,
+                          model_.moving.contact.mesh.triangles.rows() - 1);
+    findings_.each_within("/contacts/compartment", contacts.compartment.data(), n, 0, 2);
   }
 
   void check_part(const std::string& group, const Part& part, std::size_t n_components)
   {
     const Points& vertices = part.mesh.vertices_mm;
-    all_finite(group + "/vertices", vertices.data(), static_cast<std::size_t>(vertices.size()));
-    each_within(group + "/triangles", part.mesh.triangles.data(),
-                static_cast<std::size_t>(part.mesh.triangles.size()), 0, vertices.rows() - 1);
-    each_within(group + "/component", part.component.data(), part.component.size(), 0,
-                static_cast<std::int64_t>(n_components) - 1);
-    unit_rows(group + "/normals", part.mesh.normals, true);
+    findings_.all_finite(group + "/vertices", vertices.data(), static_cast<std::size_t>(vertices.size()));
+    findings_.each_within(group + "/triangles", part.mesh.triangles.data(),
+                          static_cast<std::size_t>(part.mesh.triangles.size()), 0, vertices.rows() - 1);
+    findings_.each_within(group + "/component", part.component.data(), part.component.size(), 0,
+                          static_cast<std::int64_t>(n_components) - 1);
+    findings_.unit_rows(group + "/normals", part.mesh.normals, true);
   }
 
   void check_body(const std::string& group, const Body& body)
   {
-    if (body.contact.mesh.triangles.rows() == 0) find(group + "/triangles", "no triangles", "at least one");
+    if (body.contact.mesh.triangles.rows() == 0)
+      findings_.find(group + "/triangles", "no triangles", "at least one");
     std::set<std::string> names;
-    each(
+    findings_.each(
         group + "/component_name", body.components.size(), "names that are not empty and differ",
         [&](std::size_t i) {
           return body.components[i].name.empty() || !names.insert(body.components[i].name).second;
@@ -314,13 +241,14 @@ class ValueCheck {
     const std::size_t n_terms = static_cast<std::size_t>(set.exponents.rows());
     const std::size_t wanted = wanted_terms(set.degree);
     if (n_terms != wanted) {
-      find(group + "/exponents", std::to_string(n_terms) + " terms",
-           std::to_string(wanted) + " terms for degree " + std::to_string(set.degree) + " on this grid");
+      findings_.find(
+          group + "/exponents", std::to_string(n_terms) + " terms",
+          std::to_string(wanted) + " terms for degree " + std::to_string(set.degree) + " on this grid");
       return false;
     }
     std::set<std::pair<std::int32_t, std::int32_t>> seen;
     const std::size_t before = findings_.size();
-    each(
+    findings_.each(
         group + "/exponents", n_terms, "each pair of degrees up to the total degree once",
         [&](std::size_t k) {
           const std::int32_t i = set.exponents(static_cast<Eigen::Index>(k), 0);
@@ -341,17 +269,17 @@ class ValueCheck {
   {
     const std::string group = smoothed_group(set.degree);
     if (set.degree < 0 || set.degree > largest_smoothed_degree) {
-      find(group, "degree " + std::to_string(set.degree),
-           "a degree from 0 to " + std::to_string(largest_smoothed_degree));
+      findings_.find(group, "degree " + std::to_string(set.degree),
+                     "a degree from 0 to " + std::to_string(largest_smoothed_degree));
       return;
     }
     if (!has_right_terms(set, group)) return;
     const AxisRanges ranges = axis_ranges(model_.flexion_deg, model_.varus_deg);
     for (const SmoothedSurface& surface : set.surfaces) {
-      all_finite(group + "/coefficients_" + surface.name, surface.coefficients.data(),
-                 surface.coefficients.size());
+      findings_.all_finite(group + "/coefficients_" + surface.name, surface.coefficients.data(),
+                           surface.coefficients.size());
       const double* values = surface.values.data();
-      each_number(
+      findings_.each_number(
           group + "/" + surface.name, values, n_cells_, "the value of the polynomial", [&](std::size_t cell) {
             const double wanted = evaluate(set, surface, ranges, model_.flexion_deg[cell / n_varus_],
                                            model_.varus_deg[cell % n_varus_])
@@ -364,7 +292,7 @@ class ValueCheck {
   const MotionModel& model_;
   std::size_t n_varus_;
   std::size_t n_cells_;
-  std::vector<Finding> findings_;
+  ValueFindings findings_;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "store/seal.hpp"
 
 namespace vrda {
 namespace {
@@ -75,13 +76,17 @@ void sync_folder(const std::string& path)
 
 }  // namespace
 
-void write_whole(const std::string& path, std::string_view bytes)
+void write_whole(const std::string& path, std::string_view content)
 {
+  const std::string seal = seal_of(content);
   const Temporary temporary(path + ".partial");
   Descriptor file(open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
   if (file.get() < 0) fail(path, "an output that cannot be created");
-  if (!is_written(file.get(), bytes) || fsync(file.get()) != 0 || !file.close())
-    fail(path, "an output of " + std::to_string(bytes.size()) + " bytes that cannot be written");
+  if (!is_written(file.get(), content) || !is_written(file.get(), seal) || fsync(file.get()) != 0 ||
+      !file.close()) {
+    fail(path,
+         "an output of " + std::to_string(content.size() + seal.size()) + " bytes that cannot be written");
+  }
   if (std::rename(temporary.path().c_str(), path.c_str()) != 0) fail(path, "a file that cannot be replaced");
   sync_folder(path);
 }

@@ -1,13 +1,9 @@
-#include <array>
-#include <map>
-#include <set>
 #include <span>
 
 #include "core/error.hpp"
 #include "store/binding.hpp"
-#include "store/h5_writer.hpp"
+#include "store/dataset_writer.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/seal.hpp"
 #include "store/whole_file.hpp"
 
 namespace vrda {
@@ -49,57 +45,6 @@ FileShape shape_of(const MotionModel& model)
   shape.n_inputs = static_cast<std::int64_t>(model.job.inputs.size());
   return shape;
 }
-
-/// Writes each dataset it is shown, and the dimensions that the dataset is the first to use.
-class DatasetWriter {
- public:
-  DatasetWriter(H5Writer& writer, const FileLayout& layout, const FileShape& shape)
-      : writer_(writer), layout_(layout), shape_(shape)
-  {
-    for (const DatasetSpec& spec : layout.datasets) specs_[spec.path] = &spec;
-  }
-
-  template <typename Scalar>
-  void operator()(const std::string& path, const std::vector<Scalar>& values)
-  {
-    write(path, std::span<const Scalar>(values));
-  }
-
-  void operator()(const std::string& path, const std::string& value)
-  {
-    write(path, std::span<const std::string>(&value, 1));
-  }
-
-  template <typename Derived>
-  void operator()(const std::string& path, const Eigen::PlainObjectBase<Derived>& values)
-  {
-    static_assert(Derived::IsRowMajor, "arrays go to the file as they lie in memory");
-    write(path,
-          std::span<const typename Derived::Scalar>(values.data(), static_cast<std::size_t>(values.size())));
-  }
-
- private:
-  template <typename Scalar>
-  void write(const std::string& path, std::span<const Scalar> values)
-  {
-    const auto found = specs_.find(path);
-    check(found != specs_.end(), "every dataset that is written stands in the layout");
-    const DatasetSpec& spec = *found->second;
-    std::vector<std::int64_t> sizes;
-    for (const std::string& dimension : spec.dimensions) {
-      sizes.push_back(dimension_size(layout_, shape_, dimension));
-      const bool is_new = existing_.insert(dimension).second;
-      if (is_new && dimension != path) writer_.create_dimension({dimension, sizes.back()});
-    }
-    writer_.write(spec, sizes, values);
-  }
-
-  H5Writer& writer_;
-  const FileLayout& layout_;
-  const FileShape& shape_;
-  std::map<std::string, const DatasetSpec*> specs_;
-  std::set<std::string> existing_;
-};
 
 std::span<const double> numbers(const Eigen::Vector3d& v)
 {
@@ -160,9 +105,7 @@ std::string bytes_of(const std::string& path, const MotionModel& model)
 
 void write_motion_model(const std::string& path, const MotionModel& model)
 {
-  std::string bytes = bytes_of(path, model);
-  bytes += seal_of(bytes);
-  write_whole(path, bytes);
+  write_whole(path, bytes_of(path, model));
 }
 
 }  // namespace vrda

@@ -104,7 +104,8 @@ class Sweep {
       if (std::optional<StepRecord> known = hooks_.recall(key)) return *known;
     }
     if (is_ended() || (hooks_.is_stopped && hooks_.is_stopped())) throw Stopped{};
-    StepRecord record = solve_({plan_.flexion_rad[static_cast<std::size_t>(key.flexion)],
+    StepRecord record = solve_(key,
+                               {plan_.flexion_rad[static_cast<std::size_t>(key.flexion)],
                                 plan_.varus_rad[static_cast<std::size_t>(key.varus)]},
                                seed);
     record.key = key;

@@ -18,8 +18,10 @@ struct SweepPlan {
   bool has_compartments = true;     ///< without, the spine stays in the column nearest zero varus
 };
 
-/// Pure; called from several threads at once.
-using SolveStep = std::function<StepRecord(const Attitude& attitude, const MovingPose& seed)>;
+/// Pure but for what it notes down under `key`; called from several threads at once. A spine cell is solved
+/// as a probe; its own key is for `recall` and `keep` only.
+using SolveStep =
+    std::function<StepRecord(const StepKey& key, const Attitude& attitude, const MovingPose& seed)>;
 
 /// Each may be empty. `recall` and `keep` are called from the workers.
 struct SweepHooks {

@@ -31,6 +31,17 @@ void add_show(CLI::App& app, vrda::ShowOptions& options)
                    "front, back, left, right, medial, lateral (or side), top, oblique")
       ->type_name("VIEW,...")
       ->capture_default_str();
+  show->add_option(
+          "--trace", options.trace,
+          "Trace (.trace.h5) of the motion model: shows one search, a still a move named "
+          "VIEW_frame_NUMBER.png, from its seed to its end; --flexion and --varus choose the cell of the "
+          "grid (default: the spine's cell of the first flexion)")
+      ->type_name("FILE");
+  show->add_flag("--contact-only", options.contact_only,
+                 "Of a trace only the moves in contact, which play as a smooth motion");
+  show->add_option("--every", options.every, "Of a trace only every N-th still, and the last")
+      ->type_name("N")
+      ->capture_default_str();
   show->add_option("--size", options.size, "Of a picture, in pixels")
       ->type_name("WxH")
       ->capture_default_str();

@@ -1,19 +1,17 @@
 #include "app/show.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <ostream>
-#include <system_error>
 #include <vector>
 
 #include "app/arguments.hpp"
+#include "app/stills.hpp"
 #include "core/error.hpp"
+#include "motion/film.hpp"
 #include "motion/poses.hpp"
-#include "render/png_file.hpp"
-#include "render/renderer.hpp"
-#include "scene/camera.hpp"
-#include "scene/scene.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/trace_file.hpp"
 
 namespace vrda {
 namespace {
@@ -33,16 +31,6 @@ std::string chosen_set(const MotionModel& model, const ShowOptions& options)
     known += (known.empty() ? "" : ", ") + name;
   }
   throw InputError({options.file, "--set", options.set, known});
-}
-
-void make_folder(const std::string& folder)
-{
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error || !std::filesystem::is_directory(folder)) {
-    throw InputError(
-        {folder, "--offscreen", error ? error.message() : "no folder", "a folder that can be written"});
-  }
 }
 
 /// Angles as people read them: the label without padding.
@@ -122,56 +110,75 @@ Plan plan_of(const Motion& motion, const ShowOptions& options, std::ostream& tal
   return plan;
 }
 
-/// One camera a view, with room for the joint at every pose.
-std::vector<Camera> cameras_for(Scene& scene, const std::vector<JointFrames>& frames,
-                                std::vector<CameraFit> fits)
+std::vector<Still> stills_of(const std::vector<JointPose>& poses)
 {
-  for (const JointFrames& placed : frames) {
-    place(scene, placed);
-    const std::vector<Eigen::Vector3d> points = points_within(scene, joint_sphere(scene));
-    for (CameraFit& fit : fits) fit.include(points);
-  }
-  std::vector<Camera> cameras;
-  cameras.reserve(fits.size());
-  for (const CameraFit& fit : fits) cameras.push_back(fit.camera());
-  return cameras;
-}
-
-void write_stills(const ShowOptions& options, const MotionModel& model, const std::vector<JointPose>& poses,
-                  std::ostream& data)
-{
-  const std::vector<std::string> views = parsed_views(options.views);
-  const PictureSize size = parsed_size(options.size);
-  Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  check(!scene.drawables.empty(), "a motion model that was read has triangles");
-  scene.background = background_of(options.backdrop);
-  FrameOptions frame_options;
-  frame_options.aspect = static_cast<double>(size.width) / size.height;
-  const Side side = model.side == "left" ? Side::left : Side::right;
-  std::vector<CameraFit> fits;
-  fits.reserve(views.size());
-  for (const std::string& view : views)
-    fits.emplace_back(view_rotation(*view_named(view), side), frame_options);
-  std::vector<JointFrames> frames;
-  frames.reserve(poses.size());
-  for (const JointPose& pose : poses) frames.push_back(frames_of(pose, options.held));
-  const std::vector<Camera> cameras = cameras_for(scene, frames, std::move(fits));
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({size.width, size.height});
-  renderer->load(scene);
-  make_folder(options.folder);
   std::vector<double> all_flexion_deg;
   all_flexion_deg.reserve(poses.size());
   for (const JointPose& pose : poses) all_flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    for (std::size_t i = 0; i < poses.size(); ++i) {
-      place(scene, frames[i]);
-      const std::string name =
-          views[v] + "_flexion_" + angle_label(all_flexion_deg[i], all_flexion_deg) + ".png";
-      const std::string path = (std::filesystem::path(options.folder) / name).string();
-      write_png(renderer->draw(scene, with_depth_range(cameras[v], scene)), path);
-      data << path << std::endl;
-    }
+  std::vector<Still> stills;
+  stills.reserve(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    stills.push_back({poses[i], "flexion_" + angle_label(all_flexion_deg[i], all_flexion_deg)});
   }
+  return stills;
+}
+
+/// The number of a frame, padded so that names sort as the film plays.
+std::string frame_label(std::size_t frame, std::size_t n_frames)
+{
+  const std::string number = std::to_string(frame);
+  const std::size_t width = std::max<std::size_t>(4, std::to_string(n_frames - 1).size());
+  return "frame_" + std::string(width - number.size(), '0') + number;
+}
+
+void require_trace_options(const ShowOptions& options)
+{
+  const auto refuse = [](const char* option, const std::string& found, const char* wanted) {
+    throw InputError({option, "", found, wanted});
+  };
+  if (options.every < 1) refuse("--every", std::to_string(options.every), "1 or more");
+  if (!options.trace.empty() && !options.set.empty())
+    refuse("--set", options.set, "no --set: a trace has poses of its own");
+  if (!options.trace.empty()) return;
+  if (options.contact_only) refuse("--contact-only", "no --trace", "the trace whose moves to choose from");
+  if (options.every != 1) refuse("--every", "no --trace", "the trace whose moves to choose from");
+}
+
+FilmOptions film_options(const ShowOptions& options)
+{
+  FilmOptions film;
+  film.contact_only = options.contact_only;
+  film.every = options.every;
+  film.cell.varus_deg = options.varus_deg;
+  if (!options.flexion) return film;
+  const AngleRange range = parsed_angles("--flexion", *options.flexion);
+  if (range.first_deg != range.last_deg)
+    throw InputError({"--flexion", "", *options.flexion, "one angle: a trace is shown at one cell"});
+  film.cell.flexion_deg = range.first_deg;
+  return film;
+}
+
+ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
+{
+  const FilmOptions chosen = film_options(options);
+  const Trace trace = read_trace(options.trace);
+  require_beside(trace, options.trace, model, options.file);
+  const Film film = film_of(trace, options.trace, chosen);
+  const Motion motion(model, "raw");
+  std::vector<Still> stills;
+  stills.reserve(film.frames.size());
+  for (std::size_t i = 0; i < film.frames.size(); ++i) {
+    stills.push_back({motion.placed(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
+  }
+  write_stills(options, model, stills, streams.data);
+  const std::size_t n_stills = stills.size() * parsed_views(options.views).size();
+  if (!options.is_quiet) {
+    streams.talk << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad) << ", varus "
+                 << plain(film.attitude.varus_rad) << ", " << stills.size()
+                 << (stills.size() == 1 ? " frame, " : " frames, ") << n_stills
+                 << (n_stills == 1 ? " picture" : " pictures") << "\n";
+  }
+  return {static_cast<int>(n_stills), 0};
 }
 
 }  // namespace
@@ -184,7 +191,9 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
   }
   const std::size_t n_views = parsed_views(options.views).size();
   parsed_size(options.size);
+  require_trace_options(options);
   const MotionModel model = read_motion_model(options.file);
+  if (!options.trace.empty()) return show_trace(options, model, streams);
   const std::string set = chosen_set(model, options);
   const Motion motion(model, set);
   const Plan plan = plan_of(motion, options, streams.talk);
@@ -194,7 +203,7 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
                  << " for every flexion\n";
   }
   if (plan.poses.empty()) return summary;
-  write_stills(options, model, plan.poses, streams.data);
+  write_stills(options, model, stills_of(plan.poses), streams.data);
   if (!options.is_quiet) {
     streams.talk << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
                  << set << ", " << plan.poses.size() << (plan.poses.size() == 1 ? " attitude" : " attitudes")

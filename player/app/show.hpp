@@ -19,6 +19,9 @@ struct ShowOptions {
   std::string set;                     ///< default the smoothed set of highest degree, else raw
   std::string views = "oblique";
   std::string size = "1280x960";
+  std::string trace;          ///< a trace of the model: one of its searches instead of attitudes
+  bool contact_only = false;  ///< only moves in contact
+  int every = 1;              ///< only every so many frames, and the last
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
   bool is_quiet = false;

@@ -105,14 +105,24 @@ JointPose Motion::at(const Attitude& wanted) const
   pose.is_varus_clamped = pose.attitude.varus_rad != wanted.varus_rad;
   const RawSample found = numbers_at(pose.attitude);
   if (!found.is_solved) return pose;
+  JointPose here = placed(pose.attitude, found.numbers);
+  here.is_flexion_clamped = pose.is_flexion_clamped;
+  here.is_varus_clamped = pose.is_varus_clamped;
+  return here;
+}
+
+JointPose Motion::placed(const Attitude& attitude, const PoseNumbers& numbers) const
+{
+  JointPose pose;
+  pose.attitude = attitude;
   pose.status = PoseStatus::solved;
-  pose.theta_rad = found.numbers[3];
+  pose.theta_rad = numbers[3];
 
   // The attitude and theta are turns of the solver's frame: conjugated, they act in W of the own side.
   const Eigen::Matrix3d R_solver_world = R_world_solver_.transpose();
   const Eigen::Matrix3d R_attitude = R_world_solver_ * reference_rotation(pose.attitude) * R_solver_world;
   const Eigen::Matrix3d R_theta = R_world_solver_ * rotation_y(pose.theta_rad) * R_solver_world;
-  const Eigen::Vector3d shift_mm(found.numbers[0], found.numbers[1], found.numbers[2]);
+  const Eigen::Vector3d shift_mm(numbers[0], numbers[1], numbers[2]);
   pose.X_world_reference = about_centre(R_attitude, Eigen::Vector3d::Zero(), rotation_centre_mm_);
   pose.X_world_moving = about_centre(R_theta, shift_mm, rotation_centre_mm_);
   pose.X_reference_moving = pose.X_world_reference.inverse() * pose.X_world_moving;

@@ -45,6 +45,9 @@ class Motion {
   /// allocates nothing.
   JointPose at(const Attitude& wanted) const;
 
+  /// The poses where `numbers` stand for the moving object at `attitude`, whatever the set says of it.
+  JointPose placed(const Attitude& attitude, const PoseNumbers& numbers) const;
+
   /// Varus at which the compartments are most nearly in balance: linear in flexion between the solved
   /// spine cells, constant beyond the first and last; without any, 0 or the nearest varus measured.
   double balanced_varus_rad(double flexion_rad) const;

@@ -4,12 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "app/scenes.hpp"
 #include "journal/journal.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/trace_file.hpp"
 #include "support/small_disk.hpp"
 
 namespace vrda {
@@ -18,7 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::Not;
 
 class LostGround : public testing::Test {
  protected:
@@ -26,11 +25,17 @@ class LostGround : public testing::Test {
   {
     fs::create_directories(folder_);
     const fs::path whole = scratch_.path() / "whole.h5";
-    EXPECT_EQ(test::run_vrda({"run", job_, "-o", whole.string(), "--quiet"}).exit_code, 0);
+    EXPECT_EQ(test::run_vrda({"run", job_, "-o", whole.string(), "--quiet", "--trace"}).exit_code, 0);
     undisturbed_ = test::sha256_of_file(whole);
+    undisturbed_trace_ = test::sha256_of_file(trace_name(whole.string()));
   }
 
-  std::vector<std::string> command() const { return {"run", job_, "-o", output_.string(), "--quiet"}; }
+  std::vector<std::string> command() const
+  {
+    std::vector<std::string> words{"run", job_, "-o", output_.string(), "--quiet"};
+    if (is_traced_) words.emplace_back("--trace");
+    return words;
+  }
   std::size_t n_steps_kept() const { return read_journal(journal_.string()).records.size(); }
 
   /// The command again: it must take over `n_kept` steps and end in the bytes of a run that nothing
@@ -41,9 +46,20 @@ class LostGround : public testing::Test {
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
     const auto record = nlohmann::json::parse(test::read_bytes(output_.string() + ".run.json"));
     EXPECT_EQ(record.at("steps_recalled"), n_kept);
+    expect_undisturbed();
+  }
+
+  void expect_undisturbed() const
+  {
     EXPECT_EQ(test::sha256_of_file(output_), undisturbed_);
     EXPECT_FALSE(fs::exists(journal_));
+    EXPECT_EQ(is_traced_ ? test::sha256_of_file(trace_name(output_.string())) : undisturbed_trace_,
+              undisturbed_trace_);
   }
+
+  /// Runs on a disk that grows from run to run, until all fits. Returns the names of what did not fit, in
+  /// order.
+  std::vector<std::string> refused_on_a_growing_disk() const;
 
   /// Starts the command and lets it solve some steps.
   void start(std::unique_ptr<test::Process>& process) const
@@ -61,29 +77,30 @@ class LostGround : public testing::Test {
   }
 
   test::Scratch scratch_;
-  std::string job_ = test::longer_job(scratch_).string();
+  std::string job_ = test::longer_knee_job(scratch_).string();
   fs::path folder_ = scratch_.path() / "out" / "deep";
   fs::path output_ = folder_ / "knee.h5";
   fs::path journal_ = folder_ / "knee.h5.journal";
   std::string undisturbed_;
+  std::string undisturbed_trace_;
+  bool is_traced_ = false;
 };
 
-TEST_F(LostGround, ADiskThatGrowsTakesTheStartFileThenTheJournalThenTheModel)
+std::vector<std::string> LostGround::refused_on_a_growing_disk() const
 {
-  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << test::mount_refusal();
-  constexpr std::uintmax_t step = 16 << 10, largest = 4 << 20;
-  test::SmallDisk disk(folder_, step);
-  std::vector<std::string> refused;  // what did not fit, in order
+  constexpr std::uintmax_t first = 16 << 10, largest = 16 << 20;
+  test::SmallDisk disk(folder_, first);
+  std::vector<std::string> refused;
   std::size_t n_kept = 0;
   test::Ended ended;
-  for (std::uintmax_t size = step; size < largest; size += step) {
+  for (std::uintmax_t size = first; size < largest; size += size / 8) {
     disk.resize(size);
     ended = test::run_vrda(command());
     if (ended.exit_code == 0) break;
     SCOPED_TRACE(size);
     expect_one_message(ended);
     EXPECT_THAT(ended.err, HasSubstr("No space left on device"));
-    const std::string file = ended.err.substr(6, ended.err.find(": ", 6) - 6);
+    const std::string file = fs::path(ended.err.substr(6, ended.err.find(": ", 6) - 6)).filename();
     if (refused.empty() || refused.back() != file) refused.push_back(file);
     EXPECT_FALSE(fs::exists(output_));
     for (const auto& entry : fs::directory_iterator(folder_)) EXPECT_NE(entry.path().extension(), ".partial");
@@ -93,11 +110,27 @@ TEST_F(LostGround, ADiskThatGrowsTakesTheStartFileThenTheJournalThenTheModel)
     n_kept = kept.records.size();
   }
   EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(refused, ElementsAre(output_.string() + ".start.h5", journal_.string(), output_.string()));
   // Every step was in the journal before the model fitted: the last run solved nothing.
   const auto record = nlohmann::json::parse(test::read_bytes(output_.string() + ".run.json"));
   EXPECT_EQ(record.at("steps_recalled"), n_kept);
-  EXPECT_EQ(test::sha256_of_file(output_), undisturbed_);
+  expect_undisturbed();
+  return refused;
+}
+
+TEST_F(LostGround, ADiskThatGrowsTakesTheStartFileThenTheJournalThenTheModel)
+{
+  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << test::mount_refusal();
+  EXPECT_THAT(refused_on_a_growing_disk(), ElementsAre("knee.h5.start.h5", "knee.h5.journal", "knee.h5"));
+}
+
+TEST_F(LostGround, ADiskThatGrowsTakesATraceToo)
+{
+  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << test::mount_refusal();
+  is_traced_ = true;
+  const std::vector<std::string> refused = refused_on_a_growing_disk();
+  EXPECT_EQ(refused.front(), "knee.h5.start.h5");
+  EXPECT_THAT(refused, testing::Contains("knee.h5.trace.journal"));
+  EXPECT_THAT(refused, testing::Contains("knee.trace.h5"));
 }
 
 TEST_F(LostGround, AJournalThatMeetsAFullDiskMidRunGoesOnWhenThereIsRoom)
@@ -129,31 +162,23 @@ TEST_F(LostGround, AModelThatIsReplacedStaysWhenTheNewOneDoesNotFit)
   EXPECT_EQ(test::sha256_of_file(output_), undisturbed_);
 }
 
-TEST_F(LostGround, ATraceWithoutRoomEndsTheRunAndTheJournalStays)
+TEST_F(LostGround, AFolderThatIsDeletedComesBackWithTheJournals)
 {
-  fs::create_symlink("/dev/full", output_.string() + ".trace.csv");
-  std::vector<std::string> words = command();
-  words.emplace_back("--trace");
-  const test::Ended ended = test::run_vrda(words);
-  expect_one_message(ended);
-  EXPECT_THAT(ended.err, HasSubstr("knee.h5.trace.csv: found a file that cannot be written"));
-  const std::size_t n_kept = n_steps_kept();
-  EXPECT_LT(n_kept, 200u) << "it solved on after the trace had failed";
-  expect_resumed(n_kept);
-}
-
-TEST_F(LostGround, AFolderThatIsDeletedComesBackWithTheJournal)
-{
-  std::unique_ptr<test::Process> process;
-  start(process);
-  fs::remove_all(scratch_.path() / "out");
-  const test::Ended ended = process->wait();
-  expect_one_message(ended);
-  EXPECT_THAT(ended.err, HasSubstr(output_.string() + ": folder: found a folder that was deleted or moved"));
-  const std::size_t n_kept = n_steps_kept();
-  EXPECT_GT(n_kept, 10u);
-  EXPECT_THAT(ended.err, HasSubstr("all " + std::to_string(n_kept) + " steps"));
-  expect_resumed(n_kept);
+  for (const bool is_traced : {false, true}) {
+    SCOPED_TRACE(is_traced);
+    is_traced_ = is_traced;
+    std::unique_ptr<test::Process> process;
+    start(process);
+    fs::remove_all(scratch_.path() / "out");
+    const test::Ended ended = process->wait();
+    expect_one_message(ended);
+    EXPECT_THAT(ended.err,
+                HasSubstr(output_.string() + ": folder: found a folder that was deleted or moved"));
+    const std::size_t n_kept = n_steps_kept();
+    EXPECT_GT(n_kept, 10u);
+    EXPECT_THAT(ended.err, HasSubstr("all " + std::to_string(n_kept) + " steps"));
+    expect_resumed(n_kept);
+  }
 }
 
 TEST_F(LostGround, AFolderThatIsMovedLeavesItsStepsInBothPlaces)

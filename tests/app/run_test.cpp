@@ -63,7 +63,7 @@ TEST(Run, ThreadsAndProcessorFeaturesChangeNoByte)
 TEST(Run, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
 {
   const test::Scratch scratch;
-  const std::string job = test::longer_job(scratch).string();
+  const std::string job = test::longer_knee_job(scratch).string();
   const fs::path whole = scratch.path() / "whole.h5", killed = scratch.path() / "killed.h5";
   const fs::path journal = killed.string() + ".journal";
   ASSERT_EQ(test::run_vrda({"run", job, "-o", whole.string()}).exit_code, 0);
@@ -88,7 +88,7 @@ TEST(Run, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
 TEST(Run, AnInterruptFinishesTheStepsInHandAndIsResumable)
 {
   const test::Scratch scratch;
-  const std::string job = test::longer_job(scratch).string();
+  const std::string job = test::longer_knee_job(scratch).string();
   const fs::path output = scratch.path() / "knee.h5", journal = output.string() + ".journal";
   for (const int signal : {SIGINT, SIGTERM}) {
     test::Process process(test::vrda({"run", job, "-o", output.string()}));
@@ -105,7 +105,7 @@ TEST(Run, AnInterruptFinishesTheStepsInHandAndIsResumable)
 TEST(Run, ADamagedTailIsDroppedWithAMessageAndSolvedAgain)
 {
   const test::Scratch scratch;
-  const std::string job = test::longer_job(scratch).string();
+  const std::string job = test::longer_knee_job(scratch).string();
   const fs::path whole = scratch.path() / "whole.h5", output = scratch.path() / "knee.h5";
   ASSERT_EQ(test::run_vrda({"run", job, "-o", whole.string()}).exit_code, 0);
   const fs::path journal = output.string() + ".journal";
@@ -174,17 +174,6 @@ TEST(Run, ADegreeTheGridCannotCarryIsLeftOutWithAWarning)
   const MotionModel model = read_motion_model(output);
   ASSERT_EQ(model.smoothed.size(), 1u);
   EXPECT_EQ(model.smoothed[0].degree, 1);
-}
-
-TEST(Run, ATraceTellsEveryMotion)
-{
-  const test::Scratch scratch;
-  const std::string output = (scratch.path() / "small.h5").string();
-  ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch).string(), "-o", output, "--trace"}).exit_code, 0);
-  const std::string trace = test::read_bytes(output + ".trace.csv");
-  EXPECT_THAT(trace, testing::StartsWith("flexion_deg,varus_deg,iteration,motion,"));
-  EXPECT_THAT(trace, HasSubstr(",approach,"));
-  EXPECT_THAT(trace, HasSubstr(",slide,"));
 }
 
 TEST(Run, ProgressIsPlainLinesOffATerminalAndSilentOnDemand)

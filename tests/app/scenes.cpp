@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstring>
 #include <stdexcept>
 #include <thread>
@@ -143,17 +142,7 @@ degrees = [2]
 )");
 }
 
-void expect_refused(const std::filesystem::path& job, const std::filesystem::path& output,
-                    const std::vector<std::string>& words)
-{
-  const Ended ended = run_vrda({"run", job.string(), "-o", output.string(), "--progress", "none"});
-  EXPECT_EQ(ended.exit_code, 2) << ended.err;
-  EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
-  for (const std::string& word : words) EXPECT_THAT(ended.err, testing::HasSubstr(word));
-  EXPECT_FALSE(std::filesystem::exists(output));
-}
-
-std::filesystem::path longer_job(const Scratch& scratch)
+std::filesystem::path longer_knee_job(const Scratch& scratch)
 {
   const std::filesystem::path job = small_knee_job(scratch, "right");
   edit(job, "to = 12, step = 2", "to = 12, step = 0.25");
@@ -167,6 +156,16 @@ void wait_for_bytes(Process& process, const std::filesystem::path& file, std::ui
          (!std::filesystem::exists(file) || std::filesystem::file_size(file, ignored) < n)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
+}
+
+void expect_refused(const std::filesystem::path& job, const std::filesystem::path& output,
+                    const std::vector<std::string>& words)
+{
+  const Ended ended = run_vrda({"run", job.string(), "-o", output.string(), "--progress", "none"});
+  EXPECT_EQ(ended.exit_code, 2) << ended.err;
+  EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
+  for (const std::string& word : words) EXPECT_THAT(ended.err, testing::HasSubstr(word));
+  EXPECT_FALSE(std::filesystem::exists(output));
 }
 
 std::ptrdiff_t n_lines(const std::string& text)

@@ -21,17 +21,17 @@ std::filesystem::path small_job(const Scratch& scratch);
 /// the left.
 std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& side);
 
+/// small_knee_job with some hundred attitudes: long enough to be met in the middle.
+std::filesystem::path longer_knee_job(const Scratch& scratch);
+
+/// Until the file has `n` bytes or the process has ended.
+void wait_for_bytes(Process& process, const std::filesystem::path& file, std::uintmax_t n);
+
 std::string text_of(const std::filesystem::path& file);
 
 /// `vrda run` of the job must end with exit code 2 and one line that says all of these words; no output then.
 void expect_refused(const std::filesystem::path& job, const std::filesystem::path& output,
                     const std::vector<std::string>& words);
-
-/// The small knee with some two hundred attitudes: long enough to be met in the middle.
-std::filesystem::path longer_job(const Scratch& scratch);
-
-/// Waits until the file has so many bytes, or the process ends.
-void wait_for_bytes(Process& process, const std::filesystem::path& file, std::uintmax_t n);
 
 /// How many lines a program said.
 std::ptrdiff_t n_lines(const std::string& text);

@@ -26,7 +26,7 @@ std::vector<Step> swept(const Case& job_case, const Joint& joint)
   for (int i = 0; i <= 6; ++i) plan.flexion_rad.push_back(rad_from_deg(15.0 * i));
   plan.varus_rad = {rad_from_deg(-3), rad_from_deg(0), rad_from_deg(3)};
   std::vector<Step> steps;
-  const SolveStep solve = [&](const Attitude& attitude, const MovingPose& seed) {
+  const SolveStep solve = [&](const StepKey&, const Attitude& attitude, const MovingPose& seed) {
     StepRecord record = find_stable_pose(joint, attitude, seed, job_case.search);
     if (record.status == StepStatus::stable) steps.push_back({attitude, seed, record.pose});
     return record;

@@ -137,6 +137,7 @@ TEST(Contacts, TriangleCentresReproduceTheFirstImplementation)
   ASSERT_FALSE(contacts.empty());
   const auto corner = corners(underside, contacts[0].triangles.reference);
   EXPECT_LT((contacts[0].point_mm - (corner[0] + corner[1] + corner[2]) / 3.0).norm(), exact_mm);
+  EXPECT_EQ(contacts[0].application_mm, contacts[0].point_mm);
   EXPECT_LT((contacts[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
 }
 

@@ -10,7 +10,8 @@
 namespace vrda {
 namespace {
 
-// What the narrow phase promises for a distance (contact/README.md).
+// Distances within 1e-3 mm are exact; Bullet's, further off, are this good for triangles of 3 mm however
+// parallel.
 constexpr double promised_mm = 1e-8;
 
 class Random {

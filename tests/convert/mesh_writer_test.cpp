@@ -105,7 +105,7 @@ TEST(MeshWriter, SinglePrecisionSurvivesEveryPairOfFormats)
   const auto faces = faces_of(mesh);
   for (const std::string first : {"a.vf", "a.stl", "a.obj", "a.ply"}) {
     for (const std::string second : {"b.vf", "b.stl", "b.obj", "b.ply"}) {
-      SCOPED_TRACE(first + " to " + second);
+      SCOPED_TRACE(testing::Message() << first << " to " << second);
       const RawMesh back = through(second, through(first, mesh));
       EXPECT_EQ(back.vertices.rows(), mesh.vertices.rows());
       EXPECT_EQ(faces_of(back), faces);

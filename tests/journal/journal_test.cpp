@@ -206,8 +206,8 @@ TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 1);
   const JournalContent content = read_journal(path);
-  EXPECT_NO_THROW(require_key(content, path, key));
-  const InputError::Facts facts = input_error([&] { require_key(content, path, other_key); });
+  EXPECT_NO_THROW(require_key(content.key, path, key));
+  const InputError::Facts facts = input_error([&] { require_key(content.key, path, other_key); });
   EXPECT_EQ(facts.file, path);
   EXPECT_EQ(facts.field, "key");
   EXPECT_NE(facts.found.find(key), std::string::npos);

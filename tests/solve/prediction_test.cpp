@@ -7,7 +7,7 @@ namespace {
 
 Contact contact(const Eigen::Vector3d& point, const Eigen::Vector3d& direction)
 {
-  return {point, direction.normalized(), 0.0, {}};
+  return {point, point, direction.normalized(), 0.0, {}};
 }
 
 TEST(PredictRotation, ACoupleTurnsAboutItsMiddle)
@@ -46,6 +46,15 @@ TEST(PredictRotation, NormalsThroughOneAxisNeverTurn)
     contacts.push_back(contact(p, Eigen::Vector3d(0, -2, 0) - p));
   }
   EXPECT_EQ(predict_rotation(contacts).sign, 0);
+}
+
+TEST(PredictRotation, ReactionsActWhereTheirNormalsWereTaken)
+{
+  // On the reference the points would see a couple; where the reactions act they pass through one axis.
+  std::vector<Contact> contacts = {contact({0, 0, 1}, {1, -1, 0}), contact({0, 0, -1}, {-1, -1, 0})};
+  for (Contact& c : contacts) c.application_mm = Eigen::Vector3d::Zero();
+  EXPECT_EQ(predict_rotation(contacts).sign, 0);
+  EXPECT_EQ(mean_point(contacts), Eigen::Vector3d(0, 0, 0));
 }
 
 TEST(PredictTranslation, MeansOverTheFourHalfAxesRemoveDuplicates)

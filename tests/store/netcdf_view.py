@@ -1,4 +1,4 @@
-"""Opens a sample motion model with the programs that its readers use: netCDF's ncdump, h5dump, and xarray
+"""Opens a sample motion model and a sample trace with the programs that its readers use: netCDF's ncdump, h5dump, and xarray
 with both of its engines. Wants named dimensions with units and not one warning.
 
 usage: netcdf_view.py WRITE_SAMPLE
@@ -20,6 +20,13 @@ GROUPS = {
     "/bodies/reference": {"member", "vertex", "triangle", "xyz", "corner"},
     "/bodies/moving/visual": {"vertex", "triangle", "xyz", "corner"},
     "/smoothed/degree_1": {"flexion", "varus", "term", "axis"},
+    "/job": {"input"},
+}
+
+TRACE_GROUPS = {
+    "/searches": {"search", "search_bound", "xyz"},
+    "/moves": {"move", "move_bound", "xyz"},
+    "/contacts": {"contact", "xyz"},
     "/job": {"input"},
 }
 
@@ -108,15 +115,35 @@ def check_xarray(path):
             check_root(dataset.load())
 
 
-def check_same_bytes(write_sample, folder):
+def check_trace(path):
+    """As the page of the trace shows how to read it."""
+    import xarray
+
+    header = run("ncdump", "-h", path)
+    check("phony_dim" not in header, "a dimension without a name in the trace")
+    check('kind:flag_meanings = "retreat approach bisect rotate translate"' in header, "the kinds have no meanings")
+    for engine in ("netcdf4", "h5netcdf"):
+        for group, dimensions in TRACE_GROUPS.items():
+            with xarray.open_dataset(path, engine=engine, group=group) as dataset:
+                check_dataset(dataset.load(), group, dimensions)
+    searches = xarray.load_dataset(path, group="searches")
+    moves = xarray.load_dataset(path, group="moves")
+    check(str(moves.translation.dtype) == "float32", "poses of moves are not float32")
+    k = int(((searches.flexion == 0) & (searches.varus == 1) & (searches.node != 0)).argmax("search"))
+    search = moves.isel(move=slice(int(searches.move_start[k]), int(searches.move_start[k + 1])))
+    path_in_contact = search.translation.where(search.in_contact == 1, drop=True)
+    check(path_in_contact.shape == (3, 3), f"{path_in_contact.shape[0]} moves in contact, wanted 3")
+
+
+def check_same_bytes(write_sample, folder, kind):
     contents = set()
     # Memory that was not set would show: glibc fills it with the byte given.
     for byte in ("0", "85", "170"):
-        path = os.path.join(folder, f"model-{byte}.h5")
-        run(write_sample, path, "rich", MALLOC_PERTURB_=byte)
+        path = os.path.join(folder, f"{kind}-{byte}.h5")
+        run(write_sample, path, kind, MALLOC_PERTURB_=byte)
         with open(path, "rb") as file:
             contents.add(file.read())
-    check(len(contents) == 1, "equal models gave different bytes")
+    check(len(contents) == 1, f"equal samples gave different bytes ({kind})")
 
 
 def main():
@@ -125,12 +152,16 @@ def main():
         if shutil.which(program) is None:
             skip(f"no {program} (Debian: netcdf-bin, hdf5-tools)")
     with tempfile.TemporaryDirectory() as folder:
-        check_same_bytes(write_sample, folder)
+        for kind in ("rich", "trace"):
+            check_same_bytes(write_sample, folder, kind)
         path = os.path.join(folder, "knee.h5")
         run(write_sample, path, "rich")
         check_ncdump(path)
         check_h5dump(path)
         check_xarray(path)
+        trace = os.path.join(folder, "knee.trace.h5")
+        run(write_sample, trace, "trace")
+        check_trace(trace)
         for kind in ("plain", "pending"):
             other = os.path.join(folder, kind + ".h5")
             run(write_sample, other, kind)

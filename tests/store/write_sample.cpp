@@ -1,11 +1,13 @@
-// Writes sample motion models for the checks that other programs make:
-// write_sample FILE [rich|plain|pending]
+// Writes sample motion models, and a trace, for the checks that other programs make:
+// write_sample FILE [rich|plain|pending|trace]
 #include <cstdio>
 #include <exception>
 #include <string>
 
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
+#include "store/trace_file.hpp"
+#include "support/traces.hpp"
 
 int main(int argc, char** argv)
 {
@@ -17,7 +19,11 @@ int main(int argc, char** argv)
     if (which == "plain") options.has_compartments = options.has_visual = false;
     vrda::MotionModel model = vrda::test::sample_model(options);
     if (which == "pending") model = vrda::with_pending_cells(model);
-    vrda::write_motion_model(argv[1], model);
+    if (which == "trace") {
+      vrda::write_trace(argv[1], vrda::test::trace_beside(model));
+    } else {
+      vrda::write_motion_model(argv[1], model);
+    }
     return 0;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -2,14 +2,14 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <thread>
-
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <mutex>
 #include <stdexcept>
+#include <thread>
 
 #include "core/units.hpp"
 
@@ -40,6 +40,10 @@ StepRecord drifting(const Attitude& attitude, const MovingPose& seed)
   return r;
 }
 
+const SolveStep drift = [](const StepKey&, const Attitude& attitude, const MovingPose& seed) {
+  return drifting(attitude, seed);
+};
+
 std::vector<double> numbers(const SweepResult& result)
 {
   std::vector<double> all;
@@ -53,7 +57,7 @@ std::vector<double> numbers(const SweepResult& result)
 TEST(Sweep, TheSpineFollowsTheBalanceAndRowsGrowOutward)
 {
   const SweepPlan plan = plan_of(12, 9);
-  const SweepResult result = sweep(plan, drifting, {}, 1);
+  const SweepResult result = sweep(plan, drift, {}, 1);
   ASSERT_TRUE(result.is_complete);
   for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
     const double balance_rad = 0.1 * plan.flexion_rad[i];
@@ -76,14 +80,14 @@ TEST(Sweep, TheSpineFollowsTheBalanceAndRowsGrowOutward)
 TEST(Sweep, AnyNumberOfWorkersGivesTheSameBits)
 {
   const SweepPlan plan = plan_of(20, 11);
-  const std::vector<double> one = numbers(sweep(plan, drifting, {}, 1));
-  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(sweep(plan, drifting, {}, n)), one) << n;
+  const std::vector<double> one = numbers(sweep(plan, drift, {}, 1));
+  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(sweep(plan, drift, {}, n)), one) << n;
 }
 
 TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
 {
   const SweepPlan plan = plan_of(10, 7);
-  const std::vector<double> whole = numbers(sweep(plan, drifting, {}, 1));
+  const std::vector<double> whole = numbers(sweep(plan, drift, {}, 1));
   std::map<StepKey, StepRecord> journal;
   std::mutex mutex;
   int n_solved = 0, n_runs = 0;
@@ -107,7 +111,7 @@ TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
       const std::lock_guard lock(mutex);
       return budget-- <= 0;
     };
-    const SweepResult result = sweep(plan, drifting, hooks, 2);
+    const SweepResult result = sweep(plan, drift, hooks, 2);
     is_complete = result.is_complete;
     last = numbers(result);
   }
@@ -118,7 +122,7 @@ TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
 TEST(Sweep, AFailedCellStopsNothingAndIsSteppedOver)
 {
   const SweepPlan plan = plan_of(3, 7);
-  const SolveStep with_hole = [&](const Attitude& a, const MovingPose& seed) {
+  const SolveStep with_hole = [&](const StepKey&, const Attitude& a, const MovingPose& seed) {
     StepRecord r = drifting(a, seed);
     if (std::abs(a.varus_rad - plan.varus_rad[5]) < 1e-9) r.status = StepStatus::no_contact;
     return r;
@@ -136,7 +140,7 @@ TEST(Sweep, AFailedCellStopsNothingAndIsSteppedOver)
 TEST(Sweep, AFailedSpineSeedsItsRowFromTheLastStableSpine)
 {
   const SweepPlan plan = plan_of(3, 5);
-  const SolveStep failing_row = [&](const Attitude& a, const MovingPose& seed) {
+  const SolveStep failing_row = [&](const StepKey&, const Attitude& a, const MovingPose& seed) {
     StepRecord r = drifting(a, seed);
     if (std::abs(a.flexion_rad - plan.flexion_rad[1]) < 1e-9) r.status = StepStatus::iteration_limit;
     return r;
@@ -154,7 +158,7 @@ TEST(Sweep, WhereBothSidesTouchTheSpineClimbsAlongDelta)
 {
   // Both sides touch over six degrees of varus; the moving object gets furthest up at 2 degrees.
   SweepPlan plan = plan_of(3, 11);
-  const SolveStep locked = [](const Attitude& a, const MovingPose&) {
+  const SolveStep locked = [](const StepKey&, const Attitude& a, const MovingPose&) {
     StepRecord r;
     r.status = StepStatus::stable;
     const double from_peak = a.varus_rad - rad_from_deg(2.0);
@@ -187,14 +191,40 @@ TEST(Sweep, WithoutCompartmentsTheSpineStaysNearestZero)
 {
   SweepPlan plan = plan_of(4, 7);
   plan.has_compartments = false;
-  const SweepResult result = sweep(plan, drifting, {}, 1);
+  const SweepResult result = sweep(plan, drift, {}, 1);
   EXPECT_EQ(result.spine_column, std::vector<std::int32_t>(4, 3));
+}
+
+TEST(Sweep, EachStepIsSolvedOnceUnderTheKeyItIsKeptWith)
+{
+  const SweepPlan plan = plan_of(6, 7);
+  std::mutex mutex;
+  std::map<StepKey, int> solved, kept;
+  const SolveStep noting = [&](const StepKey& key, const Attitude& a, const MovingPose& seed) {
+    const std::lock_guard lock(mutex);
+    ++solved[key];
+    EXPECT_EQ(a.flexion_rad, plan.flexion_rad[static_cast<std::size_t>(key.flexion)]);
+    EXPECT_EQ(a.varus_rad, plan.varus_rad[static_cast<std::size_t>(key.varus)]);
+    return drifting(a, seed);
+  };
+  SweepHooks hooks;
+  hooks.keep = [&](const StepRecord& r) {
+    const std::lock_guard lock(mutex);
+    if (r.key.kind != StepKind::spine) ++kept[r.key];
+  };
+  const SweepResult result = sweep(plan, noting, hooks, 3);
+  EXPECT_EQ(solved, kept);
+  EXPECT_TRUE(std::all_of(solved.begin(), solved.end(), [](const auto& entry) { return entry.second == 1; }));
+  for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
+    EXPECT_EQ(solved.count({StepKind::spine_probe, static_cast<std::int32_t>(i), result.spine_column[i]}),
+              1u);
+  }
 }
 
 TEST(Sweep, WhatASolverThrowsComesOut)
 {
   std::atomic<int> n = 0;
-  const SolveStep throwing = [&](const Attitude& a, const MovingPose& seed) {
+  const SolveStep throwing = [&](const StepKey&, const Attitude& a, const MovingPose& seed) {
     if (++n == 17) throw std::runtime_error("broken");
     return drifting(a, seed);
   };
@@ -205,7 +235,7 @@ TEST(Sweep, AStepThatCannotBeKeptStopsTheOthersAfterTheStepInHand)
 {
   constexpr int n_cells = 900, first_refused = 12;
   std::atomic<int> n_solved = 0, n_kept = 0;
-  const SolveStep counting = [&](const Attitude& a, const MovingPose& seed) {
+  const SolveStep counting = [&](const StepKey&, const Attitude& a, const MovingPose& seed) {
     // Slow once a step was refused, so that the refusal is noted long before the grid is solved.
     if (n_kept >= first_refused) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     ++n_solved;

@@ -1,0 +1,348 @@
+#include "journal/framed_file.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include "core/error.hpp"
+#include "journal/little_endian.hpp"
+
+namespace vrda {
+namespace {
+
+/// A key is 64 digits; a header that claims a page of key is damaged.
+constexpr std::uint32_t longest_key = 4096;
+constexpr std::size_t frame_bytes = 8;
+constexpr const char* wanted_writable = "a journal that can be written and free space";
+
+[[noreturn]] void fail(const std::string& path, const std::string& what, const char* wanted)
+{
+  throw InputError({path, "", what + " (" + std::strerror(errno) + ")", wanted});
+}
+
+std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0)
+{
+  const uLong crc = crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
+  return static_cast<std::uint32_t>(crc);
+}
+
+std::string header_bytes(const std::string& key, const FrameFormat& format)
+{
+  std::string bytes(format.magic);
+  append_u32(bytes, format.version);
+  append_u32(bytes, static_cast<std::uint32_t>(key.size()));
+  bytes += key;
+  append_u32(bytes, crc_of(bytes));
+  return bytes;
+}
+
+std::string frame_of(std::string_view content)
+{
+  std::string bytes;
+  bytes.reserve(frame_bytes + content.size());
+  append_u32(bytes, static_cast<std::uint32_t>(content.size()));
+  append_u32(bytes, crc_of(content, crc_of(bytes)));
+  return bytes.append(content);
+}
+
+/// A file descriptor that closes itself unless released.
+class Descriptor {
+ public:
+  explicit Descriptor(int value) : value_(value) {}
+  ~Descriptor()
+  {
+    if (value_ >= 0) ::close(value_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return value_; }
+  int release() { return std::exchange(value_, -1); }
+
+ private:
+  int value_;
+};
+
+void lock(int descriptor, const std::string& path)
+{
+  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return;
+  throw InputError({path, "", "a journal that another run is writing", "no other run with the same output"});
+}
+
+/// Returns the number of bytes written: all, unless the system refuses (errno says why).
+std::size_t write_all(int descriptor, std::string_view bytes)
+{
+  std::size_t n_written = 0;
+  while (n_written < bytes.size()) {
+    const ssize_t n = ::write(descriptor, bytes.data() + n_written, bytes.size() - n_written);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    n_written += static_cast<std::size_t>(n);
+  }
+  return n_written;
+}
+
+void sync_folder(const std::string& path)
+{
+  const std::size_t slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  const Descriptor descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (descriptor.get() < 0 || fsync(descriptor.get()) != 0)
+    fail(path, "a folder that cannot be flushed", wanted_writable);
+}
+
+/// How many names the file has; 0 when it was deleted.
+nlink_t n_names_of(int descriptor)
+{
+  struct stat facts {};
+  return fstat(descriptor, &facts) == 0 ? facts.st_nlink : 0;
+}
+
+/// Writes `bytes` under a second name and renames: all of them stand at `path` or nothing does. Returns the
+/// open and locked file.
+int write_new(const std::string& path, const std::string& bytes)
+{
+  const std::string temporary = path + ".partial";
+  Descriptor descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666));
+  if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
+  lock(descriptor.get(), path);
+  const bool is_written = write_all(descriptor.get(), bytes) == bytes.size() &&
+                          fsync(descriptor.get()) == 0 && std::rename(temporary.c_str(), path.c_str()) == 0;
+  if (!is_written) {
+    const int kept = errno;
+    std::remove(temporary.c_str());
+    errno = kept;
+    fail(path, "a journal that cannot be created", wanted_writable);
+  }
+  sync_folder(path);
+  return descriptor.release();
+}
+
+/// The first bytes of an open file.
+std::string bytes_in(int descriptor, std::size_t n_bytes, const std::string& path)
+{
+  std::string bytes(n_bytes, '\0');
+  std::size_t n_read = 0;
+  while (n_read < n_bytes) {
+    const ssize_t n = pread(descriptor, bytes.data() + n_read, n_bytes - n_read, static_cast<off_t>(n_read));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail(path, "a journal that cannot be read back", wanted_writable);
+    n_read += static_cast<std::size_t>(n);
+  }
+  return bytes;
+}
+
+/// Checks the header and returns its key; its length is that of header_bytes.
+std::string key_of(std::string_view bytes, const std::string& path, const FrameFormat& format)
+{
+  const std::size_t fixed = format.magic.size() + 8;
+  if (bytes.substr(0, format.magic.size()) != format.magic || bytes.size() < fixed) {
+    throw InputError(
+        {path, "header", "no journal (" + std::to_string(bytes.size()) + " bytes)", "a journal of vrda"});
+  }
+  const std::uint32_t found_version = u32_at(bytes, format.magic.size());
+  const std::uint32_t key_bytes = u32_at(bytes, format.magic.size() + 4);
+  const bool is_whole = key_bytes <= longest_key && bytes.size() >= fixed + key_bytes + 4;
+  const std::size_t end = is_whole ? fixed + key_bytes : 0;
+  if (!is_whole || u32_at(bytes, end) != crc_of(bytes.substr(0, end))) {
+    throw InputError({path, "header", "a damaged header", "a whole header, or --fresh to start over"});
+  }
+  if (found_version != format.version) {
+    throw InputError({path, "format version", std::to_string(found_version),
+                      std::to_string(format.version) + ", or --fresh to start over"});
+  }
+  return std::string(bytes.substr(fixed, key_bytes));
+}
+
+struct Taken {
+  std::string_view content;
+  std::size_t n_bytes = 0;  ///< frame and content
+  std::string why_not;      ///< empty: the frame is whole
+};
+
+/// The frame at the beginning of `rest`.
+Taken take_frame(std::string_view rest, const FrameFormat& format)
+{
+  const std::string name = format.frame_name;
+  if (rest.size() < frame_bytes) return {{}, 0, "a torn frame"};
+  const std::uint32_t length = u32_at(rest, 0);
+  if (length > format.longest_content) return {{}, 0, "a frame of " + std::to_string(length) + " bytes"};
+  if (rest.size() - frame_bytes < length) return {{}, 0, "a torn " + name};
+  const std::string_view content = rest.substr(frame_bytes, length);
+  if (crc_of(content, crc_of(rest.substr(0, 4))) != u32_at(rest, 4)) {
+    return {{}, 0, "a " + name + " with a wrong checksum"};
+  }
+  return {content, frame_bytes + length, {}};
+}
+
+}  // namespace
+
+std::string frame_bytes_of(const std::string& path)
+{
+  const Descriptor descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  constexpr const char* wanted = "a journal that can be read";
+  if (descriptor.get() < 0) fail(path, "no access", wanted);
+  std::string bytes;
+  std::string block(std::size_t{1} << 16, '\0');
+  for (;;) {
+    const ssize_t n = ::read(descriptor.get(), block.data(), block.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail(path, "a read error", wanted);
+    if (n == 0) return bytes;
+    bytes.append(block, 0, static_cast<std::size_t>(n));
+  }
+}
+
+FrameFacts parse_frames(const std::string& path, std::string_view bytes, const FrameFormat& format,
+                        const std::function<std::string(std::string_view)>& take)
+{
+  FrameFacts facts;
+  facts.key = key_of(bytes, path, format);
+  std::size_t offset = header_bytes(facts.key, format).size();
+  while (offset < bytes.size()) {
+    const Taken taken = take_frame(bytes.substr(offset), format);
+    facts.dropped_why = taken.why_not.empty() ? take(taken.content) : taken.why_not;
+    if (!facts.dropped_why.empty()) break;
+    offset += taken.n_bytes;
+  }
+  facts.valid_bytes = offset;
+  facts.dropped_bytes = bytes.size() - offset;
+  return facts;
+}
+
+FrameWriter FrameWriter::create(const std::string& path, const std::string& key, const FrameFormat& format)
+{
+  const Descriptor old(open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (old.get() >= 0) lock(old.get(), path);
+  const std::string header = header_bytes(key, format);
+  return FrameWriter(path, write_new(path, header), header.size(), format);
+}
+
+FrameWriter FrameWriter::resume(const std::string& path, std::uint64_t valid_bytes, const FrameFormat& format)
+{
+  Descriptor descriptor(open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
+  if (descriptor.get() < 0) fail(path, "a journal that cannot be opened", wanted_writable);
+  lock(descriptor.get(), path);
+  if (ftruncate(descriptor.get(), static_cast<off_t>(valid_bytes)) != 0) {
+    fail(path, "a journal that cannot be cut", wanted_writable);
+  }
+  return FrameWriter(path, descriptor.release(), valid_bytes, format);
+}
+
+FrameWriter::~FrameWriter()
+{
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+FrameWriter::FrameWriter(std::string path, int descriptor, std::uint64_t n_bytes, const FrameFormat& format)
+    : path_(std::move(path)),
+      format_(format),
+      descriptor_(descriptor),
+      had_name_(n_names_of(descriptor) > 0),
+      n_bytes_(n_bytes),
+      n_synced_bytes_(n_bytes)
+{
+}
+
+FrameWriter::FrameWriter(FrameWriter&& other) noexcept
+    : path_(std::move(other.path_)),
+      format_(other.format_),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      had_name_(other.had_name_),
+      n_bytes_(other.n_bytes_.load()),
+      n_synced_bytes_(other.n_synced_bytes_.load()),
+      sync_interval_(other.sync_interval_),
+      synced_(other.synced_)
+{
+}
+
+void FrameWriter::append(std::string_view content)
+{
+  check(content.size() <= format_.longest_content, "what a journal is given fits a frame");
+  write(frame_of(content));
+  require_in_place();
+  sync_when_due();
+}
+
+void FrameWriter::write(std::string_view frame)
+{
+  const std::lock_guard<std::mutex> guard(mutex_);
+  check(descriptor_ >= 0, "nothing is appended to a closed journal");
+  if (write_all(descriptor_, frame) == frame.size()) {
+    n_bytes_ += frame.size();
+    return;
+  }
+  const int kept = errno;
+  // Takes a torn frame back, so that a later append does not stand behind it. If even this fails, the
+  // reader drops the tail.
+  const int cut = ftruncate(descriptor_, static_cast<off_t>(n_bytes_));
+  static_cast<void>(cut);
+  errno = kept;
+  fail(path_, "a " + std::string(format_.frame_name) + " that cannot be written", wanted_writable);
+}
+
+void FrameWriter::sync_when_due()
+{
+  {
+    const std::lock_guard<std::mutex> guard(mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - synced_ < sync_interval_) return;
+    synced_ = now;
+  }
+  // Without the lock: the others go on appending while this thread waits for the disk.
+  const std::uint64_t n_bytes = n_bytes_;
+  if (fdatasync(descriptor_) != 0) fail(path_, "a journal that cannot be flushed", wanted_writable);
+  n_synced_bytes_ = n_bytes;
+}
+
+void FrameWriter::flush()
+{
+  const std::lock_guard<std::mutex> guard(mutex_);
+  check(descriptor_ >= 0, "a closed journal is flushed already");
+  if (fsync(descriptor_) != 0) fail(path_, "a journal that cannot be flushed", wanted_writable);
+  n_synced_bytes_ = n_bytes_.load();
+  require_in_place();
+}
+
+bool FrameWriter::is_in_place() const
+{
+  struct stat at_path {};
+  const bool is_there = stat(path_.c_str(), &at_path) == 0 || (errno != ENOENT && errno != ENOTDIR);
+  return is_there && (!had_name_ || n_names_of(descriptor_) > 0);
+}
+
+void FrameWriter::require_in_place() const
+{
+  if (is_in_place()) return;
+  throw InputError(
+      {path_, "", "a journal that was deleted or moved while it was written", "it left in its place"});
+}
+
+void FrameWriter::restore() const
+{
+  const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (access(path_.c_str(), F_OK) == 0) {
+    throw InputError(
+        {path_, "", "another file where the journal stood", "no other run with the same output"});
+  }
+  const Descriptor closed(write_new(path_, bytes_in(descriptor_, n_bytes_, path_)));
+}
+
+void FrameWriter::close()
+{
+  flush();
+  const std::lock_guard<std::mutex> guard(mutex_);
+  if (::close(std::exchange(descriptor_, -1)) != 0)
+    fail(path_, "a journal that cannot be closed", wanted_writable);
+}
+
+}  // namespace vrda

@@ -1,0 +1,32 @@
+/// The append-only record of finished searches, move by move: what lets the trace of a killed run be whole.
+/// File: frames of framed_file.hpp, one a search.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/search_move.hpp"
+#include "journal/framed_file.hpp"
+
+namespace vrda {
+
+struct TraceJournalContent {
+  FrameFacts facts;
+  std::map<StepKey, SearchTrace> searches;  ///< of a search solved twice the first: both are the same
+};
+
+/// Reads the valid prefix; a damaged or torn tail is reported, not thrown. Throws InputError naming the file
+/// when it cannot be read, is no journal of traces, is of another format version or has a damaged header.
+TraceJournalContent read_trace_journal(const std::string& path);
+
+/// Start and go on as a JournalWriter does.
+FrameWriter create_trace_journal(const std::string& path, const std::string& key);
+FrameWriter resume_trace_journal(const std::string& path, const FrameFacts& facts);
+
+/// The content of one frame, and its inverse: nothing when the bytes are no search.
+std::string bytes_of(const SearchTrace& trace);
+std::optional<SearchTrace> trace_of(std::string_view bytes);
+
+}  // namespace vrda

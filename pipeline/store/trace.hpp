@@ -1,0 +1,78 @@
+/// The trace of every search of a run as plain data. schemas/trace.md is the specification of its file.
+/// Units here are those of the file: mm and degrees.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "store/motion_model.hpp"
+
+namespace vrda {
+
+using Points32 = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+/// One entry a search, by flexion, varus and node.
+struct TraceSearches {
+  std::vector<double> flexion_deg, varus_deg;  ///< values of the motion model's axes
+  std::vector<std::int8_t> node;               ///< StepKind; `spine` is the probe that the spine took
+  std::vector<std::int8_t> status;             ///< StepStatus
+  Points32 seed_translation_mm;                ///< world W
+  std::vector<float> seed_theta_deg;
+  std::vector<std::int64_t> move_start{0};  ///< [n + 1]
+};
+
+/// One entry a move, in the order of the search.
+struct TraceMoves {
+  std::vector<std::int32_t> iteration;
+  std::vector<std::int8_t> kind;  ///< MoveKind
+  Points32 translation_mm;        ///< world W
+  std::vector<float> theta_deg;
+  std::vector<float> translation_step_mm, rotation_step_deg;
+  std::vector<std::int8_t> collides, is_cycle, in_contact;
+  std::vector<std::int64_t> contact_start{0};  ///< [n + 1]
+};
+
+struct TraceContacts {
+  Points32 point_mm;  ///< world W
+  Points32 normal;
+  std::vector<float> distance_mm;
+  std::vector<std::int32_t> triangle_reference, triangle_moving;
+  std::vector<std::int8_t> compartment;
+};
+
+struct Trace {
+  std::string title;
+  std::string side;     ///< "right" or "left"
+  std::string job_key;  ///< SHA-256 of the solver's version, the resolved job and the inputs
+  double approach_step_mm = 0.0;
+  double translation_resolution_mm = 0.0;
+  double rotation_resolution_deg = 0.0;
+  TraceSearches searches;
+  TraceMoves moves;
+  TraceContacts contacts;
+  JobRecord job;  ///< as in the motion model; `text` is not kept
+};
+
+/// The moves of one search, [first, end) of Trace::moves.
+struct MoveRange {
+  std::size_t first = 0;
+  std::size_t end = 0;
+};
+MoveRange moves_of(const Trace& trace, std::size_t search);
+
+/// Those of them in contact: without the others the search plays as a smooth motion (thesis 3.8).
+std::vector<std::size_t> moves_in_contact(const Trace& trace, std::size_t search);
+
+struct AttitudeFilter {
+  std::optional<double> flexion_deg, varus_deg;  ///< each: of the grid; without, any
+};
+
+/// The searches at those attitudes, in the order of the file. Throws InputError naming `file` when there is
+/// none.
+std::vector<std::size_t> searches_at(const Trace& trace, const std::string& file,
+                                     const AttitudeFilter& filter);
+
+}  // namespace vrda

@@ -1,0 +1,147 @@
+#include "store/trace_file.hpp"
+
+#include <span>
+
+#include "core/error.hpp"
+#include "store/binding.hpp"
+#include "store/dataset_reader.hpp"
+#include "store/dataset_writer.hpp"
+#include "store/trace_layout.hpp"
+#include "store/trace_values.hpp"
+#include "store/whole_file.hpp"
+
+namespace vrda {
+namespace {
+
+/// Calls visit(path, member) for every dataset of trace_layout_of, in its order.
+template <typename ATrace, typename Visitor>
+void visit_trace(ATrace& trace, Visitor&& visit)
+{
+  visit("/searches/flexion", trace.searches.flexion_deg);
+  visit("/searches/varus", trace.searches.varus_deg);
+  visit("/searches/node", trace.searches.node);
+  visit("/searches/status", trace.searches.status);
+  visit("/searches/seed_translation", trace.searches.seed_translation_mm);
+  visit("/searches/seed_theta", trace.searches.seed_theta_deg);
+  visit("/searches/move_start", trace.searches.move_start);
+  visit("/moves/iteration", trace.moves.iteration);
+  visit("/moves/kind", trace.moves.kind);
+  visit("/moves/translation", trace.moves.translation_mm);
+  visit("/moves/theta", trace.moves.theta_deg);
+  visit("/moves/translation_step", trace.moves.translation_step_mm);
+  visit("/moves/rotation_step", trace.moves.rotation_step_deg);
+  visit("/moves/collides", trace.moves.collides);
+  visit("/moves/is_cycle", trace.moves.is_cycle);
+  visit("/moves/in_contact", trace.moves.in_contact);
+  visit("/moves/contact_start", trace.moves.contact_start);
+  visit("/contacts/point", trace.contacts.point_mm);
+  visit("/contacts/normal", trace.contacts.normal);
+  visit("/contacts/distance", trace.contacts.distance_mm);
+  visit("/contacts/triangle_reference", trace.contacts.triangle_reference);
+  visit("/contacts/triangle_moving", trace.contacts.triangle_moving);
+  visit("/contacts/compartment", trace.contacts.compartment);
+  visit("/job/resolved", trace.job.resolved);
+  visit_inputs(trace.job.inputs, visit);
+}
+
+void write_attributes(H5Writer& writer, const Trace& trace)
+{
+  writer.write_attribute("/", "format", std::string(trace_format_name));
+  writer.write_attribute("/", "format_version", std::string(trace_format_version));
+  writer.write_attribute("/", "Conventions", std::string(conventions));
+  writer.write_attribute("/", "title", trace.title);
+  writer.write_attribute("/", "side", trace.side);
+  writer.write_attribute("/", "job_key", trace.job_key);
+  writer.write_attribute("/", "approach_step_mm", std::span<const double>(&trace.approach_step_mm, 1));
+  writer.write_attribute("/", "translation_resolution_mm",
+                         std::span<const double>(&trace.translation_resolution_mm, 1));
+  writer.write_attribute("/", "rotation_resolution_deg",
+                         std::span<const double>(&trace.rotation_resolution_deg, 1));
+}
+
+std::string bytes_of(const std::string& path, const Trace& trace)
+{
+  const FileLayout layout = trace_layout_of({static_cast<std::int64_t>(trace.searches.node.size()),
+                                             static_cast<std::int64_t>(trace.moves.kind.size()),
+                                             static_cast<std::int64_t>(trace.contacts.compartment.size()),
+                                             static_cast<std::int64_t>(trace.job.inputs.size())});
+  H5Writer writer(path);
+  write_attributes(writer, trace);
+  for (const std::string& group : layout.groups) writer.create_group(group);
+  visit_trace(trace, DatasetWriter(writer, layout));
+  return writer.bytes();
+}
+
+Trace read_values(const H5Reader& reader, const Structure& structure)
+{
+  Trace trace;
+  trace.title = text(reader, "/", "title");
+  trace.side = text(reader, "/", "side");
+  trace.job_key = text(reader, "/", "job_key");
+  trace.approach_step_mm = number(reader, "/", "approach_step_mm");
+  trace.translation_resolution_mm = number(reader, "/", "translation_resolution_mm");
+  trace.rotation_resolution_deg = number(reader, "/", "rotation_resolution_deg");
+  visit_trace(trace, DatasetReader(reader, structure));
+  return trace;
+}
+
+}  // namespace
+
+std::string trace_name(const std::string& motion_model_file)
+{
+  const std::string ending = ".h5";
+  const bool has_ending =
+      motion_model_file.size() > ending.size() &&
+      motion_model_file.compare(motion_model_file.size() - ending.size(), ending.size(), ending) == 0;
+  return motion_model_file.substr(0, motion_model_file.size() - (has_ending ? ending.size() : 0)) +
+         ".trace.h5";
+}
+
+void write_trace(const std::string& path, const Trace& trace)
+{
+  write_whole(path, bytes_of(path, trace));
+}
+
+Trace read_trace(const std::string& path)
+{
+  const H5Reader reader(path);
+  const Structure structure = trace_structure_of(reader);
+  std::vector<Finding> findings = structure.findings;
+  Trace trace;
+  if (findings.empty()) {
+    trace = read_values(reader, structure);
+    findings = check_values(trace);
+  }
+  if (findings.empty()) return trace;
+  throw InputError({path, findings[0].where, findings[0].found, findings[0].wanted});
+}
+
+std::vector<Finding> validate_trace(const std::string& path)
+{
+  const H5Reader reader(path);
+  const Structure structure = trace_structure_of(reader);
+  if (!structure.findings.empty()) return structure.findings;
+  try {
+    return check_values(read_values(reader, structure));
+  } catch (const InputError& error) {
+    // A damaged chunk shows only when its values are read.
+    return {{error.facts().field, error.facts().found, error.facts().wanted}};
+  }
+}
+
+void require_beside(const Trace& trace, const std::string& trace_file, const MotionModel& model,
+                    const std::string& model_file)
+{
+  const std::vector<Finding> findings = check_beside(trace, model);
+  if (findings.empty()) return;
+  throw InputError({trace_file, findings[0].where, findings[0].found,
+                    findings[0].wanted + ", the trace of " + model_file});
+}
+
+bool is_trace(const std::string& path)
+{
+  const std::optional<AttributeValue> format = H5Reader(path).attribute("/", "format");
+  return format && format->texts == std::vector<std::string>{trace_format_name};
+}
+
+}  // namespace vrda

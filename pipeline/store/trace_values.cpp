@@ -1,0 +1,262 @@
+#include "store/trace_values.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/search_move.hpp"
+#include "store/layout.hpp"
+#include "store/value_findings.hpp"
+
+namespace vrda {
+namespace {
+
+/// Rounding to float32 takes at most 6e-8 of a number; twice that, and as much in mm or degrees near 0.
+constexpr double single_precision = 1.2e-7;
+
+constexpr auto stable = static_cast<std::int8_t>(StepStatus::stable);
+
+std::string quoted(const std::string& text)
+{
+  return "\"" + text + "\"";
+}
+
+class TraceCheck {
+ public:
+  explicit TraceCheck(const Trace& trace) : trace_(trace) {}
+
+  std::vector<Finding> run()
+  {
+    check_attributes();
+    check_searches();
+    check_moves();
+    check_contacts();
+    // Where rows begin is right from here on.
+    if (findings_.empty()) check_order();
+    return findings_.take();
+  }
+
+ private:
+  void check_attributes()
+  {
+    if (trace_.side != "right" && trace_.side != "left")
+      findings_.find("/@side", quoted(trace_.side), "one of \"right\", \"left\"");
+    positive("/@approach_step_mm", trace_.approach_step_mm);
+    positive("/@translation_resolution_mm", trace_.translation_resolution_mm);
+    positive("/@rotation_resolution_deg", trace_.rotation_resolution_deg);
+  }
+
+  void positive(const std::string& where, double value)
+  {
+    if (!(value > 0.0) || !std::isfinite(value)) findings_.find(where, text_of(value), "a positive number");
+  }
+
+  void check_codes(const std::string& where, const std::vector<std::int8_t>& codes, FlagSet flags)
+  {
+    const FlagTable table = flag_table(flags);
+    findings_.each(
+        where, codes.size(), "a code of " + table.meanings,
+        [&](std::size_t i) {
+          return std::find(table.values.begin(), table.values.end(), codes[i]) == table.values.end();
+        },
+        [&](std::size_t i) { return std::to_string(codes[i]); });
+  }
+
+  template <typename Rows>
+  void check_finite(const std::string& where, const Rows& rows)
+  {
+    findings_.all_finite(where, rows.data(), static_cast<std::size_t>(rows.size()));
+  }
+
+  void check_searches()
+  {
+    const TraceSearches& searches = trace_.searches;
+    check_finite("/searches/flexion", searches.flexion_deg);
+    check_finite("/searches/varus", searches.varus_deg);
+    check_codes("/searches/node", searches.node, FlagSet::node);
+    check_codes("/searches/status", searches.status, FlagSet::status);
+    check_finite("/searches/seed_translation", searches.seed_translation_mm);
+    check_finite("/searches/seed_theta", searches.seed_theta_deg);
+    findings_.starts("/searches/move_start", searches.move_start, trace_.moves.kind.size(), "moves");
+  }
+
+  void check_moves()
+  {
+    const TraceMoves& moves = trace_.moves;
+    const std::size_t n = moves.kind.size();
+    findings_.each_within("/moves/iteration", moves.iteration.data(), n, 0,
+                          std::numeric_limits<std::int32_t>::max());
+    check_codes("/moves/kind", moves.kind, FlagSet::move_kind);
+    check_finite("/moves/translation", moves.translation_mm);
+    check_finite("/moves/theta", moves.theta_deg);
+    check_finite("/moves/translation_step", moves.translation_step_mm);
+    check_finite("/moves/rotation_step", moves.rotation_step_deg);
+    check_codes("/moves/collides", moves.collides, FlagSet::yes_no);
+    check_codes("/moves/is_cycle", moves.is_cycle, FlagSet::yes_no);
+    check_codes("/moves/in_contact", moves.in_contact, FlagSet::yes_no);
+    findings_.starts("/moves/contact_start", moves.contact_start, trace_.contacts.compartment.size(),
+                     "contacts");
+    only_where("/moves/collides", moves.collides, "1 only at a bisection",
+               [&](std::size_t m) { return moves.kind[m] == static_cast<std::int8_t>(MoveKind::bisect); });
+    only_where("/moves/in_contact", moves.in_contact, "1 only at an approach",
+               [&](std::size_t m) { return moves.kind[m] == static_cast<std::int8_t>(MoveKind::approach); });
+    only_where("/moves/is_cycle", moves.is_cycle, "1 only in contact",
+               [&](std::size_t m) { return moves.in_contact[m] == 1; });
+  }
+
+  template <typename IsAllowed>
+  void only_where(const std::string& where, const std::vector<std::int8_t>& flags, const std::string& wanted,
+                  IsAllowed is_allowed)
+  {
+    findings_.each(
+        where, flags.size(), wanted, [&](std::size_t m) { return flags[m] == 1 && !is_allowed(m); },
+        [&](std::size_t) { return "1"; });
+  }
+
+  void check_contacts()
+  {
+    const TraceContacts& contacts = trace_.contacts;
+    const std::size_t n = contacts.compartment.size();
+    constexpr std::int64_t any = std::numeric_limits<std::int32_t>::max();
+    check_finite("/contacts/point", contacts.point_mm);
+    findings_.unit_rows("/contacts/normal", contacts.normal, false);
+    check_finite("/contacts/distance", contacts.distance_mm);
+    findings_.each_within("/contacts/triangle_reference", contacts.triangle_reference.data(), n, 0, any);
+    findings_.each_within("/contacts/triangle_moving", contacts.triangle_moving.data(), n, 0, any);
+    check_codes("/contacts/compartment", contacts.compartment, FlagSet::compartment);
+  }
+
+  void check_order()
+  {
+    const TraceMoves& moves = trace_.moves;
+    findings_.each(
+        "/moves/contact_start", moves.kind.size(), "contacts only of moves in contact",
+        [&](std::size_t m) {
+          return moves.in_contact[m] == 0 && moves.contact_start[m + 1] > moves.contact_start[m];
+        },
+        [&](std::size_t) { return "contacts of another move"; });
+    for (std::size_t s = 0; s < trace_.searches.node.size(); ++s) {
+      const MoveRange range = moves_of(trace_, s);
+      for (std::size_t m = range.first + 1; m < range.end; ++m) {
+        if (moves.iteration[m] >= moves.iteration[m - 1]) continue;
+        findings_.find("/moves/iteration",
+                       std::to_string(moves.iteration[m]) + " at entry " + std::to_string(m),
+                       "iterations that never fall within a search");
+        return;
+      }
+    }
+  }
+
+  const Trace& trace_;
+  ValueFindings findings_;
+};
+
+std::map<double, Eigen::Index> places_on(const std::vector<double>& axis)
+{
+  std::map<double, Eigen::Index> places;
+  for (std::size_t i = 0; i < axis.size(); ++i) places[axis[i]] = static_cast<Eigen::Index>(i);
+  return places;
+}
+
+class BesideCheck {
+ public:
+  BesideCheck(const Trace& trace, const MotionModel& model) : trace_(trace), model_(model) {}
+
+  std::vector<Finding> run()
+  {
+    if (!is_same_job()) {
+      findings_.find("/job",
+                     "the trace of another job (" + quoted(trace_.title) + ", key " + trace_.job_key + ")",
+                     "the job " + quoted(model_.title));
+      return findings_.take();
+    }
+    check_cells();
+    const std::size_t n = trace_.contacts.compartment.size();
+    findings_.each_within("/contacts/triangle_reference", trace_.contacts.triangle_reference.data(), n, 0,
+                          model_.reference.contact.mesh.triangles.rows() - 1);
+    findings_.each_within("/contacts/triangle_moving", trace_.contacts.triangle_moving.data(), n, 0,
+                          model_.moving.contact.mesh.triangles.rows() - 1);
+    return findings_.take();
+  }
+
+ private:
+  bool is_same_job() const
+  {
+    const auto same = [](const InputFile& a, const InputFile& b) {
+      return a.name == b.name && a.sha256 == b.sha256;
+    };
+    const std::vector<InputFile>& a = trace_.job.inputs;
+    const std::vector<InputFile>& b = model_.job.inputs;
+    return trace_.job.resolved == model_.job.resolved && trace_.side == model_.side &&
+           std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
+  }
+
+  // Every cell of the model is the end of one search.
+  void check_cells()
+  {
+    const std::map<double, Eigen::Index> flexions = places_on(model_.flexion_deg),
+                                         varuses = places_on(model_.varus_deg);
+    GridB n_ends = GridB::Zero(model_.status.rows(), model_.status.cols());
+    for (std::size_t s = 0; s < trace_.searches.node.size(); ++s) {
+      const auto i = flexions.find(trace_.searches.flexion_deg[s]);
+      const auto j = varuses.find(trace_.searches.varus_deg[s]);
+      if (i == flexions.end() || j == varuses.end()) {
+        findings_.find("/searches/flexion", "an attitude off the grid at entry " + std::to_string(s),
+                       "attitudes of the grid");
+        return;
+      }
+      if (trace_.searches.node[s] == static_cast<std::int8_t>(StepKind::spine_probe)) continue;
+      if (n_ends(i->second, j->second) < 2) ++n_ends(i->second, j->second);
+      if (!ends_at(s, i->second, j->second)) return;
+    }
+    if ((n_ends != 1).any())
+      findings_.find("/searches/node", "a cell with no search, or with two",
+                     "one search a cell, besides probes");
+  }
+
+  bool ends_at(std::size_t s, Eigen::Index i, Eigen::Index j)
+  {
+    const std::string entry = " at entry " + std::to_string(s);
+    if (trace_.searches.status[s] != model_.status(i, j)) {
+      findings_.find("/searches/status", std::to_string(trace_.searches.status[s]) + entry,
+                     std::to_string(model_.status(i, j)));
+      return false;
+    }
+    if (trace_.searches.status[s] != stable) return true;
+    const MoveRange range = moves_of(trace_, s);
+    if (range.first < range.end && is_at(range.end - 1, i, j)) return true;
+    findings_.find("/moves/translation", "another end of the search" + entry, "the pose of its cell");
+    return false;
+  }
+
+  bool is_at(std::size_t m, Eigen::Index i, Eigen::Index j) const
+  {
+    const auto near = [](double a, double b) {
+      return std::abs(a - b) <= single_precision * (1.0 + std::abs(b));
+    };
+    const auto row = static_cast<Eigen::Index>(m);
+    return near(trace_.moves.translation_mm(row, 0), model_.tx_mm(i, j)) &&
+           near(trace_.moves.translation_mm(row, 1), model_.ty_mm(i, j)) &&
+           near(trace_.moves.translation_mm(row, 2), model_.tz_mm(i, j)) &&
+           near(trace_.moves.theta_deg[m], model_.theta_deg(i, j));
+  }
+
+  const Trace& trace_;
+  const MotionModel& model_;
+  ValueFindings findings_;
+};
+
+}  // namespace
+
+std::vector<Finding> check_values(const Trace& trace)
+{
+  return TraceCheck(trace).run();
+}
+
+std::vector<Finding> check_beside(const Trace& trace, const MotionModel& model)
+{
+  return BesideCheck(trace, model).run();
+}
+
+}  // namespace vrda

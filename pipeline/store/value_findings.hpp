@@ -1,0 +1,111 @@
+/// What is wrong with the values of a file's datasets: one finding a dataset and rule, the first place, and
+/// how many there are.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "store/finding.hpp"
+
+namespace vrda {
+
+/// Unit vectors may have been stored in single precision.
+inline constexpr double normal_tolerance = 1e-5;
+
+/// As a finding shows it.
+inline std::string text_of(double value)
+{
+  char text[40];
+  std::snprintf(text, sizeof text, "%.10g", value);
+  return text;
+}
+
+class ValueFindings {
+ public:
+  bool empty() const { return findings_.empty(); }
+  std::size_t size() const { return findings_.size(); }
+  std::vector<Finding> take() { return std::move(findings_); }
+
+  void find(const std::string& where, const std::string& found, const std::string& wanted)
+  {
+    findings_.push_back({where, found, wanted});
+  }
+
+  /// One finding for all entries of a dataset that are wrong; `show` says what stands at the first.
+  template <typename IsWrong, typename Show>
+  void each(const std::string& where, std::size_t size, const std::string& wanted, IsWrong is_wrong,
+            Show show)
+  {
+    std::size_t n_wrong = 0, first = 0;
+    for (std::size_t i = size; i-- > 0;) {
+      if (!is_wrong(i)) continue;
+      first = i;
+      ++n_wrong;
+    }
+    if (n_wrong == 0) return;
+    const std::string more = n_wrong == 1 ? "" : " (the first of " + std::to_string(n_wrong) + ")";
+    find(where, std::string(show(first)) + " at entry " + std::to_string(first) + more, wanted);
+  }
+
+  template <typename Real, typename IsWrong>
+  void each_number(const std::string& where, const Real* values, std::size_t size, const std::string& wanted,
+                   IsWrong is_wrong)
+  {
+    each(where, size, wanted, is_wrong, [&](std::size_t i) { return text_of(values[i]); });
+  }
+
+  template <typename Integer>
+  void each_within(const std::string& where, const Integer* values, std::size_t size, std::int64_t low,
+                   std::int64_t high)
+  {
+    each(
+        where, size, "a value from " + std::to_string(low) + " to " + std::to_string(high),
+        [&](std::size_t i) { return values[i] < low || values[i] > high; },
+        [&](std::size_t i) { return std::to_string(values[i]); });
+  }
+
+  template <typename Real>
+  void all_finite(const std::string& where, const Real* values, std::size_t size)
+  {
+    each_number(where, values, size, "finite numbers",
+                [&](std::size_t i) { return !std::isfinite(values[i]); });
+  }
+
+  template <typename Rows>
+  void unit_rows(const std::string& where, const Rows& rows, bool zero_allowed)
+  {
+    const auto length = [&](std::size_t i) {
+      return static_cast<double>(rows.row(static_cast<Eigen::Index>(i)).norm());
+    };
+    each(
+        where, static_cast<std::size_t>(rows.rows()), zero_allowed ? "unit vectors, or zero" : "unit vectors",
+        [&](std::size_t i) {
+          return !(std::abs(length(i) - 1.0) <= normal_tolerance) && !(zero_allowed && length(i) == 0.0);
+        },
+        [&](std::size_t i) { return "a vector of length " + text_of(length(i)); });
+  }
+
+  /// Compressed rows: where the entries of each row begin among `n_entries`, then their number.
+  void starts(const std::string& where, const std::vector<std::int64_t>& start, std::size_t n_entries,
+              const std::string& entries)
+  {
+    each(
+        where, start.size(), "0, never falling, and the number of " + entries + " at the end",
+        [&](std::size_t i) {
+          const bool is_last = i + 1 == start.size();
+          return (i == 0 && start[i] != 0) || (i > 0 && start[i] < start[i - 1]) ||
+                 (is_last && start[i] != static_cast<std::int64_t>(n_entries));
+        },
+        [&](std::size_t i) { return std::to_string(start[i]); });
+  }
+
+ private:
+  std::vector<Finding> findings_;
+};
+
+}  // namespace vrda

@@ -1,0 +1,135 @@
+#include "journal/trace_journal.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "journal/journal.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+const std::string key(64, 'a');
+
+SearchTrace trace(int n, int n_moves)
+{
+  SearchTrace search;
+  search.key = {n % 2 == 0 ? StepKind::spine_probe : StepKind::row, n, -n};
+  search.seed = {{0.1, -20.0 / 3.0, 1e-300}, -0.7 * n};
+  search.status = StepStatus::stable;
+  for (int k = 0; k < n_moves; ++k) {
+    SearchMove move;
+    move.iteration = k;
+    move.kind = all_move_kinds[static_cast<std::size_t>(k) % std::size(all_move_kinds)];
+    move.pose = {{1.0 / (k + 1), 2.0, -0.0}, 0.3 * k};
+    move.translation_step_mm = 1.0 / (1 << k);
+    move.rotation_step_rad = 0.01 * k;
+    move.collides = k % 2 == 0;
+    move.is_cycle = k % 3 == 0;
+    move.in_contact = k % 4 == 1;
+    for (int c = 0; c < k % 3; ++c) {
+      move.contacts.push_back({{1.0 * c, 2.0, 3.0}, {0, -1, 0}, 0.01 * c, 7 + c, 9 - c, 1});
+    }
+    search.moves.push_back(move);
+  }
+  return search;
+}
+
+// Of a hand-made search of five moves, which have four contacts in all.
+constexpr std::size_t key_bytes = 9, seed_bytes = 32, status_bytes = 1, count_bytes = 4;
+constexpr std::size_t five_moves_bytes =
+    key_bytes + seed_bytes + status_bytes + count_bytes + 5 * 60 + (0 + 1 + 2 + 0 + 1) * 65;
+
+TEST(TraceJournal, GivesBackEveryBit)
+{
+  for (const int n_moves : {0, 1, 5, 40}) {
+    const std::string bytes = bytes_of(trace(3, n_moves));
+    const std::optional<SearchTrace> again = trace_of(bytes);
+    ASSERT_TRUE(again.has_value());
+    EXPECT_EQ(bytes_of(*again), bytes);
+    EXPECT_EQ(again->moves.size(), static_cast<std::size_t>(n_moves));
+    EXPECT_EQ(again->key, (StepKey{StepKind::row, 3, -3}));
+  }
+  EXPECT_EQ(bytes_of(trace(3, 5)).size(), five_moves_bytes);
+}
+
+TEST(TraceJournal, BytesThatAreNoSearchAreRefused)
+{
+  const std::string bytes = bytes_of(trace(3, 5));
+  for (std::size_t size = 0; size < bytes.size(); ++size) {
+    EXPECT_FALSE(trace_of(std::string_view(bytes).substr(0, size)).has_value()) << size;
+  }
+  EXPECT_FALSE(trace_of(bytes + "x").has_value());
+  const std::size_t first_move = key_bytes + seed_bytes + status_bytes + count_bytes;
+  struct Row {
+    const char* what;
+    std::size_t at;
+    char value;
+  };
+  for (const Row& row :
+       {Row{"kind of node", 0, 3}, Row{"status", key_bytes + seed_bytes, 9},
+        Row{"number of moves", first_move - 1, '\x7f'}, Row{"kind of move", first_move + 4, 5},
+        Row{"flag", first_move + 5 + 48, 2}, Row{"number of contacts", first_move + 5 + 48 + 6, '\x7f'}}) {
+    std::string damaged = bytes;
+    damaged[row.at] = row.value;
+    EXPECT_FALSE(trace_of(damaged).has_value()) << row.what;
+  }
+}
+
+TEST(TraceJournal, KeepsWholeSearchesAndDropsATornOne)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.trace.journal";
+  {
+    FrameWriter writer = create_trace_journal(path, key);
+    for (int n = 0; n < 3; ++n) writer.append(bytes_of(trace(n, 5)));
+  }
+  const std::string whole = test::read_bytes(path);
+  const std::string cut = scratch.write("cut.trace.journal", whole.substr(0, whole.size() - 1));
+  TraceJournalContent content = read_trace_journal(cut);
+  EXPECT_EQ(content.facts.key, key);
+  EXPECT_EQ(content.searches.size(), 2u);
+  EXPECT_EQ(content.facts.dropped_why, "a torn trace");
+  {
+    FrameWriter writer = resume_trace_journal(cut, content.facts);
+    writer.append(bytes_of(trace(2, 5)));
+  }
+  EXPECT_EQ(test::read_bytes(cut), whole);
+}
+
+TEST(TraceJournal, ASearchSolvedTwiceStandsOnce)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.trace.journal";
+  {
+    FrameWriter writer = create_trace_journal(path, key);
+    for (int n = 0; n < 2; ++n) writer.append(bytes_of(trace(4, 5)));
+  }
+  EXPECT_EQ(read_trace_journal(path).searches.size(), 1u);
+}
+
+TEST(TraceJournal, TheTwoKindsOfJournalsAreToldApart)
+{
+  const test::Scratch scratch;
+  const std::string traces = scratch.path() / "a.trace.journal", steps = scratch.path() / "a.journal";
+  create_trace_journal(traces, key);
+  JournalWriter::create(steps, key);
+  EXPECT_EQ(test::input_error([&] { read_journal(traces); }).field, "header");
+  EXPECT_EQ(test::input_error([&] { read_trace_journal(steps); }).field, "header");
+}
+
+TEST(TraceJournal, ASecondWriterIsRefused)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.trace.journal";
+  const FrameWriter writer = create_trace_journal(path, key);
+  EXPECT_NE(test::input_error([&] {
+              resume_trace_journal(path, read_trace_journal(path).facts);
+            }).found.find("another run"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace vrda

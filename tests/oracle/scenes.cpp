@@ -1,0 +1,169 @@
+#include "scenes.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "core/units.hpp"
+#include "load/case.hpp"
+#include "proximity/directional_gap.hpp"
+#include "shapes/shapes.hpp"
+#include "support/real_knees.hpp"
+
+namespace vrda::test {
+namespace {
+
+// Of attitudes without any turn: faces and edges of the made scenes are parallel there, which chance never
+// makes.
+constexpr double level_share = 0.2;
+
+double uniform(std::mt19937_64& random, double low, double high)
+{
+  return std::uniform_real_distribution<double>(low, high)(random);
+}
+
+// Between 10^low and 10^high, each decade as likely.
+double spread(std::mt19937_64& random, double low, double high)
+{
+  return std::pow(10.0, uniform(random, low, high));
+}
+
+Eigen::Vector3d any_vertex(const Mesh& mesh, std::mt19937_64& random)
+{
+  return mesh.vertices_mm.row(
+      std::uniform_int_distribution<Eigen::Index>(0, mesh.vertices_mm.rows() - 1)(random));
+}
+
+Mesh contact_mesh(const std::vector<ShapePart>& parts)
+{
+  Mesh mesh;
+  for (const ShapePart& part : parts) {
+    if (!part.has_contact) continue;
+    if (mesh.triangles.rows() == 0) {
+      mesh = part.mesh;
+    } else {
+      append(mesh, part.mesh);
+    }
+  }
+  return mesh;
+}
+
+struct Generated {
+  std::string name;
+  ShapeRequest request;
+};
+
+const std::vector<Generated>& generated()
+{
+  static const std::vector<Generated> all{
+      {"BallInBowl", {"ball-in-dish", {}, {{"section", "bowl"}}}},
+      {"BallInCone", {"ball-in-dish", {}, {{"section", "cone"}}}},
+      {"BallInWave", {"ball-in-dish", {}, {{"section", "wave"}}}},
+      {"BallInHoledDish", {"ball-in-dish", {{"hole", 8.0}}, {{"section", "bowl"}}}},
+      {"BarOnPyramids", {"bar-on-pyramids", {}, {}}},
+      {"CapInSink", {"cap-in-sink", {}, {}}},
+      {"Hip", {"hip", {}, {}}},
+      {"GenericKnee", {"knee", {}, {}}},
+  };
+  return all;
+}
+
+Case real_knee(const std::string& name)
+{
+  return load_case((source_directory() / ("jobs/knee-" + name + ".toml")).string(),
+                   {data_directory()->string(), {}});
+}
+
+// Meets the reference somewhere: the middles one over the other give or take a quarter of the extent, or any
+// two vertices one over the other.
+MovingPose below_reference(const TreeMesh& reference, const Mesh& moving, bool is_level,
+                           std::mt19937_64& random)
+{
+  const bool is_central = uniform(random, 0.0, 1.0) < 0.5;
+  const double most_rad = is_central ? 0.4 : pi;
+  MovingPose pose;
+  if (!is_level) pose.theta_rad = uniform(random, -most_rad, most_rad);
+  const Box above = bounding_box(reference.mesh), own = bounding_box(moving);
+  const Placement turn({Eigen::Vector3d::Zero(), pose.theta_rad});
+  if (is_central) {
+    const Eigen::Vector3d quarter = 0.25 * (above.max_mm - above.min_mm);
+    pose.translation_mm = 0.5 * (above.min_mm + above.max_mm) - turn(0.5 * (own.min_mm + own.max_mm));
+    pose.translation_mm.x() += uniform(random, -quarter.x(), quarter.x());
+    pose.translation_mm.z() += uniform(random, -quarter.z(), quarter.z());
+  } else {
+    pose.translation_mm = any_vertex(reference.mesh, random) - turn(any_vertex(moving, random));
+  }
+  pose.translation_mm.y() = above.min_mm.y() - own.max_mm.y() - 1.0;
+  return pose;
+}
+
+void add_poses(const MovingPose& below, double travel_mm, double height_mm, std::mt19937_64& random,
+               std::vector<AskedPose>& poses)
+{
+  const auto add = [&](Zone zone, double from_below_mm) {
+    MovingPose pose = below;
+    pose.translation_mm.y() += from_below_mm;
+    poses.push_back({pose, zone});
+  };
+  add(Zone::apart, travel_mm - spread(random, -2.0, 1.3));
+  for (const double sign : {-1.0, 1.0}) {
+    add(Zone::milli, travel_mm + sign * spread(random, -4.0, -3.0));
+    add(Zone::micro, travel_mm + sign * spread(random, -7.0, -6.0));
+    add(Zone::nano, travel_mm + sign * spread(random, -10.0, -9.0));
+  }
+  add(Zone::deep, travel_mm + spread(random, -2.0, 1.0));
+  add(Zone::deep, travel_mm + spread(random, -2.0, 1.0));
+  add(Zone::anywhere, uniform(random, 0.0, height_mm));
+}
+
+}  // namespace
+
+const std::vector<std::string>& generated_scenes()
+{
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all;
+    for (const Generated& scene : generated()) all.push_back(scene.name);
+    return all;
+  }();
+  return names;
+}
+
+const std::vector<std::string>& real_knee_scenes()
+{
+  static const std::vector<std::string> names{"jam-smith2019", "pymskt-dess", "vhf-left", "vhf-right"};
+  return names;
+}
+
+TwoObjects two_objects(const std::string& scene)
+{
+  for (const Generated& known : generated()) {
+    if (known.name != scene) continue;
+    const Shape shape = generate_shape(known.request);
+    return {make_tree_mesh(contact_mesh(shape.reference)), make_tree_mesh(contact_mesh(shape.moving))};
+  }
+  const Case knee = real_knee(scene);
+  return {make_tree_mesh(solver_mesh(knee.reference.contact.mesh, knee.frame)),
+          make_tree_mesh(solver_mesh(knee.moving.contact.mesh, knee.frame))};
+}
+
+AskedAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19937_64& random)
+{
+  AskedAttitude asked;
+  const bool is_level = uniform(random, 0.0, 1.0) < level_share;
+  if (!is_level) {
+    asked.attitude = {rad_from_deg(uniform(random, -10.0, 130.0)),
+                      rad_from_deg(uniform(random, -10.0, 10.0))};
+  }
+  asked.reference = turned(objects.reference, asked.attitude);
+  const Box above = bounding_box(asked.reference.mesh), own = bounding_box(objects.moving.mesh);
+  const double height_mm = above.max_mm.y() - above.min_mm.y() + own.max_mm.y() - own.min_mm.y() + 2.0;
+  // A hole or an edge may let the moving object pass; ten tries a touch are many.
+  for (int tries = 0; static_cast<int>(asked.poses.size()) < n_touches * poses_a_touch; ++tries) {
+    if (tries > 10 * n_touches) throw std::runtime_error("the moving object hardly ever meets the reference");
+    const MovingPose below = below_reference(asked.reference, objects.moving.mesh, is_level, random);
+    const Gap gap = directional_gap(asked.reference, objects.moving.mesh, objects.moving.tree, below);
+    if (std::isfinite(gap.travel_mm)) add_poses(below, gap.travel_mm, height_mm, random, asked.poses);
+  }
+  return asked;
+}
+
+}  // namespace vrda::test

@@ -1,0 +1,321 @@
+#include "store/trace.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <hdf5.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <set>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/search_move.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/sample_model.hpp"
+#include "store/trace_file.hpp"
+#include "store/trace_layout.hpp"
+#include "support/input_error.hpp"
+#include "support/real_knees.hpp"
+#include "support/scratch.hpp"
+#include "support/traces.hpp"
+
+namespace vrda {
+namespace {
+
+using test::input_error;
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// Of the sample: 4 x 3 cells, one of them not solved, and a probe.
+constexpr std::size_t n_searches = 13, n_moves = 11 * test::n_moves_of_a_cell;
+
+Trace sample_trace()
+{
+  return test::trace_beside(test::sample_model());
+}
+
+void expect_equal(const Trace& a, const Trace& b)
+{
+  EXPECT_EQ(a.title, b.title);
+  EXPECT_EQ(a.side, b.side);
+  EXPECT_EQ(a.job_key, b.job_key);
+  EXPECT_EQ(a.approach_step_mm, b.approach_step_mm);
+  EXPECT_EQ(a.translation_resolution_mm, b.translation_resolution_mm);
+  EXPECT_EQ(a.rotation_resolution_deg, b.rotation_resolution_deg);
+  EXPECT_EQ(a.searches.flexion_deg, b.searches.flexion_deg);
+  EXPECT_EQ(a.searches.varus_deg, b.searches.varus_deg);
+  EXPECT_EQ(a.searches.node, b.searches.node);
+  EXPECT_EQ(a.searches.status, b.searches.status);
+  EXPECT_EQ(a.searches.seed_translation_mm, b.searches.seed_translation_mm);
+  EXPECT_EQ(a.searches.seed_theta_deg, b.searches.seed_theta_deg);
+  EXPECT_EQ(a.searches.move_start, b.searches.move_start);
+  EXPECT_EQ(a.moves.iteration, b.moves.iteration);
+  EXPECT_EQ(a.moves.kind, b.moves.kind);
+  EXPECT_EQ(a.moves.translation_mm, b.moves.translation_mm);
+  EXPECT_EQ(a.moves.theta_deg, b.moves.theta_deg);
+  EXPECT_EQ(a.moves.translation_step_mm, b.moves.translation_step_mm);
+  EXPECT_EQ(a.moves.rotation_step_deg, b.moves.rotation_step_deg);
+  EXPECT_EQ(a.moves.collides, b.moves.collides);
+  EXPECT_EQ(a.moves.is_cycle, b.moves.is_cycle);
+  EXPECT_EQ(a.moves.in_contact, b.moves.in_contact);
+  EXPECT_EQ(a.moves.contact_start, b.moves.contact_start);
+  EXPECT_EQ(a.contacts.point_mm, b.contacts.point_mm);
+  EXPECT_EQ(a.contacts.normal, b.contacts.normal);
+  EXPECT_EQ(a.contacts.distance_mm, b.contacts.distance_mm);
+  EXPECT_EQ(a.contacts.triangle_reference, b.contacts.triangle_reference);
+  EXPECT_EQ(a.contacts.triangle_moving, b.contacts.triangle_moving);
+  EXPECT_EQ(a.contacts.compartment, b.contacts.compartment);
+  EXPECT_EQ(a.job.resolved, b.job.resolved);
+  EXPECT_EQ(a.job.inputs.size(), b.job.inputs.size());
+}
+
+TEST(TraceFile, GivesBackWhatWasWritten)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.trace.h5";
+  // Large enough to be compressed in several chunks, as small as can be, and without any move.
+  MotionModel nothing = test::sample_model({1, 1, false, false, false});
+  nothing.status(0, 0) = static_cast<std::int8_t>(StepStatus::no_contact);
+  for (const Trace& trace : {test::trace_beside(test::sample_model({91, 21, true, true, true})),
+                             sample_trace(), test::trace_beside(nothing)}) {
+    write_trace(path, trace);
+    EXPECT_TRUE(validate_trace(path).empty());
+    expect_equal(read_trace(path), trace);
+  }
+}
+
+TEST(TraceFile, EqualTracesGiveEqualBytes)
+{
+  const test::Scratch scratch;
+  const std::string a = scratch.path() / "a.h5", b = scratch.path() / "longer-name.h5";
+  write_trace(a, sample_trace());
+  sleep(1);  // a stored time would differ
+  write_trace(b, sample_trace());
+  EXPECT_EQ(test::read_bytes(a), test::read_bytes(b));
+}
+
+TEST(TraceFile, IsNamedAfterItsModel)
+{
+  EXPECT_EQ(trace_name("results/knee.h5"), "results/knee.trace.h5");
+  EXPECT_EQ(trace_name("knee"), "knee.trace.h5");
+  EXPECT_EQ(trace_name(".h5"), ".h5.trace.h5");
+}
+
+TEST(TraceFile, IsNoMotionModelNorTheOtherWayRound)
+{
+  const test::Scratch scratch;
+  const std::string trace = scratch.path() / "knee.trace.h5", model = scratch.path() / "knee.h5";
+  write_trace(trace, sample_trace());
+  write_motion_model(model, test::sample_model());
+  EXPECT_TRUE(is_trace(trace));
+  EXPECT_FALSE(is_trace(model));
+  EXPECT_EQ(input_error([&] { read_trace(model); }).field, "/@format");
+  EXPECT_EQ(input_error([&] { read_motion_model(trace); }).field, "/@format");
+}
+
+TEST(TraceFile, DamagedFilesAreRefusedByName)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.trace.h5";
+  write_trace(path, sample_trace());
+  const std::string whole = test::read_bytes(path);
+  for (std::size_t at = 0; at < whole.size(); at += 997) {
+    std::string damaged = whole;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x20);
+    const std::string file = scratch.write("damaged.h5", damaged);
+    EXPECT_EQ(input_error([&] { read_trace(file); }).file, file) << at;
+  }
+  for (const std::string& bytes : {std::string(), std::string("text\n"), whole.substr(0, whole.size() / 2)}) {
+    const std::string file = scratch.write("cut.h5", bytes);
+    EXPECT_EQ(input_error([&] { read_trace(file); }).file, file);
+  }
+}
+
+TEST(TraceFile, AMissingDatasetOrOneOfAnotherTypeIsNamed)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.trace.h5";
+  for (const bool replaced : {false, true}) {
+    write_trace(path, sample_trace());
+    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    ASSERT_GE(file, 0);
+    ASSERT_GE(H5Ldelete(file, "/moves/theta", H5P_DEFAULT), 0);
+    if (replaced) {
+      const hsize_t size = n_moves;
+      const hid_t space = H5Screate_simple(1, &size, nullptr);
+      const hid_t dataset =
+          H5Dcreate2(file, "/moves/theta", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+      H5Dclose(dataset);
+      H5Sclose(space);
+    }
+    ASSERT_GE(H5Fclose(file), 0);
+    const InputError::Facts facts = input_error([&] { read_trace(path); });
+    EXPECT_EQ(facts.field, "/moves/theta");
+    EXPECT_EQ(facts.found, replaced ? "float64" : "nothing");
+  }
+}
+
+struct Row {
+  const char* where;
+  const char* found;
+  const char* wanted;
+  std::function<void(Trace&)> damage;
+};
+
+TEST(TraceFile, ValuesThatBreakARuleAreNamed)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.trace.h5";
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const Row& row : {
+           Row{"/@side", "\"\"", "right", [](Trace& t) { t.side = ""; }},
+           Row{"/@approach_step_mm", "-1", "positive", [](Trace& t) { t.approach_step_mm = -1; }},
+           Row{"/searches/varus", "inf at entry 3", "finite",
+               [](Trace& t) { t.searches.varus_deg[3] = std::numeric_limits<double>::infinity(); }},
+           Row{"/searches/node", "3 at entry 1", "spine_probe spine row",
+               [](Trace& t) { t.searches.node[1] = 3; }},
+           Row{"/searches/status", "9 at entry 2", "stable", [](Trace& t) { t.searches.status[2] = 9; }},
+           Row{"/searches/seed_theta", "nan", "finite", [](Trace& t) { t.searches.seed_theta_deg[0] = nan; }},
+           Row{"/searches/move_start", "-1 at entry 1", "never falling",
+               [](Trace& t) { t.searches.move_start[1] = -1; }},
+           Row{"/searches/move_start", "87 at entry 13", "number of moves at the end",
+               [](Trace& t) {
+                 t.searches.move_start.back() = 87;
+                 t.searches.move_start[12] = 88;
+               }},
+           Row{"/moves/iteration", "-1 at entry 0", "from 0", [](Trace& t) { t.moves.iteration[0] = -1; }},
+           Row{"/moves/iteration", "1 at entry 6", "never fall", [](Trace& t) { t.moves.iteration[6] = 1; }},
+           Row{"/moves/kind", "5 at entry 0", "retreat approach bisect rotate translate",
+               [](Trace& t) { t.moves.kind[0] = 5; }},
+           Row{"/moves/translation", "nan", "finite", [](Trace& t) { t.moves.translation_mm(2, 1) = nan; }},
+           Row{"/moves/collides", "1 at entry 0", "bisection", [](Trace& t) { t.moves.collides[0] = 1; }},
+           Row{"/moves/in_contact", "1 at entry 6", "approach", [](Trace& t) { t.moves.in_contact[6] = 1; }},
+           Row{"/moves/is_cycle", "1 at entry 0", "in contact", [](Trace& t) { t.moves.is_cycle[0] = 1; }},
+           Row{"/moves/contact_start", "another move", "in contact",
+               [](Trace& t) { t.moves.in_contact[1] = 0; }},
+           Row{"/moves/contact_start", "0, never falling", "",
+               [](Trace& t) { t.moves.contact_start[0] = 1; }},
+           Row{"/contacts/normal", "length 2", "unit", [](Trace& t) { t.contacts.normal(1, 1) = 2; }},
+           Row{"/contacts/triangle_moving", "-1", "from 0",
+               [](Trace& t) { t.contacts.triangle_moving[0] = -1; }},
+           Row{"/contacts/compartment", "3", "none medial lateral",
+               [](Trace& t) { t.contacts.compartment[0] = 3; }},
+       }) {
+    SCOPED_TRACE(testing::Message() << row.where << " " << row.found);
+    Trace trace = sample_trace();
+    row.damage(trace);
+    write_trace(path, trace);
+    const std::vector<Finding> findings = validate_trace(path);
+    ASSERT_EQ(findings.size(), 1u);
+    EXPECT_EQ(findings[0].where, row.where);
+    EXPECT_THAT(findings[0].found + ", wanted " + findings[0].wanted, HasSubstr(row.found));
+    EXPECT_THAT(findings[0].wanted, HasSubstr(row.wanted));
+    EXPECT_EQ(input_error([&] { read_trace(path); }).field, row.where);
+  }
+}
+
+TEST(TraceFile, MustStandBesideItsOwnModel)
+{
+  const MotionModel model = test::sample_model();
+  EXPECT_NO_THROW(require_beside(sample_trace(), "a.trace.h5", model, "a.h5"));
+  for (const Row& row : {
+           Row{"/job", "another job (", "a.h5", [](Trace& t) { t.job.resolved += "x"; }},
+           Row{"/job", "cccc", "a.h5", [](Trace& t) { t.job.inputs[1].sha256[0] = 'f'; }},
+           Row{"/job", "another job", "", [](Trace& t) { t.side = "left"; }},
+           Row{"/searches/flexion", "off the grid at entry 5", "",
+               [](Trace& t) { t.searches.flexion_deg[5] = 0.5; }},
+           Row{"/searches/status", "3 at entry 0", "0", [](Trace& t) { t.searches.status[0] = 3; }},
+           Row{"/searches/node", "a cell with no search", "",
+               [](Trace& t) { t.searches.node[4] = static_cast<std::int8_t>(StepKind::spine_probe); }},
+           Row{"/moves/translation", "another end of the search at entry 0", "",
+               [](Trace& t) { t.moves.translation_mm(7, 1) += 1e-3F; }},
+           Row{"/contacts/triangle_moving", "100000", "",
+               [](Trace& t) { t.contacts.triangle_moving[0] = 100000; }},
+       }) {
+    SCOPED_TRACE(testing::Message() << row.where << " " << row.found);
+    Trace trace = sample_trace();
+    row.damage(trace);
+    const InputError::Facts facts = input_error([&] { require_beside(trace, "a.trace.h5", model, "a.h5"); });
+    EXPECT_EQ(facts.file, "a.trace.h5");
+    EXPECT_EQ(facts.field, row.where);
+    EXPECT_THAT(facts.found, HasSubstr(row.found));
+    EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+    EXPECT_THAT(facts.wanted, HasSubstr("a.h5"));
+  }
+}
+
+TEST(Trace, MovesInContactAreSomeOfTheMovesInTheirOrder)
+{
+  const Trace trace = sample_trace();
+  const MoveRange range = moves_of(trace, 1);
+  EXPECT_EQ(range.end - range.first, static_cast<std::size_t>(test::n_moves_of_a_cell));
+  EXPECT_THAT(moves_in_contact(trace, 1), ElementsAre(range.first + 1, range.first + 5, range.first + 7));
+}
+
+TEST(Trace, SearchesAreFoundByTheAttitudesOfTheGrid)
+{
+  const Trace trace = sample_trace();
+  EXPECT_EQ(searches_at(trace, "t", {}).size(), n_searches);
+  EXPECT_THAT(searches_at(trace, "t", {0.0, {}}), ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(searches_at(trace, "t", {0.0, 1.0}), ElementsAre(2, 3));  // a probe and the row's
+  EXPECT_THAT(searches_at(trace, "t", {{}, 1e-9}), ElementsAre(1, 5, 8, 11));
+  const InputError::Facts facts = input_error([&] { searches_at(trace, "t", {2.4, 7.0}); });
+  EXPECT_EQ(facts.file, "t");
+  EXPECT_THAT(facts.found, HasSubstr("flexion 2.4, varus 7"));
+  EXPECT_THAT(facts.wanted, HasSubstr("flexion 2, varus 1"));
+}
+
+/// Every path between backquotes in the first column of a table.
+std::set<std::string> paths_of_page(const std::string& page)
+{
+  std::set<std::string> paths;
+  std::istringstream lines(page);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind("| `/", 0) != 0) continue;
+    std::istringstream words(line.substr(2, line.find(" |", 2) - 2));
+    for (std::string word; std::getline(words, word, '`');) {
+      if (!word.empty() && word[0] == '/') paths.insert(word);
+    }
+  }
+  return paths;
+}
+
+TEST(TraceLayout, IsThePageOfTheSpecification)
+{
+  const std::string page = test::read_bytes(test::source_directory() / "schemas" / "trace.md");
+  const FileLayout layout = trace_layout_of({1, 2, 3, 4});
+  std::set<std::string> wanted;
+  for (const DatasetSpec& spec : layout.datasets) {
+    SCOPED_TRACE(spec.path);
+    wanted.insert(spec.path);
+    EXPECT_EQ(spec.units.empty(), spec.kind == ValueKind::text || spec.flags != FlagSet::none);
+    for (const std::string& dimension : spec.dimensions) {
+      EXPECT_GT(dimension_size(layout, {}, dimension), 0);
+    }
+    // Its own row says the type and the meaning of every code.
+    const std::size_t at = page.find("`" + spec.path + "`");
+    ASSERT_NE(at, std::string::npos);
+    const std::string row = page.substr(page.rfind('\n', at) + 1, page.find('\n', at) - page.rfind('\n', at));
+    EXPECT_THAT(row, HasSubstr(spec.kind == ValueKind::text ? "text" : name_of(spec.kind)));
+    const FlagTable table = flag_table(spec.flags);
+    std::istringstream words(table.meanings);
+    for (const std::int8_t value : table.values) {
+      std::string word;
+      words >> word;
+      EXPECT_THAT(row, HasSubstr(std::to_string(value) + " " + word));
+    }
+  }
+  for (const DimensionSpec& dimension : layout.dimensions) wanted.insert(dimension.path);
+  EXPECT_EQ(paths_of_page(page), wanted);
+  for (const AttributeSpec& attribute : layout.attributes) {
+    EXPECT_THAT(page, HasSubstr("`" + attribute.name + "`"));
+  }
+  EXPECT_THAT(page, HasSubstr(std::string("format version ") + trace_format_version));
+  EXPECT_THAT(page, HasSubstr(std::string("`") + trace_format_name + "`"));
+}
+
+}  // namespace
+}  // namespace vrda
