@@ -2,14 +2,10 @@
 // bytes, and standard output without room.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <hdf5.h>
-#include <hdf5_hl.h>
-
-#include <cstring>
-#include <fstream>
 
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
+#include "support/absurd_models.hpp"
 
 namespace vrda {
 namespace {
@@ -159,46 +155,12 @@ TEST_F(BadFiles, AJournalThatPromisesGigabytes)
   }
 }
 
-// A motion model whose axis `name` is of `n` entries, of which the file stores none.
-void promise(const std::string& file, const std::string& name, hsize_t n,
-             const std::vector<std::string>& arrays)
-{
-  const hid_t h5 = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-  ASSERT_GE(h5, 0);
-  const auto replace = [&](const std::string& path, const std::vector<hsize_t>& shape, hid_t type) {
-    ASSERT_GE(H5Ldelete(h5, path.c_str(), H5P_DEFAULT), 0);
-    const hid_t space = H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr);
-    const hid_t dataset = H5Dcreate2(h5, path.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-    ASSERT_GE(dataset, 0);
-    if (shape.size() == 1) {
-      ASSERT_GE(H5DSset_scale(dataset, name.c_str()), 0);
-    }
-    H5Dclose(dataset);
-    H5Sclose(space);
-  };
-  replace(name, {n}, H5T_IEEE_F32BE);
-  for (const std::string& array : arrays) replace(array, {n, 3}, H5T_IEEE_F64LE);
-  ASSERT_GE(H5Fclose(h5), 0);
-}
-
 TEST_F(BadFiles, MotionModelsThatPromiseGigabytes)
 {
   ASSERT_EQ(test::run_vrda({"run", job_.string(), "-o", output_.string(), "--quiet"}).exit_code, 0);
-  const std::string whole = test::read_bytes(output_);
-  // 48 GB of vertices; more contacts than an index can tell apart; nothing but a name.
-  const std::string vertices = scratch_.write("vertices.h5", whole).string();
-  promise(vertices, "/bodies/reference/vertex", 1'000'000'000,
-          {"/bodies/reference/vertices", "/bodies/reference/normals"});
-  const std::string contacts = scratch_.write("contacts.h5", whole).string();
-  promise(contacts, "/contacts/contact", hsize_t{1} << 40, {});
-  const std::string tiny = (scratch_.path() / "tiny.h5").string();
-  const hid_t h5 = H5Fcreate(tiny.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
-  const hsize_t n = hsize_t{10} << 30;
-  const hid_t space = H5Screate_simple(1, &n, nullptr);
-  H5Dclose(H5Dcreate2(h5, "/tx", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
-  H5Sclose(space);
-  ASSERT_GE(H5Fclose(h5), 0);
-  for (const std::string& file : {vertices, contacts, tiny}) {
+  const std::vector<std::string> files = test::models_that_promise_gigabytes(output_, scratch_.path());
+  ASSERT_EQ(files.size(), 3u);
+  for (const std::string& file : files) {
     for (const std::vector<std::string>& words :
          {std::vector<std::string>{"info", file}, {"info", file, "--json"}, {"validate", file}}) {
       SCOPED_TRACE(words[0] + " " + file);
