@@ -189,6 +189,8 @@ class Search {
       pose_ = start;
       slide(by_mm);
     }
+    last_motion_ = LastMotion::slide;
+    tell(MoveKind::translate, pose_);
     return true;
   }
 
@@ -223,19 +225,22 @@ class Search {
     return best_mm * climb.direction;
   }
 
-  // Backs out by the length of the way, which clears flanks of up to 45 degrees, and slides; false, and back
-  // where it was, when something is in the way.
+  // Backs out by the length of the way, which clears flanks of up to 45 degrees, and slides, unless something
+  // is in the way.
   bool slides_under(const Eigen::Vector3d& way_mm)
   {
-    const MovingPose here = pose_;
-    pose_.translation_mm.y() -= way_mm.norm();
-    if (!collides(pose_)) {
-      const MovingPose under = pose_;
-      slide(way_mm);
-      if (pose_.translation_mm == under.translation_mm + way_mm) return true;
+    MovingPose under = pose_;
+    under.translation_mm.y() -= way_mm.norm();
+    const Eigen::Vector3d start_mm = under.translation_mm;
+    const int n = substeps(way_mm.norm());
+    for (int k = 0; k <= n; ++k) {
+      under.translation_mm = start_mm + static_cast<double>(k) / n * way_mm;
+      if (collides(under)) return false;
     }
-    pose_ = here;
-    return false;
+    pose_ = under;
+    last_motion_ = LastMotion::slide;
+    tell(MoveKind::translate, pose_);
+    return true;
   }
 
   void slide(const Eigen::Vector3d& by_mm)
@@ -247,8 +252,6 @@ class Search {
       pose.translation_mm += share * by_mm;
       return pose;
     });
-    last_motion_ = LastMotion::slide;
-    tell(MoveKind::translate, pose_);
   }
 
   void turn(const RotationPrediction& rotation)
