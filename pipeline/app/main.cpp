@@ -1,7 +1,12 @@
 /// The command line of `vrda`, and the only place of the program that catches.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
+#include <iostream>
 
 #include "app/check_command.hpp"
 #include "app/convert_command.hpp"
@@ -15,6 +20,17 @@
 namespace {
 
 using vrda::ExitCode;
+
+constexpr const char* help_footer = R"(Example:
+  vrda run jobs/knee-generic.toml
+`vrda COMMAND --help` has an example of each.
+
+Exit codes:
+  0  done
+  2  bad input; the message names file, field, what was found and what was wanted
+  3  finished, but more attitudes are unsolved than the job allows
+  4  interrupted; the same command goes on
+  5  our mistake; the message says what to report)";
 
 struct Commands {
   CLI::App app{"VRDA: from surface meshes of a joint to a motion model.", "vrda"};
@@ -156,6 +172,7 @@ struct Commands {
   Commands()
   {
     app.require_subcommand(1);
+    app.footer(help_footer);
     app.set_version_flag("--version", "vrda " VRDA_VERSION);
     add_run();
     add_check();
@@ -172,18 +189,36 @@ int as_int(ExitCode code)
   return static_cast<int>(code);
 }
 
+// A closed stream would lend its number to the next file opened, and what is printed would land in there.
+// Opened for reading only, a write to it fails as it should.
+void hold_standard_streams()
+{
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDONLY) < 0) std::abort();
+  }
+}
+
+void require_printed()
+{
+  const bool is_flushed = std::fflush(stdout) == 0;
+  if (is_flushed && std::ferror(stdout) == 0) return;
+  throw vrda::InputError({"standard output", "", "an output that cannot be written", "room for it"});
+}
+
 int run_program(int argc, char** argv)
 {
   Commands commands;
   try {
     commands.app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return commands.app.exit(error) == 0 ? as_int(ExitCode::done) : as_int(ExitCode::bad_input);
+    if (commands.app.exit(error) != 0) return as_int(ExitCode::bad_input);
+    std::cout.flush();
+    require_printed();
+    return as_int(ExitCode::done);
   }
   if (commands.is_quiet) vrda::be_quiet();
   const ExitCode code = commands.chosen();
-  if (std::fflush(stdout) != 0)
-    throw vrda::InputError({"standard output", "", "an output that cannot be written", "room"});
+  require_printed();
   return as_int(code);
 }
 
@@ -191,6 +226,7 @@ int run_program(int argc, char** argv)
 
 int main(int argc, char** argv)
 {
+  hold_standard_streams();
   try {
     return run_program(argc, argv);
   } catch (const vrda::InputError& error) {

@@ -179,6 +179,46 @@ ExitCode finish(const Case& job_case, const SweepResult& result, const std::stri
   return ExitCode::too_many_unsolved;
 }
 
+ExitCode solve_and_write(const Case& job_case, const RunOptions& options, Log& log, const std::string& output)
+{
+  const RunRecord record(n_threads_of(options), static_cast<int>(log.known.size()));
+  const SweepResult result = solve_all(job_case, options, log);
+  if (log.traces) log.traces->flush();
+  log.writer.flush();
+  if (!result.is_complete) {
+    say("interrupted: what is solved stands in " + journal_of(output) +
+        "; the same command goes on from there");
+    return ExitCode::interrupted;
+  }
+  if (log.traces) write_trace_of(job_case, result, output);
+  const ExitCode code = finish(job_case, result, output, record);
+  std::printf("%s\n", output.c_str());
+  return code;
+}
+
+bool is_in_place(const Log& log)
+{
+  return log.writer.is_in_place() && (!log.traces || log.traces->is_in_place());
+}
+
+// The output's folder was deleted or moved under a run: the journals, which are still open, go back to their
+// places.
+[[noreturn]] void put_back(const Log& log, const std::string& output)
+{
+  const std::string found = "a folder that was deleted or moved during the run";
+  try {
+    if (!log.writer.is_in_place()) log.writer.restore();
+    if (log.traces && !log.traces->is_in_place()) log.traces->restore();
+  } catch (const InputError& error) {
+    throw InputError(
+        {output, "folder", found, std::string("it left alone; what was solved is lost: ") + error.what()});
+  }
+  const std::size_t n = read_journal(journal_of(output)).records.size();
+  throw InputError({output, "folder", found,
+                    "it left alone; it is there again with the journal of all " + std::to_string(n) +
+                        " steps solved, and the same command goes on from them"});
+}
+
 }  // namespace
 
 ExitCode run_command(const RunOptions& options)
@@ -196,21 +236,17 @@ ExitCode run_command(const RunOptions& options)
   if (options.writes_trace) {
     log.traces.emplace(open_trace_log(trace_journal_of(output), key, journal, log.known));
   }
-  write_motion_model(output + ".start.h5", pending_model_of(job_case));
+  // A resumed run has its start file, and a disk that filled up may have no room for a second one.
+  const std::string start = output + ".start.h5";
+  if (log.known.empty() || !fs::exists(start)) write_motion_model(start, pending_model_of(job_case));
   watch_for_interrupts();
 
-  RunRecord record(n_threads_of(options), static_cast<int>(log.known.size()));
-  const SweepResult result = solve_all(job_case, options, log);
-  if (log.traces) log.traces->flush();
-  log.writer.flush();
-  if (!result.is_complete) {
-    say("interrupted: what is solved stands in " + journal + "; the same command goes on from there");
-    return ExitCode::interrupted;
+  try {
+    return solve_and_write(job_case, options, log, output);
+  } catch (const InputError&) {
+    if (is_in_place(log)) throw;
   }
-  if (log.traces) write_trace_of(job_case, result, output);
-  const ExitCode code = finish(job_case, result, output, record);
-  std::printf("%s\n", output.c_str());
-  return code;
+  put_back(log, output);
 }
 
 }  // namespace vrda

@@ -1,12 +1,14 @@
 #include "convert/object_set.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <map>
 #include <optional>
 
 #include "core/error.hpp"
 #include "load/file_bytes.hpp"
+#include "load/job_value.hpp"
 #include "load/words.hpp"
 
 namespace vrda {
@@ -88,7 +90,11 @@ Rows read_rows(const NamedText& source, const std::string& what, const Rows* ver
       lines.refuse("more normals", std::to_string(vertices->values.rows()) + ", one for each vertex");
     }
     numbers.read(lines);
-    for (std::size_t k = 1; k <= 3; ++k) values.push_back(lines.real(k, "a finite coordinate"));
+    for (std::size_t k = 1; k <= 3; ++k) {
+      values.push_back(lines.real(k, "a finite coordinate"));
+      if (std::abs(values.back()) > largest_coordinate)
+        lines.refuse("a coordinate of " + shortest(values.back()), "at most 1e9 in size");
+    }
   }
   const auto n = static_cast<Eigen::Index>(values.size() / 3);
   check_promise(lines, promise, static_cast<std::size_t>(n));
@@ -103,6 +109,7 @@ Rows read_rows(const NamedText& source, const std::string& what, const Rows* ver
 // Polygons of one component, corners as rows of the whole set.
 struct Polygons {
   std::string name;
+  std::size_t line = 0;  // that names it first
   std::vector<std::int32_t> corner;
   std::vector<std::int32_t> size;
 };
@@ -160,7 +167,7 @@ class ElementReader {
     if (components_.size() == most_object_components)
       lines_.refuse("more components", "at most " + std::to_string(most_object_components));
     place_.emplace(name, components_.size());
-    components_.push_back({std::string(name), {}, {}});
+    components_.push_back({std::string(name), lines_.line(), {}, {}});
     return components_.back();
   }
 
@@ -170,11 +177,21 @@ class ElementReader {
   std::map<std::string, std::size_t, std::less<>> place_;  // of a name among the components
 };
 
-ObjectComponent component_of(Polygons polygons, const Rows& vertices, const Rows& normals)
+// Rows of the set that the polygons use, in order.
+std::vector<std::int32_t> used_by(const Polygons& polygons, const std::string& file)
 {
   std::vector<std::int32_t> used = polygons.corner;
   std::sort(used.begin(), used.end());
   used.erase(std::unique(used.begin(), used.end()), used.end());
+  if (used.size() >= 3) return used;
+  throw InputError({file, "line " + std::to_string(polygons.line),
+                    "\"" + polygons.name + "\" of " + std::to_string(used.size()) + " vertices",
+                    "at least 3, or no face has an area"});
+}
+
+ObjectComponent component_of(Polygons polygons, const std::vector<std::int32_t>& used, const Rows& vertices,
+                             const Rows& normals)
+{
   ObjectComponent component{std::move(polygons.name), {}};
   RawMesh& mesh = component.mesh;
   mesh.vertices.resize(static_cast<Eigen::Index>(used.size()), 3);
@@ -205,8 +222,10 @@ std::vector<ObjectComponent> parse_object_set(const ObjectSetTexts& texts)
   const Rows vertices = read_rows(texts.coordinates, "vertex", nullptr);
   const Rows normals = read_rows(texts.normals, "normal", &vertices);
   std::vector<ObjectComponent> components;
-  for (Polygons& polygons : ElementReader(texts.elements, vertices).read())
-    components.push_back(component_of(std::move(polygons), vertices, normals));
+  for (Polygons& polygons : ElementReader(texts.elements, vertices).read()) {
+    const std::vector<std::int32_t> used = used_by(polygons, texts.elements.file);
+    components.push_back(component_of(std::move(polygons), used, vertices, normals));
+  }
   return components;
 }
 

@@ -6,7 +6,8 @@
 
 namespace vrda {
 
-/// Somebody outside can fix it. what() reads "file: field: found ..., wanted ...".
+/// Somebody outside can fix it. what() reads "file: field: found ..., wanted ...": one printable line,
+/// whatever bytes the facts quote.
 class InputError : public std::runtime_error {
  public:
   struct Facts {

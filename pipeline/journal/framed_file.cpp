@@ -2,12 +2,14 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <utility>
 
 #include "core/error.hpp"
@@ -96,6 +98,47 @@ void sync_folder(const std::string& path)
     fail(path, "a folder that cannot be flushed", wanted_writable);
 }
 
+/// How many names the file has; 0 when it was deleted.
+nlink_t n_names_of(int descriptor)
+{
+  struct stat facts {};
+  return fstat(descriptor, &facts) == 0 ? facts.st_nlink : 0;
+}
+
+/// Writes `bytes` under a second name and renames: all of them stand at `path` or nothing does. Returns the
+/// open and locked file.
+int write_new(const std::string& path, const std::string& bytes)
+{
+  const std::string temporary = path + ".partial";
+  Descriptor descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666));
+  if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
+  lock(descriptor.get(), path);
+  const bool is_written = write_all(descriptor.get(), bytes) == bytes.size() &&
+                          fsync(descriptor.get()) == 0 && std::rename(temporary.c_str(), path.c_str()) == 0;
+  if (!is_written) {
+    const int kept = errno;
+    std::remove(temporary.c_str());
+    errno = kept;
+    fail(path, "a journal that cannot be created", wanted_writable);
+  }
+  sync_folder(path);
+  return descriptor.release();
+}
+
+/// The first bytes of an open file.
+std::string bytes_in(int descriptor, std::size_t n_bytes, const std::string& path)
+{
+  std::string bytes(n_bytes, '\0');
+  std::size_t n_read = 0;
+  while (n_read < n_bytes) {
+    const ssize_t n = pread(descriptor, bytes.data() + n_read, n_bytes - n_read, static_cast<off_t>(n_read));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) fail(path, "a journal that cannot be read back", wanted_writable);
+    n_read += static_cast<std::size_t>(n);
+  }
+  return bytes;
+}
+
 /// Checks the header and returns its key; its length is that of header_bytes.
 std::string key_of(std::string_view bytes, const std::string& path, const FrameFormat& format)
 {
@@ -178,21 +221,8 @@ FrameWriter FrameWriter::create(const std::string& path, const std::string& key,
 {
   const Descriptor old(open(path.c_str(), O_RDWR | O_CLOEXEC));
   if (old.get() >= 0) lock(old.get(), path);
-  const std::string temporary = path + ".partial";
-  Descriptor descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666));
-  if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
-  lock(descriptor.get(), path);
   const std::string header = header_bytes(key, format);
-  const bool is_written = write_all(descriptor.get(), header) == header.size() &&
-                          fsync(descriptor.get()) == 0 && std::rename(temporary.c_str(), path.c_str()) == 0;
-  if (!is_written) {
-    const int kept = errno;
-    std::remove(temporary.c_str());
-    errno = kept;
-    fail(path, "a journal that cannot be created", wanted_writable);
-  }
-  sync_folder(path);
-  return FrameWriter(path, descriptor.release(), header.size(), format);
+  return FrameWriter(path, write_new(path, header), header.size(), format);
 }
 
 FrameWriter FrameWriter::resume(const std::string& path, std::uint64_t valid_bytes, const FrameFormat& format)
@@ -211,18 +241,38 @@ FrameWriter::~FrameWriter()
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
+FrameWriter::FrameWriter(std::string path, int descriptor, std::uint64_t n_bytes, const FrameFormat& format)
+    : path_(std::move(path)),
+      format_(format),
+      descriptor_(descriptor),
+      had_name_(n_names_of(descriptor) > 0),
+      n_bytes_(n_bytes),
+      n_synced_bytes_(n_bytes)
+{
+}
+
 FrameWriter::FrameWriter(FrameWriter&& other) noexcept
     : path_(std::move(other.path_)),
       format_(other.format_),
       descriptor_(std::exchange(other.descriptor_, -1)),
-      n_bytes_(other.n_bytes_)
+      had_name_(other.had_name_),
+      n_bytes_(other.n_bytes_.load()),
+      n_synced_bytes_(other.n_synced_bytes_.load()),
+      sync_interval_(other.sync_interval_),
+      synced_(other.synced_)
 {
 }
 
 void FrameWriter::append(std::string_view content)
 {
   check(content.size() <= format_.longest_content, "what a journal is given fits a frame");
-  const std::string frame = frame_of(content);
+  write(frame_of(content));
+  require_in_place();
+  sync_when_due();
+}
+
+void FrameWriter::write(std::string_view frame)
+{
   const std::lock_guard<std::mutex> guard(mutex_);
   check(descriptor_ >= 0, "nothing is appended to a closed journal");
   if (write_all(descriptor_, frame) == frame.size()) {
@@ -238,11 +288,53 @@ void FrameWriter::append(std::string_view content)
   fail(path_, "a " + std::string(format_.frame_name) + " that cannot be written", wanted_writable);
 }
 
+void FrameWriter::sync_when_due()
+{
+  {
+    const std::lock_guard<std::mutex> guard(mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - synced_ < sync_interval_) return;
+    synced_ = now;
+  }
+  // Without the lock: the others go on appending while this thread waits for the disk.
+  const std::uint64_t n_bytes = n_bytes_;
+  if (fdatasync(descriptor_) != 0) fail(path_, "a journal that cannot be flushed", wanted_writable);
+  n_synced_bytes_ = n_bytes;
+}
+
 void FrameWriter::flush()
 {
   const std::lock_guard<std::mutex> guard(mutex_);
   check(descriptor_ >= 0, "a closed journal is flushed already");
   if (fsync(descriptor_) != 0) fail(path_, "a journal that cannot be flushed", wanted_writable);
+  n_synced_bytes_ = n_bytes_.load();
+  require_in_place();
+}
+
+bool FrameWriter::is_in_place() const
+{
+  struct stat at_path {};
+  const bool is_there = stat(path_.c_str(), &at_path) == 0 || (errno != ENOENT && errno != ENOTDIR);
+  return is_there && (!had_name_ || n_names_of(descriptor_) > 0);
+}
+
+void FrameWriter::require_in_place() const
+{
+  if (is_in_place()) return;
+  throw InputError(
+      {path_, "", "a journal that was deleted or moved while it was written", "it left in its place"});
+}
+
+void FrameWriter::restore() const
+{
+  const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
+  std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (access(path_.c_str(), F_OK) == 0) {
+    throw InputError(
+        {path_, "", "another file where the journal stood", "no other run with the same output"});
+  }
+  const Descriptor closed(write_new(path_, bytes_in(descriptor_, n_bytes_, path_)));
 }
 
 void FrameWriter::close()

@@ -2,6 +2,8 @@
 /// length, CRC-32 of length and content, content. All integers little-endian.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -47,27 +49,46 @@ class FrameWriter {
   FrameWriter(FrameWriter&& other) noexcept;
   FrameWriter& operator=(FrameWriter&&) = delete;
 
-  /// Hands one frame to the system in one write; from then on a kill of the process cannot lose it.
+  /// Hands one frame to the system in one write; from then on a kill of the process cannot lose it. Waits
+  /// for the disk when the last wait is sync_every() ago, so that a power cut loses no more than that.
   /// Any thread may call. Throws InputError when the disk is full or gone; what was written stays valid.
+  /// Throws one too when the file was deleted or moved meanwhile; the frame is in it even then.
   void append(std::string_view content);
 
-  /// Waits until everything has reached the disk, so that a power cut cannot lose it.
+  /// Waits until everything has reached the disk, so that a power cut cannot lose it. Throws like append().
   void flush();
+
+  /// 5 s unless told: an fdatasync takes milliseconds, on a slow network disk tenths of a second.
+  void sync_every(std::chrono::steady_clock::duration interval) { sync_interval_ = interval; }
+  /// Bytes that append() has not waited for.
+  std::uint64_t n_unsynced_bytes() const { return n_bytes_ - n_synced_bytes_; }
+
+  /// Whether the path still leads to this file: an open file lives on when its folder is deleted or moved.
+  bool is_in_place() const;
+
+  /// Makes the folder and the file anew with all that was appended. Throws InputError when another file
+  /// stands there, or when it cannot be written. Nothing may be appended afterwards.
+  void restore() const;
 
   /// flush() and let go of the file. Nothing may be appended afterwards.
   void close();
 
  private:
-  FrameWriter(std::string path, int descriptor, std::uint64_t n_bytes, const FrameFormat& format)
-      : path_(std::move(path)), format_(format), descriptor_(descriptor), n_bytes_(n_bytes)
-  {
-  }
+  FrameWriter(std::string path, int descriptor, std::uint64_t n_bytes, const FrameFormat& format);
+
+  void write(std::string_view frame);
+  void sync_when_due();
+  void require_in_place() const;
 
   std::string path_;
   FrameFormat format_;
   std::mutex mutex_;
   int descriptor_;
-  std::uint64_t n_bytes_;  ///< header and whole frames
+  bool had_name_;                              ///< some file systems count no names of a file
+  std::atomic<std::uint64_t> n_bytes_;         ///< header and whole frames
+  std::atomic<std::uint64_t> n_synced_bytes_;  ///< of them on the disk
+  std::chrono::steady_clock::duration sync_interval_ = std::chrono::seconds(5);
+  std::chrono::steady_clock::time_point synced_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace vrda

@@ -45,6 +45,10 @@ class JournalWriter {
   void append(const StepRecord& record);
   void flush() { file_.flush(); }
   void close() { file_.close(); }
+  bool is_in_place() const { return file_.is_in_place(); }
+  void restore() const { file_.restore(); }
+  void sync_every(std::chrono::steady_clock::duration interval) { file_.sync_every(interval); }
+  std::uint64_t n_unsynced_bytes() const { return file_.n_unsynced_bytes(); }
 
  private:
   explicit JournalWriter(FrameWriter file) : file_(std::move(file)) {}

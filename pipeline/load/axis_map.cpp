@@ -33,11 +33,12 @@ AxisMap axis_map(const Job& job)
   R_canonical_native.row(0) = axis_of(frame.anterior).transpose();
   R_canonical_native.row(1) = axis_of(frame.proximal).transpose();
   R_canonical_native.row(2) = axis_of(frame.right).transpose();
+  const std::string source = job.document.source_of_all({"frame.anterior", "frame.proximal", "frame.right"});
   const double handedness =
       R_canonical_native.row(0).cross(R_canonical_native.row(1)).dot(R_canonical_native.row(2));
-  if (handedness == 0.0) throw InputError({job.file, "frame", words, "each of X, Y and Z once"});
+  if (handedness == 0.0) throw InputError({source, "frame", words, "each of X, Y and Z once"});
   if (handedness < 0.0) {
-    throw InputError({job.file, "frame", words + ", a left-handed map",
+    throw InputError({source, "frame", words + ", a left-handed map",
                       "a right-handed one: if anterior and proximal are as they should be, right = \"" +
                           opposite(frame.right) + "\""});
   }

@@ -5,6 +5,7 @@
 #include "load/case_warnings.hpp"
 #include "load/compartments.hpp"
 #include "load/component_source.hpp"
+#include "load/input_file.hpp"
 #include "load/job.hpp"
 
 namespace vrda {
@@ -28,6 +29,17 @@ void check_solvable(const Job& job)
     refuse("push.delta", "directions that differ over flexion",
            "one direction: this version pushes along the same one at every attitude");
   }
+}
+
+// The search has no use for ligaments yet, but a file that is not there is a slip all the same.
+void check_ligament_files(const Job& job, const std::string& data_directory)
+{
+  if (!job.ligaments) return;
+  const LigamentsJob& ligaments = *job.ligaments;
+  if (!ligaments.fibres_file.empty())
+    input_file(job, data_directory, {"ligaments.fibres", ligaments.fibres_file, "a CSV file"});
+  if (!ligaments.wraps_file.empty())
+    input_file(job, data_directory, {"ligaments.wraps", ligaments.wraps_file, "a JSON file"});
 }
 
 void append_part(Part& part, const Mesh& mesh, std::int32_t component)
@@ -58,6 +70,7 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
 {
   const Job job = read_job(job_file, options.overrides);
   check_solvable(job);
+  check_ligament_files(job, options.data_directory);
   const AxisMap map = axis_map(job);
   Case loaded;
   loaded.title = job.title;

@@ -1,18 +1,16 @@
 #include "load/component_source.hpp"
 
 #include <cstring>
-#include <filesystem>
 #include <utility>
 
 #include "core/error.hpp"
 #include "core/nearest_word.hpp"
 #include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
 #include "load/job_schema.hpp"
 
 namespace vrda {
 namespace {
-
-namespace fs = std::filesystem;
 
 // The shape with its parameters in alphabetical order.
 std::string request_text(const GenerateJob& generate)
@@ -113,17 +111,10 @@ LoadedComponent ComponentSource::load(const ComponentJob& component)
 
 CleanMesh ComponentSource::from_file(const ComponentJob& component, LoadedInput& input) const
 {
-  const fs::path beside = fs::path(job_.file).parent_path() / component.file;
-  const fs::path in_data = fs::path(data_directory_) / component.file;
-  const bool is_in_data = !data_directory_.empty() && fs::exists(in_data);
-  const std::string key = component.key + ".file";
-  const std::string wanted = data_directory_.empty()
-                                 ? "a mesh file beside the job, or in the folder of --data"
-                                 : "a mesh file in \"" + data_directory_ + "\" (--data) or beside the job";
-  const std::string file = (is_in_data ? in_data : beside).string();
-  std::string bytes = file_bytes(file, {job_.document.source_of(key), key, "", wanted}, largest_mesh_bytes);
-  input = {component.file, sha256_of(bytes)};
-  CleanMesh clean = clean_mesh(read_mesh(file, std::move(bytes)), component.winding, job_.side);
+  InputFile file =
+      input_file(job_, data_directory_, {component.key + ".file", component.file, "a mesh file"});
+  input = {component.file, sha256_of(file.bytes)};
+  CleanMesh clean = clean_mesh(read_mesh(file.path, std::move(file.bytes)), component.winding, job_.side);
   clean.mesh = canonical(clean.mesh, map_);
   return clean;
 }

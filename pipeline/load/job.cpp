@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "load/file_bytes.hpp"
@@ -215,19 +216,16 @@ SearchOptions search_of(const JobValue& root)
   return options;
 }
 
-void check_steps(const Job& job)
+// A step below its resolution.
+void check_step(const Job& job, const std::string& kind, const std::string& unit)
 {
-  const SearchOptions& search = job.search;
-  if (search.translation_resolution_mm > search.translation_step_mm) {
-    refuse(job, "solver.search.translation_resolution_mm", shortest(search.translation_resolution_mm),
-           "at most translation_step_mm, " + shortest(search.translation_step_mm));
-  }
-  if (search.rotation_resolution_rad > search.rotation_step_rad) {
-    refuse(job, "solver.search.rotation_resolution_deg",
-           shown(value_at(job.document.root, "solver.search.rotation_resolution_deg")),
-           "at most rotation_step_deg, " +
-               shown(value_at(job.document.root, "solver.search.rotation_step_deg")));
-  }
+  const std::string resolution = "solver.search." + kind + "_resolution_" + unit;
+  const std::string step_name = kind + "_step_" + unit, step = "solver.search." + step_name;
+  const JobValue& root = job.document.root;
+  if (number_at(root, resolution) <= number_at(root, step)) return;
+  throw InputError({job.document.source_of_all({resolution, step}), resolution,
+                    shown(value_at(root, resolution)),
+                    "at most " + step_name + ", " + shown(value_at(root, step))});
 }
 
 std::optional<LigamentsJob> ligaments_of(const Job& job, const JobValue& root)
@@ -321,7 +319,8 @@ void read_settings(Job& job)
   job.method = text_at(root, "solver.method") == "equilibrium" ? SolverMethod::equilibrium
                                                                : SolverMethod::stability_search;
   job.search = search_of(root);
-  check_steps(job);
+  check_step(job, "translation", "mm");
+  check_step(job, "rotation", "deg");
   check_views(job);
   job.equilibrium = {number_at(root, "solver.equilibrium.tolerance_mm"),
                      static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations"))};
@@ -339,11 +338,11 @@ void read_settings(Job& job)
 
 }  // namespace
 
-Job read_job(const std::string& file, const std::vector<std::string>& overrides)
+Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides)
 {
   Job job;
   job.file = file;
-  job.text = file_bytes(file, {file, "", "", "a job file"}, largest_job_bytes);
+  job.text = std::move(text);
   job.document.file = file;
   job.document.root = parse_toml(job.text, file);
   for (const std::string& override_text : overrides) apply_override(job.document, override_text);
@@ -353,6 +352,11 @@ Job read_job(const std::string& file, const std::vector<std::string>& overrides)
   job.resolved_text = toml_text(job.document.root);
   read_settings(job);
   return job;
+}
+
+Job read_job(const std::string& file, const std::vector<std::string>& overrides)
+{
+  return parse_job(file, file_bytes(file, {file, "", "", "a job file"}, largest_job_bytes), overrides);
 }
 
 }  // namespace vrda

@@ -123,8 +123,11 @@ struct Job {
   double unsolved_fraction = 0.0;
 };
 
-/// Reads a job file and applies `overrides` ("key.path=value").
-/// Throws InputError naming file, key, found and wanted. Opens no mesh.
+/// The job that `text` says, with `overrides` ("key.path=value") applied; `file` is its name in messages.
+/// Throws InputError naming file, key, found and wanted. Opens no file.
+Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides = {});
+
+/// parse_job() of a file's bytes. Opens no mesh.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
 
 }  // namespace vrda

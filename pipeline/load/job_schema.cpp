@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <valijson/adapters/nlohmann_json_adapter.hpp>
 #include <valijson/schema.hpp>
@@ -24,6 +25,22 @@ const Schema& job_schema()
 {
   static const Schema schema = Schema::parse(job_schema_text);
   return schema;
+}
+
+// As the validator wants it; to build it takes longer than to check a job.
+std::unique_ptr<const valijson::Schema> compile_schema()
+{
+  const Json json = Json::parse(job_schema_text);
+  auto schema = std::make_unique<valijson::Schema>();
+  valijson::SchemaParser parser(valijson::SchemaParser::kDraft7);
+  parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(json), *schema);
+  return schema;
+}
+
+const valijson::Schema& compiled_schema()
+{
+  static const std::unique_ptr<const valijson::Schema> schema = compile_schema();
+  return *schema;
 }
 
 std::string joined(const std::string& path, const std::string& key)
@@ -268,16 +285,12 @@ JobValue completed(const Schema& node, const JobValue& value)
 JobValue checked_job(const JobDocument& document)
 {
   check_keys(document, job_schema(), document.root, "");
-  const Json schema_json = Json::parse(job_schema_text);
-  valijson::Schema schema;
-  valijson::SchemaParser parser(valijson::SchemaParser::kDraft7);
-  const valijson::adapters::NlohmannJsonAdapter schema_adapter(schema_json);
-  parser.populateSchema(schema_adapter, schema);
   const Json job_json = json_of(document.root);
   const valijson::adapters::NlohmannJsonAdapter job_adapter(job_json);
   valijson::Validator validator(valijson::Validator::kStrongTypes);
   valijson::ValidationResults results;
-  if (!validator.validate(schema, job_adapter, &results)) throw_failure(document, first_failure(results));
+  if (!validator.validate(compiled_schema(), job_adapter, &results))
+    throw_failure(document, first_failure(results));
   return completed(job_schema(), document.root);
 }
 

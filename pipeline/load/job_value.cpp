@@ -125,9 +125,22 @@ JobValue* JobValue::find(std::string_view key)
 
 std::string JobDocument::source_of(const std::string& key) const
 {
-  const bool is_set = std::any_of(overridden.begin(), overridden.end(),
-                                  [&](const std::string& set) { return is_inside(key, set); });
-  return is_set ? "--set" : file;
+  for (const std::string& set : overridden) {
+    if (is_inside(key, set)) return "--set";
+  }
+  // A message about keys that do not fit together: one of them may come from the command line.
+  for (const std::string& set : overridden) {
+    if (is_inside(set, key)) return file + " with --set " + set;
+  }
+  return file;
+}
+
+std::string JobDocument::source_of_all(const std::vector<std::string>& keys) const
+{
+  for (const std::string& key : keys) {
+    if (source_of(key) != file) return file + " with --set " + key;
+  }
+  return file;
 }
 
 const JobValue& value_at(const JobValue& root, std::string_view dotted_key)

@@ -35,8 +35,10 @@ struct JobDocument {
   JobValue root;
   std::vector<std::string> overridden;  ///< dotted keys given by --set
 
-  /// The file's name, or "--set" where an override gave `key`.
+  /// The file's name, "--set" where an override gave `key`, both where one gave a part of it.
   std::string source_of(const std::string& key) const;
+  /// Of several keys that do not fit together: the file, and the first of them that an override gave.
+  std::string source_of_all(const std::vector<std::string>& keys) const;
 };
 
 /// Access to a checked job, where every key is known to be there: InternalError otherwise.

@@ -10,10 +10,6 @@ namespace vrda {
 /// three numbers, endsolid at the end; returned with lower-case keywords and without names and normals.
 std::string checked_stl(const std::string& file, std::string bytes);
 
-/// PLY, ASCII or binary: vertices with x, y, z; faces with a list of vertex indices; every element of the
-/// header there in full.
-void check_ply(const std::string& file, const std::string& bytes);
-
 /// Wavefront OBJ: known keywords, numbers where numbers belong, indices of vertices that are there. Returns
 /// the file reduced to what a mesh is made of, v, vn and f lines with absolute indices. The format has no
 /// counts: a file cut at the end of a line cannot be told from a whole one.

@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "load/job_value.hpp"
 #include "load/mesh_checks.hpp"
+#include "load/ply_file.hpp"
 #include "load/raw_mesh.hpp"
 #include "load/vf_file.hpp"
 
@@ -89,11 +90,12 @@ void check_mesh(const std::string& file, const RawMesh& mesh)
                       "a mesh with faces"});
   }
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
-    if (mesh.vertices.row(v).allFinite()) continue;
+    const bool is_far = !(mesh.vertices.row(v).cwiseAbs().maxCoeff() <= largest_coordinate);
+    if (mesh.vertices.row(v).allFinite() && !is_far) continue;
     const auto p = mesh.vertices.row(v);
     throw InputError({file, "vertex " + std::to_string(v),
                       "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")",
-                      "three finite numbers"});
+                      "three finite numbers of at most 1e9 in size"});
   }
   std::size_t corner = 0;
   for (std::size_t f = 0; f < mesh.size.size(); ++f) {
@@ -123,10 +125,7 @@ RawMesh read_by_extension(const std::string& file, std::string bytes)
 {
   const std::string extension = lower_extension(file);
   if (extension == ".stl") return read_with_assimp(file, checked_stl(file, std::move(bytes)), "stl");
-  if (extension == ".ply") {
-    check_ply(file, bytes);
-    return read_with_assimp(file, bytes, "ply");
-  }
+  if (extension == ".ply") return read_ply(file, bytes);
   if (extension == ".vf" || (extension == ".obj" && is_vertices_faces(bytes)))
     return read_vertices_faces(file, bytes);
   if (extension == ".obj") return read_with_assimp(file, checked_wavefront(file, bytes), "obj");

@@ -243,15 +243,30 @@ class Search {
     return true;
   }
 
+  // A long slide ends where the way left along Delta is longest: the push would not let the moving object
+  // pass a hollow on its way, and steps as long as the objects would throw it out on the far side.
   void slide(const Eigen::Vector3d& by_mm)
   {
-    const MovingPose start = pose_;
-    const double length_mm = by_mm.norm();
-    move_while_free(length_mm, options_.translation_resolution_mm, substeps(length_mm), [&](double share) {
-      MovingPose pose = start;
-      pose.translation_mm += share * by_mm;
-      return pose;
-    });
+    const int n = substeps(by_mm.norm());
+    const Eigen::Vector3d part_mm = by_mm / n;
+    MovingPose best = pose_;
+    double longest_mm = 0.0;
+    for (int k = 0; k < n; ++k) {
+      const MovingPose start = pose_;
+      move_while_free(part_mm.norm(), options_.translation_resolution_mm, 1, [&](double share) {
+        MovingPose pose = start;
+        pose.translation_mm += share * part_mm;
+        return pose;
+      });
+      const bool is_blocked = pose_.translation_mm != start.translation_mm + part_mm;
+      if (n == 1) return;
+      const double travel_mm = gap_ahead().travel_mm;
+      if (travel_mm < longest_mm) break;
+      best = pose_;
+      longest_mm = travel_mm;
+      if (is_blocked || !std::isfinite(travel_mm)) break;
+    }
+    pose_ = best;
   }
 
   void turn(const RotationPrediction& rotation)

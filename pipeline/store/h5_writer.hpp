@@ -1,4 +1,4 @@
-/// Writes one HDF5 file in the manner of netCDF-4 and so that equal calls give equal bytes.
+/// Makes one HDF5 file in the manner of netCDF-4 and so that equal calls give equal bytes.
 #pragma once
 
 #include <cstdint>
@@ -13,13 +13,17 @@
 
 namespace vrda {
 
-/// Every member throws InputError naming the file and the object when the file cannot be written.
+/// In memory: HDF5 1.10 loses its footing when a disk fills up under it, so that no disk is left to it.
+/// Every member throws InputError naming the file and the object when memory runs out.
 /// Objects carry no times and keep the order of creation; the format is that of HDF5 1.8, which MATLAB
 /// and the netCDF library read.
 class H5Writer {
  public:
-  /// Creates `path`, replacing what is there.
+  /// `path` is the file's name in messages; nothing is created there.
   explicit H5Writer(const std::string& path);
+  ~H5Writer();
+  H5Writer(const H5Writer&) = delete;
+  H5Writer& operator=(const H5Writer&) = delete;
 
   void create_group(const std::string& path);
   /// A dimension without a coordinate variable, the way the netCDF library writes one.
@@ -47,8 +51,8 @@ class H5Writer {
   void write_attribute(const std::string& object, const std::string& name,
                        std::span<const std::int8_t> values);
 
-  /// Ends the dimension scales and closes the file. Nothing else may be called afterwards.
-  void close();
+  /// Ends the dimension scales and gives the file's bytes. Nothing else may be called afterwards.
+  std::string bytes();
 
  private:
   struct Use {
@@ -70,6 +74,7 @@ class H5Writer {
   void write_reference_list(const std::string& scale, const std::vector<Use>& uses);
 
   std::string file_name_;
+  int memory_;  ///< descriptor of a file in memory
   H5Handle file_;
   std::vector<std::string> scales_;                ///< in order of creation
   std::map<std::string, std::vector<Use>> users_;  ///< of each scale

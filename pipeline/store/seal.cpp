@@ -80,7 +80,7 @@ std::uint32_t checksum(const std::string& path, std::uint64_t n_bytes)
   return crc.value();
 }
 
-std::string seal_of(std::uint32_t crc)
+std::string seal_with(std::uint32_t crc)
 {
   std::string bytes(magic);
   for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(crc >> shift & 0xffu));
@@ -98,13 +98,11 @@ std::uint64_t content_end(std::ifstream& stream)
 
 }  // namespace
 
-void seal(const std::string& path)
+std::string seal_of(std::string_view content)
 {
-  const std::string bytes = seal_of(checksum(path, std::filesystem::file_size(path)));
-  std::ofstream stream(path, std::ios::binary | std::ios::app);
-  stream << bytes;
-  stream.close();
-  if (!stream) throw InputError({path, "", std::strerror(errno), "a writable file and free space"});
+  Crc32 crc;
+  crc.add(content);
+  return seal_with(crc.value());
 }
 
 void require_sound(const std::string& path)
@@ -115,7 +113,7 @@ void require_sound(const std::string& path)
   const std::uint64_t sealed = size < seal_bytes ? 0 : size - seal_bytes;
   const std::string tail = read_at(stream, sealed, seal_bytes);
   if (tail.substr(0, magic.size()) == magic) {
-    if (tail == seal_of(checksum(path, sealed))) return;
+    if (tail == seal_with(checksum(path, sealed))) return;
     throw InputError({path, "", "a damaged file (its checksum does not match)", wanted_intact});
   }
   const std::uint64_t end = content_end(stream);

@@ -5,11 +5,12 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace vrda {
 
-/// Appends the seal to the closed file at `path`. Throws InputError when it cannot be written.
-void seal(const std::string& path);
+/// The seal of a file with this HDF5 content, to stand behind it.
+std::string seal_of(std::string_view content);
 
 /// Throws InputError when the file is damaged: its seal does not match, or it is shorter or longer than its
 /// HDF5 content and seal. A file without a seal passes when it ends where its HDF5 content does: another

@@ -59,7 +59,7 @@ void write_attributes(H5Writer& writer, const Trace& trace)
                          std::span<const double>(&trace.rotation_resolution_deg, 1));
 }
 
-void write_file(const std::string& path, const Trace& trace)
+std::string bytes_of(const std::string& path, const Trace& trace)
 {
   const FileLayout layout = trace_layout_of({static_cast<std::int64_t>(trace.searches.node.size()),
                                              static_cast<std::int64_t>(trace.moves.kind.size()),
@@ -69,7 +69,7 @@ void write_file(const std::string& path, const Trace& trace)
   write_attributes(writer, trace);
   for (const std::string& group : layout.groups) writer.create_group(group);
   visit_trace(trace, DatasetWriter(writer, layout));
-  writer.close();
+  return writer.bytes();
 }
 
 Trace read_values(const H5Reader& reader, const Structure& structure)
@@ -99,7 +99,7 @@ std::string trace_name(const std::string& motion_model_file)
 
 void write_trace(const std::string& path, const Trace& trace)
 {
-  write_whole(path, [&](const std::string& temporary) { write_file(temporary, trace); });
+  write_whole(path, bytes_of(path, trace));
 }
 
 Trace read_trace(const std::string& path)

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "core/error.hpp"
 #include "store/seal.hpp"
@@ -13,23 +14,32 @@
 namespace vrda {
 namespace {
 
+/// Takes errno for the reason.
 [[noreturn]] void fail(const std::string& path, const std::string& what)
 {
   throw InputError(
-      {path, "", what + " (" + std::strerror(errno) + ")", "a folder and a file that can be written"});
+      {path, "", what + " (" + std::strerror(errno) + ")", "a folder that can be written and free space"});
 }
 
-/// Waits until the content of a file or folder has reached the disk.
-void sync(const std::string& path, int flags)
-{
-  const int descriptor = open(path.c_str(), flags | O_CLOEXEC);
-  if (descriptor < 0) fail(path, "no access");
-  const int synced = fsync(descriptor);
-  const int kept = errno;
-  ::close(descriptor);
-  errno = kept;
-  if (synced != 0) fail(path, "a failed flush");
-}
+/// Closes itself; the destructor leaves errno alone, which a message may be about.
+class Descriptor {
+ public:
+  explicit Descriptor(int value) : value_(value) {}
+  ~Descriptor()
+  {
+    const int kept = errno;
+    if (value_ >= 0) ::close(value_);
+    errno = kept;
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return value_; }
+  /// Some file systems tell of a full disk only here.
+  bool close() { return ::close(std::exchange(value_, -1)) == 0; }
+
+ private:
+  int value_;
+};
 
 /// Removes the temporary file unless it got its final name.
 class Temporary {
@@ -44,27 +54,41 @@ class Temporary {
   std::string path_;
 };
 
-/// The library's reasons are about its own inside; a plain open says what a user can mend.
-void require_writable(const std::string& path, const std::string& temporary)
+bool is_written(int descriptor, std::string_view bytes)
 {
-  const int descriptor = open(temporary.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor < 0) fail(path, "an output that cannot be created");
-  ::close(descriptor);
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(descriptor, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return true;
+}
+
+/// The new name has reached the disk, too.
+void sync_folder(const std::string& path)
+{
+  const std::size_t slash = path.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  const Descriptor descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (descriptor.get() < 0 || fsync(descriptor.get()) != 0) fail(path, "a folder that cannot be flushed");
 }
 
 }  // namespace
 
-void write_whole(const std::string& path, const std::function<void(const std::string& temporary)>& write)
+void write_whole(const std::string& path, std::string_view content)
 {
-  const std::size_t slash = path.rfind('/');
-  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
+  const std::string seal = seal_of(content);
   const Temporary temporary(path + ".partial");
-  require_writable(path, temporary.path());
-  write(temporary.path());
-  seal(temporary.path());
-  sync(temporary.path(), O_RDONLY);
+  Descriptor file(open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+  if (file.get() < 0) fail(path, "an output that cannot be created");
+  if (!is_written(file.get(), content) || !is_written(file.get(), seal) || fsync(file.get()) != 0 ||
+      !file.close()) {
+    fail(path,
+         "an output of " + std::to_string(content.size() + seal.size()) + " bytes that cannot be written");
+  }
   if (std::rename(temporary.path().c_str(), path.c_str()) != 0) fail(path, "a file that cannot be replaced");
-  sync(folder, O_RDONLY | O_DIRECTORY);
+  sync_folder(path);
 }
 
 }  // namespace vrda

@@ -89,7 +89,7 @@ void write_group_attributes(H5Writer& writer, const MotionModel& model)
   }
 }
 
-void write_file(const std::string& path, const MotionModel& model)
+std::string bytes_of(const std::string& path, const MotionModel& model)
 {
   const FileShape shape = shape_of(model);
   const FileLayout layout = layout_of(shape);
@@ -98,14 +98,14 @@ void write_file(const std::string& path, const MotionModel& model)
   for (const std::string& group : layout.groups) writer.create_group(group);
   visit_datasets(model, shape, DatasetWriter(writer, layout, shape));
   write_group_attributes(writer, model);
-  writer.close();
+  return writer.bytes();
 }
 
 }  // namespace
 
 void write_motion_model(const std::string& path, const MotionModel& model)
 {
-  write_whole(path, [&](const std::string& temporary) { write_file(temporary, model); });
+  write_whole(path, bytes_of(path, model));
 }
 
 }  // namespace vrda

@@ -83,6 +83,13 @@ class Sweep {
     row_ready_.notify_all();
   }
 
+  // Another worker was stopped or failed: what a full disk cannot keep need not be solved.
+  bool is_ended()
+  {
+    const std::lock_guard lock(mutex_);
+    return is_ended_;
+  }
+
   std::optional<std::int32_t> next_row()
   {
     std::unique_lock lock(mutex_);
@@ -96,7 +103,7 @@ class Sweep {
     if (hooks_.recall) {
       if (std::optional<StepRecord> known = hooks_.recall(key)) return *known;
     }
-    if (hooks_.is_stopped && hooks_.is_stopped()) throw Stopped{};
+    if (is_ended() || (hooks_.is_stopped && hooks_.is_stopped())) throw Stopped{};
     StepRecord record = solve_(key,
                                {plan_.flexion_rad[static_cast<std::size_t>(key.flexion)],
                                 plan_.varus_rad[static_cast<std::size_t>(key.varus)]},

@@ -45,7 +45,7 @@ double imbalance_mm(const StepRecord& record);
 /// varus left free would come to rest.
 bool is_better_balanced(const StepRecord& a, const StepRecord& b);
 
-/// Rethrows what `solve` or a hook throws, once all workers have ended.
+/// Rethrows the first that `solve` or a hook throws; the other workers finish the step in hand before.
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads);
 
 }  // namespace vrda

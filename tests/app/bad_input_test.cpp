@@ -4,8 +4,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
-
 #include "app/scenes.hpp"
 #include "journal/journal.hpp"
 
@@ -17,15 +15,9 @@ using testing::HasSubstr;
 
 class BadInput : public testing::Test {
  protected:
-  // Runs the small job with one change; the run must end with exit code 2 and one line that says these words.
   void expect_refused(const std::vector<std::string>& words) const
   {
-    const test::Ended ended =
-        test::run_vrda({"run", job_.string(), "-o", output_.string(), "--progress", "none"});
-    EXPECT_EQ(ended.exit_code, 2) << ended.err;
-    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << ended.err;
-    for (const std::string& word : words) EXPECT_THAT(ended.err, HasSubstr(word));
-    EXPECT_FALSE(fs::exists(output_));
+    test::expect_refused(job_, output_, words);
   }
 
   test::Scratch scratch_;
@@ -108,6 +100,38 @@ TEST_F(BadInput, UnknownKeyNamesTheNearest)
 {
   test::edit(job_, "material = \"bone\"", "materiel = \"bone\"");
   expect_refused({"small.toml", "materiel", "material"});
+}
+
+TEST_F(BadInput, MissingLigamentFilesAreNamed)
+{
+  scratch_.write("fibres.csv", "name\n");
+  const auto with = [&](const std::string& table) {
+    test::edit(job_, "[smooth]", table + "\n[smooth]");
+    expect_refused({"small.toml", "ligaments.", "no file", "wanted", "beside the job"});
+    const test::Ended check = test::run_vrda({"check", job_.string()});
+    EXPECT_EQ(check.exit_code, 2);
+    EXPECT_EQ(test::n_lines(check.err), 1) << check.err;
+    test::edit(job_, table, "");
+  };
+  with("[ligaments]\nfibres = \"ligament.csv\"");
+  with("[ligaments]\nfibres = \"fibres.csv\"\nwraps = \"wraps.json\"");
+}
+
+TEST_F(BadInput, KeysThatDoNotFitTogetherNameTheCommandLineToo)
+{
+  const auto said = [&](const std::string& set) {
+    const test::Ended ended = test::run_vrda({"check", job_.string(), "--set", set});
+    EXPECT_EQ(ended.exit_code, 2);
+    return ended.err;
+  };
+  EXPECT_THAT(said("grid.flexion.to=-9"),
+              HasSubstr("small.toml with --set grid.flexion.to: grid.flexion: found from 0 to -9"));
+  EXPECT_THAT(
+      said("solver.search.translation_step_mm=0.01"),
+      HasSubstr("with --set solver.search.translation_step_mm: solver.search.translation_resolution"));
+  EXPECT_THAT(said("solver.search.rotation_resolution_deg=3"),
+              HasSubstr("with --set solver.search.rotation_resolution_deg: "));
+  EXPECT_THAT(said("frame.right=-Z"), HasSubstr("with --set frame.right: frame"));
 }
 
 TEST_F(BadInput, UnwritableOutput)

@@ -23,6 +23,10 @@ TEST(Commands, HelpNamesEveryCommandWithAnExample)
     EXPECT_THAT(own.out, HasSubstr("Example:"));
     EXPECT_THAT(own.out, HasSubstr("--quiet"));
   }
+  EXPECT_THAT(help.out, HasSubstr("Example:\n  vrda run "));
+  for (const std::string code :
+       {"0  done", "2  bad input", "3  finished", "4  interrupted", "5  our mistake"})
+    EXPECT_THAT(help.out, HasSubstr(code));
   EXPECT_EQ(test::run_vrda({"--version"}).out, "vrda 0.1.0\n");
 }
 

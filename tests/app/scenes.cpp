@@ -1,5 +1,8 @@
 #include "app/scenes.hpp"
 
+#include <gmock/gmock.h>
+
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <stdexcept>
@@ -153,6 +156,21 @@ void wait_for_bytes(Process& process, const std::filesystem::path& file, std::ui
          (!std::filesystem::exists(file) || std::filesystem::file_size(file, ignored) < n)) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
+}
+
+void expect_refused(const std::filesystem::path& job, const std::filesystem::path& output,
+                    const std::vector<std::string>& words)
+{
+  const Ended ended = run_vrda({"run", job.string(), "-o", output.string(), "--progress", "none"});
+  EXPECT_EQ(ended.exit_code, 2) << ended.err;
+  EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
+  for (const std::string& word : words) EXPECT_THAT(ended.err, testing::HasSubstr(word));
+  EXPECT_FALSE(std::filesystem::exists(output));
+}
+
+std::ptrdiff_t n_lines(const std::string& text)
+{
+  return std::count(text.begin(), text.end(), '\n');
 }
 
 std::string text_of(const std::filesystem::path& file)

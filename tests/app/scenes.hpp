@@ -29,6 +29,13 @@ void wait_for_bytes(Process& process, const std::filesystem::path& file, std::ui
 
 std::string text_of(const std::filesystem::path& file);
 
+/// `vrda run` of the job must end with exit code 2 and one line that says all of these words; no output then.
+void expect_refused(const std::filesystem::path& job, const std::filesystem::path& output,
+                    const std::vector<std::string>& words);
+
+/// How many lines a program said.
+std::ptrdiff_t n_lines(const std::string& text);
+
 /// Replaces the first `from` in a file by `to`; the text must be there.
 void edit(const std::filesystem::path& file, const std::string& from, const std::string& to);
 

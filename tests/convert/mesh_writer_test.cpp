@@ -113,17 +113,17 @@ TEST(MeshWriter, SinglePrecisionSurvivesEveryPairOfFormats)
   }
 }
 
-TEST(MeshWriter, DoublesComeBackToTheBitFromVfAndToAFloatsPrecisionElsewhere)
+TEST(MeshWriter, DoublesComeBackToTheBitFromVfAndPlyAndToAFloatsPrecisionElsewhere)
 {
   std::mt19937 random(5);
   RawMesh mesh = raw_of(test::ball(40, 6, 9));
   for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
     for (int k = 0; k < 3; ++k) mesh.vertices(v, k) += static_cast<double>(random()) * 1e-11;
   }
-  EXPECT_EQ(faces_of(through("a.vf", mesh)), faces_of(mesh));
-  // The readers round to float, texts in more than one step: two spacings of a float from 32 to 64.
+  for (const std::string file : {"a.vf", "a.ply"}) EXPECT_EQ(faces_of(through(file, mesh)), faces_of(mesh));
+  // The other readers round to float, texts in more than one step: two spacings of a float from 32 to 64.
   constexpr double float_rounding = 2.0 * 64.0 / (1 << 24);
-  for (const std::string file : {"a.stl", "a.obj", "a.ply"}) {
+  for (const std::string file : {"a.stl", "a.obj"}) {
     SCOPED_TRACE(file);
     const RawMesh back = through(file, mesh);
     ASSERT_EQ(back.vertices.rows(), mesh.vertices.rows());

@@ -79,6 +79,7 @@ TEST(ObjectSetErrors, Coordinates)
   expect_refused({part, "3, 1, 1, 0", "3, 1, one, 0", "line 5", "\"one\"", "a finite coordinate"});
   expect_refused({part, "3, 1, 1, 0", "3, nan, 1, 0", "line 5", "\"nan\"", "a finite coordinate"});
   expect_refused({part, "3, 1, 1, 0", "3, 1, 1e999, 0", "line 5", "\"1e999\"", "a finite coordinate"});
+  expect_refused({part, "3, 1, 1, 0", "3, -2e9, 1, 0", "line 5", "-2e+09", "at most 1e9"});
   expect_refused({part, "3, 1, 1, 0\n", "", "line 5", "row 4", "row 3"});
   expect_refused({part, "1, 0", "7, 0", "line 3", "row 7", "row 1 (or 0) first"});
 }
@@ -105,6 +106,7 @@ TEST(ObjectSetErrors, Elements)
   expect_refused({part, "Femur 2 5 3", "Femur 2 5.5 3", "line 3", "\"5.5\"", "the number of a vertex"});
   expect_refused({part, "Femur 2 5 3", "Femur 2 5", "line 3", "2 vertices", "from 3 to 1000"});
   expect_refused({part, "Femur 2 5 3", "Femur", "line 3", "0 vertices", "from 3 to 1000"});
+  expect_refused({part, "Femur 2 5 3", "Femur 2 5 2", "line 3", "\"Femur\" of 2 vertices", "at least 3"});
 }
 
 TEST(ObjectSetErrors, AMissingFileOfTheThreeIsNamed)

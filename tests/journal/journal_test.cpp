@@ -10,6 +10,7 @@
 #include <bit>
 #include <cstring>
 #include <filesystem>
+#include <functional>
 #include <limits>
 #include <set>
 #include <thread>
@@ -285,6 +286,70 @@ TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
   const JournalContent content = read_journal(path);
   EXPECT_GT(content.records.size(), 3u);
   EXPECT_EQ(content.dropped_bytes, 0u);
+}
+
+TEST(Journal, WaitsForTheDiskAtIntervals)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  JournalWriter writer = JournalWriter::create(path, key);
+  const std::uintmax_t n_header = std::filesystem::file_size(path);
+  writer.sync_every(std::chrono::hours(1));
+  for (int n = 0; n < 3; ++n) writer.append(record(n, 1));
+  EXPECT_EQ(writer.n_unsynced_bytes(), std::filesystem::file_size(path) - n_header);
+  writer.sync_every(std::chrono::seconds(0));
+  writer.append(record(3, 1));
+  EXPECT_EQ(writer.n_unsynced_bytes(), 0u);
+  writer.sync_every(std::chrono::hours(1));
+  writer.append(record(4, 1));
+  EXPECT_GT(writer.n_unsynced_bytes(), 0u);
+  writer.flush();
+  EXPECT_EQ(writer.n_unsynced_bytes(), 0u);
+}
+
+// A journal of three records in a folder of its own, whose ground is lost before the third.
+void expect_put_back(const std::function<void(const std::filesystem::path& folder)>& lose)
+{
+  const test::Scratch scratch;
+  const std::filesystem::path folder = scratch.path() / "out" / "deep";
+  std::filesystem::create_directories(folder);
+  const std::string path = folder / "a.journal";
+  JournalWriter writer = JournalWriter::create(path, key);
+  writer.append(record(0, 0));
+  writer.append(record(1, 1));
+  EXPECT_TRUE(writer.is_in_place());
+  lose(folder);
+  EXPECT_FALSE(writer.is_in_place());
+  const InputError::Facts facts = input_error([&] { writer.append(record(2, 2)); });
+  EXPECT_EQ(facts.file, path);
+  EXPECT_NE(facts.found.find("deleted or moved"), std::string::npos);
+  EXPECT_EQ(input_error([&] { writer.flush(); }).file, path);
+  writer.restore();
+  expect_records(read_journal(path), 3);
+}
+
+TEST(Journal, WhatWasDeletedOrMovedIsNoticedAndPutBack)
+{
+  expect_put_back(
+      [](const std::filesystem::path& folder) { std::filesystem::remove_all(folder.parent_path()); });
+  expect_put_back([](const std::filesystem::path& folder) { std::filesystem::remove(folder / "a.journal"); });
+  expect_put_back([](const std::filesystem::path& folder) {
+    std::filesystem::rename(folder, folder.parent_path() / "elsewhere");
+  });
+}
+
+TEST(Journal, NothingIsPutBackOverAnotherFile)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  JournalWriter writer = JournalWriter::create(path, key);
+  std::filesystem::remove(path);
+  scratch.write("a.journal", "another run's");
+  EXPECT_FALSE(writer.is_in_place());
+  const InputError::Facts facts = input_error([&] { writer.restore(); });
+  EXPECT_EQ(facts.file, path);
+  EXPECT_NE(facts.found.find("another file"), std::string::npos);
+  EXPECT_EQ(test::read_bytes(path), "another run's");
 }
 
 TEST(Journal, ASecondWriterIsRefused)

@@ -288,7 +288,7 @@ TEST(GeneratedErrors, UnknownShapesPartsAndParameters)
   const InputError::Facts shape = facts_with(folder, {"moving.component.0.generate.shape=hpi"});
   EXPECT_EQ(shape.field, "moving.component.0.generate");
   EXPECT_THAT(shape.found, HasSubstr("hpi"));
-  EXPECT_EQ(shape.file, folder.job);
+  EXPECT_EQ(shape.file, folder.job + " with --set moving.component.0.generate.shape");
   const InputError::Facts range = facts_with(folder, {"moving.component.0.generate.resolution=-1"});
   EXPECT_EQ(range.field, "moving.component.0.generate.resolution");
   EXPECT_EQ(range.file, "--set");

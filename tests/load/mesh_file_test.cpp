@@ -255,6 +255,8 @@ TEST(MeshFileErrors, VerticesThatAreNotFinite)
   const std::string faces = "3 0 1 2\n";
   expect_refused({"v.obj", "3 1\n0 0 0\nnan 0 0\n0 1 0\n" + faces, "vertex 1", "(nan, 0, 0)", "finite"});
   expect_refused({"v.obj", "3 1\n0 0 0\n1 0 0\n0 -inf 0\n" + faces, "vertex 2", "(0, -inf, 0)", "finite"});
+  expect_refused(
+      {"v.obj", "3 1\n0 0 0\n1 0 0\n0 1.5e9 0\n" + faces, "vertex 2", "(0, 1.5e+09, 0)", "at most 1e9"});
   std::string stl = test::binary_stl(odd_box());
   const float nan = std::numeric_limits<float>::quiet_NaN();
   std::memcpy(stl.data() + 84 + 50 + 12 + 24, &nan, sizeof nan);  // facet 1, third corner

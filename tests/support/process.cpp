@@ -1,6 +1,7 @@
 #include "support/process.hpp"
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -56,9 +57,17 @@ Process::~Process()
   std::filesystem::remove(err_, ignored);
 }
 
+void Process::reap(int options)
+{
+  rusage used{};
+  if (is_reaped_ || wait4(pid_, &status_, options, &used) != pid_) return;
+  is_reaped_ = true;
+  peak_kb_ = used.ru_maxrss;
+}
+
 bool Process::is_running()
 {
-  if (!is_reaped_) is_reaped_ = waitpid(pid_, &status_, WNOHANG) == pid_;
+  reap(WNOHANG);
   return !is_reaped_;
 }
 
@@ -69,8 +78,8 @@ void Process::send(int signal) const
 
 Ended Process::wait()
 {
-  if (!is_reaped_) is_reaped_ = waitpid(pid_, &status_, 0) == pid_;
-  return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, read_bytes(out_), read_bytes(err_)};
+  reap(0);
+  return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, read_bytes(out_), read_bytes(err_), peak_kb_};
 }
 
 Ended run(const Command& command)

@@ -14,6 +14,7 @@ struct Ended {
   int exit_code = -1;  ///< -1: ended by a signal
   std::string out;
   std::string err;
+  long peak_kb = 0;  ///< largest memory it held
 };
 
 struct Command {
@@ -37,9 +38,12 @@ class Process {
   Ended wait();
 
  private:
+  void reap(int options);
+
   pid_t pid_ = -1;
   int status_ = 0;
   bool is_reaped_ = false;
+  long peak_kb_ = 0;
   std::filesystem::path out_;
   std::filesystem::path err_;
 };

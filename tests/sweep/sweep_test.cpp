@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <mutex>
 #include <stdexcept>
+#include <thread>
 
 #include "core/units.hpp"
 
@@ -227,6 +229,25 @@ TEST(Sweep, WhatASolverThrowsComesOut)
     return drifting(a, seed);
   };
   EXPECT_THROW(sweep(plan_of(6, 6), throwing, {}, 3), std::runtime_error);
+}
+
+TEST(Sweep, AStepThatCannotBeKeptStopsTheOthersAfterTheStepInHand)
+{
+  constexpr int n_cells = 900, first_refused = 12;
+  std::atomic<int> n_solved = 0, n_kept = 0;
+  const SolveStep counting = [&](const StepKey&, const Attitude& a, const MovingPose& seed) {
+    // Slow once a step was refused, so that the refusal is noted long before the grid is solved.
+    if (n_kept >= first_refused) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    ++n_solved;
+    return drifting(a, seed);
+  };
+  SweepHooks hooks;
+  hooks.keep = [&](const StepRecord&) {
+    // Only this one: a smaller record may fit a full disk again.
+    if (++n_kept == first_refused) throw std::runtime_error("full");
+  };
+  EXPECT_THROW(sweep(plan_of(30, 30), counting, hooks, 4), std::runtime_error);
+  EXPECT_LT(n_solved, n_cells / 2);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "player/support/models.hpp"
 #include "store/motion_model_file.hpp"
+#include "support/absurd_models.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda {
@@ -101,6 +102,8 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
   const std::string text = scratch_.write("text.h5", "not HDF5 at all\n").string();
   const std::string whole = test::read_bytes(file_);
   const std::string cut = scratch_.write("cut.h5", whole.substr(0, whole.size() / 2)).string();
+  const std::vector<std::string> absurd = test::models_that_promise_gigabytes(file_, scratch_.path());
+  ASSERT_EQ(absurd.size(), 3u);
   const std::string empty = scratch_.write("empty.h5", "").string();
   const std::string pictures = " --offscreen '" + folder_ + "'";
   struct Row {
@@ -116,7 +119,9 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
             "sample.h5: --set: found degree_7, wanted degree_1, raw"},
         Row{"show absent.h5" + pictures, "absent.h5: found No such file"},
         Row{"show '" + text + "'" + pictures, text}, Row{"show '" + cut + "'" + pictures, cut},
-        Row{"show '" + empty + "'" + pictures, empty},
+        Row{"show '" + empty + "'" + pictures, empty}, Row{"show '" + absurd[0] + "'" + pictures, absurd[0]},
+        Row{"show '" + absurd[1] + "'" + pictures, absurd[1]},
+        Row{"show '" + absurd[2] + "'" + pictures, absurd[2]},
         Row{"show '" + file_ + "' --offscreen /proc/none", "/proc/none: --offscreen: found"}}) {
     SCOPED_TRACE(row.arguments);
     const Outcome outcome = run(row.arguments);

@@ -1,0 +1,25 @@
+#include "load/input_file.hpp"
+
+#include <filesystem>
+
+#include "load/file_bytes.hpp"
+#include "load/raw_mesh.hpp"
+
+namespace vrda {
+
+InputFile input_file(const Job& job, const std::string& data_directory, const NamedFile& named)
+{
+  namespace fs = std::filesystem;
+  const fs::path beside = fs::path(job.file).parent_path() / named.name;
+  const fs::path in_data = fs::path(data_directory) / named.name;
+  std::error_code unreadable;
+  const bool is_in_data = !data_directory.empty() && fs::exists(in_data, unreadable);
+  const std::string wanted = data_directory.empty()
+                                 ? named.what + " beside the job, or in the folder of --data"
+                                 : named.what + " in \"" + data_directory + "\" (--data) or beside the job";
+  const std::string path = (is_in_data ? in_data : beside).string();
+  return {path,
+          file_bytes(path, {job.document.source_of(named.key), named.key, "", wanted}, largest_mesh_bytes)};
+}
+
+}  // namespace vrda

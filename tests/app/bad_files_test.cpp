@@ -1,0 +1,237 @@
+// Files that lie, seen from the command line: no area, indices out of range, gigabytes promised by a few
+// bytes, and standard output without room.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/scenes.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/absurd_models.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// A gigabyte; a run of the small job takes some forty megabytes.
+constexpr long absurd_kb = 1L << 20;
+
+std::string u32(std::uint32_t value)
+{
+  return {reinterpret_cast<const char*>(&value), 4};
+}
+
+std::string floats(const std::vector<float>& values)
+{
+  return {reinterpret_cast<const char*>(values.data()), 4 * values.size()};
+}
+
+std::string stl_header(std::uint32_t n)
+{
+  return std::string(80, ' ') + u32(n);
+}
+
+// Three corners, in a row or at one place.
+std::string stl_facet(const std::vector<float>& corners)
+{
+  return floats({0, 0, 1}) + floats(corners) + std::string(2, '\0');
+}
+
+std::string ply(const std::string& format, const std::string& vertices, const std::string& faces)
+{
+  return "ply\nformat " + format + " 1.0\nelement vertex " + vertices +
+         "\nproperty float x\nproperty float y\nproperty float z\nelement face " + faces + "\nend_header\n";
+}
+const std::string bytes_list = "\nproperty list uchar int vertex_indices";
+const std::string long_list = "\nproperty list uint int vertex_indices";
+const std::string corners = "0 0 0\n1 0 0\n0 1 0\n";
+
+class BadFiles : public testing::Test {
+ protected:
+  struct Row {
+    std::string file;  // in the place of the ball's
+    std::string bytes;
+    std::vector<std::string> words;
+  };
+
+  void expect_all_refused(const std::vector<Row>& rows)
+  {
+    std::string name = "ball.stl";
+    for (const Row& row : rows) {
+      SCOPED_TRACE(row.file + ", " + std::to_string(row.bytes.size()) + " bytes");
+      scratch_.write(row.file, row.bytes);
+      test::edit(job_, "\"" + name + "\"", "\"" + row.file + "\"");
+      name = row.file;
+      std::vector<std::string> words = row.words;
+      words.insert(words.end(), {row.file, "found", "wanted"});
+      test::expect_refused(job_, output_, words);
+      const test::Ended check = test::run_vrda({"check", job_.string(), "--json"});
+      EXPECT_EQ(check.exit_code, 2);
+      EXPECT_EQ(test::n_lines(check.err), 1) << check.err;
+      EXPECT_EQ(check.out, "");
+      EXPECT_LT(check.peak_kb, absurd_kb);
+    }
+  }
+
+  test::Scratch scratch_;
+  fs::path job_ = test::small_job(scratch_);
+  fs::path output_ = scratch_.path() / "out.h5";
+};
+
+TEST_F(BadFiles, NothingWithoutAreaIsAMesh)
+{
+  const std::vector<std::string> words{"without area"};
+  const std::string line = floats({0, 0, 0, 1, 1, 1, 2, 2, 2});
+  expect_all_refused({
+      {"line.stl",
+       stl_header(2) + stl_facet({0, 0, 0, 1, 1, 1, 2, 2, 2}) + stl_facet({5, 5, 5, 5, 5, 5, 5, 5, 5}),
+       words},
+      {"ascii.stl",
+       "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 2 3\nvertex 2 4 "
+       "6\nendloop\nendfacet\n"
+       "endsolid a\n",
+       words},
+      {"ascii.ply", ply("ascii", "3", "2" + bytes_list) + "0 0 0\n1 1 1\n2 2 2\n3 0 1 2\n3 1 1 1\n", words},
+      {"little.ply",
+       ply("binary_little_endian", "3", "1" + bytes_list) + line + '\3' + u32(0) + u32(1) + u32(2), words},
+      {"line.obj", "v 0 0 0\nv 1 1 1\nv 2 2 2\nv 3 3 3\nf 1 2 3\nf 1 2 3 4\n", words},
+      {"vf.obj", "4 2\n0 0 0\n1 1 1\n2 2 2\n2 2 2\n3 0 1 2\n4 0 1 2 3\n", words},
+      {"line.vf", "3 1\n0 0 0\n0 0 0\n0 0 0\n3 0 1 2\n", words},
+  });
+}
+
+TEST_F(BadFiles, IndicesOutOfRange)
+{
+  const std::string binary = ply("binary_little_endian", "3", "1" + bytes_list) +
+                             floats({0, 0, 0, 1, 0, 0, 0, 1, 0}) + '\3' + u32(0) + u32(1);
+  expect_all_refused({
+      {"far.vf", "3 1\n" + corners + "3 0 1 7\n", {"line 5", "index 7"}},
+      {"below.vf", "3 1\n" + corners + "3 0 1 -1\n", {"line 5", "index -1"}},
+      {"both.vf", "3 2\n" + corners + "3 0 1 2\n3 1 2 3\n", {"line 6", "both index 0 (line 5) and index 3"}},
+      {"huge.vf", "3 1\n" + corners + "3 0 1 9223372036854775807\n", {"line 5"}},
+      {"far.ply", ply("ascii", "3", "1" + bytes_list) + corners + "3 0 1 3\n", {"face 0", "index 3"}},
+      {"below.ply", ply("ascii", "3", "1" + bytes_list) + corners + "3 0 1 -1\n", {"face 0", "index -1"}},
+      {"binary.ply", binary + u32(0x7fffffff), {"face 0", "index 2147483647"}},
+      {"sign.ply", binary + u32(0x80000001), {"face 0", "index -2147483647"}},
+      {"far.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", {"line 4", "index 4", "3 vertices"}},
+      {"zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", {"line 4", "\"0\""}},
+      {"back.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -4\n", {"line 4", "\"-4\""}},
+      {"normal.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//2 3//1\n", {"line 5", "normal 2"}},
+  });
+}
+
+TEST_F(BadFiles, GigabytesPromisedByAFewBytes)
+{
+  expect_all_refused({
+      {"binary.stl", stl_header(0xffffffffU), {"header", "4294967295 triangles", "84 bytes"}},
+      {"ten.stl", stl_header(200'000'000) + std::string(1000, '\0'), {"header", "200000000 triangles"}},
+      {"vertices.ply", ply("ascii", "999999999999", "1" + bytes_list), {"line 3", "999999999999 of vertex"}},
+      {"faces.ply", ply("ascii", "3", "999999999999" + bytes_list) + corners, {"999999999999 of face"}},
+      {"allowed.ply",
+       ply("binary_little_endian", "14999999", "1" + bytes_list) + std::string(900, '\0'),
+       {"vertex 75", "cut short"}},
+      {"list.ply",
+       ply("binary_little_endian", "3", "1" + long_list) + std::string(36, '\0') + u32(0xffffffffU),
+       {"face 0", "cut short"}},
+      {"words.ply",
+       ply("ascii", "3", "1" + long_list) + corners + "4000000000 0 1 2\n",
+       {"face 0", "cut short"}},
+      {"vertices.vf",
+       "1000000000000 1\n" + corners,
+       {"line 1", "1000000000000 vertices", "file of this size"}},
+      {"faces.vf", "3 9223372036854775807\n" + corners, {"line 1", "9223372036854775807 faces"}},
+      {"corners.vf", "3 1\n" + corners + "4000000000 0 1 2\n", {"line 5", "4000000000 corners"}},
+      {"coordinates.obj", "v 1e300 0 0\nv 0 1e300 0\nv 0 0 1e300\nf 1 2 3\n", {"vertex 0", "at most 1e9"}},
+  });
+}
+
+TEST_F(BadFiles, AJournalThatPromisesGigabytes)
+{
+  const std::string header = std::string("VRDAJRNL") + u32(1);
+  for (const std::string& bytes :
+       {header + u32(0xffffffffU) + "key", header + u32(4096) + std::string(100, 'a')}) {
+    scratch_.write("out.h5.journal", bytes);
+    test::expect_refused(job_, output_, {"out.h5.journal: header: found a damaged header", "--fresh"});
+  }
+}
+
+TEST_F(BadFiles, MotionModelsThatPromiseGigabytes)
+{
+  ASSERT_EQ(test::run_vrda({"run", job_.string(), "-o", output_.string(), "--quiet"}).exit_code, 0);
+  const std::vector<std::string> files = test::models_that_promise_gigabytes(output_, scratch_.path());
+  ASSERT_EQ(files.size(), 3u);
+  for (const std::string& file : files) {
+    for (const std::vector<std::string>& words :
+         {std::vector<std::string>{"info", file}, {"info", file, "--json"}, {"validate", file}}) {
+      SCOPED_TRACE(words[0] + " " + file);
+      const test::Ended ended = test::run_vrda(words);
+      EXPECT_EQ(ended.exit_code, 2);
+      // validate lists findings as data; the others say one thing.
+      EXPECT_EQ(test::n_lines(ended.err), words[0] == "info" ? 1 : 0) << ended.err;
+      EXPECT_THAT(ended.err + ended.out, HasSubstr(file));
+      EXPECT_THAT(ended.err + ended.out, HasSubstr("wanted"));
+      EXPECT_LT(ended.peak_kb, absurd_kb);
+    }
+  }
+}
+
+// `vrda` by a shell, which redirects its standard output.
+test::Ended with_output(const std::string& words, const std::string& redirection)
+{
+  return test::run({"/bin/sh", {"-c", "exec '" VRDA_PROGRAM "' " + words + " " + redirection}, {}, {}});
+}
+
+TEST_F(BadFiles, StandardOutputThatTakesNothing)
+{
+  ASSERT_EQ(test::run_vrda({"run", job_.string(), "-o", output_.string(), "--quiet"}).exit_code, 0);
+  const std::string job = "'" + job_.string() + "'", model = "'" + output_.string() + "'";
+  for (const std::string& words :
+       {"check " + job, "check --json " + job, "info " + model, "info --json " + model,
+        "validate --quiet --json " + model,
+        "shape hip -o '" + (scratch_.path() / "hip").string() + "' --quiet", std::string("--help"),
+        std::string("run --help"), std::string("--version")}) {
+    for (const std::string redirection : {">/dev/full", ">&-"}) {
+      SCOPED_TRACE(words + redirection);
+      const test::Ended ended = with_output(words, redirection);
+      EXPECT_EQ(ended.exit_code, 2);
+      EXPECT_EQ(ended.err,
+                "vrda: standard output: found an output that cannot be written, wanted room for it\n");
+    }
+  }
+}
+
+TEST_F(BadFiles, AClosedStandardOutputNeverEndsUpInAFile)
+{
+  const test::Ended ended =
+      with_output("run '" + job_.string() + "' -o '" + output_.string() + "' --quiet", "<&- >&-");
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.err, HasSubstr("standard output"));
+  EXPECT_THAT(validate_motion_model(output_.string()), testing::IsEmpty());
+}
+
+TEST_F(BadFiles, OutputsWithoutRoomAreNamed)
+{
+  // /dev/full behind the name of what is to be written.
+  const fs::path folder = scratch_.path() / "parts";
+  fs::create_directory(folder);
+  fs::create_symlink("/dev/full", folder / "head.stl");
+  fs::create_symlink("/dev/full", folder / "ball.ply");
+  fs::create_symlink("/dev/full", folder / "job.toml");
+  scratch_.write("knee.cfg", "MODEL 0 femur\nMODEL 1 tibmen\n");
+  const std::string ball = (scratch_.path() / "ball.stl").string();
+  const std::vector<std::pair<std::vector<std::string>, std::string>> rows{
+      {{"shape", "hip", "-o", folder.string(), "--quiet"}, "head.stl"},
+      {{"convert", "mesh", ball, (folder / "ball.ply").string()}, "ball.ply"},
+      {{"convert", "config", (scratch_.path() / "knee.cfg").string(), "-o", (folder / "job.toml").string()},
+       "job.toml"}};
+  for (const auto& [words, file] : rows) {
+    SCOPED_TRACE(words[0]);
+    const test::Ended ended = test::run_vrda(words);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr((folder / file).string() + ": found a file that cannot be written"));
+  }
+}
+
+}  // namespace
+}  // namespace vrda

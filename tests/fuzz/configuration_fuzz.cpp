@@ -1,0 +1,17 @@
+// The keyword configuration. One that is taken gives a job that is taken too: whatever is refused, is refused
+// with a line of the configuration.
+#include "convert/configuration.hpp"
+#include "convert/job_text.hpp"
+#include "fuzz/outcome.hpp"
+#include "load/job.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+  using namespace vrda;
+  test::read_or_refuse([&] {
+    const Configuration configuration = parse_configuration({"knee.cfg", test::text_of(data, size)});
+    const std::string text = job_text(configuration, {"knee", "knee.cfg", "models", "m"});
+    test::must_take([&] { parse_job("knee.toml", text); });
+  });
+  return 0;
+}

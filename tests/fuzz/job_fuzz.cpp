@@ -1,0 +1,37 @@
+// Jobs: TOML against the schema, with overrides. Lines at the top that begin with "#--set " are overrides.
+#include <vector>
+
+#include "fuzz/outcome.hpp"
+#include "load/axis_map.hpp"
+
+namespace {
+
+std::vector<std::string> overrides_of(const std::string& text)
+{
+  const std::string mark = "#--set ";
+  std::vector<std::string> overrides;
+  for (std::size_t at = 0; text.compare(at, mark.size(), mark) == 0;) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    overrides.push_back(text.substr(at + mark.size(), end - at - mark.size()));
+    at = std::min(end + 1, text.size());
+  }
+  return overrides;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+  using namespace vrda;
+  test::read_or_refuse([&] {
+    const std::string text = test::text_of(data, size);
+    const Job job = parse_job("job.toml", text, overrides_of(text));
+    // The resolved job is a job, and resolved already: motion models keep it, and journals go by its digest.
+    test::must_take([&] {
+      const Job again = parse_job("resolved.toml", job.resolved_text);
+      test::require(again.resolved_text == job.resolved_text, "a resolved job that resolves to another");
+    });
+    axis_map(job);
+  });
+  return 0;
+}

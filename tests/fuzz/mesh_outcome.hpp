@@ -1,0 +1,32 @@
+/// What becomes of the bytes of a mesh file, to the mesh the solver would get.
+#pragma once
+
+#include "fuzz/outcome.hpp"
+#include "load/clean_mesh.hpp"
+
+namespace vrda::test {
+
+/// Reads, cleans and checks that every index stays within its mesh and every number is one.
+inline void read_and_clean(const std::string& file, std::string bytes)
+{
+  read_or_refuse([&] {
+    const RawMesh raw = read_mesh(file, std::move(bytes));
+    std::size_t n_corners = 0;
+    for (const std::int32_t size : raw.size) n_corners += static_cast<std::size_t>(size);
+    require(n_corners == raw.corner.size(), "faces and corners do not match");
+    for (const std::int32_t corner : raw.corner)
+      require(corner >= 0 && corner < raw.vertices.rows(), "a corner outside the vertices");
+    for (const Side side : {Side::right, Side::left}) {
+      const CleanMesh clean = clean_mesh(raw, Winding::outward, side);
+      const Mesh& mesh = clean.mesh;
+      require(mesh.normals.rows() == mesh.vertices_mm.rows(), "not one normal a vertex");
+      require(mesh.vertices_mm.allFinite() && mesh.normals.allFinite(), "a number that is none");
+      require(mesh.triangles.size() == 0 ||
+                  (mesh.triangles.minCoeff() >= 0 && mesh.triangles.maxCoeff() < mesh.vertices_mm.rows()),
+              "a triangle outside the vertices");
+      require(clean.n_welded >= 0 && clean.n_degenerate >= 0, "a negative count");
+    }
+  });
+}
+
+}  // namespace vrda::test

@@ -1,0 +1,40 @@
+// The three files of an Object set, one after the other, "%%" between them.
+#include "convert/mesh_writer.hpp"
+#include "convert/object_set.hpp"
+#include "fuzz/outcome.hpp"
+
+namespace {
+
+// Takes the text before the next mark off `rest`.
+std::string next_part(std::string& rest)
+{
+  const std::size_t mark = rest.find("%%");
+  std::string part = rest.substr(0, mark);
+  rest = mark == std::string::npos ? "" : rest.substr(mark + 2);
+  return part;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+  using namespace vrda;
+  test::read_or_refuse([&] {
+    std::string rest = test::text_of(data, size);
+    const std::string coordinates = next_part(rest), normals = next_part(rest);
+    const std::vector<ObjectComponent> components =
+        parse_object_set({{"a.coor", coordinates}, {"a.norm", normals}, {"a.elem", rest}});
+    for (const ObjectComponent& component : components) {
+      // What is written is what was read, and load takes it.
+      test::must_take([&] {
+        const RawMesh again = read_mesh("a.vf", vertices_faces_bytes(component.mesh));
+        test::require(again.vertices == component.mesh.vertices && again.corner == component.mesh.corner &&
+                          again.size == component.mesh.size,
+                      "a component that is written otherwise");
+      });
+      test::require(component.mesh.normals.rows() == component.mesh.vertices.rows(),
+                    "not one normal a vertex");
+    }
+  });
+  return 0;
+}
