@@ -96,6 +96,7 @@ Entry ball_in_dish_entry()
        word("section", "of the dish", {"bowl", "cone", "wave"}),
        whole("ball_edges", "along an edge of the icosahedron; 20 n^2 triangles", plan.ball_edges, {1, 200}),
        whole("dish_edges", "along half the block's width", plan.dish_edges, {1, 500}),
+       number("turn", "of an ellipsoid about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
        number("offset_x", "of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
        number("offset_z", "of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
        number("apart", "from the ball's top up to the dish's rim", "mm", plan.apart_mm, {0.0, 100.0})},
@@ -111,6 +112,7 @@ Entry ball_in_dish_entry()
                                                             : DishSection::bowl;
         chosen.ball_edges = values.whole("ball_edges");
         chosen.dish_edges = values.whole("dish_edges");
+        chosen.turn_deg = values.number("turn");
         chosen.offset_x_mm = values.number("offset_x");
         chosen.offset_z_mm = values.number("offset_z");
         chosen.apart_mm = values.number("apart");

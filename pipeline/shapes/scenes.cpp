@@ -130,7 +130,7 @@ Shape ball_in_dish(const BallInDishPlan& plan)
   const double top_mm = -dish_depth_mm(plan, corner_mm) - plan.apart_mm;
   const Eigen::Vector3d shift_mm(plan.offset_x_mm, top_mm - half_axes_mm.y(), plan.offset_z_mm);
   return pair_of("dish", dish(plan), "ball",
-                 placed(ellipsoid_mesh(half_axes_mm, plan.ball_edges), 0.0, shift_mm));
+                 placed(ellipsoid_mesh(half_axes_mm, plan.ball_edges), plan.turn_deg, shift_mm));
 }
 
 Shape bar_on_pyramids(const BarOnPyramidsPlan& plan)

@@ -23,6 +23,7 @@ struct BallInDishPlan {
   DishSection section = DishSection::bowl;
   int ball_edges = 8;        ///< edges along an icosahedron's edge: 20 n^2 triangles
   int dish_edges = 24;       ///< edges along each half of the block's width
+  double turn_deg = 0.0;     ///< of an ellipsoid about +Y
   double offset_x_mm = 0.0;  ///< of the ball from the dish's axis
   double offset_z_mm = 0.0;
   double apart_mm = 5.0;

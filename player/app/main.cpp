@@ -28,7 +28,8 @@ void add_show(CLI::App& app, vrda::ShowOptions& options)
   show->add_option("--set", options.set, "raw or degree_N (default: the highest degree there is, else raw)")
       ->type_name("SET");
   show->add_option("--views", options.views,
-                   "front, back, left, right, medial, lateral (or side), top, oblique")
+                   "front, back, left, right, medial, lateral (or side), top, oblique, inverted (oblique, "
+                   "upside down)")
       ->type_name("VIEW,...")
       ->capture_default_str();
   show->add_option(
@@ -55,6 +56,13 @@ void add_show(CLI::App& app, vrda::ShowOptions& options)
                                                {"reference", vrda::Held::reference}};
   show->add_option("--hold", options.held, "Object that stands still: moving or reference (default moving)")
       ->transform(CLI::CheckedTransformer(held))
+      ->type_name("NAME")
+      ->option_text("NAME");
+  const std::map<std::string, vrda::Framed> framed{{"joint", vrda::Framed::joint},
+                                                   {"all", vrda::Framed::all}};
+  show->add_option("--frame", options.framed,
+                   "What the picture has room for: joint, or all of both objects (default joint)")
+      ->transform(CLI::CheckedTransformer(framed))
       ->type_name("NAME")
       ->option_text("NAME");
   show->add_flag("--quiet", options.is_quiet, "Only paths and warnings");

@@ -10,6 +10,12 @@
 
 namespace vrda {
 
+/// What every picture has room for.
+enum class Framed {
+  joint,  ///< where the objects meet: long shafts run out of the picture
+  all     ///< both objects, whole
+};
+
 /// As on the command line; angles in degrees.
 struct ShowOptions {
   std::string file;
@@ -24,6 +30,7 @@ struct ShowOptions {
   int every = 1;              ///< only every so many frames, and the last
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
+  Framed framed = Framed::joint;
   bool is_quiet = false;
 };
 

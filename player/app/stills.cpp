@@ -1,6 +1,7 @@
 #include "app/stills.hpp"
 
 #include <filesystem>
+#include <limits>
 #include <ostream>
 #include <system_error>
 
@@ -24,13 +25,21 @@ void make_folder(const std::string& folder)
   }
 }
 
-/// One camera a view, with room for the joint at every pose.
-std::vector<Camera> cameras_for(Scene& scene, const std::vector<JointFrames>& frames,
+/// What the picture must have room for, as placed.
+std::vector<Eigen::Vector3d> framed_points(const Scene& scene, Framed framed)
+{
+  constexpr double everywhere_mm = std::numeric_limits<double>::infinity();
+  return points_within(
+      scene, framed == Framed::all ? Sphere{Eigen::Vector3d::Zero(), everywhere_mm} : joint_sphere(scene));
+}
+
+/// One camera a view, with room for what is framed at every pose.
+std::vector<Camera> cameras_for(Scene& scene, const std::vector<JointFrames>& frames, Framed framed,
                                 std::vector<CameraFit> fits)
 {
   for (const JointFrames& placed : frames) {
     place(scene, placed);
-    const std::vector<Eigen::Vector3d> points = points_within(scene, joint_sphere(scene));
+    const std::vector<Eigen::Vector3d> points = framed_points(scene, framed);
     for (CameraFit& fit : fits) fit.include(points);
   }
   std::vector<Camera> cameras;
@@ -64,7 +73,7 @@ void write_stills(const ShowOptions& options, const MotionModel& model, const st
   frames.reserve(stills.size());
   for (const Still& still : stills) frames.push_back(frames_of(still.pose, options.held));
   const Side side = model.side == "left" ? Side::left : Side::right;
-  const std::vector<Camera> cameras = cameras_for(scene, frames, fits_for(views, size, side));
+  const std::vector<Camera> cameras = cameras_for(scene, frames, options.framed, fits_for(views, size, side));
   const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({size.width, size.height});
   renderer->load(scene);
   make_folder(options.folder);

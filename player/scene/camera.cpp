@@ -26,8 +26,8 @@ Eigen::Matrix3d looking(const Eigen::Vector3d& from, const Eigen::Vector3d& up)
 
 const std::vector<std::string>& view_names()
 {
-  static const std::vector<std::string> names{"front",  "back",    "left", "right",
-                                              "medial", "lateral", "top",  "oblique"};
+  static const std::vector<std::string> names{"front",   "back", "left",    "right",   "medial",
+                                              "lateral", "top",  "oblique", "inverted"};
   return names;
 }
 
@@ -62,6 +62,8 @@ Eigen::Matrix3d view_rotation(View view, Side side)
       return looking(proximal, anterior);
     case View::oblique:
       return looking(anterior + 0.75 * lateral + 0.45 * proximal, proximal);
+    case View::inverted:
+      return looking(anterior + 0.75 * lateral - 0.75 * proximal, -proximal);
   }
   throw InternalError("a view has a direction");
 }

@@ -21,8 +21,9 @@ struct Camera {
   double far_mm = 1000.0;
 };
 
-/// The side of the subject that faces the viewer.
-enum class View { front, back, left, right, medial, lateral, top, oblique };
+/// The side of the subject that faces the viewer. `inverted` is oblique with the subject upside down: a push
+/// upward is seen as a fall, and a hollow that opens downward as a bowl.
+enum class View { front, back, left, right, medial, lateral, top, oblique, inverted };
 
 /// The names accepted on the command line, in the order of the enum.
 const std::vector<std::string>& view_names();
