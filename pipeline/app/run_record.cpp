@@ -4,11 +4,10 @@
 
 #include <array>
 #include <ctime>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "core/error.hpp"
+#include "app/output_file.hpp"
 
 namespace vrda {
 namespace {
@@ -46,10 +45,7 @@ void RunRecord::write(const std::string& path) const
       {"begun", utc(begun_)},  {"seconds", elapsed.count()},
       {"threads", n_threads_}, {"steps_recalled", n_recalled_},
       {"host", host()},        {"processors", std::thread::hardware_concurrency()}};
-  std::ofstream file(path);
-  file << record.dump(2) << '\n';
-  if (!file.flush())
-    throw InputError({path, "", "a file that cannot be written", "room and permission to write"});
+  write_file(path, record.dump(2) + '\n');
 }
 
 }  // namespace vrda

@@ -66,10 +66,27 @@ class AsciiReader {
   std::string read(const std::vector<std::string_view>& words)
   {
     const std::string keyword = lower(words[0]);
-    if (keyword == "solid" || keyword == "endsolid") {
-      is_solid_open_ = keyword == "solid";
-      out_ += keyword + " part\n";  // free text followed
-    } else if (keyword == "facet") {
+    const bool is_of_a_solid = keyword == "solid" || keyword == "endsolid";
+    if (is_of_a_solid || keyword == "facet") {
+      if (n_begun_ != n_ended_) return "\"" + keyword + "\" within a facet";
+      if ((keyword == "solid") == is_solid_open_)
+        return "\"" + keyword + "\" " + (is_solid_open_ ? "within" : "without") + " a solid";
+    } else if (n_begun_ == n_ended_) {
+      return "\"" + keyword.substr(0, 40) + "\" without a facet";
+    }
+    return is_of_a_solid ? read_solid(keyword) : read_facet(keyword, words);
+  }
+
+  std::string read_solid(const std::string& keyword)
+  {
+    is_solid_open_ = keyword == "solid";
+    out_ += keyword + " part\n";  // free text followed
+    return "";
+  }
+
+  std::string read_facet(const std::string& keyword, const std::vector<std::string_view>& words)
+  {
+    if (keyword == "facet") {
       ++n_begun_;
       if (!holds_numbers(words, 2)) return "a facet without the three numbers of its normal";
       out_ += "facet normal 0 0 0\nouter loop\n";
@@ -80,8 +97,7 @@ class AsciiReader {
         (out_ += word) += " ";
       out_ += "\n";
     } else if (keyword == "endfacet") {
-      if (n_vertices_ != 3 * ++n_ended_ || n_begun_ != n_ended_)
-        return "a facet without exactly three vertices";
+      if (n_vertices_ != 3 * ++n_ended_) return "a facet without exactly three vertices";
       out_ += "endloop\nendfacet\n";
     } else if (keyword != "outer" && keyword != "endloop") {
       return "\"" + keyword.substr(0, 40) + "\"";

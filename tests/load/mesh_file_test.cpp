@@ -236,6 +236,14 @@ TEST(MeshFileErrors, AsciiStlLines)
       {"a.stl", with("vertex  -0.5", "vertex x.5"), "line 4", "a vertex without three numbers", "three"});
   expect_refused({"a.stl", with("normal -1  0", "normal -1"), "line 2", "its normal", "three"});
   expect_refused({"a.stl", with("outer loop", "hello"), "line 3", "\"hello\"", "ASCII STL"});
+  // Where assimp loses memory: a solid that ends, or another facet that begins, within a facet.
+  expect_refused(
+      {"a.stl", with("outer loop", "endsolid"), "line 3", "\"endsolid\" within a facet", "ASCII STL"});
+  expect_refused({"a.stl", with("outer loop", "facet"), "line 3", "\"facet\" within a facet", "ASCII STL"});
+  expect_refused({"a.stl", "solid a\nsolid b\n", "line 2", "\"solid\" within a solid", "ASCII STL"});
+  expect_refused({"a.stl", "solid a\nendsolid a\nfacet normal 0 0 1\n", "line 3", "\"facet\" without a solid",
+                  "ASCII STL"});
+  expect_refused({"a.stl", "solid a\nvertex 0 0 0\n", "line 2", "\"vertex\" without a facet", "ASCII STL"});
 }
 
 TEST(MeshFileErrors, PlyPropertiesAndNumbers)
