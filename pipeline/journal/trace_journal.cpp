@@ -69,18 +69,22 @@ std::optional<SearchTrace> trace_of(std::string_view bytes)
   return trace;
 }
 
-TraceJournalContent read_trace_journal(const std::string& path)
+TraceJournalContent parse_trace_journal(const std::string& path, std::string_view bytes)
 {
   TraceJournalContent content;
-  content.facts =
-      parse_frames(path, frame_bytes_of(path), format, [&](std::string_view frame) -> std::string {
-        std::optional<SearchTrace> trace = trace_of(frame);
-        if (!trace) return "a trace that is no search";
-        const StepKey key = trace->key;
-        content.searches.emplace(key, std::move(*trace));
-        return {};
-      });
+  content.facts = parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
+    std::optional<SearchTrace> trace = trace_of(frame);
+    if (!trace) return "a trace that is no search";
+    const StepKey key = trace->key;
+    content.searches.emplace(key, std::move(*trace));
+    return {};
+  });
   return content;
+}
+
+TraceJournalContent read_trace_journal(const std::string& path)
+{
+  return parse_trace_journal(path, frame_bytes_of(path));
 }
 
 FrameWriter create_trace_journal(const std::string& path, const std::string& key)

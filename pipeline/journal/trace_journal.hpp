@@ -17,8 +17,11 @@ struct TraceJournalContent {
   std::map<StepKey, SearchTrace> searches;  ///< of a search solved twice the first: both are the same
 };
 
-/// Reads the valid prefix; a damaged or torn tail is reported, not thrown. Throws InputError naming the file
-/// when it cannot be read, is no journal of traces, is of another format version or has a damaged header.
+/// The valid prefix of a journal's bytes; a damaged or torn tail is reported, not thrown. Throws InputError
+/// naming `path` when they are no journal of traces, of another format version or have a damaged header.
+TraceJournalContent parse_trace_journal(const std::string& path, std::string_view bytes);
+
+/// parse_trace_journal() of a file's bytes. Throws InputError also when the file cannot be read.
 TraceJournalContent read_trace_journal(const std::string& path);
 
 /// Start and go on as a JournalWriter does.

@@ -164,7 +164,7 @@ Entry cap_in_sink_entry()
            number("turn", "of the cap about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
            number("offset_x", "of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
            number("offset_z", "of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
-           whole("edges", "along half a base", plan.edges, {1, 200}),
+           whole("edges", "along half a base; 1 makes every face one triangle", plan.edges, {1, 200}),
            number("apart", "from the cap's tip up to the sink's rim", "mm", plan.apart_mm, {0.0, 100.0})},
           [](const Values& values) {
             CapInSinkPlan chosen;

@@ -94,14 +94,17 @@ Mesh bar(const BarOnPyramidsPlan& plan)
 }
 
 // A pyramid with its tip at the origin; the sink is the same surface seen from below, with its back above.
-Block pyramid_block(double half_base_mm, double depth_mm, int edges)
+// With one edge along half a base every face is a single triangle, as in thesis 3.7; with more, a grid.
+Mesh pyramid_mesh(double half_base_mm, double depth_mm, double back_y_mm, int edges)
 {
+  if (edges == 1) return plain_pyramid_mesh(half_base_mm, -depth_mm, back_y_mm);
   Block block;
   append_lines(block.x_mm, -half_base_mm, 0.0, edges);
   append_lines(block.x_mm, 0.0, half_base_mm, edges);
   block.z_mm = block.x_mm;
   block.front_y_mm = [=](double x, double z) { return pyramid_mm(depth_mm, half_base_mm, x, z) - depth_mm; };
-  return block;
+  block.back_y_mm = back_y_mm;
+  return block_mesh(block);
 }
 
 }  // namespace
@@ -138,12 +141,12 @@ Shape bar_on_pyramids(const BarOnPyramidsPlan& plan)
 
 Shape cap_in_sink(const CapInSinkPlan& plan)
 {
-  Block sink = pyramid_block(0.5 * plan.base_mm, plan.depth_mm, plan.edges);
-  sink.back_y_mm = backing_mm;
-  Block cap = pyramid_block(0.5 * plan.cap_scale * plan.base_mm, plan.cap_scale * plan.depth_mm, plan.edges);
-  cap.back_y_mm = -plan.cap_scale * plan.depth_mm - backing_mm;
+  const double cap_half_mm = 0.5 * plan.cap_scale * plan.base_mm,
+               cap_depth_mm = plan.cap_scale * plan.depth_mm;
   const Eigen::Vector3d shift_mm(plan.offset_x_mm, -plan.depth_mm - plan.apart_mm, plan.offset_z_mm);
-  return pair_of("sink", block_mesh(sink), "cap", placed(block_mesh(cap), plan.turn_deg, shift_mm));
+  return pair_of("sink", pyramid_mesh(0.5 * plan.base_mm, plan.depth_mm, backing_mm, plan.edges), "cap",
+                 placed(pyramid_mesh(cap_half_mm, cap_depth_mm, -cap_depth_mm - backing_mm, plan.edges),
+                        plan.turn_deg, shift_mm));
 }
 
 }  // namespace vrda

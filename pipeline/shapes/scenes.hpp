@@ -57,7 +57,7 @@ struct CapInSinkPlan {
   double turn_deg = 20.0;  ///< of the cap about +Y
   double offset_x_mm = 0.0;
   double offset_z_mm = 0.0;
-  int edges = 2;  ///< along half a base; 1 gives every face one triangle a side
+  int edges = 2;  ///< along half a base; 1 makes every face one triangle
   double apart_mm = 5.0;
 };
 Shape cap_in_sink(const CapInSinkPlan& plan);

@@ -159,6 +159,29 @@ Mesh block_mesh(const Block& block)
   return BlockBuilder(block).mesh();
 }
 
+Mesh plain_pyramid_mesh(double half_base_mm, double rim_y_mm, double back_y_mm)
+{
+  // Corners counter-clockwise seen from above: 0 to 3 the rim's, 4 to 7 the back's, 8 the tip.
+  std::vector<Eigen::Vector3d> vertices_mm;
+  for (const double y : {rim_y_mm, back_y_mm}) {
+    for (const auto& [x, z] : {std::pair(1.0, 1.0), {1.0, -1.0}, {-1.0, -1.0}, {-1.0, 1.0}}) {
+      vertices_mm.emplace_back(half_base_mm * x, y, half_base_mm * z);
+    }
+  }
+  vertices_mm.emplace_back(0.0, 0.0, 0.0);
+  std::vector<Face> faces = {{4, 6, 5}, {4, 7, 6}};
+  for (std::int32_t k = 0; k < 4; ++k) {
+    const std::int32_t next = (k + 1) % 4;
+    faces.insert(faces.end(), {Face{k, next, 8}, Face{k + 4, next, k}, Face{k + 4, next + 4, next}});
+  }
+  if (back_y_mm > 0.0) {
+    for (Face& face : faces) std::swap(face[1], face[2]);
+  }
+  Mesh mesh = assembled(vertices_mm, faces);
+  mesh.normals = vertex_normals(mesh);
+  return mesh;
+}
+
 Mesh ellipsoid_mesh(const Eigen::Vector3d& half_axes_mm, int n_edges)
 {
   const Icosahedron base = icosahedron();

@@ -24,6 +24,10 @@ struct Block {
 /// cell, so that pyramids over fitting grid lines come out exact. Normals from the faces.
 Mesh block_mesh(const Block& block);
 
+/// A four-sided pyramid with its tip at the origin, its base's edge at y = `rim_y_mm`, upright walls and a
+/// flat back at `back_y_mm`, below the rim for a pyramid or above the tip for a hollow. One triangle a slope.
+Mesh plain_pyramid_mesh(double half_base_mm, double rim_y_mm, double back_y_mm);
+
 /// An ellipsoid about the origin: 20 n^2 triangles of an icosahedron with a corner at the top, all vertices
 /// on it.
 Mesh ellipsoid_mesh(const Eigen::Vector3d& half_axes_mm, int n_edges);

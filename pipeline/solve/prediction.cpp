@@ -9,15 +9,20 @@ namespace {
 // A moment (mm, unit normal) or a projection below this is rounding: contact points are good to 1e-8 mm.
 constexpr double negligible = 1e-7;
 
-// +1 or -1 when all moments that are not negligible agree, 0 otherwise or when there is none. `skipped` is
-// left out.
+bool has_projection(const Contact& contact)
+{
+  return std::abs(contact.normal.x()) > negligible || std::abs(contact.normal.z()) > negligible;
+}
+
+// +1 or -1 when all moments agree, 0 otherwise or when there is none. A normal along Delta has no moment
+// about any centre and no say; one that passes through this centre agrees with nobody. `skipped` is left out.
 int common_sign(const std::vector<Contact>& contacts, const Eigen::Vector3d& centre, std::size_t skipped)
 {
   int sign = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    if (k == skipped) continue;
+    if (k == skipped || !has_projection(contacts[k])) continue;
     const double moment = moment_about_mm(contacts[k], centre);
-    if (std::abs(moment) <= negligible) continue;
+    if (std::abs(moment) <= negligible) return 0;
     const int own = moment > 0.0 ? 1 : -1;
     if (sign != 0 && own != sign) return 0;
     sign = own;

@@ -14,8 +14,8 @@ struct RotationPrediction {
 };
 
 /// Turns about the mean of the contact points when the moments of all normals agree in sign; otherwise
-/// about the mean of those contact points that qualify as centres, once verified. Contacts without a
-/// moment have no say. Fewer than two contacts never turn. Source: thesis 3.4.
+/// about the mean of those contact points that qualify as centres, once verified. Normals along Delta have no
+/// say; a normal through the centre agrees with none. Fewer than two contacts never turn. Source: thesis 3.4.
 RotationPrediction predict_rotation(const std::vector<Contact>& contacts);
 
 /// Moment of a contact's normal about the axis through `centre`, mm (unit normal).

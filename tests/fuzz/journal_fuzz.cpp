@@ -1,10 +1,11 @@
-// Journals. Most changed bytes fail a checksum, which proves little, so every second change has its checksums
-// mended.
+// Journals, of steps and of traces. Most changed bytes fail a checksum, which proves little, so every second
+// change has its checksums mended.
 #include <zlib.h>
 
 #include "fuzz/outcome.hpp"
 #include "journal/journal.hpp"
 #include "journal/record_bytes.hpp"
+#include "journal/trace_journal.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
@@ -39,6 +40,34 @@ void mend_checksums(std::uint8_t* data, std::size_t size)
   }
 }
 
+void read_steps(const std::string& bytes)
+{
+  using namespace vrda;
+  const JournalContent content = parse_journal("a.journal", bytes);
+  test::require(content.valid_bytes + content.dropped_bytes == bytes.size(),
+                "bytes that are neither kept nor dropped");
+  test::require(content.dropped_why.empty() == (content.dropped_bytes == 0),
+                "bytes dropped without a reason");
+  std::size_t at = fixed_header_bytes + content.key.size() + 4;
+  for (const StepRecord& record : content.records) {
+    const std::string again = bytes_of(record);
+    test::require(bytes.compare(at + frame_bytes, again.size(), again) == 0,
+                  "a record that is written otherwise");
+    at += frame_bytes + again.size();
+  }
+  test::require(at == content.valid_bytes, "records that do not fill the valid bytes");
+}
+
+void read_traces(const std::string& bytes)
+{
+  using namespace vrda;
+  const TraceJournalContent content = parse_trace_journal("a.trace.journal", bytes);
+  test::require(content.facts.valid_bytes + content.facts.dropped_bytes == bytes.size(),
+                "bytes that are neither kept nor dropped");
+  for (const auto& [key, search] : content.searches)
+    test::require(bytes.find(bytes_of(search)) != std::string::npos, "a trace that is written otherwise");
+}
+
 }  // namespace
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t max_size,
@@ -51,22 +80,8 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-  using namespace vrda;
-  test::read_or_refuse([&] {
-    const std::string bytes = test::text_of(data, size);
-    const JournalContent content = parse_journal("a.journal", bytes);
-    test::require(content.valid_bytes + content.dropped_bytes == size,
-                  "bytes that are neither kept nor dropped");
-    test::require(content.dropped_why.empty() == (content.dropped_bytes == 0),
-                  "bytes dropped without a reason");
-    std::size_t at = fixed_header_bytes + content.key.size() + 4;
-    for (const StepRecord& record : content.records) {
-      const std::string again = bytes_of(record);
-      test::require(bytes.compare(at + frame_bytes, again.size(), again) == 0,
-                    "a record that is written otherwise");
-      at += frame_bytes + again.size();
-    }
-    test::require(at == content.valid_bytes, "records that do not fill the valid bytes");
-  });
+  const std::string bytes = vrda::test::text_of(data, size);
+  vrda::test::read_or_refuse([&] { read_steps(bytes); });
+  vrda::test::read_or_refuse([&] { read_traces(bytes); });
   return 0;
 }

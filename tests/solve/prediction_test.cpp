@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <random>
+
+#include "core/trig.hpp"
+#include "core/units.hpp"
+
 namespace vrda {
 namespace {
 
@@ -32,10 +38,10 @@ TEST(PredictRotation, QualifyingPointsBecomeTheCentre)
 {
   // Three pushes of which only the first and the last point see the others turn one way (thesis figure 7).
   const std::vector<Contact> contacts = {contact({0, 0, 0}, {1, -1, 0}), contact({0, 0, 3}, {1, -1, 0}),
-                                         contact({1, 0, 0}, {0, -1, -1})};
+                                         contact({1, 0, -0.5}, {0, -1, -1})};
   const RotationPrediction r = predict_rotation(contacts);
   EXPECT_EQ(r.sign, 1);
-  EXPECT_EQ(r.centre_mm, Eigen::Vector3d(0.5, 0, 0));
+  EXPECT_EQ(r.centre_mm, Eigen::Vector3d(0.5, 0, -0.25));
 }
 
 TEST(PredictRotation, NormalsThroughOneAxisNeverTurn)
@@ -73,6 +79,69 @@ TEST(PredictTranslation, SlopesDoNotMatterAndNormalsAlongDeltaContributeNone)
   EXPECT_EQ(predict_translation({contact({0, 0, 0}, {0.01, -1, 0})}), Eigen::Vector3d(1, 0, 0));
   EXPECT_EQ(predict_translation({contact({0, 0, 0}, {0, -1, 0})}), Eigen::Vector3d(0, 0, 0));
   EXPECT_EQ(predict_translation({}), Eigen::Vector3d(0, 0, 0));
+}
+
+TEST(PredictRotation, ANormalThroughTheCentreForbidsTheTurn)
+{
+  // Two opposite pushes through one line and a third beside it, all through one axis: the mean of the first
+  // two lies on their line, where only the third would have a moment.
+  const std::vector<Contact> contacts = {contact({1, 0, 0}, {-1, -1, 0}), contact({-2, 0, 0}, {1, -1, 0}),
+                                         contact({0, 0, 1}, {0, -1, -1})};
+  EXPECT_EQ(predict_rotation(contacts).sign, 0);
+}
+
+TEST(PredictClimb, AgainstOneSlopeLeadsStraightUpIt)
+{
+  const Climb climb = predict_climb({contact({0, 0, 0}, {3, -10, 4})});
+  EXPECT_NEAR(climb.rise, 0.5, 1e-15);
+  EXPECT_TRUE(climb.direction.isApprox(Eigen::Vector3d(0.6, 0, 0.8), 1e-15));
+}
+
+TEST(PredictClimb, InAValleyLeadsAlongItsFloor)
+{
+  // Two flanks that fall towards each other and towards +Z: the thesis's average would halve its step here.
+  const Climb climb = predict_climb({contact({0, 0, 0}, {5, -1, 0.2}), contact({1, 0, 0}, {-3, -1, 0.2})});
+  EXPECT_NEAR(climb.rise, 0.2, 1e-15);
+  EXPECT_TRUE(climb.direction.isApprox(Eigen::Vector3d(0, 0, 1), 1e-14));
+}
+
+TEST(PredictClimb, BalancedReactionsLeaveNoWay)
+{
+  EXPECT_EQ(predict_climb({}).rise, 0.0);
+  EXPECT_EQ(predict_climb({contact({0, 0, 0}, {0, -1, 0}), contact({0, 0, 0}, {1, -1, 0})}).rise, 0.0);
+  EXPECT_EQ(predict_climb({contact({0, 0, 0}, {1, -1, 0}), contact({0, 0, 0}, {-2, -1, 0})}).rise, 0.0);
+  EXPECT_EQ(predict_climb({contact({0, 0, 0}, {1, -1, 0.1}), contact({0, 0, 0}, {-1, -1, 1}),
+                           contact({0, 0, 0}, {-1, -1, -1})})
+                .rise,
+            0.0);
+}
+
+// No unit direction rises faster than the one found: against a scan of the circle.
+TEST(PredictClimb, IsTheBestOfAllDirections)
+{
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int n_ways = 0, n_none = 0;
+  for (int k = 0; k < 500; ++k) {
+    std::vector<Contact> contacts;
+    for (int n = 0; n < 1 + k % 5; ++n)
+      contacts.push_back(contact({0, 0, 0}, {unit(random), -0.1 - std::abs(unit(random)), unit(random)}));
+    double best = 0.0;
+    for (int step = 0; step < 3600; ++step) {
+      const SinCos at = sin_cos(2.0 * pi * step / 3600.0);
+      double rise = std::numeric_limits<double>::infinity();
+      for (const Contact& c : contacts)
+        rise = std::min(rise, (c.normal.x() * at.cos + c.normal.z() * at.sin) / -c.normal.y());
+      best = std::max(best, rise);
+    }
+    const Climb climb = predict_climb(contacts);
+    // Between two of the scan's directions, 0.1 degrees apart, slopes of up to 15 change by 0.015.
+    EXPECT_NEAR(climb.rise, best, 0.015);
+    EXPECT_GE(climb.rise, best - 1e-12);
+    ++(climb.rise > 0.0 ? n_ways : n_none);
+  }
+  EXPECT_GT(n_ways, 100);
+  EXPECT_GT(n_none, 100);
 }
 
 }  // namespace
