@@ -162,15 +162,15 @@ ExitCode finish(const Case& job_case, const SweepResult& result, const std::stri
   MotionModel model = motion_model_of(job_case, result);
   add_smoothed(model, job_case, output);
   write_motion_model(output, model);
-  try {
-    record.write(output + ".run.json");
-  } catch (const InputError& error) {
-    warn(error.what());  // the model is whole; times and host are not worth failing for
-  }
   std::error_code ignored;
   fs::remove(journal_of(output), ignored);
   fs::remove(trace_journal_of(output), ignored);
   fs::remove(output + ".start.h5", ignored);
+  try {  // last: on a full disk there is room again
+    record.write(output + ".run.json");
+  } catch (const InputError& error) {
+    warn(error.what());  // the model is whole; times and host are not worth failing for
+  }
   say(status_line(model));
   const double unsolved = unsolved_fraction(model);
   if (unsolved <= job_case.unsolved_fraction) return ExitCode::done;

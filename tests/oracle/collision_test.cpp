@@ -5,9 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "contact/contacts.hpp"
 #include "scenes.hpp"
@@ -108,6 +112,26 @@ std::ostream& operator<<(std::ostream& out, const Tally& t)
              << ", textbook over our tree " << t.n_textbook_wrong;
 }
 
+// One line of JSON to the folder $VRDA_VALIDATION when it is set: results/validation.md is made of these.
+void write(const Tally& t, const std::string& scene, unsigned seed)
+{
+  const char* folder = std::getenv("VRDA_VALIDATION");
+  if (folder == nullptr) return;
+  std::ofstream file(std::filesystem::path(folder) / ("oracle-" + scene + ".jsonl"));
+  file << nlohmann::json{{"oracle", scene},
+                         {"seed", seed},
+                         {"poses", t.n_poses},
+                         {"colliding", t.n_colliding},
+                         {"near", t.n_near},
+                         {"disagreeing", t.n_disagreeing},
+                         {"farthest_mm", static_cast<double>(t.farthest_mm)},
+                         {"fcl_wrong", t.n_fcl_wrong},
+                         {"textbook_wrong", t.n_textbook_wrong},
+                         {"we_wrong", t.n_excused}}
+       << '\n';
+  EXPECT_TRUE(file.good());
+}
+
 // Someone is wrong: the third measure says who. Only we must not be, further than a nanometre from touching.
 void judge(const Answers& answers, const test::ThirdMeasure& truth, Tally& tally)
 {
@@ -160,6 +184,7 @@ void expect_agreement(const std::string& scene, unsigned seed)
 {
   const Tally tally = asked_both(test::two_objects(scene), seed);
   std::cout << scene << ", seed " << seed << ": " << tally << '\n';
+  write(tally, scene, seed);
   EXPECT_EQ(tally.n_poses, n_touches_a_scene * test::poses_a_touch);
   EXPECT_GT(tally.n_colliding, tally.n_poses / 5);
   EXPECT_GT(tally.n_poses - tally.n_colliding, tally.n_poses / 5);

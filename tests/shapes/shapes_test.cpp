@@ -180,6 +180,23 @@ TEST(BallInDish, ASmallBallFallsThroughTheHole)
   EXPECT_EQ(apart_mm(shape), std::numeric_limits<double>::infinity());
 }
 
+TEST(BallInDish, AnEllipsoidMayStartTurned)
+{
+  // A quarter turn about +Y carries the longer half axis from X to Z, exactly at that place.
+  const auto box = [](double turn_deg) {
+    return bounding_box(
+        generate_shape({"ball-in-dish",
+                        {{"stretch_x", 1.5}, {"turn", turn_deg}, {"offset_x", 2.0}, {"offset_z", -3.0}},
+                        {}})
+            .moving.at(0)
+            .mesh);
+  };
+  const Box straight = box(0.0), turned = box(90.0);
+  EXPECT_NEAR(turned.max_mm.z() + 3.0, straight.max_mm.x() - 2.0, 1e-12);
+  EXPECT_NEAR(turned.max_mm.x() - 2.0, straight.max_mm.z() + 3.0, 1e-12);
+  EXPECT_EQ(turned.max_mm.y(), straight.max_mm.y());
+}
+
 TEST(BallInDish, ABowlTooSmallForItsBlockIsAnError)
 {
   EXPECT_THAT(message_of({"ball-in-dish", {{"dish_width", 60.0}}, {}}),

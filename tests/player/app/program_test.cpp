@@ -89,6 +89,19 @@ TEST_F(Program, TakesNegativeAnglesAndEveryBackground)
   }
 }
 
+TEST_F(Program, FramesTheJointOrAllOfIt)
+{
+  const auto still = [&](const std::string& frame) {
+    const Outcome outcome = run("show '" + file_ + "' --offscreen '" + folder_ +
+                                "' --size 64x48 --flexion 0 --views inverted" + frame);
+    EXPECT_EQ(outcome.code, 0) << outcome.talk;
+    return test::read_bytes(folder_ + "/inverted_flexion_000.png");
+  };
+  const std::string by_default = still(""), joint = still(" --frame joint"), all = still(" --frame all");
+  EXPECT_EQ(by_default, joint);
+  EXPECT_NE(all, joint);
+}
+
 TEST_F(Program, EndsWithThreeWhenAnAttitudeHasNoAnswer)
 {
   const Outcome outcome = run("show '" + file_ + "' --offscreen '" + folder_ +
@@ -115,6 +128,7 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
         Row{"show '" + file_ + "' --varus front" + pictures, "--varus"},
         Row{"show '" + file_ + "' --colour red" + pictures, "--colour"},
         Row{"show '" + file_ + "' --background red" + pictures, "--background"},
+        Row{"show '" + file_ + "' --frame half" + pictures, "--frame"},
         Row{"show '" + file_ + "' --set degree_7" + pictures,
             "sample.h5: --set: found degree_7, wanted degree_1, raw"},
         Row{"show absent.h5" + pictures, "absent.h5: found No such file"},

@@ -97,12 +97,20 @@ TEST(Camera, ViewsShowTheSideTheyAreNamedAfter)
   // The oblique view sees front, lateral side and top of either knee.
   EXPECT_GT(view_rotation(View::oblique, Side::right).col(2).minCoeff(), 0.2);
   EXPECT_LT(view_rotation(View::oblique, Side::left)(2, 2), -0.2);
+  // Inverted it sees front, lateral side and underside, and up in the picture is down in the world.
+  const Eigen::Matrix3d inverted = view_rotation(View::inverted, Side::right);
+  EXPECT_GT(inverted(0, 2), 0.2);
+  EXPECT_LT(inverted(1, 2), -0.2);
+  EXPECT_GT(inverted(2, 2), 0.2);
+  EXPECT_LT(inverted(1, 1), -0.5);
+  EXPECT_GT(view_rotation(View::inverted, Side::left).determinant(), 0.0);
 }
 
 TEST(Camera, NamesAndViewsGoTogether)
 {
   EXPECT_EQ(view_named("front"), View::front);
   EXPECT_EQ(view_named("oblique"), View::oblique);
+  EXPECT_EQ(view_named("inverted"), View::inverted);
   EXPECT_EQ(view_named("side"), View::lateral);
   EXPECT_EQ(view_named("lateral"), View::lateral);
   EXPECT_EQ(view_named("below"), std::nullopt);

@@ -1,0 +1,299 @@
+// Thesis 4.2.3: a bar pushed up against two pyramids side by side turns until it lies between them.
+//
+// The domain. No tip of a pyramid may stand under the bar at the start: a flat top rests on a tip, and since
+// the search never tilts, that is a place of rest (the last test). And the bar's long edges, not its ends,
+// must meet both pyramids: one that has only an end on a pyramid is pushed off it lengthwise, as it should
+// be.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.hpp"
+#include "validation/scene_case.hpp"
+
+namespace vrda::test {
+namespace {
+
+// A bar under two pyramids whose bases lie along X. Lengths in mm.
+struct BarCase {
+  double base = 0.0, height = 0.0, gap = 0.0;  ///< of the pyramids
+  double length = 0.0, width = 0.0;            ///< of the bar
+  double turn_rad = 0.0;                       ///< of the bar from along Z, about +Y
+  double along = 0.0, across = 0.0;            ///< the bar's middle from the scene's, on its own axes
+  int edges = 1;
+  SearchOptions options{};
+
+  double tip() const { return 0.5 * (gap + base); }  ///< x of the tip of the pyramid on the right
+};
+
+Eigen::Vector3d along_bar(double angle_rad)
+{
+  return {std::sin(angle_rad), 0.0, std::cos(angle_rad)};
+}
+
+Eigen::Vector3d across_bar(double angle_rad)
+{
+  return {std::cos(angle_rad), 0.0, -std::sin(angle_rad)};
+}
+
+Eigen::Vector3d start_mm(const BarCase& bar)
+{
+  const double apart_mm = 5.0;
+  return bar.along * along_bar(bar.turn_rad) + bar.across * across_bar(bar.turn_rad) -
+         (bar.height + apart_mm) * Eigen::Vector3d::UnitY();
+}
+
+ShapeRequest request_of(const BarCase& bar)
+{
+  const Eigen::Vector3d start = start_mm(bar);
+  return {"bar-on-pyramids",
+          {{"base", bar.base},
+           {"height", bar.height},
+           {"gap", bar.gap},
+           {"bar_length", bar.length},
+           {"bar_width", bar.width},
+           {"turn", deg_from_rad(bar.turn_rad)},
+           {"offset_x", start.x()},
+           {"offset_z", start.z()},
+           {"edges", bar.edges}},
+          {}};
+}
+
+// Where a bar came to rest.
+struct Rest {
+  double angle_rad = 0.0;
+  Eigen::Vector3d middle_mm;  ///< of its upper face
+};
+
+Rest rest_of(const BarCase& bar, const Solved& solved)
+{
+  return {bar.turn_rad + solved.record.pose.theta_rad, placed(solved, start_mm(bar))};
+}
+
+// The height at which a bar over a place touches, by closed form. The pyramids' surface hangs below the base
+// plate by the height times 1 - t / half the base, t the larger of the distances from the tip in x and z; so
+// what counts is the smallest square about each tip, edges along x and z, that meets the bar. Two rectangles
+// are apart exactly when an edge of one separates them.
+double touch_y_mm(const BarCase& bar, const Rest& rest)
+{
+  const Eigen::Vector3d along = along_bar(rest.angle_rad), across = across_bar(rest.angle_rad);
+  double y_mm = 0.0;
+  for (const double side : {-1.0, 1.0}) {
+    const Eigen::Vector3d tip = Eigen::Vector3d(side * bar.tip(), 0.0, 0.0) - rest.middle_mm;
+    const double half_x = 0.5 * (bar.width * std::abs(across.x()) + bar.length * std::abs(along.x()));
+    const double half_z = 0.5 * (bar.width * std::abs(across.z()) + bar.length * std::abs(along.z()));
+    const double share =
+        std::abs(along.x()) + std::abs(along.z());  // of a square's half edge, on either axis
+    const double away = std::max({0.0, std::abs(tip.x()) - half_x, std::abs(tip.z()) - half_z,
+                                  (std::abs(tip.dot(across)) - 0.5 * bar.width) / share,
+                                  (std::abs(tip.dot(along)) - 0.5 * bar.length) / share});
+    y_mm = std::min(y_mm, -bar.height * (1.0 - away / (0.5 * bar.base)));
+  }
+  return y_mm;
+}
+
+BarCase drawn_pyramids(Draw& draw)
+{
+  BarCase bar;
+  bar.base = draw.uniform(12, 40);
+  bar.height = bar.base * draw.uniform(0.4, 1.0);
+  bar.gap = draw.uniform(4, 20);
+  bar.edges = draw.whole(1, 4);
+  return bar;
+}
+
+// How far along the bar from the scene's middle its edges meet the pyramids, at its angle or straight. Turned
+// by a, the square about a tip that meets the bar's edge (see touch_y_mm) does so with its corner.
+double reach_mm(const BarCase& bar)
+{
+  const double c = std::cos(bar.turn_rad), s = std::abs(std::sin(bar.turn_rad));
+  const double straight = 0.5 * (bar.gap + bar.base - bar.width);
+  const double square = (bar.tip() * c - 0.5 * bar.width + std::abs(bar.across)) / (c + s);
+  return std::max({straight, 0.5 * bar.base, bar.tip() * s + square * (c - s)});
+}
+
+// Any place of the domain for a bar of the width given. A twentieth of the base is kept between the bar's
+// ends and where they would matter: turns of whole degrees end a little beyond the seat.
+void draw_place(Draw& draw, BarCase& bar)
+{
+  const double steepest_rad = std::acos(bar.width / (bar.gap + bar.base));
+  bar.turn_rad = draw.sign() * steepest_rad * draw.uniform(0.0, 0.95);
+  const double clear = bar.tip() * std::cos(bar.turn_rad) - 0.5 * bar.width;
+  bar.across = draw.sign() * draw.uniform(0.0, 0.9) * clear;
+  const double half_mm = reach_mm(bar) + 0.05 * bar.base;
+  bar.length = std::max(bar.width, 2.0 * half_mm) * draw.uniform(1.05, 3.0);
+  bar.along = draw.sign() * draw.uniform(0.0, 0.5 * bar.length - half_mm);
+}
+
+// One contact at least pushes either way.
+bool is_held_from_both_sides(const StepRecord& record)
+{
+  const auto pushes = [&](double side) {
+    return std::any_of(record.contacts.begin(), record.contacts.end(),
+                       [&](const ContactRecord& c) { return side * c.normal_solver.x() > 1e-6; });
+  };
+  return pushes(1.0) && pushes(-1.0);
+}
+
+// The approach stops a hundredth of the translation resolution short of the exact touch. What is measured is
+// how far from that it ended, over the same hundredth.
+double height_off(const BarCase& bar, const Rest& rest, double touch_mm)
+{
+  const double standoff_mm = 0.01 * bar.options.translation_resolution_mm;
+  return std::abs(rest.middle_mm.y() - touch_mm + standoff_mm) / standoff_mm;
+}
+
+// Both edges of a straight bar lie on flanks over twice the lever. A turn ends when the far ends of both come
+// within the band of contacts, a translation resolution: by the flanks' slope n_x, an angle of the resolution
+// over 2 lever n_x; and the turn itself is told to within the rotation resolution.
+double seat_angle_rad(const BarCase& bar, const Rest& rest)
+{
+  const double straight = 0.5 * (bar.gap + bar.base - bar.width);
+  const double lever = 0.5 * (std::min(straight, rest.middle_mm.z() + 0.5 * bar.length) -
+                              std::max(-straight, rest.middle_mm.z() - 0.5 * bar.length));
+  const double n_x = bar.height / std::hypot(bar.height, 0.5 * bar.base);
+  return bar.options.rotation_resolution_rad + bar.options.translation_resolution_mm / (2.0 * lever * n_x);
+}
+
+TEST(BarOnPyramids, AWideBarIsTurnedIntoItsSeat)
+{
+  const std::string scene = "bar wider than the gap";
+  Tally angle{.scene = scene,
+              .claim = "ends along Z, held by both pyramids",
+              .measure = "angle over what the resolutions allow",
+              .seed = 301,
+              .allowed = 1.0};
+  Tally aside{.scene = scene,
+              .claim = "ends in the middle between the pyramids",
+              .measure = "offset across, translation resolutions",
+              .seed = 301,
+              .allowed = 2.0};  // halving from 1 mm can miss by 1.25
+  Tally seat{.scene = scene,
+             .claim = "as high as the flanks let it",
+             .measure = "height off the seat's over what angle and offset allow",
+             .seed = 301,
+             .allowed = 1.0};
+  Tally touch{.scene = scene,
+              .claim = "touches exactly",
+              .measure = "height off the exact touch, stand-offs",
+              .seed = 301,
+              .allowed = 0.01};  // rounding: 1e-5 mm
+  Draw draw(angle.seed);
+  for (int k = 0; k < 300; ++k) {
+    SCOPED_TRACE(k);
+    BarCase bar = drawn_pyramids(draw);
+    bar.width = bar.gap + bar.base * draw.uniform(0.1, 0.7);
+    draw_place(draw, bar);
+    const Solved solved = solve(scene_of(request_of(bar)), bar.options);
+    const Rest rest = rest_of(bar, solved);
+    ++angle.outcomes[std::string(name_of(solved.record.status))];
+    ++angle.outcomes[solved.moves.contains(MoveKind::rotate) ? "turned" : "not turned"];
+    EXPECT_EQ(solved.record.status, StepStatus::stable);
+    EXPECT_TRUE(is_held_from_both_sides(solved.record));
+    EXPECT_TRUE(solved.record.theta_determined);
+    const double allowed_rad = seat_angle_rad(bar, rest),
+                 resolution_mm = bar.options.translation_resolution_mm;
+    EXPECT_TRUE(angle.add(std::abs(rest.angle_rad) / allowed_rad));
+    EXPECT_TRUE(aside.add(std::abs(rest.middle_mm.x()) / resolution_mm));
+    // An edge is off its seat by the offset and by its end's share of the angle; the flank turns that into
+    // height.
+    const double steepness = bar.height / (0.5 * bar.base);
+    const double seat_mm = -bar.height * (bar.width - bar.gap) / bar.base;
+    const double edge_mm = 2.0 * resolution_mm + 0.5 * (bar.gap + bar.base) * allowed_rad;
+    EXPECT_TRUE(seat.add(std::abs(rest.middle_mm.y() - seat_mm) / (steepness * edge_mm)));
+    EXPECT_TRUE(touch.add(height_off(bar, rest, touch_y_mm(bar, rest))));
+  }
+  EXPECT_GT(angle.outcomes["turned"], 200);
+  for (const Tally& tally : {angle, aside, seat, touch}) report(tally);
+}
+
+// The steepest angle at which a strip of a width passes between the two bases, by the corners that face each
+// other: gap cos(a) - base sin(a) = width.
+double passing_rad(const BarCase& bar, double width_mm)
+{
+  return std::acos(width_mm / std::hypot(bar.gap, bar.base)) - std::atan2(bar.base, bar.gap);
+}
+
+TEST(BarOnPyramids, ANarrowBarTurnsUntilItPassesBetweenTheBases)
+{
+  Tally turned{.scene = "bar narrower than the gap, too steep",
+               .claim = "turns until it passes and no step further",
+               .measure = "angle outside of those allowed, rotation resolutions",
+               .seed = 302,
+               .allowed = 0.01};  // the stand-off, a micrometre or two across, over the base
+  // On its way a bar that passes touches one pyramid at a time, which turns nothing. Where it does so within
+  // the band of the base plate, the plate's contacts have no moment, the pyramid's alone decides, and there
+  // is a turn: one, since after it the pyramid is out of the band.
+  Tally kept{.scene = "bar narrower than the gap, at an angle at which it passes",
+             .claim = "keeps its angle, but for one step next to the base plate",
+             .measure = "turn, rotation steps",
+             .seed = 302,
+             .allowed = 1.0 + 1e-9};  // rounding
+  Tally touch{.scene = "bar narrower than the gap",
+              .claim = "ends on the base plate",
+              .measure = "height off the exact touch, stand-offs",
+              .seed = 302,
+              .allowed = 0.01};  // rounding: 1e-5 mm
+  Draw draw(turned.seed);
+  for (int k = 0; k < 800; ++k) {
+    SCOPED_TRACE(k);
+    BarCase bar = drawn_pyramids(draw);
+    const double passing = draw.uniform(0.05, 0.9) * std::atan2(bar.gap, bar.base);
+    bar.width = bar.gap * std::cos(passing) - bar.base * std::sin(passing);
+    draw_place(draw, bar);
+    if (k % 2 == 0) bar.turn_rad *= 0.98 * passing / std::acos(bar.width / (bar.gap + bar.base));
+    const Solved solved = solve(scene_of(request_of(bar)), bar.options);
+    const Rest rest = rest_of(bar, solved);
+    EXPECT_EQ(solved.record.status, StepStatus::stable);
+    EXPECT_TRUE(touch.add(height_off(bar, rest, 0.0)));
+    // Both bases are felt while the play between them is below two bands of contacts, so it may be turned by
+    // one more step from there.
+    const double felt = passing_rad(bar, bar.width + 2.0 * bar.options.translation_resolution_mm);
+    const double start = std::abs(bar.turn_rad), end = std::abs(rest.angle_rad);
+    if (start < felt) {
+      kept.add(std::abs(solved.record.pose.theta_rad) / bar.options.rotation_step_rad);
+      ++kept.outcomes[solved.record.pose.theta_rad == 0.0 ? "not turned" : "turned"];
+    } else {
+      const double least = felt - bar.options.rotation_step_rad;
+      turned.add(std::max({0.0, end - passing, least - end}) / bar.options.rotation_resolution_rad);
+      ++turned.outcomes[start > passing ? "too steep" : "passes with less play than two resolutions"];
+    }
+  }
+  EXPECT_GT(kept.outcomes["not turned"], 200);
+  EXPECT_GT(turned.outcomes["too steep"], 200);
+  for (const Tally& tally : {turned, kept, touch}) report(tally);
+}
+
+TEST(BarOnPyramids, AFlatTopRestsOnATip)
+{
+  Tally tally{.scene = "bar with a tip under it",
+              .claim = "rests on the tip, unturned, and says that its angle is its own",
+              .measure = "height off the exact touch, stand-offs",
+              .seed = 303,
+              .allowed = 0.01};  // rounding: 1e-5 mm
+  Draw draw(tally.seed);
+  for (int k = 0; k < 200; ++k) {
+    SCOPED_TRACE(k);
+    BarCase bar = drawn_pyramids(draw);
+    bar.length = draw.uniform(10, 60);
+    bar.width = draw.uniform(2, 40);
+    bar.turn_rad = draw.uniform(-pi, pi);
+    // The place of a tip under the bar, then of the bar.
+    const Eigen::Vector3d tip(draw.sign() * bar.tip(), 0.0, 0.0);
+    bar.along = tip.dot(along_bar(bar.turn_rad)) + draw.uniform(-0.49, 0.49) * bar.length;
+    bar.across = tip.dot(across_bar(bar.turn_rad)) + draw.uniform(-0.49, 0.49) * bar.width;
+    const Solved solved = solve(scene_of(request_of(bar)), bar.options);
+    EXPECT_EQ(solved.record.status, StepStatus::stable);
+    EXPECT_FALSE(solved.record.theta_determined);
+    EXPECT_EQ(solved.record.pose.theta_rad, 0.0);
+    EXPECT_TRUE(tally.add(height_off(bar, rest_of(bar, solved), -bar.height)));
+    ++tally.outcomes[solved.record.contacts.size() > 1 ? "on both tips" : "on one tip"];
+  }
+  EXPECT_GT(tally.outcomes["on both tips"], 5);
+  EXPECT_GT(tally.outcomes["on one tip"], 50);
+  report(tally);
+}
+
+}  // namespace
+}  // namespace vrda::test
