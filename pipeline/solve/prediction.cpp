@@ -9,25 +9,27 @@ namespace {
 // A moment (mm, unit normal) or a projection below this is rounding: contact points are good to 1e-8 mm.
 constexpr double negligible = 1e-7;
 
-bool has_projection(const Contact& contact)
-{
-  return std::abs(contact.normal.x()) > negligible || std::abs(contact.normal.z()) > negligible;
-}
-
-// +1 or -1 when all moments agree, 0 otherwise or when there is none. A normal along Delta has no moment
-// about any centre and no say; one that passes through this centre agrees with nobody. `skipped` is left out.
+// +1 or -1 when all moments that are not negligible agree, 0 otherwise or when there is none. `skipped` is
+// left out.
 int common_sign(const std::vector<Contact>& contacts, const Eigen::Vector3d& centre, std::size_t skipped)
 {
   int sign = 0;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    if (k == skipped || !has_projection(contacts[k])) continue;
+    if (k == skipped) continue;
     const double moment = moment_about_mm(contacts[k], centre);
-    if (std::abs(moment) <= negligible) return 0;
+    if (std::abs(moment) <= negligible) continue;
     const int own = moment > 0.0 ? 1 : -1;
     if (sign != 0 && own != sign) return 0;
     sign = own;
   }
   return sign;
+}
+
+// Whether a normal that leans across Delta passes through the centre: only one along Delta has no say there.
+bool passes_through(const Contact& contact, const Eigen::Vector3d& centre)
+{
+  const bool leans = std::abs(contact.normal.x()) > negligible || std::abs(contact.normal.z()) > negligible;
+  return leans && std::abs(moment_about_mm(contact, centre)) <= negligible;
 }
 
 // Mean of the positive values among the components; 0 when there is none.
@@ -86,6 +88,11 @@ RotationPrediction predict_rotation(const std::vector<Contact>& contacts)
   }
   if (n_centres == 0) return {};
   const Eigen::Vector3d centre = sum / n_centres;
+  // Opposite pushes along one line qualify both and meet in their mean: a third beside them slides the
+  // object.
+  if (std::any_of(contacts.begin(), contacts.end(),
+                  [&](const Contact& c) { return passes_through(c, centre); }))
+    return {};
   return {common_sign(contacts, centre, nobody), centre};
 }
 

@@ -13,9 +13,10 @@ struct RotationPrediction {
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< the axis parallel to Delta passes here
 };
 
-/// Turns about the mean of the contact points when the moments of all normals agree in sign; otherwise
-/// about the mean of those contact points that qualify as centres, once verified. Normals along Delta have no
-/// say; a normal through the centre agrees with none. Fewer than two contacts never turn. Source: thesis 3.4.
+/// Turns about the mean of the contact points when the moments of all normals agree in sign; otherwise about
+/// the mean of those contact points that qualify as centres, once verified: there all must agree, and none
+/// may pass through it. Contacts without a moment have no say elsewhere. Fewer than two contacts never turn.
+/// Source: thesis 3.4.
 RotationPrediction predict_rotation(const std::vector<Contact>& contacts);
 
 /// Moment of a contact's normal about the axis through `centre`, mm (unit normal).

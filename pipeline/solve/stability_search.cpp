@@ -211,12 +211,12 @@ class Search {
   Eigen::Vector3d way_up_mm(const Climb& climb)
   {
     const MovingPose here = pose_;
+    const double gap_here_mm = gap_ahead().travel_mm;  // a slide may have stopped nearer than an approach
     double best_mm = 0.0, best_rise_mm = climb_gain_share * options_.translation_resolution_mm;
     for (double way_mm = climb_way_share * options_.translation_resolution_mm;
          climb.rise > 0.0 && way_mm <= options_.translation_step_mm; way_mm *= climb_growth) {
       pose_.translation_mm = here.translation_mm + way_mm * (climb.direction - Eigen::Vector3d::UnitY());
-      const double rise_mm =
-          gap_ahead().travel_mm - way_mm - standoff_share * options_.translation_resolution_mm;
+      const double rise_mm = gap_ahead().travel_mm - way_mm - gap_here_mm;
       if (!std::isfinite(rise_mm) || rise_mm <= best_rise_mm) break;
       best_rise_mm = rise_mm;
       best_mm = way_mm;
