@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "contact/random_triangles.hpp"
 #include "support/triangle_distance.hpp"
 
 namespace vrda {
@@ -13,22 +14,6 @@ namespace {
 
 // Rounding of coordinates up to 100 mm, a hundred times over.
 constexpr double rounding_mm = 1e-12;
-
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double unit() { return distribution_(engine_); }
-  Corners triangle(double size_mm, double flatness)
-  {
-    Corners t;
-    for (Eigen::Vector3d& p : t) p << size_mm * unit(), size_mm * flatness * unit(), size_mm * unit();
-    return t;
-  }
-
- private:
-  std::mt19937_64 engine_;
-  std::uniform_real_distribution<double> distribution_{-1.0, 1.0};
-};
 
 Corners raised(Corners t, double by_mm)
 {
@@ -55,7 +40,7 @@ struct Pair {
   double touch_mm = 0.0;
 };
 
-Pair touching_pair(Random& random, double size_mm, double flatness)
+Pair touching_pair(test::Random& random, double size_mm, double flatness)
 {
   Pair pair;
   do {
@@ -77,7 +62,7 @@ constexpr double sizes_mm[] = {0.1, 1.0, 3.0, 40.0};
 
 TEST(ClosestPoints, AreThoseOfTheTextbook)
 {
-  Random random(31);
+  test::Random random(31);
   int n_near = 0, n_far = 0;
   for (const double flatness : flatnesses) {
     for (const double size_mm : sizes_mm) {
@@ -101,7 +86,7 @@ TEST(ClosestPoints, AreThoseOfTheTextbook)
 
 TEST(Separation, ChangesSignAtTheTouch)
 {
-  Random random(32);
+  test::Random random(32);
   NarrowPhase narrow_phase;
   int n_overlapping = 0, n_apart = 0;
   for (const double flatness : flatnesses) {
@@ -136,7 +121,7 @@ TEST(Separation, OfTrianglesInOnePlaneIsThatWithinThePlane)
 
 TEST(Separation, AndDistanceDoNotDependOnTheOrder)
 {
-  Random random(33);
+  test::Random random(33);
   for (int k = 0; k < 1000; ++k) {
     const Corners a = random.triangle(3, 1), b = raised(random.triangle(3, 1), random.unit());
     EXPECT_NEAR(separation_mm(a, b), separation_mm(b, a), rounding_mm);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "contact/random_triangles.hpp"
 #include "support/triangle_distance.hpp"
 
 namespace vrda {
@@ -14,22 +15,6 @@ namespace {
 // parallel.
 constexpr double promised_mm = 1e-8;
 
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double unit() { return distribution_(engine_); }
-  Corners triangle(double size_mm, double flatness)
-  {
-    Corners t;
-    for (Eigen::Vector3d& p : t) p << size_mm * unit(), size_mm * flatness * unit(), size_mm * unit();
-    return t;
-  }
-
- private:
-  std::mt19937_64 engine_;
-  std::uniform_real_distribution<double> distribution_{-1.0, 1.0};
-};
-
 Corners shifted(Corners t, const Eigen::Vector3d& by)
 {
   for (Eigen::Vector3d& p : t) p += by;
@@ -38,7 +23,7 @@ Corners shifted(Corners t, const Eigen::Vector3d& by)
 
 TEST(NarrowPhase, AgreesWithTheTextbookDistance)
 {
-  Random random(11);
+  test::Random random(11);
   NarrowPhase narrow_phase;
   int n_apart = 0, n_overlapping = 0;
   for (int k = 0; k < 40000; ++k) {
@@ -61,7 +46,7 @@ TEST(NarrowPhase, AgreesWithTheTextbookDistance)
 
 TEST(NarrowPhase, PointsLieOnTheTrianglesAtTheDistance)
 {
-  Random random(12);
+  test::Random random(12);
   NarrowPhase narrow_phase;
   int n_apart = 0;
   for (int k = 0; k < 5000; ++k) {
@@ -91,7 +76,7 @@ TEST(NarrowPhase, TellsAGapOfTenNanometresFromAnOverlap)
 
 TEST(NarrowPhase, TheCheapTestNeverPartsWhatIsWithinTheBand)
 {
-  Random random(13);
+  test::Random random(13);
   int n_separated = 0;
   for (int k = 0; k < 20000; ++k) {
     const Corners a = random.triangle(3, 0.2), b = shifted(random.triangle(3, 0.2), {0, random.unit(), 0});

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "store/page_paths.hpp"
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
 
@@ -43,21 +44,6 @@ std::string on_page(const std::string& path)
                   "degree_6", "degree_N");
 }
 
-/// Every path between backquotes in the first column of a table.
-std::set<std::string> paths_of_page(const std::string& page)
-{
-  std::set<std::string> paths;
-  std::istringstream lines(page);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.rfind("| `/", 0) != 0) continue;
-    std::istringstream words(line.substr(2, line.find(" |", 2) - 2));
-    for (std::string word; std::getline(words, word, '`');) {
-      if (!word.empty() && word[0] == '/') paths.insert(word);
-    }
-  }
-  return paths;
-}
-
 TEST(Layout, IsThePageOfTheSpecification)
 {
   const std::string page = test::read_bytes(test::source_directory() / "schemas" / "motion-model.md");
@@ -65,7 +51,7 @@ TEST(Layout, IsThePageOfTheSpecification)
   std::set<std::string> wanted;
   for (const DatasetSpec& spec : layout.datasets) wanted.insert(on_page(spec.path));
   for (const DimensionSpec& dimension : layout.dimensions) wanted.insert(on_page(dimension.path));
-  EXPECT_EQ(paths_of_page(page), wanted);
+  EXPECT_EQ(test::paths_of_page(page), wanted);
   for (const AttributeSpec& attribute : layout.attributes) {
     EXPECT_THAT(page, ::testing::HasSubstr("`" + attribute.name + "`")) << attribute.object;
   }

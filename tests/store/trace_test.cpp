@@ -14,6 +14,7 @@
 #include "core/error.hpp"
 #include "core/search_move.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/page_paths.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace_file.hpp"
 #include "store/trace_layout.hpp"
@@ -268,21 +269,6 @@ TEST(Trace, SearchesAreFoundByTheAttitudesOfTheGrid)
   EXPECT_THAT(facts.wanted, HasSubstr("flexion 2, varus 1"));
 }
 
-/// Every path between backquotes in the first column of a table.
-std::set<std::string> paths_of_page(const std::string& page)
-{
-  std::set<std::string> paths;
-  std::istringstream lines(page);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.rfind("| `/", 0) != 0) continue;
-    std::istringstream words(line.substr(2, line.find(" |", 2) - 2));
-    for (std::string word; std::getline(words, word, '`');) {
-      if (!word.empty() && word[0] == '/') paths.insert(word);
-    }
-  }
-  return paths;
-}
-
 TEST(TraceLayout, IsThePageOfTheSpecification)
 {
   const std::string page = test::read_bytes(test::source_directory() / "schemas" / "trace.md");
@@ -309,7 +295,7 @@ TEST(TraceLayout, IsThePageOfTheSpecification)
     }
   }
   for (const DimensionSpec& dimension : layout.dimensions) wanted.insert(dimension.path);
-  EXPECT_EQ(paths_of_page(page), wanted);
+  EXPECT_EQ(test::paths_of_page(page), wanted);
   for (const AttributeSpec& attribute : layout.attributes) {
     EXPECT_THAT(page, HasSubstr("`" + attribute.name + "`"));
   }
