@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -67,6 +69,15 @@ class LostGround : public testing::Test {
     process = std::make_unique<test::Process>(test::vrda(command()));
     test::wait_for_bytes(*process, journal_, 5000);
     ASSERT_TRUE(process->is_running()) << "ended before the ground was lost";
+  }
+
+  /// The run stands still while the ground goes: else what it puts back could go with it.
+  static test::Ended ended_after(test::Process& process, const std::function<void()>& lose_ground)
+  {
+    process.send(SIGSTOP);
+    lose_ground();
+    process.send(SIGCONT);
+    return process.wait();
   }
 
   static void expect_one_message(const test::Ended& ended)
@@ -169,8 +180,7 @@ TEST_F(LostGround, AFolderThatIsDeletedComesBackWithTheJournals)
     is_traced_ = is_traced;
     std::unique_ptr<test::Process> process;
     start(process);
-    fs::remove_all(scratch_.path() / "out");
-    const test::Ended ended = process->wait();
+    const test::Ended ended = ended_after(*process, [&] { fs::remove_all(scratch_.path() / "out"); });
     expect_one_message(ended);
     EXPECT_THAT(ended.err,
                 HasSubstr(output_.string() + ": folder: found a folder that was deleted or moved"));
@@ -199,9 +209,10 @@ TEST_F(LostGround, WhereNothingCanBePutBackTheMessageSaysSo)
   for (const bool is_folder_blocked : {true, false}) {
     std::unique_ptr<test::Process> process;
     start(process);
-    fs::remove_all(scratch_.path() / "out");
-    scratch_.write(is_folder_blocked ? "out" : "out/deep/knee.h5.journal", "in the way");
-    const test::Ended ended = process->wait();
+    const test::Ended ended = ended_after(*process, [&] {
+      fs::remove_all(scratch_.path() / "out");
+      scratch_.write(is_folder_blocked ? "out" : "out/deep/knee.h5.journal", "in the way");
+    });
     expect_one_message(ended);
     EXPECT_THAT(ended.err, HasSubstr("deleted or moved"));
     EXPECT_THAT(ended.err, HasSubstr("what was solved is lost"));
