@@ -229,7 +229,7 @@ FlagTable flag_table(FlagSet set)
     case FlagSet::move_kind:
       return table_of(all_move_kinds);
     case FlagSet::node:
-      return table_of(all_step_kinds);
+      return table_of(searched_step_kinds);
     case FlagSet::answer:
       return {{-1, 0, 1}, "no_answer no yes"};
     case FlagSet::yes_no:
