@@ -44,6 +44,33 @@ struct ContactRecord {
   std::int8_t compartment = 0;           ///< 0 none, 1 medial, 2 lateral
 };
 
+/// One contact force of an equilibrium, on the moving object: along_delta_n * normal / -normal.y.
+struct ContactForce {
+  Eigen::Vector3d point_solver_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d normal_solver = Eigen::Vector3d::Zero();  ///< unit, y < 0
+  double along_delta_n = 0.0;                               ///< above 0: what it takes of the push
+  std::int32_t triangle_reference = -1;
+  std::int32_t triangle_moving = -1;
+  std::int8_t compartment = 0;  ///< 0 none, 1 medial, 2 lateral
+};
+
+/// What holds a pose that the equilibrium found: its certificate. NaN where nothing was certified.
+struct Balance {
+  /// Ligaments' energy less the loads' work since zero coordinates.
+  double energy_nmm = std::numeric_limits<double>::quiet_NaN();
+  /// What is left unbalanced along the free coordinates: Euclidean norm, moments divided by a lever of the
+  /// moving object's size.
+  double residual_n = std::numeric_limits<double>::quiet_NaN();
+  /// Gaps of the load-bearing features, weighted by their share of the load.
+  double complementarity_mm = std::numeric_limits<double>::quiet_NaN();
+  double worst_gap_mm = std::numeric_limits<double>::quiet_NaN();  ///< smallest signed gap of any feature
+  /// Holding moments, on the moving object over the reference: about the flexion axis, and about varus (0
+  /// where it is free).
+  double flexion_moment_nmm = std::numeric_limits<double>::quiet_NaN();
+  double varus_moment_nmm = std::numeric_limits<double>::quiet_NaN();
+  std::vector<ContactForce> forces;
+};
+
 struct StepRecord {
   StepKey key;
   MovingPose pose;  ///< in S; the best pose so far where `status` is not stable
@@ -58,6 +85,8 @@ struct StepRecord {
   bool contact_lateral = false;
   bool theta_determined = false;
   std::vector<ContactRecord> contacts;
+  double varus_rad = 0.0;  ///< solved where varus is free, else the attitude's
+  Balance balance;         ///< of the equilibrium only
 };
 
 }  // namespace vrda

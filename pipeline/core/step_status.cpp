@@ -17,6 +17,8 @@ const char* name_of(StepStatus status)
       return "no_clearance";
     case StepStatus::iteration_limit:
       return "iteration_limit";
+    case StepStatus::unbounded:
+      return "unbounded";
   }
   throw InternalError("a step status without a name");
 }
@@ -33,7 +35,9 @@ const char* meaning_of(StepStatus status)
     case StepStatus::no_clearance:
       return "no free pose within reach behind: the objects stay locked into each other";
     case StepStatus::iteration_limit:
-      return "did not come to rest within max_steps";
+      return "did not come to rest within max_steps or max_iterations";
+    case StepStatus::unbounded:
+      return "no place of rest: the loads carry it off the reference";
   }
   throw InternalError("a step status without a meaning");
 }

@@ -10,7 +10,8 @@ enum class StepStatus : std::int8_t {
   stable = 0,           ///< a stable pose
   no_contact = 1,       ///< left the reference behind
   no_clearance = 2,     ///< no free pose along -Delta
-  iteration_limit = 3,  ///< max_steps reached
+  iteration_limit = 3,  ///< max_steps or max_iterations reached
+  unbounded = 4,        ///< no rest: slides off however small the steps
 };
 
 inline constexpr StepStatus all_step_statuses[] = {StepStatus::pending, StepStatus::stable,

@@ -323,7 +323,8 @@ void read_settings(Job& job)
   check_step(job, "rotation", "deg");
   check_views(job);
   job.equilibrium = {number_at(root, "solver.equilibrium.tolerance_mm"),
-                     static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations"))};
+                     static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations")),
+                     job.search.translation_resolution_mm};
   job.ligaments = ligaments_of(job, root);
   if (const JobValue* compartments = root.find("compartments")) {
     job.medial = compartment_of(value_at(*compartments, "medial"));

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/equilibrium_options.hpp"
 #include "core/frames.hpp"
 #include "core/search_options.hpp"
 #include "load/case.hpp"
@@ -68,11 +69,6 @@ struct PushJob {
 };
 
 enum class SolverMethod { stability_search, equilibrium };
-
-struct EquilibriumOptions {
-  double tolerance_mm = 1e-4;
-  int max_iterations = 200;
-};
 
 struct FibreJob {
   std::string name;

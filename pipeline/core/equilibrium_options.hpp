@@ -1,0 +1,24 @@
+/// The settings and loads of the equilibrium (DESIGN.md 5.3), in internal units.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace vrda {
+
+struct EquilibriumOptions {
+  double tolerance_mm = 1e-4;  ///< of the pose, along Delta
+  int max_iterations = 200;
+  double contact_resolution_mm = 0.1;  ///< surfaces closer than this touch, in /contacts and flags
+};
+
+/// Dead loads on the moving object at one flexion, in the solver frame S. Their work is
+/// force . translation + moment_nmm * theta + varus_moment_nmm * varus plus that of the force's moment about
+/// the origin of S when it acts at `point_mm`: (point x force) . (Y theta + X varus).
+struct Loads {
+  Eigen::Vector3d force_n{0.0, 20.0, 0.0};
+  double moment_nmm = 0.0;        ///< about Delta, on theta
+  double varus_moment_nmm = 0.0;  ///< on varus
+  Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
+};
+
+}  // namespace vrda

@@ -1,0 +1,72 @@
+/// Directional gap with every feature near it, as the equilibrium needs it (DESIGN.md 5.2).
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "core/coordinates.hpp"
+#include "proximity/placed.hpp"
+
+namespace vrda {
+
+/// Where the moving object meets the reference, or would soon: a vertex under a face, a vertex over a face,
+/// or two edges that cross in projection.
+struct GapFeature {
+  double travel_mm = 0.0;    ///< along Delta until this feature touches; negative: beyond it
+  Eigen::Vector3d point_mm;  ///< on the moving object where it stands, S
+  Eigen::Vector3d normal;    ///< unit, reaction on the moving object: y < 0
+  TrianglePair triangles;
+};
+
+/// d travel / d coordinates, with y held: how much further along Delta the feature lets the moving object go.
+/// The derivative over y is -1.
+Vector5d travel_gradient(const GapFeature& feature, const MovingPose& pose);
+
+struct GapAnswer {
+  double travel_mm = std::numeric_limits<double>::infinity();  ///< infinite: nothing faces
+  TrianglePair pair;                                           ///< -1, -1 when nothing faces
+  std::vector<GapFeature> features;  ///< those within the band of `travel_mm`, nearest first
+};
+
+/// A mesh in the solver frame at zero attitude, prepared for queries. Shared by all threads.
+class GapTree {
+ public:
+  GapTree() = default;
+  explicit GapTree(const Mesh& mesh);
+  /// Only the triangles listed; rows of `mesh` in every answer.
+  GapTree(const Mesh& mesh, const std::vector<std::int32_t>& triangles);
+  bool is_empty() const;
+
+ private:
+  friend class GapQuery;
+  struct Data;
+  std::shared_ptr<const Data> data_;
+};
+
+/// One thread's queries between two meshes; keeps scratch and the last answer as a hint, which changes the
+/// time, never the answer.
+class GapQuery {
+ public:
+  GapQuery(const GapTree& reference, const GapTree& moving);
+  ~GapQuery();
+  GapQuery(GapQuery&&) noexcept;
+
+  /// Turns the reference.
+  void set_attitude(const Attitude& attitude);
+
+  /// Signed travel of the first touch of an object that comes from far below, over facing pairs: negative
+  /// when it stands deeper than that.
+  double travel_mm(const MovingPose& pose);
+
+  /// The same with the features whose travel is within `band_mm` of it. Valid until the next call.
+  const GapAnswer& features(const MovingPose& pose, double band_mm);
+
+  int n_queries() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace vrda

@@ -1,0 +1,38 @@
+/// Where the moving object comes to rest under exact contact, loads and ligaments (DESIGN.md 5.3).
+#pragma once
+
+#include <optional>
+
+#include "core/equilibrium_options.hpp"
+#include "core/step_record.hpp"
+#include "ligament/ligaments.hpp"
+#include "proximity/gap_query.hpp"
+#include "solve/joint.hpp"
+
+namespace vrda {
+
+/// One thread's tools for one joint: scratch and hints that outlive a motion step. They change the time, never
+/// the answer.
+class EquilibriumSolver {
+ public:
+  /// `ligaments` are in the solver's frames and may hold no fibre. References are kept.
+  EquilibriumSolver(const Joint& joint, const Ligaments& ligaments, const EquilibriumOptions& options);
+  ~EquilibriumSolver();
+  EquilibriumSolver(EquilibriumSolver&&) noexcept;
+
+  struct Task {
+    Attitude attitude;  ///< where varus is free: its seed
+    MovingPose seed;
+    Loads loads;
+    bool is_varus_free = false;
+  };
+
+  /// A pure function of the task: same task, same bits, whatever was solved before.
+  StepRecord solve(const Task& task);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace vrda
