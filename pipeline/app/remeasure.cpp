@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <memory>
 #include <thread>
 
 namespace vrda {
@@ -24,17 +25,31 @@ Pose stored_pose(const MotionModel& model, Eigen::Index cell)
   return X;
 }
 
-}  // namespace
-
-SolverFrame frame_of(const MotionModel& model)
+SolverFrame frame_of(const MotionModel& model, Eigen::Index flexion)
 {
-  return {model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta};
+  return {model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
+          model.push.delta.row(flexion).transpose()};
 }
+
+// One scene for each run of flexions with the same Delta.
+std::vector<std::shared_ptr<const AuditScene>> scenes_of(const MotionModel& model)
+{
+  std::vector<std::shared_ptr<const AuditScene>> scenes;
+  for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i) {
+    const bool is_same = i > 0 && model.push.delta.row(i) == model.push.delta.row(i - 1);
+    scenes.push_back(is_same
+                         ? scenes.back()
+                         : std::make_shared<const AuditScene>(make_audit_scene(
+                               model.reference.contact.mesh, model.moving.contact.mesh, frame_of(model, i))));
+  }
+  return scenes;
+}
+
+}  // namespace
 
 std::vector<PoseAudit> remeasured(const MotionModel& model, int n_threads)
 {
-  const AuditScene scene =
-      make_audit_scene(model.reference.contact.mesh, model.moving.contact.mesh, frame_of(model));
+  const std::vector<std::shared_ptr<const AuditScene>> scenes = scenes_of(model);
   std::vector<PoseAudit> cells(static_cast<std::size_t>(model.status.size()));
   std::atomic<Eigen::Index> next = 0;
   const auto work = [&] {
@@ -42,10 +57,9 @@ std::vector<PoseAudit> remeasured(const MotionModel& model, int n_threads)
     for (Eigen::Index cell = next++; cell < model.status.size(); cell = next++) {
       if (!is_stable(model, cell)) continue;
       const auto i = static_cast<std::size_t>(cell / model.status.cols());
-      const auto j = static_cast<std::size_t>(cell % model.status.cols());
-      cells[static_cast<std::size_t>(cell)] =
-          audit_pose(scene, {rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_deg[j])},
-                     stored_pose(model, cell), narrow_phase);
+      cells[static_cast<std::size_t>(cell)] = audit_pose(
+          *scenes[i], {rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_solved_deg.data()[cell])},
+          stored_pose(model, cell), narrow_phase);
     }
   };
   std::vector<std::jthread> workers;

@@ -14,8 +14,8 @@ struct EquilibriumOptions {
 
 /// Of the spine, along which varus is left free.
 struct SpineOptions {
-  int n_restarts = 4;               ///< starts at each flexion aside from the chains along it
-  double band_moment_nmm = 500.0;   ///< extra moments about Delta that theta is reported for; 0: none
+  int n_restarts = 4;              ///< starts at each flexion aside from the chains along it
+  double band_moment_nmm = 500.0;  ///< extra moments about Delta that theta is reported for; 0: none
 };
 
 /// Dead loads on the moving object at one flexion, in the solver frame S. Their work is

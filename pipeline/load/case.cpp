@@ -7,6 +7,7 @@
 #include "load/component_source.hpp"
 #include "load/input_file.hpp"
 #include "load/job.hpp"
+#include "load/job_value.hpp"
 
 namespace vrda {
 namespace {

@@ -12,6 +12,7 @@
 #include "core/equilibrium_options.hpp"
 #include "core/frames.hpp"
 #include "core/search_options.hpp"
+#include "ligament/ligaments.hpp"
 
 namespace vrda {
 
@@ -68,13 +69,14 @@ struct Case {
   Body moving;
   InitialPose initial;
   GridAxes grid;
-  bool is_varus_free = false;  ///< the grid's one varus is then 0
-  std::vector<Push> push;      ///< [n_flexion]
+  bool is_varus_free = false;                               ///< the grid's one varus is then 0
+  std::vector<Push> push;                                   ///< [n_flexion]
   Eigen::Vector3d push_point_mm = Eigen::Vector3d::Zero();  ///< from the rotation centre, canonical axes
   std::string method;                                       ///< "stability-search" or "equilibrium"
   SearchOptions search;
   EquilibriumOptions equilibrium;
   SpineOptions spine;
+  Ligaments ligaments;  ///< canonical axes, own side; no fibre without ligaments
   /// [n_triangles of moving.contact] of which compartment each moving triangle is; empty when the
   /// joint has no compartments.
   std::vector<Compartment> compartment_of_triangle;

@@ -345,8 +345,8 @@ void read_settings(Job& job)
 Eigen::VectorXd at_flexion(const OverFlexion& setting, double flexion_rad)
 {
   const std::vector<double>& angles = setting.flexion_rad;
-  const auto above = static_cast<Eigen::Index>(
-      std::upper_bound(angles.begin(), angles.end(), flexion_rad) - angles.begin());
+  const auto above =
+      static_cast<Eigen::Index>(std::upper_bound(angles.begin(), angles.end(), flexion_rad) - angles.begin());
   if (above == 0) return setting.value.row(0).transpose();
   if (above == setting.value.rows()) return setting.value.row(above - 1).transpose();
   const double from_rad = angles[static_cast<std::size_t>(above - 1)];

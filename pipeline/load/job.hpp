@@ -64,11 +64,11 @@ struct OverFlexion {
 Eigen::VectorXd at_flexion(const OverFlexion& setting, double flexion_rad);
 
 struct PushJob {
-  OverFlexion delta;            ///< [n, 3] unit vectors, canonical
-  OverFlexion force_n;          ///< [n, 1]
-  OverFlexion lateral_force_n;  ///< [n, 2] anterior, right
-  OverFlexion moment_nmm;       ///< [n, 1] about Delta
-  OverFlexion varus_moment_nmm; ///< [n, 1] on varus, adduction positive
+  OverFlexion delta;             ///< [n, 3] unit vectors, canonical
+  OverFlexion force_n;           ///< [n, 1]
+  OverFlexion lateral_force_n;   ///< [n, 2] anterior, right
+  OverFlexion moment_nmm;        ///< [n, 1] about Delta
+  OverFlexion varus_moment_nmm;  ///< [n, 1] on varus, adduction positive
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
 };
 

@@ -43,6 +43,7 @@ class Search {
          const Watch& watch)
       : joint_(joint),
         reference_(turned(joint.reference.solid, attitude)),
+        varus_rad_(attitude.varus_rad),
         options_(options),
         watch_(watch),
         pose_(seed),
@@ -56,6 +57,7 @@ class Search {
     StepRecord record;
     record.status = search();
     record.pose = pose_;
+    record.varus_rad = varus_rad_;
     record.iterations = iteration_;
     record.residual_mm = residual_mm_;
     if (record.status == StepStatus::stable) measure(record);
@@ -400,6 +402,7 @@ class Search {
 
   const Joint& joint_;
   TreeMesh reference_;  // at the attitude
+  double varus_rad_;
   const SearchOptions& options_;
   const Watch& watch_;
   NarrowPhase narrow_phase_;
