@@ -70,6 +70,8 @@ ComponentJob component_of(const Job& job, const JobValue& value, const std::stri
   component.material = text_at(value, "material");
   component.has_contact = flag_at(value, "contact");
   component.winding = text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
+  component.inset_mm = number_at(value, "inset_mm");
+  component.shift_mm = vector3_at(value, "shift_mm");
   return component;
 }
 

@@ -36,6 +36,8 @@ struct ComponentJob {
   std::string material;
   bool has_contact = true;
   Winding winding = Winding::outward;
+  double inset_mm = 0.0;  ///< each vertex goes inward along its normal: a thinner part, or a contact offset
+  Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< canonical, of the whole component
 };
 
 struct BodyJob {
