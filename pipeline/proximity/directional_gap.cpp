@@ -1,38 +1,13 @@
 #include "proximity/directional_gap.hpp"
 
 #include <algorithm>
-#include <array>
+
+#include "proximity/gap_kernel.hpp"
 
 namespace vrda {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
-// Unit normal's height below which a face projects to a sliver (DESIGN.md 5.2).
-constexpr double vertical_normal = 1e-6;
-// Barycentric slack: a vertex over a shared edge must belong to at least one of both faces.
-constexpr double edge_slack = 1e-12;
-// Sine between projected edges below which their crossing is left to the vertices over faces.
-constexpr double parallel_sine = 1e-12;
-
-// y component of (b - a) x (c - a): twice the signed area of the projection.
-double projected_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
-{
-  return (b.z() - a.z()) * (c.x() - a.x()) - (b.x() - a.x()) * (c.z() - a.z());
-}
-
-struct Facing {
-  double projected = 0.0;  // twice the projected area, signed as the normal's y
-  bool is_vertical = true;
-};
-
-Facing facing_of(const Corners& t)
-{
-  Facing facing;
-  facing.projected = projected_area(t[0], t[1], t[2]);
-  const double doubled = (t[1] - t[0]).cross(t[2] - t[0]).norm();
-  facing.is_vertical = !(std::abs(facing.projected) >= vertical_normal * doubled) || doubled == 0.0;
-  return facing;
-}
+using gap_rules::infinity;
 
 // Keeps the smallest travel that counts.
 struct Least {
@@ -45,59 +20,13 @@ struct Least {
   }
 };
 
-// Height of the face over p's projection, if p lies over it.
-bool height_over(const Corners& face, double projected, const Eigen::Vector3d& p, double& height)
+double travel_of(const Corners& reference, const Corners& moving, GapKind kind)
 {
-  const double u = projected_area(p, face[1], face[2]) / projected;
-  const double v = projected_area(face[0], p, face[2]) / projected;
-  const double w = projected_area(face[0], face[1], p) / projected;
-  if (u < -edge_slack || v < -edge_slack || w < -edge_slack) return false;
-  height = u * face[0].y() + v * face[1].y() + w * face[2].y();
-  return true;
-}
-
-void offer_edges(const Corners& r, const Corners& m, Least& least)
-{
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Eigen::Vector3d& a = r[i];
-    const Eigen::Vector3d d = r[(i + 1) % 3] - a;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector3d& b = m[k];
-      const Eigen::Vector3d e = m[(k + 1) % 3] - b;
-      const double cross = d.x() * e.z() - d.z() * e.x();
-      const double scale = (std::abs(d.x()) + std::abs(d.z())) * (std::abs(e.x()) + std::abs(e.z()));
-      if (std::abs(cross) <= parallel_sine * scale) continue;
-      const double wx = b.x() - a.x(), wz = b.z() - a.z();
-      const double s = (wx * e.z() - wz * e.x()) / cross;
-      const double t = (wx * d.z() - wz * d.x()) / cross;
-      if (s < -edge_slack || s > 1.0 + edge_slack || t < -edge_slack || t > 1.0 + edge_slack) continue;
-      least.offer((a.y() + s * d.y()) - (b.y() + t * e.y()));
-    }
-  }
-}
-
-double travel_of(const Corners& r, const Corners& m, GapKind kind)
-{
-  const Facing facing_r = facing_of(r);
-  const Facing facing_m = facing_of(m);
+  const GapFace r = gap_face(reference), m = gap_face(moving);
   // Coming from afar only a face that looks down can be met, and only by one that looks up.
-  if (kind == GapKind::from_afar && (facing_r.is_vertical || facing_m.is_vertical ||
-                                     facing_r.projected > 0.0 || facing_m.projected < 0.0)) {
-    return infinity;
-  }
+  if (kind == GapKind::from_afar && !(r.looks_down() && m.looks_up())) return infinity;
   Least least{kind};
-  double height = 0.0;
-  if (!facing_r.is_vertical) {
-    for (const Eigen::Vector3d& p : m) {
-      if (height_over(r, facing_r.projected, p, height)) least.offer(height - p.y());
-    }
-  }
-  if (!facing_m.is_vertical) {
-    for (const Eigen::Vector3d& p : r) {
-      if (height_over(m, facing_m.projected, p, height)) least.offer(p.y() - height);
-    }
-  }
-  offer_edges(r, m, least);
+  visit_meeting_places(r, m, [&least](const MeetingPlace& place) { least.offer(place.travel_mm); });
   return least.travel_mm;
 }
 

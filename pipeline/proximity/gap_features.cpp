@@ -1,0 +1,82 @@
+#include "proximity/gap_features.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace vrda {
+namespace {
+
+// One place computed through different triangles differs by rounding: coordinates of 100 mm, divided by sines
+// of facets down to 1e-3.
+constexpr double same_travel_mm = 1e-10;
+constexpr double same_point_mm = 1e-9;
+constexpr double same_normal = 1e-9;
+
+Eigen::Vector3d unit_normal(const Corners& c)
+{
+  return (c[1] - c[0]).cross(c[2] - c[0]).normalized();
+}
+
+bool is_same(const GapFeature& a, const GapFeature& b)
+{
+  return (a.point_mm - b.point_mm).cwiseAbs().maxCoeff() <= same_point_mm &&
+         (a.normal - b.normal).cwiseAbs().maxCoeff() <= same_normal;
+}
+
+}  // namespace
+
+GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const MeetingPlace& place,
+                       const TrianglePair& pair)
+{
+  GapFeature feature;
+  feature.travel_mm = place.travel_mm;
+  feature.triangles = pair;
+  const Corners &r = reference.corner, &m = moving.corner;
+  switch (place.kind) {
+    case MeetingPlace::Kind::moving_vertex:
+      feature.point_mm = m[place.moving];
+      feature.normal = unit_normal(r);
+      break;
+    case MeetingPlace::Kind::reference_vertex:
+      feature.point_mm = r[place.reference] - place.travel_mm * Eigen::Vector3d::UnitY();
+      feature.normal = -unit_normal(m);
+      break;
+    case MeetingPlace::Kind::edges: {
+      const Eigen::Vector3d d = r[(place.reference + 1) % 3] - r[place.reference];
+      const Eigen::Vector3d e = m[(place.moving + 1) % 3] - m[place.moving];
+      feature.point_mm = m[place.moving] + place.along_moving * e;
+      const Eigen::Vector3d n = d.cross(e).normalized();
+      feature.normal = n.y() < 0.0 ? n : Eigen::Vector3d(-n);
+      break;
+    }
+  }
+  return feature;
+}
+
+void merge_features(std::vector<GapFeature>& features)
+{
+  std::sort(features.begin(), features.end(), [](const GapFeature& a, const GapFeature& b) {
+    return std::tie(a.travel_mm, a.triangles, a.point_mm.x(), a.point_mm.z(), a.normal.x(), a.normal.z()) <
+           std::tie(b.travel_mm, b.triangles, b.point_mm.x(), b.point_mm.z(), b.normal.x(), b.normal.z());
+  });
+  std::size_t n_kept = 0;
+  for (const GapFeature& feature : features) {
+    bool is_new = true;
+    for (std::size_t k = n_kept; is_new && k > 0; --k) {
+      if (feature.travel_mm - features[k - 1].travel_mm > same_travel_mm) break;
+      is_new = !is_same(feature, features[k - 1]);
+    }
+    if (is_new) features[n_kept++] = feature;
+  }
+  features.resize(n_kept);
+}
+
+Vector5d travel_gradient(const GapFeature& feature, const MovingPose& pose)
+{
+  // The moving object turns about axes that do not pass through the place itself: what counts is the velocity
+  // of its material point at the moment of touching, travel further up.
+  const Eigen::Vector3d touch = feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY();
+  return -(point_jacobian(touch, pose).transpose() * feature.normal) / feature.normal.y();
+}
+
+}  // namespace vrda

@@ -1,0 +1,124 @@
+/// The exact kernel of the directional gap: every place where two triangles can meet as one travels along +Y.
+/// Over the overlap of their projections the height difference is linear, so its minimum lies at a vertex of
+/// one over the face of the other or where two projected edges cross (DESIGN.md 5.2).
+/// One home for the arithmetic: every query that must agree to the last bit goes through here.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "proximity/placed.hpp"
+
+namespace vrda {
+
+namespace gap_rules {
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Unit normal's height below which a face projects to a sliver and has no height of its own.
+inline constexpr double vertical_normal = 1e-6;
+/// Barycentric slack: a vertex over a shared edge must belong to at least one of both faces.
+inline constexpr double edge_slack = 1e-12;
+/// Sine between projected edges below which their crossing is left to the vertices over faces.
+inline constexpr double parallel_sine = 1e-12;
+/// Below this sine both heights are taken at one common point: the crossing itself wanders by rounding /
+/// sine.
+inline constexpr double oblique_sine = 1e-6;
+}  // namespace gap_rules
+
+/// y component of (b - a) x (c - a): twice the signed area of the projection.
+inline double projected_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
+{
+  return (b.z() - a.z()) * (c.x() - a.x()) - (b.x() - a.x()) * (c.z() - a.z());
+}
+
+/// A triangle in S as the kernel wants it.
+struct GapFace {
+  Corners corner;
+  double projected = 0.0;  ///< twice the projected area, signed as the normal's y
+  bool is_vertical = true;
+  unsigned edges = 7;  ///< bit i: the edge from corner i to the next can touch first
+
+  bool looks_up() const { return !is_vertical && projected > 0.0; }
+  bool looks_down() const { return !is_vertical && projected < 0.0; }
+};
+
+inline GapFace gap_face(const Corners& t)
+{
+  GapFace face{t};
+  face.projected = projected_area(t[0], t[1], t[2]);
+  const double doubled = (t[1] - t[0]).cross(t[2] - t[0]).norm();
+  face.is_vertical = !(std::abs(face.projected) >= gap_rules::vertical_normal * doubled) || doubled == 0.0;
+  return face;
+}
+
+/// Height of the face over p's projection, if p lies over it.
+inline bool height_over(const GapFace& face, const Eigen::Vector3d& p, double& height)
+{
+  const Corners& c = face.corner;
+  const double u = projected_area(p, c[1], c[2]) / face.projected;
+  const double v = projected_area(c[0], p, c[2]) / face.projected;
+  const double w = projected_area(c[0], c[1], p) / face.projected;
+  constexpr double slack = -gap_rules::edge_slack;
+  if (u < slack || v < slack || w < slack) return false;
+  height = u * c[0].y() + v * c[1].y() + w * c[2].y();
+  return true;
+}
+
+/// A place where the pair would meet.
+struct MeetingPlace {
+  enum class Kind { moving_vertex, reference_vertex, edges };
+  Kind kind = Kind::moving_vertex;
+  unsigned reference = 0;     ///< corner, or first corner of the edge
+  unsigned moving = 0;        ///< likewise
+  double along_moving = 0.0;  ///< edges: 0 to 1 along the moving one
+  double travel_mm = 0.0;     ///< signed
+};
+
+/// Where the edges from corner i of r and k of m cross in projection, if they do.
+inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned k, MeetingPlace& place)
+{
+  const Eigen::Vector3d& a = r.corner[i];
+  const Eigen::Vector3d d = r.corner[(i + 1) % 3] - a;
+  const Eigen::Vector3d& b = m.corner[k];
+  const Eigen::Vector3d e = m.corner[(k + 1) % 3] - b;
+  const double cross = d.x() * e.z() - d.z() * e.x();
+  const double scale = (std::abs(d.x()) + std::abs(d.z())) * (std::abs(e.x()) + std::abs(e.z()));
+  if (std::abs(cross) <= gap_rules::parallel_sine * scale) return false;
+  const double wx = b.x() - a.x(), wz = b.z() - a.z();
+  const double s = (wx * e.z() - wz * e.x()) / cross;
+  double t = (wx * d.z() - wz * d.x()) / cross;
+  constexpr double low = -gap_rules::edge_slack, high = 1.0 + gap_rules::edge_slack;
+  if (s < low || s > high || t < low || t > high) return false;
+  if (std::abs(cross) <= gap_rules::oblique_sine * scale) {
+    t = ((s * d.x() - wx) * e.x() + (s * d.z() - wz) * e.z()) / (e.x() * e.x() + e.z() * e.z());
+    if (t < low || t > high) return false;
+  }
+  place = {MeetingPlace::Kind::edges, i, k, t, (a.y() + s * d.y()) - (b.y() + t * e.y())};
+  return true;
+}
+
+/// Calls `offer(place)` for every meeting place of the pair, whatever the faces look at; edges masked out are
+/// passed over.
+template <typename Offer>
+void visit_meeting_places(const GapFace& r, const GapFace& m, const Offer& offer)
+{
+  double height = 0.0;
+  for (unsigned k = 0; k < 3 && !r.is_vertical; ++k) {
+    if (height_over(r, m.corner[k], height)) {
+      offer(MeetingPlace{MeetingPlace::Kind::moving_vertex, 0, k, 0.0, height - m.corner[k].y()});
+    }
+  }
+  for (unsigned i = 0; i < 3 && !m.is_vertical; ++i) {
+    if (height_over(m, r.corner[i], height)) {
+      offer(MeetingPlace{MeetingPlace::Kind::reference_vertex, i, 0, 0.0, r.corner[i].y() - height});
+    }
+  }
+  for (unsigned i = 0; i < 3; ++i) {
+    if ((r.edges >> i & 1U) == 0) continue;
+    for (unsigned k = 0; k < 3; ++k) {
+      MeetingPlace place;
+      if ((m.edges >> k & 1U) != 0 && edges_cross(r, i, m, k, place)) offer(place);
+    }
+  }
+}
+
+}  // namespace vrda
