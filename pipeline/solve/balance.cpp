@@ -19,7 +19,8 @@ Held held_by(const Potential& potential, const std::vector<Clearance>& touching,
     length.push_back(std::max(normal.norm(), std::numeric_limits<double>::min()));
     rows.push_back({normal / length.back(), 0.0});
   }
-  const QpSolution qp = solve_quadratic_program(QpMatrix::Identity(), s.cwiseProduct(potential.gradient), rows);
+  const QpSolution qp =
+      solve_quadratic_program(QpMatrix::Identity(), s.cwiseProduct(potential.gradient), rows);
   Held held;
   held.unbalanced_n = qp.d;
   held.residual_n = qp.d.norm();

@@ -1,4 +1,5 @@
-/// The certificate of the equilibrium: whether contact forces that can only push hold the loads and ligaments.
+/// The certificate of the equilibrium: whether contact forces that can only push hold the loads and
+/// ligaments.
 #pragma once
 
 #include <vector>
@@ -16,8 +17,9 @@ struct Held {
     std::size_t row = 0;         ///< of the obstacles
     double along_delta_n = 0.0;  ///< above 0
   };
-  Vector5d unbalanced_n = Vector5d::Zero();  ///< force left along the free coordinates, moments over the lever
-  double residual_n = 0.0;                   ///< its length
+  Vector5d unbalanced_n =
+      Vector5d::Zero();     ///< force left along the free coordinates, moments over the lever
+  double residual_n = 0.0;  ///< its length
   std::vector<Bearing> bearing;
 };
 

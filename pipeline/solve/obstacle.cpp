@@ -55,7 +55,8 @@ Normal common_normal(const Obstacle& o, const Rotations& at)
       const Eigen::Vector3d n = at.of_moving * o.moving_direction;
       return {n, about_delta(n), Eigen::Vector3d::Zero()};
     }
-    case Obstacle::Kind::edges: break;
+    case Obstacle::Kind::edges:
+      break;
   }
   const Eigen::Vector3d u = at.of_reference * o.reference_direction, v = at.of_moving * o.moving_direction;
   return {u.cross(v), u.cross(about_delta(v)), -about_x(u).cross(v)};
@@ -89,7 +90,8 @@ Obstacle obstacle_of(const GapFeature& feature, const TouchingMeshes& meshes, co
 {
   Obstacle out;
   out.triangles = feature.triangles;
-  out.reference_mm = rotations.of_reference.transpose() * (feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY());
+  out.reference_mm =
+      rotations.of_reference.transpose() * (feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY());
   out.moving_mm = rotations.of_moving.transpose() * (feature.point_mm - place.pivot_mm);
   const Eigen::Vector3d in_reference = rotations.of_reference.transpose() * feature.normal;
   const Eigen::Vector3d in_moving = rotations.of_moving.transpose() * feature.normal;
@@ -121,7 +123,8 @@ Clearance clearance(const Obstacle& o, const Place& place, const Rotations& at)
     result.travel_mm = std::numeric_limits<double>::infinity();
     return result;
   }
-  const Eigen::Vector3d apart = at.of_reference * o.reference_mm - (place.pivot_mm + at.of_moving * o.moving_mm);
+  const Eigen::Vector3d apart =
+      at.of_reference * o.reference_mm - (place.pivot_mm + at.of_moving * o.moving_mm);
   const Eigen::Vector3d slope = n.n / n.n.y();
   result.travel_mm = apart.dot(slope);
   result.gradient = distance_jacobian(o, at).transpose() * slope;

@@ -22,8 +22,8 @@ Potential about_pivot(const Potential& of_pose, const Eigen::Vector3d& arm)
   const Vector5d column = of_pose.hessian * turn;
   out.hessian.col(about_y) = column;
   out.hessian.row(about_y) = column.transpose();
-  out.hessian(about_y, about_y) = turn.dot(column) + of_pose.gradient(along_x) * arm.x() +
-                                  of_pose.gradient(along_z) * arm.z();
+  out.hessian(about_y, about_y) =
+      turn.dot(column) + of_pose.gradient(along_x) * arm.x() + of_pose.gradient(along_z) * arm.z();
   return out;
 }
 
@@ -53,7 +53,8 @@ Rest rest_along_delta(const Forces& forces, Place place, const RestLimits& limit
   Rest rest{place, potential_at(forces, place), true};
   for (int k = 0; k < most_heights; ++k) {
     double& y = rest.place.pivot_mm.y();
-    const double slope = rest.potential.gradient(along_y), stiffness = rest.potential.hessian(along_y, along_y);
+    const double slope = rest.potential.gradient(along_y),
+                 stiffness = rest.potential.hessian(along_y, along_y);
     if (std::abs(slope) <= limits.force_tolerance_n || (y >= limits.ceiling_mm && slope < 0.0)) return rest;
     (slope > 0.0 ? high : low) = y;
     if (high - low <= 1e-13 * (1.0 + std::abs(y))) break;

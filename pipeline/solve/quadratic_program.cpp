@@ -69,15 +69,13 @@ class DualMethod {
     }
     solution.d = x_;
     solution.n_support = static_cast<std::size_t>(n_active_);
-    for (Eigen::Index k = 0; k < n_active_; ++k) solution.support[static_cast<std::size_t>(k)] = {active_[k], u_(k)};
+    for (Eigen::Index k = 0; k < n_active_; ++k)
+      solution.support[static_cast<std::size_t>(k)] = {active_[k], u_(k)};
     return solution;
   }
 
  private:
-  double slack(std::size_t row) const
-  {
-    return half_spaces_[row].normal.dot(x_) - half_spaces_[row].offset;
-  }
+  double slack(std::size_t row) const { return half_spaces_[row].normal.dot(x_) - half_spaces_[row].offset; }
 
   std::size_t most_violated() const
   {
@@ -102,7 +100,8 @@ class DualMethod {
       const QpVector d = J_.transpose() * normal;
       const QpVector r = dual_direction(d);
       const double across = d.tail(n - n_active_).squaredNorm();
-      const bool is_dependent = n_active_ == n || across <= dependent_share * dependent_share * d.squaredNorm();
+      const bool is_dependent =
+          n_active_ == n || across <= dependent_share * dependent_share * d.squaredNorm();
       const Eigen::Index leaving = first_to_leave(r);
       const double t_dual = leaving < 0 ? std::numeric_limits<double>::infinity() : u_(leaving) / r(leaving);
       const double t_primal =
@@ -190,8 +189,8 @@ class DualMethod {
   }
 
   const std::vector<HalfSpace>& half_spaces_;
-  QpMatrix J_;                      // L^-T Q: its first n_active_ columns span the active normals
-  QpMatrix R_ = QpMatrix::Zero();   // upper triangular: J^T N = [R; 0]
+  QpMatrix J_;                     // L^-T Q: its first n_active_ columns span the active normals
+  QpMatrix R_ = QpMatrix::Zero();  // upper triangular: J^T N = [R; 0]
   QpVector x_;
   QpVector u_ = QpVector::Zero();
   std::array<std::size_t, n> active_{};

@@ -1,4 +1,5 @@
-/// Small strictly convex quadratic programmes: the steps and the certificate of the equilibrium (DESIGN.md 5.3).
+/// Small strictly convex quadratic programmes: the steps and the certificate of the equilibrium
+/// (DESIGN.md 5.3).
 #pragma once
 
 #include <Eigen/Core>

@@ -118,7 +118,8 @@ QpSolution StepPlanner::solve_linearised(const Rest& at, const Vector5d& gone,
   return solve_quadratic_program(curvature(at, obstacles, options), g, half_spaces_);
 }
 
-StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& obstacles, const PlanOptions& options)
+StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& obstacles,
+                           const PlanOptions& options)
 {
   StepPlan plan{from};
   multipliers_.assign(obstacles.size(), 0.0);

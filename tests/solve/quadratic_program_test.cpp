@@ -79,7 +79,7 @@ TEST(QuadraticProgram, ACornerIsHeldByItsWalls)
   ASSERT_TRUE(s.is_solved);
   ASSERT_EQ(s.n_support, 2u);
   EXPECT_NEAR((s.d - QpVector(1, 2, 0, 0, 0)).norm(), 0.0, 1e-14);
-  for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(s.support[k].multiplier, s.support[k].row + 1.0, 1e-14);
+  for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(s.support[k].multiplier, static_cast<double>(s.support[k].row) + 1.0, 1e-14);
 }
 
 TEST(QuadraticProgram, WhatCannotBeKeptIsSaid)
@@ -152,8 +152,8 @@ TEST(QuadraticProgram, AHeldCoordinateStays)
   H.row(4).setZero();
   H.col(4).setZero();
   H(4, 4) = 1.0;
-  const QpSolution s =
-      solve_quadratic_program(H, QpVector(1, 2, 3, 4, 0), {half_space({1, 0, 0, 1}, 5), half_space({0, 1, 1}, 0)});
+  const QpSolution s = solve_quadratic_program(H, QpVector(1, 2, 3, 4, 0),
+                                               {half_space({1, 0, 0, 1}, 5), half_space({0, 1, 1}, 0)});
   ASSERT_TRUE(s.is_solved);
   EXPECT_EQ(s.d(4), 0.0);
 }
@@ -167,7 +167,8 @@ TEST(QuadraticProgram, DegenerateCornersOfAContactAreFound)
   int n_supported = 0;
   for (int k = 0; k < 200; ++k) {
     std::vector<HalfSpace> rows;
-    for (int i = 0; i < 60; ++i) rows.push_back(half_space({unit(random), -1, unit(random), unit(random)}, 0));
+    for (int i = 0; i < 60; ++i)
+      rows.push_back(half_space({unit(random), -1, unit(random), unit(random)}, 0));
     for (std::size_t axis : {0U, 2U, 3U}) {
       std::vector<double> wall(4, 0.0);
       wall[axis] = 1;
