@@ -4,6 +4,7 @@
 
 #include "core/clinical.hpp"
 #include "core/units.hpp"
+#include "store/contact_paths.hpp"
 
 namespace vrda {
 namespace {
@@ -18,6 +19,7 @@ void set_pose(MotionModel& model, const SolverFrame& frame, const StepRecord& r)
   model.ty_mm(i, j) = t.y();
   model.tz_mm(i, j) = t.z();
   model.theta_deg(i, j) = deg_from_rad(r.pose.theta_rad);
+  model.varus_solved_deg(i, j) = model.varus_deg[static_cast<std::size_t>(j)];
 
   const Pose X = X_reference_moving(frame, attitude, r.pose);
   const std::size_t first = 16 * static_cast<std::size_t>(i * model.status.cols() + j);
@@ -105,6 +107,7 @@ MotionModel motion_model_of(const Case& job_case, const SweepResult& result)
     if (result.spine_column[i] >= 0) model.is_spine(static_cast<Eigen::Index>(i), result.spine_column[i]) = 1;
   }
   model.contacts = contact_rows(job_case.frame, result.cells);
+  if (model.has_compartments) model.contact_paths = contact_paths_of(model);
   return model;
 }
 
