@@ -163,8 +163,8 @@ struct MotionModel {
 
   GridD varus_solved_deg;  ///< of each cell; differs from the axis where varus was free
 
-  PushRows push;
-  std::optional<EquilibriumSurfaces> equilibrium;  ///< of method "equilibrium" only
+  PushRows push;                                   ///< of a file of version 1.0: constant_push(delta)
+  std::optional<EquilibriumSurfaces> equilibrium;  ///< of method "equilibrium" only, and exactly there
   std::optional<LigamentRows> ligaments;           ///< where the job has fibres
   std::optional<ContactPaths> contact_paths;       ///< where the joint has compartments
 
@@ -175,8 +175,13 @@ struct MotionModel {
   JobRecord job;
 };
 
-/// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, no contacts, no smoothed
-/// surfaces. The content of a start file; a run then fills the cells in.
+/// Along `delta` at each flexion, with a force and moments of 0.
+PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion);
+
+/// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces or
+/// smoothed surfaces. The content of a start file; a run then fills the cells in. Keeps the push, or makes it
+/// that of `delta` where it has not a row a flexion, and what is no cell's of the fibres. Contact paths and
+/// equilibrium exist after it as has_compartments and method ask.
 MotionModel with_pending_cells(MotionModel model);
 
 }  // namespace vrda
