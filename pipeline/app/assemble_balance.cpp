@@ -2,6 +2,7 @@
 
 #include "app/case_solver.hpp"
 #include "core/units.hpp"
+#include "store/contact_paths.hpp"
 
 namespace vrda {
 namespace {
@@ -21,31 +22,6 @@ Eigen::Vector3d force_n(const ContactForce& f)
   return f.along_delta_n * f.normal_solver / -f.normal_solver.y();
 }
 
-// Where a compartment bears its load: each force counts by its share along Delta, contacts without forces
-// alike.
-struct Centre {
-  Eigen::Vector3d sum_mm = Eigen::Vector3d::Zero();
-  double weight = 0.0;
-};
-
-Centre centre_of(const StepRecord& r, Compartment compartment)
-{
-  Centre centre;
-  const auto code = static_cast<std::int8_t>(compartment);
-  for (const ContactForce& f : r.balance.forces) {
-    if (f.compartment != code) continue;
-    centre.sum_mm += f.along_delta_n * f.point_solver_mm;
-    centre.weight += f.along_delta_n;
-  }
-  if (!r.balance.forces.empty()) return centre;
-  for (const ContactRecord& c : r.contacts) {
-    if (c.compartment != code) continue;
-    centre.sum_mm += c.point_solver_mm;
-    centre.weight += 1.0;
-  }
-  return centre;
-}
-
 class Assembly {
  public:
   Assembly(MotionModel& model, const Case& job_case) : model_(model), case_(job_case) {}
@@ -56,7 +32,6 @@ class Assembly {
     frame_ = frame_at(case_, r.key.flexion);
     const auto cell = static_cast<std::size_t>(r.key.flexion) * model_.varus_deg.size() +
                       static_cast<std::size_t>(r.key.varus);
-    if (model_.contact_paths) add_paths(r, cell);
     if (model_.equilibrium) add_certificate(r, cell);
     if (model_.ligaments) add_fibres(r, cell);
   }
@@ -65,28 +40,6 @@ class Assembly {
   Attitude attitude_of(const StepRecord& r) const
   {
     return {rad_from_deg(model_.flexion_deg[static_cast<std::size_t>(r.key.flexion)]), r.varus_rad};
-  }
-
-  Eigen::Vector3d canonical(const Eigen::Vector3d& p_solver_mm) const
-  {
-    return world_from_solver(frame_, p_solver_mm) + frame_.rotation_centre_mm;
-  }
-
-  void add_paths(const StepRecord& r, std::size_t cell)
-  {
-    ContactPaths& paths = *model_.contact_paths;
-    for (const Compartment compartment : {Compartment::medial, Compartment::lateral}) {
-      const Centre centre = centre_of(r, compartment);
-      if (!(centre.weight > 0.0)) continue;
-      const bool is_medial = compartment == Compartment::medial;
-      const Eigen::Vector3d p_mm = centre.sum_mm / centre.weight;
-      const Eigen::Vector3d on_reference_mm = reference_rotation(attitude_of(r)).transpose() * p_mm;
-      const Eigen::Vector3d on_moving_mm =
-          rotation_y(r.pose.theta_rad).transpose() * (p_mm - r.pose.translation_mm);
-      put(is_medial ? paths.medial_reference_mm : paths.lateral_reference_mm, cell,
-          canonical(on_reference_mm));
-      put(is_medial ? paths.medial_moving_mm : paths.lateral_moving_mm, cell, canonical(on_moving_mm));
-    }
   }
 
   void add_certificate(const StepRecord& r, std::size_t cell)
@@ -216,9 +169,11 @@ void add_balance(MotionModel& model, const Case& job_case, const SweepResult& re
 {
   Assembly assembly(model, job_case);
   for (const StepRecord& r : result.cells) assembly.add(r);
-  if (!model.equilibrium) return;
-  model.equilibrium->forces = force_rows(job_case, result.cells);
-  set_spine(model.equilibrium->spine, job_case, result);
+  if (model.equilibrium) {
+    model.equilibrium->forces = force_rows(job_case, result.cells);
+    set_spine(model.equilibrium->spine, job_case, result);
+  }
+  if (model.contact_paths) model.contact_paths = contact_paths_of(model);
 }
 
 }  // namespace vrda
