@@ -10,7 +10,8 @@ namespace vrda {
 /// Fibres and wraps as the file keeps them, without any cell.
 LigamentRows ligament_rows(const Ligaments& canonical);
 
-/// Fills those members of `model` that it has: contact_paths, equilibrium, ligaments. Its cells are pending.
+/// Fills those members of `model` that it has: contact_paths, equilibrium, ligaments. Poses and contacts are
+/// there already.
 void add_balance(MotionModel& model, const Case& job_case, const SweepResult& result);
 
 }  // namespace vrda
