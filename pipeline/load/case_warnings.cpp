@@ -81,7 +81,11 @@ void warn_of_unused(const Job& job, Warnings& warnings)
   }
   const std::size_t n_flexion = job.grid.flexion_deg.size(), n_varus = job.grid.varus_deg.size();
   for (const std::int32_t degree : job.smooth_degrees) {
-    if (static_cast<std::size_t>(degree) < std::min(n_flexion, n_varus)) continue;
+    // An axis of one angle takes no part: only the constant is used of it.
+    const std::size_t n_angles = n_varus == 1     ? n_flexion
+                                 : n_flexion == 1 ? n_varus
+                                                  : std::min(n_flexion, n_varus);
+    if (static_cast<std::size_t>(degree) < n_angles) continue;
     warnings.push_back("smooth.degrees: degree " + std::to_string(degree) + " needs " +
                        std::to_string(degree + 1) + " angles on each axis; the grid has " +
                        std::to_string(n_flexion) + " of flexion and " + std::to_string(n_varus) +
