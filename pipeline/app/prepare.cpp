@@ -6,7 +6,7 @@ namespace vrda {
 namespace {
 
 // Raised whenever the same job may give other bytes: journals of an older solver are then refused.
-constexpr const char* solver_version = "stability-search 2";
+constexpr const char* solver_version = "stability-search 3";
 
 SolverBody solver_body(const Body& body, const SolverFrame& frame)
 {
