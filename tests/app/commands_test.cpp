@@ -5,6 +5,7 @@
 
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/sample_model.hpp"
 
 namespace vrda {
 namespace {
@@ -88,6 +89,34 @@ TEST(Commands, CheckWarnsOfAnOverlapAtTheStart)
   const test::Ended ended = test::run_vrda({"check", job, "--set", "moving.initial.translation_mm=[0,-3,0]"});
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.out, HasSubstr("overlap"));
+}
+
+TEST(Commands, InfoTellsHowAnEquilibriumHolds)
+{
+  const test::Scratch scratch;
+  const std::string file = (scratch.path() / "knee.h5").string();
+  write_motion_model(file, test::sample_model({4, 3, true, false, true, true, 5, 2}));
+  const test::Ended info = test::run_vrda({"info", file});
+  EXPECT_EQ(info.exit_code, 0);
+  EXPECT_THAT(info.out, HasSubstr("worst gap -1.1e-05 mm, largest balance residual 0.0012 N, 5 fibres\n"));
+  EXPECT_THAT(info.out, HasSubstr("along Delta: medial 0.75, lateral 0.25\n"));
+  EXPECT_THAT(info.out, HasSubstr("flexions with several optima: 1\n"));
+  const auto json = nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
+  EXPECT_EQ(json.at("fibres"), 5);
+  EXPECT_EQ(json.at("equilibrium").at("largest_share").at("medial"), 0.75);
+  EXPECT_EQ(json.at("equilibrium").at("flexions_with_several_optima"), 1);
+  EXPECT_EQ(test::run_vrda({"validate", file}).exit_code, 0);
+
+  write_motion_model(file, with_pending_cells(test::sample_model({4, 3, false, false, true, true, 0, 0})));
+  const auto pending = nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
+  EXPECT_TRUE(pending.at("equilibrium").at("worst_gap_mm").is_null());
+  EXPECT_TRUE(pending.at("equilibrium").at("largest_share").at("lateral").is_null());
+  EXPECT_EQ(test::run_vrda({"info", file}).exit_code, 0);
+
+  write_motion_model(file, test::sample_model());
+  const auto search = nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
+  EXPECT_TRUE(search.at("equilibrium").is_null());
+  EXPECT_EQ(search.at("fibres"), 0);
 }
 
 TEST(Commands, InfoMeasuresAgainAndValidateIsContent)
