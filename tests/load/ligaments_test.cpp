@@ -5,6 +5,7 @@
 #include "load/ligament_table.hpp"
 #include "load/mesh_text.hpp"
 #include "load/wraps_file.hpp"
+#include "shapes/shapes.hpp"
 #include "support/meshes.hpp"
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
@@ -301,6 +302,29 @@ TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
   });
   EXPECT_EQ(facts.field, "ligaments.generate");
   EXPECT_THAT(facts.found, HasSubstr("no ligaments"));
+}
+
+TEST(CaseLigaments, TheGenericKneesJobHasThem)
+{
+  // By the search, which leaves them alone, and once by their table: the same fibres.
+  const std::string job = (test::source_directory() / "jobs/knee-generic-ligaments.toml").string();
+  const std::vector<std::string> overrides{"solver.method=stability-search",
+                                           "grid.varus={ from = -10, to = 10, step = 1 }"};
+  const Case generated = load_case(job, {"", overrides});
+  const Folder folder(fibre_table({"knee", {}, {}}));
+  const Case from_table =
+      load_case((test::source_directory() / "jobs/knee-generic.toml").string(),
+                {"", {"ligaments.fibres=\"" + (folder.scratch.path() / "fibres.csv").string() + "\""}});
+  ASSERT_FALSE(generated.ligaments.fibres.empty());
+  ASSERT_EQ(generated.ligaments.fibres.size(), from_table.ligaments.fibres.size());
+  for (std::size_t i = 0; i < generated.ligaments.fibres.size(); ++i) {
+    const Fibre &a = generated.ligaments.fibres[i], &b = from_table.ligaments.fibres[i];
+    EXPECT_EQ(a.name + " of " + a.bundle, b.name + " of " + b.bundle);
+    EXPECT_EQ(a.reference_mm, b.reference_mm);
+    EXPECT_EQ(a.moving_mm, b.moving_mm);
+    EXPECT_EQ(a.stiffness_n, b.stiffness_n);
+    EXPECT_EQ(a.slack_length_mm, b.slack_length_mm);
+  }
 }
 
 TEST(CaseLigamentErrors, NameFileAndLine)
