@@ -67,6 +67,7 @@ struct Case {
   SolverFrame frame;           ///< side, rotation centre (canonical), Delta of the first flexion
   Body reference;              ///< canonical, own side
   Body moving;
+  Ligaments ligaments;  ///< canonical, own side; no fibre when the job has none
   InitialPose initial;
   GridAxes grid;
   bool is_varus_free = false;                               ///< the grid's one varus is then 0

@@ -170,5 +170,21 @@ TEST(Commands, ShapeWritesItsParts)
   EXPECT_EQ(test::run_vrda({"shape", "hat", "-o", folder}).exit_code, 2);
 }
 
+TEST(Commands, ShapeWritesLigamentsThatAJobCanRead)
+{
+  const test::Scratch scratch;
+  const std::string folder = (scratch.path() / "knee").string();
+  const test::Ended ended = test::run_vrda({"shape", "knee", "--ligaments", "-o", folder, "side=left"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(ended.out, HasSubstr("ligaments.csv"));
+  const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
+  const std::string fibres = "ligaments.fibres=\"" + folder + "/ligaments.csv\"";
+  const test::Ended check = test::run_vrda({"check", job, "--set", "side=left", "--set", fibres});
+  EXPECT_EQ(check.exit_code, 0) << check.err;
+  const test::Ended hip = test::run_vrda({"shape", "hip", "--ligaments", "-o", folder + "2"});
+  EXPECT_EQ(hip.exit_code, 2);
+  EXPECT_FALSE(std::filesystem::exists(folder + "2"));
+}
+
 }  // namespace
 }  // namespace vrda
