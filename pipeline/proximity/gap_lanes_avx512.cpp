@@ -57,7 +57,11 @@ bool test(const PlacedBlock& r, const PlacedBlock& m, float limit, BlockPairs& p
 
 }  // namespace
 
-const BlockFunctions block_functions_avx512 = {Lanes<Float8>::turn_inner, Lanes<Float8>::turn_leaf,
-                                               Lanes<Float8>::place_inner, Lanes<Float8>::place_leaf, test};
+const BlockFunctions block_functions_avx512 = {Lanes<Float8>::turn_inner,
+                                               Lanes<Float8>::turn_leaf,
+                                               Lanes<Float8>::place_inner,
+                                               Lanes<Float8>::place_leaf,
+                                               test,
+                                               Lanes<Float8>::screen};
 
 }  // namespace vrda
