@@ -41,13 +41,22 @@ struct GapFace {
   bool looks_down() const { return !is_vertical && projected < 0.0; }
 };
 
-inline GapFace gap_face(const Corners& t)
+inline double doubled_area(const Corners& t)
+{
+  return (t[1] - t[0]).cross(t[2] - t[0]).norm();
+}
+
+inline GapFace gap_face(const Corners& t, double doubled)
 {
   GapFace face{t};
   face.projected = projected_area(t[0], t[1], t[2]);
-  const double doubled = (t[1] - t[0]).cross(t[2] - t[0]).norm();
   face.is_vertical = !(std::abs(face.projected) >= gap_rules::vertical_normal * doubled) || doubled == 0.0;
   return face;
+}
+
+inline GapFace gap_face(const Corners& t)
+{
+  return gap_face(t, doubled_area(t));
 }
 
 /// Height of the face over p's projection, if p lies over it.

@@ -1,19 +1,18 @@
 #include "proximity/gap_query.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 #include <utility>
 
+#include "core/error.hpp"
+#include "proximity/gap_block_tree.hpp"
 #include "proximity/gap_features.hpp"
-#include "proximity/gap_surface.hpp"
+#include "proximity/gap_walk.hpp"
+#include "proximity/instruction_set.hpp"
 
 namespace vrda {
 namespace {
-
-// A travel may come out below a bound by the kernel's rounding; the pair must be looked at all the same, or
-// the answer would depend on the order of the walk. Far above that rounding (1e-13 mm on coordinates of 100
-// mm).
-constexpr double bound_slack_mm = 1e-9;
 
 std::vector<std::int32_t> all_rows(const Mesh& mesh)
 {
@@ -22,31 +21,34 @@ std::vector<std::int32_t> all_rows(const Mesh& mesh)
   return rows;
 }
 
-GapFace face_of(const Mesh& mesh, std::int32_t t)
-{
-  return gap_face(corners(mesh, t));
-}
+// Pairs tried before the walk: the answer to a small change is often one of the last few.
+constexpr std::size_t n_hints = 8;
 
-// Edges that can touch first, for faces that look one way.
-template <typename Counts>
-std::vector<unsigned> edges_where(const GapSurface& surface, const Counts& counts)
+// A triangle as the exact kernel reads it.
+struct ExactFace {
+  Corners corner;
+  double doubled_area = 0.0;
+};
+
+std::vector<ExactFace> exact_faces(const Mesh& mesh)
 {
-  std::vector<bool> is_counted(static_cast<std::size_t>(surface.mesh.triangles.rows()));
-  for (const std::int32_t t : surface.triangles) is_counted[static_cast<std::size_t>(t)] = counts(t);
-  std::vector<unsigned> edges(is_counted.size(), 7);
-  for (const std::int32_t t : surface.triangles) {
-    edges[static_cast<std::size_t>(t)] = touching_edges(surface, t, is_counted);
+  std::vector<ExactFace> faces(static_cast<std::size_t>(mesh.triangles.rows()));
+  for (std::size_t t = 0; t < faces.size(); ++t) {
+    const Corners c = corners(mesh, static_cast<Eigen::Index>(t));
+    faces[t] = {c, doubled_area(c)};
   }
-  return edges;
+  return faces;
 }
 
 }  // namespace
 
 struct GapTree::Data {
   GapSurface surface;
-  BoxTree all;
-  BoxTree up;                      // faces that look up
-  std::vector<unsigned> up_edges;  // of faces that look up
+  std::vector<ExactFace> faces;
+  ReferenceTree as_reference;
+  MovingTree as_moving;
+  std::vector<unsigned> up_edges;  // [n_triangles] edges that can touch first, of faces that look up
+  double radius_mm = 0.0;          // the farthest vertex from the origin
 };
 
 GapTree::GapTree(const Mesh& mesh) : GapTree(mesh, all_rows(mesh)) {}
@@ -55,13 +57,22 @@ GapTree::GapTree(const Mesh& mesh, const std::vector<std::int32_t>& triangles)
 {
   auto data = std::make_shared<Data>();
   data->surface = gap_surface(mesh, triangles);
-  const GapSurface& surface = data->surface;
-  const auto looks_up = [&surface](std::int32_t t) { return face_of(surface.mesh, t).looks_up(); };
+  data->faces = exact_faces(mesh);
+  std::vector<bool> looks_up(data->faces.size());
   std::vector<std::int32_t> up;
-  std::copy_if(surface.triangles.begin(), surface.triangles.end(), std::back_inserter(up), looks_up);
-  data->all = BoxTree(mesh, surface.triangles);
-  data->up = BoxTree(mesh, up);
-  data->up_edges = edges_where(surface, looks_up);
+  for (const std::int32_t t : data->surface.triangles) {
+    const ExactFace& face = data->faces[static_cast<std::size_t>(t)];
+    if (!gap_face(face.corner, face.doubled_area).looks_up()) continue;
+    looks_up[static_cast<std::size_t>(t)] = true;
+    up.push_back(t);
+  }
+  data->up_edges.assign(data->faces.size(), 0);
+  for (const std::int32_t t : up) {
+    data->up_edges[static_cast<std::size_t>(t)] = touching_edges(data->surface, t, looks_up);
+  }
+  data->as_reference = reference_tree(data->surface);
+  data->as_moving = moving_tree(data->surface, up);
+  if (mesh.vertices_mm.rows() > 0) data->radius_mm = mesh.vertices_mm.rowwise().norm().maxCoeff();
   data_ = std::move(data);
 }
 
@@ -72,88 +83,127 @@ bool GapTree::is_empty() const
 
 struct GapQuery::State {
   std::shared_ptr<const GapTree::Data> reference, moving;
-  TreeMesh turned;
-  std::vector<unsigned> down_edges;
-  TrianglePair hint;
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  GapWalk walk;
+  std::vector<TrianglePair> hints;  // the last answers, each once, newest first
   GapAnswer answer;
   int n_queries = 0;
 
-  bool is_empty() const { return turned.tree.is_empty() || moving == nullptr || moving->up.is_empty(); }
-
-  GapFace reference_face(std::int32_t t) const
+  State(std::shared_ptr<const GapTree::Data> r, std::shared_ptr<const GapTree::Data> m)
+      : reference(std::move(r)), moving(std::move(m)), walk(reference->as_reference, moving->as_moving)
   {
-    GapFace face = face_of(turned.mesh, t);
-    face.edges = down_edges[static_cast<std::size_t>(t)];
-    return face;
   }
 
-  GapFace moving_face(std::int32_t t, const Placement& place) const
-  {
-    GapFace face = gap_face(place(corners(moving->surface.mesh, t)));
-    face.edges = moving->up_edges[static_cast<std::size_t>(t)];
-    return face;
-  }
-
-  // Calls `visit(pair)` for every pair of facing triangles whose boxes may come within limit() of meeting.
-  template <typename Limit, typename Visit>
-  void walk(const Placement& place, const Limit& limit, const Visit& visit) const;
-  void find_least(const MovingPose& pose);
+  GapFace reference_face(std::int32_t row) const;
+  GapFace moving_face(std::int32_t row, const Placement& place) const;
+  bool looks_down(std::int32_t row) const;
+  template <typename Offer>
+  void visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer);
+  void try_pair(const TrianglePair& pair, const Placement& place);
+  void start(const MovingPose& pose, const Placement& place);
+  void find_least(const Placement& place);
+  void find_features(const Placement& place, double band_mm);
+  void remember_answer();
 };
 
-template <typename Limit, typename Visit>
-void GapQuery::State::walk(const Placement& place, const Limit& limit, const Visit& visit) const
+bool GapQuery::State::looks_down(std::int32_t row) const
 {
-  std::vector<std::pair<std::int32_t, std::int32_t>> tasks{{0, 0}};
-  const BoxTree &r_tree = turned.tree, &m_tree = moving->up;
-  while (!tasks.empty()) {
-    const auto [ri, mi] = tasks.back();
-    tasks.pop_back();
-    const BoxTree::Node& r = r_tree.nodes()[static_cast<std::size_t>(ri)];
-    const BoxTree::Node m = place(m_tree.nodes()[static_cast<std::size_t>(mi)]);
-    if (r.min_mm[0] > m.max_mm[0] || m.min_mm[0] > r.max_mm[0] || r.min_mm[2] > m.max_mm[2] ||
-        m.min_mm[2] > r.max_mm[2] || r.min_mm[1] - m.max_mm[1] - bound_slack_mm > limit()) {
-      continue;
-    }
-    if (r.is_leaf() && m.is_leaf()) {
-      visit_leaves(r_tree, r, m_tree, m, [&visit](const TrianglePair& pair) {
-        visit(pair);
-        return false;
-      });
-    } else if (m.is_leaf() || (!r.is_leaf() && r.max_mm[0] - r.min_mm[0] >= m.max_mm[0] - m.min_mm[0])) {
-      tasks.insert(tasks.end(), {{r.first, mi}, {ri + 1, mi}});
-    } else {
-      tasks.insert(tasks.end(), {{ri, m.first}, {ri, mi + 1}});
-    }
-  }
+  return R.row(1).dot(reference->surface.face_normals.row(row)) <= -gap_rules::vertical_normal;
 }
 
-void GapQuery::State::find_least(const MovingPose& pose)
+GapFace GapQuery::State::reference_face(std::int32_t row) const
+{
+  const ExactFace& own = reference->faces[static_cast<std::size_t>(row)];
+  const auto turned = [this](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(R(0, 0) * p.x() + R(0, 1) * p.y() + R(0, 2) * p.z(),
+                           R(1, 0) * p.x() + R(1, 1) * p.y() + R(1, 2) * p.z(),
+                           R(2, 0) * p.x() + R(2, 1) * p.y() + R(2, 2) * p.z());
+  };
+  GapFace face =
+      gap_face({turned(own.corner[0]), turned(own.corner[1]), turned(own.corner[2])}, own.doubled_area);
+  const std::array<std::int32_t, 3>& across = reference->surface.neighbours[static_cast<std::size_t>(row)];
+  face.edges = 0;
+  for (unsigned k = 0; k < 3; ++k) {
+    if (across[k] < 0 || !looks_down(across[k])) face.edges |= 1U << k;
+  }
+  return face;
+}
+
+GapFace GapQuery::State::moving_face(std::int32_t row, const Placement& place) const
+{
+  const ExactFace& own = moving->faces[static_cast<std::size_t>(row)];
+  GapFace face = gap_face(place(own.corner), own.doubled_area);
+  face.edges = moving->up_edges[static_cast<std::size_t>(row)];
+  return face;
+}
+
+template <typename Offer>
+void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer)
+{
+  const GapFace r = reference_face(pair.reference);
+  if (!r.looks_down()) return;
+  const GapFace m = moving_face(pair.moving, place);
+  visit_meeting_places(r, m, [&](const MeetingPlace& at) {
+    if (at.travel_mm < answer.travel_mm || (at.travel_mm == answer.travel_mm && pair < answer.pair)) {
+      answer.travel_mm = at.travel_mm;
+      answer.pair = pair;
+    }
+    offer(r, m, at);
+  });
+}
+
+void GapQuery::State::try_pair(const TrianglePair& pair, const Placement& place)
+{
+  visit_pair(pair, place, [](const GapFace&, const GapFace&, const MeetingPlace&) {});
+}
+
+void GapQuery::State::start(const MovingPose& pose, const Placement& place)
 {
   ++n_queries;
   answer.travel_mm = gap_rules::infinity;
   answer.pair = {};
   answer.features.clear();
-  if (is_empty()) return;
-  const Placement place(pose);
-  const auto offer = [this, &place](const TrianglePair& pair) {
-    const GapFace r = reference_face(pair.reference);
-    if (!r.looks_down()) return;
-    visit_meeting_places(r, moving_face(pair.moving, place), [this, &pair](const MeetingPlace& at) {
-      if (at.travel_mm > answer.travel_mm) return;
-      if (at.travel_mm < answer.travel_mm || pair < answer.pair) answer.pair = pair;
-      answer.travel_mm = at.travel_mm;
-    });
-  };
-  if (hint.reference >= 0) offer(hint);
-  walk(
-      place, [this] { return answer.travel_mm; }, offer);
-  if (answer.pair.reference >= 0) hint = answer.pair;
+  walk.place(pose, reference->radius_mm + moving->radius_mm + pose.translation_mm.norm());
+  for (const TrianglePair& hint : hints) try_pair(hint, place);
 }
 
-GapQuery::GapQuery(const GapTree& reference, const GapTree& moving) : state_(std::make_unique<State>())
+void GapQuery::State::find_least(const Placement& place)
 {
-  state_->reference = reference.data_;
-  state_->moving = moving.data_;
+  walk.run([this] { return answer.travel_mm; },
+           [this, &place](const TrianglePair& pair) { try_pair(pair, place); });
+}
+
+// Collects while the least travel still falls, and drops in the end what has left the band.
+void GapQuery::State::find_features(const Placement& place, double band_mm)
+{
+  walk.run([this, band_mm] { return answer.travel_mm + band_mm; },
+           [&](const TrianglePair& pair) {
+             visit_pair(pair, place, [&](const GapFace& r, const GapFace& m, const MeetingPlace& at) {
+               if (at.travel_mm <= answer.travel_mm + band_mm) {
+                 answer.features.push_back(gap_feature(r, m, at, pair));
+               }
+             });
+           });
+  std::erase_if(answer.features, [this, band_mm](const GapFeature& feature) {
+    return feature.travel_mm > answer.travel_mm + band_mm;
+  });
+  merge_features(answer.features);
+}
+
+void GapQuery::State::remember_answer()
+{
+  if (answer.pair.reference < 0) return;
+  auto at = std::find(hints.begin(), hints.end(), answer.pair);
+  if (at == hints.end()) at = hints.size() < n_hints ? hints.insert(at, answer.pair) : at - 1;
+  std::rotate(hints.begin(), at, at + 1);
+  hints.front() = answer.pair;
+}
+
+GapQuery::GapQuery(const GapTree& reference, const GapTree& moving)
+{
+  static const auto empty = std::make_shared<const GapTree::Data>();
+  state_ = std::make_unique<State>(reference.data_ != nullptr ? reference.data_ : empty,
+                                   moving.data_ != nullptr ? moving.data_ : empty);
   set_attitude({});
 }
 
@@ -162,39 +212,28 @@ GapQuery::GapQuery(GapQuery&&) noexcept = default;
 
 void GapQuery::set_attitude(const Attitude& attitude)
 {
-  if (state_->reference == nullptr) return;
-  const GapSurface& surface = state_->reference->surface;
-  state_->turned = vrda::turned({surface.mesh, state_->reference->all}, attitude);
-  const Mesh& mesh = state_->turned.mesh;
-  state_->down_edges =
-      edges_where(surface, [&mesh](std::int32_t t) { return face_of(mesh, t).looks_down(); });
+  state_->R = reference_rotation(attitude);
+  state_->walk.turn(state_->R);
 }
 
 double GapQuery::travel_mm(const MovingPose& pose)
 {
-  state_->find_least(pose);
+  const Placement place(pose);
+  state_->start(pose, place);
+  state_->find_least(place);
+  state_->remember_answer();
   return state_->answer.travel_mm;
 }
 
 const GapAnswer& GapQuery::features(const MovingPose& pose, double band_mm)
 {
-  state_->find_least(pose);
-  GapAnswer& answer = state_->answer;
-  if (answer.pair.reference < 0) return answer;
   const Placement place(pose);
-  const double limit_mm = answer.travel_mm + band_mm;
-  state_->walk(
-      place, [limit_mm] { return limit_mm; },
-      [&](const TrianglePair& pair) {
-        const GapFace r = state_->reference_face(pair.reference);
-        if (!r.looks_down()) return;
-        const GapFace m = state_->moving_face(pair.moving, place);
-        visit_meeting_places(r, m, [&](const MeetingPlace& at) {
-          if (at.travel_mm <= limit_mm) answer.features.push_back(gap_feature(r, m, at, pair));
-        });
-      });
-  merge_features(answer.features);
-  return answer;
+  state_->start(pose, place);
+  // Without a good start the band would first gather half the mesh.
+  if (state_->answer.pair.reference < 0) state_->find_least(place);
+  if (state_->answer.pair.reference >= 0) state_->find_features(place, band_mm);
+  state_->remember_answer();
+  return state_->answer;
 }
 
 int GapQuery::n_queries() const

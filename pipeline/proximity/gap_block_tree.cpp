@@ -1,0 +1,269 @@
+#include "proximity/gap_block_tree.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace vrda {
+namespace {
+
+constexpr float absent = 1e30F;
+using Rows = std::span<std::int32_t>;
+
+// Arranges rows into blocks; what bounds them is filled in by role.
+class Arranger {
+ public:
+  Arranger(const GapSurface& surface, const std::vector<std::int32_t>& triangles) : rows_(triangles)
+  {
+    centres_.resize(surface.mesh.triangles.rows(), 3);
+    for (const std::int32_t t : triangles) {
+      const Corners c = corners(surface.mesh, t);
+      centres_.row(t) = (c[0] + c[1] + c[2]).transpose() / 3.0;
+    }
+  }
+
+  // `add(block, rows)` is told of every block before its children.
+  template <typename Add>
+  std::vector<Block> arrange(const Add& add)
+  {
+    blocks_.clear();
+    if (!rows_.empty()) build(Rows(rows_), add);
+    return std::move(blocks_);
+  }
+
+ private:
+  template <typename Add>
+  std::int32_t build(Rows rows, const Add& add)
+  {
+    const auto index = static_cast<std::int32_t>(blocks_.size());
+    Block block;
+    block.child.fill(-1);
+    block.is_leaf = rows.size() <= block_lanes;
+    std::vector<Rows> groups;
+    if (block.is_leaf) {
+      std::sort(rows.begin(), rows.end());
+      std::copy(rows.begin(), rows.end(), block.child.begin());
+    } else {
+      std::size_t unit = block_lanes;
+      while (unit * block_lanes < rows.size()) unit *= block_lanes;
+      split(rows, unit, groups);
+    }
+    add(block, rows, groups);
+    blocks_.push_back(block);
+    for (std::size_t k = 0; k < groups.size(); ++k) {
+      const std::int32_t child = build(groups[k], add);
+      blocks_[static_cast<std::size_t>(index)].child[k] = child;
+    }
+    return index;
+  }
+
+  // Halves at multiples of `unit`, so that all blocks but the last are full.
+  void split(Rows rows, std::size_t unit, std::vector<Rows>& groups)
+  {
+    if (rows.size() <= unit) {
+      groups.push_back(rows);
+      return;
+    }
+    const std::size_t n_units = (rows.size() + unit - 1) / unit;
+    const std::size_t middle = n_units / 2 * unit;
+    const Eigen::Index axis = widest(rows);
+    std::nth_element(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(middle), rows.end(),
+                     [this, axis](std::int32_t l, std::int32_t r) {
+                       const double a = centres_(l, axis), b = centres_(r, axis);
+                       return a != b ? a < b : l < r;
+                     });
+    split(rows.first(middle), unit, groups);
+    split(rows.subspan(middle), unit, groups);
+  }
+
+  // In space, not across Delta: layers (bone, cartilage, menisci) part early.
+  Eigen::Index widest(Rows rows) const
+  {
+    Eigen::RowVector3d low = centres_.row(rows.front()), high = low;
+    for (const std::int32_t t : rows) {
+      low = low.cwiseMin(centres_.row(t));
+      high = high.cwiseMax(centres_.row(t));
+    }
+    Eigen::Index axis = 0;
+    (high - low).maxCoeff(&axis);
+    return axis;
+  }
+
+  std::vector<std::int32_t> rows_;
+  Points centres_;
+  std::vector<Block> blocks_;
+};
+
+void set(BlockRow& row, std::size_t lane, double value)
+{
+  row.lane[lane] = static_cast<float>(value);
+}
+
+void set(BlockRow rows[3], std::size_t lane, const Eigen::Vector3d& value)
+{
+  for (int k = 0; k < 3; ++k) set(rows[k], lane, value[k]);
+}
+
+Box box_of(const GapSurface& surface, Rows rows)
+{
+  Eigen::Vector3d low = Eigen::Vector3d::Constant(gap_rules::infinity), high = -low;
+  for (const std::int32_t t : rows) {
+    for (const Eigen::Vector3d& p : corners(surface.mesh, t)) {
+      low = low.cwiseMin(p);
+      high = high.cwiseMax(p);
+    }
+  }
+  return {low, high};
+}
+
+// Mean outward normal by area, as floats round it; zero where the faces cancel out.
+Eigen::Vector3d mean_normal(const GapSurface& surface, Rows rows)
+{
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double total = 0.0;
+  for (const std::int32_t t : rows) {
+    const Corners c = corners(surface.mesh, t);
+    const Eigen::Vector3d doubled = (c[1] - c[0]).cross(c[2] - c[0]);
+    sum += doubled;
+    total += doubled.norm();
+  }
+  const double length = sum.norm();
+  if (!(length > 1e-3 * total)) return Eigen::Vector3d::Zero();
+  return (sum / length).cast<float>().cast<double>();
+}
+
+double least_along(const GapSurface& surface, Rows rows, const Eigen::Vector3d& n)
+{
+  double least = gap_rules::infinity;
+  for (const std::int32_t t : rows) {
+    for (const Eigen::Vector3d& p : corners(surface.mesh, t)) least = std::min(least, n.dot(p));
+  }
+  return least;
+}
+
+// Sine of the widest angle between the faces' normals and `axis`; 1 from a right angle on.
+double spread_around(const GapSurface& surface, Rows rows, const Eigen::Vector3d& axis)
+{
+  double least_cos = 1.0;
+  for (const std::int32_t t : rows) {
+    const Eigen::Vector3d n = surface.face_normals.row(t);
+    if (!n.isZero(0.0)) least_cos = std::min(least_cos, n.dot(axis));
+  }
+  return least_cos <= 0.0 ? 1.0 : std::sqrt(std::max(0.0, 1.0 - least_cos * least_cos));
+}
+
+void fill_inner(const GapSurface& surface, Rows rows, std::size_t lane, ReferenceInner& inner)
+{
+  const Box box = box_of(surface, rows);
+  const Eigen::Vector3d centre = 0.5 * (box.min_mm + box.max_mm);
+  set(inner.centre, lane, centre);
+  set(inner.half, lane, 0.5 * (box.max_mm - box.min_mm));
+  const Eigen::Vector3d inward = -mean_normal(surface, rows);
+  set(inner.normal, lane, inward);
+  set(inner.offset, lane, least_along(surface, rows, inward));
+  set(inner.spread, lane, spread_around(surface, rows, -inward));
+}
+
+void fill_leaf(const GapSurface& surface, std::int32_t t, std::size_t lane, ReferenceLeaf& leaf)
+{
+  const Corners c = corners(surface.mesh, t);
+  for (int k = 0; k < 3; ++k) {
+    set(leaf.x[k], lane, c[static_cast<std::size_t>(k)].x());
+    set(leaf.y[k], lane, c[static_cast<std::size_t>(k)].y());
+    set(leaf.z[k], lane, c[static_cast<std::size_t>(k)].z());
+  }
+  std::array<std::int32_t, 1> row{t};
+  const Eigen::Vector3d outward = surface.face_normals.row(t);
+  const Eigen::Vector3d inward = -outward.cast<float>().cast<double>();
+  set(leaf.normal, lane, inward);
+  set(leaf.offset, lane, least_along(surface, row, inward));
+}
+
+// The plane above every vertex with the slope of the faces' mean normal; flat where that is steep.
+void fill_plane(const GapSurface& surface, Rows rows, std::size_t lane, BlockRow* const abc[3])
+{
+  const Eigen::Vector3d n = mean_normal(surface, rows);
+  const bool is_flat_enough = n.y() >= static_cast<double>(steep_normal);
+  const auto b = static_cast<float>(is_flat_enough ? -n.x() / n.y() : 0.0);
+  const auto c = static_cast<float>(is_flat_enough ? -n.z() / n.y() : 0.0);
+  const Eigen::Vector3d above(static_cast<double>(b), -1.0, static_cast<double>(c));
+  abc[0]->lane[lane] = static_cast<float>(-least_along(surface, rows, above));
+  abc[1]->lane[lane] = b;
+  abc[2]->lane[lane] = c;
+}
+
+void fill_inner(const GapSurface& surface, Rows rows, std::size_t lane, MovingInner& inner)
+{
+  const Box box = box_of(surface, rows);
+  set(inner.centre_x, lane, 0.5 * (box.min_mm.x() + box.max_mm.x()));
+  set(inner.centre_z, lane, 0.5 * (box.min_mm.z() + box.max_mm.z()));
+  set(inner.half_x, lane, 0.5 * (box.max_mm.x() - box.min_mm.x()));
+  set(inner.half_z, lane, 0.5 * (box.max_mm.z() - box.min_mm.z()));
+  set(inner.top, lane, box.max_mm.y());
+  BlockRow* const abc[3] = {&inner.a, &inner.b, &inner.c};
+  fill_plane(surface, rows, lane, abc);
+}
+
+void fill_leaf(const GapSurface& surface, std::int32_t t, std::size_t lane, MovingLeaf& leaf)
+{
+  const Corners c = corners(surface.mesh, t);
+  for (int k = 0; k < 3; ++k) {
+    set(leaf.x[k], lane, c[static_cast<std::size_t>(k)].x());
+    set(leaf.z[k], lane, c[static_cast<std::size_t>(k)].z());
+  }
+  set(leaf.top, lane, extent(c, 1).most);
+  std::array<std::int32_t, 1> row{t};
+  BlockRow* const abc[3] = {&leaf.a, &leaf.b, &leaf.c};
+  fill_plane(surface, row, lane, abc);
+}
+
+void clear_lane(std::size_t lane, ReferenceInner& inner)
+{
+  for (BlockRow& half : inner.half) half.lane[lane] = -absent;
+}
+void clear_lane(std::size_t lane, MovingInner& inner)
+{
+  inner.half_x.lane[lane] = inner.half_z.lane[lane] = -absent;
+}
+
+template <typename Tree>
+Tree tree_over(const GapSurface& surface, const std::vector<std::int32_t>& triangles)
+{
+  Tree tree;
+  const auto add = [&tree, &surface](Block& block, Rows, const std::vector<Rows>& groups) {
+    if (block.is_leaf) {
+      block.slot = static_cast<std::int32_t>(tree.leaves.size());
+      auto& leaf = tree.leaves.emplace_back();
+      for (std::size_t lane = 0; lane < block_lanes; ++lane) {
+        if (block.child[lane] >= 0) fill_leaf(surface, block.child[lane], lane, leaf);
+        leaf.absent.lane[lane] = block.child[lane] >= 0 ? 0.0F : absent;
+      }
+    } else {
+      block.slot = static_cast<std::int32_t>(tree.inner.size());
+      auto& inner = tree.inner.emplace_back();
+      for (std::size_t lane = 0; lane < block_lanes; ++lane) {
+        if (lane < groups.size()) {
+          fill_inner(surface, groups[lane], lane, inner);
+        } else {
+          clear_lane(lane, inner);
+        }
+      }
+    }
+  };
+  tree.blocks = Arranger(surface, triangles).arrange(add);
+  return tree;
+}
+
+}  // namespace
+
+ReferenceTree reference_tree(const GapSurface& surface)
+{
+  return tree_over<ReferenceTree>(surface, surface.triangles);
+}
+
+MovingTree moving_tree(const GapSurface& surface, const std::vector<std::int32_t>& triangles)
+{
+  return tree_over<MovingTree>(surface, triangles);
+}
+
+}  // namespace vrda

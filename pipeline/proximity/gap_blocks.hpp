@@ -1,0 +1,92 @@
+/// The float side of a directional gap query: blocks of eight bounds, turned and tested eight at a time.
+/// Plain data and no library, since the code that works on it is compiled once for every instruction set.
+///
+/// A bound is a box across Delta and two heights: a flat one and a plane a + b x + c z. Floats are rounded
+/// anyhow; whoever compares allows for it (gap_slack_mm).
+#pragma once
+
+#include <cstdint>
+
+namespace vrda {
+
+inline constexpr int block_lanes = 8;
+
+struct alignas(32) BlockRow {
+  float lane[block_lanes];
+};
+
+/// Reference, own frame: boxes in space, a half-space normal . p >= offset that holds every vertex, and how
+/// far the faces' outward normals spread around -normal (sine; 1 beyond a right angle). An absent lane has a
+/// half width of -1e30.
+struct ReferenceInner {
+  BlockRow centre[3], half[3], normal[3], offset, spread;
+};
+
+/// Reference, own frame: eight triangles; x, y, z of each corner, the plane of each with its normal inward.
+/// `absent` is 1e30 for a lane without one, else 0.
+struct ReferenceLeaf {
+  BlockRow x[3], y[3], z[3], normal[3], offset, absent;
+};
+
+/// Moving, own frame: boxes across Delta, the highest point, the plane above every vertex.
+struct MovingInner {
+  BlockRow centre_x, half_x, centre_z, half_z, top, a, b, c;
+};
+
+struct MovingLeaf {
+  BlockRow x[3], z[3], top, a, b, c, absent;
+};
+
+/// Either object's bounds in S: the least height of the reference, the greatest of the moving object.
+struct PlacedBlock {
+  BlockRow x_low, x_high, z_low, z_high, flat, a, b, c;
+};
+
+/// A leaf's corners across Delta, in S.
+struct PlacedCorners {
+  BlockRow x[3], z[3];
+};
+
+struct BlockTurn {
+  float R[3][3];
+};
+
+struct BlockPlacement {
+  float cos, sin, x, y, z;
+  float slack;  ///< boxes grow by it, mm
+};
+
+/// Which of 8 x 8 pairs may come within a limit, and a lower bound of each travel.
+struct BlockPairs {
+  std::uint8_t hits[block_lanes];  ///< per moving lane: bit i for reference lane i
+  BlockRow bound[block_lanes];     ///< per moving lane
+};
+
+/// Two leaves that are to be looked at more closely.
+struct LeafPair {
+  const PlacedBlock &reference, &moving;
+  const PlacedCorners &reference_corners, &moving_corners;
+  float limit;
+  float slack;  ///< what a coordinate may be off by, mm
+};
+
+/// The same functions compiled for one instruction set; all give the same bits.
+struct BlockFunctions {
+  void (*turn_inner)(const ReferenceInner&, const BlockTurn&, PlacedBlock&);
+  void (*turn_leaf)(const ReferenceLeaf&, const BlockTurn&, PlacedBlock&, PlacedCorners&);
+  void (*place_inner)(const MovingInner&, const BlockPlacement&, PlacedBlock&);
+  void (*place_leaf)(const MovingLeaf&, const BlockPlacement&, PlacedBlock&, PlacedCorners&);
+  bool (*test)(const PlacedBlock& reference, const PlacedBlock& moving, float limit, BlockPairs&);
+  /// Of the hits, keeps the pairs whose triangles (not their boxes only) may overlap and meet within the
+  /// limit.
+  void (*screen)(const LeafPair&, BlockPairs&);
+};
+
+extern const BlockFunctions block_functions_baseline, block_functions_avx2, block_functions_avx512;
+
+/// Planes steeper than 60 degrees are bounded flat: their slopes would magnify rounding.
+inline constexpr float steep_normal = 0.5F;
+/// Faces that look up by more than this in float certainly do not look down by 1e-6 in double.
+inline constexpr float facing_slack = 1e-5F;
+
+}  // namespace vrda

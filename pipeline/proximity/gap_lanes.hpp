@@ -1,0 +1,247 @@
+/// Bodies of the BlockFunctions for a vector type F of F::width floats. Included only by the files compiled
+/// for one instruction set each; F lives in their anonymous namespaces, so nothing compiled for a newer
+/// processor can be linked into code for an older one.
+#pragma once
+
+#include "proximity/gap_blocks.hpp"
+
+namespace vrda {
+
+template <typename F>
+struct Lanes {
+  static F row(const BlockRow& r, int at) { return F::load(r.lane + at); }
+
+  // Writes the half-space n . p >= offset as a plane a + b x + c z below it; steep ones flat.
+  static void write_plane(const F n[3], F offset, PlacedBlock& out, int at)
+  {
+    const F is_flat_enough = n[1] >= F::all(steep_normal);
+    const F scale = F::all(1.0F) / F::choose(is_flat_enough, n[1], F::all(1.0F));
+    const F zero = F::all(0.0F);
+    F::choose(is_flat_enough, offset * scale, row(out.flat, at)).store(out.a.lane + at);
+    F::choose(is_flat_enough, (zero - n[0]) * scale, zero).store(out.b.lane + at);
+    F::choose(is_flat_enough, (zero - n[2]) * scale, zero).store(out.c.lane + at);
+  }
+
+  static F turned(const float R[3], const F v[3])
+  {
+    return F::all(R[0]) * v[0] + F::all(R[1]) * v[1] + F::all(R[2]) * v[2];
+  }
+
+  static void turn_inner(const ReferenceInner& in, const BlockTurn& turn, PlacedBlock& out)
+  {
+    for (int at = 0; at < block_lanes; at += F::width) {
+      const F c[3] = {row(in.centre[0], at), row(in.centre[1], at), row(in.centre[2], at)};
+      const F h[3] = {row(in.half[0], at), row(in.half[1], at), row(in.half[2], at)};
+      const F own[3] = {row(in.normal[0], at), row(in.normal[1], at), row(in.normal[2], at)};
+      F middle[3], half[3], n[3];
+      for (int k = 0; k < 3; ++k) {
+        const float* R = turn.R[k];
+        const float size[3] = {F::absolute(R[0]), F::absolute(R[1]), F::absolute(R[2])};
+        middle[k] = turned(R, c);
+        half[k] = turned(size, h);
+        n[k] = turned(R, own);
+      }
+      // Outward normals lie within the spread around -n: none looks down when n points further down than
+      // that.
+      const F can_face = n[1] + row(in.spread, at) >= F::all(-facing_slack);
+      write_box(middle[0] - half[0], middle[0] + half[0], middle[2] - half[2], middle[2] + half[2], can_face,
+                out, at);
+      (middle[1] - half[1]).store(out.flat.lane + at);
+      write_plane(n, row(in.offset, at), out, at);
+    }
+  }
+
+  static void write_box(F x_low, F x_high, F z_low, F z_high, F keep, PlacedBlock& out, int at)
+  {
+    F::choose(keep, x_low, F::all(1e30F)).store(out.x_low.lane + at);
+    F::choose(keep, x_high, F::all(-1e30F)).store(out.x_high.lane + at);
+    z_low.store(out.z_low.lane + at);
+    z_high.store(out.z_high.lane + at);
+  }
+
+  static void turn_leaf(const ReferenceLeaf& in, const BlockTurn& turn, PlacedBlock& out,
+                        PlacedCorners& corners)
+  {
+    for (int at = 0; at < block_lanes; at += F::width) {
+      F low[3], high[3];
+      for (int corner = 0; corner < 3; ++corner) {
+        const F v[3] = {row(in.x[corner], at), row(in.y[corner], at), row(in.z[corner], at)};
+        for (int k = 0; k < 3; ++k) {
+          const F p = turned(turn.R[k], v);
+          if (k == 0) p.store(corners.x[corner].lane + at);
+          if (k == 2) p.store(corners.z[corner].lane + at);
+          low[k] = corner == 0 ? p : F::least(low[k], p);
+          high[k] = corner == 0 ? p : F::most(high[k], p);
+        }
+      }
+      const F own[3] = {row(in.normal[0], at), row(in.normal[1], at), row(in.normal[2], at)};
+      const F n[3] = {turned(turn.R[0], own), turned(turn.R[1], own), turned(turn.R[2], own)};
+      const F absent = row(in.absent, at);
+      write_box(low[0] + absent, high[0] - absent, low[2], high[2], n[1] >= F::all(-facing_slack), out, at);
+      low[1].store(out.flat.lane + at);
+      write_plane(n, row(in.offset, at), out, at);
+    }
+  }
+
+  // Planes keep their slope's size as they turn about Y; a shifts so that the plane rises and moves along.
+  static void place_plane(F a, F b, F c, const BlockPlacement& to, PlacedBlock& out, int at)
+  {
+    const F b_turned = F::all(to.cos) * b + F::all(to.sin) * c;
+    const F c_turned = F::all(to.cos) * c - F::all(to.sin) * b;
+    b_turned.store(out.b.lane + at);
+    c_turned.store(out.c.lane + at);
+    (a + F::all(to.y) - b_turned * F::all(to.x) - c_turned * F::all(to.z)).store(out.a.lane + at);
+  }
+
+  static void place_inner(const MovingInner& in, const BlockPlacement& to, PlacedBlock& out)
+  {
+    const F cos = F::all(to.cos), sin = F::all(to.sin), slack = F::all(to.slack);
+    const F cos_size = F::all(F::absolute(to.cos)), sin_size = F::all(F::absolute(to.sin));
+    for (int at = 0; at < block_lanes; at += F::width) {
+      const F cx = row(in.centre_x, at), cz = row(in.centre_z, at);
+      const F hx = row(in.half_x, at), hz = row(in.half_z, at);
+      const F x = cos * cx + sin * cz + F::all(to.x), z = cos * cz - sin * cx + F::all(to.z);
+      const F ex = cos_size * hx + sin_size * hz + slack, ez = sin_size * hx + cos_size * hz + slack;
+      (x - ex).store(out.x_low.lane + at);
+      (x + ex).store(out.x_high.lane + at);
+      (z - ez).store(out.z_low.lane + at);
+      (z + ez).store(out.z_high.lane + at);
+      (row(in.top, at) + F::all(to.y)).store(out.flat.lane + at);
+      place_plane(row(in.a, at), row(in.b, at), row(in.c, at), to, out, at);
+    }
+  }
+
+  static void place_leaf(const MovingLeaf& in, const BlockPlacement& to, PlacedBlock& out,
+                         PlacedCorners& corners)
+  {
+    const F cos = F::all(to.cos), sin = F::all(to.sin), slack = F::all(to.slack);
+    for (int at = 0; at < block_lanes; at += F::width) {
+      F x_low{}, x_high{}, z_low{}, z_high{};
+      for (int corner = 0; corner < 3; ++corner) {
+        const F vx = row(in.x[corner], at), vz = row(in.z[corner], at);
+        const F x = cos * vx + sin * vz + F::all(to.x), z = cos * vz - sin * vx + F::all(to.z);
+        x.store(corners.x[corner].lane + at);
+        z.store(corners.z[corner].lane + at);
+        x_low = corner == 0 ? x : F::least(x_low, x);
+        x_high = corner == 0 ? x : F::most(x_high, x);
+        z_low = corner == 0 ? z : F::least(z_low, z);
+        z_high = corner == 0 ? z : F::most(z_high, z);
+      }
+      const F out_of_reach = row(in.absent, at) - slack;
+      (x_low + out_of_reach).store(out.x_low.lane + at);
+      (x_high - out_of_reach).store(out.x_high.lane + at);
+      (z_low - slack).store(out.z_low.lane + at);
+      (z_high + slack).store(out.z_high.lane + at);
+      (row(in.top, at) + F::all(to.y)).store(out.flat.lane + at);
+      place_plane(row(in.a, at), row(in.b, at), row(in.c, at), to, out, at);
+    }
+  }
+
+  // One moving lane against F::width reference lanes.
+  static unsigned test_lane(const PlacedBlock& r, const PlacedBlock& m, int lane, int at, float limit,
+                            BlockRow& bounds)
+  {
+    const F x_low = F::most(row(r.x_low, at), F::all(m.x_low.lane[lane]));
+    const F x_high = F::least(row(r.x_high, at), F::all(m.x_high.lane[lane]));
+    const F z_low = F::most(row(r.z_low, at), F::all(m.z_low.lane[lane]));
+    const F z_high = F::least(row(r.z_high, at), F::all(m.z_high.lane[lane]));
+    const F a = row(r.a, at) - F::all(m.a.lane[lane]);
+    const F b = row(r.b, at) - F::all(m.b.lane[lane]);
+    const F c = row(r.c, at) - F::all(m.c.lane[lane]);
+    const F plane = a + F::least(b * x_low, b * x_high) + F::least(c * z_low, c * z_high);
+    const F bound = F::most(plane, row(r.flat, at) - F::all(m.flat.lane[lane]));
+    bound.store(bounds.lane + at);
+    return F::bits((x_low <= x_high) & (z_low <= z_high) & (bound <= F::all(limit)));
+  }
+
+  static bool test(const PlacedBlock& r, const PlacedBlock& m, float limit, BlockPairs& pairs)
+  {
+    unsigned any = 0;
+    for (int lane = 0; lane < block_lanes; ++lane) {
+      unsigned hits = 0;
+      for (int at = 0; at < block_lanes; at += F::width) {
+        hits |= test_lane(r, m, lane, at, limit, pairs.bound[lane]) << at;
+      }
+      pairs.hits[lane] = static_cast<std::uint8_t>(hits);
+      any |= hits;
+    }
+    return any != 0;
+  }
+
+  struct Triangle {
+    F x[3], z[3];
+  };
+
+  static Triangle reference_triangle(const PlacedCorners& c, int at)
+  {
+    return {{row(c.x[0], at), row(c.x[1], at), row(c.x[2], at)},
+            {row(c.z[0], at), row(c.z[1], at), row(c.z[2], at)}};
+  }
+
+  static Triangle moving_triangle(const PlacedCorners& c, int lane)
+  {
+    return {{F::all(c.x[0].lane[lane]), F::all(c.x[1].lane[lane]), F::all(c.x[2].lane[lane])},
+            {F::all(c.z[0].lane[lane]), F::all(c.z[1].lane[lane]), F::all(c.z[2].lane[lane])}};
+  }
+
+  // Least of a + b x + c z over the corners.
+  static F least_over(const Triangle& t, F a, F b, F c)
+  {
+    F least = a + b * t.x[0] + c * t.z[0];
+    for (int k = 1; k < 3; ++k) least = F::least(least, a + b * t.x[k] + c * t.z[k]);
+    return least;
+  }
+
+  // May the projections overlap, as far as the edges of `t` can tell? t runs so that its inside has
+  // (edge x (p - corner)) * sign >= 0 in (z, x).
+  static F may_overlap(const Triangle& t, const Triangle& other, F sign, F slack)
+  {
+    F may = F::all(0.0F) <= slack;
+    for (int k = 0; k < 3; ++k) {
+      const F ex = (t.x[(k + 1) % 3] - t.x[k]) * sign, ez = (t.z[(k + 1) % 3] - t.z[k]) * sign;
+      F inside = ez * (other.x[0] - t.x[k]) - ex * (other.z[0] - t.z[k]);
+      for (int i = 1; i < 3; ++i) {
+        inside = F::most(inside, ez * (other.x[i] - t.x[k]) - ex * (other.z[i] - t.z[k]));
+      }
+      const F zero = F::all(0.0F);
+      const F size = F::most(ex, zero - ex) + F::most(ez, zero - ez);
+      may = may & (inside + size * slack >= zero);
+    }
+    return may;
+  }
+
+  static unsigned screen_lane(const LeafPair& pair, int lane, int at, BlockRow& bounds)
+  {
+    const PlacedBlock &r = pair.reference, &m = pair.moving;
+    const F a = row(r.a, at) - F::all(m.a.lane[lane]);
+    const F b = row(r.b, at) - F::all(m.b.lane[lane]);
+    const F c = row(r.c, at) - F::all(m.c.lane[lane]);
+    const Triangle tr = reference_triangle(pair.reference_corners, at);
+    const Triangle tm = moving_triangle(pair.moving_corners, lane);
+    // The overlap lies in both triangles, so the least over either's corners bounds it.
+    const F bound = F::most(row(bounds, at), F::most(least_over(tr, a, b, c), least_over(tm, a, b, c)));
+    bound.store(bounds.lane + at);
+    const F slack = F::all(pair.slack), one = F::all(1.0F);
+    const F overlap = may_overlap(tr, tm, F::all(0.0F) - one, slack) & may_overlap(tm, tr, one, slack);
+    return F::bits(overlap & (bound <= F::all(pair.limit)));
+  }
+
+  static void screen(const LeafPair& pair, BlockPairs& pairs)
+  {
+    for (int lane = 0; lane < block_lanes; ++lane) {
+      if (pairs.hits[lane] == 0) continue;
+      unsigned kept = 0;
+      for (int at = 0; at < block_lanes; at += F::width) {
+        kept |= screen_lane(pair, lane, at, pairs.bound[lane]) << at;
+      }
+      pairs.hits[lane] = static_cast<std::uint8_t>(pairs.hits[lane] & kept);
+    }
+  }
+
+  static constexpr BlockFunctions functions()
+  {
+    return {turn_inner, turn_leaf, place_inner, place_leaf, test, screen};
+  }
+};
+
+}  // namespace vrda

@@ -1,0 +1,8 @@
+// Eight floats at a time. Compiled with -mavx2; called only where the processor has it.
+#include "proximity/gap_lanes_float8.hpp"
+
+namespace vrda {
+
+const BlockFunctions block_functions_avx2 = Lanes<Float8>::functions();
+
+}  // namespace vrda

@@ -1,0 +1,140 @@
+#include "proximity/gap_walk.hpp"
+
+#include <algorithm>
+
+#include "proximity/instruction_set.hpp"
+
+namespace vrda {
+namespace {
+
+const BlockFunctions& functions_of(InstructionSet set)
+{
+  switch (set) {
+    case InstructionSet::avx512:
+      return block_functions_avx512;
+    case InstructionSet::avx2:
+      return block_functions_avx2;
+    case InstructionSet::baseline:
+      break;
+  }
+  return block_functions_baseline;
+}
+
+// A stamp that no block bears; all are forgotten when the count starts over.
+void renew(std::uint32_t& stamp, std::vector<std::uint32_t>& stamps)
+{
+  if (++stamp != 0) return;
+  std::fill(stamps.begin(), stamps.end(), 0U);
+  stamp = 1;
+}
+
+}  // namespace
+
+double gap_slack_mm(double reach_mm)
+{
+  // In units of 2^-24 of the reach: a turned coordinate is off by 8 at most. A plane's slope is at most 1.8
+  // and off by 8 (1 + 1.8) / 0.5, its a by 16 / 0.5, and both are met twice, at coordinates up to the reach;
+  // evaluating them adds 4 (1 + 1.8 + 1.8). Together below 250.
+  return 256.0 / 16777216.0 * reach_mm + 1e-9;
+}
+
+GapWalk::GapWalk(const ReferenceTree& reference, const MovingTree& moving)
+    : reference_(reference),
+      moving_(moving),
+      functions_(&functions_of(instruction_set())),
+      reference_placed_(reference.blocks.size()),
+      moving_placed_(moving.blocks.size()),
+      reference_corners_(reference.leaves.size()),
+      moving_corners_(moving.leaves.size()),
+      reference_stamps_(reference.blocks.size(), 0U),
+      moving_stamps_(moving.blocks.size(), 0U)
+{
+}
+
+void GapWalk::turn(const Eigen::Matrix3d& R)
+{
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) turn_.R[i][k] = static_cast<float>(R(i, k));
+  }
+  renew(turn_stamp_, reference_stamps_);
+}
+
+void GapWalk::place(const MovingPose& pose, double reach_mm)
+{
+  const SinCos turn = sin_cos(pose.theta_rad);
+  slack_mm_ = gap_slack_mm(reach_mm);
+  placement_.cos = static_cast<float>(turn.cos);
+  placement_.sin = static_cast<float>(turn.sin);
+  placement_.x = static_cast<float>(pose.translation_mm.x());
+  placement_.y = static_cast<float>(pose.translation_mm.y());
+  placement_.z = static_cast<float>(pose.translation_mm.z());
+  placement_.slack = static_cast<float>(slack_mm_);
+  renew(place_stamp_, moving_stamps_);
+}
+
+bool GapWalk::test(const Task& task, float limit)
+{
+  const auto r = static_cast<std::size_t>(task.reference), m = static_cast<std::size_t>(task.moving);
+  if (reference_stamps_[r] != turn_stamp_) {
+    reference_stamps_[r] = turn_stamp_;
+    const Block& block = reference_.blocks[r];
+    const auto slot = static_cast<std::size_t>(block.slot);
+    if (block.is_leaf) {
+      functions_->turn_leaf(reference_.leaves[slot], turn_, reference_placed_[r], reference_corners_[slot]);
+    } else {
+      functions_->turn_inner(reference_.inner[slot], turn_, reference_placed_[r]);
+    }
+  }
+  if (moving_stamps_[m] != place_stamp_) {
+    moving_stamps_[m] = place_stamp_;
+    const Block& block = moving_.blocks[m];
+    const auto slot = static_cast<std::size_t>(block.slot);
+    if (block.is_leaf) {
+      functions_->place_leaf(moving_.leaves[slot], placement_, moving_placed_[m], moving_corners_[slot]);
+    } else {
+      functions_->place_inner(moving_.inner[slot], placement_, moving_placed_[m]);
+    }
+  }
+  return functions_->test(reference_placed_[r], moving_placed_[m], limit, pairs_);
+}
+
+void GapWalk::screen(const Block& r, const Block& m, float limit)
+{
+  const auto r_index = static_cast<std::size_t>(&r - reference_.blocks.data());
+  const auto m_index = static_cast<std::size_t>(&m - moving_.blocks.data());
+  functions_->screen({reference_placed_[r_index], moving_placed_[m_index],
+                      reference_corners_[static_cast<std::size_t>(r.slot)],
+                      moving_corners_[static_cast<std::size_t>(m.slot)], limit, placement_.slack},
+                     pairs_);
+}
+
+void GapWalk::push_children(const Task& task, const Block& r, const Block& m)
+{
+  const std::size_t first = tasks_.size();
+  for (unsigned k = 0; k < block_lanes; ++k) {
+    for (unsigned hits = pairs_.hits[k]; hits != 0; hits &= hits - 1) {
+      const auto i = static_cast<unsigned>(std::countr_zero(hits));
+      const Task child{r.is_leaf ? task.reference : r.child[i], m.is_leaf ? task.moving : m.child[k],
+                       pairs_.bound[k].lane[i]};
+      // A leaf stays whole: its lanes share one task, at the nearest bound.
+      const auto same = [&child](const Task& t) {
+        return t.reference == child.reference && t.moving == child.moving;
+      };
+      const auto known =
+          r.is_leaf || m.is_leaf
+              ? std::find_if(tasks_.begin() + static_cast<std::ptrdiff_t>(first), tasks_.end(), same)
+              : tasks_.end();
+      if (known == tasks_.end()) {
+        tasks_.push_back(child);
+      } else {
+        known->bound = std::min(known->bound, child.bound);
+      }
+    }
+  }
+  // The nearest on top: it shrinks the limit soonest.
+  const auto nearest = std::min_element(tasks_.begin() + static_cast<std::ptrdiff_t>(first), tasks_.end(),
+                                        [](const Task& a, const Task& b) { return a.bound < b.bound; });
+  std::iter_swap(nearest, tasks_.end() - 1);
+}
+
+}  // namespace vrda
