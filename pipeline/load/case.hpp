@@ -11,6 +11,7 @@
 #include "core/compartment.hpp"
 #include "core/frames.hpp"
 #include "core/search_options.hpp"
+#include "ligament/ligaments.hpp"
 
 namespace vrda {
 
@@ -57,6 +58,7 @@ struct Case {
   SolverFrame frame;           ///< side, rotation centre (canonical), Delta
   Body reference;              ///< canonical, own side
   Body moving;
+  Ligaments ligaments;  ///< canonical, own side; no fibre when the job has none
   InitialPose initial;
   GridAxes grid;
   std::string method;  ///< "stability-search"
