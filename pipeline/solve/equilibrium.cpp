@@ -23,6 +23,7 @@ constexpr double unbalanced_share_by_cuts = 1e-4;
 constexpr double touching_tolerances = 10.0;
 // Looks round the corner for what holds a force left over: a vertex in a valley lies over one of its flanks.
 constexpr int most_probes = 4;
+constexpr double longer_hair = 3.0;  // where nothing new was seen
 // Stiffness of the pull to the seed, as a share of the push per mm: 30 mm away it weighs 3e-5 of the push.
 constexpr double spring_share_per_mm = 1e-6;
 // Falls of the potential below this share of push times tolerance are rounding; what the spring alone gains
@@ -275,29 +276,28 @@ class EquilibriumSolver::Run {
     touching_.clear();
     take_touching(fresh_.obstacles);
     balance();
+    double hair_mm = tolerance_mm_;
     for (int k = 0; k < most_probes && held_.residual_n > unbalanced_share_by_cuts * push_n_; ++k) {
       // What would hold the force left over lies a hair in its direction.
-      Vector5d hair = held_.unbalanced_n * (tolerance_mm_ / held_.residual_n);
+      Vector5d hair = held_.unbalanced_n * (hair_mm / held_.residual_n);
       hair(along_y) = 0.0;
       look(moved(here_.place, hair, tools_.grip), touching_tolerances * tolerance_mm_, trial_);
-      if (!take_touching(trial_.obstacles)) break;
       const double before_n = held_.residual_n;
+      take_touching(trial_.obstacles);
       balance();
-      if (held_.residual_n >= before_n) break;
+      if (held_.residual_n > 0.99 * before_n) hair_mm *= longer_hair;
     }
     return held_.residual_n <= allowed * push_n_;
   }
 
-  // Whether any of them touches here.
-  bool take_touching(const std::vector<Obstacle>& obstacles)
+  // Those that touch here.
+  void take_touching(const std::vector<Obstacle>& obstacles)
   {
     const Rotations rotations(here_.place, task_.attitude.flexion_rad);
-    const std::size_t n_before = touching_.size();
     for (const Obstacle& o : obstacles) {
       const double travel_mm = clearance(o, here_.place, rotations).travel_mm;
       if (travel_mm >= 0.0 && travel_mm <= touching_tolerances * tolerance_mm_) touching_.push_back(o);
     }
-    return touching_.size() > n_before;
   }
 
   void balance()
