@@ -42,6 +42,11 @@ struct PlacedBlock {
   BlockRow x_low, x_high, z_low, z_high, flat, a, b, c;
 };
 
+/// A leaf's corners across Delta, in S.
+struct PlacedCorners {
+  BlockRow x[3], z[3];
+};
+
 struct BlockTurn {
   float R[3][3];
 };
@@ -57,13 +62,24 @@ struct BlockPairs {
   BlockRow bound[block_lanes];     ///< per moving lane
 };
 
+/// Two leaves that are to be looked at more closely.
+struct LeafPair {
+  const PlacedBlock &reference, &moving;
+  const PlacedCorners &reference_corners, &moving_corners;
+  float limit;
+  float slack;  ///< what a coordinate may be off by, mm
+};
+
 /// The same functions compiled for one instruction set; all give the same bits.
 struct BlockFunctions {
   void (*turn_inner)(const ReferenceInner&, const BlockTurn&, PlacedBlock&);
-  void (*turn_leaf)(const ReferenceLeaf&, const BlockTurn&, PlacedBlock&);
+  void (*turn_leaf)(const ReferenceLeaf&, const BlockTurn&, PlacedBlock&, PlacedCorners&);
   void (*place_inner)(const MovingInner&, const BlockPlacement&, PlacedBlock&);
-  void (*place_leaf)(const MovingLeaf&, const BlockPlacement&, PlacedBlock&);
+  void (*place_leaf)(const MovingLeaf&, const BlockPlacement&, PlacedBlock&, PlacedCorners&);
   bool (*test)(const PlacedBlock& reference, const PlacedBlock& moving, float limit, BlockPairs&);
+  /// Of the hits, keeps the pairs whose triangles (not their boxes only) may overlap and meet within the
+  /// limit.
+  void (*screen)(const LeafPair&, BlockPairs&);
 };
 
 extern const BlockFunctions block_functions_baseline, block_functions_avx2, block_functions_avx512;

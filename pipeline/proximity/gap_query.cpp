@@ -21,6 +21,9 @@ std::vector<std::int32_t> all_rows(const Mesh& mesh)
   return rows;
 }
 
+// Pairs tried before the walk: the answer to a small change is often one of the last few.
+constexpr std::size_t n_hints = 8;
+
 // A triangle as the exact kernel reads it.
 struct ExactFace {
   Corners corner;
@@ -82,7 +85,7 @@ struct GapQuery::State {
   std::shared_ptr<const GapTree::Data> reference, moving;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   GapWalk walk;
-  TrianglePair hint;
+  std::vector<TrianglePair> hints;  // the last answers, each once, newest first
   GapAnswer answer;
   int n_queries = 0;
 
@@ -94,10 +97,13 @@ struct GapQuery::State {
   GapFace reference_face(std::int32_t row) const;
   GapFace moving_face(std::int32_t row, const Placement& place) const;
   bool looks_down(std::int32_t row) const;
-  void offer(const TrianglePair& pair, const Placement& place);
+  template <typename Offer>
+  void visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer);
+  void try_pair(const TrianglePair& pair, const Placement& place);
+  void start(const MovingPose& pose, const Placement& place);
   void find_least(const Placement& place);
   void find_features(const Placement& place, double band_mm);
-  void start(const MovingPose& pose);
+  void remember_answer();
 };
 
 bool GapQuery::State::looks_down(std::int32_t row) const
@@ -108,7 +114,13 @@ bool GapQuery::State::looks_down(std::int32_t row) const
 GapFace GapQuery::State::reference_face(std::int32_t row) const
 {
   const ExactFace& own = reference->faces[static_cast<std::size_t>(row)];
-  GapFace face = gap_face({R * own.corner[0], R * own.corner[1], R * own.corner[2]}, own.doubled_area);
+  const auto turned = [this](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(R(0, 0) * p.x() + R(0, 1) * p.y() + R(0, 2) * p.z(),
+                           R(1, 0) * p.x() + R(1, 1) * p.y() + R(1, 2) * p.z(),
+                           R(2, 0) * p.x() + R(2, 1) * p.y() + R(2, 2) * p.z());
+  };
+  GapFace face =
+      gap_face({turned(own.corner[0]), turned(own.corner[1]), turned(own.corner[2])}, own.doubled_area);
   const std::array<std::int32_t, 3>& across = reference->surface.neighbours[static_cast<std::size_t>(row)];
   face.edges = 0;
   for (unsigned k = 0; k < 3; ++k) {
@@ -125,48 +137,66 @@ GapFace GapQuery::State::moving_face(std::int32_t row, const Placement& place) c
   return face;
 }
 
-void GapQuery::State::offer(const TrianglePair& pair, const Placement& place)
+template <typename Offer>
+void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer)
 {
   const GapFace r = reference_face(pair.reference);
   if (!r.looks_down()) return;
-  visit_meeting_places(r, moving_face(pair.moving, place), [this, &pair](const MeetingPlace& at) {
-    if (at.travel_mm > answer.travel_mm) return;
-    if (at.travel_mm < answer.travel_mm || pair < answer.pair) answer.pair = pair;
-    answer.travel_mm = at.travel_mm;
+  const GapFace m = moving_face(pair.moving, place);
+  visit_meeting_places(r, m, [&](const MeetingPlace& at) {
+    if (at.travel_mm < answer.travel_mm || (at.travel_mm == answer.travel_mm && pair < answer.pair)) {
+      answer.travel_mm = at.travel_mm;
+      answer.pair = pair;
+    }
+    offer(r, m, at);
   });
 }
 
-void GapQuery::State::start(const MovingPose& pose)
+void GapQuery::State::try_pair(const TrianglePair& pair, const Placement& place)
+{
+  visit_pair(pair, place, [](const GapFace&, const GapFace&, const MeetingPlace&) {});
+}
+
+void GapQuery::State::start(const MovingPose& pose, const Placement& place)
 {
   ++n_queries;
   answer.travel_mm = gap_rules::infinity;
   answer.pair = {};
   answer.features.clear();
-  const double reach_mm = reference->radius_mm + moving->radius_mm + pose.translation_mm.norm();
-  walk.place(pose, reach_mm);
-  if (hint.reference >= 0) offer(hint, Placement(pose));
+  walk.place(pose, reference->radius_mm + moving->radius_mm + pose.translation_mm.norm());
+  for (const TrianglePair& hint : hints) try_pair(hint, place);
 }
 
 void GapQuery::State::find_least(const Placement& place)
 {
   walk.run([this] { return answer.travel_mm; },
-           [this, &place](const TrianglePair& pair) { offer(pair, place); });
-  if (answer.pair.reference >= 0) hint = answer.pair;
+           [this, &place](const TrianglePair& pair) { try_pair(pair, place); });
 }
 
+// Collects while the least travel still falls, and drops in the end what has left the band.
 void GapQuery::State::find_features(const Placement& place, double band_mm)
 {
-  const double limit_mm = answer.travel_mm + band_mm;
-  walk.run([limit_mm] { return limit_mm; },
+  walk.run([this, band_mm] { return answer.travel_mm + band_mm; },
            [&](const TrianglePair& pair) {
-             const GapFace r = reference_face(pair.reference);
-             if (!r.looks_down()) return;
-             const GapFace m = moving_face(pair.moving, place);
-             visit_meeting_places(r, m, [&](const MeetingPlace& at) {
-               if (at.travel_mm <= limit_mm) answer.features.push_back(gap_feature(r, m, at, pair));
+             visit_pair(pair, place, [&](const GapFace& r, const GapFace& m, const MeetingPlace& at) {
+               if (at.travel_mm <= answer.travel_mm + band_mm) {
+                 answer.features.push_back(gap_feature(r, m, at, pair));
+               }
              });
            });
+  std::erase_if(answer.features, [this, band_mm](const GapFeature& feature) {
+    return feature.travel_mm > answer.travel_mm + band_mm;
+  });
   merge_features(answer.features);
+}
+
+void GapQuery::State::remember_answer()
+{
+  if (answer.pair.reference < 0) return;
+  auto at = std::find(hints.begin(), hints.end(), answer.pair);
+  if (at == hints.end()) at = hints.size() < n_hints ? hints.insert(at, answer.pair) : at - 1;
+  std::rotate(hints.begin(), at, at + 1);
+  hints.front() = answer.pair;
 }
 
 GapQuery::GapQuery(const GapTree& reference, const GapTree& moving)
@@ -188,17 +218,21 @@ void GapQuery::set_attitude(const Attitude& attitude)
 
 double GapQuery::travel_mm(const MovingPose& pose)
 {
-  state_->start(pose);
-  state_->find_least(Placement(pose));
+  const Placement place(pose);
+  state_->start(pose, place);
+  state_->find_least(place);
+  state_->remember_answer();
   return state_->answer.travel_mm;
 }
 
 const GapAnswer& GapQuery::features(const MovingPose& pose, double band_mm)
 {
-  state_->start(pose);
   const Placement place(pose);
-  state_->find_least(place);
+  state_->start(pose, place);
+  // Without a good start the band would first gather half the mesh.
+  if (state_->answer.pair.reference < 0) state_->find_least(place);
   if (state_->answer.pair.reference >= 0) state_->find_features(place, band_mm);
+  state_->remember_answer();
   return state_->answer;
 }
 

@@ -44,6 +44,8 @@ GapWalk::GapWalk(const ReferenceTree& reference, const MovingTree& moving)
       functions_(&functions_of(instruction_set())),
       reference_placed_(reference.blocks.size()),
       moving_placed_(moving.blocks.size()),
+      reference_corners_(reference.leaves.size()),
+      moving_corners_(moving.leaves.size()),
       reference_stamps_(reference.blocks.size(), 0U),
       moving_stamps_(moving.blocks.size(), 0U)
 {
@@ -78,7 +80,7 @@ bool GapWalk::test(const Task& task, float limit)
     const Block& block = reference_.blocks[r];
     const auto slot = static_cast<std::size_t>(block.slot);
     if (block.is_leaf) {
-      functions_->turn_leaf(reference_.leaves[slot], turn_, reference_placed_[r]);
+      functions_->turn_leaf(reference_.leaves[slot], turn_, reference_placed_[r], reference_corners_[slot]);
     } else {
       functions_->turn_inner(reference_.inner[slot], turn_, reference_placed_[r]);
     }
@@ -88,12 +90,22 @@ bool GapWalk::test(const Task& task, float limit)
     const Block& block = moving_.blocks[m];
     const auto slot = static_cast<std::size_t>(block.slot);
     if (block.is_leaf) {
-      functions_->place_leaf(moving_.leaves[slot], placement_, moving_placed_[m]);
+      functions_->place_leaf(moving_.leaves[slot], placement_, moving_placed_[m], moving_corners_[slot]);
     } else {
       functions_->place_inner(moving_.inner[slot], placement_, moving_placed_[m]);
     }
   }
   return functions_->test(reference_placed_[r], moving_placed_[m], limit, pairs_);
+}
+
+void GapWalk::screen(const Block& r, const Block& m, float limit)
+{
+  const auto r_index = static_cast<std::size_t>(&r - reference_.blocks.data());
+  const auto m_index = static_cast<std::size_t>(&m - moving_.blocks.data());
+  functions_->screen({reference_placed_[r_index], moving_placed_[m_index],
+                      reference_corners_[static_cast<std::size_t>(r.slot)],
+                      moving_corners_[static_cast<std::size_t>(m.slot)], limit, placement_.slack},
+                     pairs_);
 }
 
 void GapWalk::push_children(const Task& task, const Block& r, const Block& m)

@@ -37,6 +37,7 @@ class GapWalk {
       const Block& r = reference_.blocks[static_cast<std::size_t>(task.reference)];
       const Block& m = moving_.blocks[static_cast<std::size_t>(task.moving)];
       if (r.is_leaf && m.is_leaf) {
+        screen(r, m, limit_now);
         visit_pairs(r, m, limit, visit);
       } else {
         push_children(task, r, m);
@@ -52,6 +53,7 @@ class GapWalk {
 
   float float_limit(double limit_mm) const { return static_cast<float>(limit_mm + slack_mm_); }
   bool test(const Task& task, float limit);
+  void screen(const Block& r, const Block& m, float limit);
   void push_children(const Task& task, const Block& r, const Block& m);
 
   template <typename Limit, typename Visit>
@@ -73,7 +75,8 @@ class GapWalk {
   double slack_mm_ = 0.0;
   std::uint32_t turn_stamp_ = 1, place_stamp_ = 1;
   std::vector<PlacedBlock> reference_placed_, moving_placed_;
-  std::vector<std::uint32_t> reference_stamps_, moving_stamps_;  // of what is placed
+  std::vector<PlacedCorners> reference_corners_, moving_corners_;  // by leaf
+  std::vector<std::uint32_t> reference_stamps_, moving_stamps_;    // of what is placed
   std::vector<Task> tasks_;
   BlockPairs pairs_{};
 };

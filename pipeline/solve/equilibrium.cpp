@@ -14,8 +14,8 @@ namespace {
 
 // Travel left in the end, as a share of the tolerance: keeps the final pose from overlapping by rounding.
 constexpr double standoff_share = 0.1;
-// Certified: force left unbalanced, as a share of the push (DESIGN.md 5.3). Tighter where obstacles of
-// poses left behind bear the plan's load, since they may not be there any more.
+// Certified: force left unbalanced, as a share of the push (DESIGN.md 5.3). Tighter where obstacles met
+// elsewhere bear the plan's load, since they may not be what holds here.
 constexpr double unbalanced_share = 1e-2;
 constexpr double unbalanced_share_by_cuts = 1e-4;
 // Obstacles within this many tolerances of contact may bear load: a step of one tolerance against a slope
@@ -23,9 +23,11 @@ constexpr double unbalanced_share_by_cuts = 1e-4;
 constexpr double touching_tolerances = 10.0;
 // Looks round the corner for what holds a force left over: a vertex in a valley lies over one of its flanks.
 constexpr int most_probes = 4;
+constexpr double longer_hair = 3.0;  // where nothing new was seen
 // Stiffness of the pull to the seed, as a share of the push per mm: 30 mm away it weighs 3e-5 of the push.
 constexpr double spring_share_per_mm = 1e-6;
-// Gains below this share of push times tolerance are rounding and the spring's.
+// Falls of the potential below this share of push times tolerance are rounding; what the spring alone gains
+// is not worth a step.
 constexpr double negligible_gain_share = 1e-6;
 
 // Above the rounding of places, far below the standoff.
@@ -33,14 +35,14 @@ constexpr double rounding_mm = 1e-9;
 
 constexpr double first_radius_mm = 2.0;
 constexpr double largest_radius_mm = 16.0;
-constexpr double accepted_share = 0.1;  // of the predicted gain
+constexpr double least_radius_mm = 0.05;  // after a rejection and a step that was accepted
+constexpr double accepted_share = 0.1;    // of the predicted gain
 constexpr double good_share = 0.7;
 constexpr double poor_share = 0.25;
 // Features asked for: the nearest within a band. What lies beyond comes as cuts of rejected steps.
 constexpr double band_mm = 0.3;
 constexpr std::size_t most_fresh = 200;
-// Cuts: obstacles of earlier poses that still bear out where it stands, trimmed by age.
-constexpr int most_cut_age = 5;
+// Then the way is shortened; until then the obstacles met bend it.
 constexpr int most_rejections = 3;
 // Theta counts as determined when a degree either way costs this many tolerances of height.
 constexpr double turn_rad = pi / 180.0;
@@ -95,12 +97,6 @@ struct EquilibriumSolver::State {
 };
 
 namespace {
-
-// An obstacle of a pose left behind.
-struct Cut {
-  Obstacle obstacle;
-  int age = 0;
-};
 
 struct Sight {
   double travel_mm = 0.0;
@@ -157,7 +153,8 @@ class EquilibriumSolver::Run {
       const StepPlan plan = next_plan();
       residual_mm_ = plan.length_mm;
       const bool is_small =
-          plan.length_mm <= tolerance_mm_ || plan.gain_nmm <= negligible_gain_share * tolerance_mm_ * push_n_;
+          plan.length_mm <= tolerance_mm_ || here_.potential.energy_nmm - plan.end.potential.energy_nmm <=
+                                                 negligible_gain_share * tolerance_mm_ * push_n_;
       if (is_small) {
         if (is_certified(plan)) return StepStatus::stable;
         if (!looks_closer()) break;
@@ -201,7 +198,7 @@ class EquilibriumSolver::Run {
   StepPlan next_plan()
   {
     known_ = fresh_.obstacles;
-    for (const Cut& cut : cuts_) known_.push_back(cut.obstacle);
+    known_.insert(known_.end(), cuts_.begin(), cuts_.end());
     plan_options_.radius_mm = radius_mm_;
     return planner_.plan(here_, known_, plan_options_);
   }
@@ -232,7 +229,8 @@ class EquilibriumSolver::Run {
       reject(plan);
       return Outcome::rejected;
     }
-    accept(plan, rest);
+    if (n_rejections_ > 0) radius_mm_ = std::min(radius_mm_, std::max(2.0 * plan.length_mm, least_radius_mm));
+    accept(rest);
     if (gain_nmm < poor_share * plan.gain_nmm) radius_mm_ = 0.5 * plan.length_mm;
     if (gain_nmm > good_share * plan.gain_nmm && plan.length_mm > 0.8 * radius_mm_)
       radius_mm_ = std::min(2.0 * radius_mm_, largest_radius_mm);
@@ -245,7 +243,7 @@ class EquilibriumSolver::Run {
     const Rotations rotations(here_.place, task_.attitude.flexion_rad);
     const std::size_t n_before = cuts_.size();
     for (const Obstacle& o : trial_.obstacles) {
-      if (cuts_.size() < n_before + most_fresh && holds_here(o, rotations)) cuts_.push_back({o, 0});
+      if (cuts_.size() < n_before + most_fresh && holds_here(o, rotations)) cuts_.push_back(o);
     }
     ++n_rejections_;
     if (cuts_.size() > n_before && n_rejections_ < most_rejections) return;
@@ -253,22 +251,13 @@ class EquilibriumSolver::Run {
     radius_mm_ = 0.25 * plan.length_mm;
   }
 
-  void accept(const StepPlan& plan, const Rest& rest)
+  // Obstacles of the pose left behind are forgotten: extended too far they block the way.
+  void accept(const Rest& rest)
   {
-    for (std::size_t k = 0; k < plan.n_bearing; ++k) {
-      const std::size_t row = plan.bearing[k];
-      if (row < fresh_.obstacles.size()) cuts_.push_back({known_[row], 0});
-    }
     here_ = rest;
     std::swap(fresh_, trial_);
+    cuts_.clear();
     n_rejections_ = 0;
-    const Rotations rotations(here_.place, task_.attitude.flexion_rad);
-    for (Cut& cut : cuts_) ++cut.age;
-    cuts_.erase(std::remove_if(cuts_.begin(), cuts_.end(),
-                               [&](const Cut& cut) {
-                                 return cut.age > most_cut_age || !holds_here(cut.obstacle, rotations);
-                               }),
-                cuts_.end());
   }
 
   // Not solved after all: without the cuts, from nearer. False when there is no nearer.
@@ -287,29 +276,28 @@ class EquilibriumSolver::Run {
     touching_.clear();
     take_touching(fresh_.obstacles);
     balance();
+    double hair_mm = tolerance_mm_;
     for (int k = 0; k < most_probes && held_.residual_n > unbalanced_share_by_cuts * push_n_; ++k) {
       // What would hold the force left over lies a hair in its direction.
-      Vector5d hair = held_.unbalanced_n * (tolerance_mm_ / held_.residual_n);
+      Vector5d hair = held_.unbalanced_n * (hair_mm / held_.residual_n);
       hair(along_y) = 0.0;
       look(moved(here_.place, hair, tools_.grip), touching_tolerances * tolerance_mm_, trial_);
-      if (!take_touching(trial_.obstacles)) break;
       const double before_n = held_.residual_n;
+      take_touching(trial_.obstacles);
       balance();
-      if (held_.residual_n >= before_n) break;
+      if (held_.residual_n > 0.99 * before_n) hair_mm *= longer_hair;
     }
     return held_.residual_n <= allowed * push_n_;
   }
 
-  // Whether any of them touches here.
-  bool take_touching(const std::vector<Obstacle>& obstacles)
+  // Those that touch here.
+  void take_touching(const std::vector<Obstacle>& obstacles)
   {
     const Rotations rotations(here_.place, task_.attitude.flexion_rad);
-    const std::size_t n_before = touching_.size();
     for (const Obstacle& o : obstacles) {
       const double travel_mm = clearance(o, here_.place, rotations).travel_mm;
       if (travel_mm >= 0.0 && travel_mm <= touching_tolerances * tolerance_mm_) touching_.push_back(o);
     }
-    return touching_.size() > n_before;
   }
 
   void balance()
@@ -435,7 +423,7 @@ class EquilibriumSolver::Run {
   PlanOptions plan_options_;
   Rest here_;
   Sight fresh_, trial_;
-  std::vector<Cut> cuts_;
+  std::vector<Obstacle> cuts_;  // met by steps rejected from here
   std::vector<Obstacle> known_, touching_;
   std::vector<Clearance> clearances_;
   Held held_;
