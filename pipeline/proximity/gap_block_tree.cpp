@@ -38,9 +38,9 @@ class Arranger {
     const auto index = static_cast<std::int32_t>(blocks_.size());
     Block block;
     block.child.fill(-1);
-    block.is_leaf = rows.size() <= block_lanes;
+    for (std::size_t held = block_lanes; held < rows.size(); held *= block_lanes) ++block.height;
     std::vector<Rows> groups;
-    if (block.is_leaf) {
+    if (block.is_leaf()) {
       std::sort(rows.begin(), rows.end());
       std::copy(rows.begin(), rows.end(), block.child.begin());
     } else {
@@ -231,7 +231,7 @@ Tree tree_over(const GapSurface& surface, const std::vector<std::int32_t>& trian
 {
   Tree tree;
   const auto add = [&tree, &surface](Block& block, Rows, const std::vector<Rows>& groups) {
-    if (block.is_leaf) {
+    if (block.is_leaf()) {
       block.slot = static_cast<std::int32_t>(tree.leaves.size());
       auto& leaf = tree.leaves.emplace_back();
       for (std::size_t lane = 0; lane < block_lanes; ++lane) {

@@ -163,7 +163,7 @@ void GapQuery::State::start(const MovingPose& pose, const Placement& place)
   answer.travel_mm = gap_rules::infinity;
   answer.pair = {};
   answer.features.clear();
-  walk.place(pose, reference->radius_mm + moving->radius_mm + pose.translation_mm.norm());
+  walk.place(pose, std::max(reference->radius_mm, moving->radius_mm + pose.translation_mm.norm()));
   for (const TrianglePair& hint : hints) try_pair(hint, place);
 }
 

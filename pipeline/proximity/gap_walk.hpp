@@ -10,8 +10,8 @@
 
 namespace vrda {
 
-/// What float bounds may be wrong by, mm, for vertices up to `reach_mm` from the origin (both radii and the
-/// translation together).
+/// What float bounds may be wrong by, mm, for vertices of either object up to `reach_mm` from the origin of
+/// S.
 double gap_slack_mm(double reach_mm);
 
 class GapWalk {
@@ -36,7 +36,7 @@ class GapWalk {
       if (task.bound > limit_now || !test(task, limit_now)) continue;
       const Block& r = reference_.blocks[static_cast<std::size_t>(task.reference)];
       const Block& m = moving_.blocks[static_cast<std::size_t>(task.moving)];
-      if (r.is_leaf && m.is_leaf) {
+      if (r.is_leaf() && m.is_leaf()) {
         screen(r, m, limit_now);
         visit_pairs(r, m, limit, visit);
       } else {
