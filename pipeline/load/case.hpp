@@ -77,7 +77,6 @@ struct Case {
   SearchOptions search;
   EquilibriumOptions equilibrium;
   SpineOptions spine;
-  Ligaments ligaments;  ///< canonical axes, own side; no fibre without ligaments
   /// [n_triangles of moving.contact] of which compartment each moving triangle is; empty when the
   /// joint has no compartments.
   std::vector<Compartment> compartment_of_triangle;
