@@ -5,6 +5,7 @@
 
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
+#include "support/real_knees.hpp"
 
 namespace vrda {
 namespace {
