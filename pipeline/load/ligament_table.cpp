@@ -146,7 +146,7 @@ class Table {
       if (column.quantity == q_wrap) fibre.wrap = fields[i];
       const bool may_be_empty = column.quantity == q_slack_length || column.quantity == q_strain;
       if (column.quantity >= q_reference && !(fields[i].empty() && may_be_empty))
-        number[column.quantity] = column.scale * number_in(line, column, fields[i]);
+        number[column.quantity] = number_in(line, column, fields[i]);
     }
     if (fibre.name.empty()) refuse(line, "name", "nothing", "a name of its own for each fibre");
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -179,26 +179,28 @@ class Table {
 
   ColumnName column_named(std::string_view name) const
   {
+    constexpr std::size_t longest = 100;  // of what is compared with known names
     static const std::vector<ColumnName> known = known_columns();
     std::vector<std::string> names;
     for (const ColumnName& column : known) {
       if (column.name == name) return column;
       names.push_back(column.name);
     }
-    refuse(header_, "", "the unknown column " + quoted(name),
-           "known ones; the nearest is \"" + nearest_word(std::string(name), names) + "\"");
+    refuse(
+        header_, "", "the unknown column " + quoted(name),
+        "known ones; the nearest is \"" + nearest_word(std::string(name.substr(0, longest)), names) + "\"");
   }
 
   double number_in(const Line& line, const ColumnName& column, std::string_view field) const
   {
     const std::optional<double> value = real_in(field);
-    if (!value || !std::isfinite(*value))
+    if (!value || !std::isfinite(column.scale * *value))
       refuse(line, column.name, field.empty() ? "nothing" : quoted(field), "a number");
     if ((column.quantity == q_stiffness || column.quantity == q_slack_length) && !(*value > 0.0))
       refuse(line, column.name, std::string(field), "a number above 0");
     if (column.quantity == q_strain && !(*value > -1.0 && *value <= 1.0))
       refuse(line, column.name, std::string(field), "a strain above -1, at most 1");
-    return *value;
+    return column.scale * *value;
   }
 
   const std::string& file_;

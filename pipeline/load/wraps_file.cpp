@@ -61,7 +61,9 @@ struct Entry {
       const Json list = value.is_array() ? value : Json::array({value});
       for (const Json& item : list) out.push_back(item.is_number() ? item.get<double>() : std::nan(""));
     }
-    const bool are_numbers = std::all_of(out.begin(), out.end(), [](double x) { return std::isfinite(x); });
+    constexpr double largest = 1e6;  // a kilometre in mm; false for NaN
+    const bool are_numbers =
+        std::all_of(out.begin(), out.end(), [](double x) { return std::abs(x) <= largest; });
     if (out.size() != n || !are_numbers) refuse(key, shown(value), wanted);
     return out;
   }
@@ -158,12 +160,19 @@ Wrap wrap_of(const Entry& entry, const BodyNames& bodies)
 
 Json parsed(const std::string& file, const std::string& text)
 {
+  const std::string wanted = "a list of wraps in JSON";
+  // A wrap needs three levels; many more would overflow the stack where values are copied and shown.
+  const auto is_shallow = [&](int depth, Json::parse_event_t, Json&) {
+    constexpr int deepest = 8;
+    if (depth > deepest) throw InputError({file, "", "lists within lists within lists", wanted});
+    return true;
+  };
   try {
-    return Json::parse(text);
-  } catch (const Json::exception& error) {
-    const auto* parse_error = dynamic_cast<const Json::parse_error*>(&error);
-    throw InputError({file, parse_error == nullptr ? "" : "byte " + std::to_string(parse_error->byte),
-                      "no JSON", "a list of wraps in JSON"});
+    return Json::parse(text, is_shallow);
+  } catch (const Json::parse_error& error) {
+    throw InputError({file, "byte " + std::to_string(error.byte), "no JSON", wanted});
+  } catch (const Json::out_of_range&) {
+    throw InputError({file, "", "a number beyond the range of doubles", wanted});
   }
 }
 

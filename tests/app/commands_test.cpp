@@ -6,6 +6,7 @@
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
+#include "support/real_knees.hpp"
 
 namespace vrda {
 namespace {
