@@ -40,13 +40,16 @@ constexpr double accepted_share = 0.1;    // of the predicted gain
 constexpr double good_share = 0.7;
 constexpr double poor_share = 0.25;
 // Features asked for: the nearest within a band. What lies beyond comes as cuts of rejected steps.
-constexpr double band_mm = 0.3;
+// Measured: 0.3 mm saves a query in six and costs 14 times as many features on a real knee.
+constexpr double band_mm = 0.05;
 constexpr std::size_t most_fresh = 200;
 // Then the way is shortened; until then the obstacles met bend it.
 constexpr int most_rejections = 3;
 // Theta counts as determined when a degree either way costs this many tolerances of height.
 constexpr double turn_rad = pi / 180.0;
 constexpr double turn_cost_tolerances = 10.0;
+// A degree at 60 mm from the axis against slopes of 0.3.
+constexpr double turn_band_mm = 0.3;
 
 Grip grip_of(const Mesh& moving)
 {
@@ -183,9 +186,20 @@ class EquilibriumSolver::Run {
     const TouchingMeshes meshes{tools_.joint.reference.solid.mesh, tools_.joint.moving.solid.mesh,
                                 tools_.grip};
     const Rotations rotations(place, task_.attitude.flexion_rad);
-    for (std::size_t k = 0; k < std::min(answer.features.size(), most_fresh); ++k) {
-      sight.obstacles.push_back(obstacle_of(answer.features[k], meshes, place, rotations));
+    for (std::size_t k = 0; k < answer.features.size() && sight.obstacles.size() < most_fresh; ++k) {
+      const Obstacle o = obstacle_of(answer.features[k], meshes, place, rotations);
+      if (can_bear(o)) sight.obstacles.push_back(o);
     }
+  }
+
+  // A vertex in the flat or in a hollow extends to an obstacle that is not there.
+  bool can_bear(const Obstacle& o) const
+  {
+    if (o.vertex < 0) return true;
+    const std::vector<bool>& sticks_out = o.kind == Obstacle::Kind::face_of_reference
+                                              ? tools_.joint.moving_sticks_out
+                                              : tools_.joint.reference_sticks_out;
+    return sticks_out[static_cast<std::size_t>(o.vertex)];
   }
 
   Rest rest_at(const Place& place, double travel_mm) const
@@ -334,7 +348,16 @@ class EquilibriumSolver::Run {
     return std::isfinite(travel_mm) ? travel_mm : std::numeric_limits<double>::quiet_NaN();
   }
 
+  // Obstacles beyond the narrow band can only make a turn dearer, so they are asked for where it seems cheap.
   bool is_theta_determined()
+  {
+    if (turning_costs(fresh_.obstacles)) return true;
+    look(here_.place, turn_band_mm, trial_);
+    return turning_costs(trial_.obstacles);
+  }
+
+  // Either way, everything free re-adapting to these obstacles.
+  bool turning_costs(const std::vector<Obstacle>& obstacles)
   {
     PlanOptions options = plan_options_;
     options.is_free[about_y] = false;
@@ -344,9 +367,9 @@ class EquilibriumSolver::Run {
       place.theta_rad += turn;
       const Rotations rotations(place, task_.attitude.flexion_rad);
       double least_mm = plan_options_.reach_mm;
-      for (const Obstacle& o : fresh_.obstacles)
+      for (const Obstacle& o : obstacles)
         least_mm = std::min(least_mm, clearance(o, place, rotations).travel_mm);
-      const StepPlan plan = planner_.plan(rest_at(place, least_mm), fresh_.obstacles, options);
+      const StepPlan plan = planner_.plan(rest_at(place, least_mm), obstacles, options);
       const double cost_nmm = plan.end.potential.energy_nmm - here_.potential.energy_nmm;
       if (!(cost_nmm > turn_cost_tolerances * tolerance_mm_ * push_n_)) return false;
     }
