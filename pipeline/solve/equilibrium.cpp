@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -30,6 +31,8 @@ constexpr double spring_share_per_mm = 1e-6;
 // is not worth a step.
 constexpr double negligible_gain_share = 1e-6;
 
+// How far a way past a ridge is tried.
+constexpr double ridge_radius_mm = 0.02;
 // Above the rounding of places, far below the standoff.
 constexpr double rounding_mm = 1e-9;
 
@@ -159,8 +162,11 @@ class EquilibriumSolver::Run {
           plan.length_mm <= tolerance_mm_ || here_.potential.energy_nmm - plan.end.potential.energy_nmm <=
                                                  negligible_gain_share * tolerance_mm_ * push_n_;
       if (is_small) {
-        if (is_certified(plan)) return StepStatus::stable;
-        if (!looks_closer()) break;
+        if (is_certified(plan)) {
+          if (!passes_a_ridge()) return StepStatus::stable;
+        } else if (!looks_closer()) {
+          break;
+        }
         continue;
       }
       if (attempt(plan) == Outcome::led_off && radius_mm_ < tolerance_mm_) return StepStatus::unbounded;
@@ -302,6 +308,50 @@ class EquilibriumSolver::Run {
       if (held_.residual_n > 0.99 * before_n) hair_mm *= longer_hair;
     }
     return held_.residual_n <= allowed * push_n_;
+  }
+
+  // Obstacles that meet in one point of both objects may be alternatives instead of walls: a tip that crosses
+  // a ridge leaves one flank for the other, though each, extended, blocks the way beyond. So each is tried
+  // alone, and a step that really rises is taken.
+  bool passes_a_ridge()
+  {
+    const Rotations rotations(here_.place, task_.attitude.flexion_rad);
+    const auto point = [&](const Obstacle& o) {
+      return Eigen::Vector3d(rotations.of_reference * o.reference_mm);
+    };
+    for (const Held::Bearing& bearing : held_.bearing) {
+      const Eigen::Vector3d at = point(touching_[bearing.row]);
+      const auto meets = [&](const Obstacle& o) {
+        return (point(o) - at).cwiseAbs().maxCoeff() <= touching_tolerances * tolerance_mm_;
+      };
+      known_.clear();
+      std::remove_copy_if(fresh_.obstacles.begin(), fresh_.obstacles.end(), std::back_inserter(known_),
+                          meets);
+      if (std::count_if(touching_.begin(), touching_.end(), meets) < 2) continue;
+      for (const Obstacle& alone : touching_) {
+        if (!meets(alone)) continue;
+        known_.push_back(alone);
+        if (rises_really()) return true;
+        known_.pop_back();
+      }
+    }
+    return false;
+  }
+
+  // Against the obstacles known.
+  bool rises_really()
+  {
+    plan_options_.radius_mm = ridge_radius_mm;
+    const StepPlan plan = planner_.plan(here_, known_, plan_options_);
+    if (plan.gain_nmm <= tolerance_mm_ * push_n_) return false;
+    look(plan.end.place, band_mm, trial_);
+    if (!std::isfinite(trial_.travel_mm)) return false;
+    const Rest rest = rest_at(plan.end.place, trial_.travel_mm);
+    if (!rest.is_bounded || planner_.merit_nmm(here_) - planner_.merit_nmm(rest) < 0.5 * plan.gain_nmm)
+      return false;
+    accept(rest);
+    radius_mm_ = first_radius_mm;
+    return true;
   }
 
   // Those that touch here.

@@ -231,9 +231,10 @@ bool is_same(const StepRecord& a, const StepRecord& b)
 {
   return a.status == b.status && a.pose.translation_mm == b.pose.translation_mm &&
          a.pose.theta_rad == b.pose.theta_rad && a.varus_rad == b.varus_rad && a.iterations == b.iterations &&
-         a.queries == b.queries && a.balance.residual_n == b.balance.residual_n &&
+         a.queries == b.queries && std::isnan(a.balance.residual_n) == std::isnan(b.balance.residual_n) &&
          a.balance.forces.size() == b.balance.forces.size() && a.contacts.size() == b.contacts.size() &&
-         a.theta_determined == b.theta_determined && a.balance.energy_nmm == b.balance.energy_nmm &&
+         a.theta_determined == b.theta_determined &&
+         (a.balance.energy_nmm == b.balance.energy_nmm || std::isnan(a.balance.energy_nmm)) &&
          a.residual_mm == b.residual_mm;
 }
 
