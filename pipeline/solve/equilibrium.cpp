@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <optional>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -163,6 +164,7 @@ class EquilibriumSolver::Run {
                                                  negligible_gain_share * tolerance_mm_ * push_n_;
       if (is_small) {
         if (is_certified(plan)) {
+          if (is_at_the_rim()) return StepStatus::unbounded;
           if (!passes_a_ridge()) return StepStatus::stable;
         } else if (!looks_closer()) {
           break;
@@ -241,6 +243,7 @@ class EquilibriumSolver::Run {
     look(plan.end.place, band_mm, trial_);
     const Rest rest = std::isfinite(trial_.travel_mm) ? rest_at(plan.end.place, trial_.travel_mm) : plan.end;
     if (!std::isfinite(trial_.travel_mm) || !rest.is_bounded) {
+      led_off_ = plan.end.place;
       radius_mm_ = 0.25 * std::min(radius_mm_, plan.length_mm);
       return Outcome::led_off;
     }
@@ -308,6 +311,17 @@ class EquilibriumSolver::Run {
       if (held_.residual_n > 0.99 * before_n) hair_mm *= longer_hair;
     }
     return held_.residual_n <= allowed * push_n_;
+  }
+
+  // A rim that leaves another rim touches it to the last: whether a hair further the way leads off.
+  bool is_at_the_rim()
+  {
+    if (!led_off_) return false;
+    Vector5d way = step_between(here_.place, *led_off_, tools_.grip);
+    way(along_y) = 0.0;
+    if (way.norm() > ridge_radius_mm) way *= ridge_radius_mm / way.norm();
+    look(moved(here_.place, way, tools_.grip), 0.0, trial_);
+    return !std::isfinite(trial_.travel_mm);
   }
 
   // Obstacles that meet in one point of both objects may be alternatives instead of walls: a tip that crosses
@@ -502,6 +516,7 @@ class EquilibriumSolver::Run {
   Held held_;
   double radius_mm_ = first_radius_mm;
   double residual_mm_ = 0.0;
+  std::optional<Place> led_off_;  // where nothing faced any more
   int n_rejections_ = 0;
   int iteration_ = 0;
   int n_queries_before_ = 0;
