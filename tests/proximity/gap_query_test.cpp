@@ -98,8 +98,10 @@ TEST(GapQuery, EveryInstructionSetGivesTheSameBits)
       GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
       for (int k = 0; k < 200; ++k) {
         query.set_attitude(random.attitude());
-        const std::vector<double> bits = test::bits_of(query.features(random.pose(10, bodies.depth_mm), 0.2));
+        const MovingPose pose = random.pose(10, bodies.depth_mm);
+        const std::vector<double> bits = test::bits_of(query.features(pose, 0.2));
         all.insert(all.end(), bits.begin(), bits.end());
+        all.push_back(query.touch(pose).travel_mm);
       }
     }
     answers.push_back(all);
@@ -182,6 +184,33 @@ TEST(GapQuery, TravelFallsOneForOneAndGoesNegative)
     // Top of the moving box at y + 1, underside of the reference at 8.
     EXPECT_NEAR(travel_of(upper, lower, {{0.3, y, -0.2}, 0.4}), 7.0 - y, rounding_mm);
   }
+}
+
+TEST(GapQuery, TouchHasTheBitsOfThePlainWalkFromAnywhere)
+{
+  GapRandom random(19);
+  int n_free = 0, n_infinite = 0, n_inside = 0;
+  for (const GapBodies& bodies : test::gap_bodies(random)) {
+    const TreeMesh reference = make_tree_mesh(bodies.reference), moving = make_tree_mesh(bodies.moving);
+    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+    for (int k = 0; k < 60; ++k) {
+      const Attitude attitude = random.attitude();
+      // From well below to well above, sideways past the rim too.
+      MovingPose pose = random.pose(14, bodies.depth_mm);
+      pose.translation_mm.y() += 25 * (1 + random.unit());
+      query.set_attitude(attitude);
+      const Gap plain = directional_gap(turned(reference, attitude), moving.mesh, moving.tree, pose);
+      const Gap found = query.touch(pose);
+      EXPECT_EQ(found.travel_mm, plain.travel_mm);
+      EXPECT_EQ(found.pair, plain.pair);
+      n_infinite += std::isfinite(plain.travel_mm) ? 0 : 1;
+      n_inside += std::isfinite(plain.travel_mm) && query.travel_mm(pose) < 0.0 ? 1 : 0;
+      n_free += std::isfinite(plain.travel_mm) && query.travel_mm(pose) >= 0.0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(n_free, 30);
+  EXPECT_GT(n_inside, 30);
+  EXPECT_GT(n_infinite, 30);
 }
 
 TEST(GapQuery, NothingFacesAnEmptyTree)
