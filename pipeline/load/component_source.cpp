@@ -12,16 +12,6 @@
 namespace vrda {
 namespace {
 
-// The shape with its parameters in alphabetical order.
-std::string request_text(const GenerateJob& generate)
-{
-  std::string text = generate.shape;
-  std::map<std::string, std::string> parameters(generate.words.begin(), generate.words.end());
-  for (const auto& [key, number] : generate.numbers) parameters[key] = shortest(number);
-  for (const auto& [key, value] : parameters) text.append(" ").append(key).append("=").append(value);
-  return text;
-}
-
 const ShapePart* part_named(const Shape& shape, const std::string& name)
 {
   for (const std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
@@ -69,6 +59,13 @@ Mesh canonical(const Mesh& native, const AxisMap& map)
   return transformed(mesh, map.X_canonical_native);
 }
 
+// Normals stay: a vertex moves along its own.
+void move_surface(Mesh& mesh, const ComponentJob& component)
+{
+  if (component.inset_mm != 0.0) mesh.vertices_mm -= component.inset_mm * vertex_normals(mesh);
+  if (!component.shift_mm.isZero(0.0)) mesh.vertices_mm.rowwise() += component.shift_mm.transpose();
+}
+
 ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean, const std::string& source)
 {
   const EdgeCounts edges = edge_counts(clean.mesh);
@@ -92,6 +89,15 @@ ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean,
 
 }  // namespace
 
+std::string request_text(const GenerateJob& generate)
+{
+  std::string text = generate.shape;
+  std::map<std::string, std::string> parameters(generate.words.begin(), generate.words.end());
+  for (const auto& [key, number] : generate.numbers) parameters[key] = shortest(number);
+  for (const auto& [key, value] : parameters) text.append(" ").append(key).append("=").append(value);
+  return text;
+}
+
 ComponentSource::ComponentSource(const Job& job, const std::string& data_directory)
     : job_(job), map_(axis_map(job)), data_directory_(data_directory)
 {
@@ -105,6 +111,7 @@ LoadedComponent ComponentSource::load(const ComponentJob& component)
     throw InputError({out.input.name, "", std::to_string(out.clean.n_degenerate) + " faces, all without area",
                       "a mesh with faces"});
   }
+  move_surface(out.clean.mesh, component);
   out.survey = survey_of(component, out.clean, out.input.name);
   return out;
 }

@@ -70,6 +70,8 @@ ComponentJob component_of(const Job& job, const JobValue& value, const std::stri
   component.material = text_at(value, "material");
   component.has_contact = flag_at(value, "contact");
   component.winding = text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
+  component.inset_mm = number_at(value, "inset_mm");
+  component.shift_mm = vector3_at(value, "shift_mm");
   return component;
 }
 
@@ -160,6 +162,7 @@ PushJob push_of(const Job& job, const JobValue& root)
   push.force_n = over_flexion_at(job, root, "push.force_n");
   push.lateral_force_n = over_flexion_at(job, root, "push.lateral_force_n");
   push.moment_nmm = over_flexion_at(job, root, "push.moment_nmm");
+  push.varus_moment_nmm = over_flexion_at(job, root, "push.varus_moment_nmm");
   push.point_mm = vector3_at(root, "push.point_mm");
   return push;
 }
@@ -228,6 +231,29 @@ void check_step(const Job& job, const std::string& kind, const std::string& unit
                     "at most " + step_name + ", " + shown(value_at(root, step))});
 }
 
+FibreJob fibre_of(const Job& job, const JobValue& value, const std::string& key)
+{
+  const auto optional_number = [&](const char* name) {
+    const JobValue* number = value.find(name);
+    return number == nullptr ? std::nullopt : std::optional(number_at(*number, ""));
+  };
+  FibreJob fibre{text_at(value, "name"),
+                 text_at(value, "bundle"),
+                 vector3_at(value, "reference_mm"),
+                 vector3_at(value, "moving_mm"),
+                 number_at(value, "stiffness_n"),
+                 optional_number("slack_length_mm"),
+                 optional_number("reference_strain"),
+                 text_at(value, "wrap"),
+                 job.document.source_of(key),
+                 key};
+  if (fibre.slack_length_mm.has_value() == fibre.reference_strain.has_value()) {
+    refuse(job, key, fibre.slack_length_mm ? "both slack_length_mm and reference_strain" : "neither",
+           "one of slack_length_mm and reference_strain");
+  }
+  return fibre;
+}
+
 std::optional<LigamentsJob> ligaments_of(const Job& job, const JobValue& root)
 {
   const JobValue* table = root.find("ligaments");
@@ -237,17 +263,22 @@ std::optional<LigamentsJob> ligaments_of(const Job& job, const JobValue& root)
   ligaments.wraps_file = text_or_empty(*table, "wraps");
   ligaments.transition_strain = number_at(*table, "transition_strain");
   const JobValue* fibres = table->find("fibre");
-  if (ligaments.fibres_file.empty() == (fibres == nullptr)) {
-    refuse(
-        job, "ligaments",
-        fibres == nullptr ? "neither fibres nor [[ligaments.fibre]]" : "both fibres and [[ligaments.fibre]]",
-        "one of fibres = \"ligaments.csv\" and [[ligaments.fibre]]");
+  const JobValue* generate = table->find("generate");
+  std::string given;
+  int n_given = 0;
+  for (const char* key : {"fibres", "fibre", "generate"}) {
+    if (table->find(key) == nullptr) continue;
+    given.append(n_given++ == 0 ? "both " : " and ").append(key);
   }
+  if (n_given != 1) {
+    refuse(job, "ligaments", n_given == 0 ? "neither fibres nor fibre nor generate" : given,
+           "one of fibres = \"ligaments.csv\", [[ligaments.fibre]] and generate = { shape = \"knee\" }");
+  }
+  if (generate != nullptr) ligaments.generate = generate_of(*generate);
   if (fibres == nullptr) return ligaments;
   for (const JobValue& fibre : *fibres->list()) {
-    ligaments.fibres.push_back({text_at(fibre, "name"), vector3_at(fibre, "reference_mm"),
-                                vector3_at(fibre, "moving_mm"), number_at(fibre, "stiffness_n"),
-                                number_at(fibre, "slack_length_mm"), text_at(fibre, "wrap")});
+    const std::string key = "ligaments.fibre." + std::to_string(ligaments.fibres.size());
+    ligaments.fibres.push_back(fibre_of(job, fibre, key));
   }
   return ligaments;
 }
@@ -267,6 +298,13 @@ JobValue half_space(const std::string& side)
   return {JobValue::Table{{"half_space", {side}}}};
 }
 
+void complete_side(JobValue* generate, const std::string& side)
+{
+  if (generate == nullptr || text_at(*generate, "shape") != "knee" || generate->find("side") != nullptr)
+    return;
+  std::get<JobValue::Table>(generate->data).push_back({"side", {side}});
+}
+
 // Defaults that depend on other keys: what a knee's compartments and a generated knee's side are.
 void complete(JobValue& root)
 {
@@ -278,12 +316,10 @@ void complete(JobValue& root)
   }
   for (const char* body : {"reference", "moving"}) {
     for (JobValue& component : std::get<JobValue::List>(root.find(body)->find("component")->data)) {
-      JobValue* generate = component.find("generate");
-      if (generate == nullptr || text_at(*generate, "shape") != "knee" || generate->find("side") != nullptr)
-        continue;
-      std::get<JobValue::Table>(generate->data).push_back({"side", {side}});
+      complete_side(component.find("generate"), side);
     }
   }
+  if (JobValue* ligaments = root.find("ligaments")) complete_side(ligaments->find("generate"), side);
 }
 
 // The player's part is kept as it is given; only what the schema cannot say is checked.
@@ -325,6 +361,8 @@ void read_settings(Job& job)
   job.equilibrium = {number_at(root, "solver.equilibrium.tolerance_mm"),
                      static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations")),
                      job.search.translation_resolution_mm};
+  job.spine = {static_cast<int>(integer_at(root, "solver.equilibrium.restarts")),
+               number_at(root, "solver.equilibrium.band_moment_nmm")};
   job.ligaments = ligaments_of(job, root);
   if (const JobValue* compartments = root.find("compartments")) {
     job.medial = compartment_of(value_at(*compartments, "medial"));
@@ -338,6 +376,18 @@ void read_settings(Job& job)
 }
 
 }  // namespace
+
+Eigen::VectorXd at_flexion(const OverFlexion& setting, double flexion_rad)
+{
+  const std::vector<double>& angles = setting.flexion_rad;
+  const auto above =
+      static_cast<Eigen::Index>(std::upper_bound(angles.begin(), angles.end(), flexion_rad) - angles.begin());
+  if (above == 0) return setting.value.row(0).transpose();
+  if (above == setting.value.rows()) return setting.value.row(above - 1).transpose();
+  const double from_rad = angles[static_cast<std::size_t>(above - 1)];
+  const double share = (flexion_rad - from_rad) / (angles[static_cast<std::size_t>(above)] - from_rad);
+  return ((1.0 - share) * setting.value.row(above - 1) + share * setting.value.row(above)).transpose();
+}
 
 Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides)
 {

@@ -36,6 +36,8 @@ struct ComponentJob {
   std::string material;
   bool has_contact = true;
   Winding winding = Winding::outward;
+  double inset_mm = 0.0;  ///< each vertex goes inward along its normal: a thinner part, or a contact offset
+  Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< canonical, of the whole component
 };
 
 struct BodyJob {
@@ -60,28 +62,40 @@ struct OverFlexion {
   Eigen::MatrixXd value;            ///< [n, components]
 };
 
+/// The row of values that holds at a flexion.
+Eigen::VectorXd at_flexion(const OverFlexion& setting, double flexion_rad);
+
 struct PushJob {
-  OverFlexion delta;            ///< [n, 3] unit vectors, canonical
-  OverFlexion force_n;          ///< [n, 1]
-  OverFlexion lateral_force_n;  ///< [n, 2] anterior, right
-  OverFlexion moment_nmm;       ///< [n, 1] about Delta
+  OverFlexion delta;             ///< [n, 3] unit vectors, canonical
+  OverFlexion force_n;           ///< [n, 1]
+  OverFlexion lateral_force_n;   ///< [n, 2] anterior, right
+  OverFlexion moment_nmm;        ///< [n, 1] about Delta
+  OverFlexion varus_moment_nmm;  ///< [n, 1] on varus, adduction positive
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
 };
 
 enum class SolverMethod { stability_search, equilibrium };
 
+/// One fibre, from the job or a table. Exactly one of slack length and reference strain is given.
 struct FibreJob {
   std::string name;
-  Eigen::Vector3d reference_mm{0.0, 0.0, 0.0};  ///< attachments, canonical at the pose of the meshes
-  Eigen::Vector3d moving_mm{0.0, 0.0, 0.0};
-  double stiffness_n = 0.0;  ///< per unit strain
-  double slack_length_mm = 0.0;
+  std::string bundle;  ///< empty: from the name
+  /// Attachments at the pose of the meshes, along the mesh files' axes, mm: mapped like the meshes.
+  Eigen::Vector3d reference_native_mm{0.0, 0.0, 0.0};
+  Eigen::Vector3d moving_native_mm{0.0, 0.0, 0.0};
+  double stiffness_n = 0.0;  ///< per unit strain, above 0
+  std::optional<double> slack_length_mm;
+  std::optional<double> reference_strain;  ///< at the pose of the meshes
   std::string wrap;
+  std::string source;  ///< file, for messages
+  std::string field;   ///< "ligaments.fibre.3" or "line 7"
 };
 
+/// Exactly one of `fibres_file`, `fibres` and `generate` is given.
 struct LigamentsJob {
   std::string fibres_file;
   std::vector<FibreJob> fibres;
+  std::optional<GenerateJob> generate;  ///< its part is empty
   std::string wraps_file;
   double transition_strain = 0.06;
 };
@@ -111,6 +125,7 @@ struct Job {
   SolverMethod method = SolverMethod::stability_search;
   SearchOptions search;
   EquilibriumOptions equilibrium;
+  SpineOptions spine;
   std::optional<LigamentsJob> ligaments;
   std::optional<CompartmentJob> medial;  ///< with `lateral`, or neither
   std::optional<CompartmentJob> lateral;

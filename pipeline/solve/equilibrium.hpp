@@ -1,7 +1,7 @@
 /// Where the moving object comes to rest under exact contact, loads and ligaments (DESIGN.md 5.3).
 #pragma once
 
-#include <optional>
+#include <memory>
 
 #include "core/equilibrium_options.hpp"
 #include "core/step_record.hpp"
@@ -11,8 +11,8 @@
 
 namespace vrda {
 
-/// One thread's tools for one joint: scratch and hints that outlive a motion step. They change the time, never
-/// the answer.
+/// One thread's tools for one joint: scratch and hints that outlive a motion step. They change the time,
+/// never the answer.
 class EquilibriumSolver {
  public:
   /// `ligaments` are in the solver's frames and may hold no fibre. References are kept.
@@ -32,6 +32,7 @@ class EquilibriumSolver {
 
  private:
   struct State;
+  class Run;
   std::unique_ptr<State> state_;
 };
 

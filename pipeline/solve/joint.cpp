@@ -55,8 +55,14 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
   joint.reference = make_collider(reference.mesh);
   joint.moving = make_collider(moving.mesh);
   joint.compartment_of_triangle = compartment_of_triangle;
-  joint.medial = BoxTree(moving.mesh, triangles_of(compartment_of_triangle, Compartment::medial));
-  joint.lateral = BoxTree(moving.mesh, triangles_of(compartment_of_triangle, Compartment::lateral));
+  const std::vector<std::int32_t> medial = triangles_of(compartment_of_triangle, Compartment::medial);
+  const std::vector<std::int32_t> lateral = triangles_of(compartment_of_triangle, Compartment::lateral);
+  joint.medial = BoxTree(moving.mesh, medial);
+  joint.lateral = BoxTree(moving.mesh, lateral);
+  joint.reference_gap = GapTree(reference.mesh);
+  joint.moving_gap = GapTree(moving.mesh);
+  joint.medial_gap = GapTree(moving.mesh, medial);
+  joint.lateral_gap = GapTree(moving.mesh, lateral);
   joint.substep_mm = 0.5 * std::min(thinnest_mm(reference), thinnest_mm(moving));
   return joint;
 }

@@ -6,6 +6,7 @@
 
 #include "contact/contacts.hpp"
 #include "core/compartment.hpp"
+#include "proximity/gap_query.hpp"
 
 namespace vrda {
 
@@ -21,6 +22,10 @@ struct Joint {
   std::vector<Compartment> compartment_of_triangle;  ///< [n_moving_triangles], empty without compartments
   BoxTree medial;                                    ///< moving triangles of the compartment
   BoxTree lateral;
+  GapTree reference_gap;  ///< the same objects, prepared for the equilibrium's queries
+  GapTree moving_gap;
+  GapTree medial_gap;
+  GapTree lateral_gap;
   double substep_mm = 0.0;  ///< no vertex may move further at once: half the thinnest part
 };
 

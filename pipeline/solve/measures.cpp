@@ -30,8 +30,8 @@ ContactRecord contact_record(const Joint& joint, const Contact& contact)
   return kept;
 }
 
-int measure_step(const Joint& joint, const TreeMesh& reference, const std::vector<Contact>& contacts,
-                 double resolution_mm, StepRecord& record)
+void measure_contacts(const Joint& joint, const std::vector<Contact>& contacts, double resolution_mm,
+                      StepRecord& record)
 {
   const Eigen::Vector3d middle = mean_point(contacts);
   int n_resisting = 0;
@@ -43,6 +43,12 @@ int measure_step(const Joint& joint, const TreeMesh& reference, const std::vecto
     n_resisting += std::abs(moment_about_mm(c, middle)) > resolution_mm ? 1 : 0;
   }
   record.theta_determined = n_resisting >= 2;
+}
+
+int measure_step(const Joint& joint, const TreeMesh& reference, const std::vector<Contact>& contacts,
+                 double resolution_mm, StepRecord& record)
+{
+  measure_contacts(joint, contacts, resolution_mm, record);
   if (joint.compartment_of_triangle.empty()) return 0;
   record.gap_medial_mm = gap_or_nan_mm(joint, reference, joint.medial, record.pose);
   record.gap_lateral_mm = gap_or_nan_mm(joint, reference, joint.lateral, record.pose);

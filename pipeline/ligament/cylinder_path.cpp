@@ -1,0 +1,56 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/trig.hpp"
+#include "ligament/wrap_path.hpp"
+
+namespace vrda {
+namespace {
+
+// Unit tangent point, seen from the axis, of the line from `p` that touches the unit circle on the side where
+// angles grow by `turn` (+1 or -1) from p's own.
+Eigen::Vector2d tangent_point(const Eigen::Vector2d& p, double turn)
+{
+  const double square = p.squaredNorm();
+  const double root = std::sqrt(std::max(0.0, square - 1.0));
+  return (p + turn * root * Eigen::Vector2d(-p.y(), p.x())) / square;
+}
+
+}  // namespace
+
+WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm, double radius_mm,
+                       double half_length_mm)
+{
+  const Eigen::Vector2d start = start_mm.head<2>() / radius_mm, end = end_mm.head<2>() / radius_mm;
+  const double start_sq = start.squaredNorm(), end_sq = end.squaredNorm();
+  if (start_sq < 1.0 || end_sq < 1.0) return {};
+  const double turn = start.x() * end.y() - start.y() * end.x() >= 0.0 ? 1.0 : -1.0;
+  const double between_rad =
+      arc_tangent2(std::abs(start.x() * end.y() - start.y() * end.x()), start.dot(end));
+  const double arc_rad =
+      between_rad - arc_cosine(1.0 / std::sqrt(start_sq)) - arc_cosine(1.0 / std::sqrt(end_sq));
+  if (!(arc_rad > 0.0)) return {};
+  // Unrolled, the way is one straight line across tangent, arc and tangent.
+  const double first_mm = radius_mm * std::sqrt(start_sq - 1.0),
+               last_mm = radius_mm * std::sqrt(end_sq - 1.0);
+  const double across_mm = first_mm + radius_mm * arc_rad + last_mm;
+  const double rise_mm = end_mm.z() - start_mm.z();
+  const double touch_z_mm = start_mm.z() + rise_mm * (first_mm / across_mm);
+  const double leave_z_mm = end_mm.z() - rise_mm * (last_mm / across_mm);
+  const bool is_above = std::min(touch_z_mm, leave_z_mm) > half_length_mm;
+  const bool is_below = std::max(touch_z_mm, leave_z_mm) < -half_length_mm;
+  if (is_above || is_below) return {};
+  WrapPath path;
+  path.is_wrapped = true;
+  path.length_mm = std::sqrt(across_mm * across_mm + rise_mm * rise_mm);
+  const Eigen::Vector2d normal = tangent_point(end, -turn);
+  const double cosine_rise = across_mm / path.length_mm, sine_rise = rise_mm / path.length_mm;
+  path.arrival << -turn * cosine_rise * normal.y(), turn * cosine_rise * normal.x(), sine_rise;
+  const Eigen::Vector3d n(normal.x(), normal.y(), 0.0);
+  const Eigen::Vector3d b = path.arrival.cross(n);
+  const double free_mm = std::max(last_mm / cosine_rise, 1e-9 * radius_mm);
+  path.bending = n * n.transpose() / free_mm + b * b.transpose() / path.length_mm;
+  return path;
+}
+
+}  // namespace vrda

@@ -1,0 +1,153 @@
+#include "ligament/ligaments.hpp"
+
+#include "ligament/fibre_path.hpp"
+
+namespace vrda {
+namespace {
+
+Eigen::Vector3d flipped_z(const Eigen::Vector3d& v)
+{
+  return {v.x(), v.y(), -v.z()};
+}
+
+// From C of the joint's own side to S: the map of solver_mesh().
+struct ToSolver {
+  bool is_left = false;
+  Eigen::Vector3d centre_mm;  // of the right-sided joint
+  Eigen::Matrix3d R_solver_world;
+
+  Eigen::Vector3d point(const Eigen::Vector3d& p_mm) const
+  {
+    const Eigen::Vector3d centred_mm = (is_left ? flipped_z(p_mm) : p_mm) - centre_mm;
+    return R_solver_world.isIdentity(0.0) ? centred_mm : Eigen::Vector3d(R_solver_world * centred_mm);
+  }
+
+  // Wraps are symmetric in their own Z, so a mirrored one is the same surface at the pose M X M.
+  Eigen::Matrix3d rotation(const Eigen::Matrix3d& R) const
+  {
+    const Eigen::Vector3d m(1.0, 1.0, is_left ? -1.0 : 1.0);
+    const Eigen::Matrix3d of_right = m.asDiagonal() * R * m.asDiagonal();
+    return R_solver_world.isIdentity(0.0) ? of_right : Eigen::Matrix3d(R_solver_world * of_right);
+  }
+};
+
+ToSolver to_solver(const SolverFrame& frame)
+{
+  const bool is_left = frame.side == Side::left;
+  const auto of_right = [&](const Eigen::Vector3d& v) { return is_left ? flipped_z(v) : v; };
+  return {is_left, of_right(frame.rotation_centre_mm),
+          shortest_rotation(of_right(frame.delta), Eigen::Vector3d::UnitY())};
+}
+
+double strain_of(const Fibre& fibre, const FibrePath& path)
+{
+  return (path.length_mm - fibre.slack_length_mm) / fibre.slack_length_mm;
+}
+
+// Second derivatives of `direction . end` over the coordinates, the end being a point of the moving object
+// seen from the reference: more varus turns it about X after everything else.
+Matrix5d turning_of_moving_end(const FibrePath& path, const MovingPose& pose)
+{
+  const Eigen::Vector3d X = Eigen::Vector3d::UnitX(), Y = Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d turned_mm = Y.cross(path.end_mm - pose.translation_mm);
+  Matrix5d H = Matrix5d::Zero();
+  H.block<3, 1>(0, about_varus) = path.direction.cross(X);
+  H(about_y, about_y) = path.direction.dot(Y.cross(turned_mm));
+  H(about_y, about_varus) = path.direction.dot(X.cross(turned_mm));
+  H(about_varus, about_varus) = path.direction.dot(X.cross(X.cross(path.end_mm)));
+  return H.selfadjointView<Eigen::Upper>();
+}
+
+// The same of `-direction . end` for a point of the reference seen from the moving object: turning about Y
+// comes last, and both turns and the translation go backwards.
+Matrix5d turning_of_reference_end(const FibrePath& path, const MovingPose& pose)
+{
+  const Eigen::Vector3d X = Eigen::Vector3d::UnitX(), Y = Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d turned_mm = X.cross(path.end_mm);
+  const Eigen::Vector3d pull = -path.direction;
+  Matrix5d H = Matrix5d::Zero();
+  H.block<3, 1>(0, about_y) = pull.cross(Y);
+  H(about_y, about_y) = pull.dot(Y.cross(Y.cross(path.end_mm - pose.translation_mm)));
+  H(about_y, about_varus) = pull.dot(Y.cross(turned_mm));
+  H(about_varus, about_varus) = pull.dot(X.cross(turned_mm));
+  return H.selfadjointView<Eigen::Upper>();
+}
+
+void add_fibre(const Fibre& fibre, const FibrePath& path, const Tension& tension, const MovingPose& pose,
+               Potential& sum)
+{
+  const Eigen::Matrix<double, 3, 5> J = point_jacobian(path.end_mm, pose);
+  const Vector5d slope = J.transpose() * path.direction;
+  const Matrix5d turning = path.end_body == WrapBody::moving ? turning_of_moving_end(path, pose)
+                                                             : turning_of_reference_end(path, pose);
+  const Matrix5d bending = J.transpose() * path.bending * J;
+  sum.energy_nmm += tension.energy_n * fibre.slack_length_mm;
+  sum.gradient += tension.force_n * slope;
+  sum.hessian += (tension.stiffness_n / fibre.slack_length_mm) * (slope * slope.transpose()) +
+                 tension.force_n * (bending + turning);
+}
+
+}  // namespace
+
+Ligaments solver_ligaments(const Ligaments& canonical, const SolverFrame& frame)
+{
+  const ToSolver map = to_solver(frame);
+  Ligaments out = canonical;
+  for (Fibre& fibre : out.fibres) {
+    fibre.reference_mm = map.point(fibre.reference_mm);
+    fibre.moving_mm = map.point(fibre.moving_mm);
+  }
+  for (Wrap& wrap : out.wraps) {
+    const Eigen::Vector3d centre_mm = wrap.X_body_wrap.translation();
+    wrap.X_body_wrap.linear() = map.rotation(wrap.X_body_wrap.linear());
+    wrap.X_body_wrap.translation() = map.point(centre_mm);
+  }
+  return out;
+}
+
+Tension tension_of(double strain, double stiffness_n, double transition_strain)
+{
+  if (!(strain > 0.0)) return {};
+  if (strain < transition_strain) {
+    const double slope_n = stiffness_n * strain / transition_strain;
+    return {0.5 * slope_n * strain, slope_n, slope_n * strain * strain / 6.0};
+  }
+  const double toe_energy_n = stiffness_n * transition_strain * transition_strain / 6.0;
+  const double force_n = stiffness_n * (strain - 0.5 * transition_strain);
+  // From the end of the toe the force is linear: its mean times the strain since then.
+  const double mean_force_n = 0.5 * (0.5 * stiffness_n * transition_strain + force_n);
+  return {force_n, stiffness_n, toe_energy_n + mean_force_n * (strain - transition_strain)};
+}
+
+std::vector<FibreState> fibre_states(const Ligaments& ligaments, const Attitude& attitude,
+                                     const MovingPose& pose)
+{
+  const Placement placement = placed(attitude, pose);
+  std::vector<FibreState> states;
+  states.reserve(ligaments.fibres.size());
+  for (const Fibre& fibre : ligaments.fibres) {
+    const FibrePath path = fibre_path(fibre, ligaments.wraps, placement);
+    const double strain = strain_of(fibre, path);
+    const Tension tension = tension_of(strain, fibre.stiffness_n, ligaments.transition_strain);
+    states.push_back(
+        {path.length_mm, strain, tension.force_n, tension.energy_n * fibre.slack_length_mm, path.is_wrapped});
+  }
+  return states;
+}
+
+Potential ligament_energy(const Ligaments& ligaments, const Attitude& attitude, const MovingPose& pose)
+{
+  const Placement placement = placed(attitude, pose);
+  Potential sum;
+  for (const Fibre& fibre : ligaments.fibres) {
+    const FibrePath path = fibre_path(fibre, ligaments.wraps, placement);
+    const Tension tension =
+        tension_of(strain_of(fibre, path), fibre.stiffness_n, ligaments.transition_strain);
+    if (tension.force_n > 0.0) add_fibre(fibre, path, tension, pose, sum);
+  }
+  // J^T B J is symmetric up to rounding only.
+  sum.hessian.triangularView<Eigen::StrictlyLower>() = sum.hessian.transpose();
+  return sum;
+}
+
+}  // namespace vrda

@@ -1,0 +1,73 @@
+#include "solve/potential.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace vrda {
+namespace {
+
+// Newton's step with bisection as its guard: halving a reach of 1000 mm down to rounding takes 60.
+constexpr int most_heights = 80;
+
+// From the coordinates of a pose to those of its place: turning about the pivot moves the object's origin.
+Potential about_pivot(const Potential& of_pose, const Eigen::Vector3d& arm)
+{
+  // arm: from the origin of the moving object to its pivot, turned.
+  Vector5d turn = Vector5d::Zero();
+  turn.head<3>() = -Eigen::Vector3d::UnitY().cross(arm);
+  turn(about_y) = 1.0;
+  Potential out = of_pose;
+  out.gradient(about_y) = turn.dot(of_pose.gradient);
+  const Vector5d column = of_pose.hessian * turn;
+  out.hessian.col(about_y) = column;
+  out.hessian.row(about_y) = column.transpose();
+  out.hessian(about_y, about_y) =
+      turn.dot(column) + of_pose.gradient(along_x) * arm.x() + of_pose.gradient(along_z) * arm.z();
+  return out;
+}
+
+}  // namespace
+
+Potential potential_at(const Forces& forces, const Place& place)
+{
+  const MovingPose pose = pose_at(place, forces.grip);
+  Potential u;
+  if (!forces.ligaments.fibres.empty())
+    u = ligament_energy(forces.ligaments, {forces.flexion_rad, place.varus_rad}, pose);
+  const Loads& loads = forces.loads;
+  const Eigen::Vector3d turning_nmm = loads.point_mm.cross(loads.force_n);
+  Vector5d push;
+  push << loads.force_n, loads.moment_nmm + turning_nmm.y(), loads.varus_moment_nmm + turning_nmm.x();
+  Vector5d at;
+  at << pose.translation_mm, pose.theta_rad, place.varus_rad;
+  u.energy_nmm -= push.dot(at);
+  u.gradient -= push;
+  return about_pivot(u, place.pivot_mm - pose.translation_mm);
+}
+
+Rest rest_along_delta(const Forces& forces, Place place, const RestLimits& limits)
+{
+  double low = limits.ceiling_mm - limits.reach_mm, high = limits.ceiling_mm;
+  place.pivot_mm.y() = std::clamp(place.pivot_mm.y(), low, high);
+  Rest rest{place, potential_at(forces, place), true};
+  for (int k = 0; k < most_heights; ++k) {
+    double& y = rest.place.pivot_mm.y();
+    const double slope = rest.potential.gradient(along_y),
+                 stiffness = rest.potential.hessian(along_y, along_y);
+    if (std::abs(slope) <= limits.force_tolerance_n || (y >= limits.ceiling_mm && slope < 0.0)) return rest;
+    (slope > 0.0 ? high : low) = y;
+    if (high - low <= 1e-13 * (1.0 + std::abs(y))) break;
+    // Towards the ceiling in one go where nothing bends the way; downwards by doubling, then Newton.
+    double next = y - slope / stiffness;
+    if (!(stiffness > 0.0) || !(next > low) || !(next < high)) {
+      next = slope < 0.0 && high == limits.ceiling_mm ? high : 0.5 * (low + high);
+    }
+    y = next;
+    rest.potential = potential_at(forces, rest.place);
+  }
+  rest.is_bounded = high - low < 0.5 * limits.reach_mm && low > limits.ceiling_mm - limits.reach_mm;
+  return rest;
+}
+
+}  // namespace vrda

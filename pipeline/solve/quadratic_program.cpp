@@ -1,0 +1,208 @@
+#include "solve/quadratic_program.hpp"
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr Eigen::Index n = 5;
+// A normal whose part across the active ones is shorter than this share of it depends on them.
+constexpr double dependent_share = 1e-11;
+// Every change of the active set raises the dual value, so the true number is some tens; rounding must not
+// make it endless.
+constexpr int most_changes = 400;
+
+// L with L L^T = H.
+QpMatrix cholesky(const QpMatrix& H)
+{
+  QpMatrix L = QpMatrix::Zero();
+  for (Eigen::Index j = 0; j < n; ++j) {
+    double pivot = H(j, j);
+    for (Eigen::Index k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
+    check(pivot > 0.0, "quadratic programme: H is not positive definite");
+    L(j, j) = std::sqrt(pivot);
+    for (Eigen::Index i = j + 1; i < n; ++i) {
+      double sum = H(i, j);
+      for (Eigen::Index k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
+      L(i, j) = sum / L(j, j);
+    }
+  }
+  return L;
+}
+
+// Inverse of L^T.
+QpMatrix inverse_transposed(const QpMatrix& L)
+{
+  QpMatrix J = QpMatrix::Zero();  // upper triangular
+  for (Eigen::Index j = 0; j < n; ++j) {
+    J(j, j) = 1.0 / L(j, j);
+    for (Eigen::Index i = j - 1; i >= 0; --i) {
+      double sum = 0.0;
+      for (Eigen::Index k = i + 1; k <= j; ++k) sum -= L(k, i) * J(k, j);
+      J(i, j) = sum / L(i, i);
+    }
+  }
+  return J;
+}
+
+class DualMethod {
+ public:
+  DualMethod(const QpMatrix& H, const QpVector& g, const std::vector<HalfSpace>& half_spaces)
+      : half_spaces_(half_spaces), J_(inverse_transposed(cholesky(H))), x_(-(J_ * (J_.transpose() * g)))
+  {
+  }
+
+  QpSolution run()
+  {
+    QpSolution solution;
+    int n_left = most_changes;
+    while (n_left > 0) {
+      const std::size_t worst = most_violated();
+      if (worst == half_spaces_.size()) {
+        solution.is_solved = true;
+        break;
+      }
+      if (!take(worst, n_left)) break;
+    }
+    solution.d = x_;
+    solution.n_support = static_cast<std::size_t>(n_active_);
+    for (Eigen::Index k = 0; k < n_active_; ++k)
+      solution.support[static_cast<std::size_t>(k)] = {active_[k], u_(k)};
+    return solution;
+  }
+
+ private:
+  double slack(std::size_t row) const { return half_spaces_[row].normal.dot(x_) - half_spaces_[row].offset; }
+
+  std::size_t most_violated() const
+  {
+    std::size_t worst = half_spaces_.size();
+    double least = -qp_tolerance;
+    for (std::size_t row = 0; row < half_spaces_.size(); ++row) {
+      const double s = slack(row);
+      if (s < least) {
+        least = s;
+        worst = row;
+      }
+    }
+    return worst;
+  }
+
+  // Moves onto half-space `row`, dropping those it makes needless. False when it cannot be met.
+  bool take(std::size_t row, int& n_left)
+  {
+    const QpVector normal = half_spaces_[row].normal;
+    double multiplier = 0.0;
+    while (n_left-- > 0) {
+      const QpVector d = J_.transpose() * normal;
+      const QpVector r = dual_direction(d);
+      const double across = d.tail(n - n_active_).squaredNorm();
+      const bool is_dependent =
+          n_active_ == n || across <= dependent_share * dependent_share * d.squaredNorm();
+      const Eigen::Index leaving = first_to_leave(r);
+      const double t_dual = leaving < 0 ? std::numeric_limits<double>::infinity() : u_(leaving) / r(leaving);
+      const double t_primal =
+          is_dependent ? std::numeric_limits<double>::infinity() : std::max(0.0, -slack(row)) / across;
+      const double t = std::min(t_dual, t_primal);
+      if (!std::isfinite(t)) return false;
+      u_.head(n_active_) -= t * r.head(n_active_);
+      multiplier += t;
+      if (!is_dependent) x_ += t * (J_.rightCols(n - n_active_) * d.tail(n - n_active_));
+      if (t_primal <= t_dual) {
+        add(row, multiplier, d);
+        return true;
+      }
+      drop(leaving);
+    }
+    return false;
+  }
+
+  // R r = first n_active_ of d.
+  QpVector dual_direction(const QpVector& d) const
+  {
+    QpVector r = QpVector::Zero();
+    for (Eigen::Index i = n_active_ - 1; i >= 0; --i) {
+      double sum = d(i);
+      for (Eigen::Index k = i + 1; k < n_active_; ++k) sum -= R_(i, k) * r(k);
+      r(i) = sum / R_(i, i);
+    }
+    return r;
+  }
+
+  Eigen::Index first_to_leave(const QpVector& r) const
+  {
+    Eigen::Index leaving = -1;
+    for (Eigen::Index k = 0; k < n_active_; ++k) {
+      if (r(k) > 0.0 && (leaving < 0 || u_(k) / r(k) < u_(leaving) / r(leaving))) leaving = k;
+    }
+    return leaving;
+  }
+
+  void add(std::size_t row, double multiplier, QpVector d)
+  {
+    for (Eigen::Index k = n - 1; k > n_active_; --k) turn_columns(k - 1, d(k - 1), d(k), d);
+    R_.col(n_active_).head(n_active_ + 1) = d.head(n_active_ + 1);
+    active_[static_cast<std::size_t>(n_active_)] = row;
+    u_(n_active_) = multiplier;
+    ++n_active_;
+  }
+
+  // Turns columns k and k + 1 of J so that entry k + 1 of `d` vanishes.
+  void turn_columns(Eigen::Index k, double a, double b, QpVector& d)
+  {
+    const double length = std::sqrt(a * a + b * b);
+    if (b == 0.0 || length == 0.0) return;
+    const double c = a / length, s = b / length;
+    d(k) = length;
+    d(k + 1) = 0.0;
+    rotate(k, c, s);
+  }
+
+  void rotate(Eigen::Index k, double c, double s)
+  {
+    const QpVector left = J_.col(k), right = J_.col(k + 1);
+    J_.col(k) = c * left + s * right;
+    J_.col(k + 1) = c * right - s * left;
+  }
+
+  void drop(Eigen::Index leaving)
+  {
+    for (Eigen::Index k = leaving; k + 1 < n_active_; ++k) {
+      R_.col(k) = R_.col(k + 1);
+      u_(k) = u_(k + 1);
+      active_[static_cast<std::size_t>(k)] = active_[static_cast<std::size_t>(k + 1)];
+    }
+    --n_active_;
+    // The columns moved have one entry below the diagonal each.
+    for (Eigen::Index k = leaving; k < n_active_; ++k) {
+      const double a = R_(k, k), b = R_(k + 1, k), length = std::sqrt(a * a + b * b);
+      if (b == 0.0) continue;
+      const double c = a / length, s = b / length;
+      const QpVector upper = R_.row(k), lower = R_.row(k + 1);
+      R_.row(k) = (c * upper + s * lower).transpose();
+      R_.row(k + 1) = (c * lower - s * upper).transpose();
+      rotate(k, c, s);
+    }
+  }
+
+  const std::vector<HalfSpace>& half_spaces_;
+  QpMatrix J_;                     // L^-T Q: its first n_active_ columns span the active normals
+  QpMatrix R_ = QpMatrix::Zero();  // upper triangular: J^T N = [R; 0]
+  QpVector x_;
+  QpVector u_ = QpVector::Zero();
+  std::array<std::size_t, n> active_{};
+  Eigen::Index n_active_ = 0;
+};
+
+}  // namespace
+
+QpSolution solve_quadratic_program(const QpMatrix& H, const QpVector& g,
+                                   const std::vector<HalfSpace>& half_spaces)
+{
+  return DualMethod(H, g, half_spaces).run();
+}
+
+}  // namespace vrda

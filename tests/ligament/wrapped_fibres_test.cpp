@@ -1,0 +1,114 @@
+#include <gtest/gtest.h>
+
+#include "ligament/differences.hpp"
+
+namespace vrda {
+namespace {
+
+using test::Place;
+
+// A fibre each round a cylinder on the reference, the same on the moving object, and ellipsoids on both.
+Ligaments wrapped_fibres()
+{
+  Pose X_tilted = Pose::Identity();
+  X_tilted.linear() = rotation_x(0.3) * rotation_y(-0.2) * rotation_z(0.4);
+  X_tilted.translation() << 2, -3, 1;
+  Ligaments ligaments;
+  ligaments.wraps = {{"a", WrapShape::cylinder, WrapBody::reference, X_tilted, {18, 18, 50}},
+                     {"b", WrapShape::cylinder, WrapBody::moving, X_tilted, {12, 12, 50}},
+                     {"c", WrapShape::ellipsoid, WrapBody::reference, X_tilted, {25, 14, 12}},
+                     {"d", WrapShape::ellipsoid, WrapBody::moving, X_tilted, {30, 18, 12}}};
+  ligaments.fibres = {{"a", "a", {-12, 20, 5}, {-10, -29, 12}, 1200, 46, 0},
+                      {"b", "b", {-6, 25, 5}, {-5, -22, -8}, 900, 46, 1},
+                      {"c", "c", {3, 21, -9}, {6, -30, -8}, 1500, 48, 2},
+                      {"d", "d", {4, 30, -8}, {6, -41, -9}, 700, 67, 3}};
+  return ligaments;
+}
+
+const Place bent{{0.25, -0.06}, {{1.5, -2.0, 0.7}, 0.1}};
+
+TEST(WrappedFibres, AllTouchAndAreTaut)
+{
+  for (const FibreState& state : fibre_states(wrapped_fibres(), bent.attitude, bent.pose)) {
+    EXPECT_TRUE(state.is_wrapped);
+    EXPECT_GT(state.force_n, 0.0);
+  }
+}
+
+TEST(WrappedFibres, DerivativesMatchDifferences)
+{
+  const Ligaments all = wrapped_fibres();
+  for (std::size_t k = 0; k < all.fibres.size(); ++k) {
+    SCOPED_TRACE(all.fibres[k].name);
+    Ligaments one = all;
+    one.fibres = {all.fibres[k]};
+    const Potential exact = test::energy_at(one, bent);
+    const Potential measured = test::energy_by_differences(one, bent);
+    EXPECT_GT(exact.energy_nmm, 0.0);
+    // Lengths are known to 1e-9 mm and pull with up to 300 N over steps of 1e-4 mm or 2e-6 rad.
+    for (Eigen::Index i = 0; i < n_coordinates; ++i) {
+      const double unit = i < about_y ? 1.0 : 50.0;  // mm a radian
+      EXPECT_NEAR(exact.gradient[i], measured.gradient[i], 3e-3 * unit) << i;
+      for (Eigen::Index j = 0; j < n_coordinates; ++j) {
+        const double other_unit = j < about_y ? 1.0 : 50.0;
+        EXPECT_NEAR(exact.hessian(i, j), measured.hessian(i, j), 3e-3 * unit * other_unit) << i << " " << j;
+      }
+    }
+  }
+}
+
+TEST(WrappedFibres, MirroredJointGivesTheSameToTheLastBit)
+{
+  const Ligaments right = wrapped_fibres();
+  Ligaments left = right;
+  const Eigen::Vector3d m(1, 1, -1);
+  for (Fibre& fibre : left.fibres) {
+    fibre.reference_mm = m.cwiseProduct(fibre.reference_mm);
+    fibre.moving_mm = m.cwiseProduct(fibre.moving_mm);
+  }
+  for (Wrap& wrap : left.wraps) {
+    // As a file would give it: the angles about X and Y change sign.
+    wrap.X_body_wrap.linear() = rotation_x(-0.3) * rotation_y(0.2) * rotation_z(0.4);
+    wrap.X_body_wrap.translation().z() *= -1.0;
+  }
+  const SolverFrame right_frame{Side::right, {1, 2, 3}, Eigen::Vector3d::UnitY()};
+  const SolverFrame left_frame{Side::left, {1, 2, -3}, Eigen::Vector3d::UnitY()};
+  const Potential a = test::energy_at(solver_ligaments(right, right_frame), bent);
+  const Potential b = test::energy_at(solver_ligaments(left, left_frame), bent);
+  EXPECT_GT(a.energy_nmm, 0.0);
+  EXPECT_EQ(a.energy_nmm, b.energy_nmm);
+  EXPECT_EQ(a.gradient, b.gradient);
+  EXPECT_EQ(a.hessian, b.hessian);
+}
+
+TEST(WrappedFibres, KeepLengthsWhereverTheJointStands)
+{
+  // Both objects moved together, as another rotation centre and Delta do at the pose of the meshes.
+  const Ligaments canonical = wrapped_fibres();
+  const SolverFrame frame{Side::right, {40, -7, 12}, Eigen::Vector3d(0.2, 1, 0.4).normalized()};
+  const std::vector<FibreState> here = fibre_states(canonical, {}, {});
+  const std::vector<FibreState> there = fibre_states(solver_ligaments(canonical, frame), {}, {});
+  for (std::size_t i = 0; i < here.size(); ++i) {
+    EXPECT_TRUE(here[i].is_wrapped);
+    EXPECT_NEAR(here[i].length_mm, there[i].length_mm, 1e-8);
+  }
+}
+
+TEST(WrappedFibres, SwappedBodiesPullTheOtherWay)
+{
+  // What a wrap on the moving object does is what the same wrap on the reference does with the roles swapped.
+  const Ligaments forward = wrapped_fibres();
+  Ligaments swapped = forward;
+  for (Fibre& fibre : swapped.fibres) std::swap(fibre.reference_mm, fibre.moving_mm);
+  for (Wrap& wrap : swapped.wraps) {
+    wrap.body = wrap.body == WrapBody::moving ? WrapBody::reference : WrapBody::moving;
+  }
+  const Eigen::Vector3d t_mm(1.5, -2.0, 0.7);
+  const Potential a = ligament_energy(forward, {}, {t_mm, 0.0});
+  const Potential b = ligament_energy(swapped, {}, {-t_mm, 0.0});
+  EXPECT_NEAR(a.energy_nmm, b.energy_nmm, 1e-6);
+  EXPECT_LT((a.gradient.head<3>() + b.gradient.head<3>()).norm(), 1e-6);
+}
+
+}  // namespace
+}  // namespace vrda
