@@ -200,6 +200,7 @@ void fill_inner(const GapSurface& surface, Rows rows, std::size_t lane, MovingIn
   set(inner.half_x, lane, 0.5 * (box.max_mm.x() - box.min_mm.x()));
   set(inner.half_z, lane, 0.5 * (box.max_mm.z() - box.min_mm.z()));
   set(inner.top, lane, box.max_mm.y());
+  set(inner.bottom, lane, box.min_mm.y());
   BlockRow* const abc[3] = {&inner.a, &inner.b, &inner.c};
   fill_plane(surface, rows, lane, abc);
 }
@@ -212,6 +213,7 @@ void fill_leaf(const GapSurface& surface, std::int32_t t, std::size_t lane, Movi
     set(leaf.z[k], lane, c[static_cast<std::size_t>(k)].z());
   }
   set(leaf.top, lane, extent(c, 1).most);
+  set(leaf.bottom, lane, extent(c, 1).least);
   std::array<std::int32_t, 1> row{t};
   BlockRow* const abc[3] = {&leaf.a, &leaf.b, &leaf.c};
   fill_plane(surface, row, lane, abc);

@@ -36,7 +36,7 @@ struct MovingTree {
 /// Over every triangle of the surface.
 ReferenceTree reference_tree(const GapSurface& surface);
 
-/// Over the triangles listed, all of which look up.
+/// Over the triangles listed.
 MovingTree moving_tree(const GapSurface& surface, const std::vector<std::int32_t>& triangles);
 
 }  // namespace vrda

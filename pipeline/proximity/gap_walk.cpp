@@ -39,9 +39,10 @@ double gap_slack_mm(double reach_mm)
   return 128.0 / 16777216.0 * reach_mm + 1e-9;
 }
 
-GapWalk::GapWalk(const ReferenceTree& reference, const MovingTree& moving)
+GapWalk::GapWalk(const ReferenceTree& reference, const MovingTree& moving, GapKind kind)
     : reference_(reference),
       moving_(moving),
+      kind_(kind),
       functions_(&functions_of(instruction_set())),
       reference_placed_(reference.blocks.size()),
       moving_placed_(moving.blocks.size()),
@@ -57,6 +58,7 @@ void GapWalk::turn(const Eigen::Matrix3d& R)
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) turn_.R[i][k] = static_cast<float>(R(i, k));
   }
+  turn_.cull = kind_ == GapKind::from_afar ? facing_slack : 2.0F;  // beyond any normal
   renew(turn_stamp_, reference_stamps_);
 }
 
@@ -96,7 +98,10 @@ bool GapWalk::test(const Task& task, float limit)
       functions_->place_inner(moving_.inner[slot], placement_, moving_placed_[m]);
     }
   }
-  return functions_->test(reference_placed_[r], moving_placed_[m], limit, pairs_);
+  if (kind_ == GapKind::from_afar) {
+    return functions_->test(reference_placed_[r], moving_placed_[m], limit, pairs_);
+  }
+  return functions_->test_ahead(reference_placed_[r], moving_placed_[m], {-placement_.slack, limit}, pairs_);
 }
 
 void GapWalk::screen(const Block& r, const Block& m, float limit)

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "proximity/directional_gap.hpp"
 #include "proximity/gap_block_tree.hpp"
 
 namespace vrda {
@@ -16,8 +17,9 @@ double gap_slack_mm(double reach_mm);
 
 class GapWalk {
  public:
-  /// The trees are kept by reference. Uses instruction_set() as it stands.
-  GapWalk(const ReferenceTree& reference, const MovingTree& moving);
+  /// The trees are kept by reference. Uses instruction_set() as it stands. `from_afar` passes over reference
+  /// faces that look up, `from_here` over pairs that the moving one has passed.
+  GapWalk(const ReferenceTree& reference, const MovingTree& moving, GapKind kind);
 
   void turn(const Eigen::Matrix3d& R);
   void place(const MovingPose& pose, double reach_mm);
@@ -69,6 +71,7 @@ class GapWalk {
 
   const ReferenceTree& reference_;
   const MovingTree& moving_;
+  GapKind kind_;
   const BlockFunctions* functions_;
   BlockTurn turn_{};
   BlockPlacement placement_{};

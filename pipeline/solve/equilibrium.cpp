@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -30,6 +32,8 @@ constexpr double spring_share_per_mm = 1e-6;
 // is not worth a step.
 constexpr double negligible_gain_share = 1e-6;
 
+// How far a way past a ridge is tried.
+constexpr double ridge_radius_mm = 0.02;
 // Above the rounding of places, far below the standoff.
 constexpr double rounding_mm = 1e-9;
 
@@ -40,13 +44,16 @@ constexpr double accepted_share = 0.1;    // of the predicted gain
 constexpr double good_share = 0.7;
 constexpr double poor_share = 0.25;
 // Features asked for: the nearest within a band. What lies beyond comes as cuts of rejected steps.
-constexpr double band_mm = 0.3;
+// Measured: 0.3 mm saves a query in six and costs 14 times as many features on a real knee.
+constexpr double band_mm = 0.05;
 constexpr std::size_t most_fresh = 200;
 // Then the way is shortened; until then the obstacles met bend it.
 constexpr int most_rejections = 3;
 // Theta counts as determined when a degree either way costs this many tolerances of height.
 constexpr double turn_rad = pi / 180.0;
 constexpr double turn_cost_tolerances = 10.0;
+// A degree at 60 mm from the axis against slopes of 0.3.
+constexpr double turn_band_mm = 0.3;
 
 Grip grip_of(const Mesh& moving)
 {
@@ -156,8 +163,12 @@ class EquilibriumSolver::Run {
           plan.length_mm <= tolerance_mm_ || here_.potential.energy_nmm - plan.end.potential.energy_nmm <=
                                                  negligible_gain_share * tolerance_mm_ * push_n_;
       if (is_small) {
-        if (is_certified(plan)) return StepStatus::stable;
-        if (!looks_closer()) break;
+        if (is_certified(plan)) {
+          if (is_at_the_rim()) return StepStatus::unbounded;
+          if (!passes_a_ridge()) return StepStatus::stable;
+        } else if (!looks_closer()) {
+          break;
+        }
         continue;
       }
       if (attempt(plan) == Outcome::led_off && radius_mm_ < tolerance_mm_) return StepStatus::unbounded;
@@ -183,9 +194,20 @@ class EquilibriumSolver::Run {
     const TouchingMeshes meshes{tools_.joint.reference.solid.mesh, tools_.joint.moving.solid.mesh,
                                 tools_.grip};
     const Rotations rotations(place, task_.attitude.flexion_rad);
-    for (std::size_t k = 0; k < std::min(answer.features.size(), most_fresh); ++k) {
-      sight.obstacles.push_back(obstacle_of(answer.features[k], meshes, place, rotations));
+    for (std::size_t k = 0; k < answer.features.size() && sight.obstacles.size() < most_fresh; ++k) {
+      const Obstacle o = obstacle_of(answer.features[k], meshes, place, rotations);
+      if (can_bear(o)) sight.obstacles.push_back(o);
     }
+  }
+
+  // A vertex in the flat or in a hollow extends to an obstacle that is not there.
+  bool can_bear(const Obstacle& o) const
+  {
+    if (o.vertex < 0) return true;
+    const std::vector<bool>& sticks_out = o.kind == Obstacle::Kind::face_of_reference
+                                              ? tools_.joint.moving_sticks_out
+                                              : tools_.joint.reference_sticks_out;
+    return sticks_out[static_cast<std::size_t>(o.vertex)];
   }
 
   Rest rest_at(const Place& place, double travel_mm) const
@@ -221,6 +243,7 @@ class EquilibriumSolver::Run {
     look(plan.end.place, band_mm, trial_);
     const Rest rest = std::isfinite(trial_.travel_mm) ? rest_at(plan.end.place, trial_.travel_mm) : plan.end;
     if (!std::isfinite(trial_.travel_mm) || !rest.is_bounded) {
+      led_off_ = plan.end.place;
       radius_mm_ = 0.25 * std::min(radius_mm_, plan.length_mm);
       return Outcome::led_off;
     }
@@ -290,6 +313,61 @@ class EquilibriumSolver::Run {
     return held_.residual_n <= allowed * push_n_;
   }
 
+  // A rim that leaves another rim touches it to the last: whether a hair further the way leads off.
+  bool is_at_the_rim()
+  {
+    if (!led_off_) return false;
+    Vector5d way = step_between(here_.place, *led_off_, tools_.grip);
+    way(along_y) = 0.0;
+    if (way.norm() > ridge_radius_mm) way *= ridge_radius_mm / way.norm();
+    look(moved(here_.place, way, tools_.grip), 0.0, trial_);
+    return !std::isfinite(trial_.travel_mm);
+  }
+
+  // Obstacles that meet in one point of both objects may be alternatives instead of walls: a tip that crosses
+  // a ridge leaves one flank for the other, though each, extended, blocks the way beyond. So each is tried
+  // alone, and a step that really rises is taken.
+  bool passes_a_ridge()
+  {
+    const Rotations rotations(here_.place, task_.attitude.flexion_rad);
+    const auto point = [&](const Obstacle& o) {
+      return Eigen::Vector3d(rotations.of_reference * o.reference_mm);
+    };
+    for (const Held::Bearing& bearing : held_.bearing) {
+      const Eigen::Vector3d at = point(touching_[bearing.row]);
+      const auto meets = [&](const Obstacle& o) {
+        return (point(o) - at).cwiseAbs().maxCoeff() <= touching_tolerances * tolerance_mm_;
+      };
+      known_.clear();
+      std::remove_copy_if(fresh_.obstacles.begin(), fresh_.obstacles.end(), std::back_inserter(known_),
+                          meets);
+      if (std::count_if(touching_.begin(), touching_.end(), meets) < 2) continue;
+      for (const Obstacle& alone : touching_) {
+        if (!meets(alone)) continue;
+        known_.push_back(alone);
+        if (rises_really()) return true;
+        known_.pop_back();
+      }
+    }
+    return false;
+  }
+
+  // Against the obstacles known.
+  bool rises_really()
+  {
+    plan_options_.radius_mm = ridge_radius_mm;
+    const StepPlan plan = planner_.plan(here_, known_, plan_options_);
+    if (plan.gain_nmm <= tolerance_mm_ * push_n_) return false;
+    look(plan.end.place, band_mm, trial_);
+    if (!std::isfinite(trial_.travel_mm)) return false;
+    const Rest rest = rest_at(plan.end.place, trial_.travel_mm);
+    if (!rest.is_bounded || planner_.merit_nmm(here_) - planner_.merit_nmm(rest) < 0.5 * plan.gain_nmm)
+      return false;
+    accept(rest);
+    radius_mm_ = first_radius_mm;
+    return true;
+  }
+
   // Those that touch here.
   void take_touching(const std::vector<Obstacle>& obstacles)
   {
@@ -334,7 +412,16 @@ class EquilibriumSolver::Run {
     return std::isfinite(travel_mm) ? travel_mm : std::numeric_limits<double>::quiet_NaN();
   }
 
+  // Obstacles beyond the narrow band can only make a turn dearer, so they are asked for where it seems cheap.
   bool is_theta_determined()
+  {
+    if (turning_costs(fresh_.obstacles)) return true;
+    look(here_.place, turn_band_mm, trial_);
+    return turning_costs(trial_.obstacles);
+  }
+
+  // Either way, everything free re-adapting to these obstacles.
+  bool turning_costs(const std::vector<Obstacle>& obstacles)
   {
     PlanOptions options = plan_options_;
     options.is_free[about_y] = false;
@@ -344,9 +431,9 @@ class EquilibriumSolver::Run {
       place.theta_rad += turn;
       const Rotations rotations(place, task_.attitude.flexion_rad);
       double least_mm = plan_options_.reach_mm;
-      for (const Obstacle& o : fresh_.obstacles)
+      for (const Obstacle& o : obstacles)
         least_mm = std::min(least_mm, clearance(o, place, rotations).travel_mm);
-      const StepPlan plan = planner_.plan(rest_at(place, least_mm), fresh_.obstacles, options);
+      const StepPlan plan = planner_.plan(rest_at(place, least_mm), obstacles, options);
       const double cost_nmm = plan.end.potential.energy_nmm - here_.potential.energy_nmm;
       if (!(cost_nmm > turn_cost_tolerances * tolerance_mm_ * push_n_)) return false;
     }
@@ -429,6 +516,7 @@ class EquilibriumSolver::Run {
   Held held_;
   double radius_mm_ = first_radius_mm;
   double residual_mm_ = 0.0;
+  std::optional<Place> led_off_;  // where nothing faced any more
   int n_rejections_ = 0;
   int iteration_ = 0;
   int n_queries_before_ = 0;
