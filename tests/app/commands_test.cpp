@@ -178,7 +178,7 @@ TEST(Commands, ShapeWritesLigamentsThatAJobCanRead)
   const test::Ended ended = test::run_vrda({"shape", "knee", "--ligaments", "-o", folder, "side=left"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_THAT(ended.out, HasSubstr("ligaments.csv"));
-  const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
+  const std::string job = (test::source_directory() / "jobs/knee-generic-contact.toml").string();
   const std::string fibres = "ligaments.fibres=\"" + folder + "/ligaments.csv\"";
   const test::Ended check = test::run_vrda({"check", job, "--set", "side=left", "--set", fibres});
   EXPECT_EQ(check.exit_code, 0) << check.err;

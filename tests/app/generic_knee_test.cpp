@@ -1,15 +1,23 @@
-// The job everybody starts with, whole: 91 x 21 attitudes of jobs/knee-generic.toml.
+// The jobs everybody starts with, whole: 91 x 21 attitudes of the generic knee, held by ligaments and by
+// contact alone, by the equilibrium and by the search.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <csignal>
+#include <iostream>
 #include <numeric>
+#include <random>
 #include <thread>
 
+#include "app/case_solver.hpp"
+#include "app/prepare.hpp"
 #include "app/remeasure.hpp"
+#include "app/run_command.hpp"
 #include "app/scenes.hpp"
 #include "app/summary.hpp"
+#include "core/units.hpp"
+#include "proximity/instruction_set.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/real_knees.hpp"
 
@@ -18,7 +26,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string job = (test::source_directory() / "jobs" / "knee-generic.toml").string();
+const std::string contact_job = (test::source_directory() / "jobs" / "knee-generic-contact.toml").string();
+const std::string ligament_job = (test::source_directory() / "jobs" / "knee-generic.toml").string();
 
 std::vector<Eigen::Index> spine_of(const MotionModel& model)
 {
@@ -63,36 +72,153 @@ double mean_rotation_deg(const MotionModel& model, double from_deg, double to_de
   return sum / n;
 }
 
-TEST(GenericKnee, EveryAttitudeIsSolvedBalancedTouchingAndTurnsTheAnatomicalWay)
+MotionModel solved(const test::Scratch& scratch, std::vector<std::string> words)
 {
-  const test::Scratch scratch;
   const std::string output = (scratch.path() / "knee.h5").string();
-  const test::Ended ended = test::run_vrda({"run", job, "-o", output, "--progress", "none"});
-  ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  const MotionModel model = read_motion_model(output);
+  words.insert(words.begin(), "run");
+  words.insert(words.end(), {"-o", output, "--progress", "none"});
+  const test::Ended ended = test::run_vrda(words);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_THAT(validate_motion_model(output), testing::IsEmpty());
+  const MotionModel model = read_motion_model(output);
   EXPECT_EQ(model.status.rows(), 91);
   EXPECT_EQ(model.status.cols(), 21);
   EXPECT_EQ(unsolved_fraction(model), 0.0) << status_line(model);
-  expect_balanced_spine(model);
+  return model;
+}
 
-  // Screw-home: the tibia turns inward as the knee bends, half of it early (Walker 1988: 15 degrees over 100
-  // of flexion, half by 25).
-  const double extended_deg = mean_rotation_deg(model, 0, 9), early_deg = mean_rotation_deg(model, 25, 34);
-  const double middle_deg = mean_rotation_deg(model, 45, 54), flexed_deg = mean_rotation_deg(model, 81, 90);
-  EXPECT_GT(early_deg, extended_deg + 2.0);
-  EXPECT_GT(middle_deg, early_deg - 1.0);
-  EXPECT_GT(flexed_deg, middle_deg - 1.0);
-  EXPECT_THAT(flexed_deg - extended_deg, testing::AllOf(testing::Gt(5.0), testing::Lt(20.0)));
-
+void expect_no_overlap_and_gaps_below(double allowed_mm, const MotionModel& model)
+{
   const AuditExtremes audit = extremes(model, remeasured(model, 2));
   EXPECT_EQ(audit.n_overlapping, 0);
   EXPECT_EQ(audit.largest_penetration_mm, 0.0);
-  EXPECT_LE(audit.largest_gap_mm, model.contact_resolution_mm);
+  EXPECT_LE(audit.largest_gap_mm, allowed_mm);
 }
 
-TEST(GenericKnee, OneHashForThreadsProcessorFeaturesAndKills)
+// Screw-home: the tibia turns inward as the knee bends, half of it early (Walker 1988: 15 degrees over 100
+// of flexion, half by 25).
+void expect_screw_home(const MotionModel& model)
 {
+  const double extended_deg = mean_rotation_deg(model, 0, 9), early_deg = mean_rotation_deg(model, 25, 34);
+  const double flexed_deg = mean_rotation_deg(model, 81, 90);
+  EXPECT_GT(early_deg, extended_deg + 2.0);
+  EXPECT_THAT(flexed_deg - extended_deg, testing::AllOf(testing::Gt(5.0), testing::Lt(20.0)));
+}
+
+TEST(GenericKnee, EveryAttitudeIsSolvedBalancedTouchingAndTurnsTheAnatomicalWay)
+{
+  const test::Scratch scratch;
+  const MotionModel model = solved(scratch, {contact_job});
+  expect_balanced_spine(model);
+  expect_screw_home(model);
+  const double middle_deg = mean_rotation_deg(model, 45, 54);
+  EXPECT_GT(middle_deg, mean_rotation_deg(model, 25, 34) - 1.0);
+  EXPECT_GT(mean_rotation_deg(model, 81, 90), middle_deg - 1.0);
+  expect_no_overlap_and_gaps_below(model.contact_resolution_mm, model);
+}
+
+// DESIGN.md 6: gap and penetration of the equilibrium.
+constexpr double exact_mm = 1e-3;
+
+TEST(GenericKnee, ByEquilibriumEveryAttitudeTouchesExactlyAndIsBalanced)
+{
+  const test::Scratch scratch;
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{ligament_job},
+        std::vector<std::string>{contact_job, "--set", "solver.method=equilibrium"}}) {
+    SCOPED_TRACE(words.front());
+    const MotionModel model = solved(scratch, words);
+    expect_screw_home(model);
+    expect_no_overlap_and_gaps_below(exact_mm, model);
+    EXPECT_LE(model.equilibrium->balance_residual_n.maxCoeff(), 0.01 * 20.0);
+    EXPECT_LE(model.equilibrium->complementarity_mm.maxCoeff(), exact_mm);
+    EXPECT_GE(model.equilibrium->worst_gap_mm.minCoeff(), 0.0);
+    for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+      SCOPED_TRACE(model.flexion_deg[i]);
+      EXPECT_EQ(model.equilibrium->spine.status[i], static_cast<std::int8_t>(StepStatus::stable));
+      EXPECT_LT(std::abs(model.equilibrium->spine.varus_deg[i]), 5.0);
+    }
+  }
+}
+
+TEST(GenericKnee, TheEquilibriumGoesAtLeastAsFarAlongDeltaAsTheSearch)
+{
+  const test::Scratch scratch;
+  const MotionModel searched = solved(scratch, {contact_job});
+  const MotionModel exact = solved(scratch, {contact_job, "--set", "solver.method=equilibrium"});
+  const auto falls_short = exact.ty_mm < searched.ty_mm - searched.contact_resolution_mm;
+  // Other places of rest: where the equilibrium's start lies in the valley of a lower one.
+  EXPECT_LE(falls_short.count(), 0.01 * static_cast<double>(falls_short.size()));
+}
+
+// Twenty random starts at each of 19 attitudes, up to 2 mm and 3 degrees away from the pose of rest.
+TEST(GenericKnee, DisturbedStartsReturnToTheSamePose)
+{
+  constexpr double same_mm = 1e-3, same_rad = 1e-3 / 30.0;  // 30 mm: half the width of the tibia
+  const Case knee = load_case(ligament_job);
+  CaseSolver solver(knee, 1);
+  std::mt19937_64 random(20);
+  std::uniform_real_distribution<double> share(-1.0, 1.0);
+  int n_same = 0, n_all = 0;
+  MovingPose seed = plan_of(knee).initial;
+  for (std::int32_t flexion = 0; flexion <= 90; flexion += 5) {
+    StepTask task;
+    task.key = {StepKind::free_spine, flexion, 0};
+    task.attitude = {rad_from_deg(flexion), 0.0};
+    task.seed = seed;
+    task.seed_flexion = flexion;
+    task.is_varus_free = true;
+    const StepRecord rest = solver(task);
+    ASSERT_EQ(rest.status, StepStatus::stable) << flexion;
+    seed = rest.pose;
+    for (int k = 0; k < 20; ++k) {
+      task.attitude.varus_rad = rest.varus_rad + rad_from_deg(3.0) * share(random);
+      task.seed = rest.pose;
+      for (int i = 0; i < 3; ++i) task.seed.translation_mm[i] += 2.0 * share(random);
+      task.seed.theta_rad += rad_from_deg(3.0) * share(random);
+      const StepRecord again = solver(task);
+      ++n_all;
+      const double moved_mm = (again.pose.translation_mm - rest.pose.translation_mm).norm();
+      const double turned_rad = std::max(std::abs(again.pose.theta_rad - rest.pose.theta_rad),
+                                         std::abs(again.varus_rad - rest.varus_rad));
+      const bool is_same =
+          again.status == StepStatus::stable && moved_mm <= same_mm && turned_rad <= same_rad;
+      n_same += is_same ? 1 : 0;
+      if (is_same) continue;
+      std::cout << "flexion " << flexion << ", start " << k << ": " << name_of(again.status) << ", "
+                << moved_mm << " mm and " << deg_from_rad(turned_rad) << " degrees off, "
+                << again.balance.energy_nmm - rest.balance.energy_nmm << " N mm higher\n";
+    }
+  }
+  EXPECT_GE(n_same, 0.95 * n_all) << n_same << " of " << n_all;
+}
+
+// Of the equilibrium with ligaments: one hash whatever the threads and the vector instructions.
+TEST(GenericKnee, OneHashForEveryInstructionSet)
+{
+  const test::Scratch scratch;
+  const InstructionSet first = instruction_set();
+  std::vector<std::string> hashes;
+  for (const InstructionSet set : instruction_sets()) {
+    set_instruction_set(set);
+    RunOptions options;
+    options.job_file = ligament_job;
+    options.output = (scratch.path() / "knee.h5").string();
+    options.n_threads = 1 + static_cast<int>(hashes.size()) % 2;
+    options.progress = "none";
+    ASSERT_EQ(run_command(options), ExitCode::done);
+    hashes.push_back(test::sha256_of_file(options.output));
+  }
+  set_instruction_set(first);
+  ASSERT_FALSE(hashes.empty());
+  EXPECT_THAT(hashes, testing::Each(hashes.front()));
+}
+
+class GenericKneeHash : public testing::TestWithParam<std::string> {};
+
+TEST_P(GenericKneeHash, IsOneForThreadsProcessorFeaturesAndKills)
+{
+  const std::string job = GetParam() == "equilibrium" ? ligament_job : contact_job;
   const test::Scratch scratch;
   const fs::path one = scratch.path() / "one.h5", two = scratch.path() / "two.h5",
                  plain = scratch.path() / "plain.h5";
@@ -125,6 +251,9 @@ TEST(GenericKnee, OneHashForThreadsProcessorFeaturesAndKills)
       test::run_vrda({"run", job, "-o", two.string(), "--threads", "2", "--progress", "none"}).exit_code, 0);
   EXPECT_EQ(test::sha256_of_file(two), hash);
 }
+
+INSTANTIATE_TEST_SUITE_P(GenericKnee, GenericKneeHash, testing::Values("equilibrium", "search"),
+                         [](const auto& method) { return method.param; });
 
 }  // namespace
 }  // namespace vrda

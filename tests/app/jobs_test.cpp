@@ -49,13 +49,15 @@ TEST(Jobs, TheHipRunsAsAnotherJoint)
   expect_clean_poses(model);
 }
 
-TEST(Jobs, TheGenericLeftKneeHasTheClinicalNumbersOfTheRight)
+class GenericKneeJob : public testing::TestWithParam<std::string> {};
+
+TEST_P(GenericKneeJob, OnTheLeftHasTheClinicalNumbersOfTheRight)
 {
   const test::Scratch scratch;
   std::vector<std::string> left_words = coarse_grid;
   left_words.insert(left_words.end(), {"--set", "side=left"});
-  const MotionModel right = solved(scratch, "knee-generic.toml", coarse_grid);
-  const MotionModel left = solved(scratch, "knee-generic.toml", left_words);
+  const MotionModel right = solved(scratch, GetParam() + ".toml", coarse_grid);
+  const MotionModel left = solved(scratch, GetParam() + ".toml", left_words);
   ASSERT_EQ(left.side, "left");
   expect_clean_poses(left);
   EXPECT_TRUE((right.clinical.internal_rotation_deg == left.clinical.internal_rotation_deg).all());
@@ -65,6 +67,13 @@ TEST(Jobs, TheGenericLeftKneeHasTheClinicalNumbersOfTheRight)
   EXPECT_TRUE((right.clinical.lateral_mm == left.clinical.lateral_mm).all());
   EXPECT_TRUE((right.tz_mm == -left.tz_mm).all());
 }
+
+INSTANTIATE_TEST_SUITE_P(Jobs, GenericKneeJob, testing::Values("knee-generic", "knee-generic-contact"),
+                         [](const auto& job) {
+                           std::string name = job.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
 
 class RealKnee : public testing::TestWithParam<std::string> {};
 

@@ -100,6 +100,8 @@ initial = { translation_mm = [3, -40, 2], theta_deg = 0 }
 name = "ball"
 file = "ball.stl"
 material = "bone"
+[solver]
+method = "stability-search"
 [grid]
 flexion = { from = 0, to = 4, step = 2 }
 varus = { from = -4, to = 4, step = 2 }
@@ -134,6 +136,8 @@ initial = { translation_mm = [1, -20, 0], theta_deg = 0 }
 [[moving.component]]
 name = "tibia"
 file = ")" + moving_name + R"("
+[solver]
+method = "stability-search"
 [grid]
 flexion = { from = 0, to = 12, step = 2 }
 varus = { from = -2, to = 2, step = 1 }

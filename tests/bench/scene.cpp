@@ -47,7 +47,8 @@ const Scene& scene(const std::string& knee)
   static std::map<std::string, Scene> known;
   const auto found = known.find(knee);
   if (found != known.end()) return found->second;
-  const fs::path job = fs::path(VRDA_SOURCE_DIR) / "jobs" / ("knee-" + knee + ".toml");
+  const fs::path job =
+      fs::path(VRDA_SOURCE_DIR) / "jobs" / ("knee-" + knee + (knee == "generic" ? "-contact.toml" : ".toml"));
   Scene made;
   made.job_case = load_case(job.string(), {data_directory().string(), {}});
   made.joint = joint_of(made.job_case, made.job_case.frame);

@@ -41,7 +41,7 @@ TEST(Case, TwoBoxesArriveWhole)
   const Folder folder;
   const Case loaded = load_case(folder.job);
   EXPECT_EQ(loaded.joint, "other");
-  EXPECT_EQ(loaded.method, "stability-search");
+  EXPECT_EQ(loaded.method, "equilibrium");
   EXPECT_EQ(loaded.reference.contact.mesh.triangles.rows(), 12);
   EXPECT_EQ(loaded.reference.contact.component, std::vector<std::int32_t>(12, 0));
   EXPECT_EQ(loaded.reference.visual.mesh.triangles.rows(), 0);
@@ -342,7 +342,7 @@ TEST(GeneratedErrors, UnknownShapesPartsAndParameters)
 
 TEST(Jobs, TheGenericOnesLoadWithoutAWarning)
 {
-  for (const char* name : {"knee-generic.toml", "hip-generic.toml"}) {
+  for (const char* name : {"knee-generic.toml", "knee-generic-contact.toml", "hip-generic.toml"}) {
     SCOPED_TRACE(name);
     const Case loaded = load_case((test::source_directory() / "jobs" / name).string());
     EXPECT_THAT(loaded.warnings, ElementsAre());
