@@ -12,8 +12,8 @@ namespace {
 
 // Plane ways tried, all round the straight line.
 constexpr std::size_t n_planes = 16;
-// Steps of the integration far from the solution, and near it: the second leaves 1e-9 mm.
-constexpr double coarse_step_rad = 0.06, fine_step_rad = 0.016;
+// Steps of the integration far from the solution, and near it: the second leaves 1e-8 mm at most.
+constexpr double coarse_step_rad = 0.06, fine_step_rad = 0.014;
 // Within this part of the largest half-axis the fine steps begin, and it is solved. Newton's last step leaves
 // the square of a miss.
 constexpr double near_miss = 1e-4, no_miss = 1e-10;

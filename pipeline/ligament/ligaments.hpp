@@ -12,7 +12,10 @@ namespace vrda {
 enum class WrapShape { cylinder, ellipsoid };
 enum class WrapBody { reference, moving };
 
-/// A smooth surface that fibres go round, fixed to one object. A cylinder runs along its Z.
+/// A smooth surface that fibres go round on the shorter side, fixed to one object. A cylinder runs along its
+/// Z. It does not act on a fibre with an attachment inside it (a cylinder counts as endless here), nor on one
+/// that would touch a cylinder wholly beyond one of its ends: such a fibre is straight, and its length jumps
+/// there.
 struct Wrap {
   std::string name;
   WrapShape shape = WrapShape::cylinder;
@@ -61,7 +64,8 @@ struct FibreState {
 std::vector<FibreState> fibre_states(const Ligaments& ligaments, const Attitude& attitude,
                                      const MovingPose& pose);
 
-/// Energy of all fibres with its gradient and second derivatives. Allocates nothing.
+/// Energy of all fibres with its gradient and second derivatives, both exact. The second ones jump where a
+/// fibre falls slack or lifts off its wrap. Allocates nothing.
 Potential ligament_energy(const Ligaments& ligaments, const Attitude& attitude, const MovingPose& pose);
 
 }  // namespace vrda

@@ -25,7 +25,8 @@ WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& e
                        double half_length_mm);
 
 /// Round an ellipsoid: a geodesic between two tangents, the shortest of those found from planes all round the
-/// straight line. Does not act when a point lies inside. Length exact to 1e-8 mm of tens.
+/// straight line. Does not act when a point lies inside. Length exact to 1e-8 mm of tens, for half-axes up to
+/// five to one; of flatter ones the shortest way may be missed, at worst for one within a plane.
 WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm,
                         const Eigen::Vector3d& half_axes_mm);
 

@@ -15,8 +15,8 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr std::size_t most_wraps = 1000;
-// Lenses and needles flatter than this can hide the shortest way (pipeline/ligament/README.md).
-constexpr double largest_ratio = 10.0;
+// Up to here the shortest way was always found (pipeline/ligament/README.md).
+constexpr double largest_ratio = 5.0;
 
 std::string shown(const Json& value)
 {
@@ -132,7 +132,7 @@ Eigen::Vector3d radii_of(const Entry& entry, WrapShape shape)
     const double radius = entry.length("radius");
     return {radius, radius, 0.5 * entry.length("length")};
   }
-  const std::string wanted = "three half-axes above 0, the largest at most ten times the smallest";
+  const std::string wanted = "three half-axes above 0, the largest at most five times the smallest";
   const Eigen::Vector3d radii = entry.vector("dimensions", wanted);
   if (!(radii.minCoeff() > 0.0) || radii.maxCoeff() > largest_ratio * radii.minCoeff())
     entry.refuse("dimensions", shown(entry.json.at("dimensions")), wanted);

@@ -58,8 +58,9 @@ struct Surface {
 
 const Surface ellipsoid{"ellipsoid", half_axes_mm, false};
 const Surface slender{"slender", {25, 5.4, 5.3}, false};  // of the same knee
+const Surface lens{"lens", {30, 30, 6}, false};           // as flat as a job may have
 const Surface surfaces[] = {
-    {"cylinder", {18, 18, 18}, true}, {"sphere", {18, 18, 18}, false}, ellipsoid, slender};
+    {"cylinder", {18, 18, 18}, true}, {"sphere", {18, 18, 18}, false}, ellipsoid, slender, lens};
 
 struct Ends {
   Eigen::Vector3d a, b;

@@ -182,7 +182,7 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
            {one_wrap("type", "\"WrapTorus\""), "wrap 1, type", "WrapTorus", "WrapCylinder"},
            {one_wrap("body", "\"pelvis\""), "wrap 1, body", "pelvis", "\"tibmen\""},
            {one_wrap("dimensions", "\"30 0 12\""), "wrap 1, dimensions", "30 0 12", "above 0"},
-           {one_wrap("dimensions", "[30, 2, 12]"), "wrap 1, dimensions", "30", "ten times"},
+           {one_wrap("dimensions", "[30, 2, 12]"), "wrap 1, dimensions", "30", "five times"},
            {one_wrap("dimensions", "\"30 12\""), "wrap 1, dimensions", "30 12", "three"},
            {one_wrap("dimensions", ""), "wrap 1, dimensions", "nothing", "three"},
            {one_wrap("translation", "[1, 2, 1e7]"), "wrap 1, translation", "1", "three"},
