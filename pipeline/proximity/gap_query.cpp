@@ -121,18 +121,10 @@ class Hints {
 struct GapQuery::State {
   std::shared_ptr<const GapTree::Data> reference, moving;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  GapWalk walk;                       // from afar
-  std::optional<GapWalk> touch_walk;  // from here, once asked for
-  Hints hints, touch_hints;
+  std::optional<GapWalk> afar_walk, here_walk;  // once asked for
+  Hints afar_hints, here_hints;
   GapAnswer answer;
   int n_queries = 0;
-
-  State(std::shared_ptr<const GapTree::Data> r, std::shared_ptr<const GapTree::Data> m)
-      : reference(std::move(r)),
-        moving(std::move(m)),
-        walk(reference->as_reference(), moving->as_moving(GapKind::from_afar), GapKind::from_afar)
-  {
-  }
 
   double reach_mm(const MovingPose& pose) const
   {
@@ -149,7 +141,7 @@ struct GapQuery::State {
   void start(const MovingPose& pose, const Placement& place);
   void find_least(const Placement& place);
   void find_features(const Placement& place, double band_mm);
-  GapWalk& touching_walk();
+  GapWalk& walk(GapKind kind);
 };
 
 bool GapQuery::State::looks_down(std::int32_t row) const
@@ -212,20 +204,22 @@ void GapQuery::State::start(const MovingPose& pose, const Placement& place)
   answer.travel_mm = gap_rules::infinity;
   answer.pair = {};
   answer.features.clear();
-  walk.place(pose, reach_mm(pose));
-  for (const TrianglePair& hint : hints) try_pair(hint, place);
+  walk(GapKind::from_afar).place(pose, reach_mm(pose));
+  for (const TrianglePair& hint : afar_hints) try_pair(hint, place);
 }
 
 void GapQuery::State::find_least(const Placement& place)
 {
-  walk.run([this] { return answer.travel_mm; },
+  walk(GapKind::from_afar)
+      .run([this] { return answer.travel_mm; },
            [this, &place](const TrianglePair& pair) { try_pair(pair, place); });
 }
 
 // Collects while the least travel still falls, and drops in the end what has left the band.
 void GapQuery::State::find_features(const Placement& place, double band_mm)
 {
-  walk.run([this, band_mm] { return answer.travel_mm + band_mm; },
+  walk(GapKind::from_afar)
+      .run([this, band_mm] { return answer.travel_mm + band_mm; },
            [&](const TrianglePair& pair) {
              visit_pair(pair, place, [&](const GapFace& r, const GapFace& m, const MeetingPlace& at) {
                if (at.travel_mm <= answer.travel_mm + band_mm) {
@@ -248,20 +242,22 @@ void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place
   });
 }
 
-GapWalk& GapQuery::State::touching_walk()
+GapWalk& GapQuery::State::walk(GapKind kind)
 {
-  if (!touch_walk) {
-    touch_walk.emplace(reference->as_reference(), moving->as_moving(GapKind::from_here), GapKind::from_here);
-    touch_walk->turn(R);
+  std::optional<GapWalk>& known = kind == GapKind::from_afar ? afar_walk : here_walk;
+  if (!known) {
+    known.emplace(reference->as_reference(), moving->as_moving(kind), kind);
+    known->turn(R);
   }
-  return *touch_walk;
+  return *known;
 }
 
 GapQuery::GapQuery(const GapTree& reference, const GapTree& moving)
 {
   static const auto empty = std::make_shared<const GapTree::Data>();
-  state_ = std::make_unique<State>(reference.data_ != nullptr ? reference.data_ : empty,
-                                   moving.data_ != nullptr ? moving.data_ : empty);
+  state_ = std::make_unique<State>();
+  state_->reference = reference.data_ != nullptr ? reference.data_ : empty;
+  state_->moving = moving.data_ != nullptr ? moving.data_ : empty;
   set_attitude({});
 }
 
@@ -271,8 +267,9 @@ GapQuery::GapQuery(GapQuery&&) noexcept = default;
 void GapQuery::set_attitude(const Attitude& attitude)
 {
   state_->R = reference_rotation(attitude);
-  state_->walk.turn(state_->R);
-  if (state_->touch_walk) state_->touch_walk->turn(state_->R);
+  for (std::optional<GapWalk>* walk : {&state_->afar_walk, &state_->here_walk}) {
+    if (*walk) (*walk)->turn(state_->R);
+  }
 }
 
 double GapQuery::travel_mm(const MovingPose& pose)
@@ -280,7 +277,7 @@ double GapQuery::travel_mm(const MovingPose& pose)
   const Placement place(pose);
   state_->start(pose, place);
   state_->find_least(place);
-  state_->hints.remember(state_->answer.pair);
+  state_->afar_hints.remember(state_->answer.pair);
   return state_->answer.travel_mm;
 }
 
@@ -291,7 +288,7 @@ const GapAnswer& GapQuery::features(const MovingPose& pose, double band_mm)
   // Without a good start the band would first gather half the mesh.
   if (state_->answer.pair.reference < 0) state_->find_least(place);
   if (state_->answer.pair.reference >= 0) state_->find_features(place, band_mm);
-  state_->hints.remember(state_->answer.pair);
+  state_->afar_hints.remember(state_->answer.pair);
   return state_->answer;
 }
 
@@ -300,13 +297,13 @@ Gap GapQuery::touch(const MovingPose& pose)
   State& state = *state_;
   ++state.n_queries;
   const Placement place(pose);
-  GapWalk& walk = state.touching_walk();
+  GapWalk& walk = state.walk(GapKind::from_here);
   walk.place(pose, state.reach_mm(pose));
   Gap best;
-  for (const TrianglePair& hint : state.touch_hints) state.try_touch(hint, place, best);
+  for (const TrianglePair& hint : state.here_hints) state.try_touch(hint, place, best);
   walk.run([&best] { return best.travel_mm; },
            [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
-  state.touch_hints.remember(best.pair);
+  state.here_hints.remember(best.pair);
   return best;
 }
 

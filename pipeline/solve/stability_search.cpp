@@ -6,7 +6,7 @@
 #include <iterator>
 #include <optional>
 
-#include "proximity/directional_gap.hpp"
+#include "proximity/gap_query.hpp"
 #include "solve/measures.hpp"
 #include "solve/prediction.hpp"
 
@@ -52,6 +52,7 @@ class Search {
          const Watch& watch)
       : joint_(joint),
         reference_(turned(joint.reference.solid, attitude)),
+        gap_(joint.reference_gap, joint.moving_gap),
         varus_rad_(attitude.varus_rad),
         options_(options),
         watch_(watch),
@@ -59,6 +60,7 @@ class Search {
         translation_step_mm_(options.translation_step_mm),
         rotation_step_rad_(options.rotation_step_rad)
   {
+    gap_.set_attitude(attitude);
   }
 
   StepRecord run()
@@ -128,10 +130,8 @@ class Search {
         ahead_ && ahead_at_.translation_mm == pose_.translation_mm && ahead_at_.theta_rad == pose_.theta_rad;
     if (is_known) return *ahead_;
     ++queries_;
-    ahead_ = directional_gap(reference_, joint_.moving.solid.mesh, joint_.moving.solid.tree, pose_,
-                             {GapKind::from_here, gap_hint_});
+    ahead_ = gap_.touch(pose_);
     ahead_at_ = pose_;
-    if (std::isfinite(ahead_->travel_mm)) gap_hint_ = ahead_->pair;
     return *ahead_;
   }
 
@@ -425,6 +425,7 @@ class Search {
 
   const Joint& joint_;
   TreeMesh reference_;  // at the attitude
+  GapQuery gap_;        // likewise
   double varus_rad_;
   const SearchOptions& options_;
   const Watch& watch_;
@@ -437,7 +438,6 @@ class Search {
   std::vector<MovingPose> history_;
   std::optional<Gap> ahead_;  // at ahead_at_
   MovingPose ahead_at_;
-  TrianglePair gap_hint_;
   TrianglePair collision_hint_;
   double residual_mm_ = 0.0;
   int iteration_ = 0;
