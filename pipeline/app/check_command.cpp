@@ -96,7 +96,7 @@ Json understood(const Case& job_case)
           {"rotation_centre_mm", numbers(job_case.frame.rotation_centre_mm)},
           {"delta", numbers(job_case.frame.delta)},
           {"components", components},
-          {"initial_pose", initial_pose_of(joint_of(job_case), plan, s)},
+          {"initial_pose", initial_pose_of(joint_of(job_case, job_case.frame), plan, s)},
           {"grid",
            {{"flexion", axis_json(job_case.grid.flexion_deg)},
             {"varus", axis_json(job_case.grid.varus_deg)},

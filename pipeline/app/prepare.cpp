@@ -6,7 +6,8 @@ namespace vrda {
 namespace {
 
 // Raised whenever the same job may give other bytes: journals of an older solver are then refused.
-constexpr const char* solver_version = "stability-search 2";
+constexpr const char* search_version = "stability-search 3";
+constexpr const char* equilibrium_version = "equilibrium 1";
 
 SolverBody solver_body(const Body& body, const SolverFrame& frame)
 {
@@ -23,10 +24,10 @@ std::vector<double> radians(const std::vector<double>& degrees)
 
 }  // namespace
 
-Joint joint_of(const Case& job_case)
+Joint joint_of(const Case& job_case, const SolverFrame& frame)
 {
-  return make_joint(solver_body(job_case.reference, job_case.frame),
-                    solver_body(job_case.moving, job_case.frame), job_case.compartment_of_triangle);
+  return make_joint(solver_body(job_case.reference, frame), solver_body(job_case.moving, frame),
+                    job_case.compartment_of_triangle);
 }
 
 SweepPlan plan_of(const Case& job_case)
@@ -36,13 +37,22 @@ SweepPlan plan_of(const Case& job_case)
   plan.varus_rad = radians(job_case.grid.varus_deg);
   plan.initial = {solver_translation_mm(job_case.frame, job_case.initial.translation_mm),
                   job_case.initial.theta_rad};
-  plan.has_compartments = !job_case.compartment_of_triangle.empty();
+  if (job_case.method == "equilibrium") {
+    plan.spine = SpineRule::free_varus;
+    plan.is_varus_free = job_case.is_varus_free;
+    // Contact alone hardly resists a moment about Delta: a band would say nothing.
+    plan.has_band = job_case.spine.band_moment_nmm > 0.0 && !job_case.ligaments.fibres.empty();
+    plan.n_restarts = job_case.spine.n_restarts;
+  } else if (job_case.compartment_of_triangle.empty()) {
+    plan.spine = SpineRule::nearest_zero;
+  }
   return plan;
 }
 
 std::string fingerprint_of(const Case& job_case)
 {
-  std::string all = std::string(solver_version) + '\n' + job_case.resolved_job;
+  const char* version = job_case.method == "equilibrium" ? equilibrium_version : search_version;
+  std::string all = std::string(version) + '\n' + job_case.resolved_job;
   for (const LoadedInput& input : job_case.inputs) all += '\n' + input.name + ' ' + input.sha256;
   return sha256_of(all);
 }

@@ -7,7 +7,8 @@
 
 namespace vrda {
 
-Joint joint_of(const Case& job_case);
+/// Both objects as the solver sees them with the Delta of `frame`.
+Joint joint_of(const Case& job_case, const SolverFrame& frame);
 SweepPlan plan_of(const Case& job_case);
 
 /// One SHA-256 for everything that decides the result: solver version, resolved job, inputs.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <optional>
 #include <thread>
 
 namespace vrda {
@@ -24,28 +25,46 @@ Pose stored_pose(const MotionModel& model, Eigen::Index cell)
   return X;
 }
 
-}  // namespace
-
-SolverFrame frame_of(const MotionModel& model)
+SolverFrame frame_of(const MotionModel& model, Eigen::Index flexion)
 {
-  return {model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta};
+  return {model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
+          model.push.delta.row(flexion).transpose()};
 }
+
+/// The scene of one flexion, kept until another Delta is asked for.
+class SceneOfFlexion {
+ public:
+  explicit SceneOfFlexion(const MotionModel& model) : model_(model) {}
+
+  const AuditScene& at(Eigen::Index flexion)
+  {
+    const SolverFrame frame = frame_of(model_, flexion);
+    if (!scene_ || scene_->frame.delta != frame.delta)
+      scene_ = make_audit_scene(model_.reference.contact.mesh, model_.moving.contact.mesh, frame);
+    return *scene_;
+  }
+
+ private:
+  const MotionModel& model_;
+  std::optional<AuditScene> scene_;
+};
+
+}  // namespace
 
 std::vector<PoseAudit> remeasured(const MotionModel& model, int n_threads)
 {
-  const AuditScene scene =
-      make_audit_scene(model.reference.contact.mesh, model.moving.contact.mesh, frame_of(model));
   std::vector<PoseAudit> cells(static_cast<std::size_t>(model.status.size()));
   std::atomic<Eigen::Index> next = 0;
   const auto work = [&] {
     NarrowPhase narrow_phase;
+    SceneOfFlexion scenes(model);
     for (Eigen::Index cell = next++; cell < model.status.size(); cell = next++) {
       if (!is_stable(model, cell)) continue;
-      const auto i = static_cast<std::size_t>(cell / model.status.cols());
-      const auto j = static_cast<std::size_t>(cell % model.status.cols());
+      const Eigen::Index flexion = cell / model.status.cols();
+      const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(flexion)]),
+                              rad_from_deg(model.varus_solved_deg.data()[cell])};
       cells[static_cast<std::size_t>(cell)] =
-          audit_pose(scene, {rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_deg[j])},
-                     stored_pose(model, cell), narrow_phase);
+          audit_pose(scenes.at(flexion), attitude, stored_pose(model, cell), narrow_phase);
     }
   };
   std::vector<std::jthread> workers;

@@ -19,6 +19,4 @@ struct AuditExtremes {
 
 AuditExtremes extremes(const MotionModel& model, const std::vector<PoseAudit>& cells);
 
-SolverFrame frame_of(const MotionModel& model);
-
 }  // namespace vrda

@@ -12,6 +12,7 @@
 
 #include "app/assemble.hpp"
 #include "app/assemble_trace.hpp"
+#include "app/case_solver.hpp"
 #include "app/interrupt.hpp"
 #include "app/prepare.hpp"
 #include "app/progress.hpp"
@@ -21,7 +22,6 @@
 #include "core/error.hpp"
 #include "journal/journal.hpp"
 #include "smooth/smooth.hpp"
-#include "solve/stability_search.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
 
@@ -77,6 +77,20 @@ void require_replaceable(const std::string& output, const std::string& what)
     throw InputError({output, "output", "a file without write permission", wanted});
 }
 
+// Only the search moves step by step, and a trace knows one Delta.
+void require_traceable(const Case& job_case, const std::string& job_file)
+{
+  if (job_case.method != "stability-search") {
+    throw InputError({job_file, "solver.method", "\"" + job_case.method + "\" with --trace",
+                      "\"stability-search\", which has moves to trace"});
+  }
+  for (const Push& push : job_case.push) {
+    if (push.delta == job_case.frame.delta) continue;
+    throw InputError(
+        {job_file, "push.delta", "directions that differ over flexion with --trace", "one direction"});
+  }
+}
+
 Log open_log(const std::string& path, const std::string& key, bool is_fresh)
 {
   if (is_fresh || !fs::exists(path)) return {JournalWriter::create(path, key), {}, {}};
@@ -92,11 +106,15 @@ Log open_log(const std::string& path, const std::string& key, bool is_fresh)
   return {JournalWriter::resume(path, content), std::move(known), {}};
 }
 
+bool is_cell(const StepKey& key)
+{
+  return key.kind == StepKind::spine || key.kind == StepKind::row;
+}
+
 int n_cells_known(const Log& log)
 {
-  return static_cast<int>(std::count_if(log.known.begin(), log.known.end(), [](const auto& entry) {
-    return entry.first.kind != StepKind::spine_probe;
-  }));
+  return static_cast<int>(std::count_if(log.known.begin(), log.known.end(),
+                                        [](const auto& entry) { return is_cell(entry.first); }));
 }
 
 int n_threads_of(const RunOptions& options)
@@ -107,16 +125,15 @@ int n_threads_of(const RunOptions& options)
 
 SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log)
 {
-  const Joint joint = joint_of(job_case);
+  CaseSolver solver(job_case, n_threads_of(options));
   const SweepPlan plan = plan_of(job_case);
   const auto n_cells = static_cast<int>(plan.flexion_rad.size() * plan.varus_rad.size());
   Progress progress(progress_style_of(options.progress), n_cells, n_cells_known(log));
 
-  const SolveStep solve = [&](const StepKey& key, const Attitude& attitude, const MovingPose& seed) {
-    if (!log.traces) return find_stable_pose(joint, attitude, seed, job_case.search);
-    return followed(*log.traces, key, seed, [&](const Watch& watch) {
-      return find_stable_pose(joint, attitude, seed, job_case.search, watch);
-    });
+  const SolveStep solve = [&](const StepTask& task) {
+    if (!log.traces) return solver(task);
+    return followed(*log.traces, task.key, task.seed,
+                    [&](const Watch& watch) { return solver(task, watch); });
   };
   SweepHooks hooks;
   hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
@@ -125,7 +142,7 @@ SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log)
   };
   hooks.keep = [&](const StepRecord& record) {
     log.writer.append(record);
-    if (record.key.kind != StepKind::spine_probe) progress.advance();
+    if (is_cell(record.key)) progress.advance();
   };
   hooks.is_stopped = is_interrupted;
   return sweep(plan, solve, hooks, n_threads_of(options));
@@ -226,6 +243,7 @@ ExitCode run_command(const RunOptions& options)
   progress_style_of(options.progress);  // a wrong word before any work
   const Case job_case = load_case(options.job_file, {options.data_directory, options.overrides});
   for (const std::string& line : job_case.warnings) warn(line);
+  if (options.writes_trace) require_traceable(job_case, options.job_file);
   const std::string output = output_of(options);
   const std::string journal = journal_of(output);
   make_folder_of(output);

@@ -1,6 +1,7 @@
 #include "contact/contacts.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -191,27 +192,50 @@ struct Reaction {
   bool is_of_reference = true;
 };
 
+// Direction of a contact's edge on either side, in S; none where it is no edge.
+std::optional<Eigen::Vector3d> along_reference(const Scene& scene, const Candidate& c)
+{
+  if (c.reference.kind != FeatureKind::edge) return std::nullopt;
+  return edge_direction(scene.reference.mesh, scene.reference_features, c.reference.index);
+}
+
+std::optional<Eigen::Vector3d> along_moving(const Scene& scene, const Candidate& c)
+{
+  if (c.moving.kind != FeatureKind::edge) return std::nullopt;
+  return scene.place.direction(
+      edge_direction(scene.moving.solid.mesh, scene.moving.features, c.moving.index));
+}
+
+// Without friction nothing acts along an edge. The mean of the faces around a vertex may lean that way: at a
+// corner it counts walls that do not touch.
+Eigen::Vector3d across(const std::optional<Eigen::Vector3d>& edge, const Eigen::Vector3d& normal)
+{
+  if (!edge) return normal;
+  const Eigen::Vector3d rest = normal - normal.dot(*edge) * *edge;
+  const double length = rest.norm();
+  return length > parallel_edges ? Eigen::Vector3d(rest / length) : normal;
+}
+
 // Thesis 3.7: the normal of the surface that bends least; two crossing edges have one of their own.
 Reaction least_curvature_normal(const Scene& scene, const Candidate& c)
 {
-  const Mesh& moving = scene.moving.solid.mesh;
-  if (c.reference.kind == FeatureKind::edge && c.moving.kind == FeatureKind::edge) {
-    const Eigen::Vector3d along_reference =
-        edge_direction(scene.reference.mesh, scene.reference_features, c.reference.index);
-    const Eigen::Vector3d along_moving =
-        scene.place.direction(edge_direction(moving, scene.moving.features, c.moving.index));
-    const Eigen::Vector3d across = along_reference.cross(along_moving);
-    if (across.norm() > parallel_edges) {
-      const Eigen::Vector3d outward =
-          feature_normal(scene.reference.mesh, scene.reference_features, c.reference);
-      return {(across.dot(outward) < 0.0 ? -across : across).normalized(), true};
-    }
+  const auto of_reference = [&] {
+    return feature_normal(scene.reference.mesh, scene.reference_features, c.reference);
+  };
+  const std::optional<Eigen::Vector3d> d = along_reference(scene, c), e = along_moving(scene, c);
+  if (d && e) {
+    const Eigen::Vector3d normal = d->cross(*e);
+    if (normal.norm() > parallel_edges)
+      return {(normal.dot(of_reference()) < 0.0 ? -normal : normal).normalized(), true};
   }
   const bool takes_reference =
       scene.reference_features.bend(c.reference) <= scene.moving.features.bend(c.moving);
+  // An edge's own normal is across it, so only a vertex's changes here.
   if (takes_reference)
-    return {feature_normal(scene.reference.mesh, scene.reference_features, c.reference), true};
-  return {-scene.place.direction(feature_normal(moving, scene.moving.features, c.moving)), false};
+    return {c.reference.kind == FeatureKind::vertex ? across(e, of_reference()) : of_reference(), true};
+  const Eigen::Vector3d normal =
+      -scene.place.direction(feature_normal(scene.moving.solid.mesh, scene.moving.features, c.moving));
+  return {c.moving.kind == FeatureKind::vertex ? across(d, normal) : normal, false};
 }
 
 Reaction reaction(const Scene& scene, const Candidate& c)

@@ -1,6 +1,6 @@
-/// The five coordinates of the equilibrium, in the solver frame S (core/frames.hpp): translation of the moving
-/// object (mm), its turn about Delta = +Y, and the varus of the attitude (rad). Energies are in N mm, so the
-/// gradient holds forces in N and moments in N mm, its second derivatives N/mm, N and N mm.
+/// The five coordinates of the equilibrium, in the solver frame S (core/frames.hpp): translation of the
+/// moving object (mm), its turn about Delta = +Y, and the varus of the attitude (rad). Energies are in N mm,
+/// so the gradient holds forces in N and moments in N mm, its second derivatives N/mm, N and N mm.
 #pragma once
 
 #include <Eigen/Core>

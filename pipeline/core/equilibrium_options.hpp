@@ -5,10 +5,17 @@
 
 namespace vrda {
 
+/// Of one motion step.
 struct EquilibriumOptions {
   double tolerance_mm = 1e-4;  ///< of the pose, along Delta
   int max_iterations = 200;
   double contact_resolution_mm = 0.1;  ///< surfaces closer than this touch, in /contacts and flags
+};
+
+/// Of the spine, along which varus is left free.
+struct SpineOptions {
+  int n_restarts = 4;              ///< starts at each flexion aside from the chains along it
+  double band_moment_nmm = 500.0;  ///< extra moments about Delta that theta is reported for; 0: none
 };
 
 /// Dead loads on the moving object at one flexion, in the solver frame S. Their work is

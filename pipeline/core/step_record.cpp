@@ -13,6 +13,10 @@ const char* name_of(StepKind kind)
       return "spine";
     case StepKind::row:
       return "row";
+    case StepKind::free_spine:
+      return "free_spine";
+    case StepKind::band:
+      return "band";
   }
   throw InternalError("a kind of step without a name");
 }

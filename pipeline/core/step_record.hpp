@@ -18,13 +18,18 @@ enum class StepKind : std::uint8_t {
   spine_probe = 0,  ///< solved while the spine looks for its cell; not in the motion model
   spine = 1,        ///< the spine's cell of a flexion
   row = 2,          ///< grown outward from the spine's cell
+  free_spine = 3,   ///< solved with varus left free; `varus` counts the starts: forward, backward, restarts
+  band = 4,         ///< the same under an extra moment about Delta; `varus` 0: against theta, 1: with it
 };
 
-inline constexpr StepKind all_step_kinds[] = {StepKind::spine_probe, StepKind::spine, StepKind::row};
+/// Those a stability search can be, which have traces.
+inline constexpr StepKind searched_step_kinds[] = {StepKind::spine_probe, StepKind::spine, StepKind::row};
+inline constexpr StepKind last_step_kind = StepKind::band;
 
 const char* name_of(StepKind kind);
 
-/// Indices into the grid's axes. Ordered by kind, then flexion, then varus.
+/// Indices into the grid's axes, but for the kinds with varus left free. Ordered by kind, then flexion, then
+/// varus.
 struct StepKey {
   StepKind kind = StepKind::row;
   std::int32_t flexion = 0;

@@ -14,9 +14,9 @@ enum class StepStatus : std::int8_t {
   unbounded = 4,        ///< no rest: slides off however small the steps
 };
 
-inline constexpr StepStatus all_step_statuses[] = {StepStatus::pending, StepStatus::stable,
-                                                   StepStatus::no_contact, StepStatus::no_clearance,
-                                                   StepStatus::iteration_limit};
+inline constexpr StepStatus all_step_statuses[] = {StepStatus::pending,         StepStatus::stable,
+                                                   StepStatus::no_contact,      StepStatus::no_clearance,
+                                                   StepStatus::iteration_limit, StepStatus::unbounded};
 
 const char* name_of(StepStatus status);
 /// What it means, in a few words.

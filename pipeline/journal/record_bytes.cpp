@@ -31,7 +31,7 @@ StepKey take_key(Cursor& cursor)
 {
   StepKey key;
   const std::uint64_t kind = cursor.take(1);
-  if (kind > static_cast<std::uint64_t>(StepKind::row)) cursor.refuse();
+  if (kind > static_cast<std::uint64_t>(last_step_kind)) cursor.refuse();
   key.kind = static_cast<StepKind>(kind);
   key.flexion = cursor.take_i32();
   key.varus = cursor.take_i32();
@@ -67,6 +67,57 @@ ContactRecord take_contact(Cursor& cursor)
   return contact;
 }
 
+namespace {
+
+void append_force(std::string& bytes, const ContactForce& force)
+{
+  append_vector(bytes, force.point_solver_mm);
+  append_vector(bytes, force.normal_solver);
+  append_double(bytes, force.along_delta_n);
+  append_i32(bytes, force.triangle_reference);
+  append_i32(bytes, force.triangle_moving);
+  append_i8(bytes, force.compartment);
+}
+
+ContactForce take_force(Cursor& cursor)
+{
+  ContactForce force;
+  force.point_solver_mm = cursor.take_vector();
+  force.normal_solver = cursor.take_vector();
+  force.along_delta_n = cursor.take_double();
+  force.triangle_reference = cursor.take_i32();
+  force.triangle_moving = cursor.take_i32();
+  force.compartment = cursor.take_i8();
+  return force;
+}
+
+void append_balance(std::string& bytes, const Balance& balance)
+{
+  for (const double value : {balance.energy_nmm, balance.residual_n, balance.complementarity_mm,
+                             balance.worst_gap_mm, balance.flexion_moment_nmm, balance.varus_moment_nmm}) {
+    append_double(bytes, value);
+  }
+  append_u32(bytes, static_cast<std::uint32_t>(balance.forces.size()));
+  for (const ContactForce& force : balance.forces) append_force(bytes, force);
+}
+
+Balance take_balance(Cursor& cursor)
+{
+  Balance balance;
+  for (double* value : {&balance.energy_nmm, &balance.residual_n, &balance.complementarity_mm,
+                        &balance.worst_gap_mm, &balance.flexion_moment_nmm, &balance.varus_moment_nmm}) {
+    *value = cursor.take_double();
+  }
+  const std::uint64_t n_forces = cursor.take(4);
+  // Before any memory is asked for: a force has as many bytes as a contact.
+  if (n_forces > cursor.left() / contact_bytes) cursor.refuse();
+  for (std::uint64_t i = 0; cursor.is_sound() && i < n_forces; ++i)
+    balance.forces.push_back(take_force(cursor));
+  return balance;
+}
+
+}  // namespace
+
 std::string bytes_of(const StepRecord& record)
 {
   std::string bytes;
@@ -81,6 +132,8 @@ std::string bytes_of(const StepRecord& record)
   for (const bool flag : {record.contact_medial, record.contact_lateral, record.theta_determined}) {
     bytes.push_back(flag ? 1 : 0);
   }
+  append_double(bytes, record.varus_rad);
+  append_balance(bytes, record.balance);
   append_u32(bytes, static_cast<std::uint32_t>(record.contacts.size()));
   for (const ContactRecord& contact : record.contacts) append_contact(bytes, contact);
   return bytes;
@@ -101,6 +154,8 @@ std::optional<StepRecord> record_of(std::string_view bytes)
   record.contact_medial = cursor.take_bool();
   record.contact_lateral = cursor.take_bool();
   record.theta_determined = cursor.take_bool();
+  record.varus_rad = cursor.take_double();
+  record.balance = take_balance(cursor);
   const std::uint64_t n_contacts = cursor.take(4);
   if (!cursor.is_sound() || cursor.left() != n_contacts * contact_bytes) return std::nullopt;
   for (std::uint64_t i = 0; i < n_contacts; ++i) record.contacts.push_back(take_contact(cursor));

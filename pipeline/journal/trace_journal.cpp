@@ -60,6 +60,7 @@ std::optional<SearchTrace> trace_of(std::string_view bytes)
   Cursor cursor(bytes);
   SearchTrace trace;
   trace.key = take_key(cursor);
+  if (trace.key.kind > StepKind::row) cursor.refuse();  // no search has such a node
   trace.seed = take_pose(cursor);
   trace.status = take_status(cursor);
   const std::uint64_t n_moves = cursor.take(4);

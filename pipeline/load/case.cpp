@@ -7,28 +7,43 @@
 #include "load/compartments.hpp"
 #include "load/component_source.hpp"
 #include "load/job.hpp"
+#include "load/job_value.hpp"
 
 namespace vrda {
 namespace {
 
-// The one place that says what of a valid job this version does not solve.
-void check_solvable(const Job& job)
+// Length of a mean of unit vectors below which it points nowhere.
+constexpr double smallest_direction = 1e-6;
+
+void check_method(const Job& job)
 {
-  const auto refuse = [&](const std::string& key, const std::string& found, const std::string& wanted) {
-    throw InputError({job.document.source_of(key), key, found, wanted});
-  };
-  if (job.method != SolverMethod::stability_search) {
-    refuse("solver.method", "\"equilibrium\"", "\"stability-search\", by which this version solves");
+  if (job.method == SolverMethod::equilibrium || !job.is_varus_free) return;
+  throw InputError({job.document.source_of_all({"grid.varus", "solver.method"}), "grid.varus", "\"free\"",
+                    "a table { from, to, step }: with solver.method = \"stability-search\" varus is given"});
+}
+
+// What pushes at each flexion of the grid.
+std::vector<Push> push_rows(const Job& job)
+{
+  std::vector<Push> rows;
+  for (const double flexion_deg : job.grid.flexion_deg) {
+    const double flexion_rad = rad_from_deg(flexion_deg);
+    Push push;
+    const Eigen::Vector3d direction = at_flexion(job.push.delta, flexion_rad);
+    if (!(direction.norm() > smallest_direction)) {
+      throw InputError({job.document.source_of("push.delta"), "push.delta",
+                        "directions that cancel out at " + shortest(flexion_deg) + " degrees of flexion",
+                        "rows that differ by less than half a turn"});
+    }
+    push.delta = direction.normalized();
+    const Eigen::Vector2d across_n = at_flexion(job.push.lateral_force_n, flexion_rad);
+    push.force_n = at_flexion(job.push.force_n, flexion_rad)[0] * push.delta +
+                   Eigen::Vector3d(across_n[0], 0.0, across_n[1]);
+    push.moment_nmm = at_flexion(job.push.moment_nmm, flexion_rad)[0];
+    push.varus_moment_nmm = at_flexion(job.push.varus_moment_nmm, flexion_rad)[0];
+    rows.push_back(push);
   }
-  if (job.is_varus_free) {
-    refuse("grid.varus", "\"free\"",
-           "a table { from, to, step }: this version solves by \"stability-search\", where varus is given");
-  }
-  const Eigen::MatrixXd& delta = job.push.delta.value;
-  if ((delta.rowwise() - delta.row(0)).cwiseAbs().maxCoeff() > 0.0) {
-    refuse("push.delta", "directions that differ over flexion",
-           "one direction: this version pushes along the same one at every attitude");
-  }
+  return rows;
 }
 
 void append_part(Part& part, const Mesh& mesh, std::int32_t component)
@@ -58,7 +73,7 @@ Body loaded_body(const BodyJob& body_job, ComponentSource& source, Case& loaded)
 Case load_case(const std::string& job_file, const LoadOptions& options)
 {
   const Job job = read_job(job_file, options.overrides);
-  check_solvable(job);
+  check_method(job);
   const AxisMap map = axis_map(job);
   const LoadedLigaments ligaments = load_ligaments(job, options.data_directory, map);
   Case loaded;
@@ -66,7 +81,9 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   loaded.joint = job.joint;
   loaded.frame.side = job.side;
   loaded.frame.rotation_centre_mm = map(job.frame.origin_native);
-  loaded.frame.delta = job.push.delta.value.row(0).transpose();
+  loaded.push = push_rows(job);
+  loaded.push_point_mm = job.push.point_mm;
+  loaded.frame.delta = loaded.push.front().delta;
   ComponentSource source(job, options.data_directory);
   loaded.reference = loaded_body(job.reference, source, loaded);
   loaded.moving = loaded_body(job.moving, source, loaded);
@@ -75,8 +92,11 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.initial = job.initial;
   loaded.grid = job.grid;
-  loaded.method = "stability-search";
+  loaded.is_varus_free = job.is_varus_free;
+  loaded.method = job.method == SolverMethod::equilibrium ? "equilibrium" : "stability-search";
   loaded.search = job.search;
+  loaded.equilibrium = job.equilibrium;
+  loaded.spine = job.spine;
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
   loaded.smooth_degrees = job.smooth_degrees;
   loaded.unsolved_fraction = job.unsolved_fraction;

@@ -9,6 +9,7 @@
 
 #include "core/body.hpp"
 #include "core/compartment.hpp"
+#include "core/equilibrium_options.hpp"
 #include "core/frames.hpp"
 #include "core/search_options.hpp"
 #include "ligament/ligaments.hpp"
@@ -26,6 +27,14 @@ struct InitialPose {
 struct GridAxes {
   std::vector<double> flexion_deg;  ///< [n_flexion], at least one
   std::vector<double> varus_deg;    ///< [n_varus], at least one
+};
+
+/// What pushes at one flexion: canonical axes of the joint's own side.
+struct Push {
+  Eigen::Vector3d delta = Eigen::Vector3d::UnitY();  ///< unit
+  Eigen::Vector3d force_n{0.0, 20.0, 0.0};           ///< along Delta and across it
+  double moment_nmm = 0.0;                           ///< about Delta, right-knee sign of theta
+  double varus_moment_nmm = 0.0;                     ///< adduction positive
 };
 
 struct LoadedInput {
@@ -55,14 +64,19 @@ struct ComponentSurvey {
 struct Case {
   std::string title;
   std::string joint = "knee";  ///< "knee" or "other"
-  SolverFrame frame;           ///< side, rotation centre (canonical), Delta
+  SolverFrame frame;           ///< side, rotation centre (canonical), Delta of the first flexion
   Body reference;              ///< canonical, own side
   Body moving;
   Ligaments ligaments;  ///< canonical, own side; no fibre when the job has none
   InitialPose initial;
   GridAxes grid;
-  std::string method;  ///< "stability-search"
+  bool is_varus_free = false;                               ///< the grid's one varus is then 0
+  std::vector<Push> push;                                   ///< [n_flexion]
+  Eigen::Vector3d push_point_mm = Eigen::Vector3d::Zero();  ///< from the rotation centre, canonical axes
+  std::string method;                                       ///< "stability-search" or "equilibrium"
   SearchOptions search;
+  EquilibriumOptions equilibrium;
+  SpineOptions spine;
   /// [n_triangles of moving.contact] of which compartment each moving triangle is; empty when the
   /// joint has no compartments.
   std::vector<Compartment> compartment_of_triangle;

@@ -49,26 +49,43 @@ bool is_given(const Job& job, const JobValue& root, const std::string& key)
   return value != nullptr;
 }
 
-void warn_of_unused(const Job& job, Warnings& warnings)
+// What one method reads and the other does not.
+void warn_of_other_method(const Job& job, const JobValue& root, Warnings& warnings)
 {
+  const auto warn = [&](const std::string& key, const char* why) {
+    if (is_given(job, root, key)) warnings.push_back(key + ": it has no effect on " + why);
+  };
+  if (job.method == SolverMethod::equilibrium) {
+    for (const char* key : {"approach_step_mm", "translation_step_mm", "rotation_step_deg",
+                            "rotation_resolution_deg", "points", "normals", "max_steps"}) {
+      warn(std::string("solver.search.") + key, "the equilibrium, which takes no steps");
+    }
+    return;
+  }
   if (job.ligaments) {
     warnings.push_back("ligaments: they have no effect on the stability search, which knows contact only");
   }
-  const JobValue root = parse_toml(job.text, job.file);
-  for (const std::string key :
-       {"push.force_n", "push.lateral_force_n", "push.moment_nmm", "push.point_mm", "solver.equilibrium"}) {
-    if (is_given(job, root, key)) {
-      warnings.push_back(key +
-                         ": it has no effect on the stability search, which knows directions of forces only");
-    }
+  for (const char* key : {"push.force_n", "push.lateral_force_n", "push.moment_nmm", "push.varus_moment_nmm",
+                          "push.point_mm", "solver.equilibrium"}) {
+    warn(key, "the stability search, which knows directions of forces only");
   }
+}
+
+void warn_of_unused(const Job& job, Warnings& warnings)
+{
+  const JobValue root = parse_toml(job.text, job.file);
+  warn_of_other_method(job, root, warnings);
   if (is_given(job, root, "smooth.recontact") && job.smooth_recontact) {
     warnings.push_back(
         "smooth.recontact: this version does not recontact smoothed surfaces; they are stored as fitted");
   }
   const std::size_t n_flexion = job.grid.flexion_deg.size(), n_varus = job.grid.varus_deg.size();
   for (const std::int32_t degree : job.smooth_degrees) {
-    if (static_cast<std::size_t>(degree) < std::min(n_flexion, n_varus)) continue;
+    // An axis of one angle takes no part: only the constant is used of it.
+    const std::size_t n_angles = n_varus == 1     ? n_flexion
+                                 : n_flexion == 1 ? n_varus
+                                                  : std::min(n_flexion, n_varus);
+    if (static_cast<std::size_t>(degree) < n_angles) continue;
     warnings.push_back("smooth.degrees: degree " + std::to_string(degree) + " needs " +
                        std::to_string(degree + 1) + " angles on each axis; the grid has " +
                        std::to_string(n_flexion) + " of flexion and " + std::to_string(n_varus) +

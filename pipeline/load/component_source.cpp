@@ -59,6 +59,13 @@ Mesh canonical(const Mesh& native, const AxisMap& map)
   return transformed(mesh, map.X_canonical_native);
 }
 
+// Normals stay: a vertex moves along its own.
+void move_surface(Mesh& mesh, const ComponentJob& component)
+{
+  if (component.inset_mm != 0.0) mesh.vertices_mm -= component.inset_mm * vertex_normals(mesh);
+  if (!component.shift_mm.isZero(0.0)) mesh.vertices_mm.rowwise() += component.shift_mm.transpose();
+}
+
 ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean, const std::string& source)
 {
   const EdgeCounts edges = edge_counts(clean.mesh);
@@ -104,6 +111,7 @@ LoadedComponent ComponentSource::load(const ComponentJob& component)
     throw InputError({out.input.name, "", std::to_string(out.clean.n_degenerate) + " faces, all without area",
                       "a mesh with faces"});
   }
+  move_surface(out.clean.mesh, component);
   out.survey = survey_of(component, out.clean, out.input.name);
   return out;
 }

@@ -70,6 +70,8 @@ ComponentJob component_of(const Job& job, const JobValue& value, const std::stri
   component.material = text_at(value, "material");
   component.has_contact = flag_at(value, "contact");
   component.winding = text_at(value, "winding") == "inward" ? Winding::inward : Winding::outward;
+  component.inset_mm = number_at(value, "inset_mm");
+  component.shift_mm = vector3_at(value, "shift_mm");
   return component;
 }
 
@@ -160,6 +162,7 @@ PushJob push_of(const Job& job, const JobValue& root)
   push.force_n = over_flexion_at(job, root, "push.force_n");
   push.lateral_force_n = over_flexion_at(job, root, "push.lateral_force_n");
   push.moment_nmm = over_flexion_at(job, root, "push.moment_nmm");
+  push.varus_moment_nmm = over_flexion_at(job, root, "push.varus_moment_nmm");
   push.point_mm = vector3_at(root, "push.point_mm");
   return push;
 }
@@ -358,6 +361,8 @@ void read_settings(Job& job)
   job.equilibrium = {number_at(root, "solver.equilibrium.tolerance_mm"),
                      static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations")),
                      job.search.translation_resolution_mm};
+  job.spine = {static_cast<int>(integer_at(root, "solver.equilibrium.restarts")),
+               number_at(root, "solver.equilibrium.band_moment_nmm")};
   job.ligaments = ligaments_of(job, root);
   if (const JobValue* compartments = root.find("compartments")) {
     job.medial = compartment_of(value_at(*compartments, "medial"));
@@ -371,6 +376,18 @@ void read_settings(Job& job)
 }
 
 }  // namespace
+
+Eigen::VectorXd at_flexion(const OverFlexion& setting, double flexion_rad)
+{
+  const std::vector<double>& angles = setting.flexion_rad;
+  const auto above =
+      static_cast<Eigen::Index>(std::upper_bound(angles.begin(), angles.end(), flexion_rad) - angles.begin());
+  if (above == 0) return setting.value.row(0).transpose();
+  if (above == setting.value.rows()) return setting.value.row(above - 1).transpose();
+  const double from_rad = angles[static_cast<std::size_t>(above - 1)];
+  const double share = (flexion_rad - from_rad) / (angles[static_cast<std::size_t>(above)] - from_rad);
+  return ((1.0 - share) * setting.value.row(above - 1) + share * setting.value.row(above)).transpose();
+}
 
 Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides)
 {

@@ -36,6 +36,8 @@ struct ComponentJob {
   std::string material;
   bool has_contact = true;
   Winding winding = Winding::outward;
+  double inset_mm = 0.0;  ///< each vertex goes inward along its normal: a thinner part, or a contact offset
+  Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< canonical, of the whole component
 };
 
 struct BodyJob {
@@ -60,11 +62,15 @@ struct OverFlexion {
   Eigen::MatrixXd value;            ///< [n, components]
 };
 
+/// The row of values that holds at a flexion.
+Eigen::VectorXd at_flexion(const OverFlexion& setting, double flexion_rad);
+
 struct PushJob {
-  OverFlexion delta;            ///< [n, 3] unit vectors, canonical
-  OverFlexion force_n;          ///< [n, 1]
-  OverFlexion lateral_force_n;  ///< [n, 2] anterior, right
-  OverFlexion moment_nmm;       ///< [n, 1] about Delta
+  OverFlexion delta;             ///< [n, 3] unit vectors, canonical
+  OverFlexion force_n;           ///< [n, 1]
+  OverFlexion lateral_force_n;   ///< [n, 2] anterior, right
+  OverFlexion moment_nmm;        ///< [n, 1] about Delta
+  OverFlexion varus_moment_nmm;  ///< [n, 1] on varus, adduction positive
   Eigen::Vector3d point_mm{0.0, 0.0, 0.0};
 };
 
@@ -119,6 +125,7 @@ struct Job {
   SolverMethod method = SolverMethod::stability_search;
   SearchOptions search;
   EquilibriumOptions equilibrium;
+  SpineOptions spine;
   std::optional<LigamentsJob> ligaments;
   std::optional<CompartmentJob> medial;  ///< with `lateral`, or neither
   std::optional<CompartmentJob> lateral;

@@ -38,9 +38,9 @@ class Arranger {
     const auto index = static_cast<std::int32_t>(blocks_.size());
     Block block;
     block.child.fill(-1);
-    block.is_leaf = rows.size() <= block_lanes;
+    for (std::size_t held = block_lanes; held < rows.size(); held *= block_lanes) ++block.height;
     std::vector<Rows> groups;
-    if (block.is_leaf) {
+    if (block.is_leaf()) {
       std::sort(rows.begin(), rows.end());
       std::copy(rows.begin(), rows.end(), block.child.begin());
     } else {
@@ -200,6 +200,7 @@ void fill_inner(const GapSurface& surface, Rows rows, std::size_t lane, MovingIn
   set(inner.half_x, lane, 0.5 * (box.max_mm.x() - box.min_mm.x()));
   set(inner.half_z, lane, 0.5 * (box.max_mm.z() - box.min_mm.z()));
   set(inner.top, lane, box.max_mm.y());
+  set(inner.bottom, lane, box.min_mm.y());
   BlockRow* const abc[3] = {&inner.a, &inner.b, &inner.c};
   fill_plane(surface, rows, lane, abc);
 }
@@ -212,6 +213,7 @@ void fill_leaf(const GapSurface& surface, std::int32_t t, std::size_t lane, Movi
     set(leaf.z[k], lane, c[static_cast<std::size_t>(k)].z());
   }
   set(leaf.top, lane, extent(c, 1).most);
+  set(leaf.bottom, lane, extent(c, 1).least);
   std::array<std::int32_t, 1> row{t};
   BlockRow* const abc[3] = {&leaf.a, &leaf.b, &leaf.c};
   fill_plane(surface, row, lane, abc);
@@ -231,7 +233,7 @@ Tree tree_over(const GapSurface& surface, const std::vector<std::int32_t>& trian
 {
   Tree tree;
   const auto add = [&tree, &surface](Block& block, Rows, const std::vector<Rows>& groups) {
-    if (block.is_leaf) {
+    if (block.is_leaf()) {
       block.slot = static_cast<std::int32_t>(tree.leaves.size());
       auto& leaf = tree.leaves.emplace_back();
       for (std::size_t lane = 0; lane < block_lanes; ++lane) {

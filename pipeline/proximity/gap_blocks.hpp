@@ -28,18 +28,19 @@ struct ReferenceLeaf {
   BlockRow x[3], y[3], z[3], normal[3], offset, absent;
 };
 
-/// Moving, own frame: boxes across Delta, the highest point, the plane above every vertex.
+/// Moving, own frame: boxes across Delta, the highest and the lowest point, the plane above every vertex.
 struct MovingInner {
-  BlockRow centre_x, half_x, centre_z, half_z, top, a, b, c;
+  BlockRow centre_x, half_x, centre_z, half_z, top, bottom, a, b, c;
 };
 
 struct MovingLeaf {
-  BlockRow x[3], z[3], top, a, b, c, absent;
+  BlockRow x[3], z[3], top, bottom, a, b, c, absent;
 };
 
-/// Either object's bounds in S: the least height of the reference, the greatest of the moving object.
+/// Either object's bounds in S: the least height of the reference, the greatest of the moving object, flat
+/// and as a plane; and the farther one, the greatest of the reference or the least of the moving object.
 struct PlacedBlock {
-  BlockRow x_low, x_high, z_low, z_high, flat, a, b, c;
+  BlockRow x_low, x_high, z_low, z_high, flat, a, b, c, far;
 };
 
 /// A leaf's corners across Delta, in S.
@@ -49,6 +50,7 @@ struct PlacedCorners {
 
 struct BlockTurn {
   float R[3][3];
+  float cull;  ///< faces that look up by more than this are left out
 };
 
 struct BlockPlacement {
@@ -60,6 +62,10 @@ struct BlockPlacement {
 struct BlockPairs {
   std::uint8_t hits[block_lanes];  ///< per moving lane: bit i for reference lane i
   BlockRow bound[block_lanes];     ///< per moving lane
+};
+
+struct BlockLimits {
+  float least, most;
 };
 
 /// Two leaves that are to be looked at more closely.
@@ -77,6 +83,8 @@ struct BlockFunctions {
   void (*place_inner)(const MovingInner&, const BlockPlacement&, PlacedBlock&);
   void (*place_leaf)(const MovingLeaf&, const BlockPlacement&, PlacedBlock&, PlacedCorners&);
   bool (*test)(const PlacedBlock& reference, const PlacedBlock& moving, float limit, BlockPairs&);
+  /// The same without the pairs where all of the moving one stands above the reference by more than -least.
+  bool (*test_ahead)(const PlacedBlock& reference, const PlacedBlock& moving, BlockLimits, BlockPairs&);
   /// Of the hits, keeps the pairs whose triangles (not their boxes only) may overlap and meet within the
   /// limit.
   void (*screen)(const LeafPair&, BlockPairs&);

@@ -43,10 +43,11 @@ struct Lanes {
       }
       // Outward normals lie within the spread around -n: none looks down when n points further down than
       // that.
-      const F can_face = n[1] + row(in.spread, at) >= F::all(-facing_slack);
+      const F can_face = n[1] + row(in.spread, at) >= F::all(-turn.cull);
       write_box(middle[0] - half[0], middle[0] + half[0], middle[2] - half[2], middle[2] + half[2], can_face,
                 out, at);
       (middle[1] - half[1]).store(out.flat.lane + at);
+      (middle[1] + half[1]).store(out.far.lane + at);
       write_plane(n, row(in.offset, at), out, at);
     }
   }
@@ -77,8 +78,9 @@ struct Lanes {
       const F own[3] = {row(in.normal[0], at), row(in.normal[1], at), row(in.normal[2], at)};
       const F n[3] = {turned(turn.R[0], own), turned(turn.R[1], own), turned(turn.R[2], own)};
       const F absent = row(in.absent, at);
-      write_box(low[0] + absent, high[0] - absent, low[2], high[2], n[1] >= F::all(-facing_slack), out, at);
+      write_box(low[0] + absent, high[0] - absent, low[2], high[2], n[1] >= F::all(-turn.cull), out, at);
       low[1].store(out.flat.lane + at);
+      high[1].store(out.far.lane + at);
       write_plane(n, row(in.offset, at), out, at);
     }
   }
@@ -107,6 +109,7 @@ struct Lanes {
       (z - ez).store(out.z_low.lane + at);
       (z + ez).store(out.z_high.lane + at);
       (row(in.top, at) + F::all(to.y)).store(out.flat.lane + at);
+      (row(in.bottom, at) + F::all(to.y)).store(out.far.lane + at);
       place_plane(row(in.a, at), row(in.b, at), row(in.c, at), to, out, at);
     }
   }
@@ -133,6 +136,7 @@ struct Lanes {
       (z_low - slack).store(out.z_low.lane + at);
       (z_high + slack).store(out.z_high.lane + at);
       (row(in.top, at) + F::all(to.y)).store(out.flat.lane + at);
+      (row(in.bottom, at) + F::all(to.y)).store(out.far.lane + at);
       place_plane(row(in.a, at), row(in.b, at), row(in.c, at), to, out, at);
     }
   }
@@ -168,6 +172,21 @@ struct Lanes {
     return any != 0;
   }
 
+  static bool test_ahead(const PlacedBlock& r, const PlacedBlock& m, BlockLimits limits, BlockPairs& pairs)
+  {
+    if (!test(r, m, limits.most, pairs)) return false;
+    unsigned any = 0;
+    for (int lane = 0; lane < block_lanes; ++lane) {
+      unsigned ahead = 0;
+      for (int at = 0; at < block_lanes; at += F::width) {
+        ahead |= F::bits(row(r.far, at) - F::all(m.far.lane[lane]) >= F::all(limits.least)) << at;
+      }
+      pairs.hits[lane] = static_cast<std::uint8_t>(pairs.hits[lane] & ahead);
+      any |= pairs.hits[lane];
+    }
+    return any != 0;
+  }
+
   struct Triangle {
     F x[3], z[3];
   };
@@ -192,10 +211,13 @@ struct Lanes {
     return least;
   }
 
-  // May the projections overlap, as far as the edges of `t` can tell? t runs so that its inside has
-  // (edge x (p - corner)) * sign >= 0 in (z, x).
-  static F may_overlap(const Triangle& t, const Triangle& other, F sign, F slack)
+  // May the projections overlap, as far as the edges of `t` can tell?
+  static F may_overlap(const Triangle& t, const Triangle& other, F slack)
   {
+    // Inside, every (edge x (p - corner)) in (z, x) has the sign of the area. A sliver's may be wrong: what
+    // meets it reaches both its sides, within the slack.
+    const F area = (t.z[1] - t.z[0]) * (t.x[2] - t.x[0]) - (t.x[1] - t.x[0]) * (t.z[2] - t.z[0]);
+    const F sign = F::choose(area >= F::all(0.0F), F::all(1.0F), F::all(-1.0F));
     F may = F::all(0.0F) <= slack;
     for (int k = 0; k < 3; ++k) {
       const F ex = (t.x[(k + 1) % 3] - t.x[k]) * sign, ez = (t.z[(k + 1) % 3] - t.z[k]) * sign;
@@ -221,8 +243,8 @@ struct Lanes {
     // The overlap lies in both triangles, so the least over either's corners bounds it.
     const F bound = F::most(row(bounds, at), F::most(least_over(tr, a, b, c), least_over(tm, a, b, c)));
     bound.store(bounds.lane + at);
-    const F slack = F::all(pair.slack), one = F::all(1.0F);
-    const F overlap = may_overlap(tr, tm, F::all(0.0F) - one, slack) & may_overlap(tm, tr, one, slack);
+    const F slack = F::all(pair.slack);
+    const F overlap = may_overlap(tr, tm, slack) & may_overlap(tm, tr, slack);
     return F::bits(overlap & (bound <= F::all(pair.limit)));
   }
 
@@ -240,7 +262,7 @@ struct Lanes {
 
   static constexpr BlockFunctions functions()
   {
-    return {turn_inner, turn_leaf, place_inner, place_leaf, test, screen};
+    return {turn_inner, turn_leaf, place_inner, place_leaf, test, test_ahead, screen};
   }
 };
 

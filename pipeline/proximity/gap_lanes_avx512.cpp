@@ -64,6 +64,7 @@ const BlockFunctions block_functions_avx512 = {Lanes<Float8>::turn_inner,
                                                Lanes<Float8>::place_inner,
                                                Lanes<Float8>::place_leaf,
                                                test,
+                                               Lanes<Float8>::test_ahead,
                                                Lanes<Float8>::screen};
 
 }  // namespace vrda

@@ -4,8 +4,11 @@ namespace vrda {
 namespace {
 
 // Fibres of a bundle start evenly between two places on the femur and end between two on the tibia (or the
-// fibula's head). The places are those of an anatomical subject with the same origin and axes (Lenhart et al.
-// 2015, shared by OpenSim-JAM), moved onto this knee's own surfaces.
+// fibula's head), each moved onto the bone. The places follow the anatomy where this knee has it; its notch
+// has a lower roof than a real one, so the cruciates start from the edge of roof and wall that is nearest to
+// the flexion axis. Along the motion by contact alone no fibre is then strained beyond 0.1 from 0 to 90
+// degrees: PCLal tightens with flexion, ACLpl and the collaterals slacken, ACLam and PCLpm change by about a
+// tenth.
 struct Bundle {
   const char* name;
   int n_fibres;
@@ -36,25 +39,28 @@ Eigen::Vector3d on_surface(double (*field)(const Eigen::Vector3d&), const Eigen:
 std::vector<Bundle> bundles()
 {
   return {
-      {"ACLam", 3, 4920, -0.06, {-8, -3, 10}, {-10, -1, 11}, {16, -21, -4}, {16, -21, -1}, tibia_field},
-      {"ACLpl", 3, 4920, -0.02, {-10, -6, 10}, {-13, -5, 11}, {12, -21, 0}, {12, -21, 4}, tibia_field},
-      {"PCLal", 3, 4500, -0.02, {-2, -10, -10}, {0, -12, -10}, {-14, -27, 1}, {-14, -27, 5}, tibia_field},
-      {"PCLpm", 3, 1500, -0.09, {-6, -10, -10}, {-5, -13, -10}, {-15, -31, -5}, {-15, -31, 0}, tibia_field},
-      {"MCLs", 4, 3000, 0.039, {-1, 12, -40}, {5, 12, -40}, {5, -66, -17}, {14, -64, -15}, tibia_field},
-      {"MCLd", 3, 2500, 0.016, {-1, 3, -42}, {3, 3, -42}, {0, -32, -34}, {6, -32, -34}, tibia_field},
-      {"MCLp", 3, 2500, 0.030, {-8, -6, -40}, {-5, -6, -40}, {-16, -34, -26}, {-12, -34, -30}, tibia_field},
-      {"LCL", 4, 2400, 0.060, {-2, 3, 41}, {0, 6, 41}, {-15, -50, 45}, {-11, -52, 46}, fibula_field},
+      {"ACLam", 3, 4920, -0.112, {-1, -7, 2.3}, {1, -7, 2}, {16, -24, -4}, {16, -24, 0}, tibia_field},
+      {"ACLpl", 3, 4920, -0.030, {-4, -7, 5}, {-5, -5.5, 4.5}, {12, -24, 0}, {12, -24, 4}, tibia_field},
+      {"PCLal", 3, 4500, -0.020, {-7, -5.5, -7.5}, {-6, -5, -5}, {-14, -27, 1}, {-14, -27, 5}, tibia_field},
+      {"PCLpm", 3, 1500, -0.094, {-10, -4, -9}, {-9, -6, -9}, {-14, -31, -5}, {-14, -31, -1}, tibia_field},
+      {"MCLs", 4, 3000, 0.047, {0, 6, -42}, {2, 8, -41}, {6, -62, -15}, {12, -66, -12}, tibia_field},
+      {"MCLd", 3, 2500, 0.016, {0, 3.5, -42}, {1.5, 3, -42}, {0, -34, -38}, {4, -34, -38}, tibia_field},
+      {"MCLp", 3, 2500, 0.030, {-6, 0, -41}, {-5, 1, -41}, {-14, -34, -32}, {-10, -34, -34}, tibia_field},
+      {"LCL", 4, 2400, 0.060, {-2, 0, 41}, {0, 4, 41}, {-15, -42, 44}, {-12, -44, 45}, fibula_field},
   };
 }
 
 }  // namespace
 
 const char* const knee_fibre_sources =
-    "# Ligaments of the generic knee, canonical axes in mm: X anterior, Y proximal, Z to the subject's "
-    "right\n"
-    "# Stiffness and reference strain of each bundle: Lenhart et al. 2015, Ann Biomed Eng 43:2675-2685\n"
-    "# (OpenSim-JAM lenhart2015.osim). Stiffness agrees with the bundles of Blankevoort et al. 1991,\n"
-    "# J Biomech 24:1019-1031, within a third but for the posterior cruciate.\n";
+    "# Ligaments of the generic knee; mm in canonical axes: X anterior, Y proximal, Z to the subject's "
+    "right.\n"
+    "# Stiffness and reference strain of each bundle, in extension with the condyles on the plateaus, are\n"
+    "# those of Lenhart et al. 2015, Ann Biomed Eng 43:2675-2685 (OpenSim-JAM's lenhart2015.osim, means "
+    "over\n"
+    "# the bundle): ACLam 4920 N -0.112, ACLpl 4920 N -0.030, PCLal 4500 N -0.020, PCLpm 1500 N -0.094,\n"
+    "# MCLs 3000 N 0.047, MCLd 2500 N 0.016, MCLp 2500 N 0.030, LCL 2400 N 0.060.\n"
+    "# Tension: Blankevoort et al. 1991, J Biomech 24:1019-1031, transition strain 0.06.\n";
 
 std::vector<ShapeFibre> right_knee_fibres()
 {

@@ -9,6 +9,9 @@ namespace {
 // A moment (mm, unit normal) or a projection below this is rounding: contact points are good to 1e-8 mm.
 constexpr double negligible = 1e-7;
 
+// Passes over the contacts until their nearest point counts as not found; ten are many.
+constexpr std::size_t most_passes = 100;
+
 // +1 or -1 when all moments that are not negligible agree, 0 otherwise or when there is none. `skipped` is
 // left out.
 int common_sign(const std::vector<Contact>& contacts, const Eigen::Vector3d& centre, std::size_t skipped)
@@ -48,13 +51,66 @@ class HalfAxis {
   int n_ = 0;
 };
 
-// The point of the segment from `a` to `b` nearest to the origin.
-Eigen::Vector2d nearest_to_origin(const Eigen::Vector2d& a, const Eigen::Vector2d& b)
+using Vectors = std::vector<Eigen::Vector3d>;
+
+// The point nearest to the origin on the line or plane of two or three corners, when it lies between them.
+std::optional<Eigen::Vector3d> nearest_on_span(const Vectors& c)
 {
-  const Eigen::Vector2d along = b - a;
-  const double length_sq = along.squaredNorm();
-  if (length_sq <= 0.0) return a;
-  return a + std::clamp(-a.dot(along) / length_sq, 0.0, 1.0) * along;
+  if (c.size() == 1) return c[0];
+  const Eigen::Vector3d u = c[1] - c[0];
+  if (c.size() == 2) {
+    const double t = -c[0].dot(u) / u.squaredNorm();
+    if (t > 0.0 && t < 1.0) return c[0] + t * u;
+    return std::nullopt;
+  }
+  const Eigen::Vector3d v = c[2] - c[0];
+  const double uu = u.dot(u), uv = u.dot(v), vv = v.dot(v), cu = -c[0].dot(u), cv = -c[0].dot(v);
+  const double area_sq = uu * vv - uv * uv;
+  const double s = (cu * vv - cv * uv) / area_sq, t = (cv * uu - cu * uv) / area_sq;
+  if (s > 0.0 && t > 0.0 && s + t < 1.0) return c[0] + s * u + t * v;
+  return std::nullopt;
+}
+
+struct Nearest {
+  Eigen::Vector3d point;
+  Vectors corners;  // the fewest that span it
+};
+
+// Over the corners, edges and faces of a simplex of at most four corners.
+Nearest nearest_of_simplex(const Vectors& simplex)
+{
+  std::optional<Nearest> best;
+  for (unsigned chosen = 1; chosen < 1U << simplex.size(); ++chosen) {
+    Vectors corners;
+    for (std::size_t k = 0; k < simplex.size(); ++k) {
+      if ((chosen >> k & 1U) != 0) corners.push_back(simplex[k]);
+    }
+    if (corners.size() > 3) continue;
+    const std::optional<Eigen::Vector3d> point = nearest_on_span(corners);
+    if (point && (!best || point->squaredNorm() < best->point.squaredNorm())) best = {*point, corners};
+  }
+  return *best;
+}
+
+// Gilbert, Johnson and Keerthi (1988): the simplex takes up the point furthest towards the origin until none
+// is nearer. Zero when the hull holds the origin.
+Eigen::Vector3d nearest_of_hull(const Vectors& points)
+{
+  Nearest nearest{points.front(), {points.front()}};
+  for (std::size_t k = 0; k < most_passes; ++k) {
+    const Eigen::Vector3d& p = nearest.point;
+    const double distance_sq = p.squaredNorm();
+    if (distance_sq <= negligible * negligible) return Eigen::Vector3d::Zero();
+    const Eigen::Vector3d& support = *std::min_element(
+        points.begin(), points.end(), [&](const auto& l, const auto& r) { return l.dot(p) < r.dot(p); });
+    if (support.dot(p) >= (1.0 - negligible) * distance_sq) return p;
+    Vectors simplex = nearest.corners;
+    simplex.push_back(support);
+    nearest = nearest_of_simplex(simplex);
+    // Only around the origin no face of the simplex is nearer than the last.
+    if (nearest.point.squaredNorm() >= distance_sq) break;
+  }
+  return Eigen::Vector3d::Zero();
 }
 
 }  // namespace
@@ -111,27 +167,22 @@ Eigen::Vector3d predict_translation(const std::vector<Contact>& contacts)
   return {plus_x.mean() - minus_x.mean(), 0.0, plus_z.mean() - minus_z.mean()};
 }
 
-Climb predict_climb(const std::vector<Contact>& contacts)
+Climb predict_climb(const std::vector<Contact>& contacts, std::optional<double> lever_mm)
 {
-  std::vector<Eigen::Vector2d> slopes;
-  for (const Contact& c : contacts)
-    slopes.emplace_back(c.normal.x() / -c.normal.y(), c.normal.z() / -c.normal.y());
-  if (slopes.empty()) return {};
-  // Outside the hull, the origin's nearest point of it lies on a segment between two of its points.
-  Eigen::Vector2d nearest = slopes.front();
-  for (std::size_t i = 0; i < slopes.size(); ++i) {
-    for (std::size_t k = i; k < slopes.size(); ++k) {
-      const Eigen::Vector2d p = nearest_to_origin(slopes[i], slopes[k]);
-      if (p.squaredNorm() < nearest.squaredNorm()) nearest = p;
-    }
+  if (contacts.empty()) return {};
+  Climb climb;
+  climb.centre_mm = mean_point(contacts);
+  std::vector<Eigen::Vector3d> slopes;
+  for (const Contact& c : contacts) {
+    const double moment = lever_mm ? moment_about_mm(c, climb.centre_mm) / *lever_mm : 0.0;
+    slopes.push_back(Eigen::Vector3d(c.normal.x(), moment, c.normal.z()) / -c.normal.y());
   }
-  const double rise = nearest.norm();
-  if (rise <= negligible) return {};
-  const bool all_give_way = std::all_of(slopes.begin(), slopes.end(), [&](const Eigen::Vector2d& slope) {
-    return slope.dot(nearest) >= (1.0 - negligible) * rise * rise;
-  });
-  if (!all_give_way) return {};
-  return {Eigen::Vector3d(nearest.x() / rise, 0.0, nearest.y() / rise), rise};
+  const Eigen::Vector3d nearest = nearest_of_hull(slopes);
+  climb.rise = nearest.norm();
+  if (climb.rise <= negligible) return {};
+  climb.direction = Eigen::Vector3d(nearest.x(), 0.0, nearest.z()) / climb.rise;
+  if (lever_mm) climb.turn_rad_mm = nearest.y() / climb.rise / *lever_mm;
+  return climb;
 }
 
 }  // namespace vrda

@@ -2,6 +2,7 @@
 /// they push it (thesis 3.4 and 3.5). Only directions of reactions count, never their size.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "contact/contacts.hpp"
@@ -29,15 +30,19 @@ Eigen::Vector3d mean_point(const std::vector<Contact>& contacts);
 /// none. Source: thesis 3.5.
 Eigen::Vector3d predict_translation(const std::vector<Contact>& contacts);
 
-/// The way across Delta along which all contacts give way fastest. A contact of normal n lets the moving
-/// object rise along Delta by n . d / (-n . Delta) a mm of way d.
+/// A motion under which all contacts give way: across Delta, and about it through `centre`.
 struct Climb {
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit; zero when some contact blocks every way
-  double rise = 0.0;                                    ///< mm along Delta a mm of way; 0: none
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< mm across Delta a mm of motion
+  double turn_rad_mm = 0.0;                             ///< rad about Delta a mm of motion
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+  double rise = 0.0;  ///< mm along Delta a mm of motion; 0: the contacts block every motion
 };
 
-/// The rise is the distance of the convex hull of the contacts' n / (-n . Delta) across Delta from the
-/// origin: where the hull holds the origin, the reactions balance and no way leads up. Exact, cost n^2.
-Climb predict_climb(const std::vector<Contact>& contacts);
+/// The motion of unit length that lets the moving object rise fastest. A contact of normal n lets it rise
+/// along Delta by n . v / (-n . Delta) while its point goes v. The length of a motion is that of its way and
+/// of its turn times `lever_mm`, taken at right angles; without a lever it does not turn. The rise is the
+/// distance of the convex hull of these slopes from the origin: where the hull holds the origin, forces and,
+/// with a lever, moments balance and no motion leads up. Exact; a few passes over the contacts.
+Climb predict_climb(const std::vector<Contact>& contacts, std::optional<double> lever_mm = std::nullopt);
 
 }  // namespace vrda

@@ -35,6 +35,15 @@ constexpr double climb_gain_share = 0.001;
 // Bound of the sub-steps of one motion: keeps absurd steps from overflowing the count.
 constexpr double most_substeps = 1e6;
 
+MovingPose turned_about(MovingPose pose, const Eigen::Vector3d& centre_mm, double angle_rad)
+{
+  const double height_mm = pose.translation_mm.y();
+  pose.translation_mm = centre_mm + rotation_y(angle_rad) * (pose.translation_mm - centre_mm);
+  pose.translation_mm.y() = height_mm;
+  pose.theta_rad += angle_rad;
+  return pose;
+}
+
 enum class LastMotion { none, turn, slide };
 
 class Search {
@@ -43,6 +52,7 @@ class Search {
          const Watch& watch)
       : joint_(joint),
         reference_(turned(joint.reference.solid, attitude)),
+        varus_rad_(attitude.varus_rad),
         options_(options),
         watch_(watch),
         pose_(seed),
@@ -56,6 +66,7 @@ class Search {
     StepRecord record;
     record.status = search();
     record.pose = pose_;
+    record.varus_rad = varus_rad_;
     record.iterations = iteration_;
     record.residual_mm = residual_mm_;
     if (record.status == StepStatus::stable) measure(record);
@@ -194,53 +205,75 @@ class Search {
     return true;
   }
 
-  // The average by component may point into a surface that is touched already, and halving then ends short
-  // of the place of rest (thesis 3.5 and 3.6). So before a pose counts as stable, its contacts are asked for
-  // a way that leads up; one that does is taken as far as it goes on rising.
+  // The average by component may point into a surface that is touched already, halving then ends short of the
+  // place of rest (thesis 3.5 and 3.6), and a neighbour within the band holds a turn before it is reached. So
+  // before a pose counts as stable, its contacts are asked for a motion that leads up, first without a turn;
+  // one that does is taken as far as it goes on rising.
   bool climbs(const std::vector<Contact>& contacts)
   {
+    // One resolution of each kind counts alike.
+    const double lever_mm = options_.translation_resolution_mm / options_.rotation_resolution_rad;
     for (const double band : climb_bands) {
-      const Eigen::Vector3d way_mm = way_up_mm(predict_climb(within(contacts, band)));
-      if (way_mm.norm() > 0.0 && slides_under(way_mm)) return true;
+      const std::vector<Contact> near = within(contacts, band);
+      if (climbs_by(predict_climb(near)) || climbs_by(predict_climb(near, lever_mm))) return true;
     }
     return false;
   }
 
-  // The longest way tried at whose end the moving object rests higher than here; zero when the shortest does
-  // not.
-  Eigen::Vector3d way_up_mm(const Climb& climb)
+  // Goes the longest way tried at whose end the moving object rests higher than here, unless something is in
+  // the way.
+  bool climbs_by(const Climb& climb)
   {
-    const MovingPose here = pose_;
-    const double gap_here_mm = gap_ahead().travel_mm;  // a slide may have stopped nearer than an approach
-    double best_mm = 0.0, best_rise_mm = climb_gain_share * options_.translation_resolution_mm;
-    for (double way_mm = climb_way_share * options_.translation_resolution_mm;
-         climb.rise > 0.0 && way_mm <= options_.translation_step_mm; way_mm *= climb_growth) {
-      pose_.translation_mm = here.translation_mm + way_mm * (climb.direction - Eigen::Vector3d::UnitY());
-      const double rise_mm = gap_ahead().travel_mm - way_mm - gap_here_mm;
-      if (!std::isfinite(rise_mm) || rise_mm <= best_rise_mm) break;
-      best_rise_mm = rise_mm;
-      best_mm = way_mm;
+    if (climb.rise <= 0.0) return false;
+    const double length_mm = length_up_mm(climb);
+    if (length_mm <= 0.0) return false;
+    const int n = substeps(length_mm * sweep_of(climb));
+    for (int k = 0; k <= n; ++k) {
+      if (collides(under(pose_, climb, static_cast<double>(k) / n * length_mm, length_mm))) return false;
     }
-    pose_ = here;
-    return best_mm * climb.direction;
+    pose_ = under(pose_, climb, length_mm, length_mm);
+    last_motion_ = climb.turn_rad_mm == 0.0 ? LastMotion::slide : LastMotion::turn;
+    tell(climb.turn_rad_mm == 0.0 ? MoveKind::translate : MoveKind::rotate, pose_);
+    return true;
   }
 
-  // Backs out by the length of the way, which clears flanks of up to 45 degrees, and slides, unless something
-  // is in the way.
-  bool slides_under(const Eigen::Vector3d& way_mm)
+  // 0 when the shortest way does not lead up.
+  double length_up_mm(const Climb& climb)
   {
-    MovingPose under = pose_;
-    under.translation_mm.y() -= way_mm.norm();
-    const Eigen::Vector3d start_mm = under.translation_mm;
-    const int n = substeps(way_mm.norm());
-    for (int k = 0; k <= n; ++k) {
-      under.translation_mm = start_mm + static_cast<double>(k) / n * way_mm;
-      if (collides(under)) return false;
+    const MovingPose here = pose_;
+    const double rest_mm = rest_height_mm();  // a slide may have stopped nearer than an approach
+    double best_mm = 0.0, best_rise_mm = climb_gain_share * options_.translation_resolution_mm;
+    for (double length_mm = climb_way_share * options_.translation_resolution_mm / std::max(1.0, climb.rise);
+         length_mm <= options_.translation_step_mm &&
+         length_mm * std::abs(climb.turn_rad_mm) <= options_.rotation_step_rad;
+         length_mm *= climb_growth) {
+      pose_ = under(here, climb, length_mm, length_mm);
+      const double rise_mm = rest_height_mm() - rest_mm;
+      if (!std::isfinite(rise_mm) || rise_mm <= best_rise_mm) break;
+      best_rise_mm = rise_mm;
+      best_mm = length_mm;
     }
-    pose_ = under;
-    last_motion_ = LastMotion::slide;
-    tell(MoveKind::translate, pose_);
-    return true;
+    pose_ = here;
+    return best_mm;
+  }
+
+  double rest_height_mm() { return pose_.translation_mm.y() + gap_ahead().travel_mm; }
+
+  // A part of a climb, backed out by the way that the whole one takes its farthest point, which clears flanks
+  // of up to 45 degrees.
+  MovingPose under(const MovingPose& start, const Climb& climb, double length_mm, double whole_mm) const
+  {
+    MovingPose pose = turned_about(start, climb.centre_mm, length_mm * climb.turn_rad_mm);
+    pose.translation_mm += length_mm * climb.direction;
+    pose.translation_mm.y() -= whole_mm * sweep_of(climb);
+    return pose;
+  }
+
+  // The farthest that any point goes, mm a mm of the motion.
+  double sweep_of(const Climb& climb) const
+  {
+    if (climb.turn_rad_mm == 0.0) return 1.0;
+    return climb.direction.norm() + std::abs(climb.turn_rad_mm) * farthest_from_axis_mm(climb.centre_mm);
   }
 
   // A long slide ends where the way left along Delta is longest: the push would not let the moving object
@@ -275,15 +308,7 @@ class Search {
     const double angle_rad = rotation.sign * rotation_step_rad_;
     const double sweep_mm = std::abs(angle_rad) * farthest_from_axis_mm(rotation.centre_mm);
     move_while_free(std::abs(angle_rad), options_.rotation_resolution_rad, substeps(sweep_mm),
-                    [&](double share) {
-                      MovingPose pose = start;
-                      const double turned_rad = share * angle_rad;
-                      const Eigen::Vector3d arm = start.translation_mm - rotation.centre_mm;
-                      pose.translation_mm = rotation.centre_mm + rotation_y(turned_rad) * arm;
-                      pose.translation_mm.y() = start.translation_mm.y();
-                      pose.theta_rad += turned_rad;
-                      return pose;
-                    });
+                    [&](double share) { return turned_about(start, rotation.centre_mm, share * angle_rad); });
     last_motion_ = LastMotion::turn;
     tell(MoveKind::rotate, pose_);
   }
@@ -400,6 +425,7 @@ class Search {
 
   const Joint& joint_;
   TreeMesh reference_;  // at the attitude
+  double varus_rad_;
   const SearchOptions& options_;
   const Watch& watch_;
   NarrowPhase narrow_phase_;

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "store/layout.hpp"
+#include "store/mechanics_binding.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda {
@@ -79,6 +80,7 @@ void visit_root(Model& model, const FileShape& shape, Visitor& visit)
   visit("/residual", model.residual_mm);
   visit("/theta_determined", model.theta_determined);
   visit("/is_spine", model.is_spine);
+  if (shape.minor_version >= 1) visit("/varus_solved", model.varus_solved_deg);
   if (!shape.has_compartments) return;
   visit("/gap_medial_mm", model.gap_medial_mm);
   visit("/gap_lateral_mm", model.gap_lateral_mm);
@@ -110,7 +112,8 @@ void visit_contacts(Contacts& contacts, Visitor& visit)
 }
 
 /// Calls visit(path, member) for every dataset of layout_of(shape), in its order. `model` is const for
-/// writing; for reading, its smoothed sets carry their degrees and names already.
+/// writing; for reading, its smoothed sets carry their degrees and names already, and its optional members
+/// exist where `shape` has them.
 template <typename Model, typename Visitor>
 void visit_datasets(Model& model, const FileShape& shape, Visitor&& visit)
 {
@@ -122,6 +125,7 @@ void visit_datasets(Model& model, const FileShape& shape, Visitor&& visit)
     for (auto& surface : set.surfaces) visit_smoothed_surface(surface, group, visit);
   }
   visit_contacts(model.contacts, visit);
+  visit_mechanics(model, shape, visit);
   visit_body(model.reference, "/bodies/reference", shape.reference, visit);
   visit_body(model.moving, "/bodies/moving", shape.moving, visit);
   visit("/job/text", model.job.text);

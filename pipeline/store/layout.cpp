@@ -4,38 +4,15 @@
 
 #include "core/error.hpp"
 #include "core/search_move.hpp"
+#include "store/dataset_specs.hpp"
+#include "store/mechanics_layout.hpp"
 
 namespace vrda {
 namespace {
 
-using Dimensions = std::vector<std::string>;
-
-const Dimensions& grid_dimensions()
-{
-  static const Dimensions dimensions{"/flexion", "/varus"};
-  return dimensions;
-}
-
 std::string child(const std::string& group, const std::string& name)
 {
   return group + "/" + name;
-}
-
-/// A surface of lengths or angles: NaN where a cell has no answer.
-DatasetSpec surface(const std::string& path, const char* units, const char* long_name)
-{
-  return {path, ValueKind::float64, grid_dimensions(), units, long_name, true, FlagSet::none};
-}
-
-DatasetSpec flag_surface(const std::string& path, FlagSet flags, const char* long_name)
-{
-  return {path, ValueKind::int8, grid_dimensions(), "", long_name, false, flags};
-}
-
-DatasetSpec numbers(const std::string& path, ValueKind kind, Dimensions dimensions, const char* units,
-                    const char* long_name)
-{
-  return {path, kind, std::move(dimensions), units, long_name, false, FlagSet::none};
 }
 
 void add_root(FileLayout& layout, const FileShape& shape)
@@ -59,7 +36,8 @@ void add_root(FileLayout& layout, const FileShape& shape)
         "no unit",
         true,
         FlagSet::none},
-       flag_surface("/status", FlagSet::status, "how the motion step ended"),
+       flag_surface("/status", shape.minor_version == 0 ? FlagSet::search_status : FlagSet::status,
+                    "how the motion step ended"),
        numbers("/iterations", ValueKind::int32, grid_dimensions(), "1", "iterations of the motion step"),
        numbers("/queries", ValueKind::int32, grid_dimensions(), "1",
                "collision and gap queries of the motion step"),
@@ -67,6 +45,9 @@ void add_root(FileLayout& layout, const FileShape& shape)
        flag_surface("/theta_determined", FlagSet::answer,
                     "whether the contacts hold the rotation about Delta"),
        flag_surface("/is_spine", FlagSet::yes_no, "whether the cell is its flexion's cell of the spine")});
+  if (shape.minor_version >= 1) {
+    layout.datasets.push_back(surface("/varus_solved", "degree", "varus of the pose, adduction positive"));
+  }
   if (!shape.has_compartments) return;
   layout.datasets.insert(
       layout.datasets.end(),
@@ -109,8 +90,8 @@ void add_contacts(FileLayout& layout, const FileShape& shape)
                "row of /bodies/reference/triangles"),
        numbers("/contacts/triangle_moving", ValueKind::int32, contact, "1",
                "row of /bodies/moving/triangles"),
-       {"/contacts/compartment", ValueKind::int8, contact, "", "compartment that the contact lies in", false,
-        FlagSet::compartment}});
+       codes("/contacts/compartment", contact, FlagSet::compartment,
+             "compartment that the contact lies in")});
 }
 
 void add_part(FileLayout& layout, const std::string& group, const std::string& body, const PartShape& shape)
@@ -206,6 +187,9 @@ const char* name_of(ValueKind kind)
 
 namespace {
 
+constexpr StepStatus search_statuses[] = {StepStatus::pending, StepStatus::stable, StepStatus::no_contact,
+                                          StepStatus::no_clearance, StepStatus::iteration_limit};
+
 template <typename Codes>
 FlagTable table_of(const Codes& codes)
 {
@@ -226,16 +210,22 @@ FlagTable flag_table(FlagSet set)
       break;
     case FlagSet::status:
       return table_of(all_step_statuses);
+    case FlagSet::search_status:
+      return table_of(search_statuses);
     case FlagSet::move_kind:
       return table_of(all_move_kinds);
     case FlagSet::node:
-      return table_of(all_step_kinds);
+      return table_of(searched_step_kinds);
     case FlagSet::answer:
       return {{-1, 0, 1}, "no_answer no yes"};
     case FlagSet::yes_no:
       return {{0, 1}, "no yes"};
     case FlagSet::compartment:
       return {{0, 1, 2}, "none medial lateral"};
+    case FlagSet::wrap_shape:
+      return {{0, 1}, "cylinder ellipsoid"};
+    case FlagSet::body:
+      return {{0, 1}, "reference moving"};
   }
   return {};
 }
@@ -266,6 +256,7 @@ FileLayout layout_of(const FileShape& shape)
   layout.groups.emplace_back("/smoothed");
   for (const SmoothedShape& smoothed : shape.smoothed) add_smoothed(layout, smoothed);
   add_contacts(layout, shape);
+  add_mechanics(layout, shape);
   layout.groups.emplace_back("/bodies");
   add_body(layout, "/bodies/reference", shape.reference);
   add_body(layout, "/bodies/moving", shape.moving);

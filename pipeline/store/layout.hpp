@@ -3,13 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace vrda {
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.0";
+inline constexpr const char* format_version = "1.1";
 /// CF 1.9 is the first to allow 64-bit integers (row_start).
 inline constexpr const char* conventions = "CF-1.9";
 
@@ -17,7 +18,18 @@ enum class ValueKind { float64, float32, int64, int32, int8, text };
 const char* name_of(ValueKind kind);
 
 /// Which codes an int8 dataset holds; written as CF flag_values and flag_meanings.
-enum class FlagSet { none, status, answer, yes_no, compartment, move_kind, node };
+enum class FlagSet {
+  none,
+  status,
+  search_status,  ///< without `unbounded`: of a trace's searches, and of motion models of version 1.0
+  answer,
+  yes_no,
+  compartment,
+  move_kind,
+  node,
+  wrap_shape,
+  body
+};
 
 struct FlagTable {
   std::vector<std::int8_t> values;
@@ -66,12 +78,21 @@ struct SmoothedShape {
   std::int64_t n_terms = 0;
 };
 
-/// Every size that a layout depends on.
+struct LigamentShape {
+  std::int64_t n_fibres = 0;
+  std::int64_t n_wraps = 0;
+};
+
+/// Everything that a layout depends on.
 struct FileShape {
+  /// Of format_version. 0 knows no push, contact paths, equilibrium, ligaments or solved varus.
+  std::int32_t minor_version = 1;
   std::int64_t n_flexion = 0;
   std::int64_t n_varus = 0;
   bool has_compartments = false;
   std::int64_t n_contacts = 0;
+  std::optional<std::int64_t> n_forces;    ///< of method "equilibrium" only
+  std::optional<LigamentShape> ligaments;  ///< where the job has fibres
   BodyShape reference;
   BodyShape moving;
   std::vector<SmoothedShape> smoothed;  ///< by increasing degree

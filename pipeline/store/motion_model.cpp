@@ -4,29 +4,102 @@
 #include <utility>
 
 namespace vrda {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr std::int8_t pending_code = static_cast<std::int8_t>(StepStatus::pending);
+
+struct GridSize {
+  Eigen::Index n_flexion = 0, n_varus = 0;
+  std::size_t n_cells() const { return static_cast<std::size_t>(n_flexion * n_varus); }
+};
+
+FreeSpine pending_spine(std::size_t n_flexion)
+{
+  FreeSpine spine;
+  spine.status.assign(n_flexion, pending_code);
+  spine.n_optima.assign(n_flexion, 0);
+  for (std::vector<double>* values :
+       {&spine.varus_deg, &spine.tx_mm, &spine.ty_mm, &spine.tz_mm, &spine.theta_deg, &spine.energy_nmm,
+        &spine.theta_low_deg, &spine.theta_high_deg, &spine.optima_theta_spread_deg,
+        &spine.optima_energy_spread_nmm}) {
+    values->assign(n_flexion, nan);
+  }
+  return spine;
+}
+
+EquilibriumSurfaces pending_equilibrium(const MotionModel& model, const GridSize& size)
+{
+  EquilibriumSurfaces surfaces;
+  if (model.equilibrium) surfaces.band_moment_nmm = model.equilibrium->band_moment_nmm;
+  for (GridD* grid : {&surfaces.energy_nmm, &surfaces.balance_residual_n, &surfaces.complementarity_mm,
+                      &surfaces.worst_gap_mm, &surfaces.flexion_moment_nmm, &surfaces.varus_moment_nmm}) {
+    *grid = GridD::Constant(size.n_flexion, size.n_varus, nan);
+  }
+  if (model.has_compartments) {
+    surfaces.force_medial_n.assign(3 * size.n_cells(), nan);
+    surfaces.force_lateral_n = surfaces.force_medial_n;
+  }
+  surfaces.forces.row_start.assign(size.n_cells() + 1, 0);
+  surfaces.spine = pending_spine(static_cast<std::size_t>(size.n_flexion));
+  return surfaces;
+}
+
+void empty_cells(LigamentRows& ligaments, std::size_t n_cells)
+{
+  const std::size_t n = n_cells * ligaments.name.size();
+  for (std::vector<double>* values :
+       {&ligaments.length_mm, &ligaments.strain, &ligaments.tension_n, &ligaments.energy_nmm}) {
+    values->assign(n, nan);
+  }
+  ligaments.is_wrapped.assign(n, -1);
+}
+
+}  // namespace
+
+PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion)
+{
+  PushRows push;
+  push.delta = delta.transpose().replicate(static_cast<Eigen::Index>(n_flexion), 1);
+  push.force_n = Points::Zero(static_cast<Eigen::Index>(n_flexion), 3);
+  push.moment_nmm.assign(n_flexion, 0.0);
+  push.varus_moment_nmm.assign(n_flexion, 0.0);
+  return push;
+}
 
 MotionModel with_pending_cells(MotionModel model)
 {
-  const Eigen::Index n_flexion = static_cast<Eigen::Index>(model.flexion_deg.size());
-  const Eigen::Index n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
-  const std::size_t n_cells = model.flexion_deg.size() * model.varus_deg.size();
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  for (GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg, &model.residual_mm,
-                      &model.gap_medial_mm, &model.gap_lateral_mm, &model.clinical.flexion_deg,
-                      &model.clinical.varus_deg, &model.clinical.internal_rotation_deg,
-                      &model.clinical.anterior_mm, &model.clinical.proximal_mm, &model.clinical.lateral_mm}) {
-    *grid = GridD::Constant(n_flexion, n_varus, nan);
+  const GridSize size{static_cast<Eigen::Index>(model.flexion_deg.size()),
+                      static_cast<Eigen::Index>(model.varus_deg.size())};
+  for (GridD* grid :
+       {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg, &model.residual_mm, &model.gap_medial_mm,
+        &model.gap_lateral_mm, &model.varus_solved_deg, &model.clinical.flexion_deg,
+        &model.clinical.varus_deg, &model.clinical.internal_rotation_deg, &model.clinical.anterior_mm,
+        &model.clinical.proximal_mm, &model.clinical.lateral_mm}) {
+    *grid = GridD::Constant(size.n_flexion, size.n_varus, nan);
   }
   for (GridB* grid : {&model.contact_medial, &model.contact_lateral, &model.theta_determined}) {
-    *grid = GridB::Constant(n_flexion, n_varus, -1);
+    *grid = GridB::Constant(size.n_flexion, size.n_varus, -1);
   }
-  model.status = GridB::Constant(n_flexion, n_varus, static_cast<std::int8_t>(StepStatus::pending));
-  model.is_spine = GridB::Zero(n_flexion, n_varus);
-  model.iterations = GridI::Zero(n_flexion, n_varus);
-  model.queries = GridI::Zero(n_flexion, n_varus);
-  model.X_reference_moving.assign(16 * n_cells, nan);
+  model.status = GridB::Constant(size.n_flexion, size.n_varus, pending_code);
+  model.is_spine = GridB::Zero(size.n_flexion, size.n_varus);
+  model.iterations = GridI::Zero(size.n_flexion, size.n_varus);
+  model.queries = GridI::Zero(size.n_flexion, size.n_varus);
+  model.X_reference_moving.assign(16 * size.n_cells(), nan);
   model.contacts = {};
-  model.contacts.row_start.assign(n_cells + 1, 0);
+  model.contacts.row_start.assign(size.n_cells() + 1, 0);
+  if (model.push.delta.rows() != size.n_flexion) {
+    model.push = constant_push(model.delta, model.flexion_deg.size());
+  }
+  const std::vector<double> nowhere(3 * size.n_cells(), nan);
+  model.contact_paths.reset();
+  if (model.has_compartments) model.contact_paths = {nowhere, nowhere, nowhere, nowhere};
+  if (model.method == "equilibrium") {
+    model.equilibrium = pending_equilibrium(model, size);
+  } else {
+    model.equilibrium.reset();
+  }
+  if (model.ligaments) empty_cells(*model.ligaments, size.n_cells());
   model.smoothed.clear();
   return model;
 }

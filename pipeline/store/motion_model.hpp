@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,13 +68,84 @@ struct JobRecord {
   std::vector<InputFile> inputs;
 };
 
+/// What pushes the moving object at each flexion.
+struct PushRows {
+  Points delta;                                        ///< [n_flexion, 3] unit vectors, world W
+  Points force_n;                                      ///< [n_flexion, 3] along Delta and across it, W
+  std::vector<double> moment_nmm;                      ///< [n_flexion] about Delta, right-knee sign of theta
+  std::vector<double> varus_moment_nmm;                ///< [n_flexion]
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< where the force acts, world W
+};
+
+/// Points of each cell where a compartment bears its load: mean of its contacts, weighted by force where the
+/// equilibrium knows it. NaN where the compartment does not touch.
+struct ContactPaths {
+  std::vector<double> medial_reference_mm;  ///< [n_cells, 3] canonical axes of the reference body
+  std::vector<double> medial_moving_mm;     ///< [n_cells, 3] canonical axes of the moving body
+  std::vector<double> lateral_reference_mm;
+  std::vector<double> lateral_moving_mm;
+};
+
+/// The contact forces of all cells in compressed rows, like ContactRows. A force on the moving object is
+/// along_delta_n * normal / -(normal . Delta).
+struct ForceRows {
+  std::vector<std::int64_t> row_start;           ///< [n_cells + 1]
+  Points point_world_mm;                         ///< [n, 3] W
+  Points normal_world;                           ///< [n, 3] unit, W
+  std::vector<double> along_delta_n;             ///< [n] above 0
+  std::vector<std::int32_t> triangle_reference;  ///< [n]
+  std::vector<std::int32_t> triangle_moving;     ///< [n]
+  std::vector<std::int8_t> compartment;          ///< [n] 0 none, 1 medial, 2 lateral
+};
+
+/// The pose of each flexion with varus left free, which the rows of the grid start from.
+struct FreeSpine {
+  std::vector<std::int8_t> status;                     ///< [n_flexion] StepStatus
+  std::vector<double> varus_deg;                       ///< [n_flexion] NaN where not stable, like all below
+  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< as the surfaces of those names
+  std::vector<double> energy_nmm;
+  /// Theta under an extra moment of -band and +band about Delta; NaN without a band or not stable there.
+  std::vector<double> theta_low_deg, theta_high_deg;
+  std::vector<std::int32_t> n_optima;            ///< different places of rest that the starts led to
+  std::vector<double> optima_theta_spread_deg;   ///< largest less smallest theta among them
+  std::vector<double> optima_energy_spread_nmm;  ///< largest less smallest energy among them
+};
+
+/// What only the equilibrium knows (core/step_record.hpp, Balance). Surfaces over (flexion, varus).
+struct EquilibriumSurfaces {
+  double band_moment_nmm = 0.0;  ///< 0: no band
+  GridD energy_nmm, balance_residual_n, complementarity_mm, worst_gap_mm;
+  GridD flexion_moment_nmm, varus_moment_nmm;
+  std::vector<double> force_medial_n;   ///< [n_cells, 3] sum of the contact forces on the moving object, W;
+  std::vector<double> force_lateral_n;  ///< only with compartments; NaN where not stable
+  ForceRows forces;
+  FreeSpine spine;
+};
+
+struct LigamentRows {
+  std::vector<std::string> name, bundle;  ///< [n_fibres]
+  Points reference_mm;                    ///< [n_fibres, 3] attachment, canonical axes of its body
+  Points moving_mm;                       ///< [n_fibres, 3]
+  std::vector<double> stiffness_n;        ///< [n_fibres] per unit strain
+  std::vector<double> slack_length_mm;    ///< [n_fibres]
+  std::vector<std::int32_t> wrap;         ///< [n_fibres] row of the wraps, or -1
+  double transition_strain = 0.06;
+  std::vector<std::string> wrap_name;   ///< [n_wraps]
+  std::vector<std::int8_t> wrap_shape;  ///< [n_wraps] 0 cylinder, 1 ellipsoid
+  std::vector<std::int8_t> wrap_body;   ///< [n_wraps] 0 reference, 1 moving
+  std::vector<double> X_body_wrap;      ///< [n_wraps, 4, 4] canonical axes of its body
+  Points wrap_radii_mm;                 ///< [n_wraps, 3] ellipsoid: half-axes; cylinder: r, r, half length
+  std::vector<double> length_mm, strain, tension_n, energy_nmm;  ///< [n_cells, n_fibres] NaN where not stable
+  std::vector<std::int8_t> is_wrapped;                           ///< [n_cells, n_fibres] -1 where not stable
+};
+
 struct MotionModel {
   std::string title;
   std::string joint;                                             ///< "knee" or "other"
   std::string side;                                              ///< "right" or "left"
-  std::string method;                                            ///< "stability-search"
+  std::string method;                                            ///< "stability-search" or "equilibrium"
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
-  Eigen::Vector3d delta = Eigen::Vector3d::UnitY();              ///< world W
+  Eigen::Vector3d delta = Eigen::Vector3d::UnitY();              ///< world W; of the first flexion
   double contact_resolution_mm = 0.1;
   bool has_compartments = true;
 
@@ -89,6 +161,13 @@ struct MotionModel {
   GridB contact_medial, contact_lateral, theta_determined;
   GridB is_spine;  ///< 1 on the spine cell of each flexion
 
+  GridD varus_solved_deg;  ///< of each cell; differs from the axis where varus was free
+
+  PushRows push;                                   ///< of a file of version 1.0: constant_push(delta)
+  std::optional<EquilibriumSurfaces> equilibrium;  ///< of method "equilibrium" only, and exactly there
+  std::optional<LigamentRows> ligaments;           ///< where the job has fibres
+  std::optional<ContactPaths> contact_paths;       ///< where the joint has compartments
+
   ClinicalSurfaces clinical;
   ContactRows contacts;
   Body reference, moving;  ///< canonical, own side
@@ -96,8 +175,13 @@ struct MotionModel {
   JobRecord job;
 };
 
-/// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, no contacts, no smoothed
-/// surfaces. The content of a start file; a run then fills the cells in.
+/// Along `delta` at each flexion, with a force and moments of 0.
+PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion);
+
+/// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces or
+/// smoothed surfaces. The content of a start file; a run then fills the cells in. Keeps the push, or makes it
+/// that of `delta` where it has not a row a flexion, and what is no cell's of the fibres. Contact paths and
+/// equilibrium exist after it as has_compartments and method ask.
 MotionModel with_pending_cells(MotionModel model);
 
 }  // namespace vrda

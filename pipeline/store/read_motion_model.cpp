@@ -2,6 +2,7 @@
 
 #include "core/error.hpp"
 #include "store/binding.hpp"
+#include "store/contact_paths.hpp"
 #include "store/dataset_reader.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/values.hpp"
@@ -33,6 +34,31 @@ SmoothedSet empty_set(const H5Reader& reader, const SmoothedShape& shape)
   return set;
 }
 
+/// The members that files of `shape` have, with what stands in their groups' attributes.
+void open_mechanics(MotionModel& model, const H5Reader& reader, const FileShape& shape)
+{
+  if (shape.minor_version == 0) return;
+  model.push.point_mm = vector(reader, "/push", "point_mm");
+  if (shape.has_compartments) model.contact_paths.emplace();
+  if (shape.n_forces)
+    model.equilibrium.emplace().band_moment_nmm = number(reader, "/equilibrium", "band_moment_nmm");
+  if (shape.ligaments)
+    model.ligaments.emplace().transition_strain = number(reader, "/ligaments", "transition_strain");
+}
+
+/// What version 1.0 did not write, and what it means that it is not there.
+void complete_first_version(MotionModel& model)
+{
+  model.push = constant_push(model.delta, model.flexion_deg.size());
+  model.varus_solved_deg = GridD(model.tx_mm.rows(), model.tx_mm.cols());
+  for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
+    const bool is_stable = model.status.data()[cell] == static_cast<std::int8_t>(StepStatus::stable);
+    const auto varus = static_cast<std::size_t>(cell % model.status.cols());
+    model.varus_solved_deg.data()[cell] =
+        is_stable ? model.varus_deg[varus] : std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
 MotionModel read_values(const H5Reader& reader, const Structure& structure)
 {
   MotionModel model;
@@ -48,7 +74,9 @@ MotionModel read_values(const H5Reader& reader, const Structure& structure)
   model.moving.name = text(reader, "/bodies/moving", "name");
   for (const SmoothedShape& shape : structure.shape.smoothed)
     model.smoothed.push_back(empty_set(reader, shape));
+  open_mechanics(model, reader, structure.shape);
   visit_datasets(model, structure.shape, DatasetReader(reader, structure));
+  if (structure.shape.minor_version == 0) complete_first_version(model);
   if (!model.has_compartments) {
     const Eigen::Index n_flexion = model.tx_mm.rows(), n_varus = model.tx_mm.cols();
     model.gap_medial_mm = GridD::Constant(n_flexion, n_varus, std::numeric_limits<double>::quiet_NaN());
@@ -71,7 +99,11 @@ MotionModel read_motion_model(const std::string& path)
     model = read_values(reader, structure);
     findings = check_values(model);
   }
-  if (findings.empty()) return model;
+  if (findings.empty()) {
+    // Of version 1.0 they are told by the contacts, once these are known to be sound.
+    if (model.has_compartments && !model.contact_paths) model.contact_paths = contact_paths_of(model);
+    return model;
+  }
   throw InputError({path, findings[0].where, findings[0].found, findings[0].wanted});
 }
 

@@ -77,7 +77,7 @@ class StructureCheck {
     return value && value->texts.size() == 1 ? value->texts[0] : std::string();
   }
 
-  /// Both formats are in their first major version.
+  /// Both formats are in their first major version. Keeps the minor one.
   bool is_format(const std::string& wanted)
   {
     const std::string format = text("/", "format");
@@ -86,7 +86,11 @@ class StructureCheck {
       return false;
     }
     const std::string version = text("/", "format_version");
-    if (version.rfind("1.", 0) == 0) return true;
+    const char* end = version.data() + version.size();
+    if (version.rfind("1.", 0) == 0) {
+      const std::from_chars_result parsed = std::from_chars(version.data() + 2, end, minor_version_);
+      if (parsed.ec == std::errc() && parsed.ptr == end && minor_version_ >= 0) return true;
+    }
     find("/@format_version", version.empty() ? "nothing" : "\"" + version + "\"",
          "\"1.\" and a minor version");
     return false;
@@ -143,9 +147,18 @@ class StructureCheck {
               [](const SmoothedShape& a, const SmoothedShape& b) { return a.degree < b.degree; });
   }
 
+  void read_mechanics_shape()
+  {
+    if (text("/", "method") == "equilibrium") result_.shape.n_forces = size_of("/equilibrium/forces/force");
+    if (reader_.objects().count("/ligaments") == 0) return;
+    result_.shape.ligaments = {size_of("/ligaments/fibre"), size_of("/ligaments/wrapping")};
+  }
+
   void read_shape()
   {
     FileShape& shape = result_.shape;
+    // Of a later minor version we read what we know.
+    shape.minor_version = std::min(minor_version_, shape.minor_version);
     shape.n_flexion = size_of("/flexion");
     shape.n_varus = size_of("/varus");
     if (shape.n_flexion == 0) find("/flexion", "no values", "at least one");
@@ -157,6 +170,7 @@ class StructureCheck {
       shape.has_compartments = compartments->numbers[0] != 0;
     }
     shape.n_contacts = size_of("/contacts/contact");
+    if (shape.minor_version >= 1) read_mechanics_shape();
     shape.reference = body_shape("/bodies/reference");
     shape.moving = body_shape("/bodies/moving");
     shape.n_inputs = size_of("/job/input");
@@ -267,6 +281,7 @@ class StructureCheck {
   }
 
   const H5Reader& reader_;
+  std::int32_t minor_version_ = 0;
   Structure result_;
 };
 

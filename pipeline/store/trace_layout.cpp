@@ -1,22 +1,9 @@
 #include "store/trace_layout.hpp"
 
-#include <utility>
+#include "store/dataset_specs.hpp"
 
 namespace vrda {
 namespace {
-
-using Dimensions = std::vector<std::string>;
-
-DatasetSpec numbers(const std::string& path, ValueKind kind, Dimensions dimensions, const char* units,
-                    const char* long_name)
-{
-  return {path, kind, std::move(dimensions), units, long_name, false, FlagSet::none};
-}
-
-DatasetSpec codes(const std::string& path, const std::string& dimension, FlagSet flags, const char* long_name)
-{
-  return {path, ValueKind::int8, {dimension}, "", long_name, false, flags};
-}
 
 void add_searches(FileLayout& layout, const TraceShape& shape)
 {
@@ -29,8 +16,8 @@ void add_searches(FileLayout& layout, const TraceShape& shape)
       {numbers("/searches/flexion", ValueKind::float64, {search}, "degree", "flexion of the attitude"),
        numbers("/searches/varus", ValueKind::float64, {search}, "degree",
                "varus of the attitude, adduction positive"),
-       codes("/searches/node", search, FlagSet::node, "kind of node of the seeding graph"),
-       codes("/searches/status", search, FlagSet::status, "how the search ended"),
+       codes("/searches/node", {search}, FlagSet::node, "kind of node of the seeding graph"),
+       codes("/searches/status", {search}, FlagSet::search_status, "how the search ended"),
        numbers("/searches/seed_translation", ValueKind::float32, {search, "/xyz"}, "mm",
                "translation of the seed, world W"),
        numbers("/searches/seed_theta", ValueKind::float32, {search}, "degree",
@@ -48,16 +35,16 @@ void add_moves(FileLayout& layout, const TraceShape& shape)
   layout.datasets.insert(
       layout.datasets.end(),
       {numbers("/moves/iteration", ValueKind::int32, {move}, "1", "iteration of the search"),
-       codes("/moves/kind", move, FlagSet::move_kind, "kind of the move"),
+       codes("/moves/kind", {move}, FlagSet::move_kind, "kind of the move"),
        numbers("/moves/translation", ValueKind::float32, {move, "/xyz"}, "mm",
                "translation after the move, world W"),
        numbers("/moves/theta", ValueKind::float32, {move}, "degree",
                "rotation about Delta after the move, right-knee sign"),
        numbers("/moves/translation_step", ValueKind::float32, {move}, "mm", "translation step in force"),
        numbers("/moves/rotation_step", ValueKind::float32, {move}, "degree", "rotation step in force"),
-       codes("/moves/collides", move, FlagSet::yes_no, "whether a trial of a bisection was blocked"),
-       codes("/moves/is_cycle", move, FlagSet::yes_no, "whether the pose was there before"),
-       codes("/moves/in_contact", move, FlagSet::yes_no, "whether the approach has ended in the touch"),
+       codes("/moves/collides", {move}, FlagSet::yes_no, "whether a trial of a bisection was blocked"),
+       codes("/moves/is_cycle", {move}, FlagSet::yes_no, "whether the pose was there before"),
+       codes("/moves/in_contact", {move}, FlagSet::yes_no, "whether the approach has ended in the touch"),
        numbers("/moves/contact_start", ValueKind::int64, {bound}, "1",
                "first contact of each move, then the number of contacts")});
 }
@@ -78,7 +65,7 @@ void add_contacts(FileLayout& layout, const TraceShape& shape)
                "row of /bodies/reference/triangles of the motion model"),
        numbers("/contacts/triangle_moving", ValueKind::int32, {contact}, "1",
                "row of /bodies/moving/triangles of the motion model"),
-       codes("/contacts/compartment", contact, FlagSet::compartment,
+       codes("/contacts/compartment", {contact}, FlagSet::compartment,
              "compartment that the contact lies in")});
 }
 

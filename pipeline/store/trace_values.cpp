@@ -75,7 +75,7 @@ class TraceCheck {
     check_finite("/searches/flexion", searches.flexion_deg);
     check_finite("/searches/varus", searches.varus_deg);
     check_codes("/searches/node", searches.node, FlagSet::node);
-    check_codes("/searches/status", searches.status, FlagSet::status);
+    check_codes("/searches/status", searches.status, FlagSet::search_status);
     check_finite("/searches/seed_translation", searches.seed_translation_mm);
     check_finite("/searches/seed_theta", searches.seed_theta_deg);
     findings_.starts("/searches/move_start", searches.move_start, trace_.moves.kind.size(), "moves");

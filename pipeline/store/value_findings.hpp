@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -16,6 +18,22 @@ namespace vrda {
 
 /// Unit vectors may have been stored in single precision.
 inline constexpr double normal_tolerance = 1e-5;
+
+/// Products of three rotations computed in double stay orthonormal to a few 1e-16; text or float round
+/// trips do not, and would show as penetration: 1e-9 of 500 mm is half a nanometre.
+inline constexpr double exact_tolerance = 1e-9;
+
+/// Whether 16 numbers, row by row, are a rotation and a translation.
+inline bool is_rigid_pose(const double* entries)
+{
+  using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  const Matrix4 X = Eigen::Map<const Matrix4>(entries);
+  if (!X.allFinite()) return false;
+  const Eigen::Matrix3d R = X.topLeftCorner<3, 3>();
+  const Eigen::Matrix3d error = R * R.transpose() - Eigen::Matrix3d::Identity();
+  return error.cwiseAbs().maxCoeff() <= exact_tolerance && R.determinant() > 0.0 &&
+         X.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
+}
 
 /// As a finding shows it.
 inline std::string text_of(double value)
@@ -76,8 +94,18 @@ class ValueFindings {
                 [&](std::size_t i) { return !std::isfinite(values[i]); });
   }
 
+  void codes(const std::string& where, const std::int8_t* values, std::size_t size,
+             const std::vector<std::int8_t>& known)
+  {
+    each(
+        where, size, "a code of flag_values",
+        [&](std::size_t i) { return std::find(known.begin(), known.end(), values[i]) == known.end(); },
+        [&](std::size_t i) { return std::to_string(values[i]); });
+  }
+
   template <typename Rows>
-  void unit_rows(const std::string& where, const Rows& rows, bool zero_allowed)
+  void unit_rows(const std::string& where, const Rows& rows, bool zero_allowed,
+                 double tolerance = normal_tolerance)
   {
     const auto length = [&](std::size_t i) {
       return static_cast<double>(rows.row(static_cast<Eigen::Index>(i)).norm());
@@ -85,7 +113,7 @@ class ValueFindings {
     each(
         where, static_cast<std::size_t>(rows.rows()), zero_allowed ? "unit vectors, or zero" : "unit vectors",
         [&](std::size_t i) {
-          return !(std::abs(length(i) - 1.0) <= normal_tolerance) && !(zero_allowed && length(i) == 0.0);
+          return !(std::abs(length(i) - 1.0) <= tolerance) && !(zero_allowed && length(i) == 0.0);
         },
         [&](std::size_t i) { return "a vector of length " + text_of(length(i)); });
   }

@@ -8,14 +8,12 @@
 
 #include "store/evaluate_smoothed.hpp"
 #include "store/layout.hpp"
+#include "store/mechanics_values.hpp"
 #include "store/value_findings.hpp"
 
 namespace vrda {
 namespace {
 
-/// Products of three rotations computed in double stay orthonormal to a few 1e-16; text or float round
-/// trips do not, and would show as penetration: 1e-9 of 500 mm is half a nanometre.
-constexpr double rotation_tolerance = 1e-9;
 /// Smoothed values against their polynomial: sums of at most 231 terms of up to 1e3 mm.
 constexpr double smoothed_tolerance = 1e-9;
 
@@ -37,6 +35,7 @@ class ValueCheck {
     check_poses();
     check_spine();
     check_contacts();
+    check_mechanics(model_, findings_);
     check_body("/bodies/reference", model_.reference);
     check_body("/bodies/moving", model_.moving);
     for (const SmoothedSet& set : model_.smoothed) check_smoothed(set);
@@ -73,8 +72,10 @@ class ValueCheck {
     one_of("/@method", model_.method, {"stability-search", "equilibrium"});
     findings_.all_finite("/@rotation_centre_mm", model_.rotation_centre_mm.data(), 3);
     const double length = model_.delta.norm();
-    if (!(std::abs(length - 1.0) <= rotation_tolerance)) {
+    if (!(std::abs(length - 1.0) <= exact_tolerance)) {
       findings_.find("/@delta", "a vector of length " + text_of(length), "length 1");
+    } else if ((model_.push.delta.row(0).transpose() - model_.delta).norm() > exact_tolerance) {
+      findings_.find("/@delta", "another direction", "that of the first row of /push/delta");
     }
     if (!(model_.contact_resolution_mm > 0.0) || !std::isfinite(model_.contact_resolution_mm)) {
       findings_.find("/@contact_resolution_mm", text_of(model_.contact_resolution_mm), "a positive length");
@@ -122,14 +123,7 @@ class ValueCheck {
 
   void check_cells()
   {
-    const FlagTable known = flag_table(FlagSet::status);
-    findings_.each(
-        "/status", n_cells_, "a code of flag_values",
-        [&](std::size_t cell) {
-          return std::find(known.values.begin(), known.values.end(), model_.status.data()[cell]) ==
-                 known.values.end();
-        },
-        [&](std::size_t cell) { return std::to_string(model_.status.data()[cell]); });
+    findings_.codes("/status", model_.status.data(), n_cells_, flag_table(FlagSet::status).values);
     answers("/tx", model_.tx_mm);
     answers("/ty", model_.ty_mm);
     answers("/tz", model_.tz_mm);
@@ -153,17 +147,6 @@ class ValueCheck {
     answers("/contact_lateral", model_.contact_lateral);
   }
 
-  bool is_pose(const double* entries) const
-  {
-    using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
-    const Matrix4 X = Eigen::Map<const Matrix4>(entries);
-    if (!X.allFinite()) return false;
-    const Eigen::Matrix3d R = X.topLeftCorner<3, 3>();
-    const Eigen::Matrix3d error = R * R.transpose() - Eigen::Matrix3d::Identity();
-    return error.cwiseAbs().maxCoeff() <= rotation_tolerance && R.determinant() > 0.0 &&
-           X.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
-  }
-
   void check_poses()
   {
     const std::vector<double>& X = model_.X_reference_moving;
@@ -171,7 +154,7 @@ class ValueCheck {
         "/X_reference_moving", n_cells_, "a rotation and a translation where status is stable, NaN elsewhere",
         [&](std::size_t cell) {
           const double* entries = &X[16 * cell];
-          if (is_stable(cell)) return !is_pose(entries);
+          if (is_stable(cell)) return !is_rigid_pose(entries);
           return !std::all_of(entries, entries + 16, [](double entry) { return std::isnan(entry); });
         },
         [&](std::size_t cell) { return is_stable(cell) ? "no rigid pose" : "numbers in an unsolved cell"; });

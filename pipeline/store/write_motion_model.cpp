@@ -23,13 +23,26 @@ BodyShape shape_of(const Body& body)
           visual.n_vertices > 0 || visual.n_triangles > 0, visual};
 }
 
+LigamentShape shape_of(const LigamentRows& ligaments)
+{
+  return {static_cast<std::int64_t>(ligaments.name.size()),
+          static_cast<std::int64_t>(ligaments.wrap_name.size())};
+}
+
 FileShape shape_of(const MotionModel& model)
 {
+  check(model.equilibrium.has_value() == (model.method == "equilibrium"),
+        "a motion model has the surfaces of its method");
+  check(model.contact_paths.has_value() == model.has_compartments,
+        "a motion model has contact paths where it has compartments");
   FileShape shape;
   shape.n_flexion = static_cast<std::int64_t>(model.flexion_deg.size());
   shape.n_varus = static_cast<std::int64_t>(model.varus_deg.size());
   shape.has_compartments = model.has_compartments;
   shape.n_contacts = static_cast<std::int64_t>(model.contacts.distance_mm.size());
+  if (model.equilibrium)
+    shape.n_forces = static_cast<std::int64_t>(model.equilibrium->forces.along_delta_n.size());
+  if (model.ligaments) shape.ligaments = shape_of(*model.ligaments);
   shape.reference = shape_of(model.reference);
   shape.moving = shape_of(model.moving);
   for (const SmoothedSet& set : model.smoothed) {
@@ -75,6 +88,11 @@ void write_group_attributes(H5Writer& writer, const MotionModel& model)
 {
   writer.write_attribute("/bodies/reference", "name", model.reference.name);
   writer.write_attribute("/bodies/moving", "name", model.moving.name);
+  writer.write_attribute("/push", "point_mm", numbers(model.push.point_mm));
+  if (model.equilibrium)
+    writer.write_attribute("/equilibrium", "band_moment_nmm", number(model.equilibrium->band_moment_nmm));
+  if (model.ligaments)
+    writer.write_attribute("/ligaments", "transition_strain", number(model.ligaments->transition_strain));
   for (const SmoothedSet& set : model.smoothed) {
     const std::string group = smoothed_group(set.degree);
     writer.write_attribute(group, "degree", std::span<const std::int32_t>(&set.degree, 1));

@@ -13,13 +13,33 @@
 namespace vrda {
 namespace {
 
-std::int32_t column_nearest_zero(const std::vector<double>& varus_rad)
+std::int32_t column_nearest(const std::vector<double>& varus_rad, double wanted_rad)
 {
   std::size_t nearest = 0;
   for (std::size_t j = 1; j < varus_rad.size(); ++j) {
-    if (std::abs(varus_rad[j]) < std::abs(varus_rad[nearest])) nearest = j;
+    if (std::abs(varus_rad[j] - wanted_rad) < std::abs(varus_rad[nearest] - wanted_rad)) nearest = j;
   }
   return static_cast<std::int32_t>(nearest);
+}
+
+// Where a step starts from: a pose, the varus it had, and the flexion it belongs to.
+struct Seed {
+  MovingPose pose;
+  double varus_rad = 0.0;
+  std::int32_t flexion = 0;
+};
+
+Seed seed_of(const StepRecord& record)
+{
+  return {record.pose, record.varus_rad, record.key.flexion};
+}
+
+Seed moved(Seed seed, const SpineOffset& offset)
+{
+  seed.pose.theta_rad += offset.theta_rad;
+  seed.pose.translation_mm.x() += offset.along_x_mm;
+  seed.pose.translation_mm.z() += offset.along_z_mm;
+  return seed;
 }
 
 struct Stopped {};  // thrown inside a worker to leave the graph; never leaves this file
@@ -31,15 +51,22 @@ class Sweep {
         solve_(solve),
         hooks_(hooks),
         n_flexion_(static_cast<std::int32_t>(plan.flexion_rad.size())),
-        n_varus_(static_cast<std::int32_t>(plan.varus_rad.size()))
+        n_varus_(static_cast<std::int32_t>(plan.varus_rad.size())),
+        offsets_(spine_offsets(plan.n_restarts))
   {
     check(n_flexion_ > 0 && n_varus_ > 0, "sweep: an empty grid");
+    check(!plan.is_varus_free || (plan.spine == SpineRule::free_varus && n_varus_ == 1),
+          "sweep: varus left free has one column, by a free spine");
     result_.cells.resize(plan.flexion_rad.size() * plan.varus_rad.size());
     result_.spine_column.assign(plan.flexion_rad.size(), -1);
     for (std::int32_t i = 0; i < n_flexion_; ++i) {
       for (std::int32_t j = 0; j < n_varus_; ++j) cell(i, j).key = {StepKind::row, i, j};
     }
     row_seeds_.resize(plan.flexion_rad.size());
+    if (plan.spine != SpineRule::free_varus) return;
+    result_.free_spine.resize(plan.flexion_rad.size());
+    forward_.resize(plan.flexion_rad.size());
+    backward_.resize(plan.flexion_rad.size());
   }
 
   SweepResult run(int n_threads)
@@ -47,7 +74,7 @@ class Sweep {
     {
       std::vector<std::jthread> workers;
       for (int k = 0; k < std::max(1, n_threads); ++k) {
-        workers.emplace_back([this, k] { work(k == 0); });
+        workers.emplace_back([this, k] { work(k); });
       }
     }
     if (failure_) std::rethrow_exception(failure_);
@@ -62,12 +89,15 @@ class Sweep {
     return result_.cells[static_cast<std::size_t>(i) * plan_.varus_rad.size() + static_cast<std::size_t>(j)];
   }
 
-  // The first worker solves the spine and announces each row; all of them take rows in order.
-  void work(bool solves_spine)
+  // The first worker solves the spine and announces each row; all of them take the rows announced.
+  void work(int worker)
   {
     try {
-      if (solves_spine) solve_spine();
-      while (const std::optional<std::int32_t> row = next_row()) solve_row(*row);
+      if (worker == 0) solve_spine();
+      while (const std::optional<std::int32_t> row = next_row()) {
+        if (plan_.spine == SpineRule::free_varus) choose_start_of_row(*row, worker);
+        solve_row(*row, worker);
+      }
     } catch (const Stopped&) {
       end_early(nullptr);
     } catch (...) {
@@ -90,55 +120,91 @@ class Sweep {
     return is_ended_;
   }
 
+  void announce(std::int32_t row)
+  {
+    const std::lock_guard lock(mutex_);
+    ready_rows_.push_back(row);
+    row_ready_.notify_all();
+  }
+
   std::optional<std::int32_t> next_row()
   {
     std::unique_lock lock(mutex_);
-    row_ready_.wait(lock, [this] { return is_ended_ || next_row_ < n_ready_ || next_row_ == n_flexion_; });
-    if (is_ended_ || next_row_ == n_flexion_) return std::nullopt;
-    return next_row_++;
+    const auto n_rows = static_cast<std::size_t>(n_flexion_);
+    row_ready_.wait(lock, [&] { return is_ended_ || n_taken_ < ready_rows_.size() || n_taken_ == n_rows; });
+    if (is_ended_ || n_taken_ == n_rows) return std::nullopt;
+    return ready_rows_[n_taken_++];
   }
 
-  StepRecord step(const StepKey& key, const MovingPose& seed)
+  std::optional<StepRecord> recalled(const StepKey& key) const
   {
-    if (hooks_.recall) {
-      if (std::optional<StepRecord> known = hooks_.recall(key)) return *known;
-    }
+    return hooks_.recall ? hooks_.recall(key) : std::nullopt;
+  }
+
+  StepRecord step(const StepTask& task)
+  {
+    if (std::optional<StepRecord> known = recalled(task.key)) return *known;
     if (is_ended() || (hooks_.is_stopped && hooks_.is_stopped())) throw Stopped{};
-    StepRecord record = solve_(key,
-                               {plan_.flexion_rad[static_cast<std::size_t>(key.flexion)],
-                                plan_.varus_rad[static_cast<std::size_t>(key.varus)]},
-                               seed);
-    record.key = key;
+    StepRecord record = solve_(task);
+    record.key = task.key;
     if (hooks_.keep) hooks_.keep(record);
     return record;
   }
 
+  StepRecord grid_step(const StepKey& key, const Seed& seed, int worker)
+  {
+    StepTask task;
+    task.key = key;
+    task.attitude = {plan_.flexion_rad[static_cast<std::size_t>(key.flexion)],
+                     plan_.varus_rad[static_cast<std::size_t>(key.varus)]};
+    task.seed = seed.pose;
+    task.seed_flexion = seed.flexion;
+    task.worker = worker;
+    return step(task);
+  }
+
+  StepRecord free_step(const StepKey& key, const Seed& seed, int worker, int band = 0)
+  {
+    StepTask task;
+    task.key = key;
+    task.attitude = {plan_.flexion_rad[static_cast<std::size_t>(key.flexion)], seed.varus_rad};
+    task.seed = seed.pose;
+    task.seed_flexion = seed.flexion;
+    task.is_varus_free = true;
+    task.band = band;
+    task.worker = worker;
+    return step(task);
+  }
+
   void solve_spine()
   {
-    MovingPose seed = plan_.initial;
-    std::int32_t column = column_nearest_zero(plan_.varus_rad);
+    if (plan_.spine == SpineRule::free_varus) return solve_free_spine();
+    Seed seed{plan_.initial, 0.0, 0};
+    std::int32_t column = column_nearest(plan_.varus_rad, 0.0);
     for (std::int32_t i = 0; i < n_flexion_; ++i) {
-      StepRecord chosen = balanced_cell(i, column, seed);
-      const bool is_known =
-          hooks_.recall && hooks_.recall({StepKind::spine, i, chosen.key.varus}).has_value();
-      chosen.key.kind = StepKind::spine;
-      if (hooks_.keep && !is_known) hooks_.keep(chosen);
+      const StepRecord chosen = kept_as_spine(balanced_cell(i, column, seed));
       column = chosen.key.varus;
-      if (chosen.status == StepStatus::stable) seed = chosen.pose;
-      const std::lock_guard lock(mutex_);
+      if (chosen.status == StepStatus::stable) seed = seed_of(chosen);
       cell(i, column) = chosen;
       result_.spine_column[static_cast<std::size_t>(i)] = column;
       row_seeds_[static_cast<std::size_t>(i)] = seed;
-      n_ready_ = i + 1;
-      row_ready_.notify_all();
+      announce(i);
     }
   }
 
-  // Walks from `column` towards the better balance until it worsens; every cell is seeded by the one before.
-  StepRecord balanced_cell(std::int32_t flexion, std::int32_t column, const MovingPose& seed)
+  // Something solved under another key that is the spine's cell too.
+  StepRecord kept_as_spine(StepRecord chosen)
   {
-    StepRecord best = step({StepKind::spine_probe, flexion, column}, seed);
-    if (!plan_.has_compartments) return best;
+    chosen.key.kind = StepKind::spine;
+    if (hooks_.keep && !recalled(chosen.key)) hooks_.keep(chosen);
+    return chosen;
+  }
+
+  // Walks from `column` towards the better balance until it worsens; every cell is seeded by the one before.
+  StepRecord balanced_cell(std::int32_t flexion, std::int32_t column, const Seed& seed)
+  {
+    StepRecord best = grid_step({StepKind::spine_probe, flexion, column}, seed, 0);
+    if (plan_.spine == SpineRule::nearest_zero) return best;
     const StepRecord start = best;
     for (const std::int32_t direction : {+1, -1}) {
       StepRecord here = start;
@@ -153,23 +219,73 @@ class Sweep {
     return best;
   }
 
-  std::optional<StepRecord> neighbour(const StepRecord& from, std::int32_t direction, const MovingPose& seed)
+  std::optional<StepRecord> neighbour(const StepRecord& from, std::int32_t direction, const Seed& seed)
   {
     const std::int32_t column = from.key.varus + direction;
     if (column < 0 || column >= n_varus_) return std::nullopt;
-    return step({StepKind::spine_probe, from.key.flexion, column},
-                from.status == StepStatus::stable ? from.pose : seed);
+    return grid_step({StepKind::spine_probe, from.key.flexion, column},
+                     from.status == StepStatus::stable ? seed_of(from) : seed, 0);
   }
 
-  void solve_row(std::int32_t i)
+  // One chain up the flexions and one back down; the rows are announced as the second passes them.
+  void solve_free_spine()
+  {
+    Seed seed{plan_.initial, 0.0, 0};
+    for (std::int32_t i = 0; i < n_flexion_; ++i) {
+      const StepRecord record = free_step({StepKind::free_spine, i, 0}, seed, 0);
+      if (record.status == StepStatus::stable) seed = seed_of(record);
+      forward_[static_cast<std::size_t>(i)] = record;
+    }
+    for (std::int32_t i = n_flexion_; i-- > 0;) {
+      row_seeds_[static_cast<std::size_t>(i)] = seed;
+      const StepRecord record = free_step({StepKind::free_spine, i, 1}, seed, 0);
+      if (record.status == StepStatus::stable) seed = seed_of(record);
+      backward_[static_cast<std::size_t>(i)] = record;
+      announce(i);
+    }
+  }
+
+  // The lowest place of rest of the flexion, and the grid's cell next to it.
+  void choose_start_of_row(std::int32_t i, int worker)
+  {
+    const auto row = static_cast<std::size_t>(i);
+    std::vector<StepRecord> ends{forward_[row], backward_[row]};
+    const StepRecord lower = lowest_of(ends).chosen;
+    const Seed from = lower.status == StepStatus::stable ? seed_of(lower) : row_seeds_[row];
+    for (std::size_t k = 0; k < offsets_.size(); ++k) {
+      const StepKey key{StepKind::free_spine, i, static_cast<std::int32_t>(k) + 2};
+      ends.push_back(free_step(key, moved(from, offsets_[k]), worker));
+    }
+    FreeSpineStep& chosen = result_.free_spine[row];
+    chosen = lowest_of(ends);
+    const bool is_stable = chosen.chosen.status == StepStatus::stable;
+    if (plan_.has_band && is_stable) {
+      chosen.band_low = free_step({StepKind::band, i, 0}, seed_of(chosen.chosen), worker, -1);
+      chosen.band_high = free_step({StepKind::band, i, 1}, seed_of(chosen.chosen), worker, +1);
+    }
+    if (is_stable) row_seeds_[row] = seed_of(chosen.chosen);
+    const std::int32_t column = column_nearest(plan_.varus_rad, row_seeds_[row].varus_rad);
+    cell(i, column) = plan_.is_varus_free ? spine_cell_of(chosen.chosen)
+                                          : grid_step({StepKind::spine, i, column}, row_seeds_[row], worker);
+    if (cell(i, column).status == StepStatus::stable) row_seeds_[row] = seed_of(cell(i, column));
+    result_.spine_column[row] = column;
+  }
+
+  StepRecord spine_cell_of(StepRecord chosen)
+  {
+    chosen.key.varus = 0;
+    return kept_as_spine(chosen);
+  }
+
+  void solve_row(std::int32_t i, int worker)
   {
     const std::int32_t spine = result_.spine_column[static_cast<std::size_t>(i)];
     for (const std::int32_t direction : {+1, -1}) {
       // The nearest solved cell inward; the spine's own seed where even its cell failed.
-      MovingPose seed = row_seeds_[static_cast<std::size_t>(i)];
+      Seed seed = row_seeds_[static_cast<std::size_t>(i)];
       for (std::int32_t j = spine + direction; j >= 0 && j < n_varus_; j += direction) {
-        StepRecord record = step({StepKind::row, i, j}, seed);
-        if (record.status == StepStatus::stable) seed = record.pose;
+        StepRecord record = grid_step({StepKind::row, i, j}, seed, worker);
+        if (record.status == StepStatus::stable) seed = seed_of(record);
         cell(i, j) = std::move(record);
       }
     }
@@ -180,13 +296,17 @@ class Sweep {
   const SweepHooks& hooks_;
   const std::int32_t n_flexion_;
   const std::int32_t n_varus_;
+  const std::vector<SpineOffset> offsets_;
+  // A row's entries are written by the spine before its row is announced, then by the row's worker only.
   SweepResult result_;
-  std::vector<MovingPose> row_seeds_;
+  std::vector<Seed> row_seeds_;
+  std::vector<StepRecord> forward_;  // of the free spine
+  std::vector<StepRecord> backward_;
 
-  std::mutex mutex_;  // guards all below; cells and seeds of a row are handed over under it
+  std::mutex mutex_;  // guards all below; what belongs to a row is handed over under it
   std::condition_variable row_ready_;
-  std::int32_t n_ready_ = 0;
-  std::int32_t next_row_ = 0;
+  std::vector<std::int32_t> ready_rows_;
+  std::size_t n_taken_ = 0;
   bool is_ended_ = false;
   std::exception_ptr failure_;
 };

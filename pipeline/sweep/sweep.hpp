@@ -8,20 +8,43 @@
 #include <vector>
 
 #include "core/step_record.hpp"
+#include "sweep/free_spine.hpp"
 
 namespace vrda {
+
+/// How the spine finds its cell of a flexion.
+enum class SpineRule {
+  nearest_zero,     ///< the column nearest zero varus
+  walk_to_balance,  ///< from the previous column to the better balanced neighbour
+  free_varus,       ///< the column nearest to the varus that the joint takes when it is left free
+};
 
 struct SweepPlan {
   std::vector<double> flexion_rad;  ///< [n_flexion]
   std::vector<double> varus_rad;    ///< [n_varus]
   MovingPose initial;               ///< seed of the first step
-  bool has_compartments = true;     ///< without, the spine stays in the column nearest zero varus
+  SpineRule spine = SpineRule::walk_to_balance;
+  // The rest is for `free_varus` only.
+  bool is_varus_free = false;  ///< the one column of the grid holds the spine's own poses
+  bool has_band = false;       ///< each flexion is solved under extra moments too
+  int n_restarts = 0;          ///< starts aside from the two chains along flexion (sweep/free_spine.hpp)
 };
 
-/// Pure but for what it notes down under `key`; called from several threads at once. A spine cell is solved
-/// as a probe; its own key is for `recall` and `keep` only.
-using SolveStep =
-    std::function<StepRecord(const StepKey& key, const Attitude& attitude, const MovingPose& seed)>;
+/// One step to solve.
+struct StepTask {
+  StepKey key;
+  Attitude attitude;  ///< where varus is free its seed
+  MovingPose seed;
+  std::int32_t seed_flexion = 0;  ///< where the seed comes from: another Delta may hold there
+  bool is_varus_free = false;
+  int band = 0;    ///< -1 or +1: with the extra moment against theta or with it
+  int worker = 0;  ///< who asks: below the number of threads, for scratch that outlives a step
+};
+
+/// Pure but for what it notes down under `task.key`; called from several threads at once. A spine cell that
+/// was found by walking is solved as a probe, one of a free spine among its starts; its own key is for
+/// `recall` and `keep` then.
+using SolveStep = std::function<StepRecord(const StepTask& task)>;
 
 /// Each may be empty. `recall` and `keep` are called from the workers.
 struct SweepHooks {
@@ -33,6 +56,7 @@ struct SweepHooks {
 struct SweepResult {
   std::vector<StepRecord> cells;           ///< [n_flexion * n_varus], flexion-major; `pending` where stopped
   std::vector<std::int32_t> spine_column;  ///< [n_flexion] varus index, -1 where stopped
+  std::vector<FreeSpineStep> free_spine;   ///< [n_flexion] with SpineRule::free_varus, else empty
   bool is_complete = false;
 };
 

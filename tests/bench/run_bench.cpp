@@ -35,7 +35,8 @@ void motion_step(benchmark::State& state, const std::string& knee)
     total_s += seconds_since(start);
   }
   const auto n_steps = static_cast<double>(s.steps.size());
-  state.counters["motion steps/s"] = benchmark::Counter(n_steps, benchmark::Counter::kIsIterationInvariantRate);
+  state.counters["motion steps/s"] =
+      benchmark::Counter(n_steps, benchmark::Counter::kIsIterationInvariantRate);
   state.counters["queries a step"] =
       static_cast<double>(n_queries) / (n_steps * static_cast<double>(state.iterations()));
   const Shares spent = shares();
@@ -82,7 +83,7 @@ void smooth_degree_2(benchmark::State& state, const std::string& knee)
 void prepare(benchmark::State& state, const std::string& knee)
 {
   const Scene& s = scene(knee);
-  for (auto _ : state) benchmark::DoNotOptimize(joint_of(s.job_case));
+  for (auto _ : state) benchmark::DoNotOptimize(joint_of(s.job_case, s.job_case.frame));
 }
 
 [[maybe_unused]] const bool registered = [] {

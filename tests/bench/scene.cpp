@@ -26,9 +26,9 @@ std::vector<Step> swept(const Case& job_case, const Joint& joint)
   for (int i = 0; i <= 6; ++i) plan.flexion_rad.push_back(rad_from_deg(15.0 * i));
   plan.varus_rad = {rad_from_deg(-3), rad_from_deg(0), rad_from_deg(3)};
   std::vector<Step> steps;
-  const SolveStep solve = [&](const StepKey&, const Attitude& attitude, const MovingPose& seed) {
-    StepRecord record = find_stable_pose(joint, attitude, seed, job_case.search);
-    if (record.status == StepStatus::stable) steps.push_back({attitude, seed, record.pose});
+  const SolveStep solve = [&](const StepTask& task) {
+    StepRecord record = find_stable_pose(joint, task.attitude, task.seed, job_case.search);
+    if (record.status == StepStatus::stable) steps.push_back({task.attitude, task.seed, record.pose});
     return record;
   };
   sweep(plan, solve, {}, 1);
@@ -50,7 +50,7 @@ const Scene& scene(const std::string& knee)
   const fs::path job = fs::path(VRDA_SOURCE_DIR) / "jobs" / ("knee-" + knee + ".toml");
   Scene made;
   made.job_case = load_case(job.string(), {data_directory().string(), {}});
-  made.joint = joint_of(made.job_case);
+  made.joint = joint_of(made.job_case, made.job_case.frame);
   made.steps = swept(made.job_case, made.joint);
   return known.emplace(knee, std::move(made)).first->second;
 }

@@ -107,6 +107,27 @@ TEST(Contacts, LeastCurvatureTakesTheFlatSideAndTheOthersTakeTheirs)
   EXPECT_LT(moving_side[0].normal.y(), 0.0);
 }
 
+TEST(Contacts, NothingActsAlongTheEdgeThatAVertexTouches)
+{
+  // The apex of a flat pyramid leaning by 10 degrees about Z under the lower edge of a bar along X. The apex
+  // bends less, and the mean of its faces leans along the edge.
+  Pose roll = Pose::Identity(), lean = Pose::Identity();
+  roll.linear() = rotation_x(rad_from_deg(45));
+  lean.linear() = rotation_z(rad_from_deg(10));
+  const Mesh bar = transformed(test::box({0, 0, 0}, {30, 2, 2}), roll);
+  const Mesh apex = transformed(pyramid(3, 1), lean);
+  const double apart_mm = std::sqrt(2.0) + standoff_mm;
+  const std::vector<Contact> from_below = contacts_of(bar, apex, {{0.5, -apart_mm, 0}, 0.0});
+  ASSERT_EQ(from_below.size(), 1u);
+  EXPECT_LT((from_below[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
+  // The same with the roles exchanged: the pyramid hangs and the bar comes from below.
+  Pose over = Pose::Identity();
+  over.linear() = rotation_x(pi);
+  const std::vector<Contact> hanging = contacts_of(transformed(apex, over), bar, {{0.5, -apart_mm, 0}, 0.0});
+  ASSERT_EQ(hanging.size(), 1u);
+  EXPECT_LT((hanging[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
+}
+
 TEST(Contacts, BackFacesStruckFromBehindAreDropped)
 {
   // The moving tip has gone through an upward-facing sheet and touches it from above: no reaction along

@@ -30,7 +30,7 @@ const std::string other_key(64, 'b');
 StepRecord record(int n, int n_contacts = 2)
 {
   StepRecord step;
-  step.key = {static_cast<StepKind>(n % 3), n, -n};
+  step.key = {static_cast<StepKind>(n % 5), n, -n};
   step.pose = {{0.1 * n, -20.0 / 3.0, 1e-300}, -0.7 * n};
   step.status = all_step_statuses[static_cast<std::size_t>(n) % std::size(all_step_statuses)];
   step.iterations = 1000 + n;
@@ -40,6 +40,13 @@ StepRecord record(int n, int n_contacts = 2)
   step.gap_lateral_mm = std::numeric_limits<double>::denorm_min();
   step.contact_medial = n % 2 == 0;
   step.theta_determined = n % 3 == 0;
+  step.varus_rad = 0.01 * n;
+  step.balance.energy_nmm = -20.0 / 7.0 * n;
+  step.balance.varus_moment_nmm = -0.0;
+  for (int c = 0; c < n % 4; ++c) {
+    step.balance.forces.push_back(
+        {{1.5 * c, -2.0, 3.0}, {0, -1, 0}, 0.1 + c, 3 + c, 5 - c, static_cast<std::int8_t>(c % 3)});
+  }
   for (int c = 0; c < n_contacts; ++c) {
     step.contacts.push_back(
         {{1.0 * c, 2.0, 3.0}, {0, -1, 0}, 0.01 * c, 7 + c, 9 - c, static_cast<std::int8_t>(c % 3)});
@@ -66,6 +73,19 @@ std::vector<std::uint64_t> bits(const StepRecord& step)
   add(step.gap_lateral_mm);
   for (const bool flag : {step.contact_medial, step.contact_lateral, step.theta_determined})
     add_integer(flag);
+  add(step.varus_rad);
+  for (const double value :
+       {step.balance.energy_nmm, step.balance.residual_n, step.balance.complementarity_mm,
+        step.balance.worst_gap_mm, step.balance.flexion_moment_nmm, step.balance.varus_moment_nmm})
+    add(value);
+  for (const ContactForce& force : step.balance.forces) {
+    for (int i = 0; i < 3; ++i) add(force.point_solver_mm[i]);
+    for (int i = 0; i < 3; ++i) add(force.normal_solver[i]);
+    add(force.along_delta_n);
+    add_integer(force.triangle_reference);
+    add_integer(force.triangle_moving);
+    add_integer(force.compartment);
+  }
   for (const ContactRecord& contact : step.contacts) {
     for (int i = 0; i < 3; ++i) add(contact.point_solver_mm[i]);
     for (int i = 0; i < 3; ++i) add(contact.normal_solver[i]);

@@ -100,6 +100,25 @@ file = "moving.stl"
   EXPECT_EQ(loaded.moving.contact.mesh.normals.rows(), loaded.moving.contact.mesh.vertices_mm.rows());
 }
 
+TEST(Case, AComponentMayBeThinnedAndShifted)
+{
+  // A cube's vertex normals, weighted by area over its triangles, still move each face inward by a known
+  // share.
+  const Folder plain,
+      moved(test::small_job("joint = \"other\"\n") + "inset_mm = 0.5\nshift_mm = [1, -2, 3]\n");
+  const Mesh before = load_case(plain.job).moving.contact.mesh,
+             after = load_case(moved.job).moving.contact.mesh;
+  const Points normals = vertex_normals(before);
+  ASSERT_EQ(before.vertices_mm.rows(), after.vertices_mm.rows());
+  for (Eigen::Index v = 0; v < before.vertices_mm.rows(); ++v) {
+    const Eigen::RowVector3d wanted =
+        before.vertices_mm.row(v) - 0.5 * normals.row(v) + Eigen::RowVector3d(1, -2, 3);
+    EXPECT_LT((after.vertices_mm.row(v) - wanted).norm(), 1e-12) << v;
+    EXPECT_NEAR(normals.row(v).norm(), 1.0, 1e-12);
+  }
+  EXPECT_LT(signed_volume_mm3(after), signed_volume_mm3(before));
+}
+
 TEST(Case, TheDataFolderComesBeforeTheJobsOwn)
 {
   const Folder folder;
@@ -199,20 +218,46 @@ TEST(Compartments, BadOnesAreRefused)
   EXPECT_EQ(same.field, "compartments");
 }
 
-TEST(CaseErrors, WhatThisVersionDoesNotSolve)
+TEST(CaseErrors, TheSearchHoldsVarus)
 {
   const Folder folder;
-  const InputError::Facts method = facts_with(folder, {"solver.method=equilibrium"});
-  EXPECT_EQ(method.field, "solver.method");
-  EXPECT_EQ(method.found, "\"equilibrium\"");
-  EXPECT_THAT(method.wanted, HasSubstr("\"stability-search\""));
-  const InputError::Facts varus = facts_with(folder, {"grid.varus=free"});
+  const InputError::Facts varus = facts_with(folder, {"grid.varus=free", "solver.method=stability-search"});
   EXPECT_EQ(varus.field, "grid.varus");
   EXPECT_THAT(varus.wanted, HasSubstr("stability-search"));
+}
+
+TEST(CaseErrors, DirectionsThatCancelOutAreRefused)
+{
+  const Folder folder;
   const InputError::Facts delta =
-      facts_with(folder, {"push.delta={ flexion_deg = [0, 90], value = [[0, 1, 0], [1, 0, 0]] }"});
+      facts_with(folder, {"push.delta={ flexion_deg = [0, 90], value = [[0, 1, 0], [0, -1, 0]] }"});
   EXPECT_EQ(delta.field, "push.delta");
-  EXPECT_THAT(delta.found, HasSubstr("differ over flexion"));
+  EXPECT_THAT(delta.found, HasSubstr("cancel out at 45 degrees"));
+}
+
+TEST(Case, APushOverFlexionIsLinearBetweenItsRowsAndHeldBeyond)
+{
+  const Folder folder;
+  const Case loaded =
+      load_case(folder.job,
+                {"",
+                 {"solver.method=equilibrium", "grid.flexion={ from = 0, to = 90, step = 30 }",
+                  "grid.varus=free", "push.delta={ flexion_deg = [30, 60], value = [[0, 1, 0], [1, 1, 0]] }",
+                  "push.force_n={ flexion_deg = [0, 90], value = [10, 40] }", "push.lateral_force_n=[3, -4]",
+                  "push.moment_nmm={ flexion_deg = [60, 90], value = [-7, 8] }", "push.varus_moment_nmm=9"}});
+  ASSERT_EQ(loaded.push.size(), 4U);
+  EXPECT_TRUE(loaded.is_varus_free);
+  EXPECT_EQ(loaded.method, "equilibrium");
+  const double half = std::sqrt(0.5);
+  for (const std::size_t i : {0U, 1U}) EXPECT_EQ(loaded.push[i].delta, Eigen::Vector3d::UnitY());
+  for (const std::size_t i : {2U, 3U})
+    EXPECT_LT((loaded.push[i].delta - Eigen::Vector3d(half, half, 0)).norm(), 1e-15);
+  EXPECT_LT((loaded.push[1].force_n - Eigen::Vector3d(3, 20, -4)).norm(), 1e-12);
+  EXPECT_LT((loaded.push[3].force_n - Eigen::Vector3d(40 * half + 3, 40 * half, -4)).norm(), 1e-12);
+  EXPECT_EQ(loaded.push[0].moment_nmm, -7.0);
+  EXPECT_EQ(loaded.push[2].moment_nmm, -7.0);
+  EXPECT_EQ(loaded.push[3].moment_nmm, 8.0);
+  EXPECT_EQ(loaded.push[3].varus_moment_nmm, 9.0);
 }
 
 TEST(Case, ADeltaTableOfOneDirectionIsThatDirection)

@@ -71,6 +71,13 @@ class ValidationTable(unittest.TestCase):
         through = self.page([a_property("A", 1)], traces={"peg-in-hole": a_trace("no_contact")}).stdout
         self.assertIn("End: `no_contact`, through: nothing lies along the push any more.", through)
 
+    def test_the_knee_has_its_totals(self):
+        knee = {**a_trace(), "all": {"moves": 1234, "by_kind": {"approach": 1200, "rotate": 34}, "in_contact": 1100, "cycles": 7,
+                                     "blocked_trials": 0}}
+        done = self.page([a_property("A", 1)], traces={"knee-trace": knee})
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("2 searches, 2 `stable`; 1,234 moves (approach 1,200, rotate 34), 1,100 of them in contact, 7 cycles", done.stdout)
+
     def test_no_record_is_an_error(self):
         done = self.page([])
         self.assertEqual((done.returncode, done.stdout), (1, ""))

@@ -144,5 +144,55 @@ TEST(PredictClimb, IsTheBestOfAllDirections)
   EXPECT_GT(n_none, 100);
 }
 
+TEST(PredictClimb, ACoupleTurnsOnlyWithALever)
+{
+  // Moments of 3 mm a mm along Delta, forces balanced: at a lever of 6 mm a mm of motion turns by 1/6 rad.
+  const std::vector<Contact> couple = {contact({1, 0, 3}, {1, -1, 0}), contact({1, 0, -3}, {-1, -1, 0})};
+  EXPECT_EQ(predict_climb(couple).rise, 0.0);
+  const Climb climb = predict_climb(couple, 6.0);
+  EXPECT_NEAR(climb.rise, 0.5, 1e-15);
+  EXPECT_NEAR(climb.turn_rad_mm, 1.0 / 6.0, 1e-15);
+  EXPECT_LT(climb.direction.norm(), 1e-15);
+  EXPECT_EQ(climb.centre_mm, Eigen::Vector3d(1, 0, 0));
+}
+
+// By duality: every contact gives way by at least the rise, and no motion of unit length that is tried makes
+// all of them give way by more.
+TEST(PredictClimb, IsTheBestOfAllMotions)
+{
+  constexpr double lever_mm = 2.0;
+  std::mt19937_64 random(6);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int n_ways = 0, n_none = 0, n_crowds = 0;
+  for (int k = 0; k < 600; ++k) {
+    std::vector<Contact> contacts;
+    for (int n = 0; n < 1 + k % 12; ++n) {
+      contacts.push_back(contact({3 * unit(random), 0, 3 * unit(random)},
+                                 {unit(random) + 0.5, -0.1 - std::abs(unit(random)), unit(random)}));
+    }
+    const Eigen::Vector3d middle = mean_point(contacts);
+    const auto rise_of = [&](const Eigen::Vector3d& way, double turn_rad) {
+      double rise = std::numeric_limits<double>::infinity();
+      for (const Contact& c : contacts)
+        rise = std::min(rise, (c.normal.dot(way) + moment_about_mm(c, middle) * turn_rad) / -c.normal.y());
+      return rise;
+    };
+    const Climb climb = predict_climb(contacts, lever_mm);
+    double best = 0.0;
+    for (int trial = 0; trial < 2000; ++trial) {
+      const Eigen::Vector3d motion = Eigen::Vector3d(unit(random), unit(random), unit(random)).normalized();
+      best = std::max(best, rise_of({motion.x(), 0.0, motion.z()}, motion.y() / lever_mm));
+    }
+    // A share of 1e-7 is what the search for the nearest point leaves.
+    EXPECT_LE(best, climb.rise + 1e-6);
+    EXPECT_GE(rise_of(climb.direction, climb.turn_rad_mm), climb.rise - 1e-6);
+    ++(climb.rise > 0.0 ? n_ways : n_none);
+    n_crowds += climb.rise > 0.0 && contacts.size() > 4 ? 1 : 0;
+  }
+  EXPECT_GT(n_ways, 150);
+  EXPECT_GT(n_none, 150);
+  EXPECT_GT(n_crowds, 50);
+}
+
 }  // namespace
 }  // namespace vrda

@@ -22,6 +22,8 @@ FileShape full_shape()
   shape.n_varus = 3;
   shape.has_compartments = true;
   shape.n_contacts = 5;
+  shape.n_forces = 4;
+  shape.ligaments = {55, 3};
   shape.reference = {2, {10, 16, true}, true, {8, 12, true}};
   shape.moving = shape.reference;
   shape.smoothed = {{6, 28}};
@@ -70,6 +72,21 @@ TEST(Layout, TheStatusCodesAreThoseOfThePage)
     row += (row.empty() ? "" : ", ") + std::to_string(value) + " " + word;
   }
   EXPECT_THAT(page, ::testing::HasSubstr(row));
+}
+
+TEST(Layout, VersionOneZeroIsTheSameWithoutWhatCameLater)
+{
+  FileShape first = full_shape();
+  first.minor_version = 0;
+  std::set<std::string> old, added;
+  for (const DatasetSpec& spec : layout_of(first).datasets) old.insert(spec.path);
+  for (const DatasetSpec& spec : layout_of(full_shape()).datasets) {
+    if (old.count(spec.path) == 0) added.insert(spec.path.substr(0, spec.path.find('/', 1)));
+  }
+  EXPECT_EQ(added, (std::set<std::string>{"/varus_solved", "/push", "/contact_paths", "/equilibrium",
+                                          "/ligaments"}));
+  EXPECT_EQ(flag_table(FlagSet::search_status).values, (std::vector<std::int8_t>{-1, 0, 1, 2, 3}));
+  EXPECT_EQ(flag_table(FlagSet::status).values, (std::vector<std::int8_t>{-1, 0, 1, 2, 3, 4}));
 }
 
 TEST(Layout, EveryDatasetFindsItsDimensions)

@@ -19,6 +19,12 @@ GROUPS = {
     "/contacts": {"contact", "cell_bound", "xyz"},
     "/bodies/reference": {"member", "vertex", "triangle", "xyz", "corner"},
     "/bodies/moving/visual": {"vertex", "triangle", "xyz", "corner"},
+    "/push": {"flexion", "xyz"},
+    "/contact_paths": {"flexion", "varus", "xyz"},
+    "/equilibrium": {"flexion", "varus", "xyz"},
+    "/equilibrium/forces": {"force", "cell_bound", "xyz"},
+    "/equilibrium/spine": {"flexion"},
+    "/ligaments": {"flexion", "varus", "fibre", "wrapping", "xyz", "row", "column"},
     "/smoothed/degree_1": {"flexion", "varus", "term", "axis"},
     "/job": {"input"},
 }
@@ -59,12 +65,18 @@ def check_ncdump(path):
         'string flexion:units = "degree" ;',
         "double X_reference_moving(flexion, varus, row, column) ;",
         "byte status(flexion, varus) ;",
-        "status:flag_values = -1b, 0b, 1b, 2b, 3b ;",
-        'string status:flag_meanings = "pending stable no_contact no_clearance iteration_limit" ;',
+        "status:flag_values = -1b, 0b, 1b, 2b, 3b, 4b ;",
+        'string status:flag_meanings = "pending stable no_contact no_clearance iteration_limit unbounded" ;',
         "tx:_FillValue = NaN ;",
         'string :format = "vrda motion model" ;',
         "double point(contact, xyz) ;",
         "int triangles(triangle, corner) ;",
+        "double tension(flexion, varus, fibre) ;",
+        'string tension:units = "N" ;',
+        'string energy:units = "N mm" ;',
+        "double X_body_wrap(wrapping, row, column) ;",
+        'string wrap_shape:flag_meanings = "cylinder ellipsoid" ;',
+        "double varus_solved(flexion, varus) ;",
     ):
         check(line in header, f"`{line}` is not in the output of ncdump -h")
     check("phony_dim" not in header, "a dimension without a name in the output of ncdump -h")
@@ -86,13 +98,28 @@ def check_dataset(dataset, group, dimensions):
 
 def check_root(dataset):
     check(dataset.status.dtype == "int8", "status is no int8")
-    check(list(dataset.status.attrs["flag_values"]) == [-1, 0, 1, 2, 3], "status has other flag_values")
+    check(list(dataset.status.attrs["flag_values"]) == [-1, 0, 1, 2, 3, 4], "status has other flag_values")
     check(dataset.flexion.values.tolist() == list(range(91)), "the axis of flexion is another")
     cell = dataset.sel(flexion=30, varus=2)
-    check(abs(float(cell.tx) - 3.0) < 1e-12, "tx at 30, 2 degrees is not 3 mm")
+    check(abs(float(cell.theta) - 6.0) < 1e-12, "theta at 30, 2 degrees is not 6 degrees")
     check(bool(dataset.tx[1, 2].isnull()) and int(dataset.status[1, 2]) == 2, "the failed cell is not NaN")
     check(dataset.attrs["title"].endswith("(genou \u00e9tal\u00f3n)"), "the title is another")
     check(list(dataset.attrs["rotation_centre_mm"]) == [1.0, -2.0, 3.0], "the rotation centre is another")
+
+
+def check_mechanics(path, engine):
+    """As the page of the motion model names them: a spine of its own, forces by cell, fibres by name."""
+    import xarray
+
+    spine = xarray.load_dataset(path, engine=engine, group="equilibrium/spine")
+    check(spine.varus.dims == ("flexion",) and abs(float(spine.varus[2]) + 0.28) < 1e-12, "the free spine has another varus")
+    check(int(spine.status[90]) == 4 and bool(spine.theta[90].isnull()), "the spine does not end unbounded")
+    forces = xarray.load_dataset(path, engine=engine, group="equilibrium/forces")
+    check(forces.row_start.values[:4].tolist() == [0, 2, 2, 4], "the forces have other rows")
+    fibres = xarray.load_dataset(path, engine=engine, group="ligaments")
+    check(str(fibres.name.values[1]) == "fibre 1", "the fibres have other names")
+    tight = fibres.tension.where(fibres.bundle == "ACL").max(("flexion", "varus"))
+    check(float(tight[4]) > 0 and float(tight[2]) == 0 and bool(tight[1].isnull()), "other fibres are tight")
 
 
 def check_xarray(path):
@@ -113,6 +140,7 @@ def check_xarray(path):
                 check_dataset(dataset.load(), group, dimensions)
         with xarray.open_dataset(path, engine=engine) as dataset:
             check_root(dataset.load())
+        check_mechanics(path, engine)
 
 
 def check_trace(path):
@@ -170,6 +198,11 @@ def main():
 
             with xarray.open_dataset(other) as dataset:
                 check(set(dataset.load().sizes) == GROUPS["/"], f"other dimensions ({kind})")
+        # No cell of the pending one has a force, and no fibre of it a wrap.
+        for group in ("/equilibrium", "/equilibrium/forces", "/equilibrium/spine", "/ligaments"):
+            for engine in ("netcdf4", "h5netcdf"):
+                with xarray.open_dataset(os.path.join(folder, "pending.h5"), engine=engine, group=group) as dataset:
+                    check_dataset(dataset.load(), group, GROUPS[group])
     print("ncdump, h5dump and xarray see named dimensions with units")
 
 

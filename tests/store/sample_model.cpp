@@ -3,6 +3,7 @@
 #include "core/clinical.hpp"
 #include "core/frames.hpp"
 #include "core/units.hpp"
+#include "store/contact_paths.hpp"
 #include "store/evaluate_smoothed.hpp"
 #include "support/meshes.hpp"
 
@@ -31,7 +32,7 @@ void solve_cell(MotionModel& model, Eigen::Index i, Eigen::Index j)
   const double varus_deg = model.varus_deg[static_cast<std::size_t>(j)];
   const Attitude attitude{rad_from_deg(flexion_deg), rad_from_deg(varus_deg)};
   const MovingPose pose{{0.1 * flexion_deg, -40.0 + 0.01 * varus_deg, 0.3}, rad_from_deg(0.2 * flexion_deg)};
-  const SolverFrame frame{Side::right, model.rotation_centre_mm, model.delta};
+  const SolverFrame frame{Side::right, model.rotation_centre_mm, model.push.delta.row(i).transpose()};
   const Eigen::Vector3d t_mm = world_translation_mm(frame, pose);
   model.tx_mm(i, j) = t_mm.x();
   model.ty_mm(i, j) = t_mm.y();
@@ -53,6 +54,7 @@ void solve_cell(MotionModel& model, Eigen::Index i, Eigen::Index j)
   model.residual_mm(i, j) = 0.01;
   model.theta_determined(i, j) = 1;
   model.is_spine(i, j) = j == 1 ? 1 : 0;
+  model.varus_solved_deg(i, j) = varus_deg;
   if (!model.has_compartments) return;
   model.gap_medial_mm(i, j) = 0.02;  // the lateral one faces nothing and stays NaN
   model.contact_medial(i, j) = 1;
@@ -111,6 +113,148 @@ SmoothedSet sample_smoothed(const MotionModel& model)
   return set;
 }
 
+bool is_stable(const MotionModel& model, std::size_t cell)
+{
+  return model.status.data()[cell] == static_cast<std::int8_t>(StepStatus::stable);
+}
+
+PushRows turning_push(std::int32_t n_flexion)
+{
+  PushRows push = constant_push(Eigen::Vector3d::UnitY(), static_cast<std::size_t>(n_flexion));
+  for (std::int32_t i = 0; i < n_flexion; ++i) {
+    push.delta.row(i) = Eigen::RowVector3d(0.01 * i, 1.0, -0.002 * i).normalized();
+    push.force_n.row(i) = 20.0 * push.delta.row(i) + Eigen::RowVector3d(0.5, 0.0, 0.25);
+    push.moment_nmm[static_cast<std::size_t>(i)] = -500.0 + i;
+    push.varus_moment_nmm[static_cast<std::size_t>(i)] = 40.0 * i;
+  }
+  push.point_mm = {0.5, -1.0, 2.0};
+  return push;
+}
+
+ForceRows sample_forces(const MotionModel& model)
+{
+  ForceRows forces;
+  forces.row_start = {0};
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(model.status.size()); ++cell) {
+    const bool has_forces = is_stable(model, cell) && cell % 2 == 0;
+    forces.row_start.push_back(forces.row_start.back() + (has_forces ? 2 : 0));
+  }
+  const std::size_t n = static_cast<std::size_t>(forces.row_start.back());
+  forces.point_world_mm.resize(static_cast<Eigen::Index>(n), 3);
+  forces.normal_world.resize(static_cast<Eigen::Index>(n), 3);
+  for (std::size_t k = 0; k < n; ++k) {
+    const bool is_medial = k % 2 == 0;
+    const Eigen::Index row = static_cast<Eigen::Index>(k);
+    forces.point_world_mm.row(row) << 1.0, -20.0, is_medial ? -22.0 : 23.0;
+    forces.normal_world.row(row) = Eigen::RowVector3d(0.1, -1.0, is_medial ? 0.2 : -0.2).normalized();
+    forces.along_delta_n.push_back(is_medial ? 15.0 : 5.0);
+    forces.triangle_reference.push_back(static_cast<std::int32_t>(k % 100));
+    forces.triangle_moving.push_back(3);
+    forces.compartment.push_back(!model.has_compartments ? 0 : is_medial ? 1 : 2);
+  }
+  return forces;
+}
+
+FreeSpine sample_spine(FreeSpine spine)
+{
+  for (std::size_t i = 0; i + 1 < spine.status.size(); ++i) {  // the last one slides off
+    const double x = static_cast<double>(i);
+    spine.status[i] = static_cast<std::int8_t>(StepStatus::stable);
+    spine.varus_deg[i] = -0.3 + 0.01 * x;
+    spine.tx_mm[i] = 0.1 * x;
+    spine.ty_mm[i] = -40.0 + 0.02 * x;
+    spine.tz_mm[i] = 0.3;
+    spine.theta_deg[i] = 0.2 * x;
+    spine.energy_nmm[i] = 800.0 - x;
+    if (i > 0) spine.theta_low_deg[i] = 0.2 * x - 3.5;  // the first has no band
+    if (i > 0) spine.theta_high_deg[i] = 0.2 * x + 4.5;
+    spine.n_optima[i] = i == 1 ? 2 : 1;
+    spine.optima_theta_spread_deg[i] = i == 1 ? 6.5 : 0.0;
+    spine.optima_energy_spread_nmm[i] = i == 1 ? 1.75 : 0.0;
+  }
+  spine.status.back() = static_cast<std::int8_t>(StepStatus::unbounded);
+  return spine;
+}
+
+void fill_equilibrium(MotionModel& model)
+{
+  EquilibriumSurfaces& equilibrium = *model.equilibrium;
+  equilibrium.band_moment_nmm = 500.0;
+  equilibrium.forces = sample_forces(model);
+  equilibrium.spine = sample_spine(equilibrium.spine);
+  for (std::size_t cell = 0; cell < static_cast<std::size_t>(model.status.size()); ++cell) {
+    if (!is_stable(model, cell)) continue;
+    const double x = static_cast<double>(cell);
+    equilibrium.energy_nmm.data()[cell] = 800.0 + x;
+    equilibrium.balance_residual_n.data()[cell] = 1e-4 * (x + 1.0);
+    equilibrium.complementarity_mm.data()[cell] = 1e-7 * x;
+    equilibrium.worst_gap_mm.data()[cell] = -1e-6 * x;
+    equilibrium.flexion_moment_nmm.data()[cell] = 100.0 * x;
+    equilibrium.varus_moment_nmm.data()[cell] = -3.0 * x;
+    if (!model.has_compartments) continue;
+    Eigen::Vector3d sums[3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    const Eigen::RowVector3d delta =
+        model.push.delta.row(static_cast<Eigen::Index>(cell) / model.status.cols());
+    for (std::int64_t k = equilibrium.forces.row_start[cell]; k < equilibrium.forces.row_start[cell + 1];
+         ++k) {
+      const std::size_t row = static_cast<std::size_t>(k);
+      const Eigen::RowVector3d normal = equilibrium.forces.normal_world.row(k);
+      sums[equilibrium.forces.compartment[row]] +=
+          (equilibrium.forces.along_delta_n[row] / -normal.dot(delta)) * normal.transpose();
+    }
+    Eigen::Map<Eigen::Vector3d>(&equilibrium.force_medial_n[3 * cell]) = sums[1];
+    Eigen::Map<Eigen::Vector3d>(&equilibrium.force_lateral_n[3 * cell]) = sums[2];
+  }
+}
+
+LigamentRows sample_ligaments(const SampleOptions& options)
+{
+  LigamentRows ligaments;
+  const Eigen::Index n = options.n_fibres, n_wraps = options.n_wraps;
+  ligaments.reference_mm.resize(n, 3);
+  ligaments.moving_mm.resize(n, 3);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double x = static_cast<double>(k);
+    ligaments.name.push_back("fibre " + std::to_string(k));
+    ligaments.bundle.push_back(k % 2 == 0 ? "ACL" : "MCL");
+    ligaments.reference_mm.row(k) << x, 10.0, -30.0;
+    ligaments.moving_mm.row(k) << x, -40.0, -25.0;
+    ligaments.stiffness_n.push_back(1000.0 + x);
+    ligaments.slack_length_mm.push_back(45.0 + x);
+    ligaments.wrap.push_back(options.n_wraps > 0 && k % 2 == 1 ? options.n_wraps - 1 : -1);
+  }
+  ligaments.transition_strain = 0.05;
+  ligaments.wrap_radii_mm.resize(n_wraps, 3);
+  for (Eigen::Index k = 0; k < n_wraps; ++k) {
+    ligaments.wrap_name.push_back("condyle " + std::to_string(k));
+    ligaments.wrap_shape.push_back(static_cast<std::int8_t>(k % 2));
+    ligaments.wrap_body.push_back(static_cast<std::int8_t>(k % 2));
+    Pose X = Pose::Identity();
+    X.linear() = rotation_x(0.1 * static_cast<double>(k + 1));
+    X.translation() = Eigen::Vector3d(1.0, 2.0, 3.0);
+    const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> matrix = X.matrix();
+    ligaments.X_body_wrap.insert(ligaments.X_body_wrap.end(), matrix.data(), matrix.data() + 16);
+    ligaments.wrap_radii_mm.row(k) << 20.0, 20.0, 30.0;
+  }
+  return ligaments;
+}
+
+void fill_fibre_states(MotionModel& model)
+{
+  LigamentRows& ligaments = *model.ligaments;
+  const std::size_t n = ligaments.name.size();
+  for (std::size_t i = 0; i < ligaments.length_mm.size(); ++i) {
+    if (!is_stable(model, i / n)) continue;
+    const double strain = 0.001 * static_cast<double>(i % n) - 0.002;
+    ligaments.strain[i] = strain;
+    ligaments.length_mm[i] = ligaments.slack_length_mm[i % n] * (1.0 + strain);
+    ligaments.tension_n[i] =
+        strain > 0.0 ? 0.25 * ligaments.stiffness_n[i % n] * strain * strain / 0.05 : 0.0;
+    ligaments.energy_nmm[i] = ligaments.tension_n[i] * strain * ligaments.slack_length_mm[i % n] / 3.0;
+    ligaments.is_wrapped[i] = ligaments.wrap[i % n] >= 0 ? 1 : 0;
+  }
+}
+
 }  // namespace
 
 MotionModel sample_model(const SampleOptions& options)
@@ -119,7 +263,7 @@ MotionModel sample_model(const SampleOptions& options)
   model.title = "Sample joint, knee-like (genou \xC3\xA9tal\xC3\xB3n)";
   model.joint = options.has_compartments ? "knee" : "other";
   model.side = "right";
-  model.method = "stability-search";
+  model.method = options.is_equilibrium ? "equilibrium" : "stability-search";
   model.rotation_centre_mm = {1.0, -2.0, 3.0};
   model.contact_resolution_mm = 0.1;
   model.has_compartments = options.has_compartments;
@@ -130,6 +274,8 @@ MotionModel sample_model(const SampleOptions& options)
   model.job = {"title = \"Sample joint\"\n",
                "title = \"Sample joint\"\njoint = \"knee\"\n",
                {{"femur.stl", std::string(64, 'a')}, {"tibia.stl", std::string(64, '0')}}};
+  if (options.is_equilibrium) model.push = turning_push(options.n_flexion);
+  if (options.n_fibres > 0) model.ligaments = sample_ligaments(options);
   model = with_pending_cells(model);
   for (Eigen::Index i = 0; i < model.tx_mm.rows(); ++i) {
     for (Eigen::Index j = 0; j < model.tx_mm.cols(); ++j) {
@@ -142,6 +288,9 @@ MotionModel sample_model(const SampleOptions& options)
     }
   }
   model.contacts = sample_contacts(model);
+  if (model.equilibrium) fill_equilibrium(model);
+  if (model.ligaments) fill_fibre_states(model);
+  if (model.has_compartments) model.contact_paths = contact_paths_of(model);
   model.smoothed = {sample_smoothed(model)};
   return model;
 }

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "core/error.hpp"
+#include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
@@ -15,90 +16,17 @@
 namespace vrda {
 namespace {
 
+using test::change;
+using test::expect_first;
+using test::make_group;
+using test::remove;
+using test::replace;
+using test::set_text;
 using ::testing::HasSubstr;
 
-/// Opens the file, changes it, and closes it whatever happened.
-void change(const std::string& path, const std::function<void(hid_t)>& action)
-{
-  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-  ASSERT_GE(file, 0);
-  action(file);
-  ASSERT_GE(H5Fclose(file), 0);
-}
-
-void remove(hid_t file, const char* path)
-{
-  ASSERT_GE(H5Ldelete(file, path, H5P_DEFAULT), 0);
-}
-
-struct NewDataset {
-  const char* path;
-  std::vector<hsize_t> shape;
-  hid_t type = H5T_IEEE_F64LE;
-  hid_t creation = H5P_DEFAULT;
-};
-
-/// Puts an unwritten dataset in the place of another.
-void replace(hid_t file, const NewDataset& wanted)
-{
-  remove(file, wanted.path);
-  const hid_t space = H5Screate_simple(static_cast<int>(wanted.shape.size()), wanted.shape.data(), nullptr);
-  const hid_t dataset =
-      H5Dcreate2(file, wanted.path, wanted.type, space, H5P_DEFAULT, wanted.creation, H5P_DEFAULT);
-  ASSERT_GE(dataset, 0);
-  H5Dclose(dataset);
-  H5Sclose(space);
-}
-
-void set_text(hid_t file, const char* object, const char* name, const char* value)
-{
-  ASSERT_GE(H5Adelete_by_name(file, object, name, H5P_DEFAULT), 0);
-  const hid_t type = H5Tcopy(H5T_C_S1);
-  H5Tset_size(type, H5T_VARIABLE);
-  H5Tset_cset(type, H5T_CSET_UTF8);
-  const hsize_t one = 1;
-  const hid_t space = H5Screate_simple(1, &one, nullptr);
-  const hid_t attribute =
-      H5Acreate_by_name(file, object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-  ASSERT_GE(H5Awrite(attribute, type, &value), 0);
-  H5Aclose(attribute);
-  H5Sclose(space);
-  H5Tclose(type);
-}
-
-void make_group(hid_t file, const std::string& path)
-{
-  const hid_t group = H5Gcreate2(file, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-  ASSERT_GE(group, 0);
-  H5Gclose(group);
-}
-
-/// The findings of a changed sample, none of them twice; reading must name the first.
 std::vector<Finding> findings_after(const std::function<void(hid_t)>& action)
 {
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "knee.h5";
-  write_motion_model(path, test::sample_model());
-  change(path, action);
-  std::vector<Finding> findings = validate_motion_model(path);
-  EXPECT_FALSE(findings.empty());
-  try {
-    read_motion_model(path);
-    ADD_FAILURE() << "no InputError";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().file, path);
-    EXPECT_EQ(error.facts().field, findings.empty() ? "" : findings[0].where);
-  }
-  return findings;
-}
-
-void expect_first(const std::vector<Finding>& findings, const char* where, const char* found,
-                  const char* wanted)
-{
-  ASSERT_FALSE(findings.empty());
-  EXPECT_EQ(findings[0].where, where);
-  EXPECT_THAT(findings[0].found, HasSubstr(found));
-  EXPECT_THAT(findings[0].wanted, HasSubstr(wanted));
+  return test::findings_after(test::sample_model(), action);
 }
 
 TEST(Structure, AnUnchangedFileReopenedForWritingStaysValid)
@@ -129,8 +57,11 @@ TEST(Structure, FormatAndVersion)
                "vrda motion model");
   expect_first(findings_after([](hid_t file) { set_text(file, "/", "format", "other"); }), "/@format",
                "\"other\"", "vrda motion model");
-  expect_first(findings_after([](hid_t file) { set_text(file, "/", "format_version", "2.0"); }),
-               "/@format_version", "\"2.0\"", "\"1.\"");
+  for (const char* version : {"2.0", "1.", "1.x", "1.1x", "1.-1", "1.99999999999"}) {
+    SCOPED_TRACE(version);
+    expect_first(findings_after([&](hid_t file) { set_text(file, "/", "format_version", version); }),
+                 "/@format_version", version, "\"1.\"");
+  }
 }
 
 TEST(Structure, MissingObjects)

@@ -1,11 +1,10 @@
 // Motion models whose values break a rule: what the finding names.
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <limits>
 
-#include "core/error.hpp"
+#include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
@@ -13,39 +12,12 @@
 namespace vrda {
 namespace {
 
-using ::testing::HasSubstr;
-
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-struct Row {
-  const char* where;
-  const char* found;
-  const char* wanted;
-  std::function<void(MotionModel&)> damage;
-};
-
-/// Writes the damaged sample, and expects exactly one finding and the same InputError from reading.
-void expect_finding(const Row& row)
+void expect_finding(const test::Damage& damage)
 {
-  SCOPED_TRACE(row.where);
-  const test::Scratch scratch;
-  const std::string path = scratch.path() / "knee.h5";
-  MotionModel model = test::sample_model();
-  row.damage(model);
-  write_motion_model(path, model);
-  const std::vector<Finding> findings = validate_motion_model(path);
-  ASSERT_EQ(findings.size(), 1u);
-  EXPECT_EQ(findings[0].where, row.where);
-  EXPECT_THAT(findings[0].found, HasSubstr(row.found));
-  EXPECT_THAT(findings[0].wanted, HasSubstr(row.wanted));
-  try {
-    read_motion_model(path);
-    ADD_FAILURE() << "no InputError";
-  } catch (const InputError& error) {
-    EXPECT_EQ(error.facts().file, path);
-    EXPECT_EQ(error.facts().field, row.where);
-  }
+  test::expect_finding(test::sample_model(), damage);
 }
 
 TEST(Validate, RootAttributes)
@@ -57,6 +29,8 @@ TEST(Validate, RootAttributes)
   expect_finding({"/@rotation_centre_mm", "nan at entry 1", "finite numbers",
                   [](MotionModel& m) { m.rotation_centre_mm.y() = nan; }});
   expect_finding({"/@delta", "length 2", "length 1", [](MotionModel& m) { m.delta *= 2.0; }});
+  expect_finding({"/@delta", "another direction", "first row of /push/delta",
+                  [](MotionModel& m) { m.push.delta.row(0) << 1.0, 0.0, 0.0; }});
   expect_finding(
       {"/@contact_resolution_mm", "0", "positive", [](MotionModel& m) { m.contact_resolution_mm = 0.0; }});
 }

@@ -15,7 +15,9 @@ int main(int argc, char** argv)
   try {
     const std::string which = argv[2];
     vrda::test::SampleOptions options;
-    if (which == "rich") options.n_flexion = 91, options.n_varus = 21;
+    if (which == "rich") options.n_flexion = 91, options.n_varus = 21, options.n_wraps = 2;
+    options.is_equilibrium = which == "rich" || which == "pending";
+    options.n_fibres = options.is_equilibrium ? 5 : 0;
     if (which == "plain") options.has_compartments = options.has_visual = false;
     vrda::MotionModel model = vrda::test::sample_model(options);
     if (which == "pending") model = vrda::with_pending_cells(model);

@@ -40,9 +40,7 @@ StepRecord drifting(const Attitude& attitude, const MovingPose& seed)
   return r;
 }
 
-const SolveStep drift = [](const StepKey&, const Attitude& attitude, const MovingPose& seed) {
-  return drifting(attitude, seed);
-};
+const SolveStep drift = [](const StepTask& task) { return drifting(task.attitude, task.seed); };
 
 std::vector<double> numbers(const SweepResult& result)
 {
@@ -122,9 +120,9 @@ TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
 TEST(Sweep, AFailedCellStopsNothingAndIsSteppedOver)
 {
   const SweepPlan plan = plan_of(3, 7);
-  const SolveStep with_hole = [&](const StepKey&, const Attitude& a, const MovingPose& seed) {
-    StepRecord r = drifting(a, seed);
-    if (std::abs(a.varus_rad - plan.varus_rad[5]) < 1e-9) r.status = StepStatus::no_contact;
+  const SolveStep with_hole = [&](const StepTask& task) {
+    StepRecord r = drifting(task.attitude, task.seed);
+    if (std::abs(task.attitude.varus_rad - plan.varus_rad[5]) < 1e-9) r.status = StepStatus::no_contact;
     return r;
   };
   const SweepResult result = sweep(plan, with_hole, {}, 2);
@@ -140,9 +138,10 @@ TEST(Sweep, AFailedCellStopsNothingAndIsSteppedOver)
 TEST(Sweep, AFailedSpineSeedsItsRowFromTheLastStableSpine)
 {
   const SweepPlan plan = plan_of(3, 5);
-  const SolveStep failing_row = [&](const StepKey&, const Attitude& a, const MovingPose& seed) {
-    StepRecord r = drifting(a, seed);
-    if (std::abs(a.flexion_rad - plan.flexion_rad[1]) < 1e-9) r.status = StepStatus::iteration_limit;
+  const SolveStep failing_row = [&](const StepTask& task) {
+    StepRecord r = drifting(task.attitude, task.seed);
+    if (std::abs(task.attitude.flexion_rad - plan.flexion_rad[1]) < 1e-9)
+      r.status = StepStatus::iteration_limit;
     return r;
   };
   const SweepResult result = sweep(plan, failing_row, {}, 1);
@@ -158,10 +157,10 @@ TEST(Sweep, WhereBothSidesTouchTheSpineClimbsAlongDelta)
 {
   // Both sides touch over six degrees of varus; the moving object gets furthest up at 2 degrees.
   SweepPlan plan = plan_of(3, 11);
-  const SolveStep locked = [](const StepKey&, const Attitude& a, const MovingPose&) {
+  const SolveStep locked = [](const StepTask& task) {
     StepRecord r;
     r.status = StepStatus::stable;
-    const double from_peak = a.varus_rad - rad_from_deg(2.0);
+    const double from_peak = task.attitude.varus_rad - rad_from_deg(2.0);
     r.pose.translation_mm.y() = -std::abs(from_peak);
     r.contact_medial = r.contact_lateral = from_peak > rad_from_deg(-0.5) && from_peak < rad_from_deg(6.5);
     r.gap_medial_mm = r.contact_lateral ? 0.0 : std::abs(from_peak);
@@ -190,7 +189,7 @@ TEST(Sweep, BothTouchingBeatsOneAndOneStableBeatsNone)
 TEST(Sweep, WithoutCompartmentsTheSpineStaysNearestZero)
 {
   SweepPlan plan = plan_of(4, 7);
-  plan.has_compartments = false;
+  plan.spine = SpineRule::nearest_zero;
   const SweepResult result = sweep(plan, drift, {}, 1);
   EXPECT_EQ(result.spine_column, std::vector<std::int32_t>(4, 3));
 }
@@ -200,12 +199,12 @@ TEST(Sweep, EachStepIsSolvedOnceUnderTheKeyItIsKeptWith)
   const SweepPlan plan = plan_of(6, 7);
   std::mutex mutex;
   std::map<StepKey, int> solved, kept;
-  const SolveStep noting = [&](const StepKey& key, const Attitude& a, const MovingPose& seed) {
+  const SolveStep noting = [&](const StepTask& task) {
     const std::lock_guard lock(mutex);
-    ++solved[key];
-    EXPECT_EQ(a.flexion_rad, plan.flexion_rad[static_cast<std::size_t>(key.flexion)]);
-    EXPECT_EQ(a.varus_rad, plan.varus_rad[static_cast<std::size_t>(key.varus)]);
-    return drifting(a, seed);
+    ++solved[task.key];
+    EXPECT_EQ(task.attitude.flexion_rad, plan.flexion_rad[static_cast<std::size_t>(task.key.flexion)]);
+    EXPECT_EQ(task.attitude.varus_rad, plan.varus_rad[static_cast<std::size_t>(task.key.varus)]);
+    return drifting(task.attitude, task.seed);
   };
   SweepHooks hooks;
   hooks.keep = [&](const StepRecord& r) {
@@ -224,9 +223,9 @@ TEST(Sweep, EachStepIsSolvedOnceUnderTheKeyItIsKeptWith)
 TEST(Sweep, WhatASolverThrowsComesOut)
 {
   std::atomic<int> n = 0;
-  const SolveStep throwing = [&](const StepKey&, const Attitude& a, const MovingPose& seed) {
+  const SolveStep throwing = [&](const StepTask& task) {
     if (++n == 17) throw std::runtime_error("broken");
-    return drifting(a, seed);
+    return drifting(task.attitude, task.seed);
   };
   EXPECT_THROW(sweep(plan_of(6, 6), throwing, {}, 3), std::runtime_error);
 }
@@ -235,11 +234,11 @@ TEST(Sweep, AStepThatCannotBeKeptStopsTheOthersAfterTheStepInHand)
 {
   constexpr int n_cells = 900, first_refused = 12;
   std::atomic<int> n_solved = 0, n_kept = 0;
-  const SolveStep counting = [&](const StepKey&, const Attitude& a, const MovingPose& seed) {
+  const SolveStep counting = [&](const StepTask& task) {
     // Slow once a step was refused, so that the refusal is noted long before the grid is solved.
     if (n_kept >= first_refused) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     ++n_solved;
-    return drifting(a, seed);
+    return drifting(task.attitude, task.seed);
   };
   SweepHooks hooks;
   hooks.keep = [&](const StepRecord&) {

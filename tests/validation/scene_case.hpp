@@ -54,8 +54,6 @@ struct Tally {
   double allowed = 0.0;  ///< of the measure
   int cases = 0;
   int failures = 0;
-  int known_failures =
-      0;  ///< a limit of the search, not yet mended: as many cases fail, no more and no fewer
   double worst = 0.0;
   std::map<std::string, int> outcomes{};  ///< how often each was met
 

@@ -1,0 +1,65 @@
+#include "sweep/free_spine.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+// Poses closer than the search's resolutions are one place of rest.
+constexpr double same_place_mm = 0.1;
+constexpr double same_angle_rad = rad_from_deg(0.1);
+// Below what any load would feel: 1e-6 N mm is 20 N along 5e-8 mm.
+constexpr double same_energy_nmm = 1e-6;
+
+bool is_same_place(const StepRecord& a, const StepRecord& b)
+{
+  return (a.pose.translation_mm - b.pose.translation_mm).norm() <= same_place_mm &&
+         std::abs(a.pose.theta_rad - b.pose.theta_rad) <= same_angle_rad &&
+         std::abs(a.varus_rad - b.varus_rad) <= same_angle_rad;
+}
+
+}  // namespace
+
+std::vector<SpineOffset> spine_offsets(int n)
+{
+  constexpr double turn = rad_from_deg(6.0);
+  constexpr double shift_mm = 3.0;
+  const std::vector<SpineOffset> all{{turn, 0, 0},      {-turn, 0, 0},      {0, shift_mm, 0},
+                                     {0, -shift_mm, 0}, {2.0 * turn, 0, 0}, {-2.0 * turn, 0, 0},
+                                     {0, 0, shift_mm},  {0, 0, -shift_mm}};
+  check(n >= 0 && n <= static_cast<int>(all.size()), "spine_offsets: at most eight");
+  return {all.begin(), all.begin() + n};
+}
+
+FreeSpineStep lowest_of(const std::vector<StepRecord>& ends)
+{
+  check(!ends.empty(), "lowest_of: no end");
+  FreeSpineStep step;
+  std::vector<const StepRecord*> optima;
+  const StepRecord* lowest = nullptr;
+  double least_nmm = 0.0, most_nmm = 0.0, least_rad = 0.0, most_rad = 0.0;
+  for (const StepRecord& end : ends) {
+    if (end.status != StepStatus::stable) continue;
+    const double energy_nmm = end.balance.energy_nmm, theta_rad = end.pose.theta_rad;
+    const bool is_first = lowest == nullptr;
+    if (is_first || energy_nmm < lowest->balance.energy_nmm - same_energy_nmm) lowest = &end;
+    least_nmm = is_first ? energy_nmm : std::min(least_nmm, energy_nmm);
+    most_nmm = is_first ? energy_nmm : std::max(most_nmm, energy_nmm);
+    least_rad = is_first ? theta_rad : std::min(least_rad, theta_rad);
+    most_rad = is_first ? theta_rad : std::max(most_rad, theta_rad);
+    const bool is_known = std::any_of(optima.begin(), optima.end(),
+                                      [&](const StepRecord* other) { return is_same_place(*other, end); });
+    if (!is_known) optima.push_back(&end);
+  }
+  step.chosen = lowest == nullptr ? ends.front() : *lowest;
+  step.n_optima = static_cast<std::int32_t>(optima.size());
+  step.theta_spread_rad = most_rad - least_rad;
+  step.energy_spread_nmm = most_nmm - least_nmm;
+  return step;
+}
+
+}  // namespace vrda

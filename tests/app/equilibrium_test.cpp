@@ -1,0 +1,207 @@
+// The equilibrium from job to motion model.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+
+#include "app/remeasure.hpp"
+#include "app/scenes.hpp"
+#include "app/summary.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Each;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::vector<std::string> words(const fs::path& job, const fs::path& output,
+                               const std::vector<std::string>& more)
+{
+  std::vector<std::string> all{
+      "run", job.string(), "-o", output.string(), "--quiet", "--set", "solver.method=equilibrium"};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+MotionModel solved(const test::Scratch& scratch, const fs::path& job,
+                   const std::vector<std::string>& more = {})
+{
+  static int n = 0;
+  const fs::path output = scratch.path() / ("solved_" + std::to_string(n++) + ".h5");
+  const test::Ended ended = test::run_vrda(words(job, output, more));
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(validate_motion_model(output.string()), IsEmpty());
+  return read_motion_model(output.string());
+}
+
+const std::vector<std::string> free_varus{"--set", "grid.varus=free"};
+
+// Half of what DESIGN.md 6 promises of gap and penetration.
+constexpr double touch_mm = 5e-4;
+
+TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
+{
+  const test::Scratch scratch;
+  const MotionModel model = solved(scratch, test::small_knee_job(scratch, "right"), free_varus);
+  ASSERT_EQ(model.status.cols(), 1);
+  EXPECT_EQ(model.varus_deg, std::vector<double>{0.0});
+  EXPECT_EQ(unsolved_fraction(model), 0.0) << status_line(model);
+  ASSERT_TRUE(model.equilibrium);
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    SCOPED_TRACE(i);
+    EXPECT_EQ(model.contact_medial(i, 0), 1);
+    EXPECT_EQ(model.contact_lateral(i, 0), 1);
+    EXPECT_LT(model.gap_medial_mm(i, 0), touch_mm);
+    EXPECT_LT(model.gap_lateral_mm(i, 0), touch_mm);
+    EXPECT_NE(model.varus_solved_deg(i, 0), 0.0) << "the lateral dent is shallower";
+    EXPECT_EQ(model.varus_solved_deg(i, 0), model.equilibrium->spine.varus_deg[static_cast<std::size_t>(i)]);
+    EXPECT_LE(model.equilibrium->balance_residual_n(i, 0), 0.01 * 20.0);
+    EXPECT_EQ(model.equilibrium->varus_moment_nmm(i, 0), 0.0);
+    // Along Delta the two compartments bear the whole push.
+    const auto y = static_cast<std::size_t>(3 * i + 1);
+    const double borne_n = -model.equilibrium->force_medial_n[y] - model.equilibrium->force_lateral_n[y];
+    EXPECT_NEAR(borne_n, 20.0, 0.01 * 20.0);
+  }
+  const AuditExtremes audit = extremes(model, remeasured(model, 1));
+  EXPECT_EQ(audit.n_overlapping, 0);
+  EXPECT_LE(audit.largest_gap_mm, touch_mm);
+}
+
+TEST(EquilibriumRun, AMirroredKneeGivesTheSameClinicalNumbersToTheLastBit)
+{
+  const test::Scratch scratch;
+  const MotionModel right = solved(scratch, test::small_knee_job(scratch, "right"), free_varus);
+  const MotionModel left = solved(scratch, test::small_knee_job(scratch, "left"), free_varus);
+  EXPECT_TRUE((right.varus_solved_deg == left.varus_solved_deg).all());
+  EXPECT_TRUE((right.clinical.internal_rotation_deg == left.clinical.internal_rotation_deg).all());
+  EXPECT_TRUE((right.clinical.varus_deg == left.clinical.varus_deg).all());
+  EXPECT_TRUE((right.clinical.anterior_mm == left.clinical.anterior_mm).all());
+  EXPECT_TRUE((right.clinical.lateral_mm == left.clinical.lateral_mm).all());
+  EXPECT_TRUE((right.equilibrium->energy_nmm == left.equilibrium->energy_nmm).all());
+}
+
+TEST(EquilibriumRun, OverTheGridItGoesAsFarAlongDeltaAsTheSearch)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  const MotionModel exact = solved(scratch, job);
+  const MotionModel searched = solved(scratch, job, {"--set", "solver.method=stability-search"});
+  EXPECT_FALSE(searched.equilibrium);
+  EXPECT_EQ(unsolved_fraction(exact), 0.0) << status_line(exact);
+  const double resolution_mm = searched.contact_resolution_mm;
+  EXPECT_TRUE((exact.ty_mm >= searched.ty_mm - resolution_mm).all())
+      << (exact.ty_mm - searched.ty_mm).minCoeff();
+  const AuditExtremes audit = extremes(exact, remeasured(exact, 1));
+  EXPECT_EQ(audit.n_overlapping, 0);
+  EXPECT_LE(audit.largest_gap_mm, touch_mm);
+}
+
+TEST(EquilibriumRun, ThreadsAndKillsChangeNoByte)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::longer_knee_job(scratch);
+  std::vector<std::string> hashes;
+  for (const std::string threads : {"1", "2", "5"}) {
+    const fs::path output = scratch.path() / (threads + ".h5");
+    ASSERT_EQ(test::run_vrda(words(job, output, {"--threads", threads})).exit_code, 0);
+    hashes.push_back(test::sha256_of_file(output));
+  }
+  const fs::path killed = scratch.path() / "killed.h5", journal = killed.string() + ".journal";
+  for (const std::uintmax_t n_bytes : {20000, 60000}) {
+    test::Process process(test::vrda(words(job, killed, {})));
+    test::wait_for_bytes(process, journal, n_bytes);
+    ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
+    process.send(SIGKILL);
+    EXPECT_EQ(process.wait().exit_code, -1);
+  }
+  ASSERT_EQ(test::run_vrda(words(job, killed, {})).exit_code, 0);
+  hashes.push_back(test::sha256_of_file(killed));
+  EXPECT_THAT(hashes, Each(hashes[0]));
+}
+
+std::string digits(const Eigen::RowVector3d& v)
+{
+  std::array<char, 100> text{};
+  std::snprintf(text.data(), text.size(), "[%.17g, %.17g, %.17g]", v.x(), v.y(), v.z());
+  return text.data();
+}
+
+// Delta over flexion is one direction at each flexion: from the same seed a run with that one gives the same.
+TEST(EquilibriumRun, APushThatTurnsOverFlexionIsOneDirectionAtEach)
+{
+  constexpr double rounding_mm = 1e-9;  // the direction is scaled to unit length once more
+  const test::Scratch scratch;
+  const fs::path job = test::small_job(scratch);
+  const std::string table = "{ flexion_deg = [0, 4], value = [[0, 1, 0], [0.1, 1, 0.05]] }";
+  const auto solve = [&](const std::string& method, const std::string& delta,
+                         const std::vector<std::string>& more) {
+    std::vector<std::string> all{"--set", "solver.method=" + method,   "--set", "push.delta=" + delta,
+                                 "--set", "limits.unsolved_fraction=1"};
+    all.insert(all.end(), more.begin(), more.end());
+    return solved(scratch, job, all);
+  };
+  for (const std::string method : {"equilibrium", "stability-search"}) {
+    SCOPED_TRACE(method);
+    const MotionModel turning = solve(method, table, {});
+    ASSERT_EQ(turning.push.delta.rows(), 3);
+    EXPECT_EQ(turning.delta, Eigen::Vector3d::UnitY());
+    const AuditExtremes audit = extremes(turning, remeasured(turning, 1));
+    EXPECT_EQ(audit.n_overlapping, 0);
+    EXPECT_LE(audit.largest_gap_mm, turning.contact_resolution_mm);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      SCOPED_TRACE(i);
+      const std::string flexion = std::to_string(2 * i);
+      const std::vector<std::string> row{
+          "--set", "grid.flexion={ from = " + flexion + ", to = " + flexion + ", step = 1 }"};
+      const MotionModel of_table = solve(method, table, row);
+      const MotionModel of_one = solve(method, digits(turning.push.delta.row(i)), row);
+      EXPECT_TRUE((of_table.status == of_one.status).all());
+      EXPECT_GT((of_table.status == 0).count(), 3);
+      const auto differs = [](const GridD& a, const GridD& b) {
+        return (a - b).isNaN().select(0.0, (a - b).abs()).maxCoeff();
+      };
+      EXPECT_LT(differs(of_table.tx_mm, of_one.tx_mm), rounding_mm);
+      EXPECT_LT(differs(of_table.ty_mm, of_one.ty_mm), rounding_mm);
+      EXPECT_LT(differs(of_table.theta_deg, of_one.theta_deg), rounding_mm);
+    }
+  }
+}
+
+TEST(EquilibriumRun, ASidewaysLoadMovesTheJointItsOwnWayOnBothSides)
+{
+  const test::Scratch scratch;
+  std::vector<double> shift_mm;
+  for (const std::string side : {"right", "left"}) {
+    const fs::path job = test::small_knee_job(scratch, side);
+    const MotionModel plain = solved(scratch, job);
+    const MotionModel pushed = solved(scratch, job, {"--set", "push.lateral_force_n=[8, 0]"});
+    EXPECT_GT((pushed.tx_mm - plain.tx_mm).mean(), 0.1) << side;
+    EXPECT_EQ(pushed.push.force_n.row(0), Eigen::RowVector3d(8, 20, 0));
+    shift_mm.push_back((pushed.tx_mm - plain.tx_mm).mean());
+  }
+  EXPECT_EQ(shift_mm[0], shift_mm[1]);
+}
+
+TEST(EquilibriumRun, ASearchThatCannotBeTracedIsRefused)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_job(scratch);
+  const test::Ended ended = test::run_vrda(words(job, scratch.path() / "a.h5", {"--trace"}));
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.err, HasSubstr("solver.method: found \"equilibrium\" with --trace"));
+  const test::Ended turning =
+      test::run_vrda({"run", job.string(), "-o", (scratch.path() / "a.h5").string(), "--trace", "--set",
+                      "solver.method=stability-search", "--set",
+                      "push.delta={ flexion_deg = [0, 4], value = [[0, 1, 0], [0.1, 1, 0]] }"});
+  EXPECT_EQ(turning.exit_code, 2);
+  EXPECT_THAT(turning.err, HasSubstr("push.delta: found directions that differ over flexion with --trace"));
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,52 @@
+/// Motion models changed as another HDF5 program would.
+#pragma once
+
+#include <hdf5.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "store/finding.hpp"
+#include "store/motion_model.hpp"
+
+namespace vrda::test {
+
+/// Opens the file, changes it, and closes it whatever happened.
+void change(const std::string& path, const std::function<void(hid_t)>& action);
+
+void remove(hid_t file, const char* path);
+
+struct NewDataset {
+  const char* path;
+  std::vector<hsize_t> shape;
+  hid_t type = H5T_IEEE_F64LE;
+  hid_t creation = H5P_DEFAULT;
+};
+
+/// Puts an unwritten dataset in the place of another.
+void replace(hid_t file, const NewDataset& wanted);
+
+/// Gives an attribute another text.
+void set_text(hid_t file, const char* object, const char* name, const char* value);
+
+void make_group(hid_t file, const std::string& path);
+
+/// The findings of `model`'s changed file; expects some, and that reading names the first.
+std::vector<Finding> findings_after(const MotionModel& model, const std::function<void(hid_t)>& action);
+
+void expect_first(const std::vector<Finding>& findings, const char* where, const char* found,
+                  const char* wanted);
+
+/// What damage to a model's values must be told as.
+struct Damage {
+  const char* where;
+  const char* found;
+  const char* wanted;
+  std::function<void(MotionModel&)> act;
+};
+
+/// Writes `model` damaged, and expects exactly one finding and the same InputError from reading.
+void expect_finding(MotionModel model, const Damage& damage);
+
+}  // namespace vrda::test

@@ -1,0 +1,94 @@
+// Files of format version 1.0, which knew no push, contact paths, solved varus, and no status `unbounded`.
+#include <gtest/gtest.h>
+
+#include "store/changed_file.hpp"
+#include "store/contact_paths.hpp"
+#include "store/equal_models.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/sample_model.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+void set_codes(hid_t file, const char* object, const std::vector<std::int8_t>& values)
+{
+  ASSERT_GE(H5Adelete_by_name(file, object, "flag_values", H5P_DEFAULT), 0);
+  const hsize_t n = values.size();
+  const hid_t space = H5Screate_simple(1, &n, nullptr);
+  const hid_t attribute = H5Acreate_by_name(file, object, "flag_values", H5T_STD_I8LE, space, H5P_DEFAULT,
+                                            H5P_DEFAULT, H5P_DEFAULT);
+  ASSERT_GE(H5Awrite(attribute, H5T_STD_I8LE, values.data()), 0);
+  H5Aclose(attribute);
+  H5Sclose(space);
+}
+
+/// What version 1.0 wrote of the model in `file`.
+void make_first_version(hid_t file, bool has_compartments)
+{
+  test::set_text(file, "/", "format_version", "1.0");
+  test::remove(file, "/push");
+  test::remove(file, "/varus_solved");
+  if (has_compartments) test::remove(file, "/contact_paths");
+  set_codes(file, "/status", {-1, 0, 1, 2, 3});
+  test::set_text(file, "/status", "flag_meanings", "pending stable no_contact no_clearance iteration_limit");
+}
+
+TEST(FirstVersion, IsReadWithThePushOfItsDeltaAndTheVarusOfItsAxis)
+{
+  const test::Scratch scratch;
+  for (const bool has_compartments : {true, false}) {
+    const std::string path = scratch.path() / "knee.h5";
+    test::SampleOptions options;
+    options.has_compartments = has_compartments;
+    const MotionModel model = test::sample_model(options);
+    write_motion_model(path, model);
+    test::change(path, [&](hid_t file) { make_first_version(file, has_compartments); });
+    for (const Finding& finding : validate_motion_model(path)) {
+      ADD_FAILURE() << finding.where << ": " << finding.found << ", wanted " << finding.wanted;
+    }
+    // The sample's push is constant, its varus that of the axis, and its paths those of the contacts.
+    const MotionModel read = read_motion_model(path);
+    test::expect_equal(read, model);
+    // So it can be written again, as a file of today.
+    const std::string again = scratch.path() / "again.h5";
+    write_motion_model(again, read);
+    EXPECT_TRUE(validate_motion_model(again).empty());
+  }
+}
+
+TEST(FirstVersion, AFileOfTodayNeedsWhatVersionOneZeroDidNot)
+{
+  for (const char* path : {"/push", "/push/delta", "/varus_solved", "/contact_paths"}) {
+    SCOPED_TRACE(path);
+    const std::vector<Finding> findings =
+        test::findings_after(test::sample_model(), [&](hid_t file) { test::remove(file, path); });
+    test::expect_first(findings, path, "nothing", "a");
+  }
+}
+
+TEST(FirstVersion, ItsStatusHasNoUnbounded)
+{
+  const std::vector<Finding> findings = test::findings_after(test::sample_model(), [](hid_t file) {
+    make_first_version(file, true);
+    set_codes(file, "/status", {-1, 0, 1, 2, 3, 4});
+  });
+  test::expect_first(findings, "/status@flag_values", "other values", "iteration_limit");
+}
+
+TEST(FirstVersion, WhatALaterMinorVersionAddsToItIsIgnored)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  test::change(path, [](hid_t file) {
+    make_first_version(file, true);
+    test::make_group(file, "/ligaments");
+    test::make_group(file, "/equilibrium");
+  });
+  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_FALSE(read_motion_model(path).ligaments.has_value());
+}
+
+}  // namespace
+}  // namespace vrda

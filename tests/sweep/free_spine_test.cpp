@@ -1,0 +1,180 @@
+#include "sweep/free_spine.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <mutex>
+
+#include "core/units.hpp"
+#include "sweep/sweep.hpp"
+
+namespace vrda {
+namespace {
+
+StepRecord end_at(double theta_deg, double energy_nmm, StepStatus status = StepStatus::stable)
+{
+  StepRecord record;
+  record.status = status;
+  record.pose.theta_rad = rad_from_deg(theta_deg);
+  record.balance.energy_nmm = energy_nmm;
+  return record;
+}
+
+TEST(FreeSpine, TheLowestEnergyIsChosenAndOtherPlacesOfRestAreCounted)
+{
+  const FreeSpineStep step = lowest_of({end_at(3.0, -5.0), end_at(3.05, -5.0), end_at(-4.0, -7.5),
+                                        end_at(9.0, -99.0, StepStatus::unbounded), end_at(6.0, -5.5)});
+  EXPECT_EQ(step.chosen.pose.theta_rad, rad_from_deg(-4.0));
+  EXPECT_EQ(step.n_optima, 3);
+  EXPECT_DOUBLE_EQ(step.theta_spread_rad, rad_from_deg(6.0) - rad_from_deg(-4.0));
+  EXPECT_DOUBLE_EQ(step.energy_spread_nmm, 2.5);
+}
+
+TEST(FreeSpine, OfEqualEnergiesTheEarlierStartCounts)
+{
+  EXPECT_EQ(lowest_of({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-7)}).chosen.pose.theta_rad,
+            rad_from_deg(1.0));
+  EXPECT_EQ(lowest_of({end_at(1.0, -5.0), end_at(2.0, -5.0 - 1e-5)}).chosen.pose.theta_rad,
+            rad_from_deg(2.0));
+}
+
+TEST(FreeSpine, WithoutAPlaceOfRestTheFirstStartTellsHowItEnded)
+{
+  const FreeSpineStep step =
+      lowest_of({end_at(1, 0, StepStatus::unbounded), end_at(2, 0, StepStatus::no_contact)});
+  EXPECT_EQ(step.chosen.status, StepStatus::unbounded);
+  EXPECT_EQ(step.n_optima, 0);
+  EXPECT_EQ(step.theta_spread_rad, 0.0);
+}
+
+SweepPlan plan_of(int n_flexion, int n_varus)
+{
+  SweepPlan plan;
+  for (int i = 0; i < n_flexion; ++i) plan.flexion_rad.push_back(rad_from_deg(5.0 * i));
+  for (int j = 0; j < n_varus; ++j) plan.varus_rad.push_back(rad_from_deg(2.0 * (j - n_varus / 2)));
+  plan.initial = {{0, -20, 0}, 0};
+  plan.spine = SpineRule::free_varus;
+  plan.n_restarts = 3;
+  plan.has_band = true;
+  return plan;
+}
+
+// Two wells over theta at +-5 degrees, the right one the deeper from 22 degrees of flexion on; every start
+// falls into the well of its own side. Varus comes to rest at a tenth of flexion, theta remembers the seed's
+// height.
+StepRecord in_wells(const StepTask& task)
+{
+  StepRecord record;
+  record.status = StepStatus::stable;
+  const bool is_right = task.seed.theta_rad > 0.0;
+  record.pose = task.seed;
+  record.pose.theta_rad = rad_from_deg((is_right ? 5.0 : -5.0) + 2.0 * task.band);
+  record.pose.translation_mm = {0.0, 1e-4 * task.seed.translation_mm.y() + task.attitude.flexion_rad, 0.0};
+  record.varus_rad = task.is_varus_free ? 0.1 * task.attitude.flexion_rad : task.attitude.varus_rad;
+  const double tilt = rad_from_deg(22.0) - task.attitude.flexion_rad;
+  record.balance.energy_nmm = is_right ? tilt : -tilt;
+  return record;
+}
+
+TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
+{
+  const SweepPlan plan = plan_of(10, 5);
+  const SweepResult result = sweep(plan, in_wells, {}, 2);
+  ASSERT_TRUE(result.is_complete);
+  ASSERT_EQ(result.free_spine.size(), plan.flexion_rad.size());
+  for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
+    SCOPED_TRACE(i);
+    const FreeSpineStep& step = result.free_spine[i];
+    const double well_deg = plan.flexion_rad[i] < rad_from_deg(22.0) ? -5.0 : 5.0;
+    EXPECT_DOUBLE_EQ(step.chosen.pose.theta_rad, rad_from_deg(well_deg));
+    EXPECT_DOUBLE_EQ(step.chosen.varus_rad, 0.1 * plan.flexion_rad[i]);
+    EXPECT_EQ(step.n_optima, 2);
+    EXPECT_DOUBLE_EQ(step.theta_spread_rad, 2.0 * rad_from_deg(5.0));
+    // The band is solved from the pose chosen: each well answers for its own side.
+    EXPECT_DOUBLE_EQ(step.band_low.pose.theta_rad, rad_from_deg(well_deg - 2.0));
+    EXPECT_DOUBLE_EQ(step.band_high.pose.theta_rad, rad_from_deg(well_deg + 2.0));
+    const auto column = static_cast<std::size_t>(result.spine_column[i]);
+    for (const double other : plan.varus_rad) {
+      EXPECT_LE(std::abs(plan.varus_rad[column] - step.chosen.varus_rad),
+                std::abs(other - step.chosen.varus_rad) + 1e-12);
+    }
+    EXPECT_DOUBLE_EQ(result.cells[i * 5].pose.theta_rad, rad_from_deg(well_deg)) << "rows start from there";
+    EXPECT_EQ(result.cells[i * 5].varus_rad, plan.varus_rad[0]);
+  }
+}
+
+TEST(FreeSpine, WithVarusFreeTheOneColumnHoldsTheSpine)
+{
+  SweepPlan plan = plan_of(6, 1);
+  plan.varus_rad = {0.0};
+  plan.is_varus_free = true;
+  const SweepResult result = sweep(plan, in_wells, {}, 1);
+  for (std::size_t i = 0; i < plan.flexion_rad.size(); ++i) {
+    EXPECT_EQ(result.cells[i].pose.theta_rad, result.free_spine[i].chosen.pose.theta_rad);
+    EXPECT_EQ(result.cells[i].varus_rad, result.free_spine[i].chosen.varus_rad);
+    EXPECT_EQ(result.spine_column[i], 0);
+  }
+}
+
+TEST(FreeSpine, AnyNumberOfWorkersAndAnyInterruptionGiveTheSameBits)
+{
+  const SweepPlan plan = plan_of(12, 5);
+  const auto numbers = [](const SweepResult& result) {
+    std::vector<double> all;
+    for (const StepRecord& r : result.cells) {
+      all.insert(all.end(), {r.pose.translation_mm.y(), r.pose.theta_rad, r.varus_rad});
+    }
+    for (const FreeSpineStep& s : result.free_spine) {
+      all.insert(all.end(), {s.chosen.pose.translation_mm.y(), s.band_low.pose.translation_mm.y(),
+                             static_cast<double>(s.n_optima), s.energy_spread_nmm});
+    }
+    return all;
+  };
+  const std::vector<double> one = numbers(sweep(plan, in_wells, {}, 1));
+  for (const int n : {2, 3, 8}) EXPECT_EQ(numbers(sweep(plan, in_wells, {}, n)), one) << n;
+
+  std::map<StepKey, StepRecord> journal;
+  std::mutex mutex;
+  int n_runs = 0;
+  SweepResult last;
+  while (!last.is_complete) {
+    ++n_runs;
+    int budget = 37;
+    SweepHooks hooks;
+    hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
+      const std::lock_guard lock(mutex);
+      const auto found = journal.find(key);
+      return found == journal.end() ? std::nullopt : std::optional(found->second);
+    };
+    hooks.keep = [&](const StepRecord& r) {
+      const std::lock_guard lock(mutex);
+      EXPECT_TRUE(journal.emplace(r.key, r).second) << "solved twice";
+    };
+    hooks.is_stopped = [&] {
+      const std::lock_guard lock(mutex);
+      return budget-- <= 0;
+    };
+    last = sweep(plan, in_wells, hooks, 2);
+  }
+  EXPECT_GT(n_runs, 2);
+  EXPECT_EQ(numbers(last), one);
+}
+
+TEST(FreeSpine, AFlexionWithoutRestIsSteppedOver)
+{
+  const SweepPlan plan = plan_of(5, 3);
+  const SolveStep with_hole = [&](const StepTask& task) {
+    StepRecord r = in_wells(task);
+    if (task.key.flexion == 2) r.status = StepStatus::unbounded;
+    return r;
+  };
+  const SweepResult result = sweep(plan, with_hole, {}, 1);
+  ASSERT_TRUE(result.is_complete);
+  EXPECT_EQ(result.free_spine[2].chosen.status, StepStatus::unbounded);
+  EXPECT_EQ(result.free_spine[2].band_low.status, StepStatus::pending);
+  EXPECT_EQ(result.free_spine[3].chosen.status, StepStatus::stable);
+}
+
+}  // namespace
+}  // namespace vrda
