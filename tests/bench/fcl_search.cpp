@@ -3,9 +3,9 @@
 #include <fcl/narrowphase/collision.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
+#include "processor_time.hpp"
 #include "solve/measures.hpp"
 #include "solve/prediction.hpp"
 
@@ -64,13 +64,13 @@ class Search {
 
   bool collides(const MovingPose& pose)
   {
-    const auto start = std::chrono::steady_clock::now();
+    const double start_s = thread_s();
     moving_.setTransform(fcl::Transform3d(pose_of(pose).matrix()));
     const fcl::CollisionRequestd request;
     fcl::CollisionResultd result;
     const bool is_hit = fcl::collide(&fixed_, &moving_, request, result) > 0;
     ++step_.n_collisions;
-    step_.collision_s += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    step_.collision_s += thread_s() - start_s;
     return is_hit;
   }
 

@@ -25,8 +25,8 @@ struct FclPair {
 
 struct FclStep {
   StepRecord record;
-  int n_collisions = 0;  ///< asked of FCL; `record.queries` counts contacts and gaps too
-  double collision_s = 0.0;
+  int n_collisions = 0;      ///< asked of FCL; `record.queries` counts contacts and gaps too
+  double collision_s = 0.0;  ///< processor time
 };
 
 /// Thesis 3.2 to 3.6: retreat while the seed overlaps; up along Delta in translation steps until something is

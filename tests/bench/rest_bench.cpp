@@ -1,12 +1,12 @@
 // One motion step of the generic knee from the same start, by rigid-body dynamics and by the equilibrium.
 #include <benchmark/benchmark.h>
 
-#include <chrono>
 #include <cmath>
 
 #include "app/case_solver.hpp"
 #include "app/prepare.hpp"
 #include "core/error.hpp"
+#include "processor_time.hpp"
 #include "rigid_body.hpp"
 #include "scene.hpp"
 
@@ -54,22 +54,16 @@ MovingPose start_of(const Attitude& attitude)
   return start;
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start)
-{
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 void settle(benchmark::State& state, const Attitude& attitude)
 {
   const MovingPose start = start_of(attitude);
   for (auto _ : state) {
-    const auto before = std::chrono::steady_clock::now();
+    const double before_s = thread_s();
     const Settled settled = knee().bodies.settle(attitude, start);
-    const double settled_s = seconds_since(before);
-    const auto between = std::chrono::steady_clock::now();
+    const double between_s = thread_s();
     StepRecord rest;
     for (int k = 0; k < n_solved; ++k) rest = rest_at(attitude, start);
-    const double solved_s = seconds_since(between) / n_solved;
+    const double settled_s = between_s - before_s, solved_s = (thread_s() - between_s) / n_solved;
     const Eigen::Vector3d off_mm = settled.pose.translation_mm - rest.pose.translation_mm;
     state.SetIterationTime(settled_s);
     state.counters["times the equilibrium"] = settled_s / solved_s;

@@ -2,11 +2,11 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
+#include <array>
 
 #include "app/case_solver.hpp"
 #include "app/prepare.hpp"
+#include "processor_time.hpp"
 #include "scene.hpp"
 
 namespace vrda::bench {
@@ -33,7 +33,7 @@ std::vector<StepTask> tasks_of(const Case& job_case, CaseSolver& solver)
 }
 
 struct Pass {
-  double wall_s = 0.0;
+  double processor_s = 0.0;
   double n_queries = 0.0;
   double n_iterations = 0.0;
   double n_stable = 0.0;
@@ -42,14 +42,14 @@ struct Pass {
 Pass pass_over(const std::vector<StepTask>& tasks, CaseSolver& solver)
 {
   Pass pass;
-  const auto start = std::chrono::steady_clock::now();
+  const double start_s = thread_s();
   for (const StepTask& task : tasks) {
     const StepRecord record = solver(task);
     pass.n_queries += record.queries;
     pass.n_iterations += record.iterations;
     pass.n_stable += record.status == StepStatus::stable ? 1.0 : 0.0;
   }
-  pass.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  pass.processor_s = thread_s() - start_s;
   return pass;
 }
 
@@ -58,7 +58,8 @@ Pass timed(const std::vector<StepTask>& tasks, CaseSolver& solver)
 {
   std::array<Pass, n_passes> passes;
   for (Pass& pass : passes) pass = pass_over(tasks, solver);
-  std::sort(passes.begin(), passes.end(), [](const Pass& a, const Pass& b) { return a.wall_s < b.wall_s; });
+  std::sort(passes.begin(), passes.end(),
+            [](const Pass& a, const Pass& b) { return a.processor_s < b.processor_s; });
   return passes[n_passes / 2];
 }
 
@@ -70,7 +71,7 @@ void steps(benchmark::State& state, const Knee& knee)
   const auto n = static_cast<double>(tasks.size());
   for (auto _ : state) {
     const Pass pass = timed(tasks, solver);
-    state.SetIterationTime(pass.wall_s / n);
+    state.SetIterationTime(pass.processor_s / n);
     state.counters["triangles"] = static_cast<double>(job_case.reference.contact.mesh.triangles.rows() +
                                                       job_case.moving.contact.mesh.triangles.rows());
     state.counters["fibres"] = static_cast<double>(job_case.ligaments.fibres.size());

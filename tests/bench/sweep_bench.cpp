@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <cmath>
 #include <thread>
 
 #include "app/case_solver.hpp"
 #include "app/prepare.hpp"
 #include "fcl_search.hpp"
+#include "processor_time.hpp"
 #include "scene.hpp"
 
 namespace vrda::bench {
@@ -27,6 +27,7 @@ struct Spent {
 struct Swept {
   SweepResult result;
   double wall_s = 0.0;
+  double processor_s = 0.0;  // of all threads
   double n_steps = 0.0;
   double n_queries = 0.0;
   double in_fcl_s = 0.0;
@@ -51,6 +52,7 @@ Case grid_case(Method method, const std::string& grid)
 // Only the sweep is timed: meshes and trees are there before.
 Swept swept_by(const SolveStep& solve, const SweepPlan& plan, Spent& spent)
 {
+  const double processor_start_s = process_s();
   const auto start = std::chrono::steady_clock::now();
   SweepResult result = sweep(
       plan,
@@ -62,7 +64,12 @@ Swept swept_by(const SolveStep& solve, const SweepPlan& plan, Spent& spent)
       },
       {}, n_threads());
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  return {std::move(result), wall_s, static_cast<double>(spent.n_steps), static_cast<double>(spent.n_queries),
+  const double processor_s = process_s() - processor_start_s;
+  return {std::move(result),
+          wall_s,
+          processor_s,
+          static_cast<double>(spent.n_steps),
+          static_cast<double>(spent.n_queries),
           spent.in_fcl_s};
 }
 
@@ -118,7 +125,7 @@ void count_steps(benchmark::State& state, const Swept& run)
 {
   state.counters["threads"] = n_threads();
   state.counters["steps"] = run.n_steps;
-  state.counters["ms a step a core"] = 1e3 * run.wall_s * n_threads() / run.n_steps;
+  state.counters["processor ms a step"] = 1e3 * run.processor_s / run.n_steps;
   state.counters["queries a step"] = run.n_queries / run.n_steps;
   state.counters["solved share"] = solved_share(run.result);
 }
@@ -126,7 +133,7 @@ void count_steps(benchmark::State& state, const Swept& run)
 void compare(benchmark::State& state, const Swept& run, const Swept& equilibrium)
 {
   state.counters["times the equilibrium"] = run.wall_s / equilibrium.wall_s;
-  state.counters["a step"] = run.wall_s / run.n_steps * equilibrium.n_steps / equilibrium.wall_s;
+  state.counters["a step"] = run.processor_s / run.n_steps * equilibrium.n_steps / equilibrium.processor_s;
   const std::vector<double> behind = behind_mm(run.result, equilibrium.result);
   if (behind.empty()) return state.SkipWithError("no attitude was solved by both");
   state.counters["median mm behind"] = behind[behind.size() / 2];
@@ -145,8 +152,7 @@ void sweep_by(benchmark::State& state, Method method, const std::string& grid)
     state.SetIterationTime(run.wall_s);
     count_steps(state, run);
     compare(state, run, equilibrium);
-    if (method == Method::search_by_fcl)
-      state.counters["FCL share"] = run.in_fcl_s / (run.wall_s * n_threads());
+    if (method == Method::search_by_fcl) state.counters["FCL share"] = run.in_fcl_s / run.processor_s;
   }
 }
 
