@@ -63,6 +63,7 @@ void settle(benchmark::State& state, const Attitude& attitude)
     const double between_s = thread_s();
     StepRecord rest;
     for (int k = 0; k < n_solved; ++k) rest = rest_at(attitude, start);
+    check(rest.status == StepStatus::stable, "the generic knee has a rest at each of these attitudes");
     const double settled_s = between_s - before_s, solved_s = (thread_s() - between_s) / n_solved;
     const Eigen::Vector3d off_mm = settled.pose.translation_mm - rest.pose.translation_mm;
     state.SetIterationTime(settled_s);
@@ -73,7 +74,7 @@ void settle(benchmark::State& state, const Attitude& attitude)
     state.counters["mm across"] = std::hypot(off_mm.x(), off_mm.z());
     state.counters["degrees"] = std::abs(deg_from_rad(settled.pose.theta_rad - rest.pose.theta_rad));
     state.counters["mm left to travel"] = travel_left_mm(attitude, settled.pose);
-    state.counters["equilibrium solved"] = rest.status == StepStatus::stable ? 1.0 : 0.0;
+    state.counters["turn determined"] = rest.theta_determined ? 1.0 : 0.0;
   }
 }
 
