@@ -137,6 +137,7 @@ struct Commands {
     c.add_option("shape", shape.shape, "Its name")->required();
     c.add_option("parameters", shape.parameters, "name=value");
     c.add_option("-o,--output", shape.folder, "Folder to write to")->required();
+    c.add_flag("--ligaments", shape.has_ligaments, "Write ligaments.csv too (knee)");
     c.callback([this] { chosen = [this] { return shape_command(shape); }; });
   }
 

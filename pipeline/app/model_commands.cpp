@@ -1,5 +1,6 @@
 #include "app/model_commands.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -8,6 +9,7 @@
 
 #include "app/remeasure.hpp"
 #include "app/summary.hpp"
+#include "core/compartment.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
 
@@ -94,6 +96,37 @@ Json smoothed_json(const MotionModel& model)
   return sets;
 }
 
+// The largest part of a cell's contact forces, measured along Delta, that a compartment takes.
+Json largest_share(const ForceRows& forces, Compartment compartment)
+{
+  Range range;
+  for (std::size_t cell = 0; cell + 1 < forces.row_start.size(); ++cell) {
+    double own_n = 0.0, all_n = 0.0;
+    for (std::int64_t k = forces.row_start[cell]; k < forces.row_start[cell + 1]; ++k) {
+      const auto row = static_cast<std::size_t>(k);
+      all_n += forces.along_delta_n[row];
+      if (forces.compartment[row] == static_cast<std::int8_t>(compartment))
+        own_n += forces.along_delta_n[row];
+    }
+    if (all_n > 0.0) range.include(own_n / all_n);
+  }
+  return number_or_null(range.largest);
+}
+
+Json equilibrium_json(const MotionModel& model)
+{
+  if (!model.equilibrium) return {};
+  const EquilibriumSurfaces& e = *model.equilibrium;
+  const auto n_several =
+      std::count_if(e.spine.n_optima.begin(), e.spine.n_optima.end(), [](std::int32_t n) { return n > 1; });
+  return {{"worst_gap_mm", range_json(e.worst_gap_mm)["min"]},
+          {"largest_balance_residual_n", range_json(e.balance_residual_n)["max"]},
+          {"largest_share",
+           {{"medial", largest_share(e.forces, Compartment::medial)},
+            {"lateral", largest_share(e.forces, Compartment::lateral)}}},
+          {"flexions_with_several_optima", n_several}};
+}
+
 Json summary_of(const MotionModel& model)
 {
   const int n_threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -126,6 +159,8 @@ Json summary_of(const MotionModel& model)
             {"largest_penetration_mm", n_stable > 0 ? Json(audit.largest_penetration_mm) : Json()},
             {"largest_gap_mm", n_stable > 0 ? number_or_null(audit.largest_gap_mm) : Json()},
             {"resolution_mm", model.contact_resolution_mm}}},
+          {"equilibrium", equilibrium_json(model)},
+          {"fibres", model.ligaments ? model.ligaments->name.size() : 0},
           {"smoothed", smoothed_json(model)}};
 }
 
@@ -141,6 +176,21 @@ void print_axis(const char* name, const Json& axis)
 {
   std::printf("  %-8s %g to %g degrees, %d values\n", name, axis[0].get<double>(), axis[1].get<double>(),
               axis[2].get<int>());
+}
+
+void print_equilibrium(const MotionModel& model, const Json& s)
+{
+  if (!model.equilibrium) return;
+  const Json& e = s["equilibrium"];
+  std::printf("equilibrium: worst gap %s mm, largest balance residual %s N, %d fibres\n",
+              text_of(e["worst_gap_mm"]).c_str(), text_of(e["largest_balance_residual_n"]).c_str(),
+              s["fibres"].get<int>());
+  if (model.has_compartments) {
+    std::printf("  largest share of the contact force along Delta: medial %s, lateral %s\n",
+                text_of(e["largest_share"]["medial"]).c_str(),
+                text_of(e["largest_share"]["lateral"]).c_str());
+  }
+  std::printf("  flexions with several optima: %d\n", e["flexions_with_several_optima"].get<int>());
 }
 
 void print(const MotionModel& model, const Json& s)
@@ -175,6 +225,7 @@ void print(const MotionModel& model, const Json& s)
       "resolution %s mm\n",
       text_of(r["largest_penetration_mm"]).c_str(), r["overlapping_attitudes"].get<int>(),
       text_of(r["largest_gap_mm"]).c_str(), text_of(r["resolution_mm"]).c_str());
+  print_equilibrium(model, s);
   for (const Json& set : s["smoothed"]) {
     std::printf("smoothed, degree %d\n", set["degree"].get<int>());
     for (const auto& [name, surface] : set["surfaces"].items()) {

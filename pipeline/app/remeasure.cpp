@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
-#include <memory>
+#include <optional>
 #include <thread>
 
 namespace vrda {
@@ -31,35 +31,40 @@ SolverFrame frame_of(const MotionModel& model, Eigen::Index flexion)
           model.push.delta.row(flexion).transpose()};
 }
 
-// One scene for each run of flexions with the same Delta.
-std::vector<std::shared_ptr<const AuditScene>> scenes_of(const MotionModel& model)
-{
-  std::vector<std::shared_ptr<const AuditScene>> scenes;
-  for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i) {
-    const bool is_same = i > 0 && model.push.delta.row(i) == model.push.delta.row(i - 1);
-    scenes.push_back(is_same
-                         ? scenes.back()
-                         : std::make_shared<const AuditScene>(make_audit_scene(
-                               model.reference.contact.mesh, model.moving.contact.mesh, frame_of(model, i))));
+/// The scene of one flexion, kept until another Delta is asked for.
+class SceneOfFlexion {
+ public:
+  explicit SceneOfFlexion(const MotionModel& model) : model_(model) {}
+
+  const AuditScene& at(Eigen::Index flexion)
+  {
+    const SolverFrame frame = frame_of(model_, flexion);
+    if (!scene_ || scene_->frame.delta != frame.delta)
+      scene_ = make_audit_scene(model_.reference.contact.mesh, model_.moving.contact.mesh, frame);
+    return *scene_;
   }
-  return scenes;
-}
+
+ private:
+  const MotionModel& model_;
+  std::optional<AuditScene> scene_;
+};
 
 }  // namespace
 
 std::vector<PoseAudit> remeasured(const MotionModel& model, int n_threads)
 {
-  const std::vector<std::shared_ptr<const AuditScene>> scenes = scenes_of(model);
   std::vector<PoseAudit> cells(static_cast<std::size_t>(model.status.size()));
   std::atomic<Eigen::Index> next = 0;
   const auto work = [&] {
     NarrowPhase narrow_phase;
+    SceneOfFlexion scenes(model);
     for (Eigen::Index cell = next++; cell < model.status.size(); cell = next++) {
       if (!is_stable(model, cell)) continue;
-      const auto i = static_cast<std::size_t>(cell / model.status.cols());
-      cells[static_cast<std::size_t>(cell)] = audit_pose(
-          *scenes[i], {rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_solved_deg.data()[cell])},
-          stored_pose(model, cell), narrow_phase);
+      const Eigen::Index flexion = cell / model.status.cols();
+      const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(flexion)]),
+                              rad_from_deg(model.varus_solved_deg.data()[cell])};
+      cells[static_cast<std::size_t>(cell)] =
+          audit_pose(scenes.at(flexion), attitude, stored_pose(model, cell), narrow_phase);
     }
   };
   std::vector<std::jthread> workers;

@@ -39,7 +39,10 @@ ShapeRequest request_of(const ShapeOptions& options)
 
 ExitCode shape_command(const ShapeOptions& options)
 {
-  const Shape shape = generate_shape(request_of(options));
+  const ShapeRequest request = request_of(options);
+  // A shape without ligaments is refused before anything is written.
+  const std::string table = options.has_ligaments ? fibre_table(request) : "";
+  const Shape shape = generate_shape(request);
   make_folder(options.folder);
   for (const std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
     for (const ShapePart& part : *parts) {
@@ -49,6 +52,12 @@ ExitCode shape_command(const ShapeOptions& options)
       say(part.name + ": " + std::to_string(part.mesh.triangles.rows()) + " triangles, " + part.material +
           (part.has_contact ? "" : ", drawn only"));
     }
+  }
+  if (options.has_ligaments) {
+    const fs::path path = fs::path(options.folder) / "ligaments.csv";
+    write_file(path.string(), table);
+    std::printf("%s\n", path.c_str());
+    say("ligaments: " + std::to_string(generate_fibres(request).size()) + " fibres");
   }
   return ExitCode::done;
 }

@@ -1,4 +1,4 @@
-/// `vrda shape`: writes a generated joint as STL files.
+/// `vrda shape`: writes a generated joint as STL files, and its ligaments as a table.
 #pragma once
 
 #include <string>
@@ -12,6 +12,7 @@ struct ShapeOptions {
   std::string shape;
   std::string folder;
   std::vector<std::string> parameters;  ///< "name=value"
+  bool has_ligaments = false;           ///< write ligaments.csv too
 };
 
 ExitCode shape_command(const ShapeOptions& options);

@@ -2,10 +2,10 @@
 
 #include "core/error.hpp"
 #include "load/axis_map.hpp"
+#include "load/case_ligaments.hpp"
 #include "load/case_warnings.hpp"
 #include "load/compartments.hpp"
 #include "load/component_source.hpp"
-#include "load/input_file.hpp"
 #include "load/job.hpp"
 #include "load/job_value.hpp"
 
@@ -46,17 +46,6 @@ std::vector<Push> push_rows(const Job& job)
   return rows;
 }
 
-// The search has no use for ligaments yet, but a file that is not there is a slip all the same.
-void check_ligament_files(const Job& job, const std::string& data_directory)
-{
-  if (!job.ligaments) return;
-  const LigamentsJob& ligaments = *job.ligaments;
-  if (!ligaments.fibres_file.empty())
-    input_file(job, data_directory, {"ligaments.fibres", ligaments.fibres_file, "a CSV file"});
-  if (!ligaments.wraps_file.empty())
-    input_file(job, data_directory, {"ligaments.wraps", ligaments.wraps_file, "a JSON file"});
-}
-
 void append_part(Part& part, const Mesh& mesh, std::int32_t component)
 {
   append(part.mesh, mesh);
@@ -85,8 +74,8 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
 {
   const Job job = read_job(job_file, options.overrides);
   check_method(job);
-  check_ligament_files(job, options.data_directory);
   const AxisMap map = axis_map(job);
+  const LoadedLigaments ligaments = load_ligaments(job, options.data_directory, map);
   Case loaded;
   loaded.title = job.title;
   loaded.joint = job.joint;
@@ -98,6 +87,9 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   ComponentSource source(job, options.data_directory);
   loaded.reference = loaded_body(job.reference, source, loaded);
   loaded.moving = loaded_body(job.moving, source, loaded);
+  check_attachments(ligaments, loaded.reference, loaded.moving);
+  loaded.ligaments = ligaments.ligaments;
+  loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.initial = job.initial;
   loaded.grid = job.grid;
   loaded.is_varus_free = job.is_varus_free;

@@ -67,6 +67,7 @@ struct Case {
   SolverFrame frame;           ///< side, rotation centre (canonical), Delta of the first flexion
   Body reference;              ///< canonical, own side
   Body moving;
+  Ligaments ligaments;  ///< canonical, own side; no fibre when the job has none
   InitialPose initial;
   GridAxes grid;
   bool is_varus_free = false;                               ///< the grid's one varus is then 0
@@ -76,7 +77,6 @@ struct Case {
   SearchOptions search;
   EquilibriumOptions equilibrium;
   SpineOptions spine;
-  Ligaments ligaments;  ///< canonical axes, own side; no fibre without ligaments
   /// [n_triangles of moving.contact] of which compartment each moving triangle is; empty when the
   /// joint has no compartments.
   std::vector<Compartment> compartment_of_triangle;

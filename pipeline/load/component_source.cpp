@@ -12,16 +12,6 @@
 namespace vrda {
 namespace {
 
-// The shape with its parameters in alphabetical order.
-std::string request_text(const GenerateJob& generate)
-{
-  std::string text = generate.shape;
-  std::map<std::string, std::string> parameters(generate.words.begin(), generate.words.end());
-  for (const auto& [key, number] : generate.numbers) parameters[key] = shortest(number);
-  for (const auto& [key, value] : parameters) text.append(" ").append(key).append("=").append(value);
-  return text;
-}
-
 const ShapePart* part_named(const Shape& shape, const std::string& name)
 {
   for (const std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
@@ -98,6 +88,15 @@ ComponentSurvey survey_of(const ComponentJob& component, const CleanMesh& clean,
 }
 
 }  // namespace
+
+std::string request_text(const GenerateJob& generate)
+{
+  std::string text = generate.shape;
+  std::map<std::string, std::string> parameters(generate.words.begin(), generate.words.end());
+  for (const auto& [key, number] : generate.numbers) parameters[key] = shortest(number);
+  for (const auto& [key, value] : parameters) text.append(" ").append(key).append("=").append(value);
+  return text;
+}
 
 ComponentSource::ComponentSource(const Job& job, const std::string& data_directory)
     : job_(job), map_(axis_map(job)), data_directory_(data_directory)

@@ -15,6 +15,9 @@ struct LoadedComponent {
   ComponentSurvey survey;  ///< but for the body's name
 };
 
+/// The shape with its parameters in alphabetical order: "knee resolution=2 side=left".
+std::string request_text(const GenerateJob& generate);
+
 /// Loads components one after the other; a shape with several parts is generated once.
 class ComponentSource {
  public:

@@ -231,6 +231,29 @@ void check_step(const Job& job, const std::string& kind, const std::string& unit
                     "at most " + step_name + ", " + shown(value_at(root, step))});
 }
 
+FibreJob fibre_of(const Job& job, const JobValue& value, const std::string& key)
+{
+  const auto optional_number = [&](const char* name) {
+    const JobValue* number = value.find(name);
+    return number == nullptr ? std::nullopt : std::optional(number_at(*number, ""));
+  };
+  FibreJob fibre{text_at(value, "name"),
+                 text_at(value, "bundle"),
+                 vector3_at(value, "reference_mm"),
+                 vector3_at(value, "moving_mm"),
+                 number_at(value, "stiffness_n"),
+                 optional_number("slack_length_mm"),
+                 optional_number("reference_strain"),
+                 text_at(value, "wrap"),
+                 job.document.source_of(key),
+                 key};
+  if (fibre.slack_length_mm.has_value() == fibre.reference_strain.has_value()) {
+    refuse(job, key, fibre.slack_length_mm ? "both slack_length_mm and reference_strain" : "neither",
+           "one of slack_length_mm and reference_strain");
+  }
+  return fibre;
+}
+
 std::optional<LigamentsJob> ligaments_of(const Job& job, const JobValue& root)
 {
   const JobValue* table = root.find("ligaments");
@@ -240,17 +263,22 @@ std::optional<LigamentsJob> ligaments_of(const Job& job, const JobValue& root)
   ligaments.wraps_file = text_or_empty(*table, "wraps");
   ligaments.transition_strain = number_at(*table, "transition_strain");
   const JobValue* fibres = table->find("fibre");
-  if (ligaments.fibres_file.empty() == (fibres == nullptr)) {
-    refuse(
-        job, "ligaments",
-        fibres == nullptr ? "neither fibres nor [[ligaments.fibre]]" : "both fibres and [[ligaments.fibre]]",
-        "one of fibres = \"ligaments.csv\" and [[ligaments.fibre]]");
+  const JobValue* generate = table->find("generate");
+  std::string given;
+  int n_given = 0;
+  for (const char* key : {"fibres", "fibre", "generate"}) {
+    if (table->find(key) == nullptr) continue;
+    given.append(n_given++ == 0 ? "both " : " and ").append(key);
   }
+  if (n_given != 1) {
+    refuse(job, "ligaments", n_given == 0 ? "neither fibres nor fibre nor generate" : given,
+           "one of fibres = \"ligaments.csv\", [[ligaments.fibre]] and generate = { shape = \"knee\" }");
+  }
+  if (generate != nullptr) ligaments.generate = generate_of(*generate);
   if (fibres == nullptr) return ligaments;
   for (const JobValue& fibre : *fibres->list()) {
-    ligaments.fibres.push_back({text_at(fibre, "name"), vector3_at(fibre, "reference_mm"),
-                                vector3_at(fibre, "moving_mm"), number_at(fibre, "stiffness_n"),
-                                number_at(fibre, "slack_length_mm"), text_at(fibre, "wrap")});
+    const std::string key = "ligaments.fibre." + std::to_string(ligaments.fibres.size());
+    ligaments.fibres.push_back(fibre_of(job, fibre, key));
   }
   return ligaments;
 }
@@ -270,6 +298,13 @@ JobValue half_space(const std::string& side)
   return {JobValue::Table{{"half_space", {side}}}};
 }
 
+void complete_side(JobValue* generate, const std::string& side)
+{
+  if (generate == nullptr || text_at(*generate, "shape") != "knee" || generate->find("side") != nullptr)
+    return;
+  std::get<JobValue::Table>(generate->data).push_back({"side", {side}});
+}
+
 // Defaults that depend on other keys: what a knee's compartments and a generated knee's side are.
 void complete(JobValue& root)
 {
@@ -281,12 +316,10 @@ void complete(JobValue& root)
   }
   for (const char* body : {"reference", "moving"}) {
     for (JobValue& component : std::get<JobValue::List>(root.find(body)->find("component")->data)) {
-      JobValue* generate = component.find("generate");
-      if (generate == nullptr || text_at(*generate, "shape") != "knee" || generate->find("side") != nullptr)
-        continue;
-      std::get<JobValue::Table>(generate->data).push_back({"side", {side}});
+      complete_side(component.find("generate"), side);
     }
   }
+  if (JobValue* ligaments = root.find("ligaments")) complete_side(ligaments->find("generate"), side);
 }
 
 // The player's part is kept as it is given; only what the schema cannot say is checked.

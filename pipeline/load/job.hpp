@@ -76,18 +76,26 @@ struct PushJob {
 
 enum class SolverMethod { stability_search, equilibrium };
 
+/// One fibre, from the job or a table. Exactly one of slack length and reference strain is given.
 struct FibreJob {
   std::string name;
-  Eigen::Vector3d reference_mm{0.0, 0.0, 0.0};  ///< attachments, canonical at the pose of the meshes
-  Eigen::Vector3d moving_mm{0.0, 0.0, 0.0};
-  double stiffness_n = 0.0;  ///< per unit strain
-  double slack_length_mm = 0.0;
+  std::string bundle;  ///< empty: from the name
+  /// Attachments at the pose of the meshes, along the mesh files' axes, mm: mapped like the meshes.
+  Eigen::Vector3d reference_native_mm{0.0, 0.0, 0.0};
+  Eigen::Vector3d moving_native_mm{0.0, 0.0, 0.0};
+  double stiffness_n = 0.0;  ///< per unit strain, above 0
+  std::optional<double> slack_length_mm;
+  std::optional<double> reference_strain;  ///< at the pose of the meshes
   std::string wrap;
+  std::string source;  ///< file, for messages
+  std::string field;   ///< "ligaments.fibre.3" or "line 7"
 };
 
+/// Exactly one of `fibres_file`, `fibres` and `generate` is given.
 struct LigamentsJob {
   std::string fibres_file;
   std::vector<FibreJob> fibres;
+  std::optional<GenerateJob> generate;  ///< its part is empty
   std::string wraps_file;
   double transition_strain = 0.06;
 };

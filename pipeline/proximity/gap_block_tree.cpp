@@ -8,30 +8,17 @@ namespace vrda {
 namespace {
 
 constexpr float absent = 1e30F;
-// A node's normals count as this share of its size when the axis to split along is chosen: sides of a thin
-// sheet part early, so that planes bound each side closely. Measured: see the room's notes.
-constexpr double normal_share = 0.5;
-
 using Rows = std::span<std::int32_t>;
-
-struct Item {
-  Eigen::Vector3d centre, normal;
-};
-
-double key(const Item& item, int axis)
-{
-  return axis < 3 ? item.centre[axis] : item.normal[axis - 3];
-}
 
 // Arranges rows into blocks; what bounds them is filled in by role.
 class Arranger {
  public:
   Arranger(const GapSurface& surface, const std::vector<std::int32_t>& triangles) : rows_(triangles)
   {
-    items_.resize(static_cast<std::size_t>(surface.mesh.triangles.rows()));
+    centres_.resize(surface.mesh.triangles.rows(), 3);
     for (const std::int32_t t : triangles) {
       const Corners c = corners(surface.mesh, t);
-      items_[static_cast<std::size_t>(t)] = {(c[0] + c[1] + c[2]) / 3.0, surface.face_normals.row(t)};
+      centres_.row(t) = (c[0] + c[1] + c[2]).transpose() / 3.0;
     }
   }
 
@@ -51,9 +38,9 @@ class Arranger {
     const auto index = static_cast<std::int32_t>(blocks_.size());
     Block block;
     block.child.fill(-1);
-    block.is_leaf = rows.size() <= block_lanes;
+    for (std::size_t held = block_lanes; held < rows.size(); held *= block_lanes) ++block.height;
     std::vector<Rows> groups;
-    if (block.is_leaf) {
+    if (block.is_leaf()) {
       std::sort(rows.begin(), rows.end());
       std::copy(rows.begin(), rows.end(), block.child.begin());
     } else {
@@ -79,38 +66,31 @@ class Arranger {
     }
     const std::size_t n_units = (rows.size() + unit - 1) / unit;
     const std::size_t middle = n_units / 2 * unit;
-    const int axis = widest(rows);
+    const Eigen::Index axis = widest(rows);
     std::nth_element(rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(middle), rows.end(),
                      [this, axis](std::int32_t l, std::int32_t r) {
-                       const double a = key(items_[static_cast<std::size_t>(l)], axis);
-                       const double b = key(items_[static_cast<std::size_t>(r)], axis);
+                       const double a = centres_(l, axis), b = centres_(r, axis);
                        return a != b ? a < b : l < r;
                      });
     split(rows.first(middle), unit, groups);
     split(rows.subspan(middle), unit, groups);
   }
 
-  int widest(Rows rows) const
+  // In space, not across Delta: layers (bone, cartilage, menisci) part early.
+  Eigen::Index widest(Rows rows) const
   {
-    std::array<double, 6> low{}, high{};
-    low.fill(gap_rules::infinity);
-    high.fill(-gap_rules::infinity);
+    Eigen::RowVector3d low = centres_.row(rows.front()), high = low;
     for (const std::int32_t t : rows) {
-      for (int axis = 0; axis < 6; ++axis) {
-        const double at = key(items_[static_cast<std::size_t>(t)], axis);
-        low[static_cast<std::size_t>(axis)] = std::min(low[static_cast<std::size_t>(axis)], at);
-        high[static_cast<std::size_t>(axis)] = std::max(high[static_cast<std::size_t>(axis)], at);
-      }
+      low = low.cwiseMin(centres_.row(t));
+      high = high.cwiseMax(centres_.row(t));
     }
-    std::array<double, 6> size{};
-    for (std::size_t axis = 0; axis < 6; ++axis) size[axis] = high[axis] - low[axis];
-    const double span = *std::max_element(size.begin(), size.begin() + 3);
-    for (std::size_t axis = 3; axis < 6; ++axis) size[axis] *= normal_share * span;
-    return static_cast<int>(std::max_element(size.begin(), size.end()) - size.begin());
+    Eigen::Index axis = 0;
+    (high - low).maxCoeff(&axis);
+    return axis;
   }
 
   std::vector<std::int32_t> rows_;
-  std::vector<Item> items_;
+  Points centres_;
   std::vector<Block> blocks_;
 };
 
@@ -220,6 +200,7 @@ void fill_inner(const GapSurface& surface, Rows rows, std::size_t lane, MovingIn
   set(inner.half_x, lane, 0.5 * (box.max_mm.x() - box.min_mm.x()));
   set(inner.half_z, lane, 0.5 * (box.max_mm.z() - box.min_mm.z()));
   set(inner.top, lane, box.max_mm.y());
+  set(inner.bottom, lane, box.min_mm.y());
   BlockRow* const abc[3] = {&inner.a, &inner.b, &inner.c};
   fill_plane(surface, rows, lane, abc);
 }
@@ -232,6 +213,7 @@ void fill_leaf(const GapSurface& surface, std::int32_t t, std::size_t lane, Movi
     set(leaf.z[k], lane, c[static_cast<std::size_t>(k)].z());
   }
   set(leaf.top, lane, extent(c, 1).most);
+  set(leaf.bottom, lane, extent(c, 1).least);
   std::array<std::int32_t, 1> row{t};
   BlockRow* const abc[3] = {&leaf.a, &leaf.b, &leaf.c};
   fill_plane(surface, row, lane, abc);
@@ -251,7 +233,7 @@ Tree tree_over(const GapSurface& surface, const std::vector<std::int32_t>& trian
 {
   Tree tree;
   const auto add = [&tree, &surface](Block& block, Rows, const std::vector<Rows>& groups) {
-    if (block.is_leaf) {
+    if (block.is_leaf()) {
       block.slot = static_cast<std::int32_t>(tree.leaves.size());
       auto& leaf = tree.leaves.emplace_back();
       for (std::size_t lane = 0; lane < block_lanes; ++lane) {

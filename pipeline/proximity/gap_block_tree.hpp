@@ -16,8 +16,9 @@ namespace vrda {
 /// in depth-first order, the root first.
 struct Block {
   std::array<std::int32_t, block_lanes> child{};
-  bool is_leaf = false;
-  std::int32_t slot = 0;  ///< into the inner or the leaf bounds
+  std::int32_t height = 0;  ///< levels below
+  std::int32_t slot = 0;    ///< into the inner or the leaf bounds
+  bool is_leaf() const { return height == 0; }
 };
 
 struct ReferenceTree {
@@ -35,7 +36,7 @@ struct MovingTree {
 /// Over every triangle of the surface.
 ReferenceTree reference_tree(const GapSurface& surface);
 
-/// Over the triangles listed, all of which look up.
+/// Over the triangles listed.
 MovingTree moving_tree(const GapSurface& surface, const std::vector<std::int32_t>& triangles);
 
 }  // namespace vrda

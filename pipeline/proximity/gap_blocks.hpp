@@ -28,22 +28,29 @@ struct ReferenceLeaf {
   BlockRow x[3], y[3], z[3], normal[3], offset, absent;
 };
 
-/// Moving, own frame: boxes across Delta, the highest point, the plane above every vertex.
+/// Moving, own frame: boxes across Delta, the highest and the lowest point, the plane above every vertex.
 struct MovingInner {
-  BlockRow centre_x, half_x, centre_z, half_z, top, a, b, c;
+  BlockRow centre_x, half_x, centre_z, half_z, top, bottom, a, b, c;
 };
 
 struct MovingLeaf {
-  BlockRow x[3], z[3], top, a, b, c, absent;
+  BlockRow x[3], z[3], top, bottom, a, b, c, absent;
 };
 
-/// Either object's bounds in S: the least height of the reference, the greatest of the moving object.
+/// Either object's bounds in S: the least height of the reference, the greatest of the moving object, flat
+/// and as a plane; and the farther one, the greatest of the reference or the least of the moving object.
 struct PlacedBlock {
-  BlockRow x_low, x_high, z_low, z_high, flat, a, b, c;
+  BlockRow x_low, x_high, z_low, z_high, flat, a, b, c, far;
+};
+
+/// A leaf's corners across Delta, in S.
+struct PlacedCorners {
+  BlockRow x[3], z[3];
 };
 
 struct BlockTurn {
   float R[3][3];
+  float cull;  ///< faces that look up by more than this are left out
 };
 
 struct BlockPlacement {
@@ -57,13 +64,30 @@ struct BlockPairs {
   BlockRow bound[block_lanes];     ///< per moving lane
 };
 
+struct BlockLimits {
+  float least, most;
+};
+
+/// Two leaves that are to be looked at more closely.
+struct LeafPair {
+  const PlacedBlock &reference, &moving;
+  const PlacedCorners &reference_corners, &moving_corners;
+  float limit;
+  float slack;  ///< what a coordinate may be off by, mm
+};
+
 /// The same functions compiled for one instruction set; all give the same bits.
 struct BlockFunctions {
   void (*turn_inner)(const ReferenceInner&, const BlockTurn&, PlacedBlock&);
-  void (*turn_leaf)(const ReferenceLeaf&, const BlockTurn&, PlacedBlock&);
+  void (*turn_leaf)(const ReferenceLeaf&, const BlockTurn&, PlacedBlock&, PlacedCorners&);
   void (*place_inner)(const MovingInner&, const BlockPlacement&, PlacedBlock&);
-  void (*place_leaf)(const MovingLeaf&, const BlockPlacement&, PlacedBlock&);
+  void (*place_leaf)(const MovingLeaf&, const BlockPlacement&, PlacedBlock&, PlacedCorners&);
   bool (*test)(const PlacedBlock& reference, const PlacedBlock& moving, float limit, BlockPairs&);
+  /// The same without the pairs where all of the moving one stands above the reference by more than -least.
+  bool (*test_ahead)(const PlacedBlock& reference, const PlacedBlock& moving, BlockLimits, BlockPairs&);
+  /// Of the hits, keeps the pairs whose triangles (not their boxes only) may overlap and meet within the
+  /// limit.
+  void (*screen)(const LeafPair&, BlockPairs&);
 };
 
 extern const BlockFunctions block_functions_baseline, block_functions_avx2, block_functions_avx512;

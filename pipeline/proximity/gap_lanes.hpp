@@ -43,10 +43,11 @@ struct Lanes {
       }
       // Outward normals lie within the spread around -n: none looks down when n points further down than
       // that.
-      const F can_face = n[1] + row(in.spread, at) >= F::all(-facing_slack);
+      const F can_face = n[1] + row(in.spread, at) >= F::all(-turn.cull);
       write_box(middle[0] - half[0], middle[0] + half[0], middle[2] - half[2], middle[2] + half[2], can_face,
                 out, at);
       (middle[1] - half[1]).store(out.flat.lane + at);
+      (middle[1] + half[1]).store(out.far.lane + at);
       write_plane(n, row(in.offset, at), out, at);
     }
   }
@@ -59,7 +60,8 @@ struct Lanes {
     z_high.store(out.z_high.lane + at);
   }
 
-  static void turn_leaf(const ReferenceLeaf& in, const BlockTurn& turn, PlacedBlock& out)
+  static void turn_leaf(const ReferenceLeaf& in, const BlockTurn& turn, PlacedBlock& out,
+                        PlacedCorners& corners)
   {
     for (int at = 0; at < block_lanes; at += F::width) {
       F low[3], high[3];
@@ -67,6 +69,8 @@ struct Lanes {
         const F v[3] = {row(in.x[corner], at), row(in.y[corner], at), row(in.z[corner], at)};
         for (int k = 0; k < 3; ++k) {
           const F p = turned(turn.R[k], v);
+          if (k == 0) p.store(corners.x[corner].lane + at);
+          if (k == 2) p.store(corners.z[corner].lane + at);
           low[k] = corner == 0 ? p : F::least(low[k], p);
           high[k] = corner == 0 ? p : F::most(high[k], p);
         }
@@ -74,8 +78,9 @@ struct Lanes {
       const F own[3] = {row(in.normal[0], at), row(in.normal[1], at), row(in.normal[2], at)};
       const F n[3] = {turned(turn.R[0], own), turned(turn.R[1], own), turned(turn.R[2], own)};
       const F absent = row(in.absent, at);
-      write_box(low[0] + absent, high[0] - absent, low[2], high[2], n[1] >= F::all(-facing_slack), out, at);
+      write_box(low[0] + absent, high[0] - absent, low[2], high[2], n[1] >= F::all(-turn.cull), out, at);
       low[1].store(out.flat.lane + at);
+      high[1].store(out.far.lane + at);
       write_plane(n, row(in.offset, at), out, at);
     }
   }
@@ -104,11 +109,13 @@ struct Lanes {
       (z - ez).store(out.z_low.lane + at);
       (z + ez).store(out.z_high.lane + at);
       (row(in.top, at) + F::all(to.y)).store(out.flat.lane + at);
+      (row(in.bottom, at) + F::all(to.y)).store(out.far.lane + at);
       place_plane(row(in.a, at), row(in.b, at), row(in.c, at), to, out, at);
     }
   }
 
-  static void place_leaf(const MovingLeaf& in, const BlockPlacement& to, PlacedBlock& out)
+  static void place_leaf(const MovingLeaf& in, const BlockPlacement& to, PlacedBlock& out,
+                         PlacedCorners& corners)
   {
     const F cos = F::all(to.cos), sin = F::all(to.sin), slack = F::all(to.slack);
     for (int at = 0; at < block_lanes; at += F::width) {
@@ -116,6 +123,8 @@ struct Lanes {
       for (int corner = 0; corner < 3; ++corner) {
         const F vx = row(in.x[corner], at), vz = row(in.z[corner], at);
         const F x = cos * vx + sin * vz + F::all(to.x), z = cos * vz - sin * vx + F::all(to.z);
+        x.store(corners.x[corner].lane + at);
+        z.store(corners.z[corner].lane + at);
         x_low = corner == 0 ? x : F::least(x_low, x);
         x_high = corner == 0 ? x : F::most(x_high, x);
         z_low = corner == 0 ? z : F::least(z_low, z);
@@ -127,6 +136,7 @@ struct Lanes {
       (z_low - slack).store(out.z_low.lane + at);
       (z_high + slack).store(out.z_high.lane + at);
       (row(in.top, at) + F::all(to.y)).store(out.flat.lane + at);
+      (row(in.bottom, at) + F::all(to.y)).store(out.far.lane + at);
       place_plane(row(in.a, at), row(in.b, at), row(in.c, at), to, out, at);
     }
   }
@@ -162,9 +172,97 @@ struct Lanes {
     return any != 0;
   }
 
+  static bool test_ahead(const PlacedBlock& r, const PlacedBlock& m, BlockLimits limits, BlockPairs& pairs)
+  {
+    if (!test(r, m, limits.most, pairs)) return false;
+    unsigned any = 0;
+    for (int lane = 0; lane < block_lanes; ++lane) {
+      unsigned ahead = 0;
+      for (int at = 0; at < block_lanes; at += F::width) {
+        ahead |= F::bits(row(r.far, at) - F::all(m.far.lane[lane]) >= F::all(limits.least)) << at;
+      }
+      pairs.hits[lane] = static_cast<std::uint8_t>(pairs.hits[lane] & ahead);
+      any |= pairs.hits[lane];
+    }
+    return any != 0;
+  }
+
+  struct Triangle {
+    F x[3], z[3];
+  };
+
+  static Triangle reference_triangle(const PlacedCorners& c, int at)
+  {
+    return {{row(c.x[0], at), row(c.x[1], at), row(c.x[2], at)},
+            {row(c.z[0], at), row(c.z[1], at), row(c.z[2], at)}};
+  }
+
+  static Triangle moving_triangle(const PlacedCorners& c, int lane)
+  {
+    return {{F::all(c.x[0].lane[lane]), F::all(c.x[1].lane[lane]), F::all(c.x[2].lane[lane])},
+            {F::all(c.z[0].lane[lane]), F::all(c.z[1].lane[lane]), F::all(c.z[2].lane[lane])}};
+  }
+
+  // Least of a + b x + c z over the corners.
+  static F least_over(const Triangle& t, F a, F b, F c)
+  {
+    F least = a + b * t.x[0] + c * t.z[0];
+    for (int k = 1; k < 3; ++k) least = F::least(least, a + b * t.x[k] + c * t.z[k]);
+    return least;
+  }
+
+  // May the projections overlap, as far as the edges of `t` can tell?
+  static F may_overlap(const Triangle& t, const Triangle& other, F slack)
+  {
+    // Inside, every (edge x (p - corner)) in (z, x) has the sign of the area. A sliver's may be wrong: what
+    // meets it reaches both its sides, within the slack.
+    const F area = (t.z[1] - t.z[0]) * (t.x[2] - t.x[0]) - (t.x[1] - t.x[0]) * (t.z[2] - t.z[0]);
+    const F sign = F::choose(area >= F::all(0.0F), F::all(1.0F), F::all(-1.0F));
+    F may = F::all(0.0F) <= slack;
+    for (int k = 0; k < 3; ++k) {
+      const F ex = (t.x[(k + 1) % 3] - t.x[k]) * sign, ez = (t.z[(k + 1) % 3] - t.z[k]) * sign;
+      F inside = ez * (other.x[0] - t.x[k]) - ex * (other.z[0] - t.z[k]);
+      for (int i = 1; i < 3; ++i) {
+        inside = F::most(inside, ez * (other.x[i] - t.x[k]) - ex * (other.z[i] - t.z[k]));
+      }
+      const F zero = F::all(0.0F);
+      const F size = F::most(ex, zero - ex) + F::most(ez, zero - ez);
+      may = may & (inside + size * slack >= zero);
+    }
+    return may;
+  }
+
+  static unsigned screen_lane(const LeafPair& pair, int lane, int at, BlockRow& bounds)
+  {
+    const PlacedBlock &r = pair.reference, &m = pair.moving;
+    const F a = row(r.a, at) - F::all(m.a.lane[lane]);
+    const F b = row(r.b, at) - F::all(m.b.lane[lane]);
+    const F c = row(r.c, at) - F::all(m.c.lane[lane]);
+    const Triangle tr = reference_triangle(pair.reference_corners, at);
+    const Triangle tm = moving_triangle(pair.moving_corners, lane);
+    // The overlap lies in both triangles, so the least over either's corners bounds it.
+    const F bound = F::most(row(bounds, at), F::most(least_over(tr, a, b, c), least_over(tm, a, b, c)));
+    bound.store(bounds.lane + at);
+    const F slack = F::all(pair.slack);
+    const F overlap = may_overlap(tr, tm, slack) & may_overlap(tm, tr, slack);
+    return F::bits(overlap & (bound <= F::all(pair.limit)));
+  }
+
+  static void screen(const LeafPair& pair, BlockPairs& pairs)
+  {
+    for (int lane = 0; lane < block_lanes; ++lane) {
+      if (pairs.hits[lane] == 0) continue;
+      unsigned kept = 0;
+      for (int at = 0; at < block_lanes; at += F::width) {
+        kept |= screen_lane(pair, lane, at, pairs.bound[lane]) << at;
+      }
+      pairs.hits[lane] = static_cast<std::uint8_t>(pairs.hits[lane] & kept);
+    }
+  }
+
   static constexpr BlockFunctions functions()
   {
-    return {turn_inner, turn_leaf, place_inner, place_leaf, test};
+    return {turn_inner, turn_leaf, place_inner, place_leaf, test, test_ahead, screen};
   }
 };
 

@@ -1,15 +1,13 @@
 #include "proximity/gap_query.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <mutex>
 #include <numeric>
+#include <optional>
 #include <utility>
 
-#include "core/error.hpp"
-#include "proximity/gap_block_tree.hpp"
 #include "proximity/gap_features.hpp"
 #include "proximity/gap_walk.hpp"
-#include "proximity/instruction_set.hpp"
 
 namespace vrda {
 namespace {
@@ -20,6 +18,9 @@ std::vector<std::int32_t> all_rows(const Mesh& mesh)
   std::iota(rows.begin(), rows.end(), 0);
   return rows;
 }
+
+// Pairs tried before the walk: the answer to a small change is often one of the last few.
+constexpr std::size_t n_hints = 8;
 
 // A triangle as the exact kernel reads it.
 struct ExactFace {
@@ -39,13 +40,33 @@ std::vector<ExactFace> exact_faces(const Mesh& mesh)
 
 }  // namespace
 
+// What depends on the role is built when first asked for: most meshes play one.
 struct GapTree::Data {
   GapSurface surface;
   std::vector<ExactFace> faces;
-  ReferenceTree as_reference;
-  MovingTree as_moving;
+  std::vector<std::int32_t> up;    // rows of the faces that look up
   std::vector<unsigned> up_edges;  // [n_triangles] edges that can touch first, of faces that look up
   double radius_mm = 0.0;          // the farthest vertex from the origin
+
+  const ReferenceTree& as_reference() const
+  {
+    std::call_once(reference_once_, [this] { reference_ = reference_tree(surface); });
+    return reference_;
+  }
+  const MovingTree& as_moving(GapKind kind) const
+  {
+    if (kind == GapKind::from_afar) {
+      std::call_once(up_once_, [this] { up_tree_ = moving_tree(surface, up); });
+      return up_tree_;
+    }
+    std::call_once(all_once_, [this] { all_tree_ = moving_tree(surface, surface.triangles); });
+    return all_tree_;
+  }
+
+ private:
+  mutable std::once_flag reference_once_, up_once_, all_once_;
+  mutable ReferenceTree reference_;
+  mutable MovingTree up_tree_, all_tree_;
 };
 
 GapTree::GapTree(const Mesh& mesh) : GapTree(mesh, all_rows(mesh)) {}
@@ -56,19 +77,16 @@ GapTree::GapTree(const Mesh& mesh, const std::vector<std::int32_t>& triangles)
   data->surface = gap_surface(mesh, triangles);
   data->faces = exact_faces(mesh);
   std::vector<bool> looks_up(data->faces.size());
-  std::vector<std::int32_t> up;
   for (const std::int32_t t : data->surface.triangles) {
     const ExactFace& face = data->faces[static_cast<std::size_t>(t)];
     if (!gap_face(face.corner, face.doubled_area).looks_up()) continue;
     looks_up[static_cast<std::size_t>(t)] = true;
-    up.push_back(t);
+    data->up.push_back(t);
   }
   data->up_edges.assign(data->faces.size(), 0);
-  for (const std::int32_t t : up) {
+  for (const std::int32_t t : data->up) {
     data->up_edges[static_cast<std::size_t>(t)] = touching_edges(data->surface, t, looks_up);
   }
-  data->as_reference = reference_tree(data->surface);
-  data->as_moving = moving_tree(data->surface, up);
   if (mesh.vertices_mm.rows() > 0) data->radius_mm = mesh.vertices_mm.rowwise().norm().maxCoeff();
   data_ = std::move(data);
 }
@@ -78,26 +96,60 @@ bool GapTree::is_empty() const
   return data_ == nullptr || data_->surface.triangles.empty();
 }
 
+namespace {
+
+// Pairs tried before the walk, each once, newest first.
+class Hints {
+ public:
+  auto begin() const { return pairs_.begin(); }
+  auto end() const { return pairs_.end(); }
+  void remember(const TrianglePair& pair)
+  {
+    if (pair.reference < 0) return;
+    auto at = std::find(pairs_.begin(), pairs_.end(), pair);
+    if (at == pairs_.end()) at = pairs_.size() < n_hints ? pairs_.insert(at, pair) : at - 1;
+    std::rotate(pairs_.begin(), at, at + 1);
+    pairs_.front() = pair;
+  }
+
+ private:
+  std::vector<TrianglePair> pairs_;
+};
+
+}  // namespace
+
 struct GapQuery::State {
   std::shared_ptr<const GapTree::Data> reference, moving;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  GapWalk walk;
-  TrianglePair hint;
+  GapWalk walk;                       // from afar
+  std::optional<GapWalk> touch_walk;  // from here, once asked for
+  Hints hints, touch_hints;
   GapAnswer answer;
   int n_queries = 0;
 
   State(std::shared_ptr<const GapTree::Data> r, std::shared_ptr<const GapTree::Data> m)
-      : reference(std::move(r)), moving(std::move(m)), walk(reference->as_reference, moving->as_moving)
+      : reference(std::move(r)),
+        moving(std::move(m)),
+        walk(reference->as_reference(), moving->as_moving(GapKind::from_afar), GapKind::from_afar)
   {
   }
 
+  double reach_mm(const MovingPose& pose) const
+  {
+    return std::max(reference->radius_mm, moving->radius_mm + pose.translation_mm.norm());
+  }
   GapFace reference_face(std::int32_t row) const;
+  unsigned reference_edges(std::int32_t row) const;
   GapFace moving_face(std::int32_t row, const Placement& place) const;
   bool looks_down(std::int32_t row) const;
-  void offer(const TrianglePair& pair, const Placement& place);
+  template <typename Offer>
+  void visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer);
+  void try_pair(const TrianglePair& pair, const Placement& place);
+  void try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const;
+  void start(const MovingPose& pose, const Placement& place);
   void find_least(const Placement& place);
   void find_features(const Placement& place, double band_mm);
-  void start(const MovingPose& pose);
+  GapWalk& touching_walk();
 };
 
 bool GapQuery::State::looks_down(std::int32_t row) const
@@ -108,65 +160,101 @@ bool GapQuery::State::looks_down(std::int32_t row) const
 GapFace GapQuery::State::reference_face(std::int32_t row) const
 {
   const ExactFace& own = reference->faces[static_cast<std::size_t>(row)];
-  GapFace face = gap_face({R * own.corner[0], R * own.corner[1], R * own.corner[2]}, own.doubled_area);
+  const auto turned = [this](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(R(0, 0) * p.x() + R(0, 1) * p.y() + R(0, 2) * p.z(),
+                           R(1, 0) * p.x() + R(1, 1) * p.y() + R(1, 2) * p.z(),
+                           R(2, 0) * p.x() + R(2, 1) * p.y() + R(2, 2) * p.z());
+  };
+  return gap_face({turned(own.corner[0]), turned(own.corner[1]), turned(own.corner[2])}, own.doubled_area);
+}
+
+unsigned GapQuery::State::reference_edges(std::int32_t row) const
+{
   const std::array<std::int32_t, 3>& across = reference->surface.neighbours[static_cast<std::size_t>(row)];
-  face.edges = 0;
+  unsigned edges = 0;
   for (unsigned k = 0; k < 3; ++k) {
-    if (across[k] < 0 || !looks_down(across[k])) face.edges |= 1U << k;
+    if (across[k] < 0 || !looks_down(across[k])) edges |= 1U << k;
   }
-  return face;
+  return edges;
 }
 
 GapFace GapQuery::State::moving_face(std::int32_t row, const Placement& place) const
 {
   const ExactFace& own = moving->faces[static_cast<std::size_t>(row)];
-  GapFace face = gap_face(place(own.corner), own.doubled_area);
-  face.edges = moving->up_edges[static_cast<std::size_t>(row)];
-  return face;
+  return gap_face(place(own.corner), own.doubled_area);
 }
 
-void GapQuery::State::offer(const TrianglePair& pair, const Placement& place)
+template <typename Offer>
+void GapQuery::State::visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer)
 {
-  const GapFace r = reference_face(pair.reference);
+  GapFace r = reference_face(pair.reference);
   if (!r.looks_down()) return;
-  visit_meeting_places(r, moving_face(pair.moving, place), [this, &pair](const MeetingPlace& at) {
-    if (at.travel_mm > answer.travel_mm) return;
-    if (at.travel_mm < answer.travel_mm || pair < answer.pair) answer.pair = pair;
-    answer.travel_mm = at.travel_mm;
+  r.edges = reference_edges(pair.reference);
+  GapFace m = moving_face(pair.moving, place);
+  m.edges = moving->up_edges[static_cast<std::size_t>(pair.moving)];
+  visit_meeting_places(r, m, [&](const MeetingPlace& at) {
+    if (at.travel_mm < answer.travel_mm || (at.travel_mm == answer.travel_mm && pair < answer.pair)) {
+      answer.travel_mm = at.travel_mm;
+      answer.pair = pair;
+    }
+    offer(r, m, at);
   });
 }
 
-void GapQuery::State::start(const MovingPose& pose)
+void GapQuery::State::try_pair(const TrianglePair& pair, const Placement& place)
+{
+  visit_pair(pair, place, [](const GapFace&, const GapFace&, const MeetingPlace&) {});
+}
+
+void GapQuery::State::start(const MovingPose& pose, const Placement& place)
 {
   ++n_queries;
   answer.travel_mm = gap_rules::infinity;
   answer.pair = {};
   answer.features.clear();
-  const double reach_mm = reference->radius_mm + moving->radius_mm + pose.translation_mm.norm();
-  walk.place(pose, reach_mm);
-  if (hint.reference >= 0) offer(hint, Placement(pose));
+  walk.place(pose, reach_mm(pose));
+  for (const TrianglePair& hint : hints) try_pair(hint, place);
 }
 
 void GapQuery::State::find_least(const Placement& place)
 {
   walk.run([this] { return answer.travel_mm; },
-           [this, &place](const TrianglePair& pair) { offer(pair, place); });
-  if (answer.pair.reference >= 0) hint = answer.pair;
+           [this, &place](const TrianglePair& pair) { try_pair(pair, place); });
 }
 
+// Collects while the least travel still falls, and drops in the end what has left the band.
 void GapQuery::State::find_features(const Placement& place, double band_mm)
 {
-  const double limit_mm = answer.travel_mm + band_mm;
-  walk.run([limit_mm] { return limit_mm; },
+  walk.run([this, band_mm] { return answer.travel_mm + band_mm; },
            [&](const TrianglePair& pair) {
-             const GapFace r = reference_face(pair.reference);
-             if (!r.looks_down()) return;
-             const GapFace m = moving_face(pair.moving, place);
-             visit_meeting_places(r, m, [&](const MeetingPlace& at) {
-               if (at.travel_mm <= limit_mm) answer.features.push_back(gap_feature(r, m, at, pair));
+             visit_pair(pair, place, [&](const GapFace& r, const GapFace& m, const MeetingPlace& at) {
+               if (at.travel_mm <= answer.travel_mm + band_mm) {
+                 answer.features.push_back(gap_feature(r, m, at, pair));
+               }
              });
            });
+  std::erase_if(answer.features, [this, band_mm](const GapFeature& feature) {
+    return feature.travel_mm > answer.travel_mm + band_mm;
+  });
   merge_features(answer.features);
+}
+
+void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const
+{
+  const GapFace r = reference_face(pair.reference), m = moving_face(pair.moving, place);
+  visit_meeting_places(r, m, [&](const MeetingPlace& at) {
+    if (at.travel_mm < 0.0 || at.travel_mm > best.travel_mm) return;
+    if (at.travel_mm < best.travel_mm || pair < best.pair) best = {at.travel_mm, pair};
+  });
+}
+
+GapWalk& GapQuery::State::touching_walk()
+{
+  if (!touch_walk) {
+    touch_walk.emplace(reference->as_reference(), moving->as_moving(GapKind::from_here), GapKind::from_here);
+    touch_walk->turn(R);
+  }
+  return *touch_walk;
 }
 
 GapQuery::GapQuery(const GapTree& reference, const GapTree& moving)
@@ -184,22 +272,42 @@ void GapQuery::set_attitude(const Attitude& attitude)
 {
   state_->R = reference_rotation(attitude);
   state_->walk.turn(state_->R);
+  if (state_->touch_walk) state_->touch_walk->turn(state_->R);
 }
 
 double GapQuery::travel_mm(const MovingPose& pose)
 {
-  state_->start(pose);
-  state_->find_least(Placement(pose));
+  const Placement place(pose);
+  state_->start(pose, place);
+  state_->find_least(place);
+  state_->hints.remember(state_->answer.pair);
   return state_->answer.travel_mm;
 }
 
 const GapAnswer& GapQuery::features(const MovingPose& pose, double band_mm)
 {
-  state_->start(pose);
   const Placement place(pose);
-  state_->find_least(place);
+  state_->start(pose, place);
+  // Without a good start the band would first gather half the mesh.
+  if (state_->answer.pair.reference < 0) state_->find_least(place);
   if (state_->answer.pair.reference >= 0) state_->find_features(place, band_mm);
+  state_->hints.remember(state_->answer.pair);
   return state_->answer;
+}
+
+Gap GapQuery::touch(const MovingPose& pose)
+{
+  State& state = *state_;
+  ++state.n_queries;
+  const Placement place(pose);
+  GapWalk& walk = state.touching_walk();
+  walk.place(pose, state.reach_mm(pose));
+  Gap best;
+  for (const TrianglePair& hint : state.touch_hints) state.try_touch(hint, place, best);
+  walk.run([&best] { return best.travel_mm; },
+           [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
+  state.touch_hints.remember(best.pair);
+  return best;
 }
 
 int GapQuery::n_queries() const

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/coordinates.hpp"
-#include "proximity/placed.hpp"
+#include "proximity/directional_gap.hpp"
 
 namespace vrda {
 
@@ -71,6 +71,10 @@ class GapQuery {
 
   /// The same with the features whose travel is within `band_mm` of it. Valid until the next call.
   const GapAnswer& features(const MovingPose& pose, double band_mm);
+
+  /// The next touch on the way up from where the object stands: the smallest travel that is not negative, of
+  /// any pair of triangles whatever it faces. The bits of directional_gap() with GapKind::from_here.
+  Gap touch(const MovingPose& pose);
 
   int n_queries() const;
 

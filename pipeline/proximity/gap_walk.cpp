@@ -32,18 +32,22 @@ void renew(std::uint32_t& stamp, std::vector<std::uint32_t>& stamps)
 
 double gap_slack_mm(double reach_mm)
 {
-  // In units of 2^-24 of the reach: a turned coordinate is off by 8 at most. A plane's slope is at most 1.8
-  // and off by 8 (1 + 1.8) / 0.5, its a by 16 / 0.5, and both are met twice, at coordinates up to the reach;
-  // evaluating them adds 4 (1 + 1.8 + 1.8). Together below 250.
-  return 256.0 / 16777216.0 * reach_mm + 1e-9;
+  // In units of 2^-24 of the reach, planes no steeper than 60 degrees (slopes up to 1.8, a up to 4.5). The
+  // reference's: 12 for the turned normal, 1 for the offset, both over 0.5; 9 for dividing: 35. The moving
+  // one's: 2 for a, 10 for its turned slopes, 25 for the shift: 37. Evaluating their difference: 20. Boxes:
+  // below 10.
+  return 128.0 / 16777216.0 * reach_mm + 1e-9;
 }
 
-GapWalk::GapWalk(const ReferenceTree& reference, const MovingTree& moving)
+GapWalk::GapWalk(const ReferenceTree& reference, const MovingTree& moving, GapKind kind)
     : reference_(reference),
       moving_(moving),
+      kind_(kind),
       functions_(&functions_of(instruction_set())),
       reference_placed_(reference.blocks.size()),
       moving_placed_(moving.blocks.size()),
+      reference_corners_(reference.leaves.size()),
+      moving_corners_(moving.leaves.size()),
       reference_stamps_(reference.blocks.size(), 0U),
       moving_stamps_(moving.blocks.size(), 0U)
 {
@@ -54,6 +58,7 @@ void GapWalk::turn(const Eigen::Matrix3d& R)
   for (int i = 0; i < 3; ++i) {
     for (int k = 0; k < 3; ++k) turn_.R[i][k] = static_cast<float>(R(i, k));
   }
+  turn_.cull = kind_ == GapKind::from_afar ? facing_slack : 2.0F;  // beyond any normal
   renew(turn_stamp_, reference_stamps_);
 }
 
@@ -77,8 +82,8 @@ bool GapWalk::test(const Task& task, float limit)
     reference_stamps_[r] = turn_stamp_;
     const Block& block = reference_.blocks[r];
     const auto slot = static_cast<std::size_t>(block.slot);
-    if (block.is_leaf) {
-      functions_->turn_leaf(reference_.leaves[slot], turn_, reference_placed_[r]);
+    if (block.is_leaf()) {
+      functions_->turn_leaf(reference_.leaves[slot], turn_, reference_placed_[r], reference_corners_[slot]);
     } else {
       functions_->turn_inner(reference_.inner[slot], turn_, reference_placed_[r]);
     }
@@ -87,29 +92,45 @@ bool GapWalk::test(const Task& task, float limit)
     moving_stamps_[m] = place_stamp_;
     const Block& block = moving_.blocks[m];
     const auto slot = static_cast<std::size_t>(block.slot);
-    if (block.is_leaf) {
-      functions_->place_leaf(moving_.leaves[slot], placement_, moving_placed_[m]);
+    if (block.is_leaf()) {
+      functions_->place_leaf(moving_.leaves[slot], placement_, moving_placed_[m], moving_corners_[slot]);
     } else {
       functions_->place_inner(moving_.inner[slot], placement_, moving_placed_[m]);
     }
   }
-  return functions_->test(reference_placed_[r], moving_placed_[m], limit, pairs_);
+  if (kind_ == GapKind::from_afar) {
+    return functions_->test(reference_placed_[r], moving_placed_[m], limit, pairs_);
+  }
+  return functions_->test_ahead(reference_placed_[r], moving_placed_[m], {-placement_.slack, limit}, pairs_);
+}
+
+void GapWalk::screen(const Block& r, const Block& m, float limit)
+{
+  const auto r_index = static_cast<std::size_t>(&r - reference_.blocks.data());
+  const auto m_index = static_cast<std::size_t>(&m - moving_.blocks.data());
+  functions_->screen({reference_placed_[r_index], moving_placed_[m_index],
+                      reference_corners_[static_cast<std::size_t>(r.slot)],
+                      moving_corners_[static_cast<std::size_t>(m.slot)], limit, placement_.slack},
+                     pairs_);
 }
 
 void GapWalk::push_children(const Task& task, const Block& r, const Block& m)
 {
+  // The taller subtree alone steps down, so that leaves meet leaves: a block held against much finer ones is
+  // met too often.
+  const bool is_reference_whole = r.height < m.height, is_moving_whole = m.height < r.height;
   const std::size_t first = tasks_.size();
   for (unsigned k = 0; k < block_lanes; ++k) {
     for (unsigned hits = pairs_.hits[k]; hits != 0; hits &= hits - 1) {
       const auto i = static_cast<unsigned>(std::countr_zero(hits));
-      const Task child{r.is_leaf ? task.reference : r.child[i], m.is_leaf ? task.moving : m.child[k],
-                       pairs_.bound[k].lane[i]};
-      // A leaf stays whole: its lanes share one task, at the nearest bound.
+      const Task child{is_reference_whole ? task.reference : r.child[i],
+                       is_moving_whole ? task.moving : m.child[k], pairs_.bound[k].lane[i]};
+      // The lanes of a block that stays whole share one task, at the nearest bound.
       const auto same = [&child](const Task& t) {
         return t.reference == child.reference && t.moving == child.moving;
       };
       const auto known =
-          r.is_leaf || m.is_leaf
+          is_reference_whole || is_moving_whole
               ? std::find_if(tasks_.begin() + static_cast<std::ptrdiff_t>(first), tasks_.end(), same)
               : tasks_.end();
       if (known == tasks_.end()) {

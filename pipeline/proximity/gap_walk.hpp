@@ -6,18 +6,20 @@
 #include <cstdint>
 #include <vector>
 
+#include "proximity/directional_gap.hpp"
 #include "proximity/gap_block_tree.hpp"
 
 namespace vrda {
 
-/// What float bounds may be wrong by, mm, for vertices up to `reach_mm` from the origin (both radii and the
-/// translation together).
+/// What float bounds may be wrong by, mm, for vertices of either object up to `reach_mm` from the origin of
+/// S.
 double gap_slack_mm(double reach_mm);
 
 class GapWalk {
  public:
-  /// The trees are kept by reference. Uses instruction_set() as it stands.
-  GapWalk(const ReferenceTree& reference, const MovingTree& moving);
+  /// The trees are kept by reference. Uses instruction_set() as it stands. `from_afar` passes over reference
+  /// faces that look up, `from_here` over pairs that the moving one has passed.
+  GapWalk(const ReferenceTree& reference, const MovingTree& moving, GapKind kind);
 
   void turn(const Eigen::Matrix3d& R);
   void place(const MovingPose& pose, double reach_mm);
@@ -36,7 +38,8 @@ class GapWalk {
       if (task.bound > limit_now || !test(task, limit_now)) continue;
       const Block& r = reference_.blocks[static_cast<std::size_t>(task.reference)];
       const Block& m = moving_.blocks[static_cast<std::size_t>(task.moving)];
-      if (r.is_leaf && m.is_leaf) {
+      if (r.is_leaf() && m.is_leaf()) {
+        screen(r, m, limit_now);
         visit_pairs(r, m, limit, visit);
       } else {
         push_children(task, r, m);
@@ -52,6 +55,7 @@ class GapWalk {
 
   float float_limit(double limit_mm) const { return static_cast<float>(limit_mm + slack_mm_); }
   bool test(const Task& task, float limit);
+  void screen(const Block& r, const Block& m, float limit);
   void push_children(const Task& task, const Block& r, const Block& m);
 
   template <typename Limit, typename Visit>
@@ -67,13 +71,15 @@ class GapWalk {
 
   const ReferenceTree& reference_;
   const MovingTree& moving_;
+  GapKind kind_;
   const BlockFunctions* functions_;
   BlockTurn turn_{};
   BlockPlacement placement_{};
   double slack_mm_ = 0.0;
   std::uint32_t turn_stamp_ = 1, place_stamp_ = 1;
   std::vector<PlacedBlock> reference_placed_, moving_placed_;
-  std::vector<std::uint32_t> reference_stamps_, moving_stamps_;  // of what is placed
+  std::vector<PlacedCorners> reference_corners_, moving_corners_;  // by leaf
+  std::vector<std::uint32_t> reference_stamps_, moving_stamps_;    // of what is placed
   std::vector<Task> tasks_;
   BlockPairs pairs_{};
 };

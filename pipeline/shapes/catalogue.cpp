@@ -51,7 +51,17 @@ Entry knee_entry()
               for (ShapePart& part : *parts) part.mesh = mirrored_z(part.mesh);
             }
             return shape;
-          }};
+          },
+          [](const Values& values) {
+            std::vector<ShapeFibre> fibres = right_knee_fibres();
+            if (values.word("side") == "right") return fibres;
+            for (ShapeFibre& fibre : fibres) {
+              fibre.reference_mm.z() *= -1.0;
+              fibre.moving_mm.z() *= -1.0;
+            }
+            return fibres;
+          },
+          knee_fibre_sources};
 }
 
 Entry hip_entry()
@@ -76,7 +86,9 @@ Entry hip_entry()
         chosen.depth_mm = values.number("depth");
         chosen.neck_deg = values.number("neck");
         return hip(chosen);
-      }};
+      },
+      nullptr,
+      {}};
 }
 
 Entry ball_in_dish_entry()
@@ -117,7 +129,9 @@ Entry ball_in_dish_entry()
         chosen.offset_z_mm = values.number("offset_z");
         chosen.apart_mm = values.number("apart");
         return ball_in_dish(chosen);
-      }};
+      },
+      nullptr,
+      {}};
 }
 
 Entry bar_on_pyramids_entry()
@@ -150,7 +164,9 @@ Entry bar_on_pyramids_entry()
             chosen.edges = values.whole("edges");
             chosen.apart_mm = values.number("apart");
             return bar_on_pyramids(chosen);
-          }};
+          },
+          nullptr,
+          {}};
 }
 
 Entry cap_in_sink_entry()
@@ -177,7 +193,9 @@ Entry cap_in_sink_entry()
             chosen.edges = values.whole("edges");
             chosen.apart_mm = values.number("apart");
             return cap_in_sink(chosen);
-          }};
+          },
+          nullptr,
+          {}};
 }
 
 }  // namespace

@@ -29,6 +29,8 @@ struct CatalogueEntry {
   std::string summary;
   std::vector<ShapeParameter> parameters;
   Shape (*build)(const ShapeValues&) = nullptr;
+  std::vector<ShapeFibre> (*fibres)(const ShapeValues&) = nullptr;  ///< null: no ligaments
+  std::string fibre_sources;                                        ///< lines without line ends' last one
 };
 
 /// In the order in which help prints them.

@@ -7,13 +7,15 @@
 namespace vrda {
 namespace {
 
-// How far the moving parts stand below the design pose: chords of two facetted hollows stay clear of it.
-constexpr double apart_mm = 0.5;
-
 // Drawn-only parts gain nothing from more than this.
 constexpr double finest_drawn_resolution = 3.0;
 
 }  // namespace
+
+double apart_mm()
+{
+  return 0.5;  // chords of two facetted hollows stay clear of each other
+}
 
 void sink_into_contact_part(Mesh& shaft, const std::function<double(const Eigen::Vector3d&)>& depth_mm,
                             double cell_mm)
@@ -45,7 +47,7 @@ Shape right_knee(double resolution)
                   {"meniscus_lateral", "meniscus", true, meniscus_lateral_mesh(resolution)},
                   {"tibia_shaft", "bone", false, tibia_shaft_mesh(drawn)},
                   {"fibula", "bone", false, fibula_mesh(drawn)}};
-  for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= apart_mm;
+  for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= apart_mm();
   return shape;
 }
 

@@ -44,7 +44,17 @@ Mesh fibula_mesh(double resolution);
 Mesh meniscus_medial_mesh(double resolution);
 Mesh meniscus_lateral_mesh(double resolution);
 
+/// How far the moving parts stand below the design pose.
+double apart_mm();
+
 /// The right knee with the moving parts lowered by a hair, so that nothing touches.
 Shape right_knee(double resolution);
+
+/// Its ligaments, whatever the resolution (knee_ligaments.cpp has the table and its sources). Attachments lie
+/// on the bones' level sets; slack lengths hold for the design pose.
+std::vector<ShapeFibre> right_knee_fibres();
+
+/// Where its numbers come from, as comment lines of a table of fibres.
+extern const char* const knee_fibre_sources;
 
 }  // namespace vrda

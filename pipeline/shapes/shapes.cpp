@@ -1,6 +1,7 @@
 #include "shapes/shapes.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 
@@ -78,6 +79,38 @@ void set_word(Values& values, const Entry& chosen, const std::string& name, cons
   values.set(name, value);
 }
 
+// In the fewest digits that read back as the same double.
+std::string exact_text(double number)
+{
+  char buffer[32];
+  const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, number);
+  check(error == std::errc(), "a number longer than any double");
+  return {buffer, end};
+}
+
+const Entry& entry_with_fibres(const std::string& shape)
+{
+  const Entry& chosen = entry(shape);
+  if (chosen.fibres != nullptr) return chosen;
+  std::vector<std::string> able;
+  for (const Entry& each : shape_catalogue()) {
+    if (each.fibres != nullptr) able.push_back(each.name);
+  }
+  throw InputError({"shape", "name", "\"" + shape + "\", which has no ligaments", one_of(shape, able)});
+}
+
+Values values_of(const ShapeRequest& request, const Entry& chosen)
+{
+  Values values;
+  for (const ShapeParameter& each : chosen.parameters) {
+    if (each.choices.empty()) values.set(each.name, each.default_number);
+    if (!each.choices.empty()) values.set(each.name, each.choices.front());
+  }
+  for (const auto& [name, value] : request.numbers) set_number(values, chosen, name, value);
+  for (const auto& [name, value] : request.words) set_word(values, chosen, name, value);
+  return values;
+}
+
 }  // namespace
 
 std::vector<std::string> shape_names()
@@ -100,14 +133,29 @@ std::vector<ShapeParameter> shape_parameters(const std::string& shape)
 Shape generate_shape(const ShapeRequest& request)
 {
   const Entry& chosen = entry(request.shape);
-  Values values;
-  for (const ShapeParameter& each : chosen.parameters) {
-    if (each.choices.empty()) values.set(each.name, each.default_number);
-    if (!each.choices.empty()) values.set(each.name, each.choices.front());
+  return chosen.build(values_of(request, chosen));
+}
+
+std::vector<ShapeFibre> generate_fibres(const ShapeRequest& request)
+{
+  const Entry& chosen = entry_with_fibres(request.shape);
+  return chosen.fibres(values_of(request, chosen));
+}
+
+std::string fibre_table(const ShapeRequest& request)
+{
+  std::string table = entry_with_fibres(request.shape).fibre_sources;
+  table +=
+      "name,bundle,reference_x_mm,reference_y_mm,reference_z_mm,moving_x_mm,moving_y_mm,moving_z_mm,"
+      "stiffness_n_per_strain,slack_length_mm\n";
+  for (const ShapeFibre& fibre : generate_fibres(request)) {
+    table += fibre.name + "," + fibre.bundle;
+    for (const Eigen::Vector3d& p_mm : {fibre.reference_mm, fibre.moving_mm}) {
+      for (const double x_mm : p_mm) table += "," + exact_text(x_mm);
+    }
+    table += "," + exact_text(fibre.stiffness_n) + "," + exact_text(fibre.slack_length_mm) + "\n";
   }
-  for (const auto& [name, value] : request.numbers) set_number(values, chosen, name, value);
-  for (const auto& [name, value] : request.words) set_word(values, chosen, name, value);
-  return chosen.build(values);
+  return table;
 }
 
 }  // namespace vrda

@@ -31,6 +31,17 @@ struct Shape {
   std::vector<ShapePart> moving;
 };
 
+/// One ligament fibre of a shape, attached to its reference and moving parts where generate_shape() puts
+/// them.
+struct ShapeFibre {
+  std::string name;
+  std::string bundle;
+  Eigen::Vector3d reference_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d moving_mm = Eigen::Vector3d::Zero();
+  double stiffness_n = 0.0;  ///< per unit strain
+  double slack_length_mm = 0.0;
+};
+
 /// One parameter of a shape: a number with a unit and a range, or a word out of a list.
 struct ShapeParameter {
   std::string name;
@@ -57,5 +68,11 @@ std::vector<ShapeParameter> shape_parameters(const std::string& shape);
 /// naming the nearest known one, and for a number out of range.
 /// Cost: milliseconds at default size, some seconds for a million triangles.
 Shape generate_shape(const ShapeRequest& request);
+
+/// The ligaments of a shape; throws InputError like generate_shape(), and for a shape without ligaments.
+std::vector<ShapeFibre> generate_fibres(const ShapeRequest& request);
+
+/// The same as a table for a job's `ligaments.fibres` (schemas/ligaments.md), its sources in comments.
+std::string fibre_table(const ShapeRequest& request);
 
 }  // namespace vrda

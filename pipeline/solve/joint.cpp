@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "contact/sticking_out.hpp"
 #include "core/error.hpp"
 
 namespace vrda {
@@ -63,6 +64,8 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
   joint.moving_gap = GapTree(moving.mesh);
   joint.medial_gap = GapTree(moving.mesh, medial);
   joint.lateral_gap = GapTree(moving.mesh, lateral);
+  joint.reference_sticks_out = sticking_out(joint.reference.solid.mesh, joint.reference.features);
+  joint.moving_sticks_out = sticking_out(joint.moving.solid.mesh, joint.moving.features);
   joint.substep_mm = 0.5 * std::min(thinnest_mm(reference), thinnest_mm(moving));
   return joint;
 }

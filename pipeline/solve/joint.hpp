@@ -26,6 +26,8 @@ struct Joint {
   GapTree moving_gap;
   GapTree medial_gap;
   GapTree lateral_gap;
+  std::vector<bool> reference_sticks_out;  ///< [n_vertices] can touch a face first
+  std::vector<bool> moving_sticks_out;
   double substep_mm = 0.0;  ///< no vertex may move further at once: half the thinnest part
 };
 

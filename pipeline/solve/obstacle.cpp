@@ -9,6 +9,8 @@ namespace {
 // A feature's normal is a face's when the sine between them is below this: normals of thin triangles carry
 // 1e-10 of rounding.
 constexpr double same_direction = 1e-7;
+// One point seen through both objects' rotations.
+constexpr double same_point_mm = 1e-9;
 // Height of a unit normal below which an extended face stands upright.
 constexpr double upright = 1e-6;
 
@@ -20,6 +22,16 @@ Eigen::Vector3d about_x(const Eigen::Vector3d& v)
 Eigen::Vector3d about_delta(const Eigen::Vector3d& v)
 {
   return {v.z(), 0.0, -v.x()};
+}
+
+// Row of the triangle's corner that lies at `p`, or -1.
+std::int32_t corner_at(const Mesh& mesh, std::int32_t triangle, const Eigen::Vector3d& p)
+{
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const std::int32_t v = mesh.triangles(triangle, k);
+    if ((mesh.vertices_mm.row(v).transpose() - p).cwiseAbs().maxCoeff() <= same_point_mm) return v;
+  }
+  return -1;
 }
 
 // The two edges, unit, most nearly across `normal` together.
@@ -99,11 +111,14 @@ Obstacle obstacle_of(const GapFeature& feature, const TouchingMeshes& meshes, co
   const Eigen::Vector3d n_moving = face_normal(meshes.moving, feature.triangles.moving);
   out.reference_direction = in_reference;
   out.moving_direction = in_moving;
-  if (n_reference.cross(in_reference).norm() < same_direction) return out;
-  if (n_moving.cross(in_moving).norm() < same_direction) {
+  out.vertex = corner_at(meshes.moving, feature.triangles.moving, out.moving_mm + meshes.grip.pivot_mm);
+  if (out.vertex >= 0 && n_reference.cross(in_reference).norm() < same_direction) return out;
+  out.vertex = corner_at(meshes.reference, feature.triangles.reference, out.reference_mm);
+  if (out.vertex >= 0 && n_moving.cross(in_moving).norm() < same_direction) {
     out.kind = Obstacle::Kind::face_of_moving;
     return out;
   }
+  out.vertex = -1;
   Corners r = corners(meshes.reference, feature.triangles.reference);
   Corners m = corners(meshes.moving, feature.triangles.moving);
   for (Eigen::Vector3d& p : r) p = rotations.of_reference * p;

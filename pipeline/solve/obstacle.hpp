@@ -15,6 +15,8 @@ struct Obstacle {
   Eigen::Vector3d reference_direction;  ///< face normal or edge of the reference, zero attitude
   Eigen::Vector3d moving_direction;     ///< face normal or edge of the moving object, its own frame
   TrianglePair triangles;
+  std::int32_t vertex =
+      -1;  ///< that touches the face; of the moving object where the face is the reference's
 };
 
 /// Both objects' rotations at a place.

@@ -29,8 +29,8 @@ struct StepPlan {
 };
 
 /// Sequential quadratic programming with exact obstacles: each linearised anew at each iterate, second
-/// derivatives of the potential and of the bearing obstacles made positive, heights restored exactly. Keeps
-/// scratch, which changes nothing.
+/// derivatives of the potential and, along what the bearing obstacles leave free, of those obstacles made
+/// positive, heights restored exactly. Keeps scratch, which changes nothing.
 class StepPlanner {
  public:
   StepPlanner(const Forces& forces, const SeedSpring& spring) : forces_(forces), spring_(spring) {}
@@ -42,10 +42,15 @@ class StepPlanner {
   double merit_nmm(const Rest& rest) const;
 
  private:
-  struct Iterate;
+  Rest rest_after(const Rest& at, const QpVector& d, const std::vector<Obstacle>& obstacles,
+                  const PlanOptions& options);
+  Rest corrected(const Rest& at, const Vector5d& gone, QpVector d, const std::vector<Obstacle>& obstacles,
+                 const PlanOptions& options);
+  void take_support(const QpSolution& qp, StepPlan& plan, std::size_t n_obstacles);
   void look(const std::vector<Obstacle>& obstacles, const Place& place);
   QpMatrix curvature(const Rest& at, const std::vector<Obstacle>& obstacles,
                      const PlanOptions& options) const;
+  QpMatrix scaled(const Matrix5d& hessian, const PlanOptions& options) const;
   QpSolution solve_linearised(const Rest& at, const Vector5d& gone, const std::vector<Obstacle>& obstacles,
                               const PlanOptions& options, double radius_mm);
 
@@ -53,6 +58,8 @@ class StepPlanner {
   SeedSpring spring_;
   std::vector<Clearance> clearances_;   // of the iterate
   std::vector<Clearance> next_;         // of a trial
+  std::vector<Clearance> linear_;       // what the programme keeps
+  double sunk_mm_ = 0.0;                // of a trial: from its linear height to its rest
   std::vector<HalfSpace> half_spaces_;  // obstacles first
   std::vector<double> row_length_;      // of the obstacles' half-spaces before scaling
   std::vector<double> multipliers_;     // of the obstacles, N along Delta

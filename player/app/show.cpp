@@ -79,7 +79,9 @@ void tell_clamped(const Motion& motion, const JointPose& pose, const Attitude& w
          << plain(motion.first_flexion_rad()) << " to " << plain(motion.last_flexion_rad())
          << " degrees: drawn at " << plain(pose.attitude.flexion_rad) << "\n";
   }
-  if (pose.is_varus_clamped && is_beyond(wanted.varus_rad, pose.attitude.varus_rad)) {
+  if (pose.is_varus_clamped && motion.is_varus_free()) {
+    talk << "varus was free and is drawn as it was found, not at " << plain(wanted.varus_rad) << "\n";
+  } else if (pose.is_varus_clamped && is_beyond(wanted.varus_rad, pose.attitude.varus_rad)) {
     talk << "varus " << plain(wanted.varus_rad) << " lies outside the measured "
          << plain(motion.first_varus_rad()) << " to " << plain(motion.last_varus_rad())
          << " degrees: drawn at " << plain(pose.attitude.varus_rad) << "\n";

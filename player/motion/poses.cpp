@@ -38,6 +38,46 @@ Eigen::Matrix3d rotation_world_solver(const SolverFrame& frame)
   return R;
 }
 
+/// Delta of each flexion, or nothing where there is only one.
+std::vector<Eigen::Vector3d> turning_deltas(const MotionModel& model)
+{
+  const Points& delta = model.push.delta;
+  check(delta.rows() == static_cast<Eigen::Index>(model.flexion_deg.size()), "a push has a row a flexion");
+  std::vector<Eigen::Vector3d> deltas;
+  if (delta == delta.row(0).replicate(delta.rows(), 1)) return deltas;
+  for (Eigen::Index i = 0; i < delta.rows(); ++i) deltas.emplace_back(delta.row(i).transpose());
+  return deltas;
+}
+
+/// The varus that was found at each solved flexion, or nothing where it was that of the axis.
+std::vector<Attitude> free_varus(const MotionModel& model, const RawSurfaces& raw)
+{
+  std::vector<Attitude> found;
+  if (raw.varus_rad.size() > 1) return found;
+  bool is_free = false;
+  for (std::size_t i = 0; i < raw.flexion_rad.size(); ++i) {
+    if (!raw.nodes[i].is_solved) continue;
+    const double varus_deg = model.varus_solved_deg(static_cast<Eigen::Index>(i), 0);
+    is_free = is_free || varus_deg != model.varus_deg.front();
+    found.push_back({raw.flexion_rad[i], rad_from_deg(varus_deg)});
+  }
+  if (!is_free) found.clear();
+  return found;
+}
+
+/// Linear in flexion between the attitudes, constant beyond the first and last. There must be one.
+double varus_between(const std::vector<Attitude>& attitudes, double flexion_rad)
+{
+  const auto after =
+      std::lower_bound(attitudes.begin(), attitudes.end(), flexion_rad,
+                       [](const Attitude& cell, double flexion) { return cell.flexion_rad < flexion; });
+  if (after == attitudes.begin()) return after->varus_rad;
+  if (after == attitudes.end()) return attitudes.back().varus_rad;
+  const Attitude& before = *(after - 1);
+  const double s = (flexion_rad - before.flexion_rad) / (after->flexion_rad - before.flexion_rad);
+  return before.varus_rad + s * (after->varus_rad - before.varus_rad);
+}
+
 /// Turns about the rotation centre, then shifts: stored vertices to W.
 Pose about_centre(const Eigen::Matrix3d& R_world, const Eigen::Vector3d& shift_mm,
                   const Eigen::Vector3d& centre_mm)
@@ -76,13 +116,21 @@ std::vector<std::string> set_names(const MotionModel& model)
 }
 
 Motion::Motion(const MotionModel& model, const std::string& set)
-    : rotation_centre_mm_(model.rotation_centre_mm), raw_(raw_surfaces(model))
+    : frame_{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta},
+      R_world_solver_(rotation_world_solver(frame_)),
+      deltas_(turning_deltas(model)),
+      raw_(raw_surfaces(model))
 {
   check(model.side == "right" || model.side == "left", "the side of a motion model is right or left");
-  const SolverFrame frame{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
-                          model.delta};
-  R_world_solver_ = rotation_world_solver(frame);
   spine_ = solved_spine(model, raw_);
+  free_varus_ = free_varus(model, raw_);
+  first_varus_rad_ = raw_.varus_rad.front();
+  last_varus_rad_ = raw_.varus_rad.back();
+  if (!free_varus_.empty()) first_varus_rad_ = last_varus_rad_ = free_varus_.front().varus_rad;
+  for (const Attitude& found : free_varus_) {
+    first_varus_rad_ = std::min(first_varus_rad_, found.varus_rad);
+    last_varus_rad_ = std::max(last_varus_rad_, found.varus_rad);
+  }
   if (set == "raw") return;
   const auto found = std::find_if(model.smoothed.begin(), model.smoothed.end(),
                                   [&](const SmoothedSet& candidate) { return name_of(candidate) == set; });
@@ -96,11 +144,36 @@ RawSample Motion::numbers_at(const Attitude& attitude) const
   return {evaluate(*smoothed_, attitude), true};
 }
 
+double Motion::varus_at(const Attitude& wanted) const
+{
+  if (!free_varus_.empty()) return varus_between(free_varus_, wanted.flexion_rad);
+  return std::clamp(wanted.varus_rad, first_varus_rad(), last_varus_rad());
+}
+
+/// The rule of the job's table: components linear between the rows, held beyond the ends, then normalised.
+Eigen::Matrix3d Motion::R_world_solver(double flexion_rad) const
+{
+  if (deltas_.empty()) return R_world_solver_;
+  const std::vector<double>& at = raw_.flexion_rad;
+  SolverFrame frame = frame_;
+  if (flexion_rad <= at.front()) {
+    frame.delta = deltas_.front();
+  } else if (flexion_rad >= at.back()) {
+    frame.delta = deltas_.back();
+  } else {
+    const auto after = std::upper_bound(at.begin(), at.end(), flexion_rad);
+    const auto i = static_cast<std::size_t>(after - at.begin());
+    const double s = (flexion_rad - at[i - 1]) / (at[i] - at[i - 1]);
+    frame.delta = (deltas_[i - 1] + s * (deltas_[i] - deltas_[i - 1])).normalized();
+  }
+  return rotation_world_solver(frame);
+}
+
 JointPose Motion::at(const Attitude& wanted) const
 {
   JointPose pose;
   pose.attitude.flexion_rad = std::clamp(wanted.flexion_rad, first_flexion_rad(), last_flexion_rad());
-  pose.attitude.varus_rad = std::clamp(wanted.varus_rad, first_varus_rad(), last_varus_rad());
+  pose.attitude.varus_rad = varus_at({pose.attitude.flexion_rad, wanted.varus_rad});
   pose.is_flexion_clamped = pose.attitude.flexion_rad != wanted.flexion_rad;
   pose.is_varus_clamped = pose.attitude.varus_rad != wanted.varus_rad;
   const RawSample found = numbers_at(pose.attitude);
@@ -119,27 +192,22 @@ JointPose Motion::placed(const Attitude& attitude, const PoseNumbers& numbers) c
   pose.theta_rad = numbers[3];
 
   // The attitude and theta are turns of the solver's frame: conjugated, they act in W of the own side.
-  const Eigen::Matrix3d R_solver_world = R_world_solver_.transpose();
-  const Eigen::Matrix3d R_attitude = R_world_solver_ * reference_rotation(pose.attitude) * R_solver_world;
-  const Eigen::Matrix3d R_theta = R_world_solver_ * rotation_y(pose.theta_rad) * R_solver_world;
+  const Eigen::Matrix3d R = R_world_solver(attitude.flexion_rad);
+  const Eigen::Matrix3d R_solver_world = R.transpose();
+  const Eigen::Matrix3d R_attitude = R * reference_rotation(pose.attitude) * R_solver_world;
+  const Eigen::Matrix3d R_theta = R * rotation_y(pose.theta_rad) * R_solver_world;
   const Eigen::Vector3d shift_mm(numbers[0], numbers[1], numbers[2]);
-  pose.X_world_reference = about_centre(R_attitude, Eigen::Vector3d::Zero(), rotation_centre_mm_);
-  pose.X_world_moving = about_centre(R_theta, shift_mm, rotation_centre_mm_);
+  pose.X_world_reference = about_centre(R_attitude, Eigen::Vector3d::Zero(), frame_.rotation_centre_mm);
+  pose.X_world_moving = about_centre(R_theta, shift_mm, frame_.rotation_centre_mm);
   pose.X_reference_moving = pose.X_world_reference.inverse() * pose.X_world_moving;
   return pose;
 }
 
 double Motion::balanced_varus_rad(double flexion_rad) const
 {
+  if (!free_varus_.empty()) return varus_between(free_varus_, flexion_rad);
   if (spine_.empty()) return std::clamp(0.0, first_varus_rad(), last_varus_rad());
-  const auto after =
-      std::lower_bound(spine_.begin(), spine_.end(), flexion_rad,
-                       [](const Attitude& cell, double flexion) { return cell.flexion_rad < flexion; });
-  if (after == spine_.begin()) return after->varus_rad;
-  if (after == spine_.end()) return spine_.back().varus_rad;
-  const Attitude& before = *(after - 1);
-  const double s = (flexion_rad - before.flexion_rad) / (after->flexion_rad - before.flexion_rad);
-  return before.varus_rad + s * (after->varus_rad - before.varus_rad);
+  return varus_between(spine_, flexion_rad);
 }
 
 }  // namespace vrda

@@ -28,7 +28,7 @@ struct JointPose {
   double theta_rad = 0.0;  ///< about Delta, right-knee sign
   Attitude attitude;       ///< where it was evaluated: the attitude asked for, clamped
   bool is_flexion_clamped = false;
-  bool is_varus_clamped = false;
+  bool is_varus_clamped = false;  ///< also where varus was free and another one was asked for
   PoseStatus status = PoseStatus::unsolved_cell;
 };
 
@@ -49,20 +49,28 @@ class Motion {
   JointPose placed(const Attitude& attitude, const PoseNumbers& numbers) const;
 
   /// Varus at which the compartments are most nearly in balance: linear in flexion between the solved
-  /// spine cells, constant beyond the first and last; without any, 0 or the nearest varus measured.
+  /// spine cells, constant beyond the first and last; without any, 0 or the nearest varus measured. Where
+  /// varus was free, the one found.
   double balanced_varus_rad(double flexion_rad) const;
   bool has_spine() const { return !spine_.empty(); }
+  /// Each flexion has the varus that was found, not one that was given.
+  bool is_varus_free() const { return !free_varus_.empty(); }
 
   double first_flexion_rad() const { return raw_.flexion_rad.front(); }
   double last_flexion_rad() const { return raw_.flexion_rad.back(); }
-  double first_varus_rad() const { return raw_.varus_rad.front(); }
-  double last_varus_rad() const { return raw_.varus_rad.back(); }
+  double first_varus_rad() const { return first_varus_rad_; }
+  double last_varus_rad() const { return last_varus_rad_; }
 
  private:
   RawSample numbers_at(const Attitude& attitude) const;
+  double varus_at(const Attitude& wanted) const;
+  Eigen::Matrix3d R_world_solver(double flexion_rad) const;
 
-  Eigen::Vector3d rotation_centre_mm_;        ///< canonical, own side
-  Eigen::Matrix3d R_world_solver_;            ///< orthogonal; a reflection for a left joint
+  SolverFrame frame_;                    ///< of the first flexion
+  Eigen::Matrix3d R_world_solver_;       ///< of frame_: orthogonal; a reflection for a left joint
+  std::vector<Eigen::Vector3d> deltas_;  ///< one a flexion; empty where all are that of frame_
+  std::vector<Attitude> free_varus_;     ///< solved, by ascending flexion; empty where varus was given
+  double first_varus_rad_ = 0.0, last_varus_rad_ = 0.0;
   RawSurfaces raw_;                           ///< its axes are the measured range
   std::optional<SmoothedSurfaces> smoothed_;  ///< unless the set is "raw"
   std::vector<Attitude> spine_;               ///< solved spine cells by ascending flexion

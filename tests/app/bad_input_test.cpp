@@ -117,6 +117,28 @@ TEST_F(BadInput, MissingLigamentFilesAreNamed)
   with("[ligaments]\nfibres = \"fibres.csv\"\nwraps = \"wraps.json\"");
 }
 
+TEST_F(BadInput, LigamentFilesAreRefusedInOneLine)
+{
+  const std::string columns =
+      "name,reference_x_mm,reference_y_mm,reference_z_mm,moving_x_mm,moving_y_mm,moving_z_mm,stiffness_n,"
+      "slack_length_mm,wrap\n";
+  test::edit(job_, "[smooth]", "[ligaments]\nfibres = \"fibres.csv\"\n[smooth]");
+  const auto refused = [&](const std::string& table, const std::vector<std::string>& words) {
+    SCOPED_TRACE(table);
+    scratch_.write("fibres.csv", table);
+    expect_refused(words);
+    const test::Ended check = test::run_vrda({"check", job_.string()});
+    EXPECT_EQ(check.exit_code, 2);
+    EXPECT_EQ(test::n_lines(check.err), 1) << check.err;
+  };
+  refused("nmae,stiffness_n\n", {"fibres.csv", "line 1", "\"nmae\"", "\"name\""});
+  refused(columns + "a,0,0,0,0,0,0,-1,30,\n", {"fibres.csv", "line 2, stiffness_n", "-1", "above 0"});
+  refused(columns + "a,0,0,0,0,0,0,1,0,\n", {"fibres.csv", "line 2, slack_length_mm", "0", "above 0"});
+  refused(columns + "a,0,9e4,0,0,0,0,1,30,\n",
+          {"fibres.csv", "line 2, reference_mm", "90000", "bounding box"});
+  refused(columns + "a,0,0,0,0,0,0,1,30,Hoop\n", {"fibres.csv", "line 2, wrap", "\"Hoop\"", "wraps"});
+}
+
 TEST_F(BadInput, KeysThatDoNotFitTogetherNameTheCommandLineToo)
 {
   const auto said = [&](const std::string& set) {

@@ -5,6 +5,8 @@
 
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/sample_model.hpp"
+#include "support/real_knees.hpp"
 
 namespace vrda {
 namespace {
@@ -90,6 +92,34 @@ TEST(Commands, CheckWarnsOfAnOverlapAtTheStart)
   EXPECT_THAT(ended.out, HasSubstr("overlap"));
 }
 
+TEST(Commands, InfoTellsHowAnEquilibriumHolds)
+{
+  const test::Scratch scratch;
+  const std::string file = (scratch.path() / "knee.h5").string();
+  write_motion_model(file, test::sample_model({4, 3, true, false, true, true, 5, 2}));
+  const test::Ended info = test::run_vrda({"info", file});
+  EXPECT_EQ(info.exit_code, 0);
+  EXPECT_THAT(info.out, HasSubstr("worst gap -1.1e-05 mm, largest balance residual 0.0012 N, 5 fibres\n"));
+  EXPECT_THAT(info.out, HasSubstr("along Delta: medial 0.75, lateral 0.25\n"));
+  EXPECT_THAT(info.out, HasSubstr("flexions with several optima: 1\n"));
+  const auto json = nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
+  EXPECT_EQ(json.at("fibres"), 5);
+  EXPECT_EQ(json.at("equilibrium").at("largest_share").at("medial"), 0.75);
+  EXPECT_EQ(json.at("equilibrium").at("flexions_with_several_optima"), 1);
+  EXPECT_EQ(test::run_vrda({"validate", file}).exit_code, 0);
+
+  write_motion_model(file, with_pending_cells(test::sample_model({4, 3, false, false, true, true, 0, 0})));
+  const auto pending = nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
+  EXPECT_TRUE(pending.at("equilibrium").at("worst_gap_mm").is_null());
+  EXPECT_TRUE(pending.at("equilibrium").at("largest_share").at("lateral").is_null());
+  EXPECT_EQ(test::run_vrda({"info", file}).exit_code, 0);
+
+  write_motion_model(file, test::sample_model());
+  const auto search = nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
+  EXPECT_TRUE(search.at("equilibrium").is_null());
+  EXPECT_EQ(search.at("fibres"), 0);
+}
+
 TEST(Commands, InfoMeasuresAgainAndValidateIsContent)
 {
   const test::Scratch scratch;
@@ -139,6 +169,22 @@ TEST(Commands, ShapeWritesItsParts)
   EXPECT_EQ(bytes.size(), 84 + 50 * static_cast<std::size_t>(n));
   EXPECT_GT(n, 100u);
   EXPECT_EQ(test::run_vrda({"shape", "hat", "-o", folder}).exit_code, 2);
+}
+
+TEST(Commands, ShapeWritesLigamentsThatAJobCanRead)
+{
+  const test::Scratch scratch;
+  const std::string folder = (scratch.path() / "knee").string();
+  const test::Ended ended = test::run_vrda({"shape", "knee", "--ligaments", "-o", folder, "side=left"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(ended.out, HasSubstr("ligaments.csv"));
+  const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
+  const std::string fibres = "ligaments.fibres=\"" + folder + "/ligaments.csv\"";
+  const test::Ended check = test::run_vrda({"check", job, "--set", "side=left", "--set", fibres});
+  EXPECT_EQ(check.exit_code, 0) << check.err;
+  const test::Ended hip = test::run_vrda({"shape", "hip", "--ligaments", "-o", folder + "2"});
+  EXPECT_EQ(hip.exit_code, 2);
+  EXPECT_FALSE(std::filesystem::exists(folder + "2"));
 }
 
 }  // namespace

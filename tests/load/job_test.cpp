@@ -117,6 +117,7 @@ reference_mm = [1, 2, 3]
 moving_mm = [4, 5, 6]
 stiffness_n = 100
 slack_length_mm = 30
+bundle = "am"
 wrap = "Capsule"
 [compartments]
 medial = { half_space = "right" }
@@ -166,7 +167,10 @@ TEST(Job, EveryKeyArrivesInInternalUnits)
   EXPECT_EQ(job.search.max_steps, 7);
   EXPECT_EQ(job.equilibrium.max_iterations, 9);
   ASSERT_TRUE(job.ligaments.has_value());
-  EXPECT_EQ(job.ligaments->fibres.at(0).moving_mm, Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(job.ligaments->fibres.at(0).moving_native_mm, Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(job.ligaments->fibres.at(0).bundle, "am");
+  EXPECT_EQ(job.ligaments->fibres.at(0).slack_length_mm, 30.0);
+  EXPECT_FALSE(job.ligaments->fibres.at(0).reference_strain.has_value());
   EXPECT_EQ(job.ligaments->transition_strain, 0.03);
   EXPECT_THAT(job.lateral->components, ElementsAre("c"));
   EXPECT_THAT(job.smooth_degrees, ElementsAre(2, 4));

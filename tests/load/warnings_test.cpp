@@ -50,7 +50,7 @@ TEST(Warnings, StepsUnderTenResolutions)
 TEST(Warnings, LigamentsHaveNoEffectOnTheStabilitySearch)
 {
   const std::string fibre =
-      "[[ligaments.fibre]]\nname = \"acl\"\nreference_mm = [0, 0, 0]\nmoving_mm = [0, 0, 9]\n"
+      "[[ligaments.fibre]]\nname = \"acl\"\nreference_mm = [0, 0, 0]\nmoving_mm = [0, -50, 9]\n"
       "stiffness_n = 1000\nslack_length_mm = 30\n";
   EXPECT_THAT(warnings_of(test::small_job("", fibre)), ElementsAre(HasSubstr("no effect")));
 }

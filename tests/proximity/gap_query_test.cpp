@@ -1,185 +1,231 @@
+// Least travels: against the dense oracle, and what must not change them.
 #include "proximity/gap_query.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <random>
 
 #include "core/units.hpp"
-#include "proximity/directional_gap.hpp"
+#include "gap_scenes.hpp"
+#include "proximity/instruction_set.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda {
 namespace {
 
+using test::GapBodies;
+using test::GapRandom;
+
 // Heights of some 30 mm, each a sum of a few products that a sliver's slope may amplify a hundredfold.
 constexpr double rounding_mm = 1e-11;
 
-double brute_force_mm(const Mesh& reference, const Attitude& attitude, const Mesh& moving,
-                      const MovingPose& pose)
+double travel_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
+                 const Attitude& attitude = {})
 {
-  const TreeMesh there = turned(make_tree_mesh(reference), attitude);
-  const Placement place(pose);
-  double least = std::numeric_limits<double>::infinity();
-  for (Eigen::Index r = 0; r < reference.triangles.rows(); ++r) {
-    for (Eigen::Index m = 0; m < moving.triangles.rows(); ++m) {
-      least = std::min(least,
-                       pair_travel_mm(corners(there.mesh, r), place(corners(moving, m)), GapKind::from_afar));
-    }
-  }
-  return least;
+  GapQuery query{GapTree(reference), GapTree(moving)};
+  query.set_attitude(attitude);
+  return query.travel_mm(pose);
 }
 
-class Random {
- public:
-  explicit Random(unsigned seed) : engine_(seed) {}
-  double unit() { return distribution_(engine_); }
-  MovingPose pose(double across_mm, double depth_mm)
-  {
-    return {{across_mm * unit(), depth_mm + 3 * unit(), across_mm * unit()}, 3 * unit()};
-  }
-  Attitude attitude() { return {unit(), 0.2 * unit()}; }
-
-  Mesh soup(int n_triangles, double size_mm)
-  {
-    Mesh mesh;
-    mesh.vertices_mm.resize(3 * n_triangles, 3);
-    mesh.triangles.resize(n_triangles, 3);
-    for (int t = 0; t < n_triangles; ++t) {
-      const Eigen::RowVector3d centre(10 * unit(), 3 * unit(), 10 * unit());
-      for (int k = 0; k < 3; ++k) {
-        mesh.vertices_mm.row(3 * t + k) = centre + size_mm * Eigen::RowVector3d(unit(), unit(), unit());
-        mesh.triangles(t, k) = 3 * t + k;
-      }
-    }
-    return mesh;
-  }
-
- private:
-  std::mt19937_64 engine_;
-  std::uniform_real_distribution<double> distribution_{-1, 1};
-};
-
-struct Bodies {
-  Mesh reference, moving;
-};
-
-// Convex on convex, a bumpy pair with reflex edges, and two soups.
-std::vector<Bodies> all_bodies(Random& random)
+// Equal infinities count as equal.
+void expect_same(double a, double b, double tolerance)
 {
-  Mesh bumps = test::ball(10, 14, 22), dents = test::ball(8, 13, 20);
-  for (Eigen::Index v = 0; v < bumps.vertices_mm.rows(); ++v) {
-    bumps.vertices_mm.row(v) *= 1.0 + 0.1 * random.unit();
-  }
-  for (Eigen::Index v = 0; v < dents.vertices_mm.rows(); ++v) {
-    dents.vertices_mm.row(v) *= 1.0 + 0.1 * random.unit();
-  }
-  return {{test::ball(10, 10, 16), test::ball(7, 9, 14)},
-          {bumps, dents},
-          {test::box({0, 0, 0}, {12, 4, 12}), test::box({0, 0, 0}, {5, 5, 5})},
-          {random.soup(60, 3), random.soup(50, 4)}};
+  EXPECT_EQ(std::isfinite(a), std::isfinite(b));
+  EXPECT_NEAR(std::isfinite(a) ? a : 0.0, std::isfinite(b) ? b : 0.0, tolerance);
 }
 
-TEST(GapQuery, AgreesWithBruteForceWhateverWasAskedBefore)
+TEST(GapQuery, AgreesWithEveryPairOfTrianglesWhateverWasAskedBefore)
 {
-  Random random(11);
+  GapRandom random(11);
   int n_finite = 0, n_infinite = 0;
-  for (const Bodies& bodies : all_bodies(random)) {
+  for (const GapBodies& bodies : test::gap_bodies(random)) {
     const GapTree reference(bodies.reference), moving(bodies.moving);
     GapQuery warm(reference, moving);
-    for (int k = 0; k < 25; ++k) {
+    for (int k = 0; k < 20; ++k) {
       const Attitude attitude = random.attitude();
-      const MovingPose pose = random.pose(14, -15);
+      const MovingPose pose = random.pose(15, bodies.depth_mm);
       warm.set_attitude(attitude);
       const double travel = warm.travel_mm(pose);
       GapQuery cold(reference, moving);
       cold.set_attitude(attitude);
       EXPECT_EQ(travel, cold.travel_mm(pose));
-      const double expected = brute_force_mm(bodies.reference, attitude, bodies.moving, pose);
-      EXPECT_EQ(std::isfinite(travel), std::isfinite(expected));
-      EXPECT_NEAR(std::isfinite(travel) ? travel : 0.0, std::isfinite(expected) ? expected : 0.0,
-                  rounding_mm);
-      n_finite += std::isfinite(expected) ? 1 : 0;
-      n_infinite += std::isfinite(expected) ? 0 : 1;
+      EXPECT_EQ(test::bits_of(warm.features(pose, 0.1)), test::bits_of(cold.features(pose, 0.1)));
+      expect_same(travel, test::dense_gap_mm(bodies, attitude, pose), rounding_mm);
+      n_finite += std::isfinite(travel) ? 1 : 0;
+      n_infinite += std::isfinite(travel) ? 0 : 1;
     }
   }
-  EXPECT_GT(n_finite, 50);
+  EXPECT_GT(n_finite, 60);
   EXPECT_GT(n_infinite, 5);
 }
 
-TEST(GapQuery, FeaturesReachTheLeastTravelAndKeepTheBand)
+TEST(GapQuery, FarFromTheOriginTheFloatBoundsStillHold)
 {
-  Random random(12);
-  std::size_t n_features = 0;
-  for (const Bodies& bodies : all_bodies(random)) {
+  GapRandom random(14);
+  int n_finite = 0;
+  for (GapBodies& bodies : test::gap_bodies(random)) {
+    // The reference turns about a far origin; the moving object follows.
+    const Eigen::RowVector3d far(40, -600, 75);
+    bodies.reference.vertices_mm.rowwise() += far;
+    bodies.moving.vertices_mm.rowwise() -= 2 * far;
     GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
-    for (int k = 0; k < 25; ++k) {
-      query.set_attitude(random.attitude());
-      const MovingPose pose = random.pose(4, -25);
-      const double travel = query.travel_mm(pose);
-      const GapAnswer& answer = query.features(pose, 0.5);
-      ASSERT_FALSE(answer.features.empty());
-      EXPECT_EQ(answer.travel_mm, travel);
-      EXPECT_EQ(answer.features.front().travel_mm, travel);
-      EXPECT_EQ(answer.features.front().triangles, answer.pair);
-      for (const GapFeature& feature : answer.features) {
-        EXPECT_LE(feature.travel_mm, travel + 0.5);
-        EXPECT_LT(feature.normal.y(), 0.0);
-        EXPECT_NEAR(feature.normal.norm(), 1.0, 1e-14);
-      }
-      n_features += answer.features.size();
-    }
-  }
-  EXPECT_GT(n_features, 200U);
-}
-
-// Travel of the feature nearest in kind after a small change, by differences of the whole query.
-Vector5d gradient_by_differences(GapQuery& query, const Attitude& attitude, const MovingPose& pose,
-                                 double step)
-{
-  Vector5d gradient;
-  for (Eigen::Index k = 0; k < n_coordinates; ++k) {
-    double side[2];
-    for (const int sign : {0, 1}) {
-      const double change = sign == 0 ? -step : step;
-      Attitude there = attitude;
-      MovingPose moved = pose;
-      if (k < 3) moved.translation_mm[k] += change;
-      if (k == about_y) moved.theta_rad += change;
-      if (k == about_varus) there.varus_rad += change;
-      query.set_attitude(there);
-      side[sign] = query.travel_mm(moved);
-    }
-    gradient[k] = (side[1] - side[0]) / (2 * step);
-  }
-  return gradient;
-}
-
-TEST(GapQuery, GradientMatchesDifferencesAwayFromKinks)
-{
-  Random random(13);
-  int n_checked = 0, n_kinks = 0;
-  const double step = 1e-6;
-  for (const Bodies& bodies : all_bodies(random)) {
-    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
-    for (int k = 0; k < 40; ++k) {
-      const Attitude attitude = random.attitude();
-      const MovingPose pose = random.pose(4, -25);
+    for (int k = 0; k < 10; ++k) {
+      const Attitude attitude{0.1 * random.unit(), 0.1 * random.unit()};
+      MovingPose pose = random.pose(3, bodies.depth_mm - 5);
+      pose.theta_rad = 0.01 * random.unit();
+      pose.translation_mm +=
+          reference_rotation(attitude) * far.transpose() + rotation_y(pose.theta_rad) * (2 * far).transpose();
       query.set_attitude(attitude);
-      // Lever arms reach 30 mm: within the band nothing else can become the least over these steps.
-      const GapAnswer& answer = query.features(pose, 100 * step);
-      const bool is_smooth = answer.features.size() == 1;
-      (is_smooth ? n_checked : n_kinks) += 1;
-      const GapFeature feature = answer.features.front();
-      const Vector5d expected = travel_gradient(feature, pose);
-      EXPECT_NEAR(expected[along_y], -1.0, 1e-14);
-      const Vector5d measured = is_smooth ? gradient_by_differences(query, attitude, pose, step) : expected;
-      // Rounding over the step, and the curvature of a turn of 1e-6 rad over 30 mm, each on slopes up to 100.
-      EXPECT_LT((measured - expected).cwiseAbs().maxCoeff(), 1e-5 * (1.0 + expected.cwiseAbs().maxCoeff()));
+      const double travel = query.travel_mm(pose);
+      // Twenty times the coordinates.
+      expect_same(travel, test::dense_gap_mm(bodies, attitude, pose), 20 * rounding_mm);
+      n_finite += std::isfinite(travel) ? 1 : 0;
     }
   }
-  EXPECT_GT(n_checked, 80);
-  EXPECT_GT(n_kinks, 0);
+  EXPECT_GT(n_finite, 40);
+}
+
+TEST(GapQuery, EveryInstructionSetGivesTheSameBits)
+{
+  const std::vector<InstructionSet> sets = instruction_sets();
+  const InstructionSet before = instruction_set();
+  std::vector<std::vector<double>> answers;
+  for (const InstructionSet set : sets) {
+    set_instruction_set(set);
+    GapRandom random(15);
+    std::vector<double> all;
+    for (const GapBodies& bodies : test::gap_bodies(random)) {
+      GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+      for (int k = 0; k < 200; ++k) {
+        query.set_attitude(random.attitude());
+        const MovingPose pose = random.pose(10, bodies.depth_mm);
+        const std::vector<double> bits = test::bits_of(query.features(pose, 0.2));
+        all.insert(all.end(), bits.begin(), bits.end());
+        all.push_back(query.touch(pose).travel_mm);
+      }
+    }
+    answers.push_back(all);
+  }
+  set_instruction_set(before);
+  EXPECT_GT(answers.front().size(), 10000U);
+  for (const std::vector<double>& other : answers) EXPECT_EQ(answers.front(), other);
+}
+
+TEST(GapQuery, NumberingChangesNothing)
+{
+  GapRandom random(16);
+  int n_finite = 0;
+  for (const GapBodies& bodies : test::gap_bodies(random)) {
+    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+    GapQuery other{GapTree(random.renumbered(bodies.reference)), GapTree(random.renumbered(bodies.moving))};
+    for (int k = 0; k < 20; ++k) {
+      const Attitude attitude = random.attitude();
+      const MovingPose pose = random.pose(10, bodies.depth_mm);
+      query.set_attitude(attitude);
+      other.set_attitude(attitude);
+      const double travel = query.travel_mm(pose);
+      expect_same(travel, other.travel_mm(pose), rounding_mm);
+      EXPECT_EQ(query.features(pose, 0.1).features.size(), other.features(pose, 0.1).features.size());
+      n_finite += std::isfinite(travel) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(n_finite, 60);
+}
+
+TEST(GapQuery, TurningAndShiftingTheWholeSceneChangesNothing)
+{
+  GapRandom random(17);
+  int n_finite = 0;
+  for (const GapBodies& bodies : test::gap_bodies(random)) {
+    for (int k = 0; k < 10; ++k) {
+      const MovingPose pose = random.pose(8, bodies.depth_mm);
+      const double angle = 3 * random.unit();
+      const Eigen::Vector3d shift(20 * random.unit(), 20 * random.unit(), 20 * random.unit());
+      Pose X = Pose::Identity();
+      X.linear() = rotation_y(angle);
+      X.translation() = shift;
+      const MovingPose moved{X * pose.translation_mm, pose.theta_rad + angle};
+      const double travel = travel_of(bodies.reference, bodies.moving, pose);
+      expect_same(travel, travel_of(transformed(bodies.reference, X), bodies.moving, moved), rounding_mm);
+      n_finite += std::isfinite(travel) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(n_finite, 30);
+}
+
+TEST(GapQuery, MoreTrianglesNeverGiveMoreRoom)
+{
+  GapRandom random(18);
+  int n_less = 0, n_same = 0;
+  for (const GapBodies& bodies : test::gap_bodies(random)) {
+    const std::vector<std::int32_t> some = [&] {
+      std::vector<std::int32_t> rows;
+      for (std::int32_t t = 0; t < bodies.reference.triangles.rows(); t += 2) rows.push_back(t);
+      return rows;
+    }();
+    GapQuery all{GapTree(bodies.reference), GapTree(bodies.moving)};
+    GapQuery part{GapTree(bodies.reference, some), GapTree(bodies.moving)};
+    for (int k = 0; k < 20; ++k) {
+      const MovingPose pose = random.pose(8, bodies.depth_mm);
+      const double travel = all.travel_mm(pose), travel_of_part = part.travel_mm(pose);
+      EXPECT_LE(travel, travel_of_part);
+      n_less += travel < travel_of_part ? 1 : 0;
+      n_same += travel == travel_of_part ? 1 : 0;
+    }
+  }
+  EXPECT_GT(n_less, 10);
+  EXPECT_GT(n_same, 10);
+}
+
+TEST(GapQuery, TravelFallsOneForOneAndGoesNegative)
+{
+  const Mesh upper = test::box({0, 10, 0}, {4, 4, 4}), lower = test::box({0, 0, 0}, {2, 2, 2});
+  for (const double y : {-30.0, 0.0, 7.0, 7.5, 12.0}) {
+    // Top of the moving box at y + 1, underside of the reference at 8.
+    EXPECT_NEAR(travel_of(upper, lower, {{0.3, y, -0.2}, 0.4}), 7.0 - y, rounding_mm);
+  }
+}
+
+TEST(GapQuery, TouchHasTheBitsOfThePlainWalkFromAnywhere)
+{
+  GapRandom random(19);
+  int n_free = 0, n_infinite = 0, n_inside = 0;
+  for (const GapBodies& bodies : test::gap_bodies(random)) {
+    const TreeMesh reference = make_tree_mesh(bodies.reference), moving = make_tree_mesh(bodies.moving);
+    GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
+    for (int k = 0; k < 60; ++k) {
+      const Attitude attitude = random.attitude();
+      // From well below to well above, sideways past the rim too.
+      MovingPose pose = random.pose(14, bodies.depth_mm);
+      pose.translation_mm.y() += 25 * (1 + random.unit());
+      query.set_attitude(attitude);
+      const Gap plain = directional_gap(turned(reference, attitude), moving.mesh, moving.tree, pose);
+      const Gap found = query.touch(pose);
+      EXPECT_EQ(found.travel_mm, plain.travel_mm);
+      EXPECT_EQ(found.pair, plain.pair);
+      n_infinite += std::isfinite(plain.travel_mm) ? 0 : 1;
+      n_inside += std::isfinite(plain.travel_mm) && query.travel_mm(pose) < 0.0 ? 1 : 0;
+      n_free += std::isfinite(plain.travel_mm) && query.travel_mm(pose) >= 0.0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(n_free, 30);
+  EXPECT_GT(n_inside, 30);
+  EXPECT_GT(n_infinite, 30);
+}
+
+TEST(GapQuery, NothingFacesAnEmptyTree)
+{
+  const Mesh ball = test::ball(5);
+  const std::vector<std::int32_t> none;
+  GapQuery query{GapTree(ball), GapTree(ball, none)};
+  query.set_attitude({0.3, 0.1});
+  EXPECT_TRUE(std::isinf(query.travel_mm({})));
+  EXPECT_TRUE(query.features({}, 1.0).features.empty());
+  EXPECT_TRUE(std::isinf(GapQuery(GapTree(), GapTree(ball)).travel_mm({})));
+  EXPECT_TRUE(GapTree().is_empty());
+  EXPECT_TRUE(GapTree(ball, none).is_empty());
+  EXPECT_FALSE(GapTree(ball).is_empty());
+  EXPECT_EQ(query.n_queries(), 2);
 }
 
 }  // namespace

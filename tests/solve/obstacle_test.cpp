@@ -5,6 +5,7 @@
 #include <map>
 #include <random>
 
+#include "solve/pins.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda {
@@ -66,7 +67,8 @@ TEST(Obstacle, IsTheFeatureItWasMadeOf)
       ++n[o.kind];
     }
   }
-  for (const auto kind : {Obstacle::Kind::face_of_reference, Obstacle::Kind::face_of_moving, Obstacle::Kind::edges})
+  for (const auto kind :
+       {Obstacle::Kind::face_of_reference, Obstacle::Kind::face_of_moving, Obstacle::Kind::edges})
     EXPECT_GT(n[kind], 20);
 }
 
@@ -100,11 +102,12 @@ TEST(Obstacle, AFeatureStaysExactWhereItsFaceIs)
   // A vertex under a large flat face: its travel after any motion is the gap query's.
   Scene scene;
   scene.reference = test::box({0, 20, 0}, {200, 10, 200});
+  scene.moving = test::pin({5, 2, -3});
   std::mt19937_64 random(3);
   const Place place = random_place(random);
   const GapFeature f = features_at(scene, place).front();
-  const Obstacle o = obstacle_of(f, {scene.reference, scene.moving, scene.grip}, place,
-                                 Rotations(place, scene.flexion_rad));
+  const Obstacle o =
+      obstacle_of(f, {scene.reference, scene.moving, scene.grip}, place, Rotations(place, scene.flexion_rad));
   for (int k = 0; k < 50; ++k) {
     Place other = random_place(random);
     other.varus_rad = place.varus_rad + 0.02 * other.varus_rad;

@@ -79,7 +79,8 @@ TEST(QuadraticProgram, ACornerIsHeldByItsWalls)
   ASSERT_TRUE(s.is_solved);
   ASSERT_EQ(s.n_support, 2u);
   EXPECT_NEAR((s.d - QpVector(1, 2, 0, 0, 0)).norm(), 0.0, 1e-14);
-  for (std::size_t k = 0; k < 2; ++k) EXPECT_NEAR(s.support[k].multiplier, static_cast<double>(s.support[k].row) + 1.0, 1e-14);
+  for (std::size_t k = 0; k < 2; ++k)
+    EXPECT_NEAR(s.support[k].multiplier, static_cast<double>(s.support[k].row) + 1.0, 1e-14);
 }
 
 TEST(QuadraticProgram, WhatCannotBeKeptIsSaid)

@@ -114,6 +114,29 @@ TEST_F(Show, DrawsBeyondTheRangeAtItsEndOnceAndSaysSo)
   EXPECT_EQ(talk_.str().find(varus), talk_.str().rfind(varus));  // once
 }
 
+TEST_F(Show, DrawsAFreeVarusAsItWasFound)
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30};
+  plan.varus_deg = {0};
+  plan.free_varus_deg = [](double flexion_deg) { return 0.5 - 0.1 * flexion_deg; };
+  plan.turning_delta = [](double flexion_deg) {
+    return Eigen::Vector3d(0.001 * flexion_deg, 1.0, 0.0).normalized();
+  };
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  write_motion_model(file_, model);
+  ShowOptions given = options();
+  given.flexion = "0:30:10";
+  EXPECT_EQ(run(given).n_stills, 4);
+  EXPECT_EQ(talk_.str().find("varus"), std::string::npos);
+  given.varus_deg = 1.0;
+  EXPECT_EQ(run(given).n_stills, 4);
+  const std::string told = "varus was free and is drawn as it was found, not at 1\n";
+  EXPECT_THAT(talk_.str(), HasSubstr(told));
+  EXPECT_EQ(talk_.str().find(told), talk_.str().rfind(told));  // once
+}
+
 TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
 {
   ShowOptions given = options();

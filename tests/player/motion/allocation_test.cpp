@@ -49,7 +49,11 @@ namespace {
 
 TEST(MotionAllocation, AnEvaluationAllocatesNothing)
 {
-  MotionModel model = test::model_of({});
+  test::ModelPlan plan;
+  plan.turning_delta = [](double flexion_deg) {
+    return Eigen::Vector3d(0.001 * flexion_deg, 1.0, 0.0).normalized();
+  };
+  MotionModel model = test::model_of(plan);
   test::unsolve(model, 1, 1);
   test::add_smoothed(model, 6, [](int i, int j) { return PoseNumbers{i + 1.0, j + 1.0, 1.0, 2.0}; });
   for (const std::string set : {"raw", "degree_6"}) {

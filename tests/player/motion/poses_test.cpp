@@ -78,6 +78,97 @@ TEST(Motion, RawPosesAreThoseOfTheModelAtEveryCell)
   }
 }
 
+Eigen::Vector3d turning_delta(double flexion_deg)
+{
+  return Eigen::Vector3d(0.1 + 0.004 * flexion_deg, 1.0, -0.3 + 0.00005 * flexion_deg * flexion_deg)
+      .normalized();
+}
+
+TEST(Motion, RawPosesAreThoseOfTheModelWhereDeltaTurnsOverFlexion)
+{
+  for (const std::string side : {"right", "left"}) {
+    ModelPlan plan = plan_of(side, {0, 1, 0});
+    plan.turning_delta = turning_delta;
+    expect_stored_poses(model_of(plan));
+  }
+}
+
+TEST(Motion, DeltaIsLinearBetweenTheRowsHeldBeyondThemAndNormalised)
+{
+  for (const std::string side : {"right", "left"}) {
+    SCOPED_TRACE(side);
+    ModelPlan plan = plan_of(side, {0, 1, 0});
+    plan.turning_delta = turning_delta;
+    MotionModel model = model_of(plan);
+    test::add_smoothed(model, 1, [](int, int) { return PoseNumbers{1.0, -20.0, 3.0, 8.0}; });
+    const Motion raw(model, "raw"), smoothed(model, "degree_1");
+    struct Row {
+      double flexion_deg;
+      Eigen::Vector3d delta;
+    };
+    const Eigen::Vector3d at_30 = turning_delta(30), at_45 = turning_delta(45);
+    for (const Row& row :
+         {Row{35, (2.0 * at_30 + at_45).normalized()}, Row{45, at_45}, Row{0, turning_delta(0)},
+          Row{90, turning_delta(90)}, Row{120, turning_delta(90)}}) {
+      SCOPED_TRACE(row.flexion_deg);
+      // A frame along this Delta throughout turns the reference alike.
+      ModelPlan constant = plan_of(side, row.delta);
+      const Attitude attitude = attitude_deg(row.flexion_deg, 3);
+      const Pose expected = Motion(model_of(constant), "raw").at(attitude).X_world_reference;
+      for (const Motion* motion : {&raw, &smoothed}) {
+        const JointPose pose = motion->at(attitude);
+        EXPECT_EQ(pose.status, PoseStatus::solved);
+        EXPECT_LT(difference(pose.X_world_reference, expected), rounding);
+        // Delta is the axis that theta turns about.
+        EXPECT_LT((pose.X_world_moving.linear() * row.delta - row.delta).norm(), rounding);
+      }
+    }
+  }
+}
+
+TEST(Motion, APushOfOneDirectionLeavesEveryBitAsItWas)
+{
+  MotionModel model = model_of(plan_of("left", Eigen::Vector3d(0.1, 1.0, -0.3).normalized()));
+  const SolverFrame frame{Side::left, model.rotation_centre_mm, model.delta};
+  Eigen::Matrix3d R;
+  for (int axis = 0; axis < 3; ++axis) R.col(axis) = world_from_solver(frame, Eigen::Vector3d::Unit(axis));
+  const Motion motion(model, "raw");
+  for (const double flexion_deg : {0.0, 11.0, 45.0, 90.0}) {
+    const Attitude attitude = attitude_deg(flexion_deg, 1.3);
+    const Eigen::Matrix3d expected = R * reference_rotation(attitude) * R.transpose();
+    EXPECT_TRUE((motion.at(attitude).X_world_reference.linear().array() == expected.array()).all());
+  }
+}
+
+TEST(Motion, AFreeVarusIsTheOneFoundWhateverIsAskedFor)
+{
+  ModelPlan plan = plan_of("right", {0, 1, 0});
+  plan.varus_deg = {0};
+  plan.free_varus_deg = [](double flexion_deg) { return -1.0 + 0.001 * flexion_deg * flexion_deg; };
+  MotionModel model = model_of(plan);
+  test::unsolve(model, 5, 0);  // 75 degrees
+  const Motion motion(model, "raw");
+  EXPECT_TRUE(motion.is_varus_free());
+  EXPECT_FALSE(Motion(model_of({}), "raw").is_varus_free());
+  for (const double flexion_deg : {0.0, 15.0, 30.0, 45.0, 60.0, 90.0}) {
+    const std::size_t cell = static_cast<std::size_t>(flexion_deg / 15.0);
+    const double found_rad = rad_from_deg(plan.free_varus_deg(flexion_deg));
+    const JointPose asked = motion.at(attitude_deg(flexion_deg, 4.0));
+    EXPECT_TRUE(asked.is_varus_clamped);
+    EXPECT_NEAR(asked.attitude.varus_rad, found_rad, rounding);
+    EXPECT_LT(difference(asked.X_reference_moving, stored_pose(model, cell)), rounding);
+    const JointPose balanced =
+        motion.at({rad_from_deg(flexion_deg), motion.balanced_varus_rad(rad_from_deg(flexion_deg))});
+    EXPECT_FALSE(balanced.is_varus_clamped);
+    EXPECT_EQ(difference(balanced.X_reference_moving, asked.X_reference_moving), 0.0);
+  }
+  EXPECT_NEAR(motion.balanced_varus_rad(rad_from_deg(20)), rad_from_deg(-1.0 + (2 * 0.225 + 0.9) / 3),
+              rounding);
+  EXPECT_EQ(motion.first_varus_rad(), rad_from_deg(-1.0));
+  EXPECT_EQ(motion.last_varus_rad(), rad_from_deg(7.1));
+  EXPECT_EQ(motion.at(attitude_deg(70, 0)).status, PoseStatus::unsolved_cell);
+}
+
 TEST(Motion, TheRotationCentreOfTheReferenceStaysAtTheWorldOrigin)
 {
   const MotionModel model = model_of(plan_of("left", {0, 1, 0}));

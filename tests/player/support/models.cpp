@@ -30,8 +30,8 @@ void solve(MotionModel& model, const Cell& cell, const PoseNumbers& numbers)
 {
   const auto i = static_cast<std::size_t>(cell.flexion), j = static_cast<std::size_t>(cell.varus);
   const Side side = model.side == "left" ? Side::left : Side::right;
-  const SolverFrame frame{side, model.rotation_centre_mm, model.delta};
-  const Attitude attitude{rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_deg[j])};
+  const SolverFrame frame{side, model.rotation_centre_mm, model.push.delta.row(cell.flexion).transpose()};
+  const Attitude attitude{rad_from_deg(model.flexion_deg[i]), rad_from_deg(at(model.varus_solved_deg, cell))};
   const MovingPose pose{solver_translation_mm(frame, {numbers[0], numbers[1], numbers[2]}),
                         rad_from_deg(numbers[3])};
   const Pose X = X_reference_moving(frame, attitude, pose);
@@ -92,10 +92,15 @@ MotionModel model_of(const ModelPlan& plan)
   model.flexion_deg = plan.flexion_deg;
   model.varus_deg = plan.varus_deg;
   model = with_pending_cells(model);
+  for (Eigen::Index i = 0; plan.turning_delta && i < model.status.rows(); ++i) {
+    model.push.delta.row(i) = plan.turning_delta(plan.flexion_deg[static_cast<std::size_t>(i)]).transpose();
+  }
+  if (plan.turning_delta) model.delta = model.push.delta.row(0).transpose();
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
       const double flexion_deg = plan.flexion_deg[static_cast<std::size_t>(i)];
       const double varus_deg = plan.varus_deg[static_cast<std::size_t>(j)];
+      model.varus_solved_deg(i, j) = plan.free_varus_deg ? plan.free_varus_deg(flexion_deg) : varus_deg;
       solve(model, {i, j}, plan.motion ? plan.motion(flexion_deg, varus_deg) : PoseNumbers{});
     }
   }
@@ -108,8 +113,8 @@ void unsolve(MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
   const auto column = static_cast<std::size_t>(varus), row = static_cast<std::size_t>(flexion);
   MotionModel pending = with_pending_cells(model);
   const Cell cell{flexion, varus};
-  for (const auto grid :
-       {&MotionModel::tx_mm, &MotionModel::ty_mm, &MotionModel::tz_mm, &MotionModel::theta_deg}) {
+  for (const auto grid : {&MotionModel::tx_mm, &MotionModel::ty_mm, &MotionModel::tz_mm,
+                          &MotionModel::theta_deg, &MotionModel::varus_solved_deg}) {
     at(model.*grid, cell) = at(pending.*grid, cell);
   }
   for (const auto grid : clinical_grids) at(model.clinical.*grid, cell) = at(pending.clinical.*grid, cell);

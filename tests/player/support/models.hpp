@@ -19,7 +19,9 @@ struct ModelPlan {
   std::vector<double> varus_deg{-4, -2, 0, 2, 4};
   Eigen::Vector3d rotation_centre_mm{0, 0, 0};
   Eigen::Vector3d delta{0, 1, 0};
-  ModelMotion motion;  ///< all zero when empty
+  ModelMotion motion;                                                ///< all zero when empty
+  std::function<Eigen::Vector3d(double flexion_deg)> turning_delta;  ///< unit; empty: `delta` throughout
+  std::function<double(double flexion_deg)> free_varus_deg;          ///< for one varus; empty: it was given
 };
 
 /// Every cell solved and the spine on the middle varus; with bodies it can be written and read back.

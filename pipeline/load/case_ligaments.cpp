@@ -1,0 +1,198 @@
+#include "load/case_ligaments.hpp"
+
+#include <algorithm>
+
+#include "core/error.hpp"
+#include "core/nearest_word.hpp"
+#include "load/component_source.hpp"
+#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
+#include "load/ligament_table.hpp"
+#include "load/wraps_file.hpp"
+#include "shapes/shapes.hpp"
+
+namespace vrda {
+namespace {
+
+std::string comma(const std::string& place, const std::string& key)
+{
+  // A line of a table, or a key of the job.
+  return place.starts_with("line ") ? place + ", " + key : place + "." + key;
+}
+
+[[noreturn]] void refuse(const FibreJob& fibre, const std::string& key, const std::string& found,
+                         const std::string& wanted)
+{
+  throw InputError({fibre.source, comma(fibre.field, key), found, wanted});
+}
+
+void check_names(const std::vector<FibreJob>& fibres)
+{
+  std::vector<std::string> names;
+  for (const FibreJob& fibre : fibres) names.push_back(fibre.name);
+  std::sort(names.begin(), names.end());
+  const auto twice = std::adjacent_find(names.begin(), names.end());
+  if (twice == names.end()) return;
+  const auto is_named = [&](const FibreJob& fibre) { return fibre.name == *twice; };
+  const auto first = std::find_if(fibres.begin(), fibres.end(), is_named);
+  refuse(*std::find_if(first + 1, fibres.end(), is_named), "name", "\"" + *twice + "\" a second time",
+         "a name of its own for each fibre");
+}
+
+int wrap_named(const FibreJob& fibre, const std::vector<Wrap>& wraps, const std::string& wraps_file)
+{
+  if (fibre.wrap.empty()) return -1;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < wraps.size(); ++i) {
+    if (wraps[i].name == fibre.wrap) return static_cast<int>(i);
+    names.push_back(wraps[i].name);
+  }
+  refuse(fibre, "wrap", "\"" + fibre.wrap + "\"",
+         wraps_file.empty() ? "nothing, or ligaments.wraps = \"wraps.json\" that has it"
+                            : "a wrap of \"" + wraps_file + "\"; the nearest is \"" +
+                                  nearest_word(fibre.wrap, names) + "\"");
+}
+
+// Lengths on the pose of the meshes decide slack lengths given by strains.
+void set_slack_lengths(LoadedLigaments& loaded)
+{
+  const std::vector<FibreState> states = fibre_states(loaded.ligaments, {}, {});
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    const FibreJob& job = loaded.jobs[i];
+    if (!job.reference_strain) continue;
+    if (!(states[i].length_mm > 0.0))
+      refuse(job, "reference_strain", "a fibre without length", "two attachments apart");
+    loaded.ligaments.fibres[i].slack_length_mm = states[i].length_mm / (1.0 + *job.reference_strain);
+  }
+}
+
+Pose canonical(const Pose& X_native, const AxisMap& map)
+{
+  Pose X = Pose::Identity();
+  X.linear() = map.X_canonical_native.linear() * X_native.linear();
+  X.translation() = map.X_canonical_native * Eigen::Vector3d(X_native.translation());
+  return X;
+}
+
+// Both files are found before either is understood: a missing one is the plainer slip.
+struct Files {
+  InputFile fibres, wraps;
+};
+
+Files files_of(const Job& job, const std::string& data_directory)
+{
+  Files files;
+  const LigamentsJob& named = *job.ligaments;
+  if (!named.fibres_file.empty())
+    files.fibres = input_file(job, data_directory, {"ligaments.fibres", named.fibres_file, "a CSV file"});
+  if (!named.wraps_file.empty())
+    files.wraps = input_file(job, data_directory, {"ligaments.wraps", named.wraps_file, "a JSON file"});
+  return files;
+}
+
+// Generated fibres are canonical already, like generated parts.
+void add_generated(const Job& job, LoadedLigaments& loaded)
+{
+  const GenerateJob& generate = *job.ligaments->generate;
+  const std::string key = "ligaments.generate";
+  const std::string source = job.document.source_of(key);
+  try {
+    const ShapeRequest request{generate.shape, generate.numbers, generate.words};
+    for (const ShapeFibre& fibre : generate_fibres(request)) {
+      loaded.jobs.push_back({fibre.name, fibre.bundle, fibre.reference_mm, fibre.moving_mm, fibre.stiffness_n,
+                             fibre.slack_length_mm, std::nullopt, "", source, key});
+      loaded.ligaments.fibres.push_back({fibre.name, fibre.bundle, fibre.reference_mm, fibre.moving_mm,
+                                         fibre.stiffness_n, fibre.slack_length_mm, -1});
+    }
+    loaded.inputs.push_back({request_text(generate) + " ligaments", sha256_of(fibre_table(request))});
+  } catch (const InputError& error) {
+    const std::string& field = error.facts().field;
+    const bool is_parameter = generate.numbers.contains(field) || generate.words.contains(field);
+    throw InputError(
+        {source, is_parameter ? key + "." + field : key, error.facts().found, error.facts().wanted});
+  }
+}
+
+void add_wraps(const Job& job, const InputFile& file, const AxisMap& map, LoadedLigaments& loaded)
+{
+  const std::string& name = job.ligaments->wraps_file;
+  if (name.empty()) return;
+  loaded.ligaments.wraps = read_wraps(file.path, file.bytes, {job.reference.name, job.moving.name});
+  for (Wrap& wrap : loaded.ligaments.wraps) wrap.X_body_wrap = canonical(wrap.X_body_wrap, map);
+  loaded.inputs.push_back({name, sha256_of(file.bytes)});
+}
+
+void add_fibres(const Job& job, const InputFile& file, const AxisMap& map, LoadedLigaments& loaded)
+{
+  const LigamentsJob& named = *job.ligaments;
+  loaded.jobs = named.fibres;
+  if (!named.fibres_file.empty()) {
+    loaded.jobs = read_ligament_table(file.path, file.bytes);
+    loaded.inputs.push_back({named.fibres_file, sha256_of(file.bytes)});
+  }
+  check_names(loaded.jobs);
+  for (const FibreJob& fibre : loaded.jobs) {
+    loaded.ligaments.fibres.push_back(
+        {fibre.name, fibre.bundle.empty() ? bundle_of(fibre.name) : fibre.bundle,
+         map.X_canonical_native * fibre.reference_native_mm, map.X_canonical_native * fibre.moving_native_mm,
+         fibre.stiffness_n, fibre.slack_length_mm.value_or(1.0),
+         wrap_named(fibre, loaded.ligaments.wraps, named.wraps_file)});
+  }
+  set_slack_lengths(loaded);
+}
+
+Box box_of(const Body& body)
+{
+  // Either part may be empty, not both.
+  const Mesh& contact = body.contact.mesh;
+  const Mesh& visual = body.visual.mesh;
+  if (visual.vertices_mm.rows() == 0) return bounding_box(contact);
+  const Box a = bounding_box(contact), b = bounding_box(visual);
+  return {a.min_mm.cwiseMin(b.min_mm), a.max_mm.cwiseMax(b.max_mm)};
+}
+
+std::string in_mm(const Eigen::Vector3d& p)
+{
+  return "(" + shortest(p.x()) + ", " + shortest(p.y()) + ", " + shortest(p.z()) + ")";
+}
+
+void check_inside(const Eigen::Vector3d& p_mm, const FibreJob& fibre, const Body& body,
+                  const std::string& key)
+{
+  const Box box = box_of(body);
+  const double margin_mm = 0.5 * (box.max_mm - box.min_mm).maxCoeff();
+  const bool is_inside = (p_mm.array() >= box.min_mm.array() - margin_mm).all() &&
+                         (p_mm.array() <= box.max_mm.array() + margin_mm).all();
+  if (is_inside) return;
+  refuse(fibre, key, "fibre \"" + fibre.name + "\" attached at " + in_mm(p_mm) + " mm in canonical axes",
+         "a place within " + shortest(margin_mm) + " mm of " + body.name + "'s bounding box, " +
+             in_mm(box.min_mm) + " to " + in_mm(box.max_mm) + " mm");
+}
+
+}  // namespace
+
+LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory, const AxisMap& map)
+{
+  LoadedLigaments loaded;
+  if (!job.ligaments) return loaded;
+  const Files files = files_of(job, data_directory);
+  loaded.ligaments.transition_strain = job.ligaments->transition_strain;
+  add_wraps(job, files.wraps, map, loaded);
+  if (job.ligaments->generate) {
+    add_generated(job, loaded);
+  } else {
+    add_fibres(job, files.fibres, map, loaded);
+  }
+  return loaded;
+}
+
+void check_attachments(const LoadedLigaments& loaded, const Body& reference, const Body& moving)
+{
+  for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
+    const Fibre& fibre = loaded.ligaments.fibres[i];
+    check_inside(fibre.reference_mm, loaded.jobs[i], reference, "reference_mm");
+    check_inside(fibre.moving_mm, loaded.jobs[i], moving, "moving_mm");
+  }
+}
+
+}  // namespace vrda

@@ -1,0 +1,237 @@
+#include "load/ligament_table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/nearest_word.hpp"
+#include "load/words.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::size_t most_fibres = 10000;  // as many as the schema lets a job have
+
+enum Quantity : std::size_t {
+  q_name,
+  q_bundle,
+  q_wrap,
+  q_reference,  // x, y, z
+  q_moving = q_reference + 3,
+  q_stiffness = q_moving + 3,
+  q_slack_length,
+  q_strain,
+  n_quantities
+};
+
+// A name that a column may have: what stands there, and in which unit.
+struct ColumnName {
+  std::string name;
+  std::size_t quantity;
+  double scale = 1.0;
+};
+
+struct Unit {
+  const char* suffix;
+  double mm;
+};
+constexpr std::array<Unit, 3> units{{{"_mm", 1.0}, {"_cm", 10.0}, {"_m", 1000.0}}};
+
+std::vector<ColumnName> known_columns()
+{
+  std::vector<ColumnName> known{{"name", q_name}, {"bundle", q_bundle}, {"wrap", q_wrap}};
+  struct Object {
+    const char* word;
+    std::size_t quantity;
+  };
+  for (const Object object : {Object{"reference", q_reference},
+                              {"femur", q_reference},
+                              {"moving", q_moving},
+                              {"tibia", q_moving}}) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::string name = std::string(object.word) + "_" + "xyz"[axis];
+      for (const Unit& unit : units) known.push_back({name + unit.suffix, object.quantity + axis, unit.mm});
+    }
+  }
+  known.push_back({"stiffness_n_per_strain", q_stiffness});
+  known.push_back({"stiffness_n", q_stiffness});
+  for (const Unit& unit : units)
+    known.push_back({std::string("slack_length") + unit.suffix, q_slack_length, unit.mm});
+  known.push_back({"reference_strain", q_strain});
+  return known;
+}
+
+std::string_view trimmed(std::string_view text)
+{
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::vector<std::string_view> fields_of(std::string_view line)
+{
+  std::vector<std::string_view> fields;
+  while (true) {
+    const std::size_t comma = std::min(line.find(','), line.size());
+    fields.push_back(trimmed(line.substr(0, comma)));
+    if (comma == line.size()) return fields;
+    line.remove_prefix(comma + 1);
+  }
+}
+
+std::string quoted(std::string_view text)
+{
+  return '"' + std::string(text) + '"';
+}
+
+// One line with something on it, and where it stands.
+struct Line {
+  std::string_view text;
+  std::size_t number = 0;
+};
+
+std::vector<Line> lines_of(std::string_view text)
+{
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
+  std::vector<Line> lines;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = trimmed(text.substr(0, end));
+    if (!line.empty() && line.front() != '#') lines.push_back({line, number});
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+class Table {
+ public:
+  Table(const std::string& file, const Line& header) : file_(file), header_(header)
+  {
+    for (const std::string_view field : fields_of(header.text)) columns_.push_back(column_named(field));
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      for (std::size_t j = 0; j < i; ++j) {
+        if (columns_[i].quantity != columns_[j].quantity) continue;
+        refuse(header_, columns_[i].name, "a second column for what " + columns_[j].name + " gives",
+               "one column for each");
+      }
+    }
+    for (const char* needed : {"name", "reference_x_mm", "reference_y_mm", "reference_z_mm", "moving_x_mm",
+                               "moving_y_mm", "moving_z_mm", "stiffness_n_per_strain"}) {
+      if (has(column_named(needed).quantity)) continue;
+      refuse(header_, needed, "no such column",
+             "one, in mm, cm or m (femur for reference, tibia for moving)");
+    }
+    if (has(q_slack_length) || has(q_strain)) return;
+    refuse(header_, "slack_length_mm", "no such column", "slack_length_mm or reference_strain");
+  }
+
+  FibreJob fibre(const Line& line) const
+  {
+    const std::vector<std::string_view> fields = fields_of(line.text);
+    if (fields.size() != columns_.size()) {
+      refuse(line, "", std::to_string(fields.size()) + " fields",
+             "as many as the columns of line " + std::to_string(header_.number) + ", " +
+                 std::to_string(columns_.size()));
+    }
+    FibreJob fibre;
+    fibre.source = file_;
+    fibre.field = "line " + std::to_string(line.number);
+    std::array<std::optional<double>, n_quantities> number;
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      const ColumnName& column = columns_[i];
+      if (column.quantity == q_name) fibre.name = fields[i];
+      if (column.quantity == q_bundle) fibre.bundle = fields[i];
+      if (column.quantity == q_wrap) fibre.wrap = fields[i];
+      const bool may_be_empty = column.quantity == q_slack_length || column.quantity == q_strain;
+      if (column.quantity >= q_reference && !(fields[i].empty() && may_be_empty))
+        number[column.quantity] = number_in(line, column, fields[i]);
+    }
+    if (fibre.name.empty()) refuse(line, "name", "nothing", "a name of its own for each fibre");
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      fibre.reference_native_mm[axis] = *number[q_reference + static_cast<std::size_t>(axis)];
+      fibre.moving_native_mm[axis] = *number[q_moving + static_cast<std::size_t>(axis)];
+    }
+    fibre.stiffness_n = *number[q_stiffness];
+    fibre.slack_length_mm = number[q_slack_length];
+    fibre.reference_strain = number[q_strain];
+    if (fibre.slack_length_mm.has_value() == fibre.reference_strain.has_value()) {
+      refuse(line, "", fibre.slack_length_mm ? "both a slack length and a reference strain" : "neither",
+             "one of slack_length_mm and reference_strain");
+    }
+    return fibre;
+  }
+
+  [[noreturn]] void refuse(const Line& line, const std::string& column, const std::string& found,
+                           const std::string& wanted) const
+  {
+    const std::string place = "line " + std::to_string(line.number);
+    throw InputError({file_, column.empty() ? place : place + ", " + column, found, wanted});
+  }
+
+ private:
+  bool has(std::size_t quantity) const
+  {
+    return std::any_of(columns_.begin(), columns_.end(),
+                       [&](const ColumnName& column) { return column.quantity == quantity; });
+  }
+
+  ColumnName column_named(std::string_view name) const
+  {
+    constexpr std::size_t longest = 100;  // of what is compared with known names
+    static const std::vector<ColumnName> known = known_columns();
+    std::vector<std::string> names;
+    for (const ColumnName& column : known) {
+      if (column.name == name) return column;
+      names.push_back(column.name);
+    }
+    refuse(
+        header_, "", "the unknown column " + quoted(name),
+        "known ones; the nearest is \"" + nearest_word(std::string(name.substr(0, longest)), names) + "\"");
+  }
+
+  double number_in(const Line& line, const ColumnName& column, std::string_view field) const
+  {
+    const std::optional<double> value = real_in(field);
+    if (!value || !std::isfinite(column.scale * *value))
+      refuse(line, column.name, field.empty() ? "nothing" : quoted(field), "a number");
+    if ((column.quantity == q_stiffness || column.quantity == q_slack_length) && !(*value > 0.0))
+      refuse(line, column.name, std::string(field), "a number above 0");
+    if (column.quantity == q_strain && !(*value > -1.0 && *value <= 1.0))
+      refuse(line, column.name, std::string(field), "a strain above -1, at most 1");
+    return column.scale * *value;
+  }
+
+  const std::string& file_;
+  Line header_;
+  std::vector<ColumnName> columns_;
+};
+
+}  // namespace
+
+std::string bundle_of(const std::string& fibre_name)
+{
+  std::size_t end = fibre_name.find_last_not_of("0123456789");
+  if (end == std::string::npos) return fibre_name;
+  const bool has_separator = end + 1 < fibre_name.size() && end > 0 &&
+                             std::string_view("_-. ").find(fibre_name[end]) != std::string_view::npos;
+  return fibre_name.substr(0, has_separator ? end : end + 1);
+}
+
+std::vector<FibreJob> read_ligament_table(const std::string& file, std::string_view text)
+{
+  const std::vector<Line> lines = lines_of(text);
+  if (lines.empty()) throw InputError({file, "", "no line but comments", "names of columns, then fibres"});
+  const Table table(file, lines.front());
+  if (lines.size() == 1) table.refuse(lines.front(), "", "names of columns but no fibre", "at least one");
+  if (lines.size() - 1 > most_fibres) {
+    table.refuse(lines.front(), "", std::to_string(lines.size() - 1) + " fibres",
+                 "at most " + std::to_string(most_fibres));
+  }
+  std::vector<FibreJob> fibres;
+  for (std::size_t i = 1; i < lines.size(); ++i) fibres.push_back(table.fibre(lines[i]));
+  return fibres;
+}
+
+}  // namespace vrda

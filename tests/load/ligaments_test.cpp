@@ -1,0 +1,403 @@
+#include <gmock/gmock.h>
+
+#include "load/case.hpp"
+#include "load/file_bytes.hpp"
+#include "load/ligament_table.hpp"
+#include "load/mesh_text.hpp"
+#include "load/wraps_file.hpp"
+#include "shapes/shapes.hpp"
+#include "support/meshes.hpp"
+#include "support/real_knees.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+const std::string header =
+    "name,femur_x_mm,femur_y_mm,femur_z_mm,tibia_x_mm,tibia_y_mm,tibia_z_mm,stiffness_n_per_strain,"
+    "slack_length_mm,wrap\n";
+
+std::string one_wrap(const std::string& changed_key = "", const std::string& value = "")
+{
+  std::map<std::string, std::string> keys{
+      {"name", "\"Round\""},        {"type", "\"WrapEllipsoid\""}, {"body", "\"tibia_proximal_r\""},
+      {"translation", "\"1 2 3\""}, {"quadrant", "\"all\""},       {"xyz_body_rotation", "\"0 0 0\""},
+      {"unit", "\"mm\""},           {"dimensions", "\"30 18 12\""}};
+  if (!changed_key.empty()) keys[changed_key] = value;
+  std::string text;
+  for (const auto& [key, json] : keys) {
+    if (!json.empty()) text += (text.empty() ? "\"" : ",\"") + key + "\":" + json;
+  }
+  return "[{" + text + "}]";
+}
+
+// Two boxes 20 mm apart, with a table and a wrap.
+struct Folder {
+  test::Scratch scratch;
+  std::string job;
+
+  explicit Folder(const std::string& table, const std::string& wraps = one_wrap(),
+                  const std::string& head = "joint = \"other\"\n")
+  {
+    scratch.write("reference.stl", test::binary_stl(test::box({0, 40, 0}, {60, 20, 80})));
+    scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {50, 20, 70})));
+    scratch.write("fibres.csv", table);
+    scratch.write("wraps.json", wraps);
+    job = scratch
+              .write("job.toml",
+                     test::small_job(head, "[ligaments]\nfibres = \"fibres.csv\"\nwraps = \"wraps.json\"\n"))
+              .string();
+  }
+
+  Case load(const std::vector<std::string>& overrides = {}) const { return load_case(job, {"", overrides}); }
+  InputError::Facts refused(const std::vector<std::string>& overrides = {}) const
+  {
+    return test::facts_of([&] { load(overrides); });
+  }
+};
+
+TEST(LigamentTable, ColumnsComeInAnyOrderAndUnit)
+{
+  const std::string table =
+      "# a comment\r\n\r\nwrap, slack_length_m "
+      ",stiffness_n,moving_z_mm,moving_y_mm,moving_x_mm,reference_x_m,"
+      "reference_y_cm,reference_z_mm,bundle,name\r\n ,0.03,1e3,6,5,4,0.001,0.2,3,,ACLam_12\r\n#\n"
+      "Round,.04,+800,6,5,4,0.001,0.2,3,MCL,x";
+  const std::vector<FibreJob> fibres = read_ligament_table("f.csv", table);
+  ASSERT_EQ(fibres.size(), 2U);
+  EXPECT_EQ(fibres[0].name, "ACLam_12");
+  EXPECT_EQ(fibres[0].bundle, "");
+  EXPECT_LT((fibres[0].reference_native_mm - Eigen::Vector3d(1, 2, 3)).norm(), 1e-15);
+  EXPECT_EQ(fibres[0].moving_native_mm, Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(fibres[0].stiffness_n, 1000.0);
+  EXPECT_EQ(fibres[0].slack_length_mm, 30.0);
+  EXPECT_EQ(fibres[1].bundle, "MCL");
+  EXPECT_EQ(fibres[1].wrap, "Round");
+  EXPECT_EQ(fibres[1].field, "line 6");
+}
+
+TEST(LigamentTable, BundleIsTheNameWithoutItsNumber)
+{
+  EXPECT_EQ(bundle_of("ACLam3"), "ACLam");
+  EXPECT_EQ(bundle_of("ACL_am_12"), "ACL_am");
+  EXPECT_EQ(bundle_of("LCL"), "LCL");
+  EXPECT_EQ(bundle_of("LCL_"), "LCL_");
+  EXPECT_EQ(bundle_of("12"), "12");
+  EXPECT_EQ(bundle_of("_1"), "_");
+}
+
+struct BadTable {
+  std::string table, field, found, wanted;
+};
+
+TEST(LigamentTableErrors, NameTheLineAndTheColumn)
+{
+  const std::string row = "a,0,35,0,0,5,0,1000,30,\n";
+  const auto replaced = [](std::string text, const std::string& from, const std::string& to) {
+    return text.replace(text.find(from), from.size(), to);
+  };
+  for (const BadTable& bad : {
+           BadTable{replaced(header, "stiffness_n", "stifness_n") + row, "line 1",
+                    "\"stifness_n_per_strain\"", "\"stiffness_n_per_strain\""},
+           {replaced(header, "femur_y_mm", "femur_y"), "line 1", "\"femur_y\"", "\"femur_y_m"},
+           {replaced(header, "femur_y_mm,", "") + row, "line 1, reference_y_mm", "no such column", "one"},
+           {replaced(header, "stiffness_n_per_strain,", ""), "line 1, stiffness", "no such column", "one"},
+           {replaced(header, "slack_length_mm,", ""), "line 1, slack_length_mm", "no such column",
+            "reference_strain"},
+           {replaced(header, "wrap", "reference_x_cm") + row, "line 1, reference_x_cm", "femur_x_mm",
+            "one column"},
+           {header + replaced(row, "1000", "-5"), "line 2, stiffness_n_per_strain", "-5", "above 0"},
+           {header + replaced(row, "1000", "0"), "line 2, stiffness_n_per_strain", "0", "above 0"},
+           {header + replaced(row, "30", "0"), "line 2, slack_length_mm", "0", "above 0"},
+           {header + replaced(row, "30", "nan"), "line 2, slack_length_mm", "\"nan\"", "a number"},
+           {replaced(header, "slack_length_mm", "slack_length_m") + replaced(row, "30", "1e306"),
+            "line 2, slack_length_m", "\"1e306\"", "a number"},
+           {header + replaced(row, "35", "3S"), "line 2, femur_y_mm", "\"3S\"", "a number"},
+           {header + replaced(row, "35", ""), "line 2, femur_y_mm", "nothing", "a number"},
+           {header + replaced(row, "35,", ""), "line 2", "9 fields", "10"},
+           {header + replaced(row, "30", ""), "line 2", "neither", "one of slack_length_mm"},
+           {header + replaced(row, "a", ""), "line 2, name", "nothing", "a name"},
+           {header, "line 1", "no fibre", "at least one"},
+           {"# nothing\n", "", "no line", "names of columns"},
+       }) {
+    SCOPED_TRACE(bad.table);
+    const InputError::Facts facts = test::facts_of([&] { read_ligament_table("f.csv", bad.table); });
+    EXPECT_EQ(facts.file, "f.csv");
+    EXPECT_THAT(facts.field, HasSubstr(bad.field));
+    EXPECT_THAT(facts.found, HasSubstr(bad.found));
+    EXPECT_THAT(facts.wanted, HasSubstr(bad.wanted));
+  }
+}
+
+TEST(LigamentTableErrors, BothALengthAndAStrainOrAStrainOutOfRange)
+{
+  const std::string both =
+      "name,femur_x_mm,femur_y_mm,femur_z_mm,tibia_x_mm,tibia_y_mm,tibia_z_mm,stiffness_n,"
+      "slack_length_mm,reference_strain\n";
+  const auto facts_of_row = [&](const std::string& row) {
+    return test::facts_of([&] { read_ligament_table("f.csv", both + row); });
+  };
+  EXPECT_THAT(facts_of_row("a,0,0,0,0,0,0,1,30,0.02").found, HasSubstr("both"));
+  EXPECT_THAT(facts_of_row("a,0,0,0,0,0,0,1,,-1").wanted, HasSubstr("above -1"));
+  EXPECT_EQ(read_ligament_table("f.csv", both + "a,0,0,0,0,0,0,1,,-0.5\nb,0,0,0,0,0,0,1,30,").size(), 2U);
+}
+
+TEST(Wraps, AreReadInOpenSimsTerms)
+{
+  const std::string text = R"([
+    {"name": "C", "type": "WrapCylinder", "body": "femur_distal_r", "xyz_body_rotation": "0.1 0.2 0.3",
+     "translation": "-0.004 0.003 0", "quadrant": "all", "radius": "0.018", "length": "0.5"},
+    {"name": "E", "type": "WrapEllipsoid", "body": "shin", "xyz_body_rotation": [0, 0, 0],
+     "translation": [1, 2, 3], "dimensions": [3, 2, 1], "unit": "cm"}])";
+  const std::vector<Wrap> wraps = read_wraps("w.json", text, {"thigh", "shin"});
+  ASSERT_EQ(wraps.size(), 2U);
+  EXPECT_EQ(wraps[0].body, WrapBody::reference);
+  EXPECT_EQ(wraps[0].shape, WrapShape::cylinder);
+  EXPECT_LT((wraps[0].radii_mm - Eigen::Vector3d(18, 18, 250)).norm(), 1e-12);
+  EXPECT_LT((wraps[0].X_body_wrap.translation() - Eigen::Vector3d(-4, 3, 0)).norm(), 1e-15);
+  EXPECT_EQ(Eigen::Matrix3d(wraps[0].X_body_wrap.linear()),
+            Eigen::Matrix3d(rotation_x(0.1) * rotation_y(0.2) * rotation_z(0.3)));
+  EXPECT_EQ(wraps[1].body, WrapBody::moving);
+  EXPECT_EQ(wraps[1].radii_mm, Eigen::Vector3d(30, 20, 10));
+}
+
+TEST(WrapErrors, NameTheWrapAndTheKey)
+{
+  struct Row {
+    std::string text, field, found, wanted;
+  };
+  const std::string twice = one_wrap();
+  for (const Row& bad : {
+           Row{"[{", "byte", "no JSON", "JSON"},
+           {"[]", "", "0 wraps", "1 to"},
+           {"{}", "", "{}", "a list"},
+           {"[3]", "wrap 1", "3", "a wrap"},
+           {std::string(1000000, '['), "", "lists within lists", "a list of wraps"},
+           {"[{\"name\": 1e999}]", "", "beyond the range", "a list of wraps"},
+           {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap 2, name", "a second time",
+            "own"},
+           {one_wrap("type", "\"WrapTorus\""), "wrap 1, type", "WrapTorus", "WrapCylinder"},
+           {one_wrap("body", "\"pelvis\""), "wrap 1, body", "pelvis", "\"tibmen\""},
+           {one_wrap("dimensions", "\"30 0 12\""), "wrap 1, dimensions", "30 0 12", "above 0"},
+           {one_wrap("dimensions", "[30, 2, 12]"), "wrap 1, dimensions", "30", "ten times"},
+           {one_wrap("dimensions", "\"30 12\""), "wrap 1, dimensions", "30 12", "three"},
+           {one_wrap("dimensions", ""), "wrap 1, dimensions", "nothing", "three"},
+           {one_wrap("translation", "[1, 2, 1e7]"), "wrap 1, translation", "1", "three"},
+           {one_wrap("translation", "\"1 b 3\""), "wrap 1, translation", "1 b 3", "three"},
+           {one_wrap("xyz_body_rotation", "null"), "wrap 1, xyz_body_rotation", "null", "rad"},
+           {one_wrap("quadrant", "\"+x\""), "wrap 1, quadrant", "+x", "\"all\""},
+           {one_wrap("unit", "\"inch\""), "wrap 1, unit", "inch", "\"mm\""},
+           {one_wrap("name", "\"\""), "wrap 1, name", "\"\"", "a name"},
+           {one_wrap("dimension", "1"), "wrap 1, dimension", "unknown key", "\"dimensions\""},
+           {one_wrap("type", "\"WrapCylinder\""), "wrap 1, dimensions", "unknown key", "WrapCylinder"},
+       }) {
+    SCOPED_TRACE(bad.text);
+    const InputError::Facts facts = test::facts_of([&] {
+      read_wraps("w.json", bad.text, {"femur", "tibmen"});
+    });
+    EXPECT_EQ(facts.file, "w.json");
+    EXPECT_THAT(facts.field, HasSubstr(bad.field));
+    EXPECT_THAT(facts.found, HasSubstr(bad.found));
+    EXPECT_THAT(facts.wanted, HasSubstr(bad.wanted));
+  }
+}
+
+TEST(WrapErrors, ARadiusOfZero)
+{
+  const std::string text = R"([{"name": "C", "type": "WrapCylinder", "body": "femur", "radius": "0"}])";
+  const InputError::Facts facts = test::facts_of([&] { read_wraps("w.json", text, {"a", "b"}); });
+  EXPECT_EQ(facts.field, "wrap 1, radius");
+  EXPECT_THAT(facts.wanted, HasSubstr("above 0"));
+}
+
+TEST(CaseLigaments, GoThroughTheFramesAxesButKeepTheirUnit)
+{
+  // The meshes are in metres with Z up; the table says mm.
+  const Folder folder(header + "a1,1,2,30,4,5,6,1000,30,Round\n",
+                      one_wrap("xyz_body_rotation", "[0, 0, 0.5]"),
+                      "joint = \"other\"\n[frame]\nunit = \"m\"\nanterior = \"-Y\"\nproximal = \"+Z\"\n"
+                      "right = \"-X\"\nalign = { translation_mm = [10, 0, 0] }\n");
+  const Ligaments ligaments = folder.load().ligaments;
+  ASSERT_EQ(ligaments.fibres.size(), 1U);
+  const Fibre& fibre = ligaments.fibres[0];
+  EXPECT_EQ(fibre.reference_mm, Eigen::Vector3d(-2, 30, -11));
+  EXPECT_EQ(fibre.moving_mm, Eigen::Vector3d(-5, 6, -14));
+  EXPECT_EQ(fibre.bundle, "a");
+  EXPECT_EQ(fibre.wrap, 0);
+  const Pose& X = ligaments.wraps.at(0).X_body_wrap;
+  EXPECT_EQ(Eigen::Vector3d(X.translation()), Eigen::Vector3d(-2, 3, -11));
+  // The wrap's own Z stays up.
+  EXPECT_EQ(Eigen::Vector3d(X.linear().col(2)), Eigen::Vector3d(0, 1, 0));
+}
+
+TEST(CaseLigaments, AReferenceStrainHoldsAtThePoseOfTheMeshes)
+{
+  std::string strains = header;
+  strains.replace(strains.find("slack_length_mm"), 15, "reference_strain");
+  const Folder folder(strains + "a,0,35,0,0,5,0,1000,0.25,\nb,0,25,10,0,-25,10,1000,-0.2,Round\n");
+  const Case loaded = folder.load();
+  EXPECT_DOUBLE_EQ(loaded.ligaments.fibres[0].slack_length_mm, 24.0);
+  const std::vector<FibreState> states = fibre_states(loaded.ligaments, {}, {});
+  EXPECT_TRUE(states[1].is_wrapped);
+  EXPECT_NEAR(states[0].strain, 0.25, 1e-14);
+  EXPECT_NEAR(states[1].strain, -0.2, 1e-14);
+}
+
+TEST(CaseLigaments, FilesAreHashedAfterTheMeshes)
+{
+  const std::string table = header + "a,0,35,0,0,5,0,1000,30,\n";
+  const Case loaded = Folder(table).load();
+  ASSERT_EQ(loaded.inputs.size(), 4U);
+  std::vector<std::pair<std::string, std::string>> expected{{"fibres.csv", sha256_of(table)},
+                                                            {"wraps.json", sha256_of(one_wrap())}};
+  std::sort(expected.begin(), expected.end());
+  std::vector<std::pair<std::string, std::string>> found;
+  for (const std::size_t i : {2U, 3U}) found.emplace_back(loaded.inputs[i].name, loaded.inputs[i].sha256);
+  std::sort(found.begin(), found.end());
+  EXPECT_EQ(found, expected);
+}
+
+TEST(CaseLigaments, InlineFibresAreTheSameAsATables)
+{
+  const Case from_table = Folder(header + "a1,0,35,0,0,5,0,1000,30,Round\n").load();
+  const test::Scratch scratch;
+  scratch.write("reference.stl", test::binary_stl(test::box({0, 40, 0}, {60, 20, 80})));
+  scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {50, 20, 70})));
+  scratch.write("wraps.json", one_wrap());
+  const std::string fibre =
+      "[ligaments]\nwraps = \"wraps.json\"\n[[ligaments.fibre]]\nname = \"a1\"\nreference_mm = [0, 35, 0]\n"
+      "moving_mm = [0, 5, 0]\nstiffness_n = 1000\nslack_length_mm = 30\nwrap = \"Round\"\n";
+  const Case inline_case =
+      load_case(scratch.write("job.toml", test::small_job("joint = \"other\"\n", fibre)).string());
+  const Fibre& a = from_table.ligaments.fibres.at(0);
+  const Fibre& b = inline_case.ligaments.fibres.at(0);
+  EXPECT_EQ(a.name + a.bundle, b.name + b.bundle);
+  EXPECT_EQ(a.reference_mm, b.reference_mm);
+  EXPECT_EQ(a.moving_mm, b.moving_mm);
+  EXPECT_EQ(a.slack_length_mm, b.slack_length_mm);
+  EXPECT_EQ(a.wrap, b.wrap);
+}
+
+TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
+{
+  const test::Scratch scratch;
+  const std::string job =
+      scratch
+          .write("job.toml",
+                 "[[reference.component]]\nname = \"femur\"\ngenerate = { shape = \"knee\", "
+                 "part = \"femur\" }\n[[moving.component]]\nname = \"tibia\"\ngenerate = { "
+                 "shape = \"knee\", part = \"tibia\" }\n[ligaments]\ngenerate = { shape = "
+                 "\"knee\" }\n")
+          .string();
+  const Case right = load_case(job), left = load_case(job, {"", {"side=left", "frame.unit=m"}});
+  ASSERT_FALSE(right.ligaments.fibres.empty());
+  ASSERT_EQ(right.ligaments.fibres.size(), left.ligaments.fibres.size());
+  for (std::size_t i = 0; i < right.ligaments.fibres.size(); ++i) {
+    const Eigen::Vector3d m(1, 1, -1);
+    EXPECT_EQ(left.ligaments.fibres[i].reference_mm,
+              Eigen::Vector3d(m.cwiseProduct(right.ligaments.fibres[i].reference_mm)));
+    EXPECT_EQ(left.ligaments.fibres[i].slack_length_mm, right.ligaments.fibres[i].slack_length_mm);
+  }
+  EXPECT_EQ(right.inputs.back().name, "knee side=right ligaments");
+  const InputError::Facts facts = test::facts_of([&] {
+    load_case(job, {"", {"ligaments.generate.shape=hip"}});
+  });
+  EXPECT_EQ(facts.field, "ligaments.generate");
+  EXPECT_THAT(facts.found, HasSubstr("no ligaments"));
+}
+
+TEST(CaseLigaments, TheGenericKneesJobHasThem)
+{
+  // By the search, which leaves them alone, and once by their table: the same fibres.
+  const std::string job = (test::source_directory() / "jobs/knee-generic-ligaments.toml").string();
+  const std::vector<std::string> overrides{"solver.method=stability-search",
+                                           "grid.varus={ from = -10, to = 10, step = 1 }"};
+  const Case generated = load_case(job, {"", overrides});
+  const Folder folder(fibre_table({"knee", {}, {}}));
+  const Case from_table =
+      load_case((test::source_directory() / "jobs/knee-generic.toml").string(),
+                {"", {"ligaments.fibres=\"" + (folder.scratch.path() / "fibres.csv").string() + "\""}});
+  ASSERT_FALSE(generated.ligaments.fibres.empty());
+  ASSERT_EQ(generated.ligaments.fibres.size(), from_table.ligaments.fibres.size());
+  for (std::size_t i = 0; i < generated.ligaments.fibres.size(); ++i) {
+    const Fibre &a = generated.ligaments.fibres[i], &b = from_table.ligaments.fibres[i];
+    EXPECT_EQ(a.name + " of " + a.bundle, b.name + " of " + b.bundle);
+    EXPECT_EQ(a.reference_mm, b.reference_mm);
+    EXPECT_EQ(a.moving_mm, b.moving_mm);
+    EXPECT_EQ(a.stiffness_n, b.stiffness_n);
+    EXPECT_EQ(a.slack_length_mm, b.slack_length_mm);
+  }
+}
+
+TEST(CaseLigamentErrors, NameFileAndLine)
+{
+  const std::string good = "a,0,35,0,0,5,0,1000,30,\n";
+  const InputError::Facts twice = Folder(header + good + "b,0,35,0,0,5,0,1000,30,\n" + good).refused();
+  EXPECT_THAT(twice.file, HasSubstr("fibres.csv"));
+  EXPECT_EQ(twice.field, "line 4, name");
+  EXPECT_THAT(twice.found, HasSubstr("\"a\" a second time"));
+  const InputError::Facts wrap = Folder(header + "a,0,35,0,0,5,0,1000,30,Rund\n").refused();
+  EXPECT_EQ(wrap.field, "line 2, wrap");
+  EXPECT_THAT(wrap.wanted, HasSubstr("\"Round\""));
+  // Metres read as millimetres times a thousand.
+  std::string metres = header;
+  metres.replace(metres.find("tibia_y_mm"), 10, "tibia_y_m");
+  const InputError::Facts outside = Folder(metres + good).refused();
+  EXPECT_EQ(outside.field, "line 2, moving_mm");
+  EXPECT_THAT(outside.found, AllOf(HasSubstr("fibre \"a\""), HasSubstr("(0, 5000, 0)")));
+  EXPECT_THAT(outside.wanted, AllOf(HasSubstr("moving"), HasSubstr("35 mm")));
+  const InputError::Facts far = Folder(header + "a,0,95,0,0,5,0,1000,30,\n").refused();
+  EXPECT_EQ(far.field, "line 2, reference_mm");
+  std::string strains = header;
+  strains.replace(strains.find("slack_length_mm"), 15, "reference_strain");
+  EXPECT_THAT(Folder(strains + "a,0,20,0,0,20,0,1000,0,\n").refused().found, HasSubstr("without length"));
+}
+
+TEST(CaseLigamentErrors, InlineFibresNameTheirKey)
+{
+  const auto facts_with = [](const std::string& changed) {
+    const Folder folder(header + "a,0,35,0,0,5,0,1000,30,\n");
+    const std::string fibre =
+        "{name=\"a\",reference_mm=[0,35,0],moving_mm=[0,5,0],stiffness_n=1" + changed + "}";
+    test::Scratch scratch;
+    scratch.write("reference.stl", test::binary_stl(test::box({0, 40, 0}, {60, 20, 80})));
+    scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {50, 20, 70})));
+    const std::string job = scratch
+                                .write("job.toml", test::small_job("joint = \"other\"\n",
+                                                                   "[ligaments]\nfibre = [" + fibre + "]\n"))
+                                .string();
+    return test::facts_of([&] { load_case(job); });
+  };
+  EXPECT_EQ(facts_with("").field, "ligaments.fibre.0");
+  EXPECT_THAT(facts_with(",slack_length_mm=1,reference_strain=0").found, HasSubstr("both"));
+  EXPECT_EQ(facts_with(",slack_length_mm=0").field, "ligaments.fibre.0.slack_length_mm");
+  EXPECT_EQ(facts_with(",slack_length_mm=1,wrap=\"x\"").field, "ligaments.fibre.0.wrap");
+}
+
+TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
+{
+  VRDA_REQUIRE_REAL_KNEES();
+  const std::string folder = "knees/jam-smith2019/";
+  const Case loaded = load_case(
+      (test::source_directory() / "jobs/knee-jam-smith2019.toml").string(),
+      {test::data_directory()->string(),
+       {"ligaments.fibres=\"" + folder + "ligaments.csv\"", "ligaments.wraps=\"" + folder + "wraps.json\""}});
+  ASSERT_EQ(loaded.ligaments.fibres.size(), 55U);
+  // Attachments are in mm of the frame that the meshes have in m.
+  EXPECT_EQ(loaded.ligaments.fibres[0].reference_mm, Eigen::Vector3d(-1.7455, -0.45737, -37.269));
+  // The source chose slack lengths so that strains are whole percents at this pose, by OpenSim's own wrapping
+  // (its ellipsoids by segments) and six digits.
+  constexpr double source_digits = 3e-5;
+  int n_wrapped = 0;
+  for (const FibreState& state : fibre_states(loaded.ligaments, {}, {})) {
+    EXPECT_NEAR(100.0 * state.strain, std::round(100.0 * state.strain), 100.0 * source_digits);
+    n_wrapped += state.is_wrapped;
+  }
+  EXPECT_EQ(n_wrapped, 16);
+}
+
+}  // namespace
+}  // namespace vrda
