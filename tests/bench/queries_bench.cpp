@@ -1,18 +1,14 @@
 // Single queries on the same near misses, ours and FCL's.
 #include <benchmark/benchmark.h>
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 
-#include <memory>
-
 #include "contact/contacts.hpp"
+#include "fcl_search.hpp"
 #include "proximity/directional_gap.hpp"
 #include "scene.hpp"
 
 namespace vrda::bench {
 namespace {
-
-using FclModel = fcl::BVHModel<fcl::OBBRSSd>;
 
 // All near misses of a scene, the reference turned once for each step as a search does.
 struct Asked {
@@ -28,18 +24,6 @@ Asked asked(const Scene& s)
     for (const MovingPose& pose : near_misses(step)) all.poses.emplace_back(all.references.size() - 1, pose);
   }
   return all;
-}
-
-std::shared_ptr<FclModel> fcl_model(const Mesh& mesh)
-{
-  auto model = std::make_shared<FclModel>();
-  model->beginModel();
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    const auto [a, b, c] = corners(mesh, t);
-    model->addTriangle(a, b, c);
-  }
-  model->endModel();
-  return model;
 }
 
 void rate(benchmark::State& state, std::size_t n)

@@ -42,15 +42,21 @@ bool has_real_knees()
   return fs::is_directory(data_directory() / "knees");
 }
 
+Case case_of(const std::string& knee, const std::vector<std::string>& settings)
+{
+  // By contact alone, which the search and its yardsticks know.
+  const std::string name = knee == "generic" ? "generic-contact" : knee;
+  const fs::path job = fs::path(VRDA_SOURCE_DIR) / "jobs" / ("knee-" + name + ".toml");
+  return load_case(job.string(), {data_directory().string(), settings});
+}
+
 const Scene& scene(const std::string& knee)
 {
   static std::map<std::string, Scene> known;
   const auto found = known.find(knee);
   if (found != known.end()) return found->second;
-  const fs::path job =
-      fs::path(VRDA_SOURCE_DIR) / "jobs" / ("knee-" + knee + (knee == "generic" ? "-contact.toml" : ".toml"));
   Scene made;
-  made.job_case = load_case(job.string(), {data_directory().string(), {}});
+  made.job_case = case_of(knee);
   made.joint = joint_of(made.job_case, made.job_case.frame);
   made.steps = swept(made.job_case, made.joint);
   return known.emplace(knee, std::move(made)).first->second;

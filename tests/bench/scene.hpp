@@ -27,6 +27,9 @@ struct Scene {
 /// "generic" or "jam-smith2019". Loaded and swept once, then kept.
 const Scene& scene(const std::string& knee);
 
+/// jobs/knee-NAME.toml with the settings given ("key.path=value"); meshes from $VRDA_DATA.
+Case case_of(const std::string& knee, const std::vector<std::string>& settings = {});
+
 /// Whether the real knees are there ($VRDA_DATA or ../shared/data).
 bool has_real_knees();
 

@@ -29,9 +29,9 @@ class BenchTable(unittest.TestCase):
                           run("contact/query/generic", 130e3, items_per_second=7690.0))
         self.assertEqual(done.returncode, 0, done.stderr)
         lines = done.stdout.splitlines()
-        for wanted in ("## solve", "| benchmark | knee | time | steps/s | contact share |",
+        for wanted in ("## solve", "| benchmark | case | time | steps/s | contact share |",
                        "| step | generic | 2.5 ms | 12,300 | 25.0 % |", "| step | jam | 500 ms | 0.0457 |  |",
-                       "## contact", "| benchmark | knee | time | items/s |", "| query | generic | 130 us | 7,690 |"):
+                       "## contact", "| benchmark | case | time | items/s |", "| query | generic | 130 us | 7,690 |"):
             self.assertIn(wanted, lines)
         self.assertNotIn("secret-host", done.stdout)
         self.assertRegex(done.stdout, r"Machine: \d+ cores?, ")
@@ -44,6 +44,16 @@ class BenchTable(unittest.TestCase):
         self.assertEqual(done.stdout.count("| b | c |"), 1)
         self.assertIn("| b | c | 2 ns |", done.stdout)
         self.assertIn("median of 3 measurements", done.stdout)
+
+    def test_the_power_of_a_scaling(self):
+        # time = triangles^(1/2) exactly
+        done = self.table(*(run(f"scaling/step/x {n}", 1e3 * n, triangles=float(n * n)) for n in (1, 3, 10)))
+        self.assertIn("to the power 0.50 (least squares of the logarithms; 0.50 from the first", done.stdout)
+
+    def test_one_size_has_no_power(self):
+        done = self.table(run("scaling/step/generic", 1.0, triangles=4666.0), run("solve/step/generic", 1.0, triangles=4.0))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("to the power", done.stdout)
 
     def test_an_error_is_named(self):
         done = self.table(run("a/b/c", 1.0), run("a/b/d", 0.0, error_occurred=True, error_message="no such knee"))

@@ -1,0 +1,26 @@
+/// Processor time, s: what one core took, whoever else is on the machine.
+#pragma once
+
+#include <time.h>
+
+namespace vrda::bench {
+
+inline double seconds_of(clockid_t clock)
+{
+  timespec now{};
+  clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+inline double thread_s()
+{
+  return seconds_of(CLOCK_THREAD_CPUTIME_ID);
+}
+
+/// Of all threads together.
+inline double process_s()
+{
+  return seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+}
+
+}  // namespace vrda::bench

@@ -1,0 +1,98 @@
+// One motion step of the generic knee from the same start, by rigid-body dynamics and by the equilibrium.
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+
+#include "app/case_solver.hpp"
+#include "app/prepare.hpp"
+#include "core/error.hpp"
+#include "processor_time.hpp"
+#include "rigid_body.hpp"
+#include "scene.hpp"
+
+namespace vrda::bench {
+namespace {
+
+constexpr double start_below_mm = 2.0;
+constexpr double neighbour_deg = 5.0;  // the start's attitude is this much flexion off
+constexpr int n_solved = 20;           // times the equilibrium is solved for its time
+
+struct Knee {
+  Case job_case = case_of("generic", {"solver.method=equilibrium"});
+  Joint joint = joint_of(job_case, job_case.frame);
+  EquilibriumSolver solver{joint, job_case.ligaments, job_case.equilibrium};
+  GapQuery gap{joint.reference_gap, joint.moving_gap};
+  RigidPair bodies{joint.reference.solid.mesh, joint.moving.solid.mesh, {}};
+};
+
+Knee& knee()
+{
+  static Knee made;
+  return made;
+}
+
+double travel_left_mm(const Attitude& attitude, const MovingPose& pose)
+{
+  knee().gap.set_attitude(attitude);
+  return knee().gap.travel_mm(pose);
+}
+
+StepRecord rest_at(const Attitude& attitude, const MovingPose& seed)
+{
+  return knee().solver.solve({attitude, seed, loads_at(knee().job_case, 0), false});
+}
+
+// Where a neighbour rests, a little below the first touch.
+MovingPose start_of(const Attitude& attitude)
+{
+  Attitude neighbour = attitude;
+  neighbour.flexion_rad += rad_from_deg(attitude.flexion_rad > 0.0 ? -neighbour_deg : neighbour_deg);
+  MovingPose start = rest_at(neighbour, plan_of(knee().job_case).initial).pose;
+  const double travel_mm = travel_left_mm(attitude, start);
+  check(std::isfinite(travel_mm), "a neighbour's pose faces the reference");
+  start.translation_mm.y() += travel_mm - start_below_mm;
+  return start;
+}
+
+void settle(benchmark::State& state, const Attitude& attitude)
+{
+  const MovingPose start = start_of(attitude);
+  for (auto _ : state) {
+    const double before_s = thread_s();
+    const Settled settled = knee().bodies.settle(attitude, start);
+    const double between_s = thread_s();
+    StepRecord rest;
+    for (int k = 0; k < n_solved; ++k) rest = rest_at(attitude, start);
+    check(rest.status == StepStatus::stable, "the generic knee has a rest at each of these attitudes");
+    const double settled_s = between_s - before_s, solved_s = (thread_s() - between_s) / n_solved;
+    const Eigen::Vector3d off_mm = settled.pose.translation_mm - rest.pose.translation_mm;
+    state.SetIterationTime(settled_s);
+    state.counters["times the equilibrium"] = settled_s / solved_s;
+    state.counters["simulated s"] = settled.simulated_s;
+    state.counters["came to rest"] = settled.is_at_rest ? 1.0 : 0.0;
+    state.counters["mm behind along Delta"] = -off_mm.y();
+    state.counters["mm across"] = std::hypot(off_mm.x(), off_mm.z());
+    state.counters["degrees"] = std::abs(deg_from_rad(settled.pose.theta_rad - rest.pose.theta_rad));
+    state.counters["mm left to travel"] = travel_left_mm(attitude, settled.pose);
+    state.counters["turn determined"] = rest.theta_determined ? 1.0 : 0.0;
+  }
+}
+
+[[maybe_unused]] const bool registered = [] {
+  struct Row {
+    int flexion_deg, varus_deg;
+  };
+  for (const Row& row : {Row{0, 0}, Row{30, 0}, Row{60, 0}, Row{90, 0}, Row{30, -3}, Row{30, 3}}) {
+    const std::string name = "rest/rigid_body_by_Bullet/flexion " + std::to_string(row.flexion_deg) +
+                             " varus " + std::to_string(row.varus_deg);
+    const Attitude attitude{rad_from_deg(row.flexion_deg), rad_from_deg(row.varus_deg)};
+    benchmark::RegisterBenchmark(name.c_str(),
+                                 [attitude](benchmark::State& state) { settle(state, attitude); })
+        ->UseManualTime()
+        ->Iterations(1);
+  }
+  return true;
+}();
+
+}  // namespace
+}  // namespace vrda::bench

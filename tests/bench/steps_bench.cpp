@@ -1,0 +1,127 @@
+// Motion steps of the equilibrium on one core: those of a coarse run, solved again one after the other.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <array>
+
+#include "app/case_solver.hpp"
+#include "app/prepare.hpp"
+#include "processor_time.hpp"
+#include "scene.hpp"
+
+namespace vrda::bench {
+namespace {
+
+constexpr int n_passes = 3;
+
+struct Knee {
+  std::string name;                   // of the job
+  std::vector<std::string> settings;  // beside the equilibrium and its grid
+};
+
+// The tasks of a run, in the order it came to them. Neighbours along varus are a degree apart, as in a full
+// grid.
+std::vector<StepTask> tasks_of(const Case& job_case, CaseSolver& solver)
+{
+  std::vector<StepTask> tasks;
+  const SolveStep solve = [&](const StepTask& task) {
+    tasks.push_back(task);
+    return solver(task);
+  };
+  sweep(plan_of(job_case), solve, {}, 1);
+  return tasks;
+}
+
+struct Pass {
+  double processor_s = 0.0;
+  double n_queries = 0.0;
+  double n_iterations = 0.0;
+  double n_stable = 0.0;
+};
+
+Pass pass_over(const std::vector<StepTask>& tasks, CaseSolver& solver)
+{
+  Pass pass;
+  const double start_s = thread_s();
+  for (const StepTask& task : tasks) {
+    const StepRecord record = solver(task);
+    pass.n_queries += record.queries;
+    pass.n_iterations += record.iterations;
+    pass.n_stable += record.status == StepStatus::stable ? 1.0 : 0.0;
+  }
+  pass.processor_s = thread_s() - start_s;
+  return pass;
+}
+
+// The median of a few passes.
+Pass timed(const std::vector<StepTask>& tasks, CaseSolver& solver)
+{
+  std::array<Pass, n_passes> passes;
+  for (Pass& pass : passes) pass = pass_over(tasks, solver);
+  std::sort(passes.begin(), passes.end(),
+            [](const Pass& a, const Pass& b) { return a.processor_s < b.processor_s; });
+  return passes[n_passes / 2];
+}
+
+void steps(benchmark::State& state, const Knee& knee)
+{
+  const Case job_case = case_of(knee.name, knee.settings);
+  CaseSolver solver(job_case, 1);
+  const std::vector<StepTask> tasks = tasks_of(job_case, solver);
+  const auto n = static_cast<double>(tasks.size());
+  for (auto _ : state) {
+    const Pass pass = timed(tasks, solver);
+    state.SetIterationTime(pass.processor_s / n);
+    state.counters["triangles"] = static_cast<double>(job_case.reference.contact.mesh.triangles.rows() +
+                                                      job_case.moving.contact.mesh.triangles.rows());
+    state.counters["fibres"] = static_cast<double>(job_case.ligaments.fibres.size());
+    state.counters["steps"] = n;
+    state.counters["queries a step"] = pass.n_queries / n;
+    state.counters["iterations a step"] = pass.n_iterations / n;
+    state.counters["solved share"] = pass.n_stable / n;
+  }
+}
+
+void add(const std::string& name, const Knee& knee)
+{
+  benchmark::RegisterBenchmark(name.c_str(), [knee](benchmark::State& state) { steps(state, knee); })
+      ->UseManualTime()
+      ->Iterations(1);
+}
+
+std::vector<std::string> contact_only()
+{
+  return {"solver.method=equilibrium", "grid.flexion={from = 0, to = 90, step = 15}",
+          "grid.varus={from = -3, to = 3, step = 1}"};
+}
+
+std::vector<std::string> refined(double resolution)
+{
+  std::vector<std::string> settings = contact_only();
+  const std::string value = ".generate.resolution=" + std::to_string(resolution);
+  settings.push_back("reference.component.0" + value);
+  for (const char* part : {"0", "1", "2"}) settings.push_back("moving.component." + (part + value));
+  return settings;
+}
+
+[[maybe_unused]] const bool registered = [] {
+  add("equilibrium/contact_only/generic", {"generic", contact_only()});
+  if (has_real_knees()) {
+    add("equilibrium/contact_only/jam-smith2019", {"jam-smith2019", contact_only()});
+    add("equilibrium/fibres_and_free_varus/jam-smith2019",
+        {"jam-smith2019-ligaments", {"grid.flexion={from = 0, to = 90, step = 5}"}});
+  }
+  // Each twice as fine as the one before; the finest the generator gives.
+  struct Row {
+    const char* name;
+    double resolution;
+  };
+  for (const Row& row : {Row{"generic x 1", 1.0}, Row{"generic x 2", 2.0}, Row{"generic x 4", 4.0},
+                         Row{"generic x 8", 8.0}, Row{"generic x 14", 14.0}}) {
+    add(std::string("scaling/contact_only/") + row.name, {"generic", refined(row.resolution)});
+  }
+  return true;
+}();
+
+}  // namespace
+}  // namespace vrda::bench

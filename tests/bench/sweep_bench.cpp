@@ -1,0 +1,179 @@
+// The grid of the thesis by each method in turn, same processor, same threads, same minute.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "app/case_solver.hpp"
+#include "app/prepare.hpp"
+#include "fcl_search.hpp"
+#include "processor_time.hpp"
+#include "scene.hpp"
+
+namespace vrda::bench {
+namespace {
+
+enum class Method { equilibrium, stability_search, search_by_fcl };
+
+// What the steps of a sweep took together.
+struct Spent {
+  std::atomic<int> n_steps = 0;
+  std::atomic<long> n_queries = 0;
+  std::atomic<double> in_fcl_s = 0.0;  // of all threads
+};
+
+struct Swept {
+  SweepResult result;
+  double wall_s = 0.0;
+  double processor_s = 0.0;  // of all threads
+  double n_steps = 0.0;
+  double n_queries = 0.0;
+  double in_fcl_s = 0.0;
+};
+
+int n_threads()
+{
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+Case grid_case(Method method, const std::string& grid)
+{
+  const std::string name = method == Method::equilibrium ? "equilibrium" : "stability-search";
+  std::vector<std::string> settings{"solver.method=" + name};
+  if (grid != "91x21") {
+    settings.push_back("grid.flexion={from = 0, to = 90, step = 5}");
+    settings.push_back("grid.varus={from = -8, to = 8, step = 4}");
+  }
+  return case_of("generic", settings);
+}
+
+// Only the sweep is timed: meshes and trees are there before.
+Swept swept_by(const SolveStep& solve, const SweepPlan& plan, Spent& spent)
+{
+  const double processor_start_s = process_s();
+  const auto start = std::chrono::steady_clock::now();
+  SweepResult result = sweep(
+      plan,
+      [&](const StepTask& task) {
+        StepRecord record = solve(task);
+        ++spent.n_steps;
+        spent.n_queries += record.queries;
+        return record;
+      },
+      {}, n_threads());
+  const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double processor_s = process_s() - processor_start_s;
+  return {std::move(result),
+          wall_s,
+          processor_s,
+          static_cast<double>(spent.n_steps),
+          static_cast<double>(spent.n_queries),
+          spent.in_fcl_s};
+}
+
+Swept swept(Method method, const std::string& grid)
+{
+  const Case job_case = grid_case(method, grid);
+  const SweepPlan plan = plan_of(job_case);
+  Spent spent;
+  if (method != Method::search_by_fcl) {
+    CaseSolver solver(job_case, n_threads());
+    return swept_by([&](const StepTask& task) { return solver(task); }, plan, spent);
+  }
+  const Joint joint = joint_of(job_case, job_case.frame);
+  const FclPair models(joint);
+  const SolveStep solve = [&](const StepTask& task) {
+    FclStep step = find_stable_pose_by_fcl(joint, models, task.attitude, task.seed, job_case.search);
+    spent.in_fcl_s += step.collision_s;
+    return std::move(step.record);
+  };
+  return swept_by(solve, plan, spent);
+}
+
+// The equilibrium's median of three, measured next to whatever it is compared with.
+Swept equilibrium_sweep(const std::string& grid)
+{
+  std::vector<Swept> runs;
+  for (int k = 0; k < 3; ++k) runs.push_back(swept(Method::equilibrium, grid));
+  std::sort(runs.begin(), runs.end(), [](const Swept& a, const Swept& b) { return a.wall_s < b.wall_s; });
+  return std::move(runs[1]);
+}
+
+// How much further along Delta the equilibrium rests, mm, at every attitude that both solved; in order.
+std::vector<double> behind_mm(const SweepResult& result, const SweepResult& equilibrium)
+{
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < result.cells.size(); ++i) {
+    const StepRecord &theirs = result.cells[i], &ours = equilibrium.cells[i];
+    if (theirs.status != StepStatus::stable || ours.status != StepStatus::stable) continue;
+    differences.push_back(ours.pose.translation_mm.y() - theirs.pose.translation_mm.y());
+  }
+  std::sort(differences.begin(), differences.end());
+  return differences;
+}
+
+double solved_share(const SweepResult& result)
+{
+  const auto n = std::count_if(result.cells.begin(), result.cells.end(),
+                               [](const StepRecord& r) { return r.status == StepStatus::stable; });
+  return static_cast<double>(n) / static_cast<double>(result.cells.size());
+}
+
+void count_steps(benchmark::State& state, const Swept& run)
+{
+  state.counters["threads"] = n_threads();
+  state.counters["steps"] = run.n_steps;
+  state.counters["processor ms a step"] = 1e3 * run.processor_s / run.n_steps;
+  state.counters["queries a step"] = run.n_queries / run.n_steps;
+  state.counters["solved share"] = solved_share(run.result);
+}
+
+void compare(benchmark::State& state, const Swept& run, const Swept& equilibrium)
+{
+  state.counters["times the equilibrium"] = run.wall_s / equilibrium.wall_s;
+  state.counters["a step"] = run.processor_s / run.n_steps * equilibrium.n_steps / equilibrium.processor_s;
+  const std::vector<double> behind = behind_mm(run.result, equilibrium.result);
+  if (behind.empty()) return state.SkipWithError("no attitude was solved by both");
+  state.counters["median mm behind"] = behind[behind.size() / 2];
+}
+
+void sweep_by(benchmark::State& state, Method method, const std::string& grid)
+{
+  for (auto _ : state) {
+    const Swept equilibrium = equilibrium_sweep(grid);
+    if (method == Method::equilibrium) {
+      state.SetIterationTime(equilibrium.wall_s);
+      count_steps(state, equilibrium);
+      continue;
+    }
+    const Swept run = swept(method, grid);
+    state.SetIterationTime(run.wall_s);
+    count_steps(state, run);
+    compare(state, run, equilibrium);
+    if (method == Method::search_by_fcl) state.counters["FCL share"] = run.in_fcl_s / run.processor_s;
+  }
+}
+
+[[maybe_unused]] const bool registered = [] {
+  struct Row {
+    const char* name;
+    Method method;
+  };
+  for (const std::string grid : {"19x5", "91x21"}) {
+    for (const Row& row :
+         {Row{"equilibrium", Method::equilibrium}, Row{"stability_search", Method::stability_search},
+          Row{"stability_search_by_FCL", Method::search_by_fcl}}) {
+      const std::string name = std::string("sweep/") + row.name + "/generic " + grid;
+      benchmark::RegisterBenchmark(
+          name.c_str(), [row, grid](benchmark::State& state) { sweep_by(state, row.method, grid); })
+          ->UseManualTime()
+          ->Iterations(1);
+    }
+  }
+  return true;
+}();
+
+}  // namespace
+}  // namespace vrda::bench
