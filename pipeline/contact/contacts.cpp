@@ -14,7 +14,7 @@ namespace {
 // by 1e-5 mm.
 constexpr double flat_cosine = -1.0 + 1e-12;
 // Normals count as opposing Delta only beyond rounding.
-constexpr double opposing_y = -1e-9;
+constexpr double opposing = -1e-9;
 // Sine below which two edges are parallel and their cross product has no direction.
 constexpr double parallel_edges = 1e-6;
 // Points of one feature found through several triangles differ by rounding only.
@@ -33,7 +33,7 @@ struct Scene {
   const TreeMesh& reference;
   const SurfaceFeatures& reference_features;
   const Collider& moving;
-  Placement place;
+  RigidPlacement place;  // of the moving object in the reference's frame
   NarrowPhase& narrow_phase;
   const ContactOptions& options;
 
@@ -105,12 +105,12 @@ std::vector<Candidate> flat_corners(const Scene& scene, const Candidate& pair)
 }
 
 // Every close pair measured, in the order of the pairs.
-std::vector<Candidate> close_pairs(const Scene& scene, const MovingPose& pose)
+std::vector<Candidate> close_pairs(const Scene& scene)
 {
   std::vector<Candidate> result;
   const double band_mm = scene.options.band_mm;
   visit_close_pairs(
-      scene.reference.tree, scene.moving.solid.tree, pose, band_mm, [&](const TrianglePair& pair) {
+      scene.reference.tree, scene.moving.solid.tree, scene.place, band_mm, [&](const TrianglePair& pair) {
         const Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
         if (is_surely_apart(r, m, band_mm)) return false;
         const TriangleDistance found = scene.narrow_phase.measure(r, m);
@@ -192,7 +192,7 @@ struct Reaction {
   bool is_of_reference = true;
 };
 
-// Direction of a contact's edge on either side, in S; none where it is no edge.
+// Direction of a contact's edge on either side; none where it is no edge.
 std::optional<Eigen::Vector3d> along_reference(const Scene& scene, const Candidate& c)
 {
   if (c.reference.kind != FeatureKind::edge) return std::nullopt;
@@ -305,6 +305,23 @@ std::vector<Candidate> touching_features(const Scene& scene, const std::vector<C
   return all;
 }
 
+// All contacts that oppose Delta, nearest first, in the reference's frame.
+std::vector<Contact> contacts_of(const Scene& scene, const Eigen::Vector3d& delta)
+{
+  const std::vector<Candidate> pairs = close_pairs(scene);
+  std::vector<Contact> contacts;
+  if (scene.options.points == ContactPoints::triangle_centre) {
+    for (const Candidate& c : pairs) contacts.push_back(centre_contact(scene, c));
+  } else {
+    for (const Candidate& c : touching_features(scene, pairs)) contacts.push_back(exact_contact(scene, c));
+  }
+  std::erase_if(contacts, [&](const Contact& c) { return c.normal.dot(delta) >= opposing; });
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& l, const Contact& r) {
+    return std::tie(l.distance_mm, l.triangles) < std::tie(r.distance_mm, r.triangles);
+  });
+  return contacts;
+}
+
 }  // namespace
 
 Collider make_collider(Mesh mesh)
@@ -329,7 +346,7 @@ std::optional<TrianglePair> find_collision(const TreeMesh& reference, const Tree
     return true;
   };
   if (hint.reference >= 0 && overlaps(hint)) return found;
-  visit_close_pairs(reference.tree, moving.tree, pose, 0.0, overlaps);
+  visit_close_pairs(reference.tree, moving.tree, place, 0.0, overlaps);
   return found;
 }
 
@@ -345,7 +362,7 @@ std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& 
     }
     return false;
   };
-  visit_close_pairs(mesh.tree, mesh.tree, {}, 0.0, [&](const TrianglePair& pair) {
+  visit_close_pairs(mesh.tree, mesh.tree, Placement({}), 0.0, [&](const TrianglePair& pair) {
     if (pair.reference >= pair.moving || shares_a_vertex(pair)) return false;
     const Corners a = corners(mesh.mesh, pair.reference), b = corners(mesh.mesh, pair.moving);
     if (is_surely_apart(a, b, 0.0) || !narrow_phase.measure(a, b).is_overlapping) return false;
@@ -358,19 +375,29 @@ std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& 
 std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& pose, NarrowPhase& narrow_phase,
                                    const ContactOptions& options)
 {
-  const Scene scene{
-      objects.reference, objects.reference_features, objects.moving, Placement(pose), narrow_phase, options};
-  const std::vector<Candidate> pairs = close_pairs(scene, pose);
-  std::vector<Contact> contacts;
-  if (options.points == ContactPoints::triangle_centre) {
-    for (const Candidate& c : pairs) contacts.push_back(centre_contact(scene, c));
-  } else {
-    for (const Candidate& c : touching_features(scene, pairs)) contacts.push_back(exact_contact(scene, c));
+  const Scene scene{objects.reference, objects.reference_features,
+                    objects.moving,    RigidPlacement(pose_of(pose)),
+                    narrow_phase,      options};
+  return contacts_of(scene, Eigen::Vector3d::UnitY());
+}
+
+std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
+                                   const Standing& standing, NarrowPhase& narrow_phase,
+                                   const ContactOptions& options)
+{
+  Pose X_solver_reference = Pose::Identity();
+  X_solver_reference.linear() = reference_rotation(standing.attitude);
+  Pose X_reference_solver = Pose::Identity();
+  X_reference_solver.linear() = X_solver_reference.linear().transpose();
+  const Scene scene{reference.solid, reference.features,
+                    moving,          RigidPlacement(X_reference_solver * pose_of(standing.pose)),
+                    narrow_phase,    options};
+  std::vector<Contact> contacts = contacts_of(scene, X_reference_solver.linear() * Eigen::Vector3d::UnitY());
+  for (Contact& c : contacts) {
+    c.point_mm = X_solver_reference * c.point_mm;
+    c.application_mm = X_solver_reference * c.application_mm;
+    c.normal = X_solver_reference.linear() * c.normal;
   }
-  std::erase_if(contacts, [](const Contact& c) { return c.normal.y() >= opposing_y; });
-  std::sort(contacts.begin(), contacts.end(), [](const Contact& l, const Contact& r) {
-    return std::tie(l.distance_mm, l.triangles) < std::tie(r.distance_mm, r.triangles);
-  });
   return contacts;
 }
 

@@ -55,9 +55,20 @@ struct Touching {
   const Collider& moving;
 };
 
+/// Where both objects stand in S.
+struct Standing {
+  Attitude attitude;
+  MovingPose pose;
+};
+
 /// Contacts within the band whose normals oppose Delta, nearest first. The objects should not overlap;
 /// overlapping pairs give no contact.
 std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& pose, NarrowPhase& narrow_phase,
+                                   const ContactOptions& options);
+/// The same of a reference at zero attitude, which is not copied and turned: its cost does not grow with the
+/// meshes.
+std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
+                                   const Standing& standing, NarrowPhase& narrow_phase,
                                    const ContactOptions& options);
 
 }  // namespace vrda

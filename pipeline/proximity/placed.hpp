@@ -75,6 +75,54 @@ class Placement {
   Eigen::Vector3d t_;
 };
 
+/// Places boxes and triangles by any rigid motion. For one that only turns about Y the points have the bits
+/// of Placement.
+class RigidPlacement {
+ public:
+  explicit RigidPlacement(const Pose& X) : R_(X.linear()), t_(X.translation()) {}
+
+  Eigen::Vector3d operator()(const Eigen::Vector3d& p) const
+  {
+    Eigen::Vector3d placed;
+    for (Eigen::Index k = 0; k < 3; ++k)
+      placed[k] = R_(k, 0) * p.x() + R_(k, 1) * p.y() + R_(k, 2) * p.z() + t_[k];
+    return placed;
+  }
+
+  Eigen::Vector3d direction(const Eigen::Vector3d& v) const { return (*this)(v)-t_; }
+
+  Corners operator()(const Corners& corner) const
+  {
+    return {(*this)(corner[0]), (*this)(corner[1]), (*this)(corner[2])};
+  }
+
+  /// Encloses the placed box.
+  BoxTree::Node operator()(const BoxTree::Node& node) const
+  {
+    BoxTree::Node placed = node;
+    Eigen::Vector3d centre, half;
+    for (std::size_t k = 0; k < 3; ++k) {
+      centre[static_cast<Eigen::Index>(k)] = 0.5 * (node.min_mm[k] + node.max_mm[k]);
+      half[static_cast<Eigen::Index>(k)] = 0.5 * (node.max_mm[k] - node.min_mm[k]);
+    }
+    const Eigen::Vector3d c = (*this)(centre);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto i = static_cast<Eigen::Index>(k);
+      const double reach =
+          std::abs(R_(i, 0)) * half.x() + std::abs(R_(i, 1)) * half.y() + std::abs(R_(i, 2)) * half.z();
+      // A hair wider than exact, so that rounding never cuts a vertex off.
+      const double h = reach * (1.0 + 1e-12) + 1e-12;
+      placed.min_mm[k] = c[i] - h;
+      placed.max_mm[k] = c[i] + h;
+    }
+    return placed;
+  }
+
+ private:
+  Eigen::Matrix3d R_;
+  Eigen::Vector3d t_;
+};
+
 struct TrianglePair {
   std::int32_t reference = -1;
   std::int32_t moving = -1;
@@ -98,13 +146,13 @@ bool visit_leaves(const BoxTree& reference, const BoxTree::Node& r, const BoxTre
 }
 
 /// Calls `visit(pair)` for every pair of triangles whose boxes come within `band_mm`, until it returns
-/// true. Returns whether it did. Order is fixed by the trees.
-template <typename Visit>
-bool visit_close_pairs(const BoxTree& reference, const BoxTree& moving, const MovingPose& pose,
-                       double band_mm, const Visit& visit)
+/// true. Returns whether it did. Order is fixed by the trees. `place` brings the moving tree into the
+/// reference's frame.
+template <typename Place, typename Visit>
+bool visit_close_pairs(const BoxTree& reference, const BoxTree& moving, const Place& place, double band_mm,
+                       const Visit& visit)
 {
   if (reference.is_empty() || moving.is_empty()) return false;
-  const Placement place(pose);
   struct Task {
     std::int32_t reference = 0;
     std::int32_t moving = 0;

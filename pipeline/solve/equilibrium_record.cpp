@@ -124,12 +124,11 @@ void EquilibriumSolver::Run::balance()
 void EquilibriumSolver::Run::measure(StepRecord& record)
 {
   const Attitude attitude = attitude_at(here_.place);
-  const TreeMesh reference = turned(tools_.joint.reference.solid, attitude);
   ContactOptions exact;
   exact.band_mm = tools_.options.contact_resolution_mm;
   measure_contacts(tools_.joint,
-                   find_contacts({reference, tools_.joint.reference.features, tools_.joint.moving},
-                                 record.pose, tools_.narrow_phase, exact),
+                   find_contacts(tools_.joint.reference, tools_.joint.moving, {attitude, record.pose},
+                                 tools_.narrow_phase, exact),
                    tools_.options.contact_resolution_mm, record);
   ++record.queries;
   if (!tools_.joint.compartment_of_triangle.empty()) {

@@ -53,7 +53,7 @@ std::array<Extent, 3> whole_box(const std::vector<Boxed>& all)
 bool textbook_collides(const TreeMesh& reference, const TreeMesh& moving, const MovingPose& pose)
 {
   const Placement place(pose);
-  return visit_close_pairs(reference.tree, moving.tree, pose, 0.0, [&](const TrianglePair& pair) {
+  return visit_close_pairs(reference.tree, moving.tree, Placement(pose), 0.0, [&](const TrianglePair& pair) {
     const Boxed r = boxed(corners(reference.mesh, pair.reference));
     const Boxed m = boxed(place(corners(moving.mesh, pair.moving)));
     return are_near(r.box, m.box) && fine_triangle_distance_mm(r.corner, m.corner) <= 0.0L;

@@ -68,7 +68,7 @@ TEST(BoxTree, ClosePairsMissNoneThatAreClose)
   const MovingPose pose{{3.0, -16.0, 1.0}, 0.4};
   const double band_mm = 1.0;
   std::set<TrianglePair> found;
-  visit_close_pairs(reference.tree, moving.tree, pose, band_mm, [&](const TrianglePair& pair) {
+  visit_close_pairs(reference.tree, moving.tree, Placement(pose), band_mm, [&](const TrianglePair& pair) {
     found.insert(pair);
     return false;
   });
@@ -96,7 +96,7 @@ TEST(BoxTree, EmptyTreesHaveNoPairs)
 {
   const BoxTree empty(test::ball(1), {});
   EXPECT_TRUE(empty.is_empty());
-  EXPECT_FALSE(visit_close_pairs(empty, make_tree_mesh(test::ball(1)).tree, {}, 1.0,
+  EXPECT_FALSE(visit_close_pairs(empty, make_tree_mesh(test::ball(1)).tree, Placement({}), 1.0,
                                  [](const TrianglePair&) { return true; }));
 }
 
