@@ -12,8 +12,9 @@ namespace vrda {
 
 /// Where the moving object meets the reference, or would soon: a vertex under a face, a vertex over a face,
 /// or two edges that cross in projection. Rules:
-///  - reference faces that look down meet moving faces that look up. A face whose unit normal leans from the
-///    vertical plane by less than 1e-6 looks neither way: it takes part by the edges it shares with others.
+///  - reference faces that look down meet moving faces that look up. A face with |n_y| below 1e-6 (unit
+///  normal)
+///    looks neither way: it takes part by the edges it shares with faces that do.
 ///  - edges cross only where both can touch first: each sticks out, bounds the sheet, or lies between a face
 ///    that counts and one that does not. On a flat or reflex edge between two faces that count the travel is
 ///    never least, unless it is as small all along a line to another feature.
