@@ -44,20 +44,25 @@ struct PlaceLanes {
       // Outward normals lie within the spread around -n: none looks down when n points further down than
       // that.
       const F can_face = n[1] + row(in.spread, at) >= F::all(-turn.cull);
-      write_box(middle[0] - half[0], middle[0] + half[0], middle[2] - half[2], middle[2] + half[2], can_face,
-                out, at);
+      write_box({middle[0] - half[0], middle[0] + half[0], middle[2] - half[2], middle[2] + half[2]},
+                can_face, out, at);
       (middle[1] - half[1]).store(out.flat.lane + at);
       (middle[1] + half[1]).store(out.far.lane + at);
       write_plane(n, row(in.offset, at), out, at);
     }
   }
 
-  static void write_box(F x_low, F x_high, F z_low, F z_high, F keep, PlacedBlock& out, int at)
+  struct Sides {
+    F x_low, x_high, z_low, z_high;
+  };
+
+  // Lanes not kept get a box that nothing meets.
+  static void write_box(const Sides& box, F keep, PlacedBlock& out, int at)
   {
-    F::choose(keep, x_low, F::all(1e30F)).store(out.x_low.lane + at);
-    F::choose(keep, x_high, F::all(-1e30F)).store(out.x_high.lane + at);
-    z_low.store(out.z_low.lane + at);
-    z_high.store(out.z_high.lane + at);
+    F::choose(keep, box.x_low, F::all(1e30F)).store(out.x_low.lane + at);
+    F::choose(keep, box.x_high, F::all(-1e30F)).store(out.x_high.lane + at);
+    box.z_low.store(out.z_low.lane + at);
+    box.z_high.store(out.z_high.lane + at);
   }
 
   static void turn_leaf(const ReferenceLeaf& in, const BlockTurn& turn, PlacedBlock& out,
@@ -78,7 +83,7 @@ struct PlaceLanes {
       const F own[3] = {row(in.normal[0], at), row(in.normal[1], at), row(in.normal[2], at)};
       const F n[3] = {turned(turn.R[0], own), turned(turn.R[1], own), turned(turn.R[2], own)};
       const F absent = row(in.absent, at);
-      write_box(low[0] + absent, high[0] - absent, low[2], high[2], n[1] >= F::all(-turn.cull), out, at);
+      write_box({low[0] + absent, high[0] - absent, low[2], high[2]}, n[1] >= F::all(-turn.cull), out, at);
       low[1].store(out.flat.lane + at);
       high[1].store(out.far.lane + at);
       write_plane(n, row(in.offset, at), out, at);
@@ -86,8 +91,10 @@ struct PlaceLanes {
   }
 
   // Planes keep their slope's size as they turn about Y; a shifts so that the plane rises and moves along.
-  static void place_plane(F a, F b, F c, const BlockPlacement& to, PlacedBlock& out, int at)
+  template <typename Moving>
+  static void place_plane(const Moving& in, const BlockPlacement& to, PlacedBlock& out, int at)
   {
+    const F a = row(in.a, at), b = row(in.b, at), c = row(in.c, at);
     const F b_turned = F::all(to.cos) * b + F::all(to.sin) * c;
     const F c_turned = F::all(to.cos) * c - F::all(to.sin) * b;
     b_turned.store(out.b.lane + at);
@@ -110,7 +117,7 @@ struct PlaceLanes {
       (z + ez).store(out.z_high.lane + at);
       (row(in.top, at) + F::all(to.y)).store(out.flat.lane + at);
       (row(in.bottom, at) + F::all(to.y)).store(out.far.lane + at);
-      place_plane(row(in.a, at), row(in.b, at), row(in.c, at), to, out, at);
+      place_plane(in, to, out, at);
     }
   }
 
@@ -137,7 +144,7 @@ struct PlaceLanes {
       (z_high + slack).store(out.z_high.lane + at);
       (row(in.top, at) + F::all(to.y)).store(out.flat.lane + at);
       (row(in.bottom, at) + F::all(to.y)).store(out.far.lane + at);
-      place_plane(row(in.a, at), row(in.b, at), row(in.c, at), to, out, at);
+      place_plane(in, to, out, at);
     }
   }
 };

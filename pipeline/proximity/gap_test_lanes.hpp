@@ -11,10 +11,15 @@ template <typename F>
 struct TestLanes {
   static F row(const BlockRow& r, int at) { return F::load(r.lane + at); }
 
+  struct Place {
+    int moving, reference;  // lane; first of F::width lanes
+  };
+
   // One moving lane against F::width reference lanes.
-  static unsigned test_lane(const PlacedBlock& r, const PlacedBlock& m, int lane, int at, float limit,
+  static unsigned test_lane(const PlacedBlock& r, const PlacedBlock& m, Place place, float limit,
                             BlockRow& bounds)
   {
+    const int lane = place.moving, at = place.reference;
     const F x_low = F::most(row(r.x_low, at), F::all(m.x_low.lane[lane]));
     const F x_high = F::least(row(r.x_high, at), F::all(m.x_high.lane[lane]));
     const F z_low = F::most(row(r.z_low, at), F::all(m.z_low.lane[lane]));
@@ -34,7 +39,7 @@ struct TestLanes {
     for (int lane = 0; lane < block_lanes; ++lane) {
       unsigned hits = 0;
       for (int at = 0; at < block_lanes; at += F::width) {
-        hits |= test_lane(r, m, lane, at, limit, pairs.bound[lane]) << at;
+        hits |= test_lane(r, m, {lane, at}, limit, pairs.bound[lane]) << at;
       }
       pairs.hits[lane] = static_cast<std::uint8_t>(hits);
       any |= hits;
