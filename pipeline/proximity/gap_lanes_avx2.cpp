@@ -3,6 +3,6 @@
 
 namespace vrda {
 
-const BlockFunctions block_functions_avx2 = Lanes<Float8>::functions();
+constinit const BlockFunctions block_functions_avx2 = block_functions<Float8>();
 
 }  // namespace vrda

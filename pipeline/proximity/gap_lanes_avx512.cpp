@@ -59,12 +59,11 @@ bool test(const PlacedBlock& r, const PlacedBlock& m, float limit, BlockPairs& p
 
 }  // namespace
 
-const BlockFunctions block_functions_avx512 = {Lanes<Float8>::turn_inner,
-                                               Lanes<Float8>::turn_leaf,
-                                               Lanes<Float8>::place_inner,
-                                               Lanes<Float8>::place_leaf,
-                                               test,
-                                               Lanes<Float8>::test_ahead,
-                                               Lanes<Float8>::screen};
+// Set up by the compiler: code that ran at the start would need the processor this is compiled for.
+constinit const BlockFunctions block_functions_avx512 = [] {
+  BlockFunctions functions = block_functions<Float8>();
+  functions.test = test;
+  return functions;
+}();
 
 }  // namespace vrda

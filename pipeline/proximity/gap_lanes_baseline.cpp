@@ -31,6 +31,6 @@ struct Float4 {
 
 }  // namespace
 
-const BlockFunctions block_functions_baseline = Lanes<Float4>::functions();
+constinit const BlockFunctions block_functions_baseline = block_functions<Float4>();
 
 }  // namespace vrda

@@ -12,8 +12,8 @@ namespace vrda {
 
 /// Where the moving object meets the reference, or would soon: a vertex under a face, a vertex over a face,
 /// or two edges that cross in projection. Rules:
-///  - reference faces that look down meet moving faces that look up. A face whose unit normal has |n_y| <
-///  1e-6
+///  - reference faces that look down meet moving faces that look up. A face with |n_y| below 1e-6 (unit
+///  normal)
 ///    looks neither way: it takes part by the edges it shares with faces that do.
 ///  - edges cross only where both can touch first: each sticks out, bounds the sheet, or lies between a face
 ///    that counts and one that does not. On a flat or reflex edge between two faces that count the travel is
@@ -21,6 +21,7 @@ namespace vrda {
 ///  - a vertex over an edge or a vertex gives a feature for each different normal there: each is a valid
 ///    one-sided linearisation. The same place seen through several triangles is one feature.
 ///  - edges closer to parallel than a sine of 1e-12 are left to their vertices.
+///  - projections that only share a point or a line meet.
 struct GapFeature {
   double travel_mm = 0.0;    ///< along Delta until this feature touches; negative: beyond it
   Eigen::Vector3d point_mm;  ///< on the moving object where it stands, S
@@ -54,7 +55,7 @@ class GapTree {
   std::shared_ptr<const Data> data_;
 };
 
-/// One thread's queries between two meshes; keeps scratch and the last answer as a hint, which changes the
+/// One thread's queries between two meshes; keeps scratch and the last few answers as hints, which change the
 /// time, never the answer.
 class GapQuery {
  public:

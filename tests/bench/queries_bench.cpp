@@ -4,7 +4,7 @@
 
 #include "contact/contacts.hpp"
 #include "fcl_search.hpp"
-#include "proximity/directional_gap.hpp"
+#include "proximity/gap_query.hpp"
 #include "scene.hpp"
 
 namespace vrda::bench {
@@ -46,6 +46,43 @@ void gap(benchmark::State& state, const std::string& knee)
     }
   }
   rate(state, all.poses.size());
+}
+
+// The same near misses by the block trees; the reference turns once a step.
+template <typename Ask>
+void gap_query(benchmark::State& state, const std::string& knee, const Ask& ask)
+{
+  const Scene& s = scene(knee);
+  GapQuery query(s.joint.reference_gap, s.joint.moving_gap);
+  std::size_t n = 0;
+  for (auto _ : state) {
+    n = 0;
+    for (const Step& step : s.steps) {
+      query.set_attitude(step.attitude);
+      for (const MovingPose& pose : near_misses(step)) {
+        benchmark::DoNotOptimize(ask(query, pose));
+        ++n;
+      }
+    }
+  }
+  rate(state, n);
+}
+
+void gap_touch(benchmark::State& state, const std::string& knee)
+{
+  gap_query(state, knee, [](GapQuery& query, const MovingPose& pose) { return query.touch(pose).travel_mm; });
+}
+
+void gap_travel(benchmark::State& state, const std::string& knee)
+{
+  gap_query(state, knee, [](GapQuery& query, const MovingPose& pose) { return query.travel_mm(pose); });
+}
+
+void gap_features(benchmark::State& state, const std::string& knee)
+{
+  gap_query(state, knee, [](GapQuery& query, const MovingPose& pose) {
+    return query.features(pose, 0.1).features.size();
+  });
 }
 
 void collision(benchmark::State& state, const std::string& knee)
@@ -112,6 +149,9 @@ void contacts(benchmark::State& state, const std::string& knee)
 
 [[maybe_unused]] const bool registered = [] {
   for_each_knee("proximity/directional_gap", gap);
+  for_each_knee("proximity/gap_touch", gap_touch);
+  for_each_knee("proximity/gap_travel", gap_travel);
+  for_each_knee("proximity/gap_features", gap_features);
   for_each_knee("contact/find_collision", collision);
   for_each_knee("contact/find_collision_by_FCL", fcl_collision);
   for_each_knee("contact/find_contacts", contacts);

@@ -3,7 +3,7 @@
 #include <chrono>
 
 #include "contact/contacts.hpp"
-#include "proximity/directional_gap.hpp"
+#include "proximity/gap_query.hpp"
 
 namespace vrda::bench {
 namespace {
@@ -35,6 +35,7 @@ Shares shares()
 
 #define VRDA_GAP \
   "_ZN4vrda15directional_gapERKNS_8TreeMeshERKNS_4MeshERKNS_7BoxTreeERKNS_10MovingPoseERKNS_10GapOptionsE"
+#define VRDA_TOUCH "_ZN4vrda8GapQuery5touchERKNS_10MovingPoseE"
 #define VRDA_COLLISION \
   "_ZN4vrda14find_collisionERKNS_8TreeMeshES2_RKNS_10MovingPoseERNS_11NarrowPhaseERKNS_12TrianglePairE"
 #define VRDA_CONTACTS \
@@ -45,6 +46,8 @@ Gap real_gap(const TreeMesh&, const Mesh&, const BoxTree&, const MovingPose&,
              const GapOptions&) __asm__("__real_" VRDA_GAP);
 Gap timed_gap(const TreeMesh&, const Mesh&, const BoxTree&, const MovingPose&,
               const GapOptions&) __asm__("__wrap_" VRDA_GAP);
+Gap real_touch(GapQuery*, const MovingPose&) __asm__("__real_" VRDA_TOUCH);
+Gap timed_touch(GapQuery*, const MovingPose&) __asm__("__wrap_" VRDA_TOUCH);
 std::optional<TrianglePair> real_collision(const TreeMesh&, const TreeMesh&, const MovingPose&, NarrowPhase&,
                                            const TrianglePair&) __asm__("__real_" VRDA_COLLISION);
 std::optional<TrianglePair> timed_collision(const TreeMesh&, const TreeMesh&, const MovingPose&, NarrowPhase&,
@@ -61,6 +64,12 @@ Gap timed_gap(const TreeMesh& reference, const Mesh& mesh, const BoxTree& moving
 {
   const Clock clock(spent.gap_s);
   return real_gap(reference, mesh, moving, pose, options);
+}
+
+Gap timed_touch(GapQuery* query, const MovingPose& pose)
+{
+  const Clock clock(spent.gap_s);
+  return real_touch(query, pose);
 }
 
 std::optional<TrianglePair> timed_collision(const TreeMesh& reference, const TreeMesh& moving,

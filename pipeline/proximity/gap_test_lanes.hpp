@@ -1,0 +1,139 @@
+/// Blocks tested against each other for a vector type F of F::width floats: bodies of the BlockFunctions.
+/// Included only by the files compiled for one instruction set each; F lives in their anonymous namespaces,
+/// so nothing compiled for a newer processor can be linked into code for an older one.
+#pragma once
+
+#include "proximity/gap_blocks.hpp"
+
+namespace vrda {
+
+template <typename F>
+struct TestLanes {
+  static F row(const BlockRow& r, int at) { return F::load(r.lane + at); }
+
+  struct Place {
+    int moving, reference;  // lane; first of F::width lanes
+  };
+
+  // One moving lane against F::width reference lanes.
+  static unsigned test_lane(const PlacedBlock& r, const PlacedBlock& m, Place place, float limit,
+                            BlockRow& bounds)
+  {
+    const int lane = place.moving, at = place.reference;
+    const F x_low = F::most(row(r.x_low, at), F::all(m.x_low.lane[lane]));
+    const F x_high = F::least(row(r.x_high, at), F::all(m.x_high.lane[lane]));
+    const F z_low = F::most(row(r.z_low, at), F::all(m.z_low.lane[lane]));
+    const F z_high = F::least(row(r.z_high, at), F::all(m.z_high.lane[lane]));
+    const F a = row(r.a, at) - F::all(m.a.lane[lane]);
+    const F b = row(r.b, at) - F::all(m.b.lane[lane]);
+    const F c = row(r.c, at) - F::all(m.c.lane[lane]);
+    const F plane = a + F::least(b * x_low, b * x_high) + F::least(c * z_low, c * z_high);
+    const F bound = F::most(plane, row(r.flat, at) - F::all(m.flat.lane[lane]));
+    bound.store(bounds.lane + at);
+    return F::bits((x_low <= x_high) & (z_low <= z_high) & (bound <= F::all(limit)));
+  }
+
+  static bool test(const PlacedBlock& r, const PlacedBlock& m, float limit, BlockPairs& pairs)
+  {
+    unsigned any = 0;
+    for (int lane = 0; lane < block_lanes; ++lane) {
+      unsigned hits = 0;
+      for (int at = 0; at < block_lanes; at += F::width) {
+        hits |= test_lane(r, m, {lane, at}, limit, pairs.bound[lane]) << at;
+      }
+      pairs.hits[lane] = static_cast<std::uint8_t>(hits);
+      any |= hits;
+    }
+    return any != 0;
+  }
+
+  static bool test_ahead(const PlacedBlock& r, const PlacedBlock& m, BlockLimits limits, BlockPairs& pairs)
+  {
+    if (!test(r, m, limits.most, pairs)) return false;
+    unsigned any = 0;
+    for (int lane = 0; lane < block_lanes; ++lane) {
+      unsigned ahead = 0;
+      for (int at = 0; at < block_lanes; at += F::width) {
+        ahead |= F::bits(row(r.far, at) - F::all(m.far.lane[lane]) >= F::all(limits.least)) << at;
+      }
+      pairs.hits[lane] = static_cast<std::uint8_t>(pairs.hits[lane] & ahead);
+      any |= pairs.hits[lane];
+    }
+    return any != 0;
+  }
+
+  struct Triangle {
+    F x[3], z[3];
+  };
+
+  static Triangle reference_triangle(const PlacedCorners& c, int at)
+  {
+    return {{row(c.x[0], at), row(c.x[1], at), row(c.x[2], at)},
+            {row(c.z[0], at), row(c.z[1], at), row(c.z[2], at)}};
+  }
+
+  static Triangle moving_triangle(const PlacedCorners& c, int lane)
+  {
+    return {{F::all(c.x[0].lane[lane]), F::all(c.x[1].lane[lane]), F::all(c.x[2].lane[lane])},
+            {F::all(c.z[0].lane[lane]), F::all(c.z[1].lane[lane]), F::all(c.z[2].lane[lane])}};
+  }
+
+  // Least of a + b x + c z over the corners.
+  static F least_over(const Triangle& t, F a, F b, F c)
+  {
+    F least = a + b * t.x[0] + c * t.z[0];
+    for (int k = 1; k < 3; ++k) least = F::least(least, a + b * t.x[k] + c * t.z[k]);
+    return least;
+  }
+
+  // May the projections overlap, as far as the edges of `t` can tell?
+  static F may_overlap(const Triangle& t, const Triangle& other, F slack)
+  {
+    // Inside, every (edge x (p - corner)) in (z, x) has the sign of the area. A sliver's may be wrong: what
+    // meets it reaches both its sides, within the slack.
+    const F area = (t.z[1] - t.z[0]) * (t.x[2] - t.x[0]) - (t.x[1] - t.x[0]) * (t.z[2] - t.z[0]);
+    const F sign = F::choose(area >= F::all(0.0F), F::all(1.0F), F::all(-1.0F));
+    F may = F::all(0.0F) <= slack;
+    for (int k = 0; k < 3; ++k) {
+      const F ex = (t.x[(k + 1) % 3] - t.x[k]) * sign, ez = (t.z[(k + 1) % 3] - t.z[k]) * sign;
+      F inside = ez * (other.x[0] - t.x[k]) - ex * (other.z[0] - t.z[k]);
+      for (int i = 1; i < 3; ++i) {
+        inside = F::most(inside, ez * (other.x[i] - t.x[k]) - ex * (other.z[i] - t.z[k]));
+      }
+      const F zero = F::all(0.0F);
+      const F size = F::most(ex, zero - ex) + F::most(ez, zero - ez);
+      may = may & (inside + size * slack >= zero);
+    }
+    return may;
+  }
+
+  static unsigned screen_lane(const LeafPair& pair, int lane, int at, BlockRow& bounds)
+  {
+    const PlacedBlock &r = pair.reference, &m = pair.moving;
+    const F a = row(r.a, at) - F::all(m.a.lane[lane]);
+    const F b = row(r.b, at) - F::all(m.b.lane[lane]);
+    const F c = row(r.c, at) - F::all(m.c.lane[lane]);
+    const Triangle tr = reference_triangle(pair.reference_corners, at);
+    const Triangle tm = moving_triangle(pair.moving_corners, lane);
+    // The overlap lies in both triangles, so the least over either's corners bounds it.
+    const F bound = F::most(row(bounds, at), F::most(least_over(tr, a, b, c), least_over(tm, a, b, c)));
+    bound.store(bounds.lane + at);
+    const F slack = F::all(pair.slack);
+    const F overlap = may_overlap(tr, tm, slack) & may_overlap(tm, tr, slack);
+    return F::bits(overlap & (bound <= F::all(pair.limit)));
+  }
+
+  static void screen(const LeafPair& pair, BlockPairs& pairs)
+  {
+    for (int lane = 0; lane < block_lanes; ++lane) {
+      if (pairs.hits[lane] == 0) continue;
+      unsigned kept = 0;
+      for (int at = 0; at < block_lanes; at += F::width) {
+        kept |= screen_lane(pair, lane, at, pairs.bound[lane]) << at;
+      }
+      pairs.hits[lane] = static_cast<std::uint8_t>(pairs.hits[lane] & kept);
+    }
+  }
+};
+
+}  // namespace vrda
