@@ -69,8 +69,8 @@ struct Balance {
   /// Gaps of the load-bearing features, weighted by their share of the load.
   double complementarity_mm = std::numeric_limits<double>::quiet_NaN();
   double worst_gap_mm = std::numeric_limits<double>::quiet_NaN();  ///< smallest signed gap of any feature
-  /// Holding moments, on the moving object over the reference: about the flexion axis, and about varus (0
-  /// where it is free).
+  /// What must hold the attitude, on the moving object over the reference: positive drives towards more
+  /// flexion and more varus (0 where it is free). About the images of both axes in S: -Rx(-varus) Z and X.
   double flexion_moment_nmm = std::numeric_limits<double>::quiet_NaN();
   double varus_moment_nmm = std::numeric_limits<double>::quiet_NaN();
   std::vector<ContactForce> forces;

@@ -72,6 +72,7 @@ class EquilibriumSolver::Run {
   StepStatus settle();
   int n_gap_queries() const;
   Attitude attitude_at(const Place& place) const;
+  // Into a sight that keeps its memory.
   void look(const Place& place, double band, GapSight& sight);
   // A vertex in the flat or in a hollow extends to an obstacle that is not there.
   bool can_bear(const Obstacle& o) const;

@@ -58,14 +58,13 @@ class DualMethod {
   QpSolution run()
   {
     QpSolution solution;
-    int n_left = most_changes;
-    while (n_left > 0) {
+    while (n_left_ > 0) {
       const std::size_t worst = most_violated();
       if (worst == half_spaces_.size()) {
         solution.is_solved = true;
         break;
       }
-      if (!take(worst, n_left)) break;
+      if (!take(worst)) break;
     }
     solution.d = x_;
     solution.n_support = static_cast<std::size_t>(n_active_);
@@ -92,11 +91,11 @@ class DualMethod {
   }
 
   // Moves onto half-space `row`, dropping those it makes needless. False when it cannot be met.
-  bool take(std::size_t row, int& n_left)
+  bool take(std::size_t row)
   {
     const QpVector normal = half_spaces_[row].normal;
     double multiplier = 0.0;
-    while (n_left-- > 0) {
+    while (n_left_-- > 0) {
       const QpVector d = J_.transpose() * normal;
       const QpVector r = dual_direction(d);
       const double across = d.tail(n - n_active_).squaredNorm();
@@ -195,6 +194,7 @@ class DualMethod {
   QpVector u_ = QpVector::Zero();
   std::array<std::size_t, n> active_{};
   Eigen::Index n_active_ = 0;
+  int n_left_ = most_changes;
 };
 
 }  // namespace

@@ -33,7 +33,7 @@ QpMatrix made_positive(const QpMatrix& H, double least)
   const Eigen::SelfAdjointEigenSolver<QpMatrix> eigen(H);
   if (eigen.eigenvalues()(0) >= least) return H;
   const QpVector raised = eigen.eigenvalues().cwiseMax(least);
-  const QpMatrix V = eigen.eigenvectors();
+  const QpMatrix& V = eigen.eigenvectors();
   const QpMatrix out = V * raised.asDiagonal() * V.transpose();
   return 0.5 * (out + out.transpose());
 }

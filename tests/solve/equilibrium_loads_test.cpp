@@ -12,22 +12,13 @@ namespace {
 
 const EquilibriumOptions options;
 constexpr double standoff_mm = 1e-5;
-constexpr double k_n = 2000;  // of every fibre, per unit strain
+constexpr double k_n = test::fibre_stiffness_n;  // of every fibre, per unit strain
 constexpr double transition = 0.06;
 
 using test::ceiling;
+using test::fibre;
 using test::joint_of;
 using test::pins;
-
-Fibre fibre(const Eigen::Vector3d& reference_mm, const Eigen::Vector3d& moving_mm, double slack_mm)
-{
-  Fibre f;
-  f.reference_mm = reference_mm;
-  f.moving_mm = moving_mm;
-  f.stiffness_n = k_n;
-  f.slack_length_mm = slack_mm;
-  return f;
-}
 
 double flat(double, double)
 {
@@ -100,30 +91,9 @@ TEST(EquilibriumLoads, AMomentTurnsItAgainstTorsionSprings)
   EXPECT_TRUE(r.theta_determined);
 }
 
-// Two pins under two bowls of facets, four bundles of fibres round about: a knee as simple as can be.
-struct LittleKnee {
-  Joint joint = joint_of(ceiling(80, 40,
-                                 [](double x, double z) {
-                                   const double side = std::abs(z) - 20;
-                                   return -(x * x + side * side) / 60;
-                                 }),
-                         pins({{0, 0, 20}, {0, 0.4, -20}}));
-  Ligaments ligaments;
-  LittleKnee()
-  {
-    ligaments.fibres = {fibre({2, 12, 30}, {-3, -30, 30}, 41), fibre({0, 12, -30}, {4, -35, -30}, 46),
-                        fibre({-12, 5, 4}, {10, -4, -3}, 24), fibre({10, 5, -4}, {-12, -6, 3}, 25),
-                        fibre({-2, 12, 32}, {-8, -30, 31}, 41.5)};
-  }
-  StepRecord solve(const MovingPose& seed, double varus_rad, const Loads& loads = {}) const
-  {
-    return EquilibriumSolver(joint, ligaments, options).solve({{0.1, varus_rad}, seed, loads, true});
-  }
-};
-
 TEST(EquilibriumLoads, StartsNearbyEndAtTheSamePose)
 {
-  const LittleKnee knee;
+  const test::LittleKnee knee;
   const StepRecord rest = knee.solve({{0, -5, 0}, 0}, 0.0);
   ASSERT_EQ(rest.status, StepStatus::stable);
   EXPECT_TRUE(rest.theta_determined);
@@ -170,7 +140,7 @@ Wrench wrench(const Ligaments& ligaments, const Attitude& attitude, const StepRe
 
 TEST(EquilibriumLoads, ForcesAndMomentsBalanceOfTheRecordAlone)
 {
-  const LittleKnee knee;
+  const test::LittleKnee knee;
   Loads loads;
   loads.force_n = {1.5, 40, -1};
   loads.moment_nmm = 60;

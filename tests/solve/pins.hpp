@@ -3,7 +3,9 @@
 
 #include <functional>
 
+#include "core/error.hpp"
 #include "solve/equilibrium.hpp"
+#include "solve/potential.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {
@@ -55,10 +57,43 @@ inline Joint joint_of(const Mesh& reference, const Mesh& moving)
   return make_joint({reference, {}}, {moving, {}}, sides(moving));
 }
 
-/// Sum of the contact forces of a record, from the record alone.
+/// A contact force of a record, from the record alone.
 inline Eigen::Vector3d force_of(const ContactForce& f)
 {
   return f.normal_solver * (f.along_delta_n / -f.normal_solver.y());
 }
+
+inline constexpr double fibre_stiffness_n = 2000;  // per unit strain
+
+inline Fibre fibre(const Eigen::Vector3d& reference_mm, const Eigen::Vector3d& moving_mm, double slack_mm)
+{
+  Fibre f;
+  f.reference_mm = reference_mm;
+  f.moving_mm = moving_mm;
+  f.stiffness_n = fibre_stiffness_n;
+  f.slack_length_mm = slack_mm;
+  return f;
+}
+
+/// Two pins under two bowls of facets, four bundles of fibres round about: a knee as simple as can be.
+struct LittleKnee {
+  Joint joint = joint_of(ceiling(80, 40,
+                                 [](double x, double z) {
+                                   const double side = std::abs(z) - 20;
+                                   return -(x * x + side * side) / 60;
+                                 }),
+                         pins({{0, 0, 20}, {0, 0.4, -20}}));
+  Ligaments ligaments;
+  LittleKnee()
+  {
+    ligaments.fibres = {fibre({2, 12, 30}, {-3, -30, 30}, 41), fibre({0, 12, -30}, {4, -35, -30}, 46),
+                        fibre({-12, 5, 4}, {10, -4, -3}, 24), fibre({10, 5, -4}, {-12, -6, 3}, 25),
+                        fibre({-2, 12, 32}, {-8, -30, 31}, 41.5)};
+  }
+  StepRecord solve(const MovingPose& seed, double varus_rad, const Loads& loads = {}) const
+  {
+    return EquilibriumSolver(joint, ligaments, {}).solve({{0.1, varus_rad}, seed, loads, true});
+  }
+};
 
 }  // namespace vrda::test
