@@ -120,7 +120,8 @@ MotionModel pending_model_of(const Case& job_case)
   model.rotation_centre_mm = job_case.frame.rotation_centre_mm;
   model.delta = job_case.frame.delta;
   model.push = push_rows(job_case);
-  model.contact_resolution_mm = job_case.search.translation_resolution_mm;
+  model.contact_resolution_mm = job_case.method == "equilibrium" ? job_case.equilibrium.contact_resolution_mm
+                                                                 : job_case.search.translation_resolution_mm;
   model.has_compartments = !job_case.compartment_of_triangle.empty();
   model.flexion_deg = job_case.grid.flexion_deg;
   model.varus_deg = job_case.grid.varus_deg;

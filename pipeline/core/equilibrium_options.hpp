@@ -9,7 +9,7 @@ namespace vrda {
 struct EquilibriumOptions {
   double tolerance_mm = 1e-4;  ///< of the pose, along Delta
   int max_iterations = 200;
-  double contact_resolution_mm = 0.1;  ///< surfaces closer than this touch, in /contacts and flags
+  double contact_resolution_mm = 0.01;  ///< surfaces closer than this touch, in /contacts and flags
 };
 
 /// Of the spine, along which varus is left free.

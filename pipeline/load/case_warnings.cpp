@@ -56,8 +56,9 @@ void warn_of_other_method(const Job& job, const JobValue& root, Warnings& warnin
     if (is_given(job, root, key)) warnings.push_back(key + ": it has no effect on " + why);
   };
   if (job.method == SolverMethod::equilibrium) {
-    for (const char* key : {"approach_step_mm", "translation_step_mm", "rotation_step_deg",
-                            "rotation_resolution_deg", "points", "normals", "max_steps"}) {
+    for (const char* key :
+         {"approach_step_mm", "translation_step_mm", "translation_resolution_mm", "rotation_step_deg",
+          "rotation_resolution_deg", "points", "normals", "max_steps"}) {
       warn(std::string("solver.search.") + key, "the equilibrium, which takes no steps");
     }
     return;

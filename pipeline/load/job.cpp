@@ -360,7 +360,7 @@ void read_settings(Job& job)
   check_views(job);
   job.equilibrium = {number_at(root, "solver.equilibrium.tolerance_mm"),
                      static_cast<int>(integer_at(root, "solver.equilibrium.max_iterations")),
-                     job.search.translation_resolution_mm};
+                     number_at(root, "solver.equilibrium.contact_resolution_mm")};
   job.spine = {static_cast<int>(integer_at(root, "solver.equilibrium.restarts")),
                number_at(root, "solver.equilibrium.band_moment_nmm")};
   job.ligaments = ligaments_of(job, root);
