@@ -217,7 +217,7 @@ void warn_of_centre(const Case& loaded, Warnings& warnings)
 std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
 {
   Warnings warnings;
-  warn_of_steps(job, warnings);
+  if (job.method == SolverMethod::stability_search) warn_of_steps(job, warnings);
   warn_of_unused(job, warnings);
   for (const ComponentSurvey& component : loaded.survey) {
     warn_of_edges(component, warnings);

@@ -35,6 +35,7 @@ TEST(Assemble, OnlyStableCellsHoldNumbers)
       StepRecord& r = result.cells[static_cast<std::size_t>(5 * i + j)];
       r.key = {StepKind::row, i, j};
       r.status = j == 4 ? StepStatus::no_contact : StepStatus::stable;
+      r.varus_rad = rad_from_deg(j - 2.0);
       r.pose = {{1.0 * i, 2.0 * j, 3.0}, 0.1};
       if (j != 4) r.contacts.push_back({{1, 2, 3}, {0, -1, 0}, 0.01, 4, 5, 1});
     }

@@ -34,7 +34,7 @@ TEST(Job, DefaultsAreThoseOfTheSpecification)
   EXPECT_EQ(job.grid.varus_deg.size(), 21U);
   EXPECT_EQ(job.grid.flexion_deg.back(), 90.0);
   EXPECT_EQ(job.grid.varus_deg.front(), -10.0);
-  EXPECT_EQ(job.method, SolverMethod::stability_search);
+  EXPECT_EQ(job.method, SolverMethod::equilibrium);
   // The schema's defaults and the options' own are the same settings.
   const SearchOptions own;
   EXPECT_EQ(job.search.approach_step_mm, own.approach_step_mm);
@@ -324,7 +324,7 @@ TEST(JobErrors, RangesAndSteps)
 TEST(JobErrors, TypesAndWords)
 {
   expect_refused({"[solver]\nmethod = \"magic\"", "solver.method", "\"magic\"",
-                  "\"stability-search\" or \"equilibrium\""});
+                  "\"equilibrium\" or \"stability-search\""});
   expect_refused({"[solver.search]\nmax_steps = 1.5", "solver.search.max_steps", "1.5", "a whole number"});
   expect_refused({"[solver.search]\ntranslation_step_mm = \"1\"", "solver.search.translation_step_mm",
                   "\"1\"", "a length above 0 mm"});

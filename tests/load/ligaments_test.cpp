@@ -312,11 +312,11 @@ TEST(CaseLigaments, GeneratedOnesAreOfTheJobsSideAndSkipTheFrame)
 TEST(CaseLigaments, TheGenericKneesJobHasThem)
 {
   // Generated with the job, and read from their table: the same fibres.
-  const std::string job = (test::source_directory() / "jobs/knee-generic-contact.toml").string();
+  const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
   const Case generated = load_case(job);
   const Folder folder(fibre_table({"knee", {}, {}}));
   const Case from_table =
-      load_case((test::source_directory() / "jobs/knee-generic.toml").string(),
+      load_case((test::source_directory() / "jobs/knee-generic-contact.toml").string(),
                 {"", {"ligaments.fibres=\"" + (folder.scratch.path() / "fibres.csv").string() + "\""}});
   ASSERT_FALSE(generated.ligaments.fibres.empty());
   ASSERT_EQ(generated.ligaments.fibres.size(), from_table.ligaments.fibres.size());

@@ -39,11 +39,19 @@ TEST(Warnings, ASoundJobHasNone)
   EXPECT_THAT(warnings_of(test::small_job()), ElementsAre());
 }
 
+const std::string search = "solver.method=stability-search";
+
+TEST(Warnings, StepsOfTheSearchHaveNoEffectOnTheEquilibrium)
+{
+  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.rotation_step_deg=0.5"}),
+              ElementsAre(AllOf(HasSubstr("solver.search.rotation_step_deg"), HasSubstr("equilibrium"))));
+}
+
 TEST(Warnings, StepsUnderTenResolutions)
 {
-  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.translation_resolution_mm=0.2"}),
+  EXPECT_THAT(warnings_of(test::small_job(), {search, "solver.search.translation_resolution_mm=0.2"}),
               ElementsAre(AllOf(HasSubstr("translation step"), HasSubstr("5.0 times"))));
-  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.rotation_step_deg=0.5"}),
+  EXPECT_THAT(warnings_of(test::small_job(), {search, "solver.search.rotation_step_deg=0.5"}),
               ElementsAre(AllOf(HasSubstr("rotation step"), HasSubstr("5.0 times"))));
 }
 
@@ -52,7 +60,7 @@ TEST(Warnings, LigamentsHaveNoEffectOnTheStabilitySearch)
   const std::string fibre =
       "[[ligaments.fibre]]\nname = \"acl\"\nreference_mm = [0, 0, 0]\nmoving_mm = [0, -50, 9]\n"
       "stiffness_n = 1000\nslack_length_mm = 30\n";
-  EXPECT_THAT(warnings_of(test::small_job("", fibre)), ElementsAre(HasSubstr("no effect")));
+  EXPECT_THAT(warnings_of(test::small_job("", fibre), {search}), ElementsAre(HasSubstr("no effect")));
 }
 
 TEST(Warnings, ADegreeTheGridCannotCarry)
