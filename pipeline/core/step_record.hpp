@@ -18,8 +18,9 @@ enum class StepKind : std::uint8_t {
   spine_probe = 0,  ///< solved while the spine looks for its cell; not in the motion model
   spine = 1,        ///< the spine's cell of a flexion
   row = 2,          ///< grown outward from the spine's cell
-  free_spine = 3,   ///< solved with varus left free; `varus` counts the starts: forward, backward, restarts
-  band = 4,         ///< the same under an extra moment about Delta; `varus` 0: against theta, 1: with it
+  free_spine =
+      3,     ///< solved with varus left free; `varus` counts the starts: the two chains, restarts, handed on
+  band = 4,  ///< the same under an extra moment about Delta; `varus` 0: against theta, 1: with it
 };
 
 /// Those a stability search can be, which have traces.

@@ -145,6 +145,12 @@ bool visit_leaves(const BoxTree& reference, const BoxTree::Node& r, const BoxTre
   return false;
 }
 
+/// Sum of a box's edges.
+inline double size_mm(const BoxTree::Node& node)
+{
+  return node.max_mm[0] - node.min_mm[0] + node.max_mm[1] - node.min_mm[1] + node.max_mm[2] - node.min_mm[2];
+}
+
 /// Calls `visit(pair)` for every pair of triangles whose boxes come within `band_mm`, until it returns
 /// true. Returns whether it did. Order is fixed by the trees. `place` brings the moving tree into the
 /// reference's frame.
@@ -156,30 +162,35 @@ bool visit_close_pairs(const BoxTree& reference, const BoxTree& moving, const Pl
   struct Task {
     std::int32_t reference = 0;
     std::int32_t moving = 0;
+    BoxTree::Node placed;  // the moving box: it stays while the reference's is split
   };
-  std::vector<Task> tasks{{0, 0}};
+  std::vector<Task> tasks;
+  const auto push = [&](std::int32_t of_reference, std::int32_t of_moving, const BoxTree::Node& m) {
+    const BoxTree::Node& r = reference.nodes()[static_cast<std::size_t>(of_reference)];
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (r.min_mm[k] - m.max_mm[k] > band_mm || m.min_mm[k] - r.max_mm[k] > band_mm) return;
+    }
+    tasks.push_back({of_reference, of_moving, m});
+  };
+  const auto placed = [&](std::int32_t of_moving) {
+    return place(moving.nodes()[static_cast<std::size_t>(of_moving)]);
+  };
+  push(0, 0, placed(0));
   while (!tasks.empty()) {
     const Task task = tasks.back();
     tasks.pop_back();
     const BoxTree::Node& r = reference.nodes()[static_cast<std::size_t>(task.reference)];
-    const BoxTree::Node m = place(moving.nodes()[static_cast<std::size_t>(task.moving)]);
-    bool apart = false;
-    for (std::size_t k = 0; k < 3; ++k) {
-      apart = apart || r.min_mm[k] - m.max_mm[k] > band_mm || m.min_mm[k] - r.max_mm[k] > band_mm;
-    }
-    if (apart) continue;
+    const BoxTree::Node& m = task.placed;
     if (r.is_leaf() && m.is_leaf()) {
       if (visit_leaves(reference, r, moving, m, visit)) return true;
       continue;
     }
-    const double size_r = r.max_mm[0] - r.min_mm[0] + r.max_mm[2] - r.min_mm[2];
-    const double size_m = m.max_mm[0] - m.min_mm[0] + m.max_mm[2] - m.min_mm[2];
-    if (m.is_leaf() || (!r.is_leaf() && size_r >= size_m)) {
-      tasks.push_back({r.first, task.moving});
-      tasks.push_back({task.reference + 1, task.moving});
+    if (m.is_leaf() || (!r.is_leaf() && size_mm(r) >= size_mm(m))) {
+      push(r.first, task.moving, m);
+      push(task.reference + 1, task.moving, m);
     } else {
-      tasks.push_back({task.reference, m.first});
-      tasks.push_back({task.reference, task.moving + 1});
+      push(task.reference, m.first, placed(m.first));
+      push(task.reference, task.moving + 1, placed(task.moving + 1));
     }
   }
   return false;

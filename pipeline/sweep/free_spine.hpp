@@ -27,6 +27,9 @@ struct FreeSpineStep {
   StepRecord band_high;            ///< and with it
 };
 
+/// Whether two flexions' poses are neighbours of one course: within 1 mm and 1 degree in theta and varus.
+bool is_near(const StepRecord& a, const StepRecord& b);
+
 /// `ends` in the order of their starts: of equal energies (within 1e-6 N mm) the earlier counts.
 FreeSpineStep lowest_of(const std::vector<StepRecord>& ends);
 

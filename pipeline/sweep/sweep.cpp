@@ -65,8 +65,7 @@ class Sweep {
     row_seeds_.resize(plan.flexion_rad.size());
     if (plan.spine != SpineRule::free_varus) return;
     result_.free_spine.resize(plan.flexion_rad.size());
-    forward_.resize(plan.flexion_rad.size());
-    backward_.resize(plan.flexion_rad.size());
+    ends_.resize(plan.flexion_rad.size());
   }
 
   SweepResult run(int n_threads)
@@ -89,13 +88,21 @@ class Sweep {
     return result_.cells[static_cast<std::size_t>(i) * plan_.varus_rad.size() + static_cast<std::size_t>(j)];
   }
 
-  // The first worker solves the spine and announces each row; all of them take the rows announced.
+  // The first worker solves the spine and announces each row; all of them take the rows announced. Along a
+  // free spine they first look for the lowest place of rest of each flexion, and the first hands it on.
   void work(int worker)
   {
     try {
       if (worker == 0) solve_spine();
-      while (const std::optional<std::int32_t> row = next_row()) {
-        if (plan_.spine == SpineRule::free_varus) choose_start_of_row(*row, worker);
+      if (plan_.spine == SpineRule::free_varus) {
+        while (const std::optional<std::int32_t> flexion = next_of(flexions_)) {
+          restart(*flexion, worker);
+          count_restarted();
+        }
+        if (worker == 0 && wait_for_restarts()) hand_on_lower_rests();
+      }
+      while (const std::optional<std::int32_t> row = next_of(rows_)) {
+        if (plan_.spine == SpineRule::free_varus) start_row(*row, worker);
         solve_row(*row, worker);
       }
     } catch (const Stopped&) {
@@ -110,7 +117,7 @@ class Sweep {
     const std::lock_guard lock(mutex_);
     if (failure && !failure_) failure_ = failure;
     is_ended_ = true;
-    row_ready_.notify_all();
+    changed_.notify_all();
   }
 
   // Another worker was stopped or failed: what a full disk cannot keep need not be solved.
@@ -120,20 +127,42 @@ class Sweep {
     return is_ended_;
   }
 
-  void announce(std::int32_t row)
+  // Rows in the order in which they may be taken.
+  struct Queue {
+    std::vector<std::int32_t> ready;
+    std::size_t n_taken = 0;
+  };
+
+  void announce(Queue& queue, std::int32_t row)
   {
     const std::lock_guard lock(mutex_);
-    ready_rows_.push_back(row);
-    row_ready_.notify_all();
+    queue.ready.push_back(row);
+    changed_.notify_all();
   }
 
-  std::optional<std::int32_t> next_row()
+  std::optional<std::int32_t> next_of(Queue& queue)
   {
     std::unique_lock lock(mutex_);
     const auto n_rows = static_cast<std::size_t>(n_flexion_);
-    row_ready_.wait(lock, [&] { return is_ended_ || n_taken_ < ready_rows_.size() || n_taken_ == n_rows; });
-    if (is_ended_ || n_taken_ == n_rows) return std::nullopt;
-    return ready_rows_[n_taken_++];
+    changed_.wait(lock,
+                  [&] { return is_ended_ || queue.n_taken < queue.ready.size() || queue.n_taken == n_rows; });
+    if (is_ended_ || queue.n_taken == n_rows) return std::nullopt;
+    return queue.ready[queue.n_taken++];
+  }
+
+  void count_restarted()
+  {
+    const std::lock_guard lock(mutex_);
+    ++n_restarted_;
+    changed_.notify_all();
+  }
+
+  // False when another worker was stopped or failed.
+  bool wait_for_restarts()
+  {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [&] { return is_ended_ || n_restarted_ == n_flexion_; });
+    return !is_ended_;
   }
 
   std::optional<StepRecord> recalled(const StepKey& key) const
@@ -188,7 +217,7 @@ class Sweep {
       cell(i, column) = chosen;
       result_.spine_column[static_cast<std::size_t>(i)] = column;
       row_seeds_[static_cast<std::size_t>(i)] = seed;
-      announce(i);
+      announce(rows_, i);
     }
   }
 
@@ -227,45 +256,70 @@ class Sweep {
                      from.status == StepStatus::stable ? seed_of(from) : seed, 0);
   }
 
-  // One chain up the flexions and one back down; the rows are announced as the second passes them.
+  // One chain up the flexions and one back down; the flexions are announced as the second passes them.
   void solve_free_spine()
   {
     Seed seed{plan_.initial, 0.0, 0};
     for (std::int32_t i = 0; i < n_flexion_; ++i) {
       const StepRecord record = free_step({StepKind::free_spine, i, 0}, seed, 0);
       if (record.status == StepStatus::stable) seed = seed_of(record);
-      forward_[static_cast<std::size_t>(i)] = record;
+      ends_[static_cast<std::size_t>(i)].push_back(record);
     }
     for (std::int32_t i = n_flexion_; i-- > 0;) {
       row_seeds_[static_cast<std::size_t>(i)] = seed;
       const StepRecord record = free_step({StepKind::free_spine, i, 1}, seed, 0);
       if (record.status == StepStatus::stable) seed = seed_of(record);
-      backward_[static_cast<std::size_t>(i)] = record;
-      announce(i);
+      ends_[static_cast<std::size_t>(i)].push_back(record);
+      announce(flexions_, i);
     }
   }
 
-  // The lowest place of rest of the flexion, and the grid's cell next to it.
-  void choose_start_of_row(std::int32_t i, int worker)
+  // Starts turned and shifted from the lower of both chains' ends.
+  void restart(std::int32_t i, int worker)
   {
     const auto row = static_cast<std::size_t>(i);
-    std::vector<StepRecord> ends{forward_[row], backward_[row]};
-    const StepRecord lower = lowest_of(ends).chosen;
+    const StepRecord lower = lowest_of(ends_[row]).chosen;
     const Seed from = lower.status == StepStatus::stable ? seed_of(lower) : row_seeds_[row];
     for (std::size_t k = 0; k < offsets_.size(); ++k) {
       const StepKey key{StepKind::free_spine, i, static_cast<std::int32_t>(k) + 2};
-      ends.push_back(free_step(key, moved(from, offsets_[k]), worker));
+      ends_[row].push_back(free_step(key, moved(from, offsets_[k]), worker));
     }
-    FreeSpineStep& chosen = result_.free_spine[row];
-    chosen = lowest_of(ends);
-    const bool is_stable = chosen.chosen.status == StepStatus::stable;
+    result_.free_spine[row] = lowest_of(ends_[row]);
+  }
+
+  // A place of rest that one flexion's restarts found may be the lower one of its neighbours too: once up the
+  // flexions and once down, each starts where the one before rests, if that is elsewhere.
+  void hand_on_lower_rests()
+  {
+    for (std::int32_t i = 1; i < n_flexion_; ++i) hand_on(i - 1, i, 0);
+    for (std::int32_t i = n_flexion_ - 1; i-- > 0;) hand_on(i + 1, i, 1);
+    for (std::int32_t i = 0; i < n_flexion_; ++i) announce(rows_, i);
+  }
+
+  void hand_on(std::int32_t from, std::int32_t to, std::int32_t direction)
+  {
+    const StepRecord& given = result_.free_spine[static_cast<std::size_t>(from)].chosen;
+    FreeSpineStep& taken = result_.free_spine[static_cast<std::size_t>(to)];
+    if (given.status != StepStatus::stable || is_near(given, taken.chosen)) return;
+    const StepKey key{StepKind::free_spine, to, static_cast<std::int32_t>(offsets_.size()) + 2 + direction};
+    std::vector<StepRecord>& ends = ends_[static_cast<std::size_t>(to)];
+    ends.push_back(free_step(key, seed_of(given), 0));
+    taken = lowest_of(ends);
+  }
+
+  // The band of the flexion, and the grid's cell next to its place of rest.
+  void start_row(std::int32_t i, int worker)
+  {
+    const auto row = static_cast<std::size_t>(i);
+    FreeSpineStep& rest = result_.free_spine[row];
+    const bool is_stable = rest.chosen.status == StepStatus::stable;
     if (plan_.has_band && is_stable) {
-      chosen.band_low = free_step({StepKind::band, i, 0}, seed_of(chosen.chosen), worker, -1);
-      chosen.band_high = free_step({StepKind::band, i, 1}, seed_of(chosen.chosen), worker, +1);
+      rest.band_low = free_step({StepKind::band, i, 0}, seed_of(rest.chosen), worker, -1);
+      rest.band_high = free_step({StepKind::band, i, 1}, seed_of(rest.chosen), worker, +1);
     }
-    if (is_stable) row_seeds_[row] = seed_of(chosen.chosen);
+    if (is_stable) row_seeds_[row] = seed_of(rest.chosen);
     const std::int32_t column = column_nearest(plan_.varus_rad, row_seeds_[row].varus_rad);
-    cell(i, column) = plan_.is_varus_free ? spine_cell_of(chosen.chosen)
+    cell(i, column) = plan_.is_varus_free ? spine_cell_of(rest.chosen)
                                           : grid_step({StepKind::spine, i, column}, row_seeds_[row], worker);
     if (cell(i, column).status == StepStatus::stable) row_seeds_[row] = seed_of(cell(i, column));
     result_.spine_column[row] = column;
@@ -300,13 +354,13 @@ class Sweep {
   // A row's entries are written by the spine before its row is announced, then by the row's worker only.
   SweepResult result_;
   std::vector<Seed> row_seeds_;
-  std::vector<StepRecord> forward_;  // of the free spine
-  std::vector<StepRecord> backward_;
+  std::vector<std::vector<StepRecord>> ends_;  // of each flexion's starts, along a free spine
 
   std::mutex mutex_;  // guards all below; what belongs to a row is handed over under it
-  std::condition_variable row_ready_;
-  std::vector<std::int32_t> ready_rows_;
-  std::size_t n_taken_ = 0;
+  std::condition_variable changed_;
+  Queue flexions_;  // whose restarts may begin
+  Queue rows_;      // whose cells may be solved
+  std::int32_t n_restarted_ = 0;
   bool is_ended_ = false;
   std::exception_ptr failure_;
 };

@@ -104,6 +104,29 @@ TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
   }
 }
 
+TEST(FreeSpine, ALowerRestFoundAtOneFlexionIsHandedOnToItsNeighbours)
+{
+  const SweepPlan plan = plan_of(8, 3);
+  // The right well is the lower one everywhere, but only the restarts of 15 degrees fall into it by
+  // themselves.
+  const SolveStep hidden = [&](const StepTask& task) {
+    StepTask seen = task;
+    const bool is_restart = task.key.kind == StepKind::free_spine && task.key.varus >= 2 &&
+                            task.key.varus < 2 + plan.n_restarts && task.key.flexion != 3;
+    if (is_restart) seen.seed.theta_rad = -1.0;
+    StepRecord record = in_wells(seen);
+    record.balance.energy_nmm = record.pose.theta_rad > 0.0 ? -1.0 : 0.0;
+    return record;
+  };
+  for (const int n_threads : {1, 3}) {
+    const SweepResult result = sweep(plan, hidden, {}, n_threads);
+    for (const FreeSpineStep& step : result.free_spine) {
+      EXPECT_DOUBLE_EQ(step.chosen.pose.theta_rad, rad_from_deg(5.0));
+      EXPECT_EQ(step.n_optima, 2);
+    }
+  }
+}
+
 TEST(FreeSpine, WithVarusFreeTheOneColumnHoldsTheSpine)
 {
   SweepPlan plan = plan_of(6, 1);
