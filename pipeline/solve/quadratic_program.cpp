@@ -69,7 +69,7 @@ class DualMethod {
     solution.d = x_;
     solution.n_support = static_cast<std::size_t>(n_active_);
     for (Eigen::Index k = 0; k < n_active_; ++k)
-      solution.support[static_cast<std::size_t>(k)] = {active_[k], u_(k)};
+      solution.support[static_cast<std::size_t>(k)] = {active_[static_cast<std::size_t>(k)], u_(k)};
     return solution;
   }
 

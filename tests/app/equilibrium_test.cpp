@@ -113,7 +113,7 @@ TEST(EquilibriumRun, ThreadsAndKillsChangeNoByte)
     hashes.push_back(test::sha256_of_file(output));
   }
   const fs::path killed = scratch.path() / "killed.h5", journal = killed.string() + ".journal";
-  for (const std::uintmax_t n_bytes : {20000, 60000}) {
+  for (const std::uintmax_t n_bytes : {20000u, 60000u}) {
     test::Process process(test::vrda(words(job, killed, {})));
     test::wait_for_bytes(process, journal, n_bytes);
     ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
