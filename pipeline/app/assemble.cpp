@@ -5,6 +5,7 @@
 #include "app/assemble_balance.hpp"
 #include "app/case_solver.hpp"
 #include "app/prepare.hpp"
+#include "app/touch_rows.hpp"
 #include "core/clinical.hpp"
 #include "core/units.hpp"
 
@@ -68,27 +69,8 @@ void set_cell(MotionModel& model, const SolverFrame& frame, const StepRecord& r)
 
 ContactRows contact_rows(const Case& job_case, const std::vector<StepRecord>& cells)
 {
-  std::size_t n = 0;
-  for (const StepRecord& r : cells) n += r.contacts.size();
-  ContactRows rows;
-  rows.point_world_mm.resize(static_cast<Eigen::Index>(n), 3);
-  rows.normal_world.resize(static_cast<Eigen::Index>(n), 3);
-  rows.row_start.push_back(0);
-  Eigen::Index row = 0;
-  for (const StepRecord& r : cells) {
-    const SolverFrame frame = frame_at(job_case, r.key.flexion);
-    for (const ContactRecord& c : r.contacts) {
-      rows.point_world_mm.row(row) = world_from_solver(frame, c.point_solver_mm).transpose();
-      rows.normal_world.row(row) = world_from_solver(frame, c.normal_solver).transpose();
-      rows.distance_mm.push_back(c.distance_mm);
-      rows.triangle_reference.push_back(c.triangle_reference);
-      rows.triangle_moving.push_back(c.triangle_moving);
-      rows.compartment.push_back(c.compartment);
-      ++row;
-    }
-    rows.row_start.push_back(row);
-  }
-  return rows;
+  const auto contacts_of = [](const StepRecord& r) { return std::span<const ContactRecord>(r.contacts); };
+  return touch_rows(job_case, cells, contacts_of, &ContactRecord::distance_mm, &ContactRows::distance_mm);
 }
 
 PushRows push_rows(const Case& job_case)

@@ -1,6 +1,7 @@
 #include "app/assemble_balance.hpp"
 
 #include "app/case_solver.hpp"
+#include "app/touch_rows.hpp"
 #include "core/units.hpp"
 #include "store/contact_paths.hpp"
 
@@ -29,7 +30,7 @@ class Assembly {
   void add(const StepRecord& r)
   {
     if (!is_stable(r)) return;
-    frame_ = frame_at(case_, r.key.flexion);
+    stand_at(r.key.flexion);
     const auto cell = static_cast<std::size_t>(r.key.flexion) * model_.varus_deg.size() +
                       static_cast<std::size_t>(r.key.varus);
     if (model_.equilibrium) add_certificate(r, cell);
@@ -40,6 +41,15 @@ class Assembly {
   Attitude attitude_of(const StepRecord& r) const
   {
     return {rad_from_deg(model_.flexion_deg[static_cast<std::size_t>(r.key.flexion)]), r.varus_rad};
+  }
+
+  // Cells come flexion by flexion: frame and fibres change with the flexion only.
+  void stand_at(std::int32_t flexion)
+  {
+    if (flexion == flexion_) return;
+    flexion_ = flexion;
+    frame_ = frame_at(case_, flexion);
+    ligaments_ = solver_ligaments(case_.ligaments, frame_);
   }
 
   void add_certificate(const StepRecord& r, std::size_t cell)
@@ -65,8 +75,7 @@ class Assembly {
   void add_fibres(const StepRecord& r, std::size_t cell)
   {
     LigamentRows& rows = *model_.ligaments;
-    const std::vector<FibreState> states =
-        fibre_states(solver_ligaments(case_.ligaments, frame_), attitude_of(r), r.pose);
+    const std::vector<FibreState> states = fibre_states(ligaments_, attitude_of(r), r.pose);
     for (std::size_t k = 0; k < states.size(); ++k) {
       const std::size_t at = cell * states.size() + k;
       rows.length_mm[at] = states[k].length_mm;
@@ -79,34 +88,17 @@ class Assembly {
 
   MotionModel& model_;
   const Case& case_;
-  SolverFrame frame_;  // at the flexion in hand
+  std::int32_t flexion_ = -1;  // the one in hand
+  SolverFrame frame_;          // at it
+  Ligaments ligaments_;        // in that frame
 };
 
 ForceRows force_rows(const Case& job_case, const std::vector<StepRecord>& cells)
 {
-  std::size_t n = 0;
-  for (const StepRecord& r : cells) n += is_stable(r) ? r.balance.forces.size() : 0;
-  ForceRows rows;
-  rows.point_world_mm.resize(static_cast<Eigen::Index>(n), 3);
-  rows.normal_world.resize(static_cast<Eigen::Index>(n), 3);
-  rows.row_start.push_back(0);
-  Eigen::Index row = 0;
-  for (const StepRecord& r : cells) {
-    if (is_stable(r)) {
-      const SolverFrame frame = frame_at(job_case, r.key.flexion);
-      for (const ContactForce& f : r.balance.forces) {
-        rows.point_world_mm.row(row) = world_from_solver(frame, f.point_solver_mm).transpose();
-        rows.normal_world.row(row) = world_from_solver(frame, f.normal_solver).transpose();
-        rows.along_delta_n.push_back(f.along_delta_n);
-        rows.triangle_reference.push_back(f.triangle_reference);
-        rows.triangle_moving.push_back(f.triangle_moving);
-        rows.compartment.push_back(f.compartment);
-        ++row;
-      }
-    }
-    rows.row_start.push_back(row);
-  }
-  return rows;
+  const auto forces_of = [](const StepRecord& r) {
+    return is_stable(r) ? std::span<const ContactForce>(r.balance.forces) : std::span<const ContactForce>();
+  };
+  return touch_rows(job_case, cells, forces_of, &ContactForce::along_delta_n, &ForceRows::along_delta_n);
 }
 
 void set_spine(FreeSpine& spine, const Case& job_case, const SweepResult& result)

@@ -4,6 +4,35 @@
 
 namespace vrda {
 
+namespace {
+
+// Contacts and contact forces have the same bytes: where, which way, one measure, which triangles.
+template <typename Touch>
+void append_touch(std::string& bytes, const Touch& touch, double measure)
+{
+  append_vector(bytes, touch.point_solver_mm);
+  append_vector(bytes, touch.normal_solver);
+  append_double(bytes, measure);
+  append_i32(bytes, touch.triangle_reference);
+  append_i32(bytes, touch.triangle_moving);
+  append_i8(bytes, touch.compartment);
+}
+
+template <typename Touch>
+Touch take_touch(Cursor& cursor, double Touch::*measure)
+{
+  Touch touch;
+  touch.point_solver_mm = cursor.take_vector();
+  touch.normal_solver = cursor.take_vector();
+  touch.*measure = cursor.take_double();
+  touch.triangle_reference = cursor.take_i32();
+  touch.triangle_moving = cursor.take_i32();
+  touch.compartment = cursor.take_i8();
+  return touch;
+}
+
+}  // namespace
+
 void append_key(std::string& bytes, const StepKey& key)
 {
   bytes.push_back(static_cast<char>(key.kind));
@@ -19,12 +48,7 @@ void append_pose(std::string& bytes, const MovingPose& pose)
 
 void append_contact(std::string& bytes, const ContactRecord& contact)
 {
-  append_vector(bytes, contact.point_solver_mm);
-  append_vector(bytes, contact.normal_solver);
-  append_double(bytes, contact.distance_mm);
-  append_i32(bytes, contact.triangle_reference);
-  append_i32(bytes, contact.triangle_moving);
-  append_i8(bytes, contact.compartment);
+  append_touch(bytes, contact, contact.distance_mm);
 }
 
 StepKey take_key(Cursor& cursor)
@@ -57,39 +81,10 @@ StepStatus take_status(Cursor& cursor)
 
 ContactRecord take_contact(Cursor& cursor)
 {
-  ContactRecord contact;
-  contact.point_solver_mm = cursor.take_vector();
-  contact.normal_solver = cursor.take_vector();
-  contact.distance_mm = cursor.take_double();
-  contact.triangle_reference = cursor.take_i32();
-  contact.triangle_moving = cursor.take_i32();
-  contact.compartment = cursor.take_i8();
-  return contact;
+  return take_touch(cursor, &ContactRecord::distance_mm);
 }
 
 namespace {
-
-void append_force(std::string& bytes, const ContactForce& force)
-{
-  append_vector(bytes, force.point_solver_mm);
-  append_vector(bytes, force.normal_solver);
-  append_double(bytes, force.along_delta_n);
-  append_i32(bytes, force.triangle_reference);
-  append_i32(bytes, force.triangle_moving);
-  append_i8(bytes, force.compartment);
-}
-
-ContactForce take_force(Cursor& cursor)
-{
-  ContactForce force;
-  force.point_solver_mm = cursor.take_vector();
-  force.normal_solver = cursor.take_vector();
-  force.along_delta_n = cursor.take_double();
-  force.triangle_reference = cursor.take_i32();
-  force.triangle_moving = cursor.take_i32();
-  force.compartment = cursor.take_i8();
-  return force;
-}
 
 void append_balance(std::string& bytes, const Balance& balance)
 {
@@ -98,7 +93,7 @@ void append_balance(std::string& bytes, const Balance& balance)
     append_double(bytes, value);
   }
   append_u32(bytes, static_cast<std::uint32_t>(balance.forces.size()));
-  for (const ContactForce& force : balance.forces) append_force(bytes, force);
+  for (const ContactForce& force : balance.forces) append_touch(bytes, force, force.along_delta_n);
 }
 
 Balance take_balance(Cursor& cursor)
@@ -112,7 +107,7 @@ Balance take_balance(Cursor& cursor)
   // Before any memory is asked for: a force has as many bytes as a contact.
   if (n_forces > cursor.left() / contact_bytes) cursor.refuse();
   for (std::uint64_t i = 0; cursor.is_sound() && i < n_forces; ++i)
-    balance.forces.push_back(take_force(cursor));
+    balance.forces.push_back(take_touch(cursor, &ContactForce::along_delta_n));
   return balance;
 }
 
