@@ -10,15 +10,10 @@
 
 #include "core/body.hpp"
 #include "core/step_status.hpp"
+#include "store/derived.hpp"
+#include "store/grid.hpp"
 
 namespace vrda {
-
-/// Values over (flexion, varus). NaN (or -1 for flags) where a cell has no answer.
-template <typename Scalar>
-using Grid = Eigen::Array<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-using GridD = Grid<double>;
-using GridI = Grid<std::int32_t>;
-using GridB = Grid<std::int8_t>;
 
 /// Grood-Suntay numbers over the grid (core/clinical.hpp).
 struct ClinicalSurfaces {
@@ -36,25 +31,6 @@ struct ContactRows {
   std::vector<std::int32_t> triangle_reference;  ///< [n] row of /bodies/reference/triangles
   std::vector<std::int32_t> triangle_moving;     ///< [n]
   std::vector<std::int8_t> compartment;          ///< [n] 0 none, 1 medial, 2 lateral
-};
-
-/// One smoothed parameter: sum of coefficient[k] P_i(u) P_j(v), Legendre polynomials,
-/// i = exponents(k, 0) of flexion, j = exponents(k, 1) of varus, u and v on [-1, 1].
-struct SmoothedSurface {
-  std::string name;                  ///< "tx", "ty", "tz" (mm) or "theta" (degrees)
-  std::vector<double> coefficients;  ///< [n_terms]
-  GridD values;                      ///< on the grid of the model
-  std::int32_t n_cells = 0;          ///< cells fitted
-  double rms = 0.0;                  ///< root mean square residual
-  double largest_residual = 0.0;     ///< largest absolute residual
-  double leave_one_out_rms = 0.0;    ///< from the hat matrix
-  double condition_number = 0.0;     ///< of the design matrix
-};
-
-struct SmoothedSet {
-  std::int32_t degree = 0;
-  Eigen::Array<std::int32_t, Eigen::Dynamic, 2, Eigen::RowMajor> exponents;  ///< [n_terms, 2]
-  std::vector<SmoothedSurface> surfaces;                                     ///< tx, ty, tz, theta
 };
 
 struct InputFile {
@@ -170,8 +146,10 @@ struct MotionModel {
 
   ClinicalSurfaces clinical;
   ContactRows contacts;
-  Body reference, moving;  ///< canonical, own side
-  std::vector<SmoothedSet> smoothed;
+  Body reference, moving;               ///< canonical, own side
+  std::vector<SmoothedSet> smoothed;    ///< by rising degree
+  std::optional<ZeroVarus> zero_varus;  ///< once reduced
+  std::vector<AuditSet> audits;         ///< by name
   JobRecord job;
 };
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "player/support/models.hpp"
+#include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/absurd_models.hpp"
 #include "support/scratch.hpp"

@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
-#include "player/support/models.hpp"
+#include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/scratch.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "app/show.hpp"
 #include "core/error.hpp"
-#include "player/support/models.hpp"
+#include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
 #include "support/input_error.hpp"

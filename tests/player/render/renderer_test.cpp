@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "player/support/models.hpp"
+#include "motion/support/models.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda {

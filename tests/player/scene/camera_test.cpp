@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
-#include "player/support/models.hpp"
+#include "motion/support/models.hpp"
 
 namespace vrda {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/units.hpp"
 #include "motion/poses.hpp"
-#include "player/support/models.hpp"
+#include "motion/support/models.hpp"
 #include "support/input_error.hpp"
 #include "support/traces.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "core/units.hpp"
 #include "motion/poses.hpp"
-#include "player/support/models.hpp"
+#include "motion/support/models.hpp"
 
 namespace {
 std::atomic<long> n_allocations{0};

@@ -1,4 +1,4 @@
-#include "player/support/models.hpp"
+#include "motion/support/models.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-/// Motion models made by code, for the tests of the player.
+/// Motion models made by code.
 #pragma once
 
 #include <functional>

@@ -4,7 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "player/support/models.hpp"
+#include "motion/support/models.hpp"
 
 namespace vrda {
 namespace {

@@ -1,0 +1,86 @@
+/// What is made of a motion model's raw surfaces afterwards: smoothed sets, audits, the zero-varus motion.
+/// Units here are those of the file: mm and degrees.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "store/grid.hpp"
+
+namespace vrda {
+
+/// One smoothed parameter: sum of coefficient[k] P_i(u) P_j(v), Legendre polynomials,
+/// i = exponents(k, 0) of flexion, j = exponents(k, 1) of varus, u and v on [-1, 1].
+struct SmoothedSurface {
+  std::string name;                  ///< "tx", "ty", "tz" (mm) or "theta" (degrees)
+  std::vector<double> coefficients;  ///< [n_terms]
+  GridD values;                      ///< on the grid of the model
+  std::int32_t n_cells = 0;          ///< cells fitted
+  double rms = 0.0;                  ///< root mean square residual
+  double largest_residual = 0.0;     ///< largest absolute residual
+  double leave_one_out_rms = 0.0;    ///< from the hat matrix
+  double condition_number = 0.0;     ///< of the design matrix
+};
+
+struct SmoothedSet {
+  std::int32_t degree = 0;
+  bool is_robust = false;                                                    ///< fitted with Huber's weights
+  Eigen::Array<std::int32_t, Eigen::Dynamic, 2, Eigen::RowMajor> exponents;  ///< [n_terms, 2]
+  std::vector<SmoothedSurface> surfaces;  ///< tx, ty, tz, theta; where varus was free varus too
+  /// Travel along Delta from the smoothed pose into contact, mm; the set "degree_N_recontacted" adds it. NaN
+  /// where nothing is in the way.
+  std::optional<GridD> recontact_mm;
+};
+
+/// What the audit found at one attitude.
+enum class AuditState : std::int8_t {
+  no_pose = -1,       ///< the motion has no pose there
+  free = 0,           ///< a gap, possibly 0
+  overlapping = 1,    ///< penetration
+  nothing_ahead = 2,  ///< free, and no touch anywhere along Delta
+};
+
+/// Gap and penetration of one motion on a grid of its own.
+struct AuditSet {
+  std::string name;                            ///< "raw", "degree_6", "degree_6_recontacted", "zero_varus"
+  std::int32_t refine = 1;                     ///< cells of this grid in one of the model's, along each axis
+  std::vector<double> flexion_deg, varus_deg;  ///< axes; of zero_varus, and where varus was free, varus is 0
+  GridB state;                                 ///< AuditState
+  GridD gap_mm;                                ///< travel along Delta to the next touch; NaN unless free
+  GridD penetration_mm;  ///< travel back along Delta to the first touch from afar; 0 when free, NaN without a
+                         ///< pose
+};
+
+/// Where the varus of a zero-varus pose comes from (DESIGN.md 5.5).
+enum class ZeroVarusSource : std::int8_t {
+  none = -1,         ///< no pose
+  both_touch = 0,    ///< mean of the first and last varus at which both compartments touch
+  interpolated = 1,  ///< root of gap_medial - gap_lateral between two columns
+  free = 2,          ///< varus was free
+};
+
+/// The flexion-only motion with both condyles bearing. NaN where the source is none.
+struct ZeroVarus {
+  std::vector<std::int8_t> source;                      ///< [n_flexion] ZeroVarusSource
+  std::vector<double> varus_deg;                        ///< [n_flexion]
+  std::vector<double> varus_first_deg, varus_last_deg;  ///< [n_flexion] of both_touch only
+  std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;   ///< [n_flexion] as the surfaces of those names
+  std::vector<double> X_reference_moving;               ///< [n_flexion, 4, 4] row-major
+  std::vector<double> clinical_flexion_deg, clinical_varus_deg, internal_rotation_deg;  ///< [n_flexion]
+  std::vector<double> anterior_mm, proximal_mm, lateral_mm;                             ///< [n_flexion]
+  /// [n_flexion, 3] where each compartment bears; only with compartments (as ContactPaths).
+  std::vector<double> medial_reference_mm, medial_moving_mm, lateral_reference_mm, lateral_moving_mm;
+  /// Between flexion k and k + 1, [n_flexion - 1]: the finite helical axis of the moving body in canonical
+  /// axes of the reference body. NaN where an end has no pose or the turn is too small for an axis.
+  std::vector<double> helical_rotation_deg, helical_translation_mm;
+  std::vector<double> helical_direction, helical_point_mm;  ///< [n_flexion - 1, 3]
+  std::vector<double> instant_centre_mm;  ///< [n_flexion - 1, 2] anterior, proximal in the sagittal plane
+  /// [n_flexion - 1] travel of the contact on either surface and what of it is rolling and sliding; only with
+  /// compartments. Formulas: schemas/clinical.md.
+  std::vector<double> medial_rolling_mm, medial_sliding_mm, lateral_rolling_mm, lateral_sliding_mm;
+};
+
+}  // namespace vrda
