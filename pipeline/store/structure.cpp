@@ -156,7 +156,7 @@ class StructureCheck {
       }
       smoothed.n_terms = size_of(path + "/term");
       if (result_.shape.minor_version >= 2) {
-        smoothed.has_varus = reader_.objects().count(path + "/" + smoothed_dataset("varus")) > 0;
+        smoothed.has_varus = reader_.objects().count(smoothed_path(smoothed.degree, "varus")) > 0;
         smoothed.has_recontact = reader_.objects().count(path + "/recontact") > 0;
       }
       result_.shape.smoothed.push_back(smoothed);
