@@ -18,6 +18,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 std::vector<std::string> names_of(const std::vector<AuditSet>& audits)
 {
   std::vector<std::string> names;
+  names.reserve(audits.size());
   for (const AuditSet& audit : audits) names.push_back(audit.name);
   return names;
 }

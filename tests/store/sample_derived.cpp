@@ -126,10 +126,11 @@ AuditSet sample_audit(const std::string& name, const MotionModel& model)
   audit.penetration_mm = GridD::Zero(n_flexion, n_varus);
   for (Eigen::Index k = 0; k < audit.state.size(); ++k) {
     const auto state = static_cast<AuditState>(k % 4 - 1);
+    const double level = 0.25 * static_cast<double>(k - k % 4);
     audit.state.data()[k] = static_cast<std::int8_t>(state);
     if (state == AuditState::no_pose) audit.penetration_mm.data()[k] = nan;
-    if (state == AuditState::free) audit.gap_mm.data()[k] = 0.125 * static_cast<double>(k / 4);
-    if (state == AuditState::overlapping) audit.penetration_mm.data()[k] = 0.25 * static_cast<double>(k / 4);
+    if (state == AuditState::free) audit.gap_mm.data()[k] = 0.125 * level;
+    if (state == AuditState::overlapping) audit.penetration_mm.data()[k] = 0.25 * level;
   }
   return audit;
 }
