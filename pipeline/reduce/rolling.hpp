@@ -23,7 +23,7 @@ struct Rolling {
 
 /// From one bearing to the next. The reference's travel is brought into the moving body's axes midway between
 /// both poses. Straight lines stand for arcs: of a circle turned by a they are short by a^2 / 24.
-/// Source: both travels of the contact less the slip, as in rolling of two bodies; schemas/clinical.md.
+/// Source: rolling of two bodies upon each other; schemas/clinical.md writes it out.
 Rolling rolling_between(const Bearing& start, const Bearing& end);
 
 }  // namespace vrda
