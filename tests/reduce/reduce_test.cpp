@@ -253,6 +253,59 @@ TEST(Reduce, ASmoothedSetIsEvaluatedAtTheVarusOfTheRawCells)
   EXPECT_GT(std::abs(z.ty_mm[3] - reduce(model, "raw").ty_mm[3]), 0.1);
 }
 
+TEST(Reduce, TheSetZeroVarusStandsWhereTheTableSays)
+{
+  for (const std::string side : {"right", "left"}) {
+    MotionModel model = knee(side, Eigen::Vector3d(0.1, 1.0, -0.3).normalized());
+    model.zero_varus = reduce(model, "raw");
+    const Motion motion(model, "zero_varus");
+    for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+      const JointPose pose = motion.at({rad_from_deg(model.flexion_deg[i]), 0.0});
+      EXPECT_EQ(pose.status, PoseStatus::solved);
+      EXPECT_LT(difference(pose.X_reference_moving, pose_at(*model.zero_varus, i)), rounding_mm);
+    }
+  }
+}
+
+TEST(Reduce, ARecontactedSetMayHaveNoAnswer)
+{
+  MotionModel model = knee("right");
+  test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{1.0 * i, -20.0, 0.0, 2.0}; });
+  GridD travel_mm = GridD::Constant(7, 5, 0.25);
+  travel_mm(2, 1) = std::numeric_limits<double>::quiet_NaN();  // beside the varus of -1
+  model.smoothed.front().recontact_mm = travel_mm;
+  const ZeroVarus plain = reduce(model, "degree_1"), recontacted = reduce(model, "degree_1_recontacted");
+  EXPECT_EQ(n_reduced(plain), 7);
+  EXPECT_EQ(n_reduced(recontacted), 6);
+  EXPECT_EQ(recontacted.source[2], static_cast<std::int8_t>(ZeroVarusSource::none));
+  EXPECT_TRUE(std::isnan(recontacted.varus_first_deg[2]));
+  EXPECT_NEAR(recontacted.ty_mm[5], plain.ty_mm[5] + 0.25, rounding_mm);
+}
+
+TEST(Reduce, ASmoothedFreeVarusIsTheSetsOwn)
+{
+  ModelPlan plan;
+  plan.varus_deg = {0};
+  plan.free_varus_deg = [](double flexion_deg) { return 0.1 * flexion_deg; };
+  MotionModel model = model_of(plan);
+  test::add_smoothed(model, 1, [](int, int) { return PoseNumbers{0.0, -20.0, 3.0, 8.0}; });
+  SmoothedSet& set = model.smoothed.front();
+  SmoothedSurface varus = set.surfaces.front();
+  varus.name = "varus";
+  varus.coefficients.assign(varus.coefficients.size(), 0.0);
+  for (std::size_t k = 0; k < varus.coefficients.size(); ++k) {
+    const auto term = set.exponents.row(static_cast<Eigen::Index>(k));
+    varus.coefficients[k] = term(1) != 0 ? 0.0 : term(0) == 0 ? 5.0 : 4.0;  // 5 + 4 P_1
+  }
+  set.surfaces.push_back(varus);
+  const ZeroVarus z = reduce(model, "degree_1");
+  for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
+    EXPECT_EQ(z.source[i], static_cast<std::int8_t>(ZeroVarusSource::free));
+    EXPECT_NEAR(z.varus_deg[i], 1.0 + 8.0 * model.flexion_deg[i] / 90.0, rounding_deg);
+    EXPECT_NEAR(z.clinical_varus_deg[i], z.varus_deg[i], rounding_deg);
+  }
+}
+
 TEST(Reduce, AFreeVarusNeedsNoCompartments)
 {
   ModelPlan plan;
