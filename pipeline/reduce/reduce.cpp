@@ -202,6 +202,7 @@ ZeroVarus reduce(const MotionModel& model, const std::string& set)
   const Motion raw(model, "raw"), motion(model, set);
   const std::vector<VarusChoice> choices = varus_choices(model, raw);
   ZeroVarus z = nowhere(model);
+  z.set = set;
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const VarusChoice& choice = choices[i];
     if (choice.source == ZeroVarusSource::none) continue;

@@ -74,6 +74,7 @@ enum class ZeroVarusSource : std::int8_t {
 
 /// The flexion-only motion with both condyles bearing. NaN where the source is none.
 struct ZeroVarus {
+  std::string set = "raw";  ///< the motion these poses are of: a name like AuditSet's, never "zero_varus"
   std::vector<std::int8_t> source;                      ///< [n_flexion] ZeroVarusSource
   std::vector<double> varus_deg;                        ///< [n_flexion]
   std::vector<double> varus_first_deg, varus_last_deg;  ///< [n_flexion] of both_touch only

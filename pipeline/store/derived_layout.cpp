@@ -176,6 +176,7 @@ void add_zero_varus(FileLayout& layout, const FileShape& shape)
 {
   const std::string group = "/zero_varus";
   layout.groups.push_back(group);
+  layout.attributes.push_back({group, "set", ValueKind::text, 1});
   add_zero_varus_poses(layout, group);
   if (shape.has_compartments) add_zero_varus_contacts(layout, group);
   add_zero_varus_intervals(layout, group, shape);

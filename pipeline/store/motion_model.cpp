@@ -139,8 +139,13 @@ MotionModel with_smoothed(MotionModel model, SmoothedSet set)
   const bool is_moved = !have_equal_polynomials(*place, set);
   const bool is_recontact_moved = is_moved || !have_equal_recontact(*place, set);
   const std::string name = "degree_" + std::to_string(set.degree);
+  const auto is_stale = [&](const std::string& motion) {
+    return (is_moved && motion == name) || (is_recontact_moved && motion == name + "_recontacted");
+  };
+  const bool is_reduction_stale = model.zero_varus && is_stale(model.zero_varus->set);
+  if (is_reduction_stale) model.zero_varus.reset();
   std::erase_if(model.audits, [&](const AuditSet& audit) {
-    return (is_moved && audit.name == name) || (is_recontact_moved && audit.name == name + "_recontacted");
+    return is_stale(audit.name) || (is_reduction_stale && audit.name == "zero_varus");
   });
   *place = std::move(set);
   return model;

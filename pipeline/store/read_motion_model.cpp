@@ -44,7 +44,7 @@ void open_derived(MotionModel& model, const H5Reader& reader, const FileShape& s
 {
   for (const SmoothedShape& set : shape.smoothed)
     model.smoothed.push_back(empty_set(reader, set, shape.minor_version));
-  if (shape.has_zero_varus) model.zero_varus.emplace();
+  if (shape.has_zero_varus) model.zero_varus.emplace().set = text(reader, "/zero_varus", "set");
   for (const AuditShape& audit : shape.audits) {
     model.audits.emplace_back().name = audit.name;
     model.audits.back().refine = static_cast<std::int32_t>(number(reader, audit_group(audit.name), "refine"));

@@ -156,6 +156,7 @@ std::string bytes_of(const std::string& path, const MotionModel& model)
   visit_datasets(model, shape, DatasetWriter(writer, layout, shape));
   write_group_attributes(writer, model);
   for (const SmoothedSet& set : model.smoothed) write_smoothed_attributes(writer, set);
+  if (model.zero_varus) writer.write_attribute("/zero_varus", "set", model.zero_varus->set);
   for (const AuditSet& audit : model.audits) write_audit_attributes(writer, audit);
   return writer.bytes();
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "store/derived_layout.hpp"
 #include "store/layout.hpp"
 
 namespace vrda {
@@ -33,6 +34,7 @@ class ZeroVarusCheck {
 
   void run()
   {
+    check_set();
     check_source();
     check_varus();
     check_poses();
@@ -87,6 +89,12 @@ class ZeroVarusCheck {
   {
     rows(name, {values, width}, "numbers or NaN between two poses, NaN elsewhere",
          [&](std::size_t i) { return has_pose(i) && has_pose(i + 1); });
+  }
+
+  void check_set()
+  {
+    if (is_audit_name(motion_.set) && motion_.set != "zero_varus") return;
+    findings_.find("/zero_varus@set", motion_.set, "raw, degree_N or degree_N_recontacted");
   }
 
   void check_source()

@@ -66,6 +66,7 @@ void expect_equal(const SmoothedSet& a, const SmoothedSet& b)
 
 void expect_equal(const ZeroVarus& a, const ZeroVarus& b)
 {
+  EXPECT_EQ(a.set, b.set);
   EXPECT_EQ(a.source, b.source);
   expect_equal(a.varus_deg, b.varus_deg, "zero varus");
   expect_equal(a.varus_first_deg, b.varus_first_deg, "varus_first");

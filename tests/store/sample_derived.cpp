@@ -97,6 +97,7 @@ ZeroVarus sample_zero_varus(const MotionModel& model)
 {
   const std::size_t n = model.flexion_deg.size(), n_varus = model.varus_deg.size();
   ZeroVarus motion = empty_motion(n, model.has_compartments);
+  motion.set = "degree_1";
   for (std::size_t i = 0; i < n; ++i) {
     const Row row{i, i * n_varus};
     if (model.status.data()[row.cell] != static_cast<std::int8_t>(StepStatus::stable)) continue;
