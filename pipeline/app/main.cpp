@@ -11,6 +11,7 @@
 #include "app/check_command.hpp"
 #include "app/convert_command.hpp"
 #include "app/model_commands.hpp"
+#include "app/report_command.hpp"
 #include "app/run_command.hpp"
 #include "app/shape_command.hpp"
 #include "app/talk.hpp"
@@ -40,6 +41,7 @@ struct Commands {
   vrda::InfoOptions validate;
   vrda::ShapeOptions shape;
   vrda::TraceOptions trace;
+  vrda::ReportOptions report;
   vrda::ConvertObjectOptions object;
   vrda::ConvertMeshOptions mesh;
   vrda::ConvertConfigOptions config;
@@ -129,6 +131,20 @@ struct Commands {
     c.callback([this] { chosen = [this] { return trace_command(trace); }; });
   }
 
+  void add_report()
+  {
+    CLI::App& c = add("report", "Write motion models as one HTML page with plots, DIR/index.html.",
+                      "vrda report results/knee-generic/knee-generic.h5 -o report");
+    c.add_option("files", report.files, "Motion models (HDF5); several are compared")->required();
+    c.add_option("-o,--output", report.folder, "Folder to write to")->required();
+    c.add_option("--against", report.against, "Curve over flexion (CSV) to compare with; may be repeated")
+        ->allow_extra_args(false)
+        ->take_all();
+    c.add_option("--player", report.player, "vrda-player, for pictures; default: the one beside vrda");
+    c.add_flag("--json", report.as_json, "Print the page's data as JSON");
+    c.callback([this] { chosen = [this] { return report_command(report); }; });
+  }
+
   void add_shape()
   {
     CLI::App& c = add("shape", "Write a generated joint as STL files.",
@@ -180,6 +196,7 @@ struct Commands {
     add_info();
     add_validate();
     add_trace();
+    add_report();
     add_shape();
     add_convert();
   }

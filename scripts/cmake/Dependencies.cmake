@@ -19,6 +19,9 @@ if(VRDA_PIPELINE)
   find_package(assimp REQUIRED)
   find_package(tomlplusplus REQUIRED)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
+  # The report's plots: plotly.js of python3-plotly, made small and bundled by esbuild.
+  find_program(ESBUILD esbuild REQUIRED)
+  find_file(PLOTLY_JS plotly.js PATHS /usr/share/python3-plotly NO_DEFAULT_PATH REQUIRED)
   find_path(VALIJSON_INCLUDE_DIR valijson/validator.hpp REQUIRED)
   add_library(vrda_valijson INTERFACE)
   target_include_directories(vrda_valijson SYSTEM INTERFACE ${VALIJSON_INCLUDE_DIR})
@@ -33,6 +36,8 @@ if(VRDA_TESTS OR VRDA_BENCHMARKS)
   # Debian's own Python: it is the one that sees Debian's h5py and xarray.
   find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
   find_package(GTest REQUIRED)
+  # Shows the pages of reports, in tests.
+  find_program(CHROMIUM chromium)
   include(GoogleTest)
 endif()
 if(VRDA_BENCHMARKS)
