@@ -136,12 +136,14 @@ Stills player_stills(const std::string& player, const std::string& file, const M
   const TemporaryFolder folder;
   if (folder.path().empty()) return {{}, "No pictures: there is no room for temporary files."};
   const std::optional<int> code =
-      exit_code_of({player, "show", file, "--offscreen", folder.path().string(), flexion_range(model), "--views",
-                    "front,lateral", "--size", "440x440", "--quiet"});
+      exit_code_of({player, "show", file, "--offscreen", folder.path().string(), flexion_range(model),
+                    "--views", "front,lateral", "--size", "440x440", "--quiet"});
   if (!code || (*code != player_done && *code != player_unsolved))
-    return {{}, "No pictures: vrda-player did not draw them" +
-                    (code ? " (exit code " + std::to_string(*code) + ")." : std::string("."))};
-  return {stills_in(folder.path()), *code == player_unsolved ? "Some attitudes have no pose, hence no picture." : ""};
+    return {{},
+            "No pictures: vrda-player did not draw them" +
+                (code ? " (exit code " + std::to_string(*code) + ")." : std::string("."))};
+  return {stills_in(folder.path()),
+          *code == player_unsolved ? "Some attitudes have no pose, hence no picture." : ""};
 }
 
 }  // namespace vrda

@@ -31,7 +31,8 @@ std::string unique_name(const std::vector<ReportModel>& models, const std::strin
 {
   const std::string stem = std::filesystem::path(file).stem().string();
   std::string name = stem;
-  for (int k = 2; std::any_of(models.begin(), models.end(), [&](const auto& m) { return m.name == name; }); ++k)
+  for (int k = 2; std::any_of(models.begin(), models.end(), [&](const auto& m) { return m.name == name; });
+       ++k)
     name = stem + " (" + std::to_string(k) + ")";
   return name;
 }

@@ -104,7 +104,8 @@ std::vector<std::pair<double, double>> points_of(const ClinicalCurve& curve, Qua
     if (std::isfinite(values[k]) && std::isfinite(curve.flexion_deg[k]))
       points.emplace_back(curve.flexion_deg[k], values[k]);
   }
-  std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::stable_sort(points.begin(), points.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
   return points;
 }
 

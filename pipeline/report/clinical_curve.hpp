@@ -14,7 +14,8 @@ namespace vrda {
 enum class Quantity {
   internal,
   varus,
-  anterior,  ///< Grood-Suntay axes, of the point at the rotation centre (core/clinical.hpp); like the next two
+  anterior,  ///< Grood-Suntay axes, of the point at the rotation centre (core/clinical.hpp); like the next
+             ///< two
   proximal,
   lateral,
   origin_anterior,  ///< femoral axes, of the origin of the moving meshes; like the next two
@@ -41,11 +42,14 @@ inline constexpr QuantityName quantity_names[n_quantities] = {
 };
 
 struct ClinicalCurve {
-  std::string name;                                       ///< "raw", "zero_varus", "degree_6", ... or of a file
-  std::vector<double> flexion_deg;                        ///< [n] in the order of its source
+  std::string name;                 ///< "raw", "zero_varus", "degree_6", ... or of a file
+  std::vector<double> flexion_deg;  ///< [n] in the order of its source
   std::array<std::vector<double>, n_quantities> values;  ///< [n] or empty: not known. NaN: no answer there
 
-  const std::vector<double>& of(Quantity quantity) const { return values[static_cast<std::size_t>(quantity)]; }
+  const std::vector<double>& of(Quantity quantity) const
+  {
+    return values[static_cast<std::size_t>(quantity)];
+  }
   std::vector<double>& of(Quantity quantity) { return values[static_cast<std::size_t>(quantity)]; }
 };
 

@@ -98,7 +98,8 @@ class CurveReader {
   }
 
  private:
-  [[noreturn]] void refuse(const std::string& field, const std::string& found, const std::string& wanted) const
+  [[noreturn]] void refuse(const std::string& field, const std::string& found,
+                           const std::string& wanted) const
   {
     throw InputError({file_, field, found, wanted});
   }
@@ -171,7 +172,8 @@ CurveFile curve_from_text(const std::string& file, std::string_view text)
 
 CurveFile read_curve_file(const std::string& file)
 {
-  return curve_from_text(file, file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes));
+  return curve_from_text(file,
+                         file_bytes(file, {file, "", "", "a CSV file of a curve"}, largest_curve_bytes));
 }
 
 }  // namespace vrda

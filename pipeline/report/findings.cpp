@@ -87,22 +87,24 @@ void add_unsolved(const MotionModel& model, Lines& lines)
   const std::vector<Eigen::Index> spine = solved_spine(model);
   const auto n_missing = std::count(spine.begin(), spine.end(), -1);
   if (n_missing > 0)
-    lines.push_back(line("%lld of %zu flexions have no solved pose on the spine; curves over flexion have holes there.",
-                         static_cast<long long>(n_missing), spine.size()));
+    lines.push_back(
+        line("%lld of %zu flexions have no solved pose on the spine; curves over flexion have holes there.",
+             static_cast<long long>(n_missing), spine.size()));
 }
 
 void add_raw_extremes(const ReportModel& entry, Lines& lines)
 {
   if (entry.raw.largest_penetration_mm > perceptible_mm)
-    lines.push_back(line("The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), more than the %.3g mm "
-                         "that can be seen.",
-                         entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping),
-                         perceptible_mm));
+    lines.push_back(line(
+        "The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), more than the %.3g mm "
+        "that can be seen.",
+        entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping), perceptible_mm));
   if (std::isinf(entry.raw.largest_gap_mm)) {
     lines.push_back("At some attitude nothing is in the way along Delta: the objects have left each other.");
   } else if (entry.raw.largest_gap_mm > std::max(perceptible_mm, entry.model.contact_resolution_mm)) {
-    lines.push_back(line("The raw motion leaves a gap of up to %.3g mm, more than the %.3g mm that can be seen.",
-                         entry.raw.largest_gap_mm, perceptible_mm));
+    lines.push_back(
+        line("The raw motion leaves a gap of up to %.3g mm, more than the %.3g mm that can be seen.",
+             entry.raw.largest_gap_mm, perceptible_mm));
   }
 }
 
@@ -113,24 +115,27 @@ void add_audits(const MotionModel& model, Lines& lines)
     const double deepest_mm = largest(audit.penetration_mm.data(), audit.penetration_mm.size());
     const auto n = (audit.state == static_cast<std::int8_t>(AuditState::overlapping)).count();
     if (deepest_mm > perceptible_mm)
-      lines.push_back(line("Motion %s overlaps by up to %.3g mm, at %lld of %lld audited attitudes; more than the "
-                           "%.3g mm that can be seen.",
-                           audit.name.c_str(), deepest_mm, static_cast<long long>(n),
-                           static_cast<long long>(audit.state.size()), perceptible_mm));
+      lines.push_back(
+          line("Motion %s overlaps by up to %.3g mm, at %lld of %lld audited attitudes; more than the "
+               "%.3g mm that can be seen.",
+               audit.name.c_str(), deepest_mm, static_cast<long long>(n),
+               static_cast<long long>(audit.state.size()), perceptible_mm));
   }
 }
 
 void add_rotation(const MotionModel& model, const Numbers& numbers, Lines& lines)
 {
   if (numbers.theta_undetermined_share > 0.0)
-    lines.push_back(line("Internal rotation is not determined by contact in %.3g %% of the solved attitudes; the pose "
-                         "nearest the neighbour's stands there.",
-                         100.0 * numbers.theta_undetermined_share));
+    lines.push_back(
+        line("Internal rotation is not determined by contact in %.3g %% of the solved attitudes; the pose "
+             "nearest the neighbour's stands there.",
+             100.0 * numbers.theta_undetermined_share));
   if (numbers.n_several_optima > 0)
-    lines.push_back(line("%lld of %zu flexions have several places of rest, up to %.3g degrees of theta apart; the "
-                         "lowest counts.",
-                         static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
-                         numbers.largest_optima_spread_deg));
+    lines.push_back(
+        line("%lld of %zu flexions have several places of rest, up to %.3g degrees of theta apart; the "
+             "lowest counts.",
+             static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
+             numbers.largest_optima_spread_deg));
   if (numbers.largest_spine_jump_deg > jump_deg)
     lines.push_back(line("Theta jumps by %.3g degrees between neighbouring flexions of the spine.",
                          numbers.largest_spine_jump_deg));
@@ -145,23 +150,27 @@ void add_spine_at_border(const MotionModel& model, Lines& lines)
     return cell >= 0 && (cell % n_varus == 0 || cell % n_varus == n_varus - 1);
   });
   if (n > 0 && model.has_compartments)
-    lines.push_back(line("At %lld flexions the compartments balance at the border of the varus range: it should be "
-                         "wider.",
-                         static_cast<long long>(n)));
+    lines.push_back(
+        line("At %lld flexions the compartments balance at the border of the varus range: it should be "
+             "wider.",
+             static_cast<long long>(n)));
 }
 
 void add_interpolated(const MotionModel& model, Lines& lines)
 {
   if (!model.zero_varus) return;
   const std::vector<std::int8_t>& source = model.zero_varus->source;
-  const auto n = std::count(source.begin(), source.end(), static_cast<std::int8_t>(ZeroVarusSource::interpolated));
-  const auto n_none = std::count(source.begin(), source.end(), static_cast<std::int8_t>(ZeroVarusSource::none));
+  const auto n =
+      std::count(source.begin(), source.end(), static_cast<std::int8_t>(ZeroVarusSource::interpolated));
+  const auto n_none =
+      std::count(source.begin(), source.end(), static_cast<std::int8_t>(ZeroVarusSource::none));
   if (n > 0)
-    lines.push_back(line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
-                         static_cast<long long>(n), source.size()));
+    lines.push_back(
+        line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
+             static_cast<long long>(n), source.size()));
   if (n_none > 0)
-    lines.push_back(line("%lld of %zu flexions have no zero-varus pose.", static_cast<long long>(n_none),
-                         source.size()));
+    lines.push_back(
+        line("%lld of %zu flexions have no zero-varus pose.", static_cast<long long>(n_none), source.size()));
 }
 
 }  // namespace
@@ -198,9 +207,10 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
   add_unsolved(model, lines);
   add_raw_extremes(entry, lines);
   if (numbers.balance_residual_n > residual_share * numbers.push_n)
-    lines.push_back(line("The balance of forces is off by up to %.3g N, more than one part in a hundred of the push of "
-                         "%.3g N.",
-                         numbers.balance_residual_n, numbers.push_n));
+    lines.push_back(
+        line("The balance of forces is off by up to %.3g N, more than one part in a hundred of the push of "
+             "%.3g N.",
+             numbers.balance_residual_n, numbers.push_n));
   add_rotation(model, numbers, lines);
   add_spine_at_border(model, lines);
   add_audits(model, lines);

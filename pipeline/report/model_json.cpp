@@ -18,7 +18,8 @@ bool is_varus_free(const MotionModel& model)
 Json body_json(const Body& body)
 {
   Json components = Json::array();
-  for (const Component& c : body.components) components.push_back({{"name", c.name}, {"material", c.material}});
+  for (const Component& c : body.components)
+    components.push_back({{"name", c.name}, {"material", c.material}});
   return {{"name", body.name},
           {"components", components},
           {"contact_triangles", body.contact.mesh.triangles.rows()},
@@ -31,7 +32,8 @@ Json statuses_json(const MotionModel& model)
   for (const StepStatus status : all_step_statuses) {
     const auto code = static_cast<std::int8_t>(status);
     const auto n = (model.status == code).count();
-    list.push_back({{"code", code}, {"name", name_of(status)}, {"meaning", meaning_of(status)}, {"cells", n}});
+    list.push_back(
+        {{"code", code}, {"name", name_of(status)}, {"meaning", meaning_of(status)}, {"cells", n}});
   }
   return list;
 }
@@ -163,14 +165,15 @@ Json audits_json(const MotionModel& model)
   for (const AuditSet& a : model.audits) {
     const auto n_of = [&](AuditState state) { return (a.state == static_cast<std::int8_t>(state)).count(); };
     const double gap_mm = largest_of(a.gap_mm), penetration_mm = largest_of(a.penetration_mm);
-    list.push_back({{"name", a.name},
-                    {"refine", a.refine},
-                    {"attitudes", a.state.size()},
-                    {"no_pose", n_of(AuditState::no_pose)},
-                    {"overlapping", n_of(AuditState::overlapping)},
-                    {"nothing_ahead", n_of(AuditState::nothing_ahead)},
-                    {"largest_gap_mm", gap_mm < 0.0 ? Json() : short_number(gap_mm)},
-                    {"largest_penetration_mm", penetration_mm < 0.0 ? Json() : short_number(penetration_mm)}});
+    list.push_back(
+        {{"name", a.name},
+         {"refine", a.refine},
+         {"attitudes", a.state.size()},
+         {"no_pose", n_of(AuditState::no_pose)},
+         {"overlapping", n_of(AuditState::overlapping)},
+         {"nothing_ahead", n_of(AuditState::nothing_ahead)},
+         {"largest_gap_mm", gap_mm < 0.0 ? Json() : short_number(gap_mm)},
+         {"largest_penetration_mm", penetration_mm < 0.0 ? Json() : short_number(penetration_mm)}});
   }
   return list;
 }
@@ -204,7 +207,8 @@ Json contacts_json(const MotionModel& model)
   GridB touching = model.contact_medial;
   for (Eigen::Index k = 0; k < touching.size(); ++k) {
     if (touching.data()[k] < 0) continue;
-    touching.data()[k] = static_cast<std::int8_t>(model.contact_medial.data()[k] + 2 * model.contact_lateral.data()[k]);
+    touching.data()[k] =
+        static_cast<std::int8_t>(model.contact_medial.data()[k] + 2 * model.contact_lateral.data()[k]);
   }
   return flags_json(touching);
 }
@@ -217,7 +221,8 @@ std::string base64(const std::string& bytes)
   for (std::size_t k = 0; k < bytes.size(); k += 3) {
     const std::size_t n = std::min<std::size_t>(3, bytes.size() - k);
     unsigned word = 0;
-    for (std::size_t j = 0; j < 3; ++j) word = word << 8 | (j < n ? static_cast<unsigned char>(bytes[k + j]) : 0u);
+    for (std::size_t j = 0; j < 3; ++j)
+      word = word << 8 | (j < n ? static_cast<unsigned char>(bytes[k + j]) : 0u);
     for (std::size_t j = 0; j < 4; ++j) text += j <= n ? digits[word >> (18 - 6 * j) & 63u] : '=';
   }
   return text;

@@ -6,8 +6,8 @@
 
 namespace vrda {
 
-/// Everything the page shows of one model. With `is_whole` false only what a comparison of several needs: head,
-/// numbers, warnings, curves, provenance.
+/// Everything the page shows of one model. With `is_whole` false only what a comparison of several needs:
+/// head, numbers, warnings, curves, provenance.
 struct ModelJsonOptions {
   bool is_whole = true;
 };

@@ -9,7 +9,7 @@
 namespace vrda {
 
 struct OutlineOptions {
-  double from_mm = 0.0;    ///< heights (canonical Y) of the triangles that count, by their corners
+  double from_mm = 0.0;  ///< heights (canonical Y) of the triangles that count, by their corners
   double to_mm = 0.0;
   int n_directions = 240;  ///< points of the outline
 };

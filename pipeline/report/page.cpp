@@ -69,7 +69,8 @@ Json differences_json(const Report& report)
     const ReportModel& entry = report.models[m];
     for (const ClinicalCurve& curve : clinical_curves(entry.model)) {
       for (const CurveFile& file : report.against) add(entry.name, curve, file.curve.name, file.curve);
-      if (m > 0) add(entry.name, curve, report.models.front().name + ", " + first.front().name, first.front());
+      if (m > 0)
+        add(entry.name, curve, report.models.front().name + ", " + first.front().name, first.front());
     }
   }
   return list;
@@ -111,11 +112,20 @@ std::string as_html(std::string_view plain)
   std::string text;
   for (const char c : plain) {
     switch (c) {
-      case '<': text += "&lt;"; break;
-      case '>': text += "&gt;"; break;
-      case '&': text += "&amp;"; break;
-      case '"': text += "&quot;"; break;
-      default: text += c;
+      case '<':
+        text += "&lt;";
+        break;
+      case '>':
+        text += "&gt;";
+        break;
+      case '&':
+        text += "&amp;";
+        break;
+      case '"':
+        text += "&quot;";
+        break;
+      default:
+        text += c;
     }
   }
   return text;

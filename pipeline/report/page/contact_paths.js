@@ -9,8 +9,8 @@ function pathTrace(model, compartment, body) {
   return {
     type: "scatter", mode: "lines+markers", name: compartment.name,
     x: points.map((p) => p[2]), y: points.map((p) => p[0]), customdata: model.flexion,
-    line: { color, width: 1.6 },
-    marker: { size: 7, color: model.flexion, coloraxis: "coloraxis", line: { color, width: 1.5 } },
+    line: { color, width: 3 },
+    marker: { size: 6, color: model.flexion, coloraxis: "coloraxis", line: { color, width: 0.8 } },
     hovertemplate: `${compartment.name}, flexion %{customdata}°: right %{x:.1f}, anterior %{y:.1f} mm<extra></extra>`,
   };
 }

@@ -78,11 +78,18 @@ function escaped(text) {
   return text.replace(/[<>&]/g, (c) => ({ "<": "&lt;", ">": "&gt;", "&": "&amp;" })[c]);
 }
 
+// Rotations in a row of two, translations in a row of three.
+function inRows(quantities, figures) {
+  const row = (unit) => figures.filter((_, k) => quantities[k].unit === unit);
+  return [["degrees", ""], ["mm", "three"]].filter(([unit]) => row(unit).length > 0)
+    .map(([unit, columns]) => el("div", { class: `columns ${columns}` }, row(unit)));
+}
+
 /**
  * `curves`: { label, flexion, KEY: values, isOff, isPoints, band: { low, high } }; `quantities`: { key, name, unit, caption }.
  * The result has `redraw()` and `state` ({ curves, isZeroed }).
  */
-export function curvePlots(curves, quantities, { columns = "", size = "" } = {}) {
+export function curvePlots(curves, quantities, { size = "" } = {}) {
   // plotly reads names as a little HTML, so they go in escaped.
   const state = { curves: curves.map((curve, index) => ({ ...curve, index, hover: escaped(curve.label) })), isZeroed: false };
   const figures = quantities.map((quantity) => figure({
@@ -93,7 +100,7 @@ export function curvePlots(curves, quantities, { columns = "", size = "" } = {})
   }));
   const redraw = () => figures.forEach((one) => one.redraw());
   const result = el("div", {}, state.curves.length > 1 ? legend(state, redraw) : null,
-    figures.length > 1 ? el("div", { class: `columns ${columns}` }, figures) : figures);
+    ...inRows(quantities, figures));
   result.redraw = redraw;
   result.state = state;
   return result;

@@ -51,7 +51,7 @@ export function scene(x, y, z, more = {}) {
 }
 
 function layoutBase() {
-  const { ink, panel, rule } = theme();
+  const { ink, quiet, panel, rule } = theme();
   return {
     autosize: true,
     margin: { l: 58, r: 16, t: 12, b: 48 },
@@ -59,6 +59,7 @@ function layoutBase() {
     plot_bgcolor: "rgba(0,0,0,0)",
     font: { family: "system-ui, 'Segoe UI', 'Noto Sans', 'DejaVu Sans', sans-serif", size: 12, color: ink },
     hoverlabel: { bgcolor: panel, bordercolor: rule, font: { color: ink } },
+    modebar: { bgcolor: "rgba(0,0,0,0)", color: quiet, activecolor: ink },
     legend: { orientation: "h", x: 0, y: -0.22, yanchor: "top" },
     showlegend: false,
   };

@@ -1,6 +1,6 @@
 // What a reader needs first.
 import { el, section, table } from "./dom.js";
-import { decimal, number, percent } from "./words.js";
+import { decimal, length, number, percent } from "./words.js";
 
 function card(value, label) {
   return el("div", { class: "card" }, el("span", { class: "value" }, value), el("span", { class: "label" }, label));
@@ -48,8 +48,8 @@ function cards(model) {
   const rotation = model.joint === "knee" ? "screw-home: range of internal rotation along the spine" : "range of axial rotation along the spine";
   return el("div", { class: "cards" },
     card(`${n.stable} of ${n.cells}`, "attitudes solved"),
-    card(`${number(n.largest_penetration_mm)} mm`, `largest penetration; ${n.overlapping} attitudes overlap`),
-    card(n.largest_gap_mm === null ? "unbounded" : `${number(n.largest_gap_mm)} mm`, "largest gap left along Δ"),
+    card(length(n.largest_penetration_mm), `largest penetration; ${n.overlapping} attitudes overlap`),
+    card(n.largest_gap_mm === null ? "unbounded" : length(n.largest_gap_mm), "largest gap left along Δ"),
     card(percent(n.theta_undetermined_share), "of the solved attitudes leave rotation undetermined"),
     card(`${decimal(n.screw_home_range_deg, 1)}°`, rotation),
     ...equilibriumCards(n), ...fibres);

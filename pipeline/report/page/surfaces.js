@@ -4,7 +4,8 @@ import { axis, figure, lineStyle, scene } from "./plot.js";
 import { extent, parameterTitle, PARAMETERS, setName } from "./words.js";
 
 const SCALE = "Viridis";
-const START_CAMERA = { eye: { x: -1.45, y: -1.55, z: 0.95 } };
+const AROUND_ZERO = [[0, "#0b6aa8"], [0.5, "#f1f0ec"], [1, "#c2500a"]];
+const START_CAMERA = { eye: { x: -1.2, y: -1.3, z: 0.75 }, center: { x: 0, y: 0, z: -0.13 } };
 
 function difference(a, b) {
   return a.map((row, i) => row.map((value, j) => (value === null || b[i][j] === null ? null : value - b[i][j])));
@@ -59,11 +60,11 @@ function panel(model, state, isRaw) {
 function residualPanel(model, state) {
   return figure({
     title: "Smoothed less raw", size: "low",
-    caption: "What smoothing changed at each attitude, in the unit of the parameter; white is no change. Anything above 0.145 mm or 0.27 degrees can be seen on the bench.",
+    caption: "What smoothing changed at each attitude, in the unit of the parameter; pale is no change. Anything above 0.145 mm or 0.27 degrees can be seen on the bench.",
     make: () => {
       const grid = difference(state.set[state.parameter], model.surfaces[0][state.parameter]);
       const most = Math.max(...extent(grid.flat()).map(Math.abs), 1e-9);
-      return { data: [heatTrace(model, grid, [-most, most], "RdBu")], layout: heatLayout() };
+      return { data: [heatTrace(model, grid, [-most, most], AROUND_ZERO)], layout: heatLayout() };
     },
   });
 }
@@ -117,7 +118,8 @@ function overOneAxis(model) {
       layout: { showlegend: model.surfaces.length > 1, xaxis: axis(isFlexion ? "flexion, degrees" : "varus, degrees"), yaxis: axis(parameterTitle(key)) },
     }),
   }));
-  return [el("div", { class: "columns" }, figures)];
+  const of = (unit) => figures.filter((_, k) => PARAMETERS[keys[k]].unit === unit);
+  return [el("div", { class: "columns three" }, of("mm")), el("div", { class: "columns" }, of("degrees"))];
 }
 
 export function surfacesSection(model) {

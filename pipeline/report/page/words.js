@@ -4,13 +4,19 @@
 export function number(value, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
-  const text = Math.abs(value) >= 1e-3 && Math.abs(value) < 1e6 ? String(Number(value.toPrecision(digits))) : value.toExponential(digits - 1);
+  const text = Math.abs(value) >= 1e-5 && Math.abs(value) < 1e6 ? String(Number(value.toPrecision(digits))) : value.toExponential(digits - 1);
   return text.replace("-", "−");
 }
 
 /** A fixed number of decimals. */
 export function decimal(value, digits = 2) {
   return value === null || value === undefined || !Number.isFinite(value) ? "–" : value.toFixed(digits).replace("-", "−");
+}
+
+/** A length in mm, small ones in micrometres. */
+export function length(mm, digits = 3) {
+  if (mm !== null && mm !== 0 && Math.abs(mm) < 0.01) return `${number(1000 * mm, digits)} µm`;
+  return `${number(mm, digits)} mm`;
 }
 
 export function percent(share) {
