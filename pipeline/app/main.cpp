@@ -11,6 +11,7 @@
 #include "app/check_command.hpp"
 #include "app/convert_command.hpp"
 #include "app/model_commands.hpp"
+#include "app/reduce_command.hpp"
 #include "app/report_command.hpp"
 #include "app/run_command.hpp"
 #include "app/shape_command.hpp"
@@ -41,6 +42,7 @@ struct Commands {
   vrda::InfoOptions validate;
   vrda::ShapeOptions shape;
   vrda::TraceOptions trace;
+  vrda::ReduceOptions reduce;
   vrda::ReportOptions report;
   vrda::ConvertObjectOptions object;
   vrda::ConvertMeshOptions mesh;
@@ -131,6 +133,19 @@ struct Commands {
     c.callback([this] { chosen = [this] { return trace_command(trace); }; });
   }
 
+  void add_reduce()
+  {
+    CLI::App& c =
+        add("reduce",
+            "Add the flexion-only motion, both condyles bearing, to a motion model; print it as CSV "
+            "with axes of rotation, rolling and sliding.",
+            "vrda reduce results/knee-generic/knee-generic.h5 --set degree_6");
+    c.add_option("file", reduce.file, "Motion model (HDF5)")->required();
+    c.add_option("--set", reduce.set, "Whose poses: raw, degree_N, ...")->capture_default_str();
+    c.add_flag("--json", reduce.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return reduce_command(reduce); }; });
+  }
+
   void add_report()
   {
     CLI::App& c = add("report", "Write motion models as one HTML page with plots, DIR/index.html.",
@@ -196,6 +211,7 @@ struct Commands {
     add_info();
     add_validate();
     add_trace();
+    add_reduce();
     add_report();
     add_shape();
     add_convert();

@@ -21,6 +21,7 @@
 #include "app/trace_log.hpp"
 #include "core/error.hpp"
 #include "journal/journal.hpp"
+#include "reduce/reduce.hpp"
 #include "smooth/smooth.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
@@ -163,6 +164,14 @@ void add_smoothed(MotionModel& model, const Case& job_case, const std::string& o
   }
 }
 
+// Of the raw poses. A joint or a result that has no such motion goes without.
+void add_zero_varus(MotionModel& model)
+{
+  if (!is_reducible(model)) return;
+  ZeroVarus zero_varus = reduce(model, "raw");
+  if (n_reduced(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
+}
+
 // The traces are read back: a run keeps none of them in memory.
 void write_trace_of(const Case& job_case, const SweepResult& result, const std::string& output)
 {
@@ -178,6 +187,7 @@ ExitCode finish(const Case& job_case, const SweepResult& result, const std::stri
 {
   MotionModel model = motion_model_of(job_case, result);
   add_smoothed(model, job_case, output);
+  add_zero_varus(model);
   write_motion_model(output, model);
   std::error_code ignored;
   fs::remove(journal_of(output), ignored);

@@ -1,0 +1,234 @@
+#include "reduce/reduce.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/clinical.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "motion/poses.hpp"
+#include "reduce/helical_axis.hpp"
+#include "reduce/rolling.hpp"
+#include "reduce/varus_choice.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+/// One flexion's pose, with the numbers of the surfaces.
+struct ReducedPose {
+  Pose X_reference_moving = Pose::Identity();
+  Eigen::Vector3d t_mm = Eigen::Vector3d::Zero();  ///< tx, ty, tz
+  double theta_deg = 0.0;
+  double varus_deg = 0.0;
+};
+
+ReducedPose cell_pose(const MotionModel& model, Eigen::Index i, Eigen::Index j)
+{
+  ReducedPose pose;
+  pose.t_mm = {model.tx_mm(i, j), model.ty_mm(i, j), model.tz_mm(i, j)};
+  pose.theta_deg = model.theta_deg(i, j);
+  const auto cell = static_cast<std::size_t>(i * model.status.cols() + j);
+  pose.X_reference_moving.matrix() = Eigen::Map<const Matrix4>(&model.X_reference_moving[16 * cell]);
+  return pose;
+}
+
+ReducedPose raw_pose(const MotionModel& model, const Motion& raw, Eigen::Index i, const VarusChoice& choice)
+{
+  ReducedPose pose = cell_pose(model, i, choice.before);
+  pose.varus_deg = choice.varus_deg;
+  if (choice.before == choice.after) return pose;
+  const ReducedPose after = cell_pose(model, i, choice.after);
+  pose.t_mm += choice.share_after * (after.t_mm - pose.t_mm);
+  pose.theta_deg += choice.share_after * (after.theta_deg - pose.theta_deg);
+  const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]),
+                          rad_from_deg(choice.varus_deg)};
+  const PoseNumbers numbers{pose.t_mm.x(), pose.t_mm.y(), pose.t_mm.z(), rad_from_deg(pose.theta_deg)};
+  pose.X_reference_moving = raw.placed(attitude, numbers).X_reference_moving;
+  return pose;
+}
+
+/// Nothing where the set has no answer.
+std::optional<ReducedPose> set_pose(const MotionModel& model, const Motion& motion, Eigen::Index i,
+                                    const VarusChoice& choice)
+{
+  const JointPose joint = motion.at(
+      {rad_from_deg(model.flexion_deg[static_cast<std::size_t>(i)]), rad_from_deg(choice.varus_deg)});
+  if (joint.status != PoseStatus::solved) return {};
+  ReducedPose pose;
+  pose.X_reference_moving = joint.X_reference_moving;
+  pose.t_mm = joint.X_world_moving * model.rotation_centre_mm;
+  pose.theta_deg = deg_from_rad(joint.theta_rad);
+  // A smoothed set of a free varus may have a varus of its own.
+  pose.varus_deg =
+      choice.source == ZeroVarusSource::free ? deg_from_rad(joint.attitude.varus_rad) : choice.varus_deg;
+  return pose;
+}
+
+ZeroVarus nowhere(const MotionModel& model)
+{
+  const std::size_t n = model.flexion_deg.size(), n_steps = n - 1;
+  ZeroVarus z;
+  z.source.assign(n, static_cast<std::int8_t>(ZeroVarusSource::none));
+  for (auto* of_flexion : {&z.varus_deg, &z.varus_first_deg, &z.varus_last_deg, &z.tx_mm, &z.ty_mm, &z.tz_mm,
+                           &z.theta_deg, &z.clinical_flexion_deg, &z.clinical_varus_deg,
+                           &z.internal_rotation_deg, &z.anterior_mm, &z.proximal_mm, &z.lateral_mm})
+    of_flexion->assign(n, nan);
+  z.X_reference_moving.assign(16 * n, nan);
+  for (auto* of_step : {&z.helical_rotation_deg, &z.helical_translation_mm}) of_step->assign(n_steps, nan);
+  for (auto* of_step : {&z.helical_direction, &z.helical_point_mm}) of_step->assign(3 * n_steps, nan);
+  z.instant_centre_mm.assign(2 * n_steps, nan);
+  if (!model.has_compartments) return z;
+  for (auto* point :
+       {&z.medial_reference_mm, &z.medial_moving_mm, &z.lateral_reference_mm, &z.lateral_moving_mm})
+    point->assign(3 * n, nan);
+  for (auto* of_step :
+       {&z.medial_rolling_mm, &z.medial_sliding_mm, &z.lateral_rolling_mm, &z.lateral_sliding_mm})
+    of_step->assign(n_steps, nan);
+  return z;
+}
+
+void put_pose(ZeroVarus& z, const MotionModel& model, std::size_t i, const ReducedPose& pose)
+{
+  z.varus_deg[i] = pose.varus_deg;
+  z.tx_mm[i] = pose.t_mm.x();
+  z.ty_mm[i] = pose.t_mm.y();
+  z.tz_mm[i] = pose.t_mm.z();
+  z.theta_deg[i] = pose.theta_deg;
+  Eigen::Map<Matrix4>(&z.X_reference_moving[16 * i]) = pose.X_reference_moving.matrix();
+  const Clinical clinical = clinical_of(
+      pose.X_reference_moving, model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm);
+  z.clinical_flexion_deg[i] = deg_from_rad(clinical.flexion_rad);
+  z.clinical_varus_deg[i] = deg_from_rad(clinical.varus_rad);
+  z.internal_rotation_deg[i] = deg_from_rad(clinical.internal_rotation_rad);
+  z.anterior_mm[i] = clinical.anterior_mm;
+  z.proximal_mm[i] = clinical.proximal_mm;
+  z.lateral_mm[i] = clinical.lateral_mm;
+}
+
+Eigen::Vector3d row3(const std::vector<double>& rows, std::size_t row)
+{
+  return Eigen::Map<const Eigen::Vector3d>(&rows[3 * row]);
+}
+
+void put_row3(std::vector<double>& rows, std::size_t row, const Eigen::Vector3d& values)
+{
+  Eigen::Map<Eigen::Vector3d>{&rows[3 * row]} = values;
+}
+
+/// Linear between the columns around; where one of them does not touch, the other's point.
+Eigen::Vector3d point_between(const std::vector<double>& path_mm, std::size_t first_cell,
+                              const VarusChoice& choice)
+{
+  const Eigen::Vector3d before = row3(path_mm, first_cell + static_cast<std::size_t>(choice.before));
+  const Eigen::Vector3d after = row3(path_mm, first_cell + static_cast<std::size_t>(choice.after));
+  if (std::isnan(after.x())) return before;
+  if (std::isnan(before.x())) return after;
+  return before + choice.share_after * (after - before);
+}
+
+void put_contacts(ZeroVarus& z, const MotionModel& model, std::size_t i, const VarusChoice& choice)
+{
+  if (!model.contact_paths) return;
+  const ContactPaths& paths = *model.contact_paths;
+  const std::size_t first_cell = i * model.varus_deg.size();
+  put_row3(z.medial_reference_mm, i, point_between(paths.medial_reference_mm, first_cell, choice));
+  put_row3(z.medial_moving_mm, i, point_between(paths.medial_moving_mm, first_cell, choice));
+  put_row3(z.lateral_reference_mm, i, point_between(paths.lateral_reference_mm, first_cell, choice));
+  put_row3(z.lateral_moving_mm, i, point_between(paths.lateral_moving_mm, first_cell, choice));
+}
+
+Pose stored_pose(const ZeroVarus& z, std::size_t i)
+{
+  Pose X = Pose::Identity();
+  X.matrix() = Eigen::Map<const Matrix4>(&z.X_reference_moving[16 * i]);
+  return X;
+}
+
+void put_turn(ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
+{
+  const Pose start = stored_pose(z, k), end = stored_pose(z, k + 1);
+  if (const std::optional<HelicalAxis> axis = helical_axis(start, end, centre_mm)) {
+    z.helical_rotation_deg[k] = deg_from_rad(axis->rotation_rad);
+    z.helical_translation_mm[k] = axis->translation_mm;
+    put_row3(z.helical_direction, k, axis->direction);
+    put_row3(z.helical_point_mm, k, axis->point_mm);
+  }
+  if (const std::optional<Eigen::Vector2d> centre = instant_centre_mm(start, end, centre_mm))
+    Eigen::Map<Eigen::Vector2d>(&z.instant_centre_mm[2 * k]) = *centre;
+}
+
+/// Nothing where the compartment does not bear at both ends.
+std::optional<Rolling> rolling_of(const ZeroVarus& z, std::size_t k, const std::vector<double>& reference_mm,
+                                  const std::vector<double>& moving_mm)
+{
+  const Bearing start{stored_pose(z, k), row3(reference_mm, k), row3(moving_mm, k)};
+  const Bearing end{stored_pose(z, k + 1), row3(reference_mm, k + 1), row3(moving_mm, k + 1)};
+  if (std::isnan(start.p_reference_mm.x()) || std::isnan(end.p_reference_mm.x())) return {};
+  return rolling_between(start, end);
+}
+
+void put_rolling(ZeroVarus& z, std::size_t k)
+{
+  if (const auto medial = rolling_of(z, k, z.medial_reference_mm, z.medial_moving_mm)) {
+    z.medial_rolling_mm[k] = medial->rolling_mm;
+    z.medial_sliding_mm[k] = medial->sliding_mm;
+  }
+  if (const auto lateral = rolling_of(z, k, z.lateral_reference_mm, z.lateral_moving_mm)) {
+    z.lateral_rolling_mm[k] = lateral->rolling_mm;
+    z.lateral_sliding_mm[k] = lateral->sliding_mm;
+  }
+}
+
+bool has_pose(const ZeroVarus& z, std::size_t i)
+{
+  return z.source[i] != static_cast<std::int8_t>(ZeroVarusSource::none);
+}
+
+}  // namespace
+
+bool is_reducible(const MotionModel& model)
+{
+  return model.has_compartments || Motion(model, "raw").is_varus_free();
+}
+
+ZeroVarus reduce(const MotionModel& model, const std::string& set)
+{
+  check(is_reducible(model), "a joint without compartments and with varus given has no zero varus");
+  const Motion raw(model, "raw"), motion(model, set);
+  const std::vector<VarusChoice> choices = varus_choices(model, raw);
+  ZeroVarus z = nowhere(model);
+  for (std::size_t i = 0; i < choices.size(); ++i) {
+    const VarusChoice& choice = choices[i];
+    if (choice.source == ZeroVarusSource::none) continue;
+    const auto row = static_cast<Eigen::Index>(i);
+    const std::optional<ReducedPose> pose =
+        set == "raw" ? raw_pose(model, raw, row, choice) : set_pose(model, motion, row, choice);
+    if (!pose) continue;
+    z.source[i] = static_cast<std::int8_t>(choice.source);
+    z.varus_first_deg[i] = choice.first_deg;
+    z.varus_last_deg[i] = choice.last_deg;
+    put_pose(z, model, i, *pose);
+    put_contacts(z, model, i, choice);
+  }
+  for (std::size_t k = 0; k + 1 < choices.size(); ++k) {
+    if (!has_pose(z, k) || !has_pose(z, k + 1)) continue;
+    put_turn(z, k, model.rotation_centre_mm);
+    if (model.has_compartments) put_rolling(z, k);
+  }
+  return z;
+}
+
+int n_reduced(const ZeroVarus& zero_varus)
+{
+  const auto none = static_cast<std::int8_t>(ZeroVarusSource::none);
+  return static_cast<int>(
+      zero_varus.source.size() -
+      static_cast<std::size_t>(std::count(zero_varus.source.begin(), zero_varus.source.end(), none)));
+}
+
+}  // namespace vrda

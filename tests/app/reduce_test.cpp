@@ -1,0 +1,193 @@
+// `vrda reduce` and what `vrda run` leaves of it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "app/scenes.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class Reduce : public testing::Test {
+ protected:
+  std::string solved_knee(const std::string& side)
+  {
+    const std::string file = (scratch_.path() / (side + ".h5")).string();
+    const test::Ended run = test::run_vrda(
+        {"run", test::small_knee_job(scratch_, side).string(), "-o", file, "--progress", "none"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return file;
+  }
+
+  // One line that says all of `words`, exit code 2, and the file as it was.
+  static void expect_refused(const std::vector<std::string>& arguments, const std::vector<std::string>& words)
+  {
+    const std::string before = test::text_of(arguments.front());
+    std::vector<std::string> all{"reduce"};
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    const test::Ended ended = test::run_vrda(all);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_EQ(ended.out, "");
+    EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+    for (const std::string& word : words) EXPECT_THAT(ended.err, HasSubstr(word));
+    EXPECT_EQ(test::text_of(arguments.front()), before);
+  }
+
+  test::Scratch scratch_;
+};
+
+std::vector<std::vector<std::string>> fields_of(const std::string& text)
+{
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    rows.emplace_back();
+    std::string field;
+    for (const char c : line + ",") {
+      if (c == ',') rows.back().push_back(std::exchange(field, ""));
+      if (c != ',') field += c;
+    }
+  }
+  return rows;
+}
+
+TEST_F(Reduce, ARunLeavesWhatReduceWouldMake)
+{
+  const std::string file = solved_knee("right"), left_by_run = test::text_of(file);
+  ASSERT_TRUE(read_motion_model(file).zero_varus);
+  for (int twice = 0; twice < 2; ++twice) {
+    const test::Ended ended = test::run_vrda({"reduce", file});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr("zero-varus motion from raw, 7 flexions: "));
+    EXPECT_EQ(test::text_of(file), left_by_run);
+  }
+  EXPECT_EQ(test::run_vrda({"validate", file}).exit_code, 0);
+  EXPECT_EQ(test::run_vrda({"reduce", file, "--quiet"}).err, "");
+}
+
+TEST_F(Reduce, TableAndJsonSayWhatTheFileHolds)
+{
+  const std::string file = solved_knee("right");
+  const auto rows = fields_of(test::run_vrda({"reduce", file}).out);
+  const json all = json::parse(test::run_vrda({"reduce", file, "--json"}).out);
+  const ZeroVarus z = *read_motion_model(file).zero_varus;
+  ASSERT_EQ(rows.size(), 8u);
+  ASSERT_EQ(all.at("flexions").size(), 7u);
+  ASSERT_EQ(all.at("steps").size(), 6u);
+  EXPECT_EQ(all.at("set"), "raw");
+  const auto column = [&](const std::string& name) {
+    const auto found = std::find(rows[0].begin(), rows[0].end(), name);
+    EXPECT_NE(found, rows[0].end()) << name;
+    return static_cast<std::size_t>(found - rows[0].begin());
+  };
+  const double printed = 0.5e-6;  // half of the last digit
+  for (std::size_t i = 0; i < 7; ++i) {
+    ASSERT_EQ(rows[i + 1].size(), rows[0].size());
+    EXPECT_EQ(rows[i + 1][column("source")], all.at("flexions")[i].at("source"));
+    EXPECT_EQ(all.at("flexions")[i].at("internal_rotation_deg"), z.internal_rotation_deg[i]);
+    EXPECT_NEAR(std::stod(rows[i + 1][column("internal_rotation_deg")]), z.internal_rotation_deg[i], printed);
+    EXPECT_NEAR(std::stod(rows[i + 1][column("lateral_moving_z_mm")]), z.lateral_moving_mm[3 * i + 2],
+                printed);
+  }
+  for (std::size_t k = 0; k < 6; ++k) {
+    EXPECT_EQ(all.at("steps")[k].at("from_deg"), 2.0 * static_cast<double>(k));
+    EXPECT_EQ(all.at("steps")[k].at("helical_direction")[2], z.helical_direction[3 * k + 2]);
+    EXPECT_EQ(all.at("steps")[k].at("medial_rolling_mm"), z.medial_rolling_mm[k]);
+    EXPECT_NEAR(std::stod(rows[k + 1][column("instant_centre_proximal_mm")]), z.instant_centre_mm[2 * k + 1],
+                printed);
+  }
+  EXPECT_EQ(rows[7][column("helical_rotation_deg")], "");
+}
+
+TEST_F(Reduce, AMirroredLeftKneeGivesTheSameCurves)
+{
+  const auto curves = [&](const std::string& side) {
+    return json::parse(test::run_vrda({"reduce", solved_knee(side), "--json"}).out);
+  };
+  const json right = curves("right"), left = curves("left");
+  for (const std::string name : {"varus_deg", "clinical_flexion_deg", "clinical_varus_deg",
+                                 "internal_rotation_deg", "anterior_mm", "proximal_mm", "lateral_mm"}) {
+    SCOPED_TRACE(name);
+    for (std::size_t i = 0; i < 7; ++i) {
+      EXPECT_NEAR(right.at("flexions")[i].at(name).get<double>(),
+                  left.at("flexions")[i].at(name).get<double>(), 1e-9);
+    }
+  }
+  for (const std::string name :
+       {"helical_rotation_deg", "medial_rolling_mm", "medial_sliding_mm", "lateral_rolling_mm"}) {
+    SCOPED_TRACE(name);
+    for (std::size_t k = 0; k < 6; ++k) {
+      EXPECT_NEAR(right.at("steps")[k].at(name).get<double>(), left.at("steps")[k].at(name).get<double>(),
+                  1e-9);
+    }
+  }
+}
+
+TEST_F(Reduce, PosesOfASmoothedSet)
+{
+  const std::string file = solved_knee("right");
+  const ZeroVarus raw = *read_motion_model(file).zero_varus;
+  const test::Ended ended = test::run_vrda({"reduce", file, "--set", "degree_2", "--json"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(json::parse(ended.out).at("set"), "degree_2");
+  const ZeroVarus smoothed = *read_motion_model(file).zero_varus;
+  EXPECT_EQ(smoothed.varus_deg, raw.varus_deg);
+  EXPECT_NE(smoothed.ty_mm, raw.ty_mm);
+  EXPECT_EQ(test::run_vrda({"validate", file}).exit_code, 0);
+}
+
+TEST_F(Reduce, AnAuditOfPosesThatAreNoMoreIsDropped)
+{
+  const std::string file = solved_knee("right");
+  MotionModel model = read_motion_model(file);
+  AuditSet audit{"zero_varus",     1, model.flexion_deg, {0.0}, GridB::Zero(7, 1), GridD::Zero(7, 1),
+                 GridD::Zero(7, 1)};
+  model.audits.push_back(audit);
+  write_motion_model(file, model);
+  EXPECT_EQ(test::run_vrda({"reduce", file}).exit_code, 0);
+  EXPECT_EQ(read_motion_model(file).audits.size(), 1u);
+  EXPECT_EQ(test::run_vrda({"reduce", file, "--set", "degree_2"}).exit_code, 0);
+  EXPECT_TRUE(read_motion_model(file).audits.empty());
+}
+
+TEST_F(Reduce, WhatCannotBeReducedIsRefused)
+{
+  const std::string knee = solved_knee("right");
+  expect_refused({knee, "--set", "degree_9"}, {knee, "--set: found \"degree_9\"", "degree_2, raw"});
+  expect_refused({knee, "--set", "zero_varus"}, {"--set: found \"zero_varus\""});
+
+  const std::string ball = (scratch_.path() / "ball.h5").string();
+  ASSERT_EQ(test::run_vrda({"run", test::small_job(scratch_).string(), "-o", ball}).exit_code, 0);
+  EXPECT_FALSE(read_motion_model(ball).zero_varus);
+  expect_refused({ball}, {ball, "compartments: found none", "grid.varus = \"free\""});
+
+  const std::string nowhere = (scratch_.path() / "nowhere.h5").string();
+  ASSERT_EQ(test::run_vrda({"run", test::small_knee_job(scratch_, "right").string(), "-o", nowhere, "--set",
+                            "moving.initial.translation_mm=[500, -40, 0]"})
+                .exit_code,
+            3);
+  EXPECT_FALSE(read_motion_model(nowhere).zero_varus);
+  expect_refused({nowhere}, {nowhere, "found no flexion"});
+}
+
+TEST_F(Reduce, AFileThatIsNoMotionModelIsRefused)
+{
+  const std::string knee = solved_knee("right"), whole = test::text_of(knee);
+  const std::string cut = scratch_.write("cut.h5", whole.substr(0, whole.size() / 2)).string();
+  expect_refused({cut}, {cut, "found", "wanted"});
+  std::string changed = whole;
+  changed[whole.size() / 2] ^= 1;
+  const std::string damaged = scratch_.write("damaged.h5", changed).string();
+  expect_refused({damaged}, {damaged, "found", "wanted"});
+  EXPECT_EQ(test::run_vrda({"reduce", (scratch_.path() / "none.h5").string()}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace vrda
