@@ -8,6 +8,7 @@
 #include "app/output_file.hpp"
 #include "app/player_stills.hpp"
 #include "app/remeasure.hpp"
+#include "reduce/reduce.hpp"
 #include "report/findings.hpp"
 #include "report/page.hpp"
 #include "store/motion_model_file.hpp"
@@ -37,6 +38,15 @@ std::string unique_name(const std::vector<ReportModel>& models, const std::strin
   return name;
 }
 
+// The flexion-only motion is the first thing a reader looks for: a file without it gets that of its raw cells.
+MotionModel reduced(MotionModel model)
+{
+  if (model.zero_varus || !is_reducible(model)) return model;
+  ZeroVarus zero_varus = reduce(model, "raw");
+  if (n_reduced(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
+  return model;
+}
+
 std::vector<ReportModel> models_of(const ReportOptions& options)
 {
   std::vector<ReportModel> models;
@@ -45,6 +55,7 @@ std::vector<ReportModel> models_of(const ReportOptions& options)
     entry.name = unique_name(models, file);
     entry.model = read_motion_model(file);
     require_solved(entry.model, file);
+    entry.model = reduced(std::move(entry.model));
     models.push_back(std::move(entry));
   }
   return models;

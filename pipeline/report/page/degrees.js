@@ -6,7 +6,7 @@ import { number, PARAMETERS, setName } from "./words.js";
 function statisticsTable(model) {
   const rows = model.degrees.flatMap((set) => set.surfaces.map((s) => [
     `degree ${set.degree}${set.is_robust ? ", robust" : ""}`, PARAMETERS[s.name]?.name ?? s.name, PARAMETERS[s.name]?.unit ?? "", String(s.cells), number(s.rms), number(s.largest_residual), number(s.leave_one_out_rms), number(s.condition_number)]));
-  return table("Sets stored in the file: residuals against the raw motion", ["set", "parameter", "unit", "cells", "RMS", "largest", "leave-one-out RMS", "condition number"], rows, { kinds: ["", "text", "text"] });
+  return table("Sets stored in the file: residuals against the raw motion", ["set", "parameter", "unit", "cells", "RMS", "largest", "leave-one-out RMS", "condition number"], rows, { kinds: ["", "word", "word"] });
 }
 
 function auditTable(model) {

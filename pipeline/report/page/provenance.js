@@ -8,7 +8,7 @@ function inputsTable(inputs) {
 function bodiesTable(model) {
   const rows = [model.reference, model.moving].flatMap((body, k) => [[
     body.name, k === 0 ? "reference" : "moving", body.components.map((c) => `${c.name} (${c.material})`).join(", "), String(body.contact_triangles), String(body.visual_triangles)]]);
-  return table("Bodies", ["body", "role", "components", "triangles in contact", "only drawn"], rows, { kinds: ["", "text", "text"] });
+  return table("Bodies", ["body", "role", "components", "triangles in contact", "only drawn"], rows, { kinds: ["", "word", "text"] });
 }
 
 function ofModel(model) {

@@ -74,5 +74,5 @@ export function summariesSection(models) {
   const headings = ["file", "title", "method", "side", "attitudes solved", "largest penetration, mm", "largest gap, mm", "range of internal rotation, °", "rotation undetermined"];
   const boxes = models.filter((model) => model.warnings.length > 0).map((model) => warningBox(model.warnings, model.name));
   return section("summary", "Summary", ...(boxes.length > 0 ? boxes : [warningBox([])]),
-    table("The motion models, raw motion", headings, rows, { kinds: ["", "text", "text", "text"] }));
+    table("The motion models, raw motion", headings, rows, { kinds: ["", "text", "word", "word"] }));
 }
