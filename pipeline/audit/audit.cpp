@@ -101,33 +101,33 @@ AuditSet audit(const MotionModel& model, const std::string& set, int refine, int
   return out;
 }
 
-AuditSummary summary_of(const AuditSet& audit)
+AuditFigures figures_of(const AuditSet& audit)
 {
-  AuditSummary summary;
+  AuditFigures figures;
   int n_free = 0;
   for (Eigen::Index i = 0; i < audit.state.rows(); ++i) {
     for (Eigen::Index j = 0; j < audit.state.cols(); ++j) {
       const auto state = static_cast<AuditState>(audit.state(i, j));
       if (state == AuditState::no_pose) continue;
-      ++summary.n_poses;
+      ++figures.n_poses;
       const double flexion_deg = audit.flexion_deg[static_cast<std::size_t>(i)];
       const double varus_deg = audit.varus_deg[static_cast<std::size_t>(j)];
       if (state == AuditState::overlapping) {
-        ++summary.n_overlapping;
-        summary.mean_penetration_mm += audit.penetration_mm(i, j);
-        take_larger(summary.largest_penetration, {audit.penetration_mm(i, j), flexion_deg, varus_deg});
+        ++figures.n_overlapping;
+        figures.mean_penetration_mm += audit.penetration_mm(i, j);
+        take_larger(figures.largest_penetration, {audit.penetration_mm(i, j), flexion_deg, varus_deg});
       } else if (state == AuditState::nothing_ahead) {
-        ++summary.n_nothing_ahead;
+        ++figures.n_nothing_ahead;
       } else {
         ++n_free;
-        summary.mean_gap_mm += audit.gap_mm(i, j);
-        take_larger(summary.largest_gap, {audit.gap_mm(i, j), flexion_deg, varus_deg});
+        figures.mean_gap_mm += audit.gap_mm(i, j);
+        take_larger(figures.largest_gap, {audit.gap_mm(i, j), flexion_deg, varus_deg});
       }
     }
   }
-  if (n_free > 0) summary.mean_gap_mm /= n_free;
-  if (summary.n_overlapping > 0) summary.mean_penetration_mm /= summary.n_overlapping;
-  return summary;
+  if (n_free > 0) figures.mean_gap_mm /= n_free;
+  if (figures.n_overlapping > 0) figures.mean_penetration_mm /= figures.n_overlapping;
+  return figures;
 }
 
 }  // namespace vrda

@@ -19,7 +19,7 @@ struct AuditExtreme {
   double flexion_deg = 0.0, varus_deg = 0.0;
 };
 
-struct AuditSummary {
+struct AuditFigures {
   int n_poses = 0;
   int n_overlapping = 0;
   int n_nothing_ahead = 0;
@@ -29,6 +29,6 @@ struct AuditSummary {
   double mean_penetration_mm = 0.0;  ///< of the overlapping ones
 };
 
-AuditSummary summary_of(const AuditSet& audit);
+AuditFigures figures_of(const AuditSet& audit);
 
 }  // namespace vrda
