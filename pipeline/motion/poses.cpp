@@ -1,6 +1,7 @@
 #include "motion/poses.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -11,6 +12,19 @@ namespace {
 std::string name_of(const SmoothedSet& set)
 {
   return "degree_" + std::to_string(set.degree);
+}
+
+/// What the name of a recontacted set adds to that of the smoothed one.
+constexpr const char* recontacted = "_recontacted";
+
+bool is_pose(std::int8_t source)
+{
+  return source != static_cast<std::int8_t>(ZeroVarusSource::none);
+}
+
+bool has_pose(const std::optional<ZeroVarus>& table)
+{
+  return table && std::any_of(table->source.begin(), table->source.end(), is_pose);
 }
 
 std::vector<Attitude> solved_spine(const MotionModel& model, const RawSurfaces& raw)
@@ -109,13 +123,16 @@ std::vector<std::string> set_names(const MotionModel& model)
   std::sort(sets.begin(), sets.end(),
             [](const SmoothedSet* a, const SmoothedSet* b) { return a->degree > b->degree; });
   std::vector<std::string> names;
-  names.reserve(sets.size() + 1);
-  for (const SmoothedSet* set : sets) names.push_back(name_of(*set));
-  names.push_back("raw");
+  for (const SmoothedSet* set : sets) {
+    if (set->recontact_mm) names.push_back(name_of(*set) + recontacted);
+    names.push_back(name_of(*set));
+  }
+  names.emplace_back("raw");
+  if (has_pose(model.zero_varus)) names.emplace_back("zero_varus");
   return names;
 }
 
-Motion::Motion(const MotionModel& model, const std::string& set)
+Motion::Motion(const MotionModel& model)
     : frame_{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta},
       R_world_solver_(rotation_world_solver(frame_)),
       deltas_(turning_deltas(model)),
@@ -124,6 +141,36 @@ Motion::Motion(const MotionModel& model, const std::string& set)
   check(model.side == "right" || model.side == "left", "the side of a motion model is right or left");
   spine_ = solved_spine(model, raw_);
   free_varus_ = free_varus(model, raw_);
+}
+
+Motion::Motion(const MotionModel& model, const SmoothedSet& set) : Motion(model)
+{
+  use_smoothed(model, set);
+  set_varus_range();
+}
+
+Motion::Motion(const MotionModel& model, const std::string& set) : Motion(model)
+{
+  const auto found =
+      std::find_if(model.smoothed.begin(), model.smoothed.end(), [&](const SmoothedSet& candidate) {
+        return name_of(candidate) == set || name_of(candidate) + recontacted == set;
+      });
+  if (set == "zero_varus") {
+    check(has_pose(model.zero_varus), "the set asked of a motion model is one of set_names");
+    use_zero_varus(*model.zero_varus);
+  } else if (set != "raw") {
+    check(found != model.smoothed.end(), "the set asked of a motion model is one of set_names");
+    use_smoothed(model, *found);
+    if (set != name_of(*found)) {
+      check(found->recontact_mm.has_value(), "a set that is asked for recontacted has been");
+      use_travel(*found->recontact_mm);
+    }
+  }
+  set_varus_range();
+}
+
+void Motion::set_varus_range()
+{
   first_varus_rad_ = raw_.varus_rad.front();
   last_varus_rad_ = raw_.varus_rad.back();
   if (!free_varus_.empty()) first_varus_rad_ = last_varus_rad_ = free_varus_.front().varus_rad;
@@ -131,57 +178,117 @@ Motion::Motion(const MotionModel& model, const std::string& set)
     first_varus_rad_ = std::min(first_varus_rad_, found.varus_rad);
     last_varus_rad_ = std::max(last_varus_rad_, found.varus_rad);
   }
-  if (set == "raw") return;
-  const auto found = std::find_if(model.smoothed.begin(), model.smoothed.end(),
-                                  [&](const SmoothedSet& candidate) { return name_of(candidate) == set; });
-  check(found != model.smoothed.end(), "the set asked of a motion model is one of set_names");
-  smoothed_ = smoothed_surfaces(model, *found);
 }
 
-RawSample Motion::numbers_at(const Attitude& attitude) const
+void Motion::use_smoothed(const MotionModel& model, const SmoothedSet& set)
 {
-  if (!smoothed_) return sample(raw_, attitude);
-  return {evaluate(*smoothed_, attitude), true};
+  smoothed_ = smoothed_surfaces(model, set);
+  if (!smoothed_->has_varus) return;
+  free_varus_.clear();
+  for (const double flexion_rad : raw_.flexion_rad) {
+    free_varus_.push_back({flexion_rad, evaluate(*smoothed_, {flexion_rad, 0.0})[4]});
+  }
 }
 
-double Motion::varus_at(const Attitude& wanted) const
+void Motion::use_travel(const GridD& travel_mm)
 {
-  if (!free_varus_.empty()) return varus_between(free_varus_, wanted.flexion_rad);
-  return std::clamp(wanted.varus_rad, first_varus_rad(), last_varus_rad());
+  travel_ = HermiteGrid<1>{raw_.flexion_rad, raw_.varus_rad, {}};
+  check(static_cast<std::size_t>(travel_mm.rows()) == raw_.flexion_rad.size() &&
+            static_cast<std::size_t>(travel_mm.cols()) == raw_.varus_rad.size(),
+        "a recontacted set has a travel at every attitude of the axes");
+  for (Eigen::Index cell = 0; cell < travel_mm.size(); ++cell) {
+    HermiteNode<1>& node = travel_->nodes.emplace_back();
+    node.is_solved = !std::isnan(travel_mm.data()[cell]);
+    if (node.is_solved) node.value = {travel_mm.data()[cell]};
+  }
+  set_slopes(*travel_);
 }
 
-/// The rule of the job's table: components linear between the rows, held beyond the ends, then normalised.
+void Motion::use_zero_varus(const ZeroVarus& table)
+{
+  const std::size_t n = raw_.flexion_rad.size();
+  for (const std::vector<double>* column :
+       {&table.tx_mm, &table.ty_mm, &table.tz_mm, &table.theta_deg, &table.varus_deg}) {
+    check(column->size() == n, "a zero-varus table has a row a flexion");
+  }
+  check(table.source.size() == n, "a zero-varus table has a row a flexion");
+  zero_varus_ = HermiteGrid<5>{raw_.flexion_rad, {0.0}, {}};
+  free_varus_.clear();
+  for (std::size_t i = 0; i < n; ++i) {
+    HermiteNode<5>& node = zero_varus_->nodes.emplace_back();
+    node.is_solved = is_pose(table.source[i]);
+    if (!node.is_solved) continue;
+    node.value = {table.tx_mm[i], table.ty_mm[i], table.tz_mm[i], rad_from_deg(table.theta_deg[i]),
+                  rad_from_deg(table.varus_deg[i])};
+    free_varus_.push_back({raw_.flexion_rad[i], node.value[4]});
+  }
+  set_slopes(*zero_varus_);
+}
+
+Motion::Found Motion::smoothed_at(const Attitude& attitude) const
+{
+  const PoseAndVarus here = evaluate(*smoothed_, attitude);
+  Found found{attitude, {here[0], here[1], here[2], here[3]}, true};
+  if (smoothed_->has_varus) found.attitude.varus_rad = here[4];
+  if (!travel_) return found;
+  const HermiteSample<1> travel = sample(*travel_, attitude);
+  found.is_solved = travel.is_solved;
+  const Eigen::Vector3d shift_mm = travel.numbers[0] * delta(attitude.flexion_rad);
+  for (int axis = 0; axis < 3; ++axis) found.numbers[static_cast<std::size_t>(axis)] += shift_mm[axis];
+  return found;
+}
+
+Motion::Found Motion::zero_varus_at(const Attitude& attitude) const
+{
+  const HermiteSample<5> here = sample(*zero_varus_, attitude);
+  if (!here.is_solved) return {attitude, {}, false};
+  return {{attitude.flexion_rad, here.numbers[4]},
+          {here.numbers[0], here.numbers[1], here.numbers[2], here.numbers[3]},
+          true};
+}
+
+/// Within the axes; the attitude found has the set's own varus where it has one.
+Motion::Found Motion::found_at(const Attitude& wanted) const
+{
+  Attitude attitude = wanted;
+  if (!free_varus_.empty()) attitude.varus_rad = varus_between(free_varus_, wanted.flexion_rad);
+  if (zero_varus_) return zero_varus_at(attitude);
+  if (smoothed_) return smoothed_at(attitude);
+  const RawSample here = sample(raw_, attitude);
+  return {attitude, here.numbers, here.is_solved};
+}
+
+Eigen::Vector3d Motion::delta(double flexion_rad) const
+{
+  if (deltas_.empty()) return frame_.delta;
+  const std::vector<double>& at = raw_.flexion_rad;
+  if (flexion_rad <= at.front()) return deltas_.front();
+  if (flexion_rad >= at.back()) return deltas_.back();
+  const auto after = std::upper_bound(at.begin(), at.end(), flexion_rad);
+  const auto i = static_cast<std::size_t>(after - at.begin());
+  if (at[i - 1] == flexion_rad) return deltas_[i - 1];
+  const double s = (flexion_rad - at[i - 1]) / (at[i] - at[i - 1]);
+  return (deltas_[i - 1] + s * (deltas_[i] - deltas_[i - 1])).normalized();
+}
+
 Eigen::Matrix3d Motion::R_world_solver(double flexion_rad) const
 {
   if (deltas_.empty()) return R_world_solver_;
-  const std::vector<double>& at = raw_.flexion_rad;
   SolverFrame frame = frame_;
-  if (flexion_rad <= at.front()) {
-    frame.delta = deltas_.front();
-  } else if (flexion_rad >= at.back()) {
-    frame.delta = deltas_.back();
-  } else {
-    const auto after = std::upper_bound(at.begin(), at.end(), flexion_rad);
-    const auto i = static_cast<std::size_t>(after - at.begin());
-    const double s = (flexion_rad - at[i - 1]) / (at[i] - at[i - 1]);
-    frame.delta = (deltas_[i - 1] + s * (deltas_[i] - deltas_[i - 1])).normalized();
-  }
+  frame.delta = delta(flexion_rad);
   return rotation_world_solver(frame);
 }
 
 JointPose Motion::at(const Attitude& wanted) const
 {
+  const Found found = found_at({std::clamp(wanted.flexion_rad, first_flexion_rad(), last_flexion_rad()),
+                                std::clamp(wanted.varus_rad, first_varus_rad(), last_varus_rad())});
   JointPose pose;
-  pose.attitude.flexion_rad = std::clamp(wanted.flexion_rad, first_flexion_rad(), last_flexion_rad());
-  pose.attitude.varus_rad = varus_at({pose.attitude.flexion_rad, wanted.varus_rad});
+  if (found.is_solved) pose = placed(found.attitude, found.numbers);
+  pose.attitude = found.attitude;
   pose.is_flexion_clamped = pose.attitude.flexion_rad != wanted.flexion_rad;
   pose.is_varus_clamped = pose.attitude.varus_rad != wanted.varus_rad;
-  const RawSample found = numbers_at(pose.attitude);
-  if (!found.is_solved) return pose;
-  JointPose here = placed(pose.attitude, found.numbers);
-  here.is_flexion_clamped = pose.is_flexion_clamped;
-  here.is_varus_clamped = pose.is_varus_clamped;
-  return here;
+  return pose;
 }
 
 JointPose Motion::placed(const Attitude& attitude, const PoseNumbers& numbers) const
@@ -205,7 +312,10 @@ JointPose Motion::placed(const Attitude& attitude, const PoseNumbers& numbers) c
 
 double Motion::balanced_varus_rad(double flexion_rad) const
 {
-  if (!free_varus_.empty()) return varus_between(free_varus_, flexion_rad);
+  if (!free_varus_.empty()) {
+    return found_at({std::clamp(flexion_rad, first_flexion_rad(), last_flexion_rad()), 0.0})
+        .attitude.varus_rad;
+  }
   if (spine_.empty()) return std::clamp(0.0, first_varus_rad(), last_varus_rad());
   return varus_between(spine_, flexion_rad);
 }

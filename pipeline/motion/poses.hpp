@@ -14,7 +14,7 @@ namespace vrda {
 
 enum class PoseStatus {
   solved,
-  unsolved_cell,  ///< raw set only: a cell around the attitude has no answer
+  unsolved_cell,  ///< a cell around the attitude has no answer; of the set "degree_N" never
 };
 
 const char* name_of(PoseStatus status);
@@ -28,11 +28,13 @@ struct JointPose {
   double theta_rad = 0.0;  ///< about Delta, right-knee sign
   Attitude attitude;       ///< where it was evaluated: the attitude asked for, clamped
   bool is_flexion_clamped = false;
-  bool is_varus_clamped = false;  ///< also where varus was free and another one was asked for
+  bool is_varus_clamped = false;  ///< also where the set has a varus of its own and another was asked for
   PoseStatus status = PoseStatus::unsolved_cell;
 };
 
-/// The sets `Motion` can be made of: smoothed ones by falling degree ("degree_6", ...), then "raw".
+/// The sets `Motion` can be made of, what to show first: smoothed ones by falling degree, each after the one
+/// recontacted from it, in which nothing overlaps or gapes ("degree_6_recontacted", "degree_6", ...); then
+/// "raw"; last "zero_varus", which knows flexion only.
 std::vector<std::string> set_names(const MotionModel& model);
 
 /// One set of a motion model, ready for evaluation. Copies what it needs of the model.
@@ -40,6 +42,8 @@ class Motion {
  public:
   /// `set` must be one of set_names(model); the grids must have the size of the axes.
   Motion(const MotionModel& model, const std::string& set);
+  /// The smoothed surfaces of `set`, which need not be one of the model's; never recontacted.
+  Motion(const MotionModel& model, const SmoothedSet& set);
 
   /// The poses at `wanted`, or at the nearest attitude of the measured range. Under a microsecond,
   /// allocates nothing.
@@ -50,11 +54,15 @@ class Motion {
 
   /// Varus at which the compartments are most nearly in balance: linear in flexion between the solved
   /// spine cells, constant beyond the first and last; without any, 0 or the nearest varus measured. Where
-  /// varus was free, the one found.
+  /// the set has a varus of its own, that one.
   double balanced_varus_rad(double flexion_rad) const;
   bool has_spine() const { return !spine_.empty(); }
-  /// Each flexion has the varus that was found, not one that was given.
+  /// Each flexion has the varus that was found, not one that was given: varus was free, or the set is
+  /// "zero_varus".
   bool is_varus_free() const { return !free_varus_.empty(); }
+
+  /// Unit, world W: linear between the rows of the push, held beyond the ends, then normalised.
+  Eigen::Vector3d delta(double flexion_rad) const;
 
   double first_flexion_rad() const { return raw_.flexion_rad.front(); }
   double last_flexion_rad() const { return raw_.flexion_rad.back(); }
@@ -62,17 +70,30 @@ class Motion {
   double last_varus_rad() const { return last_varus_rad_; }
 
  private:
-  RawSample numbers_at(const Attitude& attitude) const;
-  double varus_at(const Attitude& wanted) const;
+  struct Found {
+    Attitude attitude;
+    PoseNumbers numbers{};
+    bool is_solved = false;
+  };
+  explicit Motion(const MotionModel& model);
+  void set_varus_range();
+  void use_smoothed(const MotionModel& model, const SmoothedSet& set);
+  void use_travel(const GridD& travel_mm);
+  void use_zero_varus(const ZeroVarus& table);
+  Found found_at(const Attitude& attitude) const;
+  Found smoothed_at(const Attitude& attitude) const;
+  Found zero_varus_at(const Attitude& attitude) const;
   Eigen::Matrix3d R_world_solver(double flexion_rad) const;
 
   SolverFrame frame_;                    ///< of the first flexion
   Eigen::Matrix3d R_world_solver_;       ///< of frame_: orthogonal; a reflection for a left joint
   std::vector<Eigen::Vector3d> deltas_;  ///< one a flexion; empty where all are that of frame_
-  std::vector<Attitude> free_varus_;     ///< solved, by ascending flexion; empty where varus was given
+  std::vector<Attitude> free_varus_;     ///< solved, by ascending flexion; empty where varus is asked for
   double first_varus_rad_ = 0.0, last_varus_rad_ = 0.0;
   RawSurfaces raw_;                           ///< its axes are the measured range
-  std::optional<SmoothedSurfaces> smoothed_;  ///< unless the set is "raw"
+  std::optional<SmoothedSurfaces> smoothed_;  ///< of "degree_N" and "degree_N_recontacted"
+  std::optional<HermiteGrid<1>> travel_;      ///< along Delta, mm; of "degree_N_recontacted"
+  std::optional<HermiteGrid<5>> zero_varus_;  ///< over flexion; of "zero_varus"
   std::vector<Attitude> spine_;               ///< solved spine cells by ascending flexion
 };
 

@@ -1,4 +1,4 @@
-/// One smoothed set of a motion model, its four surfaces evaluated in one pass.
+/// One smoothed set of a motion model, its surfaces evaluated in one pass.
 #pragma once
 
 #include <vector>
@@ -11,19 +11,21 @@ namespace vrda {
 struct SmoothedTerm {
   int flexion_degree = 0;
   int varus_degree = 0;
-  PoseNumbers coefficient{};  ///< mm, rad
+  PoseAndVarus coefficient{};  ///< mm, rad
 };
 
-/// Sum of coefficient P_i(u) P_j(v) as in store/evaluate_smoothed.hpp, the terms of all four side by side.
+/// Sum of coefficient P_i(u) P_j(v) as in store/evaluate_smoothed.hpp, the terms of all surfaces side by
+/// side.
 struct SmoothedSurfaces {
   AxisRanges ranges;
-  int degree = 0;  ///< highest of any exponent
+  int degree = 0;          ///< highest of any exponent
+  bool has_varus = false;  ///< varus was free and has a surface; otherwise its coefficients are 0
   std::vector<SmoothedTerm> terms;
 };
 
 SmoothedSurfaces smoothed_surfaces(const MotionModel& model, const SmoothedSet& set);
 
 /// Value at `attitude`, which should lie within the axes. Allocates nothing.
-PoseNumbers evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
+PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
 
 }  // namespace vrda

@@ -7,18 +7,12 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "store/derived_binding.hpp"
 #include "store/layout.hpp"
 #include "store/mechanics_binding.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda {
-
-template <typename Surface, typename Visitor>
-void visit_smoothed_surface(Surface& surface, const std::string& group, Visitor& visit)
-{
-  visit(group + "/" + surface.name, surface.values);
-  visit(group + "/coefficients_" + surface.name, surface.coefficients);
-}
 
 template <typename APart, typename Visitor>
 void visit_part(APart& part, const std::string& group, const PartShape& shape, Visitor& visit)
@@ -112,20 +106,18 @@ void visit_contacts(Contacts& contacts, Visitor& visit)
 }
 
 /// Calls visit(path, member) for every dataset of layout_of(shape), in its order. `model` is const for
-/// writing; for reading, its smoothed sets carry their degrees and names already, and its optional members
-/// exist where `shape` has them.
+/// writing; for reading, its smoothed sets carry their degrees and names already, its audits their names, and
+/// its optional members exist where `shape` has them.
 template <typename Model, typename Visitor>
 void visit_datasets(Model& model, const FileShape& shape, Visitor&& visit)
 {
   visit_root(model, shape, visit);
   visit_clinical(model.clinical, visit);
-  for (auto& set : model.smoothed) {
-    const std::string group = smoothed_group(set.degree);
-    visit(group + "/exponents", set.exponents);
-    for (auto& surface : set.surfaces) visit_smoothed_surface(surface, group, visit);
-  }
+  for (auto& set : model.smoothed) visit_smoothed(set, visit);
   visit_contacts(model.contacts, visit);
   visit_mechanics(model, shape, visit);
+  if (shape.has_zero_varus) visit_zero_varus(*model.zero_varus, shape.has_compartments, visit);
+  for (auto& audit : model.audits) visit_audit(audit, visit);
   visit_body(model.reference, "/bodies/reference", shape.reference, visit);
   visit_body(model.moving, "/bodies/moving", shape.moving, visit);
   visit("/job/text", model.job.text);

@@ -15,7 +15,7 @@ namespace vrda {
 /// One smoothed parameter: sum of coefficient[k] P_i(u) P_j(v), Legendre polynomials,
 /// i = exponents(k, 0) of flexion, j = exponents(k, 1) of varus, u and v on [-1, 1].
 struct SmoothedSurface {
-  std::string name;                  ///< "tx", "ty", "tz" (mm) or "theta" (degrees)
+  std::string name;                  ///< "tx", "ty", "tz" (mm), "theta" or "varus" (degrees)
   std::vector<double> coefficients;  ///< [n_terms]
   GridD values;                      ///< on the grid of the model
   std::int32_t n_cells = 0;          ///< cells fitted
@@ -50,9 +50,21 @@ struct AuditSet {
   std::vector<double> flexion_deg, varus_deg;  ///< axes; of zero_varus, and where varus was free, varus is 0
   GridB state;                                 ///< AuditState
   GridD gap_mm;                                ///< travel along Delta to the next touch; NaN unless free
-  GridD penetration_mm;  ///< travel back along Delta to the first touch from afar; 0 when free, NaN without a
-                         ///< pose
+  GridD penetration_mm;  ///< travel back along Delta until nothing overlaps; 0 when free, NaN without a pose
 };
+
+/// NaN where no attitude has a number.
+struct AuditSummary {
+  double largest_penetration_mm = 0.0;
+  double largest_gap_mm = 0.0;
+};
+AuditSummary summary_of(const AuditSet& audit);
+
+/// `sets` in the order that a motion model keeps, with `set` in it, in place of the one of its degree.
+std::vector<SmoothedSet> with_set(std::vector<SmoothedSet> sets, SmoothedSet set);
+
+/// `audits` in the order that a motion model keeps, with `audit` in it, in place of the one of its name.
+std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit);
 
 /// Where the varus of a zero-varus pose comes from (DESIGN.md 5.5).
 enum class ZeroVarusSource : std::int8_t {

@@ -5,15 +5,11 @@
 #include "core/error.hpp"
 #include "core/search_move.hpp"
 #include "store/dataset_specs.hpp"
+#include "store/derived_layout.hpp"
 #include "store/mechanics_layout.hpp"
 
 namespace vrda {
 namespace {
-
-std::string child(const std::string& group, const std::string& name)
-{
-  return group + "/" + name;
-}
 
 void add_root(FileLayout& layout, const FileShape& shape)
 {
@@ -127,31 +123,6 @@ void add_body(FileLayout& layout, const std::string& group, const BodyShape& sha
   add_part(layout, group + "/visual", group, shape.visual);
 }
 
-void add_smoothed(FileLayout& layout, const SmoothedShape& shape)
-{
-  const std::string group = smoothed_group(shape.degree);
-  layout.groups.push_back(group);
-  layout.attributes.push_back({group, "degree", ValueKind::int32, 1});
-  layout.dimensions.push_back({group + "/term", shape.n_terms});
-  layout.dimensions.push_back({group + "/axis", 2});
-  layout.datasets.push_back(numbers(group + "/exponents", ValueKind::int32,
-                                    {group + "/term", group + "/axis"}, "1",
-                                    "degree of each term's Legendre polynomial of flexion and of varus"));
-  for (const std::string& name : smoothed_names()) {
-    const char* units = name == "theta" ? "degree" : "mm";
-    const std::string path = child(group, name);
-    const std::string coefficients = child(group, "coefficients_" + name);
-    layout.datasets.push_back(
-        numbers(path, ValueKind::float64, grid_dimensions(), units, "smoothed surface on the grid"));
-    layout.datasets.push_back(
-        numbers(coefficients, ValueKind::float64, {group + "/term"}, units, "coefficients of the terms"));
-    layout.attributes.push_back({path, "n_cells", ValueKind::int32, 1});
-    for (const char* measure : {"rms", "largest_residual", "leave_one_out_rms", "condition_number"}) {
-      layout.attributes.push_back({path, measure, ValueKind::float64, 1});
-    }
-  }
-}
-
 void add_job(FileLayout& layout, const FileShape& shape)
 {
   layout.groups.emplace_back("/job");
@@ -226,19 +197,12 @@ FlagTable flag_table(FlagSet set)
       return {{0, 1}, "cylinder ellipsoid"};
     case FlagSet::body:
       return {{0, 1}, "reference moving"};
+    case FlagSet::audit_state:
+      return {{-1, 0, 1, 2}, "no_pose free overlapping nothing_ahead"};
+    case FlagSet::zero_varus_source:
+      return {{-1, 0, 1, 2}, "none both_touch interpolated free"};
   }
   return {};
-}
-
-const std::vector<std::string>& smoothed_names()
-{
-  static const std::vector<std::string> names{"tx", "ty", "tz", "theta"};
-  return names;
-}
-
-std::string smoothed_group(std::int32_t degree)
-{
-  return "/smoothed/degree_" + std::to_string(degree);
 }
 
 FileLayout layout_of(const FileShape& shape)
@@ -253,10 +217,11 @@ FileLayout layout_of(const FileShape& shape)
   layout.attributes.push_back({"/", "has_compartments", ValueKind::int8, 1});
   add_root(layout, shape);
   add_clinical(layout);
-  layout.groups.emplace_back("/smoothed");
-  for (const SmoothedShape& smoothed : shape.smoothed) add_smoothed(layout, smoothed);
+  add_smoothed(layout, shape);
   add_contacts(layout, shape);
   add_mechanics(layout, shape);
+  if (shape.has_zero_varus) add_zero_varus(layout, shape);
+  add_audits(layout, shape);
   layout.groups.emplace_back("/bodies");
   add_body(layout, "/bodies/reference", shape.reference);
   add_body(layout, "/bodies/moving", shape.moving);

@@ -10,7 +10,7 @@
 namespace vrda {
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.1";
+inline constexpr const char* format_version = "1.2";
 /// CF 1.9 is the first to allow 64-bit integers (row_start).
 inline constexpr const char* conventions = "CF-1.9";
 
@@ -28,7 +28,9 @@ enum class FlagSet {
   move_kind,
   node,
   wrap_shape,
-  body
+  body,
+  audit_state,
+  zero_varus_source
 };
 
 struct FlagTable {
@@ -76,6 +78,14 @@ struct BodyShape {
 struct SmoothedShape {
   std::int32_t degree = 0;
   std::int64_t n_terms = 0;
+  bool has_varus = false;      ///< a fifth surface
+  bool has_recontact = false;  ///< travel into contact
+};
+
+struct AuditShape {
+  std::string name;
+  std::int64_t n_flexion = 0;
+  std::int64_t n_varus = 0;
 };
 
 struct LigamentShape {
@@ -85,8 +95,9 @@ struct LigamentShape {
 
 /// Everything that a layout depends on.
 struct FileShape {
-  /// Of format_version. 0 knows no push, contact paths, equilibrium, ligaments or solved varus.
-  std::int32_t minor_version = 1;
+  /// Of format_version. 0 knows no push, contact paths, equilibrium, ligaments or solved varus; 1 neither
+  /// zero-varus motion, audits nor more than the polynomials of tx, ty, tz and theta of a smoothed set.
+  std::int32_t minor_version = 2;
   std::int64_t n_flexion = 0;
   std::int64_t n_varus = 0;
   bool has_compartments = false;
@@ -96,6 +107,8 @@ struct FileShape {
   BodyShape reference;
   BodyShape moving;
   std::vector<SmoothedShape> smoothed;  ///< by increasing degree
+  bool has_zero_varus = false;
+  std::vector<AuditShape> audits;  ///< by name
   std::int64_t n_inputs = 0;
 };
 
@@ -108,12 +121,6 @@ struct FileLayout {
 };
 
 FileLayout layout_of(const FileShape& shape);
-
-/// The smoothed parameters in the order of the file: tx, ty, tz, theta.
-const std::vector<std::string>& smoothed_names();
-
-/// "/smoothed/degree_6".
-std::string smoothed_group(std::int32_t degree);
 
 /// The size of dimension `path`; the axes count as dimensions too.
 std::int64_t dimension_size(const FileLayout& layout, const FileShape& shape, const std::string& path);

@@ -101,6 +101,8 @@ MotionModel with_pending_cells(MotionModel model)
   }
   if (model.ligaments) empty_cells(*model.ligaments, size.n_cells());
   model.smoothed.clear();
+  model.zero_varus.reset();
+  model.audits.clear();
   return model;
 }
 

@@ -156,10 +156,10 @@ struct MotionModel {
 /// Along `delta` at each flexion, with a force and moments of 0.
 PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion);
 
-/// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces or
-/// smoothed surfaces. The content of a start file; a run then fills the cells in. Keeps the push, or makes it
-/// that of `delta` where it has not a row a flexion, and what is no cell's of the fibres. Contact paths and
-/// equilibrium exist after it as has_compartments and method ask.
+/// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces and
+/// nothing that is made of them. The content of a start file; a run then fills the cells in. Keeps the push,
+/// or makes it that of `delta` where it has not a row a flexion, and what is no cell's of the fibres. Contact
+/// paths and equilibrium exist after it as has_compartments and method ask.
 MotionModel with_pending_cells(MotionModel model);
 
 }  // namespace vrda

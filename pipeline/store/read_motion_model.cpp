@@ -1,10 +1,13 @@
+#include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/error.hpp"
 #include "store/binding.hpp"
 #include "store/contact_paths.hpp"
 #include "store/dataset_reader.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/value_findings.hpp"
 #include "store/values.hpp"
 
 namespace vrda {
@@ -16,12 +19,14 @@ Eigen::Vector3d vector(const H5Reader& reader, const std::string& object, const 
   return {value.numbers.at(0), value.numbers.at(1), value.numbers.at(2)};
 }
 
-SmoothedSet empty_set(const H5Reader& reader, const SmoothedShape& shape)
+SmoothedSet empty_set(const H5Reader& reader, const SmoothedShape& shape, std::int32_t minor_version)
 {
   SmoothedSet set;
   set.degree = shape.degree;
-  for (const std::string& name : smoothed_names()) {
-    const std::string path = smoothed_group(shape.degree) + "/" + name;
+  const std::string group = smoothed_group(shape.degree);
+  set.is_robust = minor_version >= 2 && number(reader, group, "is_robust") != 0.0;
+  for (const std::string& name : smoothed_names(shape)) {
+    const std::string path = group + "/" + smoothed_dataset(name);
     SmoothedSurface surface;
     surface.name = name;
     surface.n_cells = static_cast<std::int32_t>(number(reader, path, "n_cells"));
@@ -31,7 +36,36 @@ SmoothedSet empty_set(const H5Reader& reader, const SmoothedShape& shape)
     surface.condition_number = number(reader, path, "condition_number");
     set.surfaces.push_back(surface);
   }
+  if (shape.has_recontact) set.recontact_mm.emplace();
   return set;
+}
+
+void open_derived(MotionModel& model, const H5Reader& reader, const FileShape& shape)
+{
+  for (const SmoothedShape& set : shape.smoothed)
+    model.smoothed.push_back(empty_set(reader, set, shape.minor_version));
+  if (shape.has_zero_varus) model.zero_varus.emplace();
+  for (const AuditShape& audit : shape.audits) {
+    model.audits.emplace_back().name = audit.name;
+    model.audits.back().refine = static_cast<std::int32_t>(number(reader, audit_group(audit.name), "refine"));
+  }
+}
+
+/// The attributes that repeat what the values say.
+void check_summaries(const H5Reader& reader, const MotionModel& model, std::vector<Finding>& findings)
+{
+  for (const AuditSet& audit : model.audits) {
+    const std::string group = audit_group(audit.name);
+    const AuditSummary wanted = summary_of(audit);
+    for (const auto& [name, value] : {std::pair("largest_penetration", wanted.largest_penetration_mm),
+                                      std::pair("largest_gap", wanted.largest_gap_mm)}) {
+      const double found = number(reader, group, name);
+      const bool are_both_nan = std::isnan(found) && std::isnan(value);
+      if (are_both_nan || found == value) continue;
+      findings.push_back(
+          {group + "@" + name, text_of(found), text_of(value) + ", the largest of its values"});
+    }
+  }
 }
 
 /// The members that files of `shape` have, with what stands in their groups' attributes.
@@ -72,8 +106,7 @@ MotionModel read_values(const H5Reader& reader, const Structure& structure)
   model.has_compartments = structure.shape.has_compartments;
   model.reference.name = text(reader, "/bodies/reference", "name");
   model.moving.name = text(reader, "/bodies/moving", "name");
-  for (const SmoothedShape& shape : structure.shape.smoothed)
-    model.smoothed.push_back(empty_set(reader, shape));
+  open_derived(model, reader, structure.shape);
   open_mechanics(model, reader, structure.shape);
   visit_datasets(model, structure.shape, DatasetReader(reader, structure));
   if (structure.shape.minor_version == 0) complete_first_version(model);
@@ -87,6 +120,13 @@ MotionModel read_values(const H5Reader& reader, const Structure& structure)
   return model;
 }
 
+std::vector<Finding> findings_of(const H5Reader& reader, const MotionModel& model)
+{
+  std::vector<Finding> findings = check_values(model);
+  check_summaries(reader, model, findings);
+  return findings;
+}
+
 }  // namespace
 
 MotionModel read_motion_model(const std::string& path)
@@ -97,7 +137,7 @@ MotionModel read_motion_model(const std::string& path)
   MotionModel model;
   if (findings.empty()) {
     model = read_values(reader, structure);
-    findings = check_values(model);
+    findings = findings_of(reader, model);
   }
   if (findings.empty()) {
     // Of version 1.0 they are told by the contacts, once these are known to be sound.
@@ -113,7 +153,7 @@ std::vector<Finding> validate_motion_model(const std::string& path)
   const Structure structure = structure_of(reader);
   if (!structure.findings.empty()) return structure.findings;
   try {
-    return check_values(read_values(reader, structure));
+    return findings_of(reader, read_values(reader, structure));
   } catch (const InputError& error) {
     // A damaged chunk shows only when its values are read.
     return {{error.facts().field, error.facts().found, error.facts().wanted}};

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "store/derived_layout.hpp"
 #include "store/trace_layout.hpp"
 
 namespace vrda {
@@ -38,7 +39,7 @@ class StructureCheck {
     if (!result_.findings.empty()) return result_;
     result_.layout = layout_of(result_.shape);
     check_layout();
-    for (const SmoothedShape& smoothed : result_.shape.smoothed) check_degree(smoothed);
+    for (const SmoothedShape& smoothed : result_.shape.smoothed) check_set(smoothed);
     return result_;
   }
 
@@ -111,6 +112,14 @@ class StructureCheck {
     return 0;
   }
 
+  /// The same of an axis of a grid, where 0 is a finding.
+  std::int64_t axis_size(const std::string& path)
+  {
+    const std::int64_t size = size_of(path);
+    if (size == 0) find(path, "no values", "at least one");
+    return size;
+  }
+
   PartShape part_shape(const std::string& group)
   {
     return {size_of(group + "/vertex"), size_of(group + "/triangle"),
@@ -141,10 +150,28 @@ class StructureCheck {
         continue;
       }
       smoothed.n_terms = size_of(path + "/term");
+      if (result_.shape.minor_version >= 2) {
+        smoothed.has_varus = reader_.objects().count(path + "/" + smoothed_dataset("varus")) > 0;
+        smoothed.has_recontact = reader_.objects().count(path + "/recontact") > 0;
+      }
       result_.shape.smoothed.push_back(smoothed);
     }
     std::sort(result_.shape.smoothed.begin(), result_.shape.smoothed.end(),
               [](const SmoothedShape& a, const SmoothedShape& b) { return a.degree < b.degree; });
+  }
+
+  void read_audit_shapes()
+  {
+    const std::string prefix = audit_group("");
+    for (const auto& [path, kind] : reader_.objects()) {
+      if (path.rfind(prefix, 0) != 0 || path.find('/', prefix.size()) != std::string::npos) continue;
+      const std::string name = path.substr(prefix.size());
+      if (!is_audit_name(name)) {
+        find(path, "no name of a motion", "raw, zero_varus, degree_N or degree_N_recontacted");
+        continue;
+      }
+      result_.shape.audits.push_back({name, axis_size(path + "/flexion"), axis_size(path + "/varus")});
+    }
   }
 
   void read_mechanics_shape()
@@ -159,10 +186,8 @@ class StructureCheck {
     FileShape& shape = result_.shape;
     // Of a later minor version we read what we know.
     shape.minor_version = std::min(minor_version_, shape.minor_version);
-    shape.n_flexion = size_of("/flexion");
-    shape.n_varus = size_of("/varus");
-    if (shape.n_flexion == 0) find("/flexion", "no values", "at least one");
-    if (shape.n_varus == 0) find("/varus", "no values", "at least one");
+    shape.n_flexion = axis_size("/flexion");
+    shape.n_varus = axis_size("/varus");
     const std::optional<AttributeValue> compartments = reader_.attribute("/", "has_compartments");
     if (!compartments || compartments->numbers.size() != 1) {
       find("/@has_compartments", "nothing", "one int8, 0 or 1");
@@ -175,6 +200,9 @@ class StructureCheck {
     shape.moving = body_shape("/bodies/moving");
     shape.n_inputs = size_of("/job/input");
     read_smoothed_shapes();
+    if (shape.minor_version < 2) return;
+    shape.has_zero_varus = reader_.objects().count("/zero_varus") > 0;
+    read_audit_shapes();
   }
 
   void check_dimension(const DimensionSpec& dimension)
@@ -271,13 +299,17 @@ class StructureCheck {
     }
   }
 
-  void check_degree(const SmoothedShape& smoothed)
+  void check_set(const SmoothedShape& smoothed)
   {
     const std::string group = smoothed_group(smoothed.degree);
     if (!reader_.is_group(group)) return;  // a finding already
     const std::optional<AttributeValue> value = reader_.attribute(group, "degree");
-    if (!value || value->numbers.size() != 1 || value->numbers[0] == smoothed.degree) return;
-    find(group + "@degree", "another degree", std::to_string(smoothed.degree));
+    if (value && value->numbers.size() == 1 && value->numbers[0] != smoothed.degree)
+      find(group + "@degree", "another degree", std::to_string(smoothed.degree));
+    const std::optional<AttributeValue> is_robust = reader_.attribute(group, "is_robust");
+    if (result_.shape.minor_version < 2 || !is_robust || is_robust->numbers.size() != 1) return;
+    if (is_robust->numbers[0] != 0.0 && is_robust->numbers[0] != 1.0)
+      find(group + "@is_robust", "another value", "0 or 1");
   }
 
   const H5Reader& reader_;

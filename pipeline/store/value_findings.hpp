@@ -94,6 +94,14 @@ class ValueFindings {
                 [&](std::size_t i) { return !std::isfinite(values[i]); });
   }
 
+  /// The attitudes of a grid, degrees.
+  void axis(const std::string& where, const std::vector<double>& values)
+  {
+    each_number(
+        where, values.data(), values.size(), "finite, strictly increasing degrees",
+        [&](std::size_t i) { return !std::isfinite(values[i]) || (i > 0 && !(values[i] > values[i - 1])); });
+  }
+
   void codes(const std::string& where, const std::int8_t* values, std::size_t size,
              const std::vector<std::int8_t>& known)
   {

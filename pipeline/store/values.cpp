@@ -4,9 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <set>
-#include <utility>
 
-#include "store/evaluate_smoothed.hpp"
+#include "store/derived_values.hpp"
 #include "store/layout.hpp"
 #include "store/mechanics_values.hpp"
 #include "store/value_findings.hpp"
@@ -14,23 +13,18 @@
 namespace vrda {
 namespace {
 
-/// Smoothed values against their polynomial: sums of at most 231 terms of up to 1e3 mm.
-constexpr double smoothed_tolerance = 1e-9;
-
 class ValueCheck {
  public:
   explicit ValueCheck(const MotionModel& model)
-      : model_(model),
-        n_varus_(model.varus_deg.size()),
-        n_cells_(model.flexion_deg.size() * model.varus_deg.size())
+      : model_(model), n_cells_(model.flexion_deg.size() * model.varus_deg.size())
   {
   }
 
   std::vector<Finding> run()
   {
     check_root_attributes();
-    check_axis("/flexion", model_.flexion_deg);
-    check_axis("/varus", model_.varus_deg);
+    findings_.axis("/flexion", model_.flexion_deg);
+    findings_.axis("/varus", model_.varus_deg);
     check_cells();
     check_poses();
     check_spine();
@@ -38,7 +32,7 @@ class ValueCheck {
     check_mechanics(model_, findings_);
     check_body("/bodies/reference", model_.reference);
     check_body("/bodies/moving", model_.moving);
-    for (const SmoothedSet& set : model_.smoothed) check_smoothed(set);
+    check_derived(model_, findings_);
     findings_.each(
         "/job/input_sha256", model_.job.inputs.size(), "64 hexadecimal digits",
         [&](std::size_t i) { return !is_sha256(model_.job.inputs[i].sha256); },
@@ -80,13 +74,6 @@ class ValueCheck {
     if (!(model_.contact_resolution_mm > 0.0) || !std::isfinite(model_.contact_resolution_mm)) {
       findings_.find("/@contact_resolution_mm", text_of(model_.contact_resolution_mm), "a positive length");
     }
-  }
-
-  void check_axis(const std::string& where, const std::vector<double>& values)
-  {
-    findings_.each_number(
-        where, values.data(), values.size(), "finite, strictly increasing degrees",
-        [&](std::size_t i) { return !std::isfinite(values[i]) || (i > 0 && !(values[i] > values[i - 1])); });
   }
 
   /// A number where the cell is stable, NaN elsewhere.
@@ -210,70 +197,7 @@ class ValueCheck {
     check_part(group + "/visual", body.visual, body.components.size());
   }
 
-  /// Every pair (i, j) with i + j <= degree, of an axis with one value its constant only.
-  std::size_t wanted_terms(std::int32_t degree) const
-  {
-    const bool has_flexion = model_.flexion_deg.size() > 1, has_varus = model_.varus_deg.size() > 1;
-    const std::size_t n = static_cast<std::size_t>(degree);
-    if (has_flexion && has_varus) return (n + 1) * (n + 2) / 2;
-    return has_flexion || has_varus ? n + 1 : 1;
-  }
-
-  bool has_right_terms(const SmoothedSet& set, const std::string& group)
-  {
-    const std::size_t n_terms = static_cast<std::size_t>(set.exponents.rows());
-    const std::size_t wanted = wanted_terms(set.degree);
-    if (n_terms != wanted) {
-      findings_.find(
-          group + "/exponents", std::to_string(n_terms) + " terms",
-          std::to_string(wanted) + " terms for degree " + std::to_string(set.degree) + " on this grid");
-      return false;
-    }
-    std::set<std::pair<std::int32_t, std::int32_t>> seen;
-    const std::size_t before = findings_.size();
-    findings_.each(
-        group + "/exponents", n_terms, "each pair of degrees up to the total degree once",
-        [&](std::size_t k) {
-          const std::int32_t i = set.exponents(static_cast<Eigen::Index>(k), 0);
-          const std::int32_t j = set.exponents(static_cast<Eigen::Index>(k), 1);
-          // Compared one by one: the sum of two wild values would overflow.
-          return i < 0 || j < 0 || i > set.degree || j > set.degree - i ||
-                 (i > 0 && model_.flexion_deg.size() == 1) || (j > 0 && model_.varus_deg.size() == 1) ||
-                 !seen.insert({i, j}).second;
-        },
-        [&](std::size_t k) {
-          return std::to_string(set.exponents(static_cast<Eigen::Index>(k), 0)) + ", " +
-                 std::to_string(set.exponents(static_cast<Eigen::Index>(k), 1));
-        });
-    return findings_.size() == before;
-  }
-
-  void check_smoothed(const SmoothedSet& set)
-  {
-    const std::string group = smoothed_group(set.degree);
-    if (set.degree < 0 || set.degree > largest_smoothed_degree) {
-      findings_.find(group, "degree " + std::to_string(set.degree),
-                     "a degree from 0 to " + std::to_string(largest_smoothed_degree));
-      return;
-    }
-    if (!has_right_terms(set, group)) return;
-    const AxisRanges ranges = axis_ranges(model_.flexion_deg, model_.varus_deg);
-    for (const SmoothedSurface& surface : set.surfaces) {
-      findings_.all_finite(group + "/coefficients_" + surface.name, surface.coefficients.data(),
-                           surface.coefficients.size());
-      const double* values = surface.values.data();
-      findings_.each_number(
-          group + "/" + surface.name, values, n_cells_, "the value of the polynomial", [&](std::size_t cell) {
-            const double wanted = evaluate(set, surface, ranges, model_.flexion_deg[cell / n_varus_],
-                                           model_.varus_deg[cell % n_varus_])
-                                      .value;
-            return !(std::abs(values[cell] - wanted) <= smoothed_tolerance * (1.0 + std::abs(wanted)));
-          });
-    }
-  }
-
   const MotionModel& model_;
-  std::size_t n_varus_;
   std::size_t n_cells_;
   ValueFindings findings_;
 };

@@ -29,6 +29,41 @@ LigamentShape shape_of(const LigamentRows& ligaments)
           static_cast<std::int64_t>(ligaments.wrap_name.size())};
 }
 
+SmoothedShape shape_of(const SmoothedSet& set)
+{
+  SmoothedShape shape{set.degree, set.exponents.rows(), set.surfaces.size() == 5,
+                      set.recontact_mm.has_value()};
+  const std::vector<std::string>& names = smoothed_names(shape);
+  check(set.surfaces.size() == names.size(), "a smoothed set holds tx, ty, tz, theta and perhaps varus");
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    check(set.surfaces[i].name == names[i],
+          "a smoothed set holds tx, ty, tz, theta and perhaps varus, in this order");
+  }
+  return shape;
+}
+
+AuditShape shape_of(const AuditSet& audit)
+{
+  check(is_audit_name(audit.name), "an audit has the name of a motion");
+  return {audit.name, static_cast<std::int64_t>(audit.flexion_deg.size()),
+          static_cast<std::int64_t>(audit.varus_deg.size())};
+}
+
+void add_derived_shape(FileShape& shape, const MotionModel& model)
+{
+  for (const SmoothedSet& set : model.smoothed) {
+    check(shape.smoothed.empty() || shape.smoothed.back().degree < set.degree,
+          "smoothed sets stand by increasing degree, each degree once");
+    shape.smoothed.push_back(shape_of(set));
+  }
+  shape.has_zero_varus = model.zero_varus.has_value();
+  for (const AuditSet& audit : model.audits) {
+    check(shape.audits.empty() || shape.audits.back().name < audit.name,
+          "audits stand by name, each name once");
+    shape.audits.push_back(shape_of(audit));
+  }
+}
+
 FileShape shape_of(const MotionModel& model)
 {
   check(model.equilibrium.has_value() == (model.method == "equilibrium"),
@@ -45,16 +80,7 @@ FileShape shape_of(const MotionModel& model)
   if (model.ligaments) shape.ligaments = shape_of(*model.ligaments);
   shape.reference = shape_of(model.reference);
   shape.moving = shape_of(model.moving);
-  for (const SmoothedSet& set : model.smoothed) {
-    check(shape.smoothed.empty() || shape.smoothed.back().degree < set.degree,
-          "smoothed sets stand by increasing degree, each degree once");
-    check(set.surfaces.size() == smoothed_names().size(), "a smoothed set holds tx, ty, tz and theta");
-    for (std::size_t i = 0; i < set.surfaces.size(); ++i) {
-      check(set.surfaces[i].name == smoothed_names()[i],
-            "a smoothed set holds tx, ty, tz and theta, in this order");
-    }
-    shape.smoothed.push_back({set.degree, set.exponents.rows()});
-  }
+  add_derived_shape(shape, model);
   shape.n_inputs = static_cast<std::int64_t>(model.job.inputs.size());
   return shape;
 }
@@ -93,18 +119,31 @@ void write_group_attributes(H5Writer& writer, const MotionModel& model)
     writer.write_attribute("/equilibrium", "band_moment_nmm", number(model.equilibrium->band_moment_nmm));
   if (model.ligaments)
     writer.write_attribute("/ligaments", "transition_strain", number(model.ligaments->transition_strain));
-  for (const SmoothedSet& set : model.smoothed) {
-    const std::string group = smoothed_group(set.degree);
-    writer.write_attribute(group, "degree", std::span<const std::int32_t>(&set.degree, 1));
-    for (const SmoothedSurface& surface : set.surfaces) {
-      const std::string path = group + "/" + surface.name;
-      writer.write_attribute(path, "n_cells", std::span<const std::int32_t>(&surface.n_cells, 1));
-      writer.write_attribute(path, "rms", number(surface.rms));
-      writer.write_attribute(path, "largest_residual", number(surface.largest_residual));
-      writer.write_attribute(path, "leave_one_out_rms", number(surface.leave_one_out_rms));
-      writer.write_attribute(path, "condition_number", number(surface.condition_number));
-    }
+}
+
+void write_smoothed_attributes(H5Writer& writer, const SmoothedSet& set)
+{
+  const std::string group = smoothed_group(set.degree);
+  const std::int8_t is_robust = set.is_robust ? 1 : 0;
+  writer.write_attribute(group, "degree", std::span<const std::int32_t>(&set.degree, 1));
+  writer.write_attribute(group, "is_robust", std::span<const std::int8_t>(&is_robust, 1));
+  for (const SmoothedSurface& surface : set.surfaces) {
+    const std::string path = group + "/" + smoothed_dataset(surface.name);
+    writer.write_attribute(path, "n_cells", std::span<const std::int32_t>(&surface.n_cells, 1));
+    writer.write_attribute(path, "rms", number(surface.rms));
+    writer.write_attribute(path, "largest_residual", number(surface.largest_residual));
+    writer.write_attribute(path, "leave_one_out_rms", number(surface.leave_one_out_rms));
+    writer.write_attribute(path, "condition_number", number(surface.condition_number));
   }
+}
+
+void write_audit_attributes(H5Writer& writer, const AuditSet& audit)
+{
+  const std::string group = audit_group(audit.name);
+  const AuditSummary summary = summary_of(audit);
+  writer.write_attribute(group, "refine", std::span<const std::int32_t>(&audit.refine, 1));
+  writer.write_attribute(group, "largest_penetration", number(summary.largest_penetration_mm));
+  writer.write_attribute(group, "largest_gap", number(summary.largest_gap_mm));
 }
 
 std::string bytes_of(const std::string& path, const MotionModel& model)
@@ -116,6 +155,8 @@ std::string bytes_of(const std::string& path, const MotionModel& model)
   for (const std::string& group : layout.groups) writer.create_group(group);
   visit_datasets(model, shape, DatasetWriter(writer, layout, shape));
   write_group_attributes(writer, model);
+  for (const SmoothedSet& set : model.smoothed) write_smoothed_attributes(writer, set);
+  for (const AuditSet& audit : model.audits) write_audit_attributes(writer, audit);
   return writer.bytes();
 }
 

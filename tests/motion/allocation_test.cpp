@@ -56,7 +56,13 @@ TEST(MotionAllocation, AnEvaluationAllocatesNothing)
   MotionModel model = test::model_of(plan);
   test::unsolve(model, 1, 1);
   test::add_smoothed(model, 6, [](int i, int j) { return PoseNumbers{i + 1.0, j + 1.0, 1.0, 2.0}; });
-  for (const std::string set : {"raw", "degree_6"}) {
+  model.smoothed.front().recontact_mm = GridD::Constant(model.status.rows(), model.status.cols(), 0.1);
+  const std::vector<double> column(model.flexion_deg.size(), 1.0);
+  ZeroVarus table;
+  table.source.assign(column.size(), static_cast<std::int8_t>(ZeroVarusSource::free));
+  table.varus_deg = table.tx_mm = table.ty_mm = table.tz_mm = table.theta_deg = column;
+  model.zero_varus = table;
+  for (const std::string& set : set_names(model)) {
     const Motion motion(model, set);
     const long before = n_allocations;
     double sum = 0.0;

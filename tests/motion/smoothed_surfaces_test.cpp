@@ -22,7 +22,7 @@ TEST(SmoothedSurfaces, AgreeWithTheLegendrePolynomialsWrittenOut)
   const SmoothedSurfaces surfaces = smoothed_surfaces(model, model.smoothed.front());
   for (const double flexion_deg : {0.0, 7.0, 45.0, 81.5, 90.0}) {
     for (const double varus_deg : {-4.0, -1.5, 0.0, 4.0}) {
-      const PoseNumbers found = evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
+      const PoseAndVarus found = evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)});
       const double u = flexion_deg / 45.0 - 1.0, v = varus_deg / 4.0;
       EXPECT_NEAR(found[0], 0.5 * (5.0 * u * u * u - 3.0 * u), rounding);
       EXPECT_NEAR(found[1], 0.5 * (3.0 * u * u - 1.0) * v, rounding);
@@ -59,7 +59,7 @@ TEST(SmoothedSurfaces, AgreeWithTheEvaluationOfTheStore)
   const SmoothedSurfaces surfaces = smoothed_surfaces(model, set);
   const AxisRanges ranges = axis_ranges(model.flexion_deg, model.varus_deg);
   for (const double flexion_deg : {3.0, 50.0, 88.0}) {
-    const PoseNumbers found = evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(-3.0)});
+    const PoseAndVarus found = evaluate(surfaces, {rad_from_deg(flexion_deg), rad_from_deg(-3.0)});
     for (std::size_t number = 0; number < 4; ++number) {
       const double expected = evaluate(set, set.surfaces[number], ranges, flexion_deg, -3.0).value;
       EXPECT_NEAR(found[number], number == 3 ? rad_from_deg(expected) : expected, 28 * rounding);

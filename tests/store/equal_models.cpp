@@ -47,6 +47,9 @@ void expect_equal(const Body& a, const Body& b)
 void expect_equal(const SmoothedSet& a, const SmoothedSet& b)
 {
   EXPECT_EQ(a.degree, b.degree);
+  EXPECT_EQ(a.is_robust, b.is_robust);
+  ASSERT_EQ(a.recontact_mm.has_value(), b.recontact_mm.has_value());
+  expect_equal(a.recontact_mm.value_or(GridD()), b.recontact_mm.value_or(GridD()), "recontact");
   EXPECT_TRUE((a.exponents == b.exponents).all());
   ASSERT_EQ(a.surfaces.size(), b.surfaces.size());
   for (std::size_t s = 0; s < a.surfaces.size(); ++s) {
@@ -59,6 +62,59 @@ void expect_equal(const SmoothedSet& a, const SmoothedSet& b)
     EXPECT_EQ(a.surfaces[s].leave_one_out_rms, b.surfaces[s].leave_one_out_rms);
     EXPECT_EQ(a.surfaces[s].condition_number, b.surfaces[s].condition_number);
   }
+}
+
+void expect_equal(const ZeroVarus& a, const ZeroVarus& b)
+{
+  EXPECT_EQ(a.source, b.source);
+  expect_equal(a.varus_deg, b.varus_deg, "zero varus");
+  expect_equal(a.varus_first_deg, b.varus_first_deg, "varus_first");
+  expect_equal(a.varus_last_deg, b.varus_last_deg, "varus_last");
+  expect_equal(a.tx_mm, b.tx_mm, "zero-varus tx");
+  expect_equal(a.ty_mm, b.ty_mm, "zero-varus ty");
+  expect_equal(a.tz_mm, b.tz_mm, "zero-varus tz");
+  expect_equal(a.theta_deg, b.theta_deg, "zero-varus theta");
+  expect_equal(a.X_reference_moving, b.X_reference_moving, "zero-varus X_reference_moving");
+  expect_equal(a.clinical_flexion_deg, b.clinical_flexion_deg, "zero-varus flexion_angle");
+  expect_equal(a.clinical_varus_deg, b.clinical_varus_deg, "zero-varus varus_angle");
+  expect_equal(a.internal_rotation_deg, b.internal_rotation_deg, "zero-varus internal_rotation");
+  expect_equal(a.anterior_mm, b.anterior_mm, "zero-varus anterior");
+  expect_equal(a.proximal_mm, b.proximal_mm, "zero-varus proximal");
+  expect_equal(a.lateral_mm, b.lateral_mm, "zero-varus lateral");
+  expect_equal(a.medial_reference_mm, b.medial_reference_mm, "zero-varus medial_reference");
+  expect_equal(a.medial_moving_mm, b.medial_moving_mm, "zero-varus medial_moving");
+  expect_equal(a.lateral_reference_mm, b.lateral_reference_mm, "zero-varus lateral_reference");
+  expect_equal(a.lateral_moving_mm, b.lateral_moving_mm, "zero-varus lateral_moving");
+  expect_equal(a.helical_rotation_deg, b.helical_rotation_deg, "helical_rotation");
+  expect_equal(a.helical_translation_mm, b.helical_translation_mm, "helical_translation");
+  expect_equal(a.helical_direction, b.helical_direction, "helical_direction");
+  expect_equal(a.helical_point_mm, b.helical_point_mm, "helical_point");
+  expect_equal(a.instant_centre_mm, b.instant_centre_mm, "instant_centre");
+  expect_equal(a.medial_rolling_mm, b.medial_rolling_mm, "medial_rolling");
+  expect_equal(a.medial_sliding_mm, b.medial_sliding_mm, "medial_sliding");
+  expect_equal(a.lateral_rolling_mm, b.lateral_rolling_mm, "lateral_rolling");
+  expect_equal(a.lateral_sliding_mm, b.lateral_sliding_mm, "lateral_sliding");
+}
+
+void expect_equal(const AuditSet& a, const AuditSet& b)
+{
+  EXPECT_EQ(a.name, b.name);
+  EXPECT_EQ(a.refine, b.refine);
+  EXPECT_EQ(a.flexion_deg, b.flexion_deg);
+  EXPECT_EQ(a.varus_deg, b.varus_deg);
+  expect_equal(a.state, b.state, "audit state");
+  expect_equal(a.gap_mm, b.gap_mm, "audit gap");
+  expect_equal(a.penetration_mm, b.penetration_mm, "audit penetration");
+}
+
+void expect_equal_derived(const MotionModel& a, const MotionModel& b)
+{
+  ASSERT_EQ(a.smoothed.size(), b.smoothed.size());
+  for (std::size_t i = 0; i < a.smoothed.size(); ++i) expect_equal(a.smoothed[i], b.smoothed[i]);
+  ASSERT_EQ(a.zero_varus.has_value(), b.zero_varus.has_value());
+  expect_equal(a.zero_varus.value_or(ZeroVarus()), b.zero_varus.value_or(ZeroVarus()));
+  ASSERT_EQ(a.audits.size(), b.audits.size());
+  for (std::size_t i = 0; i < a.audits.size(); ++i) expect_equal(a.audits[i], b.audits[i]);
 }
 
 void expect_equal_cells(const MotionModel& a, const MotionModel& b)
@@ -203,8 +259,7 @@ void expect_equal(const MotionModel& a, const MotionModel& b)
   EXPECT_EQ(a.contacts.compartment, b.contacts.compartment);
   expect_equal(a.reference, b.reference);
   expect_equal(a.moving, b.moving);
-  ASSERT_EQ(a.smoothed.size(), b.smoothed.size());
-  for (std::size_t i = 0; i < a.smoothed.size(); ++i) expect_equal(a.smoothed[i], b.smoothed[i]);
+  expect_equal_derived(a, b);
   expect_equal_mechanics(a, b);
   EXPECT_EQ(a.job.text, b.job.text);
   EXPECT_EQ(a.job.resolved, b.job.resolved);

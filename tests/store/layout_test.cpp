@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "store/derived.hpp"
 #include "store/page_paths.hpp"
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
@@ -26,8 +27,20 @@ FileShape full_shape()
   shape.ligaments = {55, 3};
   shape.reference = {2, {10, 16, true}, true, {8, 12, true}};
   shape.moving = shape.reference;
-  shape.smoothed = {{6, 28}};
+  shape.smoothed = {{6, 28, true, true}};
+  shape.has_zero_varus = true;
+  shape.audits = {{"raw", 7, 5}};
   shape.n_inputs = 2;
+  return shape;
+}
+
+FileShape version_one_one()
+{
+  FileShape shape = full_shape();
+  shape.minor_version = 1;
+  shape.smoothed = {{6, 28}};
+  shape.has_zero_varus = false;
+  shape.audits.clear();
   return shape;
 }
 
@@ -39,11 +52,31 @@ std::string replaced(std::string text, const std::string& old, const std::string
   return text;
 }
 
-/// As the page writes it: B for both bodies, N for the degree.
+/// As the page writes it: B for both bodies, N for the degree, NAME for the audited motion.
 std::string on_page(const std::string& path)
 {
-  return replaced(replaced(replaced(path, "/bodies/reference", "/bodies/B"), "/bodies/moving", "/bodies/B"),
-                  "degree_6", "degree_N");
+  const std::string body =
+      replaced(replaced(path, "/bodies/reference", "/bodies/B"), "/bodies/moving", "/bodies/B");
+  return replaced(replaced(body, "degree_6", "degree_N"), "/audit/raw", "/audit/NAME");
+}
+
+std::set<std::string> dataset_paths(const FileShape& shape)
+{
+  std::set<std::string> paths;
+  for (const DatasetSpec& spec : layout_of(shape).datasets) paths.insert(spec.path);
+  return paths;
+}
+
+/// Codes and words as the page lists them.
+std::string listed(const FlagTable& table, const std::string& separator)
+{
+  std::istringstream words(table.meanings);
+  std::string row, word;
+  for (const std::int8_t value : table.values) {
+    words >> word;
+    row += (row.empty() ? "" : separator) + std::to_string(value) + " " + word;
+  }
+  return row;
 }
 
 TEST(Layout, IsThePageOfTheSpecification)
@@ -61,32 +94,65 @@ TEST(Layout, IsThePageOfTheSpecification)
   EXPECT_THAT(page, ::testing::HasSubstr(std::string("`") + conventions + "`"));
 }
 
-TEST(Layout, TheStatusCodesAreThoseOfThePage)
+TEST(Layout, TheCodesAreThoseOfThePage)
 {
   const std::string page = test::read_bytes(test::source_directory() / "schemas" / "motion-model.md");
-  const FlagTable table = flag_table(FlagSet::status);
-  std::istringstream words(table.meanings);
-  std::string row, word;
-  for (const std::int8_t value : table.values) {
-    ASSERT_TRUE(words >> word);
-    row += (row.empty() ? "" : ", ") + std::to_string(value) + " " + word;
+  EXPECT_THAT(page, ::testing::HasSubstr(listed(flag_table(FlagSet::status), ", ")));
+  EXPECT_THAT(page, ::testing::HasSubstr(listed(flag_table(FlagSet::audit_state), ", ")));
+  const FlagTable source = flag_table(FlagSet::zero_varus_source);
+  EXPECT_EQ(source.values, (std::vector<std::int8_t>{-1, 0, 1, 2}));
+  for (const char* code : {"-1 none: ", "0 both_touch: ", "1 interpolated: ", "2 free: "}) {
+    EXPECT_THAT(page, ::testing::HasSubstr(code));
   }
-  EXPECT_THAT(page, ::testing::HasSubstr(row));
 }
 
-TEST(Layout, VersionOneZeroIsTheSameWithoutWhatCameLater)
+TEST(Layout, TheCodesAreThoseOfTheEnumerations)
 {
-  FileShape first = full_shape();
+  EXPECT_EQ(listed(flag_table(FlagSet::audit_state), " "), "-1 no_pose 0 free 1 overlapping 2 nothing_ahead");
+  EXPECT_EQ(static_cast<int>(AuditState::no_pose), -1);
+  EXPECT_EQ(static_cast<int>(AuditState::free), 0);
+  EXPECT_EQ(static_cast<int>(AuditState::overlapping), 1);
+  EXPECT_EQ(static_cast<int>(AuditState::nothing_ahead), 2);
+  EXPECT_EQ(listed(flag_table(FlagSet::zero_varus_source), " "),
+            "-1 none 0 both_touch 1 interpolated 2 free");
+  EXPECT_EQ(static_cast<int>(ZeroVarusSource::none), -1);
+  EXPECT_EQ(static_cast<int>(ZeroVarusSource::both_touch), 0);
+  EXPECT_EQ(static_cast<int>(ZeroVarusSource::interpolated), 1);
+  EXPECT_EQ(static_cast<int>(ZeroVarusSource::free), 2);
+}
+
+TEST(Layout, VersionOneZeroIsThatOfOneOneWithoutWhatCameLater)
+{
+  FileShape first = version_one_one();
   first.minor_version = 0;
-  std::set<std::string> old, added;
-  for (const DatasetSpec& spec : layout_of(first).datasets) old.insert(spec.path);
-  for (const DatasetSpec& spec : layout_of(full_shape()).datasets) {
-    if (old.count(spec.path) == 0) added.insert(spec.path.substr(0, spec.path.find('/', 1)));
+  const std::set<std::string> old = dataset_paths(first);
+  std::set<std::string> added;
+  for (const std::string& path : dataset_paths(version_one_one())) {
+    if (old.count(path) == 0) added.insert(path.substr(0, path.find('/', 1)));
   }
   EXPECT_EQ(added, (std::set<std::string>{"/varus_solved", "/push", "/contact_paths", "/equilibrium",
                                           "/ligaments"}));
   EXPECT_EQ(flag_table(FlagSet::search_status).values, (std::vector<std::int8_t>{-1, 0, 1, 2, 3}));
   EXPECT_EQ(flag_table(FlagSet::status).values, (std::vector<std::int8_t>{-1, 0, 1, 2, 3, 4}));
+}
+
+TEST(Layout, VersionOneTwoAddsWhatIsMadeOfTheSurfaces)
+{
+  const std::set<std::string> old = dataset_paths(version_one_one());
+  std::set<std::string> added;
+  for (const std::string& path : dataset_paths(full_shape())) {
+    const std::string group = path.substr(0, path.find('/', 1));
+    if (old.count(path) == 0) added.insert(group == "/smoothed" ? path : group);
+  }
+  EXPECT_EQ(added, (std::set<std::string>{"/zero_varus", "/audit", "/smoothed/degree_6/recontact",
+                                          "/smoothed/degree_6/varus_solved",
+                                          "/smoothed/degree_6/coefficients_varus_solved"}));
+  // Where nothing has been made, the only news is is_robust.
+  FileShape plain = version_one_one();
+  plain.minor_version = 2;
+  EXPECT_EQ(dataset_paths(plain), old);
+  EXPECT_EQ(layout_of(plain).groups, layout_of(version_one_one()).groups);
+  EXPECT_EQ(layout_of(plain).attributes.size(), layout_of(version_one_one()).attributes.size() + 1);
 }
 
 TEST(Layout, EveryDatasetFindsItsDimensions)

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "store/equal_models.hpp"
+#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
@@ -37,11 +38,13 @@ TEST(MotionModelFile, GivesBackWhatWasWritten)
     SCOPED_TRACE(options.n_flexion * 10000 + options.n_varus * 100 + options.n_fibres);
     MotionModel model = test::sample_model(options);
     if (options.n_flexion == 1) model.smoothed.clear();  // the sample's set has a term of flexion
-    write_motion_model(path, model);
-    for (const Finding& finding : validate_motion_model(path)) {
-      ADD_FAILURE() << finding.where << ": " << finding.found << ", wanted " << finding.wanted;
+    for (const MotionModel& wanted : {model, test::with_derived(model)}) {
+      write_motion_model(path, wanted);
+      for (const Finding& finding : validate_motion_model(path)) {
+        ADD_FAILURE() << finding.where << ": " << finding.found << ", wanted " << finding.wanted;
+      }
+      expect_equal(read_motion_model(path), wanted);
     }
-    expect_equal(read_motion_model(path), model);
   }
 }
 
@@ -93,11 +96,12 @@ TEST(MotionModelFile, EqualModelsGiveEqualBytes)
   const test::Scratch scratch;
   const std::string a = scratch.path() / "a.h5", b = scratch.path() / "folder" / "longer-name.h5";
   std::filesystem::create_directory(scratch.path() / "folder");
-  MotionModel model = test::sample_model({91, 21, true, true, true, true, 4, 2});
+  MotionModel model = test::with_derived(test::sample_model({91, 21, true, true, true, true, 4, 2}));
   write_motion_model(a, model);
   sleep(1);  // a stored time would differ
   // A NaN is a NaN, whatever its bits.
   model.tx_mm(1, 2) = std::bit_cast<double>(0xfff8000000000001u);
+  model.audits[0].gap_mm(0, 0) = model.tx_mm(1, 2);
   write_motion_model(b, model);
   EXPECT_EQ(test::read_bytes(a), test::read_bytes(b));
 }
@@ -106,9 +110,12 @@ TEST(MotionModelFile, WritingReadBackBytesGivesTheSameFile)
 {
   const test::Scratch scratch;
   const std::string a = scratch.path() / "a.h5", b = scratch.path() / "b.h5";
-  write_motion_model(a, test::sample_model({4, 3, true, true, true, true, 4, 2}));
-  write_motion_model(b, read_motion_model(a));
-  EXPECT_EQ(test::read_bytes(a), test::read_bytes(b));
+  for (const std::int32_t n_varus : {3, 1}) {
+    const MotionModel model = test::sample_model({4, n_varus, true, true, n_varus == 3, true, 4, 2});
+    write_motion_model(a, test::with_derived(model));
+    write_motion_model(b, read_motion_model(a));
+    EXPECT_EQ(test::read_bytes(a), test::read_bytes(b));
+  }
 }
 
 TEST(MotionModelFile, ReplacesAFileAndLeavesNothingElse)

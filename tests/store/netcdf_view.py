@@ -26,6 +26,9 @@ GROUPS = {
     "/equilibrium/spine": {"flexion"},
     "/ligaments": {"flexion", "varus", "fibre", "wrapping", "xyz", "row", "column"},
     "/smoothed/degree_1": {"flexion", "varus", "term", "axis"},
+    "/zero_varus": {"flexion", "interval", "sagittal", "xyz", "row", "column"},
+    "/audit/raw": {"flexion", "varus"},
+    "/audit/degree_1_recontacted": {"flexion", "varus"},
     "/job": {"input"},
 }
 
@@ -77,6 +80,12 @@ def check_ncdump(path):
         "double X_body_wrap(wrapping, row, column) ;",
         'string wrap_shape:flag_meanings = "cylinder ellipsoid" ;',
         "double varus_solved(flexion, varus) ;",
+        "double recontact(flexion, varus) ;",
+        'string source:flag_meanings = "none both_touch interpolated free" ;',
+        "double instant_centre(interval, sagittal) ;",
+        'string state:flag_meanings = "no_pose free overlapping nothing_ahead" ;',
+        "flexion = 181 ;",
+        "largest_penetration = 33.75 ;",
     ):
         check(line in header, f"`{line}` is not in the output of ncdump -h")
     check("phony_dim" not in header, "a dimension without a name in the output of ncdump -h")
@@ -122,6 +131,35 @@ def check_mechanics(path, engine):
     check(float(tight[4]) > 0 and float(tight[2]) == 0 and bool(tight[1].isnull()), "other fibres are tight")
 
 
+def check_derived(path, engine):
+    """As the page names them: a motion over flexion alone, and audits on grids of their own."""
+    import numpy
+    import xarray
+
+    motion = xarray.load_dataset(path, engine=engine, group="zero_varus")
+    check(motion.internal_rotation.dims == ("flexion",), "internal rotation of the zero-varus motion is not over flexion")
+    check(motion.source.values[:3].tolist() == [0, 1, 0], "the zero-varus motion has other sources")
+    check(bool(motion.varus_first[1].isnull()) and float(motion.varus_last[2]) == -0.5, "the zero varus has other bounds")
+    check(motion.helical_direction.shape == (90, 3), "the helical axes are not between the flexions")
+    audit = xarray.load_dataset(path, engine=engine, group="audit/raw")
+    check(audit.flexion.values.tolist() == [i / 2 for i in range(181)], "the audit's axis of flexion is another")
+    cell = audit.sel(flexion=1.0, varus=-0.5)
+    check(int(cell.state) == 2 and bool(cell.gap.isnull()), "the audit's state is another")
+    check(int(numpy.atleast_1d(audit.attrs["refine"])[0]) == 2, "the audit is refined otherwise")
+    check(float(audit.penetration.max()) == float(audit.attrs["largest_penetration"]), "the largest penetration is another")
+
+
+def check_free(path):
+    """With one column there is a surface of the varus found, whose name no coordinate has."""
+    import xarray
+
+    for engine in ("netcdf4", "h5netcdf"):
+        with xarray.open_dataset(path, engine=engine, group="smoothed/degree_1") as dataset:
+            check_dataset(dataset.load(), "/smoothed/degree_1", GROUPS["/smoothed/degree_1"])
+            check(dataset.varus_solved.dims == ("flexion", "varus"), "the smoothed varus has other dimensions")
+            check(dataset.coefficients_varus_solved.attrs["units"] == "degree", "the smoothed varus is not in degrees")
+
+
 def check_xarray(path):
     # Modules warn on being imported about each other's versions; only what our file causes counts.
     for module in ("h5py", "netCDF4", "h5netcdf", "pandas", "xarray"):
@@ -141,6 +179,7 @@ def check_xarray(path):
         with xarray.open_dataset(path, engine=engine) as dataset:
             check_root(dataset.load())
         check_mechanics(path, engine)
+        check_derived(path, engine)
 
 
 def check_trace(path):
@@ -190,6 +229,9 @@ def main():
         trace = os.path.join(folder, "knee.trace.h5")
         run(write_sample, trace, "trace")
         check_trace(trace)
+        free = os.path.join(folder, "free.h5")
+        run(write_sample, free, "free")
+        check_free(free)
         for kind in ("plain", "pending"):
             other = os.path.join(folder, kind + ".h5")
             run(write_sample, other, kind)

@@ -45,7 +45,7 @@ TEST(Structure, UnknownObjectsOfALaterMinorVersionAreIgnored)
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::sample_model());
   change(path, [](hid_t file) {
-    make_group(file, "/audit");
+    make_group(file, "/later");
     set_text(file, "/", "format_version", "1.7");
   });
   EXPECT_TRUE(validate_motion_model(path).empty());

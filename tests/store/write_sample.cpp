@@ -1,10 +1,11 @@
 // Writes sample motion models, and a trace, for the checks that other programs make:
-// write_sample FILE [rich|plain|pending|trace]
+// write_sample FILE [rich|plain|free|pending|trace]
 #include <cstdio>
 #include <exception>
 #include <string>
 
 #include "store/motion_model_file.hpp"
+#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace_file.hpp"
 #include "support/traces.hpp"
@@ -19,7 +20,9 @@ int main(int argc, char** argv)
     options.is_equilibrium = which == "rich" || which == "pending";
     options.n_fibres = options.is_equilibrium ? 5 : 0;
     if (which == "plain") options.has_compartments = options.has_visual = false;
+    if (which == "free") options.n_varus = 1, options.has_failed_cell = false;
     vrda::MotionModel model = vrda::test::sample_model(options);
+    if (which == "rich" || which == "free") model = vrda::test::with_derived(model);
     if (which == "pending") model = vrda::with_pending_cells(model);
     if (which == "trace") {
       vrda::write_trace(argv[1], vrda::test::trace_beside(model));

@@ -1,0 +1,161 @@
+#include "store/sample_derived.hpp"
+
+#include <algorithm>
+#include <limits>
+
+namespace vrda::test {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+struct Row {
+  std::size_t i = 0;
+  std::size_t cell = 0;  ///< of the first column
+};
+
+void put_numbers(ZeroVarus& motion, const MotionModel& model, const Row& row)
+{
+  motion.tx_mm[row.i] = model.tx_mm.data()[row.cell];
+  motion.ty_mm[row.i] = model.ty_mm.data()[row.cell];
+  motion.tz_mm[row.i] = model.tz_mm.data()[row.cell];
+  motion.theta_deg[row.i] = model.theta_deg.data()[row.cell];
+  std::copy_n(&model.X_reference_moving[16 * row.cell], 16, &motion.X_reference_moving[16 * row.i]);
+  motion.clinical_flexion_deg[row.i] = model.clinical.flexion_deg.data()[row.cell];
+  motion.clinical_varus_deg[row.i] = model.clinical.varus_deg.data()[row.cell];
+  motion.internal_rotation_deg[row.i] = model.clinical.internal_rotation_deg.data()[row.cell];
+  motion.anterior_mm[row.i] = model.clinical.anterior_mm.data()[row.cell];
+  motion.proximal_mm[row.i] = model.clinical.proximal_mm.data()[row.cell];
+  motion.lateral_mm[row.i] = model.clinical.lateral_mm.data()[row.cell];
+  if (!model.has_compartments) return;
+  // The lateral compartment bears nothing and stays NaN.
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    motion.medial_reference_mm[3 * row.i + axis] = 1.0 + static_cast<double>(axis);
+    motion.medial_moving_mm[3 * row.i + axis] = -2.0 * static_cast<double>(axis);
+  }
+}
+
+void put_varus(ZeroVarus& motion, const MotionModel& model, const Row& row)
+{
+  const double varus_deg = model.varus_solved_deg.data()[row.cell];
+  motion.varus_deg[row.i] = varus_deg;
+  ZeroVarusSource source = ZeroVarusSource::free;
+  if (model.varus_deg.size() > 1)
+    source = row.i % 2 == 0 ? ZeroVarusSource::both_touch : ZeroVarusSource::interpolated;
+  motion.source[row.i] = static_cast<std::int8_t>(source);
+  if (source != ZeroVarusSource::both_touch) return;
+  motion.varus_first_deg[row.i] = varus_deg - 0.5;
+  motion.varus_last_deg[row.i] = varus_deg + 0.5;
+}
+
+void put_interval(ZeroVarus& motion, std::size_t i, bool has_compartments)
+{
+  const auto at = [](std::vector<double>& values, std::size_t row, std::initializer_list<double> numbers) {
+    std::copy(numbers.begin(), numbers.end(), &values[numbers.size() * row]);
+  };
+  const double x = static_cast<double>(i);
+  motion.helical_rotation_deg[i] = 0.01 * x;
+  if (has_compartments) {
+    motion.medial_rolling_mm[i] = 0.2;
+    motion.medial_sliding_mm[i] = -0.1 * x;
+  }
+  if (i == 0) return;  // turned too little
+  motion.helical_translation_mm[i] = 0.003;
+  at(motion.helical_direction, i, {0.0, 0.6, 0.8});
+  at(motion.helical_point_mm, i, {1.0, 2.0, x});
+  at(motion.instant_centre_mm, i, {4.0, -x});
+}
+
+ZeroVarus empty_motion(std::size_t n, bool has_compartments)
+{
+  ZeroVarus motion;
+  motion.source.assign(n, static_cast<std::int8_t>(ZeroVarusSource::none));
+  for (std::vector<double>* values :
+       {&motion.varus_deg, &motion.varus_first_deg, &motion.varus_last_deg, &motion.tx_mm, &motion.ty_mm,
+        &motion.tz_mm, &motion.theta_deg, &motion.clinical_flexion_deg, &motion.clinical_varus_deg,
+        &motion.internal_rotation_deg, &motion.anterior_mm, &motion.proximal_mm, &motion.lateral_mm}) {
+    values->assign(n, nan);
+  }
+  motion.X_reference_moving.assign(16 * n, nan);
+  motion.helical_rotation_deg.assign(n - 1, nan);
+  motion.helical_translation_mm.assign(n - 1, nan);
+  motion.helical_direction.assign(3 * (n - 1), nan);
+  motion.helical_point_mm.assign(3 * (n - 1), nan);
+  motion.instant_centre_mm.assign(2 * (n - 1), nan);
+  if (!has_compartments) return motion;
+  for (std::vector<double>* values : {&motion.medial_reference_mm, &motion.medial_moving_mm,
+                                      &motion.lateral_reference_mm, &motion.lateral_moving_mm}) {
+    values->assign(3 * n, nan);
+  }
+  for (std::vector<double>* values : {&motion.medial_rolling_mm, &motion.medial_sliding_mm,
+                                      &motion.lateral_rolling_mm, &motion.lateral_sliding_mm}) {
+    values->assign(n - 1, nan);
+  }
+  return motion;
+}
+
+ZeroVarus sample_zero_varus(const MotionModel& model)
+{
+  const std::size_t n = model.flexion_deg.size(), n_varus = model.varus_deg.size();
+  ZeroVarus motion = empty_motion(n, model.has_compartments);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Row row{i, i * n_varus};
+    if (model.status.data()[row.cell] != static_cast<std::int8_t>(StepStatus::stable)) continue;
+    put_varus(motion, model, row);
+    put_numbers(motion, model, row);
+    const bool has_pose_before =
+        i > 0 && motion.source[i - 1] != static_cast<std::int8_t>(ZeroVarusSource::none);
+    if (has_pose_before) put_interval(motion, i - 1, model.has_compartments);
+  }
+  return motion;
+}
+
+/// Two of its cells in one of the model's. Its states follow each other.
+AuditSet sample_audit(const std::string& name, const MotionModel& model)
+{
+  AuditSet audit;
+  audit.name = name;
+  audit.refine = 2;
+  for (std::size_t i = 0; i + 1 < 2 * model.flexion_deg.size(); ++i)
+    audit.flexion_deg.push_back(model.flexion_deg[0] + 0.5 * static_cast<double>(i));
+  audit.varus_deg = {0.0};
+  if (name != "zero_varus" && model.varus_deg.size() > 1) audit.varus_deg = {-1.0, -0.5, 0.0};
+  const auto n_flexion = static_cast<Eigen::Index>(audit.flexion_deg.size());
+  const auto n_varus = static_cast<Eigen::Index>(audit.varus_deg.size());
+  audit.state = GridB::Zero(n_flexion, n_varus);
+  audit.gap_mm = GridD::Constant(n_flexion, n_varus, nan);
+  audit.penetration_mm = GridD::Zero(n_flexion, n_varus);
+  for (Eigen::Index k = 0; k < audit.state.size(); ++k) {
+    const auto state = static_cast<AuditState>(k % 4 - 1);
+    audit.state.data()[k] = static_cast<std::int8_t>(state);
+    if (state == AuditState::no_pose) audit.penetration_mm.data()[k] = nan;
+    if (state == AuditState::free) audit.gap_mm.data()[k] = 0.125 * static_cast<double>(k / 4);
+    if (state == AuditState::overlapping) audit.penetration_mm.data()[k] = 0.25 * static_cast<double>(k / 4);
+  }
+  return audit;
+}
+
+void add_varus_surface(SmoothedSet& set)
+{
+  SmoothedSurface surface = set.surfaces.front();
+  surface.name = "varus";
+  surface.leave_one_out_rms = 0.5;
+  set.surfaces.push_back(surface);
+}
+
+}  // namespace
+
+MotionModel with_derived(MotionModel model)
+{
+  for (SmoothedSet& set : model.smoothed) {
+    set.is_robust = true;
+    set.recontact_mm = GridD::Constant(model.tx_mm.rows(), model.tx_mm.cols(), 0.02);
+    (*set.recontact_mm)(0, 0) = nan;
+    if (model.varus_deg.size() == 1) add_varus_surface(set);
+  }
+  model.zero_varus = sample_zero_varus(model);
+  for (const char* name : {"raw", "degree_1", "zero_varus", "degree_1_recontacted"})
+    model.audits = with_audit(model.audits, sample_audit(name, model));
+  return model;
+}
+
+}  // namespace vrda::test
