@@ -3,15 +3,17 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <thread>
+#include <limits>
 
 #include "app/output_file.hpp"
 #include "app/player_stills.hpp"
-#include "app/remeasure.hpp"
+#include "app/solved_model.hpp"
+#include "audit/audit.hpp"
+#include "compare/compare.hpp"
+#include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "report/findings.hpp"
 #include "report/page.hpp"
-#include "store/motion_model_file.hpp"
 
 namespace vrda {
 namespace {
@@ -20,11 +22,43 @@ namespace {
 #error "the version of the program"
 #endif
 
+// An audit of the file's own grid, as it stands in the file or measured now.
+AuditSet grid_audit(const MotionModel& model, const std::string& set)
+{
+  for (const AuditSet& stored : model.audits) {
+    if (stored.name == set && stored.refine == 1) return stored;
+  }
+  return audit(model, set, 1, threads_or_all(0));
+}
+
 RawExtremes raw_extremes(const MotionModel& model)
 {
-  const int n_threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const AuditExtremes audit = extremes(model, remeasured(model, n_threads));
-  return {audit.n_overlapping, audit.largest_penetration_mm, audit.largest_gap_mm};
+  const AuditFigures figures = figures_of(grid_audit(model, "raw"));
+  const double gap_mm =
+      figures.n_nothing_ahead > 0 ? std::numeric_limits<double>::infinity() : figures.largest_gap.value_mm;
+  return {figures.n_overlapping, figures.largest_penetration.value_mm, gap_mm};
+}
+
+Comparison comparison_of(const MotionModel& model, const ReportOptions& options)
+{
+  CompareOptions asked;
+  asked.name = options.files.front();
+  if (!options.is_quick) {
+    asked.audit = [](const MotionModel& smoothed, const std::string& set) {
+      return audit(smoothed, set, 1, threads_or_all(0));
+    };
+  }
+  return compare(model, asked);
+}
+
+// The sets in the file, where it holds no audit of them.
+void add_audits(MotionModel& model)
+{
+  for (const std::string& set : set_names(model)) {
+    const bool is_there = std::any_of(model.audits.begin(), model.audits.end(),
+                                      [&](const AuditSet& a) { return a.name == set; });
+    if (!is_there) model.audits.push_back(audit(model, set, 1, threads_or_all(0)));
+  }
 }
 
 // Files of one name in several folders stay apart.
@@ -38,7 +72,8 @@ std::string unique_name(const std::vector<ReportModel>& models, const std::strin
   return name;
 }
 
-// The flexion-only motion is the first thing a reader looks for: a file without it gets that of its raw cells.
+// The flexion-only motion is the first thing a reader looks for: a file without it gets that of its raw
+// cells.
 MotionModel reduced(MotionModel model)
 {
   if (model.zero_varus || !is_reducible(model)) return model;
@@ -53,9 +88,7 @@ std::vector<ReportModel> models_of(const ReportOptions& options)
   for (const std::string& file : options.files) {
     ReportModel entry;
     entry.name = unique_name(models, file);
-    entry.model = read_motion_model(file);
-    require_solved(entry.model, file);
-    entry.model = reduced(std::move(entry.model));
+    entry.model = reduced(read_solved_model(file));
     models.push_back(std::move(entry));
   }
   return models;
@@ -71,6 +104,8 @@ Report gathered(const ReportOptions& options)
   for (ReportModel& entry : report.models) entry.raw = raw_extremes(entry.model);
   if (report.models.size() == 1) {
     ReportModel& only = report.models.front();
+    only.comparison = comparison_of(only.model, options);
+    if (!options.is_quick) add_audits(only.model);
     only.stills = player_stills(player, options.files.front(), only.model);
     if (!only.stills.note.empty()) warn(only.stills.note);
   }

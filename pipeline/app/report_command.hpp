@@ -13,6 +13,7 @@ struct ReportOptions {
   std::string folder;                ///< gets index.html
   std::vector<std::string> against;  ///< CSV files of curves
   std::string player;                ///< vrda-player; empty: the one beside this program
+  bool is_quick = false;             ///< do not measure what each smoothing degree does to the meshes
   bool as_json = false;              ///< print the page's data instead of the page's path
 };
 

@@ -81,6 +81,7 @@ struct Case {
   /// joint has no compartments.
   std::vector<Compartment> compartment_of_triangle;
   std::vector<std::int32_t> smooth_degrees;
+  bool smooth_recontact = true;
   double unsolved_fraction = 0.0;
 
   std::string job_text;      ///< the job file's bytes as given

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "core/error.hpp"
+#include "compare/perceptible.hpp"
 #include "report/clinical_curve.hpp"
 
 namespace vrda {
@@ -216,14 +216,6 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
   add_audits(model, lines);
   add_interpolated(model, lines);
   return lines;
-}
-
-void require_solved(const MotionModel& model, const std::string& file)
-{
-  const auto n_stable = (model.status == static_cast<std::int8_t>(StepStatus::stable)).count();
-  if (n_stable > 0) return;
-  throw InputError({file, "/status", "no solved attitude among " + std::to_string(model.status.size()),
-                    "at least one, to report on"});
 }
 
 }  // namespace vrda

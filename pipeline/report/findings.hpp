@@ -8,10 +8,6 @@
 
 namespace vrda {
 
-/// Error that a viewer can see on the bench: one arc minute at 0.5 m, and that on a radius of 3 cm.
-inline constexpr double perceptible_mm = 0.145;
-inline constexpr double perceptible_deg = 0.27;
-
 /// Numbers of a motion model in short. NaN: not known, or not of this kind of model.
 struct Numbers {
   std::int64_t n_cells = 0, n_stable = 0;
@@ -30,8 +26,5 @@ Numbers numbers_of(const MotionModel& model);
 
 /// One line each, worst first; empty when there is nothing to warn of.
 std::vector<std::string> warnings_of(const ReportModel& entry);
-
-/// Throws InputError naming `file` when no attitude is stable: there is nothing to report then.
-void require_solved(const MotionModel& model, const std::string& file);
 
 }  // namespace vrda

@@ -213,6 +213,47 @@ Json contacts_json(const MotionModel& model)
   return flags_json(touching);
 }
 
+Json errors_json(const std::string& name, const ErrorMeasures& errors)
+{
+  return {{"name", name},
+          {"rms", short_number(errors.rms)},
+          {"largest", short_number(errors.largest)},
+          {"leave_one_out", short_number(errors.leave_one_out)},
+          {"roughness", short_number(errors.roughness)}};
+}
+
+Json faults_json(const DegreeRow& row)
+{
+  if (!row.faults) return nullptr;
+  const Faults& f = row.faults->at_grid;
+  return {{"attitudes", f.n_attitudes},
+          {"overlapping", f.n_overlapping},
+          {"nothing_ahead", f.n_nothing_ahead},
+          {"largest_penetration_mm", short_number(f.largest_penetration_mm)},
+          {"largest_gap_mm", short_number(f.largest_gap_mm)}};
+}
+
+Json comparison_json(const std::optional<Comparison>& comparison)
+{
+  if (!comparison) return nullptr;
+  Json rows = Json::array();
+  for (const DegreeRow& row : comparison->rows) {
+    Json errors = Json::array({errors_json("translation", row.translation)});
+    for (const SurfaceRow& surface : row.surfaces) {
+      const bool is_angle = surface.name == "theta" || surface.name == "varus";
+      if (is_angle) errors.push_back(errors_json(surface.name, surface.errors));
+    }
+    rows.push_back({{"degree", row.set.degree},
+                    {"errors", errors},
+                    {"perceptible_share", short_number(row.perceptible_share)},
+                    {"faults", faults_json(row)}});
+  }
+  return {{"rows", rows},
+          {"not_carried", comparison->degrees_not_carried},
+          {"recommended", comparison->recommendation.degree},
+          {"reason", comparison->recommendation.reason}};
+}
+
 std::string base64(const std::string& bytes)
 {
   constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -260,6 +301,7 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
   json["theta_determined_grid"] = flags_json(model.theta_determined);
   json["surfaces"] = surfaces_json(model);
   json["degrees"] = degrees_json(model);
+  json["comparison"] = comparison_json(entry.comparison);
   json["audits"] = audits_json(model);
   json["contact_paths"] = contact_paths_json(model);
   json["axes"] = axes_json(model);

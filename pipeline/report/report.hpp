@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "compare/compare.hpp"
 #include "report/curve_file.hpp"
 #include "store/motion_model.hpp"
 
@@ -33,6 +34,7 @@ struct ReportModel {
   std::string name;  ///< the file's, without folder and ending; unique in a report
   MotionModel model;
   RawExtremes raw;
+  std::optional<Comparison> comparison;  ///< of smoothing degrees
   Stills stills;
 };
 

@@ -38,7 +38,7 @@ function helicalFigure(model) {
       const line = { color: s.color, colorscale: "Cividis", width: 4, showscale: true, colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: "flexion, °", side: "right" } } };
       return {
         data: [{ type: "scatter3d", mode: "lines", x: s.z, y: s.x, z: s.y, line, hoverinfo: "skip" }],
-        layout: { scene: scene("right, mm", "anterior, mm", "proximal, mm", { aspectmode: "data", camera: { eye: { x: 1.3, y: 1.3, z: 0.7 } } }), margin: { l: 0, r: 0, t: 0, b: 0 } },
+        layout: { scene: scene("right, mm", "anterior, mm", "proximal, mm", { aspectmode: "data", camera: { eye: { x: 1.5, y: 1.5, z: 0.75 }, center: { x: 0, y: 0, z: -0.12 } } }), margin: { l: 0, r: 0, t: 0, b: 0 } },
       };
     },
   });
@@ -65,7 +65,7 @@ function rollingFigure(model) {
     hovertemplate: `${name}, ${kind}: %{y:.2f} mm at %{x}°<extra></extra>` })));
   return figure({
     title: "Rolling and sliding",
-    caption: "Travel of the contact from one flexion to the next that both surfaces share (rolling) and by which they differ (sliding), mm a step; schemas/clinical.md has the formulas.",
+    caption: "Travel of the contact from one flexion to the next that both surfaces share (rolling) and by which they differ (sliding), mm a step. The reference rolls backwards (−) and slides forwards (+) on a flexing knee; schemas/clinical.md has the formulas.",
     make: () => ({ data: series, layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("mm a step") } }),
   });
 }

@@ -3,13 +3,14 @@ import { el, folded, section, table } from "./dom.js";
 import { curvePlots } from "./curves.js";
 import { decimal, motionName } from "./words.js";
 
-// Of many smoothed sets the first (lowest degree) shows, the rest wait to be switched on.
+// Of many smoothed sets the recommended or the first (the highest) shows, the rest wait to be switched on.
 function shownCurves(model) {
   const smoothed = model.curves.filter((curve) => curve.name.startsWith("degree_"));
+  const shown = smoothed.find((curve) => curve.name === `degree_${model.comparison?.recommended}`) ?? smoothed[0];
   return model.curves.map((curve) => ({
     ...curve,
     label: motionName(curve.name),
-    isOff: smoothed.indexOf(curve) > 0,
+    isOff: smoothed.includes(curve) && curve !== shown,
     width: curve.name === "raw" ? 1.4 : 2.4,
     band: curve.name === "raw" ? bandOf(model) : undefined,
   }));

@@ -1,7 +1,7 @@
 // What each degree of smoothing costs and breaks.
 import { absent, el, section, table } from "./dom.js";
 import { axis, figure, lineStyle } from "./plot.js";
-import { number, PARAMETERS, setName } from "./words.js";
+import { number, PARAMETERS, percent, setName } from "./words.js";
 
 function statisticsTable(model) {
   const rows = model.degrees.flatMap((set) => set.surfaces.map((s) => [
@@ -11,7 +11,7 @@ function statisticsTable(model) {
 
 function auditTable(model) {
   const rows = model.audits.map((a) => [setName(a.name), String(a.refine), String(a.attitudes), String(a.overlapping), number(a.largest_penetration_mm), number(a.largest_gap_mm), String(a.nothing_ahead), String(a.no_pose)]);
-  return table("Audits stored in the file: meshes measured again at each attitude of the audit’s grid", ["motion", "refinement", "attitudes", "overlapping", "largest penetration, mm", "largest gap, mm", "nothing ahead", "no pose"], rows);
+  return table("Audits: the meshes measured again at each attitude; refinement tells into how many parts a cell of the grid is cut", ["motion", "refinement", "attitudes", "overlapping", "largest penetration, mm", "largest gap, mm", "nothing ahead", "no pose"], rows);
 }
 
 function errorTraces(model, unit) {
@@ -30,12 +30,59 @@ function errorFigure(model, unit) {
   });
 }
 
+const COMPARED = { translation: ["translation", "mm"], theta: ["θ", "degrees"], varus: ["varus", "degrees"] };
+
+function comparisonRow(row, names) {
+  const of = (name) => row.errors.find((one) => one.name === name);
+  const errors = names.flatMap((name) => ["rms", "largest", "leave_one_out", "roughness"].map((key) => number(of(name)?.[key])));
+  const f = row.faults;
+  return [String(row.degree), ...errors, percent(row.perceptible_share), ...(f ? [String(f.overlapping), number(f.largest_penetration_mm), number(f.largest_gap_mm)] : [])];
+}
+
+function comparisonTable({ rows, recommended }) {
+  const names = rows[0].errors.map((one) => one.name);
+  const unit = (name) => `${COMPARED[name][0]}, ${COMPARED[name][1]}`;
+  const headings = ["degree", ...names.flatMap((name) => [`${unit(name)}: RMS`, "largest", "leave-one-out", "roughness"]), "attitudes visibly off", ...(rows[0].faults ? ["overlapping", "largest penetration, mm", "largest gap, mm"] : [])];
+  return table("Each degree fitted to the raw motion; roughness is the RMS second derivative, per degree². Gaps and penetrations are those of the smoothed motion at the attitudes of the grid, measured on the meshes.",
+    headings, rows.map((row) => comparisonRow(row, names)), { chosen: (r) => rows[r].degree === recommended });
+}
+
+function comparedErrors(rows, unit) {
+  const names = rows[0].errors.map((one) => one.name).filter((name) => COMPARED[name][1] === unit);
+  return names.flatMap((name, k) => [["leave_one_out", "leave-one-out", "solid"], ["rms", "RMS", "dot"]].map(([key, text, dash]) => ({
+    type: "scatter", mode: "lines+markers", name: `${COMPARED[name][0]}, ${text}`, x: rows.map((row) => row.degree), y: rows.map((row) => row.errors.find((one) => one.name === name)[key]), line: { color: lineStyle(k).color, dash, width: 2 } })));
+}
+
+function recommendedLine(recommended) {
+  return recommended < 0 ? [] : [{ type: "line", xref: "x", yref: "paper", x0: recommended, x1: recommended, y0: 0, y1: 1, line: { color: lineStyle(2).color, width: 1.5, dash: "dash" } }];
+}
+
+function comparedFigure({ rows, recommended }, title, caption, data, unit) {
+  return figure({ title, caption, make: () => ({ data: data(), layout: { showlegend: true, shapes: recommendedLine(recommended), xaxis: axis("degree", { dtick: 1 }), yaxis: axis(unit, { rangemode: "tozero" }) } }) });
+}
+
+function faultTraces(rows) {
+  return [["largest_penetration_mm", "largest penetration"], ["largest_gap_mm", "largest gap"]].map(([key, name], k) => ({
+    type: "scatter", mode: "lines+markers", name, x: rows.map((row) => row.degree), y: rows.map((row) => row.faults[key]), line: { color: lineStyle(k).color, width: 2 } }));
+}
+
+// Of `vrda compare`, computed with the report.
+function comparedParts(comparison) {
+  const { rows, recommended, reason } = comparison;
+  const caption = "RMS of the residuals (dotted) and leave-one-out error (solid): the first only falls with the degree, the second rises again where the polynomial follows the jitter. The dashed line is the degree recommended.";
+  const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
+  if (rows[0].faults) figures.push(comparedFigure(comparison, "What smoothing breaks", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
+  const verdict = recommended < 0 ? reason : `Recommended: degree ${recommended}. ${reason}`;
+  return [el("div", { class: "box good" }, verdict), el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), comparisonTable(comparison)];
+}
+
 export function degreesSection(model) {
-  const parts = [];
+  const isCompared = model.comparison && model.comparison.rows.length > 0;
+  const parts = isCompared ? comparedParts(model.comparison) : [];
   if (model.degrees.length > 0) parts.push(statisticsTable(model));
-  if (model.degrees.length > 1) parts.push(el("div", { class: "columns" }, errorFigure(model, "mm"), errorFigure(model, "degrees")));
+  if (!isCompared && model.degrees.length > 1) parts.push(el("div", { class: "columns" }, errorFigure(model, "mm"), errorFigure(model, "degrees")));
   if (model.audits.length > 0) parts.push(auditTable(model));
-  if (model.degrees.length === 0) parts.push(absent("No smoothed set stands in the file; vrda smooth FILE --degree N adds one, vrda compare FILE tells which."));
+  if (model.degrees.length === 0) parts.push(absent("No smoothed set stands in the file; vrda smooth FILE --degree N adds one."));
   if (model.audits.length === 0) parts.push(absent("No audit of the smoothed motion stands in the file; vrda audit FILE adds it."));
   return section("degrees", "Degrees of smoothing", ...parts);
 }

@@ -29,9 +29,9 @@ export function table(caption, headings, rows, { kinds = [], chosen = () => fals
     el("table", {}, el("caption", {}, caption), el("thead", {}, el("tr", {}, head)), el("tbody", {}, body)));
 }
 
-/** A labelled choice; `changed` gets the value. */
-export function choice(label, options, changed) {
-  const select = el("select", {}, options.map(([value, text]) => el("option", { value }, text)));
+/** A labelled choice with one chosen; `changed` gets the value. */
+export function choice(label, options, chosen, changed) {
+  const select = el("select", {}, options.map(([value, text]) => el("option", { value, selected: value === chosen }, text)));
   select.addEventListener("change", () => changed(select.value));
   return el("label", {}, label, select);
 }

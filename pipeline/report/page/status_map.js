@@ -41,6 +41,6 @@ export function statusSection(model) {
     caption: "One cell an attitude: flexion to the right, varus (adduction +) upwards. The table in the summary has the counts.",
     make: () => ({ data: [mapTrace(model, state.map)], layout: { xaxis: axis("flexion, degrees"), yaxis: axis("varus, degrees", model.is_varus_free ? { showticklabels: false, title: { text: "" } } : {}) } }),
   });
-  const pick = choice("Show", all.map(([key, name]) => [key, name]), (value) => { state.map = all.find(([key]) => key === value)[2]; plot.redraw(); });
+  const pick = choice("Show", all.map(([key, name]) => [key, name]), all[0][0], (value) => { state.map = all.find(([key]) => key === value)[2]; plot.redraw(); });
   return section("grid", "Map of the grid", el("div", { class: "controls" }, pick), plot);
 }

@@ -5,7 +5,7 @@ import { extent, parameterTitle, PARAMETERS, setName } from "./words.js";
 
 const SCALE = "Viridis";
 const AROUND_ZERO = [[0, "#0b6aa8"], [0.5, "#f1f0ec"], [1, "#c2500a"]];
-const START_CAMERA = { eye: { x: -1.2, y: -1.3, z: 0.75 }, center: { x: 0, y: 0, z: -0.13 } };
+const START_CAMERA = { eye: { x: -1.25, y: -1.38, z: 0.78 }, center: { x: 0, y: 0, z: -0.13 } };
 
 function difference(a, b) {
   return a.map((row, i) => row.map((value, j) => (value === null || b[i][j] === null ? null : value - b[i][j])));
@@ -84,16 +84,22 @@ function linkCameras(figures, state) {
 function controls(model, state, redraw) {
   const parameters = Object.keys(PARAMETERS).filter((key) => model.surfaces[0][key]);
   const smoothed = model.surfaces.slice(1);
-  const items = [choice("Parameter", parameters.map((key) => [key, parameterTitle(key)]), (value) => { state.parameter = value; redraw(); })];
+  const items = [choice("Parameter", parameters.map((key) => [key, parameterTitle(key)]), state.parameter, (value) => { state.parameter = value; redraw(); })];
   if (smoothed.length > 1) {
-    items.push(choice("Smoothed set", smoothed.map((set) => [set.name, setName(set.name)]), (value) => { state.set = smoothed.find((set) => set.name === value); redraw(); }));
+    items.push(choice("Smoothed set", smoothed.map((set) => [set.name, setName(set.name)]), state.set.name, (value) => { state.set = smoothed.find((set) => set.name === value); redraw(); }));
   }
-  items.push(choice("View", [["surface", "surface"], ["map", "map"]], (value) => { state.view = value; redraw(); }));
+  items.push(choice("View", [["surface", "surface"], ["map", "map"]], state.view, (value) => { state.view = value; redraw(); }));
   return el("div", { class: "controls" }, items);
 }
 
+// The recommended degree where the file holds it, else the highest.
+function preferred(model) {
+  const smoothed = model.surfaces.slice(1);
+  return smoothed.find((set) => set.name === `degree_${model.comparison?.recommended}`) ?? smoothed.at(-1) ?? model.surfaces[0];
+}
+
 function sideBySide(model) {
-  const state = { parameter: "tx", set: model.surfaces[1] ?? model.surfaces[0], view: "surface", camera: START_CAMERA };
+  const state = { parameter: "tx", set: preferred(model), view: "surface", camera: START_CAMERA };
   const hasSmoothed = model.surfaces.length > 1;
   const panels = hasSmoothed ? [panel(model, state, true), panel(model, state, false)] : [panel(model, state, true)];
   const residual = hasSmoothed ? residualPanel(model, state) : null;
