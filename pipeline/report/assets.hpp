@@ -5,10 +5,11 @@
 
 namespace vrda {
 
-std::string_view
-page_template();                ///< HTML with the places {{title}}, {{style}}, {{plotly}}, {{code}}, {{data}}
-std::string_view page_style();  ///< CSS
-std::string_view page_code();   ///< JavaScript, in one piece
+std::string_view page_template();   ///< HTML with the places {{title}}, {{style}}, {{plotly_licence}},
+                                    ///< {{plotly}}, {{code}}, {{data}}
+std::string_view page_style();      ///< CSS
+std::string_view page_code();       ///< JavaScript, in one piece
+std::string_view plotly_licence();  ///< as a comment of JavaScript
 std::string_view plotly_library();  ///< JavaScript, minified
 
 }  // namespace vrda

@@ -169,6 +169,7 @@ std::string report_page(const Report& report)
   const std::string title = as_html(title_of(report));
   return filled(page_template(), {{"title", title},
                                   {"style", page_style()},
+                                  {"plotly_licence", plotly_licence()},
                                   {"plotly", plotly_library()},
                                   {"code", page_code()},
                                   {"data", data}});

@@ -36,12 +36,14 @@ if(VRDA_TESTS OR VRDA_BENCHMARKS)
   # Debian's own Python: it is the one that sees Debian's h5py and xarray.
   find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
   find_package(GTest REQUIRED)
-  # Shows the pages of reports, in tests.
-  find_program(CHROMIUM chromium)
   include(GoogleTest)
 endif()
 if(VRDA_BENCHMARKS)
   find_package(benchmark REQUIRED)
+endif()
+if(VRDA_TESTS AND VRDA_PIPELINE)
+  # Opens the pages of reports.
+  find_program(CHROMIUM chromium REQUIRED)
 endif()
 if(VRDA_BENCHMARKS OR (VRDA_TESTS AND VRDA_PIPELINE))
   find_package(fcl REQUIRED)

@@ -107,13 +107,16 @@ class Browser:
         self.call("Page.navigate", url=f"file://{path}")
         while self.value("document.documentElement?.dataset.report") != "ready":
             time.sleep(0.1)
-        # What plotly leaves to the next frames is drawn after a few of them.
+        self.settle()
+
+    def settle(self):
+        """Waits for what plotly leaves to the next frames."""
         self.value("new Promise((done) => { let n = 30; const next = () => (--n ? requestAnimationFrame(next) : done()); next(); })")
 
-    def picture(self, path):
-        """The whole page as PNG."""
-        size = self.call("Page.getLayoutMetrics")["cssContentSize"]
-        clip = {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}
-        data = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True, clip=clip)["data"]
-        with open(path, "wb") as file:
-            file.write(base64.b64decode(data))
+    def element(self, expression):
+        """PNG of an element, which a JavaScript expression names."""
+        box = self.value(f"(() => {{ const e = {expression}; e.scrollIntoView({{ block: 'center', behavior: 'instant' }}); "
+                         "const r = e.getBoundingClientRect(); return [r.x + scrollX, r.y + scrollY, r.width, r.height]; })()")
+        self.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        clip = {**dict(zip(("x", "y", "width", "height"), box)), "scale": 1}
+        return base64.b64decode(self.call("Page.captureScreenshot", format="png", clip=clip)["data"])

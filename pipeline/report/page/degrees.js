@@ -44,7 +44,7 @@ function comparisonTable({ rows, recommended }) {
   const unit = (name) => `${COMPARED[name][0]}, ${COMPARED[name][1]}`;
   const headings = ["degree", ...names.flatMap((name) => [`${unit(name)}: RMS`, "largest", "leave-one-out", "roughness"]), "attitudes visibly off", ...(rows[0].faults ? ["overlapping", "largest penetration, mm", "largest gap, mm"] : [])];
   return table("Each degree fitted to the raw motion; roughness is the RMS second derivative, per degree². Gaps and penetrations are those of the smoothed motion at the attitudes of the grid, measured on the meshes.",
-    headings, rows.map((row) => comparisonRow(row, names)), { chosen: (r) => rows[r].degree === recommended });
+    headings, rows.map((row) => comparisonRow(row, names)), { kinds: Array(20).fill("tight"), chosen: (r) => rows[r].degree === recommended });
 }
 
 function comparedErrors(rows, unit) {
@@ -72,7 +72,7 @@ function comparedParts(comparison) {
   const caption = "RMS of the residuals (dotted) and leave-one-out error (solid): the first only falls with the degree, the second rises again where the polynomial follows the jitter. The dashed line is the degree recommended.";
   const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
   if (rows[0].faults) figures.push(comparedFigure(comparison, "What smoothing breaks", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
-  const verdict = recommended < 0 ? reason : `Recommended: degree ${recommended}. ${reason}`;
+  const verdict = recommended < 0 ? reason : `Recommended: ${reason}.`;
   return [el("div", { class: "box good" }, verdict), el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), comparisonTable(comparison)];
 }
 
