@@ -77,7 +77,7 @@ function draw(entry) {
  * The returned element has `redraw()` and `plotNode`.
  */
 export function figure({ title, caption, size = "", make }) {
-  const node = el("div", { class: `plot ${size}`, role: "img", "aria-label": `${title}. ${caption}` });
+  const node = el("div", { class: `drawing ${size}`, role: "img", "aria-label": `${title}. ${caption}` });
   const entry = { node, make };
   drawn.push(entry);
   const result = el("figure", {}, el("h3", {}, title), node, el("figcaption", {}, caption));
