@@ -1,10 +1,11 @@
 // Curves over flexion, several quantities side by side, with one list of names to switch them on and off.
 import { el } from "./dom.js";
-import { axis, figure, lineStyle } from "./plot.js";
+import { axis, cssColor, figure, lineStyle } from "./plot.js";
 
 const FLEXION = "flexion, degrees";
 
-function swatch(style, isPoints) {
+function swatch(index, isPoints) {
+  const style = { ...lineStyle(index), color: cssColor(index) };
   const dash = { solid: "", dash: "7 4", dot: "2 3", dashdot: "7 3 2 3", longdash: "11 4" }[style.dash];
   const ns = "http://www.w3.org/2000/svg";
   const svg = document.createElementNS(ns, "svg");
@@ -12,8 +13,8 @@ function swatch(style, isPoints) {
   svg.setAttribute("height", "12");
   svg.setAttribute("aria-hidden", "true");
   const shape = document.createElementNS(ns, isPoints ? "circle" : "line");
-  const attributes = isPoints ? { cx: 15, cy: 6, r: 3.5, fill: style.color }
-    : { x1: 1, y1: 6, x2: 29, y2: 6, stroke: style.color, "stroke-width": 2.5, "stroke-dasharray": dash };
+  const attributes = isPoints ? { cx: 15, cy: 6, r: 3.5, style: `fill: ${style.color}` }
+    : { x1: 1, y1: 6, x2: 29, y2: 6, style: `stroke: ${style.color}`, "stroke-width": 2.5, "stroke-dasharray": dash };
   for (const [name, value] of Object.entries(attributes)) shape.setAttribute(name, value);
   svg.append(shape);
   return svg;
@@ -69,7 +70,7 @@ function legend(state, redraw) {
     const box = el("input", { type: "checkbox" });
     box.checked = !curve.isOff;
     box.addEventListener("change", () => { curve.isOff = !box.checked; redraw(); });
-    list.append(el("li", {}, el("label", {}, box, swatch(lineStyle(curve.index), curve.isPoints), curve.label)));
+    list.append(el("li", {}, el("label", {}, box, swatch(curve.index, curve.isPoints), curve.label)));
   });
   return list;
 }
@@ -91,7 +92,9 @@ function inRows(quantities, figures) {
  */
 export function curvePlots(curves, quantities, { size = "" } = {}) {
   // plotly reads names as a little HTML, so they go in escaped.
-  const state = { curves: curves.map((curve, index) => ({ ...curve, index, hover: escaped(curve.label) })), isZeroed: false };
+  // Those shown come first: they get the colours farthest apart.
+  const ordered = [...curves].sort((a, b) => Boolean(a.isOff) - Boolean(b.isOff));
+  const state = { curves: ordered.map((curve, index) => ({ ...curve, index, hover: escaped(curve.label) })), isZeroed: false };
   const figures = quantities.map((quantity) => figure({
     title: quantity.title ?? quantity.name,
     caption: quantity.caption,

@@ -1,30 +1,28 @@
 // Plots in the page's colours, drawn again when those change.
 import { el } from "./dom.js";
 
-// Colours that differ in lightness too, for the colour-blind and for print; Okabe and Ito (2008), darker where text-thin lines need it.
-const SERIES_LIGHT = ["#0b6aa8", "#c2500a", "#0a7f5a", "#9a4a86", "#8a6d00", "#3b3f9a", "#1d2530", "#a3202a"];
-const SERIES_DARK = ["#5fb4ea", "#f0955a", "#4cc79d", "#d996c6", "#e2c34d", "#9aa0f0", "#e4e8ed", "#f07f86"];
+const N_COLOURS = 8;
 const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
 
 const drawn = [];
-let isPrinting = false;
-
-function isDark() {
-  return !isPrinting && window.matchMedia("(prefers-color-scheme: dark)").matches;
-}
 
 /** What plots take from the page. */
 export function theme() {
   const style = getComputedStyle(document.documentElement);
   const of = (name) => style.getPropertyValue(name).trim();
-  if (isPrinting) return { ink: "#111111", quiet: "#444444", rule: "#cccccc", panel: "#ffffff", series: SERIES_LIGHT };
-  return { ink: of("--ink"), quiet: of("--quiet"), rule: of("--rule"), panel: of("--panel"), series: isDark() ? SERIES_DARK : SERIES_LIGHT };
+  const series = Array.from({ length: N_COLOURS }, (_, k) => of(`--series-${k}`));
+  return { ink: of("--ink"), quiet: of("--quiet"), rule: of("--rule"), panel: of("--panel"), series };
 }
 
 /** Colour and dash of the k-th series. */
 export function lineStyle(k) {
   const { series } = theme();
   return { color: series[k % series.length], dash: DASHES[Math.floor(k / series.length) % DASHES.length] };
+}
+
+/** The same for the page's own elements, which follow light and dark by themselves. */
+export function cssColor(k) {
+  return `var(--series-${k % N_COLOURS})`;
 }
 
 /** Of the two compartments. */
@@ -94,6 +92,8 @@ export function drawAll() {
 /** Follows the system's light and dark, and prints in light. */
 export function followTheme() {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
-  window.addEventListener("beforeprint", () => { isPrinting = true; drawAll(); });
-  window.addEventListener("afterprint", () => { isPrinting = false; drawAll(); });
+  // A plot keeps the width it was drawn at, so the page takes the paper's before they are drawn again.
+  const print = (isNow) => { document.documentElement.classList.toggle("printing", isNow); drawAll(); };
+  window.addEventListener("beforeprint", () => print(true));
+  window.addEventListener("afterprint", () => print(false));
 }
