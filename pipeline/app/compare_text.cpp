@@ -139,6 +139,7 @@ std::string table_of(const Comparison& comparison)
   for (const Words& line : lines) {
     for (std::size_t c = 0; c < line.size(); ++c)
       text += (c == 0 ? "" : "  ") + std::string(widths[c] - line[c].size(), ' ') + line[c];
+    text.erase(text.find_last_not_of(' ') + 1);
     text += '\n';
   }
   return text;
