@@ -132,9 +132,9 @@ struct Commands {
     c.add_option("--degree", smooth.degree, "Total degree of the polynomials")
         ->required()
         ->check(CLI::Range(1, 12));
-    c.add_flag("--robust", smooth.is_robust, "Weigh attitudes far off less (Huber)");
     c.add_flag("--recontact", smooth.is_recontacted,
                "Find the travel along Delta into contact at every attitude");
+    c.add_flag("--robust", smooth.is_robust, "Fit with Huber's weights, which outliers pull less");
     c.add_option("--threads", smooth.n_threads, "Workers; default: one a processor")
         ->check(CLI::Range(1, 1024));
     c.add_flag("--json", smooth.as_json, "Print JSON");
@@ -184,7 +184,7 @@ struct Commands {
         ->capture_default_str();
     c.add_option("--threads", compare.n_threads, "Workers; default: one a processor")
         ->check(CLI::Range(1, 1024));
-    c.add_flag("--robust", compare.is_robust, "Weigh attitudes far off less (Huber)");
+    c.add_flag("--robust", compare.is_robust, "Fit with Huber's weights, which outliers pull less");
     c.add_flag("--recontact", compare.is_recontacted,
                "Compare the motions moved back into contact along Delta");
     c.add_flag("--json", compare.as_json, "Print JSON");
