@@ -10,6 +10,7 @@
 
 #include "app/audit_command.hpp"
 #include "app/check_command.hpp"
+#include "app/compare_command.hpp"
 #include "app/convert_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/reduce_command.hpp"
@@ -42,6 +43,7 @@ struct Commands {
   vrda::CheckOptions check;
   vrda::InfoOptions info;
   vrda::InfoOptions validate;
+  vrda::CompareCommandOptions compare;
   vrda::ShapeOptions shape;
   vrda::TraceOptions trace;
   vrda::ReduceOptions reduce;
@@ -136,6 +138,7 @@ struct Commands {
         ->check(CLI::Range(1, 12));
     c.add_flag("--recontact", smooth.is_recontacted,
                "Find the travel along Delta into contact at every attitude");
+    c.add_flag("--robust", smooth.is_robust, "Fit with Huber's weights, which outliers pull less");
     c.add_option("--threads", smooth.n_threads, "Workers; default: one a processor")
         ->check(CLI::Range(1, 1024));
     c.add_flag("--json", smooth.as_json, "Print JSON");
@@ -200,6 +203,26 @@ struct Commands {
     c.callback([this] { chosen = [this] { return report_command(report); }; });
   }
 
+  void add_compare()
+  {
+    CLI::App& c =
+        add("compare", "Set smoothing degrees side by side and recommend one; the file stays as it is.",
+            "vrda compare results/knee-generic/knee-generic.h5 --degrees 1..12");
+    c.add_option("file", compare.file, "Motion model (HDF5)")->required();
+    c.add_option("--degrees", compare.degrees, "A range or a list: 1..12 or 2,4,6")->capture_default_str();
+    c.add_option("--refine", compare.refine,
+                 "Parts of a grid step at which gap and penetration are measured; 0: not at all")
+        ->check(CLI::Range(0, 16))
+        ->capture_default_str();
+    c.add_option("--threads", compare.n_threads, "Workers; default: one a processor")
+        ->check(CLI::Range(1, 1024));
+    c.add_flag("--robust", compare.is_robust, "Fit with Huber's weights, which outliers pull less");
+    c.add_flag("--recontact", compare.is_recontacted,
+               "Compare the motions moved back into contact along Delta");
+    c.add_flag("--json", compare.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return compare_command(compare); }; });
+  }
+
   void add_shape()
   {
     CLI::App& c = add("shape", "Write a generated joint as STL files.",
@@ -255,6 +278,7 @@ struct Commands {
     add_trace();
     add_reduce();
     add_report();
+    add_compare();
     add_shape();
     add_convert();
   }

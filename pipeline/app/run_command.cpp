@@ -155,9 +155,9 @@ void add_smoothed(MotionModel& model, const Case& job_case, const std::string& o
            " at most on this grid with these solved cells; that degree is left out");
       continue;
     }
-    SmoothedSet set = smooth(input, degree);
+    SmoothedSet set = smooth(input, degree, {job_case.smooth_robust});
     if (job_case.smooth_recontact) set.recontact_mm = recontact(model, set, n_threads);
-    model.smoothed = with_set(std::move(model.smoothed), std::move(set));
+    model = with_smoothed(std::move(model), std::move(set));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
+#include <vector>
 
 #include "app/solved_model.hpp"
 #include "audit/recontact.hpp"
@@ -16,49 +17,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-bool is_same(double a, double b)
+// Audits of a set that became another go with it.
+void say_what_went(const std::vector<AuditSet>& before, const std::vector<AuditSet>& after)
 {
-  return a == b || (std::isnan(a) && std::isnan(b));
-}
-
-bool is_same(const GridD& a, const GridD& b)
-{
-  if (a.rows() != b.rows() || a.cols() != b.cols()) return false;
-  return std::equal(a.data(), a.data() + a.size(), b.data(),
-                    [](double x, double y) { return is_same(x, y); });
-}
-
-// The motion of both sets is the same; their statistics follow from the model's raw surfaces.
-bool is_same_motion(const SmoothedSet& a, const SmoothedSet& b)
-{
-  if (a.exponents.rows() != b.exponents.rows() || (a.exponents != b.exponents).any()) return false;
-  const auto is_same_surface = [](const SmoothedSurface& s, const SmoothedSurface& t) {
-    return s.name == t.name && s.coefficients == t.coefficients;
-  };
-  return std::equal(a.surfaces.begin(), a.surfaces.end(), b.surfaces.begin(), b.surfaces.end(),
-                    is_same_surface);
-}
-
-bool is_same_recontact(const SmoothedSet& a, const SmoothedSet& b)
-{
-  if (!a.recontact_mm || !b.recontact_mm) return false;
-  return is_same_motion(a, b) && is_same(*a.recontact_mm, *b.recontact_mm);
-}
-
-// Audits measured on what `set` is about to replace say nothing of it.
-void drop_stale_audits(MotionModel& model, const SmoothedSet& set)
-{
-  const auto before = std::find_if(model.smoothed.begin(), model.smoothed.end(),
-                                   [&](const SmoothedSet& other) { return other.degree == set.degree; });
-  const bool has_before = before != model.smoothed.end();
-  const std::string name = "degree_" + std::to_string(set.degree);
-  std::erase_if(model.audits, [&](const AuditSet& audit) {
-    const bool is_stale =
-        (audit.name == name && !(has_before && is_same_motion(*before, set))) ||
-        (audit.name == name + "_recontacted" && !(has_before && is_same_recontact(*before, set)));
-    if (is_stale) say("dropped /audit/" + audit.name + ", which measured the set before");
-    return is_stale;
-  });
+  for (const AuditSet& audit : before) {
+    const bool is_there = std::any_of(after.begin(), after.end(),
+                                      [&](const AuditSet& other) { return other.name == audit.name; });
+    if (!is_there) say("dropped /audit/" + audit.name + ", which measured the set before");
+  }
 }
 
 struct Travels {
@@ -135,11 +101,15 @@ void print(const SmoothedSet& set)
 ExitCode smooth_command(const SmoothCommandOptions& options)
 {
   MotionModel model = read_solved_model(options.file);
-  SmoothedSet set = smooth(smooth_input(model, options.file), options.degree);
+  SmoothFit fit = smooth_fit(smooth_input(model, options.file), options.degree, {options.is_robust});
+  if (std::find(fit.is_converged.begin(), fit.is_converged.end(), false) != fit.is_converged.end())
+    warn("the robust weights had not settled after all steps");
+  SmoothedSet set = std::move(fit.set);
   if (options.is_recontacted) set.recontact_mm = recontact(model, set, threads_or_all(options.n_threads));
-  drop_stale_audits(model, set);
-  model.smoothed = with_set(std::move(model.smoothed), set);
+  const std::vector<AuditSet> audits = model.audits;
+  model = with_smoothed(std::move(model), set);
   write_motion_model(options.file, model);
+  say_what_went(audits, model.audits);
   if (options.as_json) {
     std::printf("%s\n", json_of(set).dump(2).c_str());
   } else {

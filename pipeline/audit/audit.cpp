@@ -17,6 +17,11 @@ struct AuditPose {
   bool has_pose = false;
 };
 
+bool is_node(const AuditSet& out, Eigen::Index i, Eigen::Index j)
+{
+  return i % out.refine == 0 && j % out.refine == 0;
+}
+
 AuditPose pose_of(const Motion& motion, const Attitude& attitude)
 {
   const JointPose pose = motion.at(attitude);
@@ -43,8 +48,7 @@ AuditPose stored_pose(const MotionModel& model, Eigen::Index flexion, Eigen::Ind
 AuditPose pose_at(const MotionModel& model, const Motion& motion, const AuditSet& out, Eigen::Index i,
                   Eigen::Index j)
 {
-  if (out.name == "raw" && i % out.refine == 0 && j % out.refine == 0)
-    return stored_pose(model, i / out.refine, j / out.refine);
+  if (out.name == "raw" && is_node(out, i, j)) return stored_pose(model, i / out.refine, j / out.refine);
   return pose_of(motion, {rad_from_deg(out.flexion_deg[static_cast<std::size_t>(i)]),
                           rad_from_deg(out.varus_deg[static_cast<std::size_t>(j)])});
 }
@@ -95,7 +99,8 @@ AuditSet audit(const MotionModel& model, const std::string& set, int refine, int
     const auto i = static_cast<Eigen::Index>(row);
     for (Eigen::Index j = 0; j < out.state.cols(); ++j) {
       const AuditPose pose = pose_at(model, motion, out, i, j);
-      if (pose.has_pose) set_state(out, i, j, meter.measure(pose.attitude, pose.X_reference_moving));
+      const Judge judge = is_node(out, i, j) ? Judge::narrow_phase : Judge::sweep;
+      if (pose.has_pose) set_state(out, i, j, meter.measure(pose.attitude, pose.X_reference_moving, judge));
     }
   });
   return out;

@@ -8,9 +8,10 @@
 namespace vrda {
 
 /// Measures the motion `set` (one of set_names of motion/poses.hpp) at the attitudes of the model's grid,
-/// each cell cut into `refine` (at least 1) parts along each axis. Poses: of "raw" at the model's own
-/// attitudes X_reference_moving as it is stored, all others what Motion answers. Of "zero_varus" only flexion
-/// is cut. Rules of what counts: audit/pose_meter.hpp. Same bits for any number of threads.
+/// each cell cut into `refine` (at least 1) parts along each axis; of "zero_varus" only flexion is cut.
+/// Poses: of "raw" at the model's own attitudes X_reference_moving as it is stored, all others what Motion
+/// answers. At the model's own attitudes the narrow phase judges every pose, between them the sweep where it
+/// can (audit/pose_meter.hpp). Same bits for any number of threads.
 AuditSet audit(const MotionModel& model, const std::string& set, int refine, int n_threads);
 
 /// One number of an audit and where it stands.

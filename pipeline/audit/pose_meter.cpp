@@ -11,6 +11,8 @@ namespace {
 
 // Matrix elements that differ by less are one rotation: it moves a vertex a metre away by 1e-9 mm.
 constexpr double same_rotation = 1e-12;
+// A touch further ahead than this is no rounding of the way there, a few metres.
+constexpr double clear_mm = 1e-9;
 // The first way back from an overlap, doubled until the objects are free. Far below the thickness of any
 // part, and above what smoothing displaces, so that the touch found is the one that was passed.
 constexpr double first_retreat_mm = 0.1;
@@ -43,7 +45,10 @@ AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_
 }
 
 PoseMeter::PoseMeter(const AuditScene& scene)
-    : scene_(scene), query_(scene.reference_gap, scene.moving_gap), X_zero_(Pose::Identity())
+    : scene_(scene),
+      query_(scene.reference_gap, scene.moving_gap),
+      X_zero_(Pose::Identity()),
+      radii_mm_(radius_mm(scene.reference.mesh) + radius_mm(scene.moving.mesh))
 {
 }
 
@@ -55,6 +60,7 @@ void PoseMeter::place(const Attitude& attitude, const Pose& X_reference_moving)
   Pose X_turned = Pose::Identity();
   X_turned.linear() = R * X_zero_.linear();
   X_turned.translation() = R * X_zero_.translation();
+  beneath_mm_ = radii_mm_ + X_zero_.translation().norm() + 1.0;
   tilted_query_.reset();
   const std::optional<MovingPose> pose = about_delta(X_turned);
   if (pose) {
@@ -71,8 +77,14 @@ MovingPose PoseMeter::shifted(double shift_mm) const
   return {pose_.translation_mm + shift_mm * Eigen::Vector3d::UnitY(), pose_.theta_rad};
 }
 
-bool PoseMeter::is_overlapping(double shift_mm)
+bool PoseMeter::is_reached_from_below(double shift_mm)
 {
+  return touch_mm(shift_mm - beneath_mm_) - beneath_mm_ > clear_mm;
+}
+
+bool PoseMeter::is_overlapping(double shift_mm, Judge judge)
+{
+  if (judge == Judge::sweep && is_reached_from_below(shift_mm)) return false;
   Pose X = X_zero_;
   X.translation() += shift_mm * delta_zero_;
   const std::optional<TrianglePair> pair =
@@ -91,31 +103,29 @@ double PoseMeter::touch_mm(double shift_mm)
 double PoseMeter::retreat_mm()
 {
   const double afar_mm = query().travel_mm(pose_);
-  const double extent_mm =
-      radius_mm(scene_.reference.mesh) + radius_mm(scene_.moving.mesh) + X_zero_.translation().norm();
-  const double most_mm = afar_mm < 0.0 ? -afar_mm : 2.0 * extent_mm;
+  const double most_mm = afar_mm < 0.0 ? -afar_mm : beneath_mm_;
   for (double back_mm = first_retreat_mm; back_mm < most_mm; back_mm *= 2.0) {
-    if (!is_overlapping(-back_mm)) return std::max(0.0, back_mm - touch_mm(-back_mm));
+    if (!is_overlapping(-back_mm, Judge::sweep)) return std::max(0.0, back_mm - touch_mm(-back_mm));
   }
   // Without facing pairs in the way (an open sheet struck from behind) the touch is asked for from below all.
   return afar_mm < 0.0 ? most_mm : std::max(0.0, most_mm - touch_mm(-most_mm));
 }
 
-PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_moving)
+PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_moving, Judge judge)
 {
   place(attitude, X_reference_moving);
-  if (is_overlapping(0.0)) return {true, retreat_mm(), 0.0};
+  if (is_overlapping(0.0, judge)) return {true, retreat_mm(), 0.0};
   return {false, 0.0, touch_mm(0.0)};
 }
 
 double PoseMeter::travel_into_contact_mm(const Attitude& attitude, const Pose& X_reference_moving)
 {
   place(attitude, X_reference_moving);
-  const double contact_mm = is_overlapping(0.0) ? -retreat_mm() : touch_mm(0.0);
+  const double contact_mm = is_overlapping(0.0, Judge::sweep) ? -retreat_mm() : touch_mm(0.0);
   for (double margin_mm = contact_margin_mm; margin_mm <= largest_margin_mm; margin_mm *= margin_growth) {
     if (std::isinf(contact_mm)) break;
     // Free at half the margin: the other half is for the rounding of who measures it again.
-    if (!is_overlapping(contact_mm - 0.5 * margin_mm)) return contact_mm - margin_mm;
+    if (!is_overlapping(contact_mm - 0.5 * margin_mm, Judge::sweep)) return contact_mm - margin_mm;
   }
   return std::numeric_limits<double>::quiet_NaN();
 }

@@ -18,15 +18,6 @@ double largest_number(const GridD& values)
   return largest;
 }
 
-template <typename Entry, typename Key>
-std::vector<Entry> with_entry(std::vector<Entry> entries, Entry entry, Key key)
-{
-  std::erase_if(entries, [&](const Entry& other) { return key(other) == key(entry); });
-  entries.push_back(std::move(entry));
-  std::sort(entries.begin(), entries.end(), [&](const Entry& a, const Entry& b) { return key(a) < key(b); });
-  return entries;
-}
-
 }  // namespace
 
 AuditSummary summary_of(const AuditSet& audit)
@@ -34,15 +25,13 @@ AuditSummary summary_of(const AuditSet& audit)
   return {largest_number(audit.penetration_mm), largest_number(audit.gap_mm)};
 }
 
-std::vector<SmoothedSet> with_set(std::vector<SmoothedSet> sets, SmoothedSet set)
-{
-  return with_entry(std::move(sets), std::move(set), [](const SmoothedSet& entry) { return entry.degree; });
-}
-
 std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit)
 {
-  return with_entry(std::move(audits), std::move(audit),
-                    [](const AuditSet& entry) -> const std::string& { return entry.name; });
+  std::erase_if(audits, [&](const AuditSet& other) { return other.name == audit.name; });
+  const auto next = std::find_if(audits.begin(), audits.end(),
+                                 [&](const AuditSet& other) { return audit.name < other.name; });
+  audits.insert(next, std::move(audit));
+  return audits;
 }
 
 }  // namespace vrda

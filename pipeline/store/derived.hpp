@@ -60,9 +60,6 @@ struct AuditSummary {
 };
 AuditSummary summary_of(const AuditSet& audit);
 
-/// `sets` in the order that a motion model keeps, with `set` in it, in place of the one of its degree.
-std::vector<SmoothedSet> with_set(std::vector<SmoothedSet> sets, SmoothedSet set);
-
 /// `audits` in the order that a motion model keeps, with `audit` in it, in place of the one of its name.
 std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit);
 

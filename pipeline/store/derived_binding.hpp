@@ -12,9 +12,8 @@ void visit_smoothed(Set& set, Visitor& visit)
   const std::string group = smoothed_group(set.degree);
   visit(group + "/exponents", set.exponents);
   for (auto& surface : set.surfaces) {
-    const std::string name = smoothed_dataset(surface.name);
-    visit(group + "/" + name, surface.values);
-    visit(group + "/coefficients_" + name, surface.coefficients);
+    visit(smoothed_path(set.degree, surface.name), surface.values);
+    visit(coefficients_path(set.degree, surface.name), surface.coefficients);
   }
   if (set.recontact_mm) visit(group + "/recontact", *set.recontact_mm);
 }

@@ -8,6 +8,11 @@ namespace {
 
 constexpr ValueKind float64 = ValueKind::float64;
 
+std::string dataset_of(const std::string& name)
+{
+  return name == "varus" ? "varus_solved" : name;
+}
+
 void add_set(FileLayout& layout, const FileShape& shape, const SmoothedShape& set)
 {
   const std::string group = smoothed_group(set.degree);
@@ -22,11 +27,11 @@ void add_set(FileLayout& layout, const FileShape& shape, const SmoothedShape& se
                                     "degree of each term's Legendre polynomial of flexion and of varus"));
   for (const std::string& name : smoothed_names(set)) {
     const char* units = name == "theta" || name == "varus" ? "degree" : "mm";
-    const std::string path = group + "/" + smoothed_dataset(name);
+    const std::string path = smoothed_path(set.degree, name);
     layout.datasets.push_back(
         numbers(path, float64, grid_dimensions(), units, "smoothed surface on the grid"));
-    layout.datasets.push_back(numbers(group + "/coefficients_" + smoothed_dataset(name), float64, term, units,
-                                      "coefficients of the terms"));
+    layout.datasets.push_back(
+        numbers(coefficients_path(set.degree, name), float64, term, units, "coefficients of the terms"));
     layout.attributes.push_back({path, "n_cells", ValueKind::int32, 1});
     for (const char* measure : {"rms", "largest_residual", "leave_one_out_rms", "condition_number"}) {
       layout.attributes.push_back({path, measure, float64, 1});
@@ -131,14 +136,19 @@ const std::vector<std::string>& smoothed_names(const SmoothedShape& shape)
   return shape.has_varus ? five : four;
 }
 
-std::string smoothed_dataset(const std::string& name)
-{
-  return name == "varus" ? "varus_solved" : name;
-}
-
 std::string smoothed_group(std::int32_t degree)
 {
   return "/smoothed/degree_" + std::to_string(degree);
+}
+
+std::string smoothed_path(std::int32_t degree, const std::string& name)
+{
+  return smoothed_group(degree) + "/" + dataset_of(name);
+}
+
+std::string coefficients_path(std::int32_t degree, const std::string& name)
+{
+  return smoothed_group(degree) + "/coefficients_" + dataset_of(name);
 }
 
 bool is_audit_name(const std::string& name)

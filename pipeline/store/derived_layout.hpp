@@ -10,12 +10,15 @@ namespace vrda {
 /// varus where there is a fifth.
 const std::vector<std::string>& smoothed_names(const SmoothedShape& shape);
 
-/// What the file calls surface `name`: as the root calls the raw one. xarray cannot open a `varus` over
-/// (flexion, varus).
-std::string smoothed_dataset(const std::string& name);
-
 /// "/smoothed/degree_6".
 std::string smoothed_group(std::int32_t degree);
+
+/// "/smoothed/degree_6/tx" of surface "tx". That of "varus" is `varus_solved`, as the raw one: xarray cannot
+/// open a `varus` over (flexion, varus).
+std::string smoothed_path(std::int32_t degree, const std::string& name);
+
+/// "/smoothed/degree_6/coefficients_tx".
+std::string coefficients_path(std::int32_t degree, const std::string& name);
 
 /// Whether an audit may have this name: "raw", "zero_varus", "degree_6" or "degree_6_recontacted".
 bool is_audit_name(const std::string& name);

@@ -82,17 +82,17 @@ class SmoothedCheck {
                             [&](std::size_t cell) { return std::isinf(set.recontact_mm->data()[cell]); });
     }
     if (set.surfaces.size() == 5 && n_varus_ > 1) {
-      findings_.find(group + "/varus_solved", "a surface", "none where /varus has several values");
+      findings_.find(smoothed_path(set.degree, "varus"), "a surface", "none where /varus has several values");
     }
     if (!has_right_terms(set, group)) return;
     const AxisRanges ranges = axis_ranges(model_.flexion_deg, model_.varus_deg);
     for (const SmoothedSurface& surface : set.surfaces) {
-      const std::string name = smoothed_dataset(surface.name);
-      findings_.all_finite(group + "/coefficients_" + name, surface.coefficients.data(),
+      findings_.all_finite(coefficients_path(set.degree, surface.name), surface.coefficients.data(),
                            surface.coefficients.size());
       const double* values = surface.values.data();
       findings_.each_number(
-          group + "/" + name, values, n_cells_, "the value of the polynomial", [&](std::size_t cell) {
+          smoothed_path(set.degree, surface.name), values, n_cells_, "the value of the polynomial",
+          [&](std::size_t cell) {
             const double wanted = evaluate(set, surface, ranges, model_.flexion_deg[cell / n_varus_],
                                            model_.varus_deg[cell % n_varus_])
                                       .value;

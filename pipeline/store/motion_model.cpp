@@ -1,5 +1,7 @@
 #include "store/motion_model.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -55,6 +57,26 @@ void empty_cells(LigamentRows& ligaments, std::size_t n_cells)
   ligaments.is_wrapped.assign(n, -1);
 }
 
+bool have_equal_polynomials(const SmoothedSet& a, const SmoothedSet& b)
+{
+  const auto are_equal = [](const SmoothedSurface& left, const SmoothedSurface& right) {
+    return left.name == right.name && left.coefficients == right.coefficients;
+  };
+  return a.exponents.rows() == b.exponents.rows() && (a.exponents == b.exponents).all() &&
+         std::equal(a.surfaces.begin(), a.surfaces.end(), b.surfaces.begin(), b.surfaces.end(), are_equal);
+}
+
+bool have_equal_recontact(const SmoothedSet& a, const SmoothedSet& b)
+{
+  if (!a.recontact_mm || !b.recontact_mm) return a.recontact_mm.has_value() == b.recontact_mm.has_value();
+  const auto are_equal = [](double left, double right) {
+    return left == right || (std::isnan(left) && std::isnan(right));
+  };
+  const GridD &left = *a.recontact_mm, &right = *b.recontact_mm;
+  return left.rows() == right.rows() && left.cols() == right.cols() &&
+         std::equal(left.data(), left.data() + left.size(), right.data(), are_equal);
+}
+
 }  // namespace
 
 PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion)
@@ -103,6 +125,24 @@ MotionModel with_pending_cells(MotionModel model)
   model.smoothed.clear();
   model.zero_varus.reset();
   model.audits.clear();
+  return model;
+}
+
+MotionModel with_smoothed(MotionModel model, SmoothedSet set)
+{
+  const auto place = std::find_if(model.smoothed.begin(), model.smoothed.end(),
+                                  [&](const SmoothedSet& other) { return other.degree >= set.degree; });
+  if (place == model.smoothed.end() || place->degree > set.degree) {
+    model.smoothed.insert(place, std::move(set));
+    return model;
+  }
+  const bool is_moved = !have_equal_polynomials(*place, set);
+  const bool is_recontact_moved = is_moved || !have_equal_recontact(*place, set);
+  const std::string name = "degree_" + std::to_string(set.degree);
+  std::erase_if(model.audits, [&](const AuditSet& audit) {
+    return (is_moved && audit.name == name) || (is_recontact_moved && audit.name == name + "_recontacted");
+  });
+  *place = std::move(set);
   return model;
 }
 

@@ -162,4 +162,8 @@ PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion);
 /// paths and equilibrium exist after it as has_compartments and method ask.
 MotionModel with_pending_cells(MotionModel model);
 
+/// `model` with `set` in place of the one of its degree. An audit of that one goes with it where the motion
+/// becomes another; the same set once more changes nothing.
+MotionModel with_smoothed(MotionModel model, SmoothedSet set);
+
 }  // namespace vrda

@@ -26,7 +26,7 @@ SmoothedSet empty_set(const H5Reader& reader, const SmoothedShape& shape, std::i
   const std::string group = smoothed_group(shape.degree);
   set.is_robust = minor_version >= 2 && number(reader, group, "is_robust") != 0.0;
   for (const std::string& name : smoothed_names(shape)) {
-    const std::string path = group + "/" + smoothed_dataset(name);
+    const std::string path = smoothed_path(shape.degree, name);
     SmoothedSurface surface;
     surface.name = name;
     surface.n_cells = static_cast<std::int32_t>(number(reader, path, "n_cells"));

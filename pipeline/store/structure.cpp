@@ -92,8 +92,13 @@ class StructureCheck {
       const std::from_chars_result parsed = std::from_chars(version.data() + 2, end, minor_version_);
       if (parsed.ec == std::errc() && parsed.ptr == end && minor_version_ >= 0) return true;
     }
-    find("/@format_version", version.empty() ? "nothing" : "\"" + version + "\"",
-         "\"1.\" and a minor version");
+    std::int32_t major_version = 0;
+    const bool is_newer =
+        std::from_chars(version.data(), end, major_version).ec == std::errc() && major_version > 1;
+    find("/@format_version",
+         version.empty() ? "nothing" : "\"" + version + "\"" + (is_newer ? ", a newer format" : ""),
+         is_newer ? "\"1.\" and a minor version, which is what this program reads"
+                  : "\"1.\" and a minor version");
     return false;
   }
 
@@ -151,7 +156,7 @@ class StructureCheck {
       }
       smoothed.n_terms = size_of(path + "/term");
       if (result_.shape.minor_version >= 2) {
-        smoothed.has_varus = reader_.objects().count(path + "/" + smoothed_dataset("varus")) > 0;
+        smoothed.has_varus = reader_.objects().count(smoothed_path(smoothed.degree, "varus")) > 0;
         smoothed.has_recontact = reader_.objects().count(path + "/recontact") > 0;
       }
       result_.shape.smoothed.push_back(smoothed);
@@ -167,6 +172,8 @@ class StructureCheck {
       if (path.rfind(prefix, 0) != 0 || path.find('/', prefix.size()) != std::string::npos) continue;
       const std::string name = path.substr(prefix.size());
       if (!is_audit_name(name)) {
+        // Of a later minor version it may be a motion that we do not know.
+        if (minor_version_ > result_.shape.minor_version) continue;
         find(path, "no name of a motion", "raw, zero_varus, degree_N or degree_N_recontacted");
         continue;
       }

@@ -128,7 +128,7 @@ void write_smoothed_attributes(H5Writer& writer, const SmoothedSet& set)
   writer.write_attribute(group, "degree", std::span<const std::int32_t>(&set.degree, 1));
   writer.write_attribute(group, "is_robust", std::span<const std::int8_t>(&is_robust, 1));
   for (const SmoothedSurface& surface : set.surfaces) {
-    const std::string path = group + "/" + smoothed_dataset(surface.name);
+    const std::string path = smoothed_path(set.degree, surface.name);
     writer.write_attribute(path, "n_cells", std::span<const std::int32_t>(&surface.n_cells, 1));
     writer.write_attribute(path, "rms", number(surface.rms));
     writer.write_attribute(path, "largest_residual", number(surface.largest_residual));

@@ -69,11 +69,11 @@ class ZeroVarusCheck {
 
   /// Whole rows of numbers or of NaN where `may_be(row)`, NaN elsewhere.
   template <typename MayBe>
-  void rows(const char* name, const Rows& rows, const char* wanted, MayBe may_be)
+  void rows(const char* name, const Rows& numbers, const char* wanted, MayBe may_be)
   {
     findings_.each(
-        std::string("/zero_varus/") + name, rows.values.size() / rows.width, wanted,
-        [&](std::size_t i) { return !rows.are_nan(i) && !(may_be(i) && rows.are_finite(i)); },
+        std::string("/zero_varus/") + name, numbers.values.size() / numbers.width, wanted,
+        [&](std::size_t i) { return !numbers.are_nan(i) && !(may_be(i) && numbers.are_finite(i)); },
         [&](std::size_t i) { return may_be(i) ? "no numbers" : "numbers without a pose"; });
   }
 

@@ -34,15 +34,15 @@ TEST(PoseMeter, GapAndPenetrationOfTwoBoxes)
                        {Side::right, {500, 400, 300}, {0, 1, 0}});
   PoseMeter meter(scene);
   Pose X = Pose::Identity();
-  const PoseAudit free = meter.measure({}, X);
+  const PoseAudit free = meter.measure({}, X, Judge::narrow_phase);
   EXPECT_FALSE(free.is_overlapping);
   EXPECT_NEAR(free.gap_mm, 7.0, rounding_mm);
   X.translation() << 0.5, 7.25, 0.5;
-  const PoseAudit deep = meter.measure({}, X);
+  const PoseAudit deep = meter.measure({}, X, Judge::narrow_phase);
   EXPECT_TRUE(deep.is_overlapping);
   EXPECT_NEAR(deep.penetration_mm, 0.25, rounding_mm);
   X.translation() << 50, 0, 0;
-  EXPECT_TRUE(std::isinf(meter.measure({}, X).gap_mm));
+  EXPECT_TRUE(std::isinf(meter.measure({}, X, Judge::narrow_phase).gap_mm));
 }
 
 TEST(PoseMeter, SeesWhatTheSolverSawOnBothSidesAndAlongAnyDelta)
@@ -60,7 +60,8 @@ TEST(PoseMeter, SeesWhatTheSolverSawOnBothSidesAndAlongAnyDelta)
       const StepRecord r = find_stable_pose(joint, attitude, {{0, -30, 0}, 0.1}, options);
       ASSERT_EQ(r.status, StepStatus::stable);
       const AuditScene scene = make_audit_scene(ceiling, ball, frame);
-      const PoseAudit found = PoseMeter(scene).measure(attitude, X_reference_moving(frame, attitude, r.pose));
+      const PoseAudit found = PoseMeter(scene).measure(attitude, X_reference_moving(frame, attitude, r.pose),
+                                                       Judge::narrow_phase);
       EXPECT_FALSE(found.is_overlapping);
       EXPECT_LE(found.gap_mm, options.translation_resolution_mm);
     }
@@ -88,7 +89,7 @@ TEST(PoseMeter, DeepInASocketTheNearestFreePlayCountsNotTheRim)
     SCOPED_TRACE(row.y_mm);
     Pose X = Pose::Identity();
     X.translation() << 0.3, row.y_mm, -0.2;
-    const PoseAudit found = meter.measure({}, X);
+    const PoseAudit found = meter.measure({}, X, Judge::sweep);
     EXPECT_EQ(found.is_overlapping, row.penetration_mm > 0.0);
     EXPECT_NEAR(found.penetration_mm, row.penetration_mm, rounding_mm);
     EXPECT_NEAR(found.gap_mm, row.gap_mm, rounding_mm);
@@ -111,7 +112,7 @@ TEST(PoseMeter, AnOpenSheetStruckFromBehindIsLeftTheWayItCame)
   Mesh tilted = test::sheet(20, 4);
   tilted.vertices_mm.col(1) = 0.1 * tilted.vertices_mm.col(0);
   const AuditScene scene = make_audit_scene(test::sheet(20, 4), tilted, {});
-  const PoseAudit found = PoseMeter(scene).measure({}, Pose::Identity());
+  const PoseAudit found = PoseMeter(scene).measure({}, Pose::Identity(), Judge::sweep);
   EXPECT_TRUE(found.is_overlapping);
   EXPECT_NEAR(found.penetration_mm, 1.0, rounding_mm);  // 0.1 * 10
 }
@@ -147,7 +148,11 @@ TEST(PoseMeter, AgreesWithThePlainWayAlsoWhereAPoseTurnsNotAboutDeltaAlone)
       Pose X = X_reference_moving(frame, attitude, pose);
       if (k % 2 == 1) X.linear() = rotation_x(0.2) * Eigen::Matrix3d(X.linear());
       const PoseAudit expected = plainly_measured(scene, ball, attitude, X, narrow_phase);
-      const PoseAudit found = meter.measure(attitude, X);
+      const PoseAudit found = meter.measure(attitude, X, Judge::narrow_phase);
+      const PoseAudit swept = meter.measure(attitude, X, Judge::sweep);
+      EXPECT_EQ(swept.is_overlapping, found.is_overlapping);
+      EXPECT_EQ(swept.penetration_mm, found.penetration_mm);
+      EXPECT_EQ(swept.gap_mm, found.gap_mm);
       EXPECT_EQ(found.is_overlapping, expected.is_overlapping);
       EXPECT_NEAR(found.penetration_mm, expected.penetration_mm, rounding_mm);
       EXPECT_EQ(std::isinf(found.gap_mm), std::isinf(expected.gap_mm));

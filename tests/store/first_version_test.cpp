@@ -1,10 +1,12 @@
-// Files of format version 1.0, which knew no push, contact paths, solved varus, and no status `unbounded`.
+// Files of format version 1.0, which knew no push, contact paths, solved varus, and no status `unbounded`,
+// and of 1.1, which knew nothing that is made of the surfaces but plain polynomials.
 #include <gtest/gtest.h>
 
 #include "store/changed_file.hpp"
 #include "store/contact_paths.hpp"
 #include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 
@@ -29,6 +31,7 @@ void make_first_version(hid_t file, bool has_compartments)
   test::set_text(file, "/", "format_version", "1.0");
   test::remove(file, "/push");
   test::remove(file, "/varus_solved");
+  ASSERT_GE(H5Adelete_by_name(file, "/smoothed/degree_1", "is_robust", H5P_DEFAULT), 0);
   if (has_compartments) test::remove(file, "/contact_paths");
   set_codes(file, "/status", {-1, 0, 1, 2, 3});
   test::set_text(file, "/status", "flag_meanings", "pending stable no_contact no_clearance iteration_limit");
@@ -88,6 +91,45 @@ TEST(FirstVersion, WhatALaterMinorVersionAddsToItIsIgnored)
   });
   EXPECT_TRUE(validate_motion_model(path).empty());
   EXPECT_FALSE(read_motion_model(path).ligaments.has_value());
+}
+
+/// What version 1.1 wrote of the model in `file`.
+void make_second_version(hid_t file)
+{
+  test::set_text(file, "/", "format_version", "1.1");
+  ASSERT_GE(H5Adelete_by_name(file, "/smoothed/degree_1", "is_robust", H5P_DEFAULT), 0);
+}
+
+TEST(SecondVersion, IsReadAsItIs)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5", today = scratch.path() / "today.h5";
+  const test::SampleOptions variants[] = {{4, 3, true, true, true, true, 5, 2}, {4, 1}};
+  for (const test::SampleOptions& options : variants) {
+    const MotionModel model = test::sample_model(options);
+    write_motion_model(path, model);
+    write_motion_model(today, model);
+    test::change(path, make_second_version);
+    EXPECT_TRUE(validate_motion_model(path).empty());
+    const MotionModel read = read_motion_model(path);
+    test::expect_equal(read, model);
+    // Written again it is a file of today, to the byte.
+    write_motion_model(path, read);
+    EXPECT_EQ(test::read_bytes(path), test::read_bytes(today));
+  }
+}
+
+TEST(SecondVersion, WhatVersionOneTwoAddedIsIgnoredInIt)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  for (const std::int32_t n_varus : {3, 1}) {
+    const MotionModel model = test::sample_model({4, n_varus, true, true, n_varus > 1});
+    write_motion_model(path, test::with_derived(model));
+    test::change(path, make_second_version);
+    EXPECT_TRUE(validate_motion_model(path).empty());
+    test::expect_equal(read_motion_model(path), model);
+  }
 }
 
 }  // namespace

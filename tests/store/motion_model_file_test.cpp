@@ -52,7 +52,7 @@ TEST(MotionModelFile, StartFileIsAValidModelWithEveryCellPending)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.start.h5";
-  const MotionModel start = with_pending_cells(test::sample_model());
+  const MotionModel start = with_pending_cells(test::with_derived(test::sample_model()));
   write_motion_model(path, start);
   EXPECT_TRUE(validate_motion_model(path).empty());
   const MotionModel read = read_motion_model(path);
@@ -165,6 +165,20 @@ TEST(MotionModelFile, AModelWhoseShapesDisagreeIsOurMistake)
   EXPECT_THROW(write_motion_model(path, model), InternalError);
   model = test::sample_model();
   model.push.moment_nmm.pop_back();
+  EXPECT_THROW(write_motion_model(path, model), InternalError);
+  model = test::with_derived(test::sample_model());
+  std::swap(model.audits[0], model.audits[1]);
+  EXPECT_THROW(write_motion_model(path, model), InternalError);
+  model.audits = {AuditSet()};
+  EXPECT_THROW(write_motion_model(path, model), InternalError);
+  model.audits.clear();
+  model.zero_varus->helical_rotation_deg.pop_back();
+  EXPECT_THROW(write_motion_model(path, model), InternalError);
+  model.zero_varus.reset();
+  model.smoothed[0].recontact_mm->conservativeResize(2, 2);
+  EXPECT_THROW(write_motion_model(path, model), InternalError);
+  model.smoothed[0].recontact_mm.reset();
+  model.smoothed[0].surfaces.push_back(model.smoothed[0].surfaces[0]);
   EXPECT_THROW(write_motion_model(path, model), InternalError);
   EXPECT_FALSE(std::filesystem::exists(path));
 }

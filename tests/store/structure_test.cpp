@@ -62,6 +62,11 @@ TEST(Structure, FormatAndVersion)
     expect_first(findings_after([&](hid_t file) { set_text(file, "/", "format_version", version); }),
                  "/@format_version", version, "\"1.\"");
   }
+  for (const char* version : {"2.0", "2", "10.3"}) {
+    SCOPED_TRACE(version);
+    expect_first(findings_after([&](hid_t file) { set_text(file, "/", "format_version", version); }),
+                 "/@format_version", "a newer format", "this program reads");
+  }
 }
 
 TEST(Structure, MissingObjects)

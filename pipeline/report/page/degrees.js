@@ -32,19 +32,21 @@ function errorFigure(model, unit) {
 
 const COMPARED = { translation: ["translation", "mm"], theta: ["θ", "degrees"], varus: ["varus", "degrees"] };
 
-function comparisonRow(row, names) {
-  const of = (name) => row.errors.find((one) => one.name === name);
-  const errors = names.flatMap((name) => ["rms", "largest", "leave_one_out", "roughness"].map((key) => number(of(name)?.[key])));
-  const f = row.faults;
-  return [String(row.degree), ...errors, percent(row.perceptible_share), ...(f ? [String(f.overlapping), number(f.largest_penetration_mm), number(f.largest_gap_mm)] : [])];
+const MEASURES = [["rms", "RMS"], ["largest", "largest"], ["leave_one_out", "leave-one-out"], ["roughness", "roughness"]];
+
+function errorsTable({ rows, recommended }) {
+  const names = rows[0].errors.map((one) => one.name);
+  const headings = names.flatMap((name) => MEASURES.map(([, text], k) => (k === 0 ? `${COMPARED[name].join(", ")}: ${text}` : text)));
+  const cells = (row) => row.errors.flatMap((one) => MEASURES.map(([key]) => number(one[key])));
+  return table("Each degree fitted to the raw motion. Roughness is the RMS second derivative, per degree²; the degree recommended is marked.",
+    ["degree", ...headings], rows.map((row) => [String(row.degree), ...cells(row)]), { kinds: Array(headings.length + 1).fill("tight"), chosen: (r) => rows[r].degree === recommended });
 }
 
-function comparisonTable({ rows, recommended }) {
-  const names = rows[0].errors.map((one) => one.name);
-  const unit = (name) => `${COMPARED[name][0]}, ${COMPARED[name][1]}`;
-  const headings = ["degree", ...names.flatMap((name) => [`${unit(name)}: RMS`, "largest", "leave-one-out", "roughness"]), "attitudes visibly off", ...(rows[0].faults ? ["overlapping", "largest penetration, mm", "largest gap, mm"] : [])];
-  return table("Each degree fitted to the raw motion; roughness is the RMS second derivative, per degree². Gaps and penetrations are those of the smoothed motion at the attitudes of the grid, measured on the meshes.",
-    headings, rows.map((row) => comparisonRow(row, names)), { kinds: Array(20).fill("tight"), chosen: (r) => rows[r].degree === recommended });
+function faultsTable({ rows, recommended }) {
+  const faults = rows[0].faults ? ["attitudes overlapping", "largest penetration, mm", "largest gap, mm"] : [];
+  const cells = ({ faults: f }) => (f ? [`${f.overlapping} of ${f.attitudes}`, number(f.largest_penetration_mm), number(f.largest_gap_mm)] : []);
+  return table("What a viewer would see of each degree: attitudes off by more than 0.145 mm or 0.27 degrees, and the meshes measured at the attitudes of the grid.",
+    ["degree", "attitudes visibly off", ...faults], rows.map((row) => [String(row.degree), percent(row.perceptible_share), ...cells(row)]), { chosen: (r) => rows[r].degree === recommended });
 }
 
 function comparedErrors(rows, unit) {
@@ -73,7 +75,7 @@ function comparedParts(comparison) {
   const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
   if (rows[0].faults) figures.push(comparedFigure(comparison, "What smoothing breaks", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
   const verdict = recommended < 0 ? reason : `Recommended: ${reason}.`;
-  return [el("div", { class: "box good" }, verdict), el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), comparisonTable(comparison)];
+  return [el("div", { class: "box good" }, verdict), el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), errorsTable(comparison), faultsTable(comparison)];
 }
 
 export function degreesSection(model) {

@@ -1,0 +1,105 @@
+// What is put into a motion model beside the raw surfaces finds its place there.
+#include "store/derived.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "store/equal_models.hpp"
+#include "store/sample_derived.hpp"
+#include "store/sample_model.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<std::string> names_of(const std::vector<AuditSet>& audits)
+{
+  std::vector<std::string> names;
+  for (const AuditSet& audit : audits) names.push_back(audit.name);
+  return names;
+}
+
+std::vector<std::string> names_after(const MotionModel& model, const SmoothedSet& set)
+{
+  return names_of(with_smoothed(model, set).audits);
+}
+
+TEST(AuditSummary, IsTheLargestNumberOrNaN)
+{
+  AuditSet audit;
+  audit.gap_mm = GridD::Constant(2, 2, nan);
+  audit.penetration_mm = GridD::Zero(2, 2);
+  EXPECT_TRUE(std::isnan(summary_of(audit).largest_gap_mm));
+  EXPECT_EQ(summary_of(audit).largest_penetration_mm, 0.0);
+  audit.gap_mm << nan, 0.5, 0.25, nan;
+  audit.penetration_mm << 0.0, 0.0, 0.0, 1.5;
+  EXPECT_EQ(summary_of(audit).largest_gap_mm, 0.5);
+  EXPECT_EQ(summary_of(audit).largest_penetration_mm, 1.5);
+  EXPECT_TRUE(std::isnan(summary_of(AuditSet()).largest_penetration_mm));
+}
+
+TEST(WithAudit, KeepsTheOrderAndReplacesTheSameName)
+{
+  std::vector<AuditSet> audits;
+  for (const char* name : {"raw", "degree_6", "zero_varus", "degree_10", "degree_6_recontacted"}) {
+    AuditSet audit;
+    audit.name = name;
+    audits = with_audit(audits, audit);
+  }
+  const std::vector<std::string> wanted{"degree_10", "degree_6", "degree_6_recontacted", "raw", "zero_varus"};
+  EXPECT_EQ(names_of(audits), wanted);
+  AuditSet finer;
+  finer.name = "degree_6";
+  finer.refine = 4;
+  audits = with_audit(audits, finer);
+  EXPECT_EQ(names_of(audits), wanted);
+  EXPECT_EQ(audits[1].refine, 4);
+}
+
+TEST(WithSmoothed, KeepsTheOrderOfDegrees)
+{
+  MotionModel model;
+  for (const std::int32_t degree : {6, 2, 10, 4}) {
+    SmoothedSet set;
+    set.degree = degree;
+    model = with_smoothed(model, set);
+  }
+  ASSERT_EQ(model.smoothed.size(), 4u);
+  EXPECT_EQ(model.smoothed[0].degree, 2);
+  EXPECT_EQ(model.smoothed[1].degree, 4);
+  EXPECT_EQ(model.smoothed[2].degree, 6);
+  EXPECT_EQ(model.smoothed[3].degree, 10);
+}
+
+TEST(WithSmoothed, TheSameSetOnceMoreChangesNothing)
+{
+  const MotionModel model = test::with_derived(test::sample_model());
+  test::expect_equal(with_smoothed(model, model.smoothed[0]), model);
+}
+
+TEST(WithSmoothed, AnAuditOfAnotherMotionGoes)
+{
+  const MotionModel model = test::with_derived(test::sample_model());
+  ASSERT_EQ(names_of(model.audits),
+            (std::vector<std::string>{"degree_1", "degree_1_recontacted", "raw", "zero_varus"}));
+  const std::vector<std::string> none_of_it{"raw", "zero_varus"};
+  const std::vector<std::string> as_smoothed{"degree_1", "raw", "zero_varus"};
+  SmoothedSet set = model.smoothed[0];
+  set.surfaces[3].coefficients[0] += 1e-12;
+  EXPECT_EQ(names_after(model, set), none_of_it);
+  set = model.smoothed[0];
+  (*set.recontact_mm)(1, 1) += 1e-12;
+  EXPECT_EQ(names_after(model, set), as_smoothed);
+  (*set.recontact_mm)(1, 1) = nan;
+  EXPECT_EQ(names_after(model, set), as_smoothed);
+  set.recontact_mm.reset();
+  EXPECT_EQ(names_after(model, set), as_smoothed);
+  set.degree = 2;
+  EXPECT_EQ(names_after(model, set), names_of(model.audits));
+}
+
+}  // namespace
+}  // namespace vrda
