@@ -107,6 +107,8 @@ Json understood(const Case& job_case)
             {"rotation_deg", deg_from_rad(s.rotation_step_rad)},
             {"rotation_resolution_deg", deg_from_rad(s.rotation_resolution_rad)}}},
           {"smooth_degrees", job_case.smooth_degrees},
+          {"smooth_recontact", job_case.smooth_recontact},
+          {"smooth_robust", job_case.smooth_robust},
           {"warnings", job_case.warnings}};
 }
 

@@ -8,12 +8,16 @@
 #include <functional>
 #include <iostream>
 
+#include "app/audit_command.hpp"
 #include "app/check_command.hpp"
+#include "app/compare_command.hpp"
 #include "app/convert_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/reduce_command.hpp"
+#include "app/report_command.hpp"
 #include "app/run_command.hpp"
 #include "app/shape_command.hpp"
+#include "app/smooth_command.hpp"
 #include "app/talk.hpp"
 #include "app/trace_command.hpp"
 #include "core/error.hpp"
@@ -39,9 +43,13 @@ struct Commands {
   vrda::CheckOptions check;
   vrda::InfoOptions info;
   vrda::InfoOptions validate;
+  vrda::CompareCommandOptions compare;
   vrda::ShapeOptions shape;
   vrda::TraceOptions trace;
   vrda::ReduceOptions reduce;
+  vrda::ReportOptions report;
+  vrda::SmoothCommandOptions smooth;
+  vrda::AuditOptions audit;
   vrda::ConvertObjectOptions object;
   vrda::ConvertMeshOptions mesh;
   vrda::ConvertConfigOptions config;
@@ -118,6 +126,42 @@ struct Commands {
     c.callback([this] { chosen = [this] { return validate_command(validate); }; });
   }
 
+  void add_smooth()
+  {
+    CLI::App& c = add("smooth",
+                      "Add smoothed surfaces of a degree to a motion model, in place of those it has of that "
+                      "degree.",
+                      "vrda smooth results/knee-generic/knee-generic.h5 --degree 6 --recontact");
+    c.add_option("file", smooth.file, "Motion model (HDF5)")->required();
+    c.add_option("--degree", smooth.degree, "Total degree of the polynomials")
+        ->required()
+        ->check(CLI::Range(1, 12));
+    c.add_flag("--recontact", smooth.is_recontacted,
+               "Find the travel along Delta into contact at every attitude");
+    c.add_flag("--robust", smooth.is_robust, "Fit with Huber's weights, which outliers pull less");
+    c.add_option("--threads", smooth.n_threads, "Workers; default: one a processor")
+        ->check(CLI::Range(1, 1024));
+    c.add_flag("--json", smooth.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return smooth_command(smooth); }; });
+  }
+
+  void add_audit()
+  {
+    CLI::App& c =
+        add("audit", "Measure gap and penetration of the motions in a motion model; add what is found to it.",
+            "vrda audit results/knee-generic/knee-generic.h5 --set degree_6 --refine 4");
+    c.add_option("file", audit.file, "Motion model (HDF5)")->required();
+    c.add_option("--set", audit.set, "raw, degree_N, degree_N_recontacted, zero_varus or all")
+        ->capture_default_str();
+    c.add_option("--refine", audit.refine, "Parts each cell of the grid is cut into, along each axis")
+        ->check(CLI::Range(1, 100))
+        ->capture_default_str();
+    c.add_option("--threads", audit.n_threads, "Workers; default: one a processor")
+        ->check(CLI::Range(1, 1024));
+    c.add_flag("--json", audit.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return audit_command(audit); }; });
+  }
+
   void add_trace()
   {
     CLI::App& c = add("trace", "Summarise the searches of a trace, or print their moves as CSV.",
@@ -142,6 +186,41 @@ struct Commands {
     c.add_option("--set", reduce.set, "Whose poses: raw, degree_N, ...")->capture_default_str();
     c.add_flag("--json", reduce.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return reduce_command(reduce); }; });
+  }
+
+  void add_report()
+  {
+    CLI::App& c = add("report", "Write motion models as one HTML page with plots, DIR/index.html.",
+                      "vrda report results/knee-generic/knee-generic.h5 -o report");
+    c.add_option("files", report.files, "Motion models (HDF5); several are compared")->required();
+    c.add_option("-o,--output", report.folder, "Folder to write to")->required();
+    c.add_option("--against", report.against, "Curve over flexion (CSV) to compare with; may be repeated")
+        ->allow_extra_args(false)
+        ->take_all();
+    c.add_option("--player", report.player, "vrda-player, for pictures; default: the one beside vrda");
+    c.add_flag("--quick", report.is_quick, "Leave out what each smoothing degree does to the meshes");
+    c.add_flag("--json", report.as_json, "Print the page's data as JSON");
+    c.callback([this] { chosen = [this] { return report_command(report); }; });
+  }
+
+  void add_compare()
+  {
+    CLI::App& c =
+        add("compare", "Set smoothing degrees side by side and recommend one; the file stays as it is.",
+            "vrda compare results/knee-generic/knee-generic.h5 --degrees 1..12");
+    c.add_option("file", compare.file, "Motion model (HDF5)")->required();
+    c.add_option("--degrees", compare.degrees, "A range or a list: 1..12 or 2,4,6")->capture_default_str();
+    c.add_option("--refine", compare.refine,
+                 "Parts of a grid step at which gap and penetration are measured; 0: not at all")
+        ->check(CLI::Range(0, 16))
+        ->capture_default_str();
+    c.add_option("--threads", compare.n_threads, "Workers; default: one a processor")
+        ->check(CLI::Range(1, 1024));
+    c.add_flag("--robust", compare.is_robust, "Fit with Huber's weights, which outliers pull less");
+    c.add_flag("--recontact", compare.is_recontacted,
+               "Compare the motions moved back into contact along Delta");
+    c.add_flag("--json", compare.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return compare_command(compare); }; });
   }
 
   void add_shape()
@@ -194,8 +273,12 @@ struct Commands {
     add_check();
     add_info();
     add_validate();
+    add_smooth();
+    add_audit();
     add_trace();
     add_reduce();
+    add_report();
+    add_compare();
     add_shape();
     add_convert();
   }

@@ -5,10 +5,10 @@
 #include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <thread>
 
-#include "app/remeasure.hpp"
+#include "app/solved_model.hpp"
 #include "app/summary.hpp"
+#include "audit/audit.hpp"
 #include "core/compartment.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
@@ -129,9 +129,9 @@ Json equilibrium_json(const MotionModel& model)
 
 Json summary_of(const MotionModel& model)
 {
-  const int n_threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  const AuditExtremes audit = extremes(model, remeasured(model, n_threads));
+  const AuditFigures measured = figures_of(audit(model, "raw", 1, threads_or_all(0)));
   const auto n_stable = (model.status == static_cast<std::int8_t>(StepStatus::stable)).count();
+  const bool has_gap = n_stable > 0 && measured.n_nothing_ahead == 0;
   Json statuses = Json::object();
   for (const auto& [name, n] : cells_by_status(model)) statuses[name] = n;
   return {{"title", model.title},
@@ -154,10 +154,10 @@ Json summary_of(const MotionModel& model)
             {"theta_deg", range_json(model.theta_deg)}}},
           {"screw_home", screw_home(model)},
           {"remeasured",
-           {{"overlapping_attitudes", audit.n_overlapping},
+           {{"overlapping_attitudes", measured.n_overlapping},
             {"attitudes", n_stable},
-            {"largest_penetration_mm", n_stable > 0 ? Json(audit.largest_penetration_mm) : Json()},
-            {"largest_gap_mm", n_stable > 0 ? number_or_null(audit.largest_gap_mm) : Json()},
+            {"largest_penetration_mm", n_stable > 0 ? Json(measured.largest_penetration.value_mm) : Json()},
+            {"largest_gap_mm", has_gap ? Json(measured.largest_gap.value_mm) : Json()},
             {"resolution_mm", model.contact_resolution_mm}}},
           {"equilibrium", equilibrium_json(model)},
           {"fibres", model.ligaments ? model.ligaments->name.size() : 0},

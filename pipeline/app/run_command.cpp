@@ -8,7 +8,6 @@
 #include <fstream>
 #include <map>
 #include <optional>
-#include <thread>
 
 #include "app/assemble.hpp"
 #include "app/assemble_trace.hpp"
@@ -17,8 +16,10 @@
 #include "app/prepare.hpp"
 #include "app/progress.hpp"
 #include "app/run_record.hpp"
+#include "app/solved_model.hpp"
 #include "app/summary.hpp"
 #include "app/trace_log.hpp"
+#include "audit/recontact.hpp"
 #include "core/error.hpp"
 #include "journal/journal.hpp"
 #include "reduce/reduce.hpp"
@@ -118,15 +119,9 @@ int n_cells_known(const Log& log)
                                         [](const auto& entry) { return is_cell(entry.first); }));
 }
 
-int n_threads_of(const RunOptions& options)
-{
-  if (options.n_threads > 0) return options.n_threads;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
-
 SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log)
 {
-  CaseSolver solver(job_case, n_threads_of(options));
+  CaseSolver solver(job_case, threads_or_all(options.n_threads));
   const SweepPlan plan = plan_of(job_case);
   const auto n_cells = static_cast<int>(plan.flexion_rad.size() * plan.varus_rad.size());
   Progress progress(progress_style_of(options.progress), n_cells, n_cells_known(log));
@@ -146,10 +141,10 @@ SweepResult solve_all(const Case& job_case, const RunOptions& options, Log& log)
     if (is_cell(record.key)) progress.advance();
   };
   hooks.is_stopped = is_interrupted;
-  return sweep(plan, solve, hooks, n_threads_of(options));
+  return sweep(plan, solve, hooks, threads_or_all(options.n_threads));
 }
 
-void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output)
+void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output, int n_threads)
 {
   const SmoothInput input = smooth_input(model, output);
   const int largest = largest_degree(input);
@@ -160,7 +155,9 @@ void add_smoothed(MotionModel& model, const Case& job_case, const std::string& o
            " at most on this grid with these solved cells; that degree is left out");
       continue;
     }
-    model.smoothed.push_back(smooth(input, degree));
+    SmoothedSet set = smooth(input, degree, {job_case.smooth_robust});
+    if (job_case.smooth_recontact) set.recontact_mm = recontact(model, set, n_threads);
+    model = with_smoothed(std::move(model), std::move(set));
   }
 }
 
@@ -182,12 +179,9 @@ void write_trace_of(const Case& job_case, const SweepResult& result, const std::
   say("trace of " + std::to_string(content.searches.size()) + " searches: " + path);
 }
 
-ExitCode finish(const Case& job_case, const SweepResult& result, const std::string& output,
+ExitCode finish(const Case& job_case, const MotionModel& model, const std::string& output,
                 const RunRecord& record)
 {
-  MotionModel model = motion_model_of(job_case, result);
-  add_smoothed(model, job_case, output);
-  add_zero_varus(model);
   write_motion_model(output, model);
   std::error_code ignored;
   fs::remove(journal_of(output), ignored);
@@ -208,7 +202,7 @@ ExitCode finish(const Case& job_case, const SweepResult& result, const std::stri
 
 ExitCode solve_and_write(const Case& job_case, const RunOptions& options, Log& log, const std::string& output)
 {
-  const RunRecord record(n_threads_of(options), static_cast<int>(log.known.size()));
+  const RunRecord record(threads_or_all(options.n_threads), static_cast<int>(log.known.size()));
   const SweepResult result = solve_all(job_case, options, log);
   if (log.traces) log.traces->flush();
   log.writer.flush();
@@ -218,7 +212,10 @@ ExitCode solve_and_write(const Case& job_case, const RunOptions& options, Log& l
     return ExitCode::interrupted;
   }
   if (log.traces) write_trace_of(job_case, result, output);
-  const ExitCode code = finish(job_case, result, output, record);
+  MotionModel model = motion_model_of(job_case, result);
+  add_smoothed(model, job_case, output, threads_or_all(options.n_threads));
+  add_zero_varus(model);
+  const ExitCode code = finish(job_case, model, output, record);
   std::printf("%s\n", output.c_str());
   return code;
 }

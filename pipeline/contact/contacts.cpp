@@ -47,6 +47,23 @@ struct Scene {
   }
 };
 
+template <typename Place>
+std::optional<TrianglePair> first_collision(const TreeMesh& reference, const TreeMesh& moving,
+                                            const Place& place, NarrowPhase& narrow_phase,
+                                            const TrianglePair& hint)
+{
+  std::optional<TrianglePair> found;
+  const auto overlaps = [&](const TrianglePair& pair) {
+    const Corners r = corners(reference.mesh, pair.reference), m = place(corners(moving.mesh, pair.moving));
+    if (is_surely_apart(r, m, 0.0) || !narrow_phase.measure(r, m).is_overlapping) return false;
+    found = pair;
+    return true;
+  };
+  if (hint.reference >= 0 && overlaps(hint)) return found;
+  visit_close_pairs(reference.tree, moving.tree, place, 0.0, overlaps);
+  return found;
+}
+
 Eigen::Vector3d unit_normal(const Corners& t)
 {
   return (t[1] - t[0]).cross(t[2] - t[0]).normalized();
@@ -337,17 +354,14 @@ std::optional<TrianglePair> find_collision(const TreeMesh& reference, const Tree
                                            const MovingPose& pose, NarrowPhase& narrow_phase,
                                            const TrianglePair& hint)
 {
-  const Placement place(pose);
-  std::optional<TrianglePair> found;
-  const auto overlaps = [&](const TrianglePair& pair) {
-    const Corners r = corners(reference.mesh, pair.reference), m = place(corners(moving.mesh, pair.moving));
-    if (is_surely_apart(r, m, 0.0) || !narrow_phase.measure(r, m).is_overlapping) return false;
-    found = pair;
-    return true;
-  };
-  if (hint.reference >= 0 && overlaps(hint)) return found;
-  visit_close_pairs(reference.tree, moving.tree, place, 0.0, overlaps);
-  return found;
+  return first_collision(reference, moving, Placement(pose), narrow_phase, hint);
+}
+
+std::optional<TrianglePair> find_collision(const TreeMesh& reference, const TreeMesh& moving,
+                                           const RigidPlacement& place, NarrowPhase& narrow_phase,
+                                           const TrianglePair& hint)
+{
+  return first_collision(reference, moving, place, narrow_phase, hint);
 }
 
 std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& narrow_phase,

@@ -42,6 +42,11 @@ struct ContactOptions {
 std::optional<TrianglePair> find_collision(const TreeMesh& reference, const TreeMesh& moving,
                                            const MovingPose& pose, NarrowPhase& narrow_phase,
                                            const TrianglePair& hint = {});
+/// The same with the moving object placed in the reference's own frame by any rigid motion: nothing is
+/// turned.
+std::optional<TrianglePair> find_collision(const TreeMesh& reference, const TreeMesh& moving,
+                                           const RigidPlacement& place, NarrowPhase& narrow_phase,
+                                           const TrianglePair& hint = {});
 
 /// Pairs of triangles of one mesh that share a point but no vertex, at most `limit` of them; each once,
 /// with the smaller row first. A weld makes neighbours share vertices, so a sound mesh has none.

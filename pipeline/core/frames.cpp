@@ -108,6 +108,22 @@ Pose X_reference_moving(const SolverFrame& frame, const Attitude& attitude, cons
   return X;
 }
 
+Pose X_solver_reference_moving(const SolverFrame& frame, const Pose& X_reference_moving)
+{
+  Eigen::Matrix3d rotation = X_reference_moving.linear();
+  Eigen::Vector3d shift = of_right_side(frame, X_reference_moving.translation());
+  if (frame.side == Side::left) {
+    const Eigen::Vector3d m(1.0, 1.0, -1.0);
+    rotation = m.asDiagonal() * Eigen::Matrix3d(rotation) * m.asDiagonal();
+  }
+  const Eigen::Vector3d c = of_right_side(frame, frame.rotation_centre_mm);
+  const Eigen::Matrix3d R = rotation_solver_world(frame);
+  Pose X = Pose::Identity();
+  X.linear() = R * rotation * R.transpose();
+  X.translation() = R * (shift + rotation * c - c);
+  return X;
+}
+
 Eigen::Vector3d world_translation_mm(const SolverFrame& frame, const MovingPose& pose)
 {
   return world_from_solver(frame, pose.translation_mm);

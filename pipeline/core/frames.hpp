@@ -53,6 +53,10 @@ Mesh solver_mesh(const Mesh& canonical, const SolverFrame& frame);
 /// vertices (neither recentred).
 Pose X_reference_moving(const SolverFrame& frame, const Attitude& attitude, const MovingPose& pose);
 
+/// The same motion for the vertices of solver_mesh: the moving object in the reference's frame, both in S at
+/// zero attitude. reference_rotation(attitude) times it is pose_of(pose) to rounding.
+Pose X_solver_reference_moving(const SolverFrame& frame, const Pose& X_reference_moving);
+
 /// Translation of `pose` expressed in W of the joint's own side (theta keeps the right-knee sign).
 Eigen::Vector3d world_translation_mm(const SolverFrame& frame, const MovingPose& pose);
 /// Inverse of world_translation_mm.

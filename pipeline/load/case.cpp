@@ -99,6 +99,8 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   loaded.spine = job.spine;
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
   loaded.smooth_degrees = job.smooth_degrees;
+  loaded.smooth_recontact = job.smooth_recontact;
+  loaded.smooth_robust = job.smooth_robust;
   loaded.unsolved_fraction = job.unsolved_fraction;
   loaded.job_text = job.text;
   loaded.resolved_job = job.resolved_text;

@@ -81,6 +81,8 @@ struct Case {
   /// joint has no compartments.
   std::vector<Compartment> compartment_of_triangle;
   std::vector<std::int32_t> smooth_degrees;
+  bool smooth_recontact = true;  ///< with travel into contact at every attitude
+  bool smooth_robust = false;    ///< fitted with Huber's weights
   double unsolved_fraction = 0.0;
 
   std::string job_text;      ///< the job file's bytes as given

@@ -76,10 +76,6 @@ void warn_of_unused(const Job& job, Warnings& warnings)
 {
   const JobValue root = parse_toml(job.text, job.file);
   warn_of_other_method(job, root, warnings);
-  if (is_given(job, root, "smooth.recontact") && job.smooth_recontact) {
-    warnings.push_back(
-        "smooth.recontact: this version does not recontact smoothed surfaces; they are stored as fitted");
-  }
   const std::size_t n_flexion = job.grid.flexion_deg.size(), n_varus = job.grid.varus_deg.size();
   for (const std::int32_t degree : job.smooth_degrees) {
     // An axis of one angle takes no part: only the constant is used of it.

@@ -372,6 +372,7 @@ void read_settings(Job& job)
     job.smooth_degrees.push_back(static_cast<std::int32_t>(degree));
   }
   job.smooth_recontact = flag_at(root, "smooth.recontact");
+  job.smooth_robust = flag_at(root, "smooth.robust");
   job.unsolved_fraction = number_at(root, "limits.unsolved_fraction");
 }
 

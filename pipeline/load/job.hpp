@@ -131,6 +131,7 @@ struct Job {
   std::optional<CompartmentJob> lateral;
   std::vector<std::int32_t> smooth_degrees;
   bool smooth_recontact = true;
+  bool smooth_robust = false;
   double unsolved_fraction = 0.0;
 };
 

@@ -18,13 +18,19 @@ struct PivotedQr {
 /// Of a matrix with at least as many rows as columns, and at least one column.
 PivotedQr pivoted_qr(const Eigen::MatrixXd& A);
 
+/// Q^T data: the fitted values are Q times it.
+std::vector<double> projection(const PivotedQr& qr, const std::vector<double>& data);
+
+/// The coefficients whose fitted values are Q * `along`, columns in the order of A. The rank must be full.
+std::vector<double> coefficients_of(const PivotedQr& qr, std::vector<double> along);
+
 /// The least-squares solution, columns in the order of A. The rank must be full.
 std::vector<double> solve(const PivotedQr& qr, const std::vector<double>& right_side);
 
 /// Diagonal of the hat matrix Q Q^T: how much each row's fitted value follows its own datum, 0 to 1.
 std::vector<double> leverages(const PivotedQr& qr);
 
-/// Largest over smallest singular value of A, by one-sided Jacobi rotations of R. Full rank only.
+/// Largest over smallest singular value of A. Full rank only.
 double condition_number(const PivotedQr& qr);
 
 }  // namespace vrda

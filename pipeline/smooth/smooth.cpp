@@ -3,26 +3,22 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <set>
+#include <utility>
 
 #include "core/error.hpp"
-#include "smooth/least_squares.hpp"
-#include "store/evaluate_smoothed.hpp"
+#include "smooth/design.hpp"
+#include "smooth/huber.hpp"
 
 namespace vrda {
 namespace {
 
-using Exponents = decltype(SmoothedSet::exponents);
-
 /// A cell whose own datum decides its fitted value this far cannot be left out: rounding alone.
 constexpr double saturated_leverage = 1.0 - 1e-10;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-struct Cell {
-  Eigen::Index flexion = 0;
-  Eigen::Index varus = 0;
-};
-
-/// One least-squares problem: tx, ty and tz share theirs.
+/// One least-squares problem: tx, ty, tz and mostly theta share theirs.
 struct Problem {
   std::vector<Cell> cells;
   PivotedQr qr;
@@ -30,25 +26,9 @@ struct Problem {
   double condition_number = 0.0;
 };
 
-Exponents exponents_of(int degree, bool has_flexion, bool has_varus)
-{
-  std::vector<std::pair<std::int32_t, std::int32_t>> pairs;
-  for (std::int32_t total = 0; total <= degree; ++total) {
-    for (std::int32_t j = 0; j <= total; ++j) {
-      const std::int32_t i = total - j;
-      if ((i == 0 || has_flexion) && (j == 0 || has_varus)) pairs.emplace_back(i, j);
-    }
-  }
-  Exponents exponents(static_cast<Eigen::Index>(pairs.size()), 2);
-  for (Eigen::Index k = 0; k < exponents.rows(); ++k) {
-    exponents.row(k) << pairs[static_cast<std::size_t>(k)].first, pairs[static_cast<std::size_t>(k)].second;
-  }
-  return exponents;
-}
-
 Exponents exponents_of(const SmoothInput& input, int degree)
 {
-  return exponents_of(degree, input.flexion_deg.size() > 1, input.varus_deg.size() > 1);
+  return terms_up_to(degree, input.flexion_deg.size() > 1, input.varus_deg.size() > 1);
 }
 
 std::vector<Cell> cells_of(const SmoothInput& input, bool theta_only)
@@ -63,42 +43,18 @@ std::vector<Cell> cells_of(const SmoothInput& input, bool theta_only)
   return cells;
 }
 
-Eigen::MatrixXd design_matrix(const SmoothInput& input, const std::vector<Cell>& cells, int degree)
-{
-  const Exponents exponents = exponents_of(input, degree);
-  const AxisRanges ranges = axis_ranges(input.flexion_deg, input.varus_deg);
-  Eigen::MatrixXd A(static_cast<Eigen::Index>(cells.size()), exponents.rows());
-  for (Eigen::Index row = 0; row < A.rows(); ++row) {
-    const Cell& cell = cells[static_cast<std::size_t>(row)];
-    const double flexion_deg = input.flexion_deg[static_cast<std::size_t>(cell.flexion)];
-    const double varus_deg = input.varus_deg[static_cast<std::size_t>(cell.varus)];
-    const LegendreTable P = legendre(unit_coordinate(flexion_deg, ranges.flexion), degree);
-    const LegendreTable Q = legendre(unit_coordinate(varus_deg, ranges.varus), degree);
-    for (Eigen::Index k = 0; k < A.cols(); ++k)
-      A(row, k) = P.value[exponents(k, 0)] * Q.value[exponents(k, 1)];
-  }
-  return A;
-}
-
-/// Decomposes the design matrix; rank 0 where there are fewer cells than terms.
-PivotedQr decomposed(const SmoothInput& input, const std::vector<Cell>& cells, int degree)
-{
-  const Eigen::Index n_terms = exponents_of(input, degree).rows();
-  if (static_cast<Eigen::Index>(cells.size()) < n_terms) return {};
-  return pivoted_qr(design_matrix(input, cells, degree));
-}
-
 bool carries(const SmoothInput& input, const std::vector<Cell>& cells, int degree)
 {
-  const PivotedQr qr = decomposed(input, cells, degree);
-  return qr.rank > 0 && qr.rank == qr.R.cols();
+  const AxisTables tables = axis_tables(input.flexion_deg, input.varus_deg, degree);
+  return is_carried(decomposed(cells, exponents_of(input, degree), tables));
 }
 
 int largest_degree_of(const SmoothInput& input, const std::vector<Cell>& cells, int limit)
 {
-  // A set of cells that carries a degree carries every lower one.
+  // A set of cells that carries a degree carries every lower one. Mostly it carries the limit.
+  if (limit >= 0 && carries(input, cells, limit)) return limit;
   int degree = -1;
-  while (degree < limit && carries(input, cells, degree + 1)) ++degree;
+  while (degree + 1 < limit && carries(input, cells, degree + 1)) ++degree;
   return degree;
 }
 
@@ -119,69 +75,73 @@ int largest_degree_of(const SmoothInput& input, const std::vector<Cell>& cells, 
   throw InputError({input.name, "smooth.degrees", found, wanted});
 }
 
-/// Cells theta is fitted to: those that determine it, or all where these are too few for the degree (a ball
-/// in a socket determines it nowhere, and keeps the theta of its seed).
-std::vector<Cell> theta_cells(const SmoothInput& input, int degree)
+Problem problem_of(std::vector<Cell> cells, PivotedQr qr)
 {
-  const std::vector<Cell> determined = cells_of(input, true);
-  return carries(input, determined, degree) ? determined : cells_of(input, false);
-}
-
-Problem problem_of(const SmoothInput& input, const std::vector<Cell>& cells, int degree)
-{
-  Problem problem;
-  problem.cells = cells;
-  problem.qr = decomposed(input, problem.cells, degree);
-  if (problem.qr.rank == 0 || problem.qr.rank < problem.qr.R.cols()) refuse(input, problem.cells, degree);
+  Problem problem{std::move(cells), std::move(qr), {}, 0.0};
   problem.leverage = leverages(problem.qr);
   problem.condition_number = condition_number(problem.qr);
   return problem;
 }
 
-GridD values_of(const SmoothInput& input, const SmoothedSet& set, const SmoothedSurface& surface)
+/// The problem of theta: of the cells that determine it. Nothing where that of all cells serves: they are the
+/// same, or too few for the degree (a ball in a socket determines theta nowhere, and keeps that of its seed).
+std::optional<Problem> theta_problem(const SmoothInput& input, const SmoothedSet& set,
+                                     const AxisTables& tables, std::size_t n_solved)
 {
-  const AxisRanges ranges = axis_ranges(input.flexion_deg, input.varus_deg);
-  GridD values(static_cast<Eigen::Index>(input.flexion_deg.size()),
-               static_cast<Eigen::Index>(input.varus_deg.size()));
-  for (Eigen::Index i = 0; i < values.rows(); ++i) {
-    for (Eigen::Index j = 0; j < values.cols(); ++j) {
-      values(i, j) = evaluate(set, surface, ranges, input.flexion_deg[static_cast<std::size_t>(i)],
-                              input.varus_deg[static_cast<std::size_t>(j)])
-                         .value;
-    }
-  }
-  return values;
+  std::vector<Cell> determined = cells_of(input, true);
+  if (determined.size() == n_solved) return std::nullopt;
+  PivotedQr qr = decomposed(determined, set.exponents, tables);
+  if (!is_carried(qr)) return std::nullopt;
+  return problem_of(std::move(determined), std::move(qr));
 }
 
-/// Fits one parameter and measures what it leaves; left out means: as if the cell were not in the fit.
-SmoothedSurface fitted_surface(const SmoothInput& input, const SmoothedSet& set, const Problem& problem,
-                               const GridD& grid)
+std::vector<double> data_of(const GridD& grid, const std::vector<Cell>& cells)
 {
   std::vector<double> data;
-  for (const Cell& cell : problem.cells) {
+  for (const Cell& cell : cells) {
     data.push_back(grid(cell.flexion, cell.varus));
     check(std::isfinite(data.back()), "a stable cell has finite parameters");
   }
-  SmoothedSurface surface;
-  surface.coefficients = solve(problem.qr, data);
-  surface.condition_number = problem.condition_number;
-  surface.n_cells = static_cast<std::int32_t>(data.size());
-  surface.values = values_of(input, set, surface);
+  return data;
+}
+
+/// What a surface leaves at the cells; left out means: as if the cell were not in the fit.
+void add_errors(SmoothFit& fit, SmoothedSurface& surface, const Problem& problem, const GridD& grid,
+                const std::vector<double>& leverage)
+{
+  GridD residuals = GridD::Constant(grid.rows(), grid.cols(), nan), left_out = residuals;
   double sum_sq = 0.0, left_out_sum_sq = 0.0;
-  bool is_saturated = false;
-  for (std::size_t c = 0; c < data.size(); ++c) {
-    const double residual = data[c] - surface.values(problem.cells[c].flexion, problem.cells[c].varus);
+  for (std::size_t c = 0; c < problem.cells.size(); ++c) {
+    const auto& [i, j] = problem.cells[c];
+    const double residual = grid(i, j) - surface.values(i, j);
+    residuals(i, j) = residual;
+    left_out(i, j) = leverage[c] > saturated_leverage ? nan : residual / (1.0 - leverage[c]);
     surface.largest_residual = std::max(surface.largest_residual, std::abs(residual));
     sum_sq += residual * residual;
-    is_saturated = is_saturated || problem.leverage[c] > saturated_leverage;
-    const double left_out = residual / (1.0 - problem.leverage[c]);
-    left_out_sum_sq += left_out * left_out;
+    left_out_sum_sq += left_out(i, j) * left_out(i, j);
   }
-  const double n = static_cast<double>(data.size());
+  const double n = static_cast<double>(problem.cells.size());
   surface.rms = std::sqrt(sum_sq / n);
-  surface.leave_one_out_rms =
-      is_saturated ? std::numeric_limits<double>::quiet_NaN() : std::sqrt(left_out_sum_sq / n);
-  return surface;
+  surface.leave_one_out_rms = std::sqrt(left_out_sum_sq / n);
+  fit.residual.push_back(std::move(residuals));
+  fit.left_out.push_back(std::move(left_out));
+}
+
+void add_surface(SmoothFit& fit, const std::string& name, const GridD& grid, const Problem& problem,
+                 const AxisTables& tables)
+{
+  const std::vector<double> data = data_of(grid, problem.cells);
+  SmoothedSurface surface;
+  surface.name = name;
+  surface.condition_number = problem.condition_number;
+  surface.n_cells = static_cast<std::int32_t>(data.size());
+  std::optional<HuberFit> huber;
+  if (fit.set.is_robust) huber = huber_fit(problem.qr, data);
+  surface.coefficients = huber ? huber->coefficients : solve(problem.qr, data);
+  surface.values = grid_values(surface.coefficients, fit.set.exponents, tables);
+  add_errors(fit, surface, problem, grid, huber ? huber->leverage : problem.leverage);
+  fit.is_converged.push_back(!huber || huber->is_converged);
+  fit.set.surfaces.push_back(std::move(surface));
 }
 
 void require_shapes(const SmoothInput& input)
@@ -190,43 +150,71 @@ void require_shapes(const SmoothInput& input)
   const Eigen::Index n_varus = static_cast<Eigen::Index>(input.varus_deg.size());
   const auto fits = [&](const auto& grid) { return grid.rows() == n_flexion && grid.cols() == n_varus; };
   check(n_flexion > 0 && n_varus > 0 && fits(input.tx_mm) && fits(input.ty_mm) && fits(input.tz_mm) &&
-            fits(input.theta_deg) && fits(input.status) && fits(input.theta_determined),
+            fits(input.theta_deg) && fits(input.status) && fits(input.theta_determined) &&
+            (input.varus_solved_deg.size() == 0 || fits(input.varus_solved_deg)),
         "every surface to smooth has the shape of the axes");
+}
+
+bool is_varus_free(const MotionModel& model)
+{
+  if (model.varus_deg.size() != 1) return false;
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    const bool is_stable = model.status(i, 0) == static_cast<std::int8_t>(StepStatus::stable);
+    if (is_stable && model.varus_solved_deg(i, 0) != model.varus_deg.front()) return true;
+  }
+  return false;
 }
 
 }  // namespace
 
 SmoothInput smooth_input(const MotionModel& model, const std::string& name)
 {
-  return {name,        model.flexion_deg, model.varus_deg, model.tx_mm,           model.ty_mm,
-          model.tz_mm, model.theta_deg,   model.status,    model.theta_determined};
+  return {name,
+          model.flexion_deg,
+          model.varus_deg,
+          model.tx_mm,
+          model.ty_mm,
+          model.tz_mm,
+          model.theta_deg,
+          model.status,
+          model.theta_determined,
+          is_varus_free(model) ? model.varus_solved_deg : GridD()};
 }
 
-SmoothedSet smooth(const SmoothInput& input, int degree)
+SmoothFit smooth_fit(const SmoothInput& input, int degree, const SmoothOptions& options)
 {
   require_shapes(input);
   if (degree < 0 || degree > largest_smoothed_degree) {
     throw InputError({input.name, "smooth.degrees", std::to_string(degree),
                       "a degree from 0 to " + std::to_string(largest_smoothed_degree)});
   }
-  SmoothedSet set;
-  set.degree = degree;
-  set.exponents = exponents_of(input, degree);
-  const Problem translation = problem_of(input, cells_of(input, false), degree);
-  const Problem rotation = problem_of(input, theta_cells(input, degree), degree);
-  set.surfaces = {fitted_surface(input, set, translation, input.tx_mm),
-                  fitted_surface(input, set, translation, input.ty_mm),
-                  fitted_surface(input, set, translation, input.tz_mm),
-                  fitted_surface(input, set, rotation, input.theta_deg)};
-  const char* names[] = {"tx", "ty", "tz", "theta"};
-  for (std::size_t s = 0; s < set.surfaces.size(); ++s) set.surfaces[s].name = names[s];
-  return set;
+  SmoothFit fit;
+  fit.set.degree = degree;
+  fit.set.is_robust = options.is_robust;
+  fit.set.exponents = exponents_of(input, degree);
+  const AxisTables tables = axis_tables(input.flexion_deg, input.varus_deg, degree);
+  std::vector<Cell> cells = cells_of(input, false);
+  PivotedQr qr = decomposed(cells, fit.set.exponents, tables);
+  if (!is_carried(qr)) refuse(input, cells, degree);
+  const Problem solved = problem_of(std::move(cells), std::move(qr));
+  const std::optional<Problem> theta = theta_problem(input, fit.set, tables, solved.cells.size());
+  add_surface(fit, "tx", input.tx_mm, solved, tables);
+  add_surface(fit, "ty", input.ty_mm, solved, tables);
+  add_surface(fit, "tz", input.tz_mm, solved, tables);
+  add_surface(fit, "theta", input.theta_deg, theta ? *theta : solved, tables);
+  if (input.varus_solved_deg.size() > 0) add_surface(fit, "varus", input.varus_solved_deg, solved, tables);
+  return fit;
 }
 
-int largest_degree(const SmoothInput& input)
+SmoothedSet smooth(const SmoothInput& input, int degree, const SmoothOptions& options)
+{
+  return smooth_fit(input, degree, options).set;
+}
+
+int largest_degree(const SmoothInput& input, int limit)
 {
   require_shapes(input);
-  return largest_degree_of(input, cells_of(input, false), largest_smoothed_degree);
+  return largest_degree_of(input, cells_of(input, false), limit);
 }
 
 }  // namespace vrda

@@ -50,8 +50,7 @@ struct AuditSet {
   std::vector<double> flexion_deg, varus_deg;  ///< axes; of zero_varus, and where varus was free, varus is 0
   GridB state;                                 ///< AuditState
   GridD gap_mm;                                ///< travel along Delta to the next touch; NaN unless free
-  GridD penetration_mm;  ///< travel back along Delta to the first touch from afar; 0 when free, NaN without a
-                         ///< pose
+  GridD penetration_mm;  ///< travel back along Delta until nothing overlaps; 0 when free, NaN without a pose
 };
 
 /// NaN where no attitude has a number.

@@ -7,9 +7,9 @@
 #include <csignal>
 #include <cstdio>
 
-#include "app/remeasure.hpp"
 #include "app/scenes.hpp"
 #include "app/summary.hpp"
+#include "audit/audit.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda {
@@ -68,9 +68,10 @@ TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
     const double borne_n = -model.equilibrium->force_medial_n[y] - model.equilibrium->force_lateral_n[y];
     EXPECT_NEAR(borne_n, 20.0, 0.01 * 20.0);
   }
-  const AuditExtremes audit = extremes(model, remeasured(model, 1));
-  EXPECT_EQ(audit.n_overlapping, 0);
-  EXPECT_LE(audit.largest_gap_mm, touch_mm);
+  const AuditFigures measured = figures_of(audit(model, "raw", 1, 1));
+  EXPECT_EQ(measured.n_overlapping, 0);
+  EXPECT_EQ(measured.n_nothing_ahead, 0);
+  EXPECT_LE(measured.largest_gap.value_mm, touch_mm);
 }
 
 TEST(EquilibriumRun, AMirroredKneeGivesTheSameClinicalNumbersToTheLastBit)
@@ -97,9 +98,10 @@ TEST(EquilibriumRun, OverTheGridItGoesAsFarAlongDeltaAsTheSearch)
   const double resolution_mm = searched.contact_resolution_mm;
   EXPECT_TRUE((exact.ty_mm >= searched.ty_mm - resolution_mm).all())
       << (exact.ty_mm - searched.ty_mm).minCoeff();
-  const AuditExtremes audit = extremes(exact, remeasured(exact, 1));
-  EXPECT_EQ(audit.n_overlapping, 0);
-  EXPECT_LE(audit.largest_gap_mm, touch_mm);
+  const AuditFigures measured = figures_of(audit(exact, "raw", 1, 1));
+  EXPECT_EQ(measured.n_overlapping, 0);
+  EXPECT_EQ(measured.n_nothing_ahead, 0);
+  EXPECT_LE(measured.largest_gap.value_mm, touch_mm);
 }
 
 TEST(EquilibriumRun, ThreadsAndKillsChangeNoByte)
@@ -151,9 +153,10 @@ TEST(EquilibriumRun, APushThatTurnsOverFlexionIsOneDirectionAtEach)
     const MotionModel turning = solve(method, table, {});
     ASSERT_EQ(turning.push.delta.rows(), 3);
     EXPECT_EQ(turning.delta, Eigen::Vector3d::UnitY());
-    const AuditExtremes audit = extremes(turning, remeasured(turning, 1));
-    EXPECT_EQ(audit.n_overlapping, 0);
-    EXPECT_LE(audit.largest_gap_mm, turning.contact_resolution_mm);
+    const AuditFigures measured = figures_of(audit(turning, "raw", 1, 1));
+    EXPECT_EQ(measured.n_overlapping, 0);
+    EXPECT_EQ(measured.n_nothing_ahead, 0);
+    EXPECT_LE(measured.largest_gap.value_mm, turning.contact_resolution_mm);
     for (Eigen::Index i = 0; i < 3; ++i) {
       SCOPED_TRACE(i);
       const std::string flexion = std::to_string(2 * i);

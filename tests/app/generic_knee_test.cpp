@@ -12,10 +12,10 @@
 
 #include "app/case_solver.hpp"
 #include "app/prepare.hpp"
-#include "app/remeasure.hpp"
 #include "app/run_command.hpp"
 #include "app/scenes.hpp"
 #include "app/summary.hpp"
+#include "audit/audit.hpp"
 #include "core/units.hpp"
 #include "proximity/instruction_set.hpp"
 #include "store/motion_model_file.hpp"
@@ -89,10 +89,11 @@ MotionModel solved(const test::Scratch& scratch, std::vector<std::string> words)
 
 void expect_no_overlap_and_gaps_below(double allowed_mm, const MotionModel& model)
 {
-  const AuditExtremes audit = extremes(model, remeasured(model, 2));
-  EXPECT_EQ(audit.n_overlapping, 0);
-  EXPECT_EQ(audit.largest_penetration_mm, 0.0);
-  EXPECT_LE(audit.largest_gap_mm, allowed_mm);
+  const AuditFigures measured = figures_of(audit(model, "raw", 1, 2));
+  EXPECT_EQ(measured.n_overlapping, 0);
+  EXPECT_EQ(measured.largest_penetration.value_mm, 0.0);
+  EXPECT_EQ(measured.n_nothing_ahead, 0);
+  EXPECT_LE(measured.largest_gap.value_mm, allowed_mm);
 }
 
 // Screw-home: the tibia turns inward as the knee bends, half of it early (Walker 1988: 15 degrees over 100

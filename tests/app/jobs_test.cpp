@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "app/remeasure.hpp"
 #include "app/scenes.hpp"
 #include "app/summary.hpp"
+#include "audit/audit.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/real_knees.hpp"
 
@@ -34,9 +34,10 @@ void expect_clean_poses(const MotionModel& model)
 {
   EXPECT_EQ(cells_by_status(model).count("pending"), 0u);
   EXPECT_GT(cells_by_status(model)["stable"], 0);
-  const AuditExtremes audit = extremes(model, remeasured(model, 2));
-  EXPECT_EQ(audit.n_overlapping, 0);
-  EXPECT_LE(audit.largest_gap_mm, model.contact_resolution_mm);
+  const AuditFigures measured = figures_of(audit(model, "raw", 1, 2));
+  EXPECT_EQ(measured.n_overlapping, 0);
+  EXPECT_EQ(measured.n_nothing_ahead, 0);
+  EXPECT_LE(measured.largest_gap.value_mm, model.contact_resolution_mm);
 }
 
 TEST(Jobs, TheHipRunsAsAnotherJoint)

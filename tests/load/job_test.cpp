@@ -51,6 +51,7 @@ TEST(Job, DefaultsAreThoseOfTheSpecification)
   EXPECT_FALSE(job.ligaments.has_value());
   EXPECT_THAT(job.smooth_degrees, ElementsAre(6));
   EXPECT_TRUE(job.smooth_recontact);
+  EXPECT_FALSE(job.smooth_robust);
   EXPECT_EQ(job.unsolved_fraction, 0.0);
   ASSERT_TRUE(job.medial && job.lateral);
   EXPECT_EQ(job.medial->half_space, "left");
@@ -125,6 +126,7 @@ lateral = { components = ["c"] }
 [smooth]
 degrees = [2, 4]
 recontact = false
+robust = true
 [limits]
 unsolved_fraction = 0.25
 [player]
@@ -175,6 +177,7 @@ TEST(Job, EveryKeyArrivesInInternalUnits)
   EXPECT_THAT(job.lateral->components, ElementsAre("c"));
   EXPECT_THAT(job.smooth_degrees, ElementsAre(2, 4));
   EXPECT_FALSE(job.smooth_recontact);
+  EXPECT_TRUE(job.smooth_robust);
   EXPECT_EQ(job.unsolved_fraction, 0.25);
 }
 
@@ -341,6 +344,7 @@ TEST(JobErrors, TypesAndWords)
   expect_refused({"[smooth]\ndegrees = [6, 6]", "smooth.degrees", "[6, 6]", "different degrees"});
   expect_refused({"[smooth]\ndegrees = [13]", "smooth.degrees.0", "13", "1 to 12"});
   expect_refused({"[smooth]\nrecontact = 1", "smooth.recontact", "1", "true or false"});
+  expect_refused({"[smooth]\nrobust = \"yes\"", "smooth.robust", "yes", "true or false"});
   expect_refused({"[limits]\nunsolved_fraction = 2", "limits.unsolved_fraction", "2", "0 to 1"});
   expect_refused({"[compartments]\nmedial = { half_space = \"left\" }", "compartments.lateral", "nothing",
                   "half_space"});

@@ -1,0 +1,133 @@
+#include "audit/pose_meter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/trig.hpp"
+
+namespace vrda {
+namespace {
+
+// Matrix elements that differ by less are one rotation: it moves a vertex a metre away by 1e-9 mm.
+constexpr double same_rotation = 1e-12;
+// A touch further ahead than this is no rounding of the way there, a few metres.
+constexpr double clear_mm = 1e-9;
+// The first way back from an overlap, doubled until the objects are free. Far below the thickness of any
+// part, and above what smoothing displaces, so that the touch found is the one that was passed.
+constexpr double first_retreat_mm = 0.1;
+// A margin grows by this until nothing overlaps, up to the largest gap that counts as contact.
+constexpr double margin_growth = 8.0;
+constexpr double largest_margin_mm = 1e-3;
+
+// The turn about +Y and the shift that `X` is, if it is one.
+std::optional<MovingPose> about_delta(const Pose& X)
+{
+  const Eigen::Matrix3d R = X.linear();
+  const double theta_rad = arc_tangent2(R(0, 2), R(0, 0));
+  if (!((R - rotation_y(theta_rad)).cwiseAbs().maxCoeff() <= same_rotation)) return std::nullopt;
+  return MovingPose{X.translation(), theta_rad};
+}
+
+double radius_mm(const Mesh& mesh)
+{
+  return mesh.vertices_mm.rows() == 0 ? 0.0 : mesh.vertices_mm.rowwise().norm().maxCoeff();
+}
+
+}  // namespace
+
+AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_canonical,
+                            const SolverFrame& frame)
+{
+  const Mesh reference = solver_mesh(reference_canonical, frame);
+  const Mesh moving = solver_mesh(moving_canonical, frame);
+  return {frame, make_tree_mesh(reference), make_tree_mesh(moving), GapTree(reference), GapTree(moving)};
+}
+
+PoseMeter::PoseMeter(const AuditScene& scene)
+    : scene_(scene),
+      query_(scene.reference_gap, scene.moving_gap),
+      X_zero_(Pose::Identity()),
+      radii_mm_(radius_mm(scene.reference.mesh) + radius_mm(scene.moving.mesh))
+{
+}
+
+void PoseMeter::place(const Attitude& attitude, const Pose& X_reference_moving)
+{
+  X_zero_ = X_solver_reference_moving(scene_.frame, X_reference_moving);
+  const Eigen::Matrix3d R = reference_rotation(attitude);
+  delta_zero_ = R.transpose() * Eigen::Vector3d::UnitY();
+  Pose X_turned = Pose::Identity();
+  X_turned.linear() = R * X_zero_.linear();
+  X_turned.translation() = R * X_zero_.translation();
+  beneath_mm_ = radii_mm_ + X_zero_.translation().norm() + 1.0;
+  tilted_query_.reset();
+  const std::optional<MovingPose> pose = about_delta(X_turned);
+  if (pose) {
+    pose_ = *pose;
+  } else {
+    pose_ = {};
+    tilted_query_.emplace(scene_.reference_gap, GapTree(transformed(scene_.moving.mesh, X_turned)));
+  }
+  query().set_attitude(attitude);
+}
+
+MovingPose PoseMeter::shifted(double shift_mm) const
+{
+  return {pose_.translation_mm + shift_mm * Eigen::Vector3d::UnitY(), pose_.theta_rad};
+}
+
+bool PoseMeter::is_reached_from_below(double shift_mm)
+{
+  return touch_mm(shift_mm - beneath_mm_) - beneath_mm_ > clear_mm;
+}
+
+bool PoseMeter::is_overlapping(double shift_mm, Judge judge)
+{
+  if (judge == Judge::sweep && is_reached_from_below(shift_mm)) return false;
+  Pose X = X_zero_;
+  X.translation() += shift_mm * delta_zero_;
+  const std::optional<TrianglePair> pair =
+      find_collision(scene_.reference, scene_.moving, RigidPlacement(X), narrow_phase_, hint_);
+  if (pair) hint_ = *pair;
+  return pair.has_value();
+}
+
+double PoseMeter::touch_mm(double shift_mm)
+{
+  return query().touch(shifted(shift_mm)).travel_mm;
+}
+
+// The way back from an overlapping pose. An object far below is free, and what comes from there first touches
+// where travel_mm says; but a ball deep in a socket has its rim there, and its own free play much nearer.
+double PoseMeter::retreat_mm()
+{
+  const double afar_mm = query().travel_mm(pose_);
+  const double most_mm = afar_mm < 0.0 ? -afar_mm : beneath_mm_;
+  for (double back_mm = first_retreat_mm; back_mm < most_mm; back_mm *= 2.0) {
+    if (!is_overlapping(-back_mm, Judge::sweep)) return std::max(0.0, back_mm - touch_mm(-back_mm));
+  }
+  // Without facing pairs in the way (an open sheet struck from behind) the touch is asked for from below all.
+  return afar_mm < 0.0 ? most_mm : std::max(0.0, most_mm - touch_mm(-most_mm));
+}
+
+PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_moving, Judge judge)
+{
+  place(attitude, X_reference_moving);
+  if (is_overlapping(0.0, judge)) return {true, retreat_mm(), 0.0};
+  return {false, 0.0, touch_mm(0.0)};
+}
+
+double PoseMeter::travel_into_contact_mm(const Attitude& attitude, const Pose& X_reference_moving)
+{
+  place(attitude, X_reference_moving);
+  const double contact_mm = is_overlapping(0.0, Judge::sweep) ? -retreat_mm() : touch_mm(0.0);
+  for (double margin_mm = contact_margin_mm; margin_mm <= largest_margin_mm; margin_mm *= margin_growth) {
+    if (std::isinf(contact_mm)) break;
+    // Free at half the margin: the other half is for the rounding of who measures it again.
+    if (!is_overlapping(contact_mm - 0.5 * margin_mm, Judge::sweep)) return contact_mm - margin_mm;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace vrda

@@ -1,0 +1,116 @@
+#include "compare/recommend.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double standard_errors = 2.0;
+/// Square of a millionth of what is perceptible: 0.1 nanometres.
+constexpr double rounding_sq = 1e-12;
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+double mean(const std::vector<double>& values)
+{
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+std::vector<double> at_least_rounding(std::vector<double> errors_sq)
+{
+  for (double& error_sq : errors_sq) error_sq = std::max(error_sq, rounding_sq);
+  return errors_sq;
+}
+
+RankedDegree ranked_against(const std::vector<double>& best_sq, const DegreeErrors& errors)
+{
+  RankedDegree ranked{errors.degree, nan, nan, nan, false};
+  if (errors.left_out_sq.empty()) return ranked;
+  check(errors.left_out_sq.size() == best_sq.size(), "every degree is judged at the same cells");
+  std::vector<double> difference = at_least_rounding(errors.left_out_sq);
+  ranked.error = std::sqrt(mean(difference));
+  for (std::size_t c = 0; c < difference.size(); ++c) difference[c] -= best_sq[c];
+  ranked.excess_sq = mean(difference);
+  double spread_sq = 0.0;
+  for (const double d : difference) spread_sq += (d - ranked.excess_sq) * (d - ranked.excess_sq);
+  const double n = static_cast<double>(difference.size());
+  ranked.standard_error = n > 1.0 ? std::sqrt(spread_sq / (n - 1.0) / n) : 0.0;
+  ranked.is_within = ranked.excess_sq <= standard_errors * ranked.standard_error;
+  return ranked;
+}
+
+std::string text_of(double number)
+{
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", number);
+  return text;
+}
+
+/// How far the degree below the chosen one is off; empty where none is.
+std::string why_not_lower(const Recommendation& r, std::size_t chosen)
+{
+  if (chosen == 0) return "; none lower was compared";
+  const RankedDegree& lower = r.ranked[chosen - 1];
+  if (std::isnan(lower.error)) return "";
+  // Without spread every cell is worse by the same.
+  if (lower.standard_error == 0.0) return "; degree " + std::to_string(lower.degree) + " is worse everywhere";
+  return "; degree " + std::to_string(lower.degree) + " (" + text_of(lower.error) + ") is " +
+         text_of(lower.excess_sq / lower.standard_error) + " standard errors worse";
+}
+
+std::string reason_of(const Recommendation& r, std::size_t chosen, std::size_t best)
+{
+  std::string reason = "degree " + std::to_string(r.degree) + ": ";
+  const std::string error = text_of(r.ranked[chosen].error) + " of what is perceptible";
+  if (chosen == best) {
+    reason += "no other has a smaller leave-one-out error (" + error +
+              ") and no lower one comes within two paired "
+              "standard errors";
+  } else {
+    reason += "the lowest whose leave-one-out error (" + error +
+              ") is within two paired standard errors of the best (" + text_of(r.ranked[best].error) +
+              ", degree " + std::to_string(r.best_degree) + ")";
+  }
+  reason += why_not_lower(r, chosen);
+  if (chosen + 1 == r.ranked.size() && chosen > 0)
+    reason += "; the error still falls at the highest degree compared";
+  return reason;
+}
+
+}  // namespace
+
+Recommendation recommend(const std::vector<DegreeErrors>& degrees)
+{
+  Recommendation r;
+  std::size_t best = degrees.size();
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < degrees.size(); ++k) {
+    check(k == 0 || degrees[k - 1].degree < degrees[k].degree, "degrees rise");
+    if (degrees[k].left_out_sq.empty()) continue;
+    const double error_sq = mean(at_least_rounding(degrees[k].left_out_sq));
+    if (error_sq >= least) continue;
+    least = error_sq;
+    best = k;
+  }
+  if (best == degrees.size()) {
+    r.reason = "no degree: under each some cell cannot be left out";
+    for (const DegreeErrors& errors : degrees) r.ranked.push_back({errors.degree, nan, nan, nan, false});
+    return r;
+  }
+  const std::vector<double> best_sq = at_least_rounding(degrees[best].left_out_sq);
+  for (const DegreeErrors& errors : degrees) r.ranked.push_back(ranked_against(best_sq, errors));
+  const auto chosen =
+      std::find_if(r.ranked.begin(), r.ranked.end(), [](const RankedDegree& d) { return d.is_within; });
+  r.degree = chosen->degree;
+  r.best_degree = degrees[best].degree;
+  r.reason = reason_of(r, static_cast<std::size_t>(chosen - r.ranked.begin()), best);
+  return r;
+}
+
+}  // namespace vrda

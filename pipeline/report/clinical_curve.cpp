@@ -1,0 +1,176 @@
+#include "report/clinical_curve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/clinical.hpp"
+#include "core/units.hpp"
+#include "motion/poses.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+// Flexions of two files that differ by rounding alone are the same.
+constexpr double same_flexion_deg = 1e-9;
+
+Side side_of(const MotionModel& model)
+{
+  return model.side == "left" ? Side::left : Side::right;
+}
+
+Pose stored_pose(const std::vector<double>& poses, Eigen::Index k)
+{
+  Pose X = Pose::Identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      X.matrix()(row, column) = poses[static_cast<std::size_t>(16 * k + 4 * row + column)];
+    }
+  }
+  return X;
+}
+
+ClinicalCurve empty_curve(const MotionModel& model, std::string name)
+{
+  ClinicalCurve curve;
+  curve.name = std::move(name);
+  curve.flexion_deg = model.flexion_deg;
+  curve.values.fill(std::vector<double>(model.flexion_deg.size(), not_known));
+  return curve;
+}
+
+void set_row(ClinicalCurve& curve, std::size_t row, const Pose& X_reference_moving, const MotionModel& model)
+{
+  const Clinical c = clinical_of(X_reference_moving, side_of(model), model.rotation_centre_mm);
+  const Eigen::Vector3d origin_mm = X_reference_moving.translation();
+  curve.of(Quantity::internal)[row] = deg_from_rad(c.internal_rotation_rad);
+  curve.of(Quantity::varus)[row] = deg_from_rad(c.varus_rad);
+  curve.of(Quantity::anterior)[row] = c.anterior_mm;
+  curve.of(Quantity::proximal)[row] = c.proximal_mm;
+  curve.of(Quantity::lateral)[row] = c.lateral_mm;
+  curve.of(Quantity::origin_anterior)[row] = origin_mm.x();
+  curve.of(Quantity::origin_proximal)[row] = origin_mm.y();
+  curve.of(Quantity::origin_lateral)[row] = side_of(model) == Side::left ? -origin_mm.z() : origin_mm.z();
+}
+
+ClinicalCurve raw_curve(const MotionModel& model)
+{
+  ClinicalCurve curve = empty_curve(model, "raw");
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  for (std::size_t i = 0; i < spine.size(); ++i) {
+    if (spine[i] >= 0) set_row(curve, i, stored_pose(model.X_reference_moving, spine[i]), model);
+  }
+  return curve;
+}
+
+ClinicalCurve zero_varus_curve(const MotionModel& model)
+{
+  ClinicalCurve curve = empty_curve(model, "zero_varus");
+  for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
+    if (model.zero_varus->source[i] == static_cast<std::int8_t>(ZeroVarusSource::none)) continue;
+    set_row(curve, i, stored_pose(model.zero_varus->X_reference_moving, static_cast<Eigen::Index>(i)), model);
+  }
+  return curve;
+}
+
+// The varus at which a smoothed set is asked: that of the flexion-only motion, so that curves differ by the
+// smoothing alone.
+double varus_rad(const MotionModel& model, const Motion& motion, std::size_t row)
+{
+  if (model.zero_varus && std::isfinite(model.zero_varus->varus_deg[row]))
+    return rad_from_deg(model.zero_varus->varus_deg[row]);
+  return motion.balanced_varus_rad(rad_from_deg(model.flexion_deg[row]));
+}
+
+ClinicalCurve curve_of_set(const MotionModel& model, const std::string& set)
+{
+  ClinicalCurve curve = empty_curve(model, set);
+  const Motion motion(model, set);
+  for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
+    const JointPose pose = motion.at({rad_from_deg(curve.flexion_deg[i]), varus_rad(model, motion, i)});
+    if (pose.status == PoseStatus::solved) set_row(curve, i, pose.X_reference_moving, model);
+  }
+  return curve;
+}
+
+/// A curve's points with an answer, by rising flexion.
+std::vector<std::pair<double, double>> points_of(const ClinicalCurve& curve, Quantity quantity)
+{
+  std::vector<std::pair<double, double>> points;
+  const std::vector<double>& values = curve.of(quantity);
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    if (std::isfinite(values[k]) && std::isfinite(curve.flexion_deg[k]))
+      points.emplace_back(curve.flexion_deg[k], values[k]);
+  }
+  std::stable_sort(points.begin(), points.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  return points;
+}
+
+// Linear between the points; NaN beyond them.
+double value_at(const std::vector<std::pair<double, double>>& points, double flexion_deg)
+{
+  if (points.empty() || flexion_deg < points.front().first - same_flexion_deg ||
+      flexion_deg > points.back().first + same_flexion_deg)
+    return not_known;
+  const auto after = std::lower_bound(points.begin(), points.end(), flexion_deg,
+                                      [](const auto& point, double x) { return point.first < x; });
+  if (after == points.begin()) return points.front().second;
+  if (after == points.end()) return points.back().second;
+  const auto before = std::prev(after);
+  const double share = (flexion_deg - before->first) / (after->first - before->first);
+  return before->second + share * (after->second - before->second);
+}
+
+}  // namespace
+
+std::vector<Eigen::Index> solved_spine(const MotionModel& model)
+{
+  std::vector<Eigen::Index> cells(model.flexion_deg.size(), -1);
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
+      if (model.is_spine(i, j) == 1 && model.status(i, j) == static_cast<std::int8_t>(StepStatus::stable))
+        cells[static_cast<std::size_t>(i)] = i * model.status.cols() + j;
+    }
+  }
+  return cells;
+}
+
+std::vector<ClinicalCurve> clinical_curves(const MotionModel& model)
+{
+  std::vector<ClinicalCurve> curves;
+  if (model.zero_varus) curves.push_back(zero_varus_curve(model));
+  for (const std::string& set : set_names(model)) {
+    if (set != "raw" && set != "zero_varus") curves.push_back(curve_of_set(model, set));
+  }
+  curves.push_back(raw_curve(model));
+  return curves;
+}
+
+CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& other, Quantity quantity)
+{
+  const auto ours = points_of(curve, quantity);
+  CurveDifference result;
+  std::vector<double> deltas;
+  for (const auto& [flexion_deg, value] : points_of(other, quantity)) {
+    const double delta = value_at(ours, flexion_deg) - value;
+    if (std::isfinite(delta)) deltas.push_back(delta);
+  }
+  result.n = deltas.size();
+  if (deltas.empty()) return {0, not_known, not_known, not_known, not_known};
+  const double n = static_cast<double>(deltas.size());
+  for (const double delta : deltas) result.mean += delta / n;
+  double sum_sq = 0.0, sum_about_mean_sq = 0.0;
+  for (const double delta : deltas) {
+    sum_sq += delta * delta;
+    sum_about_mean_sq += (delta - result.mean) * (delta - result.mean);
+    result.largest = std::max(result.largest, std::fabs(delta));
+  }
+  result.rms = std::sqrt(sum_sq / n);
+  result.rms_about_mean = std::sqrt(sum_about_mean_sq / n);
+  return result;
+}
+
+}  // namespace vrda

@@ -1,0 +1,221 @@
+#include "report/findings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "compare/perceptible.hpp"
+#include "report/clinical_curve.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+// The certificate of an equilibrium (DESIGN.md 5.3) allows this share of the push.
+constexpr double residual_share = 1e-2;
+// Poses of a spine a few degrees of flexion apart that turn by more do not belong together.
+constexpr double jump_deg = 3.0;
+
+double largest(const double* values, Eigen::Index n)
+{
+  double result = not_known;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    if (!(values[k] <= result)) result = std::isfinite(values[k]) ? values[k] : result;
+  }
+  return result;
+}
+
+double largest(const std::vector<double>& values)
+{
+  return largest(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+template <typename... Values>
+std::string line(const char* format, Values... values)
+{
+  char text[400];
+  std::snprintf(text, sizeof text, format, values...);
+  return text;
+}
+
+double range_of(const std::vector<double>& values)
+{
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (const double value : values) {
+    if (!std::isfinite(value)) continue;
+    least = std::min(least, value);
+    most = std::max(most, value);
+  }
+  return most >= least ? most - least : not_known;
+}
+
+double largest_jump(const MotionModel& model)
+{
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  double result = not_known;
+  for (std::size_t i = 1; i < spine.size(); ++i) {
+    if (spine[i - 1] < 0 || spine[i] < 0) continue;
+    const double jump = std::fabs(model.theta_deg.data()[spine[i]] - model.theta_deg.data()[spine[i - 1]]);
+    if (!(jump <= result)) result = jump;
+  }
+  return result;
+}
+
+void add_equilibrium(const MotionModel& model, Numbers& numbers)
+{
+  const EquilibriumSurfaces& e = *model.equilibrium;
+  numbers.n_several_optima =
+      std::count_if(e.spine.n_optima.begin(), e.spine.n_optima.end(), [](std::int32_t n) { return n > 1; });
+  numbers.largest_optima_spread_deg = largest(e.spine.optima_theta_spread_deg);
+  numbers.balance_residual_n = largest(e.balance_residual_n.data(), e.balance_residual_n.size());
+  const GridD opposite = -e.worst_gap_mm;
+  numbers.worst_gap_mm = -largest(opposite.data(), opposite.size());
+  numbers.push_n = model.push.force_n.rows() > 0 ? model.push.force_n.rowwise().norm().maxCoeff() : not_known;
+}
+
+using Lines = std::vector<std::string>;
+
+void add_unsolved(const MotionModel& model, Lines& lines)
+{
+  for (const StepStatus status : all_step_statuses) {
+    const auto n = (model.status == static_cast<std::int8_t>(status)).count();
+    if (status == StepStatus::stable || n == 0) continue;
+    lines.push_back(line("%lld of %lld attitudes ended as %s: %s.", static_cast<long long>(n),
+                         static_cast<long long>(model.status.size()), name_of(status), meaning_of(status)));
+  }
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  const auto n_missing = std::count(spine.begin(), spine.end(), -1);
+  if (n_missing > 0)
+    lines.push_back(
+        line("%lld of %zu flexions have no solved pose on the spine; curves over flexion have holes there.",
+             static_cast<long long>(n_missing), spine.size()));
+}
+
+void add_raw_extremes(const ReportModel& entry, Lines& lines)
+{
+  if (entry.raw.largest_penetration_mm > perceptible_mm)
+    lines.push_back(line(
+        "The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), more than the %.3g mm "
+        "that can be seen.",
+        entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping), perceptible_mm));
+  if (std::isinf(entry.raw.largest_gap_mm)) {
+    lines.push_back("At some attitude nothing is in the way along Delta: the objects have left each other.");
+  } else if (entry.raw.largest_gap_mm > std::max(perceptible_mm, entry.model.contact_resolution_mm)) {
+    lines.push_back(
+        line("The raw motion leaves a gap of up to %.3g mm, more than the %.3g mm that can be seen.",
+             entry.raw.largest_gap_mm, perceptible_mm));
+  }
+}
+
+void add_audits(const MotionModel& model, Lines& lines)
+{
+  for (const AuditSet& audit : model.audits) {
+    if (audit.name == "raw") continue;
+    const double deepest_mm = largest(audit.penetration_mm.data(), audit.penetration_mm.size());
+    const auto n = (audit.state == static_cast<std::int8_t>(AuditState::overlapping)).count();
+    if (deepest_mm > perceptible_mm)
+      lines.push_back(
+          line("Motion %s overlaps by up to %.3g mm, at %lld of %lld audited attitudes; more than the "
+               "%.3g mm that can be seen.",
+               audit.name.c_str(), deepest_mm, static_cast<long long>(n),
+               static_cast<long long>(audit.state.size()), perceptible_mm));
+  }
+}
+
+void add_rotation(const MotionModel& model, const Numbers& numbers, Lines& lines)
+{
+  if (numbers.theta_undetermined_share > 0.0)
+    lines.push_back(
+        line("Internal rotation is not determined by contact in %.3g %% of the solved attitudes; the pose "
+             "nearest the neighbour's stands there.",
+             100.0 * numbers.theta_undetermined_share));
+  if (numbers.n_several_optima > 0)
+    lines.push_back(
+        line("%lld of %zu flexions have several places of rest, up to %.3g degrees of theta apart; the "
+             "lowest counts.",
+             static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
+             numbers.largest_optima_spread_deg));
+  if (numbers.largest_spine_jump_deg > jump_deg)
+    lines.push_back(line("Theta jumps by %.3g degrees between neighbouring flexions of the spine.",
+                         numbers.largest_spine_jump_deg));
+}
+
+void add_spine_at_border(const MotionModel& model, Lines& lines)
+{
+  const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
+  if (n_varus < 3) return;
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  const auto n = std::count_if(spine.begin(), spine.end(), [&](Eigen::Index cell) {
+    return cell >= 0 && (cell % n_varus == 0 || cell % n_varus == n_varus - 1);
+  });
+  if (n > 0 && model.has_compartments)
+    lines.push_back(
+        line("At %lld flexions the compartments balance at the border of the varus range: it should be "
+             "wider.",
+             static_cast<long long>(n)));
+}
+
+void add_interpolated(const MotionModel& model, Lines& lines)
+{
+  if (!model.zero_varus) return;
+  const std::vector<std::int8_t>& source = model.zero_varus->source;
+  const auto n =
+      std::count(source.begin(), source.end(), static_cast<std::int8_t>(ZeroVarusSource::interpolated));
+  const auto n_none =
+      std::count(source.begin(), source.end(), static_cast<std::int8_t>(ZeroVarusSource::none));
+  if (n > 0)
+    lines.push_back(
+        line("The zero-varus pose is interpolated between two varus columns at %lld of %zu flexions.",
+             static_cast<long long>(n), source.size()));
+  if (n_none > 0)
+    lines.push_back(
+        line("%lld of %zu flexions have no zero-varus pose.", static_cast<long long>(n_none), source.size()));
+}
+
+}  // namespace
+
+Numbers numbers_of(const MotionModel& model)
+{
+  Numbers numbers;
+  numbers.n_cells = model.status.size();
+  numbers.n_stable = (model.status == static_cast<std::int8_t>(StepStatus::stable)).count();
+  const auto n_undetermined = (model.theta_determined == 0).count();
+  if (numbers.n_stable > 0)
+    numbers.theta_undetermined_share =
+        static_cast<double>(n_undetermined) / static_cast<double>(numbers.n_stable);
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  std::vector<double> internal_deg;
+  for (const Eigen::Index cell : spine) {
+    if (cell >= 0) internal_deg.push_back(model.clinical.internal_rotation_deg.data()[cell]);
+  }
+  numbers.screw_home_range_deg = range_of(internal_deg);
+  numbers.largest_spine_jump_deg = largest_jump(model);
+  numbers.balance_residual_n = numbers.worst_gap_mm = numbers.push_n = not_known;
+  numbers.largest_optima_spread_deg = not_known;
+  if (model.equilibrium) add_equilibrium(model, numbers);
+  numbers.largest_strain = model.ligaments ? largest(model.ligaments->strain) : not_known;
+  numbers.largest_tension_n = model.ligaments ? largest(model.ligaments->tension_n) : not_known;
+  return numbers;
+}
+
+std::vector<std::string> warnings_of(const ReportModel& entry)
+{
+  const MotionModel& model = entry.model;
+  const Numbers numbers = numbers_of(model);
+  Lines lines;
+  add_unsolved(model, lines);
+  add_raw_extremes(entry, lines);
+  if (numbers.balance_residual_n > residual_share * numbers.push_n)
+    lines.push_back(
+        line("The balance of forces is off by up to %.3g N, more than one part in a hundred of the push of "
+             "%.3g N.",
+             numbers.balance_residual_n, numbers.push_n));
+  add_rotation(model, numbers, lines);
+  add_spine_at_border(model, lines);
+  add_audits(model, lines);
+  add_interpolated(model, lines);
+  return lines;
+}
+
+}  // namespace vrda

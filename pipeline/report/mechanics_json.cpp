@@ -1,0 +1,205 @@
+#include "report/mechanics_json.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/compartment.hpp"
+#include "report/clinical_curve.hpp"
+#include "report/outline.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+// Beyond the heights at which a body bears: enough of it for a rim, not its shaft.
+constexpr double rim_mm = 12.0;
+
+/// [n_flexion, 3] of the spine's cells.
+std::vector<double> along_spine(const MotionModel& model, const std::vector<double>& cells)
+{
+  std::vector<double> rows;
+  for (const Eigen::Index cell : solved_spine(model)) {
+    for (std::size_t k = 0; k < 3; ++k)
+      rows.push_back(cell < 0 ? not_known : cells[3 * static_cast<std::size_t>(cell) + k]);
+  }
+  return rows;
+}
+
+struct Path {
+  const char* compartment;
+  std::vector<double> reference_mm, moving_mm;  ///< [n_flexion, 3]
+};
+
+std::vector<Path> paths_of(const MotionModel& model)
+{
+  if (model.zero_varus && !model.zero_varus->medial_reference_mm.empty()) {
+    const ZeroVarus& z = *model.zero_varus;
+    return {{"medial", z.medial_reference_mm, z.medial_moving_mm},
+            {"lateral", z.lateral_reference_mm, z.lateral_moving_mm}};
+  }
+  if (!model.contact_paths) return {};
+  const ContactPaths& c = *model.contact_paths;
+  return {{"medial", along_spine(model, c.medial_reference_mm), along_spine(model, c.medial_moving_mm)},
+          {"lateral", along_spine(model, c.lateral_reference_mm), along_spine(model, c.lateral_moving_mm)}};
+}
+
+/// Heights (canonical Y) between which the points lie.
+void include_heights(const std::vector<double>& points, OutlineOptions& heights)
+{
+  for (std::size_t k = 1; k < points.size(); k += 3) {
+    if (!std::isfinite(points[k])) continue;
+    heights.from_mm = std::min(heights.from_mm, points[k]);
+    heights.to_mm = std::max(heights.to_mm, points[k]);
+  }
+}
+
+Json outline_json(const Mesh& mesh, OutlineOptions heights)
+{
+  Json list = Json::array();
+  if (!(heights.from_mm <= heights.to_mm)) return list;
+  heights.from_mm -= rim_mm;
+  heights.to_mm += rim_mm;
+  for (const Eigen::Vector2d& p : outline(mesh, heights))
+    list.push_back(Json::array({short_number(p.x()), short_number(p.y())}));
+  return list;
+}
+
+Mesh whole_mesh(const Body& body)
+{
+  Mesh mesh = body.contact.mesh;
+  append(mesh, body.visual.mesh);
+  return mesh;
+}
+
+/// Force along Delta of one cell by compartment: none, medial, lateral.
+std::array<double, 3> forces_of_cell(const ForceRows& forces, Eigen::Index cell)
+{
+  if (cell < 0) return {not_known, not_known, not_known};
+  std::array<double, 3> sums{};
+  const auto c = static_cast<std::size_t>(cell);
+  for (std::int64_t k = forces.row_start[c]; k < forces.row_start[c + 1]; ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    sums[static_cast<std::size_t>(forces.compartment[row])] += forces.along_delta_n[row];
+  }
+  return sums;
+}
+
+/// The fibres of one bundle.
+struct Bundle {
+  std::string name;
+  std::vector<std::size_t> fibres;
+};
+
+std::vector<Bundle> bundles_of(const LigamentRows& ligaments)
+{
+  std::vector<Bundle> bundles;
+  for (std::size_t f = 0; f < ligaments.bundle.size(); ++f) {
+    const auto same = std::find_if(bundles.begin(), bundles.end(),
+                                   [&](const Bundle& b) { return b.name == ligaments.bundle[f]; });
+    Bundle& bundle = same == bundles.end() ? bundles.emplace_back(Bundle{ligaments.bundle[f], {}}) : *same;
+    bundle.fibres.push_back(f);
+  }
+  return bundles;
+}
+
+Json bundle_json(const LigamentRows& ligaments, const Bundle& bundle, const std::vector<Eigen::Index>& spine)
+{
+  const std::size_t n_fibres = ligaments.name.size();
+  std::vector<double> strain, tension_n;
+  for (const Eigen::Index cell : spine) {
+    double most = not_known, sum_n = cell < 0 ? not_known : 0.0;
+    for (const std::size_t fibre : bundle.fibres) {
+      if (cell < 0) break;
+      const std::size_t k = static_cast<std::size_t>(cell) * n_fibres + fibre;
+      if (!(ligaments.strain[k] <= most)) most = ligaments.strain[k];
+      sum_n += ligaments.tension_n[k];
+    }
+    strain.push_back(most);
+    tension_n.push_back(sum_n);
+  }
+  return {{"name", bundle.name},
+          {"n_fibres", bundle.fibres.size()},
+          {"largest_strain", short_numbers(strain)},
+          {"tension_n", short_numbers(tension_n)}};
+}
+
+}  // namespace
+
+Json contact_paths_json(const MotionModel& model)
+{
+  OutlineOptions reference, moving;
+  reference.from_mm = moving.from_mm = std::numeric_limits<double>::infinity();
+  reference.to_mm = moving.to_mm = -std::numeric_limits<double>::infinity();
+  Json compartments = Json::array();
+  for (const Path& path : paths_of(model)) {
+    include_heights(path.reference_mm, reference);
+    include_heights(path.moving_mm, moving);
+    compartments.push_back({{"name", path.compartment},
+                            {"reference", short_rows(path.reference_mm, 3)},
+                            {"moving", short_rows(path.moving_mm, 3)}});
+  }
+  if (compartments.empty()) return nullptr;
+  return {{"compartments", compartments},
+          {"outline_reference", outline_json(whole_mesh(model.reference), reference)},
+          {"outline_moving", outline_json(whole_mesh(model.moving), moving)}};
+}
+
+Json axes_json(const MotionModel& model)
+{
+  if (!model.zero_varus) return nullptr;
+  const ZeroVarus& z = *model.zero_varus;
+  return {{"rotation_deg", short_numbers(z.helical_rotation_deg)},
+          {"translation_mm", short_numbers(z.helical_translation_mm)},
+          {"direction", short_rows(z.helical_direction, 3)},
+          {"point_mm", short_rows(z.helical_point_mm, 3)},
+          {"instant_centre_mm", short_rows(z.instant_centre_mm, 2)},
+          {"medial_rolling_mm", short_numbers(z.medial_rolling_mm)},
+          {"medial_sliding_mm", short_numbers(z.medial_sliding_mm)},
+          {"lateral_rolling_mm", short_numbers(z.lateral_rolling_mm)},
+          {"lateral_sliding_mm", short_numbers(z.lateral_sliding_mm)}};
+}
+
+Json forces_json(const MotionModel& model)
+{
+  if (!model.equilibrium) return nullptr;
+  std::array<std::vector<double>, 3> sums;
+  for (const Eigen::Index cell : solved_spine(model)) {
+    const std::array<double, 3> of_cell = forces_of_cell(model.equilibrium->forces, cell);
+    for (std::size_t k = 0; k < 3; ++k) sums[k].push_back(of_cell[k]);
+  }
+  return {{"none_n", short_numbers(sums[static_cast<std::size_t>(Compartment::none)])},
+          {"medial_n", short_numbers(sums[static_cast<std::size_t>(Compartment::medial)])},
+          {"lateral_n", short_numbers(sums[static_cast<std::size_t>(Compartment::lateral)])}};
+}
+
+Json fibres_json(const MotionModel& model)
+{
+  if (!model.ligaments || model.ligaments->name.empty()) return nullptr;
+  const std::vector<Eigen::Index> spine = solved_spine(model);
+  Json bundles = Json::array();
+  for (const Bundle& bundle : bundles_of(*model.ligaments))
+    bundles.push_back(bundle_json(*model.ligaments, bundle, spine));
+  return bundles;
+}
+
+Json spine_json(const MotionModel& model)
+{
+  if (!model.equilibrium) return nullptr;
+  const FreeSpine& spine = model.equilibrium->spine;
+  const std::vector<Eigen::Index> cells = solved_spine(model);
+  std::vector<double> low_deg, high_deg;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    // The band is of theta; where varus and flexion hardly differ, so does internal rotation.
+    const double shift_deg =
+        cells[i] < 0 ? not_known : model.clinical.internal_rotation_deg.data()[cells[i]] - spine.theta_deg[i];
+    low_deg.push_back(spine.theta_low_deg[i] + shift_deg);
+    high_deg.push_back(spine.theta_high_deg[i] + shift_deg);
+  }
+  return {{"band_moment_nmm", short_number(model.equilibrium->band_moment_nmm)},
+          {"internal_low", short_numbers(low_deg)},
+          {"internal_high", short_numbers(high_deg)},
+          {"n_optima", spine.n_optima}};
+}
+
+}  // namespace vrda

@@ -1,0 +1,314 @@
+#include "report/model_json.hpp"
+
+#include <algorithm>
+
+#include "motion/poses.hpp"
+#include "report/findings.hpp"
+#include "report/mechanics_json.hpp"
+#include "store/layout.hpp"
+
+namespace vrda {
+namespace {
+
+bool is_varus_free(const MotionModel& model)
+{
+  return Motion(model, "raw").is_varus_free();
+}
+
+Json body_json(const Body& body)
+{
+  Json components = Json::array();
+  for (const Component& c : body.components)
+    components.push_back({{"name", c.name}, {"material", c.material}});
+  return {{"name", body.name},
+          {"components", components},
+          {"contact_triangles", body.contact.mesh.triangles.rows()},
+          {"visual_triangles", body.visual.mesh.triangles.rows()}};
+}
+
+Json statuses_json(const MotionModel& model)
+{
+  Json list = Json::array();
+  for (const StepStatus status : all_step_statuses) {
+    const auto code = static_cast<std::int8_t>(status);
+    const auto n = (model.status == code).count();
+    list.push_back(
+        {{"code", code}, {"name", name_of(status)}, {"meaning", meaning_of(status)}, {"cells", n}});
+  }
+  return list;
+}
+
+Json numbers_json(const ReportModel& entry)
+{
+  const Numbers n = numbers_of(entry.model);
+  return {{"cells", n.n_cells},
+          {"stable", n.n_stable},
+          {"overlapping", entry.raw.n_overlapping},
+          {"largest_penetration_mm", short_number(entry.raw.largest_penetration_mm)},
+          {"largest_gap_mm", short_number(entry.raw.largest_gap_mm)},
+          {"contact_resolution_mm", short_number(entry.model.contact_resolution_mm)},
+          {"theta_undetermined_share", short_number(n.theta_undetermined_share)},
+          {"screw_home_range_deg", short_number(n.screw_home_range_deg)},
+          {"largest_spine_jump_deg", short_number(n.largest_spine_jump_deg)},
+          {"several_optima", n.n_several_optima},
+          {"optima_spread_deg", short_number(n.largest_optima_spread_deg)},
+          {"balance_residual_n", short_number(n.balance_residual_n)},
+          {"worst_gap_mm", short_number(n.worst_gap_mm)},
+          {"push_n", short_number(n.push_n)},
+          {"fibres", entry.model.ligaments ? entry.model.ligaments->name.size() : 0},
+          {"largest_strain", short_number(n.largest_strain)},
+          {"largest_tension_n", short_number(n.largest_tension_n)}};
+}
+
+Json head_json(const ReportModel& entry)
+{
+  const MotionModel& model = entry.model;
+  return {{"name", entry.name},
+          {"title", model.title},
+          {"joint", model.joint},
+          {"side", model.side},
+          {"method", model.method},
+          {"is_varus_free", is_varus_free(model)},
+          {"has_compartments", model.has_compartments},
+          {"reference", body_json(model.reference)},
+          {"moving", body_json(model.moving)},
+          {"flexion", short_numbers(model.flexion_deg)},
+          {"varus", short_numbers(model.varus_deg)},
+          {"statuses", statuses_json(model)},
+          {"numbers", numbers_json(entry)},
+          {"warnings", warnings_of(entry)}};
+}
+
+Json curves_json(const MotionModel& model)
+{
+  Json list = Json::array();
+  for (const ClinicalCurve& curve : clinical_curves(model)) list.push_back(curve_json(curve));
+  return list;
+}
+
+Json raw_surfaces_json(const MotionModel& model)
+{
+  Json raw = {{"name", "raw"},
+              {"tx", short_grid(model.tx_mm)},
+              {"ty", short_grid(model.ty_mm)},
+              {"tz", short_grid(model.tz_mm)},
+              {"theta", short_grid(model.theta_deg)}};
+  if (is_varus_free(model)) raw["varus"] = short_grid(model.varus_solved_deg);
+  return raw;
+}
+
+// The set's surfaces with the travel into contact on top, in W along the Delta of each flexion.
+Json recontacted_json(const MotionModel& model, const SmoothedSet& set, const std::string& name)
+{
+  Json result = {{"name", name}};
+  for (const SmoothedSurface& surface : set.surfaces) {
+    GridD values = surface.values;
+    for (Eigen::Index i = 0; i < values.rows(); ++i) {
+      const Eigen::Vector3d delta = model.push.delta.row(i).transpose();
+      const double share = surface.name == "tx"   ? delta.x()
+                           : surface.name == "ty" ? delta.y()
+                           : surface.name == "tz" ? delta.z()
+                                                  : 0.0;
+      if (share != 0.0) values.row(i) += share * set.recontact_mm->row(i);
+    }
+    result[surface.name] = short_grid(values);
+  }
+  return result;
+}
+
+Json surfaces_json(const MotionModel& model)
+{
+  Json list = Json::array({raw_surfaces_json(model)});
+  for (const SmoothedSet& set : model.smoothed) {
+    const std::string name = "degree_" + std::to_string(set.degree);
+    Json values = {{"name", name}};
+    for (const SmoothedSurface& surface : set.surfaces) values[surface.name] = short_grid(surface.values);
+    list.push_back(std::move(values));
+    if (set.recontact_mm) list.push_back(recontacted_json(model, set, name + "_recontacted"));
+  }
+  return list;
+}
+
+Json degrees_json(const MotionModel& model)
+{
+  Json list = Json::array();
+  for (const SmoothedSet& set : model.smoothed) {
+    Json surfaces = Json::array();
+    for (const SmoothedSurface& s : set.surfaces) {
+      surfaces.push_back({{"name", s.name},
+                          {"cells", s.n_cells},
+                          {"rms", short_number(s.rms)},
+                          {"largest_residual", short_number(s.largest_residual)},
+                          {"leave_one_out_rms", short_number(s.leave_one_out_rms)},
+                          {"condition_number", short_number(s.condition_number)}});
+    }
+    list.push_back({{"degree", set.degree},
+                    {"is_robust", set.is_robust},
+                    {"is_recontacted", set.recontact_mm.has_value()},
+                    {"surfaces", surfaces}});
+  }
+  return list;
+}
+
+double largest_of(const GridD& grid)
+{
+  double most = -1.0;
+  for (Eigen::Index k = 0; k < grid.size(); ++k) {
+    if (grid.data()[k] > most) most = grid.data()[k];
+  }
+  return most;
+}
+
+Json audits_json(const MotionModel& model)
+{
+  Json list = Json::array();
+  for (const AuditSet& a : model.audits) {
+    const auto n_of = [&](AuditState state) { return (a.state == static_cast<std::int8_t>(state)).count(); };
+    const double gap_mm = largest_of(a.gap_mm), penetration_mm = largest_of(a.penetration_mm);
+    list.push_back(
+        {{"name", a.name},
+         {"refine", a.refine},
+         {"attitudes", a.state.size()},
+         {"no_pose", n_of(AuditState::no_pose)},
+         {"overlapping", n_of(AuditState::overlapping)},
+         {"nothing_ahead", n_of(AuditState::nothing_ahead)},
+         {"largest_gap_mm", gap_mm < 0.0 ? Json() : short_number(gap_mm)},
+         {"largest_penetration_mm", penetration_mm < 0.0 ? Json() : short_number(penetration_mm)}});
+  }
+  return list;
+}
+
+Json provenance_json(const MotionModel& model)
+{
+  Json inputs = Json::array();
+  for (const InputFile& input : model.job.inputs)
+    inputs.push_back({{"name", input.name}, {"sha256", input.sha256}});
+  return {{"job", model.job.text},
+          {"resolved", model.job.resolved},
+          {"inputs", inputs},
+          {"format_version", format_version}};
+}
+
+Json flags_json(const GridB& flags)
+{
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < flags.rows(); ++i) {
+    Json row = Json::array();
+    for (Eigen::Index j = 0; j < flags.cols(); ++j) row.push_back(static_cast<int>(flags(i, j)));
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+// Bit 0: the medial compartment touches, bit 1: the lateral one; -1 without a pose.
+Json contacts_json(const MotionModel& model)
+{
+  if (!model.has_compartments) return nullptr;
+  GridB touching = model.contact_medial;
+  for (Eigen::Index k = 0; k < touching.size(); ++k) {
+    if (touching.data()[k] < 0) continue;
+    touching.data()[k] =
+        static_cast<std::int8_t>(model.contact_medial.data()[k] + 2 * model.contact_lateral.data()[k]);
+  }
+  return flags_json(touching);
+}
+
+Json errors_json(const std::string& name, const ErrorMeasures& errors)
+{
+  return {{"name", name},
+          {"rms", short_number(errors.rms)},
+          {"largest", short_number(errors.largest)},
+          {"leave_one_out", short_number(errors.leave_one_out)},
+          {"roughness", short_number(errors.roughness)}};
+}
+
+Json faults_json(const DegreeRow& row)
+{
+  if (!row.faults) return nullptr;
+  const Faults& f = row.faults->at_grid;
+  return {{"attitudes", f.n_attitudes},
+          {"overlapping", f.n_overlapping},
+          {"nothing_ahead", f.n_nothing_ahead},
+          {"largest_penetration_mm", short_number(f.largest_penetration_mm)},
+          {"largest_gap_mm", short_number(f.largest_gap_mm)}};
+}
+
+Json comparison_json(const std::optional<Comparison>& comparison)
+{
+  if (!comparison) return nullptr;
+  Json rows = Json::array();
+  for (const DegreeRow& row : comparison->rows) {
+    Json errors = Json::array({errors_json("translation", row.translation)});
+    for (const SurfaceRow& surface : row.surfaces) {
+      const bool is_angle = surface.name == "theta" || surface.name == "varus";
+      if (is_angle) errors.push_back(errors_json(surface.name, surface.errors));
+    }
+    rows.push_back({{"degree", row.set.degree},
+                    {"errors", errors},
+                    {"perceptible_share", short_number(row.perceptible_share)},
+                    {"faults", faults_json(row)}});
+  }
+  return {{"rows", rows},
+          {"not_carried", comparison->degrees_not_carried},
+          {"recommended", comparison->recommendation.degree},
+          {"reason", comparison->recommendation.reason}};
+}
+
+std::string base64(const std::string& bytes)
+{
+  constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t k = 0; k < bytes.size(); k += 3) {
+    const std::size_t n = std::min<std::size_t>(3, bytes.size() - k);
+    unsigned word = 0;
+    for (std::size_t j = 0; j < 3; ++j)
+      word = word << 8 | (j < n ? static_cast<unsigned char>(bytes[k + j]) : 0u);
+    for (std::size_t j = 0; j < 4; ++j) text += j <= n ? digits[word >> (18 - 6 * j) & 63u] : '=';
+  }
+  return text;
+}
+
+Json stills_json(const Stills& stills)
+{
+  Json list = Json::array();
+  for (const Still& still : stills.stills)
+    list.push_back({{"view", still.view}, {"label", still.label}, {"png", base64(still.png)}});
+  return {{"note", stills.note}, {"stills", list}};
+}
+
+}  // namespace
+
+Json curve_json(const ClinicalCurve& curve)
+{
+  Json values = {{"name", curve.name}, {"flexion", short_numbers(curve.flexion_deg)}};
+  for (const QuantityName& q : quantity_names) {
+    if (!curve.of(q.quantity).empty()) values[q.key] = short_numbers(curve.of(q.quantity));
+  }
+  return values;
+}
+
+Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
+{
+  const MotionModel& model = entry.model;
+  Json json = head_json(entry);
+  json["curves"] = curves_json(model);
+  json["provenance"] = provenance_json(model);
+  json["spine"] = spine_json(model);
+  if (!options.is_whole) return json;
+  json["status_grid"] = flags_json(model.status);
+  json["contact_grid"] = contacts_json(model);
+  json["theta_determined_grid"] = flags_json(model.theta_determined);
+  json["surfaces"] = surfaces_json(model);
+  json["degrees"] = degrees_json(model);
+  json["comparison"] = comparison_json(entry.comparison);
+  json["audits"] = audits_json(model);
+  json["contact_paths"] = contact_paths_json(model);
+  json["axes"] = axes_json(model);
+  json["forces"] = forces_json(model);
+  json["fibres"] = fibres_json(model);
+  json["stills"] = stills_json(entry.stills);
+  return json;
+}
+
+}  // namespace vrda

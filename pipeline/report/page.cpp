@@ -1,0 +1,178 @@
+#include "report/page.hpp"
+
+#include <map>
+#include <string_view>
+
+#include "core/error.hpp"
+#include "report/assets.hpp"
+#include "report/model_json.hpp"
+
+namespace vrda {
+namespace {
+
+// The translations that files of curves speak of are those of the mesh origin along the femoral axes.
+constexpr Quantity compared[] = {Quantity::internal, Quantity::varus, Quantity::origin_anterior,
+                                 Quantity::origin_proximal, Quantity::origin_lateral};
+
+Json quantities_json()
+{
+  Json list = Json::array();
+  for (const QuantityName& q : quantity_names)
+    list.push_back({{"key", q.key}, {"name", q.name}, {"unit", q.unit}});
+  return list;
+}
+
+Json against_json(const Report& report)
+{
+  Json list = Json::array();
+  for (const CurveFile& file : report.against) {
+    Json curve = curve_json(file.curve);
+    curve["notes"] = file.notes;
+    list.push_back(std::move(curve));
+  }
+  return list;
+}
+
+const char* key_of(Quantity quantity)
+{
+  return quantity_names[static_cast<std::size_t>(quantity)].key;
+}
+
+Json difference_json(const ClinicalCurve& curve, const ClinicalCurve& other)
+{
+  Json by_quantity = Json::object();
+  for (const Quantity quantity : compared) {
+    const CurveDifference d = difference(curve, other, quantity);
+    if (d.n == 0) continue;
+    by_quantity[key_of(quantity)] = {{"n", d.n},
+                                     {"rms", short_number(d.rms)},
+                                     {"largest", short_number(d.largest)},
+                                     {"mean", short_number(d.mean)},
+                                     {"rms_about_mean", short_number(d.rms_about_mean)}};
+  }
+  return by_quantity;
+}
+
+// Every curve of every model against every file; several models also against the first one's first curve.
+Json differences_json(const Report& report)
+{
+  Json list = Json::array();
+  const auto add = [&](const std::string& model, const ClinicalCurve& curve, const std::string& against,
+                       const ClinicalCurve& other) {
+    list.push_back({{"model", model},
+                    {"curve", curve.name},
+                    {"against", against},
+                    {"by_quantity", difference_json(curve, other)}});
+  };
+  const std::vector<ClinicalCurve> first = clinical_curves(report.models.front().model);
+  for (std::size_t m = 0; m < report.models.size(); ++m) {
+    const ReportModel& entry = report.models[m];
+    for (const ClinicalCurve& curve : clinical_curves(entry.model)) {
+      for (const CurveFile& file : report.against) add(entry.name, curve, file.curve.name, file.curve);
+      if (m > 0)
+        add(entry.name, curve, report.models.front().name + ", " + first.front().name, first.front());
+    }
+  }
+  return list;
+}
+
+Json json_of(const Report& report)
+{
+  Json models = Json::array();
+  for (const ReportModel& entry : report.models)
+    models.push_back(model_json(entry, {.is_whole = report.models.size() == 1}));
+  return {{"program", report.program},
+          {"quantities", quantities_json()},
+          {"models", std::move(models)},
+          {"against", against_json(report)},
+          {"differences", differences_json(report)}};
+}
+
+// JSON within a script element: no '<' may stand there, or a title could end it.
+std::string within_script(const std::string& json)
+{
+  std::string text;
+  text.reserve(json.size());
+  for (const char c : json) {
+    if (c == '<') {
+      text += "\\u003c";
+    } else if (c == '>') {
+      text += "\\u003e";
+    } else if (c == '&') {
+      text += "\\u0026";
+    } else {
+      text += c;
+    }
+  }
+  return text;
+}
+
+std::string as_html(std::string_view plain)
+{
+  std::string text;
+  for (const char c : plain) {
+    switch (c) {
+      case '<':
+        text += "&lt;";
+        break;
+      case '>':
+        text += "&gt;";
+        break;
+      case '&':
+        text += "&amp;";
+        break;
+      case '"':
+        text += "&quot;";
+        break;
+      default:
+        text += c;
+    }
+  }
+  return text;
+}
+
+// One pass over the template, so that nothing filled in is searched for places.
+std::string filled(std::string_view text, const std::map<std::string_view, std::string_view>& places)
+{
+  std::string page;
+  while (true) {
+    const std::size_t begin = text.find("{{");
+    if (begin == std::string_view::npos) return page += text;
+    const std::size_t end = text.find("}}", begin);
+    check(end != std::string_view::npos, "a place of the page template does not end");
+    const auto place = places.find(text.substr(begin + 2, end - begin - 2));
+    check(place != places.end(), "the page template has a place that nothing fills");
+    page += text.substr(0, begin);
+    page += place->second;
+    text.remove_prefix(end + 2);
+  }
+}
+
+std::string title_of(const Report& report)
+{
+  if (report.models.size() == 1) return report.models.front().model.title;
+  return "Comparison of " + std::to_string(report.models.size()) + " motion models";
+}
+
+}  // namespace
+
+std::string report_json(const Report& report)
+{
+  check(!report.models.empty(), "a report without a motion model");
+  // Titles and names are bytes of files; what is no UTF-8 must not stop the report.
+  return json_of(report).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string report_page(const Report& report)
+{
+  const std::string data = within_script(report_json(report));
+  const std::string title = as_html(title_of(report));
+  return filled(page_template(), {{"title", title},
+                                  {"style", page_style()},
+                                  {"plotly_licence", plotly_licence()},
+                                  {"plotly", plotly_library()},
+                                  {"code", page_code()},
+                                  {"data", data}});
+}
+
+}  // namespace vrda

@@ -1,0 +1,93 @@
+// Finite helical axes, instant centres, rolling and sliding.
+import { absent, el, section } from "./dom.js";
+import { axis, compartmentColor, figure, lineStyle, scene, theme } from "./plot.js";
+
+const HALF_LENGTH_MM = 50;
+
+function midFlexion(model) {
+  return model.flexion.slice(1).map((value, k) => 0.5 * (value + model.flexion[k]));
+}
+
+// Each axis is a segment about the point where it passes the plane of the rotation centre, or its own point.
+function axisSegments(model) {
+  const segments = { x: [], y: [], z: [], color: [] };
+  const flexion = midFlexion(model);
+  model.axes.point_mm.forEach((point, k) => {
+    const direction = model.axes.direction[k];
+    if (point[0] === null || direction[0] === null) return;
+    const middle = Math.abs(direction[2]) > 0.5 ? -point[2] / direction[2] : 0;
+    for (const t of [middle - HALF_LENGTH_MM, middle + HALF_LENGTH_MM]) {
+      segments.x.push(point[0] + t * direction[0]);
+      segments.y.push(point[1] + t * direction[1]);
+      segments.z.push(point[2] + t * direction[2]);
+      segments.color.push(flexion[k]);
+    }
+    for (const key of ["x", "y", "z"]) segments[key].push(null);
+    segments.color.push(flexion[k]);
+  });
+  return segments;
+}
+
+// plotly's up is its third axis: canonical Y, proximal.
+function helicalFigure(model) {
+  return figure({
+    title: "Finite helical axes", size: "tall",
+    caption: "The axis about which the moving body turns from one flexion to the next, as segments of 100 mm in the axes of the reference body, mm. Colour is flexion.",
+    make: () => {
+      const s = axisSegments(model);
+      const line = { color: s.color, colorscale: "Cividis", width: 4, showscale: true, colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: "flexion, °", side: "right" } } };
+      return {
+        data: [{ type: "scatter3d", mode: "lines", x: s.z, y: s.x, z: s.y, line, hoverinfo: "skip" }],
+        layout: { scene: scene("right, mm", "anterior, mm", "proximal, mm", { aspectmode: "data", camera: { eye: { x: 1.5, y: 1.5, z: 0.75 }, center: { x: 0, y: 0, z: -0.12 } } }), margin: { l: 0, r: 0, t: 0, b: 0 } },
+      };
+    },
+  });
+}
+
+function centreFigure(model) {
+  const centres = model.axes.instant_centre_mm;
+  return figure({
+    title: "Instant centres in the sagittal plane", size: "tall",
+    caption: "Where the helical axis pierces the sagittal plane of the reference body, seen from the side with the front to the right; mm. Colour is flexion.",
+    make: () => ({
+      data: [{ type: "scatter", mode: "lines+markers", x: centres.map((p) => p[0]), y: centres.map((p) => p[1]), customdata: midFlexion(model),
+        line: { color: theme().rule, width: 1.2 }, marker: { size: 7, color: midFlexion(model), coloraxis: "coloraxis" },
+        hovertemplate: "flexion %{customdata}°: anterior %{x:.1f}, proximal %{y:.1f} mm<extra></extra>" }],
+      layout: { xaxis: axis("anterior, mm"), yaxis: axis("proximal, mm", { scaleanchor: "x" }), coloraxis: { colorscale: "Cividis", colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: "flexion, °", side: "right" } } } },
+    }),
+  });
+}
+
+function rollingFigure(model) {
+  const flexion = midFlexion(model);
+  const series = ["medial", "lateral"].flatMap((name) => [["rolling", "solid"], ["sliding", "dot"]].map(([kind, dash]) => ({
+    type: "scatter", mode: "lines", name: `${name}, ${kind}`, x: flexion, y: model.axes[`${name}_${kind}_mm`], line: { color: compartmentColor(name), dash, width: 2 },
+    hovertemplate: `${name}, ${kind}: %{y:.2f} mm at %{x}°<extra></extra>` })));
+  return figure({
+    title: "Rolling and sliding",
+    caption: "Travel of the contact from one flexion to the next that both surfaces share (rolling) and by which they differ (sliding), mm a step. The reference rolls backwards (−) and slides forwards (+) on a flexing knee; schemas/clinical.md has the formulas.",
+    make: () => ({ data: series, layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("mm a step") } }),
+  });
+}
+
+function turnFigure(model) {
+  return figure({
+    title: "Turn and shift about the axis",
+    caption: "How far the body turns about the axis (degrees, left) and moves along it (mm, right) from one flexion to the next.",
+    make: () => ({
+      data: [
+        { type: "scatter", mode: "lines", name: "turn, degrees", x: midFlexion(model), y: model.axes.rotation_deg, line: { ...lineStyle(0), width: 2 } },
+        { type: "scatter", mode: "lines", name: "shift, mm", x: midFlexion(model), y: model.axes.translation_mm, yaxis: "y2", line: { ...lineStyle(1), width: 2 } },
+      ],
+      layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("degrees a step", { rangemode: "tozero" }), yaxis2: axis("mm a step", { overlaying: "y", side: "right", showgrid: false }) },
+    }),
+  });
+}
+
+export function axesSection(model) {
+  if (!model.axes) return section("axes", "Axes of the motion", absent("The flexion-only motion is not in the file; vrda reduce FILE adds it, with helical axes, instant centres, rolling and sliding."));
+  const hasRolling = model.axes.medial_rolling_mm.length > 0;
+  return section("axes", "Axes of the motion", el("p", {}, "Of the zero-varus motion, between neighbouring flexions; steps too small for an axis are left out."),
+    el("div", { class: "columns" }, helicalFigure(model), centreFigure(model)),
+    el("div", { class: "columns" }, turnFigure(model), hasRolling ? rollingFigure(model) : null));
+}

@@ -1,0 +1,90 @@
+// What each degree of smoothing costs and breaks.
+import { absent, el, section, table } from "./dom.js";
+import { axis, figure, lineStyle } from "./plot.js";
+import { number, PARAMETERS, percent, setName } from "./words.js";
+
+function statisticsTable(model) {
+  const rows = model.degrees.flatMap((set) => set.surfaces.map((s) => [
+    `degree ${set.degree}${set.is_robust ? ", robust" : ""}`, PARAMETERS[s.name]?.name ?? s.name, PARAMETERS[s.name]?.unit ?? "", String(s.cells), number(s.rms), number(s.largest_residual), number(s.leave_one_out_rms), number(s.condition_number)]));
+  return table("Sets stored in the file: residuals against the raw motion", ["set", "parameter", "unit", "cells", "RMS", "largest", "leave-one-out RMS", "condition number"], rows, { kinds: ["", "word", "word"] });
+}
+
+function auditTable(model) {
+  const rows = model.audits.map((a) => [setName(a.name), String(a.refine), String(a.attitudes), String(a.overlapping), number(a.largest_penetration_mm), number(a.largest_gap_mm), String(a.nothing_ahead), String(a.no_pose)]);
+  return table("Audits: the meshes measured again at each attitude; refinement tells into how many parts a cell of the grid is cut", ["motion", "refinement", "attitudes", "overlapping", "largest penetration, mm", "largest gap, mm", "nothing ahead", "no pose"], rows);
+}
+
+function errorTraces(model, unit) {
+  const keys = Object.keys(PARAMETERS).filter((key) => PARAMETERS[key].unit === unit);
+  const value = (set, key, field) => set.surfaces.find((s) => s.name === key)?.[field] ?? null;
+  return keys.flatMap((key, k) => [["leave_one_out_rms", "leave-one-out", "solid"], ["rms", "RMS", "dot"]].map(([field, name, dash]) => ({
+    type: "scatter", mode: "lines+markers", name: `${PARAMETERS[key].name.split(",")[0]}, ${name}`, x: model.degrees.map((set) => set.degree), y: model.degrees.map((set) => value(set, key, field)), line: { color: lineStyle(k).color, dash, width: 2 } })))
+    .filter((one) => one.y.some((v) => v !== null));
+}
+
+function errorFigure(model, unit) {
+  return figure({
+    title: `Error by degree, ${unit}`,
+    caption: "RMS of the residuals (dotted) and leave-one-out error (solid): the first only falls with the degree, the second rises again where the polynomial follows the jitter.",
+    make: () => ({ data: errorTraces(model, unit), layout: { showlegend: true, xaxis: axis("degree", { dtick: 1 }), yaxis: axis(unit, { rangemode: "tozero" }) } }),
+  });
+}
+
+const COMPARED = { translation: ["translation", "mm"], theta: ["θ", "degrees"], varus: ["varus", "degrees"] };
+
+const MEASURES = [["rms", "RMS"], ["largest", "largest"], ["leave_one_out", "leave-one-out"], ["roughness", "roughness"]];
+
+function errorsTable({ rows, recommended }) {
+  const names = rows[0].errors.map((one) => one.name);
+  const headings = names.flatMap((name) => MEASURES.map(([, text], k) => (k === 0 ? `${COMPARED[name].join(", ")}: ${text}` : text)));
+  const cells = (row) => row.errors.flatMap((one) => MEASURES.map(([key]) => number(one[key])));
+  return table("Each degree fitted to the raw motion. Roughness is the RMS second derivative, per degree²; the degree recommended is marked.",
+    ["degree", ...headings], rows.map((row) => [String(row.degree), ...cells(row)]), { kinds: Array(headings.length + 1).fill("tight"), chosen: (r) => rows[r].degree === recommended });
+}
+
+function faultsTable({ rows, recommended }) {
+  const faults = rows[0].faults ? ["attitudes overlapping", "largest penetration, mm", "largest gap, mm"] : [];
+  const cells = ({ faults: f }) => (f ? [`${f.overlapping} of ${f.attitudes}`, number(f.largest_penetration_mm), number(f.largest_gap_mm)] : []);
+  return table("What a viewer would see of each degree: attitudes off by more than 0.145 mm or 0.27 degrees, and the meshes measured at the attitudes of the grid.",
+    ["degree", "attitudes visibly off", ...faults], rows.map((row) => [String(row.degree), percent(row.perceptible_share), ...cells(row)]), { chosen: (r) => rows[r].degree === recommended });
+}
+
+function comparedErrors(rows, unit) {
+  const names = rows[0].errors.map((one) => one.name).filter((name) => COMPARED[name][1] === unit);
+  return names.flatMap((name, k) => [["leave_one_out", "leave-one-out", "solid"], ["rms", "RMS", "dot"]].map(([key, text, dash]) => ({
+    type: "scatter", mode: "lines+markers", name: `${COMPARED[name][0]}, ${text}`, x: rows.map((row) => row.degree), y: rows.map((row) => row.errors.find((one) => one.name === name)[key]), line: { color: lineStyle(k).color, dash, width: 2 } })));
+}
+
+function recommendedLine(recommended) {
+  return recommended < 0 ? [] : [{ type: "line", xref: "x", yref: "paper", x0: recommended, x1: recommended, y0: 0, y1: 1, line: { color: lineStyle(2).color, width: 1.5, dash: "dash" } }];
+}
+
+function comparedFigure({ rows, recommended }, title, caption, data, unit) {
+  return figure({ title, caption, make: () => ({ data: data(), layout: { showlegend: true, shapes: recommendedLine(recommended), xaxis: axis("degree", { dtick: 1 }), yaxis: axis(unit, { rangemode: "tozero" }) } }) });
+}
+
+function faultTraces(rows) {
+  return [["largest_penetration_mm", "largest penetration"], ["largest_gap_mm", "largest gap"]].map(([key, name], k) => ({
+    type: "scatter", mode: "lines+markers", name, x: rows.map((row) => row.degree), y: rows.map((row) => row.faults[key]), line: { color: lineStyle(k).color, width: 2 } }));
+}
+
+// Of `vrda compare`, computed with the report.
+function comparedParts(comparison) {
+  const { rows, recommended, reason } = comparison;
+  const caption = "RMS of the residuals (dotted) and leave-one-out error (solid): the first only falls with the degree, the second rises again where the polynomial follows the jitter. The dashed line is the degree recommended.";
+  const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
+  if (rows[0].faults) figures.push(comparedFigure(comparison, "What smoothing breaks", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
+  const verdict = recommended < 0 ? reason : `Recommended: ${reason}.`;
+  return [el("div", { class: "box good" }, verdict), el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), errorsTable(comparison), faultsTable(comparison)];
+}
+
+export function degreesSection(model) {
+  const isCompared = model.comparison && model.comparison.rows.length > 0;
+  const parts = isCompared ? comparedParts(model.comparison) : [];
+  if (model.degrees.length > 0) parts.push(statisticsTable(model));
+  if (!isCompared && model.degrees.length > 1) parts.push(el("div", { class: "columns" }, errorFigure(model, "mm"), errorFigure(model, "degrees")));
+  if (model.audits.length > 0) parts.push(auditTable(model));
+  if (model.degrees.length === 0) parts.push(absent("No smoothed set stands in the file; vrda smooth FILE --degree N adds one."));
+  if (model.audits.length === 0) parts.push(absent("No audit of the smoothed motion stands in the file; vrda audit FILE adds it."));
+  return section("degrees", "Degrees of smoothing", ...parts);
+}

@@ -1,0 +1,60 @@
+// Which compartment bears how much, and which fibres pull.
+import { absent, el, section } from "./dom.js";
+import { axis, compartmentColor, figure, lineStyle, theme } from "./plot.js";
+
+function share(part, forces, k) {
+  const sum = forces.medial_n[k] + forces.lateral_n[k] + forces.none_n[k];
+  return forces.medial_n[k] === null || sum === 0 ? null : (100 * part[k]) / sum;
+}
+
+function area(model, forces, key, name, color) {
+  return { type: "scatter", mode: "lines", stackgroup: "share", name, x: model.flexion, y: model.flexion.map((_, k) => share(forces[key], forces, k)), line: { color, width: 1 }, fillcolor: `${color}99`,
+    hovertemplate: `${name}: %{y:.1f} % at %{x}°<extra></extra>` };
+}
+
+function shareFigure(model) {
+  const { forces } = model;
+  const hasOther = forces.none_n.some((value) => value > 0);
+  return figure({
+    title: "Share of the load",
+    caption: "Contact force along Δ that each compartment bears, in per cent of all contact force along the spine.",
+    make: () => ({
+      data: [area(model, forces, "medial_n", "medial", compartmentColor("medial")), area(model, forces, "lateral_n", "lateral", compartmentColor("lateral")),
+        ...(hasOther ? [area(model, forces, "none_n", "neither", theme().quiet)] : [])],
+      layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("per cent", { range: [0, 100] }) },
+    }),
+  });
+}
+
+function forceFigure(model) {
+  const line = (key, name) => ({ type: "scatter", mode: "lines", name, x: model.flexion, y: model.forces[key], line: { color: compartmentColor(name), width: 2 }, hovertemplate: `${name}: %{y:.1f} N at %{x}°<extra></extra>` });
+  return figure({
+    title: "Contact force", caption: "The same in N: force along Δ in each compartment; with fibres it is more than the push, for they pull the bodies together.",
+    make: () => ({ data: [line("medial_n", "medial"), line("lateral_n", "lateral")], layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("N", { rangemode: "tozero" }) } }),
+  });
+}
+
+function bundleFigure(model, { key, scale, title, caption, unit }) {
+  return figure({
+    title, caption, size: "tall",
+    make: () => ({
+      data: model.fibres.map((bundle, k) => ({ type: "scatter", mode: "lines", name: `${bundle.name} (${bundle.n_fibres})`, x: model.flexion, y: bundle[key].map((v) => (v === null ? null : scale * v)), line: { ...lineStyle(k), width: 2 },
+        hovertemplate: `${bundle.name}: %{y:.2f} ${unit} at %{x}°<extra></extra>` })),
+      layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis(unit), margin: { l: 58, r: 16, t: 12, b: 90 } },
+    }),
+  });
+}
+
+export function forcesSection(model) {
+  if (!model.forces) return section("forces", "Load on the compartments", absent("The stability search knows contacts but no forces; method = \"equilibrium\" finds them."));
+  if (!model.has_compartments) return section("forces", "Load on the compartments", absent("This joint has no compartments to share the load."));
+  return section("forces", "Load on the compartments", el("div", { class: "columns" }, shareFigure(model), forceFigure(model)));
+}
+
+export function fibresSection(model) {
+  if (!model.fibres) return section("fibres", "Ligaments", absent("The job has no ligament fibres."));
+  return section("fibres", "Ligaments", el("p", {}, "By bundle along the spine, with the number of fibres in brackets. A fibre below a strain of 0 is slack and bears nothing."),
+    el("div", { class: "columns" },
+      bundleFigure(model, { key: "largest_strain", scale: 100, title: "Strain", unit: "per cent", caption: "Strain of the fibre strained most in each bundle, per cent of its slack length." }),
+      bundleFigure(model, { key: "tension_n", scale: 1, title: "Tension", unit: "N", caption: "Tension of all fibres of a bundle together, N." })));
+}

@@ -1,0 +1,47 @@
+// The page of a report: sections in reading order, then their plots.
+import { axesSection } from "./axes.js";
+import { rotationSection, translationsSection } from "./clinical.js";
+import { comparisonSection } from "./comparison.js";
+import { contactPathsSection } from "./contact_paths.js";
+import { degreesSection } from "./degrees.js";
+import { el } from "./dom.js";
+import { fibresSection, forcesSection } from "./loads.js";
+import { drawAll, followTheme } from "./plot.js";
+import { provenanceSection } from "./provenance.js";
+import { statusSection } from "./status_map.js";
+import { stillsSection } from "./stills.js";
+import { leadText, summariesSection, summarySection } from "./summary.js";
+import { surfacesSection } from "./surfaces.js";
+
+function sectionsOfOne(data) {
+  const model = data.models[0];
+  const of = [summarySection, stillsSection, surfacesSection, degreesSection, rotationSection, translationsSection, contactPathsSection, axesSection, forcesSection, fibresSection, statusSection];
+  const sections = of.map((make) => make(model));
+  const comparison = data.against.length > 0 ? [comparisonSection(data)] : [];
+  return [...sections.slice(0, 6), ...comparison, ...sections.slice(6), provenanceSection(data)];
+}
+
+function sectionsOfSeveral(data) {
+  return [summariesSection(data.models), comparisonSection(data), provenanceSection(data)];
+}
+
+function contents(sections) {
+  const items = sections.map((one) => el("li", {}, el("a", { href: `#${one.id}` }, one.querySelector("h2").textContent)));
+  return el("nav", { class: "contents", "aria-label": "Contents" }, el("ul", {}, items));
+}
+
+function heading(data) {
+  if (data.models.length === 1) return [el("h1", {}, data.models[0].title), el("p", { class: "lead" }, leadText(data.models[0]))];
+  return [el("h1", {}, `Comparison of ${data.models.length} motion models`), el("p", { class: "lead" }, data.models.map((model) => `${model.name}: ${model.title}`).join("; "))];
+}
+
+async function main() {
+  const data = JSON.parse(document.getElementById("report-data").textContent);
+  const sections = data.models.length === 1 ? sectionsOfOne(data) : sectionsOfSeveral(data);
+  document.getElementById("report").append(...heading(data), contents(sections), ...sections, el("footer", {}, `Report of ${data.program}.`));
+  followTheme();
+  await drawAll();
+  document.documentElement.dataset.report = "ready";
+}
+
+main();

@@ -1,0 +1,17 @@
+// Pictures of the joint.
+import { absent, el, section } from "./dom.js";
+
+function still(one) {
+  const label = `${one.view}, ${one.label}`;
+  return el("figure", {}, el("img", { src: `data:image/png;base64,${one.png}`, alt: `The joint, ${label}`, loading: "eager" }), el("figcaption", {}, label));
+}
+
+// A row a view.
+function perRow(stills) {
+  return stills.filter((one) => one.view === stills[0].view).length;
+}
+
+export function stillsSection(model) {
+  const { stills, note } = model.stills;
+  return section("stills", "The joint", note ? absent(note) : null, stills.length > 0 ? el("div", { class: "stills", style: `--per-row: ${perRow(stills)}` }, stills.map(still)) : null);
+}

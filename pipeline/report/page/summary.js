@@ -1,0 +1,78 @@
+// What a reader needs first.
+import { el, section, table } from "./dom.js";
+import { decimal, length, number, percent } from "./words.js";
+
+function card(value, label) {
+  return el("div", { class: "card" }, el("span", { class: "value" }, value), el("span", { class: "label" }, label));
+}
+
+function axisText(values, name) {
+  if (values.length === 1) return `${number(values[0])}° ${name}`;
+  return `${number(values[0])}° to ${number(values[values.length - 1])}° of ${name} in ${values.length} values`;
+}
+
+/** The grid in words. */
+export function gridText(model) {
+  const varus = model.is_varus_free ? "varus found by the equilibrium" : axisText(model.varus, "varus");
+  return `${axisText(model.flexion, "flexion")}, ${varus}`;
+}
+
+const METHODS = { "stability-search": "stability search", equilibrium: "equilibrium" };
+
+export function methodName(model) {
+  return METHODS[model.method] ?? model.method;
+}
+
+/** The line beneath the title. */
+export function leadText(model) {
+  return `${model.side} ${model.joint === "knee" ? "knee" : "joint"}, ${model.moving.name} on ${model.reference.name}, by ${methodName(model)}; ${gridText(model)}.`;
+}
+
+/** Warnings, or that there are none. */
+export function warningBox(warnings, title = "Read this first") {
+  if (warnings.length === 0) return el("div", { class: "box good" }, el("strong", {}, "No warnings"), "Every attitude is solved, and no gap or penetration is large enough to be seen.");
+  return el("div", { class: "box warning", role: "note" }, el("strong", {}, title), el("ul", {}, warnings.map((text) => el("li", {}, text))));
+}
+
+function equilibriumCards(n) {
+  if (n.push_n === null) return [];
+  return [
+    card(`${number(n.balance_residual_n, 2)} N`, `largest force out of balance, of a push of ${number(n.push_n)} N`),
+    card(String(n.several_optima), `flexions with several places of rest${n.several_optima > 0 ? `, up to ${number(n.optima_spread_deg)}° apart` : ""}`),
+  ];
+}
+
+function cards(model) {
+  const n = model.numbers;
+  const fibres = n.fibres > 0 ? [card(`${number(100 * n.largest_strain)} %`, `largest strain of ${n.fibres} fibres, any attitude`)] : [];
+  const rotation = model.joint === "knee" ? "screw-home: range of internal rotation along the spine" : "range of axial rotation along the spine";
+  return el("div", { class: "cards" },
+    card(`${n.stable} of ${n.cells}`, "attitudes solved"),
+    card(length(n.largest_penetration_mm), `largest penetration; ${n.overlapping} attitudes overlap`),
+    card(n.largest_gap_mm === null ? "unbounded" : length(n.largest_gap_mm), "largest gap left along Δ"),
+    card(percent(n.theta_undetermined_share), "of the solved attitudes leave rotation undetermined"),
+    card(`${decimal(n.screw_home_range_deg, 1)}°`, rotation),
+    ...equilibriumCards(n), ...fibres);
+}
+
+function statusTable(model) {
+  const rows = model.statuses.filter((status) => status.cells > 0).map((s) => [s.name, String(s.cells), s.meaning]);
+  return table("Attitudes by how their search ended", ["status", "attitudes", "meaning"], rows, { kinds: ["", "", "text"] });
+}
+
+/** Top of a report on one model. */
+export function summarySection(model) {
+  return section("summary", "Summary", warningBox(model.warnings), cards(model), statusTable(model));
+}
+
+/** Top of a comparison. */
+export function summariesSection(models) {
+  const rows = models.map((model) => {
+    const n = model.numbers;
+    return [model.name, model.title, methodName(model), model.side, `${n.stable} of ${n.cells}`, number(n.largest_penetration_mm), number(n.largest_gap_mm), decimal(n.screw_home_range_deg, 1), percent(n.theta_undetermined_share)];
+  });
+  const headings = ["file", "title", "method", "side", "attitudes solved", "largest penetration, mm", "largest gap, mm", "range of internal rotation, °", "rotation undetermined"];
+  const boxes = models.filter((model) => model.warnings.length > 0).map((model) => warningBox(model.warnings, model.name));
+  return section("summary", "Summary", ...(boxes.length > 0 ? boxes : [warningBox([])]),
+    table("The motion models, raw motion", headings, rows, { kinds: ["", "text", "word", "word"] }));
+}

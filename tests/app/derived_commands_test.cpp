@@ -1,0 +1,175 @@
+// `vrda smooth` and `vrda audit`: what they add to a motion model, and what they refuse.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/scenes.hpp"
+#include "audit/audit.hpp"
+#include "audit/pose_meter.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// A gap that was written short of contact and measured again along other sums of coordinates.
+constexpr double margin_mm = 2.0 * contact_margin_mm;
+
+class DerivedCommands : public testing::Test {
+ protected:
+  // Two balls under a plate with two dents, 7 x 5 attitudes, with the sets "raw", "degree_2" and its
+  // recontacted one.
+  void SetUp() override
+  {
+    const test::Ended ended = run({"run", test::small_knee_job(scratch_, "left").string(), "-o", file_});
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  }
+
+  test::Ended run(const std::vector<std::string>& words) const { return test::run_vrda(words); }
+
+  Json json_of(std::vector<std::string> words) const
+  {
+    words.emplace_back("--json");
+    const test::Ended ended = run(words);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return Json::parse(ended.out);
+  }
+
+  void expect_refused(const std::vector<std::string>& words, const std::vector<std::string>& said) const
+  {
+    const std::string before = test::sha256_of_file(file_);
+    const test::Ended ended = run(words);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+    EXPECT_EQ(ended.out, "");
+    for (const std::string& word : said) EXPECT_THAT(ended.err, HasSubstr(word));
+    EXPECT_EQ(test::sha256_of_file(file_), before);
+  }
+
+  test::Scratch scratch_;
+  std::string file_ = (scratch_.path() / "knee.h5").string();
+};
+
+TEST_F(DerivedCommands, ARunRecontactsWhatItSmoothsUnlessToldNotTo)
+{
+  const MotionModel model = read_motion_model(file_);
+  ASSERT_EQ(model.smoothed.size(), 1u);
+  EXPECT_TRUE(model.smoothed.front().recontact_mm.has_value());
+  EXPECT_FALSE(model.smoothed.front().is_robust);
+  const std::string job = test::small_knee_job(scratch_, "right").string();
+  const std::string plain = (scratch_.path() / "plain.h5").string();
+  const test::Ended ended =
+      run({"run", job, "-o", plain, "--set", "smooth.recontact=false", "--set", "smooth.robust=true"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  const MotionModel other = read_motion_model(plain);
+  EXPECT_FALSE(other.smoothed.front().recontact_mm.has_value());
+  EXPECT_TRUE(other.smoothed.front().is_robust);
+}
+
+TEST_F(DerivedCommands, RecontactLeavesNoOverlapAndTheMarginAtTheAttitudes)
+{
+  const Json sets = json_of({"audit", file_});
+  ASSERT_EQ(sets.size(), 3u);
+  EXPECT_EQ(sets[0].at("set"), "degree_2_recontacted");
+  EXPECT_EQ(sets[0].at("poses"), 35);
+  EXPECT_EQ(sets[0].at("overlapping"), 0);
+  EXPECT_EQ(sets[0].at("nothing_ahead"), 0);
+  EXPECT_TRUE(sets[0].at("largest_penetration").is_null());
+  EXPECT_LE(sets[0].at("largest_gap").at("mm").get<double>(), margin_mm);
+  EXPECT_EQ(sets[1].at("set"), "degree_2");
+  EXPECT_GT(sets[1].at("overlapping"), 0);
+  EXPECT_GT(sets[1].at("largest_penetration").at("mm").get<double>(), 0.01);
+  EXPECT_EQ(sets[2].at("set"), "raw");
+  EXPECT_EQ(sets[2].at("overlapping"), 0);
+  const Json info = json_of({"info", file_});
+  EXPECT_EQ(info.at("remeasured").at("largest_gap_mm"), sets[2].at("largest_gap").at("mm"));
+
+  const Json fine = json_of({"audit", file_, "--set", "degree_2_recontacted", "--refine", "3"});
+  ASSERT_EQ(fine.size(), 1u);
+  EXPECT_EQ(fine[0].at("attitudes"), 19 * 13);
+  EXPECT_GT(fine[0].at("largest_gap").at("mm").get<double>(), margin_mm);
+  const MotionModel model = read_motion_model(file_);
+  ASSERT_EQ(model.audits.size(), 3u);  // of the two grids of that set the last
+  EXPECT_EQ(model.audits[1].name, "degree_2_recontacted");
+  EXPECT_EQ(model.audits[1].refine, 3);
+  EXPECT_EQ(run({"validate", file_}).exit_code, 0);
+}
+
+TEST_F(DerivedCommands, TheTableNamesSetsAndWhereTheirWorstIs)
+{
+  const test::Ended ended = run({"audit", file_});
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.err, IsEmpty());
+  EXPECT_EQ(test::n_lines(ended.out), 5);
+  EXPECT_THAT(ended.out, HasSubstr("degree_2_recontacted        1       35           0  -  "));
+  EXPECT_THAT(ended.out, HasSubstr("largest penetration"));
+}
+
+TEST_F(DerivedCommands, ASecondTimeLeavesTheSameBytesForAnyNumberOfThreads)
+{
+  const std::vector<std::vector<std::string>> commands{
+      {"smooth", file_, "--degree", "3", "--recontact"},
+      {"smooth", file_, "--degree", "3", "--recontact", "--robust"},
+      {"smooth", file_, "--degree", "2"},
+      {"audit", file_, "--refine", "2"},
+  };
+  for (std::vector<std::string> words : commands) {
+    words.insert(words.end(), {"--threads", "1"});
+    EXPECT_EQ(run(words).exit_code, 0);
+    const std::string once = test::sha256_of_file(file_);
+    words.back() = "5";
+    EXPECT_EQ(run(words).exit_code, 0);
+    EXPECT_EQ(test::sha256_of_file(file_), once) << words.front();
+  }
+}
+
+TEST_F(DerivedCommands, SmoothReplacesItsDegreeAndDropsAuditsOfWhatChanged)
+{
+  json_of({"audit", file_});
+  const Json same = json_of({"smooth", file_, "--degree", "2", "--recontact"});
+  EXPECT_EQ(same.at("degree"), 2);
+  EXPECT_EQ(same.at("surfaces").size(), 4u);
+  EXPECT_EQ(same.at("surfaces").at("ty").at("cells"), 35);
+  EXPECT_EQ(same.at("recontact").at("without_contact"), 0);
+  EXPECT_EQ(read_motion_model(file_).audits.size(), 3u);
+
+  EXPECT_TRUE(json_of({"smooth", file_, "--degree", "3"}).at("recontact").is_null());
+  EXPECT_EQ(read_motion_model(file_).audits.size(), 3u);
+  EXPECT_EQ(read_motion_model(file_).smoothed.size(), 2u);
+
+  const test::Ended ended = run({"smooth", file_, "--degree", "2"});
+  EXPECT_THAT(ended.err, HasSubstr("dropped /audit/degree_2_recontacted"));
+  EXPECT_THAT(ended.out, HasSubstr("smoothed, degree 2: 6 terms"));
+  const MotionModel model = read_motion_model(file_);
+  EXPECT_FALSE(model.smoothed.front().recontact_mm.has_value());
+  ASSERT_EQ(model.audits.size(), 2u);
+  EXPECT_EQ(model.audits.front().name, "degree_2");
+}
+
+TEST_F(DerivedCommands, WhatCannotBeDoneIsOneLineAndChangesNothing)
+{
+  expect_refused({"audit", file_, "--set", "degree_5"},
+                 {"--set", "degree_5", "degree_2_recontacted, degree_2, raw"});
+  expect_refused({"smooth", file_, "--degree", "8"}, {file_, "8", "they carry degree"});
+  expect_refused({"audit", (scratch_.path() / "none.h5").string()}, {"none.h5"});
+  for (const std::string command : {"audit", "smooth"}) {
+    SCOPED_TRACE(command);
+    std::vector<std::string> words{command, file_};
+    if (command == "smooth") words.insert(words.end(), {"--degree", "2"});
+    const MotionModel model = read_motion_model(file_);
+    write_motion_model(file_, with_pending_cells(model));
+    expect_refused(words, {"/status", "35 attitudes: 35 pending", "at least one stable attitude"});
+    write_motion_model(file_, model);
+    fs::resize_file(file_, fs::file_size(file_) / 2);
+    expect_refused(words, {file_});
+    write_motion_model(file_, model);
+  }
+}
+
+}  // namespace
+}  // namespace vrda

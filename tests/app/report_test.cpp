@@ -1,0 +1,188 @@
+// `vrda report`: what it writes, and what it refuses before writing anything.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app/scenes.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/sample_model.hpp"
+
+namespace vrda {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class ReportCommand : public testing::Test {
+ protected:
+  std::string solved_knee(const std::string& side)
+  {
+    const std::string file = (scratch_.path() / (side + ".h5")).string();
+    const test::Ended run = test::run_vrda(
+        {"run", test::small_knee_job(scratch_, side).string(), "-o", file, "--progress", "none"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return file;
+  }
+
+  std::string folder() const { return (scratch_.path() / "report").string(); }
+
+  static test::Ended report(std::vector<std::string> words)
+  {
+    words.insert(words.begin(), "report");
+    return test::run_vrda(words);
+  }
+
+  // One line that says all of `words`, exit code 2, and no report.
+  void expect_refused(std::vector<std::string> arguments, const std::vector<std::string>& words)
+  {
+    arguments.insert(arguments.end(), {"-o", folder()});
+    const test::Ended ended = report(arguments);
+    EXPECT_EQ(ended.exit_code, 2) << ended.err;
+    EXPECT_EQ(ended.out, "");
+    EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+    for (const std::string& word : words) EXPECT_THAT(ended.err, HasSubstr(word));
+    EXPECT_FALSE(std::filesystem::exists(folder()));
+  }
+
+  test::Scratch scratch_;
+};
+
+TEST_F(ReportCommand, WritesOnePageAndPrintsItsPath)
+{
+  const std::string file = solved_knee("right"), before = test::text_of(file);
+  const test::Ended first = report({file, "-o", folder(), "--quiet"});
+  ASSERT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_EQ(first.out, folder() + "/index.html\n");
+  const std::string page = test::text_of(folder() + "/index.html");
+  EXPECT_EQ(page.rfind("<!DOCTYPE html>", 0), 0u);
+  EXPECT_EQ(report({file, "-o", folder(), "--quiet"}).exit_code, 0);
+  EXPECT_TRUE(test::text_of(folder() + "/index.html") == page);
+  EXPECT_EQ(test::text_of(file), before);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder()), {}), 1);
+}
+
+TEST_F(ReportCommand, DataHoldWhatWasMeasuredAndCompared)
+{
+  const json data = json::parse(report({solved_knee("right"), "-o", folder(), "--json"}).out);
+  const json model = data.at("models").at(0);
+  EXPECT_EQ(data.at("program"), "vrda 0.1.0");
+  // The search keeps the last free pose within its resolution: nothing overlaps.
+  EXPECT_EQ(model.at("numbers").at("overlapping"), 0);
+  EXPECT_LE(model.at("numbers").at("largest_gap_mm").get<double>(),
+            model.at("numbers").at("contact_resolution_mm").get<double>());
+  EXPECT_FALSE(model.at("axes").is_null());
+  EXPECT_EQ(model.at("curves").at(0).at("name"), "zero_varus");
+  ASSERT_FALSE(model.at("comparison").is_null());
+  EXPECT_EQ(model.at("comparison").at("rows").at(0).at("faults").at("attitudes"), 35);
+  const json quick = json::parse(report({solved_knee("right"), "-o", folder(), "--json", "--quick"}).out);
+  EXPECT_TRUE(quick.at("models").at(0).at("comparison").at("rows").at(0).at("faults").is_null());
+}
+
+TEST_F(ReportCommand, AMirroredLeftKneeHasTheSameCurves)
+{
+  const json data =
+      json::parse(report({solved_knee("right"), solved_knee("left"), "-o", folder(), "--json"}).out);
+  const json right = data.at("models").at(0).at("curves"), left = data.at("models").at(1).at("curves");
+  EXPECT_EQ(right, left);
+  EXPECT_EQ(data.at("models").at(1).at("name"), "left");
+}
+
+TEST_F(ReportCommand, FilesOfOneNameStayApart)
+{
+  const std::string file = solved_knee("right");
+  const json data = json::parse(report({file, file, "-o", folder(), "--json"}).out);
+  EXPECT_EQ(data.at("models").at(0).at("name"), "right");
+  EXPECT_EQ(data.at("models").at(1).at("name"), "right (2)");
+  const json differences = data.at("differences");
+  const auto itself = std::find_if(differences.begin(), differences.end(), [](const json& d) {
+    return d.at("model") == "right (2)" && d.at("curve") == "zero_varus";
+  });
+  ASSERT_NE(itself, differences.end());
+  EXPECT_EQ(itself->at("against"), "right, zero_varus");
+  EXPECT_EQ(itself->at("by_quantity").size(), 5u);
+  for (const json& d : itself->at("by_quantity")) EXPECT_EQ(d.at("largest"), 0.0);
+}
+
+TEST_F(ReportCommand, AnOtherJointHasAReportToo)
+{
+  const std::string file = (scratch_.path() / "ball.h5").string();
+  ASSERT_EQ(
+      test::run_vrda({"run", test::small_job(scratch_).string(), "-o", file, "--progress", "none"}).exit_code,
+      0);
+  const json model = json::parse(report({file, "-o", folder(), "--json"}).out).at("models").at(0);
+  EXPECT_EQ(model.at("joint"), "other");
+  EXPECT_TRUE(model.at("contact_paths").is_null());
+  EXPECT_TRUE(model.at("contact_grid").is_null());
+}
+
+TEST_F(ReportCommand, WithoutAPlayerThePageSaysSo)
+{
+  const std::string file = solved_knee("right");
+  const auto note_with = [&](const std::string& player) {
+    const test::Ended ended = report({file, "-o", folder(), "--json", "--player", player});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    const json stills = json::parse(ended.out).at("models").at(0).at("stills");
+    EXPECT_TRUE(stills.at("stills").empty());
+    EXPECT_THAT(ended.err, HasSubstr(stills.at("note").get<std::string>()));
+    return stills.at("note").get<std::string>();
+  };
+  EXPECT_THAT(note_with("/bin/false"), HasSubstr("did not draw them (exit code 1)"));
+  const std::string no_program = scratch_.write("player", "no program").string();
+  EXPECT_THAT(note_with(no_program), HasSubstr("did not draw them"));
+  std::filesystem::remove_all(folder());
+  expect_refused({file, "--player", (scratch_.path() / "absent").string()}, {"--player", "no such program"});
+}
+
+TEST_F(ReportCommand, APlayersPicturesAreInThePage)
+{
+  const std::string player = (scratch_.path() / "player").string();
+  // Called as: show FILE --offscreen FOLDER ...
+  scratch_.write(
+      "player",
+      "#!/bin/sh\nprintf Man > \"$4/front_flexion_030.png\"\nprintf Ma > \"$4/lateral_flexion_007.5.png\"\n"
+      "exit 3\n");
+  std::filesystem::permissions(player, std::filesystem::perms::owner_all);
+  const json stills =
+      json::parse(report({solved_knee("right"), "-o", folder(), "--json", "--player", player, "-q"}).out)
+          .at("models")
+          .at(0)
+          .at("stills");
+  ASSERT_EQ(stills.at("stills").size(), 2u);
+  EXPECT_EQ(stills.at("stills").at(0), json({{"view", "front"}, {"label", "flexion 30°"}, {"png", "TWFu"}}));
+  EXPECT_EQ(stills.at("stills").at(1).at("label"), "flexion 7.5°");
+  EXPECT_THAT(stills.at("note").get<std::string>(), HasSubstr("Some attitudes have no pose"));
+}
+
+TEST_F(ReportCommand, RefusesFilesWithoutAnAnswer)
+{
+  const std::string whole = solved_knee("right");
+  const std::string bytes = test::text_of(whole);
+  const std::string cut = scratch_.write("cut.h5", bytes.substr(0, bytes.size() / 2)).string();
+  expect_refused({cut}, {"cut.h5"});
+  expect_refused({whole, cut}, {"cut.h5"});
+  expect_refused({(scratch_.path() / "absent.h5").string()}, {"absent.h5"});
+  expect_refused({scratch_.write("text.h5", "no HDF5").string()}, {"text.h5"});
+  MotionModel failed = test::sample_model();
+  failed = with_pending_cells(failed);
+  failed.smoothed.clear();
+  const std::string pending = (scratch_.path() / "pending.h5").string();
+  write_motion_model(pending, failed);
+  expect_refused({pending}, {"pending.h5", "12"});
+}
+
+TEST_F(ReportCommand, RefusesCurvesItDoesNotKnow)
+{
+  const std::string file = solved_knee("right");
+  expect_refused({file, "--against", scratch_.write("loads.csv", "flexion_deg,fx_n\n0,1\n").string()},
+                 {"loads.csv", "fx_n", "internal_deg"});
+  expect_refused({file, "--against", scratch_.write("no.csv", "internal_deg\n0\n").string()},
+                 {"no.csv", "no column flexion_deg"});
+  expect_refused({file, "--against", (scratch_.path() / "absent.csv").string()}, {"absent.csv"});
+}
+
+}  // namespace
+}  // namespace vrda

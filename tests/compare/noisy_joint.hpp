@@ -1,0 +1,35 @@
+/// Motion models whose surfaces are polynomials of a known degree, with seeded noise.
+#pragma once
+
+#include <random>
+
+#include "store/motion_model.hpp"
+
+namespace vrda::test {
+
+/// Standard normal numbers, the same everywhere (Marsaglia's polar method): the standard library's differ.
+class NormalNumbers {
+ public:
+  explicit NormalNumbers(unsigned seed) : generator_(seed) {}
+  double next();
+  /// Uniform in [-1, 1).
+  double next_uniform();
+
+ private:
+  std::mt19937_64 generator_;
+};
+
+struct NoisyJoint {
+  int degree = 2;         ///< of all four surfaces
+  double noise_mm = 0.0;  ///< standard deviation; of theta as many degrees
+  /// Size of each coefficient of the highest total degree, in its own standard errors under that noise (under
+  /// a noise of 0.01 where there is none); signs are random. Lower terms are random within +-2.
+  double significance = 10.0;
+  int n_flexion = 21, n_varus = 13;  ///< solved everywhere; 3 degrees by 1
+  unsigned seed = 1;
+};
+
+/// Surfaces, status and push; no bodies.
+MotionModel noisy_model(const NoisyJoint& joint);
+
+}  // namespace vrda::test

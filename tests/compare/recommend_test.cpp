@@ -1,0 +1,89 @@
+#include "compare/recommend.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double rounding = 1e-14;
+
+TEST(Recommend, MatchesTheClosedForm)
+{
+  // Degree 2 is best. Degree 1 differs by 1, 3, 1, 3: mean 2, spread sqrt(4/3), standard error sqrt(1/3).
+  const Recommendation r = recommend({{1, {2.0, 5.0, 4.0, 7.0}}, {2, {1.0, 2.0, 3.0, 4.0}}});
+  ASSERT_EQ(r.ranked.size(), 2u);
+  EXPECT_NEAR(r.ranked[0].error, std::sqrt(4.5), rounding);
+  EXPECT_NEAR(r.ranked[0].excess_sq, 2.0, rounding);
+  EXPECT_NEAR(r.ranked[0].standard_error, std::sqrt(1.0 / 3.0), rounding);
+  EXPECT_FALSE(r.ranked[0].is_within) << "2 > 2 sqrt(1/3)";
+  EXPECT_EQ(r.ranked[1].excess_sq, 0.0);
+  EXPECT_EQ(r.ranked[1].standard_error, 0.0);
+  EXPECT_TRUE(r.ranked[1].is_within);
+  EXPECT_EQ(r.degree, 2);
+  EXPECT_EQ(r.best_degree, 2);
+}
+
+TEST(Recommend, TakesTheLowestWithinTwoStandardErrors)
+{
+  // Differences of degree 3 to degree 5: 3, -1, 3, -1: mean 1, standard error sqrt(16/3) / 2 = 1.15.
+  const Recommendation r = recommend({{1, {29.0, 29.0, 28.0, 29.0}},
+                                      {3, {5.0, 1.0, 5.0, 1.0}},
+                                      {4, {2.5, 2.5, 2.0, 2.1}},
+                                      {5, {2.0, 2.0, 2.0, 2.0}}});
+  EXPECT_EQ(r.degree, 3);
+  EXPECT_EQ(r.best_degree, 5);
+  EXPECT_THAT(r.reason,
+              HasSubstr("degree 3: the lowest whose leave-one-out error (1.73 of what is perceptible) is "
+                        "within two paired standard errors of the best (1.41, degree 5)"));
+  EXPECT_THAT(r.reason, HasSubstr("; degree 1 (5.36) is "));
+}
+
+TEST(Recommend, SaysWhenTheErrorStillFalls)
+{
+  const Recommendation r = recommend({{2, {4.0, 4.1, 4.0}}, {3, {1.0, 1.0, 1.0}}});
+  EXPECT_EQ(r.degree, 3);
+  EXPECT_THAT(r.reason, HasSubstr("no other has a smaller leave-one-out error"));
+  EXPECT_THAT(r.reason, HasSubstr("still falls at the highest degree compared"));
+}
+
+TEST(Recommend, SaysWhenALowerDegreeIsWorseEverywhere)
+{
+  const Recommendation r = recommend({{2, {4.0, 4.0}}, {3, {1.0, 1.0}}, {4, {2.0, 2.0}}});
+  EXPECT_EQ(r.degree, 3);
+  EXPECT_THAT(r.reason, HasSubstr("degree 2 is worse everywhere"));
+}
+
+TEST(Recommend, RoundingIsNoReason)
+{
+  const Recommendation r = recommend({{1, {1.0, 1.0}}, {2, {1e-20, 1e-20}}, {3, {1e-28, 1e-28}}});
+  EXPECT_EQ(r.degree, 2);
+  EXPECT_EQ(r.best_degree, 2);
+}
+
+TEST(Recommend, LeavesOutDegreesThatCannotBeJudged)
+{
+  const Recommendation r = recommend({{1, {4.0, 3.9}}, {2, {1.0, 1.0}}, {3, {}}});
+  EXPECT_EQ(r.degree, 2);
+  EXPECT_TRUE(std::isnan(r.ranked[2].error));
+  EXPECT_FALSE(r.ranked[2].is_within);
+  const Recommendation none = recommend({{1, {}}, {2, {}}});
+  EXPECT_EQ(none.degree, -1);
+  EXPECT_EQ(none.ranked.size(), 2u);
+  EXPECT_THAT(none.reason, HasSubstr("no degree"));
+}
+
+TEST(Recommend, KeepsItsPromises)
+{
+  EXPECT_THROW(recommend({{2, {1.0}}, {1, {1.0}}}), InternalError);
+  EXPECT_THROW(recommend({{1, {1.0}}, {2, {1.0, 2.0}}}), InternalError);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,142 @@
+#include "report/clinical_curve.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "store/sample_model.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::ElementsAre;
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();
+// Angles of up to 100 degrees through a rotation matrix and back: some units in the last place.
+constexpr double rounding = 1e-12;
+
+ClinicalCurve curve_of(std::vector<double> flexion_deg, std::vector<double> internal_deg)
+{
+  ClinicalCurve curve;
+  curve.flexion_deg = std::move(flexion_deg);
+  curve.of(Quantity::internal) = std::move(internal_deg);
+  return curve;
+}
+
+CurveDifference internal_difference(const ClinicalCurve& curve, const ClinicalCurve& other)
+{
+  return difference(curve, other, Quantity::internal);
+}
+
+TEST(CurveDifference, OfLinesIsThatOfTheirEnds)
+{
+  // 2 f - (2 f + 1) = -1 at every flexion of the other curve within the range of ours
+  const CurveDifference d =
+      internal_difference(curve_of({0, 10}, {0, 20}), curve_of({-5, 0, 2.5, 10, 11}, {0, 1, 6, 21, 0}));
+  EXPECT_EQ(d.n, 3u);
+  EXPECT_NEAR(d.rms, 1.0, rounding);
+  EXPECT_NEAR(d.largest, 1.0, rounding);
+  EXPECT_NEAR(d.mean, -1.0, rounding);
+  EXPECT_NEAR(d.rms_about_mean, 0.0, rounding);
+}
+
+TEST(CurveDifference, SplitsIntoMeanAndRest)
+{
+  // differences 3 and -1: mean 1, rms sqrt(5), about the mean 2
+  const CurveDifference d = internal_difference(curve_of({0, 10}, {3, -1}), curve_of({10, 0}, {0, 0}));
+  EXPECT_EQ(d.n, 2u);
+  EXPECT_NEAR(d.mean, 1.0, rounding);
+  EXPECT_NEAR(d.rms, std::sqrt(5.0), rounding);
+  EXPECT_NEAR(d.rms_about_mean, 2.0, rounding);
+  EXPECT_NEAR(d.largest, 3.0, rounding);
+  EXPECT_NEAR(d.rms * d.rms, d.mean * d.mean + d.rms_about_mean * d.rms_about_mean, rounding);
+}
+
+TEST(CurveDifference, LeavesOutWhatHasNoAnswer)
+{
+  // ours is linear across its hole; frames of a cycle may come in any order and twice
+  const CurveDifference d =
+      internal_difference(curve_of({0, 5, 10}, {0, none, 10}), curve_of({6, 4, 6, 7}, {5, 3, 5, none}));
+  EXPECT_EQ(d.n, 3u);
+  EXPECT_NEAR(d.rms, 1.0, rounding);
+}
+
+TEST(CurveDifference, WithoutACommonRangeIsNotKnown)
+{
+  for (const ClinicalCurve& other : {curve_of({20, 30}, {1, 1}), curve_of({}, {}), curve_of({5}, {none})}) {
+    const CurveDifference d = internal_difference(curve_of({0, 10}, {0, 0}), other);
+    EXPECT_EQ(d.n, 0u);
+    EXPECT_TRUE(std::isnan(d.rms));
+    EXPECT_TRUE(std::isnan(d.largest));
+  }
+  EXPECT_EQ(difference(curve_of({0}, {0}), curve_of({0}, {0}), Quantity::varus).n, 0u);
+}
+
+const ClinicalCurve& named(const std::vector<ClinicalCurve>& curves, const std::string& name)
+{
+  for (const ClinicalCurve& curve : curves) {
+    if (curve.name == name) return curve;
+  }
+  throw std::runtime_error("no curve " + name);
+}
+
+TEST(ClinicalCurves, TheRawOneIsTheClinicalNumbersOfTheSpine)
+{
+  const MotionModel model = test::sample_model();
+  const ClinicalCurve raw = named(clinical_curves(model), "raw");
+  ASSERT_EQ(raw.flexion_deg, model.flexion_deg);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    EXPECT_NEAR(raw.of(Quantity::internal)[i], model.clinical.internal_rotation_deg(row, 1), rounding);
+    EXPECT_NEAR(raw.of(Quantity::varus)[i], model.clinical.varus_deg(row, 1), rounding);
+    EXPECT_NEAR(raw.of(Quantity::anterior)[i], model.clinical.anterior_mm(row, 1), rounding);
+    EXPECT_NEAR(raw.of(Quantity::proximal)[i], model.clinical.proximal_mm(row, 1), rounding);
+    EXPECT_NEAR(raw.of(Quantity::lateral)[i], model.clinical.lateral_mm(row, 1), rounding);
+    EXPECT_EQ(raw.of(Quantity::origin_anterior)[i], model.X_reference_moving[16 * (3 * i + 1) + 3]);
+    EXPECT_EQ(raw.of(Quantity::origin_lateral)[i], model.X_reference_moving[16 * (3 * i + 1) + 11]);
+  }
+}
+
+TEST(ClinicalCurves, HaveHolesWhereTheSpineHas)
+{
+  MotionModel model = test::sample_model();
+  model.status(2, 1) = static_cast<std::int8_t>(StepStatus::no_contact);
+  EXPECT_THAT(solved_spine(model), ElementsAre(1, 4, -1, 10));
+  const ClinicalCurve raw = named(clinical_curves(model), "raw");
+  EXPECT_TRUE(std::isnan(raw.of(Quantity::internal)[2]));
+  EXPECT_FALSE(std::isnan(raw.of(Quantity::internal)[3]));
+}
+
+TEST(ClinicalCurves, AMirroredJointHasTheSame)
+{
+  const MotionModel right = test::sample_model();
+  MotionModel left = right;
+  left.side = "left";
+  left.rotation_centre_mm.z() = -left.rotation_centre_mm.z();
+  for (std::size_t k = 0; k < left.X_reference_moving.size(); ++k) {
+    const bool is_row_z = k % 16 / 4 == 2, is_column_z = k % 4 == 2;
+    if (is_row_z != is_column_z) left.X_reference_moving[k] = -left.X_reference_moving[k];
+  }
+  const ClinicalCurve a = named(clinical_curves(right), "raw"), b = named(clinical_curves(left), "raw");
+  for (const QuantityName& q : quantity_names) {
+    SCOPED_TRACE(q.key);
+    EXPECT_EQ(a.of(q.quantity), b.of(q.quantity));
+  }
+}
+
+TEST(ClinicalCurves, ASmoothedSetRunsAtTheVarusWhereTheCompartmentsBalance)
+{
+  const MotionModel model = test::sample_model();
+  const ClinicalCurve smoothed = named(clinical_curves(model), "degree_1");
+  for (std::size_t i = 0; i < 4; ++i) {
+    // Delta is along Y: theta of the set is the internal rotation, and the spine's varus its varus.
+    EXPECT_NEAR(smoothed.of(Quantity::varus)[i], 0.0, rounding);
+    EXPECT_NEAR(smoothed.of(Quantity::internal)[i],
+                model.smoothed[0].surfaces[3].values(static_cast<Eigen::Index>(i), 1), rounding);
+  }
+}
+
+}  // namespace
+}  // namespace vrda

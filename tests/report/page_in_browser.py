@@ -1,0 +1,157 @@
+#!/usr/bin/python3
+"""Makes reports of a small generic knee and opens them in headless Chromium.
+
+usage: page_in_browser.py VRDA CHROMIUM JOB [PICTURES]
+Checks that every plot has ink, that the console has no errors and that nothing was asked of the network; on the page of
+one model and of several, light, dark and as wide as a phone. PICTURES: folder to keep the plots in.
+"""
+import base64
+import io
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from PIL import Image
+
+from browser import Browser
+
+VRDA, CHROMIUM, JOB = sys.argv[1:4]
+KEPT = pathlib.Path(sys.argv[4]) if len(sys.argv) > 4 else None
+NASTY = "Knee </script><img src=x onerror=document.title='broken'> & <b>bold</b>"
+# A plot's axes, ticks and one thin line cover more of it than this; a blank plot is one colour.
+LEAST_INK = 0.004
+# Distance of two colours of 8 bits that an eye tells apart on a screen.
+SAME_COLOUR = 24
+
+
+def run(*words):
+    """Standard output of vrda with these words, which must be done."""
+    ended = subprocess.run([VRDA, *map(str, words)], capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
+
+
+def ink(picture):
+    """Share of the pixels that differ from the most frequent colour."""
+    colours = picture.convert("RGB").getcolors(1 << 24)
+    paper = max(colours)[1]
+    return sum(n for n, colour in colours if max(abs(a - b) for a, b in zip(colour, paper)) > SAME_COLOUR) / (picture.width * picture.height)
+
+
+class Page(unittest.TestCase):
+    """One browser for all; each test opens a page anew."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory(prefix="vrda-report-test-")
+        root = pathlib.Path(cls.folder.name)
+        small = ["--set", "grid.flexion.step=15", "--set", "grid.varus.step=4", "--set", "smooth.degrees=[1,2]", "-q", "--progress", "none"]
+        for name, more in (("knee", ["--set", f'title="{NASTY}"']), ("free", ["--set", "grid.varus=free"])):
+            run("run", JOB, "-o", root / f"{name}.h5", *small, *more)
+        curve = root / "curve.csv"
+        curve.write_text("# invented\nflexion_deg,internal_deg,varus_deg,ant_mm\n0,0,0,0\n45,8,1,2\n90,12,0,4\n45,7,1,2\n", encoding="utf-8")
+        cls.pages = {"one": ["knee.h5"], "free": ["free.h5"], "several": ["knee.h5", "free.h5"]}
+        for name, files in cls.pages.items():
+            run("report", *(root / file for file in files), "-o", root / name, "--against", curve, "-q")
+        cls.root = root
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def opened(self, browser, name, **how):
+        """Opens a page and checks what every page must keep."""
+        browser.open(self.root / name / "index.html", **how)
+        self.assertEqual(browser.said, [])
+        asked = [address for address in browser.requests if not address.startswith(("file:", "data:", "blob:", "about:"))]
+        self.assertEqual(asked, [])
+        # Nothing reaches beyond the window's width.
+        self.assertLessEqual(browser.value("document.documentElement.scrollWidth"), browser.value("window.innerWidth"))
+
+    def plots(self, browser, name):
+        """Looks at every plot of the open page; their titles."""
+        titles = browser.value("[...document.querySelectorAll('figure:has(> .drawing)')].map((f) => f.querySelector('h3').textContent)")
+        for k, title in enumerate(titles):
+            with self.subTest(page=name, plot=title):
+                picture = browser.element(f"document.querySelectorAll('.drawing')[{k}]")
+                if KEPT:
+                    picture_name = f"{name}-{k:02}-{''.join(c if c.isalnum() else '_' for c in title)}.png"
+                    KEPT.mkdir(parents=True, exist_ok=True)
+                    (KEPT / picture_name).write_bytes(picture)
+                self.assertGreater(ink(Image.open(io.BytesIO(picture))), LEAST_INK)
+        return titles
+
+    def test_one_model(self):
+        with Browser(CHROMIUM) as browser:
+            self.opened(browser, "one")
+            titles = self.plots(browser, "one")
+            for wanted in ("Raw", "Smoothed", "Smoothed less raw", "What smoothing breaks", "Screw-home: internal rotation", "anterior", "On the tibmen",
+                           "On the femur", "Finite helical axes", "Instant centres in the sagittal plane", "Rolling and sliding", "Share of the load",
+                           "Strain", "Tension", "The grid"):
+                self.assertIn(wanted, titles)
+            # The two surfaces of figure 16 are drawn by WebGL.
+            self.assertEqual(browser.value("[...document.querySelectorAll('#surfaces .gl-container canvas')].length >= 2"), True)
+            self.assertEqual(browser.value("document.querySelector('h1').textContent"), NASTY)
+            self.assertEqual(browser.value("document.title"), NASTY)
+            self.assertEqual(browser.value("document.querySelectorAll('img[src=x]').length"), 0)
+            self.assertGreater(browser.value("document.querySelectorAll('table caption').length"), 5)
+
+    def test_choices_redraw(self):
+        with Browser(CHROMIUM) as browser:
+            self.opened(browser, "one")
+            place = "document.querySelector('#surfaces .drawing')"
+            seen = [browser.element(place)]
+            for label, value in (("Parameter", "theta"), ("View", "map"), ("View", "surface")):
+                browser.value(f"(() => {{ const s = [...document.querySelectorAll('#surfaces label')].find((l) => l.textContent.startsWith('{label}'))"
+                              f".querySelector('select'); s.value = '{value}'; s.dispatchEvent(new Event('change')); }})()")
+                browser.settle()
+                seen.append(browser.element(place))
+                self.assertGreater(ink(Image.open(io.BytesIO(seen[-1]))), LEAST_INK)
+            for before, after in zip(seen, seen[1:]):
+                self.assertNotEqual(before, after)
+            box = "document.querySelector('#rotation .legend input')"
+            before = browser.element("document.querySelector('#rotation .drawing')")
+            browser.value(f"{box}.click()")
+            browser.settle()
+            self.assertNotEqual(browser.element("document.querySelector('#rotation .drawing')"), before)
+            self.assertEqual(browser.said, [])
+
+    def test_free_varus_in_the_dark(self):
+        with Browser(CHROMIUM) as browser:
+            self.opened(browser, "free", is_dark=True)
+            titles = self.plots(browser, "free")
+            self.assertIn("varus found, adduction +", titles)
+            paper = Image.open(io.BytesIO(browser.element("document.querySelector('h1')"))).convert("RGB").getpixel((1, 1))
+            self.assertLess(max(paper), 64)
+
+    def test_several_models_as_wide_as_a_phone(self):
+        with Browser(CHROMIUM) as browser:
+            self.opened(browser, "several", width=390, height=800, is_phone=True)
+            self.assertEqual(self.plots(browser, "several"), ["internal rotation", "varus", "anterior", "proximal", "lateral"])
+            self.assertGreater(browser.value("document.querySelectorAll('#comparison table').length"), 1)
+
+    def test_prints(self):
+        with Browser(CHROMIUM) as browser:
+            self.opened(browser, "one", is_dark=True)
+            printed = base64.b64decode(browser.call("Page.printToPDF", printBackground=True)["data"])
+            self.assertTrue(printed.startswith(b"%PDF"))
+            self.assertGreater(len(printed), 100_000)
+            self.assertEqual(browser.said, [])
+
+
+class Ink(unittest.TestCase):
+    """The measure itself."""
+
+    def test_blank_and_thin_lines(self):
+        blank = Image.new("RGB", (400, 300), (255, 255, 255))
+        self.assertEqual(ink(blank), 0.0)
+        for x in range(400):
+            for y in (100, 101, 200):
+                blank.putpixel((x, y), (0, 90, 160))
+        self.assertGreater(ink(blank), LEAST_INK)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)

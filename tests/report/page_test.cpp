@@ -1,0 +1,162 @@
+#include "report/page.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "report/assets.hpp"
+#include "report/json.hpp"
+#include "store/sample_model.hpp"
+
+namespace vrda {
+namespace {
+
+Report sample_report(const test::SampleOptions& options = {})
+{
+  Report report;
+  report.program = "vrda 1.2.3";
+  report.models = {{"sample", test::sample_model(options), {}, {}, {}}};
+  return report;
+}
+
+Json data_of(const Report& report)
+{
+  return Json::parse(report_json(report));
+}
+
+std::string between(const std::string& text, const std::string& begin, const std::string& end)
+{
+  const std::size_t from = text.find(begin);
+  EXPECT_NE(from, std::string::npos);
+  const std::size_t to = text.find(end, from + begin.size());
+  EXPECT_NE(to, std::string::npos);
+  return text.substr(from + begin.size(), to - from - begin.size());
+}
+
+// A failed match of the whole page would print megabytes.
+bool holds(const std::string& page, const std::string& text)
+{
+  return page.find(text) != std::string::npos;
+}
+
+TEST(Page, TextOfAModelCannotLeaveItsPlace)
+{
+  const std::string nasty = "</script><img src=x onerror=alert(1)> & {{data}} \"quoted\" <!--<script>";
+  Report report = sample_report();
+  report.models[0].model.title = nasty;
+  report.models[0].model.job.text = nasty;
+  report.models[0].model.reference.name = nasty;
+  report.models[0].name = nasty;
+  const std::string page = report_page(report);
+  EXPECT_FALSE(holds(page, "<img src=x"));
+  EXPECT_FALSE(holds(page, "<!--<script>"));
+  EXPECT_TRUE(holds(
+      page, "<title>&lt;/script&gt;&lt;img src=x onerror=alert(1)&gt; &amp; {{data}} &quot;quoted&quot;"));
+  const Json data = Json::parse(between(page, "id=\"report-data\">", "</script>"));
+  EXPECT_EQ(data.at("models")[0].at("title"), nasty);
+  EXPECT_EQ(data.at("models")[0].at("provenance").at("job"), nasty);
+}
+
+TEST(Page, BytesThatAreNoTextDoNotStopIt)
+{
+  Report report = sample_report();
+  report.models[0].model.title = "knee \xff\xfe";
+  EXPECT_EQ(data_of(report).at("models")[0].at("title"), "knee \uFFFD\uFFFD");
+}
+
+TEST(Page, StandsAloneAndAsksNoNetwork)
+{
+  const std::string page = report_page(sample_report());
+  for (const char* wanted : {"default-src 'none'", "MIT licence", "Copyright 2012-2021 Plotly, Inc."})
+    EXPECT_TRUE(holds(page, wanted)) << wanted;
+  for (const char* unwanted : {"<link", "src=\"http", "@import"})
+    EXPECT_FALSE(holds(page, unwanted)) << unwanted;
+}
+
+TEST(Page, PiecesCannotEndTheirElement)
+{
+  for (const std::string_view script : {page_code(), plotly_library()}) {
+    EXPECT_GT(script.size(), 1000u);
+    EXPECT_EQ(script.find("</script"), std::string_view::npos);
+    EXPECT_EQ(script.find("<!--"), std::string_view::npos);
+  }
+  EXPECT_EQ(page_style().find("</style"), std::string_view::npos);
+}
+
+TEST(Page, EqualReportsHaveEqualBytes)
+{
+  EXPECT_EQ(report_page(sample_report()), report_page(sample_report()));
+}
+
+TEST(PageData, HasNoNumberWhereThereIsNone)
+{
+  const double infinity = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(short_numbers({1.0, std::nan(""), infinity, -infinity}).dump(), "[1.0,null,null,null]");
+  EXPECT_EQ(short_number(1.23456789).dump(), "1.234568");
+  EXPECT_EQ(short_rows({1, 2, 3, 4, 5, 6}, 3).dump(), "[[1.0,2.0,3.0],[4.0,5.0,6.0]]");
+  const Json model = data_of(sample_report()).at("models")[0];
+  EXPECT_TRUE(model.at("surfaces")[0].at("tx")[1][2].is_null());  // the failed cell
+  EXPECT_EQ(model.at("status_grid")[1][2], 2);
+  EXPECT_EQ(model.at("contact_grid")[1][2], -1);
+  EXPECT_EQ(model.at("contact_grid")[0][0], 1);  // medial only
+  EXPECT_TRUE(model.at("forces").is_null());
+  EXPECT_TRUE(model.at("fibres").is_null());
+  EXPECT_TRUE(model.at("axes").is_null());
+}
+
+TEST(PageData, AddsForcesByCompartmentAndFibresByBundle)
+{
+  test::SampleOptions options;
+  options.is_equilibrium = true;
+  options.n_fibres = 5;
+  const Json model = data_of(sample_report(options)).at("models")[0];
+  // Spine cells are 1, 4, 7, 10; the even ones bear 15 N medially and 5 N laterally along Delta.
+  EXPECT_EQ(model.at("forces").at("medial_n").dump(), "[0.0,15.0,0.0,15.0]");
+  EXPECT_EQ(model.at("forces").at("lateral_n").dump(), "[0.0,5.0,0.0,5.0]");
+  const Json bundles = model.at("fibres");
+  ASSERT_EQ(bundles.size(), 2u);
+  EXPECT_EQ(bundles[0].at("name"), "ACL");
+  EXPECT_EQ(bundles[0].at("n_fibres"), 3);
+  EXPECT_EQ(bundles[0].at("largest_strain").dump(), "[0.002,0.002,0.002,0.002]");
+  // Only fibre 4 of that bundle is taut: 0.25 * 1004 N * 0.002^2 / 0.05
+  EXPECT_NEAR(bundles[0].at("tension_n")[0].get<double>(), 0.02008, 1e-6);
+  EXPECT_EQ(bundles[1].at("largest_strain")[0], 0.001);
+  EXPECT_EQ(model.at("spine").at("n_optima").dump(), "[1,2,1,0]");
+}
+
+TEST(PageData, PicturesAreBase64)
+{
+  Report report = sample_report();
+  for (const char* bytes : {"M", "Ma", "Man", "Many"})
+    report.models[0].stills.stills.push_back({"front", bytes, bytes});
+  report.models[0].stills.stills.push_back({"front", "high", std::string("\xff\x00\xfe", 3)});
+  const Json stills = data_of(report).at("models")[0].at("stills").at("stills");
+  const char* expected[] = {"TQ==", "TWE=", "TWFu", "TWFueQ==", "/wD+"};  // RFC 4648
+  ASSERT_EQ(stills.size(), 5u);
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_EQ(stills[k].at("png"), expected[k]);
+}
+
+TEST(PageData, ComparesEveryCurveWithEveryFileAndTheFirstModel)
+{
+  Report report = sample_report();
+  report.models.push_back({"other", test::sample_model(), {}, {}, {}});
+  report.against = {curve_from_text("line.csv", "flexion_deg,internal_deg\n0,1\n3,1.6\n")};
+  const Json data = data_of(report);
+  EXPECT_FALSE(data.at("models")[0].contains("surfaces"));
+  // Two curves a model against the file; those of the second also against the first of the first.
+  ASSERT_EQ(data.at("differences").size(), 6u);
+  int n_raw = 0;
+  for (const Json& d : data.at("differences")) {
+    if (d.at("curve") != "raw" || d.at("against") != "line") continue;
+    ++n_raw;
+    // theta is 0.2 degrees a degree of flexion, the file 1 more
+    EXPECT_NEAR(d.at("by_quantity").at("internal").at("mean").get<double>(), -1.0, 1e-6);
+    EXPECT_NEAR(d.at("by_quantity").at("internal").at("rms_about_mean").get<double>(), 0.0, 1e-6);
+    EXPECT_FALSE(d.at("by_quantity").contains("varus"));
+  }
+  EXPECT_EQ(n_raw, 2);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,151 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "smooth/smooth.hpp"
+
+namespace vrda {
+namespace {
+
+/// As in smooth_test.cpp: a few terms times epsilon times condition (below 100) times data (below 100).
+constexpr double fit_tolerance = 1e-11;
+
+double deviate(std::mt19937_64& generator)
+{
+  return static_cast<double>(generator() % 2001) / 1000.0 - 1.0;
+}
+
+/// Planes with noise within +-0.1, varus given.
+SmoothInput noisy_planes(Eigen::Index rows, Eigen::Index columns)
+{
+  SmoothInput input;
+  input.name = "knee.h5";
+  for (Eigen::Index i = 0; i < rows; ++i) input.flexion_deg.push_back(static_cast<double>(3 * i));
+  for (Eigen::Index j = 0; j < columns; ++j) input.varus_deg.push_back(static_cast<double>(j) - 2.0);
+  input.status = GridB::Zero(rows, columns);
+  input.theta_determined = GridB::Ones(rows, columns);
+  std::mt19937_64 generator(17);
+  for (GridD* grid : {&input.tx_mm, &input.ty_mm, &input.tz_mm, &input.theta_deg}) {
+    grid->resize(rows, columns);
+    for (Eigen::Index k = 0; k < grid->size(); ++k) {
+      (*grid)(k / columns, k % columns) = 0.2 * static_cast<double>(k / columns) -
+                                          0.5 * static_cast<double>(k % columns) + 0.1 * deviate(generator);
+    }
+  }
+  return input;
+}
+
+TEST(SmoothFit, GridValuesAreThoseOfEvaluate)
+{
+  const SmoothInput input = noisy_planes(17, 9);
+  const SmoothedSet set = smooth(input, 5);
+  const AxisRanges ranges = axis_ranges(input.flexion_deg, input.varus_deg);
+  for (const SmoothedSurface& surface : set.surfaces) {
+    for (Eigen::Index i = 0; i < 17; ++i) {
+      for (Eigen::Index j = 0; j < 9; ++j) {
+        EXPECT_EQ(surface.values(i, j),
+                  evaluate(set, surface, ranges, input.flexion_deg[static_cast<std::size_t>(i)],
+                           input.varus_deg[static_cast<std::size_t>(j)])
+                      .value);
+      }
+    }
+  }
+}
+
+TEST(SmoothFit, LeftOutErrorsAreThoseOfRefitsCellByCell)
+{
+  SmoothInput input = noisy_planes(9, 6);
+  input.status(4, 2) = static_cast<std::int8_t>(StepStatus::no_contact);
+  input.theta_determined(1, 1) = 0;
+  const SmoothFit whole = smooth_fit(input, 4);
+  EXPECT_TRUE(std::isnan(whole.residual[0](4, 2)));
+  EXPECT_TRUE(std::isnan(whole.left_out[0](4, 2)));
+  EXPECT_TRUE(std::isnan(whole.left_out[3](1, 1)));
+  EXPECT_EQ(whole.left_out[0].isNaN().count(), 1);
+  EXPECT_EQ(whole.left_out[3].isNaN().count(), 2);
+  for (Eigen::Index k = 0; k < input.status.size(); k += 5) {
+    ASSERT_EQ(input.status.data()[k], 0);
+    SmoothInput without = input;
+    without.status.data()[k] = static_cast<std::int8_t>(StepStatus::pending);
+    const SmoothedSet refit = smooth(without, 4);
+    EXPECT_NEAR(whole.left_out[1].data()[k], input.ty_mm.data()[k] - refit.surfaces[1].values.data()[k],
+                fit_tolerance);
+    EXPECT_NEAR(whole.left_out[3].data()[k], input.theta_deg.data()[k] - refit.surfaces[3].values.data()[k],
+                fit_tolerance);
+  }
+}
+
+TEST(SmoothFit, RobustWeightsIgnoreGrossErrors)
+{
+  SmoothInput input = noisy_planes(21, 7);
+  const SmoothedSet clean = smooth(input, 2);
+  for (Eigen::Index k = 3; k < input.tx_mm.size(); k += 13) input.tx_mm.data()[k] += 8.0;
+  const SmoothFit robust = smooth_fit(input, 2, {.is_robust = true});
+  const SmoothedSet plain = smooth(input, 2);
+  EXPECT_TRUE(robust.set.is_robust);
+  EXPECT_FALSE(plain.is_robust);
+  for (const bool is_converged : robust.is_converged) EXPECT_TRUE(is_converged);
+  const auto moved = [&](const SmoothedSet& set) {
+    return (set.surfaces[0].values - clean.surfaces[0].values).abs().maxCoeff();
+  };
+  EXPECT_GT(moved(plain), 0.5);
+  // One in thirteen pulls with 1.345 scales of noise whose largest is 0.1.
+  EXPECT_LT(moved(robust.set), 0.1);
+  // Every cell counts in the measures, those far off too.
+  EXPECT_NEAR(robust.set.surfaces[0].largest_residual, 8.0, 0.2);
+  EXPECT_EQ(robust.set.surfaces[0].n_cells, 21 * 7);
+  EXPECT_EQ(robust.set.surfaces[0].condition_number, plain.surfaces[0].condition_number);
+}
+
+TEST(SmoothFit, RobustFitRecoversExactPolynomials)
+{
+  SmoothInput input = noisy_planes(15, 7);
+  for (Eigen::Index i = 0; i < 15; ++i) {
+    for (Eigen::Index j = 0; j < 7; ++j)
+      input.tz_mm(i, j) = static_cast<double>(i * i) - 3.0 * static_cast<double>(i * j);
+  }
+  const SmoothedSet set = smooth(input, 3, {.is_robust = true});
+  EXPECT_LT((set.surfaces[2].values - input.tz_mm).abs().maxCoeff(), fit_tolerance);
+}
+
+TEST(SmoothFit, VarusIsAFifthSurfaceWhereItWasFree)
+{
+  MotionModel model;
+  model.varus_deg = {0.0};
+  const SmoothInput planes = noisy_planes(12, 1);
+  model.flexion_deg = planes.flexion_deg;
+  model.tx_mm = model.ty_mm = model.tz_mm = model.theta_deg = planes.tx_mm;
+  model.status = GridB::Zero(12, 1);
+  model.theta_determined = GridB::Ones(12, 1);
+  model.varus_solved_deg = GridD::Zero(12, 1);
+  EXPECT_EQ(smooth(smooth_input(model, "knee.h5"), 3).surfaces.size(), 4u) << "varus is that of the axis";
+
+  for (Eigen::Index i = 0; i < 12; ++i)
+    model.varus_solved_deg(i, 0) = 0.01 * static_cast<double>(i * i) - 1.0;
+  const SmoothedSet set = smooth(smooth_input(model, "knee.h5"), 3);
+  ASSERT_EQ(set.surfaces.size(), 5u);
+  EXPECT_EQ(set.surfaces[4].name, "varus");
+  EXPECT_LT((set.surfaces[4].values - model.varus_solved_deg).abs().maxCoeff(), fit_tolerance);
+
+  model.varus_deg = {0.0, 1.0};
+  for (GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg, &model.varus_solved_deg})
+    *grid = GridD::Ones(12, 2);
+  model.status = GridB::Zero(12, 2);
+  model.theta_determined = GridB::Ones(12, 2);
+  EXPECT_EQ(smooth(smooth_input(model, "knee.h5"), 1).surfaces.size(), 4u) << "varus was given";
+}
+
+TEST(SmoothFit, TheLargestDegreeAskedForIsTriedFirst)
+{
+  const SmoothInput input = noisy_planes(20, 5);
+  EXPECT_EQ(largest_degree(input), 4);
+  EXPECT_EQ(largest_degree(input, 12), 4);
+  EXPECT_EQ(largest_degree(input, 4), 4);
+  EXPECT_EQ(largest_degree(input, 3), 3);
+  EXPECT_EQ(largest_degree(input, 0), 0);
+  EXPECT_EQ(largest_degree(input, -1), -1);
+}
+
+}  // namespace
+}  // namespace vrda
