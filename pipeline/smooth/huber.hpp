@@ -27,7 +27,7 @@ struct HuberFit {
 };
 
 struct HuberOptions {
-  int most_steps = 100;
+  int most_steps = 300;
 };
 
 /// Huber's estimate: weighted least squares, the weights made of the residuals again until they stay, that is
