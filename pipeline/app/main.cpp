@@ -10,6 +10,7 @@
 
 #include "app/audit_command.hpp"
 #include "app/check_command.hpp"
+#include "app/compare_command.hpp"
 #include "app/convert_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/run_command.hpp"
@@ -40,6 +41,7 @@ struct Commands {
   vrda::CheckOptions check;
   vrda::InfoOptions info;
   vrda::InfoOptions validate;
+  vrda::CompareCommandOptions compare;
   vrda::ShapeOptions shape;
   vrda::TraceOptions trace;
   vrda::SmoothCommandOptions smooth;
@@ -130,9 +132,9 @@ struct Commands {
     c.add_option("--degree", smooth.degree, "Total degree of the polynomials")
         ->required()
         ->check(CLI::Range(1, 12));
+    c.add_flag("--robust", smooth.is_robust, "Weigh attitudes far off less (Huber)");
     c.add_flag("--recontact", smooth.is_recontacted,
                "Find the travel along Delta into contact at every attitude");
-    c.add_flag("--robust", smooth.is_robust, "Fit with Huber's weights, which outliers pull less");
     c.add_option("--threads", smooth.n_threads, "Workers; default: one a processor")
         ->check(CLI::Range(1, 1024));
     c.add_flag("--json", smooth.as_json, "Print JSON");
@@ -167,6 +169,26 @@ struct Commands {
     CLI::Option* csv = c.add_flag("--csv", trace.as_csv, "Print the moves as CSV");
     c.add_flag("--json", trace.as_json, "Print JSON")->excludes(csv);
     c.callback([this] { chosen = [this] { return trace_command(trace); }; });
+  }
+
+  void add_compare()
+  {
+    CLI::App& c =
+        add("compare", "Set smoothing degrees side by side and recommend one; the file stays as it is.",
+            "vrda compare results/knee-generic/knee-generic.h5 --degrees 1..12");
+    c.add_option("file", compare.file, "Motion model (HDF5)")->required();
+    c.add_option("--degrees", compare.degrees, "A range or a list: 1..12 or 2,4,6")->capture_default_str();
+    c.add_option("--refine", compare.refine,
+                 "Parts of a grid step at which gap and penetration are measured; 0: not at all")
+        ->check(CLI::Range(0, 16))
+        ->capture_default_str();
+    c.add_option("--threads", compare.n_threads, "Workers; default: one a processor")
+        ->check(CLI::Range(1, 1024));
+    c.add_flag("--robust", compare.is_robust, "Weigh attitudes far off less (Huber)");
+    c.add_flag("--recontact", compare.is_recontacted,
+               "Compare the motions moved back into contact along Delta");
+    c.add_flag("--json", compare.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return compare_command(compare); }; });
   }
 
   void add_shape()
@@ -222,6 +244,7 @@ struct Commands {
     add_smooth();
     add_audit();
     add_trace();
+    add_compare();
     add_shape();
     add_convert();
   }

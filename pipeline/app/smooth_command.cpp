@@ -101,7 +101,10 @@ void print(const SmoothedSet& set)
 ExitCode smooth_command(const SmoothCommandOptions& options)
 {
   MotionModel model = read_solved_model(options.file);
-  SmoothedSet set = smooth(smooth_input(model, options.file), options.degree, {options.is_robust});
+  SmoothFit fit = smooth_fit(smooth_input(model, options.file), options.degree, {options.is_robust});
+  if (std::find(fit.is_converged.begin(), fit.is_converged.end(), false) != fit.is_converged.end())
+    warn("the robust weights had not settled after all steps");
+  SmoothedSet set = std::move(fit.set);
   if (options.is_recontacted) set.recontact_mm = recontact(model, set, threads_or_all(options.n_threads));
   const std::vector<AuditSet> audits = model.audits;
   model = with_smoothed(std::move(model), set);

@@ -1,0 +1,192 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "app/compare_command.hpp"
+#include "app/scenes.hpp"
+#include "store/changed_file.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/input_error.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+TEST(DegreesOf, ReadsRangesAndLists)
+{
+  EXPECT_THAT(degrees_of("3"), ElementsAre(3));
+  EXPECT_THAT(degrees_of("1..4"), ElementsAre(1, 2, 3, 4));
+  EXPECT_THAT(degrees_of("6,2,4,2"), ElementsAre(2, 4, 6));
+  EXPECT_THAT(degrees_of("0..1,20"), ElementsAre(0, 1, 20));
+}
+
+TEST(DegreesOf, RefusesWhatIsNone)
+{
+  for (const std::string text :
+       {"", ",", "1,", "4..2", "1..", "..3", "21", "-1", "1..21", "six", "1...3", "1 2", "2.5"}) {
+    SCOPED_TRACE(text);
+    const InputError::Facts facts = test::input_error([&] { degrees_of(text); });
+    EXPECT_EQ(facts.field, "--degrees");
+    EXPECT_EQ(facts.found, "\"" + text + "\"");
+    EXPECT_EQ(facts.wanted, "degrees from 0 to 20 as a range or a list: 1..12 or 2,4,6");
+  }
+}
+
+/// A small knee of 7 x 5 attitudes, solved.
+struct SolvedKnee {
+  test::Scratch scratch;
+  std::string file = (scratch.path() / "knee.h5").string();
+
+  SolvedKnee() { EXPECT_EQ(run({}).exit_code, 0); }
+  test::Ended run(const std::vector<std::string>& more)
+  {
+    std::vector<std::string> words{"run", test::small_knee_job(scratch, "right").string(), "-o", file,
+                                   "--fresh"};
+    words.insert(words.end(), more.begin(), more.end());
+    return test::run_vrda(words);
+  }
+  test::Ended compare(const std::vector<std::string>& more) const
+  {
+    std::vector<std::string> words{"compare", file};
+    words.insert(words.end(), more.begin(), more.end());
+    return test::run_vrda(words);
+  }
+};
+
+TEST(CompareCommand, PrintsARowADegreeAndTheRecommendation)
+{
+  const SolvedKnee knee;
+  const std::string before = test::sha256_of_file(knee.file);
+  const test::Ended ended = knee.compare({"--degrees", "1..3"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(test::n_lines(ended.out), 2 + 3 + 1);
+  EXPECT_THAT(ended.out, HasSubstr("penetration"));
+  EXPECT_THAT(ended.out, HasSubstr("\nrecommended: degree "));
+  EXPECT_THAT(ended.err, HasSubstr("measuring degree_3"));
+  EXPECT_EQ(test::sha256_of_file(knee.file), before) << "the file stays as it is";
+  const test::Ended quiet = knee.compare({"--degrees", "1..3", "--quiet", "--threads", "1"});
+  EXPECT_THAT(quiet.err, IsEmpty());
+  EXPECT_EQ(quiet.out, ended.out) << "whatever the number of threads";
+}
+
+TEST(CompareCommand, JsonHasEverything)
+{
+  const SolvedKnee knee;
+  const test::Ended ended = knee.compare({"--degrees", "1,3", "--refine", "2", "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const auto json = nlohmann::json::parse(ended.out);
+  EXPECT_EQ(json.at("perceptible").at("mm"), 0.145);
+  EXPECT_EQ(json.at("perceptible").at("degree"), 0.27);
+  EXPECT_EQ(json.at("degrees").size(), 2u);
+  const auto& row = json.at("degrees").at(1);
+  EXPECT_EQ(row.at("degree"), 3);
+  EXPECT_EQ(row.at("terms"), 10);
+  EXPECT_EQ(row.at("converged"), true);
+  for (const std::string name : {"tx", "ty", "tz", "theta"}) {
+    const auto& surface = row.at("surfaces").at(name);
+    EXPECT_EQ(surface.at("cells"), 35);
+    for (const std::string key :
+         {"rms", "largest_residual", "leave_one_out_rms", "roughness", "condition_number"})
+      EXPECT_TRUE(surface.at(key).is_number()) << name << ' ' << key;
+  }
+  EXPECT_EQ(row.at("surfaces").at("theta").at("unit"), "degree");
+  EXPECT_EQ(row.at("at_grid").at("attitudes"), 35);
+  EXPECT_EQ(row.at("between").at("attitudes"), 13 * 9 - 35);
+  EXPECT_GT(row.at("at_grid").at("largest_penetration_mm").get<double>(), 0.0);
+  EXPECT_TRUE(row.at("left_out").at("error").is_number());
+  const int degree = json.at("recommendation").at("degree").get<int>();
+  EXPECT_TRUE(degree == 1 || degree == 3);
+  EXPECT_THAT(json.at("recommendation").at("reason").get<std::string>(), HasSubstr("degree"));
+}
+
+TEST(CompareCommand, RecontactLeavesNoPenetrationOnTheGrid)
+{
+  const SolvedKnee knee;
+  const test::Ended ended = knee.compare({"--degrees", "2", "--recontact", "--robust", "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const auto json = nlohmann::json::parse(ended.out);
+  EXPECT_EQ(json.at("robust"), true);
+  EXPECT_EQ(json.at("recontacted"), true);
+  const auto& row = json.at("degrees").at(0);
+  EXPECT_EQ(row.at("at_grid").at("overlapping"), 0);
+  EXPECT_EQ(row.at("at_grid").at("largest_penetration_mm"), 0.0);
+  // Issue 5: at most 1e-3 mm at grid attitudes.
+  EXPECT_LE(row.at("at_grid").at("largest_gap_mm").get<double>(), 1e-3);
+}
+
+TEST(CompareCommand, SaysWhichDegreesTheCellsCannotCarry)
+{
+  const SolvedKnee knee;
+  const test::Ended ended = knee.compare({"--refine", "0"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(test::n_lines(ended.out), 2 + 4 + 1) << "five columns carry degree 4";
+  EXPECT_THAT(ended.out, Not(HasSubstr("penetration")));
+  EXPECT_THAT(ended.err, HasSubstr("the solved cells carry no degree from 5 on"));
+}
+
+TEST(SmoothCommand, RobustIsStoredAndStays)
+{
+  const SolvedKnee knee;
+  const auto smooth = [&] {
+    return test::run_vrda({"smooth", knee.file, "--degree", "3", "--robust", "--json"});
+  };
+  const test::Ended ended = smooth();
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(nlohmann::json::parse(ended.out).at("robust"), true);
+  const std::string once = test::sha256_of_file(knee.file);
+  const MotionModel model = read_motion_model(knee.file);
+  const auto set = std::find_if(model.smoothed.begin(), model.smoothed.end(),
+                                [](const SmoothedSet& other) { return other.degree == 3; });
+  ASSERT_NE(set, model.smoothed.end());
+  EXPECT_TRUE(set->is_robust);
+  EXPECT_EQ(smooth().out, ended.out);
+  EXPECT_EQ(test::sha256_of_file(knee.file), once);
+}
+
+/// Exit code 2, nothing printed, one line that says so.
+void expect_one_line(const test::Ended& ended, const std::string& said)
+{
+  SCOPED_TRACE(said);
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.out, IsEmpty());
+  EXPECT_THAT(ended.err, HasSubstr(said));
+  EXPECT_EQ(test::n_lines(ended.err), 1);
+}
+
+TEST(CompareCommand, WhatIsWrongIsOneLineAndTwo)
+{
+  const SolvedKnee knee;
+  expect_one_line(
+      knee.compare({"--degrees", "5..8"}),
+      "found 35 solved cells in 7 values of flexion and 5 of varus, wanted enough for the 21 terms of "
+      "degree 5; they carry degree 4");
+  expect_one_line(knee.compare({"--degrees", "two"}), "--degrees: found \"two\"");
+  EXPECT_EQ(knee.compare({"--refine", "-1"}).exit_code, 2);
+  const std::string whole = test::text_of(knee.file);
+  const std::string cut = knee.scratch.write("cut.h5", whole.substr(0, whole.size() / 2)).string();
+  expect_one_line(test::run_vrda({"compare", cut}), "a truncated file");
+  expect_one_line(test::run_vrda({"compare", "absent.h5"}), "absent.h5: found No such file");
+
+  const std::string newer = knee.scratch.write("newer.h5", whole).string();
+  test::change(newer, [](hid_t file) { test::set_text(file, "/", "format_version", "2.0"); });
+  expect_one_line(test::run_vrda({"compare", newer}), "found \"2.0\"");
+  const std::string less = knee.scratch.write("less.h5", whole).string();
+  test::change(less, [](hid_t file) { test::remove(file, "/bodies"); });
+  expect_one_line(test::run_vrda({"compare", less}), "/bodies");
+}
+
+TEST(CompareCommand, AJobThatFailedEverywhereHasNothingToCompare)
+{
+  SolvedKnee knee;
+  ASSERT_EQ(knee.run({"--set", "moving.initial.translation_mm=[500, -40, 0]"}).exit_code, 3);
+  expect_one_line(knee.compare({}), "wanted at least one stable attitude");
+}
+
+}  // namespace
+}  // namespace vrda
