@@ -138,7 +138,6 @@ struct Commands {
         ->check(CLI::Range(1, 12));
     c.add_flag("--recontact", smooth.is_recontacted,
                "Find the travel along Delta into contact at every attitude");
-    c.add_flag("--robust", smooth.is_robust, "Fit with Huber's weights, which outliers pull less");
     c.add_option("--threads", smooth.n_threads, "Workers; default: one a processor")
         ->check(CLI::Range(1, 1024));
     c.add_flag("--json", smooth.as_json, "Print JSON");

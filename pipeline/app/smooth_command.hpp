@@ -11,7 +11,6 @@ struct SmoothCommandOptions {
   std::string file;
   int degree = 6;
   bool is_recontacted = false;  ///< with travel into contact at every attitude
-  bool is_robust = false;       ///< fitted with Huber's weights
   int n_threads = 0;            ///< 0: as many as there are processors
   bool as_json = false;
 };

@@ -7,6 +7,7 @@
 #include "app/scenes.hpp"
 #include "app/summary.hpp"
 #include "audit/audit.hpp"
+#include "audit/pose_meter.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/real_knees.hpp"
 
@@ -40,6 +41,19 @@ void expect_clean_poses(const MotionModel& model)
   EXPECT_LE(measured.largest_gap.value_mm, model.contact_resolution_mm);
 }
 
+// At every attitude, with contact just short of the margin (rounding of poses: as much again).
+void expect_recontacted(const MotionModel& model)
+{
+  ASSERT_EQ(model.smoothed.size(), 1u);
+  const std::string set = "degree_" + std::to_string(model.smoothed.front().degree);
+  const AuditFigures measured = figures_of(audit(model, set + "_recontacted", 1, 2));
+  EXPECT_EQ(measured.n_poses, model.status.size());
+  EXPECT_EQ(measured.n_overlapping, 0);
+  EXPECT_EQ(measured.n_nothing_ahead, 0);
+  EXPECT_LE(measured.largest_gap.value_mm, 2.0 * contact_margin_mm);
+  EXPECT_GT(figures_of(audit(model, set, 1, 2)).n_overlapping, 0);
+}
+
 TEST(Jobs, TheHipRunsAsAnotherJoint)
 {
   const test::Scratch scratch;
@@ -48,6 +62,7 @@ TEST(Jobs, TheHipRunsAsAnotherJoint)
   EXPECT_FALSE(model.has_compartments);
   EXPECT_EQ(unsolved_fraction(model), 0.0) << status_line(model);
   expect_clean_poses(model);
+  expect_recontacted(model);
 }
 
 class GenericKneeJob : public testing::TestWithParam<std::string> {};
@@ -61,6 +76,10 @@ TEST_P(GenericKneeJob, OnTheLeftHasTheClinicalNumbersOfTheRight)
   const MotionModel left = solved(scratch, GetParam() + ".toml", left_words);
   ASSERT_EQ(left.side, "left");
   expect_clean_poses(left);
+  expect_recontacted(left);
+  // The same travel on both sides; 1e-9 mm: sums of coordinates in another order.
+  const GridD difference = *left.smoothed.front().recontact_mm - *right.smoothed.front().recontact_mm;
+  EXPECT_LE(difference.abs().maxCoeff(), 1e-9);
   EXPECT_TRUE((right.clinical.internal_rotation_deg == left.clinical.internal_rotation_deg).all());
   EXPECT_TRUE((right.clinical.varus_deg == left.clinical.varus_deg).all());
   EXPECT_TRUE((right.clinical.anterior_mm == left.clinical.anterior_mm).all());
