@@ -231,6 +231,9 @@ ExitCode export_command(const ExportOptions& options)
   const fs::path output = options.output;
   const fs::path folder = output.parent_path();
   if (options.every_cell) {
+    if (!(model.status == static_cast<std::int8_t>(StepStatus::stable)).any()) {
+      throw InputError({options.file, "status", "no stable cell", "at least one to export"});
+    }
     if (!folder.empty()) make_folder(folder.string());
     write_file(options.output, cells_csv(model));
     print(options, nullptr, {options.output});

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <assimp/Importer.hpp>
+#include <cmath>
 #include <set>
 
 #include "core/error.hpp"
@@ -79,7 +80,7 @@ Eigen::Vector3d scene_point(const Eigen::Vector3d& p_world_mm)
   return Eigen::Vector3d(-p_world_mm.z(), p_world_mm.y(), p_world_mm.x()) * 1e-3;
 }
 
-TEST(AnimatedGlb, EveryVertexOfEveryKeyStandsWhereThePosePutsIt)
+TEST(AnimatedGlb, EveryKeyPutsTheBodiesWhereThePoseDoes)
 {
   for (const std::string side : {"right", "left"}) {
     SCOPED_TRACE(side);
@@ -154,6 +155,28 @@ TEST(AnimatedGlb, ComponentsKeepTheirVerticesAndTheColoursOfTheirMaterials)
   EXPECT_EQ(n_triangles,
             model.reference.contact.mesh.triangles.rows() + model.moving.contact.mesh.triangles.rows());
   EXPECT_EQ(read.scene->mRootNode->FindNode("plate")->mNumMeshes, 1U);
+}
+
+TEST(AnimatedGlb, MeshesAreInMetresAroundTheRotationCentre)
+{
+  const MotionModel model = turning_model("right");
+  const Read read(animated_glb(model, flexion_motion(model, "knee.h5", {}), rate));
+  ASSERT_NE(read.scene, nullptr);
+  const aiNode& ball = *read.scene->mRootNode->FindNode("ball");
+  const aiMesh& sphere = *read.scene->mMeshes[ball.mMeshes[0]];
+  for (unsigned v = 0; v < sphere.mNumVertices; ++v) {
+    EXPECT_NEAR(sphere.mVertices[v].Length(), 0.020F, single_rounding_m);
+    // Outward, and within the angle of a facet of the place's own direction.
+    EXPECT_GT(sphere.mNormals[v] * sphere.mVertices[v].Normalize(), 0.9F);
+  }
+  const aiNode& block = *read.scene->mRootNode->FindNode("block");
+  const aiMesh& box = *read.scene->mMeshes[block.mMeshes[0]];
+  for (unsigned v = 0; v < box.mNumVertices; ++v) {
+    const aiVector3D p = box.mVertices[v];
+    EXPECT_NEAR(std::abs(p.x), 0.020F, single_rounding_m);
+    EXPECT_NEAR(std::abs(p.y + 0.030F), 0.005F, single_rounding_m);
+    EXPECT_NEAR(std::abs(p.z), 0.030F, single_rounding_m);
+  }
 }
 
 TEST(AnimatedGlb, EqualModelsGiveEqualBytes)
