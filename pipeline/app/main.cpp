@@ -12,6 +12,7 @@
 #include "app/check_command.hpp"
 #include "app/compare_command.hpp"
 #include "app/convert_command.hpp"
+#include "app/export_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/reduce_command.hpp"
 #include "app/report_command.hpp"
@@ -50,6 +51,7 @@ struct Commands {
   vrda::ReportOptions report;
   vrda::SmoothCommandOptions smooth;
   vrda::AuditOptions audit;
+  vrda::ExportOptions exported;
   vrda::ConvertObjectOptions object;
   vrda::ConvertMeshOptions mesh;
   vrda::ConvertConfigOptions config;
@@ -222,6 +224,38 @@ struct Commands {
     c.callback([this] { chosen = [this] { return compare_command(compare); }; });
   }
 
+  void add_export()
+  {
+    vrda::ExportOptions& e = exported;
+    CLI::App& c =
+        add("export", "Write the motion of a motion model for OpenSim, ParaView, tables or any glTF viewer.",
+            "vrda export results/knee-generic/knee-generic.h5 --to gltf -o knee.glb");
+    c.add_option("file", e.file, "Motion model (HDF5)")->required();
+    c.add_option("--to", e.format, "sto or mot (OpenSim), csv, gltf (.glb) or vtk (.pvd, ParaView)")
+        ->required()
+        ->check(CLI::IsMember({"sto", "mot", "csv", "gltf", "vtk"}));
+    c.add_option("-o,--output", e.output, "File to write, with the extension of the format")->required();
+    c.add_option("--set", e.set, "raw, degree_N, ...; default: the set that vrda-player shows");
+    c.add_option("--flexion", e.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
+    c.add_option(
+        "--varus", e.varus,
+        "Degrees, spine (balanced) or zero (the zero-varus table); default: zero where there is a table, "
+        "else spine");
+    c.add_option("--coordinate", e.coordinates,
+                 "COORDINATE=NAME, the column of flexion, varus, internal, tx, ty or tz in sto and mot; may "
+                 "be repeated")
+        ->allow_extra_args(false)
+        ->take_all();
+    c.add_flag("--degrees", e.in_degrees, "Angles of sto and mot in degrees; default: radians");
+    c.add_option("--rate", e.degrees_per_second,
+                 "Flexion a second, degrees: what time is in sto, mot and gltf")
+        ->check(CLI::Range(1e-3, 1e6))
+        ->capture_default_str();
+    c.add_flag("--full", e.every_cell, "csv: one row a cell of the grid, with every number it has");
+    c.add_flag("--json", e.as_json, "Print JSON");
+    c.callback([this] { chosen = [this] { return export_command(exported); }; });
+  }
+
   void add_shape()
   {
     CLI::App& c = add("shape", "Write a generated joint as STL files.",
@@ -278,6 +312,7 @@ struct Commands {
     add_reduce();
     add_report();
     add_compare();
+    add_export();
     add_shape();
     add_convert();
   }

@@ -27,6 +27,9 @@ struct Body {
   Part visual;   ///< drawn only
 };
 
+/// Rows of part.mesh.triangles by the component they belong to, in order: one list a component of `body`.
+std::vector<std::vector<Eigen::Index>> triangles_by_component(const Body& body, const Part& part);
+
 /// Both parts of `body` reflected in Z = 0.
 Body mirrored_z(const Body& body);
 

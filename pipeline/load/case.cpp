@@ -1,6 +1,7 @@
 #include "load/case.hpp"
 
 #include "core/error.hpp"
+#include "core/number_text.hpp"
 #include "load/axis_map.hpp"
 #include "load/case_ligaments.hpp"
 #include "load/case_warnings.hpp"

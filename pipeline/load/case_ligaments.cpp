@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/nearest_word.hpp"
+#include "core/number_text.hpp"
 #include "load/component_source.hpp"
 #include "load/file_bytes.hpp"
 #include "load/input_file.hpp"

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/number_text.hpp"
 #include "load/condyles.hpp"
 
 namespace vrda {

@@ -1,10 +1,9 @@
 #include "load/job_value.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 
 #include "core/error.hpp"
+#include "core/number_text.hpp"
 
 namespace vrda {
 namespace {
@@ -206,14 +205,6 @@ std::string shown(const JobValue& value)
   constexpr std::size_t longest = 60;  // characters: one message, one line
   std::string text = inline_text(value);
   return text.size() > longest ? text.substr(0, longest) + "..." : text;
-}
-
-std::string shortest(double value)
-{
-  std::array<char, 32> digits{};
-  // Adding zero turns -0 into 0: equal numbers, equal text.
-  const std::to_chars_result end = std::to_chars(digits.data(), digits.data() + digits.size(), value + 0.0);
-  return {digits.data(), end.ptr};
 }
 
 }  // namespace vrda

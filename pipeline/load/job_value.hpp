@@ -62,7 +62,4 @@ std::string toml_text(const JobValue& root);
 /// One value on one line, as messages show it; long ones are cut.
 std::string shown(const JobValue& value);
 
-/// `value` in the fewest digits that read back as the same double.
-std::string shortest(double value);
-
 }  // namespace vrda

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "scene/material.hpp"
+#include "scene/lighting.hpp"
 #include "scene/scene.hpp"
 
 namespace vrda {

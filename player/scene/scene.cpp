@@ -27,14 +27,7 @@ Box box_of(const DrawMesh& mesh)
 void add_part(Scene& scene, const Body& body, Owner owner, const Drawable& model, const Part& part,
               double crease_rad)
 {
-  check(part.component.size() == static_cast<std::size_t>(part.mesh.triangles.rows()),
-        "every triangle of a body belongs to a component");
-  std::vector<std::vector<Eigen::Index>> triangles(body.components.size());
-  for (std::size_t t = 0; t < part.component.size(); ++t) {
-    const auto component = static_cast<std::size_t>(part.component[t]);
-    check(component < triangles.size(), "a triangle's component is one of its body");
-    triangles[component].push_back(static_cast<Eigen::Index>(t));
-  }
+  const std::vector<std::vector<Eigen::Index>> triangles = triangles_by_component(body, part);
   for (std::size_t c = 0; c < triangles.size(); ++c) {
     if (triangles[c].empty()) continue;
     Drawable drawable = model;

@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "core/body.hpp"
+#include "core/draw_mesh.hpp"
+#include "core/material.hpp"
 #include "motion/poses.hpp"
-#include "scene/draw_mesh.hpp"
-#include "scene/material.hpp"
+#include "scene/lighting.hpp"
 
 namespace vrda {
 

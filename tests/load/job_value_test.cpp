@@ -32,14 +32,6 @@ x = 2
   EXPECT_EQ(toml_text(parse_toml(once, "job.toml")), once);
 }
 
-TEST(JobValue, NumbersAreWrittenInTheFewestDigits)
-{
-  EXPECT_EQ(shortest(0.1), "0.1");
-  EXPECT_EQ(shortest(-0.0), "0");
-  EXPECT_EQ(shortest(5.0), "5");
-  EXPECT_EQ(shortest(0.1 + 0.2), "0.30000000000000004");
-}
-
 TEST(JobValue, SyntaxErrorsNameFileLineAndColumn)
 {
   const InputError::Facts facts = test::facts_of([] { parse_toml("a = 1\nb = = 2\n", "knee.toml"); });

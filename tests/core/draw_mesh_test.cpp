@@ -1,4 +1,4 @@
-#include "scene/draw_mesh.hpp"
+#include "core/draw_mesh.hpp"
 
 #include <gtest/gtest.h>
 

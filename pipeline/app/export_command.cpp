@@ -1,0 +1,257 @@
+#include "app/export_command.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "app/output_file.hpp"
+#include "core/error.hpp"
+#include "core/number_text.hpp"
+#include "exports/animated_glb.hpp"
+#include "exports/csv_tables.hpp"
+#include "exports/opensim_table.hpp"
+#include "exports/vtk_series.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Format {
+  const char* name;
+  const char* extension;
+};
+constexpr std::array<Format, 5> formats{
+    {{"sto", ".sto"}, {"mot", ".mot"}, {"csv", ".csv"}, {"gltf", ".glb"}, {"vtk", ".pvd"}}};
+
+constexpr double most_attitudes = 100000.0;
+
+bool is_opensim(const ExportOptions& options)
+{
+  return options.format == "sto" || options.format == "mot";
+}
+
+void refuse(const std::string& option, const std::string& found, const std::string& wanted)
+{
+  throw InputError({"vrda export", option, found, wanted});
+}
+
+void require_useful(const ExportOptions& options)
+{
+  if (!is_opensim(options) && (!options.coordinates.empty() || options.in_degrees)) {
+    refuse(options.in_degrees ? "--degrees" : "--coordinate", "--to " + options.format,
+           "--to sto or --to mot");
+  }
+  if (!options.every_cell) return;
+  if (options.format != "csv") refuse("--full", "--to " + options.format, "--to csv");
+  if (options.set.empty() && options.flexion.empty() && options.varus.empty()) return;
+  refuse("--full", "--set, --flexion or --varus", "neither of them: every cell is written");
+}
+
+/// The extension keeps a model, a job or a mesh from being written over.
+void require_output(const ExportOptions& options)
+{
+  const auto format =
+      std::find_if(formats.begin(), formats.end(), [&](const Format& f) { return options.format == f.name; });
+  if (format == formats.end()) refuse("--to", options.format, "sto, mot, csv, gltf or vtk");
+  const fs::path output = options.output;
+  if (output.extension() != format->extension) {
+    refuse("--output", options.output, std::string("a name that ends in ") + format->extension);
+  }
+  std::error_code error;
+  const bool is_there = fs::exists(output, error);
+  if (is_there && !fs::is_regular_file(output, error)) {
+    throw InputError(
+        {options.output, "output", "something that is no file", "a new name, or a file to replace"});
+  }
+  if (is_there && fs::equivalent(output, options.file, error)) {
+    throw InputError({options.output, "output", "the motion model itself", "another name"});
+  }
+}
+
+std::optional<double> number_in(const std::string& text)
+{
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) return {};
+  return number;
+}
+
+std::vector<double> flexions_of(const std::string& range)
+{
+  if (range.empty()) return {};
+  const std::string wanted = "FROM:TO:STEP in degrees, FROM at most TO, STEP above 0, such as 0:90:5";
+  std::vector<double> parts;
+  for (std::size_t begin = 0; begin <= range.size();) {
+    const std::size_t end = std::min(range.find(':', begin), range.size());
+    const std::optional<double> part = number_in(range.substr(begin, end - begin));
+    if (!part) refuse("--flexion", range, wanted);
+    parts.push_back(*part);
+    begin = end + 1;
+  }
+  if (parts.size() != 3 || parts[0] > parts[1] || !(parts[2] > 0.0)) refuse("--flexion", range, wanted);
+  // A last step that only rounding takes beyond the end still counts.
+  const double n_steps = std::floor((parts[1] - parts[0]) / parts[2] + 1e-9);
+  if (!(n_steps < most_attitudes)) refuse("--flexion", range, "at most 100000 attitudes");
+  std::vector<double> flexions;
+  for (int k = 0; k <= static_cast<int>(n_steps); ++k) {
+    flexions.push_back(std::min(parts[0] + k * parts[2], parts[1]));
+  }
+  return flexions;
+}
+
+FlexionPlan plan_of(const ExportOptions& options, const MotionModel& model)
+{
+  FlexionPlan plan;
+  plan.set = options.set;
+  plan.flexion_deg = flexions_of(options.flexion);
+  plan.varus = default_varus(model);
+  if (options.varus == name_of(VarusRule::spine)) plan.varus = VarusRule::spine;
+  if (options.varus == name_of(VarusRule::zero)) plan.varus = VarusRule::zero;
+  if (options.varus.empty() || options.varus == name_of(plan.varus)) return plan;
+  const std::optional<double> varus_deg = number_in(options.varus);
+  if (!varus_deg) refuse("--varus", options.varus, "degrees, spine or zero");
+  plan.varus = VarusRule::given;
+  plan.varus_deg = *varus_deg;
+  return plan;
+}
+
+bool is_column_name(const std::string& name)
+{
+  return !name.empty() && name != "time" && std::none_of(name.begin(), name.end(), [](char c) {
+    return static_cast<unsigned char>(c) <= 0x20 || c == 0x7f;
+  });
+}
+
+OpenSimOptions opensim_options(const ExportOptions& options, Side side)
+{
+  OpenSimOptions opensim{opensim_columns(side), options.in_degrees, options.degrees_per_second};
+  for (const std::string& assignment : options.coordinates) {
+    const std::size_t equals = std::min(assignment.find('='), assignment.size());
+    const auto* found =
+        std::find(opensim_coordinates.begin(), opensim_coordinates.end(), assignment.substr(0, equals));
+    const std::string name = equals < assignment.size() ? assignment.substr(equals + 1) : "";
+    if (found == opensim_coordinates.end() || !is_column_name(name)) {
+      refuse("--coordinate", assignment, "COORDINATE=NAME, one of flexion, varus, internal, tx, ty, tz");
+    }
+    opensim.columns[static_cast<std::size_t>(found - opensim_coordinates.begin())] = name;
+  }
+  for (std::size_t k = 0; k < opensim.columns.size(); ++k) {
+    const auto rest = opensim.columns.begin() + static_cast<std::ptrdiff_t>(k) + 1;
+    if (std::find(rest, opensim.columns.end(), opensim.columns[k]) == opensim.columns.end()) continue;
+    refuse("--coordinate", "two columns " + opensim.columns[k], "a name of its own for each");
+  }
+  return opensim;
+}
+
+/// "knee/knee_0007.vtp" beside knee.pvd.
+std::string piece_name(const fs::path& output, const char* kind, std::size_t frame)
+{
+  char number[16];
+  std::snprintf(number, sizeof number, "_%04zu.vtp", frame);
+  const std::string stem = output.stem().string();
+  return stem + "/" + stem + kind + number;
+}
+
+std::vector<std::string> write_series(const MotionModel& model, const FlexionMotion& motion,
+                                      const fs::path& output)
+{
+  std::vector<std::string> files;
+  std::vector<SeriesEntry> entries;
+  const auto write = [&](const FlexionFrame& frame, int part, const std::string& name,
+                         const std::string& bytes) {
+    const std::string path = (output.parent_path() / name).string();
+    write_file(path, bytes);
+    files.push_back(path);
+    entries.push_back({frame.flexion_deg, part, name});
+  };
+  make_folder((output.parent_path() / output.stem()).string());
+  for (std::size_t k = 0; k < motion.frames.size(); ++k) {
+    const FlexionFrame& frame = motion.frames[k];
+    write(frame, 0, piece_name(output, "", k), posed_vtp(model, frame));
+    const std::string contacts = motion.set == "raw" ? contacts_vtp(model, frame) : "";
+    if (!contacts.empty()) write(frame, 1, piece_name(output, "_contacts", k), contacts);
+  }
+  write_file(output.string(), series_pvd(entries));
+  files.insert(files.begin(), output.string());
+  return files;
+}
+
+std::string file_of(const ExportOptions& options, const MotionModel& model, const FlexionMotion& motion)
+{
+  if (options.format == "csv") return flexion_csv(motion);
+  if (options.format == "gltf") return animated_glb(model, motion, options.degrees_per_second);
+  return opensim_table(motion, opensim_options(options, motion.side));
+}
+
+void say_left_out(const FlexionMotion& motion)
+{
+  if (motion.left_out.empty()) return;
+  std::string list;
+  constexpr std::size_t most_shown = 10;
+  for (std::size_t k = 0; k < std::min(most_shown, motion.left_out.size()); ++k) {
+    list +=
+        (k > 0 ? ", " : "") + shortest(motion.left_out[k].flexion_deg) + " (" + motion.left_out[k].why + ")";
+  }
+  if (motion.left_out.size() > most_shown) list += ", ...";
+  warn(std::to_string(motion.left_out.size()) + " flexions left out: " + list);
+}
+
+void print(const ExportOptions& options, const FlexionMotion* motion, const std::vector<std::string>& files)
+{
+  if (!options.as_json) {
+    for (const std::string& file : files) std::printf("%s\n", file.c_str());
+    return;
+  }
+  nlohmann::ordered_json json{{"to", options.format}, {"files", files}};
+  if (motion != nullptr) {
+    json["set"] = motion->set;
+    json["attitudes"] = motion->frames.size();
+    json["left_out"] = nlohmann::ordered_json::array();
+    for (const LeftOut& out : motion->left_out) {
+      json["left_out"].push_back({{"flexion_deg", out.flexion_deg}, {"why", out.why}});
+    }
+  }
+  std::printf("%s\n", json.dump(2).c_str());
+}
+
+}  // namespace
+
+ExitCode export_command(const ExportOptions& options)
+{
+  require_useful(options);
+  require_output(options);
+  const MotionModel model = read_motion_model(options.file);
+  const fs::path output = options.output;
+  const fs::path folder = output.parent_path();
+  if (options.every_cell) {
+    if (!(model.status == static_cast<std::int8_t>(StepStatus::stable)).any()) {
+      throw InputError({options.file, "status", "no stable cell", "at least one to export"});
+    }
+    if (!folder.empty()) make_folder(folder.string());
+    write_file(options.output, cells_csv(model));
+    print(options, nullptr, {options.output});
+    return ExitCode::done;
+  }
+  const FlexionMotion motion = flexion_motion(model, options.file, plan_of(options, model));
+  std::vector<std::string> files{options.output};
+  if (options.format == "vtk") {
+    files = write_series(model, motion, output);
+  } else {
+    const std::string bytes = file_of(options, model, motion);
+    if (!folder.empty()) make_folder(folder.string());
+    write_file(options.output, bytes);
+  }
+  say_left_out(motion);
+  say(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");
+  print(options, &motion, files);
+  return ExitCode::done;
+}
+
+}  // namespace vrda

@@ -1,0 +1,140 @@
+#include "exports/flexion_motion.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/number_text.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+std::string chosen_set(const MotionModel& model, const std::string& file, const std::string& set)
+{
+  const std::vector<std::string> names = set_names(model);
+  if (set.empty()) return names.front();
+  std::string known;
+  for (const std::string& name : names) {
+    if (name == set) return name;
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  throw InputError({file, "--set", set, known});
+}
+
+void require_varus(const MotionModel& model, const Motion& motion, const std::string& file,
+                   const FlexionPlan& plan)
+{
+  if (plan.varus == VarusRule::zero && !model.zero_varus) {
+    throw InputError(
+        {file, "--varus", "zero without a zero-varus table", "spine, a number, or vrda reduce first"});
+  }
+  if (plan.varus != VarusRule::given) return;
+  if (motion.is_varus_free()) {
+    throw InputError({file, "--varus", shortest(plan.varus_deg), "spine: the job left varus free"});
+  }
+  const double varus_rad = rad_from_deg(plan.varus_deg);
+  if (varus_rad >= motion.first_varus_rad() && varus_rad <= motion.last_varus_rad()) return;
+  throw InputError({file, "--varus", shortest(plan.varus_deg) + " degrees",
+                    shortest(model.varus_deg.front()) + " to " + shortest(model.varus_deg.back())});
+}
+
+bool has_zero_varus(const ZeroVarus& table, std::size_t flexion)
+{
+  return table.source[flexion] != static_cast<std::int8_t>(ZeroVarusSource::none);
+}
+
+/// Linear between two flexions of the table that have one.
+std::optional<double> zero_varus_deg(const MotionModel& model, double flexion_deg)
+{
+  const ZeroVarus& table = *model.zero_varus;
+  const std::vector<double>& at = model.flexion_deg;
+  const auto after = std::lower_bound(at.begin(), at.end(), flexion_deg);
+  if (after == at.end()) return {};
+  const auto i = static_cast<std::size_t>(after - at.begin());
+  if (!has_zero_varus(table, i)) return {};
+  if (at[i] == flexion_deg) return table.varus_deg[i];
+  if (i == 0 || !has_zero_varus(table, i - 1)) return {};
+  const double s = (flexion_deg - at[i - 1]) / (at[i] - at[i - 1]);
+  return table.varus_deg[i - 1] + s * (table.varus_deg[i] - table.varus_deg[i - 1]);
+}
+
+std::optional<double> varus_deg_at(const MotionModel& model, const Motion& motion, const FlexionPlan& plan,
+                                   double flexion_deg)
+{
+  switch (plan.varus) {
+    case VarusRule::given:
+      return plan.varus_deg;
+    case VarusRule::spine:
+      return deg_from_rad(motion.balanced_varus_rad(rad_from_deg(flexion_deg)));
+    case VarusRule::zero:
+      return zero_varus_deg(model, flexion_deg);
+  }
+  throw InternalError("a varus rule gives a varus");
+}
+
+void add_frame(FlexionMotion& result, const Motion& motion, double flexion_deg,
+               std::optional<double> varus_deg)
+{
+  const double flexion_rad = rad_from_deg(flexion_deg);
+  if (flexion_rad < motion.first_flexion_rad() || flexion_rad > motion.last_flexion_rad()) {
+    result.left_out.push_back({flexion_deg, "beyond the measured range"});
+    return;
+  }
+  if (!varus_deg) {
+    result.left_out.push_back({flexion_deg, "no zero-varus pose"});
+    return;
+  }
+  FlexionFrame frame{flexion_deg, motion.at({flexion_rad, rad_from_deg(*varus_deg)}), {}};
+  if (frame.pose.status != PoseStatus::solved) {
+    result.left_out.push_back({flexion_deg, name_of(frame.pose.status)});
+    return;
+  }
+  frame.clinical = clinical_of(frame.pose.X_reference_moving, result.side, result.rotation_centre_mm);
+  result.frames.push_back(frame);
+}
+
+}  // namespace
+
+const char* name_of(VarusRule rule)
+{
+  switch (rule) {
+    case VarusRule::given:
+      return "given";
+    case VarusRule::spine:
+      return "spine";
+    case VarusRule::zero:
+      return "zero";
+  }
+  throw InternalError("a varus rule has a name");
+}
+
+VarusRule default_varus(const MotionModel& model)
+{
+  return model.zero_varus ? VarusRule::zero : VarusRule::spine;
+}
+
+FlexionMotion flexion_motion(const MotionModel& model, const std::string& file, const FlexionPlan& plan)
+{
+  FlexionMotion result;
+  result.title = model.title;
+  result.set = chosen_set(model, file, plan.set);
+  result.side = model.side == "left" ? Side::left : Side::right;
+  result.rotation_centre_mm = model.rotation_centre_mm;
+  const Motion motion(model, result.set);
+  require_varus(model, motion, file, plan);
+  for (const double flexion_deg : plan.flexion_deg.empty() ? model.flexion_deg : plan.flexion_deg) {
+    add_frame(result, motion, flexion_deg, varus_deg_at(model, motion, plan, flexion_deg));
+  }
+  if (result.frames.empty()) {
+    throw InputError({file, result.set, "no attitude with a pose", "at least one to export"});
+  }
+  return result;
+}
+
+double time_s(const FlexionMotion& motion, const FlexionFrame& frame, double degrees_per_second)
+{
+  return (frame.flexion_deg - motion.frames.front().flexion_deg) / degrees_per_second;
+}
+
+}  // namespace vrda

@@ -1,0 +1,160 @@
+// `vrda export`: what it writes where, and what it refuses. The formats themselves: tests/exports.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "app/scenes.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/sample_model.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::StartsWith;
+
+/// The sample model has 4 flexions, 3 varus and one cell that failed, beside the spine.
+class Export : public testing::Test {
+ protected:
+  Export() { write_motion_model(file_, test::sample_model({})); }
+
+  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
+
+  test::Ended run(const std::string& format, const std::string& output,
+                  const std::vector<std::string>& more = {}) const
+  {
+    std::vector<std::string> words{"export", file_, "--to", format, "-o", path(output)};
+    words.insert(words.end(), more.begin(), more.end());
+    return test::run_vrda(words);
+  }
+
+  /// Exit code 2, one line that says `words`, and nothing beside the model.
+  void expect_refused(const test::Ended& ended, const std::vector<std::string>& words) const
+  {
+    EXPECT_EQ(ended.exit_code, 2) << ended.err;
+    EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+    for (const std::string& word : words) EXPECT_THAT(ended.err, HasSubstr(word));
+    EXPECT_THAT(ended.out, IsEmpty());
+    EXPECT_EQ(std::distance(fs::directory_iterator(scratch_.path()), {}), 1);
+  }
+
+  test::Scratch scratch_;
+  std::string file_ = path("knee.h5");
+};
+
+TEST_F(Export, WritesEachFormatAndTheSameBytesAgain)
+{
+  struct Row {
+    std::string format, output, start;
+  };
+  for (const Row& row : {Row{"sto", "knee.sto", "vrda: "}, Row{"mot", "knee.mot", "vrda: "},
+                         Row{"csv", "knee.csv", "flexion_deg,varus_deg,internal_deg,ant_mm,"},
+                         Row{"gltf", "new/folder/knee.glb", "glTF"}, Row{"vtk", "knee.pvd", "<?xml"}}) {
+    SCOPED_TRACE(row.format);
+    const test::Ended ended = run(row.format, row.output);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_THAT(ended.out, StartsWith(path(row.output) + "\n"));
+    const std::string first = test::read_bytes(path(row.output));
+    EXPECT_THAT(first, StartsWith(row.start));
+    EXPECT_EQ(run(row.format, row.output, {"--quiet"}).err, "");
+    EXPECT_EQ(test::read_bytes(path(row.output)), first);
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(path("knee")), {}), 4);
+}
+
+TEST_F(Export, SaysWhatItLeftOut)
+{
+  const test::Ended ended =
+      run("csv", "knee.csv", {"--set", "raw", "--varus", "1", "--flexion", "0:4:1", "--json"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("2 flexions left out: 1 (unsolved_cell), 4 (beyond the measured range)"));
+  const auto json = nlohmann::json::parse(ended.out);
+  EXPECT_EQ(json.at("set"), "raw");
+  EXPECT_EQ(json.at("attitudes"), 3);
+  EXPECT_EQ(json.at("left_out").at(1).at("flexion_deg"), 4);
+  EXPECT_EQ(json.at("files"), nlohmann::json::array({path("knee.csv")}));
+  EXPECT_EQ(test::n_lines(test::read_bytes(path("knee.csv"))), 1 + 3);
+}
+
+TEST_F(Export, EveryCellIsARow)
+{
+  EXPECT_EQ(run("csv", "cells.csv", {"--full"}).exit_code, 0);
+  EXPECT_EQ(test::n_lines(test::read_bytes(path("cells.csv"))), 1 + 4 * 3);
+}
+
+TEST_F(Export, ColumnsGoByTheNamesGiven)
+{
+  EXPECT_EQ(
+      run("mot", "knee.mot", {"--coordinate", "flexion=knee_angle_r", "--coordinate", "tz=z"}).exit_code, 0);
+  EXPECT_THAT(test::read_bytes(path("knee.mot")),
+              HasSubstr("\ntime\tknee_angle_r\tknee_add_r\tknee_rot_r\tknee_tx_r\tknee_ty_r\tz\n"));
+}
+
+TEST_F(Export, RefusesWhatItCannotDo)
+{
+  struct Row {
+    std::string format, output;
+    std::vector<std::string> more, words;
+  };
+  for (const Row& row : {
+           Row{"csv", "knee.txt", {}, {"--output", "knee.txt", ".csv"}},
+           Row{"gltf", "knee.h5", {}, {"--output", ".glb"}},
+           Row{"csv", "a.csv", {"--degrees"}, {"--degrees", "--to csv", "sto"}},
+           Row{"vtk", "a.pvd", {"--coordinate", "tx=x"}, {"--coordinate", "--to vtk"}},
+           Row{"sto", "a.sto", {"--full"}, {"--full", "--to csv"}},
+           Row{"csv", "a.csv", {"--full", "--set", "raw"}, {"--full", "--set"}},
+           Row{"sto", "a.sto", {"--coordinate", "angle=x"}, {"--coordinate", "angle=x", "internal"}},
+           Row{"sto", "a.sto", {"--coordinate", "tx"}, {"--coordinate", "COORDINATE=NAME"}},
+           Row{"sto", "a.sto", {"--coordinate", "tx=a b"}, {"--coordinate", "a b"}},
+           Row{"sto", "a.sto", {"--coordinate", "tx=knee_ty_r"}, {"--coordinate", "two columns knee_ty_r"}},
+           Row{"sto", "a.sto", {"--flexion", "0:90"}, {"--flexion", "0:90", "FROM:TO:STEP"}},
+           Row{"sto", "a.sto", {"--flexion", "90:0:5"}, {"--flexion", "90:0:5"}},
+           Row{"sto", "a.sto", {"--flexion", "0:90:0"}, {"--flexion", "STEP above 0"}},
+           Row{"sto", "a.sto", {"--flexion", "0:x:1"}, {"--flexion", "0:x:1"}},
+           Row{"sto", "a.sto", {"--flexion", "0:90:1e-9"}, {"--flexion", "100000"}},
+           Row{"sto", "a.sto", {"--flexion", "50:60:1"}, {"no attitude with a pose"}},
+           Row{"sto", "a.sto", {"--varus", "up"}, {"--varus", "up", "spine or zero"}},
+           Row{"sto", "a.sto", {"--varus", "zero"}, {"--varus", "vrda reduce"}},
+           Row{"sto", "a.sto", {"--varus", "30"}, {"--varus", "30 degrees"}},
+           Row{"sto", "a.sto", {"--set", "degree_9"}, {"--set", "degree_9", "degree_1, raw"}},
+       }) {
+    SCOPED_TRACE(testing::PrintToString(row.more));
+    expect_refused(run(row.format, row.output, row.more), row.words);
+  }
+  EXPECT_EQ(run("stl", "a.stl").exit_code, 2);
+  EXPECT_EQ(run("sto", "a.sto", {"--rate", "0"}).exit_code, 2);
+}
+
+TEST_F(Export, AModelWithoutAPoseIsRefused)
+{
+  write_motion_model(file_, with_pending_cells(test::sample_model({})));
+  expect_refused(run("gltf", "knee.glb"), {"knee.h5", "no attitude with a pose"});
+  expect_refused(run("csv", "cells.csv", {"--full"}), {"knee.h5", "no stable cell"});
+}
+
+TEST_F(Export, AFileThatIsNoModelIsRefused)
+{
+  const std::string whole = test::read_bytes(file_);
+  for (const std::string& bytes :
+       {whole.substr(0, whole.size() / 2), std::string("solid knee\n"), std::string()}) {
+    scratch_.write("knee.h5", bytes);
+    expect_refused(run("sto", "knee.sto"), {"knee.h5"});
+  }
+}
+
+TEST_F(Export, AnOutputThatCannotBeWrittenIsRefused)
+{
+  fs::create_directories(path("folder/knee.csv"));
+  const test::Ended folder = run("csv", "folder/knee.csv");
+  EXPECT_EQ(folder.exit_code, 2);
+  EXPECT_THAT(folder.err, HasSubstr("something that is no file"));
+  const test::Ended inside = run("csv", "knee.h5/a/knee.csv");
+  EXPECT_EQ(inside.exit_code, 2);
+  EXPECT_EQ(test::n_lines(inside.err), 1) << inside.err;
+}
+
+}  // namespace
+}  // namespace vrda

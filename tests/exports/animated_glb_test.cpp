@@ -1,0 +1,196 @@
+#include "exports/animated_glb.hpp"
+
+#include <assimp/GltfMaterial.h>
+#include <assimp/scene.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/material.hpp"
+#include "core/units.hpp"
+#include "motion/support/models.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::UnorderedElementsAre;
+
+constexpr double rate = 30.0;
+// Single precision of places within 0.2 m and of unit quaternions, through two turns.
+constexpr double single_rounding_m = 2e-7;
+
+/// The joint turns by more than half a turn: keys then meet the other half of the quaternions.
+MotionModel turning_model(const std::string& side)
+{
+  test::ModelPlan plan;
+  plan.side = side;
+  plan.flexion_deg = {0, 50, 100, 150, 200, 250, 300};
+  plan.rotation_centre_mm = {5, 600, -30};
+  plan.motion = [](double flexion_deg, double varus_deg) {
+    return PoseNumbers{0.02 * flexion_deg, -3.0, 0.5 * varus_deg, 0.9 * flexion_deg};
+  };
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  return model;
+}
+
+struct Read {
+  Assimp::Importer importer;  ///< owns the scene
+  const aiScene* scene = nullptr;
+  explicit Read(const std::string& bytes)
+  {
+    scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "glb");
+    EXPECT_NE(scene, nullptr) << importer.GetErrorString();
+  }
+};
+
+Eigen::Matrix4d matrix(const aiMatrix4x4& m)
+{
+  Eigen::Matrix4d M;
+  for (unsigned r = 0; r < 4; ++r) {
+    for (unsigned c = 0; c < 4; ++c) M(r, c) = static_cast<double>(m[r][c]);
+  }
+  return M;
+}
+
+const aiNodeAnim& channel_of(const aiScene& scene, const std::string& node)
+{
+  const aiAnimation& animation = *scene.mAnimations[0];
+  for (unsigned k = 0; k < animation.mNumChannels; ++k) {
+    if (animation.mChannels[k]->mNodeName.C_Str() == node) return *animation.mChannels[k];
+  }
+  throw InternalError("no channel " + node);
+}
+
+/// The node's pose at a key, as a player makes it.
+Eigen::Matrix4d keyed(const aiNodeAnim& channel, unsigned key)
+{
+  const aiVector3D place = channel.mPositionKeys[key].mValue;
+  const aiMatrix4x4 X(aiVector3D(1, 1, 1), channel.mRotationKeys[key].mValue, place);
+  return matrix(X);
+}
+
+/// What the file's axes are in ours: anterior X is +Z, right Z is -X, in metres.
+Eigen::Vector3d scene_point(const Eigen::Vector3d& p_world_mm)
+{
+  return Eigen::Vector3d(-p_world_mm.z(), p_world_mm.y(), p_world_mm.x()) * 1e-3;
+}
+
+TEST(AnimatedGlb, EveryKeyPutsTheBodiesWhereThePoseDoes)
+{
+  for (const std::string side : {"right", "left"}) {
+    SCOPED_TRACE(side);
+    const MotionModel model = turning_model(side);
+    const FlexionMotion motion = flexion_motion(model, "knee.h5", {});
+    const Read read(animated_glb(model, motion, rate));
+    ASSERT_NE(read.scene, nullptr);
+    const Eigen::Matrix4d X_scene_joint = matrix(read.scene->mRootNode->mTransformation);
+    for (const Body* body : {&model.reference, &model.moving}) {
+      const aiNodeAnim& channel = channel_of(*read.scene, body->name);
+      ASSERT_EQ(channel.mNumPositionKeys, motion.frames.size());
+      ASSERT_EQ(channel.mNumRotationKeys, motion.frames.size());
+      for (unsigned key = 0; key < channel.mNumPositionKeys; ++key) {
+        const JointPose& pose = motion.frames[key].pose;
+        const Pose& X_world_body = body == &model.moving ? pose.X_world_moving : pose.X_world_reference;
+        const Eigen::Matrix4d X = X_scene_joint * keyed(channel, key);
+        for (const Eigen::Vector3d& p_mm :
+             {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(100, 20, 0), Eigen::Vector3d(0, 10, 100)}) {
+          const Eigen::Vector3d found = (X * (p_mm * 1e-3).homogeneous()).head<3>();
+          const Eigen::Vector3d wanted = scene_point(X_world_body * (p_mm + model.rotation_centre_mm));
+          EXPECT_LT((found - wanted).norm(), single_rounding_m);
+        }
+      }
+    }
+  }
+}
+
+TEST(AnimatedGlb, KeysTakeTheShortWayAndTheStatedTimes)
+{
+  const MotionModel model = turning_model("right");
+  const FlexionMotion motion = flexion_motion(model, "knee.h5", {});
+  const Read read(animated_glb(model, motion, rate));
+  ASSERT_NE(read.scene, nullptr);
+  ASSERT_EQ(read.scene->mNumAnimations, 1U);
+  bool has_left_the_first_half = false;
+  for (const char* node : {"femur", "tibmen"}) {
+    const aiNodeAnim& channel = channel_of(*read.scene, node);
+    for (unsigned key = 0; key < channel.mNumRotationKeys; ++key) {
+      // assimp counts milliseconds.
+      EXPECT_NEAR(channel.mRotationKeys[key].mTime, 1e3 * motion.frames[key].flexion_deg / rate, 1e-3);
+      const aiQuaternion q = channel.mRotationKeys[key].mValue;
+      has_left_the_first_half = has_left_the_first_half || q.w < 0.0F;
+      const aiQuaternion p = channel.mRotationKeys[key == 0 ? 0 : key - 1].mValue;
+      EXPECT_GT(p.w * q.w + p.x * q.x + p.y * q.y + p.z * q.z, 0.0F);
+    }
+  }
+  EXPECT_TRUE(has_left_the_first_half);
+}
+
+TEST(AnimatedGlb, ComponentsKeepTheirVerticesAndTheColoursOfTheirMaterials)
+{
+  const MotionModel model = turning_model("right");
+  const Read read(animated_glb(model, flexion_motion(model, "knee.h5", {}), rate));
+  ASSERT_NE(read.scene, nullptr);
+  std::multiset<std::string> materials;
+  unsigned n_triangles = 0;
+  for (unsigned m = 0; m < read.scene->mNumMeshes; ++m) {
+    const aiMesh& mesh = *read.scene->mMeshes[m];
+    n_triangles += mesh.mNumFaces;
+    EXPECT_TRUE(mesh.HasNormals());
+    const aiMaterial& material = *read.scene->mMaterials[mesh.mMaterialIndex];
+    aiString name;
+    aiColor4D colour;
+    ASSERT_EQ(material.Get(AI_MATKEY_NAME, name), AI_SUCCESS);
+    ASSERT_EQ(material.Get(AI_MATKEY_BASE_COLOR, colour), AI_SUCCESS);
+    const Material wanted = material_of(name.C_Str());
+    EXPECT_EQ(Eigen::Vector3f(colour.r, colour.g, colour.b), wanted.colour);
+    EXPECT_EQ(colour.a, wanted.opacity);
+    materials.insert(name.C_Str());
+  }
+  EXPECT_THAT(materials, UnorderedElementsAre("bone", "bone", "meniscus"));
+  EXPECT_EQ(n_triangles,
+            model.reference.contact.mesh.triangles.rows() + model.moving.contact.mesh.triangles.rows());
+  EXPECT_EQ(read.scene->mRootNode->FindNode("plate")->mNumMeshes, 1U);
+}
+
+TEST(AnimatedGlb, MeshesAreInMetresAroundTheRotationCentre)
+{
+  const MotionModel model = turning_model("right");
+  const Read read(animated_glb(model, flexion_motion(model, "knee.h5", {}), rate));
+  ASSERT_NE(read.scene, nullptr);
+  const aiNode& ball = *read.scene->mRootNode->FindNode("ball");
+  const aiMesh& sphere = *read.scene->mMeshes[ball.mMeshes[0]];
+  for (unsigned v = 0; v < sphere.mNumVertices; ++v) {
+    EXPECT_NEAR(sphere.mVertices[v].Length(), 0.020F, single_rounding_m);
+    // Outward, and within the angle of a facet of the place's own direction.
+    EXPECT_GT(sphere.mNormals[v] * sphere.mVertices[v].Normalize(), 0.9F);
+  }
+  const aiNode& block = *read.scene->mRootNode->FindNode("block");
+  const aiMesh& box = *read.scene->mMeshes[block.mMeshes[0]];
+  for (unsigned v = 0; v < box.mNumVertices; ++v) {
+    const aiVector3D p = box.mVertices[v];
+    EXPECT_NEAR(std::abs(p.x), 0.020F, single_rounding_m);
+    EXPECT_NEAR(std::abs(p.y + 0.030F), 0.005F, single_rounding_m);
+    EXPECT_NEAR(std::abs(p.z), 0.030F, single_rounding_m);
+  }
+}
+
+TEST(AnimatedGlb, EqualModelsGiveEqualBytes)
+{
+  const auto bytes = [] {
+    MotionModel model = turning_model("left");
+    model.title = "no \xff UTF-8";
+    return animated_glb(model, flexion_motion(model, "knee.h5", {}), rate);
+  };
+  const std::string first = bytes();
+  EXPECT_EQ(first, bytes());
+  EXPECT_EQ(first.size() % 4, 0U);
+  EXPECT_NE(Read(first).scene, nullptr);
+}
+
+}  // namespace
+}  // namespace vrda

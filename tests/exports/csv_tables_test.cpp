@@ -1,0 +1,120 @@
+#include "exports/csv_tables.hpp"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <sstream>
+
+#include "motion/support/models.hpp"
+
+namespace vrda {
+namespace {
+
+using Rows = std::vector<std::map<std::string, std::string>>;
+
+std::vector<std::string> fields_of(const std::string& line)
+{
+  std::vector<std::string> fields{""};
+  for (const char c : line) {
+    if (c == ',') {
+      fields.emplace_back();
+    } else {
+      fields.back() += c;
+    }
+  }
+  return fields;
+}
+
+Rows parsed(const std::string& text)
+{
+  std::istringstream in(text);
+  std::string line;
+  std::getline(in, line);
+  const std::vector<std::string> names = fields_of(line);
+  Rows rows;
+  while (std::getline(in, line)) {
+    const std::vector<std::string> fields = fields_of(line);
+    EXPECT_EQ(fields.size(), names.size());
+    rows.emplace_back();
+    for (std::size_t k = 0; k < names.size(); ++k) rows.back()[names[k]] = fields[k];
+    EXPECT_EQ(rows.back().size(), names.size()) << "two columns of one name";
+  }
+  return rows;
+}
+
+test::ModelPlan plan_of(const std::string& side)
+{
+  test::ModelPlan plan;
+  plan.side = side;
+  // World W of a left joint is the right one's seen in a mirror.
+  const double mirror = side == "left" ? -1.0 : 1.0;
+  plan.rotation_centre_mm = {10, -5, mirror * 40};
+  plan.motion = [mirror](double flexion_deg, double varus_deg) {
+    return PoseNumbers{0.05 * flexion_deg, -3.0, mirror * (1.0 + 0.5 * varus_deg),
+                       0.2 * flexion_deg - varus_deg};
+  };
+  return plan;
+}
+
+TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
+{
+  const MotionModel model = test::model_of(plan_of("right"));
+  const Rows rows = parsed(flexion_csv(flexion_motion(model, "knee.h5", {})));
+  ASSERT_EQ(rows.size(), model.flexion_deg.size());
+  constexpr double rounding = 1e-11;  // of mm and degrees that went through radians
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    SCOPED_TRACE(i);
+    const auto row = static_cast<Eigen::Index>(i);
+    EXPECT_EQ(std::stod(rows[i].at("attitude_flexion_deg")), model.flexion_deg[i]);
+    EXPECT_NEAR(std::stod(rows[i].at("flexion_deg")), model.clinical.flexion_deg(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("internal_deg")), model.clinical.internal_rotation_deg(row, 2),
+                rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("lateral_mm")), model.clinical.lateral_mm(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("tx_mm")), model.tx_mm(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("theta_deg")), model.theta_deg(row, 2), rounding);
+    const double* X = &model.X_reference_moving[16 * (5 * i + 2)];
+    EXPECT_NEAR(std::stod(rows[i].at("ant_mm")), X[3], rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("prox_mm")), X[7], rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("lat_mm")), X[11], rounding);
+  }
+}
+
+TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
+{
+  const auto rows_of = [](const std::string& side) {
+    return parsed(flexion_csv(flexion_motion(test::model_of(plan_of(side)), "knee.h5", {})));
+  };
+  const Rows right = rows_of("right"), left = rows_of("left");
+  ASSERT_EQ(right.size(), left.size());
+  constexpr double issue_tolerance = 1e-9;
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    for (const char* name : {"flexion_deg", "varus_deg", "internal_deg", "ant_mm", "prox_mm", "lat_mm",
+                             "anterior_mm", "proximal_mm", "lateral_mm", "theta_deg"}) {
+      EXPECT_NEAR(std::stod(right[i].at(name)), std::stod(left[i].at(name)), issue_tolerance) << name;
+    }
+  }
+}
+
+TEST(CsvTables, EveryCellStandsWithItsStatusAndNothingWhereItHasNoAnswer)
+{
+  MotionModel model = test::model_of(plan_of("right"));
+  test::unsolve(model, 1, 3);
+  test::add_smoothed(model, 2, [](int i, int j) { return PoseNumbers{1.0 + i, 0.0, 0.5 * j, 0.25}; });
+  const Rows rows = parsed(cells_csv(model));
+  ASSERT_EQ(rows.size(), 35U);
+  const std::map<std::string, std::string>& failed = rows[1 * 5 + 3];
+  EXPECT_EQ(failed.at("status"), "no_contact");
+  EXPECT_EQ(failed.at("flexion_deg"), "15");
+  EXPECT_EQ(failed.at("varus_deg"), "2");
+  EXPECT_EQ(failed.at("tx_mm"), "");
+  EXPECT_EQ(failed.at("contact_medial"), "-1");
+  EXPECT_EQ(std::stod(failed.at("degree_2_tx_mm")), model.smoothed[0].surfaces[0].values(1, 3));
+  const std::map<std::string, std::string>& solved = rows[6 * 5 + 0];
+  EXPECT_EQ(solved.at("status"), "stable");
+  EXPECT_EQ(std::stod(solved.at("tx_mm")), model.tx_mm(6, 0));
+  EXPECT_EQ(std::stod(solved.at("anterior_mm")), model.clinical.anterior_mm(6, 0));
+  EXPECT_EQ(std::stod(solved.at("degree_2_theta_deg")), model.smoothed[0].surfaces[3].values(6, 0));
+}
+
+}  // namespace
+}  // namespace vrda
