@@ -124,6 +124,7 @@ struct GapQuery::State {
   std::optional<GapWalk> afar_walk, here_walk;  // once asked for
   Hints afar_hints, here_hints;
   GapAnswer answer;
+  std::vector<TrianglePair> close;
   int n_queries = 0;
 
   double reach_mm(const MovingPose& pose) const
@@ -305,6 +306,19 @@ Gap GapQuery::touch(const MovingPose& pose)
            [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
   state.here_hints.remember(best.pair);
   return best;
+}
+
+const std::vector<TrianglePair>& GapQuery::close_pairs(const MovingPose& pose, double band_mm)
+{
+  // Two points within the band differ by as much in height; on a plane of 60 degrees, the steepest that
+  // bounds, the band across Delta is worth another 1.74 of it.
+  const double limit_mm = 3.0 * band_mm;
+  GapWalk& walk = state_->walk(GapKind::from_here);
+  walk.place(pose, state_->reach_mm(pose), band_mm);
+  ++state_->n_queries;
+  state_->close.clear();
+  walk.run([&] { return limit_mm; }, [&](const TrianglePair& pair) { state_->close.push_back(pair); });
+  return state_->close;
 }
 
 int GapQuery::n_queries() const

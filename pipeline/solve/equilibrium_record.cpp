@@ -126,11 +126,12 @@ void EquilibriumSolver::Run::measure(StepRecord& record)
   const Attitude attitude = attitude_at(here_.place);
   ContactOptions exact;
   exact.band_mm = tools_.options.contact_resolution_mm;
-  measure_contacts(tools_.joint,
-                   find_contacts(tools_.joint.reference, tools_.joint.moving, {attitude, record.pose},
-                                 tools_.narrow_phase, exact),
-                   tools_.options.contact_resolution_mm, record);
-  ++record.queries;
+  tools_.stand(attitude);
+  measure_contacts(
+      tools_.joint,
+      find_contacts(tools_.joint.reference, tools_.joint.moving, {attitude, record.pose},
+                    tools_.gap.close_pairs(record.pose, exact.band_mm), tools_.narrow_phase, exact),
+      tools_.options.contact_resolution_mm, record);
   if (!tools_.joint.compartment_of_triangle.empty()) {
     record.gap_medial_mm = gap_left_mm(tools_.medial, attitude, record.pose);
     record.gap_lateral_mm = gap_left_mm(tools_.lateral, attitude, record.pose);
