@@ -124,6 +124,11 @@ struct GapQuery::State {
   std::optional<GapWalk> afar_walk, here_walk;  // once asked for
   Hints afar_hints, here_hints;
   GapAnswer answer;
+  struct NearPlace {
+    TrianglePair pair;
+    MeetingPlace at;
+  };
+  std::vector<NearPlace> near;  // what may be a feature
   std::vector<TrianglePair> close;
   int n_queries = 0;
 
@@ -219,18 +224,20 @@ void GapQuery::State::find_least(const Placement& place)
 // Collects while the least travel still falls, and drops in the end what has left the band.
 void GapQuery::State::find_features(const Placement& place, double band_mm)
 {
+  near.clear();
   walk(GapKind::from_afar)
       .run([this, band_mm] { return answer.travel_mm + band_mm; },
            [&](const TrianglePair& pair) {
-             visit_pair(pair, place, [&](const GapFace& r, const GapFace& m, const MeetingPlace& at) {
-               if (at.travel_mm <= answer.travel_mm + band_mm) {
-                 answer.features.push_back(gap_feature(r, m, at, pair));
-               }
+             visit_pair(pair, place, [&](const GapFace&, const GapFace&, const MeetingPlace& at) {
+               if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
              });
            });
-  std::erase_if(answer.features, [this, band_mm](const GapFeature& feature) {
-    return feature.travel_mm > answer.travel_mm + band_mm;
-  });
+  std::erase_if(near,
+                [this, band_mm](const NearPlace& n) { return n.at.travel_mm > answer.travel_mm + band_mm; });
+  for (const NearPlace& n : near) {
+    answer.features.push_back(
+        gap_feature(reference_face(n.pair.reference), moving_face(n.pair.moving, place), n.at, n.pair));
+  }
   merge_features(answer.features);
 }
 
