@@ -79,6 +79,7 @@ StepRecord CaseSolver::operator()(const StepTask& task, const Watch& watch)
   solve.loads = loads_at(case_, task.key.flexion);
   solve.loads.moment_nmm += task.band * case_.spine.band_moment_nmm;
   solve.is_varus_free = task.is_varus_free;
+  solve.is_measured = task.is_measured;
   return worker.solver->solve(solve);
 }
 

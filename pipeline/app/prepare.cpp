@@ -7,7 +7,7 @@ namespace {
 
 // Raised whenever the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 3";
-constexpr const char* equilibrium_version = "equilibrium 1";
+constexpr const char* equilibrium_version = "equilibrium 2";
 
 SolverBody solver_body(const Body& body, const SolverFrame& frame)
 {

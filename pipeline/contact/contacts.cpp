@@ -36,6 +36,7 @@ struct Scene {
   RigidPlacement place;  // of the moving object in the reference's frame
   NarrowPhase& narrow_phase;
   const ContactOptions& options;
+  const std::vector<TrianglePair>* candidates;  // none: the trees tell
 
   Corners reference_corners(const TrianglePair& pair) const
   {
@@ -126,16 +127,20 @@ std::vector<Candidate> close_pairs(const Scene& scene)
 {
   std::vector<Candidate> result;
   const double band_mm = scene.options.band_mm;
-  visit_close_pairs(
-      scene.reference.tree, scene.moving.solid.tree, scene.place, band_mm, [&](const TrianglePair& pair) {
-        const Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
-        if (is_surely_apart(r, m, band_mm)) return false;
-        const TriangleDistance found = scene.narrow_phase.measure(r, m);
-        if (found.is_overlapping || found.distance_mm > band_mm) return false;
-        const TriangleDistance measured = closest_points(r, m);
-        result.push_back({pair, measured.distance_mm, measured.p_reference_mm, measured.p_moving_mm, {}, {}});
-        return false;
-      });
+  const auto visit = [&](const TrianglePair& pair) {
+    const Corners r = scene.reference_corners(pair), m = scene.moving_corners(pair);
+    if (is_surely_apart(r, m, band_mm)) return false;
+    const TriangleDistance found = scene.narrow_phase.measure(r, m);
+    if (found.is_overlapping || found.distance_mm > band_mm) return false;
+    const TriangleDistance measured = closest_points(r, m);
+    result.push_back({pair, measured.distance_mm, measured.p_reference_mm, measured.p_moving_mm, {}, {}});
+    return false;
+  };
+  if (scene.candidates != nullptr) {
+    std::for_each(scene.candidates->begin(), scene.candidates->end(), visit);
+  } else {
+    visit_close_pairs(scene.reference.tree, scene.moving.solid.tree, scene.place, band_mm, visit);
+  }
   std::sort(result.begin(), result.end(),
             [](const Candidate& l, const Candidate& r) { return l.pair < r.pair; });
   return result;
@@ -389,15 +394,19 @@ std::vector<TrianglePair> find_self_overlaps(const TreeMesh& mesh, NarrowPhase& 
 std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& pose, NarrowPhase& narrow_phase,
                                    const ContactOptions& options)
 {
-  const Scene scene{objects.reference, objects.reference_features,
-                    objects.moving,    RigidPlacement(pose_of(pose)),
-                    narrow_phase,      options};
+  const Scene scene{objects.reference,
+                    objects.reference_features,
+                    objects.moving,
+                    RigidPlacement(pose_of(pose)),
+                    narrow_phase,
+                    options,
+                    nullptr};
   return contacts_of(scene, Eigen::Vector3d::UnitY());
 }
 
 std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
-                                   const Standing& standing, NarrowPhase& narrow_phase,
-                                   const ContactOptions& options)
+                                   const Standing& standing, const std::vector<TrianglePair>& candidates,
+                                   NarrowPhase& narrow_phase, const ContactOptions& options)
 {
   Pose X_solver_reference = Pose::Identity();
   X_solver_reference.linear() = reference_rotation(standing.attitude);
@@ -405,7 +414,8 @@ std::vector<Contact> find_contacts(const Collider& reference, const Collider& mo
   X_reference_solver.linear() = X_solver_reference.linear().transpose();
   const Scene scene{reference.solid, reference.features,
                     moving,          RigidPlacement(X_reference_solver * pose_of(standing.pose)),
-                    narrow_phase,    options};
+                    narrow_phase,    options,
+                    &candidates};
   std::vector<Contact> contacts = contacts_of(scene, X_reference_solver.linear() * Eigen::Vector3d::UnitY());
   for (Contact& c : contacts) {
     c.point_mm = X_solver_reference * c.point_mm;

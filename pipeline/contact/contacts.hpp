@@ -70,10 +70,10 @@ struct Standing {
 /// overlapping pairs give no contact.
 std::vector<Contact> find_contacts(const Touching& objects, const MovingPose& pose, NarrowPhase& narrow_phase,
                                    const ContactOptions& options);
-/// The same of a reference at zero attitude, which is not copied and turned: its cost does not grow with the
-/// meshes.
+/// The same of a reference at zero attitude, which is not copied and turned, among `candidates`: pairs that
+/// hold all that come within the band (GapQuery::close_pairs).
 std::vector<Contact> find_contacts(const Collider& reference, const Collider& moving,
-                                   const Standing& standing, NarrowPhase& narrow_phase,
-                                   const ContactOptions& options);
+                                   const Standing& standing, const std::vector<TrianglePair>& candidates,
+                                   NarrowPhase& narrow_phase, const ContactOptions& options);
 
 }  // namespace vrda

@@ -63,12 +63,16 @@ inline GapFace gap_face(const Corners& t)
 inline bool height_over(const GapFace& face, const Eigen::Vector3d& p, double& height)
 {
   const Corners& c = face.corner;
-  const double u = projected_area(p, c[1], c[2]) / face.projected;
-  const double v = projected_area(c[0], p, c[2]) / face.projected;
-  const double w = projected_area(c[0], c[1], p) / face.projected;
-  constexpr double slack = -gap_rules::edge_slack;
-  if (u < slack || v < slack || w < slack) return false;
-  height = u * c[0].y() + v * c[1].y() + w * c[2].y();
+  // Most miss at the first or the second edge: divided only once it lies over.
+  const double sign = face.projected < 0.0 ? -1.0 : 1.0;
+  const double least = -gap_rules::edge_slack * std::abs(face.projected);
+  const double u = projected_area(p, c[1], c[2]);
+  if (sign * u < least) return false;
+  const double v = projected_area(c[0], p, c[2]);
+  if (sign * v < least) return false;
+  const double w = projected_area(c[0], c[1], p);
+  if (sign * w < least) return false;
+  height = u / face.projected * c[0].y() + v / face.projected * c[1].y() + w / face.projected * c[2].y();
   return true;
 }
 
@@ -93,10 +97,15 @@ inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned
   const double scale = (std::abs(d.x()) + std::abs(d.z())) * (std::abs(e.x()) + std::abs(e.z()));
   if (std::abs(cross) <= gap_rules::parallel_sine * scale) return false;
   const double wx = b.x() - a.x(), wz = b.z() - a.z();
-  const double s = (wx * e.z() - wz * e.x()) / cross;
-  double t = (wx * d.z() - wz * d.x()) / cross;
   constexpr double low = -gap_rules::edge_slack, high = 1.0 + gap_rules::edge_slack;
-  if (s < low || s > high || t < low || t > high) return false;
+  // Most miss each other: divided only once they cross.
+  const double sign = cross < 0.0 ? -1.0 : 1.0, size = std::abs(cross);
+  const double across = wx * e.z() - wz * e.x();
+  if (sign * across < low * size || sign * across > high * size) return false;
+  const double along = wx * d.z() - wz * d.x();
+  if (sign * along < low * size || sign * along > high * size) return false;
+  const double s = across / cross;
+  double t = along / cross;
   if (std::abs(cross) <= gap_rules::oblique_sine * scale) {
     t = ((s * d.x() - wx) * e.x() + (s * d.z() - wz) * e.z()) / (e.x() * e.x() + e.z() * e.z());
     if (t < low || t > high) return false;

@@ -124,6 +124,12 @@ struct GapQuery::State {
   std::optional<GapWalk> afar_walk, here_walk;  // once asked for
   Hints afar_hints, here_hints;
   GapAnswer answer;
+  struct NearPlace {
+    TrianglePair pair;
+    MeetingPlace at;
+  };
+  std::vector<NearPlace> near;  // what may be a feature
+  std::vector<TrianglePair> close;
   int n_queries = 0;
 
   double reach_mm(const MovingPose& pose) const
@@ -218,18 +224,20 @@ void GapQuery::State::find_least(const Placement& place)
 // Collects while the least travel still falls, and drops in the end what has left the band.
 void GapQuery::State::find_features(const Placement& place, double band_mm)
 {
+  near.clear();
   walk(GapKind::from_afar)
       .run([this, band_mm] { return answer.travel_mm + band_mm; },
            [&](const TrianglePair& pair) {
-             visit_pair(pair, place, [&](const GapFace& r, const GapFace& m, const MeetingPlace& at) {
-               if (at.travel_mm <= answer.travel_mm + band_mm) {
-                 answer.features.push_back(gap_feature(r, m, at, pair));
-               }
+             visit_pair(pair, place, [&](const GapFace&, const GapFace&, const MeetingPlace& at) {
+               if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
              });
            });
-  std::erase_if(answer.features, [this, band_mm](const GapFeature& feature) {
-    return feature.travel_mm > answer.travel_mm + band_mm;
-  });
+  std::erase_if(near,
+                [this, band_mm](const NearPlace& n) { return n.at.travel_mm > answer.travel_mm + band_mm; });
+  for (const NearPlace& n : near) {
+    answer.features.push_back(
+        gap_feature(reference_face(n.pair.reference), moving_face(n.pair.moving, place), n.at, n.pair));
+  }
   merge_features(answer.features);
 }
 
@@ -305,6 +313,19 @@ Gap GapQuery::touch(const MovingPose& pose)
            [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
   state.here_hints.remember(best.pair);
   return best;
+}
+
+const std::vector<TrianglePair>& GapQuery::close_pairs(const MovingPose& pose, double band_mm)
+{
+  // Two points within the band differ by as much in height; on a plane of 60 degrees, the steepest that
+  // bounds, the band across Delta is worth another 1.74 of it.
+  const double limit_mm = 3.0 * band_mm;
+  GapWalk& walk = state_->walk(GapKind::from_here);
+  walk.place(pose, state_->reach_mm(pose), band_mm);
+  ++state_->n_queries;
+  state_->close.clear();
+  walk.run([&] { return limit_mm; }, [&](const TrianglePair& pair) { state_->close.push_back(pair); });
+  return state_->close;
 }
 
 int GapQuery::n_queries() const

@@ -77,6 +77,10 @@ class GapQuery {
   /// any pair of triangles whatever it faces. The bits of directional_gap() with GapKind::from_here.
   Gap touch(const MovingPose& pose);
 
+  /// Every pair of triangles that come within `band_mm` of each other where the object stands, in whatever
+  /// direction, and some that do not; in no order that counts. Valid until the next call.
+  const std::vector<TrianglePair>& close_pairs(const MovingPose& pose, double band_mm);
+
   int n_queries() const;
 
  private:

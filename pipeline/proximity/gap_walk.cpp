@@ -62,10 +62,10 @@ void GapWalk::turn(const Eigen::Matrix3d& R)
   renew(turn_stamp_, reference_stamps_);
 }
 
-void GapWalk::place(const MovingPose& pose, double reach_mm)
+void GapWalk::place(const MovingPose& pose, double reach_mm, double margin_mm)
 {
   const SinCos turn = sin_cos(pose.theta_rad);
-  slack_mm_ = gap_slack_mm(reach_mm);
+  slack_mm_ = gap_slack_mm(reach_mm) + margin_mm;
   placement_.cos = static_cast<float>(turn.cos);
   placement_.sin = static_cast<float>(turn.sin);
   placement_.x = static_cast<float>(pose.translation_mm.x());

@@ -22,7 +22,8 @@ class GapWalk {
   GapWalk(const ReferenceTree& reference, const MovingTree& moving, GapKind kind);
 
   void turn(const Eigen::Matrix3d& R);
-  void place(const MovingPose& pose, double reach_mm);
+  /// With a margin, pairs of triangles that come within it of each other count as meeting.
+  void place(const MovingPose& pose, double reach_mm, double margin_mm = 0.0);
 
   /// Calls `visit(pair)` for every pair of triangles that may meet within `limit()` mm, read anew after every
   /// visit: it may shrink. Pairs of equal bounds are all visited.

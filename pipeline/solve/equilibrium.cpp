@@ -26,8 +26,15 @@ constexpr double accepted_share = 0.1;    // of the predicted gain
 constexpr double good_share = 0.7;
 constexpr double poor_share = 0.25;
 constexpr std::size_t most_fresh = 200;
+constexpr double band_share = 0.06;  // of a facet's width
+constexpr double largest_band_mm = 0.2;
 // Then the way is shortened; until then the obstacles met bend it.
 constexpr int most_rejections = 3;
+
+double mean_area_mm2(const Mesh& mesh)
+{
+  return area_mm2(mesh) / static_cast<double>(std::max<Eigen::Index>(mesh.triangles.rows(), 1));
+}
 
 }  // namespace
 
@@ -36,6 +43,13 @@ Grip grip_of(const Mesh& moving)
   const Box box = bounding_box(moving);
   const Eigen::Vector3d middle = 0.5 * (box.min_mm + box.max_mm), size = box.max_mm - box.min_mm;
   return {{middle.x(), 0.0, middle.z()}, std::max(0.5 * std::max(size.x(), size.z()), 1e-6)};
+}
+
+double band_of(const Mesh& reference, const Mesh& moving)
+{
+  const double of_reference = mean_area_mm2(reference), of_moving = mean_area_mm2(moving);
+  const double facet_mm2 = of_reference * of_moving / (of_reference + of_moving);
+  return facet_mm2 > 0.0 ? std::min(band_share * std::sqrt(facet_mm2), largest_band_mm) : largest_band_mm;
 }
 
 EquilibriumSolver::Run::Run(State& tools, const Task& task)
@@ -63,7 +77,10 @@ StepRecord EquilibriumSolver::Run::run()
   record.residual_mm = residual_mm_;
   record.pose = pose_at(here_.place, tools_.grip);
   record.varus_rad = here_.place.varus_rad;
-  if (record.status == StepStatus::stable) measure(record);
+  if (record.status == StepStatus::stable) {
+    if (task_.is_measured) measure(record);
+    fill_balance(record);
+  }
   record.queries += n_gap_queries() - n_queries_before_;
   return record;
 }
@@ -71,7 +88,7 @@ StepRecord EquilibriumSolver::Run::run()
 StepStatus EquilibriumSolver::Run::settle()
 {
   here_.place = seed_;
-  look(seed_, band_mm, fresh_);
+  look(seed_, tools_.band_mm, fresh_);
   if (!std::isfinite(fresh_.travel_mm)) return StepStatus::no_contact;
   here_ = rest_at(seed_, fresh_.travel_mm);
   if (!here_.is_bounded) return StepStatus::unbounded;
@@ -159,7 +176,7 @@ bool EquilibriumSolver::Run::holds_here(const Obstacle& obstacle, const Rotation
 
 EquilibriumSolver::Run::Outcome EquilibriumSolver::Run::attempt(const StepPlan& plan)
 {
-  look(plan.end.place, band_mm, trial_);
+  look(plan.end.place, tools_.band_mm, trial_);
   const Rest rest = std::isfinite(trial_.travel_mm) ? rest_at(plan.end.place, trial_.travel_mm) : plan.end;
   if (!std::isfinite(trial_.travel_mm) || !rest.is_bounded) {
     led_off_ = plan.end.place;
@@ -181,15 +198,21 @@ EquilibriumSolver::Run::Outcome EquilibriumSolver::Run::attempt(const StepPlan& 
 
 void EquilibriumSolver::Run::reject(const StepPlan& plan)
 {
-  const Rotations rotations(here_.place, task_.attitude.flexion_rad);
-  const std::size_t n_before = cuts_.size();
-  for (const Obstacle& o : trial_.obstacles) {
-    if (cuts_.size() < n_before + most_fresh && holds_here(o, rotations)) cuts_.push_back(o);
-  }
+  const bool is_bent = take_cuts(trial_.obstacles, cuts_);
   ++n_rejections_;
-  if (cuts_.size() > n_before && n_rejections_ < most_rejections) return;
+  if (is_bent && n_rejections_ < most_rejections) return;
   n_rejections_ = 0;
   radius_mm_ = 0.25 * plan.length_mm;
+}
+
+bool EquilibriumSolver::Run::take_cuts(const std::vector<Obstacle>& met, std::vector<Obstacle>& cuts) const
+{
+  const Rotations rotations(here_.place, task_.attitude.flexion_rad);
+  const std::size_t n_before = cuts.size();
+  for (const Obstacle& o : met) {
+    if (cuts.size() < n_before + most_fresh && holds_here(o, rotations)) cuts.push_back(o);
+  }
+  return cuts.size() > n_before;
 }
 
 void EquilibriumSolver::Run::accept(const Rest& rest)

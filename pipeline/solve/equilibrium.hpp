@@ -25,6 +25,7 @@ class EquilibriumSolver {
     MovingPose seed;
     Loads loads;
     bool is_varus_free = false;
+    bool is_measured = true;  ///< false: contacts, gaps and theta_determined are not asked for
   };
 
   /// A pure function of the task: same task, same bits, whatever was solved before. The seed's height does

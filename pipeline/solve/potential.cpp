@@ -27,10 +27,23 @@ Potential about_pivot(const Potential& of_pose, const Eigen::Vector3d& arm)
   return out;
 }
 
+Potential to_second_order(const Rest& from, const Place& place)
+{
+  Vector5d step;
+  step << place.pivot_mm - from.place.pivot_mm, place.theta_rad - from.place.theta_rad,
+      place.varus_rad - from.place.varus_rad;
+  const Vector5d bent = from.potential.hessian * step;
+  Potential u = from.potential;
+  u.energy_nmm += from.potential.gradient.dot(step) + 0.5 * step.dot(bent);
+  u.gradient += bent;
+  return u;
+}
+
 }  // namespace
 
 Potential potential_at(const Forces& forces, const Place& place)
 {
+  if (forces.near != nullptr) return to_second_order(*forces.near, place);
   const MovingPose pose = pose_at(place, forces.grip);
   Potential u;
   if (!forces.ligaments.fibres.empty())

@@ -7,12 +7,16 @@
 
 namespace vrda {
 
+struct Rest;
+
 /// Everything that pulls and pushes at one flexion, but contact.
 struct Forces {
   const Ligaments& ligaments;
   const Loads& loads;
   const Grip& grip;
   double flexion_rad = 0.0;
+  /// Where set, its potential to second order stands for the exact one, which costs a path for every fibre.
+  const Rest* near = nullptr;
 };
 
 /// Ligaments' energy less the loads' work, over the coordinates of a Place (angles in rad, not times the

@@ -173,6 +173,7 @@ StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& obstac
                            const PlanOptions& options)
 {
   StepPlan plan{from};
+  forces_.near = forces_.ligaments.fibres.empty() ? nullptr : &from;
   multipliers_.assign(obstacles.size(), 0.0);
   look(obstacles, from.place);
   clearances_.swap(next_);
@@ -208,6 +209,7 @@ StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& obstac
   }
   plan.length_mm = largest_across(step_between(from.place, plan.end.place, forces_.grip));
   plan.gain_nmm = merit_from - merit;
+  forces_.near = nullptr;
   return plan;
 }
 

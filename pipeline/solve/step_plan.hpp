@@ -30,7 +30,8 @@ struct StepPlan {
 
 /// Sequential quadratic programming with exact obstacles: each linearised anew at each iterate, second
 /// derivatives of the potential and, along what the bearing obstacles leave free, of those obstacles made
-/// positive, heights restored exactly. Keeps scratch, which changes nothing.
+/// positive, heights restored exactly; the potential of ligaments to second order. Keeps scratch, which
+/// changes nothing.
 class StepPlanner {
  public:
   StepPlanner(const Forces& forces, const SeedSpring& spring) : forces_(forces), spring_(spring) {}

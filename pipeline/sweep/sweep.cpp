@@ -201,6 +201,7 @@ class Sweep {
     task.seed_flexion = seed.flexion;
     task.is_varus_free = true;
     task.band = band;
+    task.is_measured = plan_.is_varus_free && band == 0;  // it may become a cell
     task.worker = worker;
     return step(task);
   }

@@ -37,8 +37,9 @@ struct StepTask {
   MovingPose seed;
   std::int32_t seed_flexion = 0;  ///< where the seed comes from: another Delta may hold there
   bool is_varus_free = false;
-  int band = 0;    ///< -1 or +1: with the extra moment against theta or with it
-  int worker = 0;  ///< who asks: below the number of threads, for scratch that outlives a step
+  int band = 0;             ///< -1 or +1: with the extra moment against theta or with it
+  bool is_measured = true;  ///< false: only where it rests counts, and with which energy
+  int worker = 0;           ///< who asks: below the number of threads, for scratch that outlives a step
 };
 
 /// Pure but for what it notes down under `task.key`; called from several threads at once. A spine cell that
