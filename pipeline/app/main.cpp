@@ -138,6 +138,7 @@ struct Commands {
     c.add_option("--degree", smooth.degree, "Total degree of the polynomials")
         ->required()
         ->check(CLI::Range(1, 12));
+    c.add_flag("--robust", smooth.is_robust, "Weigh attitudes far off less (Huber)");
     c.add_flag("--recontact", smooth.is_recontacted,
                "Find the travel along Delta into contact at every attitude");
     c.add_option("--threads", smooth.n_threads, "Workers; default: one a processor")

@@ -10,6 +10,7 @@ namespace vrda {
 struct SmoothCommandOptions {
   std::string file;
   int degree = 6;
+  bool is_robust = false;
   bool is_recontacted = false;  ///< with travel into contact at every attitude
   int n_threads = 0;            ///< 0: as many as there are processors
   bool as_json = false;
