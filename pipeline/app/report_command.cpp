@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <limits>
+#include <optional>
 
 #include "app/output_file.hpp"
 #include "app/player_stills.hpp"
@@ -14,6 +15,7 @@
 #include "reduce/reduce.hpp"
 #include "report/findings.hpp"
 #include "report/page.hpp"
+#include "smooth/smooth.hpp"
 
 namespace vrda {
 namespace {
@@ -39,8 +41,10 @@ RawExtremes raw_extremes(const MotionModel& model)
   return {figures.n_overlapping, figures.largest_penetration.value_mm, gap_mm};
 }
 
-Comparison comparison_of(const MotionModel& model, const ReportOptions& options)
+// None where the solved cells cannot carry even the first degree.
+std::optional<Comparison> comparison_of(const MotionModel& model, const ReportOptions& options)
 {
+  if (largest_degree(smooth_input(model, options.files.front())) < 1) return std::nullopt;
   CompareOptions asked;
   asked.name = options.files.front();
   if (!options.is_quick) {

@@ -119,6 +119,20 @@ TEST_F(ReportCommand, AnOtherJointHasAReportToo)
   EXPECT_TRUE(model.at("contact_grid").is_null());
 }
 
+TEST_F(ReportCommand, OneAttitudeIsEnough)
+{
+  const std::string file = (scratch_.path() / "one.h5").string();
+  const test::Ended run =
+      test::run_vrda({"run", test::small_job(scratch_).string(), "-o", file, "--progress", "none", "--set",
+                      "grid.flexion={from=0,to=0,step=1}", "--set", "grid.varus={from=0,to=0,step=1}"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const test::Ended ended = report({file, "-o", folder(), "--json"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const json model = json::parse(ended.out).at("models").at(0);
+  EXPECT_EQ(model.at("numbers").at("stable"), 1);
+  EXPECT_EQ(model.at("curves").at(0).at("flexion"), json({0.0}));
+}
+
 TEST_F(ReportCommand, WithoutAPlayerThePageSaysSo)
 {
   const std::string file = solved_knee("right");

@@ -20,6 +20,7 @@ from browser import Browser
 VRDA, CHROMIUM, JOB = sys.argv[1:4]
 KEPT = pathlib.Path(sys.argv[4]) if len(sys.argv) > 4 else None
 NASTY = "Knee </script><img src=x onerror=document.title='broken'> & <b>bold</b>"
+ALONE = ["--set", "grid.flexion={from=30,to=30,step=1}", "--set", "grid.varus={from=0,to=0,step=1}"]
 # A plot's axes, ticks and one thin line cover more of it than this; a blank plot is one colour.
 LEAST_INK = 0.004
 # Distance of two colours of 8 bits that an eye tells apart on a screen.
@@ -48,11 +49,11 @@ class Page(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory(prefix="vrda-report-test-")
         root = pathlib.Path(cls.folder.name)
         small = ["--set", "grid.flexion.step=15", "--set", "grid.varus.step=4", "--set", "smooth.degrees=[1,2]", "-q", "--progress", "none"]
-        for name, more in (("knee", ["--set", f'title="{NASTY}"']), ("free", ["--set", "grid.varus=free"])):
+        for name, more in (("knee", ["--set", f'title="{NASTY}"']), ("free", ["--set", "grid.varus=free"]), ("alone", ALONE)):
             run("run", JOB, "-o", root / f"{name}.h5", *small, *more)
         curve = root / "curve.csv"
         curve.write_text("# invented\nflexion_deg,internal_deg,varus_deg,ant_mm\n0,0,0,0\n45,8,1,2\n90,12,0,4\n45,7,1,2\n", encoding="utf-8")
-        cls.pages = {"one": ["knee.h5"], "free": ["free.h5"], "several": ["knee.h5", "free.h5"]}
+        cls.pages = {"one": ["knee.h5"], "free": ["free.h5"], "several": ["knee.h5", "free.h5"], "alone": ["alone.h5"]}
         for name, files in cls.pages.items():
             run("report", *(root / file for file in files), "-o", root / name, "--against", curve, "-q")
         cls.root = root
@@ -125,6 +126,11 @@ class Page(unittest.TestCase):
             self.assertIn("varus found, adduction +", titles)
             paper = Image.open(io.BytesIO(browser.element("document.querySelector('h1')"))).convert("RGB").getpixel((1, 1))
             self.assertLess(max(paper), 64)
+
+    def test_one_attitude(self):
+        with Browser(CHROMIUM) as browser:
+            self.opened(browser, "alone")
+            self.plots(browser, "alone")
 
     def test_several_models_as_wide_as_a_phone(self):
         with Browser(CHROMIUM) as browser:

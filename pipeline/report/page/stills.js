@@ -6,9 +6,10 @@ function still(one) {
   return el("figure", {}, el("img", { src: `data:image/png;base64,${one.png}`, alt: `The joint, ${label}`, loading: "eager" }), el("figcaption", {}, label));
 }
 
-// A row a view.
+// A row a view; few pictures stay small.
 function perRow(stills) {
-  return stills.filter((one) => one.view === stills[0].view).length;
+  const n = stills.filter((one) => one.view === stills[0].view).length;
+  return n < 3 ? 4 : n;
 }
 
 export function stillsSection(model) {
