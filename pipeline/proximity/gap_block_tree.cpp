@@ -53,6 +53,8 @@ class Arranger {
     for (std::size_t k = 0; k < groups.size(); ++k) {
       const std::int32_t child = build(groups[k], add);
       blocks_[static_cast<std::size_t>(index)].child[k] = child;
+      blocks_[static_cast<std::size_t>(child)].parent = index;
+      blocks_[static_cast<std::size_t>(child)].lane = static_cast<std::int32_t>(k);
     }
     return index;
   }

@@ -16,8 +16,10 @@ namespace vrda {
 /// in depth-first order, the root first.
 struct Block {
   std::array<std::int32_t, block_lanes> child{};
-  std::int32_t height = 0;  ///< levels below
-  std::int32_t slot = 0;    ///< into the inner or the leaf bounds
+  std::int32_t height = 0;   ///< levels below
+  std::int32_t slot = 0;     ///< into the inner or the leaf bounds
+  std::int32_t parent = -1;  ///< -1: the root
+  std::int32_t lane = 0;     ///< of the parent
   bool is_leaf() const { return height == 0; }
 };
 

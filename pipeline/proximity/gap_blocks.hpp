@@ -43,6 +43,11 @@ struct PlacedBlock {
   BlockRow x_low, x_high, z_low, z_high, flat, a, b, c, far;
 };
 
+/// One lane of a PlacedBlock.
+struct PlacedBound {
+  float x_low, x_high, z_low, z_high, flat, a, b, c;
+};
+
 /// A leaf's corners across Delta, in S.
 struct PlacedCorners {
   BlockRow x[3], z[3];
@@ -82,6 +87,10 @@ struct BlockFunctions {
   void (*turn_leaf)(const ReferenceLeaf&, const BlockTurn&, PlacedBlock&, PlacedCorners&);
   void (*place_inner)(const MovingInner&, const BlockPlacement&, PlacedBlock&);
   void (*place_leaf)(const MovingLeaf&, const BlockPlacement&, PlacedBlock&, PlacedCorners&);
+  /// Whether any lane may come within the limit of one bound of the other object: nothing for `test` to find
+  /// where none does, for an eighth of its work.
+  bool (*reference_near)(const PlacedBlock& reference, const PlacedBound& moving, float limit);
+  bool (*moving_near)(const PlacedBlock& moving, const PlacedBound& reference, float limit);
   bool (*test)(const PlacedBlock& reference, const PlacedBlock& moving, float limit, BlockPairs&);
   /// The same without the pairs where all of the moving one stands above the reference by more than -least.
   bool (*test_ahead)(const PlacedBlock& reference, const PlacedBlock& moving, BlockLimits, BlockPairs&);

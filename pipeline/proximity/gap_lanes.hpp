@@ -11,8 +11,8 @@ constexpr BlockFunctions block_functions()
 {
   using Place = PlaceLanes<F>;
   using Test = TestLanes<F>;
-  return {Place::turn_inner, Place::turn_leaf, Place::place_inner, Place::place_leaf,
-          Test::test,        Test::test_ahead, Test::screen};
+  return {Place::turn_inner, Place::turn_leaf, Place::place_inner, Place::place_leaf, Test::reference_near,
+          Test::moving_near, Test::test,       Test::test_ahead,   Test::screen};
 }
 
 }  // namespace vrda

@@ -33,6 +33,47 @@ struct TestLanes {
     return F::bits((x_low <= x_high) & (z_low <= z_high) & (bound <= F::all(limit)));
   }
 
+  struct Overlap {
+    F x_low, x_high, z_low, z_high;
+  };
+
+  static Overlap overlap(const PlacedBlock& lanes, int at, const PlacedBound& one)
+  {
+    return {F::most(row(lanes.x_low, at), F::all(one.x_low)),
+            F::least(row(lanes.x_high, at), F::all(one.x_high)),
+            F::most(row(lanes.z_low, at), F::all(one.z_low)),
+            F::least(row(lanes.z_high, at), F::all(one.z_high))};
+  }
+
+  static bool is_near(const Overlap& o, F a, F b, F c, F flat, float limit)
+  {
+    const F plane = a + F::least(b * o.x_low, b * o.x_high) + F::least(c * o.z_low, c * o.z_high);
+    return F::bits((o.x_low <= o.x_high) & (o.z_low <= o.z_high) & (F::most(plane, flat) <= F::all(limit))) !=
+           0;
+  }
+
+  static bool reference_near(const PlacedBlock& r, const PlacedBound& m, float limit)
+  {
+    for (int at = 0; at < block_lanes; at += F::width) {
+      if (is_near(overlap(r, at, m), row(r.a, at) - F::all(m.a), row(r.b, at) - F::all(m.b),
+                  row(r.c, at) - F::all(m.c), row(r.flat, at) - F::all(m.flat), limit)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  static bool moving_near(const PlacedBlock& m, const PlacedBound& r, float limit)
+  {
+    for (int at = 0; at < block_lanes; at += F::width) {
+      if (is_near(overlap(m, at, r), F::all(r.a) - row(m.a, at), F::all(r.b) - row(m.b, at),
+                  F::all(r.c) - row(m.c, at), F::all(r.flat) - row(m.flat, at), limit)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
   static bool test(const PlacedBlock& r, const PlacedBlock& m, float limit, BlockPairs& pairs)
   {
     unsigned any = 0;

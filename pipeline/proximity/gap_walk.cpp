@@ -75,6 +75,12 @@ void GapWalk::place(const MovingPose& pose, double reach_mm, double margin_mm)
   renew(place_stamp_, moving_stamps_);
 }
 
+static PlacedBound lane_of(const PlacedBlock& block, std::int32_t lane)
+{
+  return {block.x_low.lane[lane], block.x_high.lane[lane], block.z_low.lane[lane], block.z_high.lane[lane],
+          block.flat.lane[lane],  block.a.lane[lane],      block.b.lane[lane],     block.c.lane[lane]};
+}
+
 bool GapWalk::test(const Task& task, float limit)
 {
   const auto r = static_cast<std::size_t>(task.reference), m = static_cast<std::size_t>(task.moving);
@@ -97,6 +103,16 @@ bool GapWalk::test(const Task& task, float limit)
     } else {
       functions_->place_inner(moving_.inner[slot], placement_, moving_placed_[m]);
     }
+  }
+  // Each against the other's bound as a whole, which the parent holds: most pairs of leaves end here.
+  const Block &r_block = reference_.blocks[r], &m_block = moving_.blocks[m];
+  if (r_block.parent >= 0) {
+    const PlacedBlock& parent = reference_placed_[static_cast<std::size_t>(r_block.parent)];
+    if (!functions_->moving_near(moving_placed_[m], lane_of(parent, r_block.lane), limit)) return false;
+  }
+  if (m_block.parent >= 0) {
+    const PlacedBlock& parent = moving_placed_[static_cast<std::size_t>(m_block.parent)];
+    if (!functions_->reference_near(reference_placed_[r], lane_of(parent, m_block.lane), limit)) return false;
   }
   if (kind_ == GapKind::from_afar) {
     return functions_->test(reference_placed_[r], moving_placed_[m], limit, pairs_);

@@ -26,8 +26,12 @@ constexpr double accepted_share = 0.1;    // of the predicted gain
 constexpr double good_share = 0.7;
 constexpr double poor_share = 0.25;
 constexpr std::size_t most_fresh = 200;
-constexpr double band_share = 0.06;  // of a facet's width
+// As many facets of a rounded surface lie within a band as its height over a facet's area.
+constexpr double band_mm_per_mm2 = 0.043;
 constexpr double largest_band_mm = 0.2;
+// Features wanted: more cost more than the iterations they save, fewer hide what is next.
+constexpr std::size_t many_features = 20;
+constexpr std::size_t few_features = 4;
 // Then the way is shortened; until then the obstacles met bend it.
 constexpr int most_rejections = 3;
 
@@ -49,7 +53,7 @@ double band_of(const Mesh& reference, const Mesh& moving)
 {
   const double of_reference = mean_area_mm2(reference), of_moving = mean_area_mm2(moving);
   const double facet_mm2 = of_reference * of_moving / (of_reference + of_moving);
-  return facet_mm2 > 0.0 ? std::min(band_share * std::sqrt(facet_mm2), largest_band_mm) : largest_band_mm;
+  return facet_mm2 > 0.0 ? std::min(band_mm_per_mm2 * facet_mm2, largest_band_mm) : largest_band_mm;
 }
 
 EquilibriumSolver::Run::Run(State& tools, const Task& task)
@@ -58,6 +62,7 @@ EquilibriumSolver::Run::Run(State& tools, const Task& task)
       forces_{tools.ligaments, task.loads, tools.grip, task.attitude.flexion_rad},
       push_n_(task.loads.force_n.norm() > 0.0 ? task.loads.force_n.norm() : 1.0),
       tolerance_mm_(tools.options.tolerance_mm),
+      band_mm_(tools.band_mm),
       seed_(place_at(task.seed, task.attitude.varus_rad, tools.grip)),
       planner_(forces_, {seed_, spring_share_per_mm * push_n_})
 {
@@ -88,7 +93,7 @@ StepRecord EquilibriumSolver::Run::run()
 StepStatus EquilibriumSolver::Run::settle()
 {
   here_.place = seed_;
-  look(seed_, tools_.band_mm, fresh_);
+  look(seed_, fresh_);
   if (!std::isfinite(fresh_.travel_mm)) return StepStatus::no_contact;
   here_ = rest_at(seed_, fresh_.travel_mm);
   if (!here_.is_bounded) return StepStatus::unbounded;
@@ -124,10 +129,18 @@ Attitude EquilibriumSolver::Run::attitude_at(const Place& place) const
   return {task_.attitude.flexion_rad, place.varus_rad};
 }
 
+void EquilibriumSolver::Run::look(const Place& place, GapSight& sight)
+{
+  look(place, band_mm_, sight);
+  if (sight.n_features > many_features) band_mm_ *= 0.5;
+  if (sight.n_features < few_features) band_mm_ = std::min(1.5 * band_mm_, largest_band_mm);
+}
+
 void EquilibriumSolver::Run::look(const Place& place, double band, GapSight& sight)
 {
   tools_.stand(attitude_at(place));
   const GapAnswer& answer = tools_.gap.features(pose_at(place, tools_.grip), band);
+  sight.n_features = answer.features.size();
   sight.travel_mm = answer.travel_mm;
   sight.ceiling_mm = place.pivot_mm.y() + answer.travel_mm;
   sight.obstacles.clear();
@@ -176,7 +189,7 @@ bool EquilibriumSolver::Run::holds_here(const Obstacle& obstacle, const Rotation
 
 EquilibriumSolver::Run::Outcome EquilibriumSolver::Run::attempt(const StepPlan& plan)
 {
-  look(plan.end.place, tools_.band_mm, trial_);
+  look(plan.end.place, trial_);
   const Rest rest = std::isfinite(trial_.travel_mm) ? rest_at(plan.end.place, trial_.travel_mm) : plan.end;
   if (!std::isfinite(trial_.travel_mm) || !rest.is_bounded) {
     led_off_ = plan.end.place;

@@ -94,7 +94,7 @@ bool EquilibriumSolver::Run::rises_really()
   plan_options_.radius_mm = ridge_radius_mm;
   const StepPlan plan = planner_.plan(here_, known_, plan_options_);
   if (plan.gain_nmm <= tolerance_mm_ * push_n_) return false;
-  look(plan.end.place, tools_.band_mm, trial_);
+  look(plan.end.place, trial_);
   if (!std::isfinite(trial_.travel_mm)) return false;
   const Rest rest = rest_at(plan.end.place, trial_.travel_mm);
   if (!rest.is_bounded || planner_.merit_nmm(here_) - planner_.merit_nmm(rest) < 0.5 * plan.gain_nmm)
@@ -161,7 +161,7 @@ bool EquilibriumSolver::Run::turning_costs(double turn)
     for (const Obstacle& o : known_) least_mm = std::min(least_mm, clearance(o, place, rotations).travel_mm);
     const StepPlan plan = planner_.plan(rest_at(place, least_mm), known_, options);
     if (plan.end.potential.energy_nmm > most_nmm) return true;
-    look(plan.end.place, tools_.band_mm, trial_);
+    look(plan.end.place, trial_);
     if (!std::isfinite(trial_.travel_mm)) return false;
     const Rest rest = rest_at(plan.end.place, trial_.travel_mm);
     if (!rest.is_bounded || rest.potential.energy_nmm <= most_nmm) return false;
