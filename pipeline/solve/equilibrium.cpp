@@ -20,6 +20,7 @@ constexpr double spring_share_per_mm = 1e-6;
 constexpr double negligible_gain_share = 1e-6;
 // Above the rounding of places, far below the standoff.
 constexpr double rounding_mm = 1e-9;
+constexpr double small_step_by_fibres = 0.02;  // of the tolerance
 constexpr double largest_radius_mm = 16.0;
 constexpr double least_radius_mm = 0.05;  // after a rejection and a step that was accepted
 constexpr double accepted_share = 0.1;    // of the predicted gain
@@ -97,12 +98,14 @@ StepStatus EquilibriumSolver::Run::settle()
   if (!std::isfinite(fresh_.travel_mm)) return StepStatus::no_contact;
   here_ = rest_at(seed_, fresh_.travel_mm);
   if (!here_.is_bounded) return StepStatus::unbounded;
+  // Plans see fibres to second order, so that the step after a small one is far smaller.
+  const double small_step_mm = tolerance_mm_ * (tools_.ligaments.fibres.empty() ? 1.0 : small_step_by_fibres);
   radius_mm_ = first_radius_mm;
   for (iteration_ = 1; iteration_ <= tools_.options.max_iterations; ++iteration_) {
     const StepPlan plan = next_plan();
     residual_mm_ = plan.length_mm;
     const bool is_small =
-        plan.length_mm <= tolerance_mm_ || here_.potential.energy_nmm - plan.end.potential.energy_nmm <=
+        plan.length_mm <= small_step_mm || here_.potential.energy_nmm - plan.end.potential.energy_nmm <=
                                                negligible_gain_share * tolerance_mm_ * push_n_;
     if (is_small) {
       if (is_certified(plan)) {

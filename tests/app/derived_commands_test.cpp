@@ -74,7 +74,7 @@ TEST_F(DerivedCommands, ARunRecontactsWhatItSmoothsUnlessToldNotTo)
 TEST_F(DerivedCommands, RecontactLeavesNoOverlapAndTheMarginAtTheAttitudes)
 {
   const Json sets = json_of({"audit", file_});
-  ASSERT_EQ(sets.size(), 3u);
+  ASSERT_EQ(sets.size(), 4u);
   EXPECT_EQ(sets[0].at("set"), "degree_2_recontacted");
   EXPECT_EQ(sets[0].at("poses"), 35);
   EXPECT_EQ(sets[0].at("overlapping"), 0);
@@ -86,6 +86,7 @@ TEST_F(DerivedCommands, RecontactLeavesNoOverlapAndTheMarginAtTheAttitudes)
   EXPECT_GT(sets[1].at("largest_penetration").at("mm").get<double>(), 0.01);
   EXPECT_EQ(sets[2].at("set"), "raw");
   EXPECT_EQ(sets[2].at("overlapping"), 0);
+  EXPECT_EQ(sets[3].at("set"), "zero_varus");
   const Json info = json_of({"info", file_});
   EXPECT_EQ(info.at("remeasured").at("largest_gap_mm"), sets[2].at("largest_gap").at("mm"));
 
@@ -94,7 +95,7 @@ TEST_F(DerivedCommands, RecontactLeavesNoOverlapAndTheMarginAtTheAttitudes)
   EXPECT_EQ(fine[0].at("attitudes"), 19 * 13);
   EXPECT_GT(fine[0].at("largest_gap").at("mm").get<double>(), margin_mm);
   const MotionModel model = read_motion_model(file_);
-  ASSERT_EQ(model.audits.size(), 3u);  // of the two grids of that set the last
+  ASSERT_EQ(model.audits.size(), 4u);  // of the two grids of that set the last
   EXPECT_EQ(model.audits[1].name, "degree_2_recontacted");
   EXPECT_EQ(model.audits[1].refine, 3);
   EXPECT_EQ(run({"validate", file_}).exit_code, 0);
@@ -105,7 +106,7 @@ TEST_F(DerivedCommands, TheTableNamesSetsAndWhereTheirWorstIs)
   const test::Ended ended = run({"audit", file_});
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.err, IsEmpty());
-  EXPECT_EQ(test::n_lines(ended.out), 5);
+  EXPECT_EQ(test::n_lines(ended.out), 6);
   EXPECT_THAT(ended.out, HasSubstr("degree_2_recontacted        1       35           0  -  "));
   EXPECT_THAT(ended.out, HasSubstr("largest penetration"));
 }
@@ -136,10 +137,10 @@ TEST_F(DerivedCommands, SmoothReplacesItsDegreeAndDropsAuditsOfWhatChanged)
   EXPECT_EQ(same.at("surfaces").size(), 4u);
   EXPECT_EQ(same.at("surfaces").at("ty").at("cells"), 35);
   EXPECT_EQ(same.at("recontact").at("without_contact"), 0);
-  EXPECT_EQ(read_motion_model(file_).audits.size(), 3u);
+  EXPECT_EQ(read_motion_model(file_).audits.size(), 4u);
 
   EXPECT_TRUE(json_of({"smooth", file_, "--degree", "3"}).at("recontact").is_null());
-  EXPECT_EQ(read_motion_model(file_).audits.size(), 3u);
+  EXPECT_EQ(read_motion_model(file_).audits.size(), 4u);
   EXPECT_EQ(read_motion_model(file_).smoothed.size(), 2u);
 
   const test::Ended ended = run({"smooth", file_, "--degree", "2"});
@@ -147,7 +148,7 @@ TEST_F(DerivedCommands, SmoothReplacesItsDegreeAndDropsAuditsOfWhatChanged)
   EXPECT_THAT(ended.out, HasSubstr("smoothed, degree 2: 6 terms"));
   const MotionModel model = read_motion_model(file_);
   EXPECT_FALSE(model.smoothed.front().recontact_mm.has_value());
-  ASSERT_EQ(model.audits.size(), 2u);
+  ASSERT_EQ(model.audits.size(), 3u);
   EXPECT_EQ(model.audits.front().name, "degree_2");
 }
 

@@ -127,7 +127,7 @@ def check_contacts(data, bodies, model, cell):
 
 def check_vtk(vrda, file, folder):
     pvd = folder / "a & b" / "knee.pvd"
-    done = run(vrda, "export", file, "--to", "vtk", "--set", "raw", "-o", pvd, "--json")
+    done = run(vrda, "export", file, "--to", "vtk", "--set", "raw", "--varus", "spine", "-o", pvd, "--json")
     said = json.loads(done.stdout)
     entries = xml.etree.ElementTree.parse(pvd).getroot().findall("Collection/DataSet")
     check(len(said["files"]) == len(entries) + 1, "another number of files than it says")
@@ -161,7 +161,7 @@ def check_csv(vrda, file, folder):
 
 
 def check_sto(vrda, file, folder):
-    run(vrda, "export", file, "--to", "mot", "--set", "raw", "--degrees", "--rate", "45", "--coordinate",
+    run(vrda, "export", file, "--to", "mot", "--set", "raw", "--varus", "spine", "--degrees", "--rate", "45", "--coordinate",
         "flexion=knee_angle_r", "-o", folder / "knee.mot")
     text = (folder / "knee.mot").read_text()
     header = text[:text.index("endheader")]

@@ -83,7 +83,8 @@ TEST(WithSmoothed, TheSameSetOnceMoreChangesNothing)
 
 TEST(WithSmoothed, AnAuditOfAnotherMotionGoes)
 {
-  const MotionModel model = test::with_derived(test::sample_model());
+  MotionModel model = test::with_derived(test::sample_model());
+  model.zero_varus->set = "raw";
   ASSERT_EQ(names_of(model.audits),
             (std::vector<std::string>{"degree_1", "degree_1_recontacted", "raw", "zero_varus"}));
   const std::vector<std::string> none_of_it{"raw", "zero_varus"};
@@ -100,6 +101,24 @@ TEST(WithSmoothed, AnAuditOfAnotherMotionGoes)
   EXPECT_EQ(names_after(model, set), as_smoothed);
   set.degree = 2;
   EXPECT_EQ(names_after(model, set), names_of(model.audits));
+}
+
+TEST(WithSmoothed, AZeroVarusMotionMadeOfAnotherGoesWithItsAudit)
+{
+  MotionModel model = test::with_derived(test::sample_model());
+  ASSERT_EQ(model.zero_varus.value_or(ZeroVarus()).set, "degree_1");
+  SmoothedSet set = model.smoothed[0];
+  EXPECT_TRUE(with_smoothed(model, set).zero_varus.has_value());
+  set.recontact_mm.reset();
+  EXPECT_TRUE(with_smoothed(model, set).zero_varus.has_value()) << "made of the plain set";
+  set.surfaces[0].coefficients[0] += 1e-12;
+  const MotionModel changed = with_smoothed(model, set);
+  EXPECT_FALSE(changed.zero_varus.has_value());
+  EXPECT_EQ(names_of(changed.audits), std::vector<std::string>{"raw"});
+  model.zero_varus->set = "degree_1_recontacted";
+  set = model.smoothed[0];
+  set.recontact_mm.reset();
+  EXPECT_FALSE(with_smoothed(model, set).zero_varus.has_value());
 }
 
 }  // namespace
