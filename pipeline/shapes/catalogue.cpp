@@ -42,7 +42,7 @@ Entry knee_entry()
   return {"knee",
           "a right or left knee: femur, tibia, both menisci; shafts and fibula drawn only",
           {number("resolution", "multiplies the edges along any line; triangles grow with its square", "",
-                  1.0, {0.5, 14.0}),
+                  1.0, {0.5, 15.0}),
            word("side", "which knee", {"right", "left"})},
           [](const Values& values) {
             Shape shape = right_knee(values.number("resolution"));

@@ -86,7 +86,7 @@ TEST(Shapes, UnknownNamesAreAnsweredWithTheNearestKnownOne)
 TEST(Shapes, NumbersOutOfRangeAreNamed)
 {
   EXPECT_THAT(message_of({"knee", {{"resolution", 0.0}}, {}}),
-              AllOf(HasSubstr("resolution: found 0"), HasSubstr("from 0.5 to 14")));
+              AllOf(HasSubstr("resolution: found 0"), HasSubstr("from 0.5 to 15")));
   EXPECT_THAT(message_of({"knee", {{"resolution", std::numeric_limits<double>::quiet_NaN()}}, {}}),
               HasSubstr("resolution: found"));
   EXPECT_THAT(message_of({"hip", {{"radius", -3.0}}, {}}), AllOf(HasSubstr("found -3"), HasSubstr("mm")));
