@@ -144,6 +144,7 @@ struct GapQuery::State {
   void visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer);
   void try_pair(const TrianglePair& pair, const Placement& place);
   void try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const;
+  void forget_answer();
   void start(const MovingPose& pose, const Placement& place);
   void find_least(const Placement& place);
   void find_features(const Placement& place, double band_mm);
@@ -204,12 +205,17 @@ void GapQuery::State::try_pair(const TrianglePair& pair, const Placement& place)
   visit_pair(pair, place, [](const GapFace&, const GapFace&, const MeetingPlace&) {});
 }
 
-void GapQuery::State::start(const MovingPose& pose, const Placement& place)
+void GapQuery::State::forget_answer()
 {
-  ++n_queries;
   answer.travel_mm = gap_rules::infinity;
   answer.pair = {};
   answer.features.clear();
+}
+
+void GapQuery::State::start(const MovingPose& pose, const Placement& place)
+{
+  ++n_queries;
+  forget_answer();
   walk(GapKind::from_afar).place(pose, reach_mm(pose));
   for (const TrianglePair& hint : afar_hints) try_pair(hint, place);
 }
@@ -286,6 +292,14 @@ double GapQuery::travel_mm(const MovingPose& pose)
   state_->start(pose, place);
   state_->find_least(place);
   state_->afar_hints.remember(state_->answer.pair);
+  return state_->answer.travel_mm;
+}
+
+double GapQuery::travel_at_most_mm(const MovingPose& pose)
+{
+  const Placement place(pose);
+  state_->forget_answer();
+  for (const TrianglePair& hint : state_->afar_hints) state_->try_pair(hint, place);
   return state_->answer.travel_mm;
 }
 

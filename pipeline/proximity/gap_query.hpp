@@ -70,6 +70,11 @@ class GapQuery {
   /// when it stands deeper than that.
   double travel_mm(const MovingPose& pose);
 
+  /// Not below travel_mm(pose), from the hints alone: often that itself, infinite where they say nothing.
+  /// Asks no query. Depends on what was asked before, so decide nothing by it that travel_mm() would decide
+  /// otherwise.
+  double travel_at_most_mm(const MovingPose& pose);
+
   /// The same with the features whose travel is within `band_mm` of it. Valid until the next call.
   const GapAnswer& features(const MovingPose& pose, double band_mm);
 

@@ -87,7 +87,7 @@ StepRecord EquilibriumSolver::Run::run()
     if (task_.is_measured) measure(record);
     fill_balance(record);
   }
-  record.queries += n_gap_queries() - n_queries_before_;
+  record.queries += n_gap_queries() - n_queries_before_ + n_spared_;
   return record;
 }
 

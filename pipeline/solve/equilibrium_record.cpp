@@ -25,6 +25,9 @@ constexpr int most_probes = 4;
 constexpr double longer_hair = 3.0;  // where nothing new was seen
 // How far a way past a ridge is tried.
 constexpr double ridge_radius_mm = 0.02;
+// Of the gain that a plan past a ridge predicts; a hint must miss it by more than rounding to decide.
+constexpr double rising_share = 0.5;
+constexpr double rounding_share = 0.01;
 // Theta counts as determined when a degree either way costs this many tolerances of height.
 constexpr double turn_rad = pi / 180.0;
 constexpr double turn_cost_tolerances = 10.0;
@@ -89,16 +92,29 @@ bool EquilibriumSolver::Run::passes_a_ridge()
   return false;
 }
 
+bool EquilibriumSolver::Run::gains(double share, const StepPlan& plan, const Rest& rest) const
+{
+  return rest.is_bounded && planner_.merit_nmm(here_) - planner_.merit_nmm(rest) >= share * plan.gain_nmm;
+}
+
 bool EquilibriumSolver::Run::rises_really()
 {
   plan_options_.radius_mm = ridge_radius_mm;
   const StepPlan plan = planner_.plan(here_, known_, plan_options_);
   if (plan.gain_nmm <= tolerance_mm_ * push_n_) return false;
-  look(plan.end.place, trial_);
+  // Most do not rise, and what touched last time tells: with more travel than there is no pose is worse. It
+  // counts as the query that it spares.
+  tools_.stand(attitude_at(plan.end.place));
+  const double most_mm = tools_.gap.travel_at_most_mm(pose_at(plan.end.place, tools_.grip));
+  if (std::isfinite(most_mm) &&
+      !gains(rising_share - rounding_share, plan, rest_at(plan.end.place, most_mm))) {
+    ++n_spared_;
+    return false;
+  }
+  look(plan.end.place, band_mm_, trial_);
   if (!std::isfinite(trial_.travel_mm)) return false;
   const Rest rest = rest_at(plan.end.place, trial_.travel_mm);
-  if (!rest.is_bounded || planner_.merit_nmm(here_) - planner_.merit_nmm(rest) < 0.5 * plan.gain_nmm)
-    return false;
+  if (!gains(rising_share, plan, rest)) return false;
   accept(rest);
   radius_mm_ = first_radius_mm;
   return true;

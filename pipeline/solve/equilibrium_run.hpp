@@ -109,6 +109,7 @@ class EquilibriumSolver::Run {
   bool passes_a_ridge();
   // Against the obstacles known.
   bool rises_really();
+  bool gains(double share, const StepPlan& plan, const Rest& rest) const;
   // Those that touch here.
   void take_touching(const std::vector<Obstacle>& obstacles);
   void balance();
@@ -143,6 +144,7 @@ class EquilibriumSolver::Run {
   int n_rejections_ = 0;
   int iteration_ = 0;
   int n_queries_before_ = 0;
+  int n_spared_ = 0;
 };
 
 }  // namespace vrda
