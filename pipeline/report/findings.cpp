@@ -108,19 +108,23 @@ void add_raw_extremes(const ReportModel& entry, Lines& lines)
   }
 }
 
+// One line for all: of many degrees most overlap.
 void add_audits(const MotionModel& model, Lines& lines)
 {
+  std::string found;
   for (const AuditSet& audit : model.audits) {
     if (audit.name == "raw") continue;
     const double deepest_mm = largest(audit.penetration_mm.data(), audit.penetration_mm.size());
     const auto n = (audit.state == static_cast<std::int8_t>(AuditState::overlapping)).count();
     if (deepest_mm > perceptible_mm)
-      lines.push_back(
-          line("Motion %s overlaps by up to %.3g mm, at %lld of %lld audited attitudes; more than the "
-               "%.3g mm that can be seen.",
-               audit.name.c_str(), deepest_mm, static_cast<long long>(n),
-               static_cast<long long>(audit.state.size()), perceptible_mm));
+      found += line("%s%s by up to %.3g mm (%lld of %lld attitudes overlap)", found.empty() ? "" : ", ",
+                    audit.name.c_str(), deepest_mm, static_cast<long long>(n),
+                    static_cast<long long>(audit.state.size()));
   }
+  if (!found.empty())
+    lines.push_back(
+        line("Audits found overlaps of more than the %.3g mm that can be seen: ", perceptible_mm) + found +
+        ".");
 }
 
 void add_rotation(const MotionModel& model, const Numbers& numbers, Lines& lines)

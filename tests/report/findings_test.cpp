@@ -14,6 +14,7 @@ namespace {
 
 using testing::AllOf;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -81,9 +82,15 @@ TEST(Findings, AnAuditThatCanBeSeenIsNamed)
   audit.penetration_mm = GridD::Zero(4, 3);
   audit.state(1, 2) = static_cast<std::int8_t>(AuditState::overlapping);
   audit.penetration_mm(1, 2) = 0.3;
-  entry.model.audits = {audit};
-  EXPECT_THAT(warnings_of(entry), Contains(HasSubstr("degree_1 overlaps by up to 0.3 mm, at 1 of 12")));
+  entry.model.audits = {audit, audit};
+  entry.model.audits[1].name = "degree_2";
+  entry.model.audits[1].penetration_mm(1, 2) = 0.2;
+  EXPECT_THAT(
+      warnings_of(entry),
+      ElementsAre(HasSubstr("degree_1 by up to 0.3 mm (1 of 12 attitudes overlap), degree_2 by up to 0.2")));
   entry.model.audits[0].penetration_mm(1, 2) = 0.1;
+  EXPECT_THAT(warnings_of(entry), ElementsAre(HasSubstr("seen: degree_2")));
+  entry.model.audits[1].penetration_mm(1, 2) = 0.1;
   EXPECT_THAT(warnings_of(entry), IsEmpty());
 }
 

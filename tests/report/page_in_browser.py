@@ -15,7 +15,8 @@ import unittest
 
 from PIL import Image
 
-from browser import Browser
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts"))
+from browser import Browser  # noqa: E402
 
 VRDA, CHROMIUM, JOB = sys.argv[1:4]
 KEPT = pathlib.Path(sys.argv[4]) if len(sys.argv) > 4 else None

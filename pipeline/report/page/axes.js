@@ -1,6 +1,7 @@
 // Finite helical axes, instant centres, rolling and sliding.
 import { absent, el, section } from "./dom.js";
 import { axis, compartmentColor, figure, lineStyle, scene, theme } from "./plot.js";
+import { extent } from "./words.js";
 
 const HALF_LENGTH_MM = 50;
 
@@ -36,9 +37,13 @@ function helicalFigure(model) {
     make: () => {
       const s = axisSegments(model);
       const line = { color: s.color, colorscale: "Cividis", width: 4, showscale: true, colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: "flexion, °", side: "right" } } };
+      // A cube about the rotation centre keeps lengths and directions true and every title in the picture.
+      const half = 1.05 * Math.max(...extent([...s.x, ...s.y, ...s.z]).map(Math.abs));
+      const axes = scene("right, mm", "anterior, mm", "proximal, mm", { aspectmode: "cube", camera: { eye: { x: 1.6, y: 1.6, z: 0.9 }, center: { x: 0.14, y: -0.14, z: -0.1 } } });
+      for (const one of [axes.xaxis, axes.yaxis, axes.zaxis]) one.range = [-half, half];
       return {
         data: [{ type: "scatter3d", mode: "lines", x: s.z, y: s.x, z: s.y, line, hoverinfo: "skip" }],
-        layout: { scene: scene("right, mm", "anterior, mm", "proximal, mm", { aspectmode: "data", camera: { eye: { x: 1.5, y: 1.5, z: 0.75 }, center: { x: 0, y: 0, z: -0.12 } } }), margin: { l: 0, r: 0, t: 0, b: 0 } },
+        layout: { scene: axes, margin: { l: 0, r: 0, t: 0, b: 0 } },
       };
     },
   });

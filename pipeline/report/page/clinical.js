@@ -39,7 +39,7 @@ export function rotationSection(model) {
   const quantities = [
     { key: "internal", name: "internal rotation", unit: "degrees", title: isKnee ? "Screw-home: internal rotation" : "Rotation about the moving body’s long axis",
       caption: `Rotation of the ${model.moving.name} about its long axis, internal +, Grood-Suntay.${bandText(model)}` },
-    { key: "varus", name: "varus", unit: "degrees", title: "Varus along the same motion", caption: "Varus (adduction +) at which the motion runs; on the raw spine it moves in steps of the grid." },
+    { key: "varus", name: "varus", unit: "degrees", title: "Varus along the same motion", caption: `Varus (adduction +) at which the motion runs${model.is_varus_free ? "" : "; on the raw spine it moves in steps of the grid"}.` },
   ];
   return section("rotation", isKnee ? "Screw-home" : "Rotation", curvePlots(shownCurves(model), quantities));
 }

@@ -88,9 +88,9 @@ function inRows(quantities, figures) {
 
 /**
  * `curves`: { label, flexion, KEY: values, isOff, isPoints, band: { low, high } }; `quantities`: { key, name, unit, caption }.
- * The result has `redraw()` and `state` ({ curves, isZeroed }).
+ * `over` names the axis on which the curves' `flexion` lies. The result has `redraw()` and `state` ({ curves, isZeroed }).
  */
-export function curvePlots(curves, quantities, { size = "" } = {}) {
+export function curvePlots(curves, quantities, { size = "", over = FLEXION } = {}) {
   // plotly reads names as a little HTML, so they go in escaped.
   // Those shown come first: they get the colours farthest apart.
   const ordered = [...curves].sort((a, b) => Boolean(a.isOff) - Boolean(b.isOff));
@@ -99,7 +99,7 @@ export function curvePlots(curves, quantities, { size = "" } = {}) {
     title: quantity.title ?? quantity.name,
     caption: quantity.caption,
     size,
-    make: () => ({ data: tracesOf(state, quantity), layout: { xaxis: axis(FLEXION), yaxis: axis(`${quantity.name}, ${quantity.unit}`), hovermode: "closest" } }),
+    make: () => ({ data: tracesOf(state, quantity), layout: { xaxis: axis(over), yaxis: axis(`${quantity.name}, ${quantity.unit}`), hovermode: "closest" } }),
   }));
   const redraw = () => figures.forEach((one) => one.redraw());
   const result = el("div", {}, state.curves.length > 1 ? legend(state, redraw) : null,

@@ -10,7 +10,8 @@ function statisticsTable(model) {
 }
 
 function auditTable(model) {
-  const rows = model.audits.map((a) => [setName(a.name), String(a.refine), String(a.attitudes), String(a.overlapping), number(a.largest_penetration_mm), number(a.largest_gap_mm), String(a.nothing_ahead), String(a.no_pose)]);
+  const audits = [...model.audits].sort((a, b) => a.name.localeCompare(b.name, "en", { numeric: true }));
+  const rows = audits.map((a) => [setName(a.name), String(a.refine), String(a.attitudes), String(a.overlapping), number(a.largest_penetration_mm), number(a.largest_gap_mm), String(a.nothing_ahead), String(a.no_pose)]);
   return table("Audits: the meshes measured again at each attitude; refinement tells into how many parts a cell of the grid is cut", ["motion", "refinement", "attitudes", "overlapping", "largest penetration, mm", "largest gap, mm", "nothing ahead", "no pose"], rows);
 }
 

@@ -27,8 +27,9 @@ function stepScale(kinds) {
 function mapTrace(model, { grid, kinds }) {
   const index = new Map(kinds.map((kind, k) => [kind.code, k]));
   const z = model.varus.map((_, j) => model.flexion.map((_, i) => index.get(grid[i][j])));
+  const gap = model.flexion.length > 45 ? 0 : 1;  // many cells would become stripes
   const text = z.map((row) => row.map((k) => kinds[k]?.name ?? ""));
-  return { type: "heatmap", x: model.flexion, y: model.varus, z, text, zmin: -0.5, zmax: kinds.length - 0.5, colorscale: stepScale(kinds), xgap: model.flexion.length > 45 ? 0 : 1, ygap: 1,
+  return { type: "heatmap", x: model.flexion, y: model.varus, z, text, zmin: -0.5, zmax: kinds.length - 0.5, colorscale: stepScale(kinds), xgap: gap, ygap: gap,
     colorbar: { thickness: 14, outlinewidth: 0, tickvals: kinds.map((_, k) => k), ticktext: kinds.map((kind) => kind.name) },
     hovertemplate: "flexion %{x}°, varus %{y}°: %{text}<extra></extra>" };
 }

@@ -1,11 +1,12 @@
 // Raw and smoothed surfaces side by side, as in figure 16 of the thesis.
+import { curvePlots } from "./curves.js";
 import { absent, choice, el, section } from "./dom.js";
-import { axis, figure, lineStyle, scene } from "./plot.js";
+import { axis, figure, scene } from "./plot.js";
 import { extent, parameterTitle, PARAMETERS, setName } from "./words.js";
 
 const SCALE = "Viridis";
 const AROUND_ZERO = [[0, "#0b6aa8"], [0.5, "#f1f0ec"], [1, "#c2500a"]];
-const START_CAMERA = { eye: { x: -1.25, y: -1.38, z: 0.78 }, center: { x: 0, y: 0, z: -0.13 } };
+const START_CAMERA = { eye: { x: -1.4, y: -1.55, z: 0.87 }, center: { x: 0, y: 0, z: -0.13 } };
 
 function difference(a, b) {
   return a.map((row, i) => row.map((value, j) => (value === null || b[i][j] === null ? null : value - b[i][j])));
@@ -108,24 +109,17 @@ function sideBySide(model) {
   return [controls(model, state, redraw), hasSmoothed ? el("div", { class: "columns" }, panels) : panels, residual];
 }
 
-// One axis only: curves of each parameter, raw as points, smoothed as lines.
+// One axis only: curves of each parameter, raw as points, smoothed as lines, of which the preferred ones show.
 function overOneAxis(model) {
   const isFlexion = model.flexion.length >= model.varus.length;
-  const x = isFlexion ? model.flexion : model.varus;
-  const values = (set, key) => (isFlexion ? set[key].map((row) => row[0]) : set[key][0]);
   const keys = Object.keys(PARAMETERS).filter((key) => model.surfaces[0][key]);
-  const figures = keys.map((key) => figure({
-    title: PARAMETERS[key].name,
-    caption: `Raw as points, smoothed sets as lines; ${PARAMETERS[key].unit}, in world axes (θ and varus with right-knee signs).`,
-    make: () => ({
-      data: model.surfaces.filter((set) => set[key]).map((set, k) => ({
-        type: "scatter", x, y: values(set, key), name: setName(set.name), mode: k === 0 ? "markers" : "lines",
-        marker: { size: 5, color: lineStyle(6).color, opacity: 0.7 }, line: { ...lineStyle(k - 1 < 0 ? 6 : k - 1), width: 2 } })),
-      layout: { showlegend: model.surfaces.length > 1, xaxis: axis(isFlexion ? "flexion, degrees" : "varus, degrees"), yaxis: axis(parameterTitle(key)) },
-    }),
-  }));
-  const of = (unit) => figures.filter((_, k) => PARAMETERS[keys[k]].unit === unit);
-  return [el("div", { class: "columns three" }, of("mm")), el("div", { class: "columns" }, of("degrees"))];
+  const values = (set, key) => (isFlexion ? set[key].map((row) => row[0]) : set[key][0]);
+  const shown = preferred(model).name.replace("_recontacted", "");
+  const curves = model.surfaces.map((set) => ({
+    label: setName(set.name), flexion: isFlexion ? model.flexion : model.varus, isPoints: set.name === "raw", isOff: !["raw", shown, `${shown}_recontacted`].includes(set.name),
+    ...Object.fromEntries(keys.filter((key) => set[key]).map((key) => [key, values(set, key)])) }));
+  const caption = (key) => `Raw as points, smoothed as lines; ${PARAMETERS[key].unit}, in world axes (θ and varus with right-knee signs).`;
+  return [curvePlots(curves, keys.map((key) => ({ key, ...PARAMETERS[key], caption: caption(key) })), { over: isFlexion ? "flexion, degrees" : "varus, degrees" })];
 }
 
 export function surfacesSection(model) {

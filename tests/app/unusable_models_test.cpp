@@ -1,0 +1,100 @@
+// Every command that works on a motion model, on files it cannot use: one line, exit code 2, nothing written.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/scenes.hpp"
+#include "store/changed_file.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AnyOf;
+using testing::HasSubstr;
+
+class UnusableModels : public testing::Test {
+ protected:
+  std::string solved(const std::string& name, const std::vector<std::string>& more, int exit_code)
+  {
+    const std::string file = (scratch_.path() / name).string();
+    std::vector<std::string> words{"run", test::small_knee_job(scratch_, "right").string(), "-o", file};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(test::run_vrda(words).exit_code, exit_code);
+    return file;
+  }
+
+  std::string copy(const std::string& name, const std::string& bytes)
+  {
+    return scratch_.write(name, bytes).string();
+  }
+
+  void expect_refused(const std::string& file, const testing::Matcher<std::string>& said) const
+  {
+    const std::string output = (scratch_.path() / "output").string(), before = test::sha256_of_file(file);
+    for (const std::vector<std::string>& words :
+         {std::vector<std::string>{"smooth", file, "--degree", "2"},
+          {"smooth", file, "--degree", "2", "--recontact"},
+          {"audit", file},
+          {"compare", file},
+          {"compare", file, "--recontact", "--json"},
+          {"reduce", file},
+          {"reduce", file, "--json"},
+          {"report", file, "-o", output},
+          {"report", whole_, file, "-o", output},
+          {"export", file, "--to", "sto", "-o", output + ".sto"},
+          {"export", file, "--to", "mot", "-o", output + ".mot"},
+          {"export", file, "--to", "csv", "-o", output + ".csv"},
+          {"export", file, "--to", "csv", "--full", "-o", output + ".csv"},
+          {"export", file, "--to", "gltf", "-o", output + ".glb"},
+          {"export", file, "--to", "vtk", "-o", output + ".pvd"}}) {
+      SCOPED_TRACE(testing::PrintToString(words));
+      const test::Ended ended = test::run_vrda(words);
+      EXPECT_EQ(ended.exit_code, 2);
+      EXPECT_EQ(ended.out, "");
+      EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+      EXPECT_THAT(ended.err, HasSubstr(file + ": "));
+      EXPECT_THAT(ended.err, said);
+      EXPECT_THAT(ended.err, HasSubstr("wanted"));
+    }
+    EXPECT_EQ(test::sha256_of_file(file), before);
+    for (const fs::directory_entry& entry : fs::directory_iterator(scratch_.path()))
+      EXPECT_NE(entry.path().stem(), "output") << entry.path();
+  }
+
+  test::Scratch scratch_;
+  std::string whole_ = solved("whole.h5", {}, 0);
+  std::string bytes_ = test::text_of(whole_);
+};
+
+TEST_F(UnusableModels, Truncated)
+{
+  expect_refused(copy("half.h5", bytes_.substr(0, bytes_.size() / 2)), HasSubstr("a truncated file"));
+}
+
+TEST_F(UnusableModels, OfANewerFormat)
+{
+  const std::string file = copy("newer.h5", bytes_);
+  test::change(file, [](hid_t h5) { test::set_text(h5, "/", "format_version", "2.0"); });
+  expect_refused(file, HasSubstr("found \"2.0\", a newer format"));
+}
+
+TEST_F(UnusableModels, WithoutAGroup)
+{
+  for (const char* group : {"/clinical", "/bodies", "/job"}) {
+    SCOPED_TRACE(group);
+    const std::string file = copy("less.h5", bytes_);
+    test::change(file, [&](hid_t h5) { test::remove(h5, group); });
+    expect_refused(file, HasSubstr(group));
+  }
+}
+
+TEST_F(UnusableModels, OfObjectsThatNeverMet)
+{
+  const std::vector<std::string> apart{"--set", "moving.initial.translation_mm=[500, -40, 0]"};
+  expect_refused(solved("apart.h5", apart, 3),
+                 AnyOf(HasSubstr("35 attitudes: 35 no_contact"), HasSubstr("no attitude with a pose"),
+                       HasSubstr("no stable cell"), HasSubstr("no flexion with a pose")));
+}
+
+}  // namespace
+}  // namespace vrda
