@@ -28,6 +28,12 @@ void renew(std::uint32_t& stamp, std::vector<std::uint32_t>& stamps)
   stamp = 1;
 }
 
+PlacedBound lane_of(const PlacedBlock& block, std::int32_t lane)
+{
+  return {block.x_low.lane[lane], block.x_high.lane[lane], block.z_low.lane[lane], block.z_high.lane[lane],
+          block.flat.lane[lane],  block.a.lane[lane],      block.b.lane[lane],     block.c.lane[lane]};
+}
+
 }  // namespace
 
 double gap_slack_mm(double reach_mm)
@@ -73,12 +79,6 @@ void GapWalk::place(const MovingPose& pose, double reach_mm, double margin_mm)
   placement_.z = static_cast<float>(pose.translation_mm.z());
   placement_.slack = static_cast<float>(slack_mm_);
   renew(place_stamp_, moving_stamps_);
-}
-
-static PlacedBound lane_of(const PlacedBlock& block, std::int32_t lane)
-{
-  return {block.x_low.lane[lane], block.x_high.lane[lane], block.z_low.lane[lane], block.z_high.lane[lane],
-          block.flat.lane[lane],  block.a.lane[lane],      block.b.lane[lane],     block.c.lane[lane]};
 }
 
 bool GapWalk::test(const Task& task, float limit)
