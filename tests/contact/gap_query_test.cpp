@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
+#include <set>
 
+#include "contact/closest_points.hpp"
 #include "contact/contacts.hpp"
 #include "support/meshes.hpp"
 
@@ -55,6 +58,73 @@ TEST(GapAgainstCollision, TheTravelIsWhereBisectionEnds)
     EXPECT_NEAR(bisected_travel_mm(turned(upper, attitude), lower, pose, travel - 5, travel + 0.01), travel,
                 resolution_mm);
   }
+}
+
+// Every pair of triangles within the band of each other, by looking at all.
+std::vector<TrianglePair> pairs_within(const Mesh& reference, const Mesh& moving, const Attitude& attitude,
+                                       const MovingPose& pose, double band_mm)
+{
+  const Placement place(pose);
+  const Eigen::Matrix3d R = reference_rotation(attitude);
+  std::vector<TrianglePair> near;
+  for (std::int32_t r = 0; r < reference.triangles.rows(); ++r) {
+    Corners a = corners(reference, r);
+    for (Eigen::Vector3d& p : a) p = R * p;
+    for (std::int32_t m = 0; m < moving.triangles.rows(); ++m) {
+      const Corners b = place(corners(moving, m));
+      if (separation_mm(a, b) <= 0.0 || closest_points(a, b).distance_mm <= band_mm) near.push_back({r, m});
+    }
+  }
+  return near;
+}
+
+TEST(ClosePairs, HoldEveryPairWithinTheBand)
+{
+  std::mt19937_64 random(47);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  Mesh bumps = test::ball(10, 10, 14), dents = test::ball(8, 9, 12);
+  for (Mesh* mesh : {&bumps, &dents}) {
+    for (Eigen::Index v = 0; v < mesh->vertices_mm.rows(); ++v)
+      mesh->vertices_mm.row(v) *= 1.0 + 0.1 * unit(random);
+  }
+  GapQuery query{GapTree(bumps), GapTree(dents)};
+  int n_near = 0, n_apart = 0;
+  for (int k = 0; k < 60; ++k) {
+    // About touching from any side, from a hair to the size of a facet apart.
+    const double band_mm = k % 3 == 0 ? 1e-3 : (k % 3 == 1 ? 0.05 : 2.0);
+    const Attitude attitude{3 * unit(random), 0.3 * unit(random)};
+    Eigen::Vector3d way(unit(random), unit(random), unit(random));
+    const MovingPose pose{way.normalized() * (17.0 + 2.0 * unit(random)), 3 * unit(random)};
+    const std::vector<TrianglePair> wanted = pairs_within(bumps, dents, attitude, pose, band_mm);
+    query.set_attitude(attitude);
+    const std::vector<TrianglePair>& found = query.close_pairs(pose, band_mm);
+    const std::set<TrianglePair> all(found.begin(), found.end());
+    EXPECT_EQ(all.size(), found.size()) << "each once";
+    for (const TrianglePair& pair : wanted)
+      EXPECT_TRUE(all.contains(pair)) << pair.reference << " " << pair.moving;
+    ++(wanted.empty() ? n_apart : n_near);
+  }
+  EXPECT_GT(n_near, 20);
+  EXPECT_GT(n_apart, 5);
+}
+
+TEST(TravelAtMost, IsNoLessThanTheTravel)
+{
+  std::mt19937_64 random(5);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  const GapTree upper(test::ball(10, 14, 22)), lower(test::ball(8, 13, 20));
+  GapQuery query(upper, lower);
+  EXPECT_TRUE(std::isinf(query.travel_at_most_mm({{0, -30, 0}, 0}))) << "knows nothing yet";
+  int n_known = 0;
+  for (int k = 0; k < 200; ++k) {
+    const MovingPose pose{{4 * unit(random), -30, 4 * unit(random)}, 0.3 * unit(random)};
+    const int n_queries = query.n_queries();
+    const double most_mm = query.travel_at_most_mm(pose);
+    EXPECT_EQ(query.n_queries(), n_queries);
+    EXPECT_GE(most_mm, query.travel_mm(pose));
+    n_known += std::isfinite(most_mm) ? 1 : 0;
+  }
+  EXPECT_GT(n_known, 20);
 }
 
 }  // namespace
