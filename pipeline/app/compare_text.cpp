@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "app/json_number.hpp"
 #include "compare/perceptible.hpp"
 
 namespace vrda {
@@ -70,17 +71,12 @@ Words words_of(const DegreeRow& row)
   return words;
 }
 
-Json json_of(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
-}
-
 Json json_of(const ErrorMeasures& errors)
 {
-  return {{"rms", json_of(errors.rms)},
-          {"largest_residual", json_of(errors.largest)},
-          {"leave_one_out_rms", json_of(errors.leave_one_out)},
-          {"roughness", json_of(errors.roughness)}};
+  return {{"rms", number_or_null(errors.rms)},
+          {"largest_residual", number_or_null(errors.largest)},
+          {"leave_one_out_rms", number_or_null(errors.leave_one_out)},
+          {"roughness", number_or_null(errors.roughness)}};
 }
 
 Json json_of(const Faults& faults)
@@ -88,8 +84,8 @@ Json json_of(const Faults& faults)
   return {{"attitudes", faults.n_attitudes},
           {"overlapping", faults.n_overlapping},
           {"nothing_ahead", faults.n_nothing_ahead},
-          {"largest_penetration_mm", json_of(faults.largest_penetration_mm)},
-          {"largest_gap_mm", json_of(faults.largest_gap_mm)}};
+          {"largest_penetration_mm", number_or_null(faults.largest_penetration_mm)},
+          {"largest_gap_mm", number_or_null(faults.largest_gap_mm)}};
 }
 
 Json json_of(const SurfaceRow& surface, bool is_length)
@@ -113,9 +109,9 @@ Json json_of(const DegreeRow& row, const RankedDegree& ranked)
                {"surfaces", surfaces},
                {"perceptible_share", row.perceptible_share},
                {"left_out",
-                {{"error", json_of(ranked.error)},
-                 {"excess_sq", json_of(ranked.excess_sq)},
-                 {"standard_error", json_of(ranked.standard_error)},
+                {{"error", number_or_null(ranked.error)},
+                 {"excess_sq", number_or_null(ranked.excess_sq)},
+                 {"standard_error", number_or_null(ranked.standard_error)},
                  {"is_within", ranked.is_within}}}};
   if (row.faults) {
     json["at_grid"] = json_of(row.faults->at_grid);

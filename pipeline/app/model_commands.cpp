@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "app/json_number.hpp"
 #include "app/solved_model.hpp"
 #include "app/summary.hpp"
 #include "audit/audit.hpp"
@@ -28,11 +29,6 @@ struct Range {
     largest = std::max(largest, value);
   }
 };
-
-Json number_or_null(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
-}
 
 Json range_json(const GridD& surface)
 {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "app/json_number.hpp"
 #include "core/error.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
@@ -78,11 +79,6 @@ const char* name_of(ZeroVarusSource source)
 const char* source_name(const ZeroVarus& z, std::size_t i)
 {
   return name_of(static_cast<ZeroVarusSource>(z.source[i]));
-}
-
-Json number_or_null(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
 }
 
 void add_json(Json& row, const ZeroVarus& z, const std::vector<Column>& columns, std::size_t i)

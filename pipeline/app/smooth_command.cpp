@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/json_number.hpp"
 #include "app/solved_model.hpp"
 #include "audit/recontact.hpp"
 #include "smooth/smooth.hpp"
@@ -48,11 +49,6 @@ Travels travels_of(const GridD& travel_mm)
   t.n_without_contact = travel_mm.size() - n;
   if (n > 0) t.rms_mm = std::sqrt(sum_sq_mm2 / static_cast<double>(n));
   return t;
-}
-
-Json number_or_null(double value)
-{
-  return std::isfinite(value) ? Json(value) : Json();
 }
 
 Json json_of(const SmoothedSet& set)

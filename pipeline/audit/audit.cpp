@@ -36,12 +36,7 @@ AuditPose stored_pose(const MotionModel& model, Eigen::Index flexion, Eigen::Ind
   pose.attitude = {rad_from_deg(model.flexion_deg[static_cast<std::size_t>(flexion)]),
                    rad_from_deg(model.varus_solved_deg(flexion, varus))};
   const auto cell = static_cast<std::size_t>(flexion * model.status.cols() + varus);
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      pose.X_reference_moving.matrix()(row, column) =
-          model.X_reference_moving[16 * cell + static_cast<std::size_t>(4 * row + column)];
-    }
-  }
+  pose.X_reference_moving = pose_in(model.X_reference_moving, cell);
   return pose;
 }
 

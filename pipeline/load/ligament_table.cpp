@@ -62,24 +62,6 @@ std::vector<ColumnName> known_columns()
   return known;
 }
 
-std::string_view trimmed(std::string_view text)
-{
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
-std::vector<std::string_view> fields_of(std::string_view line)
-{
-  std::vector<std::string_view> fields;
-  while (true) {
-    const std::size_t comma = std::min(line.find(','), line.size());
-    fields.push_back(trimmed(line.substr(0, comma)));
-    if (comma == line.size()) return fields;
-    line.remove_prefix(comma + 1);
-  }
-}
-
 std::string quoted(std::string_view text)
 {
   return '"' + std::string(text) + '"';
@@ -109,7 +91,7 @@ class Table {
  public:
   Table(const std::string& file, const Line& header) : file_(file), header_(header)
   {
-    for (const std::string_view field : fields_of(header.text)) columns_.push_back(column_named(field));
+    for (const std::string_view field : fields_in(header.text)) columns_.push_back(column_named(field));
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
         if (columns_[i].quantity != columns_[j].quantity) continue;
@@ -129,7 +111,7 @@ class Table {
 
   FibreJob fibre(const Line& line) const
   {
-    const std::vector<std::string_view> fields = fields_of(line.text);
+    const std::vector<std::string_view> fields = fields_in(line.text);
     if (fields.size() != columns_.size()) {
       refuse(line, "", std::to_string(fields.size()) + " fields",
              "as many as the columns of line " + std::to_string(header_.number) + ", " +

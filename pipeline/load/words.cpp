@@ -24,6 +24,24 @@ bool is_space(char c)
   return c == ' ' || c == '\t' || c == '\n' || c == '\r';
 }
 
+std::string_view trimmed(std::string_view text)
+{
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+std::vector<std::string_view> fields_in(std::string_view line)
+{
+  std::vector<std::string_view> fields;
+  while (true) {
+    const std::size_t comma = std::min(line.find(','), line.size());
+    fields.push_back(trimmed(line.substr(0, comma)));
+    if (comma == line.size()) return fields;
+    line.remove_prefix(comma + 1);
+  }
+}
+
 std::vector<std::string_view> words_in(std::string_view line)
 {
   constexpr std::string_view separators = " \t";

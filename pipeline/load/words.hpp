@@ -1,4 +1,4 @@
-/// Words and numbers of text files, as the mesh formats separate them.
+/// Words and numbers of text files, as mesh formats and tables separate them.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,12 @@ bool is_space(char c);
 
 /// The words of a line without its end: blanks and tabs separate, a carriage return before the end goes.
 std::vector<std::string_view> words_in(std::string_view line);
+
+/// Without blanks at either end.
+std::string_view trimmed(std::string_view text);
+
+/// What stands between the commas of a line, trimmed: always one more than there are commas.
+std::vector<std::string_view> fields_in(std::string_view line);
 
 /// The number a word spells and nothing else, with or without a sign; "nan" and "inf" are numbers here.
 std::optional<double> real_in(std::string_view word);

@@ -33,7 +33,7 @@ ReducedPose cell_pose(const MotionModel& model, Eigen::Index i, Eigen::Index j)
   pose.t_mm = {model.tx_mm(i, j), model.ty_mm(i, j), model.tz_mm(i, j)};
   pose.theta_deg = model.theta_deg(i, j);
   const auto cell = static_cast<std::size_t>(i * model.status.cols() + j);
-  pose.X_reference_moving.matrix() = Eigen::Map<const Matrix4>(&model.X_reference_moving[16 * cell]);
+  pose.X_reference_moving = pose_in(model.X_reference_moving, cell);
   return pose;
 }
 
@@ -142,16 +142,9 @@ void put_contacts(ZeroVarus& z, const MotionModel& model, std::size_t i, const V
   put_row3(z.lateral_moving_mm, i, point_between(paths.lateral_moving_mm, first_cell, choice));
 }
 
-Pose stored_pose(const ZeroVarus& z, std::size_t i)
-{
-  Pose X = Pose::Identity();
-  X.matrix() = Eigen::Map<const Matrix4>(&z.X_reference_moving[16 * i]);
-  return X;
-}
-
 void put_turn(ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
 {
-  const Pose start = stored_pose(z, k), end = stored_pose(z, k + 1);
+  const Pose start = pose_in(z.X_reference_moving, k), end = pose_in(z.X_reference_moving, k + 1);
   if (const std::optional<HelicalAxis> axis = helical_axis(start, end, centre_mm)) {
     z.helical_rotation_deg[k] = deg_from_rad(axis->rotation_rad);
     z.helical_translation_mm[k] = axis->translation_mm;
@@ -166,8 +159,8 @@ void put_turn(ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
 std::optional<Rolling> rolling_of(const ZeroVarus& z, std::size_t k, const std::vector<double>& reference_mm,
                                   const std::vector<double>& moving_mm)
 {
-  const Bearing start{stored_pose(z, k), row3(reference_mm, k), row3(moving_mm, k)};
-  const Bearing end{stored_pose(z, k + 1), row3(reference_mm, k + 1), row3(moving_mm, k + 1)};
+  const Bearing start{pose_in(z.X_reference_moving, k), row3(reference_mm, k), row3(moving_mm, k)};
+  const Bearing end{pose_in(z.X_reference_moving, k + 1), row3(reference_mm, k + 1), row3(moving_mm, k + 1)};
   if (std::isnan(start.p_reference_mm.x()) || std::isnan(end.p_reference_mm.x())) return {};
   return rolling_between(start, end);
 }

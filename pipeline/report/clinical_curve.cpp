@@ -21,17 +21,6 @@ Side side_of(const MotionModel& model)
   return model.side == "left" ? Side::left : Side::right;
 }
 
-Pose stored_pose(const std::vector<double>& poses, Eigen::Index k)
-{
-  Pose X = Pose::Identity();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      X.matrix()(row, column) = poses[static_cast<std::size_t>(16 * k + 4 * row + column)];
-    }
-  }
-  return X;
-}
-
 ClinicalCurve empty_curve(const MotionModel& model, std::string name)
 {
   ClinicalCurve curve;
@@ -60,7 +49,8 @@ ClinicalCurve raw_curve(const MotionModel& model)
   ClinicalCurve curve = empty_curve(model, "raw");
   const std::vector<Eigen::Index> spine = solved_spine(model);
   for (std::size_t i = 0; i < spine.size(); ++i) {
-    if (spine[i] >= 0) set_row(curve, i, stored_pose(model.X_reference_moving, spine[i]), model);
+    if (spine[i] >= 0)
+      set_row(curve, i, pose_in(model.X_reference_moving, static_cast<std::size_t>(spine[i])), model);
   }
   return curve;
 }
@@ -70,7 +60,7 @@ ClinicalCurve zero_varus_curve(const MotionModel& model)
   ClinicalCurve curve = empty_curve(model, "zero_varus");
   for (std::size_t i = 0; i < curve.flexion_deg.size(); ++i) {
     if (model.zero_varus->source[i] == static_cast<std::int8_t>(ZeroVarusSource::none)) continue;
-    set_row(curve, i, stored_pose(model.zero_varus->X_reference_moving, static_cast<Eigen::Index>(i)), model);
+    set_row(curve, i, pose_in(model.zero_varus->X_reference_moving, i), model);
   }
   return curve;
 }

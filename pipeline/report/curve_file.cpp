@@ -50,24 +50,6 @@ std::optional<Column> column_named(std::string_view name)
   return std::nullopt;
 }
 
-std::string_view trimmed(std::string_view text)
-{
-  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
-  return text;
-}
-
-std::vector<std::string_view> fields_of(std::string_view line)
-{
-  std::vector<std::string_view> fields;
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    fields.push_back(trimmed(line.substr(begin, end - begin)));
-    begin = end + 1;
-  }
-  return fields;
-}
-
 /// Fills a curve line by line.
 class CurveReader {
  public:
@@ -108,7 +90,7 @@ class CurveReader {
   void take_header(std::string_view line)
   {
     bool has_flexion = false, has_quantity = false;
-    for (const std::string_view name : fields_of(line)) {
+    for (const std::string_view name : fields_in(line)) {
       const std::optional<Column> column = column_named(name);
       if (!column) refuse("column '" + std::string(name) + "'", "an unknown column", wanted_columns);
       const bool is_repeated = column->kind != Column::Kind::passed_over &&
@@ -125,7 +107,7 @@ class CurveReader {
 
   void take_row(std::string_view line)
   {
-    const std::vector<std::string_view> fields = fields_of(line);
+    const std::vector<std::string_view> fields = fields_in(line);
     if (fields.size() != columns_.size())
       refuse(here(), std::to_string(fields.size()) + " fields",
              std::to_string(columns_.size()) + ", as in the header");

@@ -128,6 +128,14 @@ MotionModel with_pending_cells(MotionModel model)
   return model;
 }
 
+Pose pose_in(const std::vector<double>& poses, std::size_t k)
+{
+  using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+  Pose X;
+  X.matrix() = Eigen::Map<const Matrix4>(&poses[16 * k]);
+  return X;
+}
+
 MotionModel with_smoothed(MotionModel model, SmoothedSet set)
 {
   const auto place = std::find_if(model.smoothed.begin(), model.smoothed.end(),

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/body.hpp"
+#include "core/frames.hpp"
 #include "core/step_status.hpp"
 #include "store/derived.hpp"
 #include "store/grid.hpp"
@@ -152,6 +153,9 @@ struct MotionModel {
   std::vector<AuditSet> audits;         ///< by name
   JobRecord job;
 };
+
+/// Row `k` of [n, 4, 4] row-major, as X_reference_moving holds them. Of a cell that is not solved all NaN.
+Pose pose_in(const std::vector<double>& poses, std::size_t k);
 
 /// Along `delta` at each flexion, with a force and moments of 0.
 PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion);
