@@ -55,3 +55,9 @@ step() {
   show_failure "$title" "$log"
   exit "$code"
 }
+
+# configure_release: a folder that scripts/test has set up keeps its tests, so that all commands share their objects.
+release=$root/build/release
+configure_release() {
+  if [[ -e $release/build.ninja ]]; then cmake --preset release; else cmake --preset release -DVRDA_TESTS=OFF; fi
+}
