@@ -41,12 +41,19 @@ show_failure() {
   } >&2
 }
 
-# step TITLE LOG COMMAND...: runs the command quietly; ends the script when it fails.
+# step TITLE LOG COMMAND...: runs the command quietly; ends the script when it fails. A function fails at its first
+# command that does: bash forgets set -e where it is asked for the outcome with ||, hence the subshell.
 step() {
   local title=$1 log=$logs/$2 start=$SECONDS code=0
   shift 2
   printf '%s ... ' "$title"
-  "$@" >"$log" 2>&1 </dev/null || code=$?
+  set +e
+  (
+    set -e
+    "$@"
+  ) >"$log" 2>&1 </dev/null
+  code=$?
+  set -e
   if ((code == 0)); then
     printf '%d s\n' $((SECONDS - start))
     return

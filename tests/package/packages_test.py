@@ -164,6 +164,34 @@ class Debian(Packed):
         self.assertIn("libosmesa6", self.field("vrda-player", "Depends"))
 
 
+class Refusals(unittest.TestCase):
+    """A tarball is not made when something that it should carry cannot be."""
+
+    def setUp(self):
+        self.base = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        (self.base / "stage/bin").mkdir(parents=True)
+        (self.base / "f.c").write_text("int f(void) { return 0; }\n")
+        (self.base / "main.c").write_text("int f(void); int main(void) { return f(); }\n")
+        library = self.base / "libforeign.so.1"
+        release.run("gcc", "-shared", "-fPIC", f"-Wl,-soname,{library.name}", self.base / "f.c", "-o", library)
+        release.run("gcc", self.base / "main.c", library, "-o", self.base / "stage/bin/vrda")
+
+    def refused(self, reason, **variables):
+        finish = release.SOURCE / "scripts/finish_package"
+        tarball_ = self.base / "vrda.tar.gz"
+        done = subprocess.run([finish, "tarball", "vrda", "1", self.base / "stage", tarball_, "vrda-1"], capture_output=True, text=True,
+                              env=dict(os.environ, **variables), stdin=subprocess.DEVNULL, check=False)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(reason, done.stderr)
+        self.assertFalse(tarball_.exists())
+
+    def test_a_library_that_is_not_there(self):
+        self.refused("found a program whose libraries are not there")
+
+    def test_a_library_of_no_debian_package(self):
+        self.refused(f"found {self.base}/libforeign.so.1 of no Debian package", LD_LIBRARY_PATH=str(self.base))
+
+
 class Again(unittest.TestCase):
     def packed_again(self, generator, file, umask):
         with tempfile.TemporaryDirectory(prefix="vrda pack ") as folder:
