@@ -116,6 +116,19 @@ class Tarballs(Packed):
         for path in ("lib/libstdc++.so.6", "lib/libhdf5_serial.so.103"):
             self.assertEqual(files[path], (pathlib.Path("/usr/lib/x86_64-linux-gnu") / path[4:]).read_bytes(), path)
 
+    def test_it_runs_where_modules_put_other_libraries_before_its_own(self):
+        with tempfile.TemporaryDirectory() as folder:
+            release.run("tar", "-xzf", tarball("vrda"), "-C", folder, "--strip-components", "1", "--no-same-owner")
+            modules = pathlib.Path(folder, "modules")
+            modules.mkdir()
+            # One that vrda asks for and one that only HDF5 does; neither could be loaded.
+            for name in ("libhdf5_serial.so.103", "libcurl.so.4"):
+                (modules / name).write_bytes(b"")
+            environment = {"LD_LIBRARY_PATH": str(modules)}
+            self.assertEqual(release.run(f"{folder}/bin/vrda", "--version", env=environment), f"vrda {version()}\n")
+            with self.assertRaisesRegex(AssertionError, "file too short"):
+                release.run(release.BUILD / "vrda", "--version", env=environment)  # which has none of its own
+
     def test_the_glibc_that_is_named_is_the_youngest_asked_for(self):
         files = self.contents("vrda")
         named = re.search(r"GLIBC (2\.\d+) or later", files["share/doc/vrda/LIBRARIES.txt"].decode()).group(1)
