@@ -1,4 +1,4 @@
-# Sourced by the trials, after steps.sh: makes a bare Debian 12 with debootstrap in $bare and runs commands in it. Root only.
+# Sourced by the trials, after steps.sh: makes a bare Debian with debootstrap in $bare and runs commands in it. Root only.
 # shellcheck shell=bash disable=SC2154  # root and program are of steps.sh, bare is the trial's
 
 marker=$bare/etc/vrda-clean-root # only a root made here is ever removed
@@ -32,13 +32,14 @@ remove_bare() {
   rm -rf --one-file-system "$bare"
 }
 
-# bootstrap [PACKAGE]: from the first of apt's bookworm mirrors; the smallest Debian that has apt, and one package more.
+# bootstrap SUITE [PACKAGE]: from the first of apt's bookworm mirrors; the smallest Debian that has apt, and one package
+# more. Only bookworm can install others then.
 bootstrap() {
   local mirror
   mirror=$(apt_sources | awk '$3 == "bookworm" { print $2; exit }')
   remove_bare
   http_proxy=$(apt-config dump --format '%v%n' Acquire::http::Proxy) \
-    debootstrap --variant=minbase ${1:+--include="$1"} bookworm "$bare" "${mirror:-http://deb.debian.org/debian}"
+    debootstrap --variant=minbase ${2:+--include="$2"} "$1" "$bare" "${mirror:-http://deb.debian.org/debian}"
   touch "$marker"
   apt_sources >"$bare/etc/apt/sources.list"
   apt_settings >"$bare/etc/apt/apt.conf.d/90trial"
@@ -50,6 +51,8 @@ mount_system() {
   mount -t proc proc "$bare/proc"
   mount --rbind /dev "$bare/dev"
 }
+
+unmount_system() { umount --recursive --lazy "$bare/dev" "$bare/proc"; }
 
 # inside COMMAND...: in the bare root as root, or as $inside_user, with a bare environment.
 inside() {

@@ -58,13 +58,18 @@ class Packed(unittest.TestCase):
     def check_whose(self, members):
         """Anyone may read all; it was made by root, at the given time."""
         for name, member in members.items():
-            executable = member.isdir() or "/bin/" in name
+            executable = member.isdir() or re.search(r"/(bin|with-glibc)/|/ld-linux[^/]*$", name)
             self.assertEqual(stat.S_IMODE(member.mode), 0o755 if executable else 0o644, name)
             self.assertEqual((member.uid, member.gid, member.mtime), (0, 0, PACKED_AT), name)
             self.assertTrue(member.isfile() or member.isdir(), name)
 
 
 class Tarballs(Packed):
+    def unpack(self, folder, name):
+        """The folder that a tarball unpacks into."""
+        release.run("tar", "-xzf", tarball(name), "-C", folder, "--no-same-owner")
+        return pathlib.Path(folder) / FOLDER.format(version=version())
+
     def contents(self, name):
         members, files = unpacked_tarball(name)
         self.check_whose(members)
@@ -75,7 +80,7 @@ class Tarballs(Packed):
     def check(self, name, own_documents, shared):
         files = self.contents(name)
         documents = f"share/doc/{name}/"
-        listed = {"bin/" + name, f"share/man/man1/{name}.1", documents + "LIBRARIES.txt"} | shared
+        listed = {"bin/" + name, "with-glibc/" + name, f"share/man/man1/{name}.1", documents + "LIBRARIES.txt"} | shared
         listed |= {documents + document for document in own_documents}
         rest = set(files) - listed
         self.assertLessEqual(listed, set(files))
@@ -97,6 +102,7 @@ class Tarballs(Packed):
         files, libraries = self.check("vrda", ("README.md", "LICENSE", "CHANGELOG.md"), release.shared_files())
         self.assertLess({"libstdc++.so.6", "libgcc_s.so.1", "libz.so.1", "libassimp.so.5"}, libraries)
         self.assertFalse({library for library in libraries if re.match(r"lib(c|m|pthread|dl|rt|resolv)\.so", library)})
+        self.assertLess({"glibc/libc.so.6", "glibc/libm.so.6", "glibc/ld-linux-x86-64.so.2"}, libraries)
         self.assertFalse({library for library in libraries if "LLVM" in library or "Mesa" in library})
         for path, content in files.items():
             self.assertNotIn(str(release.SOURCE).encode(), content, path)
@@ -118,21 +124,41 @@ class Tarballs(Packed):
 
     def test_it_runs_where_modules_put_other_libraries_before_its_own(self):
         with tempfile.TemporaryDirectory() as folder:
-            release.run("tar", "-xzf", tarball("vrda"), "-C", folder, "--strip-components", "1", "--no-same-owner")
+            program = self.unpack(folder, "vrda") / "bin/vrda"
             modules = pathlib.Path(folder, "modules")
             modules.mkdir()
             # One that vrda asks for and one that only HDF5 does; neither could be loaded.
             for name in ("libhdf5_serial.so.103", "libcurl.so.4"):
                 (modules / name).write_bytes(b"")
             environment = {"LD_LIBRARY_PATH": str(modules)}
-            self.assertEqual(release.run(f"{folder}/bin/vrda", "--version", env=environment), f"vrda {version()}\n")
+            self.assertEqual(release.run(program, "--version", env=environment), f"vrda {version()}\n")
             with self.assertRaisesRegex(AssertionError, "file too short"):
                 release.run(release.BUILD / "vrda", "--version", env=environment)  # which has none of its own
+
+    def test_with_its_own_glibc_it_gives_the_same_bytes_and_finds_the_player(self):
+        with tempfile.TemporaryDirectory(prefix="vrda with glibc ") as folder:
+            self.unpack(folder, "vrda")
+            own, linked, model = self.unpack(folder, "vrda-player"), pathlib.Path(folder, "vrda"), pathlib.Path(folder, "knee.h5")
+            linked.symlink_to(own / "with-glibc/vrda")
+            release.run(linked, "run", own / "share/vrda/jobs/knee-generic.toml", *release.COARSE, "-o", model)
+            self.assertEqual(release.sha256(model), release.coarse_knee(folder))
+            release.run(linked, "report", model, "-o", f"{folder}/report")
+            stills, note = release.stills_of(f"{folder}/report/index.html")
+            self.assertIsNone(note)
+            self.assertGreater(len(stills), 4)
+            for name in release.PROGRAMS:
+                shown = subprocess.run([own / "with-glibc" / name, "--version"], capture_output=True, text=True, check=True,
+                                       env=dict(os.environ, LD_DEBUG="libs"))
+                # The shell of the launcher comes first. Of /lib is at most the name that the carried loader goes by.
+                by_carried_loader = "OWN/lib/" + shown.stderr.replace(str(own), "OWN").partition("OWN/lib/")[2]
+                loaded = re.findall(r"calling init: (\S.*)", by_carried_loader)
+                self.assertIn("OWN/lib/glibc/libc.so.6", loaded)
+                self.assertEqual([path for path in loaded if not path.startswith("OWN/") and "/ld-linux" not in path], [])
 
     def test_the_glibc_that_is_named_is_the_youngest_asked_for(self):
         files = self.contents("vrda")
         named = re.search(r"GLIBC (2\.\d+) or later", files["share/doc/vrda/LIBRARIES.txt"].decode()).group(1)
-        asked = {int(minor) for content in files.values() if is_dynamic(content)
+        asked = {int(minor) for path, content in files.items() if is_dynamic(content) and "glibc/" not in path
                  for minor in re.findall(rb"GLIBC_2\.(\d+)\0", content)}
         self.assertEqual(named, f"2.{max(asked)}")
 
