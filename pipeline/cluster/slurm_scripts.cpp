@@ -43,11 +43,11 @@ std::string command_of(TaskKind kind)
 {
   switch (kind) {
     case TaskKind::spine:
-      return "--kind spine --case \"$1\"";
+      return "--kind spine --case=\"$1\"";
     case TaskKind::shard:
-      return "--kind shard --case \"$1\" --shard \"$SLURM_ARRAY_TASK_ID\"";
+      return "--kind shard --case=\"$1\" --shard \"$SLURM_ARRAY_TASK_ID\"";
     case TaskKind::merge:
-      return "--kind merge --case \"$1\"";
+      return "--kind merge --case=\"$1\"";
     case TaskKind::run:
       return "--kind run --first $(($1 + (SLURM_ARRAY_TASK_ID - 1) * $2 + 1)) --count \"$2\"";
     case TaskKind::index:

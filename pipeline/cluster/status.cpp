@@ -120,6 +120,17 @@ class Viewer {
     stand_while_running(view, *own);
   }
 
+  // Its result must still be there: a journal until it is merged.
+  void stand_when_done(TaskView& view, const TaskState& own)
+  {
+    const bool has_journal = view.task.kind == TaskKind::spine || view.task.kind == TaskKind::shard;
+    std::error_code ignored;
+    if (has_journal && !fs::exists(journals_of(folder_, submission_, view.task).front(), ignored)) {
+      return set(view, TaskStanding::lost, "its journal is gone");
+    }
+    set(view, TaskStanding::done, own.reason);
+  }
+
   void stand_while_running(TaskView& view, const TaskState& own)
   {
     if (!own.slurm_job.empty()) {
@@ -258,8 +269,7 @@ StatusView status_of(const std::string& folder, const Submission& submission, co
   for (std::int32_t k = 0; k < static_cast<std::int32_t>(submission.cases.size()); ++k) {
     CaseView view;
     view.case_number = k;
-    std::error_code ignored;
-    view.is_made = fs::exists(output_of(folder, submission.cases[static_cast<std::size_t>(k)]), ignored);
+    view.is_made = is_made(folder, submission.cases[static_cast<std::size_t>(k)]);
     if (submission.n_shards == 1) {
       view.tasks.push_back(viewer.view({TaskKind::run, k, 0}, view.is_made));
     } else {

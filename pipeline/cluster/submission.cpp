@@ -130,6 +130,14 @@ std::string output_of(const std::string& folder, const SubmittedCase& submitted)
   return (fs::path(folder) / submitted.output).string();
 }
 
+bool is_made(const std::string& folder, const SubmittedCase& submitted)
+{
+  const std::string output = output_of(folder, submitted);
+  std::error_code ignored;
+  return fs::exists(output, ignored) && !fs::exists(case_file_of(output), ignored) &&
+         !fs::exists(output + ".journal", ignored);
+}
+
 std::string text_of(const TaskId& task, const Submission& submission)
 {
   const std::string kind = name_of(task.kind);

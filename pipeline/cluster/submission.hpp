@@ -73,6 +73,9 @@ std::string tasks_of(const std::string& folder);
 /// Absolute where `folder` is.
 std::string output_of(const std::string& folder, const SubmittedCase& submitted);
 
+/// Whether the case's motion model stands and nothing of its making is left to be cleared up.
+bool is_made(const std::string& folder, const SubmittedCase& submitted);
+
 /// "spine", "shard 3 of 8", "index"; the case is not named.
 std::string text_of(const TaskId& task, const Submission& submission);
 /// "<case>.shard-3-of-8": what its state file and its log are called.
