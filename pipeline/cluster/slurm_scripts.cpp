@@ -207,12 +207,15 @@ while [ -n "$told" ]; do  # the signal cut the waiting short
   [ "$next" -eq 127 ] || code=$next
 done
 
-# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on.
-if [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; then
-  if [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
+# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on, unless
+# somebody cancelled it.
+job=${SLURM_ARRAY_JOB_ID:+${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID}
+job=${job:-$SLURM_JOB_ID}
+if { [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; } && [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
          std::to_string(most_restarts) + R"( ]; then
-    scontrol requeue "$SLURM_JOB_ID" && exit 0
-  fi
+  case $(squeue --noheader --jobs="$job" --states=all -o '%T %r') in
+    RUNNING* | *TimeLimit*) scontrol requeue "$job" && exit 0 ;;
+  esac
 fi
 exit "$code"
 )";
