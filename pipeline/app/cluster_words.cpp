@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/index_command.hpp"
+
 namespace vrda {
 namespace {
 
@@ -55,6 +57,7 @@ void ClusterWords::add_to(const Add& add, std::function<ExitCode()>& chosen)
   add_submit(add, chosen);
   add_status(add, chosen);
   add_resume(add, chosen);
+  add_index(add, chosen);
   add_task(add, chosen);
 }
 
@@ -96,6 +99,14 @@ void ClusterWords::add_status(const Add& add, std::function<ExitCode()>& chosen)
   c.add_option("--case", status_.case_name, "The tasks of this case of a campaign");
   c.add_flag("--json", status_.as_json, "Print everything as JSON");
   c.callback([this, &chosen] { chosen = [this] { return status_command(status_); }; });
+}
+
+void ClusterWords::add_index(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c = add("index", "Write the table of a campaign's results, a row a case: index.csv, index.h5.",
+                    "vrda index results/sizes");
+  c.add_option("folder", index_folder_, "Folder of the submission")->required();
+  c.callback([this, &chosen] { chosen = [this] { return index_command(index_folder_); }; });
 }
 
 void ClusterWords::add_task(const Add& add, std::function<ExitCode()>& chosen)
