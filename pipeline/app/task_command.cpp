@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <vector>
 
+#include "app/index_command.hpp"
 #include "app/interrupt.hpp"
 #include "app/merge_command.hpp"
 #include "app/run_command.hpp"
@@ -85,7 +86,7 @@ class Task {
 
   ExitCode execute()
   {
-    if (id_.kind == TaskKind::index) return ExitCode::done;
+    if (id_.kind == TaskKind::index) return index_command({folder_, false});
     const SubmittedCase& c = its_case();
     const std::string output = output_of(folder_, c);
     if (id_.kind == TaskKind::merge) {

@@ -1,0 +1,19 @@
+/// `vrda index`: one table of the results of a submission.
+#pragma once
+
+#include <string>
+
+#include "app/talk.hpp"
+
+namespace vrda {
+
+struct IndexOptions {
+  std::string folder;  ///< of a submission
+  bool as_json = false;
+};
+
+/// Writes index.csv, index.h5 and index.times.csv there and prints their paths. Cases that are not done are
+/// rows too. Throws InputError where there is no submission or no room.
+ExitCode index_command(const IndexOptions& options);
+
+}  // namespace vrda
