@@ -2,8 +2,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "app/index_command.hpp"
-
 namespace vrda {
 namespace {
 
@@ -54,11 +52,37 @@ void add_local_options(CLI::App& c, bool& is_local, int& n_workers, bool& is_dry
 
 void ClusterWords::add_to(const Add& add, std::function<ExitCode()>& chosen)
 {
+  add_plan(add, chosen);
   add_submit(add, chosen);
   add_status(add, chosen);
   add_resume(add, chosen);
   add_index(add, chosen);
   add_task(add, chosen);
+}
+
+void ClusterWords::add_plan(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c =
+      add("plan", "List the cases of a job or campaign, checked, with what they will take; solve nothing.",
+          "vrda plan jobs/campaign-example.toml");
+  c.add_option("job", plan_.job_file, "Job or campaign file (TOML)")->required();
+  c.add_option("--data", plan_.data_directory, "Folder the mesh files are relative to");
+  c.add_option("--set", plan_.overrides, "key=value, over the job file; may be repeated")
+      ->allow_extra_args(false)
+      ->take_all();
+  c.add_option("--shards", plan_.n_shards, "Tasks that each case is to be cut into")
+      ->check(CLI::Range(1, most_tasks));
+  c.add_flag("--json", plan_.as_json, "Print JSON");
+  c.callback([this, &chosen] { chosen = [this] { return plan_command(plan_); }; });
+}
+
+void ClusterWords::add_index(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c = add("index", "Set the results of a submission side by side: one row a case, as CSV and HDF5.",
+                    "vrda index results/campaign-example");
+  c.add_option("folder", index_.folder, "Folder of the submission")->required();
+  c.add_flag("--json", index_.as_json, "Print JSON");
+  c.callback([this, &chosen] { chosen = [this] { return index_command(index_); }; });
 }
 
 void ClusterWords::add_submit(const Add& add, std::function<ExitCode()>& chosen)
@@ -99,14 +123,6 @@ void ClusterWords::add_status(const Add& add, std::function<ExitCode()>& chosen)
   c.add_option("--case", status_.case_name, "The tasks of this case of a campaign");
   c.add_flag("--json", status_.as_json, "Print everything as JSON");
   c.callback([this, &chosen] { chosen = [this] { return status_command(status_); }; });
-}
-
-void ClusterWords::add_index(const Add& add, std::function<ExitCode()>& chosen)
-{
-  CLI::App& c = add("index", "Write the table of a campaign's results, a row a case: index.csv, index.h5.",
-                    "vrda index results/sizes");
-  c.add_option("folder", index_folder_, "Folder of the submission")->required();
-  c.callback([this, &chosen] { chosen = [this] { return index_command(index_folder_); }; });
 }
 
 void ClusterWords::add_task(const Add& add, std::function<ExitCode()>& chosen)

@@ -1,9 +1,11 @@
-/// The words of the commands that make many cases by many tasks: submit, status, resume, index, task.
+/// The words of the commands that make many cases by many tasks: plan, submit, status, resume, index, task.
 #pragma once
 
 #include <functional>
 #include <string>
 
+#include "app/index_command.hpp"
+#include "app/plan_command.hpp"
 #include "app/status_command.hpp"
 #include "app/submit_command.hpp"
 #include "app/talk.hpp"
@@ -26,16 +28,18 @@ class ClusterWords {
   void add_to(const Add& add, std::function<ExitCode()>& chosen);
 
  private:
+  void add_plan(const Add& add, std::function<ExitCode()>& chosen);
+  void add_index(const Add& add, std::function<ExitCode()>& chosen);
   void add_submit(const Add& add, std::function<ExitCode()>& chosen);
   void add_resume(const Add& add, std::function<ExitCode()>& chosen);
   void add_status(const Add& add, std::function<ExitCode()>& chosen);
-  void add_index(const Add& add, std::function<ExitCode()>& chosen);
   void add_task(const Add& add, std::function<ExitCode()>& chosen);
 
+  PlanOptions plan_;
+  IndexOptions index_;
   SubmitOptions submit_;
   ResumeOptions resume_;
   StatusOptions status_;
-  std::string index_folder_;
   TaskOptions task_;
 };
 

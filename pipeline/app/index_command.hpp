@@ -1,18 +1,19 @@
-/// `vrda index`: the table of a campaign's results.
+/// `vrda index`: one table of the results of a submission.
 #pragma once
 
 #include <string>
 
 #include "app/talk.hpp"
-#include "cluster/submission.hpp"
 
 namespace vrda {
 
-/// Writes index.csv, index.h5 and index.times.csv into the submission's folder, a row a case, whatever became
-/// of it; prints the first one's path.
-ExitCode index_command(const std::string& folder);
+struct IndexOptions {
+  std::string folder;  ///< of a submission
+  bool as_json = false;
+};
 
-/// The same of a submission that is read already.
-ExitCode write_index_of(const std::string& folder, const Submission& submission);
+/// Writes index.csv, index.h5 and index.times.csv there and prints their paths. Cases that are not done are
+/// rows too. Throws InputError where there is no submission or no room.
+ExitCode index_command(const IndexOptions& options);
 
 }  // namespace vrda

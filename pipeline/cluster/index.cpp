@@ -44,8 +44,10 @@ std::optional<CaseTimes> times_beside(const std::string& output)
   bytes << file.rdbuf();
   try {
     const auto json = nlohmann::json::parse(bytes.str());
-    return CaseTimes{json.at("begun"),   json.at("host"),       json.at("seconds"),
-                     json.at("threads"), json.at("processors"), json.at("steps_recalled")};
+    return CaseTimes{json.at("begun"),         json.at("host"),
+                     json.at("seconds"),       json.at("solving_processor_seconds"),
+                     json.at("threads"),       json.at("processors"),
+                     json.at("steps_recalled")};
   } catch (const nlohmann::json::exception&) {
     return std::nullopt;  // of no result: not worth failing for
   }
@@ -144,6 +146,7 @@ IndexTable times_of(const std::vector<IndexRow>& rows)
     columns.push_back({name, "", "", values, FlagSet::none});
   };
   add("seconds", [](const CaseTimes& t) { return t.seconds; });
+  add("solving_processor_seconds", [](const CaseTimes& t) { return t.solving_processor_seconds; });
   add("threads", [](const CaseTimes& t) { return t.n_threads; });
   add("processors", [](const CaseTimes& t) { return t.n_processors; });
   add("steps_recalled", [](const CaseTimes& t) { return t.n_recalled; });
@@ -151,6 +154,21 @@ IndexTable times_of(const std::vector<IndexRow>& rows)
 }
 
 }  // namespace
+
+const char* name_of(CaseStatus status)
+{
+  switch (status) {
+    case CaseStatus::done:
+      return "done";
+    case CaseStatus::partial:
+      return "partial";
+    case CaseStatus::failed:
+      return "failed";
+    case CaseStatus::missing:
+      return "missing";
+  }
+  return "";
+}
 
 IndexRow index_row(const CampaignCase& campaign_case, const std::string& model_path)
 {

@@ -17,11 +17,14 @@ enum class CaseStatus : std::int8_t {
   missing = 3,  ///< nothing is there
 };
 
+const char* name_of(CaseStatus status);
+
 /// How long it took and where, from <model>.run.json: differs from run to run, so it stays out of the index.
 struct CaseTimes {
   std::string begun;  ///< UTC
   std::string host;
-  double seconds = 0.0;
+  double seconds = 0.0;                    ///< by the clock
+  double solving_processor_seconds = 0.0;  ///< of all threads
   int n_threads = 0;
   int n_processors = 0;
   int n_recalled = 0;  ///< steps that were solved before

@@ -164,10 +164,10 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
     std::filesystem::create_directory(scratch->path() / "a");
     const std::string output = scratch->path() / "a" / "a.h5";
     write_motion_model(output, rich_model());
-    scratch->write("a/a.h5.run.json",
-                   std::string("{\"begun\": \"2020-01-01T00:00:00Z\", \"seconds\": ") +
-                       (is_second ? "2.5" : "7") +
-                       ", \"threads\": 2, \"steps_recalled\": 0, \"host\": \"n1\", \"processors\": 4}");
+    scratch->write("a/a.h5.run.json", std::string("{\"begun\": \"2020-01-01T00:00:00Z\", \"seconds\": ") +
+                                          (is_second ? "2.5" : "7") +
+                                          ", \"solving_processor_seconds\": 4.5, \"threads\": 2, "
+                                          "\"steps_recalled\": 0, \"host\": \"n1\", \"processors\": 4}");
     write_index(scratch->path(), "Two", {"method"},
                 {index_row(case_named("a", {"rest"}), output),
                  index_row(case_named("b", {"search"}), scratch->path() / "b" / "b.h5")});
@@ -175,9 +175,9 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
   for (const char* name : {"index.csv", "index.h5"})
     EXPECT_EQ(test::read_bytes(one.path() / name), test::read_bytes(other.path() / name)) << name;
   EXPECT_EQ(test::read_bytes(other.path() / "index.times.csv"),
-            "case,begun,host,seconds,threads,processors,steps_recalled\n"
-            "a,2020-01-01T00:00:00Z,n1,2.5,2,4,0\n"
-            "b,,,,,,\n");
+            "case,begun,host,seconds,solving_processor_seconds,threads,processors,steps_recalled\n"
+            "a,2020-01-01T00:00:00Z,n1,2.5,4.5,2,4,0\n"
+            "b,,,,,,,\n");
   const std::string csv = test::read_bytes(one.path() / "index.csv");
   EXPECT_THAT(csv, StartsWith("case,method,status,remark,title,joint,side,solver,curve,flexions,"));
   EXPECT_THAT(csv, HasSubstr("\na,rest,done,,"));
