@@ -2,11 +2,13 @@
 """A private Slurm cluster on this host's loopback: munged, slurmctld and a few slurmd, everything below one folder.
 
 usage: private_slurm.py start DIR [--nodes N] [--cpus C] [--tied]
-       private_slurm.py stop DIR | restart-controller DIR | kill-node DIR nX | start-node DIR nX
+       private_slurm.py stop | stop-controller | start-controller DIR
+       private_slurm.py kill-node | start-node | freeze-node | thaw-node DIR nX
 start returns when every node is idle; then SLURM_CONF=DIR/slurm.conf points sbatch and its kin here. DIR must not
 exist or be empty, and is removed by stop. --tied: the cluster ends when start's standard input is closed, which
-happens to a pipe however its writer dies. Partitions: batch (default) and urgent, which preempts batch by requeue.
-Works as root and as an ordinary user; needs no systemd, cgroups or accounting storage.
+happens to a pipe however its writer dies. A frozen node seems dead, but its tasks live on. Partitions: batch
+(default) and urgent, which preempts batch by requeue. Works as root and as an ordinary user; needs no systemd,
+cgroups or accounting storage.
 exit: 0 done, 1 it did not work out (said why), 2 usage
 """
 import argparse
@@ -63,6 +65,7 @@ JobRequeue=1
 KillWait=3
 SlurmdTimeout=3
 SlurmctldTimeout=10
+MessageTimeout=3
 ReturnToService=2
 SlurmdParameters=config_overrides
 MaxArraySize=10001
@@ -112,7 +115,7 @@ def descendants(ancestor):
     return found
 
 
-def end(process, how):
+def signal_to(process, how):
     try:
         os.kill(process, how)
     except ProcessLookupError:
@@ -188,11 +191,11 @@ class Keeper:
         """As by a power cut: slurmd first, that it starts no more, then its steps and what they started."""
         if node not in self.nodes or node not in self.daemons:
             raise Trouble(f"found node '{node}', wanted one of {self.nodes} that is up")
-        end(self.daemons[node], signal.SIGSTOP)
+        signal_to(self.daemons[node], signal.SIGSTOP)
         killed, fresh = [], [self.daemons[node], *descendants(self.daemons[node])]
         while fresh:
             for process in fresh:
-                end(process, signal.SIGKILL)
+                signal_to(process, signal.SIGKILL)
             killed += fresh
             self.reap()
             steps = self.steps(node)
@@ -208,7 +211,7 @@ class Keeper:
                 and (log in open_files(process) or name in variables(process))]
 
     def stop(self, name):
-        end(self.daemons[name], signal.SIGTERM)
+        signal_to(self.daemons[name], signal.SIGTERM)
         self.wait_for_end(name, 20)
 
     def wait_for_end(self, name, limit_s):
@@ -237,7 +240,7 @@ class Keeper:
         """Nothing is asked to end in order: what Slurm would save is removed anyway."""
         while self.reap():
             for process in descendants(os.getpid()):
-                end(process, signal.SIGKILL)
+                signal_to(process, signal.SIGKILL)
             time.sleep(0.01)
         shutil.rmtree(self.folder, ignore_errors=True)
 
@@ -247,13 +250,18 @@ class Keeper:
                 return "killed " + " ".join(map(str, self.kill_node(node)))
             case ["start-node", node]:
                 self.start_node(node, booted=True)
-            case ["restart-controller"]:
+            case ["freeze-node", node] if node in self.daemons:
+                signal_to(self.daemons[node], signal.SIGSTOP)
+            case ["thaw-node", node] if node in self.daemons:
+                signal_to(self.daemons[node], signal.SIGCONT)
+            case ["stop-controller"] if "slurmctld" in self.daemons:
                 self.stop("slurmctld")
+            case ["start-controller"] if "slurmctld" not in self.daemons:
                 self.start_controller()
             case ["missing"]:
                 return " ".join(name for name in ("munged", "slurmctld", *self.nodes) if name not in self.daemons)
             case _:
-                raise Trouble(f"found request '{' '.join(words)}'")
+                raise Trouble(f"found request '{' '.join(words)}', which does not fit what runs: {', '.join(self.daemons)}")
         return ""
 
     def serve(self, listener, tie):
@@ -398,7 +406,8 @@ def start(folder, nodes=3, cpus=2, tied=False):
 
 def main(arguments):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("command", choices=("start", "stop", "restart-controller", "kill-node", "start-node"))
+    parser.add_argument("command", choices=("start", "stop", "stop-controller", "start-controller", "kill-node", "start-node",
+                                            "freeze-node", "thaw-node"))
     parser.add_argument("folder", metavar="DIR", type=lambda text: pathlib.Path(text).absolute())
     parser.add_argument("node", nargs="*", metavar="nX")
     parser.add_argument("--nodes", type=int, default=3)

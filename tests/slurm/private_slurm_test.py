@@ -45,7 +45,8 @@ class PrivateSlurm(unittest.TestCase):
             killed = machine.ask("kill-node", "n2").split()[1:]
             self.assertGreaterEqual(len(killed), 1 + 3 * len(lost))  # slurmd; per task a step, the script, its sleep
             self.assertFalse(set(map(int, killed)) & set(private_slurm.parents()))
-            machine.ask("restart-controller")
+            machine.ask("stop-controller")
+            machine.ask("start-controller")
             self.assertEqual(len(machine.wait_until("the controller answers", machine.jobs)), 6)
             machine.wait_until("the node is down", lambda: machine.node_states()["n2"].startswith("down"))
             (machine.work / "gate").touch()

@@ -1,0 +1,206 @@
+#!/usr/bin/python3
+"""What may befall a submission on a cluster; after each, the motion model is that of a plain run, byte by byte.
+
+usage: scenarios_test.py VRDA FAULT_SHIM [unittest's arguments]
+"""
+import os
+import pathlib
+import re
+import shutil
+import sys
+import unittest
+
+import cluster
+
+VRDA, SHIM = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
+JOB = pathlib.Path(__file__).resolve().parents[2] / "jobs/knee-generic.toml"
+SHARDS = 8
+GRID = ("--set", "grid.flexion.step=5", "--set", "grid.varus.step=2")  # 19 rows, so two or three a shard, of 11 cells
+SOME_WRITES = 5  # well inside a shard
+SLOTS = 6  # three nodes of two processors
+
+
+def setUpModule():
+    global machine, programs
+    machine = unittest.enterModuleContext(cluster.Cluster())
+    # Copies in a folder that any user may read, as a cluster's shared folder is.
+    programs = machine.work / "programs"
+    programs.mkdir()
+    for each in (VRDA, SHIM, JOB):
+        shutil.copy(each, programs)
+
+
+class Submission:
+    """One folder of `vrda submit`, and what is asked of it."""
+
+    def __init__(self, name, grid=GRID, options=(), prefix=()):
+        self.grid, self.options, self.prefix = grid, options, prefix
+        self.folder = machine.work / name / "out put's"  # shells have to take any folder
+        self.gate = machine.work / name / "gate"
+        (machine.work / name).mkdir()
+        (machine.work / name).chmod(0o777)
+        self.model = self.folder / f"{JOB.stem}.h5"
+
+    def vrda(self, *words, timeout=120, **variables):
+        return machine.run(programs / VRDA.name, *words, prefix=self.prefix, timeout=timeout, **variables)
+
+    def submit(self, time=10, partition="batch", **variables):
+        return self.vrda("submit", programs / JOB.name, "-o", self.folder, "--shards", SHARDS, "--partition", partition, "--time", time,
+                         "--mem", "200M", *self.options, *self.grid, **variables)
+
+    def fault(self, do, journal, at=SOME_WRITES):
+        """The variables that make a write of a journal go wrong, in every process that comes so far."""
+        return {"LD_PRELOAD": programs / SHIM.name, "VRDA_FAULT_FILE": journal, "VRDA_FAULT_CALL": "write", "VRDA_FAULT_AT": at,
+                "VRDA_FAULT_DO": do, "VRDA_FAULT_GATE": self.gate}
+
+    def held(self):
+        return pathlib.Path(f"{self.gate}.held").exists()
+
+    def open(self):
+        self.gate.touch()
+
+    def journal(self, shard):
+        return pathlib.Path(f"{self.model}.shard-{shard}-of-{SHARDS}.journal")
+
+    def begun(self):
+        """Shards whose journal holds something."""
+        return [shard for shard in range(1, SHARDS + 1) if self.journal(shard).exists() and self.journal(shard).stat().st_size > 0]
+
+    def status(self):
+        done = self.vrda("status", self.folder, "--json")
+        if done.returncode != 0:
+            raise AssertionError(f"vrda status ended with {done.returncode}: {done.stderr}")
+        return cluster.read_json(done.stdout)
+
+    def logs(self):
+        return "\n".join(f"--- {path}\n{cluster.tail(path)}" for path in sorted((self.folder / "logs").glob("*")))
+
+
+class Scenario(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.plain = cls.plain_run(GRID)
+
+    @classmethod
+    def plain_run(cls, grid):
+        """SHA-256 of the model that one process makes."""
+        path = machine.work / f"plain-{len(list(machine.work.glob('plain-*')))}" / f"{JOB.stem}.h5"
+        done = machine.run(programs / VRDA.name, "run", programs / JOB.name, "-o", path, "--progress", "none", *grid)
+        if done.returncode != 0:
+            raise AssertionError(f"the plain run ended with {done.returncode}: {done.stderr}")
+        return cluster.sha256(path)
+
+    def setUp(self):
+        self.addCleanup(machine.clean)
+        self.name = self.id().rpartition(".")[2]
+
+    def submission(self, name="", **options):
+        made = Submission(self.name + name, **options)
+        self.addCleanup(made.open)
+        return made
+
+    def submit(self, made, **options):
+        done = made.submit(**options)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        return done.stdout
+
+    def wait(self, made, what, claim, timeout=60):
+        return machine.wait_until(what, claim, timeout, show=made.logs)
+
+    def assert_done(self, made, sha=None):
+        """The queue is empty, and the model is there, complete, and that of a plain run."""
+        self.wait(made, "no job left", lambda: not machine.jobs(), 120)
+        self.assertTrue(made.model.exists(), made.logs())
+        self.assertEqual(cluster.sha256(made.model), sha or self.plain, made.logs())
+
+    def hold_all(self, made, **options):
+        """As many shards as there are processors run, and none can end before the gate is open."""
+        self.submit(made, **options, **made.fault("hold", "-of-8.journal"))
+        self.wait(made, "a shard on every processor", lambda: len(made.begun()) == SLOTS and made.held())
+
+    def running(self):
+        """Array tasks that run: {"12_3": "n1"}."""
+        listed = machine.run("squeue", "-h", "-r", "-t", "RUNNING", "-o", "%i %N").stdout
+        return dict(line.split() for line in listed.splitlines() if "_" in line.split()[0])
+
+    def test_a_an_array_of_eight_on_three_nodes(self):
+        made = self.submission()
+        said = self.submit(made)
+        self.assertRegex(said, r"spine \d+, shards \d+_\[1-8\], merge \d+\n")
+        self.assert_done(made)
+
+    def test_b_a_node_crashes_with_its_tasks_and_returns(self):
+        made = self.submission()
+        self.hold_all(made)
+        lost = [task for task, node in self.running().items() if node == "n2"]
+        self.assertEqual(len(lost), 2)
+        machine.ask("kill-node", "n2")
+        made.open()
+        self.wait(made, "the node is seen dead", lambda: machine.node_states()["n2"].startswith("down"))
+        machine.ask("start-node", "n2")
+        self.assert_done(made)
+
+    def test_c_a_task_reaches_its_time_limit(self):
+        made = self.submission()
+        self.submit(made, time=1, **made.fault("hold", "shard-3-of-8"))
+        self.wait(made, "shard 3 is held", made.held)
+        log = machine.folder / "log" / "slurmctld"
+        before = log.read_text().count("job_signal: 15")
+        self.wait(made, "its time is up", lambda: log.read_text().count("job_signal: 15") > before, 90)
+        made.open()
+        self.assert_done(made)
+
+    def test_d_urgent_jobs_take_the_place_of_all(self):
+        made = self.submission()
+        self.hold_all(made)
+        gate = machine.work / self.name / "urgent"
+        wait = f"until [ -e {gate} ]; do sleep 0.1; done"
+        self.addCleanup(gate.touch)
+        asked = machine.run("sbatch", "--partition=urgent", f"--array=1-{SLOTS}", "--mem=50M", "--output=/dev/null", "--wrap", wait)
+        self.assertEqual((asked.returncode, asked.stderr), (0, ""))
+        urgent = asked.stdout.split()[-1]
+        self.wait(made, "the urgent run", lambda: [t.partition("_")[0] for t in self.running()] == [urgent] * SLOTS, 90)
+        made.open()
+        gate.touch()
+        self.assert_done(made)
+
+    def test_g_the_controller_is_away_while_tasks_end(self):
+        made = self.submission()
+        self.hold_all(made)
+        machine.ask("stop-controller")
+        made.open()
+        self.wait(made, "a shard ends", lambda: "done" in cluster.tail(made.folder / "tasks" / f"{JOB.stem}.shard-1.json"))
+        machine.ask("start-controller")
+        self.assert_done(made)
+
+    def test_f_two_submissions_at_once(self):
+        other_grid = ("--set", "grid.flexion.step=6", "--set", "grid.varus.step=4")
+        one, other = self.submission("-one"), self.submission("-other", grid=other_grid)
+        self.submit(one)
+        self.submit(other)
+        self.assert_done(one)
+        self.assert_done(other, self.plain_run(other_grid))
+        again = one.submit()
+        self.assertEqual((again.returncode, again.stderr.count("\n")), (2, 1))
+        self.assertIn("vrda resume", again.stderr)
+
+    def test_i_a_job_that_cannot_be(self):
+        made = self.submission()
+        done = made.submit(partition="nowhere")
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
+        self.assertRegex(done.stderr, "(?i)partition")
+        self.assertEqual(machine.jobs(), {})
+        self.submit(made)  # what failed is not in the way
+        self.assert_done(made)
+
+    @unittest.skipIf(os.getuid() != 0, "only root becomes another user; others test this as they are")
+    def test_h_an_ordinary_user(self):
+        made = self.submission(prefix=cluster.as_user("nobody"))
+        self.submit(made)
+        self.assert_done(made)
+        self.assertEqual(made.model.owner(), "nobody")
+
+
+if __name__ == "__main__":
+    cluster.skip_without_slurm("slurm.Scenarios")
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
