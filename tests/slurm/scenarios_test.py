@@ -173,6 +173,52 @@ class Scenario(unittest.TestCase):
         machine.ask("start-controller")
         self.assert_done(made)
 
+    def test_e_a_shard_that_fails_is_named_and_only_that_is_made_again(self):
+        made = self.submission()
+        self.submit(made, **made.fault("eio", "shard-3-of-8"))
+        self.wait(made, "no job left", lambda: not machine.jobs())
+        self.assertFalse(made.model.exists())
+        shards = made.shards()
+        self.assertEqual([shards[k]["state"] for k in range(1, SHARDS + 1)], ["done"] * 2 + ["failed"] + ["done"] * 5)
+        self.assertRegex(shards[3]["reason"], "shard-3-of-8.journal.*Input/output error")
+        merged = made.vrda("merge", *made.journals(), "-o", made.model)
+        self.assertEqual((merged.returncode, merged.stderr.count("\n")), (2, 1))
+        self.assertRegex(merged.stderr, "at flexion 10, 50, 90")  # rows 2, 10 and 18 of 5 degrees
+        untouched = {path: path.stat().st_mtime_ns for path in made.journals() if "shard-3" not in path.name}
+        resumed = made.vrda("resume", made.folder)
+        self.assertEqual((resumed.returncode, resumed.stderr), (0, ""))
+        self.assertRegex(resumed.stdout, r"shards? \d+_\[?3\]?, merge \d+")
+        self.assert_done(made)
+        self.assertEqual(len(untouched), 8)  # the spine's and seven shards'
+
+    def test_e_a_journal_that_is_gone_is_named_and_made_again(self):
+        made = self.submission()
+        self.hold_all(made)
+        # cut short
+        made.open()
+
+    def test_k_a_node_that_only_seemed_dead(self):
+        """Its tasks live on beside those that took their place, until it comes back and is told."""
+        made = self.submission()
+        self.hold_all(made)
+        machine.ask("freeze-node", "n2")
+        self.addCleanup(machine.ask, "thaw-node", "n2")
+        self.wait(made, "the node is taken for dead", lambda: machine.node_states()["n2"].startswith("down"))
+        self.wait(made, "its tasks wait for a place", lambda: len(machine.jobs("-t", "PENDING")) > 4)
+        made.open()
+        self.assert_done(made)
+
+    def test_l_cancelled_is_cancelled(self):
+        made = self.submission()
+        self.hold_all(made)
+        machine.run("scancel", *{job.partition("_")[0] for job in machine.jobs()})
+        made.open()
+        self.wait(made, "no job left", lambda: not machine.jobs())
+        self.assertFalse(made.model.exists())
+        resumed = made.vrda("resume", made.folder)
+        self.assertEqual((resumed.returncode, resumed.stderr), (0, ""))
+        self.assert_done(made)
+
     def test_f_two_submissions_at_once(self):
         other_grid = ("--set", "grid.flexion.step=6", "--set", "grid.varus.step=4")
         one, other = self.submission("-one"), self.submission("-other", grid=other_grid)
