@@ -67,6 +67,7 @@ SlurmdTimeout=3
 SlurmctldTimeout=10
 MessageTimeout=3
 ReturnToService=2
+MinJobAge=10
 SlurmdParameters=config_overrides
 MaxArraySize=10001
 """
