@@ -5,7 +5,6 @@ usage: scenarios_test.py VRDA FAULT_SHIM [unittest's arguments]
 """
 import os
 import pathlib
-import re
 import shutil
 import sys
 import unittest
@@ -62,6 +61,9 @@ class Submission:
     def journal(self, shard):
         return pathlib.Path(f"{self.model}.shard-{shard}-of-{SHARDS}.journal")
 
+    def journals(self):
+        return sorted(self.folder.glob("*.journal"))
+
     def begun(self):
         """Shards whose journal holds something."""
         return [shard for shard in range(1, SHARDS + 1) if self.journal(shard).exists() and self.journal(shard).stat().st_size > 0]
@@ -71,6 +73,19 @@ class Submission:
         if done.returncode != 0:
             raise AssertionError(f"vrda status ended with {done.returncode}: {done.stderr}")
         return cluster.read_json(done.stdout)
+
+    def tasks(self):
+        """By kind, shards by number: what status tells of each."""
+        (case,) = self.status()["cases"]
+        return {task["shard"] or task["kind"]: task for task in case["tasks"]}
+
+    def states(self):
+        return {name: task["state"] for name, task in self.tasks().items()}
+
+    def restarts(self):
+        """How often Slurm began each shard again, by what the shard itself was told."""
+        states = {shard: self.folder / "tasks" / f"{JOB.stem}.shard-{shard}-of-{SHARDS}.json" for shard in range(1, SHARDS + 1)}
+        return {shard: cluster.read_json(path.read_text())["restarts"] for shard, path in states.items()}
 
     def logs(self):
         return "\n".join(f"--- {path}\n{cluster.tail(path)}" for path in sorted((self.folder / "logs").glob("*")))
@@ -101,7 +116,7 @@ class Scenario(unittest.TestCase):
 
     def submit(self, made, **options):
         done = made.submit(**options)
-        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 
     def wait(self, made, what, claim, timeout=60):
@@ -112,125 +127,162 @@ class Scenario(unittest.TestCase):
         self.wait(made, "no job left", lambda: not machine.jobs(), 120)
         self.assertTrue(made.model.exists(), made.logs())
         self.assertEqual(cluster.sha256(made.model), sha or self.plain, made.logs())
+        # Journals and whatever helped to write them are gone; nothing waits to be removed by hand.
+        left = sorted(path.name for path in made.folder.iterdir())
+        self.assertEqual(left, [made.model.name, f"{made.model.name}.run.json", "logs", "scripts", "submission.json", "submission.lock",
+                                "submitted.jsonl", "tasks"])
+        self.assertIn("nothing is missing", made.vrda("resume", made.folder).stderr)
 
     def hold_all(self, made, **options):
         """As many shards as there are processors run, and none can end before the gate is open."""
         self.submit(made, **options, **made.fault("hold", "-of-8.journal"))
         self.wait(made, "a shard on every processor", lambda: len(made.begun()) == SLOTS and made.held())
 
+    def shards_on(self, node):
+        return [int(task.partition("_")[2]) for task, where in self.running().items() if where == node]
+
+    def assert_merge_names(self, made, what):
+        merged = made.vrda("merge", *made.journals(), "-o", made.folder / "by-hand.h5")
+        self.assertEqual((merged.returncode, merged.stdout, merged.stderr.count("\n")), (2, "", 1))
+        self.assertIn(what, merged.stderr)
+
+    def resume(self, made, said):
+        """Only what is missing is submitted; asked again meanwhile, nothing is."""
+        done = made.vrda("resume", made.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, said)
+        again = made.vrda("resume", made.folder)
+        self.assertEqual((again.returncode, again.stdout), (0, ""))
+        self.assertIn("nothing is missing", again.stderr)
+
     def running(self):
         """Array tasks that run: {"12_3": "n1"}."""
         listed = machine.run("squeue", "-h", "-r", "-t", "RUNNING", "-o", "%i %N").stdout
         return dict(line.split() for line in listed.splitlines() if "_" in line.split()[0])
 
-    def test_a_an_array_of_eight_on_three_nodes(self):
+    def test_an_array_of_eight_on_three_nodes(self):
         made = self.submission()
-        said = self.submit(made)
-        self.assertRegex(said, r"spine \d+, shards \d+_\[1-8\], merge \d+\n")
+        self.assertRegex(self.submit(made), r"^spine \d+, shards \d+_\[1-8\], merge \d+\n$")
         self.assert_done(made)
+        self.assertEqual(set(made.states().values()), {"done"})
+        self.assertEqual(set(made.restarts().values()), {0})
 
-    def test_b_a_node_crashes_with_its_tasks_and_returns(self):
+    def test_a_node_crashes_with_its_tasks_and_returns(self):
         made = self.submission()
         self.hold_all(made)
-        lost = [task for task, node in self.running().items() if node == "n2"]
+        lost = self.shards_on("n2")
         self.assertEqual(len(lost), 2)
         machine.ask("kill-node", "n2")
         made.open()
         self.wait(made, "the node is seen dead", lambda: machine.node_states()["n2"].startswith("down"))
         machine.ask("start-node", "n2")
         self.assert_done(made)
+        self.assertEqual(made.restarts(), {shard: int(shard in lost) for shard in range(1, SHARDS + 1)})
 
-    def test_c_a_task_reaches_its_time_limit(self):
+    def test_a_node_only_seems_dead(self):
+        """Its tasks live on beside those that took their place, until it comes back and is told."""
         made = self.submission()
-        self.submit(made, time=1, **made.fault("hold", "shard-3-of-8"))
-        self.wait(made, "shard 3 is held", made.held)
-        log = machine.folder / "log" / "slurmctld"
-        before = log.read_text().count("job_signal: 15")
-        self.wait(made, "its time is up", lambda: log.read_text().count("job_signal: 15") > before, 90)
+        self.hold_all(made)
+        lost = self.shards_on("n2")
+        machine.ask("freeze-node", "n2")
+        self.addCleanup(machine.ask, "thaw-node", "n2")
+        self.wait(made, "the node is taken for dead", lambda: machine.node_states()["n2"].startswith("down"))
+        # The gate stays shut: the first to hold a journal must not be joined by a second.
+        self.wait(made, "its tasks begun elsewhere", lambda: set(lost) <= set(self.shards_on("n1") + self.shards_on("n3")), 90)
         made.open()
+        machine.ask("thaw-node", "n2")
         self.assert_done(made)
 
-    def test_d_urgent_jobs_take_the_place_of_all(self):
+    def test_the_last_task_reaches_its_time_limit(self):
+        """The last one: its number is the array's, and none of the others may begin again with it."""
+        made = self.submission()
+        log = machine.folder / "log" / "slurmctld"
+        before = log.read_text().count("job_signal: 15")
+        self.submit(made, time=1, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}"))
+        self.wait(made, "it is held", made.held)
+        self.wait(made, "it is told", lambda: log.read_text().count("job_signal: 15") > before, 90)
+        made.open()
+        self.assert_done(made)
+        self.assertEqual(made.restarts(), {shard: int(shard == SHARDS) for shard in range(1, SHARDS + 1)})
+
+    def test_urgent_jobs_take_every_place(self):
         made = self.submission()
         self.hold_all(made)
         gate = machine.work / self.name / "urgent"
-        wait = f"until [ -e {gate} ]; do sleep 0.1; done"
         self.addCleanup(gate.touch)
-        asked = machine.run("sbatch", "--partition=urgent", f"--array=1-{SLOTS}", "--mem=50M", "--output=/dev/null", "--wrap", wait)
+        asked = machine.run("sbatch", "--partition=urgent", f"--array=1-{SLOTS}", "--mem=50M", "--output=/dev/null", "--wrap",
+                            f"until [ -e {gate} ]; do sleep 0.1; done")
         self.assertEqual((asked.returncode, asked.stderr), (0, ""))
         urgent = asked.stdout.split()[-1]
-        self.wait(made, "the urgent run", lambda: [t.partition("_")[0] for t in self.running()] == [urgent] * SLOTS, 90)
+        self.wait(made, "the urgent run", lambda: [task.partition("_")[0] for task in self.running()] == [urgent] * SLOTS, 90)
         made.open()
         gate.touch()
         self.assert_done(made)
+        self.assertEqual(sum(made.restarts().values()), SLOTS)
 
-    def test_g_the_controller_is_away_while_tasks_end(self):
+    def test_the_controller_is_away_while_tasks_end(self):
         made = self.submission()
         self.hold_all(made)
+        (first, *_) = self.shards_on("n1")
         machine.ask("stop-controller")
         made.open()
-        self.wait(made, "a shard ends", lambda: "done" in cluster.tail(made.folder / "tasks" / f"{JOB.stem}.shard-1.json"))
+        state = made.folder / "tasks" / f"{JOB.stem}.shard-{first}-of-{SHARDS}.json"
+        self.wait(made, "a shard ends", lambda: cluster.read_json(state.read_text())["state"] == "done")
+        status = made.status()
+        self.assertNotEqual(status["remark"], "")  # Slurm does not answer, and that is said
         machine.ask("start-controller")
         self.assert_done(made)
 
-    def test_e_a_shard_that_fails_is_named_and_only_that_is_made_again(self):
+    def test_a_shard_that_fails_is_named_and_alone_made_again(self):
         made = self.submission()
         self.submit(made, **made.fault("eio", "shard-3-of-8"))
         self.wait(made, "no job left", lambda: not machine.jobs())
         self.assertFalse(made.model.exists())
-        shards = made.shards()
-        self.assertEqual([shards[k]["state"] for k in range(1, SHARDS + 1)], ["done"] * 2 + ["failed"] + ["done"] * 5)
-        self.assertRegex(shards[3]["reason"], "shard-3-of-8.journal.*Input/output error")
-        merged = made.vrda("merge", *made.journals(), "-o", made.model)
-        self.assertEqual((merged.returncode, merged.stderr.count("\n")), (2, 1))
-        self.assertRegex(merged.stderr, "at flexion 10, 50, 90")  # rows 2, 10 and 18 of 5 degrees
-        untouched = {path: path.stat().st_mtime_ns for path in made.journals() if "shard-3" not in path.name}
-        resumed = made.vrda("resume", made.folder)
-        self.assertEqual((resumed.returncode, resumed.stderr), (0, ""))
-        self.assertRegex(resumed.stdout, r"shards? \d+_\[?3\]?, merge \d+")
-        self.assert_done(made)
-        self.assertEqual(len(untouched), 8)  # the spine's and seven shards'
-
-    def test_e_a_journal_that_is_gone_is_named_and_made_again(self):
-        made = self.submission()
-        self.hold_all(made)
-        # cut short
-        made.open()
-
-    def test_k_a_node_that_only_seemed_dead(self):
-        """Its tasks live on beside those that took their place, until it comes back and is told."""
-        made = self.submission()
-        self.hold_all(made)
-        machine.ask("freeze-node", "n2")
-        self.addCleanup(machine.ask, "thaw-node", "n2")
-        self.wait(made, "the node is taken for dead", lambda: machine.node_states()["n2"].startswith("down"))
-        self.wait(made, "its tasks wait for a place", lambda: len(machine.jobs("-t", "PENDING")) > 4)
-        made.open()
+        tasks = made.tasks()
+        self.assertEqual({name: task["state"] for name, task in tasks.items()},
+                         {"spine": "done", **{shard: "done" for shard in range(1, SHARDS + 1)}, 3: "failed", "merge": "failed"})
+        self.assertRegex(tasks[3]["reason"], "shard-3-of-8.journal.*Input/output error")
+        self.assert_merge_names(made, "at flexion 10, 50, 90")  # rows 2, 10 and 18 of 5 degrees
+        self.resume(made, r"^shards \d+_\[3\], merge \d+\n$")
         self.assert_done(made)
 
-    def test_l_cancelled_is_cancelled(self):
+    def test_a_journal_that_is_gone_is_named_and_made_again(self):
+        made = self.submission()
+        self.submit(made, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}"))
+        self.wait(made, "all others done", lambda: list(made.states().values()).count("done") == SHARDS)
+        made.journal(5).unlink()
+        made.open()
+        self.wait(made, "no job left", lambda: not machine.jobs())
+        self.assertFalse(made.model.exists())
+        tasks = made.tasks()
+        self.assertEqual((tasks[5]["state"], tasks["merge"]["state"]), ("lost", "failed"))
+        self.assertIn("no journal of shard 5 of 8", tasks["merge"]["reason"])
+        self.assert_merge_names(made, "no journal of shard 5 of 8")
+        self.resume(made, r"^shards \d+_\[5\], merge \d+\n$")
+        self.assert_done(made)
+
+    def test_two_submissions_at_once(self):
+        other_grid = ("--set", "grid.flexion.step=6", "--set", "grid.varus.step=4")
+        one, other = self.submission("-one"), self.submission("-other", grid=other_grid)
+        self.submit(one)
+        self.submit(other)
+        again = one.submit()
+        self.assertEqual((again.returncode, again.stdout, again.stderr.count("\n")), (2, "", 1))
+        self.assertIn("vrda resume", again.stderr)
+        self.assert_done(one)
+        self.assert_done(other, self.plain_run(other_grid))
+
+    def test_cancelled_is_cancelled_until_resumed(self):
         made = self.submission()
         self.hold_all(made)
         machine.run("scancel", *{job.partition("_")[0] for job in machine.jobs()})
         made.open()
         self.wait(made, "no job left", lambda: not machine.jobs())
         self.assertFalse(made.model.exists())
-        resumed = made.vrda("resume", made.folder)
-        self.assertEqual((resumed.returncode, resumed.stderr), (0, ""))
+        self.resume(made, r"^shards \d+_\[1-8\], merge \d+\n$")
         self.assert_done(made)
 
-    def test_f_two_submissions_at_once(self):
-        other_grid = ("--set", "grid.flexion.step=6", "--set", "grid.varus.step=4")
-        one, other = self.submission("-one"), self.submission("-other", grid=other_grid)
-        self.submit(one)
-        self.submit(other)
-        self.assert_done(one)
-        self.assert_done(other, self.plain_run(other_grid))
-        again = one.submit()
-        self.assertEqual((again.returncode, again.stderr.count("\n")), (2, 1))
-        self.assertIn("vrda resume", again.stderr)
-
-    def test_i_a_job_that_cannot_be(self):
+    def test_a_job_that_cannot_be(self):
         made = self.submission()
         done = made.submit(partition="nowhere")
         self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
@@ -240,7 +292,7 @@ class Scenario(unittest.TestCase):
         self.assert_done(made)
 
     @unittest.skipIf(os.getuid() != 0, "only root becomes another user; others test this as they are")
-    def test_h_an_ordinary_user(self):
+    def test_an_ordinary_user(self):
         made = self.submission(prefix=cluster.as_user("nobody"))
         self.submit(made)
         self.assert_done(made)
