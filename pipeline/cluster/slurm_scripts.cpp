@@ -207,11 +207,17 @@ while [ -n "$told" ]; do  # the signal cut the waiting short
   [ "$next" -eq 127 ] || code=$next
 done
 
-# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on.
+# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on. Not when
+# Slurm ends the job itself (scancel), or runs it elsewhere since this node seemed dead. The last task of an array
+# bears the array's number, by which all of it would begin again.
+me=$SLURM_JOB_ID
+[ -z "${SLURM_ARRAY_TASK_ID:-}" ] || me=${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID
 if [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; then
   if [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
          std::to_string(most_restarts) + R"( ]; then
-    scontrol requeue "$SLURM_JOB_ID" && exit 0
+    case $(scontrol show job --oneliner "$me") in
+      *" JobState=RUNNING "*" Restarts=${SLURM_RESTART_COUNT:-0} "*) scontrol requeue "$me" && exit 0 ;;
+    esac
   fi
 fi
 exit "$code"

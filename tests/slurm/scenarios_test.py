@@ -198,7 +198,7 @@ class Scenario(unittest.TestCase):
         made = self.submission()
         log = machine.folder / "log" / "slurmctld"
         before = log.read_text().count("job_signal: 15")
-        self.submit(made, time=1, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}"))
+        self.submit(made, time=1, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}.journal"))
         self.wait(made, "it is held", made.held)
         self.wait(made, "it is told", lambda: log.read_text().count("job_signal: 15") > before, 90)
         made.open()
@@ -235,20 +235,20 @@ class Scenario(unittest.TestCase):
 
     def test_a_shard_that_fails_is_named_and_alone_made_again(self):
         made = self.submission()
-        self.submit(made, **made.fault("eio", "shard-3-of-8"))
+        self.submit(made, **made.fault("eio", "shard-3-of-8.journal"))
         self.wait(made, "no job left", lambda: not machine.jobs())
         self.assertFalse(made.model.exists())
         tasks = made.tasks()
         self.assertEqual({name: task["state"] for name, task in tasks.items()},
                          {"spine": "done", **{shard: "done" for shard in range(1, SHARDS + 1)}, 3: "failed", "merge": "failed"})
         self.assertRegex(tasks[3]["reason"], "shard-3-of-8.journal.*Input/output error")
-        self.assert_merge_names(made, "at flexion 10, 50, 90")  # rows 2, 10 and 18 of 5 degrees
+        self.assert_merge_names(made, "at flexion 10, 50 and 90")  # rows 2, 10 and 18 of 5 degrees
         self.resume(made, r"^shards \d+_\[3\], merge \d+\n$")
         self.assert_done(made)
 
     def test_a_journal_that_is_gone_is_named_and_made_again(self):
         made = self.submission()
-        self.submit(made, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}"))
+        self.submit(made, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}.journal"))
         self.wait(made, "all others done", lambda: list(made.states().values()).count("done") == SHARDS)
         made.journal(5).unlink()
         made.open()
