@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/index_command.hpp"
+
 namespace vrda {
 namespace {
 
@@ -55,6 +57,7 @@ void ClusterWords::add_to(const Add& add, std::function<ExitCode()>& chosen)
   add_submit(add, chosen);
   add_status(add, chosen);
   add_resume(add, chosen);
+  add_index(add, chosen);
   add_task(add, chosen);
 }
 
@@ -98,6 +101,14 @@ void ClusterWords::add_status(const Add& add, std::function<ExitCode()>& chosen)
   c.callback([this, &chosen] { chosen = [this] { return status_command(status_); }; });
 }
 
+void ClusterWords::add_index(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c = add("index", "Write the table of a campaign's results, a row a case: index.csv, index.h5.",
+                    "vrda index results/sizes");
+  c.add_option("folder", index_folder_, "Folder of the submission")->required();
+  c.callback([this, &chosen] { chosen = [this] { return index_command(index_folder_); }; });
+}
+
 void ClusterWords::add_task(const Add& add, std::function<ExitCode()>& chosen)
 {
   CLI::App& c = add("task", "One task of a submission: what its scripts and local processes run.",
@@ -109,6 +120,8 @@ void ClusterWords::add_task(const Add& add, std::function<ExitCode()>& chosen)
   c.add_option("--count", task_.count, "Cases to run one after the other")->check(CLI::PositiveNumber);
   c.add_option("--shard", task_.shard, "Number of the shard, from 1");
   c.add_option("--cpus", task_.n_cpus, "Threads")->check(CLI::Range(1, 1024));
+  c.add_option("--ended", task_.ended, "Only note down that it was ended, with this exit code of its script")
+      ->check(CLI::Range(129, 255));
   c.callback([this, &chosen] { chosen = [this] { return task_command(task_); }; });
 }
 

@@ -1,4 +1,4 @@
-/// The words of the commands that make many cases by many tasks: submit, status, resume, task.
+/// The words of the commands that make many cases by many tasks: submit, status, resume, index, task.
 #pragma once
 
 #include <functional>
@@ -29,11 +29,13 @@ class ClusterWords {
   void add_submit(const Add& add, std::function<ExitCode()>& chosen);
   void add_resume(const Add& add, std::function<ExitCode()>& chosen);
   void add_status(const Add& add, std::function<ExitCode()>& chosen);
+  void add_index(const Add& add, std::function<ExitCode()>& chosen);
   void add_task(const Add& add, std::function<ExitCode()>& chosen);
 
   SubmitOptions submit_;
   ResumeOptions resume_;
   StatusOptions status_;
+  std::string index_folder_;
   TaskOptions task_;
 };
 

@@ -196,8 +196,9 @@ std::string script_of(TaskKind kind, const std::string& folder, const Submission
 # vrda has put down what it solved.
 child= told=
 trap 'told=1; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM
-"$program" task "$folder" )" +
-         command_of(kind) + R"( --cpus "${SLURM_CPUS_PER_TASK:-1}" &
+words=(task "$folder" )" +
+         command_of(kind) + R"( --cpus "${SLURM_CPUS_PER_TASK:-1}")
+"$program" "${words[@]}" &
 child=$!
 [ -z "$told" ] || kill -TERM "$child" 2>/dev/null
 wait "$child"; code=$?
@@ -207,18 +208,17 @@ while [ -n "$told" ]; do  # the signal cut the waiting short
   [ "$next" -eq 127 ] || code=$next
 done
 
-# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on. Not when
-# Slurm ends the job itself (scancel), or runs it elsewhere since this node seemed dead. The last task of an array
-# bears the array's number, by which all of it would begin again.
-me=$SLURM_JOB_ID
-[ -z "${SLURM_ARRAY_TASK_ID:-}" ] || me=${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID
-if [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; then
-  if [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
+# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on. Unless
+# somebody cancelled it, or Slurm did begin it again since it took this node for dead: then the count has risen.
+job=${SLURM_ARRAY_JOB_ID:+${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID}
+job=${job:-$SLURM_JOB_ID}
+if { [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; } && [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
          std::to_string(most_restarts) + R"( ]; then
-    case $(scontrol show job --oneliner "$me") in
-      *" JobState=RUNNING "*" Restarts=${SLURM_RESTART_COUNT:-0} "*) scontrol requeue "$me" && exit 0 ;;
-    esac
-  fi
+  case $(squeue --noheader --jobs="$job" --states=all -O 'RestartCnt: ,State: ,Reason: ') in
+    "${SLURM_RESTART_COUNT:-0} RUNNING"* | "${SLURM_RESTART_COUNT:-0} "*TimeLimit*) scontrol requeue "$job" && exit 0 ;;
+  esac
+elif [ "$code" -gt 128 ]; then
+  "$program" "${words[@]}" --ended "$code"  # a signal, perhaps for want of memory: vrda could not say so
 fi
 exit "$code"
 )";
