@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """What may befall a submission on a cluster; after each, the motion model is that of a plain run, byte by byte.
 
-usage: scenarios_test.py VRDA FAULT_SHIM [unittest's arguments]
+usage: scenarios_test.py VRDA FAULT_SHIM [CLASS]...
+Each class is a test of its own to CTest, on a cluster of its own: they wait more than they work.
 """
 import os
 import pathlib
@@ -19,6 +20,24 @@ GRID = ("--set", "grid.flexion.step=5", "--set", "grid.varus.step=2")  # 19 rows
 SOME_WRITES = 5  # well inside a shard
 SLOTS = 6  # three nodes of two processors
 
+CAMPAIGN = """[campaign]
+title = "Two grids"
+
+[[campaign.subject]]
+name = "generic"
+job = "{job}"
+
+[[campaign.resolution]]
+name = "coarse"
+set = {{ grid = {{ flexion = {{ step = 15 }}, varus = {{ step = 5 }} }} }}
+
+[[campaign.resolution]]
+name = "fine"
+set = {{ grid = {{ flexion = {{ step = 10 }}, varus = {{ step = 2 }} }} }}
+"""
+CASES = {"generic_coarse": ("--set", "grid.flexion.step=15", "--set", "grid.varus.step=5"),
+         "generic_fine": ("--set", "grid.flexion.step=10", "--set", "grid.varus.step=2")}
+
 
 def setUpModule():
     global machine, programs
@@ -33,8 +52,8 @@ def setUpModule():
 class Submission:
     """One folder of `vrda submit`, and what is asked of it."""
 
-    def __init__(self, name, grid=GRID, options=(), prefix=()):
-        self.grid, self.options, self.prefix = grid, options, prefix
+    def __init__(self, name, job=None, grid=GRID, shards=SHARDS, prefix=()):
+        self.job, self.grid, self.shards, self.prefix = job or programs / JOB.name, grid, shards, prefix
         self.folder = machine.work / name / "out put's"  # shells have to take any folder
         self.gate = machine.work / name / "gate"
         (machine.work / name).mkdir()
@@ -45,12 +64,12 @@ class Submission:
         return machine.run(programs / VRDA.name, *words, prefix=self.prefix, timeout=timeout, **variables)
 
     def submit(self, time=10, partition="batch", **variables):
-        return self.vrda("submit", programs / JOB.name, "-o", self.folder, "--shards", SHARDS, "--partition", partition, "--time", time,
-                         "--mem", "200M", *self.options, *self.grid, **variables)
+        return self.vrda("submit", self.job, "-o", self.folder, "--shards", self.shards, "--partition", partition, "--time", time,
+                         "--mem", "200M", *self.grid, **variables)
 
     def fault(self, do, journal, at=SOME_WRITES):
-        """The variables that make a write of a journal go wrong, in every process that comes so far."""
-        return {"LD_PRELOAD": programs / SHIM.name, "VRDA_FAULT_FILE": journal, "VRDA_FAULT_CALL": "write", "VRDA_FAULT_AT": at,
+        """The variables that make a write of a journal go wrong, in every process that gets as far."""
+        return {"LD_PRELOAD": programs / SHIM.name, "ASAN_OPTIONS": "verify_asan_link_order=0", "VRDA_FAULT_FILE": journal, "VRDA_FAULT_CALL": "write", "VRDA_FAULT_AT": at,
                 "VRDA_FAULT_DO": do, "VRDA_FAULT_GATE": self.gate}
 
     def held(self):
@@ -125,9 +144,12 @@ class Scenario(unittest.TestCase):
     def wait(self, made, what, claim, timeout=60):
         return machine.wait_until(what, claim, timeout, show=made.logs)
 
-    def assert_done(self, made, sha=None):
-        """The queue is empty, and the model is there, complete, and that of a plain run."""
+    def wait_for_all(self, made):
         self.wait(made, "no job left", lambda: not machine.jobs(), 120)
+
+    def assert_done(self, made, sha=None):
+        """The queue is empty, and the model is there and that of a plain run."""
+        self.wait_for_all(made)
         self.assertTrue(made.model.exists(), made.logs())
         self.assertEqual(cluster.sha256(made.model), sha or self.plain, made.logs())
         # Journals and whatever helped to write them are gone; nothing waits to be removed by hand.
@@ -163,6 +185,8 @@ class Scenario(unittest.TestCase):
         listed = machine.run("squeue", "-h", "-r", "-t", "RUNNING", "-o", "%i %N").stdout
         return dict(line.split() for line in listed.splitlines() if "_" in line.split()[0])
 
+
+class Submissions(Scenario):
     def test_an_array_of_eight_on_three_nodes(self):
         made = self.submission()
         self.assertRegex(self.submit(made), r"^spine \d+, shards \d+_\[1-8\], merge \d+\n$")
@@ -170,6 +194,73 @@ class Scenario(unittest.TestCase):
         self.assertEqual(set(made.states().values()), {"done"})
         self.assertEqual(set(made.restarts().values()), {0})
 
+    def test_a_shard_that_fails_is_named_and_alone_made_again(self):
+        made = self.submission()
+        self.submit(made, **made.fault("eio", "shard-3-of-8.journal"))
+        self.wait_for_all(made)
+        self.assertFalse(made.model.exists())
+        tasks = made.tasks()
+        self.assertEqual({name: task["state"] for name, task in tasks.items()},
+                         {"spine": "done", **{shard: "done" for shard in range(1, SHARDS + 1)}, 3: "failed", "merge": "failed"})
+        self.assertRegex(tasks[3]["reason"], "shard-3-of-8.journal.*Input/output error")
+        self.assert_merge_names(made, "at flexion 10, 50 and 90")  # rows 2, 10 and 18 of 5 degrees
+        self.resume(made, r"^shards \d+_\[3\], merge \d+\n$")
+        self.assert_done(made)
+
+    def test_a_journal_that_is_gone_is_named_and_made_again(self):
+        made = self.submission()
+        self.submit(made, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}.journal"))
+        self.wait(made, "all others done", lambda: list(made.states().values()).count("done") == SHARDS)
+        made.journal(5).unlink()
+        made.open()
+        self.wait_for_all(made)
+        self.assertFalse(made.model.exists())
+        tasks = made.tasks()
+        self.assertEqual((tasks[5]["state"], tasks["merge"]["state"]), ("lost", "failed"))
+        self.assertIn("no journal of shard 5 of 8", tasks["merge"]["reason"])
+        self.assert_merge_names(made, "no journal of shard 5 of 8")
+        self.resume(made, r"^shards \d+_\[5\], merge \d+\n$")
+        self.assert_done(made)
+
+    def test_cancelled_is_cancelled_until_resumed(self):
+        made = self.submission()
+        self.hold_all(made)
+        machine.run("scancel", *{job.partition("_")[0] for job in machine.jobs()})
+        made.open()
+        self.wait_for_all(made)
+        self.assertFalse(made.model.exists())
+        self.resume(made, r"^shards \d+_\[1-8\], merge \d+\n$")
+        self.assert_done(made)
+
+    def test_two_submissions_at_once(self):
+        other_grid = ("--set", "grid.flexion.step=6", "--set", "grid.varus.step=4")
+        one, other = self.submission("-one"), self.submission("-other", grid=other_grid)
+        self.submit(one)
+        self.submit(other)
+        again = one.submit()
+        self.assertEqual((again.returncode, again.stdout, again.stderr.count("\n")), (2, "", 1))
+        self.assertIn("vrda resume", again.stderr)
+        self.assert_done(one)
+        self.assert_done(other, self.plain_run(other_grid))
+
+    def test_a_job_that_cannot_be(self):
+        made = self.submission()
+        done = made.submit(partition="nowhere")
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
+        self.assertRegex(done.stderr, "(?i)partition")
+        self.assertEqual(machine.jobs(), {})
+        self.submit(made)  # what failed is not in the way
+        self.assert_done(made)
+
+    @unittest.skipIf(os.getuid() != 0, "only root becomes another user; others test this as they are")
+    def test_an_ordinary_user(self):
+        made = self.submission(prefix=cluster.as_user("nobody"))
+        self.submit(made)
+        self.assert_done(made)
+        self.assertEqual(made.model.owner(), "nobody")
+
+
+class Mishaps(Scenario):
     def test_a_node_crashes_with_its_tasks_and_returns(self):
         made = self.submission()
         self.hold_all(made)
@@ -239,70 +330,24 @@ class Scenario(unittest.TestCase):
         machine.ask("start-controller")
         self.assert_done(made)
 
-    def test_a_shard_that_fails_is_named_and_alone_made_again(self):
-        made = self.submission()
-        self.submit(made, **made.fault("eio", "shard-3-of-8.journal"))
-        self.wait(made, "no job left", lambda: not machine.jobs())
-        self.assertFalse(made.model.exists())
-        tasks = made.tasks()
-        self.assertEqual({name: task["state"] for name, task in tasks.items()},
-                         {"spine": "done", **{shard: "done" for shard in range(1, SHARDS + 1)}, 3: "failed", "merge": "failed"})
-        self.assertRegex(tasks[3]["reason"], "shard-3-of-8.journal.*Input/output error")
-        self.assert_merge_names(made, "at flexion 10, 50 and 90")  # rows 2, 10 and 18 of 5 degrees
-        self.resume(made, r"^shards \d+_\[3\], merge \d+\n$")
-        self.assert_done(made)
-
-    def test_a_journal_that_is_gone_is_named_and_made_again(self):
-        made = self.submission()
-        self.submit(made, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}.journal"))
-        self.wait(made, "all others done", lambda: list(made.states().values()).count("done") == SHARDS)
-        made.journal(5).unlink()
-        made.open()
-        self.wait(made, "no job left", lambda: not machine.jobs())
-        self.assertFalse(made.model.exists())
-        tasks = made.tasks()
-        self.assertEqual((tasks[5]["state"], tasks["merge"]["state"]), ("lost", "failed"))
-        self.assertIn("no journal of shard 5 of 8", tasks["merge"]["reason"])
-        self.assert_merge_names(made, "no journal of shard 5 of 8")
-        self.resume(made, r"^shards \d+_\[5\], merge \d+\n$")
-        self.assert_done(made)
-
-    def test_two_submissions_at_once(self):
-        other_grid = ("--set", "grid.flexion.step=6", "--set", "grid.varus.step=4")
-        one, other = self.submission("-one"), self.submission("-other", grid=other_grid)
-        self.submit(one)
-        self.submit(other)
-        again = one.submit()
-        self.assertEqual((again.returncode, again.stdout, again.stderr.count("\n")), (2, "", 1))
-        self.assertIn("vrda resume", again.stderr)
-        self.assert_done(one)
-        self.assert_done(other, self.plain_run(other_grid))
-
-    def test_cancelled_is_cancelled_until_resumed(self):
-        made = self.submission()
-        self.hold_all(made)
-        machine.run("scancel", *{job.partition("_")[0] for job in machine.jobs()})
-        made.open()
-        self.wait(made, "no job left", lambda: not machine.jobs())
-        self.assertFalse(made.model.exists())
-        self.resume(made, r"^shards \d+_\[1-8\], merge \d+\n$")
-        self.assert_done(made)
-
-    def test_a_job_that_cannot_be(self):
-        made = self.submission()
-        done = made.submit(partition="nowhere")
-        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
-        self.assertRegex(done.stderr, "(?i)partition")
-        self.assertEqual(machine.jobs(), {})
-        self.submit(made)  # what failed is not in the way
-        self.assert_done(made)
-
-    @unittest.skipIf(os.getuid() != 0, "only root becomes another user; others test this as they are")
-    def test_an_ordinary_user(self):
-        made = self.submission(prefix=cluster.as_user("nobody"))
-        self.submit(made)
-        self.assert_done(made)
-        self.assertEqual(made.model.owner(), "nobody")
+    def test_two_campaigns_at_once(self):
+        """Whole cases and shards of cases, by one cluster; a node crashes under them."""
+        job = machine.work / "sizes.toml"
+        job.write_text(CAMPAIGN.format(job=programs / JOB.name))
+        whole, cut = (self.submission(f"-{shards}", job=job, grid=(), shards=shards) for shards in (1, 3))
+        self.assertRegex(self.submit(whole), r"^cases \d+_\[1-2\], index \d+\n$")
+        self.submit(cut, **cut.fault("hold", "shard-2-of-3.journal"))
+        self.wait(cut, "a shard is held", cut.held)
+        machine.ask("kill-node", next(iter(self.running().values())))
+        cut.open()
+        self.wait_for_all(cut)
+        for name, grid in CASES.items():
+            plain = self.plain_run(grid)
+            models = [made.folder / name / f"{name}.h5" for made in (whole, cut)]
+            self.assertEqual([cluster.sha256(model) for model in models], [plain] * 2, cut.logs())
+        for name in ("index.csv", "index.h5"):
+            self.assertEqual(cluster.sha256(whole.folder / name), cluster.sha256(cut.folder / name))
+        self.assertEqual([case["state"] for case in cut.status()["cases"]], ["done"] * 2)
 
 
 if __name__ == "__main__":
