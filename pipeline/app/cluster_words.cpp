@@ -136,6 +136,8 @@ void ClusterWords::add_task(const Add& add, std::function<ExitCode()>& chosen)
   c.add_option("--count", task_.count, "Cases to run one after the other")->check(CLI::PositiveNumber);
   c.add_option("--shard", task_.shard, "Number of the shard, from 1");
   c.add_option("--cpus", task_.n_cpus, "Threads")->check(CLI::Range(1, 1024));
+  c.add_option("--ended", task_.ended, "Only note down that it was ended, with this exit code of its script")
+      ->check(CLI::Range(129, 255));
   c.callback([this, &chosen] { chosen = [this] { return task_command(task_); }; });
 }
 

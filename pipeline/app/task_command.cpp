@@ -86,7 +86,7 @@ class Task {
 
   ExitCode execute()
   {
-    if (id_.kind == TaskKind::index) return index_command({folder_, false});
+    if (id_.kind == TaskKind::index) return write_index_of({folder_, false}, submission_);
     const SubmittedCase& c = its_case();
     const std::string output = output_of(folder_, c);
     if (id_.kind == TaskKind::merge) {
@@ -186,6 +186,25 @@ std::vector<TaskId> tasks_asked(const TaskOptions& options, const Submission& su
   return tasks;
 }
 
+// The one of these tasks that was under way ended by a signal.
+ExitCode note_ended(const std::string& folder, const Submission& submission, const std::vector<TaskId>& tasks,
+                    int ended)
+{
+  constexpr int signal_base = 128, kill_signal = 9;
+  const int signal = ended - signal_base;
+  for (const TaskId& id : tasks) {
+    std::optional<TaskState> state = read_task_state(folder, submission, id);
+    if (!state || state->phase != TaskPhase::running) continue;
+    state->phase = TaskPhase::failed;
+    state->ended = utc_text(std::chrono::system_clock::now());
+    state->exit_code = ended;
+    state->reason = "ended by signal " + std::to_string(signal) +
+                    (signal == kill_signal ? ": killed, as when memory runs out" : "");
+    write_task_state(folder, submission, id, *state);
+  }
+  return ExitCode::done;
+}
+
 // Of two, the one that says more: our mistake, bad input, too many unsolved.
 ExitCode worse_of(ExitCode a, ExitCode b)
 {
@@ -204,8 +223,10 @@ ExitCode task_command(const TaskOptions& options)
   std::error_code error;
   const std::string folder = fs::absolute(options.folder, error).lexically_normal().string();
   const Submission submission = read_submission(folder);
+  const std::vector<TaskId> tasks = tasks_asked(options, submission);
+  if (options.ended > 0) return note_ended(folder, submission, tasks, options.ended);
   ExitCode code = ExitCode::done;
-  for (const TaskId& id : tasks_asked(options, submission)) {
+  for (const TaskId& id : tasks) {
     const ExitCode one =
         is_interrupted() ? ExitCode::interrupted : Task(folder, submission, id, options.n_cpus).run();
     if (one == ExitCode::interrupted) return one;

@@ -15,6 +15,8 @@ struct TaskOptions {
   int count = 1;          ///< cases of a `run`, one after the other
   int shard = 0;
   int n_cpus = 1;
+  /// 128 and the number of the signal that ended the task: note that down instead of running it; 0: run it.
+  int ended = 0;
 };
 
 /// Runs the tasks asked for, in this process, and leaves the state of each before and after. A task whose

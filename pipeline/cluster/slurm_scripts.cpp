@@ -196,8 +196,9 @@ std::string script_of(TaskKind kind, const std::string& folder, const Submission
 # vrda has put down what it solved.
 child= told=
 trap 'told=1; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM
-"$program" task "$folder" )" +
-         command_of(kind) + R"( --cpus "${SLURM_CPUS_PER_TASK:-1}" &
+words=(task "$folder" )" +
+         command_of(kind) + R"( --cpus "${SLURM_CPUS_PER_TASK:-1}")
+"$program" "${words[@]}" &
 child=$!
 [ -z "$told" ] || kill -TERM "$child" 2>/dev/null
 wait "$child"; code=$?
@@ -216,6 +217,8 @@ if { [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; } && [ "${SLURM_RESTART_COUNT:-0}
   case $(squeue --noheader --jobs="$job" --states=all -o '%T %r') in
     RUNNING* | *TimeLimit*) scontrol requeue "$job" && exit 0 ;;
   esac
+elif [ "$code" -gt 128 ]; then
+  "$program" "${words[@]}" --ended "$code"  # a signal, perhaps for want of memory: vrda could not say so
 fi
 exit "$code"
 )";

@@ -155,7 +155,7 @@ class Viewer {
       view.n_total = solved.n_total;
       if (own != nullptr && own->phase == TaskPhase::running) measure(view, *own);
     } else if (own != nullptr) {
-      view.n_done = own->phase == TaskPhase::running ? counter_.count(view.task).n_done : own->n_done_at_end;
+      view.n_done = counter_.count(view.task).n_done;
     }
   }
 

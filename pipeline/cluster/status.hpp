@@ -63,7 +63,7 @@ struct Sightings {
 /// does not answer: `remark` says why then.
 Sightings look_around(const std::string& folder, const Submission& submission, std::string& remark);
 
-/// Reads journals only of tasks that began and have not ended well.
+/// Reads journals only of tasks that began and have not ended well, of cases that are not made.
 StatusView status_of(const std::string& folder, const Submission& submission, const Sightings& seen);
 
 /// "5 of 8 shards done, 2 running, 1 queued; 1490 of 1911 attitudes, 38/s, 0:11 left"; of a campaign its
