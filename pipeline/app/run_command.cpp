@@ -179,14 +179,24 @@ void write_trace_of(const Case& job_case, const SweepResult& result, const std::
   say("trace of " + std::to_string(content.searches.size()) + " searches: " + path);
 }
 
+// The steps first: a journal of steps whose traces are gone could not be gone on from with --trace. For the
+// same reason the others stay where one cannot be removed; the same command takes them over.
+void remove_journals(const std::string& output)
+{
+  for (const std::string& file : {journal_of(output), trace_journal_of(output), output + ".start.h5"}) {
+    std::error_code error;
+    fs::remove(file, error);
+    if (!error) continue;
+    warn(file + ": found a file that cannot be removed (" + error.message() + "); it is not needed any more");
+    return;
+  }
+}
+
 ExitCode finish(const Case& job_case, const MotionModel& model, const std::string& output,
                 const RunRecord& record)
 {
   write_motion_model(output, model);
-  std::error_code ignored;
-  fs::remove(journal_of(output), ignored);
-  fs::remove(trace_journal_of(output), ignored);
-  fs::remove(output + ".start.h5", ignored);
+  remove_journals(output);
   try {  // last: on a full disk there is room again
     record.write(output + ".run.json");
   } catch (const InputError& error) {
