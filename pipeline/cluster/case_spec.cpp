@@ -31,15 +31,19 @@ std::string case_file_of(const std::string& output)
   return output + ".case.json";
 }
 
-void write_case_file(const std::string& path, const CaseSpec& spec)
+void write_case_file(const std::string& path, const CaseFile& content)
 {
-  const nlohmann::ordered_json json = {
-      {"name", spec.name}, {"job", spec.job_file}, {"data", spec.data_directory}, {"set", spec.overrides}};
+  const CaseSpec& spec = content.spec;
+  const nlohmann::ordered_json json = {{"name", spec.name},
+                                       {"job", spec.job_file},
+                                       {"data", spec.data_directory},
+                                       {"set", spec.overrides},
+                                       {"merged_sha256", content.merged_sha256}};
   // A path may hold any bytes.
   write_whole(path, {json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "\n"});
 }
 
-CaseSpec read_case_file(const std::string& path)
+CaseFile read_case_file(const std::string& path)
 {
   constexpr const char* wanted = "the case file that vrda run --spine or --shard wrote, or --job";
   std::ifstream file(path, std::ios::binary);
@@ -48,7 +52,7 @@ CaseSpec read_case_file(const std::string& path)
   bytes << file.rdbuf();
   try {
     const auto json = nlohmann::json::parse(bytes.str());
-    return {json.at("name"), json.at("job"), json.at("data"), json.at("set")};
+    return {{json.at("name"), json.at("job"), json.at("data"), json.at("set")}, json.at("merged_sha256")};
   } catch (const nlohmann::json::exception&) {
     throw InputError({path, "", "something that is no case file", wanted});
   }

@@ -22,8 +22,13 @@ CaseSpec case_of_job(const std::string& job_file, const std::string& data_direct
 /// "<output>.case.json": whose the journals beside it are.
 std::string case_file_of(const std::string& output);
 
-/// Writes and reads such a file. Both throw InputError naming it.
-void write_case_file(const std::string& path, const CaseSpec& spec);
-CaseSpec read_case_file(const std::string& path);
+struct CaseFile {
+  CaseSpec spec;
+  std::string merged_sha256;  ///< of the motion model, once it is merged; a merge cut short then clears up
+};
+
+/// Both throw InputError naming the file.
+void write_case_file(const std::string& path, const CaseFile& content);
+CaseFile read_case_file(const std::string& path);
 
 }  // namespace vrda

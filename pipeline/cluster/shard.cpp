@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <optional>
 #include <string_view>
 #include <tuple>
 
@@ -79,6 +78,12 @@ std::string shard_journal_of(const std::string& output, const Shard& shard)
 {
   return output + std::string(shard_mark) + std::to_string(shard.number) + std::string(between) +
          std::to_string(shard.count) + std::string(journal_ending);
+}
+
+std::optional<Shard> shard_of_journal(const std::string& journal)
+{
+  const auto name = shard_journal_name(journal);
+  return name ? std::optional(name->shard) : std::nullopt;
 }
 
 std::string output_of_journal(const std::string& journal)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,9 @@ std::vector<std::int32_t> rows_of(const Shard& shard, std::int32_t n_rows);
 /// "<output>.spine.journal" and "<output>.shard-3-of-8.journal".
 std::string spine_journal_of(const std::string& output);
 std::string shard_journal_of(const std::string& output, const Shard& shard);
+
+/// The shard that wrote `journal`, by its name; nothing when the name is not of that form.
+std::optional<Shard> shard_of_journal(const std::string& journal);
 
 /// The output whose spine or shard wrote `journal`; empty when the name is not of that form.
 std::string output_of_journal(const std::string& journal);

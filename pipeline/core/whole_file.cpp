@@ -81,9 +81,8 @@ void write_whole(const std::string& path, std::initializer_list<std::string_view
   const Temporary temporary(path + ".partial");
   Descriptor file(open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
   if (file.get() < 0) fail(path, "an output that cannot be created");
-  const bool are_written = std::all_of(pieces.begin(), pieces.end(), [&](std::string_view piece) {
-    return is_written(file.get(), piece);
-  });
+  const bool are_written = std::all_of(pieces.begin(), pieces.end(),
+                                       [&](std::string_view piece) { return is_written(file.get(), piece); });
   if (!are_written || fsync(file.get()) != 0 || !file.close()) {
     std::size_t n_bytes = 0;
     for (const std::string_view piece : pieces) n_bytes += piece.size();

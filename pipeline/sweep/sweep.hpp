@@ -61,7 +61,7 @@ struct SweepResult {
   std::vector<StepRecord> cells;           ///< [n_flexion * n_varus], flexion-major; `pending` where stopped
   std::vector<std::int32_t> spine_column;  ///< [n_flexion] varus index, -1 where stopped
   std::vector<FreeSpineStep> free_spine;   ///< [n_flexion] with SpineRule::free_varus, else empty
-  bool is_complete = false;  ///< the spine and every row asked for
+  bool is_complete = false;                ///< the spine and every row asked for
 };
 
 /// What is left between the compartments: |gap_medial - gap_lateral|; infinite when not stable or when

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -43,8 +44,23 @@ int n_calls_of(const Command& command, const Fault& fault, const fs::path& count
 std::vector<Setting> all_settings()
 {
   return {{"search", "stability-search", false, {}},
-          {"equilibrium", "equilibrium", true, {}},
+          {"equilibrium", "equilibrium", true, {"--set", "solver.equilibrium.restarts=1"}},
           {"trace", "stability-search", false, {"--trace"}}};
+}
+
+std::vector<Setting> one_setting()
+{
+  return std::getenv("VRDA_FAULTS_ALL") != nullptr ? all_settings() : std::vector{all_settings().back()};
+}
+
+std::string name_of(const testing::TestParamInfo<Setting>& setting)
+{
+  return setting.param.name;
+}
+
+std::ostream& operator<<(std::ostream& out, const Setting& setting)
+{
+  return out << setting.name;
 }
 
 FaultyRun::FaultyRun()
@@ -64,7 +80,7 @@ Command FaultyRun::command() const
                                  "--quiet", "--threads",   "1"};
   for (const std::string& value :
        {"solver.method=\"" + GetParam().method + "\"", std::string("grid.flexion={from=0,to=4,step=2}"),
-        std::string("grid.varus={from=-2,to=2,step=2}"), std::string("smooth.degrees=[1]")}) {
+        std::string("grid.varus={from=0,to=2,step=2}"), std::string("smooth.degrees=[1]")}) {
     words.insert(words.end(), {"--set", value});
   }
   words.insert(words.end(), GetParam().words.begin(), GetParam().words.end());

@@ -27,7 +27,7 @@ Command with_fault(Command command, const Fault& fault);
 /// How many calls of the fault's kind a command makes until it ends: one number, all processes together.
 int n_calls_of(const Command& command, const Fault& fault, const std::filesystem::path& counts);
 
-/// A job of nine attitudes by one way of solving.
+/// A job of six attitudes by one way of solving.
 struct Setting {
   std::string name;
   std::string method;
@@ -35,6 +35,10 @@ struct Setting {
   std::vector<std::string> words;  ///< added to `vrda run`
 };
 std::vector<Setting> all_settings();
+/// The one with most files, for what every way of solving has in common; all with VRDA_FAULTS_ALL set.
+std::vector<Setting> one_setting();
+std::string name_of(const testing::TestParamInfo<Setting>& setting);
+std::ostream& operator<<(std::ostream& out, const Setting& setting);
 
 /// A job, the folder its output goes to and what an undisturbed run leaves there.
 class FaultyRun : public testing::TestWithParam<Setting> {

@@ -200,11 +200,10 @@ TEST(Journal, ResumingCutsTheTailAndGoesOn)
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 3);
   const std::string torn = scratch.write("torn.journal", test::read_bytes(path) + "half a rec");
-  const JournalContent content = read_journal(torn);
-  EXPECT_EQ(content.dropped_bytes, 10u);
   {
-    JournalWriter writer = JournalWriter::resume(torn, content);
-    writer.append(record(3, 0));
+    OpenJournal opened = JournalWriter::open(torn, key);
+    EXPECT_EQ(opened.content.dropped_bytes, 10u);
+    opened.writer.append(record(3, 0));
   }
   expect_records(read_journal(torn), 4);
   write_journal(path, 4);
@@ -270,7 +269,7 @@ TEST(Journal, AMissingOrUnwritableFileIsNamed)
   EXPECT_EQ(facts.file, nowhere);
   EXPECT_NE(facts.found.find("cannot be created"), std::string::npos);
   EXPECT_NE(facts.wanted.find("written"), std::string::npos);
-  EXPECT_EQ(input_error([&] { JournalWriter::resume(nowhere, {}); }).file, nowhere);
+  EXPECT_EQ(input_error([&] { JournalWriter::open(nowhere, key); }).file, nowhere);
   const std::string folder = scratch.path();
   EXPECT_EQ(input_error([&] { JournalWriter::create(folder, key); }).file, folder);
 }
@@ -289,7 +288,7 @@ TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
     const rlimit small{limit, limit};
     setrlimit(RLIMIT_FSIZE, &small);
     int n_errors = 0;
-    JournalWriter writer = JournalWriter::resume(path, read_journal(path));
+    JournalWriter writer = JournalWriter::open(path, key).writer;
     for (int n = 0; n < 20; ++n) {
       try {
         writer.append(record(n, n % 3));
@@ -380,7 +379,7 @@ TEST(Journal, ASecondWriterIsRefused)
   for (const bool fresh : {true, false}) {
     const InputError::Facts facts = input_error([&] {
       if (fresh) JournalWriter::create(path, key);
-      JournalWriter::resume(path, read_journal(path));
+      JournalWriter::open(path, key);
     });
     EXPECT_EQ(facts.file, path);
     EXPECT_NE(facts.found.find("another run"), std::string::npos);
@@ -424,7 +423,7 @@ TEST(Journal, SurvivesAKillInTheMiddle)
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-      JournalWriter writer = JournalWriter::resume(path, before);
+      JournalWriter writer = JournalWriter::open(path, key).writer;
       for (int n = static_cast<int>(before.records.size());; ++n) writer.append(record(n, n % 3));
     }
     // Each record takes at least 100 bytes: some hundreds of them, then the kill.

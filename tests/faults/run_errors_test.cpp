@@ -1,76 +1,20 @@
-// A call of `vrda run` goes wrong: every one of them in turn, found by counting them first.
+// A call of `vrda run` fails or falls short: every one of them in turn, found by counting them first.
 #include <gmock/gmock.h>
-
-#include <algorithm>
 
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
-#include "journal/journal.hpp"
 
 namespace vrda::test {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr int killed = -1;
+class RunErrors : public FaultyRun {};
+class RunErrorsOneWay : public FaultyRun {};
 
-class RunFaults : public FaultyRun {};
-
-TEST_P(RunFaults, AKillBeforeAnyCallLosesNothing)
-{
-  const int n = n_calls("any");
-  EXPECT_GT(n, 30);
-  for (int k = 1; k <= n; ++k) {
-    SCOPED_TRACE(k);
-    EXPECT_EQ(run_anew({"kill", "any", std::to_string(k)}).exit_code, killed);
-    expect_no_part_of_a_result();
-    expect_finishes();
-  }
-}
-
-TEST_P(RunFaults, AWriteThatTearsLosesNothing)
-{
-  for (const std::string file : {"a.h5.start.h5", "a.h5.partial", "a.h5.run.json"}) {
-    const int n = n_calls("write", file);
-    for (int k = 1; k <= n; ++k) {
-      SCOPED_TRACE(file + " " + std::to_string(k));
-      EXPECT_EQ(run_anew({"torn", "write", std::to_string(k), file}).exit_code, killed);
-      expect_no_part_of_a_result();
-      expect_finishes();
-    }
-  }
-}
-
-TEST_P(RunFaults, ATornRecordIsDroppedAndAllBeforeItKept)
-{
-  const int n = n_calls("write", "a.h5.journal");
-  EXPECT_GT(n, 9);
-  for (int k = 2; k <= n; ++k) {  // the first is the header
-    SCOPED_TRACE(k);
-    EXPECT_EQ(run_anew({"torn", "write", std::to_string(k), "a.h5.journal"}).exit_code, killed);
-    const JournalContent content = read_journal(journal());
-    EXPECT_EQ(content.records.size(), static_cast<std::size_t>(k - 2));
-    EXPECT_GT(content.dropped_bytes, 0u);
-    EXPECT_THAT(expect_finishes(), HasSubstr("dropped " + std::to_string(content.dropped_bytes) + " bytes"));
-    EXPECT_EQ(n_steps_recalled(), k - 2);
-  }
-}
-
-TEST_P(RunFaults, KilledAtEveryRecordOfEveryResumptionItStillEnds)
-{
-  // Each time one step further: the second write of a resumed run is its second record.
-  fs::remove_all(folder_);
-  fs::create_directory(folder_);
-  int n_killed = 0;
-  while (run({"torn", "write", "2", "a.h5.journal"}).exit_code == killed && n_killed < 100) ++n_killed;
-  EXPECT_GT(n_killed, 9);
-  expect_finished();
-}
-
-TEST_P(RunFaults, ShortWritesChangeNothing)
+TEST_P(RunErrorsOneWay, ShortWritesChangeNothing)
 {
   const int n = n_calls("write");
   for (int k = 1; k <= n; ++k) {
@@ -87,7 +31,7 @@ struct Row {
   std::string call;
 };
 
-TEST_P(RunFaults, AnErrorIsOneLineAndTheSameCommandGoesOn)
+TEST_P(RunErrors, AnErrorIsOneLineAndTheSameCommandGoesOn)
 {
   // Every file and call that a result depends on; "" is any file, its folder too.
   for (const auto& [file, call] :
@@ -105,7 +49,7 @@ TEST_P(RunFaults, AnErrorIsOneLineAndTheSameCommandGoesOn)
   }
 }
 
-TEST_P(RunFaults, ADiskThatIsFullFromAnyWriteOnLosesNothing)
+TEST_P(RunErrorsOneWay, ADiskThatIsFullFromAnyWriteOnLosesNothing)
 {
   const int n = n_calls("write") - 1;  // all but the times, which a run does without
   for (int k = 1; k <= n; ++k) {
@@ -118,7 +62,7 @@ TEST_P(RunFaults, ADiskThatIsFullFromAnyWriteOnLosesNothing)
   }
 }
 
-TEST_P(RunFaults, ADiskThatIsGoneLosesNothing)
+TEST_P(RunErrorsOneWay, ADiskThatIsGoneLosesNothing)
 {
   // Nothing can be tidied up then either: torn frames and partial files stay until the next run.
   const int n = n_calls("write") - 1;
@@ -129,7 +73,7 @@ TEST_P(RunFaults, ADiskThatIsGoneLosesNothing)
   }
 }
 
-TEST_P(RunFaults, TimesThatCannotBeWrittenAreAWarning)
+TEST_P(RunErrorsOneWay, TimesThatCannotBeWrittenAreAWarning)
 {
   for (const std::string call : {"write", "open", "close"}) {
     SCOPED_TRACE(call);
@@ -142,7 +86,7 @@ TEST_P(RunFaults, TimesThatCannotBeWrittenAreAWarning)
   }
 }
 
-TEST_P(RunFaults, WhatCannotBeRemovedIsSaidAndGoesWithTheNextRun)
+TEST_P(RunErrorsOneWay, WhatCannotBeRemovedIsSaidAndGoesWithTheNextRun)
 {
   const Ended left = run_anew({"eio", "unlink", "1", "a.h5.journal"});
   EXPECT_EQ(left.exit_code, 0);
@@ -156,7 +100,7 @@ TEST_P(RunFaults, WhatCannotBeRemovedIsSaidAndGoesWithTheNextRun)
   }
 }
 
-TEST_P(RunFaults, AJournalThatCannotBeReadIsNamedAndLeftAlone)
+TEST_P(RunErrorsOneWay, AJournalThatCannotBeReadIsNamedAndLeftAlone)
 {
   run_anew({"kill", "write", "6", "a.h5.journal"});
   const std::string before = read_bytes(journal());
@@ -169,7 +113,7 @@ TEST_P(RunFaults, AJournalThatCannotBeReadIsNamedAndLeftAlone)
   expect_finished();
 }
 
-TEST_P(RunFaults, AJournalThatCannotBeOpenedOrCutIsNamed)
+TEST_P(RunErrorsOneWay, AJournalThatCannotBeOpenedOrCutIsNamed)
 {
   for (const std::string call : {"open", "truncate"}) {
     SCOPED_TRACE(call);
@@ -182,8 +126,8 @@ TEST_P(RunFaults, AJournalThatCannotBeOpenedOrCutIsNamed)
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RunFaults, testing::ValuesIn(all_settings()),
-                         [](const auto& setting) { return setting.param.name; });
+INSTANTIATE_TEST_SUITE_P(All, RunErrors, testing::ValuesIn(all_settings()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, RunErrorsOneWay, testing::ValuesIn(one_setting()), name_of);
 
 }  // namespace
 }  // namespace vrda::test
