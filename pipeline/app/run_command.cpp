@@ -50,9 +50,10 @@ ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLo
                          const std::string& output)
 {
   const int n_threads = threads_or_all(options.n_threads);
-  const RunRecord record(n_threads, static_cast<int>(log.known.size()));
+  RunRecord record(n_threads, static_cast<int>(log.known.size()));
   const SweepResult result = solve_part(job_case, plan_of(job_case), Counted::cells, options, log);
   if (!result.is_complete) return say_interrupted(log);
+  record.note_solved();
   if (log.traces) write_trace_of(job_case, result, output);
   // The steps go first: a journal of steps without their traces could not be gone on from with --trace.
   return write_result(job_case, result_of(job_case, result, output, n_threads), output,

@@ -390,6 +390,40 @@ TEST(Journal, ASecondWriterIsRefused)
   expect_records(read_journal(path), 1);
 }
 
+TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
+{
+  // Opened, one record each, closed: whoever finds it in use tries again.
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  constexpr int n_writers = 8;
+  std::vector<pid_t> writers;
+  for (int n = 0; n < n_writers; ++n) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      for (;;) {
+        std::optional<OpenJournal> opened = JournalWriter::try_open(path, key);
+        if (!opened) continue;
+        const bool is_in_order = opened->content.dropped_bytes == 0;
+        opened->writer.append(record(n, 0));
+        _exit(is_in_order ? 0 : 1);
+      }
+    }
+    writers.push_back(child);
+  }
+  for (const pid_t writer : writers) {
+    int status = 0;
+    ASSERT_EQ(waitpid(writer, &status, 0), writer);
+    EXPECT_EQ(status, 0);
+  }
+  const JournalContent content = read_journal(path);
+  EXPECT_EQ(content.dropped_bytes, 0u);
+  std::set<std::int32_t> found;
+  for (const StepRecord& r : content.records) found.insert(r.key.flexion);
+  EXPECT_EQ(found.size(), static_cast<std::size_t>(n_writers));
+  EXPECT_FALSE(std::filesystem::exists(path + ".partial"));
+}
+
 TEST(Journal, ThreadsNeverTearEachOthersRecords)
 {
   const test::Scratch scratch;
