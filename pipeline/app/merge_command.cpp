@@ -134,7 +134,12 @@ ExitCode merge_command(const MergeOptions& options)
   const ExitCode code =
       write_result(job_case, result_of(job_case, result, output, n_threads), output, {}, record);
   if (options.keeps_journals) return code;
-  note_merged(output);
+  try {
+    note_merged(output);
+  } catch (const InputError& error) {
+    warn(error.what());  // the model is whole; its journals stay for a merge that can end
+    return code;
+  }
   clear_up(output, journals);
   return code;
 }

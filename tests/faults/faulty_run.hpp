@@ -64,6 +64,9 @@ class FaultyRun : public testing::TestWithParam<Setting> {
   /// A model or trace at its final name is whole.
   void expect_no_part_of_a_result() const;
 
+  /// The fault at files in the output's folder.
+  Fault in_folder(Fault fault) const;
+
   /// Names in the output's folder.
   std::vector<std::string> names() const;
   int n_steps_recalled() const;
@@ -74,7 +77,6 @@ class FaultyRun : public testing::TestWithParam<Setting> {
   std::filesystem::path folder_ = scratch_.path() / "out";
 
  private:
-  Fault in_folder(Fault fault) const;
   std::map<std::string, std::string> hashes() const;
 
   std::map<std::string, std::string> undisturbed_;  ///< result's name -> SHA-256
