@@ -55,6 +55,7 @@ ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLo
   if (!result.is_complete) return say_interrupted(log);
   record.note_solved();
   if (log.traces) write_trace_of(job_case, result, output);
+  // The steps go first: a journal of steps without their traces could not be gone on from with --trace.
   return write_result(job_case, result_of(job_case, result, output, n_threads), output,
                       {log.path, trace_journal_of(output), start_file_of(output)}, record);
 }
