@@ -16,6 +16,7 @@
 #include "app/prepare.hpp"
 #include "app/progress.hpp"
 #include "app/run_record.hpp"
+#include "app/scaling_text.hpp"
 #include "app/solved_model.hpp"
 #include "app/summary.hpp"
 #include "app/trace_log.hpp"
@@ -250,6 +251,7 @@ ExitCode run_command(const RunOptions& options)
   progress_style_of(options.progress);  // a wrong word before any work
   const Case job_case = load_case(options.job_file, {options.data_directory, options.overrides});
   for (const std::string& line : job_case.warnings) warn(line);
+  if (const std::string line = scaling_line(job_case); !line.empty()) say(line);
   if (options.writes_trace) require_traceable(job_case, options.job_file);
   const std::string output = output_of(options);
   const std::string journal = journal_of(output);

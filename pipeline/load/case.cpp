@@ -9,6 +9,7 @@
 #include "load/component_source.hpp"
 #include "load/job.hpp"
 #include "load/job_value.hpp"
+#include "load/scaling.hpp"
 
 namespace vrda {
 namespace {
@@ -77,6 +78,7 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   check_method(job);
   const AxisMap map = axis_map(job);
   const LoadedLigaments ligaments = load_ligaments(job, options.data_directory, map);
+  const LoadedScaling scaling = load_scaling(job, options.data_directory, map);
   Case loaded;
   loaded.title = job.title;
   loaded.joint = job.joint;
@@ -105,7 +107,9 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   loaded.unsolved_fraction = job.unsolved_fraction;
   loaded.job_text = job.text;
   loaded.resolved_job = job.resolved_text;
-  loaded.warnings = case_warnings(job, loaded);
+  take_up_scaling(loaded, job, scaling);
+  loaded.warnings = case_warnings(job, of_subject(loaded));
+  loaded.warnings.insert(loaded.warnings.end(), scaling.warnings.begin(), scaling.warnings.end());
   return loaded;
 }
 
