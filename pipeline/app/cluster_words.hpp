@@ -32,7 +32,6 @@ class ClusterWords {
   void add_submit(const Add& add, std::function<ExitCode()>& chosen);
   void add_resume(const Add& add, std::function<ExitCode()>& chosen);
   void add_status(const Add& add, std::function<ExitCode()>& chosen);
-  void add_index(const Add& add, std::function<ExitCode()>& chosen);
   void add_task(const Add& add, std::function<ExitCode()>& chosen);
 
   PlanOptions plan_;

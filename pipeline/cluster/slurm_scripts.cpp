@@ -208,14 +208,14 @@ while [ -n "$told" ]; do  # the signal cut the waiting short
   [ "$next" -eq 127 ] || code=$next
 done
 
-# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on, unless
-# somebody cancelled it.
+# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on. Unless
+# somebody cancelled it, or Slurm did begin it again since it took this node for dead: then the count has risen.
 job=${SLURM_ARRAY_JOB_ID:+${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID}
 job=${job:-$SLURM_JOB_ID}
 if { [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; } && [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
          std::to_string(most_restarts) + R"( ]; then
-  case $(squeue --noheader --jobs="$job" --states=all -o '%T %r') in
-    RUNNING* | *TimeLimit*) scontrol requeue "$job" && exit 0 ;;
+  case $(squeue --noheader --jobs="$job" --states=all -O 'RestartCnt: ,State: ,Reason: ') in
+    "${SLURM_RESTART_COUNT:-0} RUNNING"* | "${SLURM_RESTART_COUNT:-0} "*TimeLimit*) scontrol requeue "$job" && exit 0 ;;
   esac
 elif [ "$code" -gt 128 ]; then
   "$program" "${words[@]}" --ended "$code"  # a signal, perhaps for want of memory: vrda could not say so

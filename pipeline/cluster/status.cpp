@@ -109,7 +109,7 @@ class Viewer {
     }
     switch (own->phase) {
       case TaskPhase::done:
-        return set(view, TaskStanding::done, own->reason);
+        return stand_when_done(view, *own);
       case TaskPhase::failed:
         return set(view, TaskStanding::failed, own->reason);
       case TaskPhase::interrupted:
