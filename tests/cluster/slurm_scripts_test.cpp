@@ -64,6 +64,9 @@ TEST(Scripts, WhatWouldBreakAScriptIsRefused)
   options = {};
   options.time = "0";
   EXPECT_EQ(refused(options), "--time");
+  for (const std::string folder : {"/a\\b", "/a\nb"}) {
+    EXPECT_EQ(test::input_error([&] { require_log_folder(folder); }).file, folder);
+  }
   for (const char* line : {"constraint=a", "", "--a\n--b"}) {
     options = {};
     options.extra = {line};
@@ -118,15 +121,15 @@ TEST(Scripts, CommandsNameWhatTheyWaitFor)
   submission.slurm.max_parallel = 4;
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), {});
   const std::vector<std::string> ids{"12", "13"};
-  const std::vector<std::string> shards = sbatch_words(submission, jobs[1], ids);
+  const std::vector<std::string> shards = sbatch_words("/a%b", submission, jobs[1], ids);
   EXPECT_THAT(shards, Contains("--array=1-8%4"));
   EXPECT_THAT(shards, Contains("--dependency=afterok:12"));
   EXPECT_THAT(shards, Contains("--kill-on-invalid-dep=yes"));
-  EXPECT_THAT(shards, Contains("--output=logs/-a 5%% knee.shard-%a-of-8.log"));
+  EXPECT_THAT(shards, Contains("--output=/a%%b/logs/-a 5%% knee.shard-%a-of-8.log"));
   EXPECT_THAT(shards, Contains("--job-name=vrda-shard--a-5--knee"));
   EXPECT_EQ(shards.back(), "-a 5% knee");
-  EXPECT_THAT(sbatch_words(submission, jobs[2], ids), Contains("--dependency=afterok:13"));
-  EXPECT_THAT(sbatch_words(submission, jobs[0], ids), Not(Contains(HasSubstr("--dependency"))));
+  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[2], ids), Contains("--dependency=afterok:13"));
+  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[0], ids), Not(Contains(HasSubstr("--dependency"))));
   EXPECT_EQ(id_text("13", jobs[1], submission.slurm), "13_[1-8%4]");
   EXPECT_EQ(id_text("12", jobs[0], submission.slurm), "12");
 }
@@ -135,8 +138,9 @@ TEST(Scripts, TheIndexComesAfterCasesThatFailedToo)
 {
   const Submission submission = test::campaign(2, 1);
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), {});
-  EXPECT_THAT(sbatch_words(submission, jobs[1], {"7"}), Contains("--dependency=afterany:7"));
-  EXPECT_THAT(sbatch_words(submission, jobs[0], {}), testing::IsSupersetOf({"--array=1-2", "0", "1"}));
+  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[1], {"7"}), Contains("--dependency=afterany:7"));
+  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[0], {}),
+              testing::IsSupersetOf({"--array=1-2", "0", "1"}));
 }
 
 TEST(Scripts, ADryRunIsAScriptOfItsOwn)
