@@ -113,6 +113,7 @@ ExitCode submit_command(const SubmitOptions& options)
 {
   if (!options.is_local) require_slurm_options(options.slurm);
   const std::string folder = folder_of(options);
+  if (!options.is_local) require_log_folder(folder);
   const Submission submission = submission_of(options);
   const Work work = all_work(submission);
   const HandOutOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
