@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
+#include <iterator>
 #include <set>
 
+#include "app/announced_case.hpp"
 #include "app/prepare.hpp"
 #include "app/result.hpp"
 #include "app/run_output.hpp"
@@ -19,8 +20,6 @@
 
 namespace vrda {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
 
@@ -78,12 +77,12 @@ void require_whole(const Case& job_case, const CollectedSteps& collected,
 // Of the files that shards leave, those beside the output: others are the user's copies.
 void clear_up(const std::string& output, const std::vector<std::string>& journals)
 {
-  std::error_code ignored;
-  for (const std::string& journal : journals) {
-    if (output_of_journal(journal) == output) fs::remove(journal, ignored);
-  }
-  fs::remove(start_file_of(output), ignored);
-  fs::remove(case_file_of(output), ignored);  // last: till then it says that the model is whole
+  std::vector<std::string> needless;
+  std::copy_if(journals.begin(), journals.end(), std::back_inserter(needless),
+               [&](const std::string& journal) { return output_of_journal(journal) == output; });
+  needless.push_back(start_file_of(output));
+  needless.push_back(case_file_of(output));  // last: till then it says that the model is whole
+  remove_needless(needless);
 }
 
 std::string sha256_of_file(const std::string& file)
@@ -124,8 +123,7 @@ ExitCode merge_command(const MergeOptions& options)
     return ExitCode::done;
   }
   const CaseSpec spec = case_of(options, journals);
-  const Case job_case = load_case(spec.job_file, {spec.data_directory, spec.overrides});
-  for (const std::string& line : job_case.warnings) warn(line);
+  const Case job_case = announced_case(spec.job_file, {spec.data_directory, spec.overrides});
 
   const int n_threads = threads_or_all(options.n_threads);
   const CollectedSteps collected = collect(journals, fingerprint_of(job_case));
@@ -139,7 +137,12 @@ ExitCode merge_command(const MergeOptions& options)
   const ExitCode code =
       write_result(job_case, result_of(job_case, result, output, n_threads), output, {}, record);
   if (options.keeps_journals) return code;
-  note_merged(output);
+  try {
+    note_merged(output);
+  } catch (const InputError& error) {
+    warn(error.what());  // the model is whole; its journals stay for a merge that can end
+    return code;
+  }
   clear_up(output, journals);
   return code;
 }
