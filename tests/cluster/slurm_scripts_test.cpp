@@ -216,7 +216,7 @@ class Wrapper : public testing::Test {
 TEST_F(Wrapper, EndsAsVrdaEndsAndAsksForNothing)
 {
   for (const int code : {0, 2, 3, 5}) {
-    const test::Ended ended = test::run(command("exit " + std::to_string(code), "RUNNING None"));
+    const test::Ended ended = test::run(command("exit " + std::to_string(code), "0 RUNNING None"));
     EXPECT_EQ(ended.exit_code, code) << ended.err;
     EXPECT_EQ(ended.err, "");
   }
@@ -227,7 +227,7 @@ TEST_F(Wrapper, EndsAsVrdaEndsAndAsksForNothing)
 
 TEST_F(Wrapper, AnInterruptedTaskBeginsAgain)
 {
-  for (const char* queue : {"RUNNING None", "COMPLETING TimeLimit"}) {
+  for (const char* queue : {"0 RUNNING None", "0 COMPLETING TimeLimit"}) {
     std::filesystem::remove(said());
     EXPECT_EQ(test::run(command("exit 4", queue)).exit_code, 0);
     EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
@@ -236,15 +236,27 @@ TEST_F(Wrapper, AnInterruptedTaskBeginsAgain)
 
 TEST_F(Wrapper, ACancelledTaskStaysSo)
 {
-  for (const char* queue : {"COMPLETING None", "CANCELLED None", ""}) {
+  for (const char* queue : {"0 COMPLETING None", "0 CANCELLED None", ""}) {
     EXPECT_EQ(test::run(command("exit 4", queue)).exit_code, 4);
   }
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
 }
 
+// Slurm took its node for dead and began it again elsewhere.
+TEST_F(Wrapper, ATaskThatHasASuccessorLeavesItAlone)
+{
+  EXPECT_EQ(test::run(command("exit 4", "2 RUNNING None", "1")).exit_code, 4);
+  EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
+  EXPECT_EQ(test::run(command("exit 4", "1 RUNNING None", "1")).exit_code, 0);
+  EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
+}
+
 TEST_F(Wrapper, BeginsAgainOnlySoOften)
 {
-  EXPECT_EQ(test::run(command("exit 4", "RUNNING None", std::to_string(most_restarts))).exit_code, 4);
+  EXPECT_EQ(test::run(command("exit 4", std::to_string(most_restarts) + " RUNNING None",
+                              std::to_string(most_restarts)))
+                .exit_code,
+            4);
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
 }
 
@@ -253,7 +265,7 @@ TEST_F(Wrapper, PassesTheSignalOnAndStaysUntilVrdaHasEnded)
   const std::string act =
       "trap 'echo told >> \"$said\"; sleep 0.3; echo flushed >> \"$said\"; exit 4' TERM; "
       "echo ready >> \"$said\"; while :; do sleep 0.01; done";
-  test::Process process(command(act, "RUNNING None"));
+  test::Process process(command(act, "0 RUNNING None"));
   wait_until_said(process, "ready");
   process.send(SIGTERM);
   EXPECT_EQ(process.wait().exit_code, 0);
@@ -265,7 +277,7 @@ TEST_F(Wrapper, ASecondSignalDoesNotCutItShort)
   const std::string act =
       "trap 'echo told >> \"$said\"' TERM; echo ready >> \"$said\"; "
       "until [ \"$(grep -c told \"$said\")\" -ge 2 ]; do sleep 0.01; done; exit 4";
-  test::Process process(command(act, "RUNNING None"));
+  test::Process process(command(act, "0 RUNNING None"));
   wait_until_said(process, "ready");
   process.send(SIGTERM);
   wait_until_said(process, "told");
@@ -277,11 +289,11 @@ TEST_F(Wrapper, ASecondSignalDoesNotCutItShort)
 TEST_F(Wrapper, ASignalThatVrdaCouldNotAnswerIsNotedDown)
 {
   // Told before it listened: begins again. Killed: the script says so.
-  EXPECT_EQ(test::run(command("kill -TERM $$", "RUNNING None")).exit_code, 0);
+  EXPECT_EQ(test::run(command("kill -TERM $$", "0 RUNNING None")).exit_code, 0);
   EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
   std::filesystem::remove(said());
   EXPECT_EQ(
-      test::run(command("case \"$*\" in *ended*) ;; *) kill -KILL $$ ;; esac", "RUNNING None")).exit_code,
+      test::run(command("case \"$*\" in *ended*) ;; *) kill -KILL $$ ;; esac", "0 RUNNING None")).exit_code,
       137);
   EXPECT_THAT(what_was_said(), HasSubstr("|--cpus|2|--ended|137|\n"));
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
