@@ -61,10 +61,9 @@ std::map<CaseStatus, int> counts_of(const std::vector<IndexRow>& rows)
 
 }  // namespace
 
-ExitCode index_command(const IndexOptions& options)
+ExitCode write_index_of(const IndexOptions& options, const Submission& submission)
 {
-  const std::string folder = fs::absolute(options.folder + "/").lexically_normal().parent_path().string();
-  const Submission submission = read_submission(folder);
+  const std::string& folder = options.folder;
   const std::vector<IndexRow> rows = rows_of_submission(folder, submission);
   write_index(folder, submission.title, submission.axes, rows);
   nlohmann::ordered_json json;
@@ -80,6 +79,12 @@ ExitCode index_command(const IndexOptions& options)
   }
   if (options.as_json) std::printf("%s\n", json.dump(2).c_str());
   return ExitCode::done;
+}
+
+ExitCode index_command(const IndexOptions& options)
+{
+  const std::string folder = fs::absolute(options.folder + "/").lexically_normal().parent_path().string();
+  return write_index_of({folder, options.as_json}, read_submission(folder));
 }
 
 }  // namespace vrda

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/talk.hpp"
+#include "cluster/submission.hpp"
 
 namespace vrda {
 
@@ -15,5 +16,8 @@ struct IndexOptions {
 /// Writes index.csv, index.h5 and index.times.csv there and prints their paths. Cases that are not done are
 /// rows too. Throws InputError where there is no submission or no room.
 ExitCode index_command(const IndexOptions& options);
+
+/// The same of a submission that is read already, its folder absolute.
+ExitCode write_index_of(const IndexOptions& options, const Submission& submission);
 
 }  // namespace vrda

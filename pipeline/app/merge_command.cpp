@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
+#include <iterator>
 #include <set>
 
+#include "app/announced_case.hpp"
 #include "app/prepare.hpp"
 #include "app/result.hpp"
 #include "app/run_output.hpp"
@@ -19,8 +20,6 @@
 
 namespace vrda {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
 
@@ -64,10 +63,13 @@ void require_whole(const Case& job_case, const CollectedSteps& collected,
   const MissingSteps missing = missing_steps(plan_of(job_case), collected.steps);
   if (missing.is_nothing()) return;
   const std::size_t n_cells = job_case.grid.flexion_deg.size() * job_case.grid.varus_deg.size();
-  std::string found = "no result of " + std::to_string(missing.n_attitudes) + " of " +
-                      std::to_string(n_cells) + " attitudes, at flexion " +
-                      flexions_text(missing.rows, job_case.grid.flexion_deg) + absent_shards(journals);
-  if (!missing.is_spine_complete) found += "; the spine is not whole";
+  std::string found;
+  if (missing.n_attitudes > 0) {
+    found = "no result of " + std::to_string(missing.n_attitudes) + " of " + std::to_string(n_cells) +
+            " attitudes, at flexion " + flexions_text(missing.rows, job_case.grid.flexion_deg) +
+            absent_shards(journals);
+  }
+  if (!missing.is_spine_complete) found += found.empty() ? "no whole spine" : "; the spine is not whole";
   throw InputError({output, "journals", found,
                     "the journals of the spine and of every shard, run to their end; what is there stays"});
 }
@@ -75,12 +77,12 @@ void require_whole(const Case& job_case, const CollectedSteps& collected,
 // Of the files that shards leave, those beside the output: others are the user's copies.
 void clear_up(const std::string& output, const std::vector<std::string>& journals)
 {
-  std::error_code ignored;
-  for (const std::string& journal : journals) {
-    if (output_of_journal(journal) == output) fs::remove(journal, ignored);
-  }
-  fs::remove(start_file_of(output), ignored);
-  fs::remove(case_file_of(output), ignored);  // last: till then it says that the model is whole
+  std::vector<std::string> needless;
+  std::copy_if(journals.begin(), journals.end(), std::back_inserter(needless),
+               [&](const std::string& journal) { return output_of_journal(journal) == output; });
+  needless.push_back(start_file_of(output));
+  needless.push_back(case_file_of(output));  // last: till then it says that the model is whole
+  remove_needless(needless);
 }
 
 std::string sha256_of_file(const std::string& file)
@@ -121,8 +123,7 @@ ExitCode merge_command(const MergeOptions& options)
     return ExitCode::done;
   }
   const CaseSpec spec = case_of(options, journals);
-  const Case job_case = load_case(spec.job_file, {spec.data_directory, spec.overrides});
-  for (const std::string& line : job_case.warnings) warn(line);
+  const Case job_case = announced_case(spec.job_file, {spec.data_directory, spec.overrides});
 
   const int n_threads = threads_or_all(options.n_threads);
   const CollectedSteps collected = collect(journals, fingerprint_of(job_case));
@@ -136,7 +137,12 @@ ExitCode merge_command(const MergeOptions& options)
   const ExitCode code =
       write_result(job_case, result_of(job_case, result, output, n_threads), output, {}, record);
   if (options.keeps_journals) return code;
-  note_merged(output);
+  try {
+    note_merged(output);
+  } catch (const InputError& error) {
+    warn(error.what());  // the model is whole; its journals stay for a merge that can end
+    return code;
+  }
   clear_up(output, journals);
   return code;
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <utility>
 
 #include "app/assemble.hpp"
@@ -58,8 +57,7 @@ ExitCode write_result(const Case& job_case, const MotionModel& model, const std:
                       const std::vector<std::string>& needless, const RunRecord& record)
 {
   write_motion_model(output, model);
-  std::error_code ignored;
-  for (const std::string& file : needless) std::filesystem::remove(file, ignored);
+  remove_needless(needless);
   try {  // last: on a full disk there is room again
     record.write(run_record_of(output));
   } catch (const InputError& error) {

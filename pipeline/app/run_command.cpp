@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "app/announced_case.hpp"
 #include "app/assemble.hpp"
 #include "app/assemble_trace.hpp"
 #include "app/interrupt.hpp"
@@ -55,14 +56,14 @@ ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLo
   if (!result.is_complete) return say_interrupted(log);
   record.note_solved();
   if (log.traces) write_trace_of(job_case, result, output);
+  // The steps go first: a journal of steps without their traces could not be gone on from with --trace.
   return write_result(job_case, result_of(job_case, result, output, n_threads), output,
                       {log.path, trace_journal_of(output), start_file_of(output)}, record);
 }
 
 ExitCode whole_run(const RunOptions& options)
 {
-  const Case job_case = load_case(options.job_file, {options.data_directory, options.overrides});
-  for (const std::string& line : job_case.warnings) warn(line);
+  const Case job_case = announced_case(options.job_file, {options.data_directory, options.overrides});
   if (options.writes_trace) require_traceable(job_case, options.job_file);
   const std::string output = output_of(options.output, options.job_file);
   make_folder_of(output);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "app/talk.hpp"
 #include "core/error.hpp"
 
 namespace vrda {
@@ -59,6 +60,17 @@ void require_replaceable(const std::string& output, const std::string& what)
   if (head != hdf5) throw InputError({output, "output", "a file that is not HDF5", wanted});
   if (access(output.c_str(), W_OK) != 0)
     throw InputError({output, "output", "a file without write permission", wanted});
+}
+
+void remove_needless(const std::vector<std::string>& files)
+{
+  for (const std::string& file : files) {
+    std::error_code error;
+    fs::remove(file, error);
+    if (!error) continue;
+    warn(file + ": found a file that cannot be removed (" + error.message() + "); it is not needed any more");
+    return;
+  }
 }
 
 }  // namespace vrda

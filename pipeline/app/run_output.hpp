@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace vrda {
 
@@ -19,5 +20,9 @@ void make_folder_of(const std::string& file);
 /// What stands where a motion model or a trace will go must be one itself, never a job, a mesh or a folder:
 /// InputError. `what` names it.
 void require_replaceable(const std::string& output, const std::string& what);
+
+/// Removes, in this order, files that a result makes needless. The first that cannot be removed is a warning,
+/// and those behind it stay too: the same command still finds all that it needs to go on.
+void remove_needless(const std::vector<std::string>& files);
 
 }  // namespace vrda

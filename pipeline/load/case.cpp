@@ -9,6 +9,7 @@
 #include "load/component_source.hpp"
 #include "load/job.hpp"
 #include "load/job_value.hpp"
+#include "load/scaling.hpp"
 
 namespace vrda {
 namespace {
@@ -102,7 +103,9 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
 {
   const Job job = read_job(job_file, options.overrides);
   Case loaded = settings_of(job);
-  const LoadedLigaments ligaments = load_ligaments(job, options.data_directory, axis_map(job));
+  const AxisMap map = axis_map(job);
+  const LoadedLigaments ligaments = load_ligaments(job, options.data_directory, map);
+  const LoadedScaling scaling = load_scaling(job, options.data_directory, map);
   ComponentSource source(job, options.data_directory);
   loaded.reference = loaded_body(job.reference, source, loaded);
   loaded.moving = loaded_body(job.moving, source, loaded);
@@ -110,7 +113,9 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   loaded.ligaments = ligaments.ligaments;
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
-  loaded.warnings = case_warnings(job, loaded);
+  take_up_scaling(loaded, job, scaling);
+  loaded.warnings = case_warnings(job, of_subject(loaded));
+  loaded.warnings.insert(loaded.warnings.end(), scaling.warnings.begin(), scaling.warnings.end());
   return loaded;
 }
 

@@ -16,10 +16,12 @@
 namespace vrda::test {
 namespace {
 
-enum class Action { count, kill, torn, cut_short, enospc, eio, hold, clock };
+enum class Action { count, kill, torn, cut_short, full, enospc, eio, hold, clock };
 
-constexpr const char* call_words[] = {"write", "fsync", "rename", "truncate", "open", "close", "unlink"};
-constexpr const char* action_words[] = {"count", "kill", "torn", "short", "enospc", "eio", "hold", "clock"};
+constexpr const char* call_words[] = {"write", "fsync", "rename", "truncate",
+                                      "open",  "close", "unlink", "read"};
+constexpr const char* action_words[] = {"count",  "kill", "torn", "short", "full",
+                                        "enospc", "eio",  "hold", "clock"};
 
 /// Ends a process whose gate never opens, so that a test that died leaves none behind.
 constexpr long longest_hold_s = 600;
@@ -78,6 +80,7 @@ Plan read_plan()
     plan.goes_on = *end == '+';
     if (plan.at < 1 || end[plan.goes_on ? 1 : 0] != '\0') refuse("VRDA_FAULT_AT", word);
   }
+  plan.goes_on = plan.goes_on || plan.action == Action::full;
   if (plan.action == Action::hold && plan.gate == nullptr) refuse("VRDA_FAULT_GATE", "nothing to hold until");
   return plan;
 }
@@ -132,7 +135,7 @@ void hold(const char* gate)
   }
 }
 
-Verdict act(const Plan& plan, Call call)
+Verdict act(const Plan& plan, Call call, long k)
 {
   switch (plan.action) {
     case Action::kill:
@@ -142,6 +145,9 @@ Verdict act(const Plan& plan, Call call)
       return {Fate::half_then_die, 0};
     case Action::cut_short:
       return {Fate::half, 0};
+    case Action::full:
+      if (call == Call::write && k == plan.at) return {Fate::half, 0};
+      return {Fate::fail, ENOSPC};
     case Action::enospc:
       return {Fate::fail, ENOSPC};
     case Action::eio:
@@ -172,11 +178,12 @@ bool is_watching()
 Verdict verdict_on(Call call, const char* path, const char* other_path)
 {
   const Plan& plan = plan_of_process();
-  if (plan.file == nullptr || (!plan.is_any_call && plan.call != call)) return {};
+  const bool is_meant = plan.is_any_call ? call != Call::read : call == plan.call;
+  if (plan.file == nullptr || !is_meant) return {};
   if (std::strstr(path, plan.file) == nullptr && std::strstr(other_path, plan.file) == nullptr) return {};
   const long k = ++n_calls;
   if (k < plan.at || (k > plan.at && !plan.goes_on) || !is_first(plan)) return {};
-  return act(plan, call);
+  return act(plan, call, k);
 }
 
 void die()

@@ -6,8 +6,8 @@
 
 namespace vrda::test {
 
-/// Kinds of calls that change what stands on a disk.
-enum class Call { write, fsync, rename, truncate, open, close, unlink };
+/// Kinds of calls; all but reads change what stands on a disk.
+enum class Call { write, fsync, rename, truncate, open, close, unlink, read };
 
 /// What becomes of one call.
 enum class Fate { pass, half, half_then_die, fail };

@@ -165,6 +165,22 @@ int openat_next(const char* name, int folder, const char* path, int flags, mode_
                 [&] { return next<int(int, const char*, int, ...)>(name)(folder, path, flags, mode); });
 }
 
+/// A short read asks for fewer bytes than wanted.
+template <typename ReadFirst>
+ssize_t taken(int descriptor, std::size_t n_bytes, const ReadFirst& read_first)
+{
+  const Verdict verdict = verdict_on(Call::read, Name(descriptor).text());
+  if (verdict.fate == Fate::fail) return failed(verdict);
+  return read_first(verdict.fate == Fate::half ? (n_bytes + 1) / 2 : n_bytes);
+}
+
+ssize_t pread_next(const char* name, int descriptor, void* bytes, std::size_t n_bytes, off_t at)
+{
+  return taken(descriptor, n_bytes, [&](std::size_t n) {
+    return next<ssize_t(int, void*, std::size_t, off_t)>(name)(descriptor, bytes, n, at);
+  });
+}
+
 ssize_t pwrite_next(const char* name, int descriptor, const void* bytes, std::size_t n_bytes, off_t at)
 {
   return written(descriptor, n_bytes, [&](std::size_t n) {
@@ -201,6 +217,21 @@ ssize_t writev(int descriptor, const iovec* buffers, int n_buffers)
   return written(descriptor, buffers, n_buffers, [&](const iovec* some, int n) {
     return next<ssize_t(int, const iovec*, int)>("writev")(descriptor, some, n);
   });
+}
+
+ssize_t read(int descriptor, void* bytes, std::size_t n_bytes)
+{
+  return taken(descriptor, n_bytes, [&](std::size_t n) {
+    return next<ssize_t(int, void*, std::size_t)>("read")(descriptor, bytes, n);
+  });
+}
+ssize_t pread(int descriptor, void* bytes, std::size_t n_bytes, off_t at)
+{
+  return pread_next("pread", descriptor, bytes, n_bytes, at);
+}
+ssize_t pread64(int descriptor, void* bytes, std::size_t n_bytes, off_t at)
+{
+  return pread_next("pread64", descriptor, bytes, n_bytes, at);
 }
 
 int fsync(int descriptor)

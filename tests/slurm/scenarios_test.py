@@ -41,12 +41,20 @@ CASES = {"generic_coarse": ("--set", "grid.flexion.step=15", "--set", "grid.varu
 
 def setUpModule():
     global machine, programs
+    unittest.addModuleCleanup(assert_nothing_left)
     machine = unittest.enterModuleContext(cluster.Cluster())
     # Copies in a folder that any user may read, as a cluster's shared folder is.
     programs = machine.work / "programs"
     programs.mkdir()
     for each in (VRDA, SHIM, JOB):
         shutil.copy(each, programs)
+
+
+def assert_nothing_left():
+    """Of all scenarios, once the cluster has ended."""
+    left = cluster.mentions(machine.root.name)
+    if left or pathlib.Path(machine.root.name).exists():
+        raise AssertionError(f"left of {machine.root.name}: {left}")
 
 
 class Submission:
@@ -207,6 +215,19 @@ class Submissions(Scenario):
         self.resume(made, r"^shards \d+_\[3\], merge \d+\n$")
         self.assert_done(made)
 
+    def test_a_shard_that_is_killed_says_so_and_goes_on_when_resumed(self):
+        """As a system does that has no more memory."""
+        made = self.submission()
+        self.submit(made, **made.fault("kill", "shard-3-of-8.journal"))
+        self.wait_for_all(made)
+        self.assertFalse(made.model.exists())
+        shard = made.tasks()[3]
+        self.assertEqual(shard["state"], "failed")
+        self.assertRegex(shard["reason"], "(?i)signal 9|killed")
+        self.assertTrue(0 < shard["done"] < SOME_WRITES, shard)
+        self.resume(made, r"^shards \d+_\[3\], merge \d+\n$")
+        self.assert_done(made)
+
     def test_a_journal_that_is_gone_is_named_and_made_again(self):
         made = self.submission()
         self.submit(made, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}.journal"))
@@ -260,7 +281,7 @@ class Submissions(Scenario):
         self.assertEqual(made.model.owner(), "nobody")
 
 
-class Mishaps(Scenario):
+class LostNodes(Scenario):
     def test_a_node_crashes_with_its_tasks_and_returns(self):
         made = self.submission()
         self.hold_all(made)
@@ -272,6 +293,17 @@ class Mishaps(Scenario):
         machine.ask("start-node", "n2")
         self.assert_done(made)
         self.assertEqual(made.restarts(), {shard: int(shard in lost) for shard in range(1, SHARDS + 1)})
+
+    def test_a_node_crashes_under_the_spine(self):
+        made = self.submission()
+        self.submit(made, **made.fault("hold", "spine.journal"))
+        self.wait(made, "the spine is held", made.held)
+        (node,) = machine.run("squeue", "-h", "-t", "RUNNING", "-o", "%N").stdout.split()
+        machine.ask("kill-node", node)
+        made.open()
+        self.assert_done(made)
+        spine = cluster.read_json((made.folder / "tasks" / f"{JOB.stem}.spine.json").read_text())
+        self.assertEqual((spine["state"], spine["restarts"]), ("done", 1))
 
     def test_a_node_only_seems_dead(self):
         """Its tasks live on beside those that took their place, until it comes back and is told."""
@@ -290,6 +322,27 @@ class Mishaps(Scenario):
         self.assert_done(made)
         self.assertEqual(made.restarts()[4], 1)
 
+    def test_two_campaigns_at_once(self):
+        """Whole cases and shards of cases, by one cluster; a node crashes under them."""
+        job = machine.work / "sizes.toml"
+        job.write_text(CAMPAIGN.format(job=programs / JOB.name))
+        whole, cut = (self.submission(f"-{shards}", job=job, grid=(), shards=shards) for shards in (1, 3))
+        self.assertRegex(self.submit(whole), r"^cases \d+_\[1-2\], index \d+\n$")
+        self.submit(cut, **cut.fault("hold", "shard-2-of-3.journal"))
+        self.wait(cut, "a shard is held", cut.held)
+        machine.ask("kill-node", next(iter(self.running().values())))
+        cut.open()
+        self.wait_for_all(cut)
+        for name, grid in CASES.items():
+            plain = self.plain_run(grid)
+            models = [made.folder / name / f"{name}.h5" for made in (whole, cut)]
+            self.assertEqual([cluster.sha256(model) for model in models], [plain] * 2, cut.logs())
+        for name in ("index.csv", "index.h5"):
+            self.assertEqual(cluster.sha256(whole.folder / name), cluster.sha256(cut.folder / name))
+        self.assertEqual([case["state"] for case in cut.status()["cases"]], ["done"] * 2)
+
+
+class Interruptions(Scenario):
     def test_the_last_task_reaches_its_time_limit(self):
         """The last one: its number is the array's, and none of the others may begin again with it."""
         made = self.submission()
@@ -329,25 +382,6 @@ class Mishaps(Scenario):
         self.assertNotEqual(status["remark"], "")  # Slurm does not answer, and that is said
         machine.ask("start-controller")
         self.assert_done(made)
-
-    def test_two_campaigns_at_once(self):
-        """Whole cases and shards of cases, by one cluster; a node crashes under them."""
-        job = machine.work / "sizes.toml"
-        job.write_text(CAMPAIGN.format(job=programs / JOB.name))
-        whole, cut = (self.submission(f"-{shards}", job=job, grid=(), shards=shards) for shards in (1, 3))
-        self.assertRegex(self.submit(whole), r"^cases \d+_\[1-2\], index \d+\n$")
-        self.submit(cut, **cut.fault("hold", "shard-2-of-3.journal"))
-        self.wait(cut, "a shard is held", cut.held)
-        machine.ask("kill-node", next(iter(self.running().values())))
-        cut.open()
-        self.wait_for_all(cut)
-        for name, grid in CASES.items():
-            plain = self.plain_run(grid)
-            models = [made.folder / name / f"{name}.h5" for made in (whole, cut)]
-            self.assertEqual([cluster.sha256(model) for model in models], [plain] * 2, cut.logs())
-        for name in ("index.csv", "index.h5"):
-            self.assertEqual(cluster.sha256(whole.folder / name), cluster.sha256(cut.folder / name))
-        self.assertEqual([case["state"] for case in cut.status()["cases"]], ["done"] * 2)
 
 
 if __name__ == "__main__":
