@@ -5,6 +5,7 @@
 #include "app/assemble_balance.hpp"
 #include "app/case_solver.hpp"
 #include "app/prepare.hpp"
+#include "app/scaled_result.hpp"
 #include "app/touch_rows.hpp"
 #include "core/clinical.hpp"
 #include "core/units.hpp"
@@ -90,9 +91,7 @@ PushRows push_rows(const Case& job_case)
   return rows;
 }
 
-}  // namespace
-
-MotionModel pending_model_of(const Case& job_case)
+MotionModel pending_model_at_size(const Case& job_case)
 {
   MotionModel model;
   model.title = job_case.title;
@@ -109,7 +108,7 @@ MotionModel pending_model_of(const Case& job_case)
   model.varus_deg = job_case.grid.varus_deg;
   model.reference = job_case.reference;
   model.moving = job_case.moving;
-  model.job = {job_case.job_text, job_case.resolved_job, {}};
+  model.job = {job_case.job_text, job_case.resolved_job, {}, job_case.scaling};
   for (const LoadedInput& input : job_case.inputs) model.job.inputs.push_back({input.name, input.sha256});
   if (job_case.method == "equilibrium") {
     model.equilibrium.emplace();
@@ -120,9 +119,9 @@ MotionModel pending_model_of(const Case& job_case)
   return with_pending_cells(std::move(model));
 }
 
-MotionModel motion_model_of(const Case& job_case, const SweepResult& result)
+MotionModel motion_model_at_size(const Case& job_case, const SweepResult& result)
 {
-  MotionModel model = pending_model_of(job_case);
+  MotionModel model = pending_model_at_size(job_case);
   for (const StepRecord& r : result.cells) set_cell(model, frame_at(job_case, r.key.flexion), r);
   for (std::size_t i = 0; i < result.spine_column.size(); ++i) {
     if (result.spine_column[i] >= 0) model.is_spine(static_cast<Eigen::Index>(i), result.spine_column[i]) = 1;
@@ -130,6 +129,19 @@ MotionModel motion_model_of(const Case& job_case, const SweepResult& result)
   model.contacts = contact_rows(job_case, result.cells);
   add_balance(model, job_case, result);
   return model;
+}
+
+}  // namespace
+
+MotionModel pending_model_of(const Case& job_case)
+{
+  return pending_model_at_size(of_subject(job_case));
+}
+
+MotionModel motion_model_of(const Case& job_case, const SweepResult& result)
+{
+  if (job_case.steps_scale == 1.0) return motion_model_at_size(job_case, result);
+  return motion_model_at_size(of_subject(job_case), scaled(result, job_case.steps_scale));
 }
 
 }  // namespace vrda

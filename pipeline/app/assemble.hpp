@@ -7,10 +7,11 @@
 
 namespace vrda {
 
-/// Everything but the smoothed surfaces. Cells that are not stable hold NaN next to their status.
+/// Everything but the smoothed surfaces, at the size of the subject (of_subject()). Cells that are not stable
+/// hold NaN next to their status.
 MotionModel motion_model_of(const Case& job_case, const SweepResult& result);
 
-/// The start file's model: the plan and the meshes, every cell pending.
+/// The start file's model: the plan and the meshes of the subject's size, every cell pending.
 MotionModel pending_model_of(const Case& job_case);
 
 }  // namespace vrda

@@ -43,7 +43,10 @@ float single_deg(double angle_rad)
 
 class Assembly {
  public:
-  Assembly(const Case& job_case, Trace& trace) : case_(job_case), frame_(job_case.frame), trace_(trace) {}
+  Assembly(const Case& job_case, Trace& trace)
+      : case_(job_case), scale_(job_case.steps_scale), frame_(job_case.frame), trace_(trace)
+  {
+  }
 
   void make_room(const std::vector<Entry>& entries)
   {
@@ -65,7 +68,7 @@ class Assembly {
     const SearchTrace& search = *entry.search;
     TraceSearches& searches = trace_.searches;
     searches.seed_translation_mm.row(static_cast<Eigen::Index>(searches.node.size())) =
-        single(world_translation_mm(frame_, search.seed));
+        single(scale_ * world_translation_mm(frame_, search.seed));
     searches.seed_theta_deg.push_back(single_deg(search.seed.theta_rad));
     searches.flexion_deg.push_back(case_.grid.flexion_deg[static_cast<std::size_t>(search.key.flexion)]);
     searches.varus_deg.push_back(case_.grid.varus_deg[static_cast<std::size_t>(search.key.varus)]);
@@ -80,11 +83,11 @@ class Assembly {
   {
     TraceMoves& moves = trace_.moves;
     moves.translation_mm.row(static_cast<Eigen::Index>(moves.kind.size())) =
-        single(world_translation_mm(frame_, move.pose));
+        single(scale_ * world_translation_mm(frame_, move.pose));
     moves.theta_deg.push_back(single_deg(move.pose.theta_rad));
     moves.iteration.push_back(move.iteration);
     moves.kind.push_back(static_cast<std::int8_t>(move.kind));
-    moves.translation_step_mm.push_back(static_cast<float>(move.translation_step_mm));
+    moves.translation_step_mm.push_back(static_cast<float>(scale_ * move.translation_step_mm));
     moves.rotation_step_deg.push_back(single_deg(move.rotation_step_rad));
     moves.collides.push_back(move.collides ? 1 : 0);
     moves.is_cycle.push_back(move.is_cycle ? 1 : 0);
@@ -97,15 +100,16 @@ class Assembly {
   {
     TraceContacts& contacts = trace_.contacts;
     const auto row = static_cast<Eigen::Index>(contacts.compartment.size());
-    contacts.point_mm.row(row) = single(world_from_solver(frame_, contact.point_solver_mm));
+    contacts.point_mm.row(row) = single(scale_ * world_from_solver(frame_, contact.point_solver_mm));
     contacts.normal.row(row) = single(world_from_solver(frame_, contact.normal_solver));
-    contacts.distance_mm.push_back(static_cast<float>(contact.distance_mm));
+    contacts.distance_mm.push_back(static_cast<float>(scale_ * contact.distance_mm));
     contacts.triangle_reference.push_back(contact.triangle_reference);
     contacts.triangle_moving.push_back(contact.triangle_moving);
     contacts.compartment.push_back(contact.compartment);
   }
 
   const Case& case_;
+  double scale_;  // of the subject over what was solved
   const SolverFrame& frame_;
   Trace& trace_;
 };
@@ -119,8 +123,8 @@ Trace trace_of(const Case& job_case, const std::string& job_key,
   trace.title = job_case.title;
   trace.side = job_case.frame.side == Side::left ? "left" : "right";
   trace.job_key = job_key;
-  trace.approach_step_mm = job_case.search.approach_step_mm;
-  trace.translation_resolution_mm = job_case.search.translation_resolution_mm;
+  trace.approach_step_mm = job_case.steps_scale * job_case.search.approach_step_mm;
+  trace.translation_resolution_mm = job_case.steps_scale * job_case.search.translation_resolution_mm;
   trace.rotation_resolution_deg = deg_from_rad(job_case.search.rotation_resolution_rad);
   trace.job.resolved = job_case.resolved_job;
   for (const LoadedInput& input : job_case.inputs) trace.job.inputs.push_back({input.name, input.sha256});

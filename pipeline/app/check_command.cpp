@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/prepare.hpp"
+#include "app/scaling_text.hpp"
 #include "core/units.hpp"
 #include "proximity/directional_gap.hpp"
 
@@ -95,6 +96,8 @@ Json understood(const Case& job_case)
           {"method", job_case.method},
           {"rotation_centre_mm", numbers(job_case.frame.rotation_centre_mm)},
           {"delta", numbers(job_case.frame.delta)},
+          {"scaling", scaling_json(job_case.scaling)},
+          {"scaling_note", scaling_line(job_case)},
           {"components", components},
           {"initial_pose", initial_pose_of(joint_of(job_case, job_case.frame), plan, s)},
           {"grid",
@@ -145,6 +148,9 @@ void print(const Json& u)
   const Json& o = u["rotation_centre_mm"];
   std::printf("rotation centre [%.2f %.2f %.2f] mm, canonical axes\n", o[0].get<double>(), o[1].get<double>(),
               o[2].get<double>());
+  print_scaling(u["scaling"]);
+  if (const auto note = u["scaling_note"].get<std::string>(); !note.empty())
+    std::printf("  %s\n", note.c_str());
   std::printf("components\n");
   for (const Json& c : u["components"]) print_component(c);
   const Json& start = u["initial_pose"];
@@ -171,7 +177,7 @@ void print(const Json& u)
 
 ExitCode check_command(const CheckOptions& options)
 {
-  const Case job_case = load_case(options.job_file, {options.data_directory, options.overrides});
+  const Case job_case = of_subject(load_case(options.job_file, {options.data_directory, options.overrides}));
   Json result = understood(job_case);
   if (result["initial_pose"]["overlapping"].get<bool>()) {
     result["warnings"].push_back(

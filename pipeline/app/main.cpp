@@ -10,6 +10,7 @@
 
 #include "app/audit_command.hpp"
 #include "app/check_command.hpp"
+#include "app/cluster_words.hpp"
 #include "app/compare_command.hpp"
 #include "app/convert_command.hpp"
 #include "app/export_command.hpp"
@@ -57,6 +58,7 @@ struct Commands {
   vrda::ConvertObjectOptions object;
   vrda::ConvertMeshOptions mesh;
   vrda::ConvertConfigOptions config;
+  vrda::ClusterWords cluster;
   bool is_quiet = false;
   std::function<ExitCode()> chosen;
 
@@ -332,6 +334,9 @@ struct Commands {
     app.set_version_flag("--version", "vrda " VRDA_VERSION);
     add_run();
     add_merge();
+    cluster.add_to([this](const auto& name, const auto& what,
+                          const auto& example) -> CLI::App& { return add(name, what, example); },
+                   chosen);
     add_check();
     add_info();
     add_validate();

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <set>
 
+#include "app/announced_case.hpp"
 #include "app/prepare.hpp"
 #include "app/result.hpp"
 #include "app/run_output.hpp"
@@ -119,8 +120,7 @@ ExitCode merge_command(const MergeOptions& options)
     return ExitCode::done;
   }
   const CaseSpec spec = case_of(options, journals);
-  const Case job_case = load_case(spec.job_file, {spec.data_directory, spec.overrides});
-  for (const std::string& line : job_case.warnings) warn(line);
+  const Case job_case = announced_case(spec.job_file, {spec.data_directory, spec.overrides});
 
   const int n_threads = threads_or_all(options.n_threads);
   const CollectedSteps collected = collect(journals, fingerprint_of(job_case));

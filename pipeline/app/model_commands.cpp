@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/json_number.hpp"
+#include "app/scaling_text.hpp"
 #include "app/solved_model.hpp"
 #include "app/summary.hpp"
 #include "audit/audit.hpp"
@@ -137,6 +138,7 @@ Json summary_of(const MotionModel& model)
           {"grid",
            {{"flexion_deg", {model.flexion_deg.front(), model.flexion_deg.back(), model.flexion_deg.size()}},
             {"varus_deg", {model.varus_deg.front(), model.varus_deg.back(), model.varus_deg.size()}}}},
+          {"scaling", scaling_json(model.job.scaling)},
           {"status", statuses},
           {"triangles",
            {{"reference", model.reference.contact.mesh.triangles.rows()},
@@ -193,6 +195,12 @@ void print(const MotionModel& model, const Json& s)
 {
   std::printf("%s: %s, %s side, %s\n", model.title.c_str(), model.joint.c_str(), model.side.c_str(),
               model.method.c_str());
+  print_scaling(s["scaling"]);
+  if (!s["scaling"].is_null()) {
+    std::printf("  the steps were solved %s\n", s["scaling"]["keeps_steps"].get<bool>()
+                                                    ? "at factor 1, their results scaled"
+                                                    : "at this size");
+  }
   print_axis("flexion", s["grid"]["flexion_deg"]);
   print_axis("varus", s["grid"]["varus_deg"]);
   std::printf("%s\n", status_line(model).c_str());

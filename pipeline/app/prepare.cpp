@@ -52,8 +52,10 @@ SweepPlan plan_of(const Case& job_case)
 std::string fingerprint_of(const Case& job_case)
 {
   const char* version = job_case.method == "equilibrium" ? equilibrium_version : search_version;
-  std::string all = std::string(version) + '\n' + job_case.resolved_job;
-  for (const LoadedInput& input : job_case.inputs) all += '\n' + input.name + ' ' + input.sha256;
+  std::string all = std::string(version) + '\n' + job_case.steps_job;
+  for (const LoadedInput& input : job_case.inputs) {
+    if (input.decides_steps) all += '\n' + input.name + ' ' + input.sha256;
+  }
   return sha256_of(all);
 }
 

@@ -11,7 +11,8 @@ namespace vrda {
 Joint joint_of(const Case& job_case, const SolverFrame& frame);
 SweepPlan plan_of(const Case& job_case);
 
-/// One SHA-256 for everything that decides the result: solver version, resolved job, inputs.
+/// One SHA-256 for everything that decides the steps: solver version, resolved job, inputs. Where scaling
+/// keeps the steps it is the unscaled job's, so one journal serves every size.
 std::string fingerprint_of(const Case& job_case);
 
 }  // namespace vrda

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "app/announced_case.hpp"
 #include "app/assemble.hpp"
 #include "app/assemble_trace.hpp"
 #include "app/interrupt.hpp"
@@ -62,8 +63,7 @@ ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLo
 
 ExitCode whole_run(const RunOptions& options)
 {
-  const Case job_case = load_case(options.job_file, {options.data_directory, options.overrides});
-  for (const std::string& line : job_case.warnings) warn(line);
+  const Case job_case = announced_case(options.job_file, {options.data_directory, options.overrides});
   if (options.writes_trace) require_traceable(job_case, options.job_file);
   const std::string output = output_of(options.output, options.job_file);
   make_folder_of(output);

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "app/announced_case.hpp"
 #include "app/assemble.hpp"
 #include "app/interrupt.hpp"
 #include "app/prepare.hpp"
@@ -38,9 +39,8 @@ ShardedRun prepared(const RunOptions& options)
   if (options.writes_trace) {
     throw InputError({"--trace", "", "a part of a run", "a whole run, without --spine and --shard"});
   }
-  ShardedRun run{load_case(options.job_file, {options.data_directory, options.overrides}),
+  ShardedRun run{announced_case(options.job_file, {options.data_directory, options.overrides}),
                  output_of(options.output, options.job_file), ""};
-  for (const std::string& line : run.job_case.warnings) warn(line);
   make_folder_of(run.output);
   require_replaceable(run.output, "a motion model");
   run.key = fingerprint_of(run.job_case);

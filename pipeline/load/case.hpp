@@ -11,6 +11,7 @@
 #include "core/compartment.hpp"
 #include "core/equilibrium_options.hpp"
 #include "core/frames.hpp"
+#include "core/scaling.hpp"
 #include "core/search_options.hpp"
 #include "ligament/ligaments.hpp"
 
@@ -38,8 +39,9 @@ struct Push {
 };
 
 struct LoadedInput {
-  std::string name;    ///< path as the job writes it, or the generator's name and parameters
-  std::string sha256;  ///< of the file's bytes, or of the generated mesh
+  std::string name;           ///< path as the job writes it, or the generator's name and parameters
+  std::string sha256;         ///< of the file's bytes, or of the generated mesh
+  bool decides_steps = true;  ///< false: only how their results are scaled
 };
 
 /// What happened to one component on its way in; `vrda check` prints it.
@@ -61,6 +63,8 @@ struct ComponentSurvey {
   double volume_mm3 = 0.0;  ///< meaningful when closed
 };
 
+/// The joint as it is solved. Where scaling keeps the steps that is at factor 1, and of_subject() has the
+/// subject's.
 struct Case {
   std::string title;
   std::string joint = "knee";  ///< "knee" or "other"
@@ -85,6 +89,11 @@ struct Case {
   bool smooth_robust = false;    ///< fitted with Huber's weights
   double unsolved_fraction = 0.0;
 
+  std::optional<Scaling> scaling;   ///< where the job has [scaling]
+  double steps_scale = 1.0;         ///< the subject's size over the one this case is solved at
+  std::string solved_anew_because;  ///< of a scaling that does not keep the steps
+  std::string steps_job;            ///< of `resolved_job` what decides the steps
+
   std::string job_text;      ///< the job file's bytes as given
   std::string resolved_job;  ///< canonical TOML of every key with its value; equal jobs, equal text
   std::vector<LoadedInput> inputs;
@@ -100,5 +109,9 @@ struct LoadOptions {
 /// Reads, checks and resolves a job and its meshes.
 /// Throws InputError naming file, key, found and wanted. Cost: seconds for a million triangles.
 Case load_case(const std::string& job_file, const LoadOptions& options = {});
+
+/// The case at its subject's size: every length times `steps_scale`, which is 1 then. The lengths among the
+/// settings of both methods too, since they held at factor 1.
+Case of_subject(const Case& solved);
 
 }  // namespace vrda

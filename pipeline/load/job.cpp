@@ -112,6 +112,23 @@ FrameJob frame_of(const JobValue& root)
   return frame;
 }
 
+std::optional<ScalingJob> scaling_of(const Job& job, const JobValue& root)
+{
+  const JobValue* table = root.find("scaling");
+  if (table == nullptr) return std::nullopt;
+  ScalingJob scaling;
+  scaling.landmarks_file = text_or_empty(*table, "landmarks");
+  const JobValue* factor = table->find("factor");
+  if (factor == nullptr) return scaling;
+  if (!scaling.landmarks_file.empty()) {
+    throw InputError({job.document.source_of_all({"scaling.landmarks", "scaling.factor"}), "scaling",
+                      "both factor and landmarks", "one of factor = 1.07 and landmarks = \"landmarks.csv\""});
+  }
+  scaling.factor =
+      factor->list() != nullptr ? vector3_of(*factor) : Eigen::Vector3d::Constant(number_at(*factor, ""));
+  return scaling;
+}
+
 std::vector<double> row_of(const JobValue& value)
 {
   return value.list() != nullptr ? numbers_of(value) : std::vector<double>{number_at(value, "")};
@@ -306,7 +323,18 @@ void complete_side(JobValue* generate, const std::string& side)
   std::get<JobValue::Table>(generate->data).push_back({"side", {side}});
 }
 
-// Defaults that depend on other keys: what a knee's compartments and a generated knee's side are.
+// Without one key: the same order otherwise.
+JobValue without(const JobValue& root, const std::string& key)
+{
+  JobValue::Table rest;
+  for (const JobEntry& entry : *root.table()) {
+    if (entry.key != key) rest.push_back(entry);
+  }
+  return {rest};
+}
+
+// Defaults that depend on other keys: what a knee's compartments and a generated knee's side are, and that an
+// empty [scaling] scales nothing.
 void complete(JobValue& root)
 {
   const std::string side = text_at(root, "side");
@@ -319,6 +347,9 @@ void complete(JobValue& root)
     for (JobValue& component : std::get<JobValue::List>(root.find(body)->find("component")->data)) {
       complete_side(component.find("generate"), side);
     }
+  }
+  if (JobValue* scaling = root.find("scaling"); scaling != nullptr && scaling->table()->empty()) {
+    std::get<JobValue::Table>(scaling->data).push_back({"factor", {1.0}});
   }
   if (JobValue* ligaments = root.find("ligaments")) complete_side(ligaments->find("generate"), side);
 }
@@ -347,6 +378,7 @@ void read_settings(Job& job)
   job.joint = text_at(root, "joint");
   job.side = text_at(root, "side") == "left" ? Side::left : Side::right;
   job.frame = frame_of(root);
+  job.scaling = scaling_of(job, root);
   job.reference = body_of(job, root, "reference");
   job.moving = body_of(job, root, "moving");
   job.initial = {vector3_at(root, "moving.initial.translation_mm"),
@@ -399,10 +431,12 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   job.document.file = file;
   job.document.root = parse_toml(job.text, file);
   for (const std::string& override_text : overrides) apply_override(job.document, override_text);
+  job.has_campaign = job.document.root.find("campaign") != nullptr;
   job.document.root = checked_job(job.document);
   complete(job.document.root);
   job.document.root = checked_job(job.document);  // again: what was completed goes to its place
   job.resolved_text = toml_text(job.document.root);
+  job.unscaled_text = toml_text(without(job.document.root, "scaling"));
   read_settings(job);
   return job;
 }

@@ -56,6 +56,12 @@ struct FrameJob {
   Eigen::Vector3d align_translation_mm{0.0, 0.0, 0.0};
 };
 
+/// How much larger the subject's joint is: a factor, or a table that one is fitted to.
+struct ScalingJob {
+  Eigen::Vector3d factor{1.0, 1.0, 1.0};  ///< anterior, proximal, right; of no meaning with landmarks
+  std::string landmarks_file;             ///< empty: the factor is given
+};
+
 /// A setting that may follow flexion: linear between rows, held beyond the ends. A constant has one row.
 struct OverFlexion {
   std::vector<double> flexion_rad;  ///< [n] rising
@@ -110,12 +116,15 @@ struct Job {
   std::string file;
   std::string text;           ///< the file's bytes
   std::string resolved_text;  ///< canonical TOML: every key with its value
+  std::string unscaled_text;  ///< the same without [scaling]
   JobDocument document;       ///< for messages that name a key
+  bool has_campaign = false;  ///< left out of the resolved job
 
   std::string title;
   std::string joint;
   Side side = Side::right;
   FrameJob frame;
+  std::optional<ScalingJob> scaling;
   BodyJob reference;
   BodyJob moving;
   InitialPose initial;
@@ -141,5 +150,9 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
 
 /// parse_job() of a file's bytes. Opens no mesh.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
+
+/// The Case of a job but for what its meshes and tables say: bodies, ligaments, compartments, inputs, survey
+/// and warnings are empty. Opens no file. Throws InputError where a valid job asks what no method solves.
+Case settings_of(const Job& job);
 
 }  // namespace vrda

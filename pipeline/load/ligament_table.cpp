@@ -67,29 +67,9 @@ std::string quoted(std::string_view text)
   return '"' + std::string(text) + '"';
 }
 
-// One line with something on it, and where it stands.
-struct Line {
-  std::string_view text;
-  std::size_t number = 0;
-};
-
-std::vector<Line> lines_of(std::string_view text)
-{
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
-  std::vector<Line> lines;
-  for (std::size_t number = 1; !text.empty(); ++number) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    const std::string_view line = trimmed(text.substr(0, end));
-    if (!line.empty() && line.front() != '#') lines.push_back({line, number});
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
-  return lines;
-}
-
 class Table {
  public:
-  Table(const std::string& file, const Line& header) : file_(file), header_(header)
+  Table(const std::string& file, const TableLine& header) : file_(file), header_(header)
   {
     for (const std::string_view field : fields_in(header.text)) columns_.push_back(column_named(field));
     for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -109,7 +89,7 @@ class Table {
     refuse(header_, "slack_length_mm", "no such column", "slack_length_mm or reference_strain");
   }
 
-  FibreJob fibre(const Line& line) const
+  FibreJob fibre(const TableLine& line) const
   {
     const std::vector<std::string_view> fields = fields_in(line.text);
     if (fields.size() != columns_.size()) {
@@ -145,7 +125,7 @@ class Table {
     return fibre;
   }
 
-  [[noreturn]] void refuse(const Line& line, const std::string& column, const std::string& found,
+  [[noreturn]] void refuse(const TableLine& line, const std::string& column, const std::string& found,
                            const std::string& wanted) const
   {
     const std::string place = "line " + std::to_string(line.number);
@@ -173,7 +153,7 @@ class Table {
         "known ones; the nearest is \"" + nearest_word(std::string(name.substr(0, longest)), names) + "\"");
   }
 
-  double number_in(const Line& line, const ColumnName& column, std::string_view field) const
+  double number_in(const TableLine& line, const ColumnName& column, std::string_view field) const
   {
     const std::optional<double> value = real_in(field);
     if (!value || !std::isfinite(column.scale * *value))
@@ -186,7 +166,7 @@ class Table {
   }
 
   const std::string& file_;
-  Line header_;
+  TableLine header_;
   std::vector<ColumnName> columns_;
 };
 
@@ -203,7 +183,7 @@ std::string bundle_of(const std::string& fibre_name)
 
 std::vector<FibreJob> read_ligament_table(const std::string& file, std::string_view text)
 {
-  const std::vector<Line> lines = lines_of(text);
+  const std::vector<TableLine> lines = table_lines(text);
   if (lines.empty()) throw InputError({file, "", "no line but comments", "names of columns, then fibres"});
   const Table table(file, lines.front());
   if (lines.size() == 1) table.refuse(lines.front(), "", "names of columns but no fibre", "at least one");

@@ -42,6 +42,20 @@ std::vector<std::string_view> fields_in(std::string_view line)
   }
 }
 
+std::vector<TableLine> table_lines(std::string_view text)
+{
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
+  std::vector<TableLine> lines;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    const std::string_view line = trimmed(text.substr(0, end));
+    if (!line.empty() && line.front() != '#') lines.push_back({line, number});
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
 std::vector<std::string_view> words_in(std::string_view line)
 {
   constexpr std::string_view separators = " \t";

@@ -20,6 +20,15 @@ std::string_view trimmed(std::string_view text);
 /// What stands between the commas of a line, trimmed: always one more than there are commas.
 std::vector<std::string_view> fields_in(std::string_view line);
 
+/// A line of a table, trimmed, and its place in the file from 1.
+struct TableLine {
+  std::string_view text;
+  std::size_t number = 0;
+};
+
+/// The lines with something on them; those that begin with # are comments, a byte order mark is none of them.
+std::vector<TableLine> table_lines(std::string_view text);
+
 /// The number a word spells and nothing else, with or without a sign; "nan" and "inf" are numbers here.
 std::optional<double> real_in(std::string_view word);
 std::optional<std::int64_t> whole_in(std::string_view word);

@@ -58,6 +58,15 @@ void visit_inputs(Inputs& inputs, Visitor& visit)
   }
 }
 
+template <typename AScaling, typename Visitor>
+void visit_scaling(AScaling& scaling, Visitor& visit)
+{
+  visit("/job/scaling/landmark", scaling.landmark);
+  visit("/job/scaling/model", scaling.model_mm);
+  visit("/job/scaling/subject", scaling.subject_mm);
+  visit("/job/scaling/residual", scaling.residual_mm);
+}
+
 template <typename Model, typename Visitor>
 void visit_root(Model& model, const FileShape& shape, Visitor& visit)
 {
@@ -123,6 +132,7 @@ void visit_datasets(Model& model, const FileShape& shape, Visitor&& visit)
   visit("/job/text", model.job.text);
   visit("/job/resolved", model.job.resolved);
   visit_inputs(model.job.inputs, visit);
+  if (shape.n_landmarks) visit_scaling(*model.job.scaling, visit);
 }
 
 }  // namespace vrda

@@ -123,6 +123,26 @@ void add_body(FileLayout& layout, const std::string& group, const BodyShape& sha
   add_part(layout, group + "/visual", group, shape.visual);
 }
 
+void add_scaling(FileLayout& layout, std::int64_t n_landmarks)
+{
+  const std::string group = "/job/scaling";
+  const Dimensions pair{group + "/pair"};
+  layout.groups.push_back(group);
+  layout.attributes.insert(layout.attributes.end(), {{group, "factor", ValueKind::float64, 3},
+                                                     {group, "keeps_steps", ValueKind::int8, 1},
+                                                     {group, "standard_error", ValueKind::float64, 1},
+                                                     {group, "residual_rms_mm", ValueKind::float64, 1}});
+  layout.dimensions.push_back({group + "/pair", n_landmarks});
+  layout.datasets.insert(
+      layout.datasets.end(),
+      {numbers(group + "/landmark", ValueKind::text, pair, "", "names of the pairs of landmarks"),
+       numbers(group + "/model", ValueKind::float64, pair, "mm",
+               "distance of each pair in the unscaled model"),
+       numbers(group + "/subject", ValueKind::float64, pair, "mm", "distance of each pair in the subject"),
+       numbers(group + "/residual", ValueKind::float64, pair, "mm",
+               "the subject's distance less the factor times the model's")});
+}
+
 void add_job(FileLayout& layout, const FileShape& shape)
 {
   layout.groups.emplace_back("/job");
@@ -133,6 +153,7 @@ void add_job(FileLayout& layout, const FileShape& shape)
        numbers("/job/resolved", ValueKind::text, {}, "", "every key of the job with its value"),
        numbers("/job/input_name", ValueKind::text, {"/job/input"}, "", "input files as the job names them"),
        numbers("/job/input_sha256", ValueKind::text, {"/job/input"}, "", "SHA-256 of the input files")});
+  if (shape.n_landmarks) add_scaling(layout, *shape.n_landmarks);
 }
 
 }  // namespace
@@ -201,6 +222,8 @@ FlagTable flag_table(FlagSet set)
       return {{-1, 0, 1, 2}, "no_pose free overlapping nothing_ahead"};
     case FlagSet::zero_varus_source:
       return {{-1, 0, 1, 2}, "none both_touch interpolated free"};
+    case FlagSet::case_status:
+      return {{0, 1, 2, 3}, "done partial failed missing"};
   }
   return {};
 }

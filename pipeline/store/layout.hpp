@@ -10,7 +10,7 @@
 namespace vrda {
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.2";
+inline constexpr const char* format_version = "1.3";
 /// CF 1.9 is the first to allow 64-bit integers (row_start).
 inline constexpr const char* conventions = "CF-1.9";
 
@@ -30,7 +30,8 @@ enum class FlagSet {
   wrap_shape,
   body,
   audit_state,
-  zero_varus_source
+  zero_varus_source,
+  case_status,  ///< of an index: schemas/campaign.md
 };
 
 struct FlagTable {
@@ -96,8 +97,9 @@ struct LigamentShape {
 /// Everything that a layout depends on.
 struct FileShape {
   /// Of format_version. 0 knows no push, contact paths, equilibrium, ligaments or solved varus; 1 neither
-  /// zero-varus motion, audits nor more than the polynomials of tx, ty, tz and theta of a smoothed set.
-  std::int32_t minor_version = 2;
+  /// zero-varus motion, audits nor more than the polynomials of tx, ty, tz and theta of a smoothed set; 2 no
+  /// scaling.
+  std::int32_t minor_version = 3;
   std::int64_t n_flexion = 0;
   std::int64_t n_varus = 0;
   bool has_compartments = false;
@@ -110,6 +112,7 @@ struct FileShape {
   bool has_zero_varus = false;
   std::vector<AuditShape> audits;  ///< by name
   std::int64_t n_inputs = 0;
+  std::optional<std::int64_t> n_landmarks;  ///< pairs, where the job scales
 };
 
 /// In the order in which the file is written: parents before children, scales before their users.

@@ -10,6 +10,7 @@
 
 #include "core/body.hpp"
 #include "core/frames.hpp"
+#include "core/scaling.hpp"
 #include "core/step_status.hpp"
 #include "store/derived.hpp"
 #include "store/grid.hpp"
@@ -43,6 +44,7 @@ struct JobRecord {
   std::string text;      ///< the job file as given
   std::string resolved;  ///< every key with its value
   std::vector<InputFile> inputs;
+  std::optional<Scaling> scaling = std::nullopt;  ///< where the job scales
 };
 
 /// What pushes the moving object at each flexion.

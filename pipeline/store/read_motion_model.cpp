@@ -80,6 +80,17 @@ void open_mechanics(MotionModel& model, const H5Reader& reader, const FileShape&
     model.ligaments.emplace().transition_strain = number(reader, "/ligaments", "transition_strain");
 }
 
+void open_scaling(MotionModel& model, const H5Reader& reader, const FileShape& shape)
+{
+  if (!shape.n_landmarks) return;
+  const std::string group = "/job/scaling";
+  Scaling& scaling = model.job.scaling.emplace();
+  scaling.factor = vector(reader, group, "factor");
+  scaling.keeps_steps = number(reader, group, "keeps_steps") != 0.0;
+  scaling.standard_error = number(reader, group, "standard_error");
+  scaling.residual_rms_mm = number(reader, group, "residual_rms_mm");
+}
+
 /// What version 1.0 did not write, and what it means that it is not there.
 void complete_first_version(MotionModel& model)
 {
@@ -108,6 +119,7 @@ MotionModel read_values(const H5Reader& reader, const Structure& structure)
   model.moving.name = text(reader, "/bodies/moving", "name");
   open_derived(model, reader, structure.shape);
   open_mechanics(model, reader, structure.shape);
+  open_scaling(model, reader, structure.shape);
   visit_datasets(model, structure.shape, DatasetReader(reader, structure));
   if (structure.shape.minor_version == 0) complete_first_version(model);
   if (!model.has_compartments) {

@@ -40,6 +40,7 @@ class StructureCheck {
     result_.layout = layout_of(result_.shape);
     check_layout();
     for (const SmoothedShape& smoothed : result_.shape.smoothed) check_set(smoothed);
+    if (result_.shape.n_landmarks) check_yes_no("/job/scaling", "keeps_steps");
     return result_;
   }
 
@@ -210,6 +211,8 @@ class StructureCheck {
     if (shape.minor_version < 2) return;
     shape.has_zero_varus = reader_.objects().count("/zero_varus") > 0;
     read_audit_shapes();
+    if (shape.minor_version >= 3 && reader_.objects().count("/job/scaling") > 0)
+      shape.n_landmarks = size_of("/job/scaling/pair");
   }
 
   void check_dimension(const DimensionSpec& dimension)
@@ -313,10 +316,15 @@ class StructureCheck {
     const std::optional<AttributeValue> value = reader_.attribute(group, "degree");
     if (value && value->numbers.size() == 1 && value->numbers[0] != smoothed.degree)
       find(group + "@degree", "another degree", std::to_string(smoothed.degree));
-    const std::optional<AttributeValue> is_robust = reader_.attribute(group, "is_robust");
-    if (result_.shape.minor_version < 2 || !is_robust || is_robust->numbers.size() != 1) return;
-    if (is_robust->numbers[0] != 0.0 && is_robust->numbers[0] != 1.0)
-      find(group + "@is_robust", "another value", "0 or 1");
+    if (result_.shape.minor_version >= 2) check_yes_no(group, "is_robust");
+  }
+
+  void check_yes_no(const std::string& group, const std::string& name)
+  {
+    const std::optional<AttributeValue> value = reader_.attribute(group, name);
+    if (!value || value->numbers.size() != 1) return;  // a finding already
+    if (value->numbers[0] != 0.0 && value->numbers[0] != 1.0)
+      find(group + "@" + name, "another value", "0 or 1");
   }
 
   const H5Reader& reader_;

@@ -8,6 +8,7 @@
 #include "store/derived_values.hpp"
 #include "store/layout.hpp"
 #include "store/mechanics_values.hpp"
+#include "store/scaling_values.hpp"
 #include "store/value_findings.hpp"
 
 namespace vrda {
@@ -33,6 +34,7 @@ class ValueCheck {
     check_body("/bodies/reference", model_.reference);
     check_body("/bodies/moving", model_.moving);
     check_derived(model_, findings_);
+    if (model_.job.scaling) check_scaling(*model_.job.scaling, findings_);
     findings_.each(
         "/job/input_sha256", model_.job.inputs.size(), "64 hexadecimal digits",
         [&](std::size_t i) { return !is_sha256(model_.job.inputs[i].sha256); },

@@ -83,6 +83,7 @@ FileShape shape_of(const MotionModel& model)
   shape.moving = shape_of(model.moving);
   add_derived_shape(shape, model);
   shape.n_inputs = static_cast<std::int64_t>(model.job.inputs.size());
+  if (model.job.scaling) shape.n_landmarks = static_cast<std::int64_t>(model.job.scaling->landmark.size());
   return shape;
 }
 
@@ -147,6 +148,16 @@ void write_audit_attributes(H5Writer& writer, const AuditSet& audit)
   writer.write_attribute(group, "largest_gap", number(summary.largest_gap_mm));
 }
 
+void write_scaling_attributes(H5Writer& writer, const Scaling& scaling)
+{
+  const std::string group = "/job/scaling";
+  const std::int8_t keeps_steps = scaling.keeps_steps ? 1 : 0;
+  writer.write_attribute(group, "factor", numbers(scaling.factor));
+  writer.write_attribute(group, "keeps_steps", std::span<const std::int8_t>(&keeps_steps, 1));
+  writer.write_attribute(group, "standard_error", number(scaling.standard_error));
+  writer.write_attribute(group, "residual_rms_mm", number(scaling.residual_rms_mm));
+}
+
 std::string bytes_of(const std::string& path, const MotionModel& model)
 {
   const FileShape shape = shape_of(model);
@@ -159,6 +170,7 @@ std::string bytes_of(const std::string& path, const MotionModel& model)
   for (const SmoothedSet& set : model.smoothed) write_smoothed_attributes(writer, set);
   if (model.zero_varus) writer.write_attribute("/zero_varus", "set", model.zero_varus->set);
   for (const AuditSet& audit : model.audits) write_audit_attributes(writer, audit);
+  if (model.job.scaling) write_scaling_attributes(writer, *model.job.scaling);
   return writer.bytes();
 }
 

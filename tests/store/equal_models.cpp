@@ -225,6 +225,18 @@ void expect_equal(const LigamentRows& a, const LigamentRows& b)
   EXPECT_EQ(a.is_wrapped, b.is_wrapped);
 }
 
+void expect_equal(const Scaling& a, const Scaling& b)
+{
+  EXPECT_EQ(a.factor, b.factor);
+  EXPECT_EQ(a.keeps_steps, b.keeps_steps);
+  EXPECT_EQ(a.landmark, b.landmark);
+  EXPECT_EQ(a.model_mm, b.model_mm);
+  EXPECT_EQ(a.subject_mm, b.subject_mm);
+  EXPECT_EQ(a.residual_mm, b.residual_mm);
+  expect_equal(std::vector{a.residual_rms_mm, a.standard_error},
+               std::vector{b.residual_rms_mm, b.standard_error}, "fit of the scaling");
+}
+
 void expect_equal_mechanics(const MotionModel& a, const MotionModel& b)
 {
   expect_equal(a.push, b.push);
@@ -262,6 +274,8 @@ void expect_equal(const MotionModel& a, const MotionModel& b)
   expect_equal(a.moving, b.moving);
   expect_equal_derived(a, b);
   expect_equal_mechanics(a, b);
+  ASSERT_EQ(a.job.scaling.has_value(), b.job.scaling.has_value());
+  expect_equal(a.job.scaling.value_or(Scaling()), b.job.scaling.value_or(Scaling()));
   EXPECT_EQ(a.job.text, b.job.text);
   EXPECT_EQ(a.job.resolved, b.job.resolved);
   ASSERT_EQ(a.job.inputs.size(), b.job.inputs.size());

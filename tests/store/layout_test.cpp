@@ -31,12 +31,21 @@ FileShape full_shape()
   shape.has_zero_varus = true;
   shape.audits = {{"raw", 7, 5}};
   shape.n_inputs = 2;
+  shape.n_landmarks = 3;
+  return shape;
+}
+
+FileShape version_one_two()
+{
+  FileShape shape = full_shape();
+  shape.minor_version = 2;
+  shape.n_landmarks.reset();
   return shape;
 }
 
 FileShape version_one_one()
 {
-  FileShape shape = full_shape();
+  FileShape shape = version_one_two();
   shape.minor_version = 1;
   shape.smoothed = {{6, 28}};
   shape.has_zero_varus = false;
@@ -140,7 +149,7 @@ TEST(Layout, VersionOneTwoAddsWhatIsMadeOfTheSurfaces)
 {
   const std::set<std::string> old = dataset_paths(version_one_one());
   std::set<std::string> added;
-  for (const std::string& path : dataset_paths(full_shape())) {
+  for (const std::string& path : dataset_paths(version_one_two())) {
     const std::string group = path.substr(0, path.find('/', 1));
     if (old.count(path) == 0) added.insert(group == "/smoothed" ? path : group);
   }
@@ -153,6 +162,19 @@ TEST(Layout, VersionOneTwoAddsWhatIsMadeOfTheSurfaces)
   EXPECT_EQ(dataset_paths(plain), old);
   EXPECT_EQ(layout_of(plain).groups, layout_of(version_one_one()).groups);
   EXPECT_EQ(layout_of(plain).attributes.size(), layout_of(version_one_one()).attributes.size() + 1);
+}
+
+TEST(Layout, VersionOneThreeAddsHowTheJobScales)
+{
+  const std::set<std::string> old = dataset_paths(version_one_two());
+  std::set<std::string> added;
+  for (const std::string& path : dataset_paths(full_shape())) {
+    if (old.count(path) == 0) added.insert(path.substr(0, path.rfind('/')));
+  }
+  EXPECT_EQ(added, std::set<std::string>{"/job/scaling"});
+  FileShape plain = version_one_two();
+  plain.minor_version = 3;
+  EXPECT_EQ(dataset_paths(plain), old) << "where the job does not scale";
 }
 
 TEST(Layout, EveryDatasetFindsItsDimensions)

@@ -1,0 +1,217 @@
+#include "load/scaling.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/number_text.hpp"
+#include "load/file_bytes.hpp"
+#include "load/input_file.hpp"
+#include "load/landmarks.hpp"
+
+namespace vrda {
+namespace {
+
+// Those of schemas/job.schema.json: an infant's joint of an adult's, or the other way round; beyond is a slip
+// in a unit.
+constexpr double smallest_factor = 0.1, largest_factor = 10.0;
+
+// Share of the distances that a fit may leave before it is doubted: 4 mm of the 80 mm between a knee's
+// epicondyles, about what markers on the skin are off by.
+constexpr double largest_misfit = 0.05;
+
+std::string rounded(double value, double to)
+{
+  return shortest(std::round(value / to) * to);
+}
+
+std::string shown_factor(const Eigen::Vector3d& factor)
+{
+  if (is_even(factor)) return shortest(factor.x());
+  return "[" + shortest(factor.x()) + ", " + shortest(factor.y()) + ", " + shortest(factor.z()) + "]";
+}
+
+std::vector<std::string> warnings_of_fit(const Scaling& scaling)
+{
+  const std::string key = "scaling.landmarks: ";
+  if (scaling.landmark.size() == 1) return {key + "one pair, so nothing tells how well its factor fits"};
+  double subject_sq = 0.0;
+  for (const double subject_mm : scaling.subject_mm) subject_sq += subject_mm * subject_mm;
+  const double n = static_cast<double>(scaling.subject_mm.size());
+  const double misfit = scaling.residual_rms_mm / std::sqrt(subject_sq / n);
+  if (misfit <= largest_misfit) return {};
+  const auto is_smaller = [](double a, double b) { return std::abs(a) < std::abs(b); };
+  const auto worst = std::max_element(scaling.residual_mm.begin(), scaling.residual_mm.end(), is_smaller);
+  return {key + "the factor leaves " + rounded(scaling.residual_rms_mm, 0.01) + " mm, " +
+          rounded(100.0 * misfit, 0.1) + " % of the distances (root mean square), most at \"" +
+          scaling.landmark[static_cast<std::size_t>(worst - scaling.residual_mm.begin())] + "\", " +
+          rounded(*worst, 0.01) +
+          " mm: the subject is no evenly scaled copy of the model; three factors or meshes of its own are a "
+          "new run"};
+}
+
+Mesh scaled(const Mesh& mesh, const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& factor)
+{
+  Mesh out = mesh;
+  for (Eigen::Index v = 0; v < out.vertices_mm.rows(); ++v) {
+    const Eigen::Vector3d p_mm = mesh.vertices_mm.row(v);
+    out.vertices_mm.row(v) = (centre_mm + factor.cwiseProduct(p_mm - centre_mm)).transpose();
+  }
+  if (is_even(factor)) return out;
+  // Normals are covectors. Zero ones stay zero.
+  for (Eigen::Index v = 0; v < out.normals.rows(); ++v) {
+    const Eigen::Vector3d n = Eigen::Vector3d(mesh.normals.row(v)).cwiseQuotient(factor);
+    if (n.squaredNorm() > 0.0) out.normals.row(v) = n.normalized().transpose();
+  }
+  return out;
+}
+
+void scale(Ligaments& ligaments, const Eigen::Vector3d& centre_mm, const Eigen::Vector3d& factor)
+{
+  const auto at = [&](const Eigen::Vector3d& p_mm) -> Eigen::Vector3d {
+    return centre_mm + factor.cwiseProduct(p_mm - centre_mm);
+  };
+  for (Fibre& fibre : ligaments.fibres) {
+    const Eigen::Vector3d way_mm = fibre.reference_mm - fibre.moving_mm;
+    // The strain at the pose of the meshes stays; an uneven factor meets straight fibres only.
+    fibre.slack_length_mm *=
+        is_even(factor) ? factor.x() : factor.cwiseProduct(way_mm).norm() / way_mm.norm();
+    fibre.reference_mm = at(fibre.reference_mm);
+    fibre.moving_mm = at(fibre.moving_mm);
+  }
+  for (Wrap& wrap : ligaments.wraps) {
+    wrap.X_body_wrap.translation() = at(wrap.X_body_wrap.translation());
+    wrap.radii_mm *= factor.x();
+  }
+}
+
+// Measured again but for the box, whose corners go along.
+void survey_again(Case& loaded, const Eigen::Vector3d& factor)
+{
+  const Eigen::Vector3d& centre_mm = loaded.frame.rotation_centre_mm;
+  std::size_t entry = 0;
+  for (const Body* body : {&loaded.reference, &loaded.moving}) {
+    const auto contact = triangles_by_component(*body, body->contact);
+    const auto visual = triangles_by_component(*body, body->visual);
+    for (std::size_t c = 0; c < body->components.size(); ++c, ++entry) {
+      ComponentSurvey& survey = loaded.survey.at(entry);
+      const Part& part = survey.has_contact ? body->contact : body->visual;
+      const Mesh mesh = with_triangles(part.mesh, (survey.has_contact ? contact : visual)[c]);
+      survey.box.min_mm = centre_mm + factor.cwiseProduct(survey.box.min_mm - centre_mm);
+      survey.box.max_mm = centre_mm + factor.cwiseProduct(survey.box.max_mm - centre_mm);
+      survey.mean_edge_mm = mean_edge_length_mm(mesh);
+      survey.area_mm2 = area_mm2(mesh);
+      survey.volume_mm3 = signed_volume_mm3(mesh);
+    }
+  }
+}
+
+// Every length of the joint, none of the solver's settings.
+void scale_lengths(Case& loaded, const Eigen::Vector3d& factor)
+{
+  const Eigen::Vector3d& centre_mm = loaded.frame.rotation_centre_mm;
+  for (Body* body : {&loaded.reference, &loaded.moving}) {
+    for (Part* part : {&body->contact, &body->visual}) part->mesh = scaled(part->mesh, centre_mm, factor);
+  }
+  scale(loaded.ligaments, centre_mm, factor);
+  loaded.initial.translation_mm = factor.cwiseProduct(loaded.initial.translation_mm);
+  loaded.push_point_mm = factor.cwiseProduct(loaded.push_point_mm);
+  survey_again(loaded, factor);
+}
+
+// Why the steps of the joint at factor 1 do not serve; empty where they do.
+std::string why_solved_anew(const Case& loaded, const Eigen::Vector3d& factor)
+{
+  if (!is_even(factor)) return "the factors differ, which changes the shapes";
+  // The search knows contact and directions only.
+  if (factor.x() == 1.0 || loaded.method != "equilibrium") return "";
+  if (!loaded.ligaments.fibres.empty()) return "ligaments hold the joint too";
+  const bool has_moment = std::any_of(loaded.push.begin(), loaded.push.end(), [](const Push& push) {
+    return push.moment_nmm != 0.0 || push.varus_moment_nmm != 0.0;
+  });
+  return has_moment ? "a moment pushes, which does not grow along" : "";
+}
+
+void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& factor)
+{
+  if (is_even(factor)) return;
+  const std::string key = "scaling.factor";
+  const auto refuse = [&](const std::string& with, const std::string& wanted) {
+    throw InputError({job.document.source_of(key), key, shown_factor(factor) + " with " + with, wanted});
+  };
+  if (!loaded.ligaments.wraps.empty()) {
+    refuse("the wrapping surface \"" + loaded.ligaments.wraps.front().name + "\"",
+           "one factor: stretched unevenly, a cylinder is none any more");
+  }
+  for (const Fibre& fibre : loaded.ligaments.fibres) {
+    if (fibre.reference_mm != fibre.moving_mm) continue;
+    refuse("the fibre \"" + fibre.name + "\", whose attachments coincide",
+           "one factor, or attachments apart: a slack length follows the distance between them");
+  }
+}
+
+}  // namespace
+
+LoadedScaling load_scaling(const Job& job, const std::string& data_directory, const AxisMap& map)
+{
+  LoadedScaling loaded;
+  if (!job.scaling) return loaded;
+  const std::string& name = job.scaling->landmarks_file;
+  if (name.empty()) {
+    loaded.scaling.emplace().factor = job.scaling->factor;
+    return loaded;
+  }
+  const std::string key = "scaling.landmarks";
+  const InputFile file = input_file(job, data_directory, {key, name, "a CSV file"});
+  loaded.scaling = fitted_scaling(read_landmarks(file.path, file.bytes), map.unit_mm);
+  const double factor = loaded.scaling->factor.x();
+  if (!(factor >= smallest_factor && factor <= largest_factor)) {
+    throw InputError({file.path, "",
+                      "distances that make the subject " + shortest(factor) + " times the model",
+                      "a factor from 0.1 to 10: points are in the mesh files' unit (frame.unit = \"" +
+                          job.frame.unit + "\"), distances in mm"});
+  }
+  loaded.inputs.push_back({name, sha256_of(file.bytes)});
+  loaded.warnings = warnings_of_fit(*loaded.scaling);
+  return loaded;
+}
+
+void take_up_scaling(Case& loaded, const Job& job, const LoadedScaling& asked)
+{
+  loaded.steps_job = job.resolved_text;
+  loaded.scaling = asked.scaling;
+  if (!asked.scaling) return;
+  const Eigen::Vector3d& factor = asked.scaling->factor;
+  check_uneven(loaded, job, factor);
+  loaded.solved_anew_because = why_solved_anew(loaded, factor);
+  const bool keeps_steps = loaded.solved_anew_because.empty();
+  loaded.scaling->keeps_steps = keeps_steps;
+  if (keeps_steps) {
+    loaded.steps_scale = factor.x();
+    loaded.steps_job = job.unscaled_text;
+  } else {
+    scale_lengths(loaded, factor);
+  }
+  for (LoadedInput input : asked.inputs) {
+    input.decides_steps = !keeps_steps;
+    loaded.inputs.push_back(input);
+  }
+}
+
+Case of_subject(const Case& solved)
+{
+  Case subject = solved;
+  if (solved.steps_scale == 1.0) return subject;
+  const double s = solved.steps_scale;
+  scale_lengths(subject, Eigen::Vector3d::Constant(s));
+  // The steps were solved with these at factor 1: what they mean has grown along.
+  for (double* length_mm : {&subject.search.approach_step_mm, &subject.search.translation_step_mm,
+                            &subject.search.translation_resolution_mm, &subject.equilibrium.tolerance_mm,
+                            &subject.equilibrium.contact_resolution_mm}) {
+    *length_mm *= s;
+  }
+  subject.steps_scale = 1.0;
+  return subject;
+}
+
+}  // namespace vrda

@@ -1,0 +1,411 @@
+// Runs of scaled joints: what is kept of the unscaled one, and what a new run finds.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <csignal>
+
+#include "app/assemble.hpp"
+#include "app/case_solver.hpp"
+#include "app/prepare.hpp"
+#include "app/scaled_result.hpp"
+#include "app/scenes.hpp"
+#include "app/summary.hpp"
+#include "audit/audit.hpp"
+#include "core/number_text.hpp"
+#include "store/equal_models.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/trace_file.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double factor = 1.07;
+
+// Lengths of up to 100 mm through some multiplications and turns.
+constexpr double rounding_mm = 1e-11;
+constexpr double rounding_deg = 1e-10;
+
+std::vector<std::string> words(const fs::path& job, const fs::path& output,
+                               const std::vector<std::string>& settings)
+{
+  std::vector<std::string> all{"run", job.string(), "-o", output.string(), "--progress", "none"};
+  for (const std::string& setting : settings) all.insert(all.end(), {"--set", setting});
+  return all;
+}
+
+struct Solved {
+  MotionModel model;
+  std::string said;
+};
+
+Solved solved(const fs::path& job, const std::vector<std::string>& settings)
+{
+  const fs::path output = job.parent_path() / "solved.h5";
+  const test::Ended ended = test::run_vrda(words(job, output, settings));
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(validate_motion_model(output.string()), testing::IsEmpty());
+  return {read_motion_model(output.string()), ended.err};
+}
+
+// Of two surfaces with answers in the same cells.
+double largest_difference(const GridD& a, const GridD& b)
+{
+  EXPECT_TRUE((a.isNaN() == b.isNaN()).all());
+  return (a - b).isNaN().select(0.0, (a - b).abs()).maxCoeff();
+}
+
+const std::string equilibrium = "solver.method=equilibrium", free_varus = "grid.varus=free";
+
+void expect_scaled_cells(const MotionModel& got, const MotionModel& plain)
+{
+  EXPECT_TRUE((got.status == plain.status).all());
+  EXPECT_TRUE((got.iterations == plain.iterations).all());
+  EXPECT_TRUE((got.theta_deg.isNaN() || got.theta_deg == plain.theta_deg).all());
+  EXPECT_LT(largest_difference(got.tx_mm, factor * plain.tx_mm), rounding_mm);
+  EXPECT_LT(largest_difference(got.ty_mm, factor * plain.ty_mm), rounding_mm);
+  EXPECT_LT(largest_difference(got.tz_mm, factor * plain.tz_mm), rounding_mm);
+  EXPECT_LT(largest_difference(got.gap_medial_mm, factor * plain.gap_medial_mm), rounding_mm);
+  EXPECT_LT(largest_difference(got.clinical.varus_deg, plain.clinical.varus_deg), rounding_deg);
+  EXPECT_LT(largest_difference(got.clinical.internal_rotation_deg, plain.clinical.internal_rotation_deg),
+            rounding_deg);
+  EXPECT_LT(largest_difference(got.clinical.proximal_mm, factor * plain.clinical.proximal_mm), rounding_mm);
+  EXPECT_TRUE((got.contact_medial == plain.contact_medial).all());
+  ASSERT_EQ(got.contacts.distance_mm.size(), plain.contacts.distance_mm.size());
+  const Points wanted_mm = factor * plain.contacts.point_world_mm;
+  EXPECT_LT((got.contacts.point_world_mm - wanted_mm).cwiseAbs().maxCoeff(), rounding_mm);
+  EXPECT_EQ(got.contacts.normal_world, plain.contacts.normal_world);
+  EXPECT_EQ(got.contacts.triangle_moving, plain.contacts.triangle_moving);
+}
+
+void expect_scaled_balance(const EquilibriumSurfaces& got, const EquilibriumSurfaces& plain)
+{
+  EXPECT_LT(largest_difference(got.energy_nmm, factor * plain.energy_nmm), 1e-9);
+  EXPECT_LT(largest_difference(got.flexion_moment_nmm, factor * plain.flexion_moment_nmm), 1e-9);
+  EXPECT_LT(largest_difference(got.worst_gap_mm, factor * plain.worst_gap_mm), rounding_mm);
+  EXPECT_TRUE((got.balance_residual_n.isNaN() || got.balance_residual_n == plain.balance_residual_n).all());
+  EXPECT_EQ(got.forces.along_delta_n, plain.forces.along_delta_n);
+  EXPECT_EQ(got.spine.n_optima, plain.spine.n_optima);
+  for (std::size_t i = 0; i < got.spine.ty_mm.size(); ++i)
+    EXPECT_NEAR(got.spine.ty_mm[i], factor * plain.spine.ty_mm[i], rounding_mm);
+}
+
+TEST(ScaledRun, OfAJointHeldByContactIsTheUnscaledOneTimesTheFactor)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "left");
+  for (const std::string method : {"equilibrium", "stability-search"}) {
+    SCOPED_TRACE(method);
+    const Solved plain = solved(job, {"solver.method=" + method});
+    const Solved scaled = solved(job, {"solver.method=" + method, "scaling.factor=1.07"});
+    EXPECT_THAT(plain.said, Not(HasSubstr("scal")));
+    EXPECT_THAT(scaled.said,
+                HasSubstr("scaled by 1.07 from the unscaled joint: uniform scaling keeps contact, "
+                          "the steps are shared"));
+    expect_scaled_cells(scaled.model, plain.model);
+    EXPECT_EQ(scaled.model.contact_resolution_mm, factor * plain.model.contact_resolution_mm);
+    EXPECT_TRUE(scaled.model.job.scaling.value().keeps_steps);
+    // What is measured anew on the scaled meshes has scaled gaps: the audit's own measures to 1e-6 mm.
+    const AuditFigures before = figures_of(audit(plain.model, "raw", 1, 1));
+    const AuditFigures after = figures_of(audit(scaled.model, "raw", 1, 1));
+    EXPECT_EQ(after.n_overlapping, 0);
+    EXPECT_NEAR(after.largest_gap.value_mm, factor * before.largest_gap.value_mm, 1e-6);
+    EXPECT_LE(after.largest_gap.value_mm, scaled.model.contact_resolution_mm);
+  }
+}
+
+TEST(ScaledRun, AFactorOfOneGivesTheSameModelButForItsJob)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  const MotionModel plain = solved(job, {equilibrium}).model;
+  MotionModel one = solved(job, {equilibrium, "scaling.factor=1"}).model;
+  EXPECT_TRUE(one.job.scaling.value().keeps_steps);
+  EXPECT_NE(one.job.resolved, plain.job.resolved);
+  one.job = plain.job;
+  test::expect_equal(one, plain);
+}
+
+TEST(ScaledRun, ForcesStayAndEnergiesAndMomentsGrow)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  const std::vector<std::string> loads{equilibrium, "push.point_mm=[2,0,-3]", "push.lateral_force_n=[1,1]"};
+  for (const char* varus : {"grid.varus=free", "grid.varus={from=-2,to=2,step=2}"}) {
+    SCOPED_TRACE(varus);
+    std::vector<std::string> settings = loads;
+    settings.emplace_back(varus);
+    const MotionModel plain = solved(job, settings).model;
+    settings.emplace_back("scaling.factor=1.07");
+    const MotionModel scaled = solved(job, settings).model;
+    expect_scaled_cells(scaled, plain);
+    expect_scaled_balance(scaled.equilibrium.value(), plain.equilibrium.value());
+    EXPECT_EQ(scaled.push.force_n, plain.push.force_n);
+    EXPECT_LT((scaled.push.point_mm - factor * plain.push.point_mm).norm(), rounding_mm);
+  }
+}
+
+std::string wavefront(const Mesh& mesh)
+{
+  std::string text;
+  for (const auto& p_mm : mesh.vertices_mm.rowwise()) {
+    text += "v";
+    for (const double coordinate_mm : p_mm) text += " " + shortest(coordinate_mm);
+    text += "\n";
+  }
+  for (const auto& triangle : mesh.triangles.rowwise()) {
+    text += "f";
+    for (const std::int32_t vertex : triangle) text += " " + std::to_string(vertex + 1);
+    text += "\n";
+  }
+  return text;
+}
+
+// Closed form: from the pole of the ball at 20 mm to the underside of the plate at 30 mm it is 10 mm up, on
+// the scaled joint 10 mm times the factor, wherever the rotation centre is.
+TEST(ScaledRun, ABallUnderAPlateRisesByTheFactor)
+{
+  const test::Scratch scratch;
+  scratch.write("plate.obj", wavefront(test::box({0, 40, 0}, {60, 20, 60})));
+  scratch.write("ball.obj", wavefront(test::ball(20)));
+  const fs::path job = scratch.write("plate.toml", R"(joint = "other"
+[frame]
+origin = [3, -2, 5]
+[[reference.component]]
+name = "plate"
+file = "plate.obj"
+[[moving.component]]
+name = "ball"
+file = "ball.obj"
+[grid]
+flexion = { from = 0, to = 0, step = 1 }
+varus = { from = 0, to = 0, step = 1 }
+[smooth]
+degrees = []
+)");
+  constexpr double tolerance_mm = 1e-4;  // solver.equilibrium.tolerance_mm
+  for (const double s : {0.5, 1.0, 1.07, 3.0}) {
+    SCOPED_TRACE(s);
+    const MotionModel model = solved(job, {"scaling.factor=" + shortest(s)}).model;
+    EXPECT_NEAR(model.ty_mm(0, 0), 10.0 * s, tolerance_mm * s);
+    EXPECT_NEAR(model.X_reference_moving[7], 10.0 * s, tolerance_mm * s);
+    // The ball's pole: 22 mm over the centre, and the centre stays.
+    EXPECT_NEAR(bounding_box(model.moving.contact.mesh).max_mm.y(), -2.0 + 22.0 * s, rounding_mm);
+    EXPECT_NEAR(model.contacts.point_world_mm(0, 1), 32.0 * s, tolerance_mm * s);
+  }
+}
+
+// How a sweep ends without any file between.
+SweepResult swept(const Case& job_case)
+{
+  CaseSolver solver(job_case, 1);
+  return sweep(
+      plan_of(job_case), [&](const StepTask& task) { return solver(task); }, {}, 1);
+}
+
+struct Worst {
+  double along_mm = 0.0, across_mm = 0.0, theta_rad = 0.0, energy_nmm = 0.0;
+  int n = 0;
+};
+
+Worst difference(const SweepResult& a, const SweepResult& b)
+{
+  Worst worst;
+  EXPECT_EQ(a.cells.size(), b.cells.size());
+  for (std::size_t c = 0; c < a.cells.size(); ++c) {
+    EXPECT_EQ(a.cells[c].status, b.cells[c].status);
+    const Eigen::Vector3d d_mm = a.cells[c].pose.translation_mm - b.cells[c].pose.translation_mm;
+    worst.along_mm = std::max(worst.along_mm, std::abs(d_mm.y()));
+    worst.across_mm = std::max(worst.across_mm, std::hypot(d_mm.x(), d_mm.z()));
+    worst.theta_rad =
+        std::max(worst.theta_rad, std::abs(a.cells[c].pose.theta_rad - b.cells[c].pose.theta_rad));
+    worst.energy_nmm =
+        std::max(worst.energy_nmm, std::abs(a.cells[c].balance.energy_nmm - b.cells[c].balance.energy_nmm));
+    worst.n += a.cells[c].status == StepStatus::stable ? 1 : 0;
+  }
+  return worst;
+}
+
+Case loaded(const fs::path& job, const std::vector<std::string>& settings)
+{
+  return load_case(job.string(), {"", settings});
+}
+
+// Each of two runs is at rest to solver.equilibrium.tolerance_mm, here of a joint 1.07 times as large.
+constexpr double two_tolerances_mm = 2 * factor * 1e-4;
+constexpr double lever_mm = 20.0;  // from Delta to either ball
+constexpr double push_n = 20.0;
+
+struct Nearness {
+  int n_stable = 0;
+  double across_mm = two_tolerances_mm;  // contact alone rests on edges and corners, which hold as hard
+};
+
+void expect_near(const SweepResult& a, const SweepResult& b, const Nearness& wanted)
+{
+  const Worst worst = difference(a, b);
+  EXPECT_EQ(worst.n, wanted.n_stable);
+  EXPECT_LT(worst.along_mm, two_tolerances_mm);
+  EXPECT_LT(worst.across_mm, wanted.across_mm);
+  EXPECT_LT(worst.theta_rad, wanted.across_mm / lever_mm);
+  EXPECT_LT(worst.energy_nmm, two_tolerances_mm * push_n);
+}
+
+// The oracle: the scaled meshes solved anew.
+TEST(ScaledRun, ScaledResultsAreThoseOfTheScaledMeshes)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  const auto expect_kept = [&](const std::vector<std::string>& settings, int n_stable) {
+    const Case once = loaded(job, settings);
+    ASSERT_EQ(once.steps_scale, factor);
+    expect_near(scaled(swept(once), factor), swept(of_subject(once)), {n_stable});
+  };
+  expect_kept({"scaling.factor=1.07", equilibrium}, 35);
+  expect_kept({"scaling.factor=1.07", equilibrium, free_varus}, 7);
+  // Steps as large as the joint: the search takes the same ones.
+  expect_kept({"scaling.factor=1.07", "solver.method=stability-search"}, 35);
+}
+
+const std::string fibres = R"([[ligaments.fibre]]
+name = "medial"
+reference_mm = [0, 15, -40]
+moving_mm = [0, -15, -30]
+stiffness_n = 300
+reference_strain = 0.02
+[[ligaments.fibre]]
+name = "lateral"
+reference_mm = [5, 15, 40]
+moving_mm = [0, -15, 30]
+stiffness_n = 200
+slack_length_mm = 30
+)";
+
+// Fibres that keep their strain and stiffness pull as before: the new run of a joint with ligaments finds the
+// scaled poses too, under the same forces and no moment.
+TEST(ScaledRun, FibresScaledEvenlyHoldTheScaledPose)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  test::edit(job, "[grid]", fibres + "[grid]");
+  const Case plain = loaded(job, {equilibrium}), anew = loaded(job, {equilibrium, "scaling.factor=1.07"});
+  ASSERT_FALSE(anew.scaling.value().keeps_steps);
+  // Across Delta the energy is smooth: 2 / 50 and 2 / 90 per mm of dents under 20 N, at least 0.4 N/mm.
+  const double across_mm = std::sqrt(2.0 * two_tolerances_mm * push_n / 0.4);
+  expect_near(scaled(swept(plain), factor), swept(anew), {35, across_mm});
+}
+
+TEST(ScaledRun, ANewRunIsSaidToBeOneAndIsSound)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  const Solved wider = solved(job, {equilibrium, "scaling.factor=[1.1,1,0.95]"});
+  EXPECT_THAT(wider.said, HasSubstr("scaled by [1.1, 1, 0.95]: a new run, since the factors differ"));
+  EXPECT_FALSE(wider.model.job.scaling.value().keeps_steps);
+  EXPECT_EQ(unsolved_fraction(wider.model), 0.0);
+  const AuditFigures measured = figures_of(audit(wider.model, "raw", 1, 1));
+  EXPECT_EQ(measured.n_overlapping, 0);
+  EXPECT_LE(measured.largest_gap.value_mm, 1e-3);  // DESIGN.md 6
+  EXPECT_THAT(solved(job, {equilibrium, "scaling.factor=1.1", "push.moment_nmm=5"}).said,
+              HasSubstr("scaled by 1.1: a new run, since a moment"));
+}
+
+TEST(ScaledRun, OneKeyServesEverySizeThatKeepsTheSteps)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  scratch.write("marks.csv", "name,ax,ay,az,bx,by,bz,subject_mm\na,0,0,0,80,0,0,85.6\n");
+  const auto key = [&](std::vector<std::string> settings) {
+    settings.push_back(equilibrium);
+    return fingerprint_of(loaded(job, settings));
+  };
+  const std::string unscaled = key({});
+  EXPECT_EQ(key({"scaling.factor=1"}), unscaled);
+  EXPECT_EQ(key({"scaling.factor=1.07"}), unscaled);
+  EXPECT_EQ(key({"scaling.factor=[1.1,1.1,1.1]"}), unscaled);
+  EXPECT_EQ(key({"scaling.landmarks=marks.csv"}), unscaled);
+  EXPECT_NE(key({"scaling.factor=[1.1,1,1]"}), unscaled);
+  const std::string moment = "push.moment_nmm=5";
+  EXPECT_NE(key({"scaling.factor=1.07", moment}), key({moment}));
+  const std::string of_marks = key({"scaling.landmarks=marks.csv", moment});
+  scratch.write("marks.csv", "name,ax,ay,az,bx,by,bz,subject_mm\na,0,0,0,80,0,0,85.7\n");
+  EXPECT_NE(key({"scaling.landmarks=marks.csv", moment}), of_marks);
+}
+
+TEST(ScaledRun, ARunInterruptedAtOneSizeGoesOnAtAnother)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::longer_knee_job(scratch);
+  const fs::path output = scratch.path() / "knee.h5", whole = scratch.path() / "whole.h5";
+  const std::vector<std::string> larger{"scaling.factor=1.1"};
+  ASSERT_EQ(test::run_vrda(words(job, whole, larger)).exit_code, 0);
+  {
+    test::Process process(test::vrda(words(job, output, {})));
+    test::wait_for_bytes(process, output.string() + ".journal", 6000);
+    process.send(SIGTERM);
+    ASSERT_EQ(process.wait().exit_code, 4);
+  }
+  const test::Ended last = test::run_vrda(words(job, output, larger));
+  EXPECT_EQ(last.exit_code, 0);
+  EXPECT_THAT(last.err, HasSubstr("resuming: "));
+  EXPECT_EQ(test::sha256_of_file(output), test::sha256_of_file(whole));
+}
+
+TEST(ScaledRun, ItsTraceEndsAtItsPoses)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "left");
+  const fs::path output = scratch.path() / "knee.h5";
+  std::vector<std::string> traced = words(job, output, {"scaling.factor=1.07"});
+  traced.emplace_back("--trace");
+  ASSERT_EQ(test::run_vrda(traced).exit_code, 0);
+  const Trace trace = read_trace(trace_name(output.string()));
+  EXPECT_NO_THROW(require_beside(trace, "trace", read_motion_model(output.string()), "model"));
+  EXPECT_EQ(trace.translation_resolution_mm, factor * 0.1);
+}
+
+TEST(ScaledRun, CheckAndInfoShowHowTheLandmarksFit)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  // s = 25.9 / 25, as in the tests of the fit.
+  scratch.write("marks.csv",
+                "name,ax,ay,az,bx,by,bz,subject_mm\nepicondyles,0,0,0,30,0,0,33\nshaft,0,0,0,0,40,0,40\n");
+  const std::string setting = "scaling.landmarks=marks.csv";
+  const test::Ended check = test::run_vrda({"check", job.string(), "--set", setting});
+  EXPECT_EQ(check.exit_code, 0) << check.err;
+  const auto row = testing::AllOf(
+      HasSubstr(
+          "scaling: factor 1.036 (standard error 0.048), from 2 pair(s) of landmarks, residual 1.70 mm"),
+      HasSubstr("epicondyles                   30.00      31.08      33.00      +1.92"),
+      HasSubstr("shaft                         40.00      41.44      40.00      -1.44"));
+  EXPECT_THAT(check.out, row);
+  EXPECT_THAT(check.out, HasSubstr("uniform scaling keeps contact, the steps are shared"));
+  EXPECT_THAT(test::run_vrda({"check", job.string(), "--json", "--set", setting}).out,
+              testing::AllOf(HasSubstr("\"keeps_steps\": true"), HasSubstr("\"residual_rms_mm\": 1.69")));
+  solved(job, {setting});
+  const std::string output = (job.parent_path() / "solved.h5").string();
+  const std::string info = test::run_vrda({"info", output}).out;
+  EXPECT_THAT(info, row);
+  EXPECT_THAT(info, HasSubstr("the steps were solved at factor 1, their results scaled"));
+  EXPECT_THAT(test::run_vrda({"info", output, "--json"}).out, HasSubstr("\"standard_error\": 0.04"));
+}
+
+TEST(ScaledRun, WhatCannotBeScaledIsRefusedBeforeAnythingIsWritten)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right"), output = scratch.path() / "none.h5";
+  test::edit(job, "[grid]", "[scaling]\nfactor = 1.1\nlandmarks = \"marks.csv\"\n[grid]");
+  test::expect_refused(job, output, {"scaling", "both factor and landmarks"});
+  test::edit(job, "factor = 1.1\n", "");
+  test::expect_refused(job, output, {"scaling.landmarks", "marks.csv"});
+  scratch.write("marks.csv", "name,ax,ay,az,bx,by,bz,subject_mm\na,0,0,0,80,0,0,-1\n");
+  test::expect_refused(job, output, {"marks.csv", "line 2, subject_mm", "-1", "above 0"});
+}
+
+}  // namespace
+}  // namespace vrda
