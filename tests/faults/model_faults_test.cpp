@@ -52,7 +52,7 @@ TEST_P(ModelFaults, TheOldModelStandsOrTheNewOne)
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ModelFaults, testing::ValuesIn({all_settings()[1]}), name_of);
+INSTANTIATE_TEST_SUITE_P(All, ModelFaults, testing::Values(equilibrium()), name_of);
 
 }  // namespace
 }  // namespace vrda::test
