@@ -29,6 +29,7 @@ class ClusterWords {
 
  private:
   void add_plan(const Add& add, std::function<ExitCode()>& chosen);
+  void add_index(const Add& add, std::function<ExitCode()>& chosen);
   void add_submit(const Add& add, std::function<ExitCode()>& chosen);
   void add_resume(const Add& add, std::function<ExitCode()>& chosen);
   void add_status(const Add& add, std::function<ExitCode()>& chosen);

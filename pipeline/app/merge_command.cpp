@@ -63,10 +63,13 @@ void require_whole(const Case& job_case, const CollectedSteps& collected,
   const MissingSteps missing = missing_steps(plan_of(job_case), collected.steps);
   if (missing.is_nothing()) return;
   const std::size_t n_cells = job_case.grid.flexion_deg.size() * job_case.grid.varus_deg.size();
-  std::string found = "no result of " + std::to_string(missing.n_attitudes) + " of " +
-                      std::to_string(n_cells) + " attitudes, at flexion " +
-                      flexions_text(missing.rows, job_case.grid.flexion_deg) + absent_shards(journals);
-  if (!missing.is_spine_complete) found += "; the spine is not whole";
+  std::string found;
+  if (missing.n_attitudes > 0) {
+    found = "no result of " + std::to_string(missing.n_attitudes) + " of " + std::to_string(n_cells) +
+            " attitudes, at flexion " + flexions_text(missing.rows, job_case.grid.flexion_deg) +
+            absent_shards(journals);
+  }
+  if (!missing.is_spine_complete) found += found.empty() ? "no whole spine" : "; the spine is not whole";
   throw InputError({output, "journals", found,
                     "the journals of the spine and of every shard, run to their end; what is there stays"});
 }

@@ -49,6 +49,13 @@ bool has_own_processes(const StatusView& status)
   });
 }
 
+void say_reasons(const std::vector<std::string>& reasons)
+{
+  constexpr std::size_t most = 20;
+  for (std::size_t k = 0; k < std::min(most, reasons.size()); ++k) say(reasons[k]);
+  if (reasons.size() > most) say("and " + std::to_string(reasons.size() - most) + " more: vrda status");
+}
+
 struct Found {
   Sightings seen;
   StatusView status;
@@ -81,6 +88,7 @@ void require_options(const ResumeOptions& options, const Submission& submission,
     throw InputError({"--local", "", std::to_string(missing.n_under_way) + " tasks in Slurm's queue",
                       "vrda resume without --local, or scancel before"});
   }
+  require_log_folder(options.folder);
   require_sound(submission.slurm);
   if (submission.slurm.time.empty()) {
     throw InputError({"--time", "", "nothing", "a task's time limit, or --local as before"});
@@ -114,7 +122,7 @@ ExitCode resume_command(const ResumeOptions& options)
   const bool is_changed = !(slurm == submission.slurm);
   submission.slurm = slurm;
   require_options(options, submission, missing);
-  for (const std::string& reason : missing.reasons) say(reason);
+  say_reasons(missing.reasons);
   const HandOutOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
   if (options.is_dry) return hand_out(folder, submission, missing.work, how);
   for (const std::string& one : {scripts_of(folder), logs_of(folder), tasks_of(folder)}) make_folder(one);

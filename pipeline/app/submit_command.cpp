@@ -8,6 +8,7 @@
 
 #include "app/hand_out.hpp"
 #include "app/output_file.hpp"
+#include "app/own_program.hpp"
 #include "cluster/campaign.hpp"
 #include "cluster/local_run.hpp"
 #include "cluster/slurm_scripts.hpp"
@@ -29,19 +30,18 @@ std::string folder_of(const SubmitOptions& options)
   return text;
 }
 
-std::string own_program()
+std::string program_for_tasks()
 {
-  std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  if (error) throw InputError({"/proc/self/exe", "", error.message(), "the path of this program"});
-  return program.string();
+  const std::string program = own_program();
+  if (program.empty()) throw InputError({"/proc/self/exe", "", "no answer", "the path of this program"});
+  return fs::absolute(program).lexically_normal().string();
 }
 
 Submission submission_of(const SubmitOptions& options)
 {
   const Campaign campaign = campaign_of(options.job_file, options.data_directory, options.overrides);
   Submission submission;
-  submission.program = own_program();
+  submission.program = program_for_tasks();
   submission.title = campaign.title;
   submission.axes = campaign.axes;
   submission.n_shards = options.n_shards;
@@ -113,6 +113,7 @@ ExitCode submit_command(const SubmitOptions& options)
 {
   if (!options.is_local) require_slurm_options(options.slurm);
   const std::string folder = folder_of(options);
+  if (!options.is_local) require_log_folder(folder);
   const Submission submission = submission_of(options);
   const Work work = all_work(submission);
   const HandOutOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};

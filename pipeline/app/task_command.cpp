@@ -74,9 +74,17 @@ class Task {
     write();
   }
 
+  // Slurm may have taken this node for dead and begun the task again elsewhere: the state is that one's then.
+  bool has_successor() const
+  {
+    const std::optional<TaskState> there = read_task_state(folder_, submission_, id_);
+    return there && !(there->process == state_.process);
+  }
+
   // Loading is over: the rate counts from here.
   void begin_solving()
   {
+    if (has_successor()) return;
     state_.begun_at = now();
     state_.n_done_at_begin = n_done();
     write();
@@ -141,7 +149,7 @@ class Task {
     state_.n_done_at_end =
         phase == TaskPhase::done ? SolvedCounter(folder_, submission_).total_of(id_) : n_done();
     try {
-      write();
+      if (!has_successor()) write();
     } catch (const InputError& error) {
       warn(error.what());  // what the task did stands all the same
     }
@@ -192,9 +200,11 @@ ExitCode note_ended(const std::string& folder, const Submission& submission, con
 {
   constexpr int signal_base = 128, kill_signal = 9;
   const int signal = ended - signal_base;
+  const TaskState own = begun_now(0);
   for (const TaskId& id : tasks) {
     std::optional<TaskState> state = read_task_state(folder, submission, id);
-    if (!state || state->phase != TaskPhase::running) continue;
+    const bool is_own = state && state->slurm_job == own.slurm_job && state->n_restarts == own.n_restarts;
+    if (!is_own || state->phase != TaskPhase::running) continue;
     state->phase = TaskPhase::failed;
     state->ended = utc_text(std::chrono::system_clock::now());
     state->exit_code = ended;

@@ -124,16 +124,23 @@ std::vector<Axis> axes_of(const Source& source, const JobValue& campaign)
   return axes;
 }
 
+// A key of `axis` that lies in `key`, or that it lies in; empty when there is none.
+std::string key_that_overlaps(const Axis& axis, const std::string& key)
+{
+  const auto found =
+      std::find_if(axis.keys.begin(), axis.keys.end(), [&](const auto& own) { return do_overlap(own, key); });
+  return found == axis.keys.end() ? "" : *found;
+}
+
 void check_keys_apart(const Source& source, const std::vector<Axis>& axes)
 {
-  for (std::size_t a = 0; a < axes.size(); ++a) {
-    for (std::size_t b = a + 1; b < axes.size(); ++b) {
-      for (const std::string& one : axes[a].keys) {
-        for (const std::string& other : axes[b].keys) {
-          if (!do_overlap(one, other)) continue;
-          source.refuse(axes[b].name, other + ", which the axis \"" + axes[a].name + "\" sets too",
-                        "keys of the job that no other axis sets");
-        }
+  for (std::size_t b = 1; b < axes.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      for (const std::string& key : axes[a].keys) {
+        const std::string other = key_that_overlaps(axes[b], key);
+        if (other.empty()) continue;
+        source.refuse(axes[b].name, other + ", which the axis \"" + axes[a].name + "\" sets too",
+                      "keys of the job that no other axis sets");
       }
     }
   }
@@ -148,11 +155,9 @@ void check_overrides(const std::vector<Axis>& axes, const std::vector<std::strin
       throw InputError({"--set", key, "a key of the campaign", "keys of its jobs"});
     }
     for (const Axis& axis : axes) {
-      for (const std::string& own : axis.keys) {
-        if (!do_overlap(key, own)) continue;
-        throw InputError({"--set", key, "a key that the axis \"" + axis.name + "\" of the campaign sets",
-                          "keys that no axis sets"});
-      }
+      if (key_that_overlaps(axis, key).empty()) continue;
+      throw InputError({"--set", key, "a key that the axis \"" + axis.name + "\" of the campaign sets",
+                        "keys that no axis sets"});
     }
   }
 }

@@ -34,7 +34,7 @@ std::vector<SubmittedJob> hand_over(const std::string& folder, const Submission&
   std::vector<std::string> ids;
   try {
     for (const PlannedJob& job : jobs) {
-      ids.push_back(submit_job(sbatch_words(submission, job, ids), folder));
+      ids.push_back(submit_job(sbatch_words(folder, submission, job, ids), folder));
       submitted.push_back({ids.back(), utc_text(std::chrono::system_clock::now()), job});
       append_submitted(folder, submitted.back());
     }

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -19,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
+constexpr double no_answer = std::numeric_limits<double>::quiet_NaN();
 
 bool is_there(const std::string& path)
 {
@@ -67,15 +69,21 @@ void add_model(IndexRow& row)
   row.status = CaseStatus::done;
 }
 
-using Texts = std::vector<std::string>;
+// One value a row.
+template <typename Value, typename Of>
+std::vector<Value> each(const std::vector<IndexRow>& rows, const Of& of)
+{
+  std::vector<Value> values;
+  values.reserve(rows.size());
+  for (const IndexRow& row : rows) values.push_back(of(row));
+  return values;
+}
 
 template <typename Of>
 IndexColumn text_column(const std::string& name, const std::string& what, const std::vector<IndexRow>& rows,
                         const Of& of)
 {
-  Texts texts;
-  for (const IndexRow& row : rows) texts.push_back(of(row));
-  return {name, "", what, texts, FlagSet::none};
+  return {name, "", what, each<std::string>(rows, of), FlagSet::none};
 }
 
 std::string relative_to(const fs::path& folder, const std::string& file)
@@ -98,11 +106,11 @@ void add_numbers(std::vector<IndexColumn>& columns, const std::vector<IndexRow>&
 {
   for (std::size_t k = 0; k < index_numbers().size(); ++k) {
     const IndexNumber& number = index_numbers()[k];
-    std::vector<double> values;
-    for (const IndexRow& row : rows) {
-      values.push_back(row.numbers.empty() ? std::numeric_limits<double>::quiet_NaN() : row.numbers.at(k));
-    }
-    columns.push_back({number.name, number.units, number.long_name, values, FlagSet::none});
+    const auto value = [k](const IndexRow& row) {
+      return row.numbers.empty() ? no_answer : row.numbers.at(k);
+    };
+    columns.push_back(
+        {number.name, number.units, number.long_name, each<double>(rows, value), FlagSet::none});
   }
 }
 
@@ -116,9 +124,9 @@ IndexTable table_of(const fs::path& folder, const std::string& title, const std:
     columns.push_back(text_column(axes[a], "level of this axis of the campaign", rows,
                                   [a](const auto& r) { return r.levels.at(a); }));
   }
-  std::vector<std::int8_t> status;
-  for (const IndexRow& row : rows) status.push_back(static_cast<std::int8_t>(row.status));
-  columns.push_back({"status", "", "how far the case is", status, FlagSet::case_status});
+  const auto code = [](const IndexRow& row) { return static_cast<std::int8_t>(row.status); };
+  columns.push_back(
+      {"status", "", "how far the case is", each<std::int8_t>(rows, code), FlagSet::case_status});
   columns.push_back(text_column("remark", "why it failed", rows, [](const auto& r) { return r.remark; }));
   add_text_of_models(columns, rows);
   add_numbers(columns, rows);
@@ -139,11 +147,10 @@ IndexTable times_of(const std::vector<IndexRow>& rows)
   columns.push_back(
       text_column("host", "", rows, [](const auto& r) { return r.times ? r.times->host : ""; }));
   const auto add = [&](const char* name, const auto& of) {
-    std::vector<double> values;
-    for (const IndexRow& row : rows)
-      values.push_back(row.times ? static_cast<double>(of(*row.times))
-                                 : std::numeric_limits<double>::quiet_NaN());
-    columns.push_back({name, "", "", values, FlagSet::none});
+    const auto value = [&](const IndexRow& row) {
+      return row.times ? static_cast<double>(of(*row.times)) : no_answer;
+    };
+    columns.push_back({name, "", "", each<double>(rows, value), FlagSet::none});
   };
   add("seconds", [](const CaseTimes& t) { return t.seconds; });
   add("solving_processor_seconds", [](const CaseTimes& t) { return t.solving_processor_seconds; });

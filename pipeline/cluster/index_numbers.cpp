@@ -19,6 +19,7 @@ struct Subject {
   std::vector<Eigen::Index> spine;        ///< stable cell of each flexion, or -1
   const SmoothedSet* smoothed = nullptr;  ///< the set that is shown first
   std::string shown;                      ///< its name
+  bool is_varus_free = false;
 };
 
 bool is_stable(const MotionModel& model, Eigen::Index cell)
@@ -194,21 +195,27 @@ double several_optima(const MotionModel& model)
   return count_of(std::count_if(n.begin(), n.end(), [](std::int32_t k) { return k > 1; }));
 }
 
-// Of theta, or of the three translations together.
-double smoothed_rms(const Subject& s, double SmoothedSurface::*figure, bool of_theta)
+using Figure = double SmoothedSurface::*;
+
+// Of the three translations together.
+double smoothed_translation(const Subject& s, Figure figure)
 {
   if (s.smoothed == nullptr) return no_answer;
   double sum = 0.0;
   for (const SmoothedSurface& surface : s.smoothed->surfaces) {
     const bool is_translation = surface.name == "tx" || surface.name == "ty" || surface.name == "tz";
-    if (of_theta ? surface.name == "theta" : is_translation) sum += surface.*figure * (surface.*figure);
+    if (is_translation) sum += surface.*figure * (surface.*figure);
   }
   return std::sqrt(sum);
 }
 
-bool is_varus_free(const MotionModel& model)
+double smoothed_theta(const Subject& s, Figure figure)
 {
-  return Motion(model, "raw").is_varus_free();
+  if (s.smoothed == nullptr) return no_answer;
+  for (const SmoothedSurface& surface : s.smoothed->surfaces) {
+    if (surface.name == "theta") return surface.*figure;
+  }
+  return no_answer;
 }
 
 using Measure = double (*)(const Subject&);
@@ -218,9 +225,9 @@ struct Column {
   Measure measure;
 };
 
-const std::vector<Column>& columns()
+std::vector<Column> grid_columns()
 {
-  static const std::vector<Column> all{
+  return {
       {{"flexions", "1", "flexions of the grid"},
        [](const Subject& s) { return count_of(s.model.status.rows()); }},
       {{"varus_columns", "1", "varus angles of the grid; 1 where varus was free"},
@@ -230,9 +237,9 @@ const std::vector<Column>& columns()
       {{"flexion_last_deg", "degree", "last flexion of the grid"},
        [](const Subject& s) { return s.model.flexion_deg.back(); }},
       {{"varus_first_deg", "degree", "first varus of the grid; none where varus was free"},
-       [](const Subject& s) { return is_varus_free(s.model) ? no_answer : s.model.varus_deg.front(); }},
+       [](const Subject& s) { return s.is_varus_free ? no_answer : s.model.varus_deg.front(); }},
       {{"varus_last_deg", "degree", "last varus of the grid; none where varus was free"},
-       [](const Subject& s) { return is_varus_free(s.model) ? no_answer : s.model.varus_deg.back(); }},
+       [](const Subject& s) { return s.is_varus_free ? no_answer : s.model.varus_deg.back(); }},
       {{"attitudes", "1", "attitudes of the grid"},
        [](const Subject& s) { return count_of(s.model.status.size()); }},
       {{"solved", "1", "attitudes with a stable pose"}, [](const Subject& s) { return n_stable(s.model); }},
@@ -249,6 +256,12 @@ const std::vector<Column>& columns()
        [](const Subject& s) {
          return s.model.ligaments ? count_of(static_cast<std::int64_t>(s.model.ligaments->name.size())) : 0.0;
        }},
+  };
+}
+
+std::vector<Column> quality_columns()
+{
+  return {
       {{"reference_width_mm", "mm", "extent of the reference's surfaces in contact from left to right"},
        [](const Subject& s) { return width(s.model.reference.contact.mesh.vertices_mm); }},
       {{"raw_penetration_mm", "mm", "largest penetration of the raw motion, where it was audited"},
@@ -267,6 +280,12 @@ const std::vector<Column>& columns()
        }},
       {{"several_optima", "1", "flexions with more than one place of rest, varus left free"},
        [](const Subject& s) { return several_optima(s.model); }},
+  };
+}
+
+std::vector<Column> curve_columns()
+{
+  return {
       {{"internal_rotation_first_deg", "degree", "internal rotation at the curve's first answer"},
        [](const Subject& s) { return first_of(internal_rotation(s)); }},
       {{"internal_rotation_last_deg", "degree", "internal rotation at the curve's last answer"},
@@ -294,16 +313,22 @@ const std::vector<Column>& columns()
        [](const Subject& s) {
          return s.model.ligaments ? largest(s.model.ligaments->tension_n) : no_answer;
        }},
+  };
+}
+
+std::vector<Column> smooth_columns()
+{
+  return {
       {{"smooth_degree", "1", "degree of the smoothed set that is shown first"},
        [](const Subject& s) { return s.smoothed == nullptr ? no_answer : count_of(s.smoothed->degree); }},
       {{"smooth_rms_mm", "mm", "root mean square residual of that set's translations"},
-       [](const Subject& s) { return smoothed_rms(s, &SmoothedSurface::rms, false); }},
+       [](const Subject& s) { return smoothed_translation(s, &SmoothedSurface::rms); }},
       {{"smooth_rms_deg", "degree", "root mean square residual of that set's theta"},
-       [](const Subject& s) { return smoothed_rms(s, &SmoothedSurface::rms, true); }},
+       [](const Subject& s) { return smoothed_theta(s, &SmoothedSurface::rms); }},
       {{"smooth_leave_one_out_mm", "mm", "leave-one-out error of that set's translations"},
-       [](const Subject& s) { return smoothed_rms(s, &SmoothedSurface::leave_one_out_rms, false); }},
+       [](const Subject& s) { return smoothed_translation(s, &SmoothedSurface::leave_one_out_rms); }},
       {{"smooth_leave_one_out_deg", "degree", "leave-one-out error of that set's theta"},
-       [](const Subject& s) { return smoothed_rms(s, &SmoothedSurface::leave_one_out_rms, true); }},
+       [](const Subject& s) { return smoothed_theta(s, &SmoothedSurface::leave_one_out_rms); }},
       {{"smooth_penetration_mm", "mm",
         "largest penetration of that set, recontacted if it is, where it was audited"},
        [](const Subject& s) { return audited(s.model, s.shown, &AuditSummary::largest_penetration_mm); }},
@@ -312,6 +337,16 @@ const std::vector<Column>& columns()
       {{"model_bytes", "byte", "size of the motion model's file"},
        [](const Subject& s) { return s.model_bytes; }},
   };
+}
+
+const std::vector<Column>& columns()
+{
+  static const std::vector<Column> all = [] {
+    std::vector<Column> list;
+    for (const auto& part : {grid_columns(), quality_columns(), curve_columns(), smooth_columns()})
+      list.insert(list.end(), part.begin(), part.end());
+    return list;
+  }();
   return all;
 }
 
@@ -329,7 +364,7 @@ const std::vector<IndexNumber>& index_numbers()
 
 std::vector<double> index_numbers_of(const MotionModel& model, double model_bytes)
 {
-  Subject subject{model, model_bytes, spine_of(model), nullptr, ""};
+  Subject subject{model, model_bytes, spine_of(model), nullptr, "", Motion(model, "raw").is_varus_free()};
   if (!model.smoothed.empty()) {
     subject.smoothed = &model.smoothed.back();  // by rising degree; what is shown first is the highest
     subject.shown = set_names(model).front();

@@ -157,7 +157,8 @@ std::vector<SlurmRow> ask_rows(const std::vector<std::string>& ids)
     const Said said = run_slurm(words, "");
     // Of one job alone squeue takes it ill that it is forgotten.
     const bool is_forgotten = said.err.find("Invalid job id") != std::string::npos;
-    if (said.exit_code != 0 && !is_forgotten) refuse(words, said, "a Slurm controller that answers, or --local");
+    if (said.exit_code != 0 && !is_forgotten)
+      refuse(words, said, "a Slurm controller that answers, or --local");
     const std::vector<SlurmRow> some = rows_of_squeue(said.out);
     rows.insert(rows.end(), some.begin(), some.end());
   }

@@ -94,16 +94,24 @@ std::string options_of(const SlurmOptions& options)
   return text;
 }
 
-// A job's log, relative to the submission's folder, with sbatch's patterns; a % of a name is no pattern.
-std::string log_of(const Submission& submission, const PlannedJob& job)
+// What sbatch takes for the path itself: a % of it is no pattern.
+std::string plain(std::string path)
 {
-  if (job.kind == TaskKind::run) return "logs/run-" + std::to_string(job.offset) + ".%a.log";
+  for (std::size_t at = 0; (at = path.find('%', at)) != std::string::npos; at += 2) path.insert(at, "%");
+  return path;
+}
+
+// A job's log with sbatch's patterns. Absolute: sbatch looks for patterns in the folder it is run in, too.
+std::string log_of(const std::string& folder, const Submission& submission, const PlannedJob& job)
+{
+  const std::string logs = plain(logs_of(folder)) + "/";
+  if (job.kind == TaskKind::run) return logs + "run-" + std::to_string(job.offset) + ".%a.log";
   std::string stem = job.kind == TaskKind::shard
                          ? submission.cases.at(static_cast<std::size_t>(job.case_number)).spec.name
                          : file_stem_of({job.kind, job.case_number, 0}, submission);
-  for (std::size_t at = 0; (at = stem.find('%', at)) != std::string::npos; at += 2) stem.insert(at, "%");
+  stem = plain(stem);
   if (job.kind == TaskKind::shard) stem += ".shard-%a-of-" + std::to_string(submission.n_shards);
-  return "logs/" + stem + ".log";
+  return logs + stem + ".log";
 }
 
 // What squeue shows.
@@ -154,6 +162,12 @@ std::int64_t seconds_of_time(const std::string& text)
 std::int64_t warning_seconds(std::int64_t time_limit_seconds)
 {
   return std::clamp<std::int64_t>(time_limit_seconds / 10, 10, 120);
+}
+
+void require_log_folder(const std::string& folder)
+{
+  if (folder.find_first_of("\\\n") == std::string::npos) return;
+  throw InputError({folder, "folder", "a backslash or a line break", "a path that sbatch takes for a log"});
 }
 
 void require_sound(const SlurmOptions& options)
@@ -224,11 +238,11 @@ exit "$code"
 )";
 }
 
-std::vector<std::string> sbatch_words(const Submission& submission, const PlannedJob& job,
-                                      const std::vector<std::string>& ids)
+std::vector<std::string> sbatch_words(const std::string& folder, const Submission& submission,
+                                      const PlannedJob& job, const std::vector<std::string>& ids)
 {
   std::vector<std::string> words{"sbatch", "--parsable", "--job-name=" + job_name_of(submission, job),
-                                 "--output=" + log_of(submission, job)};
+                                 "--output=" + log_of(folder, submission, job)};
   if (!job.numbers.empty()) {
     std::string array = ranges_text(job.numbers);
     if (submission.slurm.max_parallel > 0) array += "%" + std::to_string(submission.slurm.max_parallel);
@@ -255,7 +269,7 @@ std::string sbatch_lines(const std::string& folder, const Submission& submission
   std::vector<std::string> ids;
   for (const PlannedJob& job : jobs) {
     std::string line;
-    for (const std::string& word : sbatch_words(submission, job, ids)) {
+    for (const std::string& word : sbatch_words(folder, submission, job, ids)) {
       // The ids of jobs before are the shell's variables.
       const bool has_variable = word.starts_with("--dependency=");
       const bool is_plain = word.find_first_not_of(

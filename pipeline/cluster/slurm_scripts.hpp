@@ -23,6 +23,8 @@ inline constexpr int most_restarts = 100;
 /// Whether Slurm may be told these. Throws InputError naming the option: a line break would end a script's
 /// line, a space an option.
 void require_sound(const SlurmOptions& options);
+/// Whether logs can stand in the folder: sbatch has its own mind about some bytes of their paths. InputError.
+void require_log_folder(const std::string& folder);
 
 /// `text` as one word of a shell's line, whatever bytes it has.
 std::string shell_word(const std::string& text);
@@ -35,8 +37,8 @@ std::string script_of(TaskKind kind, const std::string& folder, const Submission
 
 /// The words of `sbatch ...` for a job, run in the submission's folder; `ids` are those of the jobs before
 /// it, in order.
-std::vector<std::string> sbatch_words(const Submission& submission, const PlannedJob& job,
-                                      const std::vector<std::string>& ids);
+std::vector<std::string> sbatch_words(const std::string& folder, const Submission& submission,
+                                      const PlannedJob& job, const std::vector<std::string>& ids);
 
 /// The same as lines for a shell, each keeping its id for those after it: what a dry run prints.
 std::string sbatch_lines(const std::string& folder, const Submission& submission,

@@ -26,6 +26,8 @@ struct ProcessId {
   std::string host;
   std::int64_t pid = 0;
   std::uint64_t started = 0;  ///< clock ticks since the machine's start
+
+  bool operator==(const ProcessId&) const = default;
 };
 
 struct TaskState {

@@ -133,6 +133,19 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
   EXPECT_EQ(test::sha256_of_file(output_), wanted);
 }
 
+TEST_P(Shards, ASpineThatIsMissingIsNamed)
+{
+  run_shards(2);
+  fs::remove(spine_journal_of(output_));
+  const test::Ended refused = merge();
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(test::n_lines(refused.err), 1);
+  // With the search the spine's journal holds results as well.
+  const bool is_search = GetParam() == std::string("stability-search");
+  EXPECT_THAT(refused.err, HasSubstr(is_search ? "no result of 7 of 35 attitudes, at flexion 0"
+                                               : "found no whole spine,"));
+}
+
 TEST_P(Shards, StepsThatStandTwiceAreCountedAndHarmless)
 {
   const std::string wanted = whole_run();

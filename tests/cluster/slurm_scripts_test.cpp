@@ -64,6 +64,9 @@ TEST(Scripts, WhatWouldBreakAScriptIsRefused)
   options = {};
   options.time = "0";
   EXPECT_EQ(refused(options), "--time");
+  for (const std::string folder : {"/a\\b", "/a\nb"}) {
+    EXPECT_EQ(test::input_error([&] { require_log_folder(folder); }).file, folder);
+  }
   for (const char* line : {"constraint=a", "", "--a\n--b"}) {
     options = {};
     options.extra = {line};
@@ -118,15 +121,15 @@ TEST(Scripts, CommandsNameWhatTheyWaitFor)
   submission.slurm.max_parallel = 4;
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), {});
   const std::vector<std::string> ids{"12", "13"};
-  const std::vector<std::string> shards = sbatch_words(submission, jobs[1], ids);
+  const std::vector<std::string> shards = sbatch_words("/a%b", submission, jobs[1], ids);
   EXPECT_THAT(shards, Contains("--array=1-8%4"));
   EXPECT_THAT(shards, Contains("--dependency=afterok:12"));
   EXPECT_THAT(shards, Contains("--kill-on-invalid-dep=yes"));
-  EXPECT_THAT(shards, Contains("--output=logs/-a 5%% knee.shard-%a-of-8.log"));
+  EXPECT_THAT(shards, Contains("--output=/a%%b/logs/-a 5%% knee.shard-%a-of-8.log"));
   EXPECT_THAT(shards, Contains("--job-name=vrda-shard--a-5--knee"));
   EXPECT_EQ(shards.back(), "-a 5% knee");
-  EXPECT_THAT(sbatch_words(submission, jobs[2], ids), Contains("--dependency=afterok:13"));
-  EXPECT_THAT(sbatch_words(submission, jobs[0], ids), Not(Contains(HasSubstr("--dependency"))));
+  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[2], ids), Contains("--dependency=afterok:13"));
+  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[0], ids), Not(Contains(HasSubstr("--dependency"))));
   EXPECT_EQ(id_text("13", jobs[1], submission.slurm), "13_[1-8%4]");
   EXPECT_EQ(id_text("12", jobs[0], submission.slurm), "12");
 }
@@ -135,8 +138,9 @@ TEST(Scripts, TheIndexComesAfterCasesThatFailedToo)
 {
   const Submission submission = test::campaign(2, 1);
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), {});
-  EXPECT_THAT(sbatch_words(submission, jobs[1], {"7"}), Contains("--dependency=afterany:7"));
-  EXPECT_THAT(sbatch_words(submission, jobs[0], {}), testing::IsSupersetOf({"--array=1-2", "0", "1"}));
+  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[1], {"7"}), Contains("--dependency=afterany:7"));
+  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[0], {}),
+              testing::IsSupersetOf({"--array=1-2", "0", "1"}));
 }
 
 TEST(Scripts, ADryRunIsAScriptOfItsOwn)
@@ -216,7 +220,7 @@ class Wrapper : public testing::Test {
 TEST_F(Wrapper, EndsAsVrdaEndsAndAsksForNothing)
 {
   for (const int code : {0, 2, 3, 5}) {
-    const test::Ended ended = test::run(command("exit " + std::to_string(code), "RUNNING None"));
+    const test::Ended ended = test::run(command("exit " + std::to_string(code), "0 RUNNING None"));
     EXPECT_EQ(ended.exit_code, code) << ended.err;
     EXPECT_EQ(ended.err, "");
   }
@@ -227,7 +231,7 @@ TEST_F(Wrapper, EndsAsVrdaEndsAndAsksForNothing)
 
 TEST_F(Wrapper, AnInterruptedTaskBeginsAgain)
 {
-  for (const char* queue : {"RUNNING None", "COMPLETING TimeLimit"}) {
+  for (const char* queue : {"0 RUNNING None", "0 COMPLETING TimeLimit"}) {
     std::filesystem::remove(said());
     EXPECT_EQ(test::run(command("exit 4", queue)).exit_code, 0);
     EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
@@ -236,15 +240,27 @@ TEST_F(Wrapper, AnInterruptedTaskBeginsAgain)
 
 TEST_F(Wrapper, ACancelledTaskStaysSo)
 {
-  for (const char* queue : {"COMPLETING None", "CANCELLED None", ""}) {
+  for (const char* queue : {"0 COMPLETING None", "0 CANCELLED None", ""}) {
     EXPECT_EQ(test::run(command("exit 4", queue)).exit_code, 4);
   }
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
 }
 
+// Slurm took its node for dead and began it again elsewhere.
+TEST_F(Wrapper, ATaskThatHasASuccessorLeavesItAlone)
+{
+  EXPECT_EQ(test::run(command("exit 4", "2 RUNNING None", "1")).exit_code, 4);
+  EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
+  EXPECT_EQ(test::run(command("exit 4", "1 RUNNING None", "1")).exit_code, 0);
+  EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
+}
+
 TEST_F(Wrapper, BeginsAgainOnlySoOften)
 {
-  EXPECT_EQ(test::run(command("exit 4", "RUNNING None", std::to_string(most_restarts))).exit_code, 4);
+  EXPECT_EQ(test::run(command("exit 4", std::to_string(most_restarts) + " RUNNING None",
+                              std::to_string(most_restarts)))
+                .exit_code,
+            4);
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
 }
 
@@ -253,7 +269,7 @@ TEST_F(Wrapper, PassesTheSignalOnAndStaysUntilVrdaHasEnded)
   const std::string act =
       "trap 'echo told >> \"$said\"; sleep 0.3; echo flushed >> \"$said\"; exit 4' TERM; "
       "echo ready >> \"$said\"; while :; do sleep 0.01; done";
-  test::Process process(command(act, "RUNNING None"));
+  test::Process process(command(act, "0 RUNNING None"));
   wait_until_said(process, "ready");
   process.send(SIGTERM);
   EXPECT_EQ(process.wait().exit_code, 0);
@@ -265,7 +281,7 @@ TEST_F(Wrapper, ASecondSignalDoesNotCutItShort)
   const std::string act =
       "trap 'echo told >> \"$said\"' TERM; echo ready >> \"$said\"; "
       "until [ \"$(grep -c told \"$said\")\" -ge 2 ]; do sleep 0.01; done; exit 4";
-  test::Process process(command(act, "RUNNING None"));
+  test::Process process(command(act, "0 RUNNING None"));
   wait_until_said(process, "ready");
   process.send(SIGTERM);
   wait_until_said(process, "told");
@@ -277,11 +293,11 @@ TEST_F(Wrapper, ASecondSignalDoesNotCutItShort)
 TEST_F(Wrapper, ASignalThatVrdaCouldNotAnswerIsNotedDown)
 {
   // Told before it listened: begins again. Killed: the script says so.
-  EXPECT_EQ(test::run(command("kill -TERM $$", "RUNNING None")).exit_code, 0);
+  EXPECT_EQ(test::run(command("kill -TERM $$", "0 RUNNING None")).exit_code, 0);
   EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
   std::filesystem::remove(said());
   EXPECT_EQ(
-      test::run(command("case \"$*\" in *ended*) ;; *) kill -KILL $$ ;; esac", "RUNNING None")).exit_code,
+      test::run(command("case \"$*\" in *ended*) ;; *) kill -KILL $$ ;; esac", "0 RUNNING None")).exit_code,
       137);
   EXPECT_THAT(what_was_said(), HasSubstr("|--cpus|2|--ended|137|\n"));
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));

@@ -41,12 +41,20 @@ CASES = {"generic_coarse": ("--set", "grid.flexion.step=15", "--set", "grid.varu
 
 def setUpModule():
     global machine, programs
+    unittest.addModuleCleanup(assert_nothing_left)
     machine = unittest.enterModuleContext(cluster.Cluster())
     # Copies in a folder that any user may read, as a cluster's shared folder is.
     programs = machine.work / "programs"
     programs.mkdir()
     for each in (VRDA, SHIM, JOB):
         shutil.copy(each, programs)
+
+
+def assert_nothing_left():
+    """Of all scenarios, once the cluster has ended."""
+    left = cluster.mentions(machine.root.name)
+    if left or pathlib.Path(machine.root.name).exists():
+        raise AssertionError(f"left of {machine.root.name}: {left}")
 
 
 class Submission:
