@@ -41,12 +41,19 @@ show_failure() {
   } >&2
 }
 
-# step TITLE LOG COMMAND...: runs the command quietly; ends the script when it fails.
+# step TITLE LOG COMMAND...: runs the command quietly; ends the script when it fails. A function fails at its first
+# command that does: bash forgets set -e where it is asked for the outcome with ||, hence the subshell.
 step() {
   local title=$1 log=$logs/$2 start=$SECONDS code=0
   shift 2
   printf '%s ... ' "$title"
-  "$@" >"$log" 2>&1 </dev/null || code=$?
+  set +e
+  (
+    set -e
+    "$@"
+  ) >"$log" 2>&1 </dev/null
+  code=$?
+  set -e
   if ((code == 0)); then
     printf '%d s\n' $((SECONDS - start))
     return
@@ -54,4 +61,10 @@ step() {
   printf 'failed\n'
   show_failure "$title" "$log"
   exit "$code"
+}
+
+# configure_release: a folder that scripts/test has set up keeps its tests, so that all commands share their objects.
+release=$root/build/release
+configure_release() {
+  if [[ -e $release/build.ninja ]]; then cmake --preset release; else cmake --preset release -DVRDA_TESTS=OFF; fi
 }

@@ -10,9 +10,11 @@
 
 #include "app/audit_command.hpp"
 #include "app/check_command.hpp"
+#include "app/cluster_words.hpp"
 #include "app/compare_command.hpp"
 #include "app/convert_command.hpp"
 #include "app/export_command.hpp"
+#include "app/merge_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/reduce_command.hpp"
 #include "app/report_command.hpp"
@@ -41,6 +43,7 @@ Exit codes:
 struct Commands {
   CLI::App app{"VRDA: from surface meshes of a joint to a motion model.", "vrda"};
   vrda::RunOptions run;
+  vrda::MergeOptions merge;
   vrda::CheckOptions check;
   vrda::InfoOptions info;
   vrda::InfoOptions validate;
@@ -55,6 +58,7 @@ struct Commands {
   vrda::ConvertObjectOptions object;
   vrda::ConvertMeshOptions mesh;
   vrda::ConvertConfigOptions config;
+  vrda::ClusterWords cluster;
   bool is_quiet = false;
   std::function<ExitCode()> chosen;
 
@@ -85,6 +89,13 @@ struct Commands {
         ->take_all();
     c.add_option("--threads", run.n_threads, "Workers; default: one a processor")->check(CLI::Range(1, 1024));
     c.add_flag("--fresh", run.is_fresh, "Drop what a journal holds and start over");
+    CLI::Option* spine =
+        c.add_flag("--spine", run.only_spine, "Solve the spine alone, into NAME.h5.spine.journal");
+    c.add_option_function<std::string>(
+         "--shard", [this](const std::string& text) { run.shard = vrda::shard_of(text); },
+         "I/N: solve every Nth flexion from the Ith on, into a journal of their own for vrda merge")
+        ->type_name("I/N")
+        ->excludes(spine);
     c.add_flag("--trace", run.writes_trace,
                "Write every move of every search beside the output: NAME.trace.h5");
     c.add_option("--progress", run.progress, "auto, bar, plain or none")->capture_default_str();
@@ -94,6 +105,24 @@ struct Commands {
         return run_command(run);
       };
     });
+  }
+
+  void add_merge()
+  {
+    CLI::App& c = add("merge", "Make the motion model out of the journals of shards.",
+                      "vrda merge -o results/knee-generic/knee-generic.h5");
+    c.add_option("journals", merge.journals, "Journals; default: those of the spine and shards beside FILE");
+    c.add_option("-o,--output", merge.output, "Motion model to write")->required();
+    c.add_option("--job", merge.job_file,
+                 "Job file (TOML); default: as the case file beside the journals says");
+    c.add_option("--data", merge.data_directory, "With --job: folder the mesh files are relative to");
+    c.add_option("--set", merge.overrides, "With --job: key=value, over the job file; may be repeated")
+        ->allow_extra_args(false)
+        ->take_all();
+    c.add_option("--threads", merge.n_threads, "Workers for smoothing; default: one a processor")
+        ->check(CLI::Range(1, 1024));
+    c.add_flag("--keep", merge.keeps_journals, "Leave the journals where they are");
+    c.callback([this] { chosen = [this] { return merge_command(merge); }; });
   }
 
   void add_check()
@@ -304,6 +333,10 @@ struct Commands {
     app.footer(help_footer);
     app.set_version_flag("--version", "vrda " VRDA_VERSION);
     add_run();
+    add_merge();
+    cluster.add_to([this](const auto& name, const auto& what,
+                          const auto& example) -> CLI::App& { return add(name, what, example); },
+                   chosen);
     add_check();
     add_info();
     add_validate();

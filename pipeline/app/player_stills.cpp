@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/own_program.hpp"
 #include "core/error.hpp"
 #include "load/file_bytes.hpp"
 
@@ -124,9 +125,9 @@ std::string player_program(const std::string& player)
       throw InputError({player, "--player", "no such program", "the path of vrda-player"});
     return fs::absolute(player).string();
   }
-  const fs::path own = fs::read_symlink("/proc/self/exe", error);
+  const fs::path own = own_program();
   const fs::path beside = own.parent_path() / "vrda-player";
-  return !error && fs::is_regular_file(beside, error) ? beside.string() : "";
+  return !own.empty() && fs::is_regular_file(beside, error) ? beside.string() : "";
 }
 
 Stills player_stills(const std::string& player, const std::string& file, const MotionModel& model)

@@ -43,8 +43,9 @@ std::string rate_text(int n_done, double seconds, int n_left)
   return text;
 }
 
-Progress::Progress(ProgressStyle style, int n_total, int n_recalled)
+Progress::Progress(ProgressStyle style, std::string what, int n_total, int n_recalled)
     : style_(style),
+      what_(std::move(what)),
       n_total_(n_total),
       n_recalled_(n_recalled),
       n_done_(n_recalled),
@@ -78,16 +79,16 @@ void Progress::show(bool is_last)
 {
   const double seconds = seconds_between(start_, steady_clock::now());
   const std::string rate = rate_text(n_done_ - n_recalled_, seconds, n_total_ - n_done_);
-  char counts[40];
-  std::snprintf(counts, sizeof counts, "%d/%d attitudes", n_done_, n_total_);
+  const std::string counts = std::to_string(n_done_) + '/' + std::to_string(n_total_) + ' ' + what_;
   if (style_ == ProgressStyle::plain) {
-    say(std::string(counts) + ", " + rate);
+    say(counts + ", " + rate);
     return;
   }
   const int filled = n_total_ > 0 ? n_done_ * bar_width / n_total_ : bar_width;
   const auto width = static_cast<std::size_t>(filled);
   const std::string bar = std::string(width, '#') + std::string(bar_width - width, '.');
-  std::fprintf(stderr, "\r[%s] %s, %s%s", bar.c_str(), counts, rate.c_str(), is_last ? "   " : "          ");
+  std::fprintf(stderr, "\r[%s] %s, %s%s", bar.c_str(), counts.c_str(), rate.c_str(),
+               is_last ? "   " : "          ");
   std::fflush(stderr);
 }
 

@@ -15,7 +15,8 @@ ProgressStyle progress_style_of(const std::string& word);
 class Progress {
  public:
   /// `n_recalled` of `n_total` steps were solved in an earlier run and do not count for the rate.
-  Progress(ProgressStyle style, int n_total, int n_recalled);
+  /// `what`: the steps' name, in the plural.
+  Progress(ProgressStyle style, std::string what, int n_total, int n_recalled);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -27,6 +28,7 @@ class Progress {
   void show(bool is_last);
 
   ProgressStyle style_;
+  std::string what_;
   int n_total_;
   int n_recalled_;
   int n_done_;

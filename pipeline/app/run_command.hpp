@@ -1,10 +1,13 @@
 /// `vrda run`: solves a job and writes its motion model.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/talk.hpp"
+#include "cluster/shard.hpp"
 
 namespace vrda {
 
@@ -17,8 +20,13 @@ struct RunOptions {
   bool is_fresh = false;      ///< drop a journal found
   bool writes_trace = false;  ///< every move of every search, beside the output
   std::string progress = "auto";
+  bool only_spine = false;     ///< solve the spine into a journal of its own, for shards
+  std::optional<Shard> shard;  ///< solve these rows only, into a journal of their own
+  /// Told before the first step of the spine, of the rows: their number, and how many are solved already.
+  std::function<void(int n_total, int n_known)> begun;
 };
 
+/// The whole job, or with `only_spine` or `shard` a part of it for `vrda merge`.
 ExitCode run_command(const RunOptions& options);
 
 }  // namespace vrda

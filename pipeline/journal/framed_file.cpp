@@ -70,10 +70,23 @@ class Descriptor {
   int value_;
 };
 
-void lock(int descriptor, const std::string& path)
+bool is_locked_by_us(int descriptor)
 {
-  if (flock(descriptor, LOCK_EX | LOCK_NB) == 0) return;
+  return flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+}
+
+[[noreturn]] void fail_in_use(const std::string& path)
+{
   throw InputError({path, "", "a journal that another run is writing", "no other run with the same output"});
+}
+
+/// Whether `path` leads to the open file: between opening and locking another process may have renamed it.
+bool is_at(int descriptor, const std::string& path)
+{
+  struct stat open_file {
+  }, at_path{};
+  return fstat(descriptor, &open_file) == 0 && stat(path.c_str(), &at_path) == 0 &&
+         open_file.st_dev == at_path.st_dev && open_file.st_ino == at_path.st_ino;
 }
 
 /// Returns the number of bytes written: all, unless the system refuses (errno says why).
@@ -105,15 +118,23 @@ nlink_t n_names_of(int descriptor)
   return fstat(descriptor, &facts) == 0 ? facts.st_nlink : 0;
 }
 
+enum class Creation { replace, only_new };
+
 /// Writes `bytes` under a second name and renames: all of them stand at `path` or nothing does. Returns the
-/// open and locked file.
-int write_new(const std::string& path, const std::string& bytes)
+/// open and locked file; nothing while another process does the same, or where `only_new` finds a file.
+std::optional<int> try_write_new(const std::string& path, const std::string& bytes, Creation creation)
 {
   const std::string temporary = path + ".partial";
-  Descriptor descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0666));
+  // Not cut when it is opened: it may be another's until it is locked.
+  Descriptor descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
-  lock(descriptor.get(), path);
-  const bool is_written = write_all(descriptor.get(), bytes) == bytes.size() &&
+  if (!is_locked_by_us(descriptor.get()) || !is_at(descriptor.get(), temporary)) return std::nullopt;
+  if (creation == Creation::only_new && access(path.c_str(), F_OK) == 0) {
+    std::remove(temporary.c_str());
+    return std::nullopt;
+  }
+  const bool is_written = ftruncate(descriptor.get(), 0) == 0 &&
+                          write_all(descriptor.get(), bytes) == bytes.size() &&
                           fsync(descriptor.get()) == 0 && std::rename(temporary.c_str(), path.c_str()) == 0;
   if (!is_written) {
     const int kept = errno;
@@ -220,20 +241,50 @@ FrameFacts parse_frames(const std::string& path, std::string_view bytes, const F
 FrameWriter FrameWriter::create(const std::string& path, const std::string& key, const FrameFormat& format)
 {
   const Descriptor old(open(path.c_str(), O_RDWR | O_CLOEXEC));
-  if (old.get() >= 0) lock(old.get(), path);
+  if (old.get() >= 0 && !is_locked_by_us(old.get())) fail_in_use(path);
   const std::string header = header_bytes(key, format);
-  return FrameWriter(path, write_new(path, header), header.size(), format);
+  const std::optional<int> descriptor = try_write_new(path, header, Creation::replace);
+  if (!descriptor) fail_in_use(path);
+  return FrameWriter(path, *descriptor, header.size(), format);
+}
+
+std::optional<FrameWriter> FrameWriter::try_create(const std::string& path, const std::string& key,
+                                                   const FrameFormat& format)
+{
+  const std::string header = header_bytes(key, format);
+  const std::optional<int> descriptor = try_write_new(path, header, Creation::only_new);
+  if (!descriptor) return std::nullopt;
+  return FrameWriter(path, *descriptor, header.size(), format);
+}
+
+std::optional<FrameWriter> FrameWriter::try_lock(const std::string& path, const FrameFormat& format)
+{
+  Descriptor descriptor(open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
+  if (descriptor.get() < 0) fail(path, "a journal that cannot be opened", wanted_writable);
+  struct stat facts {};
+  if (!is_locked_by_us(descriptor.get()) || !is_at(descriptor.get(), path) ||
+      fstat(descriptor.get(), &facts) != 0) {
+    return std::nullopt;
+  }
+  return FrameWriter(path, descriptor.release(), static_cast<std::uint64_t>(facts.st_size), format);
 }
 
 FrameWriter FrameWriter::resume(const std::string& path, std::uint64_t valid_bytes, const FrameFormat& format)
 {
-  Descriptor descriptor(open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
-  if (descriptor.get() < 0) fail(path, "a journal that cannot be opened", wanted_writable);
-  lock(descriptor.get(), path);
-  if (ftruncate(descriptor.get(), static_cast<off_t>(valid_bytes)) != 0) {
-    fail(path, "a journal that cannot be cut", wanted_writable);
+  std::optional<FrameWriter> writer = try_lock(path, format);
+  if (!writer) fail_in_use(path);
+  writer->cut(valid_bytes);
+  return std::move(*writer);
+}
+
+void FrameWriter::cut(std::uint64_t valid_bytes)
+{
+  const std::lock_guard<std::mutex> guard(mutex_);
+  if (ftruncate(descriptor_, static_cast<off_t>(valid_bytes)) != 0) {
+    fail(path_, "a journal that cannot be cut", wanted_writable);
   }
-  return FrameWriter(path, descriptor.release(), valid_bytes, format);
+  n_bytes_ = valid_bytes;
+  n_synced_bytes_ = valid_bytes;
 }
 
 FrameWriter::~FrameWriter()
@@ -334,7 +385,10 @@ void FrameWriter::restore() const
     throw InputError(
         {path_, "", "another file where the journal stood", "no other run with the same output"});
   }
-  const Descriptor closed(write_new(path_, bytes_in(descriptor_, n_bytes_, path_)));
+  const std::optional<int> written =
+      try_write_new(path_, bytes_in(descriptor_, n_bytes_, path_), Creation::only_new);
+  if (!written) fail_in_use(path_);
+  const Descriptor closed(*written);
 }
 
 void FrameWriter::close()

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -44,6 +45,16 @@ class FrameWriter {
 
   /// Goes on after the first `valid_bytes` of `path`; cuts the rest off.
   static FrameWriter resume(const std::string& path, std::uint64_t valid_bytes, const FrameFormat& format);
+
+  /// create() of a file that is not there yet; nothing when it is, or while another process creates it.
+  static std::optional<FrameWriter> try_create(const std::string& path, const std::string& key,
+                                               const FrameFormat& format);
+
+  /// Goes on at the end of `path`, for cut() once its bytes are looked at; nothing while another process
+  /// writes it.
+  static std::optional<FrameWriter> try_lock(const std::string& path, const FrameFormat& format);
+  /// Drops what follows the first `valid_bytes`.
+  void cut(std::uint64_t valid_bytes);
 
   ~FrameWriter();
   FrameWriter(FrameWriter&& other) noexcept;

@@ -1,5 +1,7 @@
 #include "journal/journal.hpp"
 
+#include <unistd.h>
+
 #include <optional>
 #include <utility>
 
@@ -47,9 +49,28 @@ JournalWriter JournalWriter::create(const std::string& path, const std::string& 
   return JournalWriter(FrameWriter::create(path, key, format));
 }
 
-JournalWriter JournalWriter::resume(const std::string& path, const JournalContent& content)
+std::optional<OpenJournal> JournalWriter::try_open(const std::string& path, const std::string& key)
 {
-  return JournalWriter(FrameWriter::resume(path, content.valid_bytes, format));
+  if (access(path.c_str(), F_OK) != 0) {
+    std::optional<FrameWriter> created = FrameWriter::try_create(path, key, format);
+    if (!created) return std::nullopt;
+    return OpenJournal{JournalWriter(std::move(*created)), {key, {}, 0, 0, {}}};
+  }
+  // What is here already may be wrong whoever writes it.
+  require_key(read_journal(path).key, path, key);
+  std::optional<FrameWriter> locked = FrameWriter::try_lock(path, format);
+  if (!locked) return std::nullopt;
+  // Only now nobody appends.
+  JournalContent content = read_journal(path);
+  locked->cut(content.valid_bytes);
+  return OpenJournal{JournalWriter(std::move(*locked)), std::move(content)};
+}
+
+OpenJournal JournalWriter::open(const std::string& path, const std::string& key)
+{
+  std::optional<OpenJournal> opened = try_open(path, key);
+  if (opened) return std::move(*opened);
+  throw InputError({path, "", "a journal that another run is writing", "no other run with the same output"});
 }
 
 void JournalWriter::append(const StepRecord& record)

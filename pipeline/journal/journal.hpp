@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,6 +32,8 @@ JournalContent read_journal(const std::string& path);
 /// Throws InputError naming the file, the key found and the key wanted when a journal is of another job.
 void require_key(const std::string& found, const std::string& path, const std::string& wanted);
 
+struct OpenJournal;
+
 /// Appends to one journal. The file is locked: a second writer of the same file gets an InputError.
 class JournalWriter {
  public:
@@ -38,8 +41,11 @@ class JournalWriter {
   /// `key`: hexadecimal SHA-256 of the resolved job, the meshes and the solver's version.
   static JournalWriter create(const std::string& path, const std::string& key);
 
-  /// Goes on after `content` as read from `path`; cuts a dropped tail off. Check the key first.
-  static JournalWriter resume(const std::string& path, const JournalContent& content);
+  /// Goes on with the journal at `path`, or starts one; a dropped tail is cut off. Nothing while another
+  /// process writes it. Throws like read_journal() and require_key().
+  static std::optional<OpenJournal> try_open(const std::string& path, const std::string& key);
+  /// The same, but throws InputError while another process writes it.
+  static OpenJournal open(const std::string& path, const std::string& key);
 
   /// See FrameWriter.
   void append(const StepRecord& record);
@@ -54,6 +60,12 @@ class JournalWriter {
   explicit JournalWriter(FrameWriter file) : file_(std::move(file)) {}
 
   FrameWriter file_;
+};
+
+/// A journal to append to, and what stood in it when it was locked.
+struct OpenJournal {
+  JournalWriter writer;
+  JournalContent content;
 };
 
 }  // namespace vrda

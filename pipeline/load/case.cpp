@@ -72,27 +72,17 @@ Body loaded_body(const BodyJob& body_job, ComponentSource& source, Case& loaded)
 
 }  // namespace
 
-Case load_case(const std::string& job_file, const LoadOptions& options)
+Case settings_of(const Job& job)
 {
-  const Job job = read_job(job_file, options.overrides);
   check_method(job);
-  const AxisMap map = axis_map(job);
-  const LoadedLigaments ligaments = load_ligaments(job, options.data_directory, map);
-  const LoadedScaling scaling = load_scaling(job, options.data_directory, map);
   Case loaded;
   loaded.title = job.title;
   loaded.joint = job.joint;
   loaded.frame.side = job.side;
-  loaded.frame.rotation_centre_mm = map(job.frame.origin_native);
+  loaded.frame.rotation_centre_mm = axis_map(job)(job.frame.origin_native);
   loaded.push = push_rows(job);
   loaded.push_point_mm = job.push.point_mm;
   loaded.frame.delta = loaded.push.front().delta;
-  ComponentSource source(job, options.data_directory);
-  loaded.reference = loaded_body(job.reference, source, loaded);
-  loaded.moving = loaded_body(job.moving, source, loaded);
-  check_attachments(ligaments, loaded.reference, loaded.moving);
-  loaded.ligaments = ligaments.ligaments;
-  loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.initial = job.initial;
   loaded.grid = job.grid;
   loaded.is_varus_free = job.is_varus_free;
@@ -100,13 +90,29 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   loaded.search = job.search;
   loaded.equilibrium = job.equilibrium;
   loaded.spine = job.spine;
-  loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
   loaded.smooth_degrees = job.smooth_degrees;
   loaded.smooth_recontact = job.smooth_recontact;
   loaded.smooth_robust = job.smooth_robust;
   loaded.unsolved_fraction = job.unsolved_fraction;
   loaded.job_text = job.text;
   loaded.resolved_job = job.resolved_text;
+  return loaded;
+}
+
+Case load_case(const std::string& job_file, const LoadOptions& options)
+{
+  const Job job = read_job(job_file, options.overrides);
+  Case loaded = settings_of(job);
+  const AxisMap map = axis_map(job);
+  const LoadedLigaments ligaments = load_ligaments(job, options.data_directory, map);
+  const LoadedScaling scaling = load_scaling(job, options.data_directory, map);
+  ComponentSource source(job, options.data_directory);
+  loaded.reference = loaded_body(job.reference, source, loaded);
+  loaded.moving = loaded_body(job.moving, source, loaded);
+  check_attachments(ligaments, loaded.reference, loaded.moving);
+  loaded.ligaments = ligaments.ligaments;
+  loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
+  loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
   take_up_scaling(loaded, job, scaling);
   loaded.warnings = case_warnings(job, of_subject(loaded));
   loaded.warnings.insert(loaded.warnings.end(), scaling.warnings.begin(), scaling.warnings.end());

@@ -214,6 +214,10 @@ void warn_of_centre(const Case& loaded, Warnings& warnings)
 std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
 {
   Warnings warnings;
+  if (job.has_campaign) {
+    warnings.emplace_back(
+        "campaign: this is the job itself, without the campaign, which is for vrda plan and vrda submit");
+  }
   if (job.method == SolverMethod::stability_search) warn_of_steps(job, warnings);
   warn_of_unused(job, warnings);
   for (const ComponentSurvey& component : loaded.survey) {

@@ -431,6 +431,7 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   job.document.file = file;
   job.document.root = parse_toml(job.text, file);
   for (const std::string& override_text : overrides) apply_override(job.document, override_text);
+  job.has_campaign = job.document.root.find("campaign") != nullptr;
   job.document.root = checked_job(job.document);
   complete(job.document.root);
   job.document.root = checked_job(job.document);  // again: what was completed goes to its place

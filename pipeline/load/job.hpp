@@ -118,6 +118,7 @@ struct Job {
   std::string resolved_text;  ///< canonical TOML: every key with its value
   std::string unscaled_text;  ///< the same without [scaling]
   JobDocument document;       ///< for messages that name a key
+  bool has_campaign = false;  ///< left out of the resolved job
 
   std::string title;
   std::string joint;
@@ -149,5 +150,9 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
 
 /// parse_job() of a file's bytes. Opens no mesh.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
+
+/// The Case of a job but for what its meshes and tables say: bodies, ligaments, compartments, inputs, survey
+/// and warnings are empty. Opens no file. Throws InputError where a valid job asks what no method solves.
+Case settings_of(const Job& job);
 
 }  // namespace vrda

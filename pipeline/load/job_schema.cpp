@@ -18,6 +18,8 @@ extern const char* const job_schema_text;  // schemas/job.schema.json, embedded 
 
 namespace {
 
+constexpr const char* campaign_key = "campaign";
+
 using Json = nlohmann::json;
 using Schema = nlohmann::ordered_json;  // keeps the order of keys, which is the order of the resolved job
 
@@ -27,19 +29,27 @@ const Schema& job_schema()
   return schema;
 }
 
-// As the validator wants it; to build it takes longer than to check a job.
-std::unique_ptr<const valijson::Schema> compile_schema()
+// As the validator wants it, with these keys required at the top; to build it takes longer than to check a
+// job.
+std::unique_ptr<const valijson::Schema> compile_schema(const Json& required)
 {
-  const Json json = Json::parse(job_schema_text);
+  Json json = Json::parse(job_schema_text);
+  json["required"] = required;
   auto schema = std::make_unique<valijson::Schema>();
   valijson::SchemaParser parser(valijson::SchemaParser::kDraft7);
   parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(json), *schema);
   return schema;
 }
 
-const valijson::Schema& compiled_schema()
+const valijson::Schema& compiled_job_schema()
 {
-  static const std::unique_ptr<const valijson::Schema> schema = compile_schema();
+  static const std::unique_ptr<const valijson::Schema> schema = compile_schema(job_schema().at("required"));
+  return *schema;
+}
+
+const valijson::Schema& compiled_campaign_schema()
+{
+  static const std::unique_ptr<const valijson::Schema> schema = compile_schema(Json::array({"campaign"}));
   return *schema;
 }
 
@@ -141,14 +151,15 @@ std::string nearest_key(const std::string& path, const std::string& unknown)
   return best;
 }
 
-// Unknown and missing keys, in the order the job has them: said better here than a validator can.
-void check_keys(const JobDocument& document, const Schema& node, const JobValue& value,
-                const std::string& path)
+// Unknown keys, in the order the job has them: said better here than a validator can. `prefix` comes before
+// `path` in messages.
+void check_known_keys(const JobDocument& document, const Schema& node, const JobValue& value,
+                      const std::string& path, const std::string& prefix)
 {
   const Schema& schema = schema_for(node, value);
   if (const JobValue::List* list = value.list(); list != nullptr && schema.contains("items")) {
     for (std::size_t i = 0; i < list->size(); ++i) {
-      check_keys(document, schema.at("items"), (*list)[i], joined(path, std::to_string(i)));
+      check_known_keys(document, schema.at("items"), (*list)[i], joined(path, std::to_string(i)), prefix);
     }
   }
   if (value.table() == nullptr || !has_type(schema, value)) return;
@@ -156,10 +167,25 @@ void check_keys(const JobDocument& document, const Schema& node, const JobValue&
     const std::string key = joined(path, entry.key);
     const Schema* below = schema_of_key(schema, entry.key);
     if (below == nullptr) {
-      throw InputError({document.source_of(key), key, "an unknown key",
+      throw InputError({document.source_of(prefix + key), prefix + key, "an unknown key",
                         "a key of the job; the nearest is \"" + nearest_key(path, entry.key) + "\""});
     }
-    check_keys(document, *below, entry.value, key);
+    check_known_keys(document, *below, entry.value, key, prefix);
+  }
+}
+
+void check_required_keys(const JobDocument& document, const Schema& node, const JobValue& value,
+                         const std::string& path)
+{
+  const Schema& schema = schema_for(node, value);
+  if (const JobValue::List* list = value.list(); list != nullptr && schema.contains("items")) {
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      check_required_keys(document, schema.at("items"), (*list)[i], joined(path, std::to_string(i)));
+    }
+  }
+  if (value.table() == nullptr || !has_type(schema, value)) return;
+  for (const JobEntry& entry : *value.table()) {
+    check_required_keys(document, *schema_of_key(schema, entry.key), entry.value, joined(path, entry.key));
   }
   for (const Schema& required : schema.value("required", Schema::array())) {
     const std::string name = required;
@@ -280,18 +306,70 @@ JobValue completed(const Schema& node, const JobValue& value)
   return value;
 }
 
+void validate(const JobDocument& document, const valijson::Schema& schema)
+{
+  const Json json = json_of(document.root);
+  const valijson::adapters::NlohmannJsonAdapter adapter(json);
+  valijson::Validator validator(valijson::Validator::kStrongTypes);
+  valijson::ValidationResults results;
+  if (!validator.validate(schema, adapter, &results)) throw_failure(document, first_failure(results));
+}
+
+JobValue without_campaign(const JobValue& root)
+{
+  JobValue::Table kept;
+  for (const JobEntry& entry : *root.table()) {
+    if (entry.key != campaign_key) kept.push_back(entry);
+  }
+  return {kept};
+}
+
 }  // namespace
 
 JobValue checked_job(const JobDocument& document)
 {
-  check_keys(document, job_schema(), document.root, "");
-  const Json job_json = json_of(document.root);
-  const valijson::adapters::NlohmannJsonAdapter job_adapter(job_json);
-  valijson::Validator validator(valijson::Validator::kStrongTypes);
-  valijson::ValidationResults results;
-  if (!validator.validate(compiled_schema(), job_adapter, &results))
-    throw_failure(document, first_failure(results));
-  return completed(job_schema(), document.root);
+  if (is_campaign_alone(document.root)) {
+    throw InputError({document.file, "reference", "a campaign of jobs and no joint of its own",
+                      "a job here; a campaign is for vrda plan and vrda submit"});
+  }
+  check_known_keys(document, job_schema(), document.root, "", "");
+  check_required_keys(document, job_schema(), document.root, "");
+  validate(document, compiled_job_schema());
+  return completed(job_schema(), without_campaign(document.root));
+}
+
+bool is_campaign_alone(const JobValue& root)
+{
+  return root.find(campaign_key) != nullptr && root.find("reference") == nullptr &&
+         root.find("moving") == nullptr;
+}
+
+void check_campaign(const JobDocument& document)
+{
+  if (is_campaign_alone(document.root) && document.root.table()->size() > 1) {
+    for (const JobEntry& entry : *document.root.table()) {
+      if (entry.key == campaign_key) continue;
+      throw InputError({document.file, entry.key, "a key beside [campaign] in a file that is no job",
+                        "[campaign] alone, or a whole job with [reference] and [moving]"});
+    }
+  }
+  const JobValue* table = document.root.find(campaign_key);
+  check(table != nullptr, "check_campaign: a document with a campaign");
+  const JobDocument alone{document.file, {JobValue::Table{{campaign_key, *table}}}, {}};
+  const Schema& schema = job_schema().at("properties").at(campaign_key);
+  check_known_keys(alone, schema, *table, campaign_key, "");
+  check_required_keys(alone, schema, *table, campaign_key);
+  validate(alone, compiled_campaign_schema());
+  for (const JobEntry& axis : *table->table()) {
+    const JobValue::List* levels = axis.value.list();
+    for (std::size_t i = 0; levels != nullptr && i < levels->size(); ++i) {
+      const JobValue* settings = (*levels)[i].find("set");
+      if (settings == nullptr) continue;
+      const std::string prefix =
+          std::string(campaign_key) + "." + axis.key + "." + std::to_string(i) + ".set.";
+      check_known_keys(alone, job_schema(), *settings, "", prefix);
+    }
+  }
 }
 
 }  // namespace vrda

@@ -4,6 +4,8 @@
 #include <charconv>
 #include <cmath>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "load/job_value.hpp"
@@ -20,14 +22,19 @@ struct Reading {
 
 JobValue value_of(const toml::node& node, const Reading& at);
 
+// The library sorts keys by name; the axes of a campaign follow one another as written.
 JobValue table_of(const toml::table& table, const Reading& at)
 {
-  JobValue::Table entries;
+  std::vector<std::pair<toml::source_position, JobEntry>> entries;
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
-    entries.push_back({name, value_of(node, at.below(name))});
+    entries.push_back({node.source().begin, {name, value_of(node, at.below(name))}});
   }
-  return {entries};
+  std::stable_sort(entries.begin(), entries.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  JobValue::Table in_order;
+  for (auto& [position, entry] : entries) in_order.push_back(std::move(entry));
+  return {in_order};
 }
 
 JobValue list_of(const toml::array& array, const Reading& at)

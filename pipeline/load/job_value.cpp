@@ -39,33 +39,6 @@ std::string quoted(const std::string& text)
   return out + '"';
 }
 
-std::string inline_text(const JobValue& value)
-{
-  struct Visitor {
-    std::string operator()(bool flag) const { return flag ? "true" : "false"; }
-    std::string operator()(std::int64_t number) const { return std::to_string(number); }
-    std::string operator()(double number) const { return shortest(number); }
-    std::string operator()(const std::string& text) const { return quoted(text); }
-    std::string operator()(const JobValue::List& list) const
-    {
-      std::string out = "[";
-      for (const JobValue& item : list) out += (out.size() > 1 ? ", " : "") + inline_text(item);
-      return out + "]";
-    }
-    std::string operator()(const JobValue::Table& table) const
-    {
-      if (table.empty()) return "{}";
-      std::string out = "{ ";
-      for (const JobEntry& entry : table) {
-        out += (out.size() > 2 ? ", " : "") + (is_bare(entry.key) ? entry.key : quoted(entry.key)) + " = " +
-               inline_text(entry.value);
-      }
-      return out + " }";
-    }
-  };
-  return std::visit(Visitor{}, value.data);
-}
-
 bool is_list_of_tables(const JobValue& value)
 {
   const JobValue::List* list = value.list();
@@ -89,7 +62,7 @@ void write_table(const JobValue::Table& table, const std::string& path, std::str
 {
   for (const JobEntry& entry : table) {
     if (is_section(entry.value)) continue;
-    out += (is_bare(entry.key) ? entry.key : quoted(entry.key)) + " = " + inline_text(entry.value) + "\n";
+    out += (is_bare(entry.key) ? entry.key : quoted(entry.key)) + " = " + value_text(entry.value) + "\n";
   }
   for (const JobEntry& entry : table) {
     const std::string key =
@@ -192,6 +165,33 @@ std::vector<double> numbers_of(const JobValue& value)
   return numbers;
 }
 
+std::string value_text(const JobValue& value)
+{
+  struct Visitor {
+    std::string operator()(bool flag) const { return flag ? "true" : "false"; }
+    std::string operator()(std::int64_t number) const { return std::to_string(number); }
+    std::string operator()(double number) const { return shortest(number); }
+    std::string operator()(const std::string& text) const { return quoted(text); }
+    std::string operator()(const JobValue::List& list) const
+    {
+      std::string out = "[";
+      for (const JobValue& item : list) out += (out.size() > 1 ? ", " : "") + value_text(item);
+      return out + "]";
+    }
+    std::string operator()(const JobValue::Table& table) const
+    {
+      if (table.empty()) return "{}";
+      std::string out = "{ ";
+      for (const JobEntry& entry : table) {
+        out += (out.size() > 2 ? ", " : "") + (is_bare(entry.key) ? entry.key : quoted(entry.key)) + " = " +
+               value_text(entry.value);
+      }
+      return out + " }";
+    }
+  };
+  return std::visit(Visitor{}, value.data);
+}
+
 std::string toml_text(const JobValue& root)
 {
   check(root.table() != nullptr, "toml_text: the root of a job is a table");
@@ -203,7 +203,7 @@ std::string toml_text(const JobValue& root)
 std::string shown(const JobValue& value)
 {
   constexpr std::size_t longest = 60;  // characters: one message, one line
-  std::string text = inline_text(value);
+  std::string text = value_text(value);
   return text.size() > longest ? text.substr(0, longest) + "..." : text;
 }
 

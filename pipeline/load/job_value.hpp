@@ -1,4 +1,4 @@
-/// A job as a tree of values: what stands between TOML, the schema and the Job. Tables keep an order.
+/// A job as a tree of values: what stands between TOML, the schema and the Job. Tables keep their order.
 #pragma once
 
 #include <cstdint>
@@ -49,7 +49,7 @@ bool flag_at(const JobValue& root, std::string_view dotted_key);
 const std::string& text_at(const JobValue& root, std::string_view dotted_key);
 std::vector<double> numbers_of(const JobValue& value);
 
-/// Reads TOML. Throws InputError with line and column.
+/// Reads TOML, tables in the order written. Throws InputError with line and column.
 JobValue parse_toml(std::string_view text, const std::string& file);
 
 /// Applies "key.path=value": TOML syntax, a plain word is text, a number steps into a list.
@@ -59,7 +59,10 @@ void apply_override(JobDocument& document, const std::string& assignment);
 /// Canonical TOML of a tree, in its own order: equal trees give equal text, and parsing gives the tree back.
 std::string toml_text(const JobValue& root);
 
-/// One value on one line, as messages show it; long ones are cut.
+/// One value on one line, as TOML has it after "key = ".
+std::string value_text(const JobValue& value);
+
+/// The same as messages show it: long ones are cut.
 std::string shown(const JobValue& value);
 
 }  // namespace vrda

@@ -1,6 +1,7 @@
 /// From the members of a struct to the datasets of a layout.
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
 #include <set>
 #include <span>

@@ -30,7 +30,8 @@ enum class FlagSet {
   wrap_shape,
   body,
   audit_state,
-  zero_varus_source
+  zero_varus_source,
+  case_status,  ///< of an index: schemas/campaign.md
 };
 
 struct FlagTable {

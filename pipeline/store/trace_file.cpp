@@ -3,12 +3,13 @@
 #include <span>
 
 #include "core/error.hpp"
+#include "core/whole_file.hpp"
 #include "store/binding.hpp"
 #include "store/dataset_reader.hpp"
 #include "store/dataset_writer.hpp"
+#include "store/seal.hpp"
 #include "store/trace_layout.hpp"
 #include "store/trace_values.hpp"
-#include "store/whole_file.hpp"
 
 namespace vrda {
 namespace {
@@ -99,7 +100,8 @@ std::string trace_name(const std::string& motion_model_file)
 
 void write_trace(const std::string& path, const Trace& trace)
 {
-  write_whole(path, bytes_of(path, trace));
+  const std::string content = bytes_of(path, trace);
+  write_whole(path, {content, seal_of(content)});
 }
 
 Trace read_trace(const std::string& path)

@@ -1,10 +1,11 @@
 #include <span>
 
 #include "core/error.hpp"
+#include "core/whole_file.hpp"
 #include "store/binding.hpp"
 #include "store/dataset_writer.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/whole_file.hpp"
+#include "store/seal.hpp"
 
 namespace vrda {
 namespace {
@@ -177,7 +178,8 @@ std::string bytes_of(const std::string& path, const MotionModel& model)
 
 void write_motion_model(const std::string& path, const MotionModel& model)
 {
-  write_whole(path, bytes_of(path, model));
+  const std::string content = bytes_of(path, model);
+  write_whole(path, {content, seal_of(content)});
 }
 
 }  // namespace vrda

@@ -1,6 +1,7 @@
 #include "sweep/sweep.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <condition_variable>
 #include <exception>
@@ -63,6 +64,7 @@ class Sweep {
       for (std::int32_t j = 0; j < n_varus_; ++j) cell(i, j).key = {StepKind::row, i, j};
     }
     row_seeds_.resize(plan.flexion_rad.size());
+    choose_rows();
     if (plan.spine != SpineRule::free_varus) return;
     result_.free_spine.resize(plan.flexion_rad.size());
     ends_.resize(plan.flexion_rad.size());
@@ -77,12 +79,25 @@ class Sweep {
       }
     }
     if (failure_) std::rethrow_exception(failure_);
-    result_.is_complete = std::none_of(result_.cells.begin(), result_.cells.end(),
-                                       [](const StepRecord& r) { return r.status == StepStatus::pending; });
+    result_.is_complete = !is_stopped_;
     return std::move(result_);
   }
 
  private:
+  void choose_rows()
+  {
+    flexions_.n_expected = static_cast<std::size_t>(n_flexion_);
+    is_chosen_.assign(plan_.flexion_rad.size(), plan_.rows ? 0 : 1);
+    if (plan_.rows) {
+      for (const std::int32_t i : *plan_.rows) {
+        check(i >= 0 && i < n_flexion_ && is_chosen_[static_cast<std::size_t>(i)] == 0,
+              "sweep: rows of the grid, each once");
+        is_chosen_[static_cast<std::size_t>(i)] = 1;
+      }
+    }
+    rows_.n_expected = plan_.rows ? plan_.rows->size() : plan_.flexion_rad.size();
+  }
+
   StepRecord& cell(std::int32_t i, std::int32_t j)
   {
     return result_.cells[static_cast<std::size_t>(i) * plan_.varus_rad.size() + static_cast<std::size_t>(j)];
@@ -106,6 +121,7 @@ class Sweep {
         solve_row(*row, worker);
       }
     } catch (const Stopped&) {
+      is_stopped_ = true;
       end_early(nullptr);
     } catch (...) {
       end_early(std::current_exception());
@@ -131,6 +147,7 @@ class Sweep {
   struct Queue {
     std::vector<std::int32_t> ready;
     std::size_t n_taken = 0;
+    std::size_t n_expected = 0;
   };
 
   void announce(Queue& queue, std::int32_t row)
@@ -140,13 +157,18 @@ class Sweep {
     changed_.notify_all();
   }
 
+  void announce_row(std::int32_t row)
+  {
+    if (is_chosen_[static_cast<std::size_t>(row)] != 0) announce(rows_, row);
+  }
+
   std::optional<std::int32_t> next_of(Queue& queue)
   {
     std::unique_lock lock(mutex_);
-    const auto n_rows = static_cast<std::size_t>(n_flexion_);
-    changed_.wait(lock,
-                  [&] { return is_ended_ || queue.n_taken < queue.ready.size() || queue.n_taken == n_rows; });
-    if (is_ended_ || queue.n_taken == n_rows) return std::nullopt;
+    changed_.wait(lock, [&] {
+      return is_ended_ || queue.n_taken < queue.ready.size() || queue.n_taken == queue.n_expected;
+    });
+    if (is_ended_ || queue.n_taken == queue.n_expected) return std::nullopt;
     return queue.ready[queue.n_taken++];
   }
 
@@ -218,7 +240,7 @@ class Sweep {
       cell(i, column) = chosen;
       result_.spine_column[static_cast<std::size_t>(i)] = column;
       row_seeds_[static_cast<std::size_t>(i)] = seed;
-      announce(rows_, i);
+      announce_row(i);
     }
   }
 
@@ -294,7 +316,7 @@ class Sweep {
   {
     for (std::int32_t i = 1; i < n_flexion_; ++i) hand_on(i - 1, i, 0);
     for (std::int32_t i = n_flexion_ - 1; i-- > 0;) hand_on(i + 1, i, 1);
-    for (std::int32_t i = 0; i < n_flexion_; ++i) announce(rows_, i);
+    for (std::int32_t i = 0; i < n_flexion_; ++i) announce_row(i);
   }
 
   void hand_on(std::int32_t from, std::int32_t to, std::int32_t direction)
@@ -355,6 +377,7 @@ class Sweep {
   // A row's entries are written by the spine before its row is announced, then by the row's worker only.
   SweepResult result_;
   std::vector<Seed> row_seeds_;
+  std::vector<std::int8_t> is_chosen_;         // [n_flexion] the row is to be solved
   std::vector<std::vector<StepRecord>> ends_;  // of each flexion's starts, along a free spine
 
   std::mutex mutex_;  // guards all below; what belongs to a row is handed over under it
@@ -363,6 +386,7 @@ class Sweep {
   Queue rows_;      // whose cells may be solved
   std::int32_t n_restarted_ = 0;
   bool is_ended_ = false;
+  std::atomic<bool> is_stopped_ = false;
   std::exception_ptr failure_;
 };
 

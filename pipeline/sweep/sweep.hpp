@@ -28,6 +28,9 @@ struct SweepPlan {
   bool is_varus_free = false;  ///< the one column of the grid holds the spine's own poses
   bool has_band = false;       ///< each flexion is solved under extra moments too
   int n_restarts = 0;          ///< starts aside from the two chains along flexion (sweep/free_spine.hpp)
+  /// The flexions whose rows are solved, each once; absent: all of them, empty: the spine alone. The spine is
+  /// needed, solved or recalled, whichever rows follow.
+  std::optional<std::vector<std::int32_t>> rows;
 };
 
 /// One step to solve.
@@ -58,7 +61,7 @@ struct SweepResult {
   std::vector<StepRecord> cells;           ///< [n_flexion * n_varus], flexion-major; `pending` where stopped
   std::vector<std::int32_t> spine_column;  ///< [n_flexion] varus index, -1 where stopped
   std::vector<FreeSpineStep> free_spine;   ///< [n_flexion] with SpineRule::free_varus, else empty
-  bool is_complete = false;
+  bool is_complete = false;                ///< the spine and every row asked for
 };
 
 /// What is left between the compartments: |gap_medial - gap_lateral|; infinite when not stable or when

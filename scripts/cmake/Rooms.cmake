@@ -44,3 +44,15 @@ function(add_room_test name)
   target_link_libraries(${target} PRIVATE ${TEST_USES} test_support GTest::gmock GTest::gtest_main vrda_flags)
   gtest_discover_tests(${target} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${TEST_TIMEOUT})
 endfunction()
+
+# add_program(vrda SOURCES main.cpp USES pipeline::app CLI11::CLI11): a program, and its manual page beside it.
+function(add_program name)
+  cmake_parse_arguments(PROGRAM "" "" "SOURCES;USES" ${ARGN})
+  add_executable(${name} ${PROGRAM_SOURCES})
+  target_compile_definitions(${name} PRIVATE VRDA_VERSION="${PROJECT_VERSION}")
+  target_link_libraries(${name} PRIVATE ${PROGRAM_USES} vrda_flags)
+  set(page ${CMAKE_BINARY_DIR}/man/${name}.1)
+  add_custom_command(TARGET ${name} POST_BUILD BYPRODUCTS ${page}
+    COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${name}> -DVERSION=${PROJECT_VERSION} -DPAGE=${page}
+      -P ${CMAKE_SOURCE_DIR}/scripts/cmake/ManPage.cmake)
+endfunction()

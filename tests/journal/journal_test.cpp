@@ -200,11 +200,10 @@ TEST(Journal, ResumingCutsTheTailAndGoesOn)
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 3);
   const std::string torn = scratch.write("torn.journal", test::read_bytes(path) + "half a rec");
-  const JournalContent content = read_journal(torn);
-  EXPECT_EQ(content.dropped_bytes, 10u);
   {
-    JournalWriter writer = JournalWriter::resume(torn, content);
-    writer.append(record(3, 0));
+    OpenJournal opened = JournalWriter::open(torn, key);
+    EXPECT_EQ(opened.content.dropped_bytes, 10u);
+    opened.writer.append(record(3, 0));
   }
   expect_records(read_journal(torn), 4);
   write_journal(path, 4);
@@ -270,7 +269,7 @@ TEST(Journal, AMissingOrUnwritableFileIsNamed)
   EXPECT_EQ(facts.file, nowhere);
   EXPECT_NE(facts.found.find("cannot be created"), std::string::npos);
   EXPECT_NE(facts.wanted.find("written"), std::string::npos);
-  EXPECT_EQ(input_error([&] { JournalWriter::resume(nowhere, {}); }).file, nowhere);
+  EXPECT_EQ(input_error([&] { JournalWriter::open(nowhere, key); }).file, nowhere);
   const std::string folder = scratch.path();
   EXPECT_EQ(input_error([&] { JournalWriter::create(folder, key); }).file, folder);
 }
@@ -289,7 +288,7 @@ TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
     const rlimit small{limit, limit};
     setrlimit(RLIMIT_FSIZE, &small);
     int n_errors = 0;
-    JournalWriter writer = JournalWriter::resume(path, read_journal(path));
+    JournalWriter writer = JournalWriter::open(path, key).writer;
     for (int n = 0; n < 20; ++n) {
       try {
         writer.append(record(n, n % 3));
@@ -380,7 +379,7 @@ TEST(Journal, ASecondWriterIsRefused)
   for (const bool fresh : {true, false}) {
     const InputError::Facts facts = input_error([&] {
       if (fresh) JournalWriter::create(path, key);
-      JournalWriter::resume(path, read_journal(path));
+      JournalWriter::open(path, key);
     });
     EXPECT_EQ(facts.file, path);
     EXPECT_NE(facts.found.find("another run"), std::string::npos);
@@ -389,6 +388,40 @@ TEST(Journal, ASecondWriterIsRefused)
   writer.append(record(0, 0));
   writer.flush();
   expect_records(read_journal(path), 1);
+}
+
+TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
+{
+  // Opened, one record each, closed: whoever finds it in use tries again.
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "a.journal";
+  constexpr int n_writers = 8;
+  std::vector<pid_t> writers;
+  for (int n = 0; n < n_writers; ++n) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      for (;;) {
+        std::optional<OpenJournal> opened = JournalWriter::try_open(path, key);
+        if (!opened) continue;
+        const bool is_in_order = opened->content.dropped_bytes == 0;
+        opened->writer.append(record(n, 0));
+        _exit(is_in_order ? 0 : 1);
+      }
+    }
+    writers.push_back(child);
+  }
+  for (const pid_t writer : writers) {
+    int status = 0;
+    ASSERT_EQ(waitpid(writer, &status, 0), writer);
+    EXPECT_EQ(status, 0);
+  }
+  const JournalContent content = read_journal(path);
+  EXPECT_EQ(content.dropped_bytes, 0u);
+  std::set<std::int32_t> found;
+  for (const StepRecord& r : content.records) found.insert(r.key.flexion);
+  EXPECT_EQ(found.size(), static_cast<std::size_t>(n_writers));
+  EXPECT_FALSE(std::filesystem::exists(path + ".partial"));
 }
 
 TEST(Journal, ThreadsNeverTearEachOthersRecords)
@@ -424,7 +457,7 @@ TEST(Journal, SurvivesAKillInTheMiddle)
     const pid_t child = fork();
     ASSERT_GE(child, 0);
     if (child == 0) {
-      JournalWriter writer = JournalWriter::resume(path, before);
+      JournalWriter writer = JournalWriter::open(path, key).writer;
       for (int n = static_cast<int>(before.records.size());; ++n) writer.append(record(n, n % 3));
     }
     // Each record takes at least 100 bytes: some hundreds of them, then the kill.

@@ -434,5 +434,15 @@ TEST(Jobs, EveryJobOfTheRepositoryIsValid)
   EXPECT_GE(n_jobs, 11);
 }
 
+TEST(Job, ACampaignIsCheckedAndLeftOutOfTheResolvedJob)
+{
+  const std::string campaign = "[campaign]\n[[campaign.method]]\nname = \"a\"\n";
+  const Job job = job_of(test::small_job("", campaign));
+  EXPECT_TRUE(job.has_campaign);
+  EXPECT_EQ(job.resolved_text, job_of(test::small_job()).resolved_text);
+  EXPECT_EQ(facts_of_job(test::small_job("", campaign + "sett = {}\n")).field, "campaign.method.0.sett");
+  EXPECT_EQ(facts_of_job(campaign).field, "reference");
+}
+
 }  // namespace
 }  // namespace vrda

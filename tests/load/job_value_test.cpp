@@ -32,6 +32,23 @@ x = 2
   EXPECT_EQ(toml_text(parse_toml(once, "job.toml")), once);
 }
 
+TEST(JobValue, TablesKeepTheOrderWritten)
+{
+  const JobValue root = parse_toml(
+      "z = 1\n[m.y]\nq.d = 1\nq.c = 2\na = { k = 1, b = 2 }\n[[c]]\nx = 1\n[m.a]\n[[c]]\n[b]\n", "j");
+  const auto keys_of = [&](std::string_view key) {
+    std::vector<std::string> keys;
+    for (const JobEntry& entry : *value_at(root, key).table()) keys.push_back(entry.key);
+    return keys;
+  };
+  using testing::ElementsAre;
+  EXPECT_THAT(keys_of(""), ElementsAre("z", "m", "c", "b"));
+  EXPECT_THAT(keys_of("m"), ElementsAre("y", "a"));
+  EXPECT_THAT(keys_of("m.y"), ElementsAre("q", "a"));
+  EXPECT_THAT(keys_of("m.y.q"), ElementsAre("d", "c"));
+  EXPECT_THAT(keys_of("m.y.a"), ElementsAre("k", "b"));
+}
+
 TEST(JobValue, SyntaxErrorsNameFileLineAndColumn)
 {
   const InputError::Facts facts = test::facts_of([] { parse_toml("a = 1\nb = = 2\n", "knee.toml"); });

@@ -47,6 +47,12 @@ TEST(Warnings, StepsOfTheSearchHaveNoEffectOnTheEquilibrium)
               ElementsAre(AllOf(HasSubstr("solver.search.rotation_step_deg"), HasSubstr("equilibrium"))));
 }
 
+TEST(Warnings, ACampaignIsNotRun)
+{
+  EXPECT_THAT(warnings_of(test::small_job("", "[campaign]\n[[campaign.method]]\nname = \"a\"\n")),
+              ElementsAre(AllOf(HasSubstr("vrda plan"), HasSubstr("vrda submit"))));
+}
+
 TEST(Warnings, StepsUnderTenResolutions)
 {
   EXPECT_THAT(warnings_of(test::small_job(), {search, "solver.search.translation_resolution_mm=0.2"}),

@@ -6,8 +6,8 @@ import subprocess
 import tempfile
 
 SCRIPTS = pathlib.Path(__file__).parents[2] / "scripts"
-REAL_TOOLS = ("awk", "basename", "bash", "cat", "comm", "cp", "dirname", "env", "grep", "head", "mkdir", "nproc", "paste", "printf",
-              "realpath", "sed", "sort", "tail", "touch", "tr")
+REAL_TOOLS = ("awk", "basename", "bash", "cat", "comm", "cp", "cut", "dirname", "env", "grep", "head", "mkdir", "mv", "nproc", "paste",
+              "printf", "realpath", "rm", "sed", "sha256sum", "sort", "stat", "tail", "touch", "tr")
 
 
 class FakeMachine:
@@ -18,9 +18,9 @@ class FakeMachine:
         base = pathlib.Path(self.folder.name)
         self.checkout, self.bin, self.log = base / "a check out", base / "bin", base / "calls"
         (self.checkout / "scripts").mkdir(parents=True)
-        for name in ("steps.sh", "setup", "quickstart"):
+        for name in ("steps.sh", "setup", "quickstart", "package"):
             shutil.copy(SCRIPTS / name, self.checkout / "scripts")
-        self.write("scripts/packages.txt", "# list\n[programs]\nalpha\nbeta\n[tests]\n# more\ngamma\n")
+        self.write("scripts/packages.txt", "# list\n[programs]\nalpha\nbeta\n[tests]\n# more\ngamma\n[package]\ndelta\n")
         self.bin.mkdir()
         for tool in REAL_TOOLS:
             (self.bin / tool).symlink_to(shutil.which(tool, path="/usr/bin:/bin"))

@@ -1,4 +1,4 @@
-"""Opens a sample motion model and a sample trace with the programs that its readers use: netCDF's ncdump, h5dump, and xarray
+"""Opens a sample motion model, a trace and an index with the programs that its readers use: netCDF's ncdump, h5dump, and xarray
 with both of its engines. Wants named dimensions with units and not one warning.
 
 usage: netcdf_view.py WRITE_SAMPLE
@@ -202,6 +202,24 @@ def check_trace(path):
     check(path_in_contact.shape == (3, 3), f"{path_in_contact.shape[0]} moves in contact, wanted 3")
 
 
+def check_index(path):
+    """One row a case, by name; codes with their meanings; a table for pandas as it stands."""
+    import xarray
+
+    header = run("ncdump", "-h", path)
+    check("case = 3 ;" in header and "string case(case) ;" in header, "the cases are no dimension of the index")
+    check('gap_mm:units = "mm" ;' in header and "phony_dim" not in header, "the index has no units or no dimensions")
+    for engine in ("netcdf4", "h5netcdf"):
+        with xarray.open_dataset(path, engine=engine) as dataset:
+            index = dataset.load()
+        check_dataset(index, "/", {"case"})
+        check(index.case.values.tolist() == ["a_rest", "a_search", "b_rest"], "the index has other cases")
+        check(float(index.gap_mm.sel(case="a_rest")) == 0.125, "a case is not found by its name")
+        check(bool(index.gap_mm.sel(case="a_search").isnull()), "no answer is not NaN")
+        frame = index.to_dataframe()
+        check(frame.shape == (3, 3) and frame.loc["b_rest", "status"] == 3, "pandas sees another table")
+
+
 def check_same_bytes(write_sample, folder, kind):
     contents = set()
     # Memory that was not set would show: glibc fills it with the byte given.
@@ -219,7 +237,7 @@ def main():
         if shutil.which(program) is None:
             skip(f"no {program} (Debian: netcdf-bin, hdf5-tools)")
     with tempfile.TemporaryDirectory() as folder:
-        for kind in ("rich", "trace"):
+        for kind in ("rich", "trace", "index"):
             check_same_bytes(write_sample, folder, kind)
         path = os.path.join(folder, "knee.h5")
         run(write_sample, path, "rich")
@@ -229,6 +247,9 @@ def main():
         trace = os.path.join(folder, "knee.trace.h5")
         run(write_sample, trace, "trace")
         check_trace(trace)
+        index = os.path.join(folder, "index.h5")
+        run(write_sample, index, "index")
+        check_index(index)
         free = os.path.join(folder, "free.h5")
         run(write_sample, free, "free")
         check_free(free)

@@ -1,11 +1,12 @@
-// Writes sample motion models, and a trace, for the checks that other programs make:
-// write_sample FILE [rich|plain|free|pending|trace]
+// Writes sample motion models, a trace and an index, for the checks that other programs make:
+// write_sample FILE [rich|plain|free|pending|trace|index]
 #include <cstdio>
 #include <exception>
 #include <string>
 
 #include "store/motion_model_file.hpp"
 #include "store/sample_derived.hpp"
+#include "store/sample_index.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace_file.hpp"
 #include "support/traces.hpp"
@@ -15,6 +16,10 @@ int main(int argc, char** argv)
   if (argc != 3) return 2;
   try {
     const std::string which = argv[2];
+    if (which == "index") {
+      vrda::write_index_file(argv[1], vrda::test::sample_index());
+      return 0;
+    }
     vrda::test::SampleOptions options;
     if (which == "rich") options.n_flexion = 91, options.n_varus = 21, options.n_wraps = 2;
     options.is_equilibrium = which == "rich" || which == "pending";

@@ -76,6 +76,11 @@ void Process::send(int signal) const
   kill(pid_, signal);
 }
 
+std::string Process::said() const
+{
+  return read_bytes(err_);
+}
+
 Ended Process::wait()
 {
   reap(0);

@@ -34,6 +34,8 @@ class Process {
 
   bool is_running();
   void send(int signal) const;
+  /// What stands on its standard error so far.
+  std::string said() const;
   /// Waits for the end.
   Ended wait();
 

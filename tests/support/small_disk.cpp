@@ -59,6 +59,18 @@ SmallDisk::~SmallDisk()
   umount2(folder_.c_str(), MNT_DETACH);
 }
 
+void SmallDisk::forbid_writing()
+{
+  if (mount("tmpfs", folder_.c_str(), "tmpfs", MS_REMOUNT | MS_RDONLY, nullptr) != 0)
+    throw std::runtime_error(why("remount"));
+}
+
+void SmallDisk::permit_writing()
+{
+  if (mount("tmpfs", folder_.c_str(), "tmpfs", MS_REMOUNT, nullptr) != 0)
+    throw std::runtime_error(why("remount"));
+}
+
 void SmallDisk::resize(std::uintmax_t n_bytes)
 {
   const std::string size = "size=" + std::to_string(n_bytes);

@@ -21,6 +21,9 @@ class SmallDisk {
   const std::filesystem::path& path() const { return folder_; }
   /// Makes the disk larger; what is on it stays.
   void resize(std::uintmax_t n_bytes);
+  /// From now on everything on it can only be read, by root too. Throws while a file is open for writing.
+  void forbid_writing();
+  void permit_writing();
 
  private:
   std::filesystem::path folder_;

@@ -1,15 +1,15 @@
-#include "store/whole_file.hpp"
+#include "core/whole_file.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <utility>
 
 #include "core/error.hpp"
-#include "store/seal.hpp"
 
 namespace vrda {
 namespace {
@@ -76,16 +76,17 @@ void sync_folder(const std::string& path)
 
 }  // namespace
 
-void write_whole(const std::string& path, std::string_view content)
+void write_whole(const std::string& path, std::initializer_list<std::string_view> pieces)
 {
-  const std::string seal = seal_of(content);
   const Temporary temporary(path + ".partial");
   Descriptor file(open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
   if (file.get() < 0) fail(path, "an output that cannot be created");
-  if (!is_written(file.get(), content) || !is_written(file.get(), seal) || fsync(file.get()) != 0 ||
-      !file.close()) {
-    fail(path,
-         "an output of " + std::to_string(content.size() + seal.size()) + " bytes that cannot be written");
+  const bool are_written = std::all_of(pieces.begin(), pieces.end(),
+                                       [&](std::string_view piece) { return is_written(file.get(), piece); });
+  if (!are_written || fsync(file.get()) != 0 || !file.close()) {
+    std::size_t n_bytes = 0;
+    for (const std::string_view piece : pieces) n_bytes += piece.size();
+    fail(path, "an output of " + std::to_string(n_bytes) + " bytes that cannot be written");
   }
   if (std::rename(temporary.path().c_str(), path.c_str()) != 0) fail(path, "a file that cannot be replaced");
   sync_folder(path);

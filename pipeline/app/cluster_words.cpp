@@ -1,0 +1,144 @@
+#include "app/cluster_words.hpp"
+
+#include <CLI/CLI.hpp>
+
+namespace vrda {
+namespace {
+
+constexpr int most_tasks = 100000;
+
+// --extra "#SBATCH --constraint=avx2" or without the mark.
+std::string without_mark(const std::string& line)
+{
+  constexpr std::string_view mark = "#SBATCH ";
+  return line.starts_with(mark) ? line.substr(mark.size()) : line;
+}
+
+void add_slurm_options(CLI::App& c, SlurmOptions& slurm)
+{
+  c.add_option("--partition", slurm.partition, "Slurm's partition; default: the cluster's")
+      ->envname("SBATCH_PARTITION");
+  c.add_option("--time", slurm.time, "Time limit of a task, as sbatch takes it: 30 (minutes), 2:00:00");
+  c.add_option("--mem", slurm.memory, "Memory of a task: 500M, 2G");
+  c.add_option("--cpus", slurm.cpus, "Processors, and threads, of a task")->check(CLI::Range(1, 1024));
+  c.add_option("--account", slurm.account, "Slurm's account")->envname("SBATCH_ACCOUNT");
+  c.add_option("--qos", slurm.qos, "Slurm's quality of service")->envname("SBATCH_QOS");
+  c.add_option("--max-parallel", slurm.max_parallel, "Tasks of one array at once; default: no limit")
+      ->check(CLI::Range(1, most_tasks));
+  c.add_option("--cases-per-task", slurm.cases_per_task,
+               "Cases that a task makes one after the other; default: as few as Slurm's queue has room for")
+      ->check(CLI::Range(1, most_tasks));
+  c.add_option_function<std::vector<std::string>>(
+       "--extra",
+       [&slurm](const std::vector<std::string>& lines) {
+         for (const std::string& line : lines) slurm.extra.push_back(without_mark(line));
+       },
+       "A further line of the scripts, \"#SBATCH --constraint=avx2\"; may be repeated")
+      ->allow_extra_args(false)
+      ->take_all();
+}
+
+void add_local_options(CLI::App& c, bool& is_local, int& n_workers, bool& is_dry, bool& as_json)
+{
+  c.add_flag("--local", is_local,
+             "By processes of this machine, without Slurm; returns when they have ended");
+  c.add_option("--workers", n_workers, "Local processes at once; default: one a processor")
+      ->check(CLI::Range(1, 1024));
+  c.add_flag("--dry-run", is_dry, "Print the scripts and the sbatch commands, write nothing");
+  c.add_flag("--json", as_json, "Print JSON");
+}
+
+}  // namespace
+
+void ClusterWords::add_to(const Add& add, std::function<ExitCode()>& chosen)
+{
+  add_plan(add, chosen);
+  add_submit(add, chosen);
+  add_status(add, chosen);
+  add_resume(add, chosen);
+  add_index(add, chosen);
+  add_task(add, chosen);
+}
+
+void ClusterWords::add_plan(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c =
+      add("plan", "List the cases of a job or campaign, checked, with what they will take; solve nothing.",
+          "vrda plan jobs/campaign-example.toml");
+  c.add_option("job", plan_.job_file, "Job or campaign file (TOML)")->required();
+  c.add_option("--data", plan_.data_directory, "Folder the mesh files are relative to");
+  c.add_option("--set", plan_.overrides, "key=value, over the job file; may be repeated")
+      ->allow_extra_args(false)
+      ->take_all();
+  c.add_option("--shards", plan_.n_shards, "Tasks that each case is to be cut into")
+      ->check(CLI::Range(1, most_tasks));
+  c.add_flag("--json", plan_.as_json, "Print JSON");
+  c.callback([this, &chosen] { chosen = [this] { return plan_command(plan_); }; });
+}
+
+void ClusterWords::add_index(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c = add("index", "Set the results of a submission side by side: one row a case, as CSV and HDF5.",
+                    "vrda index results/campaign-example");
+  c.add_option("folder", index_.folder, "Folder of the submission")->required();
+  c.add_flag("--json", index_.as_json, "Print JSON");
+  c.callback([this, &chosen] { chosen = [this] { return index_command(index_); }; });
+}
+
+void ClusterWords::add_submit(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c = add("submit", "Make the cases of a job or campaign by many tasks: on Slurm, or here.",
+                    "vrda submit jobs/knee-generic.toml --shards 8 --partition batch --time 30 --mem 500M\n  "
+                    "vrda submit jobs/knee-generic.toml --shards 8 --local");
+  c.add_option("job", submit_.job_file, "Job or campaign file (TOML)")->required();
+  c.add_option("-o,--output", submit_.folder, "Folder of the submission; default results/<job name>");
+  c.add_option("--data", submit_.data_directory, "Folder the mesh files are relative to");
+  c.add_option("--set", submit_.overrides, "key=value, over the job file; may be repeated")
+      ->allow_extra_args(false)
+      ->take_all();
+  c.add_option("--shards", submit_.n_shards, "Tasks that each case is cut into")
+      ->check(CLI::Range(1, most_tasks))
+      ->capture_default_str();
+  add_slurm_options(c, submit_.slurm);
+  add_local_options(c, submit_.is_local, submit_.n_workers, submit_.is_dry, submit_.as_json);
+  c.callback([this, &chosen] { chosen = [this] { return submit_command(submit_); }; });
+}
+
+void ClusterWords::add_resume(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c = add("resume", "Submit what is missing of a submission; options given replace those it had.",
+                    "vrda resume results/knee-generic --time 1:00:00");
+  c.add_option("folder", resume_.folder, "Folder of the submission")->required();
+  resume_.slurm.cpus = 0;  // as it was
+  add_slurm_options(c, resume_.slurm);
+  add_local_options(c, resume_.is_local, resume_.n_workers, resume_.is_dry, resume_.as_json);
+  c.callback([this, &chosen] { chosen = [this] { return resume_command(resume_); }; });
+}
+
+void ClusterWords::add_status(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c = add("status", "Tell how far a submission is, task by task; of a campaign case by case.",
+                    "vrda status results/knee-generic");
+  c.add_option("folder", status_.folder, "Folder of the submission")->required();
+  c.add_option("--case", status_.case_name, "The tasks of this case of a campaign");
+  c.add_flag("--json", status_.as_json, "Print everything as JSON");
+  c.callback([this, &chosen] { chosen = [this] { return status_command(status_); }; });
+}
+
+void ClusterWords::add_task(const Add& add, std::function<ExitCode()>& chosen)
+{
+  CLI::App& c = add("task", "One task of a submission: what its scripts and local processes run.",
+                    "vrda task results/knee-generic --kind shard --case knee-generic --shard 3");
+  c.add_option("folder", task_.folder, "Folder of the submission")->required();
+  c.add_option("--kind", task_.kind, "spine, shard, merge, run or index")->required();
+  CLI::Option* name = c.add_option("--case", task_.case_name, "Name of the case");
+  c.add_option("--first", task_.first, "Number of the case, from 1")->excludes(name);
+  c.add_option("--count", task_.count, "Cases to run one after the other")->check(CLI::PositiveNumber);
+  c.add_option("--shard", task_.shard, "Number of the shard, from 1");
+  c.add_option("--cpus", task_.n_cpus, "Threads")->check(CLI::Range(1, 1024));
+  c.add_option("--ended", task_.ended, "Only note down that it was ended, with this exit code of its script")
+      ->check(CLI::Range(129, 255));
+  c.callback([this, &chosen] { chosen = [this] { return task_command(task_); }; });
+}
+
+}  // namespace vrda

@@ -1,0 +1,24 @@
+/// Hands out tasks of a submission, the way that was asked for.
+#pragma once
+
+#include <string>
+
+#include "app/talk.hpp"
+#include "cluster/submission.hpp"
+#include "cluster/work.hpp"
+
+namespace vrda {
+
+struct HandOutOptions {
+  bool is_dry = false;
+  bool is_local = false;
+  int n_workers = 0;  ///< of a local run; 0: as many as there are processors
+  bool as_json = false;
+};
+
+/// By local processes: returns when they have ended, with the worst of their exit codes. By Slurm: prints
+/// what was submitted. Dry: prints what would be.
+ExitCode hand_out(const std::string& folder, const Submission& submission, const Work& work,
+                  const HandOutOptions& options);
+
+}  // namespace vrda

@@ -1,0 +1,23 @@
+/// `vrda index`: one table of the results of a submission.
+#pragma once
+
+#include <string>
+
+#include "app/talk.hpp"
+#include "cluster/submission.hpp"
+
+namespace vrda {
+
+struct IndexOptions {
+  std::string folder;  ///< of a submission
+  bool as_json = false;
+};
+
+/// Writes index.csv, index.h5 and index.times.csv there and prints their paths. Cases that are not done are
+/// rows too. Throws InputError where there is no submission or no room.
+ExitCode index_command(const IndexOptions& options);
+
+/// The same of a submission that is read already, its folder absolute.
+ExitCode write_index_of(const IndexOptions& options, const Submission& submission);
+
+}  // namespace vrda

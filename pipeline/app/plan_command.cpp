@@ -1,0 +1,274 @@
+#include "app/plan_command.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/plan_cases.hpp"
+#include "cluster/shard.hpp"
+
+namespace vrda {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Of the solving: above it more shards gain little, since they wait for the spine.
+constexpr double large_spine_share = 0.5;
+
+struct ShardCost {
+  std::int64_t n_rows = 0;
+  std::int64_t n_attitudes = 0;
+  double processor_s = 0.0;  ///< loading included
+};
+
+ShardCost cost_of_shard(const PlannedCase& planned, const Shard& shard)
+{
+  SweepPlan plan = planned.plan;
+  plan.rows = rows_of(shard, static_cast<std::int32_t>(plan.flexion_rad.size()));
+  const CaseCost cost = cost_of(planned.size, step_counts(plan));
+  const auto n_rows = static_cast<std::int64_t>(plan.rows->size());
+  return {n_rows, n_rows * planned.size.n_varus, cost.load_s + cost.rows_s};
+}
+
+std::vector<ShardCost> shards_of(const PlannedCase& planned, int n_shards)
+{
+  std::vector<ShardCost> shards;
+  for (std::int32_t i = 1; i <= n_shards; ++i) shards.push_back(cost_of_shard(planned, {i, n_shards}));
+  return shards;
+}
+
+double spine_share(const PlannedCase& planned)
+{
+  const double solving_s = planned.cost.solving_s();
+  return solving_s > 0.0 ? planned.cost.spine_s / solving_s : 0.0;
+}
+
+// Each of the tasks loads: the spine, every shard, the merge.
+double processor_s_of(const PlannedCase& planned, int n_shards)
+{
+  const int n_more = n_shards > 1 ? n_shards + 1 : 0;
+  return planned.cost.processor_s() + n_more * planned.cost.load_s;
+}
+
+std::int64_t n_attitudes(const PlannedCase& planned)
+{
+  return planned.size.n_flexion * planned.size.n_varus;
+}
+
+// "2.1 s", "3:05 min", "4:10 h".
+std::string duration(double seconds)
+{
+  char text[40];
+  const auto whole = static_cast<long long>(std::llround(seconds));
+  if (seconds < 100.0) {
+    std::snprintf(text, sizeof text, "%.2g s", seconds);
+  } else if (whole < 6000) {
+    std::snprintf(text, sizeof text, "%lld:%02lld min", whole / 60, whole % 60);
+  } else {
+    std::snprintf(text, sizeof text, "%lld:%02lld h", whole / 3600, whole % 3600 / 60);
+  }
+  return text;
+}
+
+std::string amount(double bytes)
+{
+  char text[40];
+  const char* unit = bytes < 1e9 ? "MB" : bytes < 1e12 ? "GB" : "TB";
+  const double in_unit = bytes / (bytes < 1e9 ? 1e6 : bytes < 1e12 ? 1e9 : 1e12);
+  std::snprintf(text, sizeof text, in_unit < 10.0 ? "%.1f %s" : "%.0f %s", in_unit, unit);
+  return text;
+}
+
+struct Totals {
+  std::int64_t attitudes = 0, steps = 0;
+  double processor_s = 0.0, journal_bytes = 0.0, model_bytes = 0.0, largest_memory = 0.0, largest_s = 0.0;
+};
+
+Totals totals_of(const std::vector<PlannedCase>& cases, int n_shards)
+{
+  Totals totals;
+  for (const PlannedCase& planned : cases) {
+    totals.attitudes += n_attitudes(planned);
+    totals.steps += planned.cost.steps.all();
+    totals.processor_s += processor_s_of(planned, n_shards);
+    totals.journal_bytes += planned.cost.journal_bytes;
+    totals.model_bytes += planned.cost.model_bytes;
+    totals.largest_memory = std::max(totals.largest_memory, planned.cost.memory_bytes);
+    totals.largest_s = std::max(totals.largest_s, planned.cost.processor_s());
+  }
+  return totals;
+}
+
+Json command_of(const CaseSpec& spec)
+{
+  Json words = {"vrda", "run", spec.job_file};
+  if (!spec.data_directory.empty()) words.insert(words.end(), {"--data", spec.data_directory});
+  for (const std::string& text : spec.overrides) words.insert(words.end(), {"--set", text});
+  return words;
+}
+
+Json shards_json(const PlannedCase& planned, int n_shards)
+{
+  Json list = Json::array();
+  for (const ShardCost& shard : shards_of(planned, n_shards)) {
+    list.push_back(
+        {{"rows", shard.n_rows}, {"attitudes", shard.n_attitudes}, {"processor_s", shard.processor_s}});
+  }
+  return list;
+}
+
+Json case_json(const Campaign& campaign, const PlannedCase& planned, int n_shards)
+{
+  Json levels = Json::object();
+  for (std::size_t a = 0; a < campaign.axes.size(); ++a)
+    levels[campaign.axes[a]] = planned.campaign_case.levels[a];
+  const CaseCost& cost = planned.cost;
+  Json result = {
+      {"name", planned.campaign_case.spec.name},
+      {"levels", levels},
+      {"command", command_of(planned.campaign_case.spec)},
+      {"title", planned.job_case.title},
+      {"method", planned.job_case.method},
+      {"flexions", planned.size.n_flexion},
+      {"varus_columns", planned.size.n_varus},
+      {"varus_is_free", planned.job_case.is_varus_free},
+      {"attitudes", n_attitudes(planned)},
+      {"triangles", {{"contact", planned.size.n_contact_triangles}, {"all", planned.size.n_triangles}}},
+      {"fibres", planned.size.n_fibres},
+      {"steps", {{"spine", cost.steps.spine()}, {"bands", cost.steps.bands}, {"rows", cost.steps.cells}}},
+      {"processor_s",
+       {{"load", cost.load_s},
+        {"spine", cost.spine_s},
+        {"spine_one_after_the_other", cost.chain_s},
+        {"rows", cost.rows_s},
+        {"finish", cost.finish_s},
+        {"all", processor_s_of(planned, n_shards)}}},
+      {"memory_bytes", cost.memory_bytes},
+      {"journal_bytes", cost.journal_bytes},
+      {"model_bytes", cost.model_bytes},
+      {"same_as", planned.same_as}};
+  if (n_shards > 1) result["shards"] = shards_json(planned, n_shards);
+  return result;
+}
+
+Json plan_json(const Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
+{
+  const Totals totals = totals_of(cases, n_shards);
+  Json list = Json::array();
+  for (const PlannedCase& planned : cases) list.push_back(case_json(campaign, planned, n_shards));
+  return {{"title", campaign.title},
+          {"axes", campaign.axes},
+          {"cases", list},
+          {"total",
+           {{"cases", cases.size()},
+            {"attitudes", totals.attitudes},
+            {"steps", totals.steps},
+            {"processor_s", totals.processor_s},
+            {"longest_case_s", totals.largest_s},
+            {"largest_memory_bytes", totals.largest_memory},
+            {"journal_bytes", totals.journal_bytes},
+            {"model_bytes", totals.model_bytes}}},
+          {"estimate_is_within_a_factor_of", cost_spread}};
+}
+
+void print_case(const PlannedCase& planned, int n_shards, int name_width)
+{
+  const std::string grid = std::to_string(planned.size.n_flexion) + " x " +
+                           (planned.job_case.is_varus_free ? "free" : std::to_string(planned.size.n_varus));
+  std::printf("%-*s  %-16s  %10s  %9lld  %9lld  %9s  %7s  %8s  %7s", name_width,
+              planned.campaign_case.spec.name.c_str(), planned.job_case.method.c_str(), grid.c_str(),
+              static_cast<long long>(n_attitudes(planned)),
+              static_cast<long long>(planned.size.n_contact_triangles),
+              duration(processor_s_of(planned, n_shards)).c_str(), amount(planned.cost.memory_bytes).c_str(),
+              amount(planned.cost.journal_bytes).c_str(), amount(planned.cost.model_bytes).c_str());
+  if (n_shards > 1) {
+    std::printf("  %9s  %9s", duration(planned.cost.load_s + planned.cost.spine_s).c_str(),
+                duration(cost_of_shard(planned, {1, n_shards}).processor_s).c_str());
+  }
+  std::printf("\n");
+}
+
+void print_cases(const std::vector<PlannedCase>& cases, int n_shards)
+{
+  std::size_t width = 4;
+  for (const PlannedCase& planned : cases) width = std::max(width, planned.campaign_case.spec.name.size());
+  const int name_width = static_cast<int>(width);
+  std::printf("%-*s  %-16s  %10s  %9s  %9s  %9s  %7s  %8s  %7s", name_width, "case", "method", "grid",
+              "attitudes", "triangles", "processor", "memory", "journals", "model");
+  std::printf(n_shards > 1 ? "  %9s  %9s\n" : "\n", "spine", "a shard");
+  for (const PlannedCase& planned : cases) print_case(planned, n_shards, name_width);
+}
+
+void print_shards(const PlannedCase& planned, int n_shards)
+{
+  const std::vector<ShardCost> shards = shards_of(planned, n_shards);
+  const auto n_idle =
+      std::count_if(shards.begin(), shards.end(), [](const ShardCost& s) { return s.n_rows == 0; });
+  std::printf("spine: %lld steps, %s; of them %lld one after the other\n",
+              static_cast<long long>(planned.cost.steps.spine()), duration(planned.cost.spine_s).c_str(),
+              static_cast<long long>(planned.cost.steps.chain));
+  for (std::size_t i = 0; i < shards.size(); ++i) {
+    if (shards[i].n_rows == 0) continue;
+    std::printf("shard %zu/%d: %lld flexions, %lld attitudes, %s\n", i + 1, n_shards,
+                static_cast<long long>(shards[i].n_rows), static_cast<long long>(shards[i].n_attitudes),
+                duration(shards[i].processor_s).c_str());
+  }
+  if (n_idle > 0) std::printf("%lld more shards have no flexion\n", static_cast<long long>(n_idle));
+}
+
+// One line for all of them.
+void say_of_spines(const std::vector<PlannedCase>& cases, int n_shards)
+{
+  const auto n = std::count_if(cases.begin(), cases.end(),
+                               [](const PlannedCase& p) { return spine_share(p) > large_spine_share; });
+  if (n == 0 || n_shards == 1) return;
+  const std::string of =
+      cases.size() == 1 ? "" : " in " + std::to_string(n) + " of " + std::to_string(cases.size()) + " cases";
+  warn("--shards: most of the work is the spine" + of +
+       ", which one task solves before any shard: more shards do not help there, more --cpus for its "
+       "restarts do");
+}
+
+void say_of_twins(const std::vector<PlannedCase>& cases)
+{
+  for (const PlannedCase& planned : cases) {
+    if (planned.same_as.empty()) continue;
+    warn("case " + planned.campaign_case.spec.name + " gives the same motion model as " + planned.same_as);
+  }
+}
+
+void print(const Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
+{
+  if (!campaign.title.empty()) std::printf("%s\n", campaign.title.c_str());
+  print_cases(cases, n_shards);
+  const Totals totals = totals_of(cases, n_shards);
+  if (n_shards > 1 && cases.size() == 1) print_shards(cases.front(), n_shards);
+  std::printf(
+      "%zu case%s: %lld attitudes, %lld steps, %s of processor time, %s at most at once, %s of journals, %s "
+      "of motion "
+      "models\n",
+      cases.size(), cases.size() == 1 ? "" : "s", static_cast<long long>(totals.attitudes),
+      static_cast<long long>(totals.steps), duration(totals.processor_s).c_str(),
+      amount(totals.largest_memory).c_str(), amount(totals.journal_bytes).c_str(),
+      amount(totals.model_bytes).c_str());
+  std::printf("estimates from one machine: expect times between half and twice of these\n");
+}
+
+}  // namespace
+
+ExitCode plan_command(const PlanOptions& options)
+{
+  const Campaign campaign = campaign_of(options.job_file, options.data_directory, options.overrides);
+  const std::vector<PlannedCase> cases = planned_cases(campaign);
+  say_of_twins(cases);
+  say_of_spines(cases, options.n_shards);
+  if (options.as_json) {
+    std::printf("%s\n", plan_json(campaign, cases, options.n_shards).dump(2).c_str());
+  } else {
+    print(campaign, cases, options.n_shards);
+  }
+  return ExitCode::done;
+}
+
+}  // namespace vrda

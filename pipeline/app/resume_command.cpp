@@ -1,0 +1,134 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app/hand_out.hpp"
+#include "app/output_file.hpp"
+#include "app/submit_command.hpp"
+#include "cluster/local_run.hpp"
+#include "cluster/missing.hpp"
+#include "cluster/slurm.hpp"
+#include "cluster/slurm_scripts.hpp"
+#include "cluster/status.hpp"
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+
+void replace_if_given(std::string& old, const std::string& given)
+{
+  if (!given.empty()) old = given;
+}
+
+SlurmOptions changed(SlurmOptions slurm, const SlurmOptions& given)
+{
+  replace_if_given(slurm.partition, given.partition);
+  replace_if_given(slurm.time, given.time);
+  replace_if_given(slurm.memory, given.memory);
+  replace_if_given(slurm.account, given.account);
+  replace_if_given(slurm.qos, given.qos);
+  if (given.cpus > 0) slurm.cpus = given.cpus;
+  if (given.max_parallel > 0) slurm.max_parallel = given.max_parallel;
+  if (given.cases_per_task > 0) slurm.cases_per_task = given.cases_per_task;
+  if (!given.extra.empty()) slurm.extra = given.extra;
+  return slurm;
+}
+
+// Processes of a local run that was killed are told to end, and do so within a step.
+bool has_own_processes(const StatusView& status)
+{
+  return std::any_of(status.cases.begin(), status.cases.end(), [](const CaseView& c) {
+    return std::any_of(c.tasks.begin(), c.tasks.end(), [](const TaskView& task) {
+      return task.standing == TaskStanding::running && task.slurm_job.empty();
+    });
+  });
+}
+
+void say_reasons(const std::vector<std::string>& reasons)
+{
+  constexpr std::size_t most = 20;
+  for (std::size_t k = 0; k < std::min(most, reasons.size()); ++k) say(reasons[k]);
+  if (reasons.size() > most) say("and " + std::to_string(reasons.size() - most) + " more: vrda status");
+}
+
+struct Found {
+  Sightings seen;
+  StatusView status;
+};
+
+Found look(const std::string& folder, const Submission& submission)
+{
+  constexpr std::chrono::seconds patience{60};
+  const auto begin = std::chrono::steady_clock::now();
+  while (true) {
+    Found found;
+    std::string remark;
+    found.seen = look_around(folder, submission, remark);
+    if (!found.seen.is_slurm_known) {
+      throw InputError({folder, "", "tasks of which Slurm does not tell: " + remark, "Slurm's answer"});
+    }
+    found.status = status_of(folder, submission, found.seen);
+    if (!has_own_processes(found.status)) return found;
+    if (std::chrono::steady_clock::now() - begin > patience) {
+      throw InputError({folder, "", "local processes that still run", "their end"});
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+void require_options(const ResumeOptions& options, const Submission& submission, const Missing& missing)
+{
+  if (options.is_local) {
+    if (missing.n_under_way == 0) return;
+    throw InputError({"--local", "", std::to_string(missing.n_under_way) + " tasks in Slurm's queue",
+                      "vrda resume without --local, or scancel before"});
+  }
+  require_log_folder(options.folder);
+  require_sound(submission.slurm);
+  if (submission.slurm.time.empty()) {
+    throw InputError({"--time", "", "nothing", "a task's time limit, or --local as before"});
+  }
+}
+
+ExitCode say_nothing_is_missing(const std::string& folder, const Missing& missing, bool as_json)
+{
+  if (as_json) {
+    const nlohmann::ordered_json json = {{"folder", folder}, {"jobs", nlohmann::ordered_json::array()}};
+    std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+  }
+  const std::string rest = missing.n_under_way == 0
+                               ? "every result is there"
+                               : std::to_string(missing.n_under_way) + " tasks are queued or running";
+  say("nothing is missing: " + rest);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+ExitCode resume_command(const ResumeOptions& options)
+{
+  const std::string folder = fs::absolute(options.folder).lexically_normal().string();
+  Submission submission = read_submission(folder);
+  const SubmissionLock lock(folder);
+  const Found found = look(folder, submission);
+  const Missing missing = missing_of(folder, submission, found.status, found.seen);
+  if (missing.work.is_nothing()) return say_nothing_is_missing(folder, missing, options.as_json);
+  const SlurmOptions slurm = changed(submission.slurm, options.slurm);
+  const bool is_changed = !(slurm == submission.slurm);
+  submission.slurm = slurm;
+  require_options(options, submission, missing);
+  say_reasons(missing.reasons);
+  const HandOutOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
+  if (options.is_dry) return hand_out(folder, submission, missing.work, how);
+  for (const std::string& one : {scripts_of(folder), logs_of(folder), tasks_of(folder)}) make_folder(one);
+  if (is_changed) write_submission(folder, submission);
+  if (!missing.to_cancel.empty()) cancel_jobs(missing.to_cancel);
+  return hand_out(folder, submission, missing.work, how);
+}
+
+}  // namespace vrda

@@ -1,0 +1,39 @@
+/// The steps that earlier runs solved, and the journals that new ones go to.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "journal/journal.hpp"
+#include "journal/trace_journal.hpp"
+#include "sweep/sweep.hpp"
+
+namespace vrda {
+
+struct StepLog {
+  std::string path;  ///< of the writer's file
+  JournalWriter writer;
+  std::map<StepKey, StepRecord> known;
+  std::optional<FrameWriter> traces;
+};
+
+/// Goes on with the journal at `path` or starts one, and says so. Throws InputError when it is another job's
+/// or another process writes it.
+StepLog open_log(const std::string& path, const std::string& key, bool is_fresh);
+
+/// The same, but waits while another process writes the journal: a task that begins again may find its
+/// predecessor about to end. Nothing after `patience`, or when interrupted.
+std::optional<StepLog> open_log_waiting(const std::string& path, const std::string& key, bool is_fresh,
+                                        std::chrono::milliseconds patience);
+
+/// Recalls what `log` knows. Both refer to it.
+std::optional<StepRecord> recalled(const StepLog& log, const StepKey& key);
+
+/// The output's folder was deleted or moved under a run: the journals, which are still open, go back to their
+/// places, and the InputError says so. Returns when they are in place.
+void put_back_lost(const StepLog& log, const std::string& output);
+
+}  // namespace vrda

@@ -1,0 +1,134 @@
+#include "app/submit_command.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "app/hand_out.hpp"
+#include "app/output_file.hpp"
+#include "app/own_program.hpp"
+#include "cluster/campaign.hpp"
+#include "cluster/local_run.hpp"
+#include "cluster/slurm_scripts.hpp"
+#include "core/error.hpp"
+#include "load/case.hpp"
+#include "load/job.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string folder_of(const SubmitOptions& options)
+{
+  const fs::path folder = options.folder.empty() ? fs::path("results") / fs::path(options.job_file).stem()
+                                                 : fs::path(options.folder);
+  std::string text = fs::absolute(folder).lexically_normal().string();
+  while (text.size() > 1 && text.back() == '/') text.pop_back();
+  return text;
+}
+
+std::string program_for_tasks()
+{
+  const std::string program = own_program();
+  if (program.empty()) throw InputError({"/proc/self/exe", "", "no answer", "the path of this program"});
+  return fs::absolute(program).lexically_normal().string();
+}
+
+Submission submission_of(const SubmitOptions& options)
+{
+  const Campaign campaign = campaign_of(options.job_file, options.data_directory, options.overrides);
+  Submission submission;
+  submission.program = program_for_tasks();
+  submission.title = campaign.title;
+  submission.axes = campaign.axes;
+  submission.n_shards = options.n_shards;
+  submission.slurm = options.slurm;
+  const bool is_single = campaign.axes.empty() && campaign.cases.size() == 1;
+  for (const CampaignCase& c : campaign.cases) {
+    const Job job = read_job(c.spec.job_file, c.spec.overrides);
+    SubmittedCase submitted;
+    submitted.spec = c.spec;
+    submitted.levels = c.levels;
+    submitted.output = (is_single ? "" : c.spec.name + "/") + c.spec.name + ".h5";
+    submitted.n_flexion = static_cast<std::int32_t>(job.grid.flexion_deg.size());
+    submitted.n_varus = static_cast<std::int32_t>(job.grid.varus_deg.size());
+    submission.cases.push_back(submitted);
+  }
+  // Better told now than after a night in the queue. Of a campaign vrda plan looks at every mesh.
+  if (is_single) {
+    const CaseSpec& spec = submission.cases.front().spec;
+    load_case(spec.job_file, {spec.data_directory, spec.overrides});
+  }
+  return submission;
+}
+
+void require_slurm_options(const SlurmOptions& slurm)
+{
+  require_sound(slurm);
+  constexpr const char* otherwise = ", or --local for processes of this machine";
+  if (slurm.time.empty())
+    throw InputError({"--time", "", "nothing", std::string("a task's time limit, as 2:00:00") + otherwise});
+  if (slurm.memory.empty())
+    throw InputError({"--mem", "", "nothing", std::string("a task's memory, as 500M") + otherwise});
+}
+
+// A submission is made once; its models are its own.
+void require_new(const std::string& folder, const Submission& submission)
+{
+  if (fs::exists(submission_file_of(folder))) {
+    const bool is_same = read_submission(folder) == submission;
+    throw InputError({folder, "", is_same ? "this very submission" : "another submission",
+                      is_same ? "vrda resume of it" : "another folder (-o), or vrda resume of that one"});
+  }
+  for (const SubmittedCase& c : submission.cases) {
+    if (!fs::exists(output_of(folder, c))) continue;
+    throw InputError({output_of(folder, c), "", "a motion model that is no submission's",
+                      "another folder (-o), or that file out of the way"});
+  }
+}
+
+void make_folders(const std::string& folder)
+{
+  for (const std::string& one : {folder, scripts_of(folder), logs_of(folder), tasks_of(folder)})
+    make_folder(one);
+}
+
+// Slurm took nothing: the same command with other options is a new one.
+void take_back(const std::string& folder)
+{
+  std::error_code ignored;
+  for (const char* name : {"submission.json", "submitted.jsonl", "submission.lock"}) {
+    fs::remove(fs::path(folder) / name, ignored);
+  }
+  fs::remove_all(scripts_of(folder), ignored);
+  for (const std::string& one : {logs_of(folder), tasks_of(folder), folder}) fs::remove(one, ignored);
+}
+
+}  // namespace
+
+ExitCode submit_command(const SubmitOptions& options)
+{
+  if (!options.is_local) require_slurm_options(options.slurm);
+  const std::string folder = folder_of(options);
+  if (!options.is_local) require_log_folder(folder);
+  const Submission submission = submission_of(options);
+  const Work work = all_work(submission);
+  const HandOutOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
+  require_new(folder, submission);
+  if (options.is_dry) return hand_out(folder, submission, work, how);
+  make_folders(folder);
+  const auto lock = std::make_unique<SubmissionLock>(folder);
+  require_new(folder, submission);
+  write_submission(folder, submission);
+  try {
+    return hand_out(folder, submission, work, how);
+  } catch (const InputError&) {
+    if (!options.is_local) take_back(folder);
+    throw;
+  }
+}
+
+}  // namespace vrda

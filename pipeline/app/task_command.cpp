@@ -1,0 +1,248 @@
+#include "app/task_command.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <vector>
+
+#include "app/index_command.hpp"
+#include "app/interrupt.hpp"
+#include "app/merge_command.hpp"
+#include "app/run_command.hpp"
+#include "cluster/slurm_scripts.hpp"
+#include "cluster/solved_count.hpp"
+#include "cluster/submission.hpp"
+#include "cluster/task_state.hpp"
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+// Slurm may send the warning a minute before its time.
+constexpr std::int64_t slurm_slack_s = 60;
+
+class Task {
+ public:
+  Task(const std::string& folder, const Submission& submission, const TaskId& id, int n_cpus)
+      : folder_(folder), submission_(submission), id_(id), n_cpus_(n_cpus)
+  {
+  }
+
+  ExitCode run()
+  {
+    if (id_.case_number >= 0 && is_made(folder_, its_case())) {
+      say(its_case().output + " is made already");
+      return ExitCode::done;
+    }
+    begin();
+    try {
+      return end(execute());
+    } catch (const InputError& error) {
+      return fail(ExitCode::bad_input, error.what());
+    } catch (const std::exception& error) {
+      return fail(ExitCode::our_mistake, std::string("our mistake: ") + error.what());
+    }
+  }
+
+ private:
+  const SubmittedCase& its_case() const
+  {
+    return submission_.cases[static_cast<std::size_t>(id_.case_number)];
+  }
+
+  std::int64_t n_done() const { return SolvedCounter(folder_, submission_).count(id_).n_done; }
+
+  std::uintmax_t journal_bytes() const
+  {
+    std::uintmax_t n_bytes = 0;
+    for (const std::string& journal : journals_of(folder_, submission_, id_)) {
+      std::error_code error;
+      const std::uintmax_t n = fs::file_size(journal, error);
+      if (!error) n_bytes += n;
+    }
+    return n_bytes;
+  }
+
+  void begin()
+  {
+    n_bytes_at_begin_ = journal_bytes();
+    state_ = begun_now(n_done());
+    write();
+  }
+
+  // Slurm may have taken this node for dead and begun the task again elsewhere: the state is that one's then.
+  bool has_successor() const
+  {
+    const std::optional<TaskState> there = read_task_state(folder_, submission_, id_);
+    return there && !(there->process == state_.process);
+  }
+
+  // Loading is over: the rate counts from here.
+  void begin_solving()
+  {
+    if (has_successor()) return;
+    state_.begun_at = now();
+    state_.n_done_at_begin = n_done();
+    write();
+  }
+
+  void write() { write_task_state(folder_, submission_, id_, state_); }
+
+  ExitCode execute()
+  {
+    if (id_.kind == TaskKind::index) return write_index_of({folder_, false}, submission_);
+    const SubmittedCase& c = its_case();
+    const std::string output = output_of(folder_, c);
+    if (id_.kind == TaskKind::merge) {
+      MergeOptions merge;
+      merge.output = output;
+      merge.job_file = c.spec.job_file;
+      merge.data_directory = c.spec.data_directory;
+      merge.overrides = c.spec.overrides;
+      merge.n_threads = n_cpus_;
+      return merge_command(merge);
+    }
+    RunOptions run;
+    run.job_file = c.spec.job_file;
+    run.output = output;
+    run.data_directory = c.spec.data_directory;
+    run.overrides = c.spec.overrides;
+    run.n_threads = n_cpus_;
+    run.progress = "plain";
+    run.only_spine = id_.kind == TaskKind::spine;
+    if (id_.kind == TaskKind::shard) run.shard = Shard{id_.shard, submission_.n_shards};
+    run.begun = [this](int, int) { begin_solving(); };
+    return run_command(run);
+  }
+
+  ExitCode end(ExitCode code)
+  {
+    if (code == ExitCode::interrupted) {
+      if (is_fruitless()) {
+        return fail(ExitCode::bad_input,
+                    InputError({"--time", "", submission_.slurm.time + " in which no step was solved",
+                                "a longer time limit"})
+                        .what());
+      }
+      return finish(TaskPhase::interrupted, code, "");
+    }
+    const bool is_short = code == ExitCode::too_many_unsolved;
+    return finish(TaskPhase::done, code, is_short ? "more attitudes are unsolved than the job allows" : "");
+  }
+
+  ExitCode fail(ExitCode code, const std::string& reason)
+  {
+    std::fprintf(stderr, "vrda: %s\n", reason.c_str());
+    return finish(TaskPhase::failed, code, reason);
+  }
+
+  ExitCode finish(TaskPhase phase, ExitCode code, const std::string& reason)
+  {
+    state_.phase = phase;
+    state_.exit_code = static_cast<std::int32_t>(code);
+    state_.reason = reason;
+    state_.ended = utc_text(std::chrono::system_clock::now());
+    state_.n_done_at_end =
+        phase == TaskPhase::done ? SolvedCounter(folder_, submission_).total_of(id_) : n_done();
+    try {
+      if (!has_successor()) write();
+    } catch (const InputError& error) {
+      warn(error.what());  // what the task did stands all the same
+    }
+    return code;
+  }
+
+  // A preempted task is told long before its time limit, and may do better the next time.
+  bool is_fruitless() const
+  {
+    if (state_.slurm_job.empty() || submission_.slurm.time.empty()) return false;
+    const std::int64_t limit = seconds_of_time(submission_.slurm.time);
+    const std::chrono::seconds least(limit - warning_seconds(limit) - slurm_slack_s);
+    return Clock::now() - start_ >= least && journal_bytes() <= n_bytes_at_begin_;
+  }
+
+  const std::string& folder_;
+  const Submission& submission_;
+  const TaskId id_;
+  const int n_cpus_;
+  const Clock::time_point start_ = Clock::now();
+  TaskState state_;
+  std::uintmax_t n_bytes_at_begin_ = 0;
+};
+
+std::vector<TaskId> tasks_asked(const TaskOptions& options, const Submission& submission)
+{
+  const TaskKind kind = task_kind_of(options.kind);
+  if (kind == TaskKind::index) return {{kind, -1, 0}};
+  const auto n_cases = static_cast<int>(submission.cases.size());
+  const int first = options.case_name.empty() ? options.first - 1 : case_named(submission, options.case_name);
+  if (first < 0 || first >= n_cases) {
+    throw InputError({"--first", "", std::to_string(options.first), "from 1 to " + std::to_string(n_cases)});
+  }
+  const bool is_shard = kind == TaskKind::shard;
+  if (is_shard && (options.shard < 1 || options.shard > submission.n_shards)) {
+    throw InputError(
+        {"--shard", "", std::to_string(options.shard), "from 1 to " + std::to_string(submission.n_shards)});
+  }
+  std::vector<TaskId> tasks;
+  const int end = std::min(first + (kind == TaskKind::run ? options.count : 1), n_cases);
+  for (int k = first; k < end; ++k) tasks.push_back({kind, k, is_shard ? options.shard : 0});
+  return tasks;
+}
+
+// The one of these tasks that was under way ended by a signal.
+ExitCode note_ended(const std::string& folder, const Submission& submission, const std::vector<TaskId>& tasks,
+                    int ended)
+{
+  constexpr int signal_base = 128, kill_signal = 9;
+  const int signal = ended - signal_base;
+  const TaskState own = begun_now(0);
+  for (const TaskId& id : tasks) {
+    std::optional<TaskState> state = read_task_state(folder, submission, id);
+    const bool is_own = state && state->slurm_job == own.slurm_job && state->n_restarts == own.n_restarts;
+    if (!is_own || state->phase != TaskPhase::running) continue;
+    state->phase = TaskPhase::failed;
+    state->ended = utc_text(std::chrono::system_clock::now());
+    state->exit_code = ended;
+    state->reason = "ended by signal " + std::to_string(signal) +
+                    (signal == kill_signal ? ": killed, as when memory runs out" : "");
+    write_task_state(folder, submission, id, *state);
+  }
+  return ExitCode::done;
+}
+
+// Of two, the one that says more: our mistake, bad input, too many unsolved.
+ExitCode worse_of(ExitCode a, ExitCode b)
+{
+  const auto rank = [](ExitCode code) {
+    return code == ExitCode::done ? 0 : code == ExitCode::too_many_unsolved ? 1 : static_cast<int>(code);
+  };
+  return rank(b) > rank(a) ? b : a;
+}
+
+}  // namespace
+
+ExitCode task_command(const TaskOptions& options)
+{
+  bear_repeated_terms();
+  watch_for_interrupts();
+  std::error_code error;
+  const std::string folder = fs::absolute(options.folder, error).lexically_normal().string();
+  const Submission submission = read_submission(folder);
+  const std::vector<TaskId> tasks = tasks_asked(options, submission);
+  if (options.ended > 0) return note_ended(folder, submission, tasks, options.ended);
+  ExitCode code = ExitCode::done;
+  for (const TaskId& id : tasks) {
+    const ExitCode one =
+        is_interrupted() ? ExitCode::interrupted : Task(folder, submission, id, options.n_cpus).run();
+    if (one == ExitCode::interrupted) return one;
+    code = worse_of(code, one);
+  }
+  return code;
+}
+
+}  // namespace vrda

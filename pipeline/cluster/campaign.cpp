@@ -1,0 +1,321 @@
+#include "cluster/campaign.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "core/error.hpp"
+#include "core/nearest_word.hpp"
+#include "load/file_bytes.hpp"
+#include "load/job_schema.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t largest_campaign_bytes = 16U << 20U;  // ten thousand subjects are 2 MiB
+constexpr std::size_t most_cases = 100'000;  // ten thousand is a large study; more is a slip
+
+// Folders of a submission, which stand beside those of the cases.
+const std::set<std::string> names_taken{"logs", "scripts", "tasks"};
+
+struct Level {
+  std::string name;
+  std::string job;                     // absolute, or empty
+  std::string data;                    // absolute, or empty
+  std::vector<std::string> overrides;  // "key.path=value"
+};
+
+struct Axis {
+  std::string name;
+  std::vector<Level> levels;
+  std::set<std::string> keys;  // that its levels set
+};
+
+struct Source {
+  const std::string& file;
+
+  [[noreturn]] void refuse(const std::string& key, const std::string& found, const std::string& wanted) const
+  {
+    throw InputError({file, key.empty() ? "campaign" : "campaign." + key, found, wanted});
+  }
+
+  // Files are relative to the campaign's.
+  std::string beside(const std::string& path) const
+  {
+    return (fs::absolute(file).parent_path() / path).lexically_normal().string();
+  }
+};
+
+std::string key_of(const std::string& override_text)
+{
+  return override_text.substr(0, override_text.find('='));
+}
+
+// Whether one key is the other or lies within it.
+bool do_overlap(const std::string& a, const std::string& b)
+{
+  const std::string& inner = a.size() < b.size() ? b : a;
+  const std::string& outer = a.size() < b.size() ? a : b;
+  return inner.starts_with(outer) && (inner.size() == outer.size() || inner[outer.size()] == '.');
+}
+
+// Every leaf of the table; a list is one.
+void add_leaves(const Source& source, const std::string& at, const JobValue& value, const std::string& path,
+                std::vector<std::string>& leaves)
+{
+  const JobValue::Table* table = value.table();
+  if (table == nullptr || (table->empty() && !path.empty())) {
+    leaves.push_back(path + "=" + value_text(value));
+    return;
+  }
+  for (const JobEntry& entry : *table) {
+    if (entry.key.empty() || entry.key.find_first_of(".=") != std::string::npos) {
+      source.refuse(at, "the key \"" + entry.key + "\"", "keys without '.' and '='");
+    }
+    add_leaves(source, at, entry.value, path.empty() ? entry.key : path + "." + entry.key, leaves);
+  }
+}
+
+std::string text_or_empty(const JobValue& table, std::string_view key)
+{
+  const JobValue* value = table.find(key);
+  return value == nullptr ? "" : *value->text();
+}
+
+Level level_of(const Source& source, const std::string& key, const JobValue& table)
+{
+  Level level;
+  level.name = *table.find("name")->text();
+  if (const std::string job = text_or_empty(table, "job"); !job.empty()) level.job = source.beside(job);
+  if (const std::string data = text_or_empty(table, "data"); !data.empty()) level.data = source.beside(data);
+  if (const JobValue* settings = table.find("set")) {
+    if (settings->find("campaign") != nullptr) source.refuse(key + ".set", "campaign", "keys of a job");
+    add_leaves(source, key + ".set", *settings, "", level.overrides);
+  }
+  return level;
+}
+
+Axis axis_of(const Source& source, const JobEntry& entry)
+{
+  Axis axis{entry.key, {}, {}};
+  std::set<std::string> names;
+  for (const JobValue& table : *entry.value.list()) {
+    const std::string key = axis.name + "." + std::to_string(axis.levels.size());
+    Level level = level_of(source, key, table);
+    if (!names.insert(level.name).second) {
+      source.refuse(key + ".name", "\"" + level.name + "\" a second time",
+                    "a name of its own for each level");
+    }
+    for (const std::string& setting : level.overrides) axis.keys.insert(key_of(setting));
+    axis.levels.push_back(std::move(level));
+  }
+  return axis;
+}
+
+std::vector<Axis> axes_of(const Source& source, const JobValue& campaign)
+{
+  std::vector<Axis> axes;
+  for (const JobEntry& entry : *campaign.table()) {
+    if (entry.key != "title" && entry.key != "exclude") axes.push_back(axis_of(source, entry));
+  }
+  return axes;
+}
+
+// A key of `axis` that lies in `key`, or that it lies in; empty when there is none.
+std::string key_that_overlaps(const Axis& axis, const std::string& key)
+{
+  const auto found =
+      std::find_if(axis.keys.begin(), axis.keys.end(), [&](const auto& own) { return do_overlap(own, key); });
+  return found == axis.keys.end() ? "" : *found;
+}
+
+void check_keys_apart(const Source& source, const std::vector<Axis>& axes)
+{
+  for (std::size_t b = 1; b < axes.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      for (const std::string& key : axes[a].keys) {
+        const std::string other = key_that_overlaps(axes[b], key);
+        if (other.empty()) continue;
+        source.refuse(axes[b].name, other + ", which the axis \"" + axes[a].name + "\" sets too",
+                      "keys of the job that no other axis sets");
+      }
+    }
+  }
+}
+
+// What the command line says would make the levels of an axis alike.
+void check_overrides(const std::vector<Axis>& axes, const std::vector<std::string>& overrides)
+{
+  for (const std::string& text : overrides) {
+    const std::string key = key_of(text);
+    if (do_overlap(key, "campaign")) {
+      throw InputError({"--set", key, "a key of the campaign", "keys of its jobs"});
+    }
+    for (const Axis& axis : axes) {
+      if (key_that_overlaps(axis, key).empty()) continue;
+      throw InputError({"--set", key, "a key that the axis \"" + axis.name + "\" of the campaign sets",
+                        "keys that no axis sets"});
+    }
+  }
+}
+
+void check_subjects(const Source& source, const std::vector<Axis>& axes, bool is_alone)
+{
+  if (!is_alone) return;
+  const auto subject =
+      std::find_if(axes.begin(), axes.end(), [](const Axis& axis) { return axis.name == "subject"; });
+  if (subject == axes.end()) {
+    source.refuse("subject", "nothing", "a list of [[campaign.subject]], since the file is no job itself");
+  }
+  for (std::size_t i = 0; i < subject->levels.size(); ++i) {
+    if (!subject->levels[i].job.empty()) continue;
+    source.refuse("subject." + std::to_string(i) + ".job", "nothing",
+                  "the path of a job file, since the campaign's file is no job itself");
+  }
+}
+
+std::vector<std::string> names_of(const Axis& axis)
+{
+  std::vector<std::string> names;
+  for (const Level& level : axis.levels) names.push_back(level.name);
+  return names;
+}
+
+// Axis name -> level name.
+using Combination = std::map<std::string, std::string>;
+
+Combination combination_of(const Source& source, const std::vector<Axis>& axes, const JobValue& table,
+                           const std::string& key)
+{
+  Combination combination;
+  for (const JobEntry& entry : *table.table()) {
+    const auto axis =
+        std::find_if(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == entry.key; });
+    const std::string at = key + "." + entry.key;
+    if (axis == axes.end()) source.refuse(at, "an axis that the campaign does not have", "one of its axes");
+    const std::vector<std::string> names = names_of(*axis);
+    const std::string& name = *entry.value.text();
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      source.refuse(at, "\"" + name + "\"",
+                    "a level of that axis; the nearest is \"" + nearest_word(name, names) + "\"");
+    }
+    combination[entry.key] = name;
+  }
+  return combination;
+}
+
+std::vector<Combination> excluded(const Source& source, const std::vector<Axis>& axes,
+                                  const JobValue& campaign)
+{
+  std::vector<Combination> combinations;
+  const JobValue* list = campaign.find("exclude");
+  if (list == nullptr) return combinations;
+  for (const JobValue& table : *list->list()) {
+    combinations.push_back(
+        combination_of(source, axes, table, "exclude." + std::to_string(combinations.size())));
+  }
+  return combinations;
+}
+
+using Chosen = std::vector<const Level*>;  // [axes]
+
+bool is_excluded(const std::vector<Axis>& axes, const Chosen& chosen,
+                 const std::vector<Combination>& combinations)
+{
+  return std::any_of(combinations.begin(), combinations.end(), [&](const Combination& combination) {
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      const auto found = combination.find(axes[a].name);
+      if (found != combination.end() && found->second != chosen[a]->name) return false;
+    }
+    return true;
+  });
+}
+
+CampaignCase case_of(const CaseSpec& base, const Chosen& chosen, const std::vector<std::string>& overrides)
+{
+  CampaignCase result{base, {}};
+  std::string name;
+  for (const Level* level : chosen) {
+    name += (name.empty() ? "" : "_") + level->name;
+    result.levels.push_back(level->name);
+    if (!level->job.empty()) result.spec.job_file = level->job;
+    if (!level->data.empty()) result.spec.data_directory = level->data;
+    result.spec.overrides.insert(result.spec.overrides.end(), level->overrides.begin(),
+                                 level->overrides.end());
+  }
+  if (!name.empty()) result.spec.name = name;
+  result.spec.overrides.insert(result.spec.overrides.end(), overrides.begin(), overrides.end());
+  return result;
+}
+
+// The k-th of the product, the last axis fastest.
+Chosen chosen_at(const std::vector<Axis>& axes, std::size_t k)
+{
+  Chosen chosen(axes.size());
+  for (std::size_t a = axes.size(); a-- > 0;) {
+    chosen[a] = &axes[a].levels[k % axes[a].levels.size()];
+    k /= axes[a].levels.size();
+  }
+  return chosen;
+}
+
+std::size_t n_combinations(const Source& source, const std::vector<Axis>& axes)
+{
+  std::size_t n = 1;
+  for (const Axis& axis : axes) {
+    n *= axis.levels.size();
+    if (n > most_cases) {
+      source.refuse(axis.name, "more than " + std::to_string(most_cases) + " cases with the axes before it",
+                    "axes with fewer levels, or several campaigns");
+    }
+  }
+  return n;
+}
+
+void check_names(const Source& source, const std::vector<CampaignCase>& cases)
+{
+  std::set<std::string> names = names_taken;
+  for (const CampaignCase& one : cases) {
+    if (names.insert(one.spec.name).second) continue;
+    source.refuse("", "two folders named \"" + one.spec.name + "\"",
+                  "names of levels that, joined by _, give each case one of its own, and none of logs, "
+                  "scripts and tasks");
+  }
+}
+
+}  // namespace
+
+Campaign campaign_of(const std::string& job_or_campaign, const std::string& data_directory,
+                     const std::vector<std::string>& overrides)
+{
+  const CaseSpec base = case_of_job(job_or_campaign, data_directory, overrides);
+  const std::string bytes = file_bytes(job_or_campaign, {job_or_campaign, "", "", "a job or campaign file"},
+                                       largest_campaign_bytes);
+  const JobDocument document{job_or_campaign, parse_toml(bytes, job_or_campaign), {}};
+  const JobValue* table = document.root.find("campaign");
+  if (table == nullptr) return {"", {}, {{base, {}}}};
+
+  check_campaign(document);
+  const Source source{job_or_campaign};
+  const std::vector<Axis> axes = axes_of(source, *table);
+  check_subjects(source, axes, is_campaign_alone(document.root));
+  check_keys_apart(source, axes);
+  check_overrides(axes, overrides);
+  const std::vector<Combination> left_out = excluded(source, axes, *table);
+  Campaign campaign{text_or_empty(*table, "title"), {}, {}};
+  for (const Axis& axis : axes) campaign.axes.push_back(axis.name);
+  const std::size_t n = n_combinations(source, axes);
+  const CaseSpec plain{base.name, base.job_file, base.data_directory, {}};
+  for (std::size_t k = 0; k < n; ++k) {
+    const Chosen chosen = chosen_at(axes, k);
+    if (!is_excluded(axes, chosen, left_out)) campaign.cases.push_back(case_of(plain, chosen, overrides));
+  }
+  if (campaign.cases.empty()) source.refuse("exclude", "every case left out", "at least one case to run");
+  if (!axes.empty()) check_names(source, campaign.cases);
+  return campaign;
+}
+
+}  // namespace vrda

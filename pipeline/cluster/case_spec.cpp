@@ -1,0 +1,61 @@
+#include "cluster/case_spec.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "core/whole_file.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string absolute(const std::string& path)
+{
+  return path.empty() ? path : fs::absolute(path).lexically_normal().string();
+}
+
+}  // namespace
+
+CaseSpec case_of_job(const std::string& job_file, const std::string& data_directory,
+                     const std::vector<std::string>& overrides)
+{
+  return {fs::path(job_file).stem().string(), absolute(job_file), absolute(data_directory), overrides};
+}
+
+std::string case_file_of(const std::string& output)
+{
+  return output + ".case.json";
+}
+
+void write_case_file(const std::string& path, const CaseFile& content)
+{
+  const CaseSpec& spec = content.spec;
+  const nlohmann::ordered_json json = {{"name", spec.name},
+                                       {"job", spec.job_file},
+                                       {"data", spec.data_directory},
+                                       {"set", spec.overrides},
+                                       {"merged_sha256", content.merged_sha256}};
+  // A path may hold any bytes.
+  write_whole(path, {json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "\n"});
+}
+
+CaseFile read_case_file(const std::string& path)
+{
+  constexpr const char* wanted = "the case file that vrda run --spine or --shard wrote, or --job";
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw InputError({path, "", "no file", wanted});
+  std::stringstream bytes;
+  bytes << file.rdbuf();
+  try {
+    const auto json = nlohmann::json::parse(bytes.str());
+    return {{json.at("name"), json.at("job"), json.at("data"), json.at("set")}, json.at("merged_sha256")};
+  } catch (const nlohmann::json::exception&) {
+    throw InputError({path, "", "something that is no case file", wanted});
+  }
+}
+
+}  // namespace vrda

@@ -1,0 +1,34 @@
+/// One motion model to make: what `vrda run` is told.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace vrda {
+
+struct CaseSpec {
+  std::string name;                    ///< of letters, digits, '-', '_' and '.'; unique in a campaign
+  std::string job_file;                ///< absolute
+  std::string data_directory;          ///< absolute, or empty
+  std::vector<std::string> overrides;  ///< "key.path=value", in order
+
+  bool operator==(const CaseSpec&) const = default;
+};
+
+/// The case of one job file, named after it; relative paths are taken from the working folder.
+CaseSpec case_of_job(const std::string& job_file, const std::string& data_directory,
+                     const std::vector<std::string>& overrides);
+
+/// "<output>.case.json": whose the journals beside it are.
+std::string case_file_of(const std::string& output);
+
+struct CaseFile {
+  CaseSpec spec;
+  std::string merged_sha256;  ///< of the motion model, once it is merged; a merge cut short then clears up
+};
+
+/// Both throw InputError naming the file.
+void write_case_file(const std::string& path, const CaseFile& content);
+CaseFile read_case_file(const std::string& path);
+
+}  // namespace vrda

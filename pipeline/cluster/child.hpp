@@ -1,0 +1,37 @@
+/// Other programs, run as children of this one.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+namespace vrda {
+
+struct Said {
+  int exit_code = -1;      ///< -1: ended by a signal
+  bool is_absent = false;  ///< there is no such program
+  std::string out;
+  std::string err;
+};
+
+/// Runs `words` in `folder` (empty: here) to the end, without standard input. SBATCH_... of the environment
+/// are left out, which would overrule what a script asks for, but for SBATCH_EXPORT. Throws InputError when
+/// the system refuses a process.
+Said run_program(const std::vector<std::string>& words, const std::string& folder);
+
+/// Starts `words` with both outputs appended to the file `log`, in a process group of its own; it gets
+/// SIGTERM when this process ends first. Throws InputError when the system refuses.
+pid_t start_program(const std::vector<std::string>& words, const std::string& log);
+
+/// How a child ended.
+struct Ending {
+  pid_t pid = 0;
+  int exit_code = -1;  ///< -1: by `signal`
+  int signal = 0;
+};
+
+/// The ending of one of `children`, waiting at most a hundredth of a second; pid 0 when none ended.
+Ending wait_a_moment(const std::vector<pid_t>& children);
+
+}  // namespace vrda

@@ -1,0 +1,294 @@
+#include "cluster/slurm_scripts.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr const char* wanted_time = "minutes, hours:minutes:seconds or days-hours, as 30, 2:00:00 or 1-12";
+
+std::vector<std::int64_t> numbers_of(const std::string& text, const std::string& whole)
+{
+  std::vector<std::int64_t> numbers;
+  std::size_t from = 0;
+  while (from <= text.size()) {
+    const std::size_t colon = std::min(text.find(':', from), text.size());
+    std::int64_t value = -1;
+    const auto [end, error] = std::from_chars(text.data() + from, text.data() + colon, value);
+    constexpr std::int64_t largest = 10'000'000;  // minutes: 19 years
+    const bool is_whole =
+        error == std::errc() && end == text.data() + colon && value >= 0 && value <= largest;
+    if (!is_whole) throw InputError({"--time", "", whole.empty() ? "nothing" : whole, wanted_time});
+    numbers.push_back(value);
+    from = colon + 1;
+  }
+  return numbers;
+}
+
+void require_word(const char* option, const std::string& text)
+{
+  const bool is_sound = std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("_-.,:@%+=/").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (!is_sound) throw InputError({option, "", text, "letters, digits and _-.,:@%+=/"});
+}
+
+// What the script runs; "$1" is what sbatch_words() appends.
+std::string command_of(TaskKind kind)
+{
+  switch (kind) {
+    case TaskKind::spine:
+      return "--kind spine --case=\"$1\"";
+    case TaskKind::shard:
+      return "--kind shard --case=\"$1\" --shard \"$SLURM_ARRAY_TASK_ID\"";
+    case TaskKind::merge:
+      return "--kind merge --case=\"$1\"";
+    case TaskKind::run:
+      return "--kind run --first $(($1 + (SLURM_ARRAY_TASK_ID - 1) * $2 + 1)) --count \"$2\"";
+    case TaskKind::index:
+      break;
+  }
+  return "--kind index";
+}
+
+const char* purpose_of(TaskKind kind)
+{
+  switch (kind) {
+    case TaskKind::spine:
+      return "The spine of the case $1, which every shard reads.";
+    case TaskKind::shard:
+      return "One shard of the case $1: the task's number of the array.";
+    case TaskKind::merge:
+      return "The motion model of the case $1, from the journals of its shards.";
+    case TaskKind::run:
+      return "Whole cases, $2 a task; $1 cases come before the first of the array.";
+    case TaskKind::index:
+      break;
+  }
+  return "The table of all cases.";
+}
+
+std::string options_of(const SlurmOptions& options)
+{
+  std::string text;
+  const auto add = [&](const std::string& line) { text += "#SBATCH " + line + "\n"; };
+  if (!options.partition.empty()) add("--partition=" + options.partition);
+  if (!options.account.empty()) add("--account=" + options.account);
+  if (!options.qos.empty()) add("--qos=" + options.qos);
+  if (!options.time.empty()) add("--time=" + options.time);
+  if (!options.memory.empty()) add("--mem=" + options.memory);
+  add("--nodes=1");
+  add("--ntasks=1");
+  add("--cpus-per-task=" + std::to_string(options.cpus));
+  add("--requeue");
+  add("--open-mode=append");
+  if (!options.time.empty()) {
+    add("--signal=B:TERM@" + std::to_string(warning_seconds(seconds_of_time(options.time))));
+  }
+  for (const std::string& line : options.extra) add(line);
+  return text;
+}
+
+// What sbatch takes for the path itself: a % of it is no pattern.
+std::string plain(std::string path)
+{
+  for (std::size_t at = 0; (at = path.find('%', at)) != std::string::npos; at += 2) path.insert(at, "%");
+  return path;
+}
+
+// A job's log with sbatch's patterns. Absolute: sbatch looks for patterns in the folder it is run in, too.
+std::string log_of(const std::string& folder, const Submission& submission, const PlannedJob& job)
+{
+  const std::string logs = plain(logs_of(folder)) + "/";
+  if (job.kind == TaskKind::run) return logs + "run-" + std::to_string(job.offset) + ".%a.log";
+  std::string stem = job.kind == TaskKind::shard
+                         ? submission.cases.at(static_cast<std::size_t>(job.case_number)).spec.name
+                         : file_stem_of({job.kind, job.case_number, 0}, submission);
+  stem = plain(stem);
+  if (job.kind == TaskKind::shard) stem += ".shard-%a-of-" + std::to_string(submission.n_shards);
+  return logs + stem + ".log";
+}
+
+// What squeue shows.
+std::string job_name_of(const Submission& submission, const PlannedJob& job)
+{
+  std::string name = "vrda-" + std::string(name_of(job.kind));
+  if (job.case_number >= 0) {
+    name += "-" + submission.cases.at(static_cast<std::size_t>(job.case_number)).spec.name;
+  }
+  for (char& c : name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '.' && c != '_') c = '-';
+  }
+  return name;
+}
+
+// The index tells of failed cases too; anything else needs what comes before it, and leaves the queue when
+// that can no longer be.
+std::string dependency_of(const PlannedJob& job, const std::vector<std::string>& ids)
+{
+  std::string text = job.kind == TaskKind::index ? "afterany" : "afterok";
+  const std::size_t bare = text.size();
+  for (const std::string& id : job.after_ids) text += ":" + id;
+  for (const std::size_t k : job.after) text += ":" + ids.at(k);
+  return text.size() == bare ? std::string() : text;
+}
+
+}  // namespace
+
+std::int64_t seconds_of_time(const std::string& text)
+{
+  const std::size_t dash = text.find('-');
+  if (dash == std::string::npos) {
+    const std::vector<std::int64_t> n = numbers_of(text, text);
+    if (n.size() == 1) return n[0] * 60;
+    if (n.size() == 2) return n[0] * 60 + n[1];
+    if (n.size() == 3) return n[0] * 3600 + n[1] * 60 + n[2];
+  } else {
+    const std::vector<std::int64_t> days = numbers_of(text.substr(0, dash), text);
+    std::vector<std::int64_t> n = numbers_of(text.substr(dash + 1), text);
+    if (days.size() == 1 && n.size() <= 3) {
+      n.resize(3, 0);
+      return days[0] * 86400 + n[0] * 3600 + n[1] * 60 + n[2];
+    }
+  }
+  throw InputError({"--time", "", text, wanted_time});
+}
+
+std::int64_t warning_seconds(std::int64_t time_limit_seconds)
+{
+  return std::clamp<std::int64_t>(time_limit_seconds / 10, 10, 120);
+}
+
+void require_log_folder(const std::string& folder)
+{
+  if (folder.find_first_of("\\\n") == std::string::npos) return;
+  throw InputError({folder, "folder", "a backslash or a line break", "a path that sbatch takes for a log"});
+}
+
+void require_sound(const SlurmOptions& options)
+{
+  require_word("--partition", options.partition);
+  require_word("--mem", options.memory);
+  require_word("--account", options.account);
+  require_word("--qos", options.qos);
+  if (!options.time.empty() && seconds_of_time(options.time) == 0) {
+    throw InputError({"--time", "", options.time, "a limit above 0"});
+  }
+  for (const std::string& line : options.extra) {
+    const bool is_option = line.starts_with("-") && line.find_first_of("\r\n") == std::string::npos;
+    if (!is_option) throw InputError({"--extra", "", line, "one option of sbatch, as --constraint=avx2"});
+  }
+}
+
+std::string shell_word(const std::string& text)
+{
+  std::string word = "'";
+  for (const char c : text) word += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return word + "'";
+}
+
+std::string script_name_of(TaskKind kind)
+{
+  return std::string(name_of(kind)) + ".sbatch";
+}
+
+std::string script_of(TaskKind kind, const std::string& folder, const Submission& submission)
+{
+  return "#!/bin/bash\n# " + std::string(purpose_of(kind)) +
+         "\n# Submit it from the submission's folder, where logs/ is; it may be killed and begun again at "
+         "any "
+         "time.\n" +
+         options_of(submission.slurm) + "\nprogram=" + shell_word(submission.program) +
+         "\nfolder=" + shell_word(folder) + R"(
+
+# Slurm tells this shell to end ahead of the time limit, and with its processes on preemption. It stays until
+# vrda has put down what it solved.
+child= told=
+trap 'told=1; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM
+words=(task "$folder" )" +
+         command_of(kind) + R"( --cpus "${SLURM_CPUS_PER_TASK:-1}")
+"$program" "${words[@]}" &
+child=$!
+[ -z "$told" ] || kill -TERM "$child" 2>/dev/null
+wait "$child"; code=$?
+while [ -n "$told" ]; do  # the signal cut the waiting short
+  told=
+  wait "$child"; next=$?
+  [ "$next" -eq 127 ] || code=$next
+done
+
+# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on. Unless
+# somebody cancelled it, or Slurm did begin it again since it took this node for dead: then the count has risen.
+job=${SLURM_ARRAY_JOB_ID:+${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID}
+job=${job:-$SLURM_JOB_ID}
+if { [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; } && [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
+         std::to_string(most_restarts) + R"( ]; then
+  case $(squeue --noheader --jobs="$job" --states=all -O 'RestartCnt: ,State: ,Reason: ') in
+    "${SLURM_RESTART_COUNT:-0} RUNNING"* | "${SLURM_RESTART_COUNT:-0} "*TimeLimit*) scontrol requeue "$job" && exit 0 ;;
+  esac
+elif [ "$code" -gt 128 ]; then
+  "$program" "${words[@]}" --ended "$code"  # a signal, perhaps for want of memory: vrda could not say so
+fi
+exit "$code"
+)";
+}
+
+std::vector<std::string> sbatch_words(const std::string& folder, const Submission& submission,
+                                      const PlannedJob& job, const std::vector<std::string>& ids)
+{
+  std::vector<std::string> words{"sbatch", "--parsable", "--job-name=" + job_name_of(submission, job),
+                                 "--output=" + log_of(folder, submission, job)};
+  if (!job.numbers.empty()) {
+    std::string array = ranges_text(job.numbers);
+    if (submission.slurm.max_parallel > 0) array += "%" + std::to_string(submission.slurm.max_parallel);
+    words.push_back("--array=" + array);
+  }
+  if (const std::string dependency = dependency_of(job, ids); !dependency.empty()) {
+    words.push_back("--dependency=" + dependency);
+    words.push_back("--kill-on-invalid-dep=yes");
+  }
+  words.push_back("scripts/" + script_name_of(job.kind));
+  if (job.kind == TaskKind::run) {
+    words.push_back(std::to_string(job.offset));
+    words.push_back(std::to_string(job.per_task));
+  } else if (job.case_number >= 0) {
+    words.push_back(submission.cases.at(static_cast<std::size_t>(job.case_number)).spec.name);
+  }
+  return words;
+}
+
+std::string sbatch_lines(const std::string& folder, const Submission& submission,
+                         const std::vector<PlannedJob>& jobs)
+{
+  std::string text = "cd " + shell_word(folder) + "\n";
+  std::vector<std::string> ids;
+  for (const PlannedJob& job : jobs) {
+    std::string line;
+    for (const std::string& word : sbatch_words(folder, submission, job, ids)) {
+      // The ids of jobs before are the shell's variables.
+      const bool has_variable = word.starts_with("--dependency=");
+      const bool is_plain = word.find_first_not_of(
+                                "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                "0123456789_-.,:=/%") == std::string::npos;
+      line += (line.empty() ? "" : " ") + (has_variable || is_plain ? word : shell_word(word));
+    }
+    ids.push_back("$job" + std::to_string(ids.size() + 1));
+    text += ids.back().substr(1) + "=$(" + line + ")\n";
+  }
+  return text;
+}
+
+std::string id_text(const std::string& id, const PlannedJob& job, const SlurmOptions& options)
+{
+  if (job.numbers.empty()) return id;
+  std::string text = id + "_[" + ranges_text(job.numbers);
+  if (options.max_parallel > 0) text += "%" + std::to_string(options.max_parallel);
+  return text + "]";
+}
+
+}  // namespace vrda

@@ -1,0 +1,76 @@
+/// How far a submission is: each task from its state file, the journals of those under way, and Slurm's
+/// queue.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cluster/submission.hpp"
+#include "cluster/submitted.hpp"
+#include "cluster/task_state.hpp"
+
+namespace vrda {
+
+enum class TaskStanding {
+  waiting,      ///< for other tasks, or for somebody to submit it
+  queued,       ///< by Slurm
+  running,      ///< begun and under way
+  done,         ///< its result stands
+  failed,       ///< ended without one
+  interrupted,  ///< ended in good order before its end
+  lost,         ///< began and is no longer there
+};
+
+const char* name_of(TaskStanding standing);
+
+struct TaskView {
+  TaskId task;
+  TaskStanding standing = TaskStanding::waiting;
+  std::string reason;     ///< why it waits or failed; one line, may be empty
+  std::string host;       ///< where it runs or ran
+  std::string slurm_job;  ///< "13_3", or empty
+  std::int32_t n_restarts = 0;
+  std::int64_t n_done = 0;           ///< attitudes of its own that are solved
+  std::int64_t n_total = 0;          ///< 0: not known
+  std::optional<double> per_second;  ///< since this start
+  std::optional<double> seconds_left;
+};
+
+struct CaseView {
+  std::int32_t case_number = 0;
+  TaskStanding standing = TaskStanding::waiting;
+  bool is_made = false;         ///< the motion model stands
+  std::vector<TaskView> tasks;  ///< spine, shards, merge; or run
+};
+
+struct StatusView {
+  std::vector<CaseView> cases;
+  std::optional<TaskView> index;
+  std::string remark;  ///< why Slurm could not be asked; empty when it was, or need not be
+};
+
+/// What there is to know besides the journals.
+struct Sightings {
+  std::map<TaskId, TaskState> states;
+  std::map<TaskId, SlurmTask> slurm;
+  bool is_slurm_known = true;  ///< false: Slurm could not be asked
+};
+
+/// Everything read but the journals; asks Slurm when anything was submitted to it. Does not throw when Slurm
+/// does not answer: `remark` says why then.
+Sightings look_around(const std::string& folder, const Submission& submission, std::string& remark);
+
+/// Reads journals only of tasks that began and have not ended well, of cases that are not made.
+StatusView status_of(const std::string& folder, const Submission& submission, const Sightings& seen);
+
+/// "5 of 8 shards done, 2 running, 1 queued; 1490 of 1911 attitudes, 38/s, 0:11 left"; of a campaign its
+/// cases.
+std::string summary_of(const StatusView& view, const Submission& submission);
+
+/// "0:11", "2:05:30" or "3 days".
+std::string duration_text(double seconds);
+
+}  // namespace vrda

@@ -1,0 +1,37 @@
+/// What was handed to Slurm: DIR/submitted.jsonl, one line a job, in order.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "cluster/slurm.hpp"
+#include "cluster/submission.hpp"
+#include "cluster/work.hpp"
+
+namespace vrda {
+
+struct SubmittedJob {
+  std::string id;
+  std::string at;  ///< UTC
+  PlannedJob job;  ///< without what it waits for
+};
+
+/// One line at the end, on the disk when it returns: a job that is in Slurm's queue must not be forgotten.
+/// Throws InputError naming the file.
+void append_submitted(const std::string& folder, const SubmittedJob& submitted);
+/// Lines that are damaged or cut short are left out.
+std::vector<SubmittedJob> read_submitted(const std::string& folder);
+
+/// One task as Slurm has it.
+struct SlurmTask {
+  std::string job;  ///< "13_3" or "12", of the last job that had this task
+  SlurmRow row;     ///< its state is empty when Slurm has forgotten the job
+};
+
+/// Of each task that was ever submitted, the last time it was.
+std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
+                                           const std::vector<SubmittedJob>& jobs,
+                                           const std::vector<SlurmRow>& rows);
+
+}  // namespace vrda

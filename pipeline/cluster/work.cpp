@@ -1,0 +1,175 @@
+#include "cluster/work.hpp"
+
+#include <algorithm>
+#include <map>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+// Appends the tasks of one case; returns the last.
+std::size_t append_tasks(std::vector<PlannedTask>& tasks, const CaseWork& work)
+{
+  const std::int32_t k = work.case_number;
+  if (work.needs_run) {
+    tasks.push_back({{TaskKind::run, k, 0}, {}, false});
+    return tasks.size() - 1;
+  }
+  std::vector<std::size_t> spine;
+  if (work.needs_spine) {
+    spine.push_back(tasks.size());
+    tasks.push_back({{TaskKind::spine, k, 0}, {}, false});
+  }
+  std::vector<std::size_t> before_merge;
+  for (const std::int32_t shard : work.shards) {
+    before_merge.push_back(tasks.size());
+    tasks.push_back({{TaskKind::shard, k, shard}, spine, false});
+  }
+  tasks.push_back({{TaskKind::merge, k, 0}, before_merge.empty() ? spine : before_merge, false});
+  return tasks.size() - 1;
+}
+
+// Appends the jobs of one case with shards; returns the last.
+std::size_t append_jobs(std::vector<PlannedJob>& jobs, const CaseWork& work)
+{
+  PlannedJob job;
+  job.case_number = work.case_number;
+  std::vector<std::size_t> spine;
+  if (work.needs_spine) {
+    job.kind = TaskKind::spine;
+    spine.push_back(jobs.size());
+    jobs.push_back(job);
+  }
+  std::vector<std::size_t> before_merge = spine;
+  if (!work.shards.empty()) {
+    job.kind = TaskKind::shard;
+    job.numbers = work.shards;
+    job.after = spine;
+    job.after_ids = work.spine_under_way;
+    before_merge = {jobs.size()};
+    jobs.push_back(job);
+  }
+  job.kind = TaskKind::merge;
+  job.numbers.clear();
+  job.after = before_merge;
+  job.after_ids = work.shards_under_way;
+  if (work.shards.empty()) {
+    job.after_ids.insert(job.after_ids.end(), work.spine_under_way.begin(), work.spine_under_way.end());
+  }
+  jobs.push_back(job);
+  return jobs.size() - 1;
+}
+
+// Arrays over the cases that are to run, as many as the largest array asks for.
+std::vector<std::size_t> append_runs(std::vector<PlannedJob>& jobs, const std::vector<std::int32_t>& cases,
+                                     std::int32_t per_task, std::int32_t largest_number)
+{
+  std::map<std::int32_t, std::vector<std::int32_t>> numbers_by_chunk;
+  for (const std::int32_t k : cases) {
+    const std::int32_t task = k / per_task;
+    std::vector<std::int32_t>& numbers = numbers_by_chunk[task / largest_number];
+    const std::int32_t number = task % largest_number + 1;
+    if (numbers.empty() || numbers.back() != number) numbers.push_back(number);
+  }
+  std::vector<std::size_t> appended;
+  for (const auto& [chunk, numbers] : numbers_by_chunk) {
+    PlannedJob job;
+    job.kind = TaskKind::run;
+    job.numbers = numbers;
+    job.offset = chunk * largest_number * per_task;
+    job.per_task = per_task;
+    appended.push_back(jobs.size());
+    jobs.push_back(job);
+  }
+  return appended;
+}
+
+}  // namespace
+
+Work all_work(const Submission& submission)
+{
+  Work work;
+  for (std::int32_t k = 0; k < static_cast<std::int32_t>(submission.cases.size()); ++k) {
+    CaseWork c;
+    c.case_number = k;
+    c.needs_run = submission.n_shards == 1;
+    c.needs_spine = !c.needs_run;
+    for (std::int32_t s = 1; s <= submission.n_shards && !c.needs_run; ++s) c.shards.push_back(s);
+    work.cases.push_back(c);
+  }
+  work.needs_index = submission.has_index();
+  return work;
+}
+
+std::vector<PlannedTask> tasks_of_work(const Work& work)
+{
+  std::vector<PlannedTask> tasks;
+  std::vector<std::size_t> last;
+  for (const CaseWork& c : work.cases) last.push_back(append_tasks(tasks, c));
+  if (work.needs_index) tasks.push_back({{TaskKind::index, -1, 0}, last, true});
+  return tasks;
+}
+
+std::int32_t cases_per_task(const Submission& submission, const SlurmLimits& limits)
+{
+  if (submission.slurm.cases_per_task > 0) return submission.slurm.cases_per_task;
+  const std::int32_t room = std::max(1, limits.max_job_count / 2);
+  const auto n_cases = static_cast<std::int32_t>(submission.cases.size());
+  return (n_cases + room - 1) / room;
+}
+
+std::vector<PlannedJob> jobs_of_work(const Submission& submission, const Work& work,
+                                     const SlurmLimits& limits)
+{
+  const std::int32_t largest_number = std::max(1, limits.max_array_size - 1);
+  if (submission.n_shards > largest_number) {
+    throw InputError({"--shards", "", std::to_string(submission.n_shards),
+                      "at most " + std::to_string(largest_number) + ", Slurm's MaxArraySize less one"});
+  }
+  std::vector<PlannedJob> jobs;
+  std::vector<std::size_t> last;
+  std::vector<std::int32_t> runs;
+  for (const CaseWork& c : work.cases) {
+    if (c.needs_run) {
+      runs.push_back(c.case_number);
+    } else {
+      last.push_back(append_jobs(jobs, c));
+    }
+  }
+  const std::vector<std::size_t> arrays =
+      append_runs(jobs, runs, cases_per_task(submission, limits), largest_number);
+  last.insert(last.end(), arrays.begin(), arrays.end());
+  if (work.needs_index) {
+    PlannedJob index;
+    index.kind = TaskKind::index;
+    index.after = last;
+    index.after_ids = work.cases_under_way;
+    jobs.push_back(index);
+  }
+  return jobs;
+}
+
+std::string ranges_text(const std::vector<std::int32_t>& numbers)
+{
+  std::string text;
+  for (std::size_t k = 0; k < numbers.size();) {
+    std::size_t end = k + 1;
+    while (end < numbers.size() && numbers[end] == numbers[end - 1] + 1) ++end;
+    text += (text.empty() ? "" : ",") + std::to_string(numbers[k]);
+    if (end - k > 1) text += "-" + std::to_string(numbers[end - 1]);
+    k = end;
+  }
+  return text;
+}
+
+std::vector<std::int32_t> cases_of_task(const PlannedJob& job, std::int32_t number, std::size_t n_cases)
+{
+  std::vector<std::int32_t> cases;
+  const std::int32_t first = job.offset + (number - 1) * job.per_task;
+  const std::int32_t end = std::min(first + job.per_task, static_cast<std::int32_t>(n_cases));
+  for (std::int32_t k = std::max(0, first); k < end; ++k) cases.push_back(k);
+  return cases;
+}
+
+}  // namespace vrda

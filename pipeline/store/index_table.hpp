@@ -1,0 +1,39 @@
+/// The index of a campaign as a table: one row a case, one column a property, and its HDF5 file
+/// (schemas/campaign.md).
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "store/layout.hpp"
+
+namespace vrda {
+
+struct IndexColumn {
+  std::string name;       ///< letters, digits and '_'
+  std::string units;      ///< of numbers: "mm", "degree", "N", "1"; else empty
+  std::string long_name;  ///< what it is, for people
+  /// [n_rows] texts, numbers (NaN: no answer) or codes of `flags`.
+  std::variant<std::vector<std::string>, std::vector<double>, std::vector<std::int8_t>> values;
+  FlagSet flags = FlagSet::none;
+};
+
+struct IndexTable {
+  std::string title;
+  std::vector<IndexColumn> columns;  ///< the first one is text: the name of each row, unique
+};
+
+inline constexpr const char* index_format_name = "vrda campaign index";
+inline constexpr const char* index_format_version = "1.0";
+
+/// Writes `table` as a netCDF-4 file whose one dimension is the first column. Equal tables give equal bytes.
+/// Throws InputError when the file cannot be written.
+void write_index_file(const std::string& path, const IndexTable& table);
+
+/// The same as CSV (RFC 4180): a line of names, then one a row; codes as their words, an empty field where
+/// there is no answer.
+std::string index_csv(const IndexTable& table);
+
+}  // namespace vrda

@@ -1,0 +1,63 @@
+# Sourced by the trials, after steps.sh: makes a bare Debian with debootstrap in $bare and runs commands in it. Root only.
+# shellcheck shell=bash disable=SC2154  # root and program are of steps.sh, bare is the trial's
+
+marker=$bare/etc/vrda-clean-root # only a root made here is ever removed
+
+# own_mounts ARGUMENT...: starts the script again in a mount namespace of its own, so that nothing stays mounted
+# whatever happens.
+own_mounts() {
+  (($(id -u) == 0)) || fail 'not root, wanted root: debootstrap and chroot need it'
+  command -v debootstrap >/dev/null || fail 'found no debootstrap, wanted it installed: apt-get install debootstrap'
+  if [[ -z ${VRDA_TRIAL_INSIDE:-} ]]; then
+    VRDA_TRIAL_INSIDE=1 exec unshare --mount --propagation private -- "$root/scripts/$program" "$@"
+  fi
+}
+
+# apt_sources: this machine's own Debian mirrors of bookworm, one line each, as apt wants them.
+apt_sources() {
+  # shellcheck disable=SC2016  # apt's own variables
+  apt-get indextargets --format 'deb $(REPO_URI) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' |
+    grep -E ' bookworm(-updates|-security)? main$' | sort -u
+}
+
+# apt_settings: its proxy and date settings.
+apt_settings() {
+  apt-config dump --format '%F "%v";%n' | grep -iE '^Acquire::((http|https)::(Proxy|Timeout)|Check-Valid-Until|Check-Date)\b' || true
+}
+
+# remove_bare: the root of this trial or an earlier one, and nothing else that may stand there.
+remove_bare() {
+  [[ -e $bare ]] || return 0
+  [[ -e $marker ]] || fail "found $bare, wanted a folder made by this script or none"
+  rm -rf --one-file-system "$bare"
+}
+
+# bootstrap SUITE [PACKAGE]: from the first of apt's bookworm mirrors; the smallest Debian that has apt, and one package
+# more. Only bookworm can install others then.
+bootstrap() {
+  local mirror
+  mirror=$(apt_sources | awk '$3 == "bookworm" { print $2; exit }')
+  remove_bare
+  http_proxy=$(apt-config dump --format '%v%n' Acquire::http::Proxy) \
+    debootstrap --variant=minbase ${2:+--include="$2"} "$1" "$bare" "${mirror:-http://deb.debian.org/debian}"
+  touch "$marker"
+  apt_sources >"$bare/etc/apt/sources.list"
+  apt_settings >"$bare/etc/apt/apt.conf.d/90trial"
+  cp /etc/resolv.conf /etc/hosts "$bare/etc/"
+}
+
+# mount_system: what programs expect of a kernel.
+mount_system() {
+  mount -t proc proc "$bare/proc"
+  mount --rbind /dev "$bare/dev"
+}
+
+unmount_system() { umount --recursive --lazy "$bare/dev" "$bare/proc"; }
+
+# inside COMMAND...: in the bare root as root, or as $inside_user, with a bare environment.
+inside() {
+  env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=~ LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
+    chroot --userspec="${inside_user:-root:root}" "$bare" "$@" </dev/null
+}
+
+n_packages() { inside dpkg-query -W | wc -l; }

@@ -1,0 +1,251 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <memory>
+
+#include "app/scenes.hpp"
+#include "cluster/case_spec.hpp"
+#include "cluster/shard.hpp"
+#include "journal/journal.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+// A knee of two balls, 7 flexions x 5 varus angles.
+class Shards : public testing::TestWithParam<const char*> {
+ protected:
+  test::Ended part(const std::vector<std::string>& words) { return test::run_vrda(run_words(words)); }
+
+  std::vector<std::string> run_words(const std::vector<std::string>& more) const
+  {
+    std::vector<std::string> words{
+        "run", job_.string(), "-o", output_.string(), "--set", std::string("solver.method=") + GetParam()};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+
+  std::string whole_run()
+  {
+    const fs::path whole = scratch_.path() / "whole.h5";
+    EXPECT_EQ(test::run_vrda({"run", job_.string(), "-o", whole.string(), "--set",
+                              std::string("solver.method=") + GetParam()})
+                  .exit_code,
+              0);
+    return test::sha256_of_file(whole);
+  }
+
+  void run_shards(int count)
+  {
+    for (int number = 1; number <= count; ++number) {
+      const test::Ended ended = part({"--shard", std::to_string(number) + "/" + std::to_string(count)});
+      EXPECT_EQ(ended.exit_code, 0) << ended.err;
+      EXPECT_EQ(ended.out, shard_journal_of(output_, {number, count}) + "\n");
+    }
+  }
+
+  test::Ended merge(const std::vector<std::string>& more = {})
+  {
+    std::vector<std::string> words{"merge", "-o", output_.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return test::run_vrda(words);
+  }
+
+  std::vector<std::string> files() const
+  {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(output_.parent_path()))
+      names.push_back(entry.path().filename());
+    return names;
+  }
+
+  test::Scratch scratch_;
+  fs::path job_ = test::small_knee_job(scratch_, "right");
+  fs::path output_ = scratch_.path() / "out" / "knee.h5";
+};
+
+TEST_P(Shards, AnyNumberOfThemGivesTheBytesOfOneRun)
+{
+  const std::string wanted = whole_run();
+  for (const int count : {1, 2, 7, 10}) {
+    SCOPED_TRACE(count);
+    EXPECT_EQ(part({"--spine"}).exit_code, 0);
+    run_shards(count);
+    const test::Ended merged = merge();
+    EXPECT_EQ(merged.exit_code, 0) << merged.err;
+    EXPECT_EQ(merged.out, output_.string() + "\n");
+    EXPECT_EQ(test::sha256_of_file(output_), wanted);
+    EXPECT_THAT(files(), testing::UnorderedElementsAre("knee.h5", "knee.h5.run.json"));
+    fs::remove_all(output_.parent_path());
+  }
+}
+
+TEST_P(Shards, StartedAtOnceOneOfThemSolvesTheSpineForAll)
+{
+  const std::string wanted = whole_run();
+  std::vector<std::unique_ptr<test::Process>> processes;
+  for (int number = 1; number <= 4; ++number) {
+    processes.push_back(
+        std::make_unique<test::Process>(test::vrda(run_words({"--shard", std::to_string(number) + "/4"}))));
+  }
+  for (const auto& process : processes) {
+    const test::Ended ended = process->wait();
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  }
+  const test::Ended merged = merge();
+  EXPECT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_THAT(merged.err, Not(HasSubstr("more than one journal")));
+  EXPECT_EQ(test::sha256_of_file(output_), wanted);
+}
+
+TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
+{
+  const std::string wanted = whole_run();
+  run_shards(3);
+  const std::string second = shard_journal_of(output_, {2, 3});
+  const std::string bytes = test::read_bytes(second);
+  fs::remove(second);
+  const test::Ended refused = merge();
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(test::n_lines(refused.err), 1);
+  // Rows 1 and 4 of 0 to 6; with the search the spine's journal holds their spine cells.
+  const std::string n = GetParam() == std::string("stability-search") ? "8" : "10";
+  EXPECT_THAT(refused.err, HasSubstr("no result of " + n + " of 35 attitudes, at flexion 2 and 8;"));
+  EXPECT_THAT(refused.err, HasSubstr("no journal of shard 2 of 3"));
+  EXPECT_FALSE(fs::exists(output_));
+  EXPECT_TRUE(fs::exists(shard_journal_of(output_, {1, 3})));
+
+  // Half of it.
+  scratch_.write("out/" + fs::path(second).filename().string(), bytes.substr(0, bytes.size() / 2));
+  const test::Ended half = merge();
+  EXPECT_EQ(half.exit_code, 2);
+  EXPECT_THAT(half.err, HasSubstr("dropped"));
+  const test::Ended again = part({"--shard", "2/3"});
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_THAT(again.err, HasSubstr("dropped"));
+  EXPECT_EQ(merge().exit_code, 0);
+  EXPECT_EQ(test::sha256_of_file(output_), wanted);
+}
+
+TEST_P(Shards, ASpineThatIsMissingIsNamed)
+{
+  run_shards(2);
+  fs::remove(spine_journal_of(output_));
+  const test::Ended refused = merge();
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(test::n_lines(refused.err), 1);
+  // With the search the spine's journal holds results as well.
+  const bool is_search = GetParam() == std::string("stability-search");
+  EXPECT_THAT(refused.err, HasSubstr(is_search ? "no result of 7 of 35 attitudes, at flexion 0"
+                                               : "found no whole spine,"));
+}
+
+TEST_P(Shards, StepsThatStandTwiceAreCountedAndHarmless)
+{
+  const std::string wanted = whole_run();
+  run_shards(2);
+  const std::string copy = scratch_.path() / "copy.journal";
+  fs::copy_file(shard_journal_of(output_, {1, 2}), copy);
+  std::vector<std::string> all{spine_journal_of(output_), shard_journal_of(output_, {1, 2}),
+                               shard_journal_of(output_, {2, 2}), copy};
+  const test::Ended merged = merge(all);
+  EXPECT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_THAT(merged.err, HasSubstr("steps stand in more than one journal"));
+  EXPECT_EQ(test::sha256_of_file(output_), wanted);
+  EXPECT_TRUE(fs::exists(copy)) << "a copy elsewhere is the user's";
+}
+
+TEST_P(Shards, AMergeKilledWhileItClearedUpOnlyClearsUp)
+{
+  const std::string wanted = whole_run();
+  run_shards(2);
+  const std::string case_file = case_file_of(output_), kept = scratch_.path() / "kept.case.json";
+  fs::copy_file(case_file, kept);
+  const std::string left = shard_journal_of(output_, {2, 2});
+  const std::string bytes = test::read_bytes(left);
+  ASSERT_EQ(merge().exit_code, 0);
+  CaseFile content = read_case_file(kept);
+  content.merged_sha256 = wanted;
+  write_case_file(case_file, content);
+  scratch_.write("out/" + fs::path(left).filename().string(), bytes);
+  const test::Ended again = merge();
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("merged already"));
+  EXPECT_EQ(test::sha256_of_file(output_), wanted);
+  EXPECT_THAT(files(), testing::UnorderedElementsAre("knee.h5", "knee.h5.run.json"));
+}
+
+TEST_P(Shards, JournalsOfAnotherJobAreRefused)
+{
+  run_shards(2);
+  const std::string elsewhere = scratch_.path() / "other.h5";
+  ASSERT_EQ(test::run_vrda({"run", job_.string(), "-o", elsewhere, "--set",
+                            std::string("solver.method=") + GetParam(), "--set", "grid.varus.step=2.5",
+                            "--shard", "1/2"})
+                .exit_code,
+            0);
+  const test::Ended merged = merge(
+      {spine_journal_of(output_), shard_journal_of(output_, {1, 2}), shard_journal_of(elsewhere, {1, 2})});
+  EXPECT_EQ(merged.exit_code, 2);
+  EXPECT_THAT(merged.err, HasSubstr("other.h5.shard-1-of-2.journal"));
+  EXPECT_FALSE(fs::exists(output_));
+}
+
+TEST_P(Shards, OneThatIsStoppedGoesOn)
+{
+  const std::string wanted = whole_run();
+  ASSERT_EQ(part({"--spine"}).exit_code, 0);
+  const std::string journal = shard_journal_of(output_, {1, 1});
+  test::Process process(test::vrda(run_words({"--shard", "1/1"})));
+  test::wait_for_bytes(process, journal, 200);
+  process.send(SIGTERM);
+  // Interrupted before its end, or just done: the same command leads on from either.
+  EXPECT_THAT(process.wait().exit_code, testing::AnyOf(0, 4));
+  EXPECT_EQ(part({"--shard", "1/1"}).exit_code, 0);
+  EXPECT_EQ(merge().exit_code, 0);
+  EXPECT_EQ(test::sha256_of_file(output_), wanted);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Shards, testing::Values("stability-search", "equilibrium"),
+                         [](const auto& method) {
+                           return std::string(method.param) == "equilibrium" ? "Equilibrium" : "Search";
+                         });
+
+TEST(ShardWords, WhatCannotBeIsRefused)
+{
+  const test::Scratch scratch;
+  const std::string job = test::small_job(scratch), output = scratch.path() / "a.h5";
+  for (const std::string shard : {"0/3", "4/3", "x"}) {
+    const test::Ended ended = test::run_vrda({"run", job, "-o", output, "--shard", shard});
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_THAT(ended.err, HasSubstr("--shard: found " + shard));
+  }
+  EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--shard", "1/2", "--spine"}).exit_code, 2);
+  EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--shard", "1/2", "--trace"}).exit_code, 2);
+  EXPECT_FALSE(fs::exists(output + ".case.json"));
+  const test::Ended nothing = test::run_vrda({"merge", "-o", output});
+  EXPECT_EQ(nothing.exit_code, 2);
+  EXPECT_THAT(nothing.err, HasSubstr("a.h5.case.json: found no file"));
+}
+
+TEST(ShardWords, TheJobOfAMergeMayBeNamed)
+{
+  const test::Scratch scratch;
+  const std::string job = test::small_job(scratch), output = scratch.path() / "a.h5";
+  ASSERT_EQ(test::run_vrda({"run", job, "-o", output, "--shard", "1/1"}).exit_code, 0);
+  fs::remove(case_file_of(output));
+  EXPECT_EQ(test::run_vrda({"merge", "-o", output}).exit_code, 2);
+  const test::Ended merged = test::run_vrda({"merge", "-o", output, "--job", job, "--keep"});
+  EXPECT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_TRUE(fs::exists(spine_journal_of(output)));
+  EXPECT_THAT(validate_motion_model(output), IsEmpty());
+}
+
+}  // namespace
+}  // namespace vrda

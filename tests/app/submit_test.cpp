@@ -1,0 +1,376 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "app/scenes.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+std::string whole_run(const test::Scratch& scratch, const fs::path& job)
+{
+  const fs::path output = scratch.path() / "whole.h5";
+  EXPECT_EQ(test::run_vrda({"run", job.string(), "-o", output.string(), "--quiet"}).exit_code, 0);
+  return test::sha256_of_file(output);
+}
+
+nlohmann::json status_of(const fs::path& folder)
+{
+  const test::Ended ended = test::run_vrda({"status", folder.string(), "--json"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  return nlohmann::json::parse(ended.out);
+}
+
+std::vector<std::string> states_of(const fs::path& folder)
+{
+  std::vector<std::string> states;
+  const nlohmann::json status = status_of(folder);
+  for (const auto& task : status["cases"][0]["tasks"]) states.push_back(task["state"]);
+  return states;
+}
+
+// Fewer, as many and more shards than the seven rows.
+TEST(SubmitLocal, AnyNumberOfShardsGivesTheBytesOfOneRun)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  const std::string whole = whole_run(scratch, job);
+  for (const std::string n : {"1", "3", "7", "10"}) {
+    SCOPED_TRACE(n);
+    const fs::path folder = scratch.path() / ("it's " + n + " \"shards\"");
+    const test::Ended ended = test::run_vrda(
+        {"submit", job.string(), "--shards", n, "--local", "--workers", "2", "-o", folder.string()});
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_EQ(ended.out, folder.string() + "\n");
+    EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole);
+    EXPECT_FALSE(fs::exists(folder / "knee_right.h5.case.json"));
+    EXPECT_FALSE(fs::exists(folder / "knee_right.h5.spine.journal"));
+    EXPECT_THAT(states_of(folder), testing::Each("done"));
+    EXPECT_EQ(test::run_vrda({"resume", folder.string(), "--local"}).exit_code, 0);
+  }
+}
+
+// Ended by SIGKILL, which nothing can answer, and by SIGTERM: the next one goes on from the journals.
+TEST(SubmitLocal, KilledItGoesOnAndGivesTheSameBytes)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::longer_knee_job(scratch);
+  const std::string whole = whole_run(scratch, job);
+  for (const int signal : {SIGKILL, SIGTERM}) {
+    SCOPED_TRACE(signal);
+    const fs::path folder = scratch.path() / std::to_string(signal);
+    test::Process process(test::vrda(
+        {"submit", job.string(), "--shards", "3", "--local", "--workers", "2", "-o", folder.string()}));
+    test::wait_for_bytes(process, folder / "knee_right.h5.shard-1-of-3.journal", 3000);
+    ASSERT_TRUE(process.is_running()) << "ended before it could be killed";
+    process.send(signal);
+    EXPECT_EQ(process.wait().exit_code, signal == SIGKILL ? -1 : 4);
+    EXPECT_FALSE(fs::exists(folder / "knee_right.h5"));
+    const test::Ended ended = test::run_vrda({"resume", folder.string(), "--local"});
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr("shard 1 of 3: "));
+    EXPECT_THAT(ended.err, HasSubstr("merge: waiting"));
+    EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole);
+    const test::Ended again = test::run_vrda({"resume", folder.string(), "--local"});
+    EXPECT_EQ(again.exit_code, 0);
+    EXPECT_THAT(again.err, HasSubstr("nothing is missing"));
+  }
+}
+
+TEST(SubmitLocal, AFailureSaysWhyAndIsMendedByResume)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right");
+  const fs::path folder = scratch.path() / "sub";
+  // Nobody can write this shard's journal.
+  fs::create_directories(folder / "knee_right.h5.shard-2-of-3.journal");
+  const test::Ended ended =
+      test::run_vrda({"submit", job.string(), "--shards", "3", "--local", "-o", folder.string()});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.err, HasSubstr("shard 2 of 3: failed: "));
+  EXPECT_THAT(ended.err, HasSubstr("1 tasks failed, 1 waited for them in vain"));
+  EXPECT_THAT(states_of(folder), testing::ElementsAre("done", "done", "failed", "done", "waiting"));
+  const nlohmann::json failed = status_of(folder)["cases"][0]["tasks"][2];
+  EXPECT_THAT(failed["reason"].get<std::string>(), HasSubstr("knee_right.h5.shard-2-of-3.journal"));
+  fs::remove(folder / "knee_right.h5.shard-2-of-3.journal");
+  const test::Ended resumed = test::run_vrda({"resume", folder.string(), "--local"});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(resumed.err, Not(HasSubstr("shard 1 of 3: ")));
+  EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
+}
+
+TEST(SubmitLocal, ACampaignMakesEveryCaseAndItsIndex)
+{
+  const test::Scratch scratch;
+  test::small_knee_job(scratch, "right");
+  test::small_knee_job(scratch, "left");
+  const fs::path campaign = scratch.write("sides.toml", R"([campaign]
+title = "Both sides"
+[[campaign.subject]]
+name = "right"
+job = "knee_right.toml"
+[[campaign.subject]]
+name = "left"
+job = "knee_left.toml"
+)");
+  std::vector<std::string> tables;
+  for (const std::string n : {"1", "2"}) {
+    const fs::path folder = scratch.path() / n;
+    const test::Ended ended =
+        test::run_vrda({"submit", campaign.string(), "--shards", n, "--local", "-o", folder.string()});
+    ASSERT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_EQ(status_of(folder)["summary"], "2 of 2 cases done; 70 of 70 attitudes");
+    tables.push_back(test::text_of(folder / "index.csv"));
+    EXPECT_EQ(test::sha256_of_file(folder / "right" / "right.h5"),
+              whole_run(scratch, scratch.path() / "knee_right.toml"));
+  }
+  EXPECT_EQ(tables[0], tables[1]);
+  EXPECT_THAT(tables[0], HasSubstr("right,"));
+}
+
+TEST(Submit, TheSameSubmissionIsToldToResume)
+{
+  const test::Scratch scratch;
+  const std::string job = test::small_job(scratch).string(), folder = (scratch.path() / "sub").string();
+  const auto submit = [&](const std::string& n) {
+    return test::run_vrda({"submit", job, "--shards", n, "--local", "-o", folder});
+  };
+  ASSERT_EQ(submit("2").exit_code, 0);
+  const test::Ended same = submit("2"), other = submit("3");
+  EXPECT_EQ(same.exit_code, 2);
+  EXPECT_THAT(same.err, HasSubstr("this very submission"));
+  EXPECT_THAT(same.err, HasSubstr("vrda resume"));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("another submission"));
+}
+
+TEST(Submit, AModelOfAnotherRunIsNotReplaced)
+{
+  const test::Scratch scratch;
+  const std::string job = test::small_job(scratch).string();
+  ASSERT_EQ(
+      test::run_vrda({"run", job, "-o", (scratch.path() / "sub/small.h5").string(), "--quiet"}).exit_code, 0);
+  const test::Ended ended =
+      test::run_vrda({"submit", job, "--local", "-o", (scratch.path() / "sub").string()});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.err, HasSubstr("small.h5"));
+  EXPECT_FALSE(fs::exists(scratch.path() / "sub/submission.json"));
+}
+
+TEST(Task, RefusesWhatIsNoneOfTheSubmission)
+{
+  const test::Scratch scratch;
+  const std::string folder = (scratch.path() / "sub").string();
+  const auto task = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all{"task", folder};
+    all.insert(all.end(), words.begin(), words.end());
+    return test::run_vrda(all);
+  };
+  EXPECT_THAT(task({"--kind", "run"}).err, HasSubstr("submission.json"));
+  ASSERT_EQ(
+      test::run_vrda({"submit", test::small_job(scratch).string(), "--shards", "2", "--local", "-o", folder})
+          .exit_code,
+      0);
+  struct Row {
+    std::vector<std::string> words;
+    const char* said;
+  };
+  for (const Row& row :
+       {Row{{"--kind", "runs"}, "--kind"}, Row{{"--kind", "spine", "--case", "smal"}, "small"},
+        Row{{"--kind", "spine", "--first", "2"}, "from 1 to 1"},
+        Row{{"--kind", "shard", "--shard", "3"}, "from 1 to 2"}}) {
+    const test::Ended ended = task(row.words);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr(row.said));
+  }
+  // A requeued task of a case that is made meanwhile.
+  EXPECT_EQ(task({"--kind", "shard", "--shard", "2"}).exit_code, 0);
+}
+
+// Programs of Slurm's names that note down how they were called; sbatch runs the script at once when asked.
+class FakeSlurm : public testing::Test {
+ protected:
+  FakeSlurm()
+  {
+    program("sbatch", R"(
+echo "sbatch $*" >> "$fake/calls"
+id=$(($(cat "$fake/last" 2>/dev/null || echo 100) + 1)); echo $id > "$fake/last"
+if [ "$id" = "${refused:-}" ]; then echo 'sbatch: error: Job violates policy' >&2; exit 1; fi
+echo $id
+[ -n "${runs:-}" ] || exit 0
+array=
+while [[ $1 == --* ]]; do
+  case $1 in --array=*) array=${1#--array=}; array=${array%\%*} ;; --output=*) log=${1#--output=} ;; esac
+  shift
+done
+export SLURM_JOB_ID=$id SLURM_CPUS_PER_TASK=1
+if [ -z "$array" ]; then bash "$@" >> "${log}" 2>&1; exit 0; fi
+export SLURM_ARRAY_JOB_ID=$id
+for part in ${array//,/ }; do
+  for SLURM_ARRAY_TASK_ID in $(seq ${part%-*} ${part#*-}); do
+    export SLURM_ARRAY_TASK_ID
+    bash "$@" >> "${log//%a/$SLURM_ARRAY_TASK_ID}" 2>&1
+  done
+done
+exit 0)");
+    program("squeue", "cat \"$fake/queue\" 2>/dev/null; true");
+    program("scontrol", "echo 'MaxArraySize = 11'; echo 'MaxJobCount = 40'");
+    program("scancel", "echo \"scancel $*\" >> \"$fake/calls\"");
+  }
+
+  void program(const std::string& name, const std::string& body)
+  {
+    fs::permissions(scratch_.write("bin/" + name, "#!/bin/bash\n" + body + "\n"), fs::perms::owner_all);
+  }
+
+  test::Ended run(std::vector<std::string> words, const std::map<std::string, std::string>& environment = {})
+  {
+    test::Command command = test::vrda(std::move(words));
+    command.environment = environment;
+    command.environment["fake"] = scratch_.path().string();
+    command.environment["PATH"] = (scratch_.path() / "bin").string() + ":/usr/bin:/bin";
+    return test::run(command);
+  }
+
+  test::Ended submit(const std::vector<std::string>& more,
+                     const std::map<std::string, std::string>& environment = {})
+  {
+    std::vector<std::string> words{"submit", job_.string(), "-o",    folder_.string(),
+                                   "--time", "10",          "--mem", "200M"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run(words, environment);
+  }
+
+  void queue(const std::string& lines) { scratch_.write("queue", lines); }
+  std::string calls() const { return test::text_of(scratch_.path() / "calls"); }
+  void forget_calls() const { fs::remove(scratch_.path() / "calls"); }
+
+  test::Scratch scratch_;
+  fs::path job_ = test::small_knee_job(scratch_, "right");
+  fs::path folder_ = scratch_.path() / "it's a \"folder\"";
+};
+
+TEST_F(FakeSlurm, SubmitPrintsTheIdsOfJobsThatWaitForEachOther)
+{
+  const test::Ended ended = submit({"--shards", "3", "--max-parallel", "2", "--partition", "batch"});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(ended.out, "spine 101, shards 102_[1-3%2], merge 103\n");
+  const std::string calls = this->calls();
+  EXPECT_THAT(
+      calls,
+      HasSubstr("--array=1-3%2 --dependency=afterok:101 --kill-on-invalid-dep=yes scripts/shard.sbatch"));
+  EXPECT_THAT(calls, HasSubstr("--dependency=afterok:102 --kill-on-invalid-dep=yes scripts/merge.sbatch"));
+  EXPECT_THAT(test::text_of(folder_ / "scripts/shard.sbatch"), HasSubstr("#SBATCH --partition=batch\n"));
+  queue(
+      "101|N/A|RUNNING|n1|None\n102|1|PENDING||Dependency\n102|2|PENDING||Dependency\n"
+      "102|3|PENDING||Dependency\n103|N/A|PENDING||Dependency\n");
+  const test::Ended status = run({"status", folder_.string()});
+  EXPECT_THAT(status.out, HasSubstr("0 of 3 shards done, 3 queued; 0 of 35 attitudes\n"));
+  EXPECT_THAT(status.out, HasSubstr("102_3  Dependency\n"));
+  forget_calls();
+  const test::Ended resumed = run({"resume", folder_.string()});
+  EXPECT_EQ(resumed.exit_code, 0);
+  EXPECT_THAT(resumed.err, HasSubstr("nothing is missing: 5 tasks are queued or running"));
+  EXPECT_EQ(this->calls(), "");
+}
+
+TEST_F(FakeSlurm, ScriptsMakeTheModelOfAPlainRun)
+{
+  ASSERT_EQ(submit({"--shards", "3"}, {{"runs", "yes"}}).exit_code, 0);
+  EXPECT_EQ(test::sha256_of_file(folder_ / "knee_right.h5"), whole_run(scratch_, job_));
+  const test::Ended status = run({"status", folder_.string()});
+  EXPECT_THAT(status.out, HasSubstr("3 of 3 shards done; 35 of 35 attitudes\n"));
+  EXPECT_THAT(run({"resume", folder_.string()}).err, HasSubstr("every result is there"));
+}
+
+TEST_F(FakeSlurm, ResumeSubmitsOnlyWhatIsMissing)
+{
+  ASSERT_EQ(submit({"--shards", "3"}).exit_code, 0);
+  // What a spine and two shards of three would have done.
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"--kind", "spine"},
+                                                {"--kind", "shard", "--shard", "1"},
+                                                {"--kind", "shard", "--shard", "3"}}) {
+    std::vector<std::string> all{"task", folder_.string()};
+    all.insert(all.end(), words.begin(), words.end());
+    ASSERT_EQ(run(all).exit_code, 0);
+  }
+  queue("102|2|TIMEOUT|n2|TimeLimit\n103|N/A|PENDING||DependencyNeverSatisfied\n");
+  const test::Ended status = run({"status", folder_.string()});
+  EXPECT_THAT(status.out, HasSubstr("2 of 3 shards done, 1 failed"));
+  EXPECT_THAT(status.out, HasSubstr("TIMEOUT (TimeLimit)"));
+  forget_calls();
+  const test::Ended resumed = run({"resume", folder_.string(), "--time", "20"}, {{"runs", "yes"}});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(resumed.out, "shards 104_[2], merge 105\n");
+  EXPECT_THAT(resumed.err, HasSubstr("shard 2 of 3: failed: TIMEOUT (TimeLimit)\n"));
+  EXPECT_THAT(calls(), testing::StartsWith("scancel 103\nsbatch"));
+  EXPECT_THAT(test::text_of(folder_ / "scripts/shard.sbatch"), HasSubstr("#SBATCH --time=20\n"));
+  EXPECT_EQ(test::sha256_of_file(folder_ / "knee_right.h5"), whole_run(scratch_, job_));
+}
+
+TEST_F(FakeSlurm, ARefusalIsOneLineAndLeavesNothing)
+{
+  const test::Ended ended = submit({"--shards", "3"}, {{"refused", "102"}});
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("Job violates policy"));
+  EXPECT_THAT(calls(), HasSubstr("scancel 101\n"));
+  EXPECT_FALSE(fs::exists(folder_));
+}
+
+TEST_F(FakeSlurm, CampaignsAreArraysThatSlurmTakes)
+{
+  std::string text =
+      "[campaign]\ntitle = \"Many\"\n[[campaign.subject]]\nname = \"knee\"\njob = \"knee_right.toml\"\n";
+  for (int k = 1; k <= 25; ++k) {
+    text += "[[campaign.resolution]]\nname = \"r" + std::to_string(k) +
+            "\"\nset = { grid = { flexion = { from = 0, to = " + std::to_string(k) + ", step = 1 } } }\n";
+  }
+  job_ = scratch_.write("many.toml", text);
+  // At most 20 tasks, half of MaxJobCount, in arrays of numbers below 11.
+  const test::Ended ended = submit({});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(ended.out, "cases 101_[1-10], cases 102_[1-3], index 103\n");
+  EXPECT_THAT(calls(), HasSubstr("--array=1-3 scripts/run.sbatch 20 2\n"));
+  EXPECT_THAT(calls(), HasSubstr("--dependency=afterany:101:102"));
+}
+
+TEST_F(FakeSlurm, ADryRunWritesNothing)
+{
+  const test::Ended ended = submit({"--shards", "3", "--dry-run"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_THAT(ended.out, HasSubstr("==> scripts/shard.sbatch <==\n#!/bin/bash\n"));
+  EXPECT_THAT(ended.out, HasSubstr("job2=$(sbatch --parsable"));
+  EXPECT_FALSE(fs::exists(folder_));
+  EXPECT_EQ(calls(), "");
+}
+
+TEST_F(FakeSlurm, WithoutSlurmOneLineNamesTheOtherWay)
+{
+  for (const char* name : {"sbatch", "squeue", "scontrol", "scancel"})
+    fs::remove(scratch_.path() / "bin" / name);
+  test::Command command = test::vrda(
+      {"submit", job_.string(), "-o", (scratch_.path() / "none").string(), "--time", "10", "--mem", "1G"});
+  command.environment["PATH"] = (scratch_.path() / "bin").string();
+  const test::Ended without = test::run(command);
+  EXPECT_EQ(without.exit_code, 2);
+  EXPECT_EQ(test::n_lines(without.err), 1) << without.err;
+  EXPECT_THAT(without.err, HasSubstr("--local"));
+  EXPECT_FALSE(fs::exists(scratch_.path() / "none"));
+}
+
+TEST_F(FakeSlurm, ATimeLimitAndMemoryAreAskedFor)
+{
+  EXPECT_THAT(run({"submit", job_.string(), "--mem", "1G"}).err, HasSubstr("--time"));
+  EXPECT_THAT(run({"submit", job_.string(), "--time", "10"}).err, HasSubstr("--mem"));
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,241 @@
+#include "cluster/campaign.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "load/job.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using test::input_error;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// A job; its meshes need not be there.
+const char* const joint = R"(
+[[reference.component]]
+name = "upper"
+file = "reference.stl"
+[[moving.component]]
+name = "lower"
+file = "moving.stl"
+)";
+
+Campaign campaign_of_text(const std::string& text, const std::vector<std::string>& overrides = {})
+{
+  const test::Scratch scratch;
+  return campaign_of(scratch.write("study.toml", text).string(), "", overrides);
+}
+
+InputError::Facts refused(const std::string& text, const std::vector<std::string>& overrides = {})
+{
+  return input_error([&] { campaign_of_text(text, overrides); });
+}
+
+std::vector<std::string> names_of(const Campaign& campaign)
+{
+  std::vector<std::string> names;
+  for (const CampaignCase& one : campaign.cases) names.push_back(one.spec.name);
+  return names;
+}
+
+TEST(Campaign, APlainJobIsOneCase)
+{
+  const test::Scratch scratch;
+  const std::string job = scratch.write("knee.toml", joint).string();
+  const Campaign campaign = campaign_of(job, scratch.path(), {"side=left"});
+  EXPECT_THAT(campaign.axes, IsEmpty());
+  ASSERT_EQ(campaign.cases.size(), 1U);
+  EXPECT_EQ(campaign.cases[0].spec, case_of_job(job, scratch.path(), {"side=left"}));
+  EXPECT_THAT(campaign.cases[0].levels, IsEmpty());
+}
+
+const char* const two_axes = R"(
+[campaign]
+title = "Two by three"
+[[campaign.resolution]]
+name = "coarse"
+set = { grid.flexion.step = 30 }
+[[campaign.resolution]]
+name = "fine"
+set = { grid.flexion.step = 10 }
+[[campaign.method]]
+name = "rest"
+[[campaign.method]]
+name = "search"
+set = { solver = { method = "stability-search", search = { approach_step_mm = 6.0 } }, smooth.degrees = [4, 6] }
+[[campaign.method]]
+name = "free"
+set = { grid.varus = "free" }
+)";
+
+TEST(Campaign, CasesAreTheProductTheLastAxisFastest)
+{
+  const Campaign campaign = campaign_of_text(std::string(joint) + two_axes);
+  EXPECT_EQ(campaign.title, "Two by three");
+  // As written, not as the alphabet has them.
+  EXPECT_THAT(campaign.axes, ElementsAre("resolution", "method"));
+  EXPECT_THAT(names_of(campaign), ElementsAre("coarse_rest", "coarse_search", "coarse_free", "fine_rest",
+                                              "fine_search", "fine_free"));
+  const CampaignCase& one = campaign.cases[4];
+  EXPECT_THAT(one.levels, ElementsAre("fine", "search"));
+  EXPECT_THAT(one.spec.overrides, ElementsAre("grid.flexion.step=10", "solver.method=\"stability-search\"",
+                                              "solver.search.approach_step_mm=6", "smooth.degrees=[4, 6]"));
+}
+
+TEST(Campaign, WhatACaseIsToldMeansWhatItsLevelsSay)
+{
+  const test::Scratch scratch;
+  const std::string file = scratch.write("study.toml", std::string(joint) + two_axes).string();
+  const Campaign campaign = campaign_of(file, "", {"push.force_n=30"});
+  const CaseSpec& spec = campaign.cases[4].spec;
+  EXPECT_EQ(spec.job_file, file);
+  const Job job = read_job(spec.job_file, spec.overrides);
+  EXPECT_TRUE(job.has_campaign);
+  EXPECT_EQ(job.method, SolverMethod::stability_search);
+  EXPECT_EQ(job.grid.flexion_deg.size(), 10U);
+  EXPECT_THAT(job.smooth_degrees, ElementsAre(4, 6));
+  EXPECT_EQ(job.push.force_n.value(0, 0), 30.0);
+  // The same by hand, in a job that knows of no campaign: the same resolved job, hence the same journal key.
+  const std::string by_hand = std::string("[grid]\nflexion.step = 10\n[smooth]\ndegrees = [4, 6]\n") +
+                              "[solver]\nmethod = \"stability-search\"\nsearch.approach_step_mm = 6\n" +
+                              "[push]\nforce_n = 30\n" + joint;
+  EXPECT_EQ(job.resolved_text, parse_job("by_hand.toml", by_hand).resolved_text);
+}
+
+TEST(Campaign, SubjectsAreJobsOfTheirOwnBesideTheCampaign)
+{
+  const test::Scratch scratch;
+  std::filesystem::create_directory(scratch.path() / "studies");
+  const std::string file = scratch
+                               .write("studies/study.toml", R"(
+[campaign]
+[[campaign.subject]]
+name = "a"
+job = "../a.toml"
+[[campaign.subject]]
+name = "b"
+job = "b.toml"
+data = "meshes"
+set = { side = "left" }
+)")
+                               .string();
+  const Campaign campaign = campaign_of(file, "everywhere", {});
+  ASSERT_EQ(campaign.cases.size(), 2U);
+  const CaseSpec &a = campaign.cases[0].spec, &b = campaign.cases[1].spec;
+  EXPECT_EQ(a.job_file, scratch.path() / "a.toml");
+  EXPECT_EQ(a.data_directory, std::filesystem::current_path() / "everywhere");
+  EXPECT_THAT(a.overrides, IsEmpty());
+  EXPECT_EQ(b.job_file, scratch.path() / "studies" / "b.toml");
+  EXPECT_EQ(b.data_directory, scratch.path() / "studies" / "meshes");
+  EXPECT_THAT(b.overrides, ElementsAre("side=\"left\""));
+}
+
+TEST(Campaign, CombinationsAreLeftOut)
+{
+  const std::string exclude =
+      "exclude = [{ resolution = \"fine\", method = \"search\" }, { method = \"free\" }]\n";
+  std::string text = std::string(joint) + two_axes;
+  text.replace(text.find("title"), 0, exclude);
+  EXPECT_THAT(names_of(campaign_of_text(text)), ElementsAre("coarse_rest", "coarse_search", "fine_rest"));
+}
+
+TEST(Campaign, WithoutAnAxisItIsTheJobOnce)
+{
+  const Campaign campaign = campaign_of_text(std::string(joint) + "[campaign]\ntitle = \"One\"\n");
+  EXPECT_THAT(names_of(campaign), ElementsAre("study"));
+  EXPECT_THAT(campaign.axes, IsEmpty());
+}
+
+struct Refusal {
+  const char* text;  // after [campaign]
+  const char* field;
+  const char* found;
+  const char* wanted;
+};
+
+TEST(Campaign, RefusalsNameKeyFoundAndWanted)
+{
+  const Refusal rows[] = {
+      {"[[campaign.metod]]\nname = \"a\"\n", "campaign.metod", "an unknown key", "campaign.method"},
+      {"[[campaign.method]]\n", "campaign.method.0.name", "nothing", "a name of at most 40"},
+      {"[[campaign.method]]\nname = \"a b\"\n", "campaign.method.0.name", "a b", "a name of at most 40"},
+      {"[[campaign.method]]\nname = \"a\"\nset = 3\n", "campaign.method.0.set", "3", "a table of keys"},
+      {"[[campaign.method]]\nname = \"a\"\nset = { solver.metod = \"b\" }\n",
+       "campaign.method.0.set.solver.metod", "an unknown key", "solver.method"},
+      {"[[campaign.method]]\nname = \"a\"\nset = { campaign.title = \"b\" }\n", "campaign.method.0.set",
+       "campaign", "keys of a job"},
+      {"[[campaign.method]]\nname = \"a\"\nset = { reference.\"a.b\" = 1 }\n",
+       "campaign.method.0.set.reference.a.b", "an unknown key", "the nearest"},
+      {"[[campaign.method]]\nname = \"a\"\nset = { ligaments.generate.\"a.b\" = 1 }\n",
+       "campaign.method.0.set", "the key \"a.b\"", "without '.'"},
+      {"[[campaign.method]]\nname = \"a\"\n[[campaign.method]]\nname = \"a\"\n", "campaign.method.1.name",
+       "\"a\" a second time", "a name of its own"},
+      {"[[campaign.method]]\nname = \"a\"\nset = { grid.varus = \"free\" }\n"
+       "[[campaign.resolution]]\nname = \"b\"\nset = { grid.varus.step = 2 }\n",
+       "campaign.resolution", "grid.varus.step, which the axis \"method\" sets", "no other axis sets"},
+      {"[[campaign.method]]\nname = \"a_b\"\n[[campaign.method]]\nname = \"a\"\n"
+       "[[campaign.resolution]]\nname = \"c\"\n[[campaign.resolution]]\nname = \"b_c\"\n",
+       "campaign", "\"a_b_c\"", "one of its own"},
+      {"[[campaign.method]]\nname = \"logs\"\n", "campaign", "\"logs\"", "none of logs"},
+      {"exclude = [{ scaling = \"a\" }]\n", "campaign.exclude.0.scaling", "does not have", "one of its axes"},
+      {"exclude = [{ method = \"restt\" }]\n[[campaign.method]]\nname = \"rest\"\n",
+       "campaign.exclude.0.method", "restt", "nearest is \"rest\""},
+      {"exclude = [{ method = \"rest\" }]\n[[campaign.method]]\nname = \"rest\"\n", "campaign.exclude",
+       "every case left out", "at least one"},
+  };
+  for (const Refusal& row : rows) {
+    SCOPED_TRACE(row.text);
+    const InputError::Facts facts = refused(std::string(joint) + "[campaign]\n" + row.text);
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_THAT(facts.found, HasSubstr(row.found));
+    EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
+    EXPECT_THAT(facts.file, HasSubstr("study.toml"));
+  }
+}
+
+TEST(Campaign, ACampaignAloneWantsJobsAndNothingElse)
+{
+  EXPECT_EQ(refused("[campaign]\n[[campaign.method]]\nname = \"a\"\n").field, "campaign.subject");
+  EXPECT_EQ(refused("[campaign]\n[[campaign.subject]]\nname = \"a\"\n").field, "campaign.subject.0.job");
+  EXPECT_EQ(refused("side = \"left\"\n[campaign]\n").field, "side");
+}
+
+TEST(Campaign, TheCommandLineSetsNoKeyOfAnAxis)
+{
+  const std::string text = std::string(joint) + two_axes;
+  const InputError::Facts facts = refused(text, {"grid.flexion={ from = 0, to = 90, step = 3 }"});
+  EXPECT_EQ(facts.file, "--set");
+  EXPECT_EQ(facts.field, "grid.flexion");
+  EXPECT_THAT(facts.found, HasSubstr("\"resolution\""));
+  EXPECT_EQ(refused(text, {"campaign.title=x"}).field, "campaign.title");
+}
+
+TEST(Campaign, AProductBeyondAllStudiesIsRefused)
+{
+  std::string text = std::string(joint) + "[campaign]\n";
+  for (const char* axis : {"method", "scaling"}) {
+    for (int k = 0; k < 400; ++k)
+      text += std::string("[[campaign.") + axis + "]]\nname = \"" + axis + std::to_string(k) + "\"\n";
+  }
+  const InputError::Facts facts = refused(text);
+  EXPECT_EQ(facts.field, "campaign.scaling");
+  EXPECT_THAT(facts.found, HasSubstr("100000 cases"));
+}
+
+TEST(Campaign, ACampaignAloneIsNoJobToRun)
+{
+  const InputError::Facts facts =
+      input_error([] { parse_job("study.toml", "[campaign]\n[[campaign.subject]]\nname = \"a\"\n"); });
+  EXPECT_THAT(facts.wanted, HasSubstr("vrda plan"));
+  EXPECT_THAT(facts.wanted, HasSubstr("vrda submit"));
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,198 @@
+#include "cluster/collect.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "cluster/shard.hpp"
+#include "core/units.hpp"
+#include "journal/journal.hpp"
+#include "journal/record_bytes.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::string key(64, 'a');
+
+SweepPlan plan_of(SpineRule rule, int n_flexion = 6, int n_varus = 5)
+{
+  SweepPlan plan;
+  for (int i = 0; i < n_flexion; ++i) plan.flexion_rad.push_back(rad_from_deg(10.0 * i));
+  for (int j = 0; j < n_varus; ++j) plan.varus_rad.push_back(rad_from_deg(j - (n_varus - 1) / 2));
+  plan.spine = rule;
+  plan.n_restarts = rule == SpineRule::free_varus ? 2 : 0;
+  plan.has_band = rule == SpineRule::free_varus;
+  plan.is_varus_free = rule == SpineRule::free_varus && n_varus == 1;
+  return plan;
+}
+
+// A pose that depends on where the step starts, so that another order of seeds would be seen.
+StepRecord solved(const StepTask& task)
+{
+  StepRecord record;
+  record.status = StepStatus::stable;
+  record.varus_rad = task.attitude.varus_rad;
+  record.pose.translation_mm =
+      0.5 * task.seed.translation_mm + Eigen::Vector3d(task.attitude.flexion_rad, 1, 0);
+  record.pose.theta_rad = task.attitude.varus_rad + 0.1 * task.band;
+  record.gap_medial_mm = 0.3 * task.attitude.flexion_rad;
+  record.gap_lateral_mm = task.attitude.varus_rad;
+  record.balance.energy_nmm = task.seed.theta_rad;
+  return record;
+}
+
+// Every step that a sweep of these rows keeps.
+std::vector<StepRecord> steps_of(SweepPlan plan, std::optional<std::vector<std::int32_t>> rows,
+                                 const std::map<StepKey, StepRecord>& known = {})
+{
+  plan.rows = std::move(rows);
+  std::vector<StepRecord> kept;
+  SweepHooks hooks;
+  hooks.recall = [&](const StepKey& k) -> std::optional<StepRecord> {
+    const auto found = known.find(k);
+    return found == known.end() ? std::nullopt : std::optional(found->second);
+  };
+  hooks.keep = [&](const StepRecord& record) { kept.push_back(record); };
+  EXPECT_TRUE(sweep(plan, solved, hooks, 1).is_complete);
+  return kept;
+}
+
+std::map<StepKey, StepRecord> by_key(const std::vector<StepRecord>& records)
+{
+  std::map<StepKey, StepRecord> steps;
+  for (const StepRecord& r : records) steps.emplace(r.key, r);
+  return steps;
+}
+
+std::string bytes_of_all(const SweepResult& result)
+{
+  std::string bytes;
+  for (const StepRecord& r : result.cells) bytes += bytes_of(r);
+  for (const std::int32_t column : result.spine_column) bytes += std::to_string(column) + ' ';
+  for (const FreeSpineStep& step : result.free_spine)
+    bytes += bytes_of(step.chosen) + bytes_of(step.band_low);
+  return bytes;
+}
+
+std::string journal_with(const test::Scratch& scratch, const std::string& name,
+                         const std::vector<StepRecord>& records, const std::string& job = key)
+{
+  const std::string path = scratch.path() / name;
+  JournalWriter writer = JournalWriter::create(path, job);
+  for (const StepRecord& r : records) writer.append(r);
+  return path;
+}
+
+class Collect : public testing::TestWithParam<SweepPlan> {};
+
+TEST_P(Collect, SpineAndShardsTogetherAreTheWholeSweepForAnyNumberOfThem)
+{
+  const SweepPlan& plan = GetParam();
+  const auto n_rows = static_cast<std::int32_t>(plan.flexion_rad.size());
+  const auto whole = by_key(steps_of(plan, std::nullopt));
+  const std::string wanted = bytes_of_all(replayed(plan, whole));
+  const auto spine = by_key(steps_of(plan, std::vector<std::int32_t>{}));
+  for (std::int32_t count = 1; count <= n_rows + 3; ++count) {
+    std::map<StepKey, StepRecord> steps = spine;
+    for (std::int32_t number = 1; number <= count; ++number) {
+      for (const StepRecord& r : steps_of(plan, rows_of({number, count}, n_rows), spine)) {
+        EXPECT_TRUE(steps.emplace(r.key, r).second) << "solved twice";
+      }
+    }
+    EXPECT_EQ(steps.size(), whole.size());
+    EXPECT_TRUE(missing_steps(plan, steps).is_nothing());
+    EXPECT_EQ(bytes_of_all(replayed(plan, steps)), wanted) << count << " shards";
+  }
+}
+
+TEST_P(Collect, WhateverStepIsTakenAwayIsMissed)
+{
+  const SweepPlan& plan = GetParam();
+  const auto whole = by_key(steps_of(plan, std::nullopt));
+  for (const auto& [gone, record] : whole) {
+    auto steps = whole;
+    steps.erase(gone);
+    const MissingSteps missing = missing_steps(plan, steps);
+    // The spine's cell follows from the step it is: a probe, or the place of rest where varus is free.
+    const bool is_copy =
+        gone.kind == StepKind::spine && (plan.spine != SpineRule::free_varus || plan.is_varus_free);
+    EXPECT_EQ(missing.is_nothing(), is_copy) << name_of(gone.kind) << gone.flexion << ' ' << gone.varus;
+    const bool is_of_row =
+        gone.kind == StepKind::row || gone.kind == StepKind::band || gone.kind == StepKind::spine;
+    EXPECT_EQ(missing.is_spine_complete, is_of_row);
+  }
+}
+
+TEST_P(Collect, WithoutAShardItsRowsAreMissing)
+{
+  const SweepPlan& plan = GetParam();
+  const auto spine = by_key(steps_of(plan, std::vector<std::int32_t>{}));
+  auto steps = spine;
+  for (const StepRecord& r : steps_of(plan, std::vector<std::int32_t>{0, 1, 3, 4}, spine))
+    steps.emplace(r.key, r);
+  EXPECT_THAT(missing_steps(plan, steps).rows, ElementsAre(2, 5));
+  EXPECT_THAT(missing_steps(plan, {}).rows, testing::SizeIs(plan.flexion_rad.size()));
+  EXPECT_FALSE(missing_steps(plan, {}).is_spine_complete);
+  SweepPlan some = plan;
+  some.rows = std::vector<std::int32_t>{1, 3};
+  EXPECT_TRUE(missing_steps(some, steps).is_nothing());
+}
+
+INSTANTIATE_TEST_SUITE_P(Rules, Collect,
+                         testing::Values(plan_of(SpineRule::walk_to_balance),
+                                         plan_of(SpineRule::nearest_zero), plan_of(SpineRule::free_varus),
+                                         plan_of(SpineRule::free_varus, 6, 1)));
+
+TEST(CollectJournals, CountsWhatStandsTwiceAndRefusesTwoResults)
+{
+  const test::Scratch scratch;
+  std::vector<StepRecord> records = steps_of(plan_of(SpineRule::walk_to_balance), std::nullopt);
+  const std::string all = journal_with(scratch, "all.journal", records);
+  const std::string some = journal_with(scratch, "some.journal", {records[3], records[0]});
+  const CollectedSteps collected = collect({all, some}, key);
+  EXPECT_EQ(collected.n_doubled, 2);
+  EXPECT_EQ(collected.steps.size(), by_key(records).size());
+  EXPECT_THAT(collected.remarks, IsEmpty());
+
+  records[3].pose.theta_rad += 1e-15;
+  const std::string other = journal_with(scratch, "other.journal", {records[3]});
+  const InputError::Facts facts = test::input_error([&] { collect({all, other}, key); });
+  EXPECT_EQ(facts.file, other);
+  EXPECT_THAT(facts.found, HasSubstr(all));
+}
+
+TEST(CollectJournals, RefusesAnotherJobAndRemarksOnADamagedEnd)
+{
+  const test::Scratch scratch;
+  const std::vector<StepRecord> records = steps_of(plan_of(SpineRule::walk_to_balance), std::nullopt);
+  const std::string foreign = journal_with(scratch, "foreign.journal", records, std::string(64, 'b'));
+  EXPECT_EQ(test::input_error([&] { collect({foreign}, key); }).file, foreign);
+
+  const std::string whole = journal_with(scratch, "whole.journal", records);
+  const std::string bytes = test::read_bytes(whole);
+  const std::string torn = scratch.write("torn.journal", bytes.substr(0, bytes.size() - 1));
+  const CollectedSteps collected = collect({torn}, key);
+  EXPECT_EQ(collected.steps.size(), by_key(records).size() - 1);
+  ASSERT_THAT(collected.remarks, testing::SizeIs(1));
+  EXPECT_THAT(collected.remarks[0], HasSubstr(torn));
+}
+
+TEST(CollectJournals, FlexionsAreToldInRanges)
+{
+  const std::vector<double> degrees{0, 0.5, 1, 1.5, 2, 2.5};
+  EXPECT_EQ(flexions_text({}, degrees), "");
+  EXPECT_EQ(flexions_text({1}, degrees), "0.5");
+  EXPECT_EQ(flexions_text({1, 2}, degrees), "0.5 and 1");
+  EXPECT_EQ(flexions_text({0, 2, 3, 4}, degrees), "0 and 1 to 2");
+  EXPECT_EQ(flexions_text({0, 2, 5}, degrees), "0, 1 and 2.5");
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,136 @@
+#include "cluster/local_run.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "cluster/child.hpp"
+#include "cluster/status.hpp"
+#include "cluster/submission_scenes.hpp"
+#include "support/input_error.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+// Tasks are a script that notes down how it was called and does as `act` says.
+class LocalRunTest : public testing::Test {
+ protected:
+  LocalRunTest() : submission_(test::one_case(3)), folder_(test::folder_with(scratch_, submission_)) {}
+
+  LocalOutcome run(const std::string& act, const LocalOptions& options)
+  {
+    const fs::path program =
+        scratch_.write("vrda", "#!/bin/bash\necho \"$@\" >> " + said().string() + "\n" + act + "\n");
+    fs::permissions(program, fs::perms::owner_all);
+    submission_.program = program.string();
+    return run_local(folder_, submission_, tasks_of_work(all_work(submission_)), options);
+  }
+
+  fs::path said() const { return scratch_.path() / "said"; }
+  std::string what_was_said() const { return test::read_bytes(said()); }
+
+  test::Scratch scratch_;
+  Submission submission_;
+  std::string folder_;
+};
+
+TEST_F(LocalRunTest, DoesEveryTaskInOrder)
+{
+  const LocalOutcome outcome = run("exit 0", {1, 2, {}, {}});
+  EXPECT_EQ(outcome.n_done, 5);
+  EXPECT_EQ(outcome.worst_code, 0);
+  EXPECT_FALSE(outcome.is_interrupted);
+  const std::string task = "task " + folder_ + " --kind ";
+  EXPECT_EQ(what_was_said(),
+            task + "spine --cpus 2 --first 1\n" + task + "shard --cpus 2 --first 1 --shard 1\n" + task +
+                "shard --cpus 2 --first 1 --shard 2\n" + task + "shard --cpus 2 --first 1 --shard 3\n" +
+                task + "merge --cpus 2 --first 1\n");
+}
+
+TEST_F(LocalRunTest, RunsNoMoreAtOnceThanAsked)
+{
+  // Each counts those that run with it, itself included.
+  const std::string act = "mkdir -p " + (scratch_.path() / "now").string() + "; cd " +
+                          (scratch_.path() / "now").string() +
+                          "; touch $$; sleep 0.2; ls | wc -l >> ../counts; rm $$";
+  run(act, {2, 1, {}, {}});
+  const std::string counts = test::read_bytes(scratch_.path() / "counts");
+  EXPECT_THAT(counts, HasSubstr("2\n"));
+  EXPECT_THAT(counts, Not(HasSubstr("3\n")));
+}
+
+TEST_F(LocalRunTest, WhatWaitsForAFailureIsLeftOut)
+{
+  std::vector<std::string> told;
+  const LocalOutcome outcome = run("case \"$*\" in *\"--shard 2\"*) exit 2 ;; esac",
+                                   {1, 1, {}, [&](const std::string& line) { told.push_back(line); }});
+  EXPECT_EQ(outcome.n_done, 3);
+  EXPECT_EQ(outcome.n_failed, 1);
+  EXPECT_EQ(outcome.n_left_out, 1);
+  EXPECT_EQ(outcome.worst_code, 2);
+  EXPECT_THAT(what_was_said(), Not(HasSubstr("merge")));
+  EXPECT_THAT(told, testing::Contains(HasSubstr("shard 2 of 3: failed")));
+}
+
+TEST_F(LocalRunTest, ATaskThatWasKilledHasItsReason)
+{
+  const LocalOutcome outcome = run("case \"$*\" in *spine*) kill -KILL $$ ;; esac", {1, 1, {}, {}});
+  EXPECT_EQ(outcome.n_failed, 1);
+  EXPECT_EQ(outcome.n_left_out, 4);
+  const auto state = read_task_state(folder_, submission_, {TaskKind::spine, 0, 0});
+  ASSERT_TRUE(state);
+  EXPECT_EQ(state->phase, TaskPhase::failed);
+  EXPECT_EQ(state->reason, "ended by signal 9");
+}
+
+TEST_F(LocalRunTest, StoppedItTellsItsProcessesAndWaitsForThem)
+{
+  LocalOptions options{3, 1, {}, {}};
+  options.is_stopped = [&] { return what_was_said().find("ready") != std::string::npos; };
+  const LocalOutcome outcome =
+      run("trap 'sleep 0.1; echo flushed >> " + said().string() + "; exit 4' TERM; echo ready >> " +
+              said().string() + "; while :; do sleep 0.01; done",
+          options);
+  EXPECT_TRUE(outcome.is_interrupted);
+  EXPECT_EQ(outcome.n_done, 0);
+  EXPECT_THAT(what_was_said(), HasSubstr("flushed\n"));
+}
+
+TEST_F(LocalRunTest, ASecondOneIsRefused)
+{
+  const SubmissionLock lock(folder_);
+  const auto facts = test::input_error([&] { const SubmissionLock second(folder_); });
+  EXPECT_EQ(facts.file, folder_);
+  EXPECT_THAT(facts.found, HasSubstr("another vrda submit or resume"));
+}
+
+TEST(Child, SaysWhatAProgramSaid)
+{
+  const test::Scratch scratch;
+  const Said said = run_program({"/bin/bash", "-c", "pwd; echo err >&2; exit 7"}, scratch.path().string());
+  EXPECT_EQ(said.exit_code, 7);
+  EXPECT_EQ(said.out, scratch.path().string() + "\n");
+  EXPECT_EQ(said.err, "err\n");
+  EXPECT_FALSE(said.is_absent);
+  EXPECT_TRUE(run_program({"no-such-program-here"}, "").is_absent);
+  EXPECT_EQ(run_program({"/bin/bash", "-c", "kill -KILL $$"}, "").exit_code, -1);
+}
+
+TEST(Child, KeepsOptionsOfTheEnvironmentFromSlurm)
+{
+  setenv("SBATCH_PARTITION", "other", 1);
+  setenv("SBATCH_EXPORT", "ALL", 1);
+  const Said said = run_program({"/usr/bin/env"}, "");
+  unsetenv("SBATCH_PARTITION");
+  unsetenv("SBATCH_EXPORT");
+  EXPECT_THAT(said.out, Not(HasSubstr("SBATCH_PARTITION")));
+  EXPECT_THAT(said.out, HasSubstr("SBATCH_EXPORT=ALL"));
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,100 @@
+#include "cluster/slurm.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "cluster/submission_scenes.hpp"
+#include "cluster/submitted.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::IsEmpty;
+
+TEST(Slurm, RowsOfTheQueueAreRead)
+{
+  const std::vector<SlurmRow> rows = rows_of_squeue(
+      "12|N/A|COMPLETED|n1|None\n"
+      "13|1|RUNNING|n2|None\n"
+      "13|2|PENDING||JobArrayTaskLimit\n"
+      "a line that is none\n"
+      "14|N/A|PENDING||DependencyNeverSatisfied\n"
+      "15|N/A|FAILED|n1|(a reason | with bars)\n");
+  ASSERT_EQ(rows.size(), 5U);
+  EXPECT_EQ(rows[0].id, "12");
+  EXPECT_EQ(rows[0].number, 0);
+  EXPECT_EQ(rows[1].number, 1);
+  EXPECT_EQ(rows[1].node, "n2");
+  EXPECT_TRUE(is_running(rows[1]));
+  EXPECT_TRUE(is_queued(rows[2]));
+  EXPECT_EQ(rows[2].reason, "JobArrayTaskLimit");
+  EXPECT_FALSE(is_queued(rows[3]));
+  EXPECT_EQ(rows[4].reason, "(a reason | with bars)");
+  EXPECT_FALSE(is_queued(rows[0]) || is_running(rows[0]));
+}
+
+TEST(Slurm, LimitsAreReadFromTheConfiguration)
+{
+  const SlurmLimits limits = limits_of_config(
+      "Configuration data as of 2026-03-01T10:00:00\n"
+      "MaxArraySize            = 4001\n"
+      "MaxJobCount             = 500000\n"
+      "MaxJobId                = 67043328\n");
+  EXPECT_EQ(limits.max_array_size, 4001);
+  EXPECT_EQ(limits.max_job_count, 500000);
+  EXPECT_EQ(limits_of_config("").max_array_size, SlurmLimits{}.max_array_size);
+  EXPECT_EQ(limits_of_config("MaxJobCount = many\n").max_job_count, SlurmLimits{}.max_job_count);
+}
+
+TEST(Slurm, MessagesBecomeOneLine)
+{
+  EXPECT_EQ(
+      slurm_message("sbatch: error: invalid partition specified: nosuch\n"
+                    "sbatch: error: Batch job submission failed: Invalid partition name specified\n"),
+      "invalid partition specified: nosuch; Batch job submission failed: Invalid partition name specified");
+  EXPECT_EQ(slurm_message("\n"), "");
+}
+
+TEST(Submitted, ATornLastLineIsLeftOut)
+{
+  const test::Scratch scratch;
+  const std::string folder = scratch.path().string();
+  EXPECT_THAT(read_submitted(folder), IsEmpty());
+  PlannedJob job;
+  job.kind = TaskKind::shard;
+  job.case_number = 0;
+  job.numbers = {2, 5};
+  append_submitted(folder, {"12", "2026-03-01T10:00:00Z", job});
+  append_submitted(folder, {"13", "2026-03-01T10:00:01Z", job});
+  const std::string whole = test::read_bytes(submitted_file_of(folder));
+  scratch.write("submitted.jsonl", whole.substr(0, whole.size() - 10));
+  const std::vector<SubmittedJob> jobs = read_submitted(folder);
+  ASSERT_EQ(jobs.size(), 1U);
+  EXPECT_EQ(jobs[0].id, "12");
+  EXPECT_EQ(jobs[0].job.kind, TaskKind::shard);
+  EXPECT_EQ(jobs[0].job.numbers, job.numbers);
+}
+
+TEST(Submitted, EachTaskHasItsLastJob)
+{
+  const Submission submission = test::campaign(5, 1);
+  PlannedJob all, again;
+  all.kind = again.kind = TaskKind::run;
+  all.numbers = {1, 2, 3};
+  all.per_task = 2;
+  again.numbers = {2};
+  again.per_task = 2;
+  const auto tasks = tasks_in_slurm(submission, {{"20", "", all}, {"31", "", again}},
+                                    {{"20", 1, "COMPLETED", "n1", ""},
+                                     {"20", 2, "TIMEOUT", "n1", ""},
+                                     {"31", 2, "PENDING", "", "Priority"}});
+  ASSERT_EQ(tasks.size(), 5U);
+  EXPECT_EQ(tasks.at({TaskKind::run, 0, 0}).job, "20_1");
+  EXPECT_EQ(tasks.at({TaskKind::run, 2, 0}).job, "31_2");
+  EXPECT_EQ(tasks.at({TaskKind::run, 3, 0}).row.state, "PENDING");
+  EXPECT_EQ(tasks.at({TaskKind::run, 4, 0}).job, "20_3");
+  EXPECT_EQ(tasks.at({TaskKind::run, 4, 0}).row.state, "");
+}
+
+}  // namespace
+}  // namespace vrda

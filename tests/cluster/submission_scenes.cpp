@@ -1,0 +1,90 @@
+#include "cluster/submission_scenes.hpp"
+
+#include <filesystem>
+
+#include "journal/journal.hpp"
+
+namespace vrda::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int32_t n_rows = 7, n_columns = 5;
+
+SubmittedCase case_of(const std::string& name, const std::string& output)
+{
+  SubmittedCase c;
+  c.spec = {name, "/jobs/" + name + ".toml", "", {"grid.varus={from=-2,to=2,step=1}"}};
+  c.output = output;
+  c.n_flexion = n_rows;
+  c.n_varus = n_columns;
+  return c;
+}
+
+Submission without_cases(std::int32_t n_shards)
+{
+  Submission submission;
+  submission.program = "/bin/vrda";
+  submission.n_shards = n_shards;
+  submission.slurm.time = "10";
+  submission.slurm.memory = "200M";
+  return submission;
+}
+
+}  // namespace
+
+Submission one_case(std::int32_t n_shards)
+{
+  Submission submission = without_cases(n_shards);
+  submission.cases.push_back(case_of("knee", "knee.h5"));
+  return submission;
+}
+
+Submission campaign(std::int32_t n_cases, std::int32_t n_shards)
+{
+  Submission submission = without_cases(n_shards);
+  submission.title = "A study";
+  submission.axes = {"subject"};
+  for (std::int32_t k = 1; k <= n_cases; ++k) {
+    const std::string name = "case-" + std::to_string(k);
+    submission.cases.push_back(case_of(name, name + "/" + name + ".h5"));
+    submission.cases.back().levels = {name};
+  }
+  return submission;
+}
+
+std::string folder_with(const Scratch& scratch, const Submission& submission)
+{
+  const std::string folder = (scratch.path() / "submission").string();
+  for (const std::string& one : {scripts_of(folder), logs_of(folder), tasks_of(folder)})
+    fs::create_directories(one);
+  write_submission(folder, submission);
+  return folder;
+}
+
+TaskState state_of(TaskPhase phase, const std::string& slurm_job, const std::string& reason)
+{
+  TaskState state = begun_now(0);
+  state.phase = phase;
+  state.slurm_job = slurm_job;
+  state.reason = reason;
+  return state;
+}
+
+void write_journal(const std::string& path, const std::vector<std::int32_t>& rows, std::int32_t n_varus,
+                   std::int32_t spine_column)
+{
+  fs::create_directories(fs::path(path).parent_path());
+  JournalWriter writer = JournalWriter::create(path, std::string(64, 'a'));
+  for (const std::int32_t i : rows) {
+    for (std::int32_t j = 0; j < n_varus; ++j) {
+      StepRecord record;
+      record.key = {j == spine_column ? StepKind::spine : StepKind::row, i, j};
+      record.status = StepStatus::stable;
+      writer.append(record);
+    }
+  }
+  writer.close();
+}
+
+}  // namespace vrda::test

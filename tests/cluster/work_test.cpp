@@ -1,0 +1,126 @@
+#include "cluster/work.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "cluster/submission_scenes.hpp"
+#include "support/input_error.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+TEST(Work, RangesAreWrittenAsSbatchTakesThem)
+{
+  EXPECT_EQ(ranges_text({}), "");
+  EXPECT_EQ(ranges_text({4}), "4");
+  EXPECT_EQ(ranges_text({1, 2, 3, 5, 7, 8}), "1-3,5,7-8");
+}
+
+TEST(Work, OneCaseIsASpineThenShardsThenAMerge)
+{
+  const Submission submission = test::one_case(4);
+  const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), {});
+  ASSERT_EQ(jobs.size(), 3U);
+  EXPECT_EQ(jobs[0].kind, TaskKind::spine);
+  EXPECT_EQ(jobs[1].kind, TaskKind::shard);
+  EXPECT_EQ(jobs[1].numbers, (std::vector<std::int32_t>{1, 2, 3, 4}));
+  EXPECT_THAT(jobs[1].after, ElementsAre(0U));
+  EXPECT_EQ(jobs[2].kind, TaskKind::merge);
+  EXPECT_THAT(jobs[2].after, ElementsAre(1U));
+}
+
+TEST(Work, ACampaignWithShardsHasAnIndexAfterEveryMerge)
+{
+  const Submission submission = test::campaign(3, 2);
+  const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), {});
+  ASSERT_EQ(jobs.size(), 10U);
+  EXPECT_EQ(jobs.back().kind, TaskKind::index);
+  EXPECT_THAT(jobs.back().after, ElementsAre(2U, 5U, 8U));
+}
+
+// Numbers of every array from 1 below MaxArraySize, each case in exactly one task.
+void expect_each_case_once(const Submission& submission, const SlurmLimits& limits, std::size_t n_arrays)
+{
+  const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), limits);
+  ASSERT_EQ(jobs.size(), n_arrays + 1);
+  std::vector<int> n_times(submission.cases.size(), 0);
+  std::int32_t n_tasks = 0;
+  for (const PlannedJob& job : jobs) {
+    for (const std::int32_t number : job.numbers) {
+      EXPECT_GE(number, 1);
+      EXPECT_LT(number, limits.max_array_size);
+      ++n_tasks;
+      for (const std::int32_t k : cases_of_task(job, number, submission.cases.size())) {
+        ++n_times.at(static_cast<std::size_t>(k));
+      }
+    }
+  }
+  EXPECT_THAT(n_times, testing::Each(1));
+  EXPECT_LE(n_tasks, limits.max_job_count / 2);
+  EXPECT_EQ(jobs.back().after.size(), n_arrays);
+}
+
+TEST(Work, ACampaignIsCutIntoArraysThatSlurmTakes)
+{
+  expect_each_case_once(test::campaign(1, 1), {}, 1);
+  expect_each_case_once(test::campaign(1000, 1), {}, 1);
+  expect_each_case_once(test::campaign(1001, 1), {}, 2);
+  expect_each_case_once(test::campaign(5000, 1), {}, 5);
+  // More than half of what Slurm's queue takes: two cases a task.
+  expect_each_case_once(test::campaign(5001, 1), {}, 3);
+  expect_each_case_once(test::campaign(10000, 1), {}, 5);
+  expect_each_case_once(test::campaign(7, 1), {4, 6}, 1);
+  expect_each_case_once(test::campaign(10, 1), {2, 200}, 10);
+}
+
+TEST(Work, OnlyTheTasksOfMissingCasesAreSubmittedAgain)
+{
+  Submission submission = test::campaign(10, 1);
+  submission.slurm.cases_per_task = 3;
+  Work work;
+  for (const std::int32_t k : {1, 2, 9}) {
+    CaseWork c;
+    c.case_number = k;
+    c.needs_run = true;
+    work.cases.push_back(c);
+  }
+  const std::vector<PlannedJob> jobs = jobs_of_work(submission, work, {});
+  ASSERT_EQ(jobs.size(), 1U);
+  EXPECT_THAT(jobs[0].numbers, ElementsAre(1, 4));
+  EXPECT_THAT(cases_of_task(jobs[0], 1, 10), ElementsAre(0, 1, 2));
+  EXPECT_THAT(cases_of_task(jobs[0], 4, 10), ElementsAre(9));
+}
+
+TEST(Work, MoreShardsThanAnArrayTakesAreRefused)
+{
+  const Submission submission = test::one_case(1001);
+  const auto facts =
+      test::input_error([&] { jobs_of_work(submission, all_work(submission), SlurmLimits{}); });
+  EXPECT_EQ(facts.file, "--shards");
+  EXPECT_THAT(facts.wanted, HasSubstr("at most 1000"));
+}
+
+TEST(Work, LocalTasksComeAfterThoseTheyNeed)
+{
+  const Submission submission = test::campaign(2, 3);
+  const std::vector<PlannedTask> tasks = tasks_of_work(all_work(submission));
+  ASSERT_EQ(tasks.size(), 11U);
+  for (std::size_t k = 0; k < tasks.size(); ++k) {
+    for (const std::size_t before : tasks[k].after) EXPECT_LT(before, k);
+  }
+  EXPECT_THAT(tasks[0].after, IsEmpty());
+  EXPECT_THAT(tasks[2].after, ElementsAre(0U));
+  EXPECT_THAT(tasks[4].after, ElementsAre(1U, 2U, 3U));
+  EXPECT_EQ(tasks.back().task.kind, TaskKind::index);
+  EXPECT_TRUE(tasks.back().is_after_any);
+  EXPECT_THAT(tasks.back().after, ElementsAre(4U, 9U));
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,206 @@
+#include "faults/fault_plan.hpp"
+
+#include <fcntl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <climits>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <iterator>
+
+namespace vrda::test {
+namespace {
+
+enum class Action { count, kill, torn, cut_short, full, enospc, eio, hold, clock };
+
+constexpr const char* call_words[] = {"write", "fsync", "rename", "truncate",
+                                      "open",  "close", "unlink", "read"};
+constexpr const char* action_words[] = {"count",  "kill", "torn", "short", "full",
+                                        "enospc", "eio",  "hold", "clock"};
+
+/// Ends a process whose gate never opens, so that a test that died leaves none behind.
+constexpr long longest_hold_s = 600;
+constexpr long hold_poll_ms = 10;
+constexpr int setting_exit_code = 125;
+
+struct Plan {
+  const char* file = nullptr;  ///< part of the path
+  bool is_any_call = true;
+  Call call = Call::write;
+  long at = 1;
+  bool goes_on = false;  ///< every call from `at` on
+  Action action = Action::count;
+  const char* gate = nullptr;
+  const char* once = nullptr;
+  const char* count = nullptr;
+};
+
+[[noreturn]] void refuse(const char* name, const char* found)
+{
+  std::fprintf(stderr, "fault_shim: %s: found \"%s\"\n", name, found);
+  _exit(setting_exit_code);
+}
+
+template <std::size_t n>
+int place_of(const char* const (&words)[n], const char* name, const char* found)
+{
+  for (std::size_t i = 0; i < n; ++i) {
+    if (std::strcmp(words[i], found) == 0) return static_cast<int>(i);
+  }
+  refuse(name, found);
+}
+
+const char* set_or_null(const char* name)
+{
+  const char* value = std::getenv(name);
+  return value != nullptr && *value != '\0' ? value : nullptr;
+}
+
+Plan read_plan()
+{
+  Plan plan;
+  plan.file = set_or_null("VRDA_FAULT_FILE");
+  plan.gate = set_or_null("VRDA_FAULT_GATE");
+  plan.once = set_or_null("VRDA_FAULT_ONCE");
+  plan.count = set_or_null("VRDA_FAULT_COUNT");
+  if (const char* word = set_or_null("VRDA_FAULT_CALL"); word != nullptr && std::strcmp(word, "any") != 0) {
+    plan.is_any_call = false;
+    plan.call = static_cast<Call>(place_of(call_words, "VRDA_FAULT_CALL", word));
+  }
+  if (const char* word = set_or_null("VRDA_FAULT_DO"))
+    plan.action = static_cast<Action>(place_of(action_words, "VRDA_FAULT_DO", word));
+  if (const char* word = set_or_null("VRDA_FAULT_AT")) {
+    char* end = nullptr;
+    plan.at = std::strtol(word, &end, 10);
+    plan.goes_on = *end == '+';
+    if (plan.at < 1 || end[plan.goes_on ? 1 : 0] != '\0') refuse("VRDA_FAULT_AT", word);
+  }
+  plan.goes_on = plan.goes_on || plan.action == Action::full;
+  if (plan.action == Action::hold && plan.gate == nullptr) refuse("VRDA_FAULT_GATE", "nothing to hold until");
+  return plan;
+}
+
+const Plan& plan_of_process()
+{
+  static const Plan plan = read_plan();
+  return plan;
+}
+
+std::atomic<long> n_calls = 0;
+std::atomic<long> n_readings = 0;
+
+// The shim's own files are opened past the calls it watches.
+int open_directly(const char* path, int flags)
+{
+  return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags | O_CLOEXEC, 0666));
+}
+
+void append_number(const char* path, long number)
+{
+  const int descriptor = open_directly(path, O_WRONLY | O_CREAT | O_APPEND);
+  if (descriptor < 0) refuse(path, std::strerror(errno));
+  char line[32];
+  const int n = std::snprintf(line, sizeof line, "%ld\n", number);
+  const long n_written = syscall(SYS_write, descriptor, line, static_cast<std::size_t>(n));
+  syscall(SYS_close, descriptor);
+  if (n_written != n) refuse(path, std::strerror(errno));
+}
+
+/// Whether no process has had this fault before.
+bool is_first(const Plan& plan)
+{
+  if (plan.once == nullptr) return true;
+  const int descriptor = open_directly(plan.once, O_WRONLY | O_CREAT | O_EXCL);
+  if (descriptor < 0) return false;
+  syscall(SYS_close, descriptor);
+  return true;
+}
+
+/// Signal handlers of the program run meanwhile; the call that was held goes on afterwards all the same.
+void hold(const char* gate)
+{
+  if (access(gate, F_OK) == 0) return;
+  char held[PATH_MAX];
+  std::snprintf(held, sizeof held, "%s.held", gate);
+  append_number(held, getpid());
+  for (long waited_ms = 0; access(gate, F_OK) != 0; waited_ms += hold_poll_ms) {
+    if (waited_ms > longest_hold_s * 1000) die();
+    const timespec pause{0, hold_poll_ms * 1'000'000};
+    nanosleep(&pause, nullptr);
+  }
+}
+
+Verdict act(const Plan& plan, Call call, long k)
+{
+  switch (plan.action) {
+    case Action::kill:
+      die();
+    case Action::torn:
+      if (call != Call::write) die();
+      return {Fate::half_then_die, 0};
+    case Action::cut_short:
+      return {Fate::half, 0};
+    case Action::full:
+      if (call == Call::write && k == plan.at) return {Fate::half, 0};
+      return {Fate::fail, ENOSPC};
+    case Action::enospc:
+      return {Fate::fail, ENOSPC};
+    case Action::eio:
+      return {Fate::fail, EIO};
+    case Action::hold:
+      hold(plan.gate);
+      return {};
+    case Action::count:
+    case Action::clock:
+      return {};
+  }
+  return {};
+}
+
+__attribute__((destructor)) void write_count()
+{
+  const Plan& plan = plan_of_process();
+  if (plan.count != nullptr) append_number(plan.count, n_calls);
+}
+
+}  // namespace
+
+bool is_watching()
+{
+  return plan_of_process().file != nullptr;
+}
+
+Verdict verdict_on(Call call, const char* path, const char* other_path)
+{
+  const Plan& plan = plan_of_process();
+  const bool is_meant = plan.is_any_call ? call != Call::read : call == plan.call;
+  if (plan.file == nullptr || !is_meant) return {};
+  if (std::strstr(path, plan.file) == nullptr && std::strstr(other_path, plan.file) == nullptr) return {};
+  const long k = ++n_calls;
+  if (k < plan.at || (k > plan.at && !plan.goes_on) || !is_first(plan)) return {};
+  return act(plan, call, k);
+}
+
+void die()
+{
+  kill(getpid(), SIGKILL);
+  for (;;) pause();
+}
+
+timespec disturbed(timespec now)
+{
+  const Plan& plan = plan_of_process();
+  if (plan.action != Action::clock) return now;
+  const long k = ++n_readings;
+  if (k < plan.at) return now;
+  // From 12 hours ago to 12 hours ahead, forward and back by turns: 7 has no factor in common with 25.
+  now.tv_sec += (k * 7 % 25 - 12) * 3600;
+  return now;
+}
+
+}  // namespace vrda::test

@@ -1,0 +1,343 @@
+// Stands between a program and the C library (LD_PRELOAD) and lets single system calls go wrong as
+// fault_plan.hpp says. Calls go on to the next library in line, so a sanitizer's own still see them.
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/uio.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <climits>
+#include <cstdarg>
+#include <cstdio>
+#include <cstring>
+
+#include "faults/fault_plan.hpp"
+
+namespace {
+
+using vrda::test::Call;
+using vrda::test::die;
+using vrda::test::Fate;
+using vrda::test::is_watching;
+using vrda::test::Verdict;
+using vrda::test::verdict_on;
+
+/// The same function of the library behind this one.
+template <typename F>
+F* next(const char* name)
+{
+  F* const found = reinterpret_cast<F*>(dlsym(RTLD_NEXT, name));
+  if (found == nullptr) die();
+  return found;
+}
+
+/// A path, or what a descriptor leads to under its present name.
+class Name {
+ public:
+  explicit Name(int descriptor)
+  {
+    if (!is_watching()) return;
+    const int kept = errno;
+    char link[48];
+    std::snprintf(link, sizeof link, "/proc/self/fd/%d", descriptor);
+    const ssize_t n = readlink(link, text_.data(), text_.size() - 1);
+    text_[static_cast<std::size_t>(std::max<ssize_t>(n, 0))] = '\0';
+    errno = kept;
+  }
+  explicit Name(const char* path) : Name(AT_FDCWD, path) {}
+  Name(int folder, const char* path)
+  {
+    if (!is_watching()) return;
+    const int kept = errno;
+    std::array<char, PATH_MAX> base{};
+    if (path[0] != '/') {
+      if (folder == AT_FDCWD) {
+        if (getcwd(base.data(), base.size() - 1) == nullptr) base[0] = '\0';
+      } else {
+        base = Name(folder).text_;
+      }
+    }
+    const std::size_t n = std::strlen(base.data());
+    std::memcpy(text_.data(), base.data(), n);
+    std::snprintf(text_.data() + n, text_.size() - n, n > 0 ? "/%s" : "%s", path);
+    errno = kept;
+  }
+  const char* text() const { return text_.data(); }
+
+ private:
+  std::array<char, PATH_MAX> text_{};
+};
+
+int failed(const Verdict& verdict)
+{
+  errno = verdict.error;
+  return -1;
+}
+
+/// `write_first(n)` writes the first n of `n_bytes` bytes.
+template <typename WriteFirst>
+ssize_t written(int descriptor, std::size_t n_bytes, const WriteFirst& write_first)
+{
+  const Verdict verdict = verdict_on(Call::write, Name(descriptor).text());
+  switch (verdict.fate) {
+    case Fate::fail:
+      return failed(verdict);
+    case Fate::half:
+      return write_first(std::max<std::size_t>(n_bytes / 2, std::min<std::size_t>(n_bytes, 1)));
+    case Fate::half_then_die:
+      write_first(n_bytes / 2);
+      die();
+    case Fate::pass:
+      break;
+  }
+  return write_first(n_bytes);
+}
+
+/// Half of several buffers: the first that is not empty, or its beginning.
+template <typename WriteBuffers>
+ssize_t written(int descriptor, const iovec* buffers, int n_buffers, const WriteBuffers& write_buffers)
+{
+  std::size_t n_bytes = 0;
+  for (int i = 0; i < n_buffers; ++i) n_bytes += buffers[i].iov_len;
+  return written(descriptor, n_bytes, [&](std::size_t n) -> ssize_t {
+    if (n == n_bytes) return write_buffers(buffers, n_buffers);
+    const iovec* first =
+        std::find_if(buffers, buffers + n_buffers, [](const iovec& b) { return b.iov_len > 0; });
+    if (first == buffers + n_buffers) return 0;
+    const iovec part{first->iov_base, std::min(first->iov_len, n)};
+    return write_buffers(&part, 1);
+  });
+}
+
+/// A call that either happens or fails.
+template <typename Really>
+int done(Call call, const Name& name, const char* other, const Really& really)
+{
+  const Verdict verdict = verdict_on(call, name.text(), other);
+  return verdict.fate == Fate::fail ? failed(verdict) : really();
+}
+template <typename Really>
+int done(Call call, const Name& name, const Really& really)
+{
+  return done(call, name, "", really);
+}
+
+bool is_for_writing(int flags)
+{
+  return (flags & O_ACCMODE) != O_RDONLY || (flags & (O_CREAT | O_TRUNC)) != 0;
+}
+
+template <typename Really>
+int opened(const Name& name, int flags, const Really& really)
+{
+  return is_for_writing(flags) ? done(Call::open, name, really) : really();
+}
+
+std::FILE* opened(const char* path, const char* mode, const char* next_name)
+{
+  if (mode[0] != 'r' || std::strchr(mode, '+') != nullptr) {
+    const Verdict verdict = verdict_on(Call::open, Name(path).text());
+    if (verdict.fate == Fate::fail) {
+      errno = verdict.error;
+      return nullptr;
+    }
+  }
+  return next<std::FILE*(const char*, const char*)>(next_name)(path, mode);
+}
+
+/// The permissions stand behind the flags only where a file may be made.
+mode_t mode_in(std::va_list words, int flags)
+{
+  const bool makes_file = (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE;
+  return makes_file ? va_arg(words, mode_t) : 0;
+}
+
+int open_next(const char* name, const char* path, int flags, mode_t mode)
+{
+  return opened(Name(path), flags, [&] { return next<int(const char*, int, ...)>(name)(path, flags, mode); });
+}
+int openat_next(const char* name, int folder, const char* path, int flags, mode_t mode)
+{
+  return opened(Name(folder, path), flags,
+                [&] { return next<int(int, const char*, int, ...)>(name)(folder, path, flags, mode); });
+}
+
+/// A short read asks for fewer bytes than wanted.
+template <typename ReadFirst>
+ssize_t taken(int descriptor, std::size_t n_bytes, const ReadFirst& read_first)
+{
+  const Verdict verdict = verdict_on(Call::read, Name(descriptor).text());
+  if (verdict.fate == Fate::fail) return failed(verdict);
+  return read_first(verdict.fate == Fate::half ? (n_bytes + 1) / 2 : n_bytes);
+}
+
+ssize_t pread_next(const char* name, int descriptor, void* bytes, std::size_t n_bytes, off_t at)
+{
+  return taken(descriptor, n_bytes, [&](std::size_t n) {
+    return next<ssize_t(int, void*, std::size_t, off_t)>(name)(descriptor, bytes, n, at);
+  });
+}
+
+ssize_t pwrite_next(const char* name, int descriptor, const void* bytes, std::size_t n_bytes, off_t at)
+{
+  return written(descriptor, n_bytes, [&](std::size_t n) {
+    return next<ssize_t(int, const void*, std::size_t, off_t)>(name)(descriptor, bytes, n, at);
+  });
+}
+
+int ftruncate_next(const char* name, int descriptor, off_t size)
+{
+  return done(Call::truncate, Name(descriptor),
+              [&] { return next<int(int, off_t)>(name)(descriptor, size); });
+}
+
+}  // namespace
+
+extern "C" {
+
+ssize_t write(int descriptor, const void* bytes, std::size_t n_bytes)
+{
+  return written(descriptor, n_bytes, [&](std::size_t n) {
+    return next<ssize_t(int, const void*, std::size_t)>("write")(descriptor, bytes, n);
+  });
+}
+ssize_t pwrite(int descriptor, const void* bytes, std::size_t n_bytes, off_t at)
+{
+  return pwrite_next("pwrite", descriptor, bytes, n_bytes, at);
+}
+ssize_t pwrite64(int descriptor, const void* bytes, std::size_t n_bytes, off_t at)
+{
+  return pwrite_next("pwrite64", descriptor, bytes, n_bytes, at);
+}
+ssize_t writev(int descriptor, const iovec* buffers, int n_buffers)
+{
+  return written(descriptor, buffers, n_buffers, [&](const iovec* some, int n) {
+    return next<ssize_t(int, const iovec*, int)>("writev")(descriptor, some, n);
+  });
+}
+
+ssize_t read(int descriptor, void* bytes, std::size_t n_bytes)
+{
+  return taken(descriptor, n_bytes, [&](std::size_t n) {
+    return next<ssize_t(int, void*, std::size_t)>("read")(descriptor, bytes, n);
+  });
+}
+ssize_t pread(int descriptor, void* bytes, std::size_t n_bytes, off_t at)
+{
+  return pread_next("pread", descriptor, bytes, n_bytes, at);
+}
+ssize_t pread64(int descriptor, void* bytes, std::size_t n_bytes, off_t at)
+{
+  return pread_next("pread64", descriptor, bytes, n_bytes, at);
+}
+
+int fsync(int descriptor)
+{
+  return done(Call::fsync, Name(descriptor), [&] { return next<int(int)>("fsync")(descriptor); });
+}
+int fdatasync(int descriptor)
+{
+  return done(Call::fsync, Name(descriptor), [&] { return next<int(int)>("fdatasync")(descriptor); });
+}
+
+int ftruncate(int descriptor, off_t size) noexcept
+{
+  return ftruncate_next("ftruncate", descriptor, size);
+}
+int ftruncate64(int descriptor, off_t size) noexcept
+{
+  return ftruncate_next("ftruncate64", descriptor, size);
+}
+
+int rename(const char* from, const char* to) noexcept
+{
+  return done(Call::rename, Name(from), Name(to).text(),
+              [&] { return next<int(const char*, const char*)>("rename")(from, to); });
+}
+int renameat(int from_folder, const char* from, int to_folder, const char* to) noexcept
+{
+  return done(Call::rename, Name(from_folder, from), Name(to_folder, to).text(), [&] {
+    return next<int(int, const char*, int, const char*)>("renameat")(from_folder, from, to_folder, to);
+  });
+}
+
+int unlink(const char* path) noexcept
+{
+  return done(Call::unlink, Name(path), [&] { return next<int(const char*)>("unlink")(path); });
+}
+int unlinkat(int folder, const char* path, int flags) noexcept
+{
+  return done(Call::unlink, Name(folder, path),
+              [&] { return next<int(int, const char*, int)>("unlinkat")(folder, path, flags); });
+}
+int remove(const char* path) noexcept
+{
+  return done(Call::unlink, Name(path), [&] { return next<int(const char*)>("remove")(path); });
+}
+
+int open(const char* path, int flags, ...)
+{
+  std::va_list words;
+  va_start(words, flags);
+  const mode_t mode = mode_in(words, flags);
+  va_end(words);
+  return open_next("open", path, flags, mode);
+}
+int open64(const char* path, int flags, ...)
+{
+  std::va_list words;
+  va_start(words, flags);
+  const mode_t mode = mode_in(words, flags);
+  va_end(words);
+  return open_next("open64", path, flags, mode);
+}
+int openat(int folder, const char* path, int flags, ...)
+{
+  std::va_list words;
+  va_start(words, flags);
+  const mode_t mode = mode_in(words, flags);
+  va_end(words);
+  return openat_next("openat", folder, path, flags, mode);
+}
+int openat64(int folder, const char* path, int flags, ...)
+{
+  std::va_list words;
+  va_start(words, flags);
+  const mode_t mode = mode_in(words, flags);
+  va_end(words);
+  return openat_next("openat64", folder, path, flags, mode);
+}
+std::FILE* fopen(const char* path, const char* mode)
+{
+  return opened(path, mode, "fopen");
+}
+std::FILE* fopen64(const char* path, const char* mode)
+{
+  return opened(path, mode, "fopen64");
+}
+
+// A failed close has closed the descriptor all the same, as on Linux.
+int close(int descriptor)
+{
+  const Verdict verdict = verdict_on(Call::close, Name(descriptor).text());
+  const int result = next<int(int)>("close")(descriptor);
+  return verdict.fate == Fate::fail ? failed(verdict) : result;
+}
+int fclose(std::FILE* file)
+{
+  const Verdict verdict = verdict_on(Call::close, Name(fileno(file)).text());
+  const int result = next<int(std::FILE*)>("fclose")(file);
+  return verdict.fate == Fate::fail ? failed(verdict) : result;
+}
+
+int clock_gettime(clockid_t clock, timespec* now) noexcept
+{
+  const int result = next<int(clockid_t, timespec*)>("clock_gettime")(clock, now);
+  if (result == 0) *now = vrda::test::disturbed(*now);
+  return result;
+}
+
+}  // extern "C"

@@ -1,0 +1,162 @@
+#include "faults/faulty_run.hpp"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "app/scenes.hpp"
+
+namespace vrda::test {
+
+namespace fs = std::filesystem;
+
+Command with_fault(Command command, const Fault& fault)
+{
+  std::map<std::string, std::string>& variables = command.environment;
+  variables["LD_PRELOAD"] = VRDA_FAULT_SHIM;
+  // In a build with address checks, whose library would like to be first.
+  variables["ASAN_OPTIONS"] = "verify_asan_link_order=0";
+  variables["VRDA_FAULT_FILE"] = fault.file;
+  variables["VRDA_FAULT_CALL"] = fault.call;
+  variables["VRDA_FAULT_AT"] = fault.at;
+  variables["VRDA_FAULT_DO"] = fault.what;
+  return command;
+}
+
+int n_calls_of(const Command& command, const Fault& fault, const fs::path& counts)
+{
+  fs::remove(counts);
+  Command counted = with_fault(command, {"count", fault.call, "1", fault.file});
+  counted.environment["VRDA_FAULT_COUNT"] = counts.string();
+  const Ended ended = run(counted);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  std::istringstream lines(read_bytes(counts));
+  int n = 0;
+  for (int of_process = 0; lines >> of_process;) n += of_process;
+  EXPECT_GT(n, 0) << fault.call << " of " << fault.file;
+  return n;
+}
+
+std::vector<Setting> all_settings()
+{
+  return {{"search", "stability-search", false, {}},
+          {"equilibrium", "equilibrium", true, {"--set", "solver.equilibrium.restarts=1"}},
+          {"trace", "stability-search", false, {"--trace"}}};
+}
+
+std::vector<Setting> one_setting()
+{
+  return std::getenv("VRDA_FAULTS_ALL") != nullptr ? all_settings() : std::vector{all_settings().back()};
+}
+
+std::string name_of(const testing::TestParamInfo<Setting>& setting)
+{
+  return setting.param.name;
+}
+
+std::ostream& operator<<(std::ostream& out, const Setting& setting)
+{
+  return out << setting.name;
+}
+
+FaultyRun::FaultyRun()
+{
+  job_ = GetParam().is_knee ? small_knee_job(scratch_, "right") : small_job(scratch_);
+  fs::create_directory(folder_);
+  const Ended ended = run();
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  undisturbed_ = hashes();
+  undisturbed_names_ = names();
+  EXPECT_EQ(undisturbed_.size(), undisturbed_names_.size() - 1);  // all but the times
+}
+
+Command FaultyRun::command() const
+{
+  std::vector<std::string> words{"run",     job_.string(), "-o", (folder_ / "a.h5").string(),
+                                 "--quiet", "--threads",   "1"};
+  for (const std::string& value :
+       {"solver.method=\"" + GetParam().method + "\"", std::string("grid.flexion={from=0,to=4,step=2}"),
+        std::string("grid.varus={from=0,to=2,step=2}"), std::string("smooth.degrees=[1]")}) {
+    words.insert(words.end(), {"--set", value});
+  }
+  words.insert(words.end(), GetParam().words.begin(), GetParam().words.end());
+  return vrda(words);
+}
+
+Fault FaultyRun::in_folder(Fault fault) const
+{
+  fault.file = folder_.string() + (fault.file.empty() ? "" : "/" + fault.file);
+  return fault;
+}
+
+Ended FaultyRun::run_anew(const Fault& fault) const
+{
+  fs::remove_all(folder_);
+  fs::create_directory(folder_);
+  return run(fault);
+}
+
+int FaultyRun::n_calls(const std::string& call, const std::string& file) const
+{
+  fs::remove_all(folder_);
+  fs::create_directory(folder_);
+  return n_calls_of(command(), in_folder({"count", call, "1", file}), scratch_.path() / "counts");
+}
+
+std::map<std::string, std::string> FaultyRun::hashes() const
+{
+  std::map<std::string, std::string> all;
+  for (const std::string name : {"a.h5", "a.trace.h5"}) {
+    if (fs::exists(folder_ / name)) all[name] = sha256_of_file(folder_ / name);
+  }
+  return all;
+}
+
+std::vector<std::string> FaultyRun::names() const
+{
+  std::vector<std::string> all;
+  for (const auto& entry : fs::directory_iterator(folder_)) all.push_back(entry.path().filename());
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+std::string FaultyRun::expect_finishes() const
+{
+  const Ended ended = run();
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  expect_finished();
+  return ended.err;
+}
+
+void FaultyRun::expect_finished() const
+{
+  EXPECT_EQ(hashes(), undisturbed_);
+  EXPECT_EQ(names(), undisturbed_names_);
+}
+
+void FaultyRun::expect_refused(const Ended& ended) const
+{
+  EXPECT_EQ(ended.exit_code, 2) << ended.err;
+  EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
+  EXPECT_THAT(ended.err, testing::StartsWith("vrda: " + folder_.string() + "/a."));
+  EXPECT_THAT(ended.err, testing::HasSubstr("found"));
+  EXPECT_EQ(ended.out, "");
+  expect_no_part_of_a_result();
+}
+
+void FaultyRun::expect_no_part_of_a_result() const
+{
+  for (const auto& [name, hash] : hashes()) EXPECT_EQ(hash, undisturbed_.at(name)) << name;
+}
+
+int FaultyRun::n_steps_recalled() const
+{
+  const auto record = nlohmann::json::parse(read_bytes(folder_ / "a.h5.run.json"));
+  return record.at("steps_recalled");
+}
+
+}  // namespace vrda::test

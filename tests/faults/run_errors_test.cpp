@@ -1,0 +1,133 @@
+// A call of `vrda run` fails or falls short: every one of them in turn, found by counting them first.
+#include <gmock/gmock.h>
+
+#include "app/scenes.hpp"
+#include "faults/faulty_run.hpp"
+
+namespace vrda::test {
+namespace {
+
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::Not;
+
+class RunErrors : public FaultyRun {};
+class RunErrorsOneWay : public FaultyRun {};
+
+TEST_P(RunErrorsOneWay, ShortWritesChangeNothing)
+{
+  const int n = n_calls("write");
+  for (int k = 1; k <= n; ++k) {
+    SCOPED_TRACE(k);
+    EXPECT_EQ(run_anew({"short", "write", std::to_string(k)}).exit_code, 0);
+    expect_finished();
+  }
+  EXPECT_EQ(run_anew({"short", "write", "1+"}).exit_code, 0);
+  expect_finished();
+}
+
+struct Row {
+  std::string file;
+  std::string call;
+};
+
+TEST_P(RunErrors, AnErrorIsOneLineAndTheSameCommandGoesOn)
+{
+  // Every file and call that a result depends on; "" is any file, its folder too.
+  for (const auto& [file, call] :
+       {Row{"a.h5.journal", "write"}, Row{"a.h5.start.h5.partial", "write"}, Row{"a.h5.partial", "write"},
+        Row{"", "fsync"}, Row{"", "rename"}, Row{"a.h5.journal.partial", "open"},
+        Row{"a.h5.start.h5.partial", "open"}, Row{"a.h5.partial", "open"}, Row{"a.h5.start.h5", "close"},
+        Row{"a.h5.partial", "close"}}) {
+    const int n = n_calls(call, file);
+    for (int k = 1; k <= n; ++k) {
+      SCOPED_TRACE(file + " " + call + " " + std::to_string(k));
+      expect_refused(run_anew({"eio", call, std::to_string(k), file}));
+      EXPECT_THAT(names(), testing::Each(Not(EndsWith(".partial"))));
+      expect_finishes();
+    }
+  }
+}
+
+TEST_P(RunErrorsOneWay, ADiskThatIsFullFromAnyWriteOnLosesNothing)
+{
+  const int n = n_calls("write") - 1;  // all but the times, which a run does without
+  for (int k = 1; k <= n; ++k) {
+    SCOPED_TRACE(k);
+    const Ended ended = run_anew({"full", "write", std::to_string(k)});
+    expect_refused(ended);
+    EXPECT_THAT(ended.err, HasSubstr("No space left on device"));
+    EXPECT_THAT(names(), testing::Each(Not(EndsWith(".partial"))));
+    expect_finishes();
+  }
+}
+
+TEST_P(RunErrorsOneWay, ADiskThatIsGoneLosesNothing)
+{
+  // Nothing can be tidied up then either: torn frames and partial files stay until the next run.
+  const int n = n_calls("write") - 1;
+  for (int k = 1; k <= n; ++k) {
+    SCOPED_TRACE(k);
+    expect_refused(run_anew({"eio", "any", std::to_string(k) + "+"}));
+    expect_finishes();
+  }
+}
+
+TEST_P(RunErrorsOneWay, TimesThatCannotBeWrittenAreAWarning)
+{
+  for (const std::string call : {"write", "open", "close"}) {
+    SCOPED_TRACE(call);
+    const Ended ended = run_anew({"eio", call, "1", "a.h5.run.json"});
+    EXPECT_EQ(ended.exit_code, 0);
+    EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr("a.h5.run.json: found a file that cannot be written"));
+    EXPECT_THAT(names(), Not(testing::Contains("a.h5.run.json")));
+    expect_finishes();
+  }
+}
+
+TEST_P(RunErrorsOneWay, WhatCannotBeRemovedIsSaidAndGoesWithTheNextRun)
+{
+  const Ended left = run_anew({"eio", "unlink", "1", "a.h5.journal"});
+  EXPECT_EQ(left.exit_code, 0);
+  EXPECT_EQ(n_lines(left.err), 1) << left.err;
+  EXPECT_THAT(left.err, HasSubstr(journal() + ": found a file that cannot be removed (Input/output error)"));
+  const int n = n_calls("unlink");
+  for (int k = 1; k <= n; ++k) {
+    SCOPED_TRACE(k);
+    EXPECT_EQ(run_anew({"eio", "unlink", std::to_string(k)}).exit_code, 0);
+    expect_finishes();
+  }
+}
+
+TEST_P(RunErrorsOneWay, AJournalThatCannotBeReadIsNamedAndLeftAlone)
+{
+  run_anew({"kill", "write", "6", "a.h5.journal"});
+  const std::string before = read_bytes(journal());
+  const Ended ended = run({"eio", "read", "1", "a.h5.journal"});
+  expect_refused(ended);
+  EXPECT_THAT(ended.err, HasSubstr(journal() + ": found a read error (Input/output error)"));
+  EXPECT_EQ(read_bytes(journal()), before);
+  EXPECT_EQ(run({"short", "read", "1+", "a.h5.journal"}).exit_code, 0);
+  EXPECT_EQ(n_steps_recalled(), 4);
+  expect_finished();
+}
+
+TEST_P(RunErrorsOneWay, AJournalThatCannotBeOpenedOrCutIsNamed)
+{
+  for (const std::string call : {"open", "truncate"}) {
+    SCOPED_TRACE(call);
+    run_anew({"torn", "write", "6", "a.h5.journal"});
+    const Ended ended = run({"eio", call, "1", "a.h5.journal"});
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_THAT(ended.err, HasSubstr("vrda: " + journal() + ": found a journal that cannot be"));
+    expect_finishes();
+    EXPECT_EQ(n_steps_recalled(), 4);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RunErrors, testing::ValuesIn(all_settings()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, RunErrorsOneWay, testing::ValuesIn(one_setting()), name_of);
+
+}  // namespace
+}  // namespace vrda::test

@@ -1,0 +1,71 @@
+// `vrda run` is killed at a call or within it: at every one of them in turn, found by counting them first.
+#include <gmock/gmock.h>
+
+#include "faults/faulty_run.hpp"
+#include "journal/journal.hpp"
+
+namespace vrda::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr int killed = -1;
+
+class RunKills : public FaultyRun {};
+
+TEST_P(RunKills, AKillBeforeAnyCallLosesNothing)
+{
+  const int n = n_calls("any");
+  EXPECT_GT(n, 30);
+  for (int k = 1; k <= n; ++k) {
+    SCOPED_TRACE(k);
+    EXPECT_EQ(run_anew({"kill", "any", std::to_string(k)}).exit_code, killed);
+    expect_no_part_of_a_result();
+    expect_finishes();
+  }
+}
+
+TEST_P(RunKills, AWriteThatTearsLosesNothing)
+{
+  for (const std::string file : {"a.h5.start.h5", "a.h5.partial", "a.h5.run.json"}) {
+    const int n = n_calls("write", file);
+    for (int k = 1; k <= n; ++k) {
+      SCOPED_TRACE(file + " " + std::to_string(k));
+      EXPECT_EQ(run_anew({"torn", "write", std::to_string(k), file}).exit_code, killed);
+      expect_no_part_of_a_result();
+      expect_finishes();
+    }
+  }
+}
+
+TEST_P(RunKills, ATornRecordIsDroppedAndAllBeforeItKept)
+{
+  const int n = n_calls("write", "a.h5.journal");
+  EXPECT_GT(n, 6);
+  for (int k = 2; k <= n; ++k) {  // the first is the header
+    SCOPED_TRACE(k);
+    EXPECT_EQ(run_anew({"torn", "write", std::to_string(k), "a.h5.journal"}).exit_code, killed);
+    const JournalContent content = read_journal(journal());
+    EXPECT_EQ(content.records.size(), static_cast<std::size_t>(k - 2));
+    EXPECT_GT(content.dropped_bytes, 0u);
+    EXPECT_THAT(expect_finishes(), HasSubstr("dropped " + std::to_string(content.dropped_bytes) + " bytes"));
+    EXPECT_EQ(n_steps_recalled(), k - 2);
+  }
+}
+
+TEST_P(RunKills, KilledAtEveryRecordOfEveryResumptionItStillEnds)
+{
+  // Each time one step further: the second write of a resumed run is its second record.
+  fs::remove_all(folder_);
+  fs::create_directory(folder_);
+  int n_killed = 0;
+  while (run({"torn", "write", "2", "a.h5.journal"}).exit_code == killed && n_killed < 100) ++n_killed;
+  EXPECT_GT(n_killed, 6);
+  expect_finished();
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RunKills, testing::ValuesIn(all_settings()), name_of);
+
+}  // namespace
+}  // namespace vrda::test

@@ -1,0 +1,149 @@
+"""A private Slurm cluster for a test, and what tests ask of it. Use in a `with`."""
+import hashlib
+import json
+import os
+import pathlib
+import pwd
+import subprocess
+import sys
+import tempfile
+import time
+
+import private_slurm
+
+SKIPPED = 77  # ctest's SKIP_RETURN_CODE for these tests
+PROGRAM = pathlib.Path(private_slurm.__file__)
+
+
+def skip_without_slurm(name):
+    """Ends the program as skipped, with the reason, where Slurm is not installed or does not start."""
+    reason = ""
+    if missing := private_slurm.missing_programs():
+        reason = f"found no {', '.join(missing)}; wanted the packages slurm-wlm and munge"
+    else:
+        try:
+            with Cluster(nodes=1):
+                pass
+        except private_slurm.Trouble as trouble:
+            reason = str(trouble)
+    if reason:
+        print(f"skipped: {name}: {reason}")
+        sys.exit(SKIPPED)
+
+
+def as_user(name):
+    """Words before a command that run it as this user; only root may."""
+    user = pwd.getpwnam(name)
+    return ["setpriv", f"--reuid={user.pw_uid}", f"--regid={user.pw_gid}", "--clear-groups", "--"]
+
+
+def sha256(path):
+    return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
+
+
+def mentions(folder):
+    """Living processes that have to do with a folder, each with how: nothing of a cluster may be left."""
+    found, word = [], str(folder)
+    for process in private_slurm.parents():
+        base = pathlib.Path("/proc", str(process))
+        try:
+            texts = [(base / "cmdline").read_text(errors="replace"), (base / "environ").read_text(errors="replace"),
+                     os.readlink(base / "cwd"), *private_slurm.open_files(process)]
+        except OSError:
+            continue  # it ended, or is a thread of the kernel
+        if process != os.getpid() and any(word in text for text in texts):
+            found.append(f"{process}: {texts[0].replace(chr(0), ' ')[:200]}")
+    return found
+
+
+class Cluster:
+    """Three nodes of two processors, partitions `batch` and `urgent`. Ends with this process, however that ends."""
+
+    def __init__(self, nodes=3, cpus=2, prefix=()):
+        self.nodes, self.cpus, self.prefix = nodes, cpus, list(prefix)
+
+    def __enter__(self):
+        self.root = tempfile.TemporaryDirectory(prefix="vrda-slurm-", ignore_cleanup_errors=True)
+        root = pathlib.Path(self.root.name)
+        self.folder, self.work = root / "cluster", root / "work"
+        for each in (root, self.work):
+            each.mkdir(exist_ok=True)
+            each.chmod(0o777)  # other users' jobs write there, too
+        reader, self.tie = os.pipe()
+        try:
+            with open(reader, "rb") as end:
+                begun = subprocess.run([*self.prefix, sys.executable, PROGRAM, "start", self.folder, "--tied", "--nodes", str(self.nodes),
+                                        "--cpus", str(self.cpus)], stdin=end, capture_output=True, text=True, check=False)
+            if begun.returncode != 0:
+                raise private_slurm.Trouble(begun.stderr.strip())
+        except BaseException:
+            os.close(self.tie)
+            self.root.cleanup()
+            raise
+        return self
+
+    def __exit__(self, *_):
+        try:
+            private_slurm.ask(self.folder, "stop")
+        finally:
+            os.close(self.tie)
+            self.root.cleanup()
+
+    def environment(self, **more):
+        return {**private_slurm.environment(self.folder), **{name: str(value) for name, value in more.items()}}
+
+    def run(self, *command, prefix=(), cwd=None, timeout=60, **variables):
+        """A finished command, with the cluster's and these variables in its environment."""
+        return subprocess.run([*prefix, *map(str, command)], env=self.environment(**variables), cwd=cwd or self.work, text=True,
+                              capture_output=True, stdin=subprocess.DEVNULL, timeout=timeout, check=False)
+
+    def ask(self, *words):
+        return private_slurm.ask(self.folder, *words)
+
+    def jobs(self, *options):
+        """What squeue knows: {"12_3": "RUNNING"}, pending array tasks one by one."""
+        listed = self.run("squeue", "-h", "-r", "-o", "%i %T", *options)
+        return dict(line.split() for line in listed.stdout.splitlines())
+
+    def node_states(self):
+        listed = self.run("sinfo", "-h", "-N", "-p", "batch", "-o", "%N %t")
+        return dict(line.split() for line in listed.stdout.splitlines())
+
+    def wait_until(self, what, claim, timeout=60, show=lambda: ""):
+        """Returns the claim's value once that is true; otherwise fails with what was seen, the queue and the logs."""
+        deadline = time.monotonic() + timeout
+        while not (value := claim()):
+            if time.monotonic() > deadline:
+                raise AssertionError(f"not within {timeout} s: {what}\n{show()}\n{self.picture()}")
+            time.sleep(0.1)
+        return value
+
+    def picture(self):
+        queue = self.run("squeue", "-o", "%i %j %P %T %r %N %M %l").stdout
+        nodes = self.run("sinfo", "-N", "-p", "batch", "-o", "%N %T %E").stdout
+        return f"--- squeue\n{queue}--- sinfo\n{nodes}{private_slurm.tails(self.folder)}"
+
+    def clean(self):
+        """As new for the next test: no job, every node up and idle."""
+        self.run("scancel", "--full", "--user", "root" if os.getuid() == 0 else str(os.getuid()))
+        self.run("scancel", "--state=PENDING", "--partition=batch,urgent")
+        for node in self.ask("missing").split():
+            self.ask("start-node", node)
+        self.wait_until("every job ended", lambda: not self.jobs())
+        self.wait_until("every node idle", lambda: set(self.node_states().values()) == {"idle"})
+
+
+def tail(path, lines=30):
+    """The end of a text file, or that it is not there."""
+    try:
+        return "\n".join(pathlib.Path(path).read_text(errors="replace").splitlines()[-lines:])
+    except OSError as error:
+        return str(error)
+
+
+def read_json(text):
+    """A JSON value, with the text in the message where it is none."""
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        raise AssertionError(f"not JSON: {error}\n{text}") from None

@@ -1,0 +1,389 @@
+#!/usr/bin/python3
+"""What may befall a submission on a cluster; after each, the motion model is that of a plain run, byte by byte.
+
+usage: scenarios_test.py VRDA FAULT_SHIM [CLASS]...
+Each class is a test of its own to CTest, on a cluster of its own: they wait more than they work.
+"""
+import os
+import pathlib
+import shutil
+import sys
+import time
+import unittest
+
+import cluster
+
+VRDA, SHIM = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
+JOB = pathlib.Path(__file__).resolve().parents[2] / "jobs/knee-generic.toml"
+SHARDS = 8
+GRID = ("--set", "grid.flexion.step=5", "--set", "grid.varus.step=2")  # 19 rows, so two or three a shard, of 11 cells
+SOME_WRITES = 5  # well inside a shard
+SLOTS = 6  # three nodes of two processors
+
+CAMPAIGN = """[campaign]
+title = "Two grids"
+
+[[campaign.subject]]
+name = "generic"
+job = "{job}"
+
+[[campaign.resolution]]
+name = "coarse"
+set = {{ grid = {{ flexion = {{ step = 15 }}, varus = {{ step = 5 }} }} }}
+
+[[campaign.resolution]]
+name = "fine"
+set = {{ grid = {{ flexion = {{ step = 10 }}, varus = {{ step = 2 }} }} }}
+"""
+CASES = {"generic_coarse": ("--set", "grid.flexion.step=15", "--set", "grid.varus.step=5"),
+         "generic_fine": ("--set", "grid.flexion.step=10", "--set", "grid.varus.step=2")}
+
+
+def setUpModule():
+    global machine, programs
+    unittest.addModuleCleanup(assert_nothing_left)
+    machine = unittest.enterModuleContext(cluster.Cluster())
+    # Copies in a folder that any user may read, as a cluster's shared folder is.
+    programs = machine.work / "programs"
+    programs.mkdir()
+    for each in (VRDA, SHIM, JOB):
+        shutil.copy(each, programs)
+
+
+def assert_nothing_left():
+    """Of all scenarios, once the cluster has ended."""
+    left = cluster.mentions(machine.root.name)
+    if left or pathlib.Path(machine.root.name).exists():
+        raise AssertionError(f"left of {machine.root.name}: {left}")
+
+
+class Submission:
+    """One folder of `vrda submit`, and what is asked of it."""
+
+    def __init__(self, name, job=None, grid=GRID, shards=SHARDS, prefix=()):
+        self.job, self.grid, self.shards, self.prefix = job or programs / JOB.name, grid, shards, prefix
+        self.folder = machine.work / name / "out put's"  # shells have to take any folder
+        self.gate = machine.work / name / "gate"
+        (machine.work / name).mkdir()
+        (machine.work / name).chmod(0o777)
+        self.model = self.folder / f"{JOB.stem}.h5"
+
+    def vrda(self, *words, timeout=120, **variables):
+        return machine.run(programs / VRDA.name, *words, prefix=self.prefix, timeout=timeout, **variables)
+
+    def submit(self, time=10, partition="batch", **variables):
+        return self.vrda("submit", self.job, "-o", self.folder, "--shards", self.shards, "--partition", partition, "--time", time,
+                         "--mem", "200M", *self.grid, **variables)
+
+    def fault(self, do, journal, at=SOME_WRITES):
+        """The variables that make a write of a journal go wrong, in every process that gets as far."""
+        return {"LD_PRELOAD": programs / SHIM.name, "ASAN_OPTIONS": "verify_asan_link_order=0", "VRDA_FAULT_FILE": journal, "VRDA_FAULT_CALL": "write", "VRDA_FAULT_AT": at,
+                "VRDA_FAULT_DO": do, "VRDA_FAULT_GATE": self.gate}
+
+    def held(self):
+        return pathlib.Path(f"{self.gate}.held").exists()
+
+    def open(self):
+        self.gate.touch()
+
+    def journal(self, shard):
+        return pathlib.Path(f"{self.model}.shard-{shard}-of-{SHARDS}.journal")
+
+    def journals(self):
+        return sorted(self.folder.glob("*.journal"))
+
+    def begun(self):
+        """Shards whose journal holds something."""
+        return [shard for shard in range(1, SHARDS + 1) if self.journal(shard).exists() and self.journal(shard).stat().st_size > 0]
+
+    def status(self):
+        done = self.vrda("status", self.folder, "--json")
+        if done.returncode != 0:
+            raise AssertionError(f"vrda status ended with {done.returncode}: {done.stderr}")
+        return cluster.read_json(done.stdout)
+
+    def tasks(self):
+        """By kind, shards by number: what status tells of each."""
+        (case,) = self.status()["cases"]
+        return {task["shard"] or task["kind"]: task for task in case["tasks"]}
+
+    def states(self):
+        return {name: task["state"] for name, task in self.tasks().items()}
+
+    def restarts(self):
+        """How often Slurm began each shard again, by what the shard itself was told."""
+        states = {shard: self.folder / "tasks" / f"{JOB.stem}.shard-{shard}-of-{SHARDS}.json" for shard in range(1, SHARDS + 1)}
+        return {shard: cluster.read_json(path.read_text())["restarts"] for shard, path in states.items()}
+
+    def logs(self):
+        return "\n".join(f"--- {path}\n{cluster.tail(path)}" for path in sorted((self.folder / "logs").glob("*")))
+
+
+class Scenario(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.plain = cls.plain_run(GRID)
+
+    @classmethod
+    def plain_run(cls, grid):
+        """SHA-256 of the model that one process makes."""
+        path = machine.work / f"plain-{len(list(machine.work.glob('plain-*')))}" / f"{JOB.stem}.h5"
+        done = machine.run(programs / VRDA.name, "run", programs / JOB.name, "-o", path, "--progress", "none", *grid)
+        if done.returncode != 0:
+            raise AssertionError(f"the plain run ended with {done.returncode}: {done.stderr}")
+        return cluster.sha256(path)
+
+    def setUp(self):
+        begin = time.monotonic()
+        self.addCleanup(lambda: print(f"{time.monotonic() - begin:.0f} s ", end="", file=sys.stderr))
+        self.addCleanup(machine.clean)
+        self.name = self.id().rpartition(".")[2]
+
+    def submission(self, name="", **options):
+        made = Submission(self.name + name, **options)
+        self.addCleanup(made.open)
+        return made
+
+    def submit(self, made, **options):
+        done = made.submit(**options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def wait(self, made, what, claim, timeout=60):
+        return machine.wait_until(what, claim, timeout, show=made.logs)
+
+    def wait_for_all(self, made):
+        self.wait(made, "no job left", lambda: not machine.jobs(), 120)
+
+    def assert_done(self, made, sha=None):
+        """The queue is empty, and the model is there and that of a plain run."""
+        self.wait_for_all(made)
+        self.assertTrue(made.model.exists(), made.logs())
+        self.assertEqual(cluster.sha256(made.model), sha or self.plain, made.logs())
+        # Journals and whatever helped to write them are gone; nothing waits to be removed by hand.
+        left = sorted(path.name for path in made.folder.iterdir())
+        self.assertEqual(left, [made.model.name, f"{made.model.name}.run.json", "logs", "scripts", "submission.json", "submission.lock",
+                                "submitted.jsonl", "tasks"])
+        self.assertIn("nothing is missing", made.vrda("resume", made.folder).stderr)
+
+    def hold_all(self, made, **options):
+        """As many shards as there are processors run, and none can end before the gate is open."""
+        self.submit(made, **options, **made.fault("hold", "-of-8.journal"))
+        self.wait(made, "a shard on every processor", lambda: len(made.begun()) == SLOTS and made.held())
+
+    def shards_on(self, node):
+        return [int(task.partition("_")[2]) for task, where in self.running().items() if where == node]
+
+    def assert_merge_names(self, made, what):
+        merged = made.vrda("merge", *made.journals(), "-o", made.folder / "by-hand.h5")
+        self.assertEqual((merged.returncode, merged.stdout, merged.stderr.count("\n")), (2, "", 1))
+        self.assertIn(what, merged.stderr)
+
+    def resume(self, made, said):
+        """Only what is missing is submitted; asked again meanwhile, nothing is."""
+        done = made.vrda("resume", made.folder)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertRegex(done.stdout, said)
+        again = made.vrda("resume", made.folder)
+        self.assertEqual((again.returncode, again.stdout), (0, ""))
+        self.assertIn("nothing is missing", again.stderr)
+
+    def running(self):
+        """Array tasks that run: {"12_3": "n1"}."""
+        listed = machine.run("squeue", "-h", "-r", "-t", "RUNNING", "-o", "%i %N").stdout
+        return dict(line.split() for line in listed.splitlines() if "_" in line.split()[0])
+
+
+class Submissions(Scenario):
+    def test_an_array_of_eight_on_three_nodes(self):
+        made = self.submission()
+        self.assertRegex(self.submit(made), r"^spine \d+, shards \d+_\[1-8\], merge \d+\n$")
+        self.assert_done(made)
+        self.assertEqual(set(made.states().values()), {"done"})
+        self.assertEqual(set(made.restarts().values()), {0})
+
+    def test_a_shard_that_fails_is_named_and_alone_made_again(self):
+        made = self.submission()
+        self.submit(made, **made.fault("eio", "shard-3-of-8.journal"))
+        self.wait_for_all(made)
+        self.assertFalse(made.model.exists())
+        tasks = made.tasks()
+        self.assertEqual({name: task["state"] for name, task in tasks.items()},
+                         {"spine": "done", **{shard: "done" for shard in range(1, SHARDS + 1)}, 3: "failed", "merge": "failed"})
+        self.assertRegex(tasks[3]["reason"], "shard-3-of-8.journal.*Input/output error")
+        self.assert_merge_names(made, "at flexion 10, 50 and 90")  # rows 2, 10 and 18 of 5 degrees
+        self.resume(made, r"^shards \d+_\[3\], merge \d+\n$")
+        self.assert_done(made)
+
+    def test_a_shard_that_is_killed_says_so_and_goes_on_when_resumed(self):
+        """As a system does that has no more memory."""
+        made = self.submission()
+        self.submit(made, **made.fault("kill", "shard-3-of-8.journal"))
+        self.wait_for_all(made)
+        self.assertFalse(made.model.exists())
+        shard = made.tasks()[3]
+        self.assertEqual(shard["state"], "failed")
+        self.assertRegex(shard["reason"], "(?i)signal 9|killed")
+        self.assertTrue(0 < shard["done"] < SOME_WRITES, shard)
+        self.resume(made, r"^shards \d+_\[3\], merge \d+\n$")
+        self.assert_done(made)
+
+    def test_a_journal_that_is_gone_is_named_and_made_again(self):
+        made = self.submission()
+        self.submit(made, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}.journal"))
+        self.wait(made, "all others done", lambda: list(made.states().values()).count("done") == SHARDS)
+        made.journal(5).unlink()
+        made.open()
+        self.wait_for_all(made)
+        self.assertFalse(made.model.exists())
+        tasks = made.tasks()
+        self.assertEqual((tasks[5]["state"], tasks["merge"]["state"]), ("lost", "failed"))
+        self.assertIn("no journal of shard 5 of 8", tasks["merge"]["reason"])
+        self.assert_merge_names(made, "no journal of shard 5 of 8")
+        self.resume(made, r"^shards \d+_\[5\], merge \d+\n$")
+        self.assert_done(made)
+
+    def test_cancelled_is_cancelled_until_resumed(self):
+        made = self.submission()
+        self.hold_all(made)
+        machine.run("scancel", *{job.partition("_")[0] for job in machine.jobs()})
+        made.open()
+        self.wait_for_all(made)
+        self.assertFalse(made.model.exists())
+        self.resume(made, r"^shards \d+_\[1-8\], merge \d+\n$")
+        self.assert_done(made)
+
+    def test_two_submissions_at_once(self):
+        other_grid = ("--set", "grid.flexion.step=6", "--set", "grid.varus.step=4")
+        one, other = self.submission("-one"), self.submission("-other", grid=other_grid)
+        self.submit(one)
+        self.submit(other)
+        again = one.submit()
+        self.assertEqual((again.returncode, again.stdout, again.stderr.count("\n")), (2, "", 1))
+        self.assertIn("vrda resume", again.stderr)
+        self.assert_done(one)
+        self.assert_done(other, self.plain_run(other_grid))
+
+    def test_a_job_that_cannot_be(self):
+        made = self.submission()
+        done = made.submit(partition="nowhere")
+        self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
+        self.assertRegex(done.stderr, "(?i)partition")
+        self.assertEqual(machine.jobs(), {})
+        self.submit(made)  # what failed is not in the way
+        self.assert_done(made)
+
+    @unittest.skipIf(os.getuid() != 0, "only root becomes another user; others test this as they are")
+    def test_an_ordinary_user(self):
+        made = self.submission(prefix=cluster.as_user("nobody"))
+        self.submit(made)
+        self.assert_done(made)
+        self.assertEqual(made.model.owner(), "nobody")
+
+
+class LostNodes(Scenario):
+    def test_a_node_crashes_with_its_tasks_and_returns(self):
+        made = self.submission()
+        self.hold_all(made)
+        lost = self.shards_on("n2")
+        self.assertEqual(len(lost), 2)
+        machine.ask("kill-node", "n2")
+        made.open()
+        self.wait(made, "the node is seen dead", lambda: machine.node_states()["n2"].startswith("down"))
+        machine.ask("start-node", "n2")
+        self.assert_done(made)
+        self.assertEqual(made.restarts(), {shard: int(shard in lost) for shard in range(1, SHARDS + 1)})
+
+    def test_a_node_crashes_under_the_spine(self):
+        made = self.submission()
+        self.submit(made, **made.fault("hold", "spine.journal"))
+        self.wait(made, "the spine is held", made.held)
+        (node,) = machine.run("squeue", "-h", "-t", "RUNNING", "-o", "%N").stdout.split()
+        machine.ask("kill-node", node)
+        made.open()
+        self.assert_done(made)
+        spine = cluster.read_json((made.folder / "tasks" / f"{JOB.stem}.spine.json").read_text())
+        self.assertEqual((spine["state"], spine["restarts"]), ("done", 1))
+
+    def test_a_node_only_seems_dead(self):
+        """Its tasks live on beside those that took their place, until it comes back and is told."""
+        made = self.submission()
+        self.submit(made, **made.fault("hold", "shard-4-of-8.journal"))
+        self.wait(made, "it is alone and held", lambda: made.held() and len(self.running()) == 1 and len(made.begun()) == SHARDS)
+        (node,) = self.running().values()
+        machine.ask("freeze-node", node)
+        self.addCleanup(machine.ask, "thaw-node", node)
+        before = made.journal(4).read_bytes()
+        self.wait(made, "it is begun elsewhere", lambda: set(self.running().values()) - {node})
+        self.wait(made, "the second waits for the first", lambda: "waiting for the run that writes" in made.logs())
+        self.assertEqual(made.journal(4).read_bytes(), before)
+        made.open()
+        machine.ask("thaw-node", node)
+        self.assert_done(made)
+        self.assertEqual(made.restarts()[4], 1)
+
+    def test_two_campaigns_at_once(self):
+        """Whole cases and shards of cases, by one cluster; a node crashes under them."""
+        job = machine.work / "sizes.toml"
+        job.write_text(CAMPAIGN.format(job=programs / JOB.name))
+        whole, cut = (self.submission(f"-{shards}", job=job, grid=(), shards=shards) for shards in (1, 3))
+        self.assertRegex(self.submit(whole), r"^cases \d+_\[1-2\], index \d+\n$")
+        self.submit(cut, **cut.fault("hold", "shard-2-of-3.journal"))
+        self.wait(cut, "a shard is held", cut.held)
+        machine.ask("kill-node", next(iter(self.running().values())))
+        cut.open()
+        self.wait_for_all(cut)
+        for name, grid in CASES.items():
+            plain = self.plain_run(grid)
+            models = [made.folder / name / f"{name}.h5" for made in (whole, cut)]
+            self.assertEqual([cluster.sha256(model) for model in models], [plain] * 2, cut.logs())
+        for name in ("index.csv", "index.h5"):
+            self.assertEqual(cluster.sha256(whole.folder / name), cluster.sha256(cut.folder / name))
+        self.assertEqual([case["state"] for case in cut.status()["cases"]], ["done"] * 2)
+
+
+class Interruptions(Scenario):
+    def test_the_last_task_reaches_its_time_limit(self):
+        """The last one: its number is the array's, and none of the others may begin again with it."""
+        made = self.submission()
+        log = machine.folder / "log" / "slurmctld"
+        before = log.read_text().count("job_signal: 15")
+        self.submit(made, time=1, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}.journal"))
+        self.wait(made, "it is held", made.held)
+        self.wait(made, "it is told", lambda: log.read_text().count("job_signal: 15") > before, 90)
+        made.open()
+        self.assert_done(made)
+        self.assertEqual(made.restarts(), {shard: int(shard == SHARDS) for shard in range(1, SHARDS + 1)})
+
+    def test_urgent_jobs_take_every_place(self):
+        made = self.submission()
+        self.hold_all(made)
+        gate = machine.work / self.name / "urgent"
+        self.addCleanup(gate.touch)
+        asked = machine.run("sbatch", "--partition=urgent", f"--array=1-{SLOTS}", "--mem=50M", "--output=/dev/null", "--wrap",
+                            f"until [ -e {gate} ]; do sleep 0.1; done")
+        self.assertEqual((asked.returncode, asked.stderr), (0, ""))
+        urgent = asked.stdout.split()[-1]
+        self.wait(made, "the urgent run", lambda: [task.partition("_")[0] for task in self.running()] == [urgent] * SLOTS, 90)
+        made.open()
+        gate.touch()
+        self.assert_done(made)
+        self.assertEqual(sum(made.restarts().values()), SLOTS)
+
+    def test_the_controller_is_away_while_tasks_end(self):
+        made = self.submission()
+        self.hold_all(made)
+        (first, *_) = self.shards_on("n1")
+        machine.ask("stop-controller")
+        made.open()
+        state = made.folder / "tasks" / f"{JOB.stem}.shard-{first}-of-{SHARDS}.json"
+        self.wait(made, "a shard ends", lambda: cluster.read_json(state.read_text())["state"] == "done")
+        status = made.status()
+        self.assertNotEqual(status["remark"], "")  # Slurm does not answer, and that is said
+        machine.ask("start-controller")
+        self.assert_done(made)
+
+
+if __name__ == "__main__":
+    cluster.skip_without_slurm("slurm.Scenarios")
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)

@@ -1,0 +1,78 @@
+#include "store/index_table.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+#include "store/h5_reader.hpp"
+#include "store/sample_index.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+template <typename Value>
+std::vector<Value> read_back(const H5Reader& reader, const std::string& path, std::size_t n)
+{
+  std::vector<Value> values(n);
+  reader.read(path, std::span<Value>(values));
+  return values;
+}
+
+TEST(IndexTable, TheFileGivesBackEveryColumn)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "index.h5";
+  const IndexTable table = test::sample_index();
+  write_index_file(path, table);
+  const H5Reader reader(path);
+  EXPECT_THAT(reader.refused(), testing::IsEmpty());
+  EXPECT_THAT(read_back<std::string>(reader, "/case", 3), ElementsAre("a_rest", "a_search", "b_rest"));
+  EXPECT_THAT(read_back<std::string>(reader, "/remark", 3),
+              ElementsAre("", "a \"quoted\", longer\nremark", ""));
+  EXPECT_THAT(read_back<std::int8_t>(reader, "/status", 3), ElementsAre(0, 2, 3));
+  const std::vector<double> gaps = read_back<double>(reader, "/gap_mm", 3);
+  EXPECT_EQ(gaps[0], 0.125);
+  EXPECT_TRUE(std::isnan(gaps[1]));
+  EXPECT_EQ(reader.attribute("/gap_mm", "units")->texts, std::vector<std::string>{"mm"});
+  EXPECT_EQ(reader.attribute("/status", "flag_meanings")->texts,
+            std::vector<std::string>{"done partial failed missing"});
+  EXPECT_EQ(reader.attribute("/", "format")->texts, std::vector<std::string>{index_format_name});
+  EXPECT_EQ(reader.facts("/case").scale_name, "case");
+  for (const std::string column : {"/remark", "/status", "/gap_mm"})
+    EXPECT_TRUE(reader.is_attached(column, 0, "/case")) << column;
+}
+
+TEST(IndexTable, EqualTablesGiveEqualBytes)
+{
+  const test::Scratch scratch;
+  write_index_file(scratch.path() / "a.h5", test::sample_index());
+  write_index_file(scratch.path() / "b.h5", test::sample_index());
+  EXPECT_EQ(test::read_bytes(scratch.path() / "a.h5"), test::read_bytes(scratch.path() / "b.h5"));
+}
+
+TEST(IndexTable, CsvHasWordsEmptyFieldsAndQuotes)
+{
+  EXPECT_EQ(index_csv(test::sample_index()),
+            "case,status,remark,gap_mm\n"
+            "a_rest,done,,0.125\n"
+            "a_search,failed,\"a \"\"quoted\"\", longer\nremark\",\n"
+            "b_rest,missing,,-1e-05\n");
+}
+
+TEST(IndexTable, AFolderThatIsNotThereIsNamed)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "nowhere" / "index.h5";
+  EXPECT_THAT(test::input_error([&] { write_index_file(path, test::sample_index()); }).file, HasSubstr(path));
+}
+
+}  // namespace
+}  // namespace vrda
