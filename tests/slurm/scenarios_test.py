@@ -52,9 +52,9 @@ def setUpModule():
 
 def assert_nothing_left():
     """Of all scenarios, once the cluster has ended."""
-    left = cluster.mentions(machine.root.name)
-    if left or pathlib.Path(machine.root.name).exists():
-        raise AssertionError(f"left of {machine.root.name}: {left}")
+    left = cluster.mentions(machine.folder)
+    if left or machine.folder.exists():
+        raise AssertionError(f"left of {machine.folder}: {left}")
 
 
 class Submission:
