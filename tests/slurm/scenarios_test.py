@@ -6,6 +6,7 @@ Each class is a test of its own to CTest, on a cluster of its own: they wait mor
 """
 import os
 import pathlib
+import shlex
 import shutil
 import sys
 import time
@@ -272,6 +273,22 @@ class Submissions(Scenario):
         self.assertEqual(machine.jobs(), {})
         self.submit(made)  # what failed is not in the way
         self.assert_done(made)
+
+    def test_local_processes_within_a_job(self):
+        """They are no tasks of Slurm's, though they have its variables around them."""
+        made = self.submission(shards=3)
+        local = ["submit", "--local", "--workers", 2, "--shards", 3, made.job, "-o", made.folder, *made.grid]
+        script = "exec " + shlex.join(map(str, [programs / VRDA.name, *local]))
+        self.assertEqual(machine.run("sbatch", "--output=/dev/null", "--cpus-per-task=2", "--wrap", script,
+                                     **made.fault("hold", "shard-2-of-3.journal")).returncode, 0)
+        self.wait(made, "shard 2 is held", made.held)
+        self.assertEqual((made.states()[2], made.states()["merge"]), ("running", "waiting"))
+        machine.run("scancel", "--batch", "--signal=TERM", *machine.jobs())
+        made.open()
+        self.wait_for_all(made)
+        self.assertEqual(made.states()[2], "interrupted")
+        self.assertEqual(made.vrda("resume", made.folder, "--local").returncode, 0)
+        self.assertEqual(cluster.sha256(made.model), self.plain)
 
     @unittest.skipIf(os.getuid() != 0, "only root becomes another user; others test this as they are")
     def test_an_ordinary_user(self):
