@@ -72,9 +72,9 @@ class Submission:
     def vrda(self, *words, timeout=120, **variables):
         return machine.run(programs / VRDA.name, *words, prefix=self.prefix, timeout=timeout, **variables)
 
-    def submit(self, time=10, partition="batch", **variables):
+    def submit(self, time=10, partition="batch", options=(), **variables):
         return self.vrda("submit", self.job, "-o", self.folder, "--shards", self.shards, "--partition", partition, "--time", time,
-                         "--mem", "200M", *self.grid, **variables)
+                         "--mem", "200M", *options, *self.grid, **variables)
 
     def fault(self, do, journal, at=SOME_WRITES):
         """The variables that make a write of a journal go wrong, in every process that gets as far."""
@@ -264,6 +264,16 @@ class Submissions(Scenario):
         self.assertIn("vrda resume", again.stderr)
         self.assert_done(one)
         self.assert_done(other, self.plain_run(other_grid))
+
+    def test_no_more_at_once_than_asked(self):
+        made = self.submission()
+        self.submit(made, options=["--max-parallel", 2, "--extra=--comment=few"], **made.fault("hold", "-of-8.journal"))
+        self.wait(made, "two shards run", lambda: len(made.begun()) == 2)
+        self.wait(made, "and no more", lambda: "JobArrayTaskLimit" in made.tasks()[3]["reason"])
+        self.assertEqual(len(self.running()), 2)
+        self.assertIn("Comment=few", machine.run("scontrol", "show", "job", next(iter(self.running()))).stdout)
+        made.open()
+        self.assert_done(made)
 
     def test_a_job_that_cannot_be(self):
         made = self.submission()
