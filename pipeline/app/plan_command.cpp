@@ -147,7 +147,8 @@ Json case_json(const Campaign& campaign, const PlannedCase& planned, int n_shard
       {"memory_bytes", cost.memory_bytes},
       {"journal_bytes", cost.journal_bytes},
       {"model_bytes", cost.model_bytes},
-      {"same_as", planned.same_as}};
+      {"same_as", planned.same_as},
+      {"same_steps_as", planned.same_steps_as}};
   if (n_shards > 1) result["shards"] = shards_json(planned, n_shards);
   return result;
 }
