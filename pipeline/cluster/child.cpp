@@ -62,6 +62,7 @@ Pipe make_pipe(const std::string& program)
 std::vector<char*> pointers_to(const std::vector<std::string>& words)
 {
   std::vector<char*> pointers;
+  pointers.reserve(words.size() + 1);
   for (const std::string& word : words) pointers.push_back(const_cast<char*>(word.c_str()));
   pointers.push_back(nullptr);
   return pointers;
@@ -84,6 +85,15 @@ void forget_signals()
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
+}
+
+// A local run within a Slurm job: its tasks are none of Slurm's.
+void forget_slurm_job()
+{
+  for (const char* name : {"SLURM_JOB_ID", "SLURM_ARRAY_JOB_ID", "SLURM_ARRAY_TASK_ID", "SLURM_RESTART_COUNT",
+                           "SLURMD_NODENAME"}) {
+    unsetenv(name);
+  }
 }
 
 void read_some(Descriptor& from, std::string& into)
@@ -151,6 +161,7 @@ pid_t start_program(const std::vector<std::string>& words, const std::string& lo
   if (pid < 0) fail(words.front(), "no process");
   if (pid > 0) return pid;
   forget_signals();
+  forget_slurm_job();
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(code_of_absence - 1);  // it ended just before
