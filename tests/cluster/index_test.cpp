@@ -77,6 +77,26 @@ TEST(IndexNumbers, OfAModelByItsSpine)
   }
 }
 
+TEST(IndexNumbers, OfAScaledModel)
+{
+  MotionModel model = test::sample_model();
+  std::vector<double> n = index_numbers_of(model, 1.0);
+  for (const char* factor : {"scale_anterior", "scale_proximal", "scale_right"}) {
+    EXPECT_EQ(number_of(n, factor), 1.0);
+  }
+  EXPECT_TRUE(std::isnan(number_of(n, "scale_error")));
+  Scaling& scaling = model.job.scaling.emplace();
+  scaling.factor = {1.2, 1.1, 0.9};
+  scaling.standard_error = 0.01;
+  scaling.residual_rms_mm = 0.5;
+  n = index_numbers_of(model, 1.0);
+  EXPECT_EQ(number_of(n, "scale_anterior"), 1.2);
+  EXPECT_EQ(number_of(n, "scale_proximal"), 1.1);
+  EXPECT_EQ(number_of(n, "scale_right"), 0.9);
+  EXPECT_EQ(number_of(n, "scale_error"), 0.01);
+  EXPECT_EQ(number_of(n, "landmark_residual_mm"), 0.5);
+}
+
 TEST(IndexNumbers, OfAModelWithAllThatIsMadeOfIt)
 {
   const MotionModel model = rich_model();
