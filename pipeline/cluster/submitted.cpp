@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "core/error.hpp"
@@ -42,6 +43,25 @@ SubmittedJob submitted_of(const Json& json)
   return s;
 }
 
+// Whether the last line was cut short, by a kill or a full disk: what follows must not join it.
+bool has_torn_end(int descriptor)
+{
+  const off_t size = lseek(descriptor, 0, SEEK_END);
+  char last = '\n';
+  return size > 0 && pread(descriptor, &last, 1, size - 1) == 1 && last != '\n';
+}
+
+bool is_appended(int descriptor, std::string_view bytes)
+{
+  while (!bytes.empty()) {
+    const ssize_t n = write(descriptor, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    bytes.remove_prefix(static_cast<std::size_t>(n));
+  }
+  return true;
+}
+
 // The tasks of number `number` of a job (0: of a job without an array).
 std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job, std::int32_t number)
 {
@@ -58,11 +78,12 @@ std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job
 
 void append_submitted(const std::string& folder, const SubmittedJob& submitted)
 {
-  const std::string path = submitted_file_of(folder), line = line_of(submitted);
-  const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  const bool is_written = descriptor >= 0 &&
-                          write(descriptor, line.data(), line.size()) == static_cast<ssize_t>(line.size()) &&
-                          fsync(descriptor) == 0;
+  const std::string path = submitted_file_of(folder);
+  const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  const bool is_written =
+      descriptor >= 0 &&
+      is_appended(descriptor, (has_torn_end(descriptor) ? "\n" : "") + line_of(submitted)) &&
+      fsync(descriptor) == 0;
   const std::string reason = std::strerror(errno);
   if (descriptor >= 0) close(descriptor);
   if (!is_written) {
@@ -99,8 +120,13 @@ std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
     for (const std::int32_t number : numbers) {
       const auto found = row_of.find({submitted.id, number});
       const std::string job = has_array ? submitted.id + "_" + std::to_string(number) : submitted.id;
-      const SlurmTask task{job, found == row_of.end() ? SlurmRow{} : *found->second};
-      for (const TaskId& id : tasks_of(submission, submitted.job, number)) tasks[id] = task;
+      SlurmTask task{job, found == row_of.end() ? SlurmRow{} : *found->second, ""};
+      for (const TaskId& id : tasks_of(submission, submitted.job, number)) {
+        const bool is_shared = id.kind == TaskKind::run;
+        task.log = is_shared ? log_of_runs(submitted.job.offset, std::to_string(number))
+                             : file_stem_of(id, submission) + ".log";
+        tasks[id] = task;
+      }
     }
   }
   return tasks;

@@ -14,6 +14,14 @@ TEST(Progress, RateAndRemainingTime)
   EXPECT_EQ(rate_text(0, 3.0, 10), "starting");
 }
 
+TEST(Progress, AClockThatWasSetSaysNothingAbsurd)
+{
+  // Back by hours, standing still, and as far ahead as a clock of 64 bits can be: 292 years.
+  EXPECT_EQ(rate_text(5, -7200.0, 10), "starting");
+  EXPECT_EQ(rate_text(5, 0.0, 10), "starting");
+  EXPECT_EQ(rate_text(1, 9.2e9, 1'000'000), "1.09e-10/s, 153333333333333:20 left");
+}
+
 TEST(Progress, StylesByName)
 {
   EXPECT_EQ(progress_style_of("bar"), ProgressStyle::bar);

@@ -9,6 +9,7 @@
 namespace vrda {
 namespace {
 
+using testing::ElementsAre;
 using testing::IsEmpty;
 
 TEST(Slurm, RowsOfTheQueueAreRead)
@@ -73,6 +74,13 @@ TEST(Submitted, ATornLastLineIsLeftOut)
   EXPECT_EQ(jobs[0].id, "12");
   EXPECT_EQ(jobs[0].job.kind, TaskKind::shard);
   EXPECT_EQ(jobs[0].job.numbers, job.numbers);
+
+  // Nor does it swallow the next one.
+  append_submitted(folder, {"14", "2026-03-01T10:00:02Z", job});
+  append_submitted(folder, {"15", "2026-03-01T10:00:03Z", job});
+  std::vector<std::string> ids;
+  for (const SubmittedJob& submitted : read_submitted(folder)) ids.push_back(submitted.id);
+  EXPECT_THAT(ids, ElementsAre("12", "14", "15"));
 }
 
 TEST(Submitted, EachTaskHasItsLastJob)
@@ -94,6 +102,7 @@ TEST(Submitted, EachTaskHasItsLastJob)
   EXPECT_EQ(tasks.at({TaskKind::run, 3, 0}).row.state, "PENDING");
   EXPECT_EQ(tasks.at({TaskKind::run, 4, 0}).job, "20_3");
   EXPECT_EQ(tasks.at({TaskKind::run, 4, 0}).row.state, "");
+  EXPECT_EQ(tasks.at({TaskKind::run, 3, 0}).log, "run-0.2.log");
 }
 
 }  // namespace

@@ -41,16 +41,39 @@ int n_calls_of(const Command& command, const Fault& fault, const fs::path& count
   return n;
 }
 
-std::vector<Setting> all_settings()
+const Setting& search()
 {
-  return {{"search", "stability-search", false, {}},
-          {"equilibrium", "equilibrium", true, {"--set", "solver.equilibrium.restarts=1"}},
-          {"trace", "stability-search", false, {"--trace"}}};
+  static const Setting setting{"search", "stability-search", false, {}};
+  return setting;
 }
 
-std::vector<Setting> one_setting()
+const Setting& equilibrium()
 {
-  return std::getenv("VRDA_FAULTS_ALL") != nullptr ? all_settings() : std::vector{all_settings().back()};
+  static const Setting setting{
+      "equilibrium", "equilibrium", true, {"--set", "solver.equilibrium.restarts=1"}};
+  return setting;
+}
+
+const Setting& traced_search()
+{
+  static const Setting setting{"trace", "stability-search", false, {"--trace"}};
+  return setting;
+}
+
+bool asks_for_all()
+{
+  return std::getenv("VRDA_FAULTS_ALL") != nullptr;
+}
+
+std::vector<Setting> every_method()
+{
+  if (asks_for_all()) return {search(), equilibrium(), traced_search()};
+  return {equilibrium(), traced_search()};
+}
+
+std::vector<Setting> one_method()
+{
+  return asks_for_all() ? every_method() : std::vector{traced_search()};
 }
 
 std::string name_of(const testing::TestParamInfo<Setting>& setting)

@@ -34,9 +34,16 @@ struct Setting {
   bool is_knee = false;
   std::vector<std::string> words;  ///< added to `vrda run`
 };
-std::vector<Setting> all_settings();
-/// The one with most files, for what every way of solving has in common; all with VRDA_FAULTS_ALL set.
-std::vector<Setting> one_setting();
+const Setting& search();
+const Setting& equilibrium();
+const Setting& traced_search();  ///< more files than the search without
+
+/// With VRDA_FAULTS_ALL set the tests go through more calls and settings: minutes instead of seconds.
+bool asks_for_all();
+/// Equilibrium and traced search; all three where all is asked for.
+std::vector<Setting> every_method();
+/// One, for what does not depend on the method.
+std::vector<Setting> one_method();
 std::string name_of(const testing::TestParamInfo<Setting>& setting);
 std::ostream& operator<<(std::ostream& out, const Setting& setting);
 

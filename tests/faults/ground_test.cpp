@@ -111,7 +111,7 @@ TEST_P(Ground, ASecondRunWhileTheFirstBeginsIsRefusedAndHarmsNothing)
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Ground, testing::ValuesIn(one_setting()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, Ground, testing::ValuesIn(one_method()), name_of);
 
 }  // namespace
 }  // namespace vrda::test

@@ -136,8 +136,7 @@ TEST_P(JournalDamage, ARunSaysWhenTheHeaderIsDamagedAndLeavesTheJournal)
   expect_finished();
 }
 
-INSTANTIATE_TEST_SUITE_P(All, JournalDamage, testing::ValuesIn({all_settings()[0], all_settings()[1]}),
-                         name_of);
+INSTANTIATE_TEST_SUITE_P(All, JournalDamage, testing::Values(search(), equilibrium()), name_of);
 
 }  // namespace
 }  // namespace vrda::test

@@ -126,8 +126,8 @@ TEST_P(RunErrorsOneWay, AJournalThatCannotBeOpenedOrCutIsNamed)
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RunErrors, testing::ValuesIn(all_settings()), name_of);
-INSTANTIATE_TEST_SUITE_P(All, RunErrorsOneWay, testing::ValuesIn(one_setting()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, RunErrors, testing::ValuesIn(every_method()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, RunErrorsOneWay, testing::ValuesIn(one_method()), name_of);
 
 }  // namespace
 }  // namespace vrda::test

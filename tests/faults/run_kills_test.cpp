@@ -65,7 +65,7 @@ TEST_P(RunKills, KilledAtEveryRecordOfEveryResumptionItStillEnds)
   expect_finished();
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RunKills, testing::ValuesIn(all_settings()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, RunKills, testing::ValuesIn(every_method()), name_of);
 
 }  // namespace
 }  // namespace vrda::test

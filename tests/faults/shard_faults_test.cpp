@@ -308,9 +308,8 @@ TEST_P(ShardFaults, AShardThatWaitsForTheSpineTakesItOverFromOneThatDies)
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, ShardFaults, testing::ValuesIn({all_settings()[0], all_settings()[1]}),
-                         name_of);
-INSTANTIATE_TEST_SUITE_P(All, ShardErrors, testing::ValuesIn({all_settings()[0]}), name_of);
+INSTANTIATE_TEST_SUITE_P(All, ShardFaults, testing::Values(search(), equilibrium()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, ShardErrors, testing::Values(search()), name_of);
 
 }  // namespace
 }  // namespace vrda::test

@@ -1,0 +1,85 @@
+// A submission of local processes, one of which dies or fails: resumed, it ends in the bytes of one run.
+#include <gmock/gmock.h>
+
+#include "app/scenes.hpp"
+#include "faults/faulty_run.hpp"
+
+namespace vrda::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class SubmissionFaults : public FaultyRun {
+ protected:
+  Command submit() const
+  {
+    std::vector<std::string> words = command().arguments;  // run JOB -o ... --quiet --threads 1 --set ...
+    words[0] = "submit";
+    words[3] = folder_;
+    words.erase(words.begin() + 5, words.begin() + 7);
+    words.insert(words.end(), {"--shards", "2", "--local", "--workers", "1"});
+    return vrda(words);
+  }
+
+  /// What a user does after a failure: the same command until there is a submission, then resume.
+  Ended go_on() const
+  {
+    const bool is_submitted = fs::exists(folder_ / "submission.json");
+    return test::run(is_submitted ? vrda({"resume", folder_, "--local", "--workers", "1", "--quiet"})
+                                  : submit());
+  }
+
+  fs::path model() const { return folder_ / job_.stem() += ".h5"; }
+
+  /// One process of all has the fault at its k-th such call.
+  Ended disturbed(const Fault& fault) const
+  {
+    fs::remove_all(folder_);
+    fs::remove(scratch_.path() / "once");
+    Command command = with_fault(submit(), in_folder(fault));
+    command.environment["VRDA_FAULT_ONCE"] = scratch_.path() / "once";
+    return test::run(command);
+  }
+
+  void expect_made(const std::string& wanted) const
+  {
+    EXPECT_EQ(sha256_of_file(model()), wanted);
+    for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
+      const std::string name = entry.path().filename();
+      EXPECT_FALSE(name.ends_with(".partial") || name.ends_with(".journal") || name.ends_with(".start.h5"))
+          << name;
+    }
+  }
+};
+
+TEST_P(SubmissionFaults, WhicheverProcessDiesOrFailsTheRestIsMadeByResume)
+{
+  const std::string wanted = sha256_of_file(folder_ / "a.h5");
+  const fs::path counts = scratch_.path() / "counts";
+  fs::remove_all(folder_);
+  // Of all processes together; no single one makes as many.
+  const int n = n_calls_of(submit(), in_folder({"count"}), counts);
+  expect_made(wanted);
+  EXPECT_GT(n, 100);
+  int n_disturbed = 0;
+  const int step = asks_for_all() ? 1 : 7;
+  for (const std::string what : {"kill", "torn", "eio"}) {
+    for (int k = 1; k <= n; k += step) {
+      SCOPED_TRACE(what + " " + std::to_string(k));
+      const Ended ended = disturbed({what, "any", std::to_string(k)});
+      if (!fs::exists(scratch_.path() / "once")) break;  // no process makes so many calls
+      ++n_disturbed;
+      EXPECT_NE(ended.exit_code, 5) << ended.err;
+      const Ended after = go_on();
+      EXPECT_EQ(after.exit_code, 0) << after.err;
+      expect_made(wanted);
+    }
+  }
+  EXPECT_GT(n_disturbed, 12);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SubmissionFaults, testing::Values(search()), name_of);
+
+}  // namespace
+}  // namespace vrda::test
