@@ -1,4 +1,4 @@
-#include "cluster/index.hpp"
+#include "cluster/index_processes.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -157,6 +157,51 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
   EXPECT_THAT(csv, HasSubstr("\na,rest,done,,"));
   EXPECT_THAT(csv, HasSubstr("\nb,search,missing,,,,,,,,"));
   EXPECT_THAT(csv, HasSubstr(",a/a.h5\n"));
+}
+
+TEST(IndexProcesses, ARowAsTextIsTheSameRow)
+{
+  const test::Scratch scratch;
+  const std::string output = scratch.path() / "a.h5";
+  write_motion_model(output, test::sample_model());
+  IndexRow row = index_row(case_named("a", {"x", "y"}), output);
+  row.remark = "two\nlines, \"quoted\"";
+  row.times = CaseTimes{"2020-01-01T00:00:00Z", "n1", 0.1, 1e-7, 2, 4, 17};
+  const IndexRow back = row_of_text(text_of_row(row));
+  EXPECT_EQ(text_of_row(back), text_of_row(row));
+  EXPECT_EQ(back.remark, row.remark);
+  EXPECT_EQ(back.times->seconds, 0.1);
+  EXPECT_EQ(back.times->n_recalled, 17);
+  for (std::size_t k = 0; k < row.numbers.size(); ++k) {
+    const bool is_same = back.numbers[k] == row.numbers[k];
+    EXPECT_TRUE(std::isnan(row.numbers[k]) ? std::isnan(back.numbers[k]) : is_same) << k;
+  }
+}
+
+TEST(IndexProcesses, RowsAreInOrderByAnyNumberOfThem)
+{
+  const auto row_of = [](std::size_t k) {
+    IndexRow row;
+    row.name = "case " + std::to_string(k);
+    row.numbers = {1.0 / static_cast<double>(k + 1)};
+    return row;
+  };
+  for (const int n_processes : {1, 2, 3, 50}) {
+    const std::vector<IndexRow> rows = rows_by_processes(23, row_of, n_processes);
+    ASSERT_EQ(rows.size(), 23U);
+    for (std::size_t k = 0; k < rows.size(); ++k) EXPECT_EQ(text_of_row(rows[k]), text_of_row(row_of(k)));
+  }
+  EXPECT_THAT(rows_by_processes(0, row_of, 4), IsEmpty());
+}
+
+TEST(IndexProcesses, OneThatFailsIsOurMistake)
+{
+  const auto row_of = [](std::size_t k) {
+    check(k != 5, "the sixth row fails");
+    return IndexRow{};
+  };
+  EXPECT_THROW(rows_by_processes(8, row_of, 2), InternalError);
+  EXPECT_THROW(rows_by_processes(8, row_of, 1), InternalError);
 }
 
 // The page is what a reader of the table has.
