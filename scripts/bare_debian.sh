@@ -38,9 +38,10 @@ bootstrap() {
   local mirror
   mirror=$(apt_sources | awk '$3 == "bookworm" { print $2; exit }')
   remove_bare
+  mkdir -p "$bare/etc"
+  touch "$marker" # first, so that what an interrupted debootstrap leaves may be removed
   http_proxy=$(apt-config dump --format '%v%n' Acquire::http::Proxy) \
     debootstrap --variant=minbase ${2:+--include="$2"} "$1" "$bare" "${mirror:-http://deb.debian.org/debian}"
-  touch "$marker"
   apt_sources >"$bare/etc/apt/sources.list"
   apt_settings >"$bare/etc/apt/apt.conf.d/90trial"
   cp /etc/resolv.conf /etc/hosts "$bare/etc/"

@@ -159,6 +159,11 @@ double width(const Points& vertices_mm)
   return vertices_mm.rows() == 0 ? no_answer : vertices_mm.col(2).maxCoeff() - vertices_mm.col(2).minCoeff();
 }
 
+double scale_of(const MotionModel& model, int axis)
+{
+  return model.job.scaling ? model.job.scaling->factor[axis] : 1.0;
+}
+
 double audited(const MotionModel& model, const std::string& name, double AuditSummary::*figure)
 {
   for (const AuditSet& audit : model.audits) {
@@ -262,6 +267,17 @@ std::vector<Column> grid_columns()
 std::vector<Column> quality_columns()
 {
   return {
+      {{"scale_anterior", "1", "factor of the job's scaling along anterior; 1 without"},
+       [](const Subject& s) { return scale_of(s.model, 0); }},
+      {{"scale_proximal", "1", "factor of the job's scaling along proximal; 1 without"},
+       [](const Subject& s) { return scale_of(s.model, 1); }},
+      {{"scale_right", "1", "factor of the job's scaling to the right; 1 without"},
+       [](const Subject& s) { return scale_of(s.model, 2); }},
+      {{"scaling_residual_mm", "mm",
+        "root mean square residual of the landmarks' distances, where the factor was fitted to them"},
+       [](const Subject& s) {
+         return s.model.job.scaling ? s.model.job.scaling->residual_rms_mm : no_answer;
+       }},
       {{"reference_width_mm", "mm", "extent of the reference's surfaces in contact from left to right"},
        [](const Subject& s) { return width(s.model.reference.contact.mesh.vertices_mm); }},
       {{"raw_penetration_mm", "mm", "largest penetration of the raw motion, where it was audited"},

@@ -105,7 +105,7 @@ std::string plain(std::string path)
 std::string log_of(const std::string& folder, const Submission& submission, const PlannedJob& job)
 {
   const std::string logs = plain(logs_of(folder)) + "/";
-  if (job.kind == TaskKind::run) return logs + "run-" + std::to_string(job.offset) + ".%a.log";
+  if (job.kind == TaskKind::run) return logs + log_of_runs(job.offset, "%a");
   std::string stem = job.kind == TaskKind::shard
                          ? submission.cases.at(static_cast<std::size_t>(job.case_number)).spec.name
                          : file_stem_of({job.kind, job.case_number, 0}, submission);

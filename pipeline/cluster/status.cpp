@@ -17,9 +17,8 @@ constexpr std::array<const char*, 7> standing_names{"waiting", "queued",      "r
                                                     "failed",  "interrupted", "lost"};
 
 // What slurmstepd left at the end of a log when it ended a task: the time limit, memory, a node.
-std::string last_word_of_slurm(const std::string& folder, const Submission& submission, const TaskId& task)
+std::string last_word_of_slurm(const std::string& log)
 {
-  const fs::path log = fs::path(logs_of(folder)) / (file_stem_of(task, submission) + ".log");
   std::ifstream file(log, std::ios::binary | std::ios::ate);
   if (!file) return {};
   constexpr std::streamoff tail = 4096;
@@ -117,7 +116,7 @@ class Viewer {
       case TaskPhase::running:
         break;
     }
-    stand_while_running(view, *own);
+    stand_while_running(view, *own, queue);
   }
 
   // Its result must still be there: a journal until it is merged.
@@ -131,11 +130,12 @@ class Viewer {
     set(view, TaskStanding::done, own.reason);
   }
 
-  void stand_while_running(TaskView& view, const TaskState& own)
+  void stand_while_running(TaskView& view, const TaskState& own, const SlurmTask* queue)
   {
     if (!own.slurm_job.empty()) {
       if (!seen_.is_slurm_known) return set(view, TaskStanding::running, "as far as is known");
-      const std::string said = last_word_of_slurm(folder_, submission_, view.task);
+      const std::string said =
+          queue == nullptr ? "" : last_word_of_slurm((fs::path(logs_of(folder_)) / queue->log).string());
       return set(view, TaskStanding::lost, said.empty() ? "Slurm no longer knows the job" : said);
     }
     const std::optional<bool> lives = is_alive(own.process);

@@ -120,8 +120,13 @@ std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
     for (const std::int32_t number : numbers) {
       const auto found = row_of.find({submitted.id, number});
       const std::string job = has_array ? submitted.id + "_" + std::to_string(number) : submitted.id;
-      const SlurmTask task{job, found == row_of.end() ? SlurmRow{} : *found->second};
-      for (const TaskId& id : tasks_of(submission, submitted.job, number)) tasks[id] = task;
+      SlurmTask task{job, found == row_of.end() ? SlurmRow{} : *found->second, ""};
+      for (const TaskId& id : tasks_of(submission, submitted.job, number)) {
+        const bool is_shared = id.kind == TaskKind::run;
+        task.log = is_shared ? log_of_runs(submitted.job.offset, std::to_string(number))
+                             : file_stem_of(id, submission) + ".log";
+        tasks[id] = task;
+      }
     }
   }
   return tasks;

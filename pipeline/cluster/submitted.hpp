@@ -25,8 +25,9 @@ std::vector<SubmittedJob> read_submitted(const std::string& folder);
 
 /// One task as Slurm has it.
 struct SlurmTask {
-  std::string job;  ///< "13_3" or "12", of the last job that had this task
-  SlurmRow row;     ///< its state is empty when Slurm has forgotten the job
+  std::string job;    ///< "13_3" or "12", of the last job that had this task
+  SlurmRow row;       ///< its state is empty when Slurm has forgotten the job
+  std::string log{};  ///< name of its log; of cases that share a task the same
 };
 
 /// Of each task that was ever submitted, the last time it was.

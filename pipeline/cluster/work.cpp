@@ -163,6 +163,11 @@ std::string ranges_text(const std::vector<std::int32_t>& numbers)
   return text;
 }
 
+std::string log_of_runs(std::int32_t offset, const std::string& number)
+{
+  return "run-" + std::to_string(offset) + "." + number + ".log";
+}
+
 std::vector<std::int32_t> cases_of_task(const PlannedJob& job, std::int32_t number, std::size_t n_cases)
 {
   std::vector<std::int32_t> cases;

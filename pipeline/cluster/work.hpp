@@ -70,6 +70,9 @@ std::int32_t cases_per_task(const Submission& submission, const SlurmLimits& lim
 /// "1-3,5": sbatch's way of numbers, which rise.
 std::string ranges_text(const std::vector<std::int32_t>& numbers);
 
+/// The log of task `number`, or of what stands for it, of a job of runs.
+std::string log_of_runs(std::int32_t offset, const std::string& number);
+
 /// The cases of one task of a job of runs.
 std::vector<std::int32_t> cases_of_task(const PlannedJob& job, std::int32_t number, std::size_t n_cases);
 

@@ -14,6 +14,9 @@ namespace {
 
 constexpr std::size_t most_pairs = 10000;  // a table of markers; more is another file
 
+// Squares of distances have to be numbers above 0 and finite: from an atom's width to a million kilometres.
+constexpr double least_distance = 1e-9, largest_number = 1e12;
+
 enum Column : std::size_t { c_name, c_ax, c_ay, c_az, c_bx, c_by, c_bz, c_subject, n_columns };
 const std::array<std::string, n_columns> column_names{"name", "ax", "ay", "az",
                                                       "bx",   "by", "bz", "subject_mm"};
@@ -54,9 +57,9 @@ class Table {
     pair.a_native = {number[c_ax], number[c_ay], number[c_az]};
     pair.b_native = {number[c_bx], number[c_by], number[c_bz]};
     pair.subject_mm = number[c_subject];
-    if (pair.a_native == pair.b_native)
+    if (!((pair.a_native - pair.b_native).norm() > least_distance))
       refuse(line, "", "two points in the same place", "two landmarks with a distance between them");
-    if (!(pair.subject_mm > 0.0))
+    if (!(pair.subject_mm > least_distance))
       refuse(line, "subject_mm", shortest(pair.subject_mm), "a distance above 0 mm");
     return pair;
   }
@@ -81,10 +84,8 @@ class Table {
 
   double number_in(const TableLine& line, std::size_t column, std::string_view field) const
   {
-    // Squares of coordinates have to stay finite: no joint is a million kilometres wide.
-    constexpr double largest = 1e12;
     const std::optional<double> value = real_in(field);
-    if (value && std::abs(*value) <= largest) return *value;
+    if (value && std::abs(*value) <= largest_number) return *value;
     refuse(line, column_names[column], field.empty() ? "nothing" : quoted(field), "a number");
   }
 

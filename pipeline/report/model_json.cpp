@@ -178,6 +178,19 @@ Json audits_json(const MotionModel& model)
   return list;
 }
 
+Json scaling_json(const std::optional<Scaling>& scaling)
+{
+  if (!scaling) return {};
+  return {{"factor", short_numbers({scaling->factor.x(), scaling->factor.y(), scaling->factor.z()})},
+          {"keeps_steps", scaling->keeps_steps},
+          {"standard_error", short_number(scaling->standard_error)},
+          {"residual_rms_mm", short_number(scaling->residual_rms_mm)},
+          {"landmarks", scaling->landmark},
+          {"model_mm", short_numbers(scaling->model_mm)},
+          {"subject_mm", short_numbers(scaling->subject_mm)},
+          {"residual_mm", short_numbers(scaling->residual_mm)}};
+}
+
 Json provenance_json(const MotionModel& model)
 {
   Json inputs = Json::array();
@@ -186,6 +199,7 @@ Json provenance_json(const MotionModel& model)
   return {{"job", model.job.text},
           {"resolved", model.job.resolved},
           {"inputs", inputs},
+          {"scaling", scaling_json(model.job.scaling)},
           {"format_version", format_version}};
 }
 

@@ -103,6 +103,21 @@ TEST(IndexNumbers, OfAModelWithAllThatIsMadeOfIt)
   EXPECT_EQ(number_of(n, "smooth_gap_mm"), audit_of("degree_1_recontacted").largest_gap_mm);
 }
 
+TEST(IndexNumbers, OfAScaledModel)
+{
+  MotionModel model = test::sample_model();
+  EXPECT_EQ(number_of(index_numbers_of(model, 1.0), "scale_right"), 1.0);
+  EXPECT_TRUE(std::isnan(number_of(index_numbers_of(model, 1.0), "scaling_residual_mm")));
+  model.job.scaling.emplace();
+  model.job.scaling->factor = {0.9, 1.0, 1.1};
+  model.job.scaling->residual_rms_mm = 0.25;
+  const std::vector<double> n = index_numbers_of(model, 1.0);
+  EXPECT_EQ(number_of(n, "scale_anterior"), 0.9);
+  EXPECT_EQ(number_of(n, "scale_proximal"), 1.0);
+  EXPECT_EQ(number_of(n, "scale_right"), 1.1);
+  EXPECT_EQ(number_of(n, "scaling_residual_mm"), 0.25);
+}
+
 TEST(IndexNumbers, OfAModelWithoutASolvedAttitudeAreNoAnswers)
 {
   const MotionModel model = with_pending_cells(test::sample_model());

@@ -102,6 +102,7 @@ TEST(Submitted, EachTaskHasItsLastJob)
   EXPECT_EQ(tasks.at({TaskKind::run, 3, 0}).row.state, "PENDING");
   EXPECT_EQ(tasks.at({TaskKind::run, 4, 0}).job, "20_3");
   EXPECT_EQ(tasks.at({TaskKind::run, 4, 0}).row.state, "");
+  EXPECT_EQ(tasks.at({TaskKind::run, 3, 0}).log, "run-0.2.log");
 }
 
 }  // namespace

@@ -159,7 +159,7 @@ TEST_F(Status, ALostTaskQuotesSlurmFromItsLog)
   scratch_.write("submission/logs/knee.shard-2-of-3.log",
                  "loading\nslurmstepd: error: *** JOB 14 ON n1 CANCELLED DUE TO NODE FAILURE ***\n");
   seen_.states[shard(2)] = test::state_of(TaskPhase::running, "13_2");
-  seen_.slurm[shard(2)] = {"13_2", {}};
+  seen_.slurm[shard(2)] = {"13_2", {}, "knee.shard-2-of-3.log"};
   EXPECT_EQ(view_of(shard(2)).reason, "*** JOB 14 ON n1 CANCELLED DUE TO NODE FAILURE ***");
 }
 

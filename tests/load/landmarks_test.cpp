@@ -55,6 +55,8 @@ TEST(Landmarks, WhatIsNoTableIsRefusedByLineAndColumn)
   expect_refused(header + "a,0,0,1e200,1,0,0,5\n", "line 2, az", "1e200", "a number");
   expect_refused(header + ",0,0,0,1,0,0,5\n", "line 2, name", "nothing", "a name");
   expect_refused(header + "a,1,2,3,1,2,3,5\n", "line 2", "same place", "two landmarks");
+  expect_refused(header + "a,1,2,3,1,2,3.0000000001,5\n", "line 2", "same place", "two landmarks");
+  expect_refused(header + "a,0,0,0,1,0,0,1e-300\n", "line 2, subject_mm", "1e-300", "above 0");
   expect_refused(header + "a,0,0,0,1,0,0,0\n", "line 2, subject_mm", "0", "above 0");
   expect_refused(header + "a,0,0,0,1,0,0,-5\n", "line 2, subject_mm", "-5", "above 0");
   expect_refused(header + "a,0,0,0,1,0,0,5\na,0,0,0,2,0,0,5\n", "line 3, name", "\"a\" a second time", "own");

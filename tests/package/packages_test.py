@@ -2,6 +2,7 @@
 import functools
 import gzip
 import io
+import json
 import os
 import pathlib
 import re
@@ -154,6 +155,15 @@ class Tarballs(Packed):
                 loaded = re.findall(r"calling init: (\S.*)", by_carried_loader)
                 self.assertIn("OWN/lib/glibc/libc.so.6", loaded)
                 self.assertEqual([path for path in loaded if not path.startswith("OWN/") and "/ld-linux" not in path], [])
+
+    def test_with_its_own_glibc_the_tasks_of_a_submission_have_it_too(self):
+        with tempfile.TemporaryDirectory(prefix="vrda tasks ") as folder:
+            launcher = self.unpack(folder, "vrda") / "with-glibc/vrda"
+            release.run(launcher, "submit", release.SOURCE / "jobs/knee-generic.toml", *release.COARSE[:-2], "--shards", "2", "--local",
+                        "-o", f"{folder}/made")
+            (model,) = pathlib.Path(folder, "made").rglob("*.h5")
+            self.assertEqual(release.sha256(model), release.coarse_knee(folder))
+            self.assertEqual(json.loads(pathlib.Path(folder, "made/submission.json").read_text())["program"], str(launcher))
 
     def test_the_glibc_that_is_named_is_the_youngest_asked_for(self):
         files = self.contents("vrda")

@@ -58,6 +58,24 @@ TEST(Page, TextOfAModelCannotLeaveItsPlace)
   EXPECT_EQ(data.at("models")[0].at("provenance").at("job"), nasty);
 }
 
+TEST(Page, AScaledJointSaysHowWellItFits)
+{
+  Report report = sample_report();
+  EXPECT_TRUE(data_of(report).at("models")[0].at("provenance").at("scaling").is_null());
+  Scaling& scaling = report.models[0].model.job.scaling.emplace();
+  scaling.factor.setConstant(1.07);
+  scaling.landmark = {"epicondyles"};
+  scaling.model_mm = {80};
+  scaling.subject_mm = {85.6};
+  scaling.residual_mm = {0};
+  scaling.residual_rms_mm = 0.0;
+  const Json json = data_of(report).at("models")[0].at("provenance").at("scaling");
+  EXPECT_EQ(json.at("factor"), Json({1.07, 1.07, 1.07}));
+  EXPECT_TRUE(json.at("standard_error").is_null()) << "of one pair unknown";
+  EXPECT_EQ(json.at("landmarks"), Json({"epicondyles"}));
+  EXPECT_EQ(json.at("subject_mm"), Json({85.6}));
+}
+
 TEST(Page, BytesThatAreNoTextDoNotStopIt)
 {
   Report report = sample_report();
