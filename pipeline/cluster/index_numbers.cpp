@@ -259,6 +259,33 @@ std::vector<Column> grid_columns()
   };
 }
 
+// Of a joint that was not scaled the factor is 1.
+double factor_along(const Subject& s, Eigen::Index axis)
+{
+  return s.model.job.scaling ? s.model.job.scaling->factor[axis] : 1.0;
+}
+
+std::vector<Column> scaling_columns()
+{
+  return {
+      {{"scale_anterior", "1", "factor that the joint was scaled by from back to front"},
+       [](const Subject& s) { return factor_along(s, 0); }},
+      {{"scale_proximal", "1", "factor that the joint was scaled by along its height"},
+       [](const Subject& s) { return factor_along(s, 1); }},
+      {{"scale_right", "1", "factor that the joint was scaled by from left to right"},
+       [](const Subject& s) { return factor_along(s, 2); }},
+      {{"scale_error", "1", "standard error of a factor fitted to landmarks"},
+       [](const Subject& s) {
+         return s.model.job.scaling ? s.model.job.scaling->standard_error : no_answer;
+       }},
+      {{"landmark_residual_mm", "mm",
+        "root mean square that such a factor leaves of the landmarks' distances"},
+       [](const Subject& s) {
+         return s.model.job.scaling ? s.model.job.scaling->residual_rms_mm : no_answer;
+       }},
+  };
+}
+
 std::vector<Column> quality_columns()
 {
   return {
@@ -343,7 +370,8 @@ const std::vector<Column>& columns()
 {
   static const std::vector<Column> all = [] {
     std::vector<Column> list;
-    for (const auto& part : {grid_columns(), quality_columns(), curve_columns(), smooth_columns()})
+    for (const auto& part :
+         {grid_columns(), scaling_columns(), quality_columns(), curve_columns(), smooth_columns()})
       list.insert(list.end(), part.begin(), part.end());
     return list;
   }();
@@ -370,7 +398,10 @@ std::vector<double> index_numbers_of(const MotionModel& model, double model_byte
     subject.shown = set_names(model).front();
   }
   std::vector<double> numbers;
-  for (const Column& column : columns()) numbers.push_back(column.measure(subject));
+  for (const Column& column : columns()) {
+    const double number = column.measure(subject);
+    numbers.push_back(std::isfinite(number) ? number : no_answer);
+  }
   return numbers;
 }
 
