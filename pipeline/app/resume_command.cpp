@@ -95,6 +95,19 @@ void require_options(const ResumeOptions& options, const Submission& submission,
   }
 }
 
+// A node that could not begin a task may be mended by now, or another one begins it.
+void release_held(const Sightings& seen)
+{
+  std::vector<std::string> held;
+  for (const auto& [task, queue] : seen.slurm) {
+    const bool is_new = std::find(held.begin(), held.end(), queue.job) == held.end();
+    if (is_new && is_held_after_failed_launch(queue.row)) held.push_back(queue.job);
+  }
+  if (held.empty()) return;
+  release_jobs(held);
+  for (const std::string& job : held) say(job + " is released: Slurm held it since its launch failed");
+}
+
 ExitCode say_nothing_is_missing(const std::string& folder, const Missing& missing, bool as_json)
 {
   if (as_json) {
@@ -116,6 +129,7 @@ ExitCode resume_command(const ResumeOptions& options)
   Submission submission = read_submission(folder);
   const SubmissionLock lock(folder);
   const Found found = look(folder, submission);
+  if (!options.is_local && !options.is_dry) release_held(found.seen);
   const Missing missing = missing_of(folder, submission, found.status, found.seen);
   if (missing.work.is_nothing()) return say_nothing_is_missing(folder, missing, options.as_json);
   const SlurmOptions slurm = changed(submission.slurm, options.slurm);

@@ -110,6 +110,11 @@ bool is_queued(const SlurmRow& row)
   return is_waiting && row.reason != "DependencyNeverSatisfied";
 }
 
+bool is_held_after_failed_launch(const SlurmRow& row)
+{
+  return is_queued(row) && row.reason.find("launch failed requeued held") != std::string::npos;
+}
+
 bool is_running(const SlurmRow& row)
 {
   constexpr std::array<const char*, 8> states{"RUNNING", "CONFIGURING", "COMPLETING", "SUSPENDED",
@@ -172,6 +177,15 @@ void cancel_jobs(const std::vector<std::string>& ids)
     for (std::size_t i = k; i < std::min(k + ids_at_once, ids.size()); ++i) words.push_back(ids[i]);
     const Said said = run_slurm(words, "");
     if (said.exit_code != 0) refuse(words, said, "jobs that may be cancelled");
+  }
+}
+
+void release_jobs(const std::vector<std::string>& ids)
+{
+  for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
+    const std::vector<std::string> words{"scontrol", "release", joined(ids, k, ids_at_once)};
+    const Said said = run_slurm(words, "");
+    if (said.exit_code != 0) refuse(words, said, "jobs that may be released");
   }
 }
 

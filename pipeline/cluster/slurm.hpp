@@ -29,6 +29,8 @@ SlurmLimits limits_of_config(const std::string& text);
 
 /// Waiting and may yet begin; a dependency that never can be is none.
 bool is_queued(const SlurmRow& row);
+/// Queued, but held: its node could not begin it, as Slurm says. Its user may release it.
+bool is_held_after_failed_launch(const SlurmRow& row);
 /// Begun, or just about to begin or to end.
 bool is_running(const SlurmRow& row);
 
@@ -42,5 +44,6 @@ std::string submit_job(const std::vector<std::string>& words, const std::string&
 /// Jobs that Slurm has forgotten are left out.
 std::vector<SlurmRow> ask_rows(const std::vector<std::string>& ids);
 void cancel_jobs(const std::vector<std::string>& ids);
+void release_jobs(const std::vector<std::string>& ids);
 
 }  // namespace vrda

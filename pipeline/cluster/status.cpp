@@ -82,7 +82,8 @@ class Viewer {
   {
     const SlurmRow& row = queue.row;
     const bool is_of_this_job = own != nullptr && own->slurm_job == queue.job;
-    if (is_queued(row)) return set(view, TaskStanding::queued, row.reason);
+    const std::string hint = is_held_after_failed_launch(row) ? "; vrda resume releases it" : "";
+    if (is_queued(row)) return set(view, TaskStanding::queued, row.reason + hint);
     if (is_of_this_job && own->phase == TaskPhase::done) return stand_by_state(view, own, &queue);
     if (is_running(row)) {
       if (!row.node.empty()) view.host = row.node;

@@ -20,8 +20,9 @@ TEST(Slurm, RowsOfTheQueueAreRead)
       "13|2|PENDING||JobArrayTaskLimit\n"
       "a line that is none\n"
       "14|N/A|PENDING||DependencyNeverSatisfied\n"
-      "15|N/A|FAILED|n1|(a reason | with bars)\n");
-  ASSERT_EQ(rows.size(), 5U);
+      "15|N/A|FAILED|n1|(a reason | with bars)\n"
+      "16|N/A|PENDING||launch failed requeued held\n");
+  ASSERT_EQ(rows.size(), 6U);
   EXPECT_EQ(rows[0].id, "12");
   EXPECT_EQ(rows[0].number, 0);
   EXPECT_EQ(rows[1].number, 1);
@@ -32,6 +33,8 @@ TEST(Slurm, RowsOfTheQueueAreRead)
   EXPECT_FALSE(is_queued(rows[3]));
   EXPECT_EQ(rows[4].reason, "(a reason | with bars)");
   EXPECT_FALSE(is_queued(rows[0]) || is_running(rows[0]));
+  EXPECT_TRUE(is_queued(rows[5]) && is_held_after_failed_launch(rows[5]));
+  EXPECT_FALSE(is_held_after_failed_launch(rows[2]));
 }
 
 TEST(Slurm, LimitsAreReadFromTheConfiguration)

@@ -349,6 +349,29 @@ class LostNodes(Scenario):
         self.assert_done(made)
         self.assertEqual(made.restarts()[4], 1)
 
+    def test_nodes_that_cannot_begin_a_task(self):
+        """Slurm holds such a task, and would for ever."""
+        spools = [machine.folder / node for node in ("n1", "n2", "n3")]
+        for spool in spools:
+            spool.rename(f"{spool}.kept")
+            spool.touch()  # no folder for the script
+
+        def mend():
+            for spool in spools:
+                if spool.is_file():
+                    spool.unlink()
+                    pathlib.Path(f"{spool}.kept").rename(spool)
+
+        self.addCleanup(mend)
+        made = self.submission()
+        self.submit(made)
+        self.wait(made, "the spine is held", lambda: "vrda resume releases it" in made.tasks()["spine"]["reason"])
+        mend()
+        resumed = made.vrda("resume", made.folder)
+        self.assertEqual((resumed.returncode, resumed.stdout), (0, ""))
+        self.assertRegex(resumed.stderr, r"^\d+ is released: .*\nnothing is missing: 10 tasks are queued or running\n$")
+        self.assert_done(made)
+
     def test_two_campaigns_at_once(self):
         """Whole cases and shards of cases, by one cluster; a node crashes under them."""
         job = machine.work / "sizes.toml"
