@@ -77,47 +77,6 @@ TEST(IndexNumbers, OfAModelByItsSpine)
   }
 }
 
-TEST(IndexNumbers, OfAModelWithAllThatIsMadeOfIt)
-{
-  const MotionModel model = rich_model();
-  const std::vector<double> n = index_numbers_of(model, 1.0);
-  EXPECT_EQ(index_curve_of(model), "zero_varus");
-  EXPECT_EQ(number_of(n, "internal_rotation_last_deg"), model.zero_varus->internal_rotation_deg.back());
-  EXPECT_EQ(number_of(n, "rollback_medial_mm"), 0.0);  // it bears at one place throughout
-  EXPECT_EQ(number_of(n, "several_optima"), 1.0);
-  EXPECT_DOUBLE_EQ(number_of(n, "worst_gap_mm"), -11e-6);  // the last of 12 cells
-  EXPECT_DOUBLE_EQ(number_of(n, "balance_residual_n"), 12e-4);
-  EXPECT_DOUBLE_EQ(number_of(n, "medial_share"), 0.75);  // 15 N of 20
-  EXPECT_EQ(number_of(n, "fibres"), 3.0);
-  EXPECT_EQ(number_of(n, "largest_tension_n"),
-            *std::max_element(model.ligaments->tension_n.begin(), model.ligaments->tension_n.end(),
-                              [](double a, double b) { return !(a >= b) && !std::isnan(b); }));
-  const auto audit_of = [&](const std::string& name) {
-    for (const AuditSet& audit : model.audits) {
-      if (audit.name == name) return summary_of(audit);
-    }
-    ADD_FAILURE() << name;
-    return AuditSummary{};
-  };
-  EXPECT_EQ(number_of(n, "raw_penetration_mm"), audit_of("raw").largest_penetration_mm);
-  EXPECT_EQ(number_of(n, "smooth_gap_mm"), audit_of("degree_1_recontacted").largest_gap_mm);
-}
-
-TEST(IndexNumbers, OfAScaledModel)
-{
-  MotionModel model = test::sample_model();
-  EXPECT_EQ(number_of(index_numbers_of(model, 1.0), "scale_right"), 1.0);
-  EXPECT_TRUE(std::isnan(number_of(index_numbers_of(model, 1.0), "scaling_residual_mm")));
-  model.job.scaling.emplace();
-  model.job.scaling->factor = {0.9, 1.0, 1.1};
-  model.job.scaling->residual_rms_mm = 0.25;
-  const std::vector<double> n = index_numbers_of(model, 1.0);
-  EXPECT_EQ(number_of(n, "scale_anterior"), 0.9);
-  EXPECT_EQ(number_of(n, "scale_proximal"), 1.0);
-  EXPECT_EQ(number_of(n, "scale_right"), 1.1);
-  EXPECT_EQ(number_of(n, "scaling_residual_mm"), 0.25);
-}
-
 TEST(IndexNumbers, OfAModelWithoutASolvedAttitudeAreNoAnswers)
 {
   const MotionModel model = with_pending_cells(test::sample_model());
