@@ -78,6 +78,9 @@ class Planner {
     result.job_case.ligaments = loaded.ligaments;
     result.job_case.compartment_of_triangle = loaded.compartment_of_triangle;
     result.job_case.inputs = loaded.inputs;
+    // Sizes that share their steps are different motion models: all that the job says counts, and every
+    // input.
+    for (LoadedInput& input : result.job_case.inputs) input.decides_steps = true;
     result.plan = plan_of(result.job_case);
     result.size = size_of(result.job_case, loaded);
     result.cost = cost_of(result.size, step_counts(result.plan));

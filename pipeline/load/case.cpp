@@ -96,6 +96,7 @@ Case settings_of(const Job& job)
   loaded.unsolved_fraction = job.unsolved_fraction;
   loaded.job_text = job.text;
   loaded.resolved_job = job.resolved_text;
+  loaded.steps_job = job.resolved_text;
   return loaded;
 }
 
