@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <utility>
 
 #include "app/prepare.hpp"
 #include "core/error.hpp"
@@ -11,11 +12,9 @@
 namespace vrda {
 namespace {
 
-// What a case takes from its meshes and tables.
+// A joint at factor 1, and how large its meshes are.
 struct Loaded {
-  Ligaments ligaments;
-  std::vector<Compartment> compartment_of_triangle;
-  std::vector<LoadedInput> inputs;
+  Case joint;  ///< without bodies
   std::int64_t n_contact_triangles = 0;
   std::int64_t n_triangles = 0;
 };
@@ -23,7 +22,7 @@ struct Loaded {
 // The keys that the meshes do not depend on; any other may.
 bool is_setting(const std::string& key)
 {
-  for (const char* setting : {"title", "push", "grid", "solver", "smooth", "limits", "player"}) {
+  for (const char* setting : {"title", "push", "grid", "solver", "smooth", "limits", "player", "scaling"}) {
     if (key == setting) return true;
   }
   return false;
@@ -40,15 +39,15 @@ std::string meshes_of(const Job& job, const CaseSpec& spec)
   return folder + '\n' + spec.data_directory + '\n' + toml_text({kept});
 }
 
-Loaded loaded_by(const CaseSpec& spec)
+Loaded loaded_by(CaseSpec spec)
 {
-  Case whole = load_case(spec.job_file, {spec.data_directory, spec.overrides});
-  Loaded loaded{std::move(whole.ligaments), std::move(whole.compartment_of_triangle), std::move(whole.inputs),
-                0, 0};
-  for (const ComponentSurvey& component : whole.survey) {
+  spec.overrides.emplace_back("scaling={}");
+  Loaded loaded{load_case(spec.job_file, {spec.data_directory, spec.overrides}), 0, 0};
+  for (const ComponentSurvey& component : loaded.joint.survey) {
     loaded.n_triangles += component.n_triangles;
     if (component.has_contact) loaded.n_contact_triangles += component.n_triangles;
   }
+  loaded.joint.reference = loaded.joint.moving = {};
   return loaded;
 }
 
@@ -58,7 +57,7 @@ CaseSize size_of(const Case& job_case, const Loaded& loaded)
   size.is_search = job_case.method == "stability-search";
   size.n_contact_triangles = loaded.n_contact_triangles;
   size.n_triangles = loaded.n_triangles;
-  size.n_fibres = static_cast<std::int64_t>(loaded.ligaments.fibres.size());
+  size.n_fibres = static_cast<std::int64_t>(loaded.joint.ligaments.fibres.size());
   size.n_flexion = static_cast<std::int64_t>(job_case.grid.flexion_deg.size());
   size.n_varus = static_cast<std::int64_t>(job_case.grid.varus_deg.size());
   size.n_smoothed = static_cast<std::int64_t>(job_case.smooth_degrees.size());
@@ -71,29 +70,33 @@ class Planner {
   {
     const CaseSpec& spec = campaign_case.spec;
     const Job job = read_job(spec.job_file, spec.overrides);
+    const Loaded& loaded = loaded_once(job, spec);
     PlannedCase result;
     result.campaign_case = campaign_case;
-    result.job_case = settings_of(job);
-    const Loaded& loaded = loaded_once(job, spec);
-    result.job_case.ligaments = loaded.ligaments;
-    result.job_case.compartment_of_triangle = loaded.compartment_of_triangle;
-    result.job_case.inputs = loaded.inputs;
-    // Sizes that share their steps are different motion models: all that the job says counts, and every
-    // input.
-    for (LoadedInput& input : result.job_case.inputs) input.decides_steps = true;
+    result.job_case = case_of_joint(job, spec.data_directory, loaded.joint);
     result.plan = plan_of(result.job_case);
     result.size = size_of(result.job_case, loaded);
     result.cost = cost_of(result.size, step_counts(result.plan));
-    const auto [first, is_new] = cases_.emplace(fingerprint_of(result.job_case), spec.name);
-    if (!is_new) result.same_as = first->second;
+    find_kin(result);
     // Thousands of cases are kept.
-    result.job_case.compartment_of_triangle.clear();
-    result.job_case.job_text.clear();
-    result.job_case.resolved_job.clear();
+    Case& job_case = result.job_case;
+    job_case.compartment_of_triangle = {};
+    job_case.ligaments = {};
+    for (std::string* text : {&job_case.job_text, &job_case.resolved_job, &job_case.steps_job}) text->clear();
     return result;
   }
 
  private:
+  void find_kin(PlannedCase& planned)
+  {
+    const std::string& name = planned.campaign_case.spec.name;
+    const std::string steps = fingerprint_of(planned.job_case);
+    const auto [twin, is_new] = motions_.emplace(std::pair{steps, planned.job_case.steps_scale}, name);
+    if (!is_new) planned.same_as = twin->second;
+    const auto [kin, is_first] = steps_.emplace(steps, name);
+    if (!is_first && is_new) planned.same_steps_as = kin->second;
+  }
+
   const Loaded& loaded_once(const Job& job, const CaseSpec& spec)
   {
     const std::string key = meshes_of(job, spec);
@@ -103,7 +106,8 @@ class Planner {
   }
 
   std::map<std::string, Loaded> loaded_;
-  std::map<std::string, std::string> cases_;  // fingerprint -> name
+  std::map<std::string, std::string> steps_;  // fingerprint -> name of the first case
+  std::map<std::pair<std::string, double>, std::string> motions_;
 };
 
 }  // namespace

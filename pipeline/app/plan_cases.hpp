@@ -17,7 +17,8 @@ struct PlannedCase {
   SweepPlan plan;
   CaseSize size;
   CaseCost cost;
-  std::string same_as;  ///< an earlier case that gives the same motion model; empty: none
+  std::string same_as;        ///< an earlier case that gives the same motion; empty: none
+  std::string same_steps_as;  ///< an earlier one that only scaling tells from this: one journal serves both
 };
 
 /// Reads every job, and each set of meshes once. Throws InputError for the first case that is wrong, named in

@@ -147,7 +147,8 @@ Json case_json(const Campaign& campaign, const PlannedCase& planned, int n_shard
       {"memory_bytes", cost.memory_bytes},
       {"journal_bytes", cost.journal_bytes},
       {"model_bytes", cost.model_bytes},
-      {"same_as", planned.same_as}};
+      {"same_as", planned.same_as},
+      {"same_steps_as", planned.same_steps_as}};
   if (n_shards > 1) result["shards"] = shards_json(planned, n_shards);
   return result;
 }
@@ -234,8 +235,20 @@ void say_of_twins(const std::vector<PlannedCase>& cases)
 {
   for (const PlannedCase& planned : cases) {
     if (planned.same_as.empty()) continue;
-    warn("case " + planned.campaign_case.spec.name + " gives the same motion model as " + planned.same_as);
+    warn("case " + planned.campaign_case.spec.name + " gives the same motion as " + planned.same_as);
   }
+}
+
+// In one line: a study of sizes has hundreds.
+void say_of_sizes(const std::vector<PlannedCase>& cases)
+{
+  const auto is_scaled = [](const PlannedCase& planned) { return !planned.same_steps_as.empty(); };
+  const auto n = std::count_if(cases.begin(), cases.end(), is_scaled);
+  if (n == 0) return;
+  const PlannedCase& first = *std::find_if(cases.begin(), cases.end(), is_scaled);
+  say(std::to_string(n) + " of " + std::to_string(cases.size()) +
+      " cases have the steps of another one, scaled, as " + first.campaign_case.spec.name + " those of " +
+      first.same_steps_as + ": the journals of one serve vrda merge --job of the other");
 }
 
 void print(const Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
@@ -262,6 +275,7 @@ ExitCode plan_command(const PlanOptions& options)
   const Campaign campaign = campaign_of(options.job_file, options.data_directory, options.overrides);
   const std::vector<PlannedCase> cases = planned_cases(campaign);
   say_of_twins(cases);
+  say_of_sizes(cases);
   say_of_spines(cases, options.n_shards);
   if (options.as_json) {
     std::printf("%s\n", plan_json(campaign, cases, options.n_shards).dump(2).c_str());

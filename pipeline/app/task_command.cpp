@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <utility>
 #include <vector>
 
 #include "app/index_command.hpp"
@@ -84,6 +85,8 @@ class Task {
   // Loading is over: the rate counts from here.
   void begin_solving()
   {
+    // Starting a journal is no progress.
+    if (!std::exchange(is_solving_, true)) n_bytes_at_begin_ = journal_bytes();
     if (has_successor()) return;
     state_.begun_at = now();
     state_.n_done_at_begin = n_done();
@@ -94,7 +97,7 @@ class Task {
 
   ExitCode execute()
   {
-    if (id_.kind == TaskKind::index) return write_index_of({folder_, false}, submission_);
+    if (id_.kind == TaskKind::index) return write_index_of({folder_, false, n_cpus_}, submission_);
     const SubmittedCase& c = its_case();
     const std::string output = output_of(folder_, c);
     if (id_.kind == TaskKind::merge) {
@@ -172,6 +175,7 @@ class Task {
   const Clock::time_point start_ = Clock::now();
   TaskState state_;
   std::uintmax_t n_bytes_at_begin_ = 0;
+  bool is_solving_ = false;
 };
 
 std::vector<TaskId> tasks_asked(const TaskOptions& options, const Submission& submission)

@@ -12,6 +12,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -67,12 +68,14 @@ std::vector<char*> pointers_to(const std::vector<std::string>& words)
   return pointers;
 }
 
-std::vector<std::string> environment_for_slurm()
+// But for variables of that prefix, except `spared`.
+std::vector<std::string> environment_without(std::string_view prefix, std::string_view spared)
 {
   std::vector<std::string> kept;
   for (char** entry = environ; *entry != nullptr; ++entry) {
     const std::string text = *entry;
-    if (!text.starts_with("SBATCH_") || text.starts_with("SBATCH_EXPORT=")) kept.push_back(text);
+    const bool is_spared = !spared.empty() && text.starts_with(spared);
+    if (!text.starts_with(prefix) || is_spared) kept.push_back(text);
   }
   return kept;
 }
@@ -117,7 +120,7 @@ int waited(pid_t pid)
 Said run_program(const std::vector<std::string>& words, const std::string& folder)
 {
   Pipe out = make_pipe(words.front()), err = make_pipe(words.front());
-  const std::vector<std::string> environment = environment_for_slurm();
+  const std::vector<std::string> environment = environment_without("SBATCH_", "SBATCH_EXPORT=");
   const std::vector<char*> arguments = pointers_to(words), variables = pointers_to(environment);
   const pid_t pid = fork();
   if (pid < 0) fail(words.front(), "no process");
@@ -145,7 +148,8 @@ pid_t start_program(const std::vector<std::string>& words, const std::string& lo
 {
   const Descriptor file(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (file.get() < 0) fail(log, "a log that cannot be opened");
-  const std::vector<char*> arguments = pointers_to(words);
+  const std::vector<std::string> environment = environment_without("SLURM", "");
+  const std::vector<char*> arguments = pointers_to(words), variables = pointers_to(environment);
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid < 0) fail(words.front(), "no process");
@@ -157,7 +161,7 @@ pid_t start_program(const std::vector<std::string>& words, const std::string& lo
   dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   dup2(file.get(), STDOUT_FILENO);
   dup2(file.get(), STDERR_FILENO);
-  execv(arguments.front(), arguments.data());
+  execve(arguments.front(), arguments.data(), variables.data());
   _exit(code_of_absence);
 }
 

@@ -21,7 +21,8 @@ struct Said {
 Said run_program(const std::vector<std::string>& words, const std::string& folder);
 
 /// Starts `words` with both outputs appended to the file `log`, in a process group of its own; it gets
-/// SIGTERM when this process ends first. Throws InputError when the system refuses.
+/// SIGTERM when this process ends first. SLURM... of the environment are left out: it is no task of Slurm's,
+/// even within one. Throws InputError when the system refuses.
 pid_t start_program(const std::vector<std::string>& words, const std::string& log);
 
 /// How a child ended.

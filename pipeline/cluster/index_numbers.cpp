@@ -398,7 +398,10 @@ std::vector<double> index_numbers_of(const MotionModel& model, double model_byte
     subject.shown = set_names(model).front();
   }
   std::vector<double> numbers;
-  for (const Column& column : columns()) numbers.push_back(column.measure(subject));
+  for (const Column& column : columns()) {
+    const double number = column.measure(subject);
+    numbers.push_back(std::isfinite(number) ? number : no_answer);
+  }
   return numbers;
 }
 

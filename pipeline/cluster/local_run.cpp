@@ -168,7 +168,11 @@ class LocalRun {
     if (state && state->phase != TaskPhase::running) return state->reason;
     const std::string reason = ending.signal != 0 ? "ended by signal " + std::to_string(ending.signal)
                                                   : "could not begin; see " + log_of(task);
-    if (!state) state = begun_now(0);
+    if (!state) {
+      state = begun_now(0);
+      state->slurm_job.clear();  // of this process, if any
+      state->n_restarts = 0;
+    }
     state->phase = TaskPhase::failed;
     state->ended = utc_text(std::chrono::system_clock::now());
     state->exit_code = ending.exit_code;

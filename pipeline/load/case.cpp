@@ -70,8 +70,7 @@ Body loaded_body(const BodyJob& body_job, ComponentSource& source, Case& loaded)
   return body;
 }
 
-}  // namespace
-
+// What the job alone says.
 Case settings_of(const Job& job)
 {
   check_method(job);
@@ -96,7 +95,18 @@ Case settings_of(const Job& job)
   loaded.unsolved_fraction = job.unsolved_fraction;
   loaded.job_text = job.text;
   loaded.resolved_job = job.resolved_text;
-  loaded.steps_job = job.resolved_text;
+  return loaded;
+}
+
+}  // namespace
+
+Case case_of_joint(const Job& job, const std::string& data_directory, const Case& joint)
+{
+  Case loaded = settings_of(job);
+  loaded.ligaments = joint.ligaments;
+  loaded.inputs = joint.inputs;
+  loaded.compartment_of_triangle = joint.compartment_of_triangle;
+  take_up_scaling(loaded, job, load_scaling(job, data_directory, axis_map(job)));
   return loaded;
 }
 

@@ -151,8 +151,9 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
 /// parse_job() of a file's bytes. Opens no mesh.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
 
-/// The Case of a job but for what its meshes and tables say: bodies, ligaments, compartments, inputs, survey
-/// and warnings are empty. Opens no file. Throws InputError where a valid job asks what no method solves.
-Case settings_of(const Job& job);
+/// The Case of a job whose meshes, ligaments and compartments `joint` has, a case loaded at factor 1 whose
+/// bodies may be left out: they, survey and warnings are not taken over. Reads landmarks only. Throws
+/// InputError where a valid job asks what no method solves, and for what is wrong with its scaling.
+Case case_of_joint(const Job& job, const std::string& data_directory, const Case& joint);
 
 }  // namespace vrda

@@ -178,6 +178,7 @@ LoadedScaling load_scaling(const Job& job, const std::string& data_directory, co
 
 void take_up_scaling(Case& loaded, const Job& job, const LoadedScaling& asked)
 {
+  loaded.steps_job = job.resolved_text;
   loaded.scaling = asked.scaling;
   if (!asked.scaling) return;
   const Eigen::Vector3d& factor = asked.scaling->factor;

@@ -17,7 +17,7 @@ struct LoadedScaling {
 /// Throws InputError naming the job's key or the table, also of a factor outside 0.1 to 10.
 LoadedScaling load_scaling(const Job& job, const std::string& data_directory, const AxisMap& map);
 
-/// Takes up `asked` in a case loaded at factor 1. Where an even factor keeps the contact,
+/// Takes up `asked` in a case loaded at factor 1, with `steps_job`. Where an even factor keeps the contact,
 /// `loaded` stays at factor 1 with `steps_scale` for what the steps find; everywhere else its lengths are
 /// scaled and `solved_anew_because` says why. Throws InputError where an uneven factor meets a wrapping
 /// surface, or a fibre whose attachments coincide.

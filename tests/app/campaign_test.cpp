@@ -134,8 +134,26 @@ TEST(Plan, CasesThatAreTheSameAreTold)
           .string();
   const test::Ended ended = test::run_vrda({"plan", file});
   EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(ended.err,
-              HasSubstr("case ball_rest_coarse_b gives the same motion model as ball_rest_coarse_a"));
+  EXPECT_THAT(ended.err, HasSubstr("case ball_rest_coarse_b gives the same motion as ball_rest_coarse_a"));
+}
+
+TEST(Plan, CasesThatScalingAloneTellsApartShareTheirSteps)
+{
+  const test::Scratch scratch;
+  const std::string file =
+      small_campaign(scratch,
+                     "[[campaign.scaling]]\nname = \"adult\"\n"
+                     "[[campaign.scaling]]\nname = \"small\"\nset = { scaling.factor = 0.9 }\n"
+                     "[[campaign.scaling]]\nname = \"wide\"\nset = { scaling.factor = [1, 1, 1.1] }\n")
+          .string();
+  const json plan = planned({file});
+  ASSERT_EQ(plan.at("cases").size(), 12U);
+  EXPECT_EQ(plan.at("cases").at(1).at("name"), "ball_rest_coarse_small");
+  EXPECT_EQ(plan.at("cases").at(1).at("same_steps_as"), "ball_rest_coarse_adult");
+  EXPECT_EQ(plan.at("cases").at(0).at("same_steps_as"), "");
+  EXPECT_EQ(plan.at("cases").at(2).at("same_steps_as"), "") << "another shape";
+  for (const json& one : plan.at("cases")) EXPECT_EQ(one.at("same_as"), "");
+  EXPECT_THAT(test::run_vrda({"plan", file}).err, HasSubstr("4 of 12 cases have the steps of another one"));
 }
 
 TEST(Plan, ACampaignIsNotRunOrChecked)

@@ -398,26 +398,6 @@ TEST(ScaledRun, ShardsOfOneSizeServeAnother)
   }
 }
 
-TEST(ScaledRun, SizesOfACampaignAreCasesOfTheirOwn)
-{
-  const test::Scratch scratch;
-  const fs::path job = test::small_knee_job(scratch, "right");
-  scratch.write("marks.csv", "name,ax,ay,az,bx,by,bz,subject_mm\na,0,0,0,80,0,0,88\n");
-  std::string text = test::text_of(job);
-  for (const char* level :
-       {"factor = 1", "factor = 1.1", "factor = [1, 1, 1.1]", "landmarks = \"marks.csv\"", "factor = 1.1"}) {
-    text += "[[campaign.scaling]]\nname = \"s" + std::to_string(text.size()) + "\"\nset = { scaling = { " +
-            level + " } }\n";
-  }
-  scratch.write("sizes.toml", text);
-  const test::Ended plan = test::run_vrda({"plan", (scratch.path() / "sizes.toml").string()});
-  EXPECT_EQ(plan.exit_code, 0) << plan.err;
-  EXPECT_THAT(plan.out, HasSubstr("5 cases"));
-  const std::string twins = "gives the same motion model as";
-  ASSERT_THAT(plan.err, HasSubstr(twins)) << "the last is the second once more";
-  EXPECT_THAT(plan.err.substr(plan.err.find(twins) + twins.size()), Not(HasSubstr(twins)));
-}
-
 TEST(ScaledRun, ItsTraceEndsAtItsPoses)
 {
   const test::Scratch scratch;

@@ -1,5 +1,8 @@
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -370,6 +373,89 @@ TEST_F(FakeSlurm, ATimeLimitAndMemoryAreAskedFor)
 {
   EXPECT_THAT(run({"submit", job_.string(), "--mem", "1G"}).err, HasSubstr("--time"));
   EXPECT_THAT(run({"submit", job_.string(), "--time", "10"}).err, HasSubstr("--mem"));
+}
+
+// A spine that another process holds: its task waits, and can be met there.
+class HeldSpine : public FakeSlurm {
+ protected:
+  HeldSpine()
+  {
+    EXPECT_EQ(submit({"--shards", "3"}).exit_code, 0);
+    test::edit(folder_ / "submission.json", "\"time\": \"10\"", "\"time\": \"1\"");
+    lock_ = open((folder_ / "knee_right.h5.spine.journal").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    EXPECT_EQ(flock(lock_, LOCK_EX), 0);
+  }
+  ~HeldSpine() override { close(lock_); }
+
+  fs::path state() const { return folder_ / "tasks/knee_right.spine.json"; }
+
+  test::Command spine() const
+  {
+    test::Command command = test::vrda({"task", folder_.string(), "--kind", "spine"});
+    command.environment["SLURM_JOB_ID"] = "101";
+    return command;
+  }
+
+  int lock_ = -1;
+};
+
+TEST_F(HeldSpine, ATimeLimitWithoutAStepIsAFailure)
+{
+  test::Process process(spine());
+  test::wait_for_bytes(process, state(), 1);
+  ASSERT_TRUE(process.is_running());
+  process.send(SIGTERM);
+  process.send(SIGTERM);
+  const test::Ended ended = process.wait();
+  EXPECT_EQ(ended.exit_code, 2) << ended.err;
+  EXPECT_THAT(ended.err,
+              HasSubstr("--time: found 1 in which no step was solved, wanted a longer time limit"));
+  const auto left = nlohmann::json::parse(test::text_of(state()));
+  EXPECT_EQ(left["state"], "failed");
+  EXPECT_EQ(left["slurm_job"], "101");
+  EXPECT_THAT(left["reason"].get<std::string>(), HasSubstr("no step was solved"));
+}
+
+// With a limit of ten minutes it was preempted, and may do better the next time.
+TEST_F(HeldSpine, AnEarlyInterruptionIsNone)
+{
+  test::edit(folder_ / "submission.json", "\"time\": \"1\"", "\"time\": \"10\"");
+  test::Process process(spine());
+  test::wait_for_bytes(process, state(), 1);
+  process.send(SIGTERM);
+  EXPECT_EQ(process.wait().exit_code, 4);
+  EXPECT_EQ(nlohmann::json::parse(test::text_of(state()))["state"], "interrupted");
+}
+
+TEST_F(HeldSpine, TheStateOfASuccessorIsLeftAlone)
+{
+  test::Process process(spine());
+  test::wait_for_bytes(process, state(), 1);
+  ASSERT_TRUE(process.is_running());
+  test::edit(state(), "\"pid\": ", "\"pid\": 1");
+  const std::string of_another = test::text_of(state());
+  process.send(SIGTERM);
+  process.wait();
+  EXPECT_EQ(test::text_of(state()), of_another);
+}
+
+TEST_F(HeldSpine, AKilledTaskIsNotedDownByItsScript)
+{
+  test::Process process(spine());
+  test::wait_for_bytes(process, state(), 1);
+  process.send(SIGKILL);
+  process.wait();
+  test::Command note = spine();
+  note.arguments.insert(note.arguments.end(), {"--ended", "137"});
+  // Of another start it says nothing.
+  note.environment["SLURM_RESTART_COUNT"] = "1";
+  EXPECT_EQ(test::run(note).exit_code, 0);
+  EXPECT_EQ(nlohmann::json::parse(test::text_of(state()))["state"], "running");
+  note.environment["SLURM_RESTART_COUNT"] = "0";
+  EXPECT_EQ(test::run(note).exit_code, 0);
+  queue("101|N/A|FAILED|n1|NonZeroExitCode\n");
+  EXPECT_THAT(run({"status", folder_.string()}).out,
+              HasSubstr("ended by signal 9: killed, as when memory runs out"));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import pwd
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -59,26 +60,26 @@ def mentions(folder):
 class Cluster:
     """Three nodes of two processors, partitions `batch` and `urgent`. Ends with this process, however that ends."""
 
-    def __init__(self, nodes=3, cpus=2, prefix=()):
-        self.nodes, self.cpus, self.prefix = nodes, cpus, list(prefix)
+    def __init__(self, nodes=3, cpus=2, user=None):
+        self.nodes, self.cpus, self.user = nodes, cpus, user
 
     def __enter__(self):
-        self.root = tempfile.TemporaryDirectory(prefix="vrda-slurm-", ignore_cleanup_errors=True)
-        root = pathlib.Path(self.root.name)
-        self.folder, self.work = root / "cluster", root / "work"
-        for each in (root, self.work):
-            each.mkdir(exist_ok=True)
-            each.chmod(0o777)  # other users' jobs write there, too
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="vrda-slurm-"))
+        self.work = self.folder / "work"  # within what goes when the cluster ends
+        if self.user:
+            shutil.chown(self.folder, self.user)
         reader, self.tie = os.pipe()
         try:
             with open(reader, "rb") as end:
-                begun = subprocess.run([*self.prefix, sys.executable, PROGRAM, "start", self.folder, "--tied", "--nodes", str(self.nodes),
-                                        "--cpus", str(self.cpus)], stdin=end, capture_output=True, text=True, check=False)
+                words = [*(as_user(self.user) if self.user else []), sys.executable, PROGRAM, "start", self.folder, "--tied",
+                         "--nodes", str(self.nodes), "--cpus", str(self.cpus)]
+                begun = subprocess.run(words, stdin=end, capture_output=True, text=True, check=False)
             if begun.returncode != 0:
                 raise private_slurm.Trouble(begun.stderr.strip())
+            self.work.mkdir()
+            self.work.chmod(0o777)  # other users' jobs write there, too
         except BaseException:
-            os.close(self.tie)
-            self.root.cleanup()
+            self.end()
             raise
         return self
 
@@ -86,8 +87,11 @@ class Cluster:
         try:
             private_slurm.ask(self.folder, "stop")
         finally:
-            os.close(self.tie)
-            self.root.cleanup()
+            self.end()
+
+    def end(self):
+        os.close(self.tie)
+        shutil.rmtree(self.folder, ignore_errors=True)  # what is left where its user may not remove it
 
     def environment(self, **more):
         return {**private_slurm.environment(self.folder), **{name: str(value) for name, value in more.items()}}

@@ -6,6 +6,7 @@ Each class is a test of its own to CTest, on a cluster of its own: they wait mor
 """
 import os
 import pathlib
+import shlex
 import shutil
 import sys
 import time
@@ -52,9 +53,9 @@ def setUpModule():
 
 def assert_nothing_left():
     """Of all scenarios, once the cluster has ended."""
-    left = cluster.mentions(machine.root.name)
-    if left or pathlib.Path(machine.root.name).exists():
-        raise AssertionError(f"left of {machine.root.name}: {left}")
+    left = cluster.mentions(machine.folder)
+    if left or machine.folder.exists():
+        raise AssertionError(f"left of {machine.folder}: {left}")
 
 
 class Submission:
@@ -71,9 +72,9 @@ class Submission:
     def vrda(self, *words, timeout=120, **variables):
         return machine.run(programs / VRDA.name, *words, prefix=self.prefix, timeout=timeout, **variables)
 
-    def submit(self, time=10, partition="batch", **variables):
+    def submit(self, time=10, partition="batch", options=(), **variables):
         return self.vrda("submit", self.job, "-o", self.folder, "--shards", self.shards, "--partition", partition, "--time", time,
-                         "--mem", "200M", *self.grid, **variables)
+                         "--mem", "200M", *options, *self.grid, **variables)
 
     def fault(self, do, journal, at=SOME_WRITES):
         """The variables that make a write of a journal go wrong, in every process that gets as far."""
@@ -264,6 +265,16 @@ class Submissions(Scenario):
         self.assert_done(one)
         self.assert_done(other, self.plain_run(other_grid))
 
+    def test_no_more_at_once_than_asked(self):
+        made = self.submission()
+        self.submit(made, options=["--max-parallel", 2, "--extra=--comment=few"], **made.fault("hold", "-of-8.journal"))
+        self.wait(made, "two shards run", lambda: len(made.begun()) == 2)
+        self.wait(made, "and no more", lambda: "JobArrayTaskLimit" in made.tasks()[3]["reason"])
+        self.assertEqual(len(self.running()), 2)
+        self.assertIn("Comment=few", machine.run("scontrol", "show", "job", next(iter(self.running()))).stdout)
+        made.open()
+        self.assert_done(made)
+
     def test_a_job_that_cannot_be(self):
         made = self.submission()
         done = made.submit(partition="nowhere")
@@ -272,6 +283,22 @@ class Submissions(Scenario):
         self.assertEqual(machine.jobs(), {})
         self.submit(made)  # what failed is not in the way
         self.assert_done(made)
+
+    def test_local_processes_within_a_job(self):
+        """They are no tasks of Slurm's, though they have its variables around them."""
+        made = self.submission(shards=3)
+        local = ["submit", "--local", "--workers", 2, "--shards", 3, made.job, "-o", made.folder, *made.grid]
+        script = "exec " + shlex.join(map(str, [programs / VRDA.name, *local]))
+        self.assertEqual(machine.run("sbatch", "--output=/dev/null", "--cpus-per-task=2", "--wrap", script,
+                                     **made.fault("hold", "shard-2-of-3.journal")).returncode, 0)
+        self.wait(made, "shard 2 is held", made.held)
+        self.assertEqual((made.states()[2], made.states()["merge"]), ("running", "waiting"))
+        machine.run("scancel", "--batch", "--signal=TERM", *machine.jobs())
+        made.open()
+        self.wait_for_all(made)
+        self.assertEqual(made.states()[2], "interrupted")
+        self.assertEqual(made.vrda("resume", made.folder, "--local").returncode, 0)
+        self.assertEqual(cluster.sha256(made.model), self.plain)
 
     @unittest.skipIf(os.getuid() != 0, "only root becomes another user; others test this as they are")
     def test_an_ordinary_user(self):
