@@ -81,6 +81,8 @@ void ClusterWords::add_index(const Add& add, std::function<ExitCode()>& chosen)
   CLI::App& c = add("index", "Set the results of a submission side by side: one row a case, as CSV and HDF5.",
                     "vrda index results/campaign-example");
   c.add_option("folder", index_.folder, "Folder of the submission")->required();
+  c.add_option("--cpus", index_.n_processes, "Processes that read motion models; default: one a processor")
+      ->check(CLI::Range(1, 1024));
   c.add_flag("--json", index_.as_json, "Print JSON");
   c.callback([this, &chosen] { chosen = [this] { return index_command(index_); }; });
 }

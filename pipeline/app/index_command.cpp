@@ -5,7 +5,8 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "cluster/index.hpp"
+#include "app/solved_model.hpp"
+#include "cluster/index_processes.hpp"
 #include "cluster/submission.hpp"
 #include "cluster/task_state.hpp"
 
@@ -34,21 +35,20 @@ std::map<std::int32_t, std::string> failures_of(const std::string& folder, const
   return reasons;
 }
 
-std::vector<IndexRow> rows_of_submission(const std::string& folder, const Submission& submission)
+std::vector<IndexRow> rows_of_submission(const IndexOptions& options, const Submission& submission)
 {
-  const std::map<std::int32_t, std::string> failures = failures_of(folder, submission);
-  std::vector<IndexRow> rows;
-  for (std::size_t k = 0; k < submission.cases.size(); ++k) {
+  const std::map<std::int32_t, std::string> failures = failures_of(options.folder, submission);
+  const auto row_of = [&](std::size_t k) {
     const SubmittedCase& submitted = submission.cases[k];
-    IndexRow row = index_row({submitted.spec, submitted.levels}, output_of(folder, submitted));
+    IndexRow row = index_row({submitted.spec, submitted.levels}, output_of(options.folder, submitted));
     const auto failed = failures.find(static_cast<std::int32_t>(k));
     if (row.status != CaseStatus::done && failed != failures.end()) {
       row.status = CaseStatus::failed;
       row.remark = failed->second;
     }
-    rows.push_back(std::move(row));
-  }
-  return rows;
+    return row;
+  };
+  return rows_by_processes(submission.cases.size(), row_of, threads_or_all(options.n_processes));
 }
 
 std::map<CaseStatus, int> counts_of(const std::vector<IndexRow>& rows)
@@ -64,7 +64,7 @@ std::map<CaseStatus, int> counts_of(const std::vector<IndexRow>& rows)
 ExitCode write_index_of(const IndexOptions& options, const Submission& submission)
 {
   const std::string& folder = options.folder;
-  const std::vector<IndexRow> rows = rows_of_submission(folder, submission);
+  const std::vector<IndexRow> rows = rows_of_submission(options, submission);
   write_index(folder, submission.title, submission.axes, rows);
   nlohmann::ordered_json json;
   std::string line = std::to_string(rows.size()) + " cases:";
@@ -84,7 +84,7 @@ ExitCode write_index_of(const IndexOptions& options, const Submission& submissio
 ExitCode index_command(const IndexOptions& options)
 {
   const std::string folder = fs::absolute(options.folder + "/").lexically_normal().parent_path().string();
-  return write_index_of({folder, options.as_json}, read_submission(folder));
+  return write_index_of({folder, options.as_json, options.n_processes}, read_submission(folder));
 }
 
 }  // namespace vrda

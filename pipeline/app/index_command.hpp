@@ -11,6 +11,7 @@ namespace vrda {
 struct IndexOptions {
   std::string folder;  ///< of a submission
   bool as_json = false;
+  int n_processes = 0;  ///< that read models; 0: as many as there are processors
 };
 
 /// Writes index.csv, index.h5 and index.times.csv there and prints their paths. Cases that are not done are

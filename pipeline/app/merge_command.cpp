@@ -17,6 +17,7 @@
 #include "cluster/shard.hpp"
 #include "core/error.hpp"
 #include "load/file_bytes.hpp"
+#include "store/motion_model_file.hpp"
 
 namespace vrda {
 namespace {
@@ -99,6 +100,14 @@ bool is_only_to_clear_up(const std::string& output)
   return !sha256.empty() && sha256 == sha256_of_file(output);
 }
 
+// Nothing of its making is left, so there is nothing to hold it against.
+bool is_merged(const std::string& output, const std::vector<std::string>& journals)
+{
+  if (!journals.empty() || access(case_file_of(output).c_str(), F_OK) == 0) return false;
+  if (access(output.c_str(), F_OK) != 0) return false;
+  return (read_motion_model(output).status != static_cast<std::int8_t>(StepStatus::pending)).all();
+}
+
 void note_merged(const std::string& output)
 {
   const std::string case_file = case_file_of(output);
@@ -120,6 +129,10 @@ ExitCode merge_command(const MergeOptions& options)
   if (!options.keeps_journals && is_only_to_clear_up(output)) {
     clear_up(output, journals);
     say(output + " is merged already");
+    return ExitCode::done;
+  }
+  if (is_merged(output, journals)) {
+    say(output + " is whole, and no journals stand beside it");
     return ExitCode::done;
   }
   const CaseSpec spec = case_of(options, journals);

@@ -1,7 +1,5 @@
 #include "app/run_command.hpp"
 
-#include <filesystem>
-
 #include "app/announced_case.hpp"
 #include "app/assemble.hpp"
 #include "app/assemble_trace.hpp"
@@ -75,9 +73,8 @@ ExitCode whole_run(const RunOptions& options)
     log.traces.emplace(open_trace_log(trace_journal_of(output), key, log.path, log.known));
   }
   // A resumed run has its start file, and a disk that filled up may have no room for a second one.
-  const std::string start = start_file_of(output);
-  if (log.known.empty() || !std::filesystem::exists(start)) {
-    write_motion_model(start, pending_model_of(job_case));
+  if (log.known.empty() || !has_start_file(output, job_case.resolved_job)) {
+    write_motion_model(start_file_of(output), pending_model_of(job_case));
   }
   watch_for_interrupts();
   try {

@@ -8,6 +8,7 @@
 
 #include "app/talk.hpp"
 #include "core/error.hpp"
+#include "store/motion_model_file.hpp"
 
 namespace vrda {
 
@@ -38,6 +39,17 @@ std::string start_file_of(const std::string& output)
 std::string run_record_of(const std::string& output)
 {
   return output + ".run.json";
+}
+
+bool has_start_file(const std::string& output, const std::string& resolved_job)
+{
+  const std::string start = start_file_of(output);
+  if (!fs::exists(start)) return false;
+  try {
+    return read_motion_model(start).job.resolved == resolved_job;
+  } catch (const InputError&) {
+    return false;
+  }
 }
 
 void make_folder_of(const std::string& file)

@@ -14,6 +14,10 @@ std::string trace_journal_of(const std::string& output);
 std::string start_file_of(const std::string& output);
 std::string run_record_of(const std::string& output);
 
+/// Whether the start file of that resolved job stands beside the output. One of another size of the joint,
+/// whose journal may serve all the same, is none, nor one that cannot be read.
+bool has_start_file(const std::string& output, const std::string& resolved_job);
+
 /// Makes the folder that `file` is to stand in. Throws InputError naming both.
 void make_folder_of(const std::string& file);
 

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <thread>
 
 #include "app/announced_case.hpp"
@@ -71,8 +70,8 @@ void write_shared_files(const ShardedRun& run, const RunOptions& options)
 {
   write_case_file(case_file_of(run.output),
                   {case_of_job(options.job_file, options.data_directory, options.overrides), ""});
-  const std::string start = start_file_of(run.output);
-  if (!std::filesystem::exists(start)) write_motion_model(start, pending_model_of(run.job_case));
+  if (has_start_file(run.output, run.job_case.resolved_job)) return;
+  write_motion_model(start_file_of(run.output), pending_model_of(run.job_case));
 }
 
 // Nothing when interrupted.

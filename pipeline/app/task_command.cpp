@@ -97,7 +97,7 @@ class Task {
 
   ExitCode execute()
   {
-    if (id_.kind == TaskKind::index) return write_index_of({folder_, false}, submission_);
+    if (id_.kind == TaskKind::index) return write_index_of({folder_, false, n_cpus_}, submission_);
     const SubmittedCase& c = its_case();
     const std::string output = output_of(folder_, c);
     if (id_.kind == TaskKind::merge) {

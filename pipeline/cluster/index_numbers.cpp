@@ -159,11 +159,6 @@ double width(const Points& vertices_mm)
   return vertices_mm.rows() == 0 ? no_answer : vertices_mm.col(2).maxCoeff() - vertices_mm.col(2).minCoeff();
 }
 
-double scale_of(const MotionModel& model, int axis)
-{
-  return model.job.scaling ? model.job.scaling->factor[axis] : 1.0;
-}
-
 double audited(const MotionModel& model, const std::string& name, double AuditSummary::*figure)
 {
   for (const AuditSet& audit : model.audits) {
@@ -264,20 +259,36 @@ std::vector<Column> grid_columns()
   };
 }
 
-std::vector<Column> quality_columns()
+// Of a joint that was not scaled the factor is 1.
+double factor_along(const Subject& s, Eigen::Index axis)
+{
+  return s.model.job.scaling ? s.model.job.scaling->factor[axis] : 1.0;
+}
+
+std::vector<Column> scaling_columns()
 {
   return {
-      {{"scale_anterior", "1", "factor of the job's scaling along anterior; 1 without"},
-       [](const Subject& s) { return scale_of(s.model, 0); }},
-      {{"scale_proximal", "1", "factor of the job's scaling along proximal; 1 without"},
-       [](const Subject& s) { return scale_of(s.model, 1); }},
-      {{"scale_right", "1", "factor of the job's scaling to the right; 1 without"},
-       [](const Subject& s) { return scale_of(s.model, 2); }},
-      {{"scaling_residual_mm", "mm",
-        "root mean square residual of the landmarks' distances, where the factor was fitted to them"},
+      {{"scale_anterior", "1", "factor that the joint was scaled by from back to front"},
+       [](const Subject& s) { return factor_along(s, 0); }},
+      {{"scale_proximal", "1", "factor that the joint was scaled by along its height"},
+       [](const Subject& s) { return factor_along(s, 1); }},
+      {{"scale_right", "1", "factor that the joint was scaled by from left to right"},
+       [](const Subject& s) { return factor_along(s, 2); }},
+      {{"scale_error", "1", "standard error of a factor fitted to landmarks"},
+       [](const Subject& s) {
+         return s.model.job.scaling ? s.model.job.scaling->standard_error : no_answer;
+       }},
+      {{"landmark_residual_mm", "mm",
+        "root mean square that such a factor leaves of the landmarks' distances"},
        [](const Subject& s) {
          return s.model.job.scaling ? s.model.job.scaling->residual_rms_mm : no_answer;
        }},
+  };
+}
+
+std::vector<Column> quality_columns()
+{
+  return {
       {{"reference_width_mm", "mm", "extent of the reference's surfaces in contact from left to right"},
        [](const Subject& s) { return width(s.model.reference.contact.mesh.vertices_mm); }},
       {{"raw_penetration_mm", "mm", "largest penetration of the raw motion, where it was audited"},
@@ -359,7 +370,8 @@ const std::vector<Column>& columns()
 {
   static const std::vector<Column> all = [] {
     std::vector<Column> list;
-    for (const auto& part : {grid_columns(), quality_columns(), curve_columns(), smooth_columns()})
+    for (const auto& part :
+         {grid_columns(), scaling_columns(), quality_columns(), curve_columns(), smooth_columns()})
       list.insert(list.end(), part.begin(), part.end());
     return list;
   }();
@@ -386,7 +398,10 @@ std::vector<double> index_numbers_of(const MotionModel& model, double model_byte
     subject.shown = set_names(model).front();
   }
   std::vector<double> numbers;
-  for (const Column& column : columns()) numbers.push_back(column.measure(subject));
+  for (const Column& column : columns()) {
+    const double number = column.measure(subject);
+    numbers.push_back(std::isfinite(number) ? number : no_answer);
+  }
   return numbers;
 }
 

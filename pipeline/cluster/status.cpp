@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -249,6 +250,7 @@ Sightings look_around(const std::string& folder, const Submission& submission, s
   std::vector<SlurmRow> rows;
   if (!jobs.empty()) {
     std::vector<std::string> ids;
+    ids.reserve(jobs.size());
     for (const SubmittedJob& job : jobs) ids.push_back(job.id);
     try {
       rows = ask_rows(ids);
@@ -311,7 +313,7 @@ std::string duration_text(double seconds)
 {
   constexpr double longest_s = 100.0 * 86400.0;
   if (!(seconds < longest_s)) return "over 100 days";
-  const auto whole = static_cast<std::int64_t>(seconds + 0.5);
+  const auto whole = static_cast<std::int64_t>(std::llround(seconds));
   std::array<char, 64> text{};
   const auto hours = static_cast<int>(whole / 3600), minutes = static_cast<int>(whole / 60 % 60),
              rest = static_cast<int>(whole % 60);

@@ -129,7 +129,12 @@ std::optional<int> try_write_new(const std::string& path, const std::string& byt
   Descriptor descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
   if (!is_locked_by_us(descriptor.get()) || !is_at(descriptor.get(), temporary)) return std::nullopt;
-  if (creation == Creation::only_new && access(path.c_str(), F_OK) == 0) {
+  // Asked only now: while the second name is ours nobody else creates the file, and while the old one is
+  // locked by us nobody goes on with it.
+  const Descriptor old(open(path.c_str(), O_RDWR | O_CLOEXEC));
+  const bool is_taken = creation == Creation::only_new ? access(path.c_str(), F_OK) == 0
+                                                       : old.get() >= 0 && !is_locked_by_us(old.get());
+  if (is_taken) {
     std::remove(temporary.c_str());
     return std::nullopt;
   }
@@ -240,8 +245,6 @@ FrameFacts parse_frames(const std::string& path, std::string_view bytes, const F
 
 FrameWriter FrameWriter::create(const std::string& path, const std::string& key, const FrameFormat& format)
 {
-  const Descriptor old(open(path.c_str(), O_RDWR | O_CLOEXEC));
-  if (old.get() >= 0 && !is_locked_by_us(old.get())) fail_in_use(path);
   const std::string header = header_bytes(key, format);
   const std::optional<int> descriptor = try_write_new(path, header, Creation::replace);
   if (!descriptor) fail_in_use(path);

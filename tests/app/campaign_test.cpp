@@ -170,7 +170,7 @@ TEST(Plan, ACampaignIsNotRunOrChecked)
 TEST(Plan, TheExampleIsSound)
 {
   const json plan = planned({(test::source_directory() / "jobs" / "campaign-example.toml").string()});
-  EXPECT_EQ(plan.at("cases").size(), 8U);
+  EXPECT_EQ(plan.at("cases").size(), 12U);
   for (const json& one : plan.at("cases")) EXPECT_EQ(one.at("same_as"), "") << one.at("name");
 }
 

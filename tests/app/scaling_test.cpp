@@ -341,18 +341,61 @@ TEST(ScaledRun, ARunInterruptedAtOneSizeGoesOnAtAnother)
   const test::Scratch scratch;
   const fs::path job = test::longer_knee_job(scratch);
   const fs::path output = scratch.path() / "knee.h5", whole = scratch.path() / "whole.h5";
+  const std::string journal = output.string() + ".journal";
   const std::vector<std::string> larger{"scaling.factor=1.1"};
   ASSERT_EQ(test::run_vrda(words(job, whole, larger)).exit_code, 0);
   {
     test::Process process(test::vrda(words(job, output, {})));
-    test::wait_for_bytes(process, output.string() + ".journal", 6000);
+    test::wait_for_bytes(process, journal, 6000);
     process.send(SIGTERM);
     ASSERT_EQ(process.wait().exit_code, 4);
+  }
+  const std::string start = output.string() + ".start.h5";
+  EXPECT_FALSE(read_motion_model(start).job.scaling);
+  {
+    // Until it ends, who follows the run sees the joint of its size.
+    test::Process process(test::vrda(words(job, output, larger)));
+    test::wait_for_bytes(process, journal, fs::file_size(journal) + 2000);
+    process.send(SIGTERM);
+    ASSERT_EQ(process.wait().exit_code, 4);
+    EXPECT_EQ(read_motion_model(start).job.scaling.value().factor.x(), 1.1);
   }
   const test::Ended last = test::run_vrda(words(job, output, larger));
   EXPECT_EQ(last.exit_code, 0);
   EXPECT_THAT(last.err, HasSubstr("resuming: "));
   EXPECT_EQ(test::sha256_of_file(output), test::sha256_of_file(whole));
+}
+
+// The same journals, merged under the jobs of two sizes.
+TEST(ScaledRun, ShardsOfOneSizeServeAnother)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right"), output = scratch.path() / "knee.h5";
+  for (const char* shard : {"1/2", "2/2"}) {
+    std::vector<std::string> all = words(job, output, {equilibrium});
+    all.insert(all.end(), {"--shard", shard});
+    ASSERT_EQ(test::run_vrda(all).exit_code, 0);
+  }
+  for (const char* size : {"scaling.factor=1.07", "scaling.factor=0.9"}) {
+    SCOPED_TRACE(size);
+    const fs::path whole = scratch.path() / "whole.h5", merged = scratch.path() / "merged.h5";
+    ASSERT_EQ(test::run_vrda(words(job, whole, {equilibrium, size})).exit_code, 0);
+    const std::vector<std::string> beside{"merge",
+                                          output.string() + ".spine.journal",
+                                          output.string() + ".shard-1-of-2.journal",
+                                          output.string() + ".shard-2-of-2.journal",
+                                          "-o",
+                                          merged.string(),
+                                          "--job",
+                                          job.string(),
+                                          "--set",
+                                          equilibrium,
+                                          "--set",
+                                          size};
+    const test::Ended ended = test::run_vrda(beside);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_EQ(test::sha256_of_file(merged), test::sha256_of_file(whole));
+  }
 }
 
 TEST(ScaledRun, ItsTraceEndsAtItsPoses)

@@ -1,4 +1,4 @@
-#include "cluster/index.hpp"
+#include "cluster/index_processes.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -75,47 +75,6 @@ TEST(IndexNumbers, OfAModelByItsSpine)
         "several_optima", "medial_share", "largest_tension_n", "rollback_lateral_mm"}) {
     EXPECT_TRUE(std::isnan(number_of(n, absent))) << absent;
   }
-}
-
-TEST(IndexNumbers, OfAModelWithAllThatIsMadeOfIt)
-{
-  const MotionModel model = rich_model();
-  const std::vector<double> n = index_numbers_of(model, 1.0);
-  EXPECT_EQ(index_curve_of(model), "zero_varus");
-  EXPECT_EQ(number_of(n, "internal_rotation_last_deg"), model.zero_varus->internal_rotation_deg.back());
-  EXPECT_EQ(number_of(n, "rollback_medial_mm"), 0.0);  // it bears at one place throughout
-  EXPECT_EQ(number_of(n, "several_optima"), 1.0);
-  EXPECT_DOUBLE_EQ(number_of(n, "worst_gap_mm"), -11e-6);  // the last of 12 cells
-  EXPECT_DOUBLE_EQ(number_of(n, "balance_residual_n"), 12e-4);
-  EXPECT_DOUBLE_EQ(number_of(n, "medial_share"), 0.75);  // 15 N of 20
-  EXPECT_EQ(number_of(n, "fibres"), 3.0);
-  EXPECT_EQ(number_of(n, "largest_tension_n"),
-            *std::max_element(model.ligaments->tension_n.begin(), model.ligaments->tension_n.end(),
-                              [](double a, double b) { return !(a >= b) && !std::isnan(b); }));
-  const auto audit_of = [&](const std::string& name) {
-    for (const AuditSet& audit : model.audits) {
-      if (audit.name == name) return summary_of(audit);
-    }
-    ADD_FAILURE() << name;
-    return AuditSummary{};
-  };
-  EXPECT_EQ(number_of(n, "raw_penetration_mm"), audit_of("raw").largest_penetration_mm);
-  EXPECT_EQ(number_of(n, "smooth_gap_mm"), audit_of("degree_1_recontacted").largest_gap_mm);
-}
-
-TEST(IndexNumbers, OfAScaledModel)
-{
-  MotionModel model = test::sample_model();
-  EXPECT_EQ(number_of(index_numbers_of(model, 1.0), "scale_right"), 1.0);
-  EXPECT_TRUE(std::isnan(number_of(index_numbers_of(model, 1.0), "scaling_residual_mm")));
-  model.job.scaling.emplace();
-  model.job.scaling->factor = {0.9, 1.0, 1.1};
-  model.job.scaling->residual_rms_mm = 0.25;
-  const std::vector<double> n = index_numbers_of(model, 1.0);
-  EXPECT_EQ(number_of(n, "scale_anterior"), 0.9);
-  EXPECT_EQ(number_of(n, "scale_proximal"), 1.0);
-  EXPECT_EQ(number_of(n, "scale_right"), 1.1);
-  EXPECT_EQ(number_of(n, "scaling_residual_mm"), 0.25);
 }
 
 TEST(IndexNumbers, OfAModelWithoutASolvedAttitudeAreNoAnswers)
@@ -198,6 +157,51 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
   EXPECT_THAT(csv, HasSubstr("\na,rest,done,,"));
   EXPECT_THAT(csv, HasSubstr("\nb,search,missing,,,,,,,,"));
   EXPECT_THAT(csv, HasSubstr(",a/a.h5\n"));
+}
+
+TEST(IndexProcesses, ARowAsTextIsTheSameRow)
+{
+  const test::Scratch scratch;
+  const std::string output = scratch.path() / "a.h5";
+  write_motion_model(output, test::sample_model());
+  IndexRow row = index_row(case_named("a", {"x", "y"}), output);
+  row.remark = "two\nlines, \"quoted\"";
+  row.times = CaseTimes{"2020-01-01T00:00:00Z", "n1", 0.1, 1e-7, 2, 4, 17};
+  const IndexRow back = row_of_text(text_of_row(row));
+  EXPECT_EQ(text_of_row(back), text_of_row(row));
+  EXPECT_EQ(back.remark, row.remark);
+  EXPECT_EQ(back.times->seconds, 0.1);
+  EXPECT_EQ(back.times->n_recalled, 17);
+  for (std::size_t k = 0; k < row.numbers.size(); ++k) {
+    const bool is_same = back.numbers[k] == row.numbers[k];
+    EXPECT_TRUE(std::isnan(row.numbers[k]) ? std::isnan(back.numbers[k]) : is_same) << k;
+  }
+}
+
+TEST(IndexProcesses, RowsAreInOrderByAnyNumberOfThem)
+{
+  const auto row_of = [](std::size_t k) {
+    IndexRow row;
+    row.name = "case " + std::to_string(k);
+    row.numbers = {1.0 / static_cast<double>(k + 1)};
+    return row;
+  };
+  for (const int n_processes : {1, 2, 3, 50}) {
+    const std::vector<IndexRow> rows = rows_by_processes(23, row_of, n_processes);
+    ASSERT_EQ(rows.size(), 23U);
+    for (std::size_t k = 0; k < rows.size(); ++k) EXPECT_EQ(text_of_row(rows[k]), text_of_row(row_of(k)));
+  }
+  EXPECT_THAT(rows_by_processes(0, row_of, 4), IsEmpty());
+}
+
+TEST(IndexProcesses, OneThatFailsIsOurMistake)
+{
+  const auto row_of = [](std::size_t k) {
+    check(k != 5, "the sixth row fails");
+    return IndexRow{};
+  };
+  EXPECT_THROW(rows_by_processes(8, row_of, 2), InternalError);
+  EXPECT_THROW(rows_by_processes(8, row_of, 1), InternalError);
 }
 
 // The page is what a reader of the table has.

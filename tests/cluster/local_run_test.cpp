@@ -101,6 +101,15 @@ TEST_F(LocalRunTest, StoppedItTellsItsProcessesAndWaitsForThem)
   EXPECT_THAT(what_was_said(), HasSubstr("flushed\n"));
 }
 
+// In a shell that Slurm gave, say.
+TEST_F(LocalRunTest, ItsTasksAreNoneOfSlurms)
+{
+  setenv("SLURM_JOB_ID", "77", 1);
+  const LocalOutcome outcome = run("[ -z \"$SLURM_JOB_ID\" ]", {1, 1, {}, {}});
+  unsetenv("SLURM_JOB_ID");
+  EXPECT_EQ(outcome.n_done, 5);
+}
+
 TEST_F(LocalRunTest, ASecondOneIsRefused)
 {
   const SubmissionLock lock(folder_);

@@ -35,6 +35,7 @@ struct Plan {
   long at = 1;
   bool goes_on = false;  ///< every call from `at` on
   Action action = Action::count;
+  long clock_from = 0;  ///< reading from which clocks jump; 0: never
   const char* gate = nullptr;
   const char* once = nullptr;
   const char* count = nullptr;
@@ -61,6 +62,15 @@ const char* set_or_null(const char* name)
   return value != nullptr && *value != '\0' ? value : nullptr;
 }
 
+/// A number from 1, followed by `ending`.
+long number_of(const char* name, const char* found, const char* ending)
+{
+  char* end = nullptr;
+  const long number = std::strtol(found, &end, 10);
+  if (number < 1 || std::strcmp(end, ending) != 0) refuse(name, found);
+  return number;
+}
+
 Plan read_plan()
 {
   Plan plan;
@@ -75,11 +85,13 @@ Plan read_plan()
   if (const char* word = set_or_null("VRDA_FAULT_DO"))
     plan.action = static_cast<Action>(place_of(action_words, "VRDA_FAULT_DO", word));
   if (const char* word = set_or_null("VRDA_FAULT_AT")) {
-    char* end = nullptr;
-    plan.at = std::strtol(word, &end, 10);
-    plan.goes_on = *end == '+';
-    if (plan.at < 1 || end[plan.goes_on ? 1 : 0] != '\0') refuse("VRDA_FAULT_AT", word);
+    plan.goes_on = word[std::strlen(word) - 1] == '+';
+    plan.at = number_of("VRDA_FAULT_AT", word, plan.goes_on ? "+" : "");
   }
+  if (const char* word = set_or_null("VRDA_FAULT_CLOCK"))
+    plan.clock_from = number_of("VRDA_FAULT_CLOCK", word, "");
+  else if (plan.action == Action::clock)
+    plan.clock_from = plan.at;
   plan.goes_on = plan.goes_on || plan.action == Action::full;
   if (plan.action == Action::hold && plan.gate == nullptr) refuse("VRDA_FAULT_GATE", "nothing to hold until");
   return plan;
@@ -195,9 +207,9 @@ void die()
 timespec disturbed(timespec now)
 {
   const Plan& plan = plan_of_process();
-  if (plan.action != Action::clock) return now;
+  if (plan.clock_from == 0) return now;
   const long k = ++n_readings;
-  if (k < plan.at) return now;
+  if (k < plan.clock_from) return now;
   // From 12 hours ago to 12 hours ahead, forward and back by turns: 7 has no factor in common with 25.
   now.tv_sec += (k * 7 % 25 - 12) * 3600;
   return now;

@@ -116,17 +116,21 @@ Fault FaultyRun::in_folder(Fault fault) const
   return fault;
 }
 
-Ended FaultyRun::run_anew(const Fault& fault) const
+void FaultyRun::clear() const
 {
   fs::remove_all(folder_);
   fs::create_directory(folder_);
+}
+
+Ended FaultyRun::run_anew(const Fault& fault) const
+{
+  clear();
   return run(fault);
 }
 
 int FaultyRun::n_calls(const std::string& call, const std::string& file) const
 {
-  fs::remove_all(folder_);
-  fs::create_directory(folder_);
+  clear();
   return n_calls_of(command(), in_folder({"count", call, "1", file}), scratch_.path() / "counts");
 }
 

@@ -55,6 +55,8 @@ class FaultyRun : public testing::TestWithParam<Setting> {
   Command command() const;
   Ended run() const { return test::run(command()); }
   Ended run(const Fault& fault) const { return test::run(with_fault(command(), in_folder(fault))); }
+  /// Empties the folder.
+  void clear() const;
   /// run() from an empty folder.
   Ended run_anew(const Fault& fault) const;
 

@@ -66,8 +66,7 @@ TEST_P(Ground, AClockThatJumpsChangesNoByteAndSaysNothingAbsurd)
   // At every reading, from the start and from the middle of the run on, by hours forward and back.
   for (const std::string at : {"1", "40"}) {
     for (const std::string style : {"plain", "bar"}) {
-      fs::remove_all(folder_);
-      fs::create_directory(folder_);
+      clear();
       Command command = this->command();
       std::erase(command.arguments, "--quiet");
       command.arguments.insert(command.arguments.end(), {"--progress", style});
@@ -90,24 +89,27 @@ TEST_P(Ground, ASecondRunWhileTheFirstBeginsIsRefusedAndHarmsNothing)
   // The first is held before each of the calls by which its journal comes to be and is first written; before
   // the very first of them, to open it, it has nothing yet that the second could harm.
   const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
-  for (int k = 2; k <= 8; ++k) {
-    SCOPED_TRACE(k);
-    fs::remove_all(folder_);
-    fs::create_directory(folder_);
-    fs::remove(gate);
-    fs::remove(held);
-    Command first = with_fault(command(), {"hold", "any", std::to_string(k), journal()});
-    first.environment["VRDA_FAULT_GATE"] = gate.string();
-    Process process(first);
-    while (process.is_running() && !fs::exists(held))
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    ASSERT_TRUE(process.is_running());
-    const Ended second = run();
-    scratch_.write("gate", "");
-    EXPECT_EQ(process.wait().exit_code, 0);
-    expect_refused(second);
-    EXPECT_THAT(second.err, HasSubstr("no other run with the same output"));
-    expect_finished();
+  Command fresh = command();
+  fresh.arguments.emplace_back("--fresh");
+  for (const Command& run : {command(), fresh}) {
+    for (int k = 2; k <= 8; ++k) {
+      SCOPED_TRACE(run.arguments.back() + " " + std::to_string(k));
+      clear();
+      fs::remove(gate);
+      fs::remove(held);
+      Command first = with_fault(run, {"hold", "any", std::to_string(k), journal()});
+      first.environment["VRDA_FAULT_GATE"] = gate.string();
+      Process process(first);
+      while (process.is_running() && !fs::exists(held))
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      ASSERT_TRUE(process.is_running());
+      const Ended second = test::run(run);
+      scratch_.write("gate", "");
+      EXPECT_EQ(process.wait().exit_code, 0);
+      expect_refused(second);
+      EXPECT_THAT(second.err, HasSubstr("no other run with the same output"));
+      expect_finished();
+    }
   }
 }
 

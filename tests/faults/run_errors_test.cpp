@@ -49,6 +49,26 @@ TEST_P(RunErrors, AnErrorIsOneLineAndTheSameCommandGoesOn)
   }
 }
 
+TEST_P(RunErrorsOneWay, AnErrorOfWaitingForTheDiskMidRunIsNoticed)
+{
+  // By a clock that jumps the journal's time to wait for the disk has come every other record or so.
+  Command command = this->command();
+  command.environment["VRDA_FAULT_CLOCK"] = "1";
+  clear();
+  const int n =
+      n_calls_of(command, in_folder({"count", "fsync", "1", "a.h5.journal"}), scratch_.path() / "counts");
+  EXPECT_GT(n, 2);  // there are two of the header and at the end
+  for (int k = 1; k <= n; ++k) {
+    SCOPED_TRACE(k);
+    clear();
+    const Ended ended =
+        test::run(with_fault(command, in_folder({"eio", "fsync", std::to_string(k), "a.h5.journal"})));
+    expect_refused(ended);
+    EXPECT_THAT(ended.err, HasSubstr(journal()));
+    expect_finishes();
+  }
+}
+
 TEST_P(RunErrorsOneWay, ADiskThatIsFullFromAnyWriteOnLosesNothing)
 {
   const int n = n_calls("write") - 1;  // all but the times, which a run does without

@@ -1,18 +1,21 @@
 // `vrda run` is killed at a call or within it: at every one of them in turn, found by counting them first.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "faults/faulty_run.hpp"
 #include "journal/journal.hpp"
 
 namespace vrda::test {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 constexpr int killed = -1;
 
 class RunKills : public FaultyRun {};
+class RunKillsOneWay : public FaultyRun {};
 
 TEST_P(RunKills, AKillBeforeAnyCallLosesNothing)
 {
@@ -57,14 +60,29 @@ TEST_P(RunKills, ATornRecordIsDroppedAndAllBeforeItKept)
 TEST_P(RunKills, KilledAtEveryRecordOfEveryResumptionItStillEnds)
 {
   // Each time one step further: the second write of a resumed run is its second record.
-  fs::remove_all(folder_);
-  fs::create_directory(folder_);
+  clear();
   int n_killed = 0;
   while (run({"torn", "write", "2", "a.h5.journal"}).exit_code == killed && n_killed < 100) ++n_killed;
   EXPECT_GT(n_killed, 6);
   expect_finished();
 }
 
+TEST_P(RunKillsOneWay, TwoThreadsLoseNothingEither)
+{
+  Command threaded = command();
+  *std::next(std::find(threaded.arguments.begin(), threaded.arguments.end(), "--threads")) = "2";
+  const int n = n_calls("write", "a.h5.journal");
+  for (int k = 1; k <= n; ++k) {
+    SCOPED_TRACE(k);
+    clear();
+    const Fault torn = in_folder({"torn", "write", std::to_string(k), "a.h5.journal"});
+    EXPECT_EQ(test::run(with_fault(threaded, torn)).exit_code, killed);
+    EXPECT_EQ(test::run(threaded).exit_code, 0);
+    expect_finished();
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RunKillsOneWay, testing::ValuesIn(one_method()), name_of);
 INSTANTIATE_TEST_SUITE_P(All, RunKills, testing::ValuesIn(every_method()), name_of);
 
 }  // namespace

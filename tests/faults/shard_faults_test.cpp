@@ -72,12 +72,6 @@ class ShardFaults : public FaultyRun {
     return stages_.back().after;
   }
 
-  void clear() const
-  {
-    fs::remove_all(folder_);
-    fs::create_directory(folder_);
-  }
-
   void put(const Files& files) const
   {
     clear();

@@ -425,7 +425,9 @@ TEST(Jobs, EveryJobOfTheRepositoryIsValid)
 {
   int n_jobs = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_directory() / "jobs")) {
-    if (entry.is_directory()) continue;
+    // A list of jobs is none itself: tests/app/campaign_test.cpp.
+    const std::string name = entry.path().filename().string();
+    if (!name.ends_with(".toml") || name.starts_with("campaign")) continue;
     SCOPED_TRACE(entry.path().string());
     const Job job = read_job(entry.path().string());
     EXPECT_FALSE(job.title.empty());
