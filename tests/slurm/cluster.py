@@ -85,7 +85,7 @@ class Cluster:
 
     def __exit__(self, *_):
         try:
-            private_slurm.ask(self.folder, "stop")
+            private_slurm.stop(self.folder)
         finally:
             self.end()
 

@@ -323,6 +323,13 @@ def ask(folder, *words, limit_s=60):
     return text
 
 
+def stop(folder):
+    """Returns when nothing is left, the keeper included."""
+    keeper = int(ask(folder, "stop"))
+    while keeper in parents():
+        time.sleep(0.01)
+
+
 def idle_nodes(folder):
     asked = subprocess.run(["sinfo", "-h", "-N", "-p", "batch", "-o", "%N %t"], env=environment(folder), capture_output=True,
                            text=True, check=False)
@@ -358,7 +365,7 @@ def keep(folder, nodes, cpus, tie):
             signal.signal(number, signal.SIG_IGN)  # nothing keeps the end from being reached
         keeper.end_all()
         if client is not None:
-            client.sendall(b"ok ")
+            client.sendall(f"ok {os.getpid()}".encode())
 
 
 def detach(folder, work):
@@ -401,7 +408,7 @@ def start(folder, nodes=3, cpus=2, tied=False):
             return
     words = ask(folder, "missing") or "none"
     logs = tails(folder)
-    ask(folder, "stop")
+    stop(folder)
     raise Trouble(f"{folder}: not every node idle after {START_S} s; daemons that ended: {words}{logs}")
 
 
@@ -418,6 +425,8 @@ def main(arguments):
     try:
         if given.command == "start":
             start(given.folder, given.nodes, given.cpus, given.tied)
+        elif given.command == "stop":
+            stop(given.folder)
         else:
             if answer := ask(given.folder, given.command, *given.node):
                 print(answer)

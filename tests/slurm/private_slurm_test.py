@@ -90,7 +90,7 @@ class PrivateSlurm(unittest.TestCase):
             holder.send_signal(signal.SIGKILL)
             holder.wait()
             for _ in range(200):
-                if not place.exists():
+                if not place.exists() and not cluster.mentions(place):
                     break
                 time.sleep(0.1)
             self.assertEqual((cluster.mentions(place), place.exists()), ([], False))

@@ -78,7 +78,8 @@ class Submission:
 
     def fault(self, do, journal, at=SOME_WRITES):
         """The variables that make a write of a journal go wrong, in every process that gets as far."""
-        return {"LD_PRELOAD": programs / SHIM.name, "ASAN_OPTIONS": "verify_asan_link_order=0", "VRDA_FAULT_FILE": journal, "VRDA_FAULT_CALL": "write", "VRDA_FAULT_AT": at,
+        return {"LD_PRELOAD": programs / SHIM.name, "ASAN_OPTIONS": "verify_asan_link_order=0",  # it is no sanitizer
+                "VRDA_FAULT_FILE": journal, "VRDA_FAULT_CALL": "write", "VRDA_FAULT_AT": at,
                 "VRDA_FAULT_DO": do, "VRDA_FAULT_GATE": self.gate}
 
     def held(self):
