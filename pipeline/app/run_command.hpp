@@ -22,8 +22,7 @@ struct RunOptions {
   std::string progress = "auto";
   bool only_spine = false;     ///< solve the spine into a journal of its own, for shards
   std::optional<Shard> shard;  ///< solve these rows only, into a journal of their own
-  /// Told before the first step of the spine, of the rows: their number, and how many are solved already.
-  std::function<void(int n_total, int n_known)> begun;
+  std::function<void()> begun;  ///< told before the first step of the spine, and of the rows
 };
 
 /// The whole job, or with `only_spine` or `shard` a part of it for `vrda merge`.

@@ -56,7 +56,7 @@ SweepResult solve_part(const Case& job_case, const SweepPlan& plan, Counted coun
   CaseSolver solver(job_case, n_threads);
   const int n_total = n_counted(plan, counted);
   const int n_known = n_counted_of(log.known, plan, counted) + n_counted_of(spine, plan, counted);
-  if (options.begun) options.begun(n_total, n_known);
+  if (options.begun) options.begun();
   const char* what = counted == Counted::cells ? "attitudes" : "steps of the spine";
   Progress progress(progress_style_of(options.progress), what, n_total, n_known);
 

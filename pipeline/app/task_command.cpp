@@ -118,7 +118,7 @@ class Task {
     run.progress = "plain";
     run.only_spine = id_.kind == TaskKind::spine;
     if (id_.kind == TaskKind::shard) run.shard = Shard{id_.shard, submission_.n_shards};
-    run.begun = [this](int, int) { begin_solving(); };
+    run.begun = [this] { begin_solving(); };
     return run_command(run);
   }
 
