@@ -92,8 +92,13 @@ CollectedSteps collect(const std::vector<std::string>& journals, const std::stri
 MissingSteps missing_steps(const SweepPlan& plan, const std::map<StepKey, StepRecord>& steps)
 {
   MissingSteps missing;
+  const std::vector<std::int32_t> rows = rows_asked(plan);
+  if (is_complete(plan, steps, rows)) {  // one walk instead of one a row
+    missing.is_spine_complete = true;
+    return missing;
+  }
   missing.is_spine_complete = is_complete(plan, steps, {});
-  for (const std::int32_t row : rows_asked(plan)) {
+  for (const std::int32_t row : rows) {
     if (missing.is_spine_complete && is_complete(plan, steps, {row})) continue;
     missing.rows.push_back(row);
     missing.n_attitudes += cells_missing(plan, steps, row);
