@@ -1,9 +1,11 @@
 """Headless Chromium by its DevTools pipe: opens a page, keeps what it says and asks for, takes pictures."""
 import base64
+import contextlib
 import json
 import os
 import select
 import shlex
+import signal
 import subprocess
 import tempfile
 import time
@@ -25,7 +27,8 @@ class Browser:
         line = f"exec {shlex.join(words)} 3<&{to_read} 4>&{from_write}"
         self._log = tempfile.TemporaryFile(prefix="vrda-browser-log-")
         self._process = subprocess.Popen(["bash", "-c", line], pass_fds=(to_read, from_write), stdin=subprocess.DEVNULL,
-                                         stdout=subprocess.DEVNULL, stderr=self._log)
+                                         stdout=subprocess.DEVNULL, stderr=self._log,
+                                         start_new_session=True)
         os.close(to_read)
         os.close(from_write)
         self._rest, self._last, self._session = b"", 0, None
@@ -47,6 +50,8 @@ class Browser:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        with contextlib.suppress(ProcessLookupError):  # its helpers outlive it, and write to the profile
+            os.killpg(self._process.pid, signal.SIGKILL)
         self._log.close()
         self._profile.cleanup()
 
