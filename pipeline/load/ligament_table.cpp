@@ -5,8 +5,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
-#include "load/words.hpp"
+#include "load/comma_table.hpp"
 
 namespace vrda {
 namespace {
@@ -62,43 +61,35 @@ std::vector<ColumnName> known_columns()
   return known;
 }
 
-std::string quoted(std::string_view text)
-{
-  return '"' + std::string(text) + '"';
-}
-
-class Table {
+class Fibres {
  public:
-  Table(const std::string& file, const TableLine& header) : file_(file), header_(header)
+  explicit Fibres(const CommaTable& table) : table_(table)
   {
-    for (const std::string_view field : fields_in(header.text)) columns_.push_back(column_named(field));
+    for (const std::string_view field : fields_in(table.header().text))
+      columns_.push_back(column_named(field));
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
         if (columns_[i].quantity != columns_[j].quantity) continue;
-        refuse(header_, columns_[i].name, "a second column for what " + columns_[j].name + " gives",
-               "one column for each");
+        table_.refuse(table_.header(), columns_[i].name,
+                      "a second column for what " + columns_[j].name + " gives", "one column for each");
       }
     }
     for (const char* needed : {"name", "reference_x_mm", "reference_y_mm", "reference_z_mm", "moving_x_mm",
                                "moving_y_mm", "moving_z_mm", "stiffness_n_per_strain"}) {
       if (has(column_named(needed).quantity)) continue;
-      refuse(header_, needed, "no such column",
-             "one, in mm, cm or m (femur for reference, tibia for moving)");
+      table_.refuse(table_.header(), needed, "no such column",
+                    "one, in mm, cm or m (femur for reference, tibia for moving)");
     }
     if (has(q_slack_length) || has(q_strain)) return;
-    refuse(header_, "slack_length_mm", "no such column", "slack_length_mm or reference_strain");
+    table_.refuse(table_.header(), "slack_length_mm", "no such column",
+                  "slack_length_mm or reference_strain");
   }
 
   FibreJob fibre(const TableLine& line) const
   {
-    const std::vector<std::string_view> fields = fields_in(line.text);
-    if (fields.size() != columns_.size()) {
-      refuse(line, "", std::to_string(fields.size()) + " fields",
-             "as many as the columns of line " + std::to_string(header_.number) + ", " +
-                 std::to_string(columns_.size()));
-    }
+    const std::vector<std::string_view> fields = table_.fields(line);
     FibreJob fibre;
-    fibre.source = file_;
+    fibre.source = table_.file();
     fibre.field = "line " + std::to_string(line.number);
     std::array<std::optional<double>, n_quantities> number;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -110,7 +101,7 @@ class Table {
       if (column.quantity >= q_reference && !(fields[i].empty() && may_be_empty))
         number[column.quantity] = number_in(line, column, fields[i]);
     }
-    if (fibre.name.empty()) refuse(line, "name", "nothing", "a name of its own for each fibre");
+    if (fibre.name.empty()) table_.refuse(line, "name", "nothing", "a name of its own for each fibre");
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       fibre.reference_native_mm[axis] = *number[q_reference + static_cast<std::size_t>(axis)];
       fibre.moving_native_mm[axis] = *number[q_moving + static_cast<std::size_t>(axis)];
@@ -119,17 +110,11 @@ class Table {
     fibre.slack_length_mm = number[q_slack_length];
     fibre.reference_strain = number[q_strain];
     if (fibre.slack_length_mm.has_value() == fibre.reference_strain.has_value()) {
-      refuse(line, "", fibre.slack_length_mm ? "both a slack length and a reference strain" : "neither",
-             "one of slack_length_mm and reference_strain");
+      table_.refuse(line, "",
+                    fibre.slack_length_mm ? "both a slack length and a reference strain" : "neither",
+                    "one of slack_length_mm and reference_strain");
     }
     return fibre;
-  }
-
-  [[noreturn]] void refuse(const TableLine& line, const std::string& column, const std::string& found,
-                           const std::string& wanted) const
-  {
-    const std::string place = "line " + std::to_string(line.number);
-    throw InputError({file_, column.empty() ? place : place + ", " + column, found, wanted});
   }
 
  private:
@@ -141,32 +126,27 @@ class Table {
 
   ColumnName column_named(std::string_view name) const
   {
-    constexpr std::size_t longest = 100;  // of what is compared with known names
     static const std::vector<ColumnName> known = known_columns();
     std::vector<std::string> names;
     for (const ColumnName& column : known) {
       if (column.name == name) return column;
       names.push_back(column.name);
     }
-    refuse(
-        header_, "", "the unknown column " + quoted(name),
-        "known ones; the nearest is \"" + nearest_word(std::string(name.substr(0, longest)), names) + "\"");
+    table_.refuse_unknown(name, names);
   }
 
   double number_in(const TableLine& line, const ColumnName& column, std::string_view field) const
   {
     const std::optional<double> value = real_in(field);
-    if (!value || !std::isfinite(column.scale * *value))
-      refuse(line, column.name, field.empty() ? "nothing" : quoted(field), "a number");
+    if (!value || !std::isfinite(column.scale * *value)) table_.refuse_number(line, column.name, field);
     if ((column.quantity == q_stiffness || column.quantity == q_slack_length) && !(*value > 0.0))
-      refuse(line, column.name, std::string(field), "a number above 0");
+      table_.refuse(line, column.name, std::string(field), "a number above 0");
     if (column.quantity == q_strain && !(*value > -1.0 && *value <= 1.0))
-      refuse(line, column.name, std::string(field), "a strain above -1, at most 1");
+      table_.refuse(line, column.name, std::string(field), "a strain above -1, at most 1");
     return column.scale * *value;
   }
 
-  const std::string& file_;
-  TableLine header_;
+  const CommaTable& table_;
   std::vector<ColumnName> columns_;
 };
 
@@ -183,16 +163,11 @@ std::string bundle_of(const std::string& fibre_name)
 
 std::vector<FibreJob> read_ligament_table(const std::string& file, std::string_view text)
 {
-  const std::vector<TableLine> lines = table_lines(text);
-  if (lines.empty()) throw InputError({file, "", "no line but comments", "names of columns, then fibres"});
-  const Table table(file, lines.front());
-  if (lines.size() == 1) table.refuse(lines.front(), "", "names of columns but no fibre", "at least one");
-  if (lines.size() - 1 > most_fibres) {
-    table.refuse(lines.front(), "", std::to_string(lines.size() - 1) + " fibres",
-                 "at most " + std::to_string(most_fibres));
-  }
+  const CommaTable table(file, text, {"fibre", "fibres", "fibres"});
+  const Fibres rows(table);
+  table.require_rows(most_fibres);
   std::vector<FibreJob> fibres;
-  for (std::size_t i = 1; i < lines.size(); ++i) fibres.push_back(table.fibre(lines[i]));
+  for (std::size_t i = 0; i < table.n_rows(); ++i) fibres.push_back(rows.fibre(table.row(i)));
   return fibres;
 }
 

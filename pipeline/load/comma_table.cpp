@@ -1,0 +1,62 @@
+#include "load/comma_table.hpp"
+
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/nearest_word.hpp"
+
+namespace vrda {
+
+CommaTable::CommaTable(std::string file, std::string_view text, const RowWords& words)
+    : file_(std::move(file)), words_(words), lines_(table_lines(text))
+{
+  if (lines_.empty()) {
+    throw InputError(
+        {file_, "", "no line but comments", std::string("names of columns, then ") + words_.in_full});
+  }
+  n_columns_ = fields_in(header().text).size();
+}
+
+void CommaTable::require_rows(std::size_t most) const
+{
+  if (n_rows() == 0)
+    refuse(header(), "", std::string("names of columns but no ") + words_.one, "at least one");
+  if (n_rows() > most) {
+    refuse(header(), "", std::to_string(n_rows()) + ' ' + words_.many, "at most " + std::to_string(most));
+  }
+}
+
+std::vector<std::string_view> CommaTable::fields(const TableLine& row) const
+{
+  std::vector<std::string_view> fields = fields_in(row.text);
+  if (fields.size() == n_columns_) return fields;
+  refuse(row, "", std::to_string(fields.size()) + " fields",
+         "as many as the columns of line " + std::to_string(header().number) + ", " +
+             std::to_string(n_columns_));
+}
+
+void CommaTable::refuse(const TableLine& line, const std::string& column, const std::string& found,
+                        const std::string& wanted) const
+{
+  const std::string place = "line " + std::to_string(line.number);
+  throw InputError({file_, column.empty() ? place : place + ", " + column, found, wanted});
+}
+
+void CommaTable::refuse_unknown(std::string_view name, const std::vector<std::string>& known) const
+{
+  constexpr std::size_t longest = 100;  // of what is compared with known names
+  refuse(header(), "", "the unknown column " + quoted(name),
+         "known ones; the nearest is " + quoted(nearest_word(std::string(name.substr(0, longest)), known)));
+}
+
+void CommaTable::refuse_number(const TableLine& line, const std::string& column, std::string_view field) const
+{
+  refuse(line, column, field.empty() ? "nothing" : quoted(field), "a number");
+}
+
+std::string CommaTable::quoted(std::string_view text)
+{
+  return '"' + std::string(text) + '"';
+}
+
+}  // namespace vrda
