@@ -1,10 +1,9 @@
 #include "cluster/case_spec.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
+#include "cluster/file_text.hpp"
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
 
@@ -46,12 +45,10 @@ void write_case_file(const std::string& path, const CaseFile& content)
 CaseFile read_case_file(const std::string& path)
 {
   constexpr const char* wanted = "the case file that vrda run --spine or --shard wrote, or --job";
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError({path, "", "no file", wanted});
-  std::stringstream bytes;
-  bytes << file.rdbuf();
+  const std::optional<std::string> text = text_of_file(path);
+  if (!text) throw InputError({path, "", "no file", wanted});
   try {
-    const auto json = nlohmann::json::parse(bytes.str());
+    const auto json = nlohmann::json::parse(*text);
     return {{json.at("name"), json.at("job"), json.at("data"), json.at("set")}, json.at("merged_sha256")};
   } catch (const nlohmann::json::exception&) {
     throw InputError({path, "", "something that is no case file", wanted});

@@ -1,11 +1,10 @@
 #include "cluster/index.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
+#include "cluster/file_text.hpp"
 #include "cluster/shard.hpp"
 #include "core/error.hpp"
 #include "core/number_text.hpp"
@@ -40,12 +39,10 @@ bool is_begun(const std::string& output)
 
 std::optional<CaseTimes> times_beside(const std::string& output)
 {
-  std::ifstream file(output + ".run.json", std::ios::binary);
-  if (!file) return std::nullopt;
-  std::stringstream bytes;
-  bytes << file.rdbuf();
+  const std::optional<std::string> text = text_of_file(output + ".run.json");
+  if (!text) return std::nullopt;
   try {
-    const auto json = nlohmann::json::parse(bytes.str());
+    const auto json = nlohmann::json::parse(*text);
     return CaseTimes{json.at("begun"),         json.at("host"),
                      json.at("seconds"),       json.at("solving_processor_seconds"),
                      json.at("threads"),       json.at("processors"),

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
+#include "cluster/file_text.hpp"
 #include "core/error.hpp"
 #include "core/nearest_word.hpp"
 #include "core/whole_file.hpp"
@@ -173,12 +172,10 @@ Submission read_submission(const std::string& folder)
 {
   const std::string path = submission_file_of(folder);
   const std::string wanted = "the folder of a submission, which vrda submit makes";
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError({path, "", "no file", wanted});
-  std::stringstream bytes;
-  bytes << file.rdbuf();
+  const std::optional<std::string> text = text_of_file(path);
+  if (!text) throw InputError({path, "", "no file", wanted});
   try {
-    const Json json = Json::parse(bytes.str());
+    const Json json = Json::parse(*text);
     const std::string found = json.at("format");
     if (found != format) throw InputError({path, "format", found, format});
     Submission submission = submission_of(json);

@@ -8,11 +8,11 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
+#include "cluster/file_text.hpp"
 #include "core/whole_file.hpp"
 
 namespace vrda {
@@ -23,19 +23,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::array<const char*, 4> phase_names{"running", "done", "failed", "interrupted"};
 
-std::string text_in(const std::string& file)
-{
-  std::ifstream stream(file, std::ios::binary);
-  std::stringstream bytes;
-  bytes << stream.rdbuf();
-  return bytes.str();
-}
-
 // When a process started, by the 22nd word of its stat; the second one may hold spaces and ends with ')'.
 // Nothing of one that has ended, though nobody took notice yet.
 std::optional<std::uint64_t> start_of(std::int64_t pid)
 {
-  const std::string stat = text_in("/proc/" + std::to_string(pid) + "/stat");
+  const std::string stat = text_of_file("/proc/" + std::to_string(pid) + "/stat").value_or("");
   const std::size_t end = stat.rfind(')');
   if (end == std::string::npos) return std::nullopt;
   std::istringstream words(stat.substr(end + 1));
@@ -139,7 +131,7 @@ std::string host_name()
 Moment now()
 {
   Moment moment;
-  std::istringstream(text_in("/proc/sys/kernel/random/boot_id")) >> moment.boot;
+  std::istringstream(text_of_file("/proc/sys/kernel/random/boot_id").value_or("")) >> moment.boot;
   timespec t{};
   clock_gettime(CLOCK_BOOTTIME, &t);
   moment.seconds = static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
@@ -193,7 +185,7 @@ void write_task_state(const std::string& folder, const Submission& submission, c
 std::optional<TaskState> read_task_state(const std::string& folder, const Submission& submission,
                                          const TaskId& task)
 {
-  const std::string text = text_in(task_file_of(folder, submission, task));
+  const std::string text = text_of_file(task_file_of(folder, submission, task)).value_or("");
   return text.empty() ? std::nullopt : state_of(text);
 }
 
