@@ -56,12 +56,11 @@ std::optional<OpenJournal> JournalWriter::try_open(const std::string& path, cons
     if (!created) return std::nullopt;
     return OpenJournal{JournalWriter(std::move(*created)), {key, {}, 0, 0, {}}};
   }
-  // What is here already may be wrong whoever writes it.
-  require_key(read_journal(path).key, path, key);
   std::optional<FrameWriter> locked = FrameWriter::try_lock(path, format);
-  if (!locked) return std::nullopt;
-  // Only now nobody appends.
+  // Under the lock nobody appends; another job's is refused whoever writes it.
   JournalContent content = read_journal(path);
+  require_key(content.key, path, key);
+  if (!locked) return std::nullopt;
   locked->cut(content.valid_bytes);
   return OpenJournal{JournalWriter(std::move(*locked)), std::move(content)};
 }
