@@ -3,11 +3,24 @@
 /// After Okabe and Ito (2008): told apart by the colour-blind too.
 export const compartmentColours = { medial: "#0b6aa8", lateral: "#c2500a" };
 
-/// Bearing cells of one column: [{ flexion, point mm, isAt }]; isAt is true at the flexions nearest to this cell's.
-export function pathAlong(model, name, column) {
+// Between neighbouring flexions a contact rolls and slides by less; what is further has jumped to another facet or horn.
+const longestStepMm = 4;
+
+/// Column of the grid whose varus is nearest, for each flexion; `varusAt(flexion)` in degrees.
+export function columnsAlong(model, varusAt) {
+  return Array.from(model.flexion, (flexion) => {
+    const wanted = varusAt(flexion);
+    let best = 0;
+    model.varus.forEach((varus, j) => { if (Math.abs(varus - wanted) < Math.abs(model.varus[best] - wanted)) best = j; });
+    return best;
+  });
+}
+
+/// Bearing cells, one a flexion: [{ flexion, point mm, isAt }]; isAt is true at the flexions nearest to this cell's.
+export function pathAlong(model, name, columns) {
   const table = model.contactPaths[name], n = model.varus.length, path = [];
   for (let i = 0; i < model.flexion.length; ++i) {
-    const at = 3 * (i * n + column), point = Array.from(table.subarray(at, at + 3));
+    const at = 3 * (i * n + columns[i]), point = Array.from(table.subarray(at, at + 3));
     if (!point.every(Number.isFinite)) continue;
     const low = i > 0 ? (model.flexion[i - 1] + model.flexion[i]) / 2 : -Infinity;
     const high = i + 1 < model.flexion.length ? (model.flexion[i] + model.flexion[i + 1]) / 2 : Infinity;
@@ -16,11 +29,16 @@ export function pathAlong(model, name, column) {
   return path;
 }
 
-/// Column of the grid whose varus is nearest.
-export function nearestColumn(model, varusDeg) {
-  let best = 0;
-  model.varus.forEach((varus, j) => { if (Math.abs(varus - varusDeg) < Math.abs(model.varus[best] - varusDeg)) best = j; });
-  return best;
+/// The path in pieces without a jump.
+export function unbroken(path) {
+  const pieces = [];
+  path.forEach((cell, k) => {
+    const before = path[k - 1]?.point, { point } = cell;
+    const isNear = before && Math.hypot(point[0] - before[0], point[1] - before[1], point[2] - before[2]) <= longestStepMm;
+    if (isNear) pieces.at(-1).push(cell);
+    else pieces.push([cell]);
+  });
+  return pieces;
 }
 
 function bounds(part) {
@@ -73,27 +91,36 @@ export class PlateauPlot {
     }
   }
 
-  draw(column, flexionDeg) {
+  draw(columns, flexionDeg) {
     const pen = this.canvas.getContext("2d"), place = this.#scale(), { width, height } = this.canvas;
     if (this.underlay?.width !== width || this.underlay.height !== height) this.#drawUnderlay(place);
     pen.clearRect(0, 0, width, height);
     pen.drawImage(this.underlay, 0, 0);
     if (!this.model.contactPaths) return;
-    const px = width / this.canvas.clientWidth;
     for (const compartment of ["medial", "lateral"]) {
-      const path = pathAlong(this.model, `${compartment}_moving`, column);
-      pen.strokeStyle = pen.fillStyle = compartmentColours[compartment];
-      pen.lineWidth = 2 * px;
-      pen.beginPath();
-      for (const { point } of path) pen.lineTo(...place(point));
-      pen.stroke();
-      const here = path.find(({ isAt }) => isAt(flexionDeg));
-      if (!here) continue;
-      pen.beginPath();
-      pen.arc(...place(here.point), 5 * px, 0, 2 * Math.PI);
-      pen.fill();
-      pen.strokeStyle = "#ffffff";
-      pen.stroke();
+      this.#drawPath(pen, place, pathAlong(this.model, `${compartment}_moving`, columns), compartmentColours[compartment], flexionDeg);
     }
+  }
+
+  #drawPath(pen, place, path, colour, flexionDeg) {
+    const px = this.canvas.width / Math.max(1, this.canvas.clientWidth);
+    const line = (cells, width, dash) => {
+      pen.lineWidth = width * px;
+      pen.setLineDash(dash);
+      pen.beginPath();
+      for (const { point } of cells) pen.lineTo(...place(point));
+      pen.stroke();
+    };
+    pen.strokeStyle = pen.fillStyle = colour;
+    pen.lineCap = "round";
+    line(path, 0.8, [2 * px, 3 * px]);  // over the jumps
+    for (const piece of unbroken(path)) line(piece.length > 1 ? piece : [piece[0], piece[0]], 2.2, []);
+    const here = path.find(({ isAt }) => isAt(flexionDeg));
+    if (!here) return;
+    pen.beginPath();
+    pen.arc(...place(here.point), 5 * px, 0, 2 * Math.PI);
+    pen.fill();
+    pen.strokeStyle = "#ffffff";
+    pen.stroke();
   }
 }

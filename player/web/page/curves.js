@@ -64,6 +64,7 @@ export class CurvePlot {
     ctx.save();
     ctx.strokeStyle = "#11161d";
     ctx.lineWidth = px;
+    ctx.setLineDash([]);
     ctx.beginPath();
     ctx.moveTo(x, bbox.top);
     ctx.lineTo(x, bbox.top + bbox.height);

@@ -38,12 +38,15 @@ export function watchFiles({ input, overlay, load, complain }) {
 
 /// Only from the server of the page itself.
 async function fetchModel(path, load, complain) {
-  const address = new URL(path, location.href), name = decodeURIComponent(address.pathname.split("/").at(-1));
+  const address = new URL(path, location.href);
+  let name = address.pathname.split("/").at(-1);
   if (address.origin !== location.origin || address.protocol === "file:") return complain(`${name}: found another place, wanted a file of this page's own server`);
   document.documentElement.dataset.state = "loading";
   try {
     const answer = await fetch(address);
     if (!answer.ok) throw new Error(`the server said ${answer.status}`);
+    const told = /filename\*=UTF-8''([^;]+)/.exec(answer.headers.get("Content-Disposition") ?? "");
+    if (told) name = decodeURIComponent(told[1]);
     const size = Number(answer.headers.get("Content-Length"));
     if (size > largestFileMb * bytesOfMb) throw new Error(tooLarge(name, size));
     await load(new Uint8Array(await answer.arrayBuffer()), name);

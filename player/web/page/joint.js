@@ -1,6 +1,6 @@
 // The joint as three.js sees it: two groups of meshes, each under the pose of its body, and the contact paths on the moving one.
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
-import { compartmentColours, pathAlong } from "./contact_paths.js";
+import { compartmentColours, pathAlong, unbroken } from "./contact_paths.js";
 import { drawMesh } from "./draw_mesh.js";
 import { transposed, turned } from "./frames.js";
 import { materialOf } from "./material.js";
@@ -54,19 +54,34 @@ export class Joint {
     this.group.updateMatrixWorld(true);
   }
 
-  /// Contact paths on the moving body for one column of varus; a dot where flexion is nearest to a bearing cell.
-  showPaths(column, flexionDeg) {
+  /// Contact paths on the moving body, one column of varus a flexion, and a dot where it bears now.
+  showPaths(columns, flexionDeg) {
+    if (!this.model.contactPaths) return;
+    const key = columns.join();
+    if (this.pathsKey !== key) this.#makePaths(columns);
+    this.pathsKey = key;
+    for (const { dot, path } of this.compartments) {
+      const here = path.find(({ isAt }) => isAt(flexionDeg));
+      dot.visible = Boolean(here);
+      if (here) dot.position.copy(this.#drawn(here));
+    }
+  }
+
+  #drawn({ point }) { return new Vector3(...point.map((x, k) => x - this.model.rotationCentre[k])); }
+
+  #makePaths(columns) {
     for (const child of this.paths.children) child.geometry.dispose();
     this.paths.clear();
-    if (!this.model.contactPaths) return;
-    for (const compartment of ["medial", "lateral"]) {
-      const path = pathAlong(this.model, `${compartment}_moving`, column);
-      const points = path.map(({ point }) => new Vector3(...point.map((x, k) => x - this.model.rotationCentre[k])));
+    this.compartments = ["medial", "lateral"].map((compartment) => {
+      const path = pathAlong(this.model, `${compartment}_moving`, columns);
       const material = new MeshBasicMaterial({ color: compartmentColours[compartment], depthTest: false, transparent: true });
-      if (points.length > 1) this.#add(new TubeGeometry(new CatmullRomCurve3(points), 4 * points.length, tubeRadiusMm, 6), material);
-      const here = path.findIndex(({ isAt }) => isAt(flexionDeg));
-      if (here >= 0) this.#add(new SphereGeometry(dotRadiusMm, 16, 12), material).position.copy(points[here]);
-    }
+      for (const piece of unbroken(path)) {
+        if (piece.length < 2) continue;
+        const curve = new CatmullRomCurve3(piece.map((cell) => this.#drawn(cell)));
+        this.#add(new TubeGeometry(curve, 4 * piece.length, tubeRadiusMm, 6), material);
+      }
+      return { path, dot: this.#add(new SphereGeometry(dotRadiusMm, 16, 12), material) };
+    });
   }
 
   #add(geometry, material) {

@@ -1,6 +1,6 @@
 // The page: ties its controls, pictures and plots to a Player.
 import { clinicalNumbers, clinicalOf } from "./clinical.js";
-import { nearestColumn, PlateauPlot } from "./contact_paths.js";
+import { columnsAlong, PlateauPlot } from "./contact_paths.js";
 import { CurvePlot } from "./curves.js";
 import { degree } from "./frames.js";
 import { Joint } from "./joint.js";
@@ -92,16 +92,16 @@ function writeNumbers(pose) {
 function draw() {
   const pose = player.pose();
   const flexion = pose.attitude.flexion / degree, varus = pose.attitude.varus / degree;
-  const column = nearestColumn(player.model, varus);
+  const columns = columnsAlong(player.model, (f) => player.varusAt(f * degree) / degree);
   if (pose.isSolved) joint.place(pose, the("held").value);
-  if (the("paths").checked) joint.showPaths(column, flexion);
-  else joint.paths.clear();
+  joint.paths.visible = the("paths").checked;
+  joint.showPaths(columns, flexion);
   viewer.redraw();
   writeNumbers(pose);
   the("balanced").checked = player.isBalanced;
   maps.draw(flexion, varus);
   curve.setMark(flexion, pose.isSolved ? quantity().of(pose) : NaN);
-  plateau.draw(column, flexion);
+  plateau.draw(columns, flexion);
 }
 
 const quantity = () => quantities.find(({ name }) => name === the("quantity").value) ?? quantities[0];

@@ -136,7 +136,7 @@ export async function readMotionModel(bytes) {
     return readAll(file);
   } catch (error) {
     if (error instanceof ModelError) throw error;
-    throw new ModelError(`The file cannot be read: ${error.message}`);
+    throw new ModelError(`The file is damaged, or laid out otherwise than a motion model (${error.message}).`);
   } finally {
     file.close();
   }

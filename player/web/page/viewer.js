@@ -13,7 +13,7 @@ export const views = {
   back: () => X.clone().negate(),
   medial: (lateral) => lateral.clone().negate(),
   lateral: (lateral) => lateral.clone(),
-  top: () => Y.clone().addScaledVector(X, 1e-3),  // a hair forward: straight down has no "up"
+  top: () => Y.clone().addScaledVector(X, -1e-3),  // a hair from behind: straight down has no "up"
 };
 
 export class Viewer {
