@@ -14,6 +14,8 @@ namespace vrda {
 namespace {
 
 constexpr std::size_t piece_size = 65536;
+/// Of what comes after the request; who sends more is cut off.
+constexpr std::size_t most_drained = 1U << 20U;
 
 bool must_wait(int error)
 {
@@ -38,8 +40,9 @@ Descriptor& Descriptor::operator=(Descriptor&& other) noexcept
 void Connection::go_on(const Answering& answering)
 {
   last_moved_ = std::chrono::steady_clock::now();
-  if (!is_answering_) read(answering);
-  if (is_answering_) write();
+  if (state_ == State::reading) read(answering);
+  if (state_ == State::answering) write();
+  if (state_ == State::draining) drain();
 }
 
 void Connection::read(const Answering& answering)
@@ -48,7 +51,7 @@ void Connection::read(const Answering& answering)
   const ssize_t n = recv(socket_.number(), piece.data(), piece.size(), 0);
   if (n < 0 && must_wait(errno)) return;
   if (n <= 0) {
-    is_done_ = true;
+    state_ = State::done;
     return;
   }
   head_.append(piece.data(), static_cast<std::size_t>(n));
@@ -57,7 +60,7 @@ void Connection::read(const Answering& answering)
   answer_ = answering(end == std::string::npos ? std::nullopt
                                                : parsed_request(std::string_view(head_).substr(0, end)));
   pending_ = answer_.response.head + answer_.response.text;
-  is_answering_ = true;
+  state_ = State::answering;
 }
 
 /// The next piece of the page or model into pending_; false at the end, and where the file has become
@@ -88,15 +91,24 @@ void Connection::write()
       const ssize_t n = send(socket_.number(), pending_.data(), pending_.size(), MSG_NOSIGNAL);
       if (n < 0 && must_wait(errno)) return;
       if (n <= 0) {
-        is_done_ = true;
+        state_ = State::done;
         return;
       }
       pending_.erase(0, static_cast<std::size_t>(n));
     }
   } while (fill());
-  // So that the other side reads to the end before the socket goes.
   shutdown(socket_.number(), SHUT_WR);
-  is_done_ = true;
+  state_ = State::draining;
+}
+
+/// Closing a socket with something unread in it would take the answer back from the other side.
+void Connection::drain()
+{
+  std::array<char, 4096> piece{};
+  ssize_t n = 0;
+  while (n_drained_ <= most_drained && (n = recv(socket_.number(), piece.data(), piece.size(), 0)) > 0)
+    n_drained_ += static_cast<std::size_t>(n);
+  if (n == 0 || !must_wait(errno) || n_drained_ > most_drained) state_ = State::done;
 }
 
 }  // namespace vrda
