@@ -37,7 +37,8 @@ function ask({ flexion, varus }) {
 /// The camera, with room for the joint over the whole range.
 function look() {
   const { model } = player, first = model.flexion[0], last = model.flexion.at(-1);
-  viewer.look(view, the("whole").checked, (include) => {
+  // From above the cut shaft is what comes nearest: the picture must have room for it.
+  viewer.look(view, the("whole").checked || view === "top", (include) => {
     for (let k = 0; k < framedPoses; ++k) {
       const flexion = (first + (k / (framedPoses - 1)) * (last - first)) * degree;
       const pose = player.motion().at({ flexion, varus: player.varusAt(flexion) });
