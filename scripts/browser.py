@@ -106,13 +106,27 @@ class Browser:
 
     def open(self, path, width=1200, height=900, is_dark=False, is_phone=False):
         """Opens a file at a window's size and waits until the report is drawn."""
+        self.visit(f"file://{path}", "document.documentElement?.dataset.report === 'ready'", width=width, height=height, is_dark=is_dark, is_phone=is_phone)
+        self.settle()
+
+    def visit(self, address, is_there, width=1200, height=900, is_dark=False, is_phone=False):
+        """Opens an address at a window's size and waits until the JavaScript expression `is_there` holds."""
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=is_phone)
         scheme = "dark" if is_dark else "light"
         self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
-        self.call("Page.navigate", url=f"file://{path}")
-        while self.value("document.documentElement?.dataset.report") != "ready":
+        self.call("Page.navigate", url=address)
+        self.wait(is_there)
+
+    def wait(self, is_there):
+        """Waits until a JavaScript expression holds."""
+        while not self.value(is_there):
             time.sleep(0.1)
-        self.settle()
+
+    def give(self, selector, path):
+        """Puts a file into the input of a form, as its dialogue would."""
+        root = self.call("DOM.getDocument")["root"]["nodeId"]
+        node = self.call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
+        self.call("DOM.setFileInputFiles", nodeId=node, files=[str(path)])
 
     def settle(self):
         """Waits for what plotly leaves to the next frames."""

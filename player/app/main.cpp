@@ -6,6 +6,7 @@
 
 #include "app/show.hpp"
 #include "core/error.hpp"
+#include "web/server.hpp"
 
 namespace {
 
@@ -70,6 +71,22 @@ void add_show(CLI::App& app, vrda::ShowOptions& options)
       "Example:\n  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15 --views front,lateral");
 }
 
+CLI::App* add_web(CLI::App& app, vrda::WebOptions& options)
+{
+  CLI::App* web =
+      app.add_subcommand("web", "Serve a motion model and a page that shows it to a browser on this machine");
+  web->add_option("FILE", options.file, "Motion model (.h5)")->required();
+  web->add_option("--port", options.port, "Of 127.0.0.1 (default: a free one)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 65535));
+  web->add_flag("--open", options.is_open, "Open the page in the desktop's browser");
+  web->add_flag("--quiet", options.is_quiet, "Only the address");
+  web->footer(
+      "Prints the page's address and serves until Ctrl-C. Other machines are not answered.\n"
+      "Example:\n  vrda-player web knee.h5 --open");
+  return web;
+}
+
 int run(int argc, char** argv)
 {
   CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
@@ -80,6 +97,8 @@ int run(int argc, char** argv)
       "Exit codes: 0 done, 2 bad input, 3 some attitudes have no answer, 5 a mistake of the program");
   vrda::ShowOptions options;
   add_show(app, options);
+  vrda::WebOptions web_options;
+  const CLI::App* web = add_web(app, web_options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
@@ -89,8 +108,12 @@ int run(int argc, char** argv)
     return bad_input;
   }
   if (app.get_subcommands().empty()) {
-    std::cerr << "vrda-player: found no mode, wanted show (see vrda-player --help)\n";
+    std::cerr << "vrda-player: found no mode, wanted show or web (see vrda-player --help)\n";
     return bad_input;
+  }
+  if (web->parsed()) {
+    vrda::serve_web(web_options, std::cout, std::cerr);
+    return done;
   }
   const vrda::ShowSummary summary = vrda::show(options, {std::cout, std::cerr});
   return summary.n_unsolved > 0 ? unsolved_attitudes : done;

@@ -14,13 +14,14 @@ target_include_directories(vrda_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
 target_link_libraries(vrda_hdf5 INTERFACE ${HDF5_C_HL_LIBRARIES} ${HDF5_C_LIBRARIES})
 target_compile_definitions(vrda_hdf5 INTERFACE ${HDF5_DEFINITIONS})
 
+find_program(ESBUILD esbuild REQUIRED)
+
 if(VRDA_PIPELINE)
   pkg_check_modules(bullet REQUIRED IMPORTED_TARGET bullet-float64)
   find_package(assimp REQUIRED)
   find_package(tomlplusplus REQUIRED)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
   # The report's plots: plotly.js of python3-plotly, made small and bundled by esbuild.
-  find_program(ESBUILD esbuild REQUIRED)
   find_file(PLOTLY_JS plotly.js PATHS /usr/share/python3-plotly NO_DEFAULT_PATH REQUIRED)
   find_path(VALIJSON_INCLUDE_DIR valijson/validator.hpp REQUIRED)
   add_library(vrda_valijson INTERFACE)
@@ -30,6 +31,12 @@ endif()
 if(VRDA_PLAYER)
   pkg_check_modules(osmesa REQUIRED IMPORTED_TARGET osmesa)
   find_package(PNG REQUIRED)
+  # Puts the web page together; its libraries are npm's packages, which scripts/setup installs.
+  find_program(NODE NAMES node nodejs REQUIRED)
+  find_file(VRDA_WEB_PACKAGES three/package.json PATHS ${CMAKE_SOURCE_DIR}/player/web/node_modules NO_DEFAULT_PATH)
+  if(NOT VRDA_WEB_PACKAGES)
+    message(FATAL_ERROR "player/web/node_modules: found no three, wanted what scripts/setup installs (npm ci)")
+  endif()
 endif()
 
 if(VRDA_TESTS OR VRDA_BENCHMARKS)

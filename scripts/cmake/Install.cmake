@@ -21,5 +21,7 @@ if(VRDA_PIPELINE)
 endif()
 if(VRDA_PLAYER)
   vrda_install(vrda-player player)
+  # For who has no program, only a browser; vrda-player itself carries the page.
+  install(FILES ${CMAKE_BINARY_DIR}/player/web/vrda-player.html DESTINATION ${CMAKE_INSTALL_DATADIR}/vrda COMPONENT player)
 endif()
 install(FILES README.md LICENSE CHANGELOG.md TYPE DOC COMPONENT pipeline)

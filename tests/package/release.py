@@ -10,6 +10,7 @@ SOURCE = pathlib.Path(__file__).parents[2]
 BUILD = pathlib.Path(os.environ["VRDA_BUILD"])
 PACKAGES = pathlib.Path(os.environ["VRDA_PACKAGES"])
 PROGRAMS = ("vrda", "vrda-player")
+PLAYER_FILES = {"share/vrda/vrda-player.html"}
 # 7 x 5 attitudes of the generic knee: it needs no file but the job, and takes a third of a second.
 COARSE = ("--set", "grid.flexion.step=15", "--set", "grid.varus.step=5", "--progress", "none")
 

@@ -73,6 +73,41 @@ class Setup(unittest.TestCase):
             self.assertEqual(machine.run("setup").returncode, 0)
             self.assertIn("env LC_ALL=C DEBIAN_FRONTEND=noninteractive apt-get", machine.calls("sudo")[-1])
 
+    def test_npm_packages_are_installed_when_missing_and_when_the_lock_changes(self):
+        with FakeMachine() as machine:
+            lock = machine.write("player/web/package-lock.json", "one")
+            machine.fake("npm", "mkdir -p player/web/node_modules")
+            for text, n_calls in (("one", 1), ("one", 1), ("two", 2), ("two", 2)):
+                lock.write_text(text)
+                done = machine.run("setup")
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+                self.assertEqual(len(machine.calls("npm ci --prefix player/web --ignore-scripts")), n_calls)
+            self.assertEqual(machine.calls("apt-get"), [])
+            lock.write_text("three")
+            self.assertEqual(machine.run("setup", "tests").returncode, 0)
+            self.assertEqual(len(machine.calls("npm")), 2)
+
+    def test_reasons_of_npm(self):
+        for said, reason in (("npm error code EAI_AGAIN", "no network: the npm registry"), ("npm error: something else", "something else")):
+            with self.subTest(reason), FakeMachine() as machine:
+                machine.write("player/web/package-lock.json", "one")
+                machine.fake("npm", f'printf "%s\n" "{said}"; exit 1')
+                done = self.fails(machine, "installing npm packages", reason)
+                self.assertIn("build/logs/npm.log", done.stderr)
+                machine.fake("npm", "mkdir -p player/web/node_modules")
+                self.assertEqual(machine.run("setup").returncode, 0)
+
+    def test_an_npm_of_another_maker_is_good(self):
+        with FakeMachine() as machine:
+            machine.write("scripts/packages.txt", "[programs]\nalpha\nnpm\n[tests]\n")
+            machine.installed("alpha")
+            self.assertEqual(machine.run("setup").returncode, 0)
+            self.assertTrue(machine.calls("apt-get")[-1].endswith(" npm"))
+            machine.log.unlink()
+            machine.fake("npm", ":")
+            self.assertEqual(machine.run("setup").returncode, 0)
+            self.assertEqual(machine.calls("apt-get"), [])
+
     def test_not_debian(self):
         with FakeMachine() as machine:
             (machine.bin / "apt-get").unlink()

@@ -123,7 +123,7 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
     std::string arguments, talk;
   };
   for (const Row& row :
-       {Row{"", "found no mode, wanted show"}, Row{"dance", "dance"}, Row{"show", "FILE"},
+       {Row{"", "found no mode, wanted show or web"}, Row{"dance", "dance"}, Row{"show", "FILE"},
         Row{"show '" + file_ + "'", "window"},
         Row{"show '" + file_ + "' --varus front" + pictures, "--varus"},
         Row{"show '" + file_ + "' --colour red" + pictures, "--colour"},

@@ -1,0 +1,86 @@
+// Curves over flexion at the current varus (uPlot): raw, the chosen set, and the attitude shown.
+import uPlot from "uplot";
+import { degree } from "./frames.js";
+
+const mostPoints = 181;
+const ink = "#4a5563", rule = "#e2e6ea";
+
+/// Degrees over the measured range, its nodes included when they are few.
+function sampledFlexion(model) {
+  const { flexion } = model;
+  if (flexion.length >= 46 || flexion.length === 1) return Array.from(flexion);
+  const n = Math.min(mostPoints, 4 * (flexion.length - 1) + 1);
+  return Array.from({ length: n }, (_, k) => flexion[0] + (k / (n - 1)) * (flexion.at(-1) - flexion[0]));
+}
+
+function valuesOf(motion, flexion, varusOf, quantity) {
+  return flexion.map((f) => {
+    const pose = motion.at({ flexion: f * degree, varus: varusOf(f * degree) });
+    return pose.isSolved ? quantity.of(pose) : null;
+  });
+}
+
+export class CurvePlot {
+  constructor(place, onAsk) {
+    this.place = place;
+    this.onAsk = onAsk;
+    new ResizeObserver(() => this.plot?.setSize(this.#size())).observe(place);
+  }
+
+  #size() { return { width: Math.max(this.place.clientWidth, 100), height: 230 }; }
+
+  /// `curves`: [{ label, motion, colour, dash }]; `varusOf(flexion)` in radians.
+  setCurves(model, curves, varusOf, quantity) {
+    const flexion = sampledFlexion(model);
+    const data = [flexion, ...curves.map(({ motion }) => valuesOf(motion, flexion, varusOf, quantity))];
+    const shape = JSON.stringify([quantity.name, curves.map((c) => c.label)]);
+    if (this.plot && this.shape === shape) this.plot.setData(data);
+    else this.#make(data, curves, quantity);
+    this.shape = shape;
+  }
+
+  #make(data, curves, quantity) {
+    this.plot?.destroy();
+    const axis = (label) => ({ label, labelSize: 18, labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif", stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule, width: 1 }, size: 44 });
+    const isLonely = data[0].length < 3;
+    this.plot = new uPlot({
+      ...this.#size(),
+      legend: { live: false },
+      cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
+      scales: { x: { time: false } },
+      axes: [axis("flexion, °"), axis(`${quantity.label}, ${quantity.unit}`)],
+      series: [{ label: "flexion" }, ...curves.map(({ label, colour, dash }) => ({ label, stroke: colour, dash, width: 2, points: { show: isLonely } }))],
+      hooks: { draw: [(plot) => this.#drawMark(plot)] },
+    }, data, this.place);
+    const ask = (event) => { if (event.buttons === 1) this.onAsk(this.plot.posToVal(event.clientX - this.plot.over.getBoundingClientRect().left, "x")); };
+    this.plot.over.addEventListener("pointerdown", ask);
+    this.plot.over.addEventListener("pointermove", ask);
+  }
+
+  #drawMark(plot) {
+    if (this.mark === undefined) return;
+    const { ctx, bbox } = plot, px = window.devicePixelRatio;
+    const x = plot.valToPos(this.mark.flexion, "x", true), y = plot.valToPos(this.mark.value, "y", true);
+    ctx.save();
+    ctx.strokeStyle = "#11161d";
+    ctx.lineWidth = px;
+    ctx.setLineDash([]);
+    ctx.beginPath();
+    ctx.moveTo(x, bbox.top);
+    ctx.lineTo(x, bbox.top + bbox.height);
+    ctx.stroke();
+    if (Number.isFinite(y)) {
+      ctx.fillStyle = "#11161d";
+      ctx.beginPath();
+      ctx.arc(x, y, 4.5 * px, 0, 2 * Math.PI);
+      ctx.fill();
+    }
+    ctx.restore();
+  }
+
+  /// Marks what is shown: flexion in degrees and the quantity, NaN where there is none.
+  setMark(flexion, value) {
+    this.mark = { flexion, value };
+    this.plot?.redraw(false, false);
+  }
+}

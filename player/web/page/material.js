@@ -1,0 +1,119 @@
+// How parts look: the numbers of pipeline/core/material.cpp and player/scene/lighting.cpp, and the shader of player/render.
+// Colours are linear RGB on [0, 1].
+import { Color, DoubleSide, FrontSide, ShaderMaterial, Vector3 } from "three";
+
+const looks = {
+  bone: { colour: [0.839, 0.745, 0.591], opacity: 1, specular: 0.1, shininess: 24, mottling: 0.13 },
+  cartilage: { colour: [0.617, 0.73, 0.776], opacity: 1, specular: 0.3, shininess: 60, mottling: 0.03 },
+  meniscus: { colour: [0.552, 0.138, 0.107], opacity: 0.6, specular: 0.25, shininess: 50, mottling: 0.04 },
+  other: { colour: [0.402, 0.456, 0.503], opacity: 1, specular: 0.12, shininess: 30, mottling: 0 },
+};
+
+const sky = [0.19, 0.21, 0.25], ground = [0.075, 0.065, 0.06];
+// Directions to the lights in camera axes: key, fill, rim.
+const lights = [
+  { direction: [-0.5, 0.7, 0.7], colour: [0.8, 0.775, 0.72] },
+  { direction: [0.85, 0.05, 0.5], colour: [0.19, 0.22, 0.27] },
+  { direction: [0.25, 0.55, -0.8], colour: [0.4, 0.42, 0.46] },
+];
+
+const vertexShader = `
+varying vec3 p_surface;  // mesh, mm: the mottling moves with the bone
+varying vec3 p_camera;
+varying vec3 n_camera;
+varying vec3 up_camera;
+void main() {
+  vec4 p = modelViewMatrix * vec4(position, 1.0);
+  p_surface = position;
+  p_camera = p.xyz;
+  n_camera = normalMatrix * normal;
+  up_camera = mat3(viewMatrix) * vec3(0.0, 1.0, 0.0);
+  gl_Position = projectionMatrix * p;
+}`;
+
+const fragmentShader = `
+varying vec3 p_surface;
+varying vec3 p_camera;
+varying vec3 n_camera;
+varying vec3 up_camera;
+uniform vec3 colour;
+uniform float opacity;
+uniform float specular;
+uniform float shininess;
+uniform float mottling;
+uniform vec3 sky;
+uniform vec3 ground;
+uniform vec3 light_direction[3];
+uniform vec3 light_colour[3];
+
+// An integer hash (Jarzynski and Olano 2020, pcg3d) of a lattice point, on [0, 1].
+float lattice(ivec3 cell) {
+  uvec3 v = uvec3(cell) * 1664525u + 1013904223u;
+  v.x += v.y * v.z; v.y += v.z * v.x; v.z += v.x * v.y;
+  v ^= v >> 16u;
+  v.x += v.y * v.z;
+  return float(v.x >> 8u) * (1.0 / 16777216.0);
+}
+
+float value_noise(vec3 p) {
+  vec3 whole = floor(p), s = p - whole;
+  ivec3 c = ivec3(whole);
+  s = s * s * (3.0 - 2.0 * s);
+  vec4 x0 = vec4(lattice(c), lattice(c + ivec3(0, 1, 0)), lattice(c + ivec3(0, 0, 1)), lattice(c + ivec3(0, 1, 1)));
+  vec4 x1 = vec4(lattice(c + ivec3(1, 0, 0)), lattice(c + ivec3(1, 1, 0)), lattice(c + ivec3(1, 0, 1)), lattice(c + ivec3(1, 1, 1)));
+  vec4 x = mix(x0, x1, s.x);
+  vec2 y = mix(x.xz, x.yw, s.y);
+  return mix(y.x, y.y, s.z);
+}
+
+// About zero; patches of 11 mm and grain of 2 mm.
+float mottle(vec3 p_mm) {
+  return 1.2 * (value_noise(p_mm * 0.09) - 0.5) + 0.5 * (value_noise(p_mm * 0.5 + 17.0) - 0.5);
+}
+
+void main() {
+  vec3 n = normalize(n_camera);
+  if (!gl_FrontFacing) n = -n;
+  vec3 to_eye = normalize(-p_camera);
+  vec3 diffuse = mix(ground, sky, 0.5 + 0.5 * dot(n, up_camera));
+  vec3 shine = vec3(0.0);
+  for (int i = 0; i < 3; ++i) {
+    float facing = dot(n, light_direction[i]);
+    if (facing <= 0.0) continue;
+    diffuse += facing * light_colour[i];
+    vec3 half_way = normalize(light_direction[i] + to_eye);
+    shine += light_colour[i] * pow(max(dot(n, half_way), 0.0), shininess);
+  }
+  vec3 base = colour;
+  // Darker patches are warmer: blue falls more than red.
+  if (mottling > 0.0) base *= vec3(1.0) + mottling * mottle(p_surface) * vec3(0.8, 1.1, 1.6);
+  gl_FragColor = vec4(base * diffuse + specular * shine, opacity);
+  #include <colorspace_fragment>
+}`;
+
+const uniform = (value) => ({ value });
+
+/// The material of that name; an unknown one is grey.
+export function materialOf(name) {
+  const look = looks[name] ?? looks.other;
+  const isSolid = look.opacity === 1;
+  return new ShaderMaterial({
+    vertexShader,
+    fragmentShader,
+    // Seen through: far walls first, then near ones, none hiding another.
+    transparent: !isSolid,
+    depthWrite: isSolid,
+    side: isSolid ? FrontSide : DoubleSide,
+    uniforms: {
+      colour: uniform(new Color(...look.colour)),
+      opacity: uniform(look.opacity),
+      specular: uniform(look.specular),
+      shininess: uniform(look.shininess),
+      mottling: uniform(look.mottling),
+      sky: uniform(new Color(...sky)),
+      ground: uniform(new Color(...ground)),
+      light_direction: uniform(lights.map(({ direction }) => new Vector3(...direction).normalize())),
+      light_colour: uniform(lights.map(({ colour }) => new Color(...colour))),
+    },
+  });
+}

@@ -1,0 +1,143 @@
+// The bytes of a file -> a motion model (schemas/motion-model.md), angles in degrees as in the file.
+import { readBodies } from "./bodies.js";
+import { Hdf5File } from "./hdf5_file.js";
+import { ModelError, refuse } from "./model_error.js";
+import { checkBytes } from "./seal.js";
+import { surfaceNames } from "./smoothed_surfaces.js";
+
+const formatName = "vrda motion model";
+const formatMajor = 1;
+const mostDegree = 20;
+// Room for floats that were stored by other programs; a library's unit vector is exact to 1e-15.
+const unitTolerance = 1e-6;
+
+const stable = 0;
+
+function text(file, name) {
+  const value = file.attribute(name)?.[0];
+  return typeof value === "string" ? value : "";
+}
+
+function threeNumbers(file, name) {
+  const value = file.attribute(name);
+  if (value?.length !== 3 || !value.every(Number.isFinite)) refuse(name, "something else", "three numbers");
+  return value;
+}
+
+function checkFormat(file) {
+  const format = text(file, "format"), version = text(file, "format_version");
+  if (format !== formatName) {
+    throw new ModelError(`This HDF5 file is not a motion model: its attribute "format" is ${format ? `"${format}"` : "missing"}, wanted "${formatName}".`);
+  }
+  const found = /^(\d+)\.(\d+)$/.exec(version);
+  if (!found) refuse("format_version", `"${version}"`, `${formatMajor}.x`);
+  if (Number(found[1]) !== formatMajor) {
+    throw new ModelError(`This motion model has format version ${version}; this page reads ${formatMajor}.x. Use the player that belongs to the vrda that wrote it.`);
+  }
+}
+
+function axis(file, name) {
+  const at = file.numbers(name, [null]);
+  if (at.length === 0) refuse(name, "no value", "at least one");
+  if (!at.every((x, i) => Number.isFinite(x) && (i === 0 || x > at[i - 1]))) refuse(name, "values that do not rise", "strictly increasing numbers");
+  return at;
+}
+
+function unit(v, place) {
+  if (!(Math.abs(Math.hypot(...v) - 1) <= unitTolerance)) refuse(place, `(${v})`, "a unit vector");
+  return v;
+}
+
+function readSurfaces(file, model) {
+  const size = [model.flexion.length, model.varus.length];
+  for (const name of ["tx", "ty", "tz", "theta"]) model[name] = file.numbers(`/${name}`, size);
+  model.status = file.numbers("/status", size, "int8");
+  model.isSpine = file.numbers("/is_spine", size, "int8");
+  const onAxis = () => Float64Array.from(model.status, (_, k) => model.varus[k % size[1]]);
+  model.varusSolved = file.hasDataset("/varus_solved") ? file.numbers("/varus_solved", size) : onAxis();
+  const used = [model.tx, model.ty, model.tz, model.theta, model.varusSolved];
+  for (let k = 0; k < model.status.length; ++k) {
+    if (model.status[k] === stable && !used.every((surface) => Number.isFinite(surface[k]))) refuse("/status", `a solved attitude (number ${k}) without a pose`, "finite numbers");
+  }
+  if (!model.status.includes(stable)) throw new ModelError("No attitude of this motion model is solved: there is nothing to show. A run still under way writes its results at the end.");
+}
+
+function readPush(file, model) {
+  model.delta = unit(threeNumbers(file, "delta"), "delta");
+  if (!file.hasDataset("/push/delta")) return;
+  model.pushDelta = file.numbers("/push/delta", [model.flexion.length, 3]);
+  for (let i = 0; i < model.flexion.length; ++i) unit(model.pushDelta.subarray(3 * i, 3 * i + 3), "/push/delta");
+}
+
+function coefficients(file, group, nTerms) {
+  return surfaceNames.map((surface) => {
+    const name = `${group}/coefficients_${surface}`;
+    if (surface === "varus_solved" && !file.hasDataset(name)) return null;
+    const found = file.numbers(name, [nTerms]);
+    if (!found.every(Number.isFinite)) refuse(name, "a coefficient that is no number", "finite numbers");
+    return found;
+  });
+}
+
+function readSmoothed(file, model) {
+  const size = [model.flexion.length, model.varus.length];
+  model.smoothed = file.groups("/smoothed").map((name) => {
+    const group = `/smoothed/${name}`, found = /^degree_(\d{1,2})$/.exec(name);
+    const degree = found ? Number(found[1]) : -1;
+    if (degree < 0 || degree > mostDegree) refuse(group, name, `degree_0 to degree_${mostDegree}`);
+    const exponents = file.numbers(`${group}/exponents`, [null, 2], "int32");
+    if (!exponents.every((n, k) => n >= 0 && (k % 2 === 0 || n + exponents[k - 1] <= degree))) refuse(`${group}/exponents`, "exponents beyond the degree", `sums up to ${degree}`);
+    const set = { degree, exponents, coefficients: coefficients(file, group, exponents.length / 2) };
+    if (file.hasDataset(`${group}/recontact`)) set.recontact = file.numbers(`${group}/recontact`, size);
+    return set;
+  });
+}
+
+function readZeroVarus(file, model) {
+  if (!file.hasGroup("/zero_varus")) return;
+  const size = [model.flexion.length];
+  const table = { source: file.numbers("/zero_varus/source", size, "int8") };
+  for (const name of ["tx", "ty", "tz", "theta", "varus"]) table[name] = file.numbers(`/zero_varus/${name}`, size);
+  for (let i = 0; i < size[0]; ++i) {
+    if (table.source[i] !== -1 && !["tx", "ty", "tz", "theta", "varus"].every((name) => Number.isFinite(table[name][i]))) refuse("/zero_varus/source", `a pose (number ${i}) that is none`, "finite numbers");
+  }
+  model.zeroVarus = table;
+}
+
+function readContactPaths(file, model) {
+  const size = [model.flexion.length, model.varus.length, 3];
+  const names = ["medial_reference", "medial_moving", "lateral_reference", "lateral_moving"];
+  if (!names.every((name) => file.hasDataset(`/contact_paths/${name}`))) return;
+  model.contactPaths = Object.fromEntries(names.map((name) => [name, file.numbers(`/contact_paths/${name}`, size)]));
+}
+
+function readAll(file) {
+  checkFormat(file);
+  const side = text(file, "side");
+  if (side !== "right" && side !== "left") refuse("side", `"${side}"`, "right or left");
+  const model = { title: text(file, "title"), joint: text(file, "joint"), method: text(file, "method"), version: text(file, "format_version"), side };
+  model.rotationCentre = threeNumbers(file, "rotation_centre_mm");
+  model.flexion = axis(file, "/flexion");
+  model.varus = axis(file, "/varus");
+  readSurfaces(file, model);
+  readPush(file, model);
+  readSmoothed(file, model);
+  readZeroVarus(file, model);
+  readContactPaths(file, model);
+  model.bodies = { reference: readBodies(file, "reference"), moving: readBodies(file, "moving") };
+  return model;
+}
+
+/// Throws ModelError with one message for the reader.
+export async function readMotionModel(bytes) {
+  checkBytes(bytes);
+  const file = await Hdf5File.open(bytes);
+  try {
+    return readAll(file);
+  } catch (error) {
+    if (error instanceof ModelError) throw error;
+    throw new ModelError(`The file is damaged, or laid out otherwise than a motion model (${error.message}).`);
+  } finally {
+    file.close();
+  }
+}

@@ -1,0 +1,163 @@
+// Poses of a joint at any attitude, from one set of surfaces of a motion model: pipeline/motion/poses in JavaScript.
+import { degree, normalised, placed, rotationWorldSolver, scaled, sum } from "./frames.js";
+import { cellOf, hermiteGrid, sample } from "./hermite_grid.js";
+import { evaluateSmoothed } from "./smoothed_surfaces.js";
+
+const stable = 0;
+const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
+const radians = (angles) => Array.from(angles, (x) => x * degree);
+
+/// What to show first: smoothed sets by falling degree, each after the one recontacted from it; then raw; last zero_varus.
+export function setNames(model) {
+  const names = [];
+  for (const set of [...model.smoothed].sort((a, b) => b.degree - a.degree)) {
+    if (set.recontact) names.push(`degree_${set.degree}_recontacted`);
+    names.push(`degree_${set.degree}`);
+  }
+  names.push("raw");
+  if (model.zeroVarus && model.zeroVarus.source.some((s) => s !== -1)) names.push("zero_varus");
+  return names;
+}
+
+/// A grid whose unsolved nodes are 0. `columns` are as long as the axes say; the factor of each makes radians of degrees.
+function gridOf(axes, columns, factors, isSolved) {
+  const width = columns.length, n = axes.flexion.length * axes.varus.length;
+  const value = new Float64Array(n * width), solved = new Uint8Array(n);
+  for (let node = 0; node < n; ++node) {
+    solved[node] = isSolved(node) ? 1 : 0;
+    for (let k = 0; k < width && solved[node]; ++k) value[node * width + k] = columns[k][node] * factors[k];
+  }
+  return hermiteGrid(axes.flexion, axes.varus, width, value, solved);
+}
+
+/// Linear in flexion between [flexion, varus] pairs, constant beyond the first and last. There must be one.
+function varusBetween(attitudes, flexion) {
+  const after = attitudes.findIndex((a) => a[0] >= flexion);
+  if (after === 0) return attitudes[0][1];
+  if (after < 0) return attitudes.at(-1)[1];
+  const [before, next] = [attitudes[after - 1], attitudes[after]];
+  return before[1] + ((flexion - before[0]) / (next[0] - before[0])) * (next[1] - before[1]);
+}
+
+/// The varus found at each solved flexion, or nothing where it was that of the axis.
+function freeVarus(model, axes) {
+  if (axes.varus.length > 1) return [];
+  const found = [];
+  let isFree = false;
+  for (let i = 0; i < axes.flexion.length; ++i) {
+    if (model.status[i] !== stable) continue;
+    isFree ||= model.varusSolved[i] !== model.varus[0];
+    found.push([axes.flexion[i], model.varusSolved[i] * degree]);
+  }
+  return isFree ? found : [];
+}
+
+function solvedSpine(model, axes) {
+  const spine = [], n = axes.varus.length;
+  for (let i = 0; i < axes.flexion.length; ++i) {
+    for (let j = 0; j < n; ++j) {
+      if (model.isSpine[i * n + j] !== 1 || model.status[i * n + j] !== stable) continue;
+      spine.push([axes.flexion[i], axes.varus[j]]);
+      break;
+    }
+  }
+  return spine;
+}
+
+/// One set of a motion model, ready for evaluation. Angles in radians, lengths in mm.
+export class Motion {
+  constructor(model, set) {
+    this.model = model;
+    this.axes = { flexion: radians(model.flexion), varus: radians(model.varus) };
+    this.degrees = { flexion: model.flexion, varus: model.varus };
+    this.raw = gridOf(this.axes, [model.tx, model.ty, model.tz, model.theta], [1, 1, 1, degree], (k) => model.status[k] === stable);
+    this.spine = solvedSpine(model, this.axes);
+    this.free = freeVarus(model, this.axes);
+    this.#useDeltas();
+    if (set === "zero_varus") this.#useZeroVarus();
+    else if (set !== "raw") this.#useSmoothed(set);
+    const own = this.free.length ? this.free.map((a) => a[1]) : this.axes.varus;
+    this.firstVarus = Math.min(...own);
+    this.lastVarus = Math.max(...own);
+    this.firstFlexion = this.axes.flexion[0];
+    this.lastFlexion = this.axes.flexion.at(-1);
+  }
+
+  get isVarusFree() { return this.free.length > 0; }
+
+  #useDeltas() {
+    const { pushDelta, delta, side } = this.model;
+    const rowOf = (i) => Array.from(pushDelta.subarray(3 * i, 3 * i + 3));
+    const rows = pushDelta ? this.axes.flexion.map((_, i) => rowOf(i)) : [];
+    const turns = rows.some((row) => row.some((x, k) => x !== rows[0][k]));
+    this.deltas = turns ? rows : null;
+    this.fixedFrame = { worldSolver: rotationWorldSolver(side, delta), centre: this.model.rotationCentre };
+  }
+
+  #useZeroVarus() {
+    const table = this.model.zeroVarus;
+    const columns = [table.tx, table.ty, table.tz, table.theta, table.varus];
+    this.zeroVarus = gridOf({ flexion: this.axes.flexion, varus: [0] }, columns, [1, 1, 1, degree, degree], (k) => table.source[k] !== -1);
+    this.free = this.axes.flexion.flatMap((f, i) => (table.source[i] === -1 ? [] : [[f, table.varus[i] * degree]]));
+  }
+
+  #useSmoothed(name) {
+    const [, number, recontacted] = /^degree_(\d+)(_recontacted)?$/.exec(name);
+    const set = this.model.smoothed.find((s) => s.degree === Number(number));
+    this.smoothed = set;
+    this.hasVarusSurface = Boolean(set.coefficients[4]);
+    if (this.hasVarusSurface) this.free = this.axes.flexion.map((f) => [f, evaluateSmoothed(set, this.degrees, f / degree, 0)[4] * degree]);
+    if (recontacted) this.travel = gridOf(this.axes, [set.recontact], [1], (k) => !Number.isNaN(set.recontact[k]));
+  }
+
+  /// Unit, world W: linear between the rows of the push, then normalised.
+  delta(flexion) {
+    if (!this.deltas) return this.model.delta;
+    const at = this.axes.flexion;
+    if (flexion <= at[0]) return this.deltas[0];
+    if (flexion >= at.at(-1)) return this.deltas.at(-1);
+    const i = cellOf(at, flexion);
+    const s = (flexion - at[i]) / (at[i + 1] - at[i]);
+    return s === 0 ? this.deltas[i] : normalised(sum(scaled(this.deltas[i], 1 - s), scaled(this.deltas[i + 1], s)));
+  }
+
+  #smoothedAt(attitude) {
+    const here = evaluateSmoothed(this.smoothed, this.degrees, attitude.flexion / degree, attitude.varus / degree);
+    const varus = this.hasVarusSurface ? here[4] * degree : attitude.varus;
+    let translation = here.slice(0, 3), isSolved = true;
+    if (this.travel) {
+      const travel = sample(this.travel, attitude.flexion, attitude.varus);
+      isSolved = travel !== null;
+      if (travel) translation = sum(translation, scaled(this.delta(attitude.flexion), travel[0]));
+    }
+    return { attitude: { flexion: attitude.flexion, varus }, translation, theta: here[3] * degree, isSolved };
+  }
+
+  #found(wanted) {
+    const { flexion } = wanted;
+    const attitude = { flexion, varus: this.isVarusFree ? varusBetween(this.free, flexion) : wanted.varus };
+    if (this.smoothed) return this.#smoothedAt(attitude);
+    const numbers = this.zeroVarus ? sample(this.zeroVarus, flexion, 0) : sample(this.raw, flexion, attitude.varus);
+    if (!numbers) return { attitude, isSolved: false };
+    if (this.zeroVarus) attitude.varus = numbers[4];
+    return { attitude, translation: numbers.slice(0, 3), theta: numbers[3], isSolved: true };
+  }
+
+  /// The poses at an attitude, or at the nearest of the measured range.
+  at(wanted) {
+    const found = this.#found({ flexion: clamp(wanted.flexion, this.firstFlexion, this.lastFlexion),
+                                varus: clamp(wanted.varus, this.firstVarus, this.lastVarus) });
+    const { attitude } = found;
+    const told = { attitude, isSolved: found.isSolved, isFlexionClamped: attitude.flexion !== wanted.flexion, isVarusClamped: attitude.varus !== wanted.varus };
+    if (!found.isSolved) return told;
+    const frame = !this.deltas ? this.fixedFrame
+      : { worldSolver: rotationWorldSolver(this.model.side, this.delta(attitude.flexion)), centre: this.model.rotationCentre };
+    return { ...told, ...placed(frame, attitude, found.translation, found.theta), translation: found.translation, theta: found.theta };
+  }
+
+  /// Varus at which the compartments are most nearly in balance.
+  balancedVarus(flexion) {
+    if (this.isVarusFree) return this.#found({ flexion: clamp(flexion, this.firstFlexion, this.lastFlexion), varus: 0 }).attitude.varus;
+    return this.spine.length ? varusBetween(this.spine, flexion) : clamp(0, this.firstVarus, this.lastVarus);
+  }
+}

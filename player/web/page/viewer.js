@@ -1,0 +1,110 @@
+// The 3-D picture: camera, trackball, named views. Draws only when something changed.
+import { Box3, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+
+const fieldOfViewDeg = 22;  // a knee at arm's length and a half, as vrda-player draws it
+const filled = 0.92;
+const X = new Vector3(1, 0, 0), Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);
+
+/// Directions from the joint to the eye in canonical axes, as player/scene/camera.
+export const views = {
+  oblique: (lateral) => X.clone().addScaledVector(lateral, 0.75).addScaledVector(Y, 0.45),
+  front: () => X.clone(),
+  back: () => X.clone().negate(),
+  medial: (lateral) => lateral.clone().negate(),
+  lateral: (lateral) => lateral.clone(),
+  top: () => Y.clone().addScaledVector(X, -1e-3),  // a hair from behind: straight down has no "up"
+};
+
+export class Viewer {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(fieldOfViewDeg, 1, 1, 10000);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener("change", () => this.redraw());
+    new ResizeObserver(() => this.#resize()).observe(canvas.parentElement);
+    this.#resize();
+  }
+
+  show(joint) {
+    this.joint?.dispose();
+    if (this.joint) this.scene.remove(this.joint.group);
+    this.joint = joint;
+    this.scene.add(joint.group);
+    this.lateral = joint.model.side === "left" ? Z.clone().negate() : Z.clone();
+  }
+
+  #resize() {
+    const { clientWidth, clientHeight } = this.canvas.parentElement;
+    if (clientWidth === 0 || clientHeight === 0) return;
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+    this.redraw();
+  }
+
+  /// Points of the meshes as placed now, within the sphere around the joint or all of them.
+  #points(isWhole) {
+    const box = (name) => this.joint.bodies[name].children.filter((m) => m.isMesh && m.userData.hasContact)
+      .reduce((all, mesh) => all.union(mesh.geometry.boundingBox.clone().applyMatrix4(mesh.matrixWorld)), new Box3());
+    const reference = box("reference"), moving = box("moving");
+    // Apart along an axis, low lies above high and their middle is the middle of the gap.
+    const low = reference.min.clone().max(moving.min), high = reference.max.clone().min(moving.max);
+    const centre = low.clone().add(high).multiplyScalar(0.5);
+    const radius = isWhole ? Infinity : 0.85 * Math.max(high.x - low.x, high.z - low.z, 1);
+    const points = [], p = new Vector3();
+    for (const mesh of this.joint.meshes) {
+      const position = mesh.geometry.getAttribute("position");
+      for (let k = 0; k < position.count; ++k) {
+        p.fromBufferAttribute(position, k).applyMatrix4(mesh.matrixWorld);
+        if (p.distanceTo(centre) <= radius) points.push(p.clone());
+      }
+    }
+    return { points, centre };
+  }
+
+  /// Puts the camera where it has room for the joint at each of the poses that `placeEach` goes through.
+  look(name, isWhole, placeEach) {
+    const from = views[name](this.lateral).normalize();
+    const right = new Vector3().crossVectors(name === "top" ? X : Y, from).normalize(), up = new Vector3().crossVectors(from, right);
+    const ty = filled * Math.tan((fieldOfViewDeg * Math.PI) / 360), tx = ty * this.camera.aspect;
+    const wide = [Infinity, -Infinity], tall = [Infinity, -Infinity], depth = [Infinity, -Infinity], middle = new Vector3();
+    let nPoses = 0;
+    const widen = (wedge, low, high) => { wedge[0] = Math.min(wedge[0], low); wedge[1] = Math.max(wedge[1], high); };
+    placeEach(() => {
+      const { points, centre } = this.#points(isWhole);
+      middle.add(centre);
+      ++nPoses;
+      for (const p of points) {
+        const x = p.dot(right), y = p.dot(up), z = p.dot(from);
+        // Inside for a camera at c when |p_x - c_x| <= t (c_z - p_z); the same for y.
+        widen(wide, x - tx * z, x + tx * z);
+        widen(tall, y - ty * z, y + ty * z);
+        widen(depth, z, z);
+      }
+    });
+    middle.divideScalar(nPoses);
+    const distance = Math.max((wide[1] - wide[0]) / (2 * tx), (tall[1] - tall[0]) / (2 * ty));
+    const eye = new Vector3().addScaledVector(right, (wide[0] + wide[1]) / 2).addScaledVector(up, (tall[0] + tall[1]) / 2).addScaledVector(from, distance);
+    this.controls.target.copy(eye).addScaledVector(from, middle.dot(from) - distance);
+    this.camera.position.copy(eye);
+    const size = depth[1] - depth[0] + distance;
+    this.camera.near = size / 200;
+    this.camera.far = 5 * size;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.redraw();
+  }
+
+  redraw() {
+    if (this.isAsked) return;
+    this.isAsked = true;
+    requestAnimationFrame(() => {
+      this.isAsked = false;
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
+}

@@ -1,0 +1,139 @@
+"""Models of a small generic knee, files that are none, and the page in a browser."""
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import h5py
+import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[3] / "scripts"))
+from browser import Browser  # noqa: E402
+
+SMALL = ["--set", "grid.flexion.step=10", "--set", "grid.varus={from=-6,to=6,step=3}"]
+MODELS = {
+    "grid": [*SMALL, "--set", "smooth.degrees=[2,4]"],
+    "free": ["--set", "grid.flexion.step=10", "--set", "grid.varus=free", "--set", "smooth.degrees=[2,4]"],
+    "left": [*SMALL, "--set", "smooth.degrees=[4]", "--set", "side=left"],
+    # Delta differs over flexion.
+    "turning": [*SMALL, "--set", "smooth.degrees=[3]", "--set", "side=left",
+                "--set", "push.lateral_force_n={flexion_deg=[0,90],value=[[0,0],[6,-4]]}"],
+    # So few steps that several attitudes do not come to rest.
+    "holes": [*SMALL, "--set", "smooth.degrees=[1]", "--set", "solver.method=stability-search", "--set", "solver.search.max_steps=25",
+              "--set", "limits.unsolved_fraction=1"],
+}
+READY = "document.documentElement?.dataset.state === 'ready'"
+MEGABYTE = 1 << 20
+
+
+def make_models(vrda, job, folder):
+    """Runs each of MODELS; their files by name."""
+    files = {name: folder / f"{name}.h5" for name in MODELS}
+    for name, words in MODELS.items():
+        subprocess.run([vrda, "run", job, "-o", files[name], *words, "-q", "--progress", "none"], check=True, capture_output=True)
+    return files
+
+
+def changed(model, path, change):
+    """A copy of a model that `change` (of an open h5py file) has worked on; HDF5 cuts its seal off."""
+    shutil.copy(model, path)
+    with h5py.File(path, "r+") as file:
+        change(file)
+    return path
+
+
+def replaced(name, **how):
+    """A change that puts another dataset in the place of `name`."""
+    def change(file):
+        del file[name]
+        file.create_dataset(name, **how)
+    return change
+
+
+def assigned(name, place, value):
+    def change(file):
+        file[name][place] = value
+    return change
+
+
+def attribute(name, value):
+    def change(file):
+        file.attrs[name] = value
+    return change
+
+
+def linked_outside(file):
+    del file["tx"]
+    file["tx"] = h5py.ExternalLink("/etc/hostname", "/tx")
+
+
+def in_circles(file):
+    del file["smoothed"]
+    file["smoothed"] = h5py.SoftLink("/smoothed/degree_2")
+
+
+def bad_files(model, folder):
+    """[(path, what the page must say of it)]"""
+    whole = model.read_bytes()
+    flipped = bytearray(whole)
+    flipped[len(whole) // 2] ^= 1
+    written = (("text", b"not a model\n", "not an HDF5 file"), ("empty", b"", "file is empty"), ("cut", whole[: len(whole) // 2], "cut off or damaged"),
+               ("flipped", bytes(flipped), "do not match its seal"))
+    rows = []
+    for name, content, wanted in written:
+        path = folder / f"{name}.h5"
+        path.write_bytes(content)
+        rows.append((path, wanted))
+    huge = {"shape": (10, 5), "dtype": "f8"}
+    changes = (
+        ("newer", attribute("format_version", ["2.0"]), "format version 2.0"),
+        ("other", attribute("format", ["something else"]), "is not a motion model"),
+        ("unsolved", lambda file: file["status"].write_direct(numpy.full((10, 5), 3, dtype="i1")), "No attitude of this motion model is solved"),
+        ("nan", assigned("smoothed/degree_2/coefficients_tx", 0, float("nan")), "coefficients_tx"),
+        ("falling", assigned("flexion", 1, -5.0), "/flexion"),
+        ("triangles", assigned("bodies/moving/triangles", (0, 0), 1 << 30), "/bodies/moving/triangles"),
+        ("kind", replaced("ty", **{**huge, "dtype": "f4"}), "/ty"),
+        ("bomb", replaced("bodies/reference/vertices", shape=(1 << 29, 3), dtype="f8", chunks=(1024, 3)), "/bodies/reference/vertices"),
+        ("outside", linked_outside, "/tx"),
+        ("circles", in_circles, None),  # read as a model without smoothed sets, or refused: never hung
+    )
+    rows += [(changed(model, folder / f"{name}.h5", change), wanted) for name, change, wanted in changes]
+    big = folder / "big.h5"
+    with big.open("wb") as file:
+        file.truncate(500 * MEGABYTE)
+    rows.append((big, "at most 400 MB"))
+    return rows
+
+
+class Page:
+    """The page in a tab. Use it in a `with`."""
+
+    def __init__(self, chromium):
+        self.browser = Browser(chromium, deadline_s=120)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.browser.__exit__()
+
+    def visit(self, address, **how):
+        self.browser.visit(address, READY, **how)
+
+    def give(self, path):
+        """Opens a file by the page's button; what the page says of it, or nothing."""
+        self.browser.value("document.getElementById('message').textContent = ''; document.documentElement.dataset.state = 'asked'")
+        self.browser.value("document.getElementById('message').hidden = true")
+        self.browser.give("#file", path)
+        self.browser.wait(f"({READY}) || !document.getElementById('message').hidden")
+        return self.browser.value("document.getElementById('message').hidden ? '' : document.getElementById('message').textContent")
+
+    def set(self, name, value, event="input"):
+        """Moves a control as a hand would."""
+        self.browser.value(f"(() => {{ const e = document.getElementById('{name}'); e.value = '{value}'; e.dispatchEvent(new Event('{event}')); }})()")
+
+    def text(self, name):
+        return self.browser.value(f"document.getElementById('{name}').textContent")
+
+    def shown(self):
+        return self.browser.value("window.vrda.shown()")
