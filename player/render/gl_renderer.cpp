@@ -192,10 +192,16 @@ class GlRenderer final : public Renderer {
   GlRenderer& operator=(const GlRenderer&) = delete;
 
   void load(const Scene& scene) override;
-  const Image& draw(const Scene& scene, const Camera& camera) override;
+  void load(const OverlayFont& font) override;
+  void resize(int width, int height) override;
+  int width() const override { return options_.width; }
+  int height() const override { return options_.height; }
+  const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override;
+  void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) override;
 
  private:
   void drop_meshes();
+  void draw_shots(const Scene& scene, std::span<const Shot> shots);
   void draw_background(const Background& background);
   void set_lights(const Lighting& lighting, const Camera& camera);
   void draw_mesh(const Drawable& drawable, const GpuMesh& mesh);
@@ -375,27 +381,55 @@ void GlRenderer::read_pixels()
   }
 }
 
-const Image& GlRenderer::draw(const Scene& scene, const Camera& camera)
+void GlRenderer::draw_shots(const Scene& scene, std::span<const Shot> shots)
 {
   check(scene.drawables.size() == meshes_.size(), "a scene is loaded before it is drawn");
   context_->make_current();
-  X_camera_world_ = camera.X_world_camera.inverse();
   gl_.BindFramebuffer(GL_FRAMEBUFFER, drawn_.frame);
   gl_.Viewport(0, 0, options_.width, options_.height);
   gl_.Enable(GL_FRAMEBUFFER_SRGB);
   gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  draw_background(scene.background);
-  gl_.Enable(GL_DEPTH_TEST);
-  gl_.UseProgram(surface_program_);
-  set_lights(scene.lighting, camera);
-  draw_opaque(scene);
-  draw_translucent(scene);
+  for (const Shot& shot : shots) {
+    const Viewport& view = shot.viewport;
+    gl_.Viewport(view.x, options_.height - view.y - view.height, view.width, view.height);
+    X_camera_world_ = shot.camera.X_world_camera.inverse();
+    draw_background(scene.background);
+    gl_.Enable(GL_DEPTH_TEST);
+    gl_.UseProgram(surface_program_);
+    set_lights(scene.lighting, shot.camera);
+    draw_opaque(scene);
+    draw_translucent(scene);
+  }
+}
+
+const Image& GlRenderer::draw(const Scene& scene, std::span<const Shot> shots, const Overlay* /*overlay*/)
+{
+  draw_shots(scene, shots);
   read_pixels();
   check(gl_.GetError() == GL_NO_ERROR, "a frame is drawn without an OpenGL error");
   return image_;
 }
 
+void GlRenderer::present(const Scene& scene, std::span<const Shot> shots, const Overlay* /*overlay*/)
+{
+  draw_shots(scene, shots);
+}
+
+void GlRenderer::load(const OverlayFont& /*font*/) {}
+
+void GlRenderer::resize(int width, int height)
+{
+  options_.width = width;
+  options_.height = height;
+}
+
 }  // namespace
+
+const Image& Renderer::draw(const Scene& scene, const Camera& camera)
+{
+  const Shot shot{camera, {0, 0, width(), height()}};
+  return draw(scene, {&shot, 1}, nullptr);
+}
 
 std::unique_ptr<Renderer> make_gl_renderer(std::unique_ptr<GlContext> context, const RenderOptions& options)
 {

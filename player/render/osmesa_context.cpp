@@ -73,7 +73,7 @@ std::unique_ptr<GlContext> make_osmesa_context()
   return std::make_unique<OsmesaContext>();
 }
 
-std::unique_ptr<Renderer> make_offscreen_renderer(const RenderOptions& options)
+std::unique_ptr<Renderer> make_offscreen_renderer(const RenderOptions& options, Backend /*backend*/)
 {
   return make_gl_renderer(make_osmesa_context(), options);
 }

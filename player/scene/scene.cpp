@@ -91,6 +91,7 @@ void place(Scene& scene, const JointFrames& frames)
 {
   const Pose X_world_moving = frames.X_world_delta * frames.X_delta_moving;
   for (Drawable& drawable : scene.drawables) {
+    if (drawable.owner == Owner::world) continue;
     const Pose& X_world_body = drawable.owner == Owner::reference ? frames.X_world_reference : X_world_moving;
     drawable.X_world_mesh = X_world_body;
     drawable.X_world_mesh.translation() += X_world_body.linear() * drawable.origin_mm;

@@ -1,6 +1,8 @@
 /// The drawables of a joint and where they stand.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -12,21 +14,42 @@
 
 namespace vrda {
 
-enum class Owner { reference, moving };
+/// The object whose frame a drawable hangs in.
+enum class Owner { reference, moving, world };
+
+/// What a drawable belongs to; all but the bodies come and go on demand.
+enum class Layer { bodies, contacts, normals, axes, helical_axis, gap_map, ligaments };
+
+/// sRGB with straight alpha.
+using VertexColour = std::array<std::uint8_t, 4>;
 
 struct Drawable {
   std::string name;
+  Layer layer = Layer::bodies;
   Owner owner = Owner::reference;
-  bool has_contact = true;                              ///< false: drawn only
-  DrawMesh mesh;                                        ///< relative to origin_mm
+  bool is_shown = true;
+  bool has_contact = true;            ///< false: drawn only
+  DrawMesh mesh;                      ///< relative to origin_mm
+  std::vector<VertexColour> colours;  ///< one a vertex instead of the material's, or none
+  std::uint64_t revision = 0;         ///< raised with every change of mesh or colours once loaded
   Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();  ///< canonical
   Box box_mm;                                           ///< of mesh, relative to origin_mm
   Material material;
   Pose X_world_mesh = Pose::Identity();
 };
 
+/// How bodies are drawn (thesis, appendix C); other layers are always smooth.
+enum class DrawMode {
+  wire,         ///< edges
+  hidden_line,  ///< edges that nothing hides
+  flat,         ///< one shade a triangle
+  smooth,       ///< shaded by vertex normals
+  textured      ///< smooth, with the bone's texture
+};
+
 struct Scene {
   std::vector<Drawable> drawables;
+  DrawMode mode = DrawMode::textured;
   Lighting lighting = studio_lighting();
   Background background = background_of(Backdrop::studio);
 };
@@ -49,7 +72,7 @@ JointFrames frames_of(const JointPose& pose, Held held = Held::moving);
 Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm,
                double crease_rad = default_crease_rad);
 
-/// Moves every drawable to its frame. Allocates nothing.
+/// Moves every drawable to its frame; those of the world's stay. Allocates nothing.
 void place(Scene& scene, const JointFrames& frames);
 
 struct Sphere {

@@ -7,6 +7,7 @@ find_package(ZLIB REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
+find_package(tomlplusplus REQUIRED)
 
 # FindHDF5 of CMake 3.25 gives variables; one target keeps rooms readable.
 add_library(vrda_hdf5 INTERFACE)
@@ -19,7 +20,6 @@ find_program(ESBUILD esbuild REQUIRED)
 if(VRDA_PIPELINE)
   pkg_check_modules(bullet REQUIRED IMPORTED_TARGET bullet-float64)
   find_package(assimp REQUIRED)
-  find_package(tomlplusplus REQUIRED)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
   # The report's plots: plotly.js of python3-plotly, made small and bundled by esbuild.
   find_file(PLOTLY_JS plotly.js PATHS /usr/share/python3-plotly NO_DEFAULT_PATH REQUIRED)
@@ -30,6 +30,10 @@ endif()
 
 if(VRDA_PLAYER)
   pkg_check_modules(osmesa REQUIRED IMPORTED_TARGET osmesa)
+  pkg_check_modules(egl REQUIRED IMPORTED_TARGET egl)
+  pkg_check_modules(imgui REQUIRED IMPORTED_TARGET imgui)
+  find_package(glfw3 3.3 REQUIRED)
+  find_package(meshoptimizer REQUIRED)
   find_package(PNG REQUIRED)
   # Puts the web page together; its libraries are npm's packages, which scripts/setup installs.
   find_program(NODE NAMES node nodejs REQUIRED)
