@@ -133,6 +133,8 @@ Eigen::Matrix4d projection(const Camera& camera)
   Eigen::Matrix4d P = Eigen::Matrix4d::Zero();
   P(0, 0) = 1.0 / (t * camera.aspect);
   P(1, 1) = 1.0 / t;
+  P(0, 2) = camera.middle_tangent.x() / (t * camera.aspect);
+  P(1, 2) = camera.middle_tangent.y() / t;
   P(2, 2) = (f + n) / (n - f);
   P(2, 3) = 2.0 * f * n / (n - f);
   P(3, 2) = -1.0;

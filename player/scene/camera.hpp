@@ -19,6 +19,8 @@ struct Camera {
   double aspect = 4.0 / 3.0;          ///< width by height
   double near_mm = 1.0;
   double far_mm = 1000.0;
+  /// Off-axis: tangents, right and up, of the direction that falls on the middle of the picture.
+  Eigen::Vector2d middle_tangent = Eigen::Vector2d::Zero();
 };
 
 /// The side of the subject that faces the viewer. `inverted` is oblique with the subject upside down: a push

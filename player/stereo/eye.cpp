@@ -1,0 +1,119 @@
+#include "stereo/eye.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "stereo/layout.hpp"
+
+namespace vrda {
+namespace {
+
+double distance_y_px(const Eye& eye)
+{
+  return eye.distance_px / eye.pixel_aspect;
+}
+
+std::array<Eigen::Vector2d, 4> corners_px(const Viewport& v)
+{
+  const double left = v.x, right = v.x + v.width, top = v.y, bottom = v.y + v.height;
+  return {Eigen::Vector2d(left, top), {right, top}, {left, bottom}, {right, bottom}};
+}
+
+}  // namespace
+
+void set_ipd(EyePair& eyes, double ipd_mm)
+{
+  eyes.left.position_head_mm.x() = -0.5 * ipd_mm;
+  eyes.right.position_head_mm.x() = 0.5 * ipd_mm;
+}
+
+PixelBox shown_box(const Eye& eye)
+{
+  const Viewport& v = eye.visible;
+  // Along an edge the place shown is furthest out at a corner (pincushion) or beside the centre (barrel).
+  const double x = std::clamp<double>(eye.distortion.centre_px.x(), v.x, v.x + v.width);
+  const double y = std::clamp<double>(eye.distortion.centre_px.y(), v.y, v.y + v.height);
+  const std::array<Eigen::Vector2d, 4> corners = corners_px(v);
+  const std::array<Eigen::Vector2d, 8> places = {corners[0],
+                                                 corners[1],
+                                                 corners[2],
+                                                 corners[3],
+                                                 Eigen::Vector2d(x, v.y),
+                                                 Eigen::Vector2d(x, v.y + v.height),
+                                                 Eigen::Vector2d(v.x, y),
+                                                 Eigen::Vector2d(v.x + v.width, y)};
+  PixelBox box;
+  box.low_px = box.high_px = shown_px(eye.distortion, places[0]);
+  for (const Eigen::Vector2d& place : places) {
+    const Eigen::Vector2d shown = shown_px(eye.distortion, place);
+    box.low_px = box.low_px.cwiseMin(shown);
+    box.high_px = box.high_px.cwiseMax(shown);
+  }
+  return box;
+}
+
+Camera camera_of(const Eye& eye, const Pose& X_world_head, const PixelBox& box)
+{
+  const Eigen::Vector2d size_px = box.high_px - box.low_px;
+  const Eigen::Vector2d middle_px = 0.5 * (box.low_px + box.high_px);
+  Camera camera;
+  camera.X_world_camera = X_world_head;
+  camera.X_world_camera.translation() = X_world_head * eye.position_head_mm;
+  camera.half_height_tangent = 0.5 * size_px.y() / distance_y_px(eye);
+  camera.aspect = size_px.x() / eye.distance_px / (size_px.y() / distance_y_px(eye));
+  camera.middle_tangent = {(middle_px.x() - eye.sight_px.x()) / eye.distance_px,
+                           (eye.sight_px.y() - middle_px.y()) / distance_y_px(eye)};
+  return camera;
+}
+
+Eigen::Vector2d shown_px(const Eye& eye, const Eigen::Vector3d& p_head_mm)
+{
+  const Eigen::Vector3d p = p_head_mm - eye.position_head_mm;
+  check(p.z() < 0.0, "a point that is shown lies in front of the eye");
+  return eye.sight_px + Eigen::Vector2d(eye.distance_px * p.x(), -distance_y_px(eye) * p.y()) / -p.z();
+}
+
+Eigen::Vector2d drawn_px(const Eye& eye, const Eigen::Vector3d& p_head_mm)
+{
+  return drawn_px(eye.distortion, shown_px(eye, p_head_mm));
+}
+
+Eigen::Vector2d field_of_view_rad(const Eye& eye)
+{
+  return {2.0 * std::atan(0.5 * eye.window.width / eye.distance_px),
+          2.0 * std::atan(0.5 * eye.window.height / distance_y_px(eye))};
+}
+
+void require_usable(const Eye& eye, const std::string& file, const std::string& name)
+{
+  const auto refuse = [&](const std::string& field, const std::string& found, const std::string& wanted) {
+    throw InputError({file, name + "." + field, found, wanted});
+  };
+  const auto text = [](double value) { return std::to_string(value); };
+  if (!(eye.distance_px > 0.0)) refuse("distance_px", text(eye.distance_px), "above 0");
+  if (!(eye.pixel_aspect > 0.0)) refuse("pixel_aspect", text(eye.pixel_aspect), "above 0");
+  const Viewport seen = within(eye.visible, eye.window);
+  if (seen.width != eye.visible.width || seen.height != eye.visible.height || seen.width < 1) {
+    refuse("visible",
+           std::to_string(eye.visible.width) + "x" + std::to_string(eye.visible.height) + " at " +
+               std::to_string(eye.visible.x) + ", " + std::to_string(eye.visible.y),
+           "a rectangle within the eye's window");
+  }
+  double furthest_px = 0.0;
+  for (const Eigen::Vector2d& corner : corners_px(eye.visible)) {
+    const Eigen::Vector2d from_centre = corner - eye.distortion.centre_px;
+    furthest_px =
+        std::max(furthest_px, std::hypot(from_centre.x(), eye.distortion.pixel_aspect * from_centre.y()));
+  }
+  const double fold_px = fold_radius_px(eye.distortion);
+  if (!(fold_px > furthest_px)) {
+    refuse("distortion",
+           "k1 " + text(eye.distortion.k1) + ", k2 " + text(eye.distortion.k2) + ", which fold at " +
+               text(fold_px) + " px",
+           "optics that keep the order of pixels out to " + text(furthest_px) + " px");
+  }
+}
+
+}  // namespace vrda

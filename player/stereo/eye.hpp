@@ -1,0 +1,54 @@
+/// One eye before its screen: where it is, what it is shown, and where points of space land.
+#pragma once
+
+#include <string>
+
+#include "core/frames.hpp"
+#include "render/renderer.hpp"
+#include "stereo/distortion.hpp"
+
+namespace vrda {
+
+struct Eye {
+  Viewport window;            ///< its share of the frame buffer
+  Viewport visible;           ///< the part of it that its screen shows (thesis 8.1)
+  double distance_px = 880;   ///< a width L at depth Z is distance_px * L / Z pixels wide
+  double pixel_aspect = 1.0;  ///< height of a pixel by its width
+  Eigen::Vector2d sight_px = Eigen::Vector2d::Zero();  ///< where the direction straight ahead is shown
+  Eigen::Vector3d position_head_mm = Eigen::Vector3d::Zero();  ///< X right, Y up, Z backwards
+  Distortion distortion;
+};
+
+/// Two eyes `ipd_mm` apart on the head's X axis: x = -ipd / 2 the left, +ipd / 2 the right.
+struct EyePair {
+  Eye left, right;
+};
+void set_ipd(EyePair& eyes, double ipd_mm);
+
+/// A part of the frame buffer in fractions of pixels.
+struct PixelBox {
+  Eigen::Vector2d low_px = Eigen::Vector2d::Zero();   ///< left, top
+  Eigen::Vector2d high_px = Eigen::Vector2d::Zero();  ///< right, bottom
+};
+
+/// Everything of the undistorted picture that the visible part shows.
+PixelBox shown_box(const Eye& eye);
+
+/// The camera whose picture is `box`; depth range still to be set.
+Camera camera_of(const Eye& eye, const Pose& X_world_head, const PixelBox& box);
+
+/// Where a point of space is to be shown, in the head frame; it must lie in front of the eye (z below the
+/// eye's).
+Eigen::Vector2d shown_px(const Eye& eye, const Eigen::Vector3d& p_head_mm);
+
+/// Where it must be drawn, so that the optics show it there.
+Eigen::Vector2d drawn_px(const Eye& eye, const Eigen::Vector3d& p_head_mm);
+
+/// Full angles of the undistorted window, rad.
+Eigen::Vector2d field_of_view_rad(const Eye& eye);
+
+/// Throws InputError naming `file` and the eye when the visible part is empty, the optics fold within it, or
+/// a number makes no sense.
+void require_usable(const Eye& eye, const std::string& file, const std::string& name);
+
+}  // namespace vrda

@@ -1,0 +1,236 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "core/error.hpp"
+#include "stereo/eye.hpp"
+#include "stereo/layout.hpp"
+#include "stereo/warp_mesh.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double before_px = 1e-9;  // rounding of a thousand pixels
+constexpr double after_px = 0.05;   // promised; the mesh alone is held to a hundredth
+
+/// The bench of the thesis: lower right quarter, its screen showing less of it, off its middle.
+Eye sample_eye(double k1 = 0.12, double k2 = 0.02)
+{
+  Eye eye;
+  eye.window = {640, 544, 640, 480};
+  eye.visible = {660, 560, 590, 440};
+  eye.distance_px = 880.0;
+  eye.pixel_aspect = 1.04;
+  eye.sight_px = {957.3, 781.6};
+  eye.position_head_mm = {32.0, 1.5, -4.0};
+  eye.distortion = {k1, k2, {955.0, 780.0}, 320.0, 1.04};
+  return eye;
+}
+
+/// Where the picture that the camera makes of `box` has the point.
+Eigen::Vector2d pictured_px(const Camera& camera, const PixelBox& box, const Eigen::Vector3d& p_world_mm)
+{
+  const Eigen::Vector4d clip =
+      projection(camera) * (camera.X_world_camera.inverse() * p_world_mm).homogeneous();
+  const Eigen::Vector3d at = clip.hnormalized();
+  const Eigen::Vector2d share(0.5 * (1.0 + at.x()), 0.5 * (1.0 - at.y()));
+  return box.low_px + share.cwiseProduct(box.high_px - box.low_px);
+}
+
+/// Within the visible part through barrel and pincushion optics of the tests.
+Eigen::Vector3d random_point_head_mm(std::mt19937& random)
+{
+  std::uniform_real_distribution<double> sideways(-0.2, 0.2), depth_mm(400.0, 1500.0);
+  const double z = depth_mm(random);
+  return {z * sideways(random), 0.8 * z * sideways(random), -z};
+}
+
+struct Optics {
+  double k1, k2;
+};
+constexpr Optics optics[] = {{0.0, 0.0}, {0.12, 0.02}, {0.25, 0.0}, {-0.1, 0.01}};
+
+TEST(Eye, APointLandsOnTheComputedPixelBeforeAndAfterDistortion)
+{
+  std::mt19937 random(1);
+  for (const Optics& lens : optics) {
+    SCOPED_TRACE(testing::Message() << lens.k1 << " " << lens.k2);
+    const Eye eye = sample_eye(lens.k1, lens.k2);
+    const PixelBox box = shown_box(eye);
+    const WarpMesh mesh = warp_mesh(eye, box);
+    for (int n = 0; n < 200; ++n) {
+      const Eigen::Vector3d p = random_point_head_mm(random);
+      const Eigen::Vector3d from_eye = p - eye.position_head_mm;
+      const Eigen::Vector2d expected(957.3 + 880.0 * from_eye.x() / -from_eye.z(),
+                                     781.6 - 880.0 / 1.04 * from_eye.y() / -from_eye.z());
+      const Camera camera = camera_of(eye, Pose::Identity(), box);
+      EXPECT_LT((pictured_px(camera, box, p) - expected).norm(), before_px);
+      EXPECT_LT((looked_up_px(mesh, box, drawn_px(eye, p)) - expected).norm(), after_px);
+    }
+  }
+}
+
+TEST(Eye, MovingTheHeadTheEyeOrTheWindowMovesThePixelByTheComputedAmount)
+{
+  const Eye eye = sample_eye();
+  const Eigen::Vector3d p(40.0, -25.0, -804.0);  // 800 mm before the eye
+  const Eigen::Vector2d there = shown_px(eye, p);
+
+  Pose X_world_head = Pose::Identity();
+  X_world_head.translation().x() = 60.0;  // the parallax stage
+  const PixelBox box = shown_box(eye);
+  const Eigen::Vector2d shifted = pictured_px(camera_of(eye, X_world_head, box), box, p);
+  EXPECT_NEAR(shifted.x() - there.x(), -880.0 * 60.0 / 800.0, before_px);
+  EXPECT_NEAR(shifted.y(), there.y(), before_px);
+
+  Eye moved = eye;
+  moved.window.x -= 640, moved.visible.x -= 640, moved.sight_px.x() -= 640.0,
+      moved.distortion.centre_px.x() -= 640.0;
+  EXPECT_LT((drawn_px(moved, p) - drawn_px(eye, p) - Eigen::Vector2d(-640.0, 0.0)).norm(), before_px);
+}
+
+TEST(Eye, TheEyesSeeAPointApartByTheirDistance)
+{
+  EyePair eyes{sample_eye(), sample_eye()};
+  set_ipd(eyes, 63.0);
+  const Eigen::Vector3d p(10.0, 5.0, -754.0);  // 750 mm before both
+  const Eigen::Vector2d apart = shown_px(eyes.left, p) - shown_px(eyes.right, p);
+  EXPECT_NEAR(apart.x(), 880.0 * 63.0 / 750.0, before_px);
+  EXPECT_NEAR(apart.y(), 0.0, before_px);
+  std::swap(eyes.left, eyes.right);
+  EXPECT_NEAR((shown_px(eyes.left, p) - shown_px(eyes.right, p)).x(), -apart.x(), before_px);
+}
+
+TEST(Eye, FieldOfViewIsThatOfTheWindow)
+{
+  const Eye eye = sample_eye();
+  EXPECT_NEAR(field_of_view_rad(eye).x(), 2.0 * std::atan(320.0 / 880.0), 1e-15);
+  EXPECT_NEAR(field_of_view_rad(eye).y(), 2.0 * std::atan(240.0 * 1.04 / 880.0), 1e-15);
+}
+
+TEST(Distortion, DrawnAndShownAreInverse)
+{
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> px(-300.0, 300.0);
+  for (const Optics& lens : optics) {
+    const Distortion d = sample_eye(lens.k1, lens.k2).distortion;
+    for (int n = 0; n < 500; ++n) {
+      const Eigen::Vector2d p = d.centre_px + Eigen::Vector2d(px(random), px(random));
+      EXPECT_LT((drawn_px(d, shown_px(d, p)) - p).norm(), before_px) << lens.k1 << " " << p.transpose();
+    }
+    EXPECT_EQ(shown_px(d, d.centre_px), d.centre_px);
+  }
+}
+
+TEST(Distortion, RadiusGrowsByItsPolynomial)
+{
+  const Distortion d{0.1, 0.03, {0.0, 0.0}, 200.0, 2.0};
+  EXPECT_NEAR(shown_px(d, {100.0, 0.0}).x(), 100.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
+  // Pixels twice as high as wide: 50 of them are as far as 100 across.
+  EXPECT_NEAR(shown_px(d, {0.0, 50.0}).y(), 50.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
+}
+
+TEST(Distortion, FoldsWhereTheRadiusStopsGrowing)
+{
+  constexpr double never = std::numeric_limits<double>::infinity();
+  const auto fold = [](double k1, double k2) { return fold_radius_px({k1, k2, {0, 0}, 1.0, 1.0}); };
+  EXPECT_EQ(fold(0.0, 0.0), never);
+  EXPECT_EQ(fold(0.2, 0.1), never);
+  EXPECT_EQ(fold(-0.1, 0.1), never);  // 0.09 < 4 * 0.5: the slope has no root
+  EXPECT_NEAR(fold(-0.3, 0.0), std::sqrt(1.0 / 0.9), 1e-15);
+  EXPECT_NEAR(fold(0.0, -0.2), 1.0, 1e-15);
+  const double r = fold(0.3, -0.1), step = 1e-4;  // the slope changes its sign there
+  const auto slope = [](double at) { return 1.0 + 0.9 * at * at - 0.5 * at * at * at * at; };
+  EXPECT_GT(slope(r - step), 0.0);
+  EXPECT_LT(slope(r + step), 0.0);
+}
+
+TEST(Distortion, WhatIsShownFromNowhereIsDrawnAtTheFold)
+{
+  const Distortion d{-0.3, 0.0, {0.0, 0.0}, 1.0, 1.0};
+  EXPECT_NEAR(drawn_px(d, {5.0, 0.0}).x(), fold_radius_px(d), 1e-12);
+}
+
+TEST(WarpMesh, CoversTheVisiblePartAndItsPictureExactly)
+{
+  for (const Optics& lens : optics) {
+    const Eye eye = sample_eye(lens.k1, lens.k2);
+    const WarpMesh mesh = warp_mesh(eye, shown_box(eye));
+    float left = 1e9F, right = -1e9F, u_low = 1.0F, u_high = 0.0F, v_low = 1.0F, v_high = 0.0F;
+    for (const WarpVertex& v : mesh.vertices) {
+      left = std::min(left, v.x_px), right = std::max(right, v.x_px);
+      u_low = std::min(u_low, v.u), u_high = std::max(u_high, v.u);
+      v_low = std::min(v_low, v.v), v_high = std::max(v_high, v.v);
+    }
+    EXPECT_EQ(left, 660.0F);
+    EXPECT_EQ(right, 1250.0F);
+    constexpr float share = 1e-3F;  // barrel: the widest place may lie between two nodes
+    EXPECT_NEAR(u_low, 0.0F, share);
+    EXPECT_NEAR(u_high, 1.0F, share);
+    EXPECT_NEAR(v_low, 0.0F, share);
+    EXPECT_NEAR(v_high, 1.0F, share);
+  }
+}
+
+TEST(WarpMesh, WithoutDistortionIsOneCellAndAFinerBoundMakesMore)
+{
+  const Eye plain = sample_eye(0.0, 0.0), bent = sample_eye();
+  EXPECT_EQ(warp_mesh(plain, shown_box(plain)).triangles.size(), 6U);
+  const std::size_t coarse = warp_mesh(bent, shown_box(bent), 0.5).triangles.size();
+  EXPECT_GT(warp_mesh(bent, shown_box(bent), 0.01).triangles.size(), coarse);
+}
+
+TEST(Eye, UnusableOnesAreRefusedByName)
+{
+  const auto refused = [](const Eye& eye) -> std::string {
+    try {
+      require_usable(eye, "bench.toml", "left");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused(sample_eye()), "");
+  Eye eye = sample_eye(-0.5, 0.0);
+  EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
+  eye = sample_eye();
+  eye.visible.width = 700;
+  EXPECT_NE(refused(eye).find("left.visible"), std::string::npos);
+  eye = sample_eye();
+  eye.distance_px = 0.0;
+  EXPECT_NE(refused(eye).find("left.distance_px"), std::string::npos);
+}
+
+TEST(Layout, TheThesisDrawsInTheRightQuarters)
+{
+  const EyeWindows windows = eye_windows(Layout::quarters, 1280, 1024, "bench.toml");
+  EXPECT_EQ(windows.left.x, 640);
+  EXPECT_EQ(windows.left.width, 640);
+  EXPECT_EQ(windows.left.height, 480);
+  EXPECT_LT(windows.left.y + windows.left.height, 513);
+  EXPECT_EQ(windows.right.x, 640);
+  EXPECT_GE(windows.right.y, 512);
+}
+
+TEST(Layout, NoWindowOverlapsTheOtherOrLeavesTheFrameBuffer)
+{
+  for (std::size_t k = 0; k < layout_names().size(); ++k) {
+    const auto layout = layout_named(layout_names()[k]);
+    ASSERT_TRUE(layout.has_value());
+    for (const auto& [width, height] : {std::pair{1280, 1024}, {1921, 1081}, {640, 480}}) {
+      const EyeWindows windows = eye_windows(*layout, width, height, "bench.toml");
+      EXPECT_EQ(within(windows.left, windows.right).width, 0);
+      for (const Viewport& v : {windows.left, windows.right}) {
+        EXPECT_EQ(within(v, {0, 0, width, height}).width, v.width);
+        EXPECT_EQ(within(v, {0, 0, width, height}).height, v.height);
+        EXPECT_GT(v.width * v.height, 0);
+      }
+    }
+    EXPECT_THROW(eye_windows(*layout, 1, 1, "bench.toml"), InputError);
+  }
+}
+
+}  // namespace
+}  // namespace vrda
