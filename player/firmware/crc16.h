@@ -1,0 +1,10 @@
+/* CRC-16 as CCITT-FALSE: polynomial 0x1021, start 0xFFFF, nothing reflected. */
+#ifndef VRDA_FIRMWARE_CRC16_H
+#define VRDA_FIRMWARE_CRC16_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+uint16_t crc16(const uint8_t* bytes, size_t n);
+
+#endif
