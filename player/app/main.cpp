@@ -13,6 +13,32 @@ namespace {
 /// DESIGN.md 7.
 enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, our_mistake = 5 };
 
+void add_look(CLI::App& mode, vrda::LookOptions& look)
+{
+  mode.add_option("--layers", look.layers,
+                  "What to show beside the bodies: contacts, normals (forces where they are known), axes, "
+                  "helical-axis, gaps, ligaments")
+      ->type_name("LAYER,...");
+  const std::map<std::string, vrda::DrawMode> modes{{"wire", vrda::DrawMode::wire},
+                                                    {"hidden-line", vrda::DrawMode::hidden_line},
+                                                    {"flat", vrda::DrawMode::flat},
+                                                    {"smooth", vrda::DrawMode::smooth},
+                                                    {"textured", vrda::DrawMode::textured}};
+  mode.add_option("--mode", look.mode, "wire, hidden-line, flat, smooth or textured (default textured)")
+      ->transform(CLI::CheckedTransformer(modes))
+      ->type_name("MODE")
+      ->option_text("MODE");
+  mode.add_option("--texture", look.texture, "Picture for bone, repeated (default: mottled)")
+      ->type_name("FILE.png");
+  mode.add_option("--texture-scale", look.texture_scale_mm, "Width of one repeat")
+      ->type_name("MM")
+      ->capture_default_str();
+  mode.add_option("--lights", look.lights, "Lights and background (default: those of the studio)")
+      ->type_name("FILE.toml");
+  mode.add_option("--see-through", look.see_through, "Objects to look through: reference, moving or both")
+      ->type_name("NAME");
+}
+
 void add_show(CLI::App& app, vrda::ShowOptions& options)
 {
   CLI::App* show = app.add_subcommand("show", "Show a motion model; with --offscreen as pictures");
@@ -66,6 +92,7 @@ void add_show(CLI::App& app, vrda::ShowOptions& options)
       ->transform(CLI::CheckedTransformer(framed))
       ->type_name("NAME")
       ->option_text("NAME");
+  add_look(*show, options.look);
   show->add_flag("--quiet", options.is_quiet, "Only paths and warnings");
   show->footer(
       "Example:\n  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15 --views front,lateral");

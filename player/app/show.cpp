@@ -172,7 +172,7 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, con
   for (std::size_t i = 0; i < film.frames.size(); ++i) {
     stills.push_back({motion.placed(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
   }
-  write_stills(options, model, stills, streams.data);
+  write_stills(options, model, motion, stills, streams.data);
   const std::size_t n_stills = stills.size() * parsed_views(options.views).size();
   if (!options.is_quiet) {
     streams.talk << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad) << ", varus "
@@ -193,6 +193,7 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
   }
   const std::size_t n_views = parsed_views(options.views).size();
   parsed_size(options.size);
+  parsed_layers(options.look.layers);
   require_trace_options(options);
   const MotionModel model = read_motion_model(options.file);
   if (!options.trace.empty()) return show_trace(options, model, streams);
@@ -205,7 +206,7 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
                  << " for every flexion\n";
   }
   if (plan.poses.empty()) return summary;
-  write_stills(options, model, stills_of(plan.poses), streams.data);
+  write_stills(options, model, motion, stills_of(plan.poses), streams.data);
   if (!options.is_quiet) {
     streams.talk << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
                  << set << ", " << plan.poses.size() << (plan.poses.size() == 1 ? " attitude" : " attitudes")

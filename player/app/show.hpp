@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "app/look.hpp"
 #include "scene/lighting.hpp"
 #include "scene/scene.hpp"
 
@@ -31,6 +32,7 @@ struct ShowOptions {
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
   Framed framed = Framed::joint;
+  LookOptions look;
   bool is_quiet = false;
 };
 

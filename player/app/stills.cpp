@@ -10,6 +10,7 @@
 #include "render/png_file.hpp"
 #include "render/renderer.hpp"
 #include "scene/camera.hpp"
+#include "scene/joint_layers.hpp"
 #include "scene/scene.hpp"
 
 namespace vrda {
@@ -59,16 +60,29 @@ std::vector<CameraFit> fits_for(const std::vector<std::string>& views, const Pic
   return fits;
 }
 
+void require_layers(const ShowOptions& options, const LayerSet& wanted, const LayerSet& available)
+{
+  for (const std::string& name : layer_names()) {
+    const Layer layer = *layer_named(name);
+    if (wanted.has(layer) && !available.has(layer))
+      throw InputError({options.file, "--layers", name, "a layer that the model has something for"});
+  }
+}
+
 }  // namespace
 
-void write_stills(const ShowOptions& options, const MotionModel& model, const std::vector<Still>& stills,
-                  std::ostream& data)
+void write_stills(const ShowOptions& options, const MotionModel& model, const Motion& motion,
+                  const std::vector<Still>& stills, std::ostream& data)
 {
   const std::vector<std::string> views = parsed_views(options.views);
   const PictureSize size = parsed_size(options.size);
   Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
   check(!scene.drawables.empty(), "a motion model that was read has triangles");
+  JointLayers layers(model, scene);
   scene.background = background_of(options.backdrop);
+  dress(scene, options.look);
+  const LayerSet wanted = parsed_layers(options.look.layers);
+  require_layers(options, wanted, layers.available());
   std::vector<JointFrames> frames;
   frames.reserve(stills.size());
   for (const Still& still : stills) frames.push_back(frames_of(still.pose, options.held));
@@ -80,6 +94,7 @@ void write_stills(const ShowOptions& options, const MotionModel& model, const st
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (std::size_t i = 0; i < stills.size(); ++i) {
       place(scene, frames[i]);
+      layers.update(scene, motion, {stills[i].pose, frames[i], wanted});
       const std::string name = views[v] + "_" + stills[i].label + ".png";
       const std::string path = (std::filesystem::path(options.folder) / name).string();
       write_png(renderer->draw(scene, with_depth_range(cameras[v], scene)), path);

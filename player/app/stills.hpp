@@ -16,8 +16,8 @@ struct Still {
 };
 
 /// Writes each still of each view, with one camera a view for all of them, and a path a line to `data`.
-/// Of `options` counts how to draw, and the folder.
-void write_stills(const ShowOptions& options, const MotionModel& model, const std::vector<Still>& stills,
-                  std::ostream& data);
+/// Of `options` counts how to draw, and the folder. `motion` is what the poses are of.
+void write_stills(const ShowOptions& options, const MotionModel& model, const Motion& motion,
+                  const std::vector<Still>& stills, std::ostream& data);
 
 }  // namespace vrda
