@@ -15,7 +15,7 @@ namespace vrda {
 namespace {
 
 constexpr double text_px = 15.0;  // at scale 1: read at arm's length on 96 dots an inch
-constexpr float panel_width_em = 16.0F, bar_height_em = 5.0F;
+constexpr float panel_width_em = 16.0F, bar_height_em = 4.6F;
 constexpr float least_elapsed_s = 1e-4F;  // the library wants time to go on
 
 std::atomic<std::uint64_t> n_allocations{0};

@@ -12,7 +12,7 @@ namespace {
 constexpr ImGuiWindowFlags text_only = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
                                        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
                                        ImGuiWindowFlags_NoBringToFrontOnFocus;
-constexpr float backing = 0.62F;  // dark enough for white text on the light backdrop
+constexpr float backing = 0.85F;  // blended in linear light: less would leave white text on grey
 constexpr float column_em = 5.0F;
 const ImVec4 warning_colour(1.0F, 0.72F, 0.30F, 1.0F), quiet_colour(0.72F, 0.76F, 0.80F, 1.0F);
 
@@ -31,9 +31,9 @@ double shown_deg(double angle_rad)
 void draw_angle(const PanelView& view, const char* name, double angle_rad, const char* remark)
 {
   label(view, name);
-  ImGui::Text("%6.1f°", shown_deg(angle_rad));
+  ImGui::Text("%.1f°", shown_deg(angle_rad));
   if (remark == nullptr) return;
-  ImGui::SameLine();
+  ImGui::SameLine(2.0F * column_em * view.layout.em_px);
   ImGui::TextColored(quiet_colour, "%s", remark);
 }
 
