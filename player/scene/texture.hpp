@@ -6,8 +6,8 @@
 
 namespace vrda {
 
-/// Repeated over a surface, seen along each of the three axes of its mesh and mixed by the normal (triplanar),
-/// so that it needs no coordinates of its own and moves with the mesh.
+/// Repeated over a surface, seen along each of the three axes of its mesh and mixed by the normal
+/// (triplanar), so that it needs no coordinates of its own and moves with the mesh.
 struct Texture {
   int width = 0;  ///< pixels; 0: no texture
   int height = 0;
