@@ -61,6 +61,7 @@ Session::Session(MotionModel model, const SessionOptions& options)
     : model_(std::move(model)),
       sets_(played_sets(model_)),
       scene_(scene_of(model_.reference, model_.moving, model_.rotation_centre_mm)),
+      layers_(model_, scene_),
       side_(model_.side == "left" ? Side::left : Side::right),
       gui_({options.title, set_names(model_), options.scale}),
       view_(options.view),
@@ -73,6 +74,8 @@ Session::Session(MotionModel model, const SessionOptions& options)
   state_.varus_rad = options.varus_rad;
   state_.backdrop = options.backdrop;
   state_.held = options.held;
+  state_.mode = options.mode;
+  state_.layers = options.layers;
   framed_points_ = points_over(scene_, sets_[state_.set].motion, options);
   range_ = range_now();
   look_from(view_);
@@ -94,8 +97,7 @@ PlayerRange Session::range_now() const
   range.last_varus_rad = motion.last_varus_rad();
   range.is_varus_free = motion.is_varus_free();
   range.balanced_varus_rad = motion.balanced_varus_rad(state_.timeline.flexion_rad);
-  for (const Drawable& drawable : scene_.drawables)
-    range.has_layer[static_cast<std::size_t>(drawable.layer)] = true;
+  range.available = layers_.available();
   return range;
 }
 
@@ -192,7 +194,9 @@ void Session::place_joint()
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
   readout_.gap = sets_[state_.set].gaps.at(readout_.pose.attitude);
   // Where nothing is solved the joint stays as it stood last, and the numbers say so.
-  if (readout_.pose.status == PoseStatus::solved) place(scene_, frames_of(readout_.pose, state_.held));
+  const JointFrames frames = frames_of(readout_.pose, state_.held);
+  if (readout_.pose.status == PoseStatus::solved) place(scene_, frames);
+  layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames, state_.layers});
   scene_.mode = state_.mode;
   scene_.background = background_of(state_.backdrop);
 }
@@ -206,6 +210,7 @@ void Session::draw_interface(double elapsed_s)
   frame.pointer = pointer_;
   frame.pointer.is_left_down |= was_left_pressed_;
   if (drag_) frame.pointer.is_left_down = false;
+  frame.legends = legends_now();
   message_left_s_ -= elapsed_s;
   readout_.message = message_left_s_ > 0.0 ? message_.c_str() : nullptr;
   const GuiAnswer answer = gui_.frame(frame, state_, range_, readout_);
@@ -213,6 +218,14 @@ void Session::draw_interface(double elapsed_s)
   was_left_pressed_ = false;
   state_ = answer.state;
   do_action(answer.action);
+}
+
+std::span<const Legend* const> Session::legends_now()
+{
+  std::size_t n = 0;
+  if (state_.layers.has(Layer::gap_map)) legends_[n++] = &layers_.gap_legend();
+  if (state_.layers.has(Layer::ligaments)) legends_[n++] = &layers_.strain_legend();
+  return {legends_.data(), n};
 }
 
 void Session::aim(const Viewport& viewport)
@@ -246,6 +259,7 @@ const Image& Session::picture(Renderer& renderer)
   frame.width = renderer.width();
   frame.height = renderer.height();
   frame.has_controls = false;
+  frame.legends = legends_now();
   Readout readout = readout_;
   readout.message = nullptr;
   if (state_.shows_numbers) gui_.frame(frame, state_, range_, readout);

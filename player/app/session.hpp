@@ -1,7 +1,7 @@
 /// A joint being looked at: what a window shows and what its user does, without the window itself.
 #pragma once
 
-#include <memory>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +9,7 @@
 #include "gui/gui.hpp"
 #include "motion/poses.hpp"
 #include "render/renderer.hpp"
+#include "scene/joint_layers.hpp"
 #include "scene/scene.hpp"
 #include "store/motion_model.hpp"
 #include "view/gap_reading.hpp"
@@ -26,6 +27,8 @@ struct SessionOptions {
   std::optional<double> varus_rad;    ///< default the balanced one
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
+  DrawMode mode = DrawMode::textured;
+  LayerSet layers;
   bool frames_all = false;  ///< both objects whole, rather than the joint
   int width = 1280, height = 960;
   double scale = 1.0;  ///< of text and controls
@@ -81,10 +84,12 @@ class Session {
   void place_joint();
   void draw_interface(double elapsed_s);
   void aim(const Viewport& viewport);
+  std::span<const Legend* const> legends_now();
 
   MotionModel model_;
   std::vector<PlayedSet> sets_;
   Scene scene_;
+  JointLayers layers_;
   std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
   Side side_ = Side::right;
   Gui gui_;
@@ -100,6 +105,7 @@ class Session {
   bool was_left_pressed_ = false;  ///< since the last frame: a click shorter than a frame counts
   int width_ = 0, height_ = 0;
   bool takes_picture_ = false, toggles_full_screen_ = false;
+  std::array<const Legend*, 2> legends_{};  ///< of the layers shown now
   std::string message_;
   double message_left_s_ = 0.0;
 };

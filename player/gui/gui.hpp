@@ -1,7 +1,6 @@
 /// The interface over the picture: numbers, timeline, controls, help.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "render/renderer.hpp"
+#include "scene/palette.hpp"
 #include "view/gap_reading.hpp"
 #include "view/player_state.hpp"
 
@@ -36,20 +36,12 @@ struct Readout {
   const char* message = nullptr;  ///< one line for a while: "picture written to ..."
 };
 
-/// What the colours of a layer mean: evenly spaced from `low` to `high`.
-struct Legend {
-  const char* title = "";
-  const char* unit = "";
-  double low = 0.0, high = 1.0;
-  std::array<VertexColour, 16> colours{};
-};
-
 struct GuiFrame {
   int width = 0, height = 0;  ///< of the picture, pixels
   double elapsed_s = 0.0;     ///< since the last frame
   GuiPointer pointer;
-  std::span<const Legend> legends;
-  bool has_controls = true;  ///< false: numbers and legends alone, as over a film
+  std::span<const Legend* const> legends;  ///< of the layers shown
+  bool has_controls = true;                ///< false: numbers and legends alone, as over a film
 };
 
 /// What the user did in this frame.

@@ -90,22 +90,41 @@ void draw_gap(const PanelView& view)
   ImGui::TextColored(quiet_colour, "%s", name_of(gap.source));
 }
 
+ImU32 packed(const VertexColour& colour)
+{
+  return IM_COL32(colour[0], colour[1], colour[2], 255);
+}
+
+void draw_swatch(const PanelView& view, const VertexColour& colour, const std::string& text)
+{
+  if (text.empty()) return;
+  const float side = 0.8F * view.layout.em_px;
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  ImGui::GetWindowDrawList()->AddRectFilled(corner, ImVec2(corner.x + side, corner.y + side), packed(colour));
+  ImGui::Dummy(ImVec2(side, side));
+  ImGui::SameLine();
+  ImGui::TextUnformatted(text.c_str());
+}
+
+/// Colours run on between those of the palette, as colour_of() mixes them.
 void draw_legend(const PanelView& view, const Legend& legend)
 {
   const float em = view.layout.em_px, width = 11.0F * em, height = 0.8F * em;
-  ImGui::Text("%s", legend.title);
+  ImGui::TextUnformatted(legend.title.c_str());
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  const float step = width / static_cast<float>(legend.colours.size());
-  for (std::size_t i = 0; i < legend.colours.size(); ++i) {
-    const VertexColour& colour = legend.colours[i];
+  const float step = width / static_cast<float>(legend.palette.size() - 1);
+  for (std::size_t i = 0; i + 1 < legend.palette.size(); ++i) {
     const float x = corner.x + step * static_cast<float>(i);
-    ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(x, corner.y), ImVec2(x + step, corner.y + height),
-                                              IM_COL32(colour[0], colour[1], colour[2], 255));
+    const ImU32 from = packed(legend.palette[i]), to = packed(legend.palette[i + 1]);
+    ImGui::GetWindowDrawList()->AddRectFilledMultiColor(
+        ImVec2(x, corner.y), ImVec2(x + step, corner.y + height), from, to, to, from);
   }
   ImGui::Dummy(ImVec2(width, height));
-  ImGui::Text("%g", legend.low);
-  ImGui::SameLine(width - 3.0F * em);
-  ImGui::Text("%g %s", legend.high, legend.unit);
+  ImGui::Text("%g", legend.lowest);
+  ImGui::SameLine(width - 1.5F * em);
+  ImGui::Text("%g", legend.highest);
+  draw_swatch(view, legend.below, legend.below_label);
+  if (!legend.beyond_label.empty()) ImGui::TextColored(quiet_colour, "%s", legend.beyond_label.c_str());
 }
 
 }  // namespace
@@ -141,7 +160,7 @@ void draw_legends(const PanelView& view, const PlayerState& state)
   ImGui::SetNextWindowPos(ImVec2(0.0F, bottom), ImGuiCond_Always, ImVec2(0.0F, 1.0F));
   ImGui::SetNextWindowBgAlpha(backing);
   ImGui::Begin("legends", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
-  for (const Legend& legend : view.frame.legends) draw_legend(view, legend);
+  for (const Legend* legend : view.frame.legends) draw_legend(view, *legend);
   ImGui::End();
 }
 

@@ -108,18 +108,17 @@ PlayerState with_varus(const PanelView& view, PlayerState state)
 
 PlayerState with_layers(const PanelView& view, PlayerState state)
 {
-  constexpr std::array labels{"",
-                              "contacts (F1)",
-                              "normals (F2)",
-                              "axes (F3)",
-                              "helical axis (F4)",
-                              "gap map (F5)",
-                              "ligaments (F6)"};
-  static_assert(labels.size() == n_layers);
+  struct Row {
+    const char* label;
+    Layer layer;
+  };
   heading("layers");
-  for (std::size_t layer = 1; layer < n_layers; ++layer) {
-    ImGui::BeginDisabled(!view.range.has_layer[layer]);
-    ImGui::Checkbox(labels[layer], &state.is_layer_shown[layer]);
+  for (const Row row : {Row{"contacts (F1)", Layer::contacts}, Row{"normals (F2)", Layer::normals},
+                        Row{"axes (F3)", Layer::axes}, Row{"helical axis (F4)", Layer::helical_axis},
+                        Row{"gap map (F5)", Layer::gap_map}, Row{"ligaments (F6)", Layer::ligaments}}) {
+    bool is_shown = state.layers.has(row.layer);
+    ImGui::BeginDisabled(!view.range.available.has(row.layer));
+    if (ImGui::Checkbox(row.label, &is_shown)) state.layers.set(row.layer, is_shown);
     ImGui::EndDisabled();
   }
   return state;
