@@ -159,6 +159,7 @@ void Session::press_key(const KeyPress& press)
 
 void Session::resize(int width, int height)
 {
+  if (width == width_ && height == height_) return;
   width_ = std::max(width, 1);
   height_ = std::max(height, 1);
   drag_.reset();
@@ -210,7 +211,7 @@ void Session::draw_interface(double elapsed_s)
   frame.pointer = pointer_;
   frame.pointer.is_left_down |= was_left_pressed_;
   if (drag_) frame.pointer.is_left_down = false;
-  frame.legends = legends_now();
+  frame.key = colour_key(layers_, state_.layers);
   message_left_s_ -= elapsed_s;
   readout_.message = message_left_s_ > 0.0 ? message_.c_str() : nullptr;
   const GuiAnswer answer = gui_.frame(frame, state_, range_, readout_);
@@ -218,14 +219,6 @@ void Session::draw_interface(double elapsed_s)
   was_left_pressed_ = false;
   state_ = answer.state;
   do_action(answer.action);
-}
-
-std::span<const Legend* const> Session::legends_now()
-{
-  std::size_t n = 0;
-  if (state_.layers.has(Layer::gap_map)) legends_[n++] = &layers_.gap_legend();
-  if (state_.layers.has(Layer::ligaments)) legends_[n++] = &layers_.strain_legend();
-  return {legends_.data(), n};
 }
 
 void Session::aim(const Viewport& viewport)
@@ -237,10 +230,16 @@ void Session::aim(const Viewport& viewport)
 
 void Session::advance(double elapsed_s)
 {
+  --n_frames_due_;
   state_.timeline = advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
   place_joint();
   draw_interface(elapsed_s);
   aim(area());
+}
+
+bool Session::is_idle() const
+{
+  return !state_.timeline.is_playing && !drag_ && n_frames_due_ <= 0 && message_left_s_ <= 0.0;
 }
 
 bool Session::takes_picture()
@@ -259,7 +258,7 @@ const Image& Session::picture(Renderer& renderer)
   frame.width = renderer.width();
   frame.height = renderer.height();
   frame.has_controls = false;
-  frame.legends = legends_now();
+  frame.key = colour_key(layers_, state_.layers);
   Readout readout = readout_;
   readout.message = nullptr;
   if (state_.shows_numbers) gui_.frame(frame, state_, range_, readout);

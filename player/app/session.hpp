@@ -1,7 +1,6 @@
 /// A joint being looked at: what a window shows and what its user does, without the window itself.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "gui/gui.hpp"
 #include "motion/poses.hpp"
 #include "render/renderer.hpp"
+#include "render/window.hpp"
 #include "scene/joint_layers.hpp"
 #include "scene/scene.hpp"
 #include "store/motion_model.hpp"
@@ -48,6 +48,7 @@ class Session {
   void load_into(Renderer& renderer) const;
 
   // What the user does, in the order it happens. Pixels from the picture's top left corner.
+  void take(const InputEvent& event);
   void press(Button button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
   void release(Button button);
   void move(const Eigen::Vector2d& pointer_px);
@@ -58,6 +59,9 @@ class Session {
 
   /// Goes on by `elapsed_s`, then the picture is up to date. Allocates nothing once warm.
   void advance(double elapsed_s);
+
+  /// Nothing will change until something happens.
+  bool is_idle() const;
 
   const Scene& scene() const { return scene_; }
   std::span<const Shot> shots() const { return {&shot_, 1}; }
@@ -84,7 +88,6 @@ class Session {
   void place_joint();
   void draw_interface(double elapsed_s);
   void aim(const Viewport& viewport);
-  std::span<const Legend* const> legends_now();
 
   MotionModel model_;
   std::vector<PlayedSet> sets_;
@@ -102,10 +105,10 @@ class Session {
   std::optional<Drag> drag_;
   std::optional<Button> drag_button_;
   GuiPointer pointer_;
+  int n_frames_due_ = 0;           ///< until the interface stands still again
   bool was_left_pressed_ = false;  ///< since the last frame: a click shorter than a frame counts
   int width_ = 0, height_ = 0;
   bool takes_picture_ = false, toggles_full_screen_ = false;
-  std::array<const Legend*, 2> legends_{};  ///< of the layers shown now
   std::string message_;
   double message_left_s_ = 0.0;
 };

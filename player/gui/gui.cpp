@@ -177,6 +177,20 @@ Viewport Gui::free_area(int width, int height, const PlayerState& state, bool ha
           std::max(1, height - covered(inner_->layout.bar_height_px))};
 }
 
+ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)
+{
+  ColourKey key;
+  if (shown.has(Layer::gap_map) && layers.available().has(Layer::gap_map)) key.gaps = &layers.gap_legend();
+  if (shown.has(Layer::ligaments) && layers.available().has(Layer::ligaments))
+    key.strain = &layers.strain_legend();
+  // The helical axis stands last.
+  const std::span<const Label> labels = JointLayers::axis_labels();
+  const std::size_t first = shown.has(Layer::axes) ? 0 : labels.size() - 1;
+  const std::size_t last = shown.has(Layer::helical_axis) ? labels.size() : labels.size() - 1;
+  key.axes = labels.subspan(first, last - first);
+  return key;
+}
+
 std::string set_label(const std::string& set)
 {
   if (set == "raw") return "raw cells";

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/renderer.hpp"
+#include "scene/joint_layers.hpp"
 #include "scene/palette.hpp"
 #include "view/gap_reading.hpp"
 #include "view/player_state.hpp"
@@ -36,12 +37,22 @@ struct Readout {
   const char* message = nullptr;  ///< one line for a while: "picture written to ..."
 };
 
+/// What the colours of the layers shown mean; empty or null where nothing is to be said.
+struct ColourKey {
+  const Legend* gaps = nullptr;
+  const Legend* strain = nullptr;
+  std::span<const Label> axes;
+};
+
+/// `layers` must outlive the key.
+ColourKey colour_key(const JointLayers& layers, const LayerSet& shown);
+
 struct GuiFrame {
   int width = 0, height = 0;  ///< of the picture, pixels
   double elapsed_s = 0.0;     ///< since the last frame
   GuiPointer pointer;
-  std::span<const Legend* const> legends;  ///< of the layers shown
-  bool has_controls = true;                ///< false: numbers and legends alone, as over a film
+  ColourKey key;
+  bool has_controls = true;  ///< false: numbers and legends alone, as over a film
 };
 
 /// What the user did in this frame.
