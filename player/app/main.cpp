@@ -4,6 +4,7 @@
 #include <iostream>
 #include <map>
 
+#include "app/follow.hpp"
 #include "app/show.hpp"
 #include "core/error.hpp"
 #include "web/server.hpp"
@@ -11,7 +12,7 @@
 namespace {
 
 /// DESIGN.md 7.
-enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, our_mistake = 5 };
+enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, interrupted = 4, our_mistake = 5 };
 
 void add_show(CLI::App& app, vrda::ShowOptions& options)
 {
@@ -87,6 +88,52 @@ CLI::App* add_web(CLI::App& app, vrda::WebOptions& options)
   return web;
 }
 
+CLI::App* add_follow(CLI::App& app, vrda::FollowOptions& options)
+{
+  CLI::App* follow = app.add_subcommand("follow", "Follow a run while it computes");
+  follow->add_option("START", options.file, "The run's start file (OUTPUT.start.h5)")->required();
+  follow
+      ->add_option("--offscreen", options.folder,
+                   "Folder for pictures named step_NUMBER.png and finished.png")
+      ->type_name("DIR");
+  follow->add_option("--every", options.every_s, "A picture every so many seconds in which something came")
+      ->type_name("SECONDS");
+  follow->add_option("--each", options.each, "A picture each so many steps")->type_name("N");
+  follow->add_flag("--once", options.is_once, "What there is now, and end");
+  follow->add_flag("--text", options.is_text, "Only the progress, no picture");
+  follow
+      ->add_option(
+          "--steps", options.steps,
+          "Those shown: stable; contact (the moves in contact too); all. Moves are known of runs with "
+          "--trace")
+      ->type_name("WHICH")
+      ->capture_default_str();
+  follow->add_option("--views", options.views, "As of show (default: those of the job, else front,lateral)")
+      ->type_name("VIEW,...");
+  follow
+      ->add_option(
+          "--orient", options.orient,
+          "A view a triple: degrees to turn the joint, as seen from the front, about the axes to the "
+          "right, up and towards the viewer (ORIENTATION_MODEL)")
+      ->type_name("X,Y,Z;...");
+  follow->add_option("--shift", options.shift, "A view a triple: mm along these axes (SHIFT_MODEL)")
+      ->type_name("X,Y,Z;...");
+  follow->add_option("--mode", options.mode, "wire, hidden-line, flat, fill or smooth, textured")
+      ->type_name("MODE");
+  follow->add_option("--layers", options.layers, "contacts, normals, axes; or none")
+      ->type_name("LAYER,...")
+      ->capture_default_str();
+  follow->add_option("--size", options.size, "Of the picture, in pixels")
+      ->type_name("WxH")
+      ->capture_default_str();
+  follow->add_flag("--quiet", options.is_quiet, "No progress");
+  follow->footer(
+      "Reads the start file and the journals beside it and never writes there: on this machine or over a\n"
+      "shared folder. Ends when the result is there, or with Ctrl-C.\n"
+      "Example:\n  vrda-player follow knee.h5.start.h5 --offscreen pictures --every 10 --views front,side");
+  return follow;
+}
+
 int run(int argc, char** argv)
 {
   CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
@@ -94,11 +141,15 @@ int run(int argc, char** argv)
   app.require_subcommand(0, 1);
   app.footer(
       "Example:\n  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15\n\n"
-      "Exit codes: 0 done, 2 bad input, 3 some attitudes have no answer, 5 a mistake of the program");
+      "Exit codes: 0 done, 2 bad input, 3 some attitudes have no answer, 4 stopped before the run it follows "
+      "ended, "
+      "5 a mistake of the program");
   vrda::ShowOptions options;
   add_show(app, options);
   vrda::WebOptions web_options;
   const CLI::App* web = add_web(app, web_options);
+  vrda::FollowOptions follow_options;
+  const CLI::App* follow = add_follow(app, follow_options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
@@ -108,12 +159,16 @@ int run(int argc, char** argv)
     return bad_input;
   }
   if (app.get_subcommands().empty()) {
-    std::cerr << "vrda-player: found no mode, wanted show or web (see vrda-player --help)\n";
+    std::cerr << "vrda-player: found no mode, wanted show, follow or web (see vrda-player --help)\n";
     return bad_input;
   }
   if (web->parsed()) {
     vrda::serve_web(web_options, std::cout, std::cerr);
     return done;
+  }
+  if (follow->parsed()) {
+    const vrda::FollowEnd end = vrda::follow(follow_options, {std::cout, std::cerr});
+    return end == vrda::FollowEnd::finished ? done : interrupted;
   }
   const vrda::ShowSummary summary = vrda::show(options, {std::cout, std::cerr});
   return summary.n_unsolved > 0 ? unsolved_attitudes : done;
