@@ -8,11 +8,13 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "render/egl_context.hpp"
 #include "render/gl_overlay.hpp"
 #include "render/gl_peeling.hpp"
 #include "render/gl_surfaces.hpp"
 #include "render/gl_table.hpp"
 #include "render/gl_target.hpp"
+#include "render/osmesa_context.hpp"
 #include "render/shaders.hpp"
 
 namespace vrda {
@@ -67,6 +69,9 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
   context_->make_current();
   gl_ = table_of(*context_);
   check_size(options);
+  GLint most_samples = 0;
+  gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
+  options_.samples = std::min(options_.samples, std::max(most_samples, 1));
   const char* const first = "#version 330 core\n";
   background_program_ = linked_program(gl_, first, background_vertex_shader, background_fragment_shader);
   top_ = gl_.GetUniformLocation(background_program_, "top");
@@ -91,15 +96,13 @@ GlRenderer::~GlRenderer()
 
 void GlRenderer::check_size(const RenderOptions& options) const
 {
-  GLint most = 0, most_samples = 0;
+  GLint most = 0;
   gl_.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most);
-  gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
   if (std::min(options.width, options.height) < 1 || std::max(options.width, options.height) > most) {
     throw InputError({"picture", "size", std::to_string(options.width) + "x" + std::to_string(options.height),
                       "1 to " + std::to_string(most) + " pixels each way"});
   }
-  check(options.samples >= 1 && options.samples <= most_samples,
-        "the samples of a pixel are within OpenGL's limit");
+  check(options.samples >= 1, "a pixel has a sample");
 }
 
 void GlRenderer::open_targets()
@@ -236,6 +239,11 @@ const Image& Renderer::draw(const Scene& scene, const Camera& camera)
 std::unique_ptr<Renderer> make_gl_renderer(std::unique_ptr<GlContext> context, const RenderOptions& options)
 {
   return std::make_unique<GlRenderer>(std::move(context), options);
+}
+
+std::unique_ptr<Renderer> make_offscreen_renderer(const RenderOptions& options, Backend backend)
+{
+  return make_gl_renderer(backend == Backend::egl ? make_egl_context() : make_osmesa_context(), options);
 }
 
 }  // namespace vrda
