@@ -15,7 +15,7 @@ namespace vrda {
 namespace {
 
 constexpr double text_px = 15.0;  // at scale 1: read at arm's length on 96 dots an inch
-constexpr float panel_width_em = 16.0F, bar_height_em = 5.0F;
+constexpr float panel_width_em = 16.0F, bar_height_em = 4.6F;
 constexpr float least_elapsed_s = 1e-4F;  // the library wants time to go on
 
 std::atomic<std::uint64_t> n_allocations{0};
@@ -175,6 +175,20 @@ Viewport Gui::free_area(int width, int height, const PlayerState& state, bool ha
   const auto covered = [](float px) { return static_cast<int>(std::ceil(px)); };
   return {0, 0, std::max(1, width - covered(inner_->layout.panel_width_px)),
           std::max(1, height - covered(inner_->layout.bar_height_px))};
+}
+
+ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)
+{
+  ColourKey key;
+  if (shown.has(Layer::gap_map) && layers.available().has(Layer::gap_map)) key.gaps = &layers.gap_legend();
+  if (shown.has(Layer::ligaments) && layers.available().has(Layer::ligaments))
+    key.strain = &layers.strain_legend();
+  // The helical axis stands last.
+  const std::span<const Label> labels = JointLayers::axis_labels();
+  const std::size_t first = shown.has(Layer::axes) ? 0 : labels.size() - 1;
+  const std::size_t last = shown.has(Layer::helical_axis) ? labels.size() : labels.size() - 1;
+  key.axes = labels.subspan(first, last - first);
+  return key;
 }
 
 std::string set_label(const std::string& set)

@@ -1,7 +1,6 @@
 /// The interface over the picture: numbers, timeline, controls, help.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -9,6 +8,8 @@
 #include <vector>
 
 #include "render/renderer.hpp"
+#include "scene/joint_layers.hpp"
+#include "scene/palette.hpp"
 #include "view/gap_reading.hpp"
 #include "view/player_state.hpp"
 
@@ -36,19 +37,21 @@ struct Readout {
   const char* message = nullptr;  ///< one line for a while: "picture written to ..."
 };
 
-/// What the colours of a layer mean: evenly spaced from `low` to `high`.
-struct Legend {
-  const char* title = "";
-  const char* unit = "";
-  double low = 0.0, high = 1.0;
-  std::array<VertexColour, 16> colours{};
+/// What the colours of the layers shown mean; empty or null where nothing is to be said.
+struct ColourKey {
+  const Legend* gaps = nullptr;
+  const Legend* strain = nullptr;
+  std::span<const Label> axes;
 };
+
+/// `layers` must outlive the key.
+ColourKey colour_key(const JointLayers& layers, const LayerSet& shown);
 
 struct GuiFrame {
   int width = 0, height = 0;  ///< of the picture, pixels
   double elapsed_s = 0.0;     ///< since the last frame
   GuiPointer pointer;
-  std::span<const Legend> legends;
+  ColourKey key;
   bool has_controls = true;  ///< false: numbers and legends alone, as over a film
 };
 

@@ -12,8 +12,9 @@ namespace {
 constexpr ImGuiWindowFlags text_only = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
                                        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
                                        ImGuiWindowFlags_NoBringToFrontOnFocus;
-constexpr float backing = 0.62F;  // dark enough for white text on the light backdrop
-constexpr float column_em = 5.0F;
+constexpr float backing = 0.85F;  // blended in linear light: less would leave white text on grey
+constexpr float column_em = 5.0F, legend_width_em = 10.0F;
+constexpr int labels_a_row = 3;
 const ImVec4 warning_colour(1.0F, 0.72F, 0.30F, 1.0F), quiet_colour(0.72F, 0.76F, 0.80F, 1.0F);
 
 void label(const PanelView& view, const char* text)
@@ -31,9 +32,9 @@ double shown_deg(double angle_rad)
 void draw_angle(const PanelView& view, const char* name, double angle_rad, const char* remark)
 {
   label(view, name);
-  ImGui::Text("%6.1f°", shown_deg(angle_rad));
+  ImGui::Text("%.1f°", shown_deg(angle_rad));
   if (remark == nullptr) return;
-  ImGui::SameLine();
+  ImGui::SameLine(2.0F * column_em * view.layout.em_px);
   ImGui::TextColored(quiet_colour, "%s", remark);
 }
 
@@ -90,22 +91,63 @@ void draw_gap(const PanelView& view)
   ImGui::TextColored(quiet_colour, "%s", name_of(gap.source));
 }
 
-void draw_legend(const PanelView& view, const Legend& legend)
+ImU32 packed(const VertexColour& colour)
 {
-  const float em = view.layout.em_px, width = 11.0F * em, height = 0.8F * em;
-  ImGui::Text("%s", legend.title);
+  return IM_COL32(colour[0], colour[1], colour[2], 255);
+}
+
+void draw_swatch(const PanelView& view, const VertexColour& colour, const std::string& text)
+{
+  if (text.empty()) {
+    ImGui::NewLine();
+    return;
+  }
+  const float side = 0.8F * view.layout.em_px;
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  const float step = width / static_cast<float>(legend.colours.size());
-  for (std::size_t i = 0; i < legend.colours.size(); ++i) {
-    const VertexColour& colour = legend.colours[i];
+  ImGui::GetWindowDrawList()->AddRectFilled(corner, ImVec2(corner.x + side, corner.y + side), packed(colour));
+  ImGui::Dummy(ImVec2(side, side));
+  ImGui::SameLine();
+  ImGui::TextUnformatted(text.c_str());
+}
+
+/// Colours run on between those of the palette, as colour_of() mixes them.
+void draw_bar(const Legend& legend, float width, float height)
+{
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  const float step = width / static_cast<float>(legend.palette.size() - 1);
+  for (std::size_t i = 0; i + 1 < legend.palette.size(); ++i) {
     const float x = corner.x + step * static_cast<float>(i);
-    ImGui::GetWindowDrawList()->AddRectFilled(ImVec2(x, corner.y), ImVec2(x + step, corner.y + height),
-                                              IM_COL32(colour[0], colour[1], colour[2], 255));
+    const ImU32 from = packed(legend.palette[i]), to = packed(legend.palette[i + 1]);
+    ImGui::GetWindowDrawList()->AddRectFilledMultiColor(
+        ImVec2(x, corner.y), ImVec2(x + step, corner.y + height), from, to, to, from);
   }
   ImGui::Dummy(ImVec2(width, height));
-  ImGui::Text("%g", legend.low);
-  ImGui::SameLine(width - 3.0F * em);
-  ImGui::Text("%g %s", legend.high, legend.unit);
+}
+
+void draw_legend(const PanelView& view, const Legend& legend)
+{
+  const float em = view.layout.em_px;
+  ImGui::BeginGroup();
+  ImGui::TextUnformatted(legend.title.c_str());
+  ImGui::SameLine();
+  draw_swatch(view, legend.below, legend.below_label);
+  draw_bar(legend, legend_width_em * em, 0.8F * em);
+  ImGui::Text("%g to %g", legend.lowest, legend.highest);
+  if (!legend.beyond_label.empty()) {
+    ImGui::SameLine();
+    ImGui::TextColored(quiet_colour, "then %s", legend.beyond_label.c_str());
+  }
+  ImGui::EndGroup();
+}
+
+void draw_axis_labels(const PanelView& view, std::span<const Label> labels)
+{
+  int n = 0;
+  for (const Label& axis : labels) {
+    if (n++ % labels_a_row != 0)
+      ImGui::SameLine(static_cast<float>((n - 1) % labels_a_row) * 6.5F * view.layout.em_px);
+    draw_swatch(view, axis.colour, axis.name);
+  }
 }
 
 }  // namespace
@@ -134,14 +176,18 @@ void draw_numbers(const PanelView& view, const PlayerState& state)
 
 void draw_legends(const PanelView& view, const PlayerState& state)
 {
-  if (view.frame.legends.empty()) return;
+  const ColourKey& key = view.frame.key;
+  if (key.gaps == nullptr && key.strain == nullptr && key.axes.empty()) return;
   const bool is_bar_there = view.frame.has_controls && state.shows_panel;
   const float bottom =
       static_cast<float>(view.frame.height) - (is_bar_there ? view.layout.bar_height_px : 0.0F);
   ImGui::SetNextWindowPos(ImVec2(0.0F, bottom), ImGuiCond_Always, ImVec2(0.0F, 1.0F));
   ImGui::SetNextWindowBgAlpha(backing);
   ImGui::Begin("legends", nullptr, text_only | ImGuiWindowFlags_AlwaysAutoResize);
-  for (const Legend& legend : view.frame.legends) draw_legend(view, legend);
+  draw_axis_labels(view, key.axes);
+  if (key.gaps != nullptr) draw_legend(view, *key.gaps);
+  if (key.gaps != nullptr && key.strain != nullptr) ImGui::SameLine(0.0F, view.layout.em_px);
+  if (key.strain != nullptr) draw_legend(view, *key.strain);
   ImGui::End();
 }
 

@@ -86,15 +86,18 @@ std::size_t chosen_set(const PanelView& view, std::size_t set)
 PlayerState with_varus(const PanelView& view, PlayerState state)
 {
   const PlayerRange& range = view.range;
-  heading("varus (Up, Down)");
+  float varus_deg = as_deg(wanted_attitude(state, range).varus_rad);
+  ImGui::Spacing();
+  ImGui::TextDisabled("varus (Up, Down)");
+  ImGui::SameLine(10.0F * view.layout.em_px);
+  ImGui::Text("%.1f°", static_cast<double>(varus_deg));
   if (range.is_varus_free || range.first_varus_rad >= range.last_varus_rad) {
     ImGui::TextDisabled(range.is_varus_free ? "this set has its own" : "one angle only");
     return state;
   }
-  float varus_deg = as_deg(state.varus_rad.value_or(range.balanced_varus_rad));
   ImGui::SetNextItemWidth(-1.0F);
   if (ImGui::SliderFloat("##varus", &varus_deg, as_deg(range.first_varus_rad), as_deg(range.last_varus_rad),
-                         "%.1f°", sliding))
+                         "", sliding))
     state.varus_rad = rad_from_deg(static_cast<double>(varus_deg));
   bool is_balanced = !state.varus_rad.has_value();
   if (ImGui::Checkbox("balanced (B)", &is_balanced)) {
@@ -105,18 +108,17 @@ PlayerState with_varus(const PanelView& view, PlayerState state)
 
 PlayerState with_layers(const PanelView& view, PlayerState state)
 {
-  constexpr std::array labels{"",
-                              "contacts (F1)",
-                              "normals (F2)",
-                              "axes (F3)",
-                              "helical axis (F4)",
-                              "gap map (F5)",
-                              "ligaments (F6)"};
-  static_assert(labels.size() == n_layers);
+  struct Row {
+    const char* label;
+    Layer layer;
+  };
   heading("layers");
-  for (std::size_t layer = 1; layer < n_layers; ++layer) {
-    ImGui::BeginDisabled(!view.range.has_layer[layer]);
-    ImGui::Checkbox(labels[layer], &state.is_layer_shown[layer]);
+  for (const Row row : {Row{"contacts (F1)", Layer::contacts}, Row{"normals (F2)", Layer::normals},
+                        Row{"axes (F3)", Layer::axes}, Row{"helical axis (F4)", Layer::helical_axis},
+                        Row{"gap map (F5)", Layer::gap_map}, Row{"ligaments (F6)", Layer::ligaments}}) {
+    bool is_shown = state.layers.has(row.layer);
+    ImGui::BeginDisabled(!view.range.available.has(row.layer));
+    if (ImGui::Checkbox(row.label, &is_shown)) state.layers.set(row.layer, is_shown);
     ImGui::EndDisabled();
   }
   return state;
@@ -153,12 +155,15 @@ void draw_help_lines(const PanelView& view, const char* title, std::span<const H
   }
 }
 
-Timeline with_flexion_slider(Timeline timeline)
+Timeline with_flexion_slider(Timeline timeline, float em)
 {
   float flexion_deg = as_deg(timeline.flexion_rad);
+  ImGui::AlignTextToFramePadding();
+  ImGui::Text("flexion %.1f°", static_cast<double>(flexion_deg));
+  ImGui::SameLine(8.0F * em);
   ImGui::SetNextItemWidth(-1.0F);
   const bool is_moved = ImGui::SliderFloat("##flexion", &flexion_deg, as_deg(timeline.first_rad),
-                                           as_deg(timeline.last_rad), "flexion %.1f°", sliding);
+                                           as_deg(timeline.last_rad), "", sliding);
   return is_moved ? moved_to(timeline, rad_from_deg(static_cast<double>(flexion_deg))) : timeline;
 }
 
@@ -172,7 +177,7 @@ GuiAnswer with_bar(const PanelView& view, GuiAnswer answer)
   ImGui::SetNextWindowSize(ImVec2(width, view.layout.bar_height_px));
   ImGui::Begin("timeline", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
   Timeline& timeline = answer.state.timeline;
-  timeline = with_flexion_slider(timeline);
+  timeline = with_flexion_slider(timeline, em);
   constexpr std::array before{Press{"|<", Action::go_to_first}, Press{"<", Action::step_back}};
   constexpr std::array behind{Press{">", Action::step_forward}, Press{">|", Action::go_to_last}};
   for (const Press& press : before) {

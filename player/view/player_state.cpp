@@ -26,8 +26,7 @@ PlayerState with_varus_by(PlayerState state, double by_rad, const PlayerRange& r
 
 PlayerState with_layer_toggled(PlayerState state, Layer layer, const PlayerRange& range)
 {
-  const auto row = static_cast<std::size_t>(layer);
-  state.is_layer_shown[row] = range.has_layer[row] && !state.is_layer_shown[row];
+  state.layers.set(layer, range.available.has(layer) && !state.layers.has(layer));
   return state;
 }
 
@@ -185,27 +184,6 @@ const char* name_of(Backdrop backdrop)
       return "black";
   }
   throw InternalError("a backdrop has a name");
-}
-
-const char* name_of(Layer layer)
-{
-  switch (layer) {
-    case Layer::bodies:
-      return "bodies";
-    case Layer::contacts:
-      return "contacts";
-    case Layer::normals:
-      return "normals";
-    case Layer::axes:
-      return "axes";
-    case Layer::helical_axis:
-      return "helical axis";
-    case Layer::gap_map:
-      return "gap map";
-    case Layer::ligaments:
-      return "ligaments";
-  }
-  throw InternalError("a layer has a name");
 }
 
 }  // namespace vrda

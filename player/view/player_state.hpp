@@ -1,12 +1,12 @@
 /// Everything that the user of a window can set, and what each action makes of it.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <optional>
 
 #include "motion/poses.hpp"
 #include "scene/camera.hpp"
+#include "scene/layer_set.hpp"
 #include "scene/lighting.hpp"
 #include "scene/scene.hpp"
 #include "view/keys.hpp"
@@ -14,14 +14,12 @@
 
 namespace vrda {
 
-inline constexpr std::size_t n_layers = static_cast<std::size_t>(Layer::ligaments) + 1;
-
 struct PlayerState {
   Timeline timeline;
   std::optional<double> varus_rad;  ///< none: where the compartments balance
   std::size_t set = 0;              ///< row of the sets
   DrawMode mode = DrawMode::textured;
-  std::array<bool, n_layers> is_layer_shown{true};  ///< by Layer; the bodies always
+  LayerSet layers;
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
   bool shows_numbers = true;
@@ -36,7 +34,7 @@ struct PlayerRange {
   double first_varus_rad = 0.0, last_varus_rad = 0.0;  ///< of the set
   bool is_varus_free = false;                          ///< the set has a varus of its own
   double balanced_varus_rad = 0.0;                     ///< at the flexion
-  std::array<bool, n_layers> has_layer{true};
+  LayerSet available;
 };
 
 /// `state` once `action` happened. Views, screenshots and the full screen are no part of it and change
@@ -51,6 +49,5 @@ std::optional<View> view_of(Action action);
 
 const char* name_of(DrawMode mode);
 const char* name_of(Backdrop backdrop);
-const char* name_of(Layer layer);
 
 }  // namespace vrda

@@ -21,7 +21,7 @@ PlayerRange sample_range()
   range.first_varus_rad = rad_from_deg(-5.0);
   range.last_varus_rad = rad_from_deg(5.0);
   range.balanced_varus_rad = rad_from_deg(1.25);
-  range.has_layer.fill(true);
+  for (const std::string& name : layer_names()) range.available.set(*layer_named(name), true);
   return range;
 }
 
@@ -82,7 +82,7 @@ TEST(PlayerState, CyclesComeRound)
 TEST(PlayerState, LayersComeAndGoWhereTheJointHasThem)
 {
   PlayerRange range = sample_range();
-  range.has_layer[static_cast<std::size_t>(Layer::ligaments)] = false;
+  range.available.set(Layer::ligaments, false);
   struct Row {
     Action action;
     Layer layer;
@@ -95,8 +95,8 @@ TEST(PlayerState, LayersComeAndGoWhereTheJointHasThem)
         Row{Action::show_ligaments, Layer::ligaments, false}}) {
     SCOPED_TRACE(name_of(row.layer));
     const PlayerState shown = after(sample_state(), row.action, range);
-    EXPECT_EQ(shown.is_layer_shown[static_cast<std::size_t>(row.layer)], row.is_there);
-    EXPECT_FALSE(after(shown, row.action, range).is_layer_shown[static_cast<std::size_t>(row.layer)]);
+    EXPECT_EQ(shown.layers.has(row.layer), row.is_there);
+    EXPECT_FALSE(after(shown, row.action, range).layers.has(row.layer));
   }
 }
 
