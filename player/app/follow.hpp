@@ -4,9 +4,13 @@
 #include <iosfwd>
 #include <string>
 
+#include "app/look.hpp"
 #include "follow/run_screen.hpp"
 
 namespace vrda {
+
+/// With contacts and normals.
+LookOptions follow_look();
 
 /// As on the command line.
 struct FollowOptions {
@@ -19,8 +23,9 @@ struct FollowOptions {
   std::string steps = "stable";  ///< step_choice_names()
   std::string views;             ///< names; empty: those of the job, else front and lateral
   std::string orient, shift;     ///< X,Y,Z;X,Y,Z;... one a view, degrees and mm
-  std::string mode;              ///< empty: that of the job, else smooth
-  std::string layers = "contacts,normals";
+  LookOptions look = follow_look();
+  bool has_mode = false;   ///< look.mode was asked for; else it is that of the job, if that has one
+  bool is_opaque = false;  ///< the reference too, where contacts are to be seen
   std::string size = "1280x960";
   Backdrop backdrop = Backdrop::studio;
   bool is_quiet = false;

@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/look_options.hpp"
+
 namespace vrda {
 
 CLI::App* add_follow(CLI::App& app, FollowOptions& options)
@@ -34,11 +36,9 @@ CLI::App* add_follow(CLI::App& app, FollowOptions& options)
       ->type_name("X,Y,Z;...");
   follow->add_option("--shift", options.shift, "A view a triple: mm along these axes (SHIFT_MODEL)")
       ->type_name("X,Y,Z;...");
-  follow->add_option("--mode", options.mode, "wire, hidden-line, flat, fill or smooth, textured")
-      ->type_name("MODE");
-  follow->add_option("--layers", options.layers, "contacts, normals, axes; or none")
-      ->type_name("LAYER,...")
-      ->capture_default_str();
+  add_look(*follow, options.look);
+  follow->add_flag("--opaque", options.is_opaque,
+                   "The reference too: without it contacts and normals are seen through it");
   follow->add_option("--size", options.size, "Of the picture, in pixels")
       ->type_name("WxH")
       ->capture_default_str();
@@ -47,6 +47,7 @@ CLI::App* add_follow(CLI::App& app, FollowOptions& options)
       "Reads the start file and the journals beside it and never writes there: on this machine or over a\n"
       "shared folder. Ends when the result is there, or with Ctrl-C.\n"
       "Example:\n  vrda-player follow knee.h5.start.h5 --offscreen pictures --every 10 --views front,side");
+  follow->callback([follow, &options] { options.has_mode = follow->count("--mode") > 0; });
   return follow;
 }
 

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <optional>
@@ -8,6 +7,7 @@
 #include "app/arguments.hpp"
 #include "app/follow.hpp"
 #include "core/error.hpp"
+#include "core/number_text.hpp"
 #include "core/units.hpp"
 #include "follow/job_views.hpp"
 #include "scene/layer_set.hpp"
@@ -17,25 +17,12 @@ namespace {
 
 constexpr std::size_t most_views = 16;  // smaller tiles show nothing
 
-std::vector<std::string> parts_of(const std::string& text, char separator)
-{
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == separator) {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
-
 std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::string& text)
 {
   std::vector<Eigen::Vector3d> triples;
   if (text.empty()) return triples;
-  for (const std::string& part : parts_of(text, ';')) {
-    const std::vector<std::string> numbers = parts_of(part, ',');
+  for (const std::string& part : split(text, ';')) {
+    const std::vector<std::string> numbers = split(part, ',');
     Eigen::Vector3d triple = Eigen::Vector3d::Zero();
     bool is_sound = numbers.size() == 3;
     for (std::size_t i = 0; is_sound && i < 3; ++i) {
@@ -61,7 +48,9 @@ std::vector<RunView> turned_views(const FollowOptions& options, Side side)
   std::vector<RunView> views;
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d turn_rad = turns_deg[k] * rad_from_deg(1.0);
-    views.push_back(turned_view("view " + std::to_string(k + 1), turn_rad, shifts_mm[k], side));
+    const auto degrees = [&](Eigen::Index i) { return shortest(turns_deg[k][i]); };
+    views.push_back(turned_view("turned " + degrees(0) + ", " + degrees(1) + ", " + degrees(2), turn_rad,
+                                shifts_mm[k], side));
   }
   return views;
 }
@@ -87,43 +76,44 @@ std::vector<RunView> views_of(const FollowOptions& options, const JobViews& job,
   return views;
 }
 
-DrawMode mode_of(const std::string& name)
+LayerSet layers_of(const LookOptions& look)
 {
-  static const std::array<std::pair<const char*, DrawMode>, 6> modes{{{"wire", DrawMode::wire},
-                                                                      {"hidden-line", DrawMode::hidden_line},
-                                                                      {"flat", DrawMode::flat},
-                                                                      {"fill", DrawMode::smooth},
-                                                                      {"smooth", DrawMode::smooth},
-                                                                      {"textured", DrawMode::textured}}};
-  std::string known;
-  for (const auto& [word, mode] : modes) {
-    if (name == word) return mode;
-    known += (known.empty() ? "" : ", ") + std::string(word);
+  const LayerSet layers = parsed_layers(look.layers);
+  if (layers.has(Layer::helical_axis)) {
+    throw InputError({"--layers", "", "helical-axis",
+                      "contacts, normals, axes, gaps or ligaments: a motion that is not "
+                      "whole has no helical axis"});
   }
-  throw InputError({"--mode", "", "\"" + name + "\"", known});
+  return layers;
+}
+
+/// Lines hide nothing; other bodies hide where they touch.
+bool hides_contacts(const LookOptions& look, const LayerSet& layers)
+{
+  return look.mode != DrawMode::wire && (layers.has(Layer::contacts) || layers.has(Layer::normals));
 }
 
 RunSceneOptions scene_options(const FollowOptions& options, const JobViews& job)
 {
+  LookOptions look = options.look;
+  if (!options.has_mode && job.render == "wire") look.mode = DrawMode::wire;
   RunSceneOptions scene;
-  const std::string mode = options.mode.empty() ? job.render : options.mode;
-  if (!mode.empty()) scene.mode = mode_of(mode);
+  scene.layers = layers_of(look);
   scene.backdrop = options.backdrop;
-  scene.has_contacts = scene.has_normals = scene.has_axes = false;
-  if (options.layers.empty() || options.layers == "none") return scene;
-  for (const std::string& name : parts_of(options.layers, ',')) {
-    bool* const wanted = name == "contacts"  ? &scene.has_contacts
-                         : name == "normals" ? &scene.has_normals
-                         : name == "axes"    ? &scene.has_axes
-                                             : nullptr;
-    if (wanted == nullptr)
-      throw InputError({"--layers", "", "\"" + name + "\"", "some of contacts, normals, axes; or none"});
-    *wanted = true;
-  }
+  if (look.see_through.empty() && !options.is_opaque && hides_contacts(look, scene.layers))
+    look.see_through = "reference";
+  scene.dress = [look](Scene& bare) { dress(bare, look); };
   return scene;
 }
 
 }  // namespace
+
+LookOptions follow_look()
+{
+  LookOptions look;
+  look.layers = "contacts,normals";
+  return look;
+}
 
 RunScreenOptions screen_options(const FollowOptions& options, const MotionModel& model)
 {

@@ -30,6 +30,15 @@ double aspect_of(const Viewport& viewport)
   return static_cast<double>(viewport.width) / viewport.height;
 }
 
+void require_layers(const std::string& file, const LayerSet& wanted, const LayerSet& available)
+{
+  for (const std::string& name : layer_names()) {
+    const Layer layer = *layer_named(name);
+    if (wanted.has(layer) && !available.has(layer))
+      throw InputError({file, "--layers", name, "a layer that the model has something for"});
+  }
+}
+
 }  // namespace
 
 PictureMaker::PictureMaker(const ShowOptions& options, const MotionModel& model, const PosedSet& set,
@@ -46,6 +55,9 @@ PictureMaker::PictureMaker(const ShowOptions& options, const MotionModel& model,
 {
   check(!scene_.drawables.empty(), "a motion model that was read has triangles");
   scene_.background = background_of(options.backdrop);
+  dress(scene_, options.look);
+  wanted_ = parsed_layers(options.look.layers);
+  require_layers(options.file, wanted_, layers_.available());
   const Viewport whole{0, 0, size_.width, size_.height};
   single_ = cameras_for(poses, aspect_of(whole));
   tiled_ = cameras_for(poses, aspect_of(column(size_, 0, views_.size())));
@@ -80,7 +92,7 @@ const Overlay* PictureMaker::overlay_for(const JointPose& pose)
   GuiFrame frame;
   frame.width = size_.width;
   frame.height = size_.height;
-  frame.key = colour_key(layers_, options_.layers);
+  frame.key = colour_key(layers_, wanted_);
   frame.has_controls = false;
   PlayerRange range;
   range.is_varus_free = motion_.is_varus_free();
@@ -96,7 +108,7 @@ const Image& PictureMaker::drawn(const JointPose& pose)
 {
   const JointFrames frames = frames_of(pose, options_.held);
   place(scene_, frames);
-  layers_.update(scene_, motion_, {pose, frames, options_.layers});
+  layers_.update(scene_, motion_, {pose, frames, wanted_});
   for (Shot& shot : shots_) shot.camera = with_depth_range(shot.camera, scene_);
   return renderer_->draw(scene_, shots_, overlay_for(pose));
 }

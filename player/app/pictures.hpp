@@ -49,6 +49,7 @@ class PictureMaker {
   bool has_gaps_ = true;
   Scene scene_;
   JointLayers layers_;
+  LayerSet wanted_;
   std::unique_ptr<Renderer> renderer_;
   std::optional<Gui> gui_;  ///< with --overlay
   std::vector<Camera> single_, tiled_;

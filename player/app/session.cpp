@@ -74,8 +74,11 @@ Session::Session(MotionModel model, const SessionOptions& options)
   state_.varus_rad = options.varus_rad;
   state_.backdrop = options.backdrop;
   state_.held = options.held;
-  state_.mode = options.mode;
-  state_.layers = options.layers;
+  state_.mode = options.look.mode;
+  state_.layers = parsed_layers(options.look.layers);
+  backdrop_ = options.backdrop;
+  scene_.background = background_of(options.backdrop);
+  dress(scene_, options.look);
   framed_points_ = points_over(scene_, sets_[state_.set].motion, options);
   range_ = range_now();
   look_from(view_);
@@ -199,7 +202,8 @@ void Session::place_joint()
   if (readout_.pose.status == PoseStatus::solved) place(scene_, frames);
   layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames, state_.layers});
   scene_.mode = state_.mode;
-  scene_.background = background_of(state_.backdrop);
+  if (state_.backdrop != backdrop_) scene_.background = background_of(state_.backdrop);
+  backdrop_ = state_.backdrop;
 }
 
 void Session::draw_interface(double elapsed_s)

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "app/look.hpp"
 #include "gui/gui.hpp"
 #include "motion/poses.hpp"
 #include "render/renderer.hpp"
@@ -27,8 +28,7 @@ struct SessionOptions {
   std::optional<double> varus_rad;    ///< default the balanced one
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
-  DrawMode mode = DrawMode::textured;
-  LayerSet layers;
+  LookOptions look;
   bool frames_all = false;  ///< both objects whole, rather than the joint
   int width = 1280, height = 960;
   double scale = 1.0;  ///< of text and controls
@@ -101,6 +101,7 @@ class Session {
   Readout readout_;
   Gaze gaze_;
   View view_ = View::oblique;
+  Backdrop backdrop_ = Backdrop::studio;  ///< that the scene has; a file of lights may bring another
   Shot shot_;
   std::optional<Drag> drag_;
   std::optional<Button> drag_button_;

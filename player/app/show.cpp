@@ -281,6 +281,7 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
 {
   parsed_views(options.views);
   parsed_size(options.size);
+  parsed_layers(options.look.layers);
   require_trace_options(options);
   require_video_options(options);
   MotionModel model = read_motion_model(options.file);

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "scene/layer_set.hpp"
+#include "app/look.hpp"
 #include "scene/lighting.hpp"
 #include "scene/scene.hpp"
 
@@ -32,7 +32,7 @@ struct ShowOptions {
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
   Framed framed = Framed::joint;
-  LayerSet layers;
+  LookOptions look;
   bool has_numbers = false;  ///< angles and gaps over the pictures
   std::string video;         ///< a film of all views side by side
   int frames_per_s = 25;

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
+#include "app/look_options.hpp"
 #include "view/keys.hpp"
 
 namespace vrda {
@@ -39,7 +40,7 @@ void add_video(CLI::App* show, ShowOptions& options)
   show->add_flag("--numbers", options.has_numbers, "Angles and gaps over pictures and film");
 }
 
-void add_look(CLI::App* show, ShowOptions& options)
+void add_framing(CLI::App* show, ShowOptions& options)
 {
   show->add_option("--size", options.size, "Of a picture, in pixels")
       ->type_name("WxH")
@@ -89,7 +90,8 @@ CLI::App* add_show(CLI::App& app, ShowOptions& options)
       ->capture_default_str();
   add_trace(show, options);
   add_video(show, options);
-  add_look(show, options);
+  add_framing(show, options);
+  add_look(*show, options.look);
   show->add_flag("--quiet", options.is_quiet, "Only paths and warnings");
   show->footer(help_text() +
                "Examples:\n  vrda-player show knee.h5\n"

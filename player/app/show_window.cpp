@@ -41,7 +41,7 @@ SessionOptions session_options(const ShowOptions& options, const MotionModel& mo
   if (options.varus_deg) session.varus_rad = rad_from_deg(*options.varus_deg);
   session.backdrop = options.backdrop;
   session.held = options.held;
-  session.layers = options.layers;
+  session.look = options.look;
   session.frames_all = options.framed == Framed::all;
   session.width = size.width;
   session.height = size.height;

@@ -33,13 +33,13 @@ RunScene::RunScene(const MotionModel& model, const RunSceneOptions& options)
 {
   for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i)
     deltas_.emplace_back(model.push.delta.row(i).transpose());
-  scene_.mode = options.mode;
   scene_.background = background_of(options.backdrop);
+  if (options.dress) options.dress(scene_);
   points_ = add_layer(scene_, Layer::contacts, Owner::world, "contacts");
   arrows_ = add_layer(scene_, Layer::normals, Owner::world, "contact normals");
   scene_.drawables[points_].material = sign_material(ball_colour);
   scene_.drawables[arrows_].material = sign_material(arrow_colour);
-  if (options.has_axes) axes_.emplace(model, scene_);
+  layers_.emplace(with_pending_cells(model), scene_);
   make_room(usual_contacts);
   place_bodies(raw_.placed({rad_from_deg(model.flexion_deg.front()), 0.0}, {}));
 }
@@ -65,10 +65,14 @@ void RunScene::place_bodies(const JointPose& pose)
   pose_ = pose;
   const JointFrames frames = frames_of(pose);
   place(scene_, frames);
-  if (!axes_) return;
-  Shown shown{pose, frames, {}};
-  shown.layers.set(Layer::axes, true);
-  axes_->update(scene_, raw_, shown);
+  Shown shown{pose, frames, options_.layers};
+  for (const Layer sign : {Layer::contacts, Layer::normals, Layer::helical_axis})
+    shown.layers.set(sign, false);
+  // Those are at the cells of a whole model: ours stay as they are.
+  const bool has_points = scene_.drawables[points_].is_shown, has_arrows = scene_.drawables[arrows_].is_shown;
+  layers_->update(scene_, raw_, shown);
+  scene_.drawables[points_].is_shown = has_points;
+  scene_.drawables[arrows_].is_shown = has_arrows;
 }
 
 void RunScene::make_room(std::size_t n_contacts)
@@ -91,8 +95,8 @@ void RunScene::place_signs(const SeenStep& step)
   if (n > n_signs_) make_room(2 * n);
   Drawable& points = scene_.drawables[points_];
   Drawable& arrows = scene_.drawables[arrows_];
-  points.is_shown = options_.has_contacts && n > 0;
-  arrows.is_shown = options_.has_normals && n > 0;
+  points.is_shown = options_.layers.has(Layer::contacts) && n > 0;
+  arrows.is_shown = options_.layers.has(Layer::normals) && n > 0;
   if (n == 0) return;
   SolverFrame frame = frame_;
   frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];

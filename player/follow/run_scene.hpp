@@ -2,20 +2,21 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 
 #include "follow/run_watch.hpp"
 #include "motion/poses.hpp"
 #include "render/renderer.hpp"
-#include "scene/axes_layer.hpp"
+#include "scene/joint_layers.hpp"
 #include "scene/scene.hpp"
 
 namespace vrda {
 
 struct RunSceneOptions {
-  DrawMode mode = DrawMode::smooth;
+  LayerSet layers;  ///< the helical axis needs a whole motion and is not shown
   Backdrop backdrop = Backdrop::studio;
-  bool has_contacts = true, has_normals = true, has_axes = false;
+  std::function<void(Scene&)> dress;  ///< gives a new scene its looks; may be empty
 };
 
 class RunScene {
@@ -23,7 +24,7 @@ class RunScene {
   /// Both objects where they stand before any step: at the first flexion, not moved.
   RunScene(const MotionModel& model, const RunSceneOptions& options);
 
-  /// Where a step of the run is: the moving object stands still but for its own motion, as in the search.
+  /// Where a step of the run is: the attitude turns the reference, as in the search.
   void show(const SeenStep& step);
   /// A pose of the result, without contacts.
   void show(const JointPose& pose);
@@ -49,7 +50,7 @@ class RunScene {
   SolverFrame frame_;                    // of the first flexion
   std::vector<Eigen::Vector3d> deltas_;  // [n_flexion]
   double scale_ = 1.0;
-  std::optional<AxesLayer> axes_;
+  std::optional<JointLayers> layers_;    // all but the signs
   std::size_t points_ = 0, arrows_ = 0;  // drawables
   std::size_t n_signs_ = 0;              // for which there is room
   std::vector<std::uint32_t> point_triangles_, arrow_triangles_;

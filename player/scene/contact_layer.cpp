@@ -156,9 +156,11 @@ void ContactLayer::update(Scene& scene, const JointPose& pose, const LayerSet& w
     if (n == 0 || signs->cell == cell) continue;
     signs->cell = cell;
     is_points ? update_points(drawable) : update_arrows(drawable);
+    // As many triangles as ever: those left over shrink to a point.
     const std::size_t n_indices = n * (is_points ? ball_size() : arrow_size()).n_indices;
-    drawable.mesh.triangles.assign(signs->triangles.begin(),
-                                   signs->triangles.begin() + static_cast<std::ptrdiff_t>(n_indices));
+    std::copy_n(signs->triangles.begin(), n_indices, drawable.mesh.triangles.begin());
+    std::fill(drawable.mesh.triangles.begin() + static_cast<std::ptrdiff_t>(n_indices),
+              drawable.mesh.triangles.end(), 0U);
     update_box(drawable);
     ++drawable.revision;
   }

@@ -86,13 +86,16 @@ void GapLayer::update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vecto
     drawable.colours[v] =
         mixed(colour_of(legend_, std::min(gap_mm, range_mm)), sheet.bone, std::clamp(fading, 0.0, 1.0));
   }
-  drawable.mesh.triangles.clear();
+  auto next = drawable.mesh.triangles.begin();
   for (std::size_t t = 0; t < sheet.triangles.size(); t += 3) {
     const auto corner = sheet.triangles.begin() + static_cast<std::ptrdiff_t>(t);
     const bool is_near =
         std::any_of(corner, corner + 3, [&](std::uint32_t v) { return sheet.gap_mm[v] < range_mm; });
-    if (is_near) drawable.mesh.triangles.insert(drawable.mesh.triangles.end(), corner, corner + 3);
+    if (is_near) next = std::copy(corner, corner + 3, next);
   }
+  sheet.is_near = next != drawable.mesh.triangles.begin();
+  // As many triangles as ever: those left over shrink to a point.
+  std::fill(next, drawable.mesh.triangles.end(), 0U);
 }
 
 void GapLayer::update(Scene& scene, const Motion& motion, const JointPose& pose)
@@ -108,7 +111,7 @@ void GapLayer::update(Scene& scene, const Motion& motion, const JointPose& pose)
       update_sheet(drawable, sheet, delta_moving);
       ++drawable.revision;
     }
-    drawable.is_shown = !drawable.mesh.triangles.empty();
+    drawable.is_shown = sheet.is_near;
   }
 }
 

@@ -27,6 +27,7 @@ class GapLayer {
     std::vector<Eigen::Vector3d> point_mm;  ///< [n_vertices] canonical axes of the moving body
     std::vector<double> gap_mm;             ///< [n_vertices] at the last update, infinite beyond the range
     std::vector<std::uint32_t> triangles;   ///< all of them
+    bool is_near = false;                   ///< anywhere, at the last update
   };
   void add_sheet(const MotionModel& model, Scene& scene, std::size_t component);
   void update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vector3d& delta_moving) const;

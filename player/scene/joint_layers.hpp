@@ -38,7 +38,7 @@ class JointLayers {
 
   /// Shows the wanted layers at a pose of `motion`, hides the others; all of them where the pose is not
   /// solved. After place(): it moves only the layers'. A mesh changes, and its revision rises, only when it
-  /// must: with the pose, the cell, or not at all.
+  /// must: with the pose, the cell, or not at all. Sizes stay those made.
   void update(Scene& scene, const Motion& motion, const Shown& shown);
 
   /// Those that the model has something for.
