@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "motion/film.hpp"
 #include "motion/poses.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/read_apart.hpp"
 #include "store/trace_file.hpp"
 
 namespace vrda {
@@ -163,7 +163,7 @@ FilmOptions film_options(const ShowOptions& options)
 ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
 {
   const FilmOptions chosen = film_options(options);
-  const Trace trace = read_trace(options.trace);
+  const Trace trace = read_trace_apart(options.trace);
   require_beside(trace, options.trace, model, options.file);
   const Film film = film_of(trace, options.trace, chosen);
   const Motion motion(model, "raw");
@@ -194,7 +194,7 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
   const std::size_t n_views = parsed_views(options.views).size();
   parsed_size(options.size);
   require_trace_options(options);
-  const MotionModel model = read_motion_model(options.file);
+  const MotionModel model = read_motion_model_apart(options.file);
   if (!options.trace.empty()) return show_trace(options, model, streams);
   const std::string set = chosen_set(model, options);
   const Motion motion(model, set);
