@@ -3,76 +3,12 @@
 #include <utility>
 
 #include "app/assemble_balance.hpp"
-#include "app/case_solver.hpp"
 #include "app/prepare.hpp"
 #include "app/scaled_result.hpp"
-#include "app/touch_rows.hpp"
-#include "core/clinical.hpp"
-#include "core/units.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda {
 namespace {
-
-// The axis's own number where varus was given: degrees that went through radians may differ in the last bit.
-double solved_varus_deg(const MotionModel& model, const StepRecord& r)
-{
-  const double given_deg = model.varus_deg[static_cast<std::size_t>(r.key.varus)];
-  return r.varus_rad == rad_from_deg(given_deg) ? given_deg : deg_from_rad(r.varus_rad);
-}
-
-Attitude attitude_of(const MotionModel& model, const StepRecord& r)
-{
-  return {rad_from_deg(model.flexion_deg[static_cast<std::size_t>(r.key.flexion)]), r.varus_rad};
-}
-
-void set_pose(MotionModel& model, const SolverFrame& frame, const StepRecord& r)
-{
-  const Eigen::Index i = r.key.flexion, j = r.key.varus;
-  const Attitude attitude = attitude_of(model, r);
-  const Eigen::Vector3d t = world_translation_mm(frame, r.pose);
-  model.tx_mm(i, j) = t.x();
-  model.ty_mm(i, j) = t.y();
-  model.tz_mm(i, j) = t.z();
-  model.theta_deg(i, j) = deg_from_rad(r.pose.theta_rad);
-  model.varus_solved_deg(i, j) = solved_varus_deg(model, r);
-
-  const Pose X = X_reference_moving(frame, attitude, r.pose);
-  const std::size_t first = 16 * static_cast<std::size_t>(i * model.status.cols() + j);
-  for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 4; ++column) {
-      model.X_reference_moving[first + static_cast<std::size_t>(4 * row + column)] = X.matrix()(row, column);
-    }
-  }
-  const Clinical clinical = clinical_of(X, frame.side, frame.rotation_centre_mm);
-  model.clinical.flexion_deg(i, j) = deg_from_rad(clinical.flexion_rad);
-  model.clinical.varus_deg(i, j) = deg_from_rad(clinical.varus_rad);
-  model.clinical.internal_rotation_deg(i, j) = deg_from_rad(clinical.internal_rotation_rad);
-  model.clinical.anterior_mm(i, j) = clinical.anterior_mm;
-  model.clinical.proximal_mm(i, j) = clinical.proximal_mm;
-  model.clinical.lateral_mm(i, j) = clinical.lateral_mm;
-}
-
-void set_cell(MotionModel& model, const SolverFrame& frame, const StepRecord& r)
-{
-  const Eigen::Index i = r.key.flexion, j = r.key.varus;
-  model.status(i, j) = static_cast<std::int8_t>(r.status);
-  model.iterations(i, j) = r.iterations;
-  model.queries(i, j) = r.queries;
-  if (r.status != StepStatus::stable) return;
-  set_pose(model, frame, r);
-  model.residual_mm(i, j) = r.residual_mm;
-  model.gap_medial_mm(i, j) = r.gap_medial_mm;
-  model.gap_lateral_mm(i, j) = r.gap_lateral_mm;
-  model.contact_medial(i, j) = r.contact_medial ? 1 : 0;
-  model.contact_lateral(i, j) = r.contact_lateral ? 1 : 0;
-  model.theta_determined(i, j) = r.theta_determined ? 1 : 0;
-}
-
-ContactRows contact_rows(const Case& job_case, const std::vector<StepRecord>& cells)
-{
-  const auto contacts_of = [](const StepRecord& r) { return std::span<const ContactRecord>(r.contacts); };
-  return touch_rows(job_case, cells, contacts_of, &ContactRecord::distance_mm, &ContactRows::distance_mm);
-}
 
 PushRows push_rows(const Case& job_case)
 {
@@ -122,11 +58,11 @@ MotionModel pending_model_at_size(const Case& job_case)
 MotionModel motion_model_at_size(const Case& job_case, const SweepResult& result)
 {
   MotionModel model = pending_model_at_size(job_case);
-  for (const StepRecord& r : result.cells) set_cell(model, frame_at(job_case, r.key.flexion), r);
+  for (const StepRecord& r : result.cells) set_cell(model, r);
   for (std::size_t i = 0; i < result.spine_column.size(); ++i) {
     if (result.spine_column[i] >= 0) model.is_spine(static_cast<Eigen::Index>(i), result.spine_column[i]) = 1;
   }
-  model.contacts = contact_rows(job_case, result.cells);
+  model.contacts = contact_rows(model, result.cells);
   add_balance(model, job_case, result);
   return model;
 }

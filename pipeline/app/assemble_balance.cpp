@@ -1,9 +1,9 @@
 #include "app/assemble_balance.hpp"
 
 #include "app/case_solver.hpp"
-#include "app/touch_rows.hpp"
 #include "core/units.hpp"
 #include "store/contact_paths.hpp"
+#include "store/touch_rows.hpp"
 
 namespace vrda {
 namespace {
@@ -93,12 +93,12 @@ class Assembly {
   Ligaments ligaments_;        // in that frame
 };
 
-ForceRows force_rows(const Case& job_case, const std::vector<StepRecord>& cells)
+ForceRows force_rows(const MotionModel& model, const std::vector<StepRecord>& cells)
 {
   const auto forces_of = [](const StepRecord& r) {
     return is_stable(r) ? std::span<const ContactForce>(r.balance.forces) : std::span<const ContactForce>();
   };
-  return touch_rows(job_case, cells, forces_of, &ContactForce::along_delta_n, &ForceRows::along_delta_n);
+  return touch_rows(model, cells, forces_of, &ContactForce::along_delta_n, &ForceRows::along_delta_n);
 }
 
 void set_spine(FreeSpine& spine, const Case& job_case, const SweepResult& result)
@@ -162,7 +162,7 @@ void add_balance(MotionModel& model, const Case& job_case, const SweepResult& re
   Assembly assembly(model, job_case);
   for (const StepRecord& r : result.cells) assembly.add(r);
   if (model.equilibrium) {
-    model.equilibrium->forces = force_rows(job_case, result.cells);
+    model.equilibrium->forces = force_rows(model, result.cells);
     set_spine(model.equilibrium->spine, job_case, result);
   }
   if (model.contact_paths) model.contact_paths = contact_paths_of(model);

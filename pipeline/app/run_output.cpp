@@ -21,21 +21,6 @@ std::string output_of(const std::string& asked, const std::string& job_file)
   return (fs::path("results") / name / (name + ".h5")).string();
 }
 
-std::string journal_of(const std::string& output)
-{
-  return output + ".journal";
-}
-
-std::string trace_journal_of(const std::string& output)
-{
-  return output + ".trace.journal";
-}
-
-std::string start_file_of(const std::string& output)
-{
-  return output + ".start.h5";
-}
-
 std::string run_record_of(const std::string& output)
 {
   return output + ".run.json";

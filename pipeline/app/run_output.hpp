@@ -4,14 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "journal/run_files.hpp"
+
 namespace vrda {
 
 /// `asked`, or results/<job name>/<job name>.h5 where that is empty.
 std::string output_of(const std::string& asked, const std::string& job_file);
 
-std::string journal_of(const std::string& output);
-std::string trace_journal_of(const std::string& output);
-std::string start_file_of(const std::string& output);
 std::string run_record_of(const std::string& output);
 
 /// Whether the start file of that resolved job stands beside the output. One of another size of the joint,

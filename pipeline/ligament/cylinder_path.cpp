@@ -50,7 +50,21 @@ WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& e
   const Eigen::Vector3d b = path.arrival.cross(n);
   const double free_mm = std::max(last_mm / cosine_rise, 1e-9 * radius_mm);
   path.bending = n * n.transpose() / free_mm + b * b.transpose() / path.length_mm;
+  const Eigen::Vector2d touch = tangent_point(start, turn);
+  path.touch_mm << radius_mm * touch, touch_z_mm;
+  path.departure << -turn * cosine_rise * touch.y(), turn * cosine_rise * touch.x(), sine_rise;
+  path.arc_mm = radius_mm * arc_rad / cosine_rise;
   return path;
+}
+
+Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double radius_mm)
+{
+  const Eigen::Vector2d touch_mm = path.touch_mm.head<2>();
+  const Eigen::Vector2d left_mm(-touch_mm.y(), touch_mm.x());
+  const SinCos turn = sin_cos(along_mm * path.departure.head<2>().dot(left_mm) / (radius_mm * radius_mm));
+  Eigen::Vector3d point_mm;
+  point_mm << turn.cos * touch_mm + turn.sin * left_mm, path.touch_mm.z() + along_mm * path.departure.z();
+  return point_mm;
 }
 
 }  // namespace vrda

@@ -43,6 +43,13 @@ Horizon horizon_of(const Eigen::Vector3d& start, const Eigen::Vector3d& touch)
   return {start, start / square, radius * unit, radius * axis.cross(unit)};
 }
 
+// The tangent point at an angle.
+Eigen::Vector3d on_horizon(const Horizon& horizon, double angle_rad)
+{
+  const SinCos turn = sin_cos(angle_rad);
+  return horizon.centre + turn.cos * horizon.first + turn.sin * horizon.second;
+}
+
 struct Aim {
   double angle_rad = 0.0;  // round the horizon
   double arc_mm = 0.0;     // on the surface
@@ -171,7 +178,15 @@ Geodesic shortest_geodesic(const WrapScene& scene, const PlaneWays& ways, double
   return solved(scene, best.horizon, {best.aim.angle_rad, best.aim.arc_mm, fine_step_rad}, no_miss);
 }
 
-WrapPath path_of(const Geodesic& geodesic)
+// Where a way comes to the surface, and how it goes on.
+void set_touch(WrapPath& path, const WrapScene& scene, const Eigen::Vector3d& touch, double arc_mm)
+{
+  path.touch_mm = scene.mm(touch);
+  path.departure = scene.mm(touch - scene.start).normalized();
+  path.arc_mm = arc_mm;
+}
+
+WrapPath path_of(const WrapScene& scene, const Geodesic& geodesic)
 {
   const Shot& shot = geodesic.shot;
   WrapPath path;
@@ -184,6 +199,7 @@ WrapPath path_of(const Geodesic& geodesic)
       shot.at_leave.width_slope / (shot.at_leave.width + shot.last_mm * shot.at_leave.width_slope);
   path.bending =
       shot.normal * shot.normal.transpose() / free_mm + parting * shot.across * shot.across.transpose();
+  set_touch(path, scene, on_horizon(geodesic.horizon, geodesic.aim.angle_rad), geodesic.aim.arc_mm);
   return path;
 }
 
@@ -195,6 +211,7 @@ WrapPath path_of(const WrapScene& scene, const PlaneWay& way)
   path.length_mm = way.length_mm;
   path.arrival = scene.mm(scene.end - way.leave).normalized();
   path.bending = (Eigen::Matrix3d::Identity() - path.arrival * path.arrival.transpose()) / path.length_mm;
+  set_touch(path, scene, way.touch, way.arc_mm);
   return path;
 }
 
@@ -219,7 +236,15 @@ WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& 
   }
   Geodesic best = shortest_geodesic(scene, ways, shortest->length_mm, false);
   if (std::isinf(best.length_mm)) best = shortest_geodesic(scene, ways, shortest->length_mm, true);
-  return std::isinf(best.length_mm) ? path_of(scene, *shortest) : path_of(best);
+  return std::isinf(best.length_mm) ? path_of(scene, *shortest) : path_of(scene, best);
+}
+
+Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm, const Eigen::Vector3d& half_axes_mm)
+{
+  GeodesicState state;
+  state.q = path.touch_mm.cwiseQuotient(half_axes_mm);
+  state.q_slope = path.departure.cwiseQuotient(half_axes_mm);
+  return half_axes_mm.cwiseProduct(advance(state, along_mm, half_axes_mm, fine_step_rad).q);
 }
 
 }  // namespace vrda

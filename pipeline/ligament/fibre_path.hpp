@@ -1,6 +1,8 @@
 /// The way a fibre takes from the reference to the moving object, and how its length changes with the pose.
 #pragma once
 
+#include <span>
+
 #include "ligament/ligaments.hpp"
 
 namespace vrda {
@@ -30,5 +32,16 @@ struct FibrePath {
 
 /// Allocates nothing.
 FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const Placement& placement);
+
+struct FibreWay {
+  double length_mm = 0.0;  ///< as fibre_path's, not that of the points' chords
+  bool is_wrapped = false;
+};
+
+/// Puts points of the fibre's way into `points_mm` (at least four), in S, from the reference's attachment to
+/// the moving object's: evenly along a straight fibre; of a wrapped one evenly on the surface, from where it
+/// comes to it to where it leaves it, and both attachments. Allocates nothing.
+FibreWay fibre_way(const Fibre& fibre, const std::vector<Wrap>& wraps, const Placement& placement,
+                   std::span<Eigen::Vector3d> points_mm);
 
 }  // namespace vrda

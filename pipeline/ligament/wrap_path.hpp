@@ -16,6 +16,10 @@ struct WrapPath {
   /// by one over its own length in the plane of the surface's normal; across that plane, neighbouring ways
   /// part as geodesics do.
   Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();
+  /// Where the way comes to the surface, its unit direction there, and how long it stays.
+  Eigen::Vector3d touch_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d departure = Eigen::Vector3d::Zero();
+  double arc_mm = 0.0;
 };
 
 /// Round a cylinder along Z, on the shorter side: a helix between two tangents, in closed form. Does not act
@@ -29,5 +33,11 @@ WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& e
 /// five to one; of flatter ones the shortest way may be missed, at worst for one within a plane.
 WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm,
                         const Eigen::Vector3d& half_axes_mm);
+
+/// The point of a way round a cylinder or an ellipsoid, `along_mm` on from where it came to the surface; to
+/// 1e-8 mm.
+Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double radius_mm);
+Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm,
+                                   const Eigen::Vector3d& half_axes_mm);
 
 }  // namespace vrda

@@ -7,9 +7,9 @@
 
 #include "core/clinical.hpp"
 #include "core/error.hpp"
+#include "core/helical_axis.hpp"
 #include "core/units.hpp"
 #include "motion/poses.hpp"
-#include "reduce/helical_axis.hpp"
 #include "reduce/rolling.hpp"
 #include "reduce/varus_choice.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "reduce/helical_axis.hpp"
+#include "core/helical_axis.hpp"
 
 namespace vrda {
 namespace {

@@ -16,19 +16,6 @@ constexpr double largest_angle_deg = 360.0;  // more is a slip
 constexpr int smallest_side = 16,
               largest_side = 4096;  // pixels; the largest takes half a gigabyte at four samples
 
-std::vector<std::string> split(const std::string& text, char separator)
-{
-  std::vector<std::string> parts(1);
-  for (const char c : text) {
-    if (c == separator) {
-      parts.emplace_back();
-    } else {
-      parts.back() += c;
-    }
-  }
-  return parts;
-}
-
 template <typename Number>
 std::optional<Number> whole_number(const std::string& text)
 {
@@ -56,6 +43,19 @@ int decimals_of(double angle_deg)
 }
 
 }  // namespace
+
+std::vector<std::string> split(const std::string& text, char separator)
+{
+  std::vector<std::string> parts(1);
+  for (const char c : text) {
+    if (c == separator) {
+      parts.emplace_back();
+    } else {
+      parts.back() += c;
+    }
+  }
+  return parts;
+}
 
 AngleRange parsed_angles(const std::string& option, const std::string& text)
 {

@@ -14,6 +14,9 @@ struct AngleRange {
   double step_deg = 1.0;
 };
 
+/// The parts between separators, empty ones too; at least one.
+std::vector<std::string> split(const std::string& text, char separator);
+
 /// "A:B:STEP" or one angle "A", in degrees. Throws InputError on anything else, a reversed range, a step
 /// that is not positive, or more than 10,000 angles.
 AngleRange parsed_angles(const std::string& option, const std::string& text);

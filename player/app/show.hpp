@@ -1,10 +1,11 @@
-/// The mode `show`: a motion model as pictures.
+/// The mode `show`: a motion model in a window, as pictures, as a film.
 #pragma once
 
 #include <iosfwd>
 #include <optional>
 #include <string>
 
+#include "app/look.hpp"
 #include "scene/lighting.hpp"
 #include "scene/scene.hpp"
 
@@ -19,7 +20,7 @@ enum class Framed {
 /// As on the command line; angles in degrees.
 struct ShowOptions {
   std::string file;
-  std::string folder;                  ///< of the stills; empty wants a window
+  std::string folder;                  ///< of the stills; without it and a video a window is opened
   std::optional<std::string> flexion;  ///< A:B:STEP; default the measured range in six steps
   std::optional<double> varus_deg;     ///< default the balanced varus of each flexion
   std::string set;                     ///< default the smoothed set of highest degree, else raw
@@ -31,6 +32,12 @@ struct ShowOptions {
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
   Framed framed = Framed::joint;
+  LookOptions look;
+  bool has_numbers = false;  ///< angles and gaps over the pictures
+  std::string video;         ///< a film of all views side by side
+  int frames_per_s = 25;
+  std::optional<double> speed_deg_s;  ///< of the film; default 30, but a frame an angle with `flexion`
+  bool is_to_and_fro = false;         ///< the film comes back to where it began
   bool is_quiet = false;
 };
 

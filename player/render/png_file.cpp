@@ -24,4 +24,27 @@ void write_png(const Image& image, const std::string& path)
   }
 }
 
+Texture read_png_texture(const std::string& path)
+{
+  constexpr png_uint_32 longest_side = 4096;  // 50 MB; what every OpenGL takes as a texture
+  png_image header{};
+  header.version = PNG_IMAGE_VERSION;
+  const auto refuse = [&](const std::string& found) {
+    png_image_free(&header);
+    throw InputError({path, "texture", found, "a PNG picture of at most 4096 x 4096 pixels"});
+  };
+  if (png_image_begin_read_from_file(&header, path.c_str()) == 0) refuse(header.message);
+  if (header.width > longest_side || header.height > longest_side)
+    refuse(std::to_string(header.width) + " x " + std::to_string(header.height) + " pixels");
+  header.format = PNG_FORMAT_RGB;
+  Texture texture;
+  texture.width = static_cast<int>(header.width);
+  texture.height = static_cast<int>(header.height);
+  texture.rgb.resize(PNG_IMAGE_SIZE(header));
+  const png_color white{255, 255, 255};
+  if (png_image_finish_read(&header, &white, texture.rgb.data(), 0, nullptr) == 0) refuse(header.message);
+  png_image_free(&header);
+  return texture;
+}
+
 }  // namespace vrda

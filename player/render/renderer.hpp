@@ -16,7 +16,7 @@ namespace vrda {
 struct RenderOptions {
   int width = 1280;
   int height = 960;
-  int samples = 4;  ///< a pixel; 1 for no multisampling
+  int samples = 4;  ///< a pixel, or as many as OpenGL has; 1 for no multisampling
 };
 
 /// Part of the picture, in pixels from its top left corner.

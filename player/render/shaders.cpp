@@ -2,27 +2,40 @@
 
 namespace vrda {
 
-const char* const surface_vertex_shader = R"(#version 330 core
+// `invariant`: passes over the same triangles agree on their depths to the last bit.
+const char* const surface_vertex_shader = R"(
 layout(location = 0) in vec3 p_mesh;
 layout(location = 1) in vec3 n_mesh;
 uniform mat4 X_camera_mesh;
 uniform mat4 projection;
-out vec3 p_surface;  // mesh, mm: the mottling moves with the bone
+invariant gl_Position;
+out vec3 p_surface;  // mesh, mm: a pattern moves with its bone
+out vec3 n_surface;
 out vec3 p_camera;
 out vec3 n_camera;
+#ifdef COLOURED
+layout(location = 2) in vec4 colour_srgb;
+out vec4 tint;
+vec3 linear(vec3 c) { return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c)); }
+#endif
 void main()
 {
   vec4 p = X_camera_mesh * vec4(p_mesh, 1.0);
   p_surface = p_mesh;
+  n_surface = n_mesh;
   p_camera = p.xyz;
   n_camera = mat3(X_camera_mesh) * n_mesh;
+#ifdef COLOURED
+  tint = vec4(linear(colour_srgb.rgb), colour_srgb.a);
+#endif
   gl_Position = projection * p;
 }
 )";
 
 // Everything in linear light; the frame buffer encodes as sRGB.
-const char* const surface_fragment_shader = R"(#version 330 core
+const char* const surface_fragment_shader = R"(
 in vec3 p_surface;
+in vec3 n_surface;
 in vec3 p_camera;
 in vec3 n_camera;
 uniform vec3 colour;
@@ -33,11 +46,16 @@ uniform float mottling;
 uniform vec3 up_camera;
 uniform vec3 sky;
 uniform vec3 ground;
-uniform int n_lights;
-uniform vec3 light_direction[4];
-uniform vec3 light_colour[4];
 out vec4 pixel;
+#ifdef COLOURED
+in vec4 tint;
+#endif
+#if N_LIGHTS > 0
+uniform vec3 light_direction[N_LIGHTS];
+uniform vec3 light_colour[N_LIGHTS];
+#endif
 
+#ifdef MOTTLED
 // An integer hash (Jarzynski and Olano 2020, pcg3d) of a lattice point, on [0, 1].
 float lattice(ivec3 cell)
 {
@@ -66,31 +84,86 @@ float mottle(vec3 p_mm)
 {
   return 1.2 * (value_noise(p_mm * 0.09) - 0.5) + 0.5 * (value_noise(p_mm * 0.5 + 17.0) - 0.5);
 }
+#endif
+
+#ifdef TEXTURED
+uniform sampler2D image;
+uniform float repeats_by_mm;
+vec3 triplanar()
+{
+  vec3 p = p_surface * repeats_by_mm;
+  vec3 weight = n_surface * n_surface;
+  weight *= weight;
+  weight /= weight.x + weight.y + weight.z;
+  return weight.x * texture(image, p.zy).rgb + weight.y * texture(image, p.xz).rgb + weight.z * texture(image, p.xy).rgb;
+}
+#endif
+
+vec4 base()
+{
+#ifdef COLOURED
+  return vec4(tint.rgb, tint.a * opacity);
+#elif defined(TEXTURED)
+  return vec4(triplanar(), opacity);
+#elif defined(MOTTLED)
+  // Darker patches are warmer: blue falls more than red.
+  return vec4(colour * (vec3(1.0) + mottling * mottle(p_surface) * vec3(0.8, 1.1, 1.6)), opacity);
+#else
+  return vec4(colour, opacity);
+#endif
+}
 
 void main()
 {
+#ifdef LINES
+  pixel = vec4(base().rgb, 1.0);
+#else
+#ifdef FLAT
+  // The triangle's own plane, looked at along the camera's axis: one shade a triangle.
+  vec3 n = normalize(cross(dFdx(p_camera), dFdy(p_camera)));
+  vec3 to_eye = vec3(0.0, 0.0, 1.0);
+#else
   vec3 n = normalize(n_camera);
   if (!gl_FrontFacing) n = -n;
   vec3 to_eye = normalize(-p_camera);
+#endif
   vec3 diffuse = mix(ground, sky, 0.5 + 0.5 * dot(n, up_camera));
   vec3 shine = vec3(0.0);
-  for (int i = 0; i < n_lights; ++i) {
+#if N_LIGHTS > 0
+  for (int i = 0; i < N_LIGHTS; ++i) {
     float facing = dot(n, light_direction[i]);
-    if (facing <= 0.0) continue;
-    diffuse += facing * light_colour[i];
     vec3 half_way = normalize(light_direction[i] + to_eye);
-    shine += light_colour[i] * pow(max(dot(n, half_way), 0.0), shininess);
+    float glint = facing > 0.0 ? pow(max(dot(n, half_way), 0.0), shininess) : 0.0;
+    diffuse += max(facing, 0.0) * light_colour[i];
+    shine += glint * light_colour[i];
   }
-  vec3 base = colour;
-  if (mottling > 0.0) {
-    // Darker patches are warmer: blue falls more than red.
-    base *= vec3(1.0) + mottling * mottle(p_surface) * vec3(0.8, 1.1, 1.6);
-  }
-  pixel = vec4(base * diffuse + specular * shine, opacity);
+#endif
+  vec4 own = base();
+  pixel = vec4(own.rgb * diffuse + specular * shine, own.a);
+#endif
 }
 )";
 
-const char* const background_vertex_shader = R"(#version 330 core
+const char* const peel_fragment_shader = R"(
+#ifdef MULTISAMPLED
+#extension GL_ARB_sample_shading : enable
+uniform sampler2DMS behind;
+#ifdef GL_ARB_sample_shading
+#define SAMPLE gl_SampleID
+#else
+#define SAMPLE 0
+#endif
+#else
+uniform sampler2D behind;
+#define SAMPLE 0
+#endif
+void main()
+{
+  if (gl_FragCoord.z >= texelFetch(behind, ivec2(gl_FragCoord.xy), SAMPLE).r) discard;
+}
+)";
+
+const char* const background_vertex_shader = R"(
 out float height;
 void main()
 {
@@ -101,12 +174,36 @@ void main()
 }
 )";
 
-const char* const background_fragment_shader = R"(#version 330 core
+const char* const background_fragment_shader = R"(
 in float height;
 uniform vec3 top;
 uniform vec3 bottom;
 out vec4 pixel;
 void main() { pixel = vec4(mix(bottom, top, height), 1.0); }
+)";
+
+const char* const overlay_vertex_shader = R"(
+layout(location = 0) in vec2 p_px;
+layout(location = 1) in vec2 p_font;
+layout(location = 2) in vec4 colour_srgb;
+uniform vec2 size_px;
+out vec2 at;
+out vec4 tint;
+vec3 linear(vec3 c) { return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), step(0.04045, c)); }
+void main()
+{
+  at = p_font;
+  tint = vec4(linear(colour_srgb.rgb), colour_srgb.a);
+  gl_Position = vec4(2.0 * p_px.x / size_px.x - 1.0, 1.0 - 2.0 * p_px.y / size_px.y, 0.0, 1.0);
+}
+)";
+
+const char* const overlay_fragment_shader = R"(
+in vec2 at;
+in vec4 tint;
+uniform sampler2D font;
+out vec4 pixel;
+void main() { pixel = vec4(tint.rgb, tint.a * texture(font, at).r); }
 )";
 
 }  // namespace vrda

@@ -111,6 +111,7 @@ Camera with_depth_range(Camera camera, const Scene& scene)
   double nearest_mm = std::numeric_limits<double>::infinity(), farthest_mm = 1.0;
   const Pose X_camera_world = camera.X_world_camera.inverse();
   for (const Drawable& drawable : scene.drawables) {
+    if (!drawable.is_shown) continue;
     const Pose X_camera_mesh = X_camera_world * drawable.X_world_mesh;
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector3d p_mm(corner & 1 ? drawable.box_mm.max_mm.x() : drawable.box_mm.min_mm.x(),

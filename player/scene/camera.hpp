@@ -59,7 +59,7 @@ class CameraFit {
   Wedge wide_, tall_;
 };
 
-/// `camera` with near and far planes around everything in front of it, as placed.
+/// `camera` with near and far planes around everything shown in front of it, as placed.
 Camera with_depth_range(Camera camera, const Scene& scene);
 
 /// Column-major OpenGL projection matrix.

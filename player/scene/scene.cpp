@@ -50,7 +50,7 @@ Extent extent_of(const Scene& scene, Owner owner)
 {
   Extent extent;
   for (const Drawable& drawable : scene.drawables) {
-    if (drawable.owner != owner || !drawable.has_contact) continue;
+    if (drawable.owner != owner || !drawable.has_contact || !is_framed(drawable)) continue;
     for (const DrawVertex& vertex : drawable.mesh.vertices) {
       const Eigen::Vector3d p_world_mm = drawable.X_world_mesh * as_vector(vertex.position_mm);
       extent.min_mm = extent.min_mm.cwiseMin(p_world_mm);
@@ -98,6 +98,11 @@ void place(Scene& scene, const JointFrames& frames)
   }
 }
 
+bool is_framed(const Drawable& drawable)
+{
+  return drawable.is_shown && drawable.layer == Layer::bodies;
+}
+
 Sphere joint_sphere(const Scene& scene, double widths)
 {
   const Extent reference = extent_of(scene, Owner::reference), moving = extent_of(scene, Owner::moving);
@@ -113,6 +118,7 @@ std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sph
 {
   std::vector<Eigen::Vector3d> all, within;
   for (const Drawable& drawable : scene.drawables) {
+    if (!is_framed(drawable)) continue;
     for (const DrawVertex& vertex : drawable.mesh.vertices) {
       all.push_back(drawable.X_world_mesh * as_vector(vertex.position_mm));
       if ((all.back() - sphere.centre_world_mm).norm() <= sphere.radius_mm) within.push_back(all.back());

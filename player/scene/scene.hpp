@@ -11,6 +11,7 @@
 #include "core/material.hpp"
 #include "motion/poses.hpp"
 #include "scene/lighting.hpp"
+#include "scene/texture.hpp"
 
 namespace vrda {
 
@@ -49,6 +50,7 @@ enum class DrawMode {
 
 struct Scene {
   std::vector<Drawable> drawables;
+  Texture texture;  ///< of bone, in DrawMode::textured; without one bone is mottled
   DrawMode mode = DrawMode::textured;
   Lighting lighting = studio_lighting();
   Background background = background_of(Backdrop::studio);
@@ -80,11 +82,14 @@ struct Sphere {
   double radius_mm = 0.0;
 };
 
+/// Bodies that are shown; layers and hidden bodies take no part in framing.
+bool is_framed(const Drawable& drawable);
+
 /// The place where the objects meet, as placed: around the middle of the overlap of the bounding boxes of
 /// their contact parts, as wide as `widths` times the larger width of that overlap across world Y.
 Sphere joint_sphere(const Scene& scene, double widths = 0.85);
 
-/// The vertices, as placed, within the sphere; every vertex when none is.
+/// The vertices of the bodies, as placed, within the sphere; every one of theirs when none is.
 std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sphere);
 
 }  // namespace vrda

@@ -5,7 +5,7 @@
 #include "core/frames.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
-#include "reduce/helical_axis.hpp"
+#include "core/helical_axis.hpp"
 
 namespace vrda {
 namespace {

@@ -4,15 +4,15 @@
 #include <span>
 #include <vector>
 
-#include "app/case_solver.hpp"
 #include "core/step_record.hpp"
+#include "store/solved_cells.hpp"
 
 namespace vrda {
 
 /// Compressed rows, cell by cell, of the touches that `touches_of(record)` names (a span of ContactRecord or
 /// ContactForce), in W; `measure` and `measures` are the number that each kind has of its own.
 template <typename Rows, typename Touch, typename TouchesOf>
-Rows touch_rows(const Case& job_case, const std::vector<StepRecord>& cells, const TouchesOf& touches_of,
+Rows touch_rows(const MotionModel& model, const std::vector<StepRecord>& cells, const TouchesOf& touches_of,
                 double Touch::*measure, std::vector<double> Rows::*measures)
 {
   std::size_t n = 0;
@@ -23,7 +23,7 @@ Rows touch_rows(const Case& job_case, const std::vector<StepRecord>& cells, cons
   rows.row_start.push_back(0);
   Eigen::Index row = 0;
   for (const StepRecord& r : cells) {
-    const SolverFrame frame = frame_at(job_case, r.key.flexion);
+    const SolverFrame frame = solver_frame(model, r.key.flexion);
     for (const Touch& touch : touches_of(r)) {
       rows.point_world_mm.row(row) = world_from_solver(frame, touch.point_solver_mm).transpose();
       rows.normal_world.row(row) = world_from_solver(frame, touch.normal_solver).transpose();

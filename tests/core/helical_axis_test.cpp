@@ -1,4 +1,4 @@
-#include "reduce/helical_axis.hpp"
+#include "core/helical_axis.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,29 @@
+/// Meshes in the memory of OpenGL.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "render/gl_table.hpp"
+#include "scene/scene.hpp"
+
+namespace vrda {
+
+struct GpuMesh {
+  unsigned vertex_array = 0;
+  std::array<unsigned, 3> buffers{};  ///< vertices, triangles, colours
+  std::size_t n_vertices = 0;         ///< there is room for
+  std::size_t n_indices = 0;          ///< there is room for
+  int n_drawn = 0;                    ///< indices
+  std::uint64_t revision = 0;
+  bool has_colours = false;
+  bool has_translucent_colours = false;
+};
+
+GpuMesh uploaded(const GlTable& gl, const Drawable& drawable);
+/// Takes a new revision over. A mesh larger than the one uploaded is a broken promise.
+void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh);
+void drop(const GlTable& gl, GpuMesh& mesh);
+void draw(const GlTable& gl, const GpuMesh& mesh);
+
+}  // namespace vrda

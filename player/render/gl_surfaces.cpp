@@ -1,0 +1,265 @@
+#include "render/gl_surfaces.hpp"
+
+#include <GL/glcorearb.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "render/shaders.hpp"
+
+namespace vrda {
+namespace {
+
+/// Bone's mottling is stronger than this, that of soft parts weaker: what the texture is for.
+constexpr float texture_mottling = 0.1F;
+
+/// Texture units.
+constexpr GLint behind_unit = 0, image_unit = 1;
+
+bool is_line_mode(DrawMode mode)
+{
+  return mode == DrawMode::wire || mode == DrawMode::hidden_line;
+}
+
+/// Lines of a material's own colour drown in a light backdrop: they are darkened there.
+Eigen::Vector3f line_shade(const Background& background)
+{
+  constexpr float light_backdrop = 0.1F, darkened = 0.2F;  // linear; by eye
+  const float brightness = 0.5F * (background.top + background.bottom).mean();
+  return Eigen::Vector3f::Constant(brightness > light_backdrop ? darkened : 1.0F);
+}
+
+}  // namespace
+
+SurfacePainter::SurfacePainter(const GlTable& gl, bool is_multisampled)
+    : gl_(gl), is_multisampled_(is_multisampled)
+{
+}
+
+SurfacePainter::~SurfacePainter()
+{
+  for (GpuMesh& mesh : meshes_) drop(gl_, mesh);
+  for (const auto& of_shading : programs_) {
+    for (const auto& of_colours : of_shading) {
+      for (const Program& program : of_colours) gl_.DeleteProgram(program.id);
+    }
+  }
+  gl_.DeleteTextures(1, &texture_);
+}
+
+void SurfacePainter::load(const Scene& scene)
+{
+  for (GpuMesh& mesh : meshes_) drop(gl_, mesh);
+  meshes_.clear();
+  for (const Drawable& drawable : scene.drawables) meshes_.push_back(uploaded(gl_, drawable));
+  load_texture(scene.texture);
+}
+
+void SurfacePainter::load_texture(const Texture& texture)
+{
+  gl_.DeleteTextures(1, &texture_);
+  texture_ = 0;
+  repeats_by_mm_ = 0.0F;
+  if (texture.is_empty()) return;
+  const std::size_t n_bytes =
+      3 * static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.height);
+  check(texture.rgb.size() == n_bytes && texture.scale_mm > 0.0, "a texture has three bytes a pixel");
+  gl_.GenTextures(1, &texture_);
+  gl_.ActiveTexture(GL_TEXTURE0 + image_unit);
+  gl_.BindTexture(GL_TEXTURE_2D, texture_);
+  gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  gl_.TexImage2D(GL_TEXTURE_2D, 0, GL_SRGB8, texture.width, texture.height, 0, GL_RGB, GL_UNSIGNED_BYTE,
+                 texture.rgb.data());
+  gl_.GenerateMipmap(GL_TEXTURE_2D);
+  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  gl_.ActiveTexture(GL_TEXTURE0);
+  repeats_by_mm_ = static_cast<float>(1.0 / texture.scale_mm);
+}
+
+void SurfacePainter::refresh(const Scene& scene)
+{
+  check(scene.drawables.size() == meshes_.size(), "a scene is loaded before it is drawn");
+  for (std::size_t i = 0; i < meshes_.size(); ++i) vrda::refresh(gl_, scene.drawables[i], meshes_[i]);
+}
+
+void SurfacePainter::begin(const Scene& scene, const Camera& camera, const PixelBox& view)
+{
+  check(scene.lighting.lights.size() <= most_lights, "a scene has at most four lights");
+  ++n_begun_;
+  mode_ = scene.mode;
+  lighting_ = &scene.lighting;
+  line_shade_ = line_shade(scene.background);
+  X_camera_world_ = camera.X_world_camera.inverse();
+  projection_ = projection(camera).cast<float>();
+  bound_translucent(scene, view);
+}
+
+bool SurfacePainter::is_translucent(const Drawable& drawable, const GpuMesh& mesh) const
+{
+  if (drawable.layer == Layer::bodies && is_line_mode(mode_)) return false;
+  return drawable.material.opacity < 1.0F || mesh.has_translucent_colours;
+}
+
+/// The smallest box with every corner of the translucent drawables' boxes; the viewport when one lies behind.
+void SurfacePainter::bound_translucent(const Scene& scene, const PixelBox& view)
+{
+  Eigen::Array2d low = Eigen::Array2d::Ones(), high = -low;  // of the viewport, on -1 to 1
+  const auto include = [&](const Eigen::Vector4d& p_clip) {
+    const bool is_before = p_clip.w() > 0.0;
+    const Eigen::Array2d p = is_before ? Eigen::Array2d(p_clip.head<2>() / p_clip.w()) : Eigen::Array2d(0, 0);
+    low = low.min(is_before ? p : -Eigen::Array2d::Ones());
+    high = high.max(is_before ? p : Eigen::Array2d::Ones());
+  };
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    const Drawable& drawable = scene.drawables[i];
+    if (!drawable.is_shown || !is_translucent(drawable, meshes_[i])) continue;
+    const Eigen::Matrix4d X_clip_mesh =
+        projection_.cast<double>() * (X_camera_world_ * drawable.X_world_mesh).matrix();
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector4d p_mm(corner & 1 ? drawable.box_mm.max_mm.x() : drawable.box_mm.min_mm.x(),
+                                 corner & 2 ? drawable.box_mm.max_mm.y() : drawable.box_mm.min_mm.y(),
+                                 corner & 4 ? drawable.box_mm.max_mm.z() : drawable.box_mm.min_mm.z(), 1.0);
+      include(X_clip_mesh * p_mm);
+    }
+  }
+  translucent_box_ = {};
+  if ((low >= high).any()) return;
+  // One pixel more each way, for what rounding to single precision may add.
+  const Eigen::Array2d size(view.width, view.height);
+  const Eigen::Array2d first = ((low.max(-1.0) * 0.5 + 0.5) * size - 1.0).max(0.0).floor();
+  const Eigen::Array2d last = ((high.min(1.0) * 0.5 + 0.5) * size + 1.0).min(size).ceil();
+  if ((first >= last).any()) return;
+  translucent_box_ = {view.x + static_cast<int>(first.x()), view.y + static_cast<int>(first.y()),
+                      static_cast<int>(last.x() - first.x()), static_cast<int>(last.y() - first.y())};
+}
+
+SurfacePainter::Shading SurfacePainter::shading_of(const Drawable& drawable) const
+{
+  if (drawable.layer != Layer::bodies) return Shading::smooth;
+  switch (mode_) {
+    case DrawMode::wire:
+    case DrawMode::hidden_line:
+      return Shading::lines;
+    case DrawMode::flat:
+      return Shading::flat;
+    case DrawMode::smooth:
+      return Shading::smooth;
+    case DrawMode::textured:
+      if (repeats_by_mm_ > 0.0F && drawable.material.mottling >= texture_mottling) return Shading::textured;
+      return drawable.material.mottling > 0.0F ? Shading::mottled : Shading::smooth;
+  }
+  throw InternalError("a mode has a shading");
+}
+
+SurfacePainter::Program& SurfacePainter::compiled(Shading shading, bool is_coloured)
+{
+  const std::size_t n_lights = shading == Shading::depth ? 0 : lighting_->lights.size();
+  Program& program = programs_[static_cast<std::size_t>(shading)][is_coloured ? 1 : 0][n_lights];
+  if (program.id != 0) return program;
+  constexpr std::array<const char*, n_shadings> names{
+      "", "#define MOTTLED\n", "#define TEXTURED\n", "#define FLAT\n", "#define LINES\n", ""};
+  std::string first = "#version 330 core\n#define N_LIGHTS " + std::to_string(n_lights) + "\n";
+  first += names[static_cast<std::size_t>(shading)];
+  if (is_coloured) first += "#define COLOURED\n";
+  if (is_multisampled_) first += "#define MULTISAMPLED\n";
+  program.id = linked_program(gl_, first.c_str(), surface_vertex_shader,
+                              shading == Shading::depth ? peel_fragment_shader : surface_fragment_shader);
+  const auto at = [&](const char* name) { return gl_.GetUniformLocation(program.id, name); };
+  program.at = {at("X_camera_mesh"), at("projection"), at("colour"),          at("opacity"),
+                at("specular"),      at("shininess"),  at("mottling"),        at("up_camera"),
+                at("sky"),           at("ground"),     at("light_direction"), at("light_colour"),
+                at("behind"),        at("image"),      at("repeats_by_mm")};
+  return program;
+}
+
+void SurfacePainter::set_shot(Program& program)
+{
+  if (program.n_begun == n_begun_) return;
+  program.n_begun = n_begun_;
+  std::array<float, 3 * most_lights> direction{}, colour{};
+  const std::vector<Light>& lights = lighting_->lights;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      direction[3 * i + k] = lights[i].towards_camera[static_cast<Eigen::Index>(k)];
+      colour[3 * i + k] = lights[i].colour[static_cast<Eigen::Index>(k)];
+    }
+  }
+  // The world's Y in camera axes.
+  const Eigen::Vector3f up_camera = X_camera_world_.linear().col(1).cast<float>();
+  const Uniforms& at = program.at;
+  const auto n_lights = static_cast<GLsizei>(lights.size());
+  gl_.UniformMatrix4fv(at.projection, 1, GL_FALSE, projection_.data());
+  gl_.Uniform3fv(at.up_camera, 1, up_camera.data());
+  gl_.Uniform3fv(at.sky, 1, lighting_->sky.data());
+  gl_.Uniform3fv(at.ground, 1, lighting_->ground.data());
+  // An unused uniform's place is -1, and that is ignored.
+  gl_.Uniform3fv(n_lights > 0 ? at.light_direction : -1, n_lights, direction.data());
+  gl_.Uniform3fv(n_lights > 0 ? at.light_colour : -1, n_lights, colour.data());
+  gl_.Uniform1i(at.behind, behind_unit);
+  gl_.Uniform1i(at.image, image_unit);
+  gl_.Uniform1f(at.repeats_by_mm, repeats_by_mm_);
+}
+
+void SurfacePainter::set_material(const Program& program, const Drawable& drawable, Shading shading)
+{
+  const Material& material = drawable.material;
+  const Eigen::Vector3f shade = shading == Shading::lines ? line_shade_ : Eigen::Vector3f::Ones();
+  const Eigen::Vector3f colour = material.colour.cwiseProduct(shade);
+  gl_.Uniform3fv(program.at.colour, 1, colour.data());
+  gl_.Uniform1f(program.at.opacity, material.opacity);
+  gl_.Uniform1f(program.at.specular, material.specular);
+  gl_.Uniform1f(program.at.shininess, material.shininess);
+  gl_.Uniform1f(program.at.mottling, material.mottling);
+}
+
+void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Shading shading)
+{
+  Program& program = compiled(shading, mesh.has_colours && shading != Shading::depth);
+  gl_.UseProgram(program.id);
+  set_shot(program);
+  const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
+  gl_.UniformMatrix4fv(program.at.X_camera_mesh, 1, GL_FALSE, X_camera_mesh.data());
+  if (shading != Shading::depth) set_material(program, drawable, shading);
+  vrda::draw(gl_, mesh);
+}
+
+void SurfacePainter::draw_lines(const Scene& scene)
+{
+  const auto draw_bodies = [&] {
+    for (std::size_t i = 0; i < meshes_.size(); ++i) {
+      const Drawable& drawable = scene.drawables[i];
+      if (drawable.is_shown && drawable.layer == Layer::bodies)
+        draw_one(drawable, meshes_[i], Shading::lines);
+    }
+  };
+  if (mode_ == DrawMode::hidden_line) {
+    // Depth of the faces, a little farther than their edges.
+    gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    gl_.Enable(GL_POLYGON_OFFSET_FILL);
+    gl_.PolygonOffset(1.0F, 1.0F);
+    draw_bodies();
+    gl_.Disable(GL_POLYGON_OFFSET_FILL);
+    gl_.ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  }
+  gl_.PolygonMode(GL_FRONT_AND_BACK, GL_LINE);
+  gl_.DepthFunc(GL_LEQUAL);
+  draw_bodies();
+  gl_.DepthFunc(GL_LESS);
+  gl_.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+}
+
+void SurfacePainter::draw(const Scene& scene, SurfacePass pass)
+{
+  const bool is_line_drawing = is_line_mode(mode_);
+  if (pass == SurfacePass::opaque && is_line_drawing) draw_lines(scene);
+  for (std::size_t i = 0; i < meshes_.size(); ++i) {
+    const Drawable& drawable = scene.drawables[i];
+    if (!drawable.is_shown || (is_line_drawing && drawable.layer == Layer::bodies)) continue;
+    if (is_translucent(drawable, meshes_[i]) == (pass == SurfacePass::opaque)) continue;
+    const bool is_depth = pass == SurfacePass::translucent_depth;
+    draw_one(drawable, meshes_[i], is_depth ? Shading::depth : shading_of(drawable));
+  }
+}
+
+}  // namespace vrda

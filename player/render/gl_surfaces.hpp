@@ -1,0 +1,82 @@
+/// Draws the surfaces of a scene: meshes, materials, lights and modes.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "render/gl_mesh.hpp"
+#include "render/gl_table.hpp"
+#include "render/renderer.hpp"
+
+namespace vrda {
+
+/// What a pass over the surfaces is for.
+enum class SurfacePass {
+  opaque,             ///< colour and depth of everything opaque
+  translucent_depth,  ///< depth alone of the translucent ones that lie before the depth texture of unit 0
+  translucent_colour  ///< the translucent ones, blended over what is there
+};
+
+/// Part of the picture in OpenGL's pixels: y from the bottom.
+struct PixelBox {
+  int x = 0, y = 0, width = 0, height = 0;
+};
+
+class SurfacePainter {
+ public:
+  SurfacePainter(const GlTable& gl, bool is_multisampled);
+  ~SurfacePainter();
+  SurfacePainter(const SurfacePainter&) = delete;
+  SurfacePainter& operator=(const SurfacePainter&) = delete;
+
+  void load(const Scene& scene);
+  /// Takes over what has a new revision. The scene has the drawables that were loaded.
+  void refresh(const Scene& scene);
+  /// Sets camera, lights and mode for the passes that follow; `view` is the viewport in OpenGL's pixels.
+  void begin(const Scene& scene, const Camera& camera, const PixelBox& view);
+  void draw(const Scene& scene, SurfacePass pass);
+  /// Where the translucent ones can be, within the viewport; empty when there are none.
+  const PixelBox& translucent_box() const { return translucent_box_; }
+
+ private:
+  struct Uniforms {
+    int X_camera_mesh = -1, projection = -1, colour = -1, opacity = -1, specular = -1, shininess = -1,
+        mottling = -1, up_camera = -1, sky = -1, ground = -1, light_direction = -1, light_colour = -1,
+        behind = -1, image = -1, repeats_by_mm = -1;
+  };
+  struct Program {
+    unsigned id = 0;
+    Uniforms at;
+    std::uint64_t n_begun = 0;  ///< the shot whose camera and lights it has
+  };
+  enum class Shading { smooth, mottled, textured, flat, lines, depth };
+  static constexpr std::size_t n_shadings = 6;
+
+  Shading shading_of(const Drawable& drawable) const;
+  bool is_translucent(const Drawable& drawable, const GpuMesh& mesh) const;
+  Program& compiled(Shading shading, bool is_coloured);
+  void set_shot(Program& program);
+  void set_material(const Program& program, const Drawable& drawable, Shading shading);
+  void draw_one(const Drawable& drawable, const GpuMesh& mesh, Shading shading);
+  void draw_lines(const Scene& scene);
+  void load_texture(const Texture& texture);
+  void bound_translucent(const Scene& scene, const PixelBox& view);
+
+  const GlTable& gl_;
+  bool is_multisampled_;
+  std::vector<GpuMesh> meshes_;
+  /// By shading, whether vertices have colours, and number of lights; compiled when first used.
+  std::array<std::array<std::array<Program, most_lights + 1>, 2>, n_shadings> programs_{};
+  std::uint64_t n_begun_ = 0;
+  DrawMode mode_ = DrawMode::smooth;
+  const Lighting* lighting_ = nullptr;  ///< of the scene begun with
+  unsigned texture_ = 0;
+  float repeats_by_mm_ = 0.0F;  ///< of the texture; 0 without one
+  Eigen::Vector3f line_shade_{1.0F, 1.0F, 1.0F};
+  Pose X_camera_world_ = Pose::Identity();
+  Eigen::Matrix4f projection_ = Eigen::Matrix4f::Identity();
+  PixelBox translucent_box_;
+};
+
+}  // namespace vrda

@@ -1,0 +1,169 @@
+#include "scene/contact_layer.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/step_status.hpp"
+#include "core/units.hpp"
+#include "scene/layer_drawable.hpp"
+#include "scene/palette.hpp"
+#include "scene/solids.hpp"
+
+namespace vrda {
+namespace {
+
+// Of a knee, mm: seen between condyle and plateau without hiding either.
+constexpr double ball_radius_mm = 1.3, shaft_radius_mm = 0.55;
+constexpr double plain_arrow_mm = 9.0, longest_arrow_mm = 26.0, shortest_arrow_mm = 3.0;
+constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
+
+std::vector<double> radians(const std::vector<double>& deg)
+{
+  std::vector<double> rad;
+  rad.reserve(deg.size());
+  for (const double angle : deg) rad.push_back(rad_from_deg(angle));
+  return rad;
+}
+
+std::size_t nearest(const std::vector<double>& axis, double value)
+{
+  const auto after = std::lower_bound(axis.begin(), axis.end(), value);
+  if (after == axis.begin()) return 0;
+  const auto i = static_cast<std::size_t>(after - axis.begin());
+  return after == axis.end() || value - axis[i - 1] <= axis[i] - value ? i - 1 : i;
+}
+
+std::size_t fullest(const std::vector<std::size_t>& start)
+{
+  std::size_t most = 0;
+  for (std::size_t cell = 0; cell + 1 < start.size(); ++cell)
+    most = std::max(most, start[cell + 1] - start[cell]);
+  return most;
+}
+
+/// Force of a row, N.
+double force_n(const ForceRows& rows, std::size_t row, const Eigen::Vector3d& delta)
+{
+  const double opposing = -rows.normal_world.row(static_cast<Eigen::Index>(row)).dot(delta);
+  return rows.along_delta_n[row] / std::max(opposing, 1e-3);
+}
+
+double highest_force_n(const MotionModel& model)
+{
+  const ForceRows& rows = model.equilibrium->forces;
+  double highest_n = 0.0;
+  for (std::size_t row = 0; row < rows.along_delta_n.size(); ++row)
+    highest_n = std::max(highest_n, force_n(rows, row, model.delta));
+  return highest_n;
+}
+
+}  // namespace
+
+template <typename Rows, typename Length>
+ContactLayer::Signs ContactLayer::signs_of(const MotionModel& model, const Rows& rows,
+                                           const Length& length_mm)
+{
+  const Motion raw(model, "raw");
+  Signs signs;
+  signs.start.push_back(0);
+  const std::size_t n_cells = rows.row_start.empty() ? 0 : rows.row_start.size() - 1;
+  for (std::size_t cell = 0; cell < n_cells; ++cell) {
+    const bool is_solved = model.status.data()[cell] == static_cast<std::int8_t>(StepStatus::stable);
+    const auto i = static_cast<std::size_t>(cell / model.varus_deg.size());
+    const auto first = static_cast<std::size_t>(rows.row_start[cell]),
+               last = static_cast<std::size_t>(rows.row_start[cell + 1]);
+    if (is_solved && first < last) {
+      const JointPose pose =
+          raw.placed({rad_from_deg(model.flexion_deg[i]), rad_from_deg(model.varus_solved_deg.data()[cell])},
+                     {model.tx_mm.data()[cell], model.ty_mm.data()[cell], model.tz_mm.data()[cell],
+                      rad_from_deg(model.theta_deg.data()[cell])});
+      const Pose X_moving_world = pose.X_world_moving.inverse();
+      for (std::size_t row = first; row < last; ++row) {
+        const auto k = static_cast<Eigen::Index>(row);
+        signs.tip_mm.emplace_back(X_moving_world * Eigen::Vector3d(rows.point_world_mm.row(k).transpose()) -
+                                  model.rotation_centre_mm);
+        signs.arrow_mm.emplace_back(length_mm(row) * (X_moving_world.linear() *
+                                                      Eigen::Vector3d(rows.normal_world.row(k).transpose())));
+      }
+    }
+    signs.start.push_back(signs.tip_mm.size());
+  }
+  return signs;
+}
+
+ContactLayer::ContactLayer(const MotionModel& model, Scene& scene)
+    : flexion_rad_(radians(model.flexion_deg)),
+      varus_rad_(radians(model.varus_deg)),
+      scale_(sign_scale(model)),
+      points_(signs_of(model, model.contacts, [&](std::size_t) { return scale_ * plain_arrow_mm; }))
+{
+  if (model.equilibrium) {
+    const double highest_n = highest_force_n(model);
+    arrows_ = signs_of(model, model.equilibrium->forces, [&](std::size_t row) {
+      const double part = force_n(model.equilibrium->forces, row, model.delta) / highest_n;
+      return scale_ * std::max(shortest_arrow_mm, part * longest_arrow_mm);
+    });
+  } else {
+    arrows_ = points_;
+  }
+  points_.drawable = add_layer(scene, Layer::contacts, Owner::moving, "contacts");
+  arrows_.drawable = add_layer(scene, Layer::normals, Owner::moving,
+                               model.equilibrium ? "contact forces" : "contact normals");
+  for (Signs* signs : {&points_, &arrows_}) {
+    Drawable& drawable = scene.drawables[signs->drawable];
+    const bool is_points = signs == &points_;
+    drawable.origin_mm = model.rotation_centre_mm;
+    drawable.material = sign_material(is_points ? ball_colour : arrow_colour);
+    const std::size_t most = fullest(signs->start);
+    is_points ? add_balls(drawable.mesh, most) : add_arrows(drawable.mesh, most);
+    signs->triangles = drawable.mesh.triangles;
+  }
+}
+
+std::size_t ContactLayer::nearest_cell(const Attitude& attitude) const
+{
+  return nearest(flexion_rad_, attitude.flexion_rad) * varus_rad_.size() +
+         nearest(varus_rad_, attitude.varus_rad);
+}
+
+void ContactLayer::update_points(Drawable& drawable)
+{
+  for (std::size_t row = points_.start[points_.cell]; row < points_.start[points_.cell + 1]; ++row) {
+    const std::size_t vertex = (row - points_.start[points_.cell]) * ball_size().n_vertices;
+    set_ball(drawable.mesh, vertex, points_.tip_mm[row], scale_ * ball_radius_mm);
+  }
+}
+
+void ContactLayer::update_arrows(Drawable& drawable)
+{
+  for (std::size_t row = arrows_.start[arrows_.cell]; row < arrows_.start[arrows_.cell + 1]; ++row) {
+    const std::size_t vertex = (row - arrows_.start[arrows_.cell]) * arrow_size().n_vertices;
+    set_arrow(drawable.mesh, vertex, arrows_.tip_mm[row] - arrows_.arrow_mm[row], arrows_.tip_mm[row],
+              scale_ * shaft_radius_mm);
+  }
+}
+
+void ContactLayer::update(Scene& scene, const JointPose& pose, const LayerSet& wanted)
+{
+  const std::size_t cell = nearest_cell(pose.attitude);
+  for (Signs* signs : {&points_, &arrows_}) {
+    Drawable& drawable = scene.drawables[signs->drawable];
+    const bool is_points = signs == &points_;
+    if (!wanted.has(is_points ? Layer::contacts : Layer::normals)) continue;
+    const bool is_row = cell + 1 < signs->start.size();
+    const std::size_t n = is_row ? signs->start[cell + 1] - signs->start[cell] : 0;
+    drawable.is_shown = n > 0;
+    if (n == 0 || signs->cell == cell) continue;
+    signs->cell = cell;
+    is_points ? update_points(drawable) : update_arrows(drawable);
+    // As many triangles as ever: those left over shrink to a point.
+    const std::size_t n_indices = n * (is_points ? ball_size() : arrow_size()).n_indices;
+    std::copy_n(signs->triangles.begin(), n_indices, drawable.mesh.triangles.begin());
+    std::fill(drawable.mesh.triangles.begin() + static_cast<std::ptrdiff_t>(n_indices),
+              drawable.mesh.triangles.end(), 0U);
+    update_box(drawable);
+    ++drawable.revision;
+  }
+}
+
+}  // namespace vrda

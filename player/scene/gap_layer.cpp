@@ -1,0 +1,118 @@
+#include "scene/gap_layer.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "proximity/ray_travel.hpp"
+#include "scene/layer_drawable.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double range_mm = 6.0;      ///< farther is no neighbourhood: a meniscus is as high
+constexpr double deepest_mm = 3.0;    ///< overlap that a smoothed motion may show; deeper is another surface
+constexpr double above_mm = 0.2;      ///< of a knee: what levels of detail may lift the part below by
+constexpr double least_upward = 0.1;  ///< of a face's normal along Delta: steeper ones face nothing along it
+constexpr double fades_from = 0.7;    ///< part of the range where the colours begin to fade into the bone
+
+Legend gap_legend()
+{
+  Legend legend;
+  legend.title = "gap, mm";
+  legend.highest = range_mm;
+  legend.palette = closeness_palette();
+  legend.beyond_label = "no colour";
+  return legend;
+}
+
+std::vector<Eigen::Index> upward_triangles(const MotionModel& model, const std::vector<Eigen::Index>& rows)
+{
+  std::vector<Eigen::Index> upward;
+  for (const Eigen::Index t : rows) {
+    if (face_normal(model.moving.contact.mesh, t).dot(model.delta) > least_upward) upward.push_back(t);
+  }
+  return upward;
+}
+
+}  // namespace
+
+GapLayer::GapLayer(const MotionModel& model, Scene& scene)
+    : legend_(gap_legend()), reference_(model.reference.contact.mesh), tree_(reference_)
+{
+  for (std::size_t c = 0; c < model.moving.components.size(); ++c) add_sheet(model, scene, c);
+}
+
+void GapLayer::add_sheet(const MotionModel& model, Scene& scene, std::size_t component)
+{
+  const std::vector<Eigen::Index> upward =
+      upward_triangles(model, triangles_by_component(model.moving, model.moving.contact)[component]);
+  if (upward.empty()) return;
+  const Component& part = model.moving.components[component];
+  Sheet sheet;
+  sheet.drawable = add_layer(scene, Layer::gap_map, Owner::moving, "gaps on " + part.name);
+  Drawable& drawable = scene.drawables[sheet.drawable];
+  drawable.origin_mm = model.rotation_centre_mm;
+  drawable.mesh = draw_mesh(model.moving.contact.mesh, upward, drawable.origin_mm);
+  drawable.material = material_of(part.material);
+  drawable.material.mottling = 0.0F;
+  sheet.bone = encoded(drawable.material.colour);
+  const auto lift_mm = static_cast<float>(above_mm * sign_scale(model));
+  for (DrawVertex& vertex : drawable.mesh.vertices) {
+    Eigen::Vector3d p_mm;
+    for (std::size_t k = 0; k < 3; ++k) {
+      p_mm[static_cast<Eigen::Index>(k)] = vertex.position_mm[k];
+      vertex.position_mm[k] += lift_mm * vertex.normal[k];
+    }
+    sheet.point_mm.push_back(p_mm + drawable.origin_mm);
+  }
+  update_box(drawable);
+  drawable.colours.assign(drawable.mesh.vertices.size(), sheet.bone);
+  sheet.gap_mm.resize(sheet.point_mm.size());
+  sheet.triangles = drawable.mesh.triangles;
+  sheets_.push_back(std::move(sheet));
+}
+
+void GapLayer::update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vector3d& delta_moving) const
+{
+  // The reference stays where its tree is; the rays come to it.
+  Ray ray;
+  ray.direction = X_reference_moving_.linear() * delta_moving;
+  ray.longest_mm = deepest_mm + range_mm;
+  for (std::size_t v = 0; v < sheet.point_mm.size(); ++v) {
+    ray.from_mm = X_reference_moving_ * sheet.point_mm[v] - deepest_mm * ray.direction;
+    const double gap_mm = ray_travel_mm(reference_, tree_, ray) - deepest_mm;
+    sheet.gap_mm[v] = gap_mm;
+    const double fading = (gap_mm / range_mm - fades_from) / (1.0 - fades_from);
+    drawable.colours[v] =
+        mixed(colour_of(legend_, std::min(gap_mm, range_mm)), sheet.bone, std::clamp(fading, 0.0, 1.0));
+  }
+  auto next = drawable.mesh.triangles.begin();
+  for (std::size_t t = 0; t < sheet.triangles.size(); t += 3) {
+    const auto corner = sheet.triangles.begin() + static_cast<std::ptrdiff_t>(t);
+    const bool is_near =
+        std::any_of(corner, corner + 3, [&](std::uint32_t v) { return sheet.gap_mm[v] < range_mm; });
+    if (is_near) next = std::copy(corner, corner + 3, next);
+  }
+  sheet.is_near = next != drawable.mesh.triangles.begin();
+  // As many triangles as ever: those left over shrink to a point.
+  std::fill(next, drawable.mesh.triangles.end(), 0U);
+}
+
+void GapLayer::update(Scene& scene, const Motion& motion, const JointPose& pose)
+{
+  const bool is_same = is_made_ && X_reference_moving_.matrix() == pose.X_reference_moving.matrix();
+  X_reference_moving_ = pose.X_reference_moving;
+  is_made_ = true;
+  // Theta turns about Delta: it is the same direction on the moving object.
+  const Eigen::Vector3d delta_moving = motion.delta(pose.attitude.flexion_rad);
+  for (Sheet& sheet : sheets_) {
+    Drawable& drawable = scene.drawables[sheet.drawable];
+    if (!is_same) {
+      update_sheet(drawable, sheet, delta_moving);
+      ++drawable.revision;
+    }
+    drawable.is_shown = sheet.is_near;
+  }
+}
+
+}  // namespace vrda

@@ -1,0 +1,111 @@
+#include "scene/ligament_layer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "scene/layer_drawable.hpp"
+#include "scene/solids.hpp"
+
+namespace vrda {
+namespace {
+
+/// Straight fibres need no more than four; on a wrap 12 points bend by a few degrees from each to the next.
+constexpr std::size_t n_straight = 4, n_wrapped = 14;
+constexpr double thickness_mm = 0.9;  ///< radius on a knee: its bundles' fibres lie 2 to 4 mm apart
+constexpr VertexColour slack_colour{150, 150, 145, 255};
+
+std::size_t n_points(const Fibre& fibre)
+{
+  return fibre.wrap < 0 ? n_straight : n_wrapped;
+}
+
+/// From 0 to the highest strain of the motion, at least 5 %, in steps of 5 %.
+Legend legend_of(const MotionModel& model)
+{
+  constexpr double step = 0.05;
+  double highest = step;
+  if (model.ligaments) {
+    for (const double strain : model.ligaments->strain) {
+      if (strain > highest) highest = step * std::ceil(strain / step - 1e-9);
+    }
+  }
+  Legend legend;
+  legend.title = "strain, %";
+  legend.highest = 100.0 * highest;
+  legend.palette = tension_palette();
+  legend.below = slack_colour;
+  legend.below_label = "slack";
+  return legend;
+}
+
+}  // namespace
+
+Ligaments ligaments_of(const MotionModel& model)
+{
+  Ligaments ligaments;
+  if (!model.ligaments) return ligaments;
+  const LigamentRows& rows = *model.ligaments;
+  ligaments.transition_strain = rows.transition_strain;
+  for (std::size_t i = 0; i < rows.wrap_name.size(); ++i) {
+    Wrap wrap;
+    wrap.name = rows.wrap_name[i];
+    wrap.shape = rows.wrap_shape[i] == 0 ? WrapShape::cylinder : WrapShape::ellipsoid;
+    wrap.body = rows.wrap_body[i] == 0 ? WrapBody::reference : WrapBody::moving;
+    wrap.X_body_wrap = pose_in(rows.X_body_wrap, i);
+    wrap.radii_mm = rows.wrap_radii_mm.row(static_cast<Eigen::Index>(i)).transpose();
+    ligaments.wraps.push_back(wrap);
+  }
+  for (std::size_t i = 0; i < rows.name.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    ligaments.fibres.push_back({rows.name[i], rows.bundle[i], rows.reference_mm.row(row).transpose(),
+                                rows.moving_mm.row(row).transpose(), rows.stiffness_n[i],
+                                rows.slack_length_mm[i], rows.wrap[i]});
+  }
+  return ligaments;
+}
+
+LigamentLayer::LigamentLayer(const MotionModel& model, Scene& scene)
+    : ligaments_(ligaments_of(model)),
+      legend_(legend_of(model)),
+      origin_mm_(model.rotation_centre_mm),
+      radius_mm_(thickness_mm * sign_scale(model)),
+      drawable_(add_layer(scene, Layer::ligaments, Owner::reference, "ligaments")),
+      strain_(ligaments_.fibres.size())
+{
+  Drawable& drawable = scene.drawables[drawable_];
+  drawable.origin_mm = origin_mm_;
+  drawable.material = sign_material({255, 255, 255, 255});
+  for (const Fibre& fibre : ligaments_.fibres) add_tube(drawable.mesh, n_points(fibre));
+  drawable.colours.resize(drawable.mesh.vertices.size());
+}
+
+void LigamentLayer::update(Scene& scene, const JointPose& pose)
+{
+  scene.drawables[drawable_].is_shown = !is_empty();
+  if (is_made_ && X_reference_moving_.matrix() == pose.X_reference_moving.matrix()) return;
+  X_reference_moving_ = pose.X_reference_moving;
+  is_made_ = true;
+  Drawable& drawable = scene.drawables[drawable_];
+  // Lengths do not mind which frame both objects stand in: the reference's own.
+  const Placement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
+                            pose.X_reference_moving.translation()};
+  std::array<Eigen::Vector3d, n_wrapped> points_mm;
+  std::size_t vertex = 0;
+  for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {
+    const Fibre& fibre = ligaments_.fibres[i];
+    const std::span<Eigen::Vector3d> way_mm(points_mm.data(), n_points(fibre));
+    const FibreWay way = fibre_way(fibre, ligaments_.wraps, placement, way_mm);
+    strain_[i] = way.length_mm / fibre.slack_length_mm - 1.0;
+    for (Eigen::Vector3d& p_mm : way_mm) p_mm -= origin_mm_;
+    set_tube(drawable.mesh, vertex, way_mm, radius_mm_);
+    const auto first = drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex);
+    vertex += tube_size(way_mm.size()).n_vertices;
+    std::fill(first, drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex),
+              colour_of(legend_, 100.0 * strain_[i]));
+  }
+  update_box(drawable);
+  ++drawable.revision;
+}
+
+}  // namespace vrda

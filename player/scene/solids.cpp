@@ -1,0 +1,203 @@
+#include "scene/solids.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "core/error.hpp"
+#include "core/trig.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::size_t n_sides = 12;
+constexpr std::size_t n_ball_rings = 9;
+/// Of an arrow: pairs of rings for tail, shaft, back of the head and cone, each with normals of its own.
+constexpr std::size_t n_arrow_rings = 8, n_rod_rings = 6;
+
+using Circle = std::array<SinCos, n_sides>;
+
+const Circle& circle()
+{
+  static const Circle points = [] {
+    Circle made{};
+    for (std::size_t k = 0; k < n_sides; ++k)
+      made[k] = sin_cos(static_cast<double>(k) * (2.0 * pi / static_cast<double>(n_sides)));
+    return made;
+  }();
+  return points;
+}
+
+/// Right-handed, unit: two directions across, one along.
+struct Frame {
+  Eigen::Vector3d u, v, along;
+};
+
+Frame frame_along(const Eigen::Vector3d& along)
+{
+  Eigen::Index least = 0;
+  along.cwiseAbs().minCoeff(&least);
+  const Eigen::Vector3d u = along.cross(Eigen::Vector3d::Unit(least)).normalized();
+  return {u, along.cross(u), along};
+}
+
+struct Ring {
+  Eigen::Vector3d centre_mm;
+  double radius_mm = 0.0;
+  double outward = 1.0;  ///< the normal's parts across and along the axis
+  double forward = 0.0;
+};
+
+std::array<float, 3> single(const Eigen::Vector3d& v)
+{
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+
+std::size_t set_ring(DrawMesh& mesh, std::size_t first_vertex, const Frame& frame, const Ring& ring)
+{
+  for (std::size_t k = 0; k < n_sides; ++k) {
+    const SinCos& place = circle()[k];
+    const Eigen::Vector3d across = place.cos * frame.u + place.sin * frame.v;
+    DrawVertex& vertex = mesh.vertices[first_vertex + k];
+    vertex.position_mm = single(ring.centre_mm + ring.radius_mm * across);
+    vertex.normal = single(ring.outward * across + ring.forward * frame.along);
+  }
+  return first_vertex + n_sides;
+}
+
+/// Triangles between the rings first and first + n_sides, seen from outside counter-clockwise.
+void add_band(DrawMesh& mesh, std::size_t first)
+{
+  for (std::size_t k = 0; k < n_sides; ++k) {
+    const auto a = static_cast<std::uint32_t>(first + k);
+    const auto b = static_cast<std::uint32_t>(first + (k + 1) % n_sides);
+    const auto n = static_cast<std::uint32_t>(n_sides);
+    for (const std::uint32_t index : {a, b, b + n, a, b + n, a + n}) mesh.triangles.push_back(index);
+  }
+}
+
+/// Room for rings and the bands from each to the next, or from each second one to the next.
+void add_rings(DrawMesh& mesh, std::size_t n_rings, std::size_t step)
+{
+  const std::size_t first = mesh.vertices.size();
+  mesh.vertices.resize(first + n_rings * n_sides);
+  for (std::size_t ring = 0; ring + 1 < n_rings; ring += step) add_band(mesh, first + ring * n_sides);
+}
+
+SolidSize size_of(std::size_t n_rings, std::size_t step)
+{
+  return {n_rings * n_sides, n_rings / step * 6 * n_sides - (step == 1 ? 6 * n_sides : 0)};
+}
+
+/// A flat end: a ring and its centre.
+std::size_t set_end(DrawMesh& mesh, std::size_t vertex, const Frame& frame, const Eigen::Vector3d& centre_mm,
+                    double radius_mm, double forward)
+{
+  const bool is_front = forward > 0.0;
+  vertex = set_ring(mesh, vertex, frame, {centre_mm, is_front ? radius_mm : 0.0, 0.0, forward});
+  return set_ring(mesh, vertex, frame, {centre_mm, is_front ? 0.0 : radius_mm, 0.0, forward});
+}
+
+}  // namespace
+
+SolidSize ball_size()
+{
+  return size_of(n_ball_rings, 1);
+}
+SolidSize rod_size()
+{
+  return size_of(n_rod_rings, 2);
+}
+SolidSize arrow_size()
+{
+  return size_of(n_arrow_rings, 2);
+}
+SolidSize tube_size(std::size_t n_points)
+{
+  return size_of(n_points + 2, 1);
+}
+
+void add_balls(DrawMesh& mesh, std::size_t n)
+{
+  for (std::size_t i = 0; i < n; ++i) add_rings(mesh, n_ball_rings, 1);
+}
+void add_rods(DrawMesh& mesh, std::size_t n)
+{
+  for (std::size_t i = 0; i < n; ++i) add_rings(mesh, n_rod_rings, 2);
+}
+void add_arrows(DrawMesh& mesh, std::size_t n)
+{
+  for (std::size_t i = 0; i < n; ++i) add_rings(mesh, n_arrow_rings, 2);
+}
+void add_tube(DrawMesh& mesh, std::size_t n_points)
+{
+  add_rings(mesh, n_points + 2, 1);
+}
+
+void set_ball(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& centre_mm, double radius_mm)
+{
+  const Frame frame = frame_along(Eigen::Vector3d::UnitY());
+  for (std::size_t i = 0; i < n_ball_rings; ++i) {
+    const SinCos turn = sin_cos(static_cast<double>(i) * (pi / static_cast<double>(n_ball_rings - 1)));
+    const Eigen::Vector3d ring_mm = centre_mm - radius_mm * turn.cos * frame.along;
+    first_vertex = set_ring(mesh, first_vertex, frame, {ring_mm, radius_mm * turn.sin, turn.sin, -turn.cos});
+  }
+}
+
+void set_rod(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
+             const Eigen::Vector3d& to_mm, double radius_mm)
+{
+  const Frame frame = frame_along((to_mm - from_mm).normalized());
+  std::size_t vertex = set_end(mesh, first_vertex, frame, from_mm, radius_mm, -1.0);
+  vertex = set_ring(mesh, vertex, frame, {from_mm, radius_mm});
+  vertex = set_ring(mesh, vertex, frame, {to_mm, radius_mm});
+  set_end(mesh, vertex, frame, to_mm, radius_mm, 1.0);
+}
+
+void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
+               const Eigen::Vector3d& to_mm, double radius_mm)
+{
+  constexpr double head_by_shaft = 3.0, head_slimness = 2.6, most_of_arrow = 0.6;
+  const double length_mm = (to_mm - from_mm).norm();
+  const Frame frame = frame_along((to_mm - from_mm) / length_mm);
+  const double head_radius_mm =
+      std::min(head_by_shaft * radius_mm, most_of_arrow * length_mm / head_slimness);
+  const double shaft_radius_mm = head_radius_mm / head_by_shaft;
+  const Eigen::Vector3d neck_mm = to_mm - head_slimness * head_radius_mm * frame.along;
+  std::size_t vertex = set_end(mesh, first_vertex, frame, from_mm, shaft_radius_mm, -1.0);
+  vertex = set_ring(mesh, vertex, frame, {from_mm, shaft_radius_mm});
+  vertex = set_ring(mesh, vertex, frame, {neck_mm, shaft_radius_mm});
+  vertex = set_end(mesh, vertex, frame, neck_mm, head_radius_mm, -1.0);
+  // A cone's normal: across its slope, which falls by the radius over head_slimness radii.
+  constexpr double outward = 0.933, forward = 0.359;
+  vertex = set_ring(mesh, vertex, frame, {neck_mm, head_radius_mm, outward, forward});
+  set_ring(mesh, vertex, frame, {to_mm, 0.0, outward, forward});
+}
+
+void set_tube(DrawMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
+              double radius_mm)
+{
+  constexpr double same_place_mm = 1e-9;
+  check(points_mm.size() >= 2, "a tube goes round at least two points");
+  const std::size_t last = points_mm.size() - 1;
+  Frame frame = frame_along(Eigen::Vector3d::UnitY());
+  bool has_frame = false;
+  std::size_t vertex = first_vertex;
+  for (std::size_t i = 0; i <= last; ++i) {
+    const Eigen::Vector3d way_mm = points_mm[std::min(i + 1, last)] - points_mm[i > 0 ? i - 1 : 0];
+    const double length_mm = way_mm.norm();
+    if (length_mm > same_place_mm) {
+      // The frame of the last ring, turned no more than it must.
+      const Eigen::Vector3d along = way_mm / length_mm;
+      const Eigen::Vector3d u = frame.u - along.dot(frame.u) * along;
+      frame = has_frame && u.norm() > 0.1 ? Frame{u.normalized(), along.cross(u.normalized()), along}
+                                          : frame_along(along);
+      has_frame = true;
+    }
+    if (i == 0) vertex = set_ring(mesh, vertex, frame, {points_mm[0], 0.0, 0.0, -1.0});
+    vertex = set_ring(mesh, vertex, frame, {points_mm[i], radius_mm});
+    if (i == last) set_ring(mesh, vertex, frame, {points_mm[last], 0.0, 0.0, 1.0});
+  }
+}
+
+}  // namespace vrda
