@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "motion/film.hpp"
 #include "motion/poses.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/read_apart.hpp"
 #include "store/trace_file.hpp"
 
 namespace vrda {
@@ -225,7 +225,7 @@ void require_video_options(const ShowOptions& options)
 ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
 {
   const FilmOptions chosen = film_options(options);
-  const Trace trace = read_trace(options.trace);
+  const Trace trace = read_trace_apart(options.trace);
   require_beside(trace, options.trace, model, options.file);
   const Film film = film_of(trace, options.trace, chosen);
   const Motion motion(model, "raw");
@@ -250,6 +250,18 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, con
 
 ShowSummary show_poses(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
 {
+<<<<<<< HEAD
+  if (options.folder.empty()) {
+    throw InputError({"show", "--offscreen", "nothing",
+                      "a folder for the pictures (a window is not available in this version)"});
+  }
+  const std::size_t n_views = parsed_views(options.views).size();
+  parsed_size(options.size);
+  require_trace_options(options);
+  const MotionModel model = read_motion_model_apart(options.file);
+  if (!options.trace.empty()) return show_trace(options, model, streams);
+=======
+>>>>>>> w7-follow
   const std::string set = chosen_set(model, options);
   const Motion motion(model, set);
   const Plan plan = plan_of(motion, options, streams.talk);
@@ -284,7 +296,7 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
   parsed_layers(options.look.layers);
   require_trace_options(options);
   require_video_options(options);
-  MotionModel model = read_motion_model(options.file);
+  MotionModel model = read_motion_model_apart(options.file);
   if (options.folder.empty() && options.video.empty()) {
     const std::string set = chosen_set(model, options);
     show_in_window(options, std::move(model), set);
