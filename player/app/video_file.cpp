@@ -51,9 +51,7 @@ std::vector<std::string> coding_arguments(Coding coding)
       arguments = {"-vf", to_even_yuv, "-c:v", "libvpx-vp9", "-crf", "32", "-b:v", "0", "-cpu-used", "4"};
       break;
     case Coding::gif:
-      return {"-vf",
-              "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=4",
-              "-f", "gif"};
+      return {"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=bayer:bayer_scale=4", "-f", "gif"};
   }
   arguments.insert(arguments.end(), named.begin(), named.end());
   arguments.insert(arguments.end(), {"-f", coding == Coding::mp4 ? "mp4" : "webm"});
