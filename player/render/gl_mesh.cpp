@@ -70,6 +70,7 @@ GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
   gpu.n_vertices = mesh.vertices.size();
   gpu.n_indices = mesh.triangles.size();
   gpu.revision = drawable.revision;
+  gpu.is_closed = is_closed(mesh);
   return gpu;
 }
 
@@ -85,6 +86,7 @@ void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   gl.BufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, bytes_of(changed.triangles), changed.triangles.data());
   upload_colours(gl, drawable, mesh);
   // Into the room of the first level; its coarser ones are no longer of this mesh.
+  mesh.is_closed = false;
   mesh.levels.resize(1);
   mesh.levels[0].n = static_cast<int>(changed.triangles.size());
   mesh.revision = drawable.revision;

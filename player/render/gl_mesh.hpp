@@ -24,6 +24,7 @@ struct GpuMesh {
   std::size_t n_indices = 0;          ///< there is room for
   std::vector<IndexRun> levels;       ///< the whole mesh, then coarser ones
   std::uint64_t revision = 0;
+  bool is_closed = false;  ///< its back faces need no drawing while it is opaque
   bool has_colours = false;
   bool has_translucent_colours = false;
 };

@@ -271,7 +271,10 @@ void SurfacePainter::draw(const Scene& scene, SurfacePass pass)
     if (!drawable.is_shown || (is_line_drawing && drawable.layer == Layer::bodies)) continue;
     if (is_translucent(drawable, meshes_[i]) == (pass == SurfacePass::opaque)) continue;
     const bool is_depth = pass == SurfacePass::translucent_depth;
+    const bool is_culled = pass == SurfacePass::opaque && meshes_[i].is_closed;
+    if (is_culled) gl_.Enable(GL_CULL_FACE);
     draw_one(drawable, meshes_[i], is_depth ? Shading::depth : shading_of(drawable));
+    if (is_culled) gl_.Disable(GL_CULL_FACE);
   }
 }
 
