@@ -29,7 +29,12 @@ struct GpuMesh {
   bool has_translucent_colours = false;
 };
 
-GpuMesh uploaded(const GlTable& gl, const Drawable& drawable);
+enum class Detail {
+  full,   ///< the whole mesh only
+  levels  ///< coarser ones too
+};
+
+GpuMesh uploaded(const GlTable& gl, const Drawable& drawable, Detail detail);
 /// Takes a new revision over. A mesh larger than the one uploaded is a broken promise.
 void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh);
 void drop(const GlTable& gl, GpuMesh& mesh);
