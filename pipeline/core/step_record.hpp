@@ -95,4 +95,8 @@ struct StepRecord {
   Balance balance;         ///< of the equilibrium only
 };
 
+/// Every length, energy and moment times `factor`; angles, forces, counts and flags as they are: the step of
+/// a joint `factor` times as large.
+StepRecord scaled(const StepRecord& record, double factor);
+
 }  // namespace vrda

@@ -4,7 +4,6 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <cerrno>
 #include <cstdio>
@@ -13,62 +12,17 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "journal/little_endian.hpp"
+#include "journal/open_file.hpp"
 
 namespace vrda {
 namespace {
 
-/// A key is 64 digits; a header that claims a page of key is damaged.
-constexpr std::uint32_t longest_key = 4096;
-constexpr std::size_t frame_bytes = 8;
 constexpr const char* wanted_writable = "a journal that can be written and free space";
 
 [[noreturn]] void fail(const std::string& path, const std::string& what, const char* wanted)
 {
   throw InputError({path, "", what + " (" + std::strerror(errno) + ")", wanted});
 }
-
-std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0)
-{
-  const uLong crc = crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size());
-  return static_cast<std::uint32_t>(crc);
-}
-
-std::string header_bytes(const std::string& key, const FrameFormat& format)
-{
-  std::string bytes(format.magic);
-  append_u32(bytes, format.version);
-  append_u32(bytes, static_cast<std::uint32_t>(key.size()));
-  bytes += key;
-  append_u32(bytes, crc_of(bytes));
-  return bytes;
-}
-
-std::string frame_of(std::string_view content)
-{
-  std::string bytes;
-  bytes.reserve(frame_bytes + content.size());
-  append_u32(bytes, static_cast<std::uint32_t>(content.size()));
-  append_u32(bytes, crc_of(content, crc_of(bytes)));
-  return bytes.append(content);
-}
-
-/// A file descriptor that closes itself unless released.
-class Descriptor {
- public:
-  explicit Descriptor(int value) : value_(value) {}
-  ~Descriptor()
-  {
-    if (value_ >= 0) ::close(value_);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return value_; }
-  int release() { return std::exchange(value_, -1); }
-
- private:
-  int value_;
-};
 
 bool is_locked_by_us(int descriptor)
 {
@@ -106,7 +60,7 @@ void sync_folder(const std::string& path)
 {
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const Descriptor descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const OpenFile descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (descriptor.get() < 0 || fsync(descriptor.get()) != 0)
     fail(path, "a folder that cannot be flushed", wanted_writable);
 }
@@ -126,12 +80,12 @@ std::optional<int> try_write_new(const std::string& path, const std::string& byt
 {
   const std::string temporary = path + ".partial";
   // Not cut when it is opened: it may be another's until it is locked.
-  Descriptor descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
+  OpenFile descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
   if (!is_locked_by_us(descriptor.get()) || !is_at(descriptor.get(), temporary)) return std::nullopt;
   // Asked only now: while the second name is ours nobody else creates the file, and while the old one is
   // locked by us nobody goes on with it.
-  const Descriptor old(open(path.c_str(), O_RDWR | O_CLOEXEC));
+  const OpenFile old(open(path.c_str(), O_RDWR | O_CLOEXEC));
   const bool is_taken = creation == Creation::only_new ? access(path.c_str(), F_OK) == 0
                                                        : old.get() >= 0 && !is_locked_by_us(old.get());
   if (is_taken) {
@@ -165,54 +119,11 @@ std::string bytes_in(int descriptor, std::size_t n_bytes, const std::string& pat
   return bytes;
 }
 
-/// Checks the header and returns its key; its length is that of header_bytes.
-std::string key_of(std::string_view bytes, const std::string& path, const FrameFormat& format)
-{
-  const std::size_t fixed = format.magic.size() + 8;
-  if (bytes.substr(0, format.magic.size()) != format.magic || bytes.size() < fixed) {
-    throw InputError(
-        {path, "header", "no journal (" + std::to_string(bytes.size()) + " bytes)", "a journal of vrda"});
-  }
-  const std::uint32_t found_version = u32_at(bytes, format.magic.size());
-  const std::uint32_t key_bytes = u32_at(bytes, format.magic.size() + 4);
-  const bool is_whole = key_bytes <= longest_key && bytes.size() >= fixed + key_bytes + 4;
-  const std::size_t end = is_whole ? fixed + key_bytes : 0;
-  if (!is_whole || u32_at(bytes, end) != crc_of(bytes.substr(0, end))) {
-    throw InputError({path, "header", "a damaged header", "a whole header, or --fresh to start over"});
-  }
-  if (found_version != format.version) {
-    throw InputError({path, "format version", std::to_string(found_version),
-                      std::to_string(format.version) + ", or --fresh to start over"});
-  }
-  return std::string(bytes.substr(fixed, key_bytes));
-}
-
-struct Taken {
-  std::string_view content;
-  std::size_t n_bytes = 0;  ///< frame and content
-  std::string why_not;      ///< empty: the frame is whole
-};
-
-/// The frame at the beginning of `rest`.
-Taken take_frame(std::string_view rest, const FrameFormat& format)
-{
-  const std::string name = format.frame_name;
-  if (rest.size() < frame_bytes) return {{}, 0, "a torn frame"};
-  const std::uint32_t length = u32_at(rest, 0);
-  if (length > format.longest_content) return {{}, 0, "a frame of " + std::to_string(length) + " bytes"};
-  if (rest.size() - frame_bytes < length) return {{}, 0, "a torn " + name};
-  const std::string_view content = rest.substr(frame_bytes, length);
-  if (crc_of(content, crc_of(rest.substr(0, 4))) != u32_at(rest, 4)) {
-    return {{}, 0, "a " + name + " with a wrong checksum"};
-  }
-  return {content, frame_bytes + length, {}};
-}
-
 }  // namespace
 
 std::string frame_bytes_of(const std::string& path)
 {
-  const Descriptor descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const OpenFile descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   constexpr const char* wanted = "a journal that can be read";
   if (descriptor.get() < 0) fail(path, "no access", wanted);
   std::string bytes;
@@ -230,8 +141,10 @@ FrameFacts parse_frames(const std::string& path, std::string_view bytes, const F
                         const std::function<std::string(std::string_view)>& take)
 {
   FrameFacts facts;
-  facts.key = key_of(bytes, path, format);
-  std::size_t offset = header_bytes(facts.key, format).size();
+  const FrameHeader header = header_in(bytes, format);
+  if (header.n_bytes == 0) throw InputError({path, header.field, header.found, header.wanted});
+  facts.key = header.key;
+  std::size_t offset = header.n_bytes;
   while (offset < bytes.size()) {
     const Taken taken = take_frame(bytes.substr(offset), format);
     facts.dropped_why = taken.why_not.empty() ? take(taken.content) : taken.why_not;
@@ -262,7 +175,7 @@ std::optional<FrameWriter> FrameWriter::try_create(const std::string& path, cons
 
 std::optional<FrameWriter> FrameWriter::try_lock(const std::string& path, const FrameFormat& format)
 {
-  Descriptor descriptor(open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
+  OpenFile descriptor(open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be opened", wanted_writable);
   struct stat facts {};
   if (!is_locked_by_us(descriptor.get()) || !is_at(descriptor.get(), path) ||
@@ -391,7 +304,7 @@ void FrameWriter::restore() const
   const std::optional<int> written =
       try_write_new(path_, bytes_in(descriptor_, n_bytes_, path_), Creation::only_new);
   if (!written) fail_in_use(path_);
-  const Descriptor closed(*written);
+  const OpenFile closed(*written);
 }
 
 void FrameWriter::close()

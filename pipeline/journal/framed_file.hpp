@@ -11,14 +11,9 @@
 #include <string>
 #include <string_view>
 
-namespace vrda {
+#include "journal/frame_bytes.hpp"
 
-struct FrameFormat {
-  std::string_view magic;  ///< 8 bytes
-  std::uint32_t version = 1;
-  std::uint32_t longest_content = 0;  ///< bytes; a frame that claims more is damaged
-  const char* frame_name = "record";  ///< in messages: "a torn record"
-};
+namespace vrda {
 
 /// What stands in such a file besides the contents of its frames.
 struct FrameFacts {

@@ -37,6 +37,11 @@ JournalContent read_journal(const std::string& path)
   return parse_journal(path, frame_bytes_of(path));
 }
 
+FrameTail journal_tail(const std::string& path)
+{
+  return FrameTail(path, format);
+}
+
 void require_key(const std::string& found, const std::string& path, const std::string& wanted)
 {
   if (found == wanted) return;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/step_record.hpp"
+#include "journal/frame_tail.hpp"
 #include "journal/framed_file.hpp"
 
 namespace vrda {
@@ -28,6 +29,9 @@ JournalContent parse_journal(const std::string& path, std::string_view bytes);
 
 /// parse_journal() of a file's bytes. Throws InputError also when the file cannot be read.
 JournalContent read_journal(const std::string& path);
+
+/// Looks on while a journal grows; record_of() (record_bytes.hpp) reads its frames.
+FrameTail journal_tail(const std::string& path);
 
 /// Throws InputError naming the file, the key found and the key wanted when a journal is of another job.
 void require_key(const std::string& found, const std::string& path, const std::string& wanted);

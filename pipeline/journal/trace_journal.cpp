@@ -88,6 +88,11 @@ TraceJournalContent read_trace_journal(const std::string& path)
   return parse_trace_journal(path, frame_bytes_of(path));
 }
 
+FrameTail trace_journal_tail(const std::string& path)
+{
+  return FrameTail(path, format);
+}
+
 FrameWriter create_trace_journal(const std::string& path, const std::string& key)
 {
   return FrameWriter::create(path, key, format);

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/search_move.hpp"
+#include "journal/frame_tail.hpp"
 #include "journal/framed_file.hpp"
 
 namespace vrda {
@@ -23,6 +24,9 @@ TraceJournalContent parse_trace_journal(const std::string& path, std::string_vie
 
 /// parse_trace_journal() of a file's bytes. Throws InputError also when the file cannot be read.
 TraceJournalContent read_trace_journal(const std::string& path);
+
+/// Looks on while a journal grows; trace_of() reads its frames.
+FrameTail trace_journal_tail(const std::string& path);
 
 /// Start and go on as a JournalWriter does.
 FrameWriter create_trace_journal(const std::string& path, const std::string& key);

@@ -3,6 +3,8 @@
 #include <exception>
 #include <iostream>
 
+#include "app/follow.hpp"
+#include "app/follow_options.hpp"
 #include "app/show.hpp"
 #include "app/show_options.hpp"
 #include "app/web_options.hpp"
@@ -12,7 +14,7 @@
 namespace {
 
 /// DESIGN.md 7.
-enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, our_mistake = 5 };
+enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, interrupted = 4, our_mistake = 5 };
 
 int run(int argc, char** argv)
 {
@@ -21,11 +23,14 @@ int run(int argc, char** argv)
   app.require_subcommand(0, 1);
   app.footer(
       "Example:\n  vrda-player show knee.h5\n\n"
-      "Exit codes: 0 done, 2 bad input, 3 some attitudes have no answer, 5 a mistake of the program");
+      "Exit codes: 0 done, 2 bad input, 3 some attitudes have no answer, 4 stopped before the run that was "
+      "followed ended, 5 a mistake of the program");
   vrda::ShowOptions options;
   vrda::add_show(app, options);
   vrda::WebOptions web_options;
   const CLI::App* web = vrda::add_web(app, web_options);
+  vrda::FollowOptions follow_options;
+  const CLI::App* follow = vrda::add_follow(app, follow_options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
@@ -35,12 +40,16 @@ int run(int argc, char** argv)
     return bad_input;
   }
   if (app.get_subcommands().empty()) {
-    std::cerr << "vrda-player: found no mode, wanted show or web (see vrda-player --help)\n";
+    std::cerr << "vrda-player: found no mode, wanted show, follow or web (see vrda-player --help)\n";
     return bad_input;
   }
   if (web->parsed()) {
     vrda::serve_web(web_options, std::cout, std::cerr);
     return done;
+  }
+  if (follow->parsed()) {
+    const vrda::FollowEnd end = vrda::follow(follow_options, {std::cout, std::cerr});
+    return end == vrda::FollowEnd::finished ? done : interrupted;
   }
   const vrda::ShowSummary summary = vrda::show(options, {std::cout, std::cerr});
   return summary.n_unsolved > 0 ? unsolved_attitudes : done;

@@ -1,0 +1,109 @@
+#include "journal/frame_tail.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+
+#include "journal/open_file.hpp"
+
+namespace vrda {
+namespace {
+
+/// What one look reads, unless a single frame is longer: some thousand steps, so that whoever looks on stays
+/// at hand.
+constexpr std::uint64_t bytes_a_look = std::uint64_t{1} << 22;
+
+/// Bytes of the file from `offset`: fewer than asked for where it ends or cannot be read.
+std::string bytes_at(int descriptor, std::uint64_t offset, std::uint64_t n_bytes)
+{
+  std::string bytes(n_bytes, '\0');
+  std::size_t n_read = 0;
+  while (n_read < n_bytes) {
+    const ssize_t n =
+        pread(descriptor, bytes.data() + n_read, n_bytes - n_read, static_cast<off_t>(offset + n_read));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    n_read += static_cast<std::size_t>(n);
+  }
+  bytes.resize(n_read);
+  return bytes;
+}
+
+std::int64_t changed_ns(const struct stat& facts)
+{
+  return std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec;
+}
+
+}  // namespace
+
+TailNews FrameTail::look()
+{
+  TailNews news;
+  const OpenFile descriptor(open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  struct stat facts {};
+  const bool is_file =
+      descriptor.get() >= 0 && fstat(descriptor.get(), &facts) == 0 && S_ISREG(facts.st_mode);
+  // A number of a deleted file may be given to the next one.
+  const Identity identity{facts.st_dev, facts.st_ino};
+  const bool is_same_file = was_there_ && is_file && identity == identity_;
+  was_there_ = is_file;
+  if (!is_file) return news;
+  identity_ = identity;
+  news.is_there = true;
+  news.changed_ns = changed_ns(facts);
+
+  const auto n_bytes = static_cast<std::uint64_t>(facts.st_size);
+  const std::string head =
+      bytes_at(descriptor.get(), 0, std::min<std::uint64_t>(n_bytes, longest_header_bytes));
+  const FrameHeader header = header_in(head, format_);
+  if (header.n_bytes == 0) {
+    news.why_not = header.found;
+    return news;
+  }
+  const std::string_view found_header = std::string_view(head).substr(0, header.n_bytes);
+  if (!is_same_file || !is_continued(descriptor.get(), found_header, n_bytes)) {
+    news.is_anew = !header_.empty();
+    header_ = found_header;
+    key_ = header.key;
+    taken_ = header_.size();
+    last_head_.clear();
+  }
+  take_frames(descriptor.get(), n_bytes, news);
+  return news;
+}
+
+// Cut and written again it may be as long as before: the last frame taken tells.
+bool FrameTail::is_continued(int descriptor, std::string_view header, std::uint64_t n_bytes) const
+{
+  if (header != header_ || n_bytes < taken_) return false;
+  return last_head_.empty() || bytes_at(descriptor, last_frame_, frame_head_bytes) == last_head_;
+}
+
+void FrameTail::take_frames(int descriptor, std::uint64_t n_bytes, TailNews& news)
+{
+  std::string bytes = bytes_at(descriptor, taken_, std::min(n_bytes - taken_, bytes_a_look));
+  const Taken first = take_frame(bytes, format_);
+  if (first.n_bytes_due > bytes.size() && first.n_bytes_due <= n_bytes - taken_) {
+    bytes = bytes_at(descriptor, taken_, first.n_bytes_due);
+  }
+  std::string_view rest = bytes;
+  while (!rest.empty()) {
+    const Taken taken = take_frame(rest, format_);
+    if (!taken.why_not.empty()) {
+      news.has_more = taken.n_bytes_due > 0 && taken_ + taken.n_bytes_due <= n_bytes;
+      if (!news.has_more) news.why_not = taken.why_not;
+      return;
+    }
+    news.frames.emplace_back(taken.content);
+    last_frame_ = taken_;
+    last_head_ = rest.substr(0, frame_head_bytes);
+    taken_ += taken.n_bytes;
+    rest.remove_prefix(taken.n_bytes);
+  }
+  news.has_more = taken_ < n_bytes;
+}
+
+}  // namespace vrda

@@ -1,0 +1,82 @@
+#include "store/solved_cells.hpp"
+
+#include <span>
+
+#include "core/clinical.hpp"
+#include "core/units.hpp"
+#include "store/touch_rows.hpp"
+
+namespace vrda {
+namespace {
+
+// The axis's own number where varus was given: degrees that went through radians may differ in the last bit.
+double solved_varus_deg(const MotionModel& model, const StepRecord& r)
+{
+  const double given_deg = model.varus_deg[static_cast<std::size_t>(r.key.varus)];
+  return r.varus_rad == rad_from_deg(given_deg) ? given_deg : deg_from_rad(r.varus_rad);
+}
+
+Attitude attitude_of(const MotionModel& model, const StepRecord& r)
+{
+  return {rad_from_deg(model.flexion_deg[static_cast<std::size_t>(r.key.flexion)]), r.varus_rad};
+}
+
+void set_pose(MotionModel& model, const StepRecord& r)
+{
+  const SolverFrame frame = solver_frame(model, r.key.flexion);
+  const Eigen::Index i = r.key.flexion, j = r.key.varus;
+  const Attitude attitude = attitude_of(model, r);
+  const Eigen::Vector3d t = world_translation_mm(frame, r.pose);
+  model.tx_mm(i, j) = t.x();
+  model.ty_mm(i, j) = t.y();
+  model.tz_mm(i, j) = t.z();
+  model.theta_deg(i, j) = deg_from_rad(r.pose.theta_rad);
+  model.varus_solved_deg(i, j) = solved_varus_deg(model, r);
+
+  const Pose X = X_reference_moving(frame, attitude, r.pose);
+  const std::size_t first = 16 * static_cast<std::size_t>(i * model.status.cols() + j);
+  for (int row = 0; row < 4; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      model.X_reference_moving[first + static_cast<std::size_t>(4 * row + column)] = X.matrix()(row, column);
+    }
+  }
+  const Clinical clinical = clinical_of(X, frame.side, frame.rotation_centre_mm);
+  model.clinical.flexion_deg(i, j) = deg_from_rad(clinical.flexion_rad);
+  model.clinical.varus_deg(i, j) = deg_from_rad(clinical.varus_rad);
+  model.clinical.internal_rotation_deg(i, j) = deg_from_rad(clinical.internal_rotation_rad);
+  model.clinical.anterior_mm(i, j) = clinical.anterior_mm;
+  model.clinical.proximal_mm(i, j) = clinical.proximal_mm;
+  model.clinical.lateral_mm(i, j) = clinical.lateral_mm;
+}
+
+}  // namespace
+
+SolverFrame solver_frame(const MotionModel& model, std::int32_t flexion)
+{
+  return {model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
+          model.push.delta.row(flexion).transpose()};
+}
+
+void set_cell(MotionModel& model, const StepRecord& r)
+{
+  const Eigen::Index i = r.key.flexion, j = r.key.varus;
+  model.status(i, j) = static_cast<std::int8_t>(r.status);
+  model.iterations(i, j) = r.iterations;
+  model.queries(i, j) = r.queries;
+  if (r.status != StepStatus::stable) return;
+  set_pose(model, r);
+  model.residual_mm(i, j) = r.residual_mm;
+  model.gap_medial_mm(i, j) = r.gap_medial_mm;
+  model.gap_lateral_mm(i, j) = r.gap_lateral_mm;
+  model.contact_medial(i, j) = r.contact_medial ? 1 : 0;
+  model.contact_lateral(i, j) = r.contact_lateral ? 1 : 0;
+  model.theta_determined(i, j) = r.theta_determined ? 1 : 0;
+}
+
+ContactRows contact_rows(const MotionModel& model, const std::vector<StepRecord>& cells)
+{
+  const auto contacts_of = [](const StepRecord& r) { return std::span<const ContactRecord>(r.contacts); };
+  return touch_rows(model, cells, contacts_of, &ContactRecord::distance_mm, &ContactRows::distance_mm);
+}
+
+}  // namespace vrda

@@ -1,0 +1,190 @@
+// Looking on while a journal grows, at every stage a look may meet.
+#include "journal/frame_tail.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "journal/journal.hpp"
+#include "journal/record_bytes.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+const std::string key(64, 'a');
+const std::string other_key(64, 'b');
+
+StepRecord record(int n, int n_contacts = 2)
+{
+  StepRecord step;
+  step.key = {StepKind::row, n, 2 * n};
+  step.pose = {{0.1 * n, -20.0 / 3.0, 1e-300}, -0.7 * n};
+  step.status = StepStatus::stable;
+  step.contacts.resize(static_cast<std::size_t>(n_contacts));
+  return step;
+}
+
+std::vector<std::string> frames_of(int first, int last, int n_contacts = 2)
+{
+  std::vector<std::string> frames;
+  for (int n = first; n <= last; ++n) frames.push_back(bytes_of(record(n, n_contacts)));
+  return frames;
+}
+
+class Tail : public testing::Test {
+ protected:
+  JournalWriter fresh(int n_records, const std::string& its_key = key, int n_contacts = 2)
+  {
+    JournalWriter writer = JournalWriter::create(path_, its_key);
+    for (int n = 0; n < n_records; ++n) writer.append(record(n, n_contacts));
+    return writer;
+  }
+  void expect(const TailNews& news, bool is_anew, const std::vector<std::string>& frames)
+  {
+    EXPECT_TRUE(news.is_there);
+    EXPECT_EQ(news.is_anew, is_anew);
+    EXPECT_EQ(news.frames, frames);
+    EXPECT_FALSE(news.has_more);
+  }
+
+  test::Scratch scratch_;
+  std::string path_ = (scratch_.path() / "knee.h5.journal").string();
+  FrameTail tail_ = journal_tail(path_);
+};
+
+TEST_F(Tail, EveryRecordIsReadOnceAsItComes)
+{
+  EXPECT_FALSE(tail_.look().is_there);
+  JournalWriter writer = fresh(0);
+  expect(tail_.look(), false, {});
+  EXPECT_EQ(tail_.key(), key);
+  for (int n = 0; n < 5; ++n) {
+    writer.append(record(n));
+    expect(tail_.look(), false, frames_of(n, n));
+    expect(tail_.look(), false, {});
+  }
+  writer.append(record(5));
+  writer.append(record(6));
+  expect(tail_.look(), false, frames_of(5, 6));
+}
+
+TEST_F(Tail, ATornRecordIsReadWhenItIsWhole)
+{
+  fresh(3).close();
+  const std::string bytes = test::read_bytes(path_);
+  const std::size_t frame_bytes = frame_head_bytes + bytes_of(record(0)).size();
+  const std::size_t header_bytes = bytes.size() - 3 * frame_bytes;
+  // A prefix of every length, as a network disk may show it.
+  int n_read = 0, n_torn = 0, n_headless = 0;
+  for (std::size_t n = 0; n <= bytes.size(); ++n) {
+    scratch_.write("knee.h5.journal", bytes.substr(0, n));
+    const TailNews news = tail_.look();
+    n_read += static_cast<int>(news.frames.size());
+    n_torn += news.why_not.find("torn") != std::string::npos ? 1 : 0;
+    n_headless += news.why_not.find("header") != std::string::npos || news.why_not.find("no journal") == 0;
+    const auto n_whole = n < header_bytes ? 0 : static_cast<int>((n - header_bytes) / frame_bytes);
+    ASSERT_EQ(n_read, n_whole) << n << " bytes";
+  }
+  EXPECT_EQ(n_read, 3);
+  EXPECT_EQ(n_torn, 3 * static_cast<int>(frame_bytes - 1));
+  EXPECT_EQ(n_headless, static_cast<int>(header_bytes));
+}
+
+TEST_F(Tail, AJournalStartedOverIsReadFromItsBeginning)
+{
+  fresh(4).close();
+  expect(tail_.look(), false, frames_of(0, 3));
+  fresh(2, other_key).close();
+  expect(tail_.look(), true, frames_of(0, 1));
+  EXPECT_EQ(tail_.key(), other_key);
+  // Longer than before, in the same file and by the same job.
+  std::filesystem::copy_file(path_, path_ + ".copy");
+  fresh(6, other_key, 3).close();
+  const std::string longer = test::read_bytes(path_);
+  std::filesystem::rename(path_ + ".copy", path_);
+  expect(tail_.look(), true, frames_of(0, 1));
+  std::ofstream(path_, std::ios::binary | std::ios::trunc) << longer;
+  expect(tail_.look(), true, frames_of(0, 5, 3));
+}
+
+TEST_F(Tail, ATornEndThatIsCutAndGoneOnWithIsNoNewBeginning)
+{
+  fresh(2).close();
+  std::ofstream(path_, std::ios::binary | std::ios::app) << "torn";
+  const TailNews torn = tail_.look();
+  expect(torn, false, frames_of(0, 1));
+  EXPECT_NE(torn.why_not, "");
+  JournalWriter writer = std::move(JournalWriter::open(path_, key).writer);
+  writer.append(record(2));
+  expect(tail_.look(), false, frames_of(2, 2));
+}
+
+TEST_F(Tail, WhatIsCutBelowTheLastLookIsReadAgain)
+{
+  fresh(4).close();
+  expect(tail_.look(), false, frames_of(0, 3));
+  const std::size_t frame_bytes = frame_head_bytes + bytes_of(record(0)).size();
+  std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 2 * frame_bytes);
+  expect(tail_.look(), true, frames_of(0, 1));
+  {
+    JournalWriter writer = std::move(JournalWriter::open(path_, key).writer);
+    writer.append(record(2));
+    expect(tail_.look(), false, frames_of(2, 2));
+  }
+  // Cut and grown past the place of the last look between two looks.
+  std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 2 * frame_bytes);
+  {
+    JournalWriter writer = std::move(JournalWriter::open(path_, key).writer);
+    for (int n = 7; n < 10; ++n) writer.append(record(n));
+  }
+  std::vector<std::string> all = frames_of(0, 0);
+  for (const std::string& frame : frames_of(7, 9)) all.push_back(frame);
+  expect(tail_.look(), true, all);
+}
+
+TEST_F(Tail, AFileThatVanishesKeepsWhatWasReadUntilAnotherAppears)
+{
+  fresh(2).close();
+  expect(tail_.look(), false, frames_of(0, 1));
+  std::filesystem::remove(path_);
+  const TailNews gone = tail_.look();
+  EXPECT_FALSE(gone.is_there);
+  EXPECT_FALSE(gone.is_anew);
+  fresh(3).close();
+  expect(tail_.look(), true, frames_of(0, 2));
+}
+
+TEST_F(Tail, WhatIsNoJournalSaysSo)
+{
+  scratch_.write("knee.h5.journal", std::string(200, 'x'));
+  EXPECT_EQ(tail_.look().why_not, "no journal (200 bytes)");
+  std::filesystem::remove(path_);
+  std::filesystem::create_directory(path_);
+  EXPECT_FALSE(tail_.look().is_there);
+}
+
+TEST_F(Tail, ALongJournalComesInSeveralLooks)
+{
+  // 100 contacts are 7 kB: a thousand such records are more than one look takes.
+  fresh(1000, key, 100).close();
+  std::vector<std::string> all;
+  int n_looks = 0;
+  for (bool has_more = true; has_more; ++n_looks) {
+    const TailNews news = tail_.look();
+    EXPECT_EQ(news.why_not, "");
+    all.insert(all.end(), news.frames.begin(), news.frames.end());
+    has_more = news.has_more;
+  }
+  EXPECT_GT(n_looks, 1);
+  EXPECT_EQ(all, frames_of(0, 999, 100));
+  // One record longer than that.
+  JournalWriter writer = std::move(JournalWriter::open(path_, key).writer);
+  writer.append(record(1000, 100000));
+  expect(tail_.look(), false, frames_of(1000, 1000, 100000));
+}
+
+}  // namespace
+}  // namespace vrda
