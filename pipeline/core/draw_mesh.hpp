@@ -21,7 +21,7 @@ struct DrawMesh {
 };
 
 /// Edges bent by more stay sharp: those of cut shafts, near a right angle, and not the rims of plateaus,
-/// which on a coarse mesh are bent by 60 to 70 degrees at some edges and by less at the next.
+/// which on a coarse mesh are bent by up to 75 degrees at some edges and by less than 60 at the next.
 inline constexpr double default_crease_rad = rad_from_deg(80.0);
 
 /// The triangles listed of `mesh`. At each corner the normal is the mean, weighted by area, of the faces
