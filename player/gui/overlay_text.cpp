@@ -95,11 +95,12 @@ void OverlayText::add_area(Overlay& overlay, const OverlayBox& box, const Vertex
   add_quad(overlay, box, {white.x, white.y, white.x, white.y}, colour);
 }
 
-Overlay empty_overlay(int width, int height)
+void empty_overlay(Overlay& overlay, int width, int height)
 {
-  Overlay overlay;
+  overlay.vertices.clear();
+  overlay.indices.clear();
+  overlay.commands.clear();
   overlay.commands.push_back({{0.0F, 0.0F, static_cast<float>(width), static_cast<float>(height)}, 0, 0, 0});
-  return overlay;
 }
 
 void close_overlay(Overlay& overlay)
