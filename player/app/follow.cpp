@@ -49,12 +49,13 @@ class Pictures {
   }
   void write_result(const RunState& state, const MotionModel& result)
   {
+    screen_.finish(result);
     const std::string set = set_names(result).front();
     const Motion motion(result, set);
     const double flexion_rad = 0.5 * (motion.first_flexion_rad() + motion.last_flexion_rad());
     const JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
     if (pose.status == PoseStatus::solved) {
-      screen_.show(state, {"set " + set}, pose);
+      screen_.show(state, {"set " + set}, pose, motion);
     } else {
       screen_.show(state, {});
     }

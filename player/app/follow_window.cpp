@@ -152,6 +152,7 @@ class FollowSession {
   {
     state_.finish(*result_);
     playback_.emplace(*result_);
+    screen_.finish(*result_);
     progress_.say_state(state_, n_steps_, true);
   }
 
@@ -159,7 +160,8 @@ class FollowSession {
   {
     playback_->timeline = advanced(playback_->timeline, elapsed_s);
     const JointPose pose = playback_->pose();
-    if (pose.status == PoseStatus::solved) screen_.show(state_, {"set " + playback_->set}, pose);
+    if (pose.status == PoseStatus::solved)
+      screen_.show(state_, {"set " + playback_->set}, pose, playback_->motion);
   }
 
   void press(const InputEvent& event, const Eigen::Vector2d& pointer_px)

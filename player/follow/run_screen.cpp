@@ -31,6 +31,12 @@ void RunScreen::begin(const MotionModel& model)
   fit_cameras();
 }
 
+void RunScreen::finish(const MotionModel& result)
+{
+  scene_.emplace(result, options_.scene);
+  n_loaded_layouts_ = 0;
+}
+
 void RunScreen::make_text()
 {
   text_.emplace(std::clamp(text_part * options_.height, smallest_text_px, largest_text_px));
@@ -103,9 +109,10 @@ void RunScreen::show(const RunState& state, const std::vector<std::string>& line
   draw_overlay(state, lines);
 }
 
-void RunScreen::show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose)
+void RunScreen::show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose,
+                     const Motion& motion)
 {
-  scene_->show(pose);
+  scene_->show(pose, motion);
   if (!has_step_) fit_cameras();
   has_step_ = true;
   set_depths();

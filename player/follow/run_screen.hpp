@@ -29,8 +29,11 @@ class RunScreen {
   /// The step that the state shows, and its panel with more words. The cameras are set by the first step:
   /// the joint moves, the picture does not.
   void show(const RunState& state, const std::vector<std::string>& lines);
-  /// The same with a pose of the result.
-  void show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose);
+  /// The run is finished: from now on its result is shown, from where one looks.
+  void finish(const MotionModel& result);
+  /// A pose of the result, from a set of it.
+  void show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose,
+            const Motion& motion);
   /// Whether it had another size; show() then.
   bool resize(int width, int height);
 
