@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "app/solved_model.hpp"
 #include "audit/audit.hpp"
 #include "core/error.hpp"
 #include "motion/poses.hpp"
+#include "run/solved_model.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda {

@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "app/prepare.hpp"
-#include "app/scaling_text.hpp"
+#include "assemble/prepare.hpp"
 #include "core/units.hpp"
 #include "proximity/directional_gap.hpp"
+#include "run/scaling_text.hpp"
 
 namespace vrda {
 namespace {

@@ -8,8 +8,8 @@
 #include "app/plan_command.hpp"
 #include "app/status_command.hpp"
 #include "app/submit_command.hpp"
-#include "app/talk.hpp"
 #include "app/task_command.hpp"
+#include "talk/talk.hpp"
 
 namespace CLI {
 class App;

@@ -7,11 +7,11 @@
 #include <set>
 
 #include "app/compare_text.hpp"
-#include "app/solved_model.hpp"
 #include "audit/audit.hpp"
 #include "audit/recontact.hpp"
 #include "compare/compare.hpp"
 #include "core/error.hpp"
+#include "run/solved_model.hpp"
 
 namespace vrda {
 namespace {

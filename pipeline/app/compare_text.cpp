@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "app/json_number.hpp"
 #include "compare/perceptible.hpp"
+#include "run/json_number.hpp"
 
 namespace vrda {
 namespace {

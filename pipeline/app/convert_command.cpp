@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "app/output_file.hpp"
 #include "convert/job_text.hpp"
 #include "convert/mesh_writer.hpp"
 #include "convert/object_set.hpp"
@@ -13,6 +12,7 @@
 #include "load/clean_mesh.hpp"
 #include "load/file_bytes.hpp"
 #include "load/job_schema.hpp"
+#include "run/output_file.hpp"
 
 namespace vrda {
 namespace {

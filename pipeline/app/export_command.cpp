@@ -9,13 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "app/output_file.hpp"
 #include "core/error.hpp"
 #include "core/number_text.hpp"
 #include "exports/animated_glb.hpp"
 #include "exports/csv_tables.hpp"
 #include "exports/opensim_table.hpp"
 #include "exports/vtk_series.hpp"
+#include "run/output_file.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda {

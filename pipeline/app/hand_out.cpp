@@ -5,13 +5,13 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/interrupt.hpp"
-#include "app/solved_model.hpp"
 #include "cluster/hand_over.hpp"
 #include "cluster/local_run.hpp"
 #include "cluster/slurm.hpp"
 #include "cluster/slurm_scripts.hpp"
 #include "core/error.hpp"
+#include "run/solved_model.hpp"
+#include "talk/interrupt.hpp"
 
 namespace vrda {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "app/talk.hpp"
 #include "cluster/submission.hpp"
 #include "cluster/work.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 

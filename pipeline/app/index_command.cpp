@@ -5,10 +5,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "app/solved_model.hpp"
 #include "cluster/index_processes.hpp"
 #include "cluster/submission.hpp"
 #include "cluster/task_state.hpp"
+#include "run/solved_model.hpp"
 
 namespace vrda {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "app/talk.hpp"
 #include "cluster/submission.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 

@@ -14,16 +14,16 @@
 #include "app/compare_command.hpp"
 #include "app/convert_command.hpp"
 #include "app/export_command.hpp"
-#include "app/merge_command.hpp"
 #include "app/model_commands.hpp"
 #include "app/reduce_command.hpp"
 #include "app/report_command.hpp"
-#include "app/run_command.hpp"
 #include "app/shape_command.hpp"
 #include "app/smooth_command.hpp"
-#include "app/talk.hpp"
 #include "app/trace_command.hpp"
 #include "core/error.hpp"
+#include "run/merge_command.hpp"
+#include "run/run_command.hpp"
+#include "talk/talk.hpp"
 
 namespace {
 

@@ -6,12 +6,12 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "app/json_number.hpp"
-#include "app/scaling_text.hpp"
-#include "app/solved_model.hpp"
-#include "app/summary.hpp"
 #include "audit/audit.hpp"
 #include "core/compartment.hpp"
+#include "run/json_number.hpp"
+#include "run/scaling_text.hpp"
+#include "run/solved_model.hpp"
+#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
 

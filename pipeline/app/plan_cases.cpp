@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "app/prepare.hpp"
+#include "assemble/prepare.hpp"
 #include "core/error.hpp"
 #include "load/job.hpp"
 #include "load/job_value.hpp"

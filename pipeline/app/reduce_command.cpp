@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "app/json_number.hpp"
 #include "core/error.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
+#include "run/json_number.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda {

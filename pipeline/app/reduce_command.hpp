@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "app/talk.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 

@@ -6,15 +6,15 @@
 #include <limits>
 #include <optional>
 
-#include "app/output_file.hpp"
 #include "app/player_stills.hpp"
-#include "app/solved_model.hpp"
 #include "audit/audit.hpp"
 #include "compare/compare.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "report/findings.hpp"
 #include "report/page.hpp"
+#include "run/output_file.hpp"
+#include "run/solved_model.hpp"
 #include "smooth/smooth.hpp"
 
 namespace vrda {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "app/talk.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 

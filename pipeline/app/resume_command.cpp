@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "app/hand_out.hpp"
-#include "app/output_file.hpp"
 #include "app/submit_command.hpp"
 #include "cluster/local_run.hpp"
 #include "cluster/missing.hpp"
@@ -14,6 +13,7 @@
 #include "cluster/slurm_scripts.hpp"
 #include "cluster/status.hpp"
 #include "core/error.hpp"
+#include "run/output_file.hpp"
 
 namespace vrda {
 namespace {

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "app/output_file.hpp"
 #include "convert/mesh_writer.hpp"
 #include "core/error.hpp"
+#include "run/output_file.hpp"
 #include "shapes/shapes.hpp"
 
 namespace vrda {

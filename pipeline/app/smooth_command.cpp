@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "app/json_number.hpp"
-#include "app/solved_model.hpp"
 #include "audit/recontact.hpp"
+#include "run/json_number.hpp"
+#include "run/solved_model.hpp"
 #include "smooth/smooth.hpp"
 #include "store/motion_model_file.hpp"
 

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "app/json_number.hpp"
 #include "cluster/status.hpp"
+#include "run/json_number.hpp"
 
 namespace vrda {
 namespace {

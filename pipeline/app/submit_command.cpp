@@ -7,7 +7,6 @@
 #include <memory>
 
 #include "app/hand_out.hpp"
-#include "app/output_file.hpp"
 #include "app/own_program.hpp"
 #include "cluster/campaign.hpp"
 #include "cluster/local_run.hpp"
@@ -15,6 +14,7 @@
 #include "core/error.hpp"
 #include "load/case.hpp"
 #include "load/job.hpp"
+#include "run/output_file.hpp"
 
 namespace vrda {
 namespace {

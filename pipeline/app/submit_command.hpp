@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "app/talk.hpp"
 #include "cluster/submission.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 

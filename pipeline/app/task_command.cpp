@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "app/index_command.hpp"
-#include "app/interrupt.hpp"
-#include "app/merge_command.hpp"
-#include "app/run_command.hpp"
 #include "cluster/slurm_scripts.hpp"
 #include "cluster/solved_count.hpp"
 #include "cluster/submission.hpp"
 #include "cluster/task_state.hpp"
 #include "core/error.hpp"
+#include "run/merge_command.hpp"
+#include "run/run_command.hpp"
+#include "talk/interrupt.hpp"
 
 namespace vrda {
 namespace {

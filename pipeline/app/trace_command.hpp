@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "app/talk.hpp"
 #include "store/trace.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 

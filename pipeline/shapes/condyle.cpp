@@ -1,6 +1,7 @@
 #include "shapes/condyle.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 
@@ -33,10 +34,19 @@ struct Lead {
   double slope_mm = 0.0;
 };
 
+Support support_at(const Condyle& condyle, double angle_rad, const SinCos& a)
+{
+  const Spiral q = spiral(angle_rad, condyle.spiral_end_rad);
+  const Eigen::Vector2d& shift = condyle.shift_mm;
+  return {condyle.posterior_radius_mm + condyle.extra_radius_mm * q.value -
+              (shift.x() * a.sin + shift.y() * a.cos),
+          condyle.extra_radius_mm * q.slope - (shift.x() * a.cos - shift.y() * a.sin)};
+}
+
 Lead lead(const Condyle& condyle, const Eigen::Vector3d& p, double angle_rad)
 {
   const SinCos a = sin_cos(angle_rad);
-  const Support s = support(condyle, angle_rad);
+  const Support s = support_at(condyle, angle_rad, a);
   return {-a.cos * p.x() + a.sin * p.y() - s.slope_mm,
           a.sin * p.x() + a.cos * p.y() + s.value_mm - radius_mm(condyle, angle_rad)};
 }
@@ -45,12 +55,7 @@ Lead lead(const Condyle& condyle, const Eigen::Vector3d& p, double angle_rad)
 
 Support support(const Condyle& condyle, double angle_rad)
 {
-  const SinCos a = sin_cos(angle_rad);
-  const Spiral q = spiral(angle_rad, condyle.spiral_end_rad);
-  const Eigen::Vector2d& shift = condyle.shift_mm;
-  return {condyle.posterior_radius_mm + condyle.extra_radius_mm * q.value -
-              (shift.x() * a.sin + shift.y() * a.cos),
-          condyle.extra_radius_mm * q.slope - (shift.x() * a.cos - shift.y() * a.sin)};
+  return support_at(condyle, angle_rad, sin_cos(angle_rad));
 }
 
 double radius_mm(const Condyle& condyle, double angle_rad)
@@ -62,21 +67,24 @@ double radius_mm(const Condyle& condyle, double angle_rad)
 Eigen::Vector3d ball_centre_mm(const Condyle& condyle, double angle_rad)
 {
   const SinCos a = sin_cos(angle_rad);
-  const Support p = support(condyle, angle_rad);
+  const Support p = support_at(condyle, angle_rad, a);
   const double reach_mm = p.value_mm - condyle.coronal_radius_mm;
   return {-reach_mm * a.sin - p.slope_mm * a.cos, -reach_mm * a.cos + p.slope_mm * a.sin, condyle.z_mm};
 }
 
 CondyleSurface::CondyleSurface(const Condyle& condyle) : condyle_(condyle)
 {
-  constexpr int n_steps = 40;  // about 4 degrees: well under what a bracket of two steps can resolve
-  for (int k = 0; k <= n_steps; ++k) {
-    const double t = static_cast<double>(k) / n_steps;
-    angle_rad_.push_back((1.0 - t) * condyle.first_rad + t * condyle.last_rad);
-    ball_centre_mm_.push_back(ball_centre_mm(condyle, angle_rad_.back()));
+  const double last = static_cast<double>(n_samples - 1);
+  std::array<Eigen::Vector3d, n_samples> centre_mm;
+  for (std::size_t k = 0; k < n_samples; ++k) {
+    const double t = static_cast<double>(k) / last;
+    angle_rad_[k] = (1.0 - t) * condyle.first_rad + t * condyle.last_rad;
+    centre_mm[k] = ball_centre_mm(condyle, angle_rad_[k]);
+    centre_x_mm_[k] = centre_mm[k].x();
+    centre_y_mm_[k] = centre_mm[k].y();
   }
-  middle_mm_ = 0.5 * (ball_centre_mm_.front() + ball_centre_mm_.back());
-  for (const Eigen::Vector3d& centre : ball_centre_mm_) {
+  middle_mm_ = 0.5 * (centre_mm.front() + centre_mm.back());
+  for (const Eigen::Vector3d& centre : centre_mm) {
     reach_mm_ = std::max(reach_mm_, (centre - middle_mm_).norm());
   }
   constexpr double between_samples_mm = 0.5;  // sagitta of the longest step, with room
@@ -85,11 +93,14 @@ CondyleSurface::CondyleSurface(const Condyle& condyle) : condyle_(condyle)
 
 Eigen::Vector3d CondyleSurface::nearest_ball_centre_mm(const Eigen::Vector3d& p) const
 {
-  const auto closer = [&](const Eigen::Vector3d& l, const Eigen::Vector3d& r) {
-    return (p - l).squaredNorm() < (p - r).squaredNorm();
-  };
-  const auto nearest = std::min_element(ball_centre_mm_.begin(), ball_centre_mm_.end(), closer);
-  const auto at = static_cast<std::size_t>(nearest - ball_centre_mm_.begin());
+  std::array<double, n_samples> distance_sq_mm2{};
+  const double dz = p.z() - condyle_.z_mm;
+  for (std::size_t k = 0; k < n_samples; ++k) {
+    const double dx = p.x() - centre_x_mm_[k], dy = p.y() - centre_y_mm_[k];
+    distance_sq_mm2[k] = dx * dx + (dy * dy + dz * dz);
+  }
+  const auto nearest = std::min_element(distance_sq_mm2.begin(), distance_sq_mm2.end());
+  const auto at = static_cast<std::size_t>(nearest - distance_sq_mm2.begin());
   double low = angle_rad_[at == 0 ? 0 : at - 1];
   double high = angle_rad_[at + 1 == angle_rad_.size() ? at : at + 1];
   double angle_rad = angle_rad_[at];

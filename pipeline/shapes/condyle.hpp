@@ -12,7 +12,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <vector>
+#include <array>
+#include <cstddef>
 
 namespace vrda {
 
@@ -57,9 +58,12 @@ class CondyleSurface {
   double underside_mm(double x_mm, double z_mm) const;
 
  private:
+  /// About 4 degrees apart: well under what a bracket of two steps can resolve.
+  static constexpr std::size_t n_samples = 41;
+
   Condyle condyle_;
-  std::vector<double> angle_rad_;                // evenly over the outline
-  std::vector<Eigen::Vector3d> ball_centre_mm_;  // at those angles
+  std::array<double, n_samples> angle_rad_{};                    // evenly over the outline
+  std::array<double, n_samples> centre_x_mm_{}, centre_y_mm_{};  // of the balls at those angles
   Eigen::Vector3d middle_mm_ = Eigen::Vector3d::Zero();
   double reach_mm_ = 0.0;  // no point of the surface is farther from the middle
 };

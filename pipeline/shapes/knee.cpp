@@ -1,6 +1,7 @@
 #include "shapes/knee.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "shapes/smooth_ops.hpp"
 
@@ -39,13 +40,14 @@ void sink_into_contact_part(Mesh& shaft, const std::function<double(const Eigen:
 Shape right_knee(double resolution)
 {
   const double drawn = std::min(resolution, finest_drawn_resolution);
+  BoneMeshes femur = femur_meshes(resolution, drawn), tibia = tibia_meshes(resolution, drawn);
   Shape shape;
-  shape.reference = {{"femur", "bone", true, femur_mesh(resolution)},
-                     {"femur_shaft", "bone", false, femur_shaft_mesh(drawn)}};
-  shape.moving = {{"tibia", "bone", true, tibia_mesh(resolution)},
+  shape.reference = {{"femur", "bone", true, std::move(femur.contact)},
+                     {"femur_shaft", "bone", false, std::move(femur.shaft)}};
+  shape.moving = {{"tibia", "bone", true, std::move(tibia.contact)},
                   {"meniscus_medial", "meniscus", true, meniscus_medial_mesh(resolution)},
                   {"meniscus_lateral", "meniscus", true, meniscus_lateral_mesh(resolution)},
-                  {"tibia_shaft", "bone", false, tibia_shaft_mesh(drawn)},
+                  {"tibia_shaft", "bone", false, std::move(tibia.shaft)},
                   {"fibula", "bone", false, fibula_mesh(drawn)}};
   for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= apart_mm();
   return shape;

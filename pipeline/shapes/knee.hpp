@@ -35,11 +35,14 @@ void sink_into_contact_part(Mesh& shaft, const std::function<double(const Eigen:
 Eigen::Vector3d medial_rest_mm();
 Eigen::Vector3d lateral_rest_mm();
 
-/// `resolution` multiplies the number of edges along any line.
-Mesh femur_mesh(double resolution);
-Mesh femur_shaft_mesh(double resolution);
-Mesh tibia_mesh(double resolution);
-Mesh tibia_shaft_mesh(double resolution);
+/// A bone in two: the part that touches, and the shaft that is only drawn.
+struct BoneMeshes {
+  Mesh contact, shaft;
+};
+
+/// A resolution multiplies the number of edges along any line; `drawn_resolution` is that of the shaft.
+BoneMeshes femur_meshes(double resolution, double drawn_resolution);
+BoneMeshes tibia_meshes(double resolution, double drawn_resolution);
 Mesh fibula_mesh(double resolution);
 Mesh meniscus_medial_mesh(double resolution);
 Mesh meniscus_lateral_mesh(double resolution);

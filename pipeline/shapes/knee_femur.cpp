@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/units.hpp"
 #include "shapes/knee.hpp"
@@ -20,41 +21,54 @@ struct Ball {
   double radius_mm;
 };
 
-// Signed distance from the hull of two balls. The nearest ball of the hull is centred ahead of the foot of
-// the perpendicular by the perpendicular's length times the tangent of the half angle at which the hull
-// narrows.
-double hull_of_balls(const Ball& a, const Ball& b, const Eigen::Vector3d& p)
+// The hull of two balls. The nearest ball of the hull is centred ahead of the foot of the perpendicular by
+// the perpendicular's length times the tangent of the half angle at which the hull narrows.
+class Hull {
+ public:
+  Hull(const Ball& a, const Ball& b)
+      : start_(a),
+        axis_(b.centre_mm - a.centre_mm),
+        length_mm_(axis_.norm()),
+        sine_narrowing_((a.radius_mm - b.radius_mm) / length_mm_),
+        tangent_(sine_narrowing_ / std::sqrt(1.0 - sine_narrowing_ * sine_narrowing_))
+  {
+  }
+
+  double signed_distance_mm(const Eigen::Vector3d& p) const
+  {
+    const Eigen::Vector3d from_start = p - start_.centre_mm;
+    const double along_mm = from_start.dot(axis_) / length_mm_;
+    const double across_sq_mm2 = std::max(0.0, from_start.squaredNorm() - along_mm * along_mm);
+    const double nearest_mm = std::clamp(along_mm - std::sqrt(across_sq_mm2) * tangent_, 0.0, length_mm_);
+    const Eigen::Vector3d centre = start_.centre_mm + nearest_mm / length_mm_ * axis_;
+    return (p - centre).norm() - (start_.radius_mm - nearest_mm * sine_narrowing_);
+  }
+
+ private:
+  Ball start_;
+  Eigen::Vector3d axis_;
+  double length_mm_, sine_narrowing_, tangent_;
+};
+
+double chain_of_hulls(const std::array<Hull, 2>& hulls, const Eigen::Vector3d& p)
 {
-  const Eigen::Vector3d axis = b.centre_mm - a.centre_mm;
-  const double length_mm = axis.norm();
-  const double sine_narrowing = (a.radius_mm - b.radius_mm) / length_mm;
-  const double along_mm = (p - a.centre_mm).dot(axis) / length_mm;
-  const double across_sq_mm2 = std::max(0.0, (p - a.centre_mm).squaredNorm() - along_mm * along_mm);
-  const double tangent = sine_narrowing / std::sqrt(1.0 - sine_narrowing * sine_narrowing);
-  const double nearest_mm = std::clamp(along_mm - std::sqrt(across_sq_mm2) * tangent, 0.0, length_mm);
-  const Eigen::Vector3d centre = a.centre_mm + nearest_mm / length_mm * axis;
-  return (p - centre).norm() - (a.radius_mm - nearest_mm * sine_narrowing);
+  return smooth_min(hulls[0].signed_distance_mm(p), hulls[1].signed_distance_mm(p), 6.0);
 }
 
-template <std::size_t n>
-double chain_of_balls(const std::array<Ball, n>& balls, const Eigen::Vector3d& p)
+std::array<Hull, 2> chain(const Ball& a, const Ball& b, const Ball& c)
 {
-  double nearest = hull_of_balls(balls[0], balls[1], p);
-  for (std::size_t k = 1; k + 1 < n; ++k) {
-    nearest = smooth_min(nearest, hull_of_balls(balls[k], balls[k + 1], p), 6.0);
-  }
-  return nearest;
+  return {Hull(a, b), Hull(b, c)};
 }
 
 // The two ridges of the trochlea, from the front of each condyle up and towards the middle; the lateral
 // one stands further forward. Their fillet is the groove's floor.
 double trochlea(const Eigen::Vector3d& p)
 {
-  static const std::array<Ball, 3> lateral = {
-      {{{4.0, -4.0, 20.0}, 14.5}, {{17.0, 8.0, 15.0}, 15.0}, {{17.5, 32.0, 9.0}, 9.5}}};
-  static const std::array<Ball, 3> medial = {
-      {{{5.0, -4.0, -20.0}, 14.5}, {{16.5, 7.0, -14.0}, 13.5}, {{16.5, 29.0, -8.0}, 9.5}}};
-  return smooth_min(chain_of_balls(lateral, p), chain_of_balls(medial, p), 7.0);
+  static const std::array<Hull, 2> lateral =
+      chain({{4.0, -4.0, 20.0}, 14.5}, {{17.0, 8.0, 15.0}, 15.0}, {{17.5, 32.0, 9.0}, 9.5});
+  static const std::array<Hull, 2> medial =
+      chain({{5.0, -4.0, -20.0}, 14.5}, {{16.5, 7.0, -14.0}, 13.5}, {{16.5, 29.0, -8.0}, 9.5});
+  return smooth_min(chain_of_hulls(lateral, p), chain_of_hulls(medial, p), 7.0);
 }
 
 // Shaft and the flare that carries the condyles: ellipses changing with height.
@@ -148,23 +162,22 @@ double femur_field(const Eigen::Vector3d& p)
   return smooth_max(whole, -notch(p), 4.0);
 }
 
-Mesh femur_mesh(double resolution)
+BoneMeshes femur_meshes(double resolution, double drawn_resolution)
 {
   const LevelSet lower = condylar_part();
-  return level_set_mesh(lower.field, lower.box_mm, options(resolution));
-}
-
-Mesh femur_shaft_mesh(double resolution)
-{
   const Field upper = [](const Eigen::Vector3d& p) {
     const double above_cut = smooth_max(femur_field(p), cut_mm - overlap_mm - p.y(), 2.0);
     return smooth_max(above_cut, p.y() - shaft_top_mm, 2.0);
   };
   const Box box_mm{{-45, cut_mm - overlap_mm - 10, -60}, {55, shaft_top_mm + 10, 60}};
-  Mesh mesh = level_set_mesh_along(condylar_part(), {upper, box_mm}, options(resolution));
+  const LevelSetOptions drawn = options(drawn_resolution);
+  auto [contact, shaft] = adjoining_level_set_meshes(lower, {upper, box_mm}, drawn);
+  if (resolution != drawn_resolution) {
+    contact = level_set_mesh(lower.field, lower.box_mm, options(resolution));
+  }
   sink_into_contact_part(
-      mesh, [](const Eigen::Vector3d& p) { return cut_mm - p.y(); }, options(resolution).cell_mm);
-  return mesh;
+      shaft, [](const Eigen::Vector3d& p) { return cut_mm - p.y(); }, drawn.cell_mm);
+  return {std::move(contact), std::move(shaft)};
 }
 
 }  // namespace vrda

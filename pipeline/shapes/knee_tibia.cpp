@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "shapes/knee.hpp"
 #include "shapes/smooth_ops.hpp"
@@ -29,7 +30,7 @@ double bump(double dx, double dz)
 // Concave both ways; falls back by about 3 degrees from rim to rim while the resting place stays level.
 double medial_plateau_mm(double x, double z)
 {
-  const Eigen::Vector3d rest = medial_rest_mm();
+  static const Eigen::Vector3d rest = medial_rest_mm();
   constexpr double slope = 0.08;
   // dish'(rest) = -slope puts the level point where the condyle rests.
   constexpr double rise = 1.7, reach = 10.0;
@@ -43,7 +44,7 @@ double medial_plateau_mm(double x, double z)
 // Slightly convex from front to back, slightly hollow from side to side, falling back by 4 degrees.
 double lateral_plateau_mm(double x, double z)
 {
-  const Eigen::Vector3d rest = lateral_rest_mm();
+  static const Eigen::Vector3d rest = lateral_rest_mm();
   const double dx = x - rest.x();
   constexpr double slope = 0.07, convex_radius_mm = 140.0;
   return rest.y() + slope * dx - dx * dx / (2.0 * convex_radius_mm) + dish(z - rest.z(), 1.6, 9.0);
@@ -140,23 +141,22 @@ double fibula_field(const Eigen::Vector3d& p)
   return smooth_min(head.cwiseQuotient(Eigen::Vector3d(1.0, 1.25, 1.0)).norm() - 9.5, below, 6.0);
 }
 
-Mesh tibia_mesh(double resolution)
+BoneMeshes tibia_meshes(double resolution, double drawn_resolution)
 {
   const LevelSet upper = plateau_part();
-  return level_set_mesh(upper.field, upper.box_mm, options(resolution));
-}
-
-Mesh tibia_shaft_mesh(double resolution)
-{
   const Field lower = [](const Eigen::Vector3d& p) {
     const double below_cut = smooth_max(tibia_field(p), p.y() - cut_mm - overlap_mm, 2.0);
     return smooth_max(below_cut, shaft_end_mm - p.y(), 2.0);
   };
   const Box box_mm{{-40, shaft_end_mm - 10, -60}, {50, cut_mm + overlap_mm + 10, 60}};
-  Mesh mesh = level_set_mesh_along(plateau_part(), {lower, box_mm}, options(resolution));
+  const LevelSetOptions drawn = options(drawn_resolution);
+  auto [contact, shaft] = adjoining_level_set_meshes(upper, {lower, box_mm}, drawn);
+  if (resolution != drawn_resolution) {
+    contact = level_set_mesh(upper.field, upper.box_mm, options(resolution));
+  }
   sink_into_contact_part(
-      mesh, [](const Eigen::Vector3d& p) { return p.y() - cut_mm; }, options(resolution).cell_mm);
-  return mesh;
+      shaft, [](const Eigen::Vector3d& p) { return p.y() - cut_mm; }, drawn.cell_mm);
+  return {std::move(contact), std::move(shaft)};
 }
 
 Mesh fibula_mesh(double resolution)

@@ -85,13 +85,18 @@ std::optional<Eigen::Vector3d> cell_vertex(const Samples& samples, const Index3&
 {
   static constexpr std::array<std::array<int, 2>, 12> edges = {
       {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}}};
+  const auto node = [&](int c) {
+    return Index3{cell[0] + (c & 1), cell[1] + ((c >> 1) & 1), cell[2] + (c >> 2)};
+  };
   std::array<double, 8> value{};
-  std::array<Eigen::Vector3d, 8> corner;
+  int n_inside = 0;
   for (int c = 0; c < 8; ++c) {
-    const Index3 node{cell[0] + (c & 1), cell[1] + ((c >> 1) & 1), cell[2] + (c >> 2)};
-    value[static_cast<std::size_t>(c)] = samples.value[samples.at(node)];
-    corner[static_cast<std::size_t>(c)] = samples.position_mm(node);
+    value[static_cast<std::size_t>(c)] = samples.value[samples.at(node(c))];
+    n_inside += value[static_cast<std::size_t>(c)] < 0.0 ? 1 : 0;
   }
+  if (n_inside == 0 || n_inside == 8) return std::nullopt;
+  std::array<Eigen::Vector3d, 8> corner;
+  for (int c = 0; c < 8; ++c) corner[static_cast<std::size_t>(c)] = samples.position_mm(node(c));
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int n_crossings = 0;
   for (const auto& edge : edges) {
@@ -101,7 +106,6 @@ std::optional<Eigen::Vector3d> cell_vertex(const Samples& samples, const Index3&
     sum += corner[a] + t * (corner[b] - corner[a]);
     ++n_crossings;
   }
-  if (n_crossings == 0) return std::nullopt;
   return Eigen::Vector3d(sum / n_crossings);
 }
 
@@ -247,14 +251,13 @@ void put_on_surface(Mesh& mesh, const Field& field, double cell_mm)
   }
 }
 
-// The net's mesh, or nothing when an edge has more than two faces.
-std::optional<Mesh> manifold_mesh(const Net& net, const Field& field, double cell_mm)
+// The net's triangles, or nothing when an edge has more than two faces.
+std::optional<Mesh> manifold_mesh(const Net& net)
 {
   Mesh mesh = triangulated(net);
   const EdgeCounts edges = edge_counts(mesh);
   check(edges.boundary == 0, "level_set_mesh: the surface leaves its box");
   if (edges.non_manifold > 0) return std::nullopt;
-  put_on_surface(mesh, field, cell_mm);
   return mesh;
 }
 
@@ -283,12 +286,10 @@ void pin_to_neighbour(Net& net, const Net& neighbour, const Index3& shift, const
   }
 }
 
-// Nothing when either surface is not manifold on a grid of that cell.
-std::optional<Mesh> mesh_along(const LevelSet& neighbour, const LevelSet& wanted, double cell_mm,
-                               const LevelSetOptions& options)
+// The net of `wanted` along that of `neighbour`, which was made on cells of that size.
+Net net_along(const LevelSet& neighbour, const Net& neighbour_net, const LevelSet& wanted, double cell_mm,
+              const LevelSetOptions& options)
 {
-  const Net first = relaxed_net(neighbour, cell_mm, options);
-  if (!manifold_mesh(first, neighbour.field, cell_mm)) return std::nullopt;
   Box box_mm = wanted.box_mm;  // grown to nodes of the neighbour's grid
   Index3 shift{};
   for (int axis = 0; axis < 3; ++axis) {
@@ -298,36 +299,58 @@ std::optional<Mesh> mesh_along(const LevelSet& neighbour, const LevelSet& wanted
     box_mm.min_mm[axis] = corner_mm + n_cells * cell_mm;
   }
   Net net = surface_net(sample(wanted.field, box_mm, cell_mm, options.steepest_slope));
-  pin_to_neighbour(net, first, shift, wanted.field, neighbour.field);
+  pin_to_neighbour(net, neighbour_net, shift, wanted.field, neighbour.field);
   for (int pass = 0; pass < options.n_relaxations; ++pass) relax(net, wanted.field, cell_mm);
-  return manifold_mesh(net, wanted.field, cell_mm);
+  return net;
 }
 
-// The first mesh that `attempt` makes from a cell, a percent smaller every time.
-template <typename Attempt>
-Mesh first_mesh(double cell_mm, const Attempt& attempt)
-{
-  constexpr int most_attempts = 20;
-  for (int n = 0; n < most_attempts; ++n, cell_mm *= 0.99) {
-    std::optional<Mesh> mesh = attempt(cell_mm);
-    if (mesh) return std::move(*mesh);
+// Cells to try: each a percent smaller.
+class CellSizes {
+ public:
+  explicit CellSizes(double cell_mm) : cell_mm_(cell_mm) {}
+  double next_mm()
+  {
+    check(n_tried_++ < most_attempts, "level_set_mesh: a cell gives a manifold sampling");
+    return std::exchange(cell_mm_, cell_mm_ * 0.99);
   }
-  throw InternalError("level_set_mesh: no manifold sampling found");
-}
+
+ private:
+  static constexpr int most_attempts = 20;
+  double cell_mm_;
+  int n_tried_ = 0;
+};
 
 }  // namespace
 
 Mesh level_set_mesh(const Field& field, const Box& box_mm, const LevelSetOptions& options)
 {
-  return first_mesh(options.cell_mm, [&](double cell_mm) {
-    return manifold_mesh(relaxed_net({field, box_mm}, cell_mm, options), field, cell_mm);
-  });
+  for (CellSizes cells(options.cell_mm);;) {
+    const double cell_mm = cells.next_mm();
+    std::optional<Mesh> mesh = manifold_mesh(relaxed_net({field, box_mm}, cell_mm, options));
+    if (!mesh) continue;
+    put_on_surface(*mesh, field, cell_mm);
+    return std::move(*mesh);
+  }
 }
 
-Mesh level_set_mesh_along(const LevelSet& neighbour, const LevelSet& wanted, const LevelSetOptions& options)
+AdjoiningMeshes adjoining_level_set_meshes(const LevelSet& first, const LevelSet& second,
+                                           const LevelSetOptions& options)
 {
-  return first_mesh(options.cell_mm,
-                    [&](double cell_mm) { return mesh_along(neighbour, wanted, cell_mm, options); });
+  std::optional<Mesh> first_mesh;
+  for (CellSizes cells(options.cell_mm);;) {
+    const double cell_mm = cells.next_mm();
+    const Net first_net = relaxed_net(first, cell_mm, options);
+    std::optional<Mesh> mesh = manifold_mesh(first_net);
+    if (!mesh) continue;
+    if (!first_mesh) {
+      first_mesh = std::move(mesh);
+      put_on_surface(*first_mesh, first.field, cell_mm);
+    }
+    std::optional<Mesh> second_mesh = manifold_mesh(net_along(first, first_net, second, cell_mm, options));
+    if (!second_mesh) continue;
+    put_on_surface(*second_mesh, second.field, cell_mm);
+    return {std::move(*first_mesh), std::move(*second_mesh)};
+  }
 }
 
 }  // namespace vrda

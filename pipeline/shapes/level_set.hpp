@@ -28,10 +28,15 @@ struct LevelSet {
   Box box_mm;
 };
 
-/// The zero surface of `wanted`, which runs along that of `neighbour` for a while: where both fields agree to
-/// the last bit it has the very triangles of level_set_mesh(neighbour), so that both look as one. Other
-/// triangles follow on without a break. Closed and manifold; should the neighbour's cell not allow that, a
-/// smaller one is taken, and the triangles only resemble the neighbour's.
-Mesh level_set_mesh_along(const LevelSet& neighbour, const LevelSet& wanted, const LevelSetOptions& options);
+struct AdjoiningMeshes {
+  Mesh first, second;
+};
+
+/// level_set_mesh() of `first`, and the zero surface of `second`, which runs along it for a while: where both
+/// fields agree to the last bit the second has the very triangles of the first, so that both look as one.
+/// Other triangles follow on without a break. Closed and manifold; should the first's cell not allow that for
+/// the second, a smaller one is taken, and the triangles only resemble the first's.
+AdjoiningMeshes adjoining_level_set_meshes(const LevelSet& first, const LevelSet& second,
+                                           const LevelSetOptions& options);
 
 }  // namespace vrda

@@ -13,7 +13,7 @@
 #include "core/error.hpp"
 #include "motion/film.hpp"
 #include "motion/poses.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/read_apart.hpp"
 #include "store/trace_file.hpp"
 
 namespace vrda {
@@ -225,7 +225,7 @@ void require_video_options(const ShowOptions& options)
 ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
 {
   const FilmOptions chosen = film_options(options);
-  const Trace trace = read_trace(options.trace);
+  const Trace trace = read_trace_apart(options.trace);
   require_beside(trace, options.trace, model, options.file);
   const Film film = film_of(trace, options.trace, chosen);
   const Motion motion(model, "raw");
@@ -284,7 +284,7 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
   parsed_layers(options.look.layers);
   require_trace_options(options);
   require_video_options(options);
-  MotionModel model = read_motion_model(options.file);
+  MotionModel model = read_motion_model_apart(options.file);
   if (options.folder.empty() && options.video.empty()) {
     const std::string set = chosen_set(model, options);
     show_in_window(options, std::move(model), set);

@@ -11,7 +11,7 @@
 #include "journal/record_bytes.hpp"
 #include "journal/run_files.hpp"
 #include "journal/trace_journal.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/read_apart.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda {
@@ -41,7 +41,7 @@ RunWatch::RunWatch(const std::string& start_file, bool with_moves)
   // A run that is over has taken its start file away.
   start_ = version_of(start_file_);
   if (start_) {
-    begin(read_motion_model(start_file_));
+    begin(read_motion_model_apart(start_file_));
   } else if (std::optional<MotionModel> result = read_if_there(output_)) {
     begin(with_pending_cells(*result));
     model_ = std::move(*result);
@@ -78,7 +78,7 @@ std::optional<MotionModel> RunWatch::read_if_there(const std::string& path)
 {
   if (!version_of(path)) return std::nullopt;
   try {
-    return read_motion_model(path);
+    return read_motion_model_apart(path);
   } catch (const InputError&) {
     if (version_of(path)) throw;
     return std::nullopt;

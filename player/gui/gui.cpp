@@ -42,6 +42,7 @@ void set_style(float scale)
   style.ItemSpacing = ImVec2(6.0F, 5.0F);
   // Baked lines want a font's image filtered the way the library's own renderers do it.
   style.AntiAliasedLinesUseTex = false;
+  style.Colors[ImGuiCol_PopupBg] = ImVec4(0.14F, 0.15F, 0.18F, 1.0F);
   style.Colors[ImGuiCol_WindowBg] = ImVec4(0.10F, 0.11F, 0.13F, 1.0F);
   style.ScaleAllSizes(scale);
 }

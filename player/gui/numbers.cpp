@@ -145,7 +145,7 @@ void draw_axis_labels(const PanelView& view, std::span<const Label> labels)
   int n = 0;
   for (const Label& axis : labels) {
     if (n++ % labels_a_row != 0)
-      ImGui::SameLine(static_cast<float>((n - 1) % labels_a_row) * 6.5F * view.layout.em_px);
+      ImGui::SameLine(static_cast<float>((n - 1) % labels_a_row) * 7.4F * view.layout.em_px);
     draw_swatch(view, axis.colour, axis.name);
   }
 }

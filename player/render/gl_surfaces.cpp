@@ -92,6 +92,8 @@ void SurfacePainter::begin(const Scene& scene, const Camera& camera, const Pixel
   line_shade_ = line_shade(scene.background);
   X_camera_world_ = camera.X_world_camera.inverse();
   projection_ = projection(camera).cast<float>();
+  px_mm_at_1_mm_ = view.height / (2.0 * camera.half_height_tangent);
+  near_mm_ = camera.near_mm;
   bound_translucent(scene, view);
 }
 
@@ -150,6 +152,17 @@ SurfacePainter::Shading SurfacePainter::shading_of(const Drawable& drawable) con
       return drawable.material.mottling > 0.0F ? Shading::mottled : Shading::smooth;
   }
   throw InternalError("a mode has a shading");
+}
+
+/// Half a pixel at the nearest point of the drawable; nothing where single triangles are looked at.
+double SurfacePainter::allowed_error_mm(const Drawable& drawable) const
+{
+  constexpr double allowed_px = 0.5;
+  if (drawable.layer == Layer::bodies && (is_line_mode(mode_) || mode_ == DrawMode::flat)) return 0.0;
+  const Eigen::Vector3d middle_mm = 0.5 * (drawable.box_mm.min_mm + drawable.box_mm.max_mm);
+  const double radius_mm = 0.5 * (drawable.box_mm.max_mm - drawable.box_mm.min_mm).norm();
+  const double depth_mm = -(X_camera_world_ * (drawable.X_world_mesh * middle_mm)).z() - radius_mm;
+  return allowed_px * std::max(depth_mm, near_mm_) / px_mm_at_1_mm_;
 }
 
 SurfacePainter::Program& SurfacePainter::compiled(Shading shading, bool is_coloured)
@@ -221,7 +234,7 @@ void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Sha
   const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
   gl_.UniformMatrix4fv(program.at.X_camera_mesh, 1, GL_FALSE, X_camera_mesh.data());
   if (shading != Shading::depth) set_material(program, drawable, shading);
-  vrda::draw(gl_, mesh);
+  vrda::draw(gl_, mesh, allowed_error_mm(drawable));
 }
 
 void SurfacePainter::draw_lines(const Scene& scene)

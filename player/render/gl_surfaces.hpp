@@ -54,6 +54,7 @@ class SurfacePainter {
   static constexpr std::size_t n_shadings = 6;
 
   Shading shading_of(const Drawable& drawable) const;
+  double allowed_error_mm(const Drawable& drawable) const;
   bool is_translucent(const Drawable& drawable, const GpuMesh& mesh) const;
   Program& compiled(Shading shading, bool is_coloured);
   void set_shot(Program& program);
@@ -75,6 +76,8 @@ class SurfacePainter {
   float repeats_by_mm_ = 0.0F;  ///< of the texture; 0 without one
   Eigen::Vector3f line_shade_{1.0F, 1.0F, 1.0F};
   Pose X_camera_world_ = Pose::Identity();
+  double px_mm_at_1_mm_ = 0.0;  ///< pixels a mm, times the depth in mm
+  double near_mm_ = 1.0;
   Eigen::Matrix4f projection_ = Eigen::Matrix4f::Identity();
   PixelBox translucent_box_;
 };

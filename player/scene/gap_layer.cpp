@@ -9,10 +9,11 @@
 namespace vrda {
 namespace {
 
-constexpr double range_mm = 6.0;      ///< farther is no neighbourhood: a meniscus is as high
-constexpr double deepest_mm = 3.0;    ///< overlap that a smoothed motion may show; deeper is another surface
-constexpr double above_mm = 0.2;      ///< of a knee: what levels of detail may lift the part below by
-constexpr double least_upward = 0.1;  ///< of a face's normal along Delta: steeper ones face nothing along it
+constexpr double range_mm = 6.0;    ///< farther is no neighbourhood: a meniscus is as high
+constexpr double deepest_mm = 3.0;  ///< overlap that a smoothed motion may show; deeper is another surface
+constexpr double above_mm =
+    0.05;  ///< of a knee: far above single precision and depth, far below what is seen
+constexpr double least_upward = 0.3;  ///< of a face's normal along Delta: steeper ones face nothing along it
 constexpr double fades_from = 0.7;    ///< part of the range where the colours begin to fade into the bone
 
 Legend gap_legend()

@@ -1,12 +1,12 @@
-#include "app/assemble.hpp"
+#include "assemble/assemble.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "app/prepare.hpp"
+#include "assemble/prepare.hpp"
 #include "app/scenes.hpp"
-#include "app/summary.hpp"
+#include "run/summary.hpp"
 
 namespace vrda {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "app/prepare.hpp"
+#include "assemble/prepare.hpp"
 #include "app/scenes.hpp"
 #include "convert/mesh_writer.hpp"
 #include "load/axis_map.hpp"

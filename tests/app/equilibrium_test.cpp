@@ -8,7 +8,7 @@
 #include <cstdio>
 
 #include "app/scenes.hpp"
-#include "app/summary.hpp"
+#include "run/summary.hpp"
 #include "audit/audit.hpp"
 #include "store/motion_model_file.hpp"
 

@@ -10,11 +10,11 @@
 #include <random>
 #include <thread>
 
-#include "app/case_solver.hpp"
-#include "app/prepare.hpp"
-#include "app/run_command.hpp"
+#include "assemble/case_solver.hpp"
+#include "assemble/prepare.hpp"
+#include "run/run_command.hpp"
 #include "app/scenes.hpp"
-#include "app/summary.hpp"
+#include "run/summary.hpp"
 #include "audit/audit.hpp"
 #include "core/units.hpp"
 #include "proximity/instruction_set.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "app/scenes.hpp"
-#include "app/summary.hpp"
+#include "run/summary.hpp"
 #include "audit/audit.hpp"
 #include "audit/pose_meter.hpp"
 #include "store/motion_model_file.hpp"

@@ -1,4 +1,4 @@
-#include "app/progress.hpp"
+#include "talk/progress.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <csignal>
 
-#include "app/assemble.hpp"
-#include "app/case_solver.hpp"
-#include "app/prepare.hpp"
-#include "app/scaled_result.hpp"
+#include "assemble/assemble.hpp"
+#include "assemble/case_solver.hpp"
+#include "assemble/prepare.hpp"
+#include "assemble/scaled_result.hpp"
 #include "app/scenes.hpp"
-#include "app/summary.hpp"
+#include "run/summary.hpp"
 #include "audit/audit.hpp"
 #include "core/number_text.hpp"
 #include "store/equal_models.hpp"

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "app/case_solver.hpp"
-#include "app/prepare.hpp"
+#include "assemble/case_solver.hpp"
+#include "assemble/prepare.hpp"
 #include "core/error.hpp"
 #include "processor_time.hpp"
 #include "rigid_body.hpp"

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <filesystem>
 
-#include "app/assemble.hpp"
-#include "app/prepare.hpp"
+#include "assemble/assemble.hpp"
+#include "assemble/prepare.hpp"
 #include "scene.hpp"
 #include "shares.hpp"
 #include "smooth/smooth.hpp"

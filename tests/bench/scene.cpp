@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <map>
 
-#include "app/prepare.hpp"
+#include "assemble/prepare.hpp"
 #include "core/units.hpp"
 #include "solve/stability_search.hpp"
 

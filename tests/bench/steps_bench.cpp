@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 
-#include "app/case_solver.hpp"
-#include "app/prepare.hpp"
+#include "assemble/case_solver.hpp"
+#include "assemble/prepare.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 

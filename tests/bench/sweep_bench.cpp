@@ -6,8 +6,8 @@
 #include <chrono>
 #include <thread>
 
-#include "app/case_solver.hpp"
-#include "app/prepare.hpp"
+#include "assemble/case_solver.hpp"
+#include "assemble/prepare.hpp"
 #include "fcl_search.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"

@@ -173,8 +173,9 @@ TEST(Knee, ShaftsLieOnTheBoneAndAreHiddenInsideTheContactParts)
     double cut_mm, up;  // the contact part's end, and which way the shaft leaves it
   };
   for (const double resolution : {1.0, 2.0, 3.0}) {
-    for (const Row& row : {Row{"femur", femur_shaft_mesh(resolution), femur_field, 16.0, 1.0},
-                           Row{"tibia", tibia_shaft_mesh(resolution), tibia_field, -50.0, -1.0}}) {
+    for (const Row& row :
+         {Row{"femur", femur_meshes(resolution, resolution).shaft, femur_field, 16.0, 1.0},
+          Row{"tibia", tibia_meshes(resolution, resolution).shaft, tibia_field, -50.0, -1.0}}) {
       SCOPED_TRACE(testing::Message() << row.name << " " << resolution);
       double furthest_out = -1.0, furthest_out_deep = -1.0;
       for (Eigen::Index v = 0; v < row.shaft.vertices_mm.rows(); ++v) {

@@ -63,8 +63,8 @@ TEST(LevelSet, ASurfaceAlongAnotherHasItsVerticesWhereBothAgree)
   const LevelSet lower = half(-30.0, 9.0), upper = half(-9.0, 30.0);
   LevelSetOptions options;
   options.cell_mm = 1.7;
-  const Mesh first = level_set_mesh(lower.field, lower.box_mm, options);
-  const Mesh second = level_set_mesh_along(lower, upper, options);
+  const auto [first, second] = adjoining_level_set_meshes(lower, upper, options);
+  EXPECT_EQ(first.vertices_mm, level_set_mesh(lower.field, lower.box_mm, options).vertices_mm);
   expect_closed_and_outward(second);
   EXPECT_GT(bounding_box(second).max_mm.y(), 29.0);
   int n_shared = 0, n_within = 0;

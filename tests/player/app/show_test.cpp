@@ -214,8 +214,40 @@ TEST_P(ShowWrong, IsOneErrorThatNamesEverything)
 
 INSTANTIATE_TEST_SUITE_P(
     Input, ShowWrong,
-    testing::Values(Wrong{"NoFolder", [](ShowOptions& o) { o.folder.clear(); }, "show", "--offscreen",
-                          "nothing", "a window is not available in this version"},
+    testing::Values(Wrong{"NoDisplay",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            unsetenv("DISPLAY");
+                            unsetenv("WAYLAND_DISPLAY");
+                          },
+                          "window", "display", "no DISPLAY", "--offscreen"},
+                    Wrong{"TraceInAWindow",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            o.trace = "a.trace.h5";
+                          },
+                          "--trace", "", "no --offscreen", "either of them"},
+                    Wrong{"SpeedOfAWindow",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            o.speed_deg_s = 20.0;
+                          },
+                          "--speed", "", "no --offscreen", "either of them"},
+                    Wrong{"ThereAndBackInAWindow",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            o.is_to_and_fro = true;
+                          },
+                          "--to-and-fro", "", "no --offscreen", "either of them"},
+                    Wrong{"FilmOfNoKnownForm", [](ShowOptions& o) { o.video = "a.avi"; }, "--video", "",
+                          "a.avi", ".mp4, .webm or .gif"},
+                    Wrong{"Fps", [](ShowOptions& o) { o.frames_per_s = 0; }, "--fps", "", "0", "1 to 120"},
+                    Wrong{"Speed",
+                          [](ShowOptions& o) {
+                            o.video = "a.mp4";
+                            o.speed_deg_s = -1.0;
+                          },
+                          "--speed", "", "-1", "0.1 to 3600"},
                     Wrong{"UnknownSet", [](ShowOptions& o) { o.set = "degree_9"; }, "sample.h5", "--set",
                           "degree_9", "degree_1, raw"},
                     Wrong{"UnknownView", [](ShowOptions& o) { o.views = "front,below"; }, "--views", "",

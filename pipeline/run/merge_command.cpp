@@ -1,0 +1,163 @@
+#include "run/merge_command.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <iterator>
+#include <set>
+
+#include "assemble/prepare.hpp"
+#include "cluster/case_spec.hpp"
+#include "cluster/collect.hpp"
+#include "cluster/shard.hpp"
+#include "core/error.hpp"
+#include "load/file_bytes.hpp"
+#include "run/announced_case.hpp"
+#include "run/result.hpp"
+#include "run/run_output.hpp"
+#include "run/solved_model.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
+
+std::vector<std::string> journals_beside(const std::string& output)
+{
+  std::vector<std::string> journals = shard_journals_beside(output);
+  const std::string spine = spine_journal_of(output);
+  if (access(spine.c_str(), F_OK) == 0) journals.insert(journals.begin(), spine);
+  return journals;
+}
+
+CaseSpec case_of(const MergeOptions& options, const std::vector<std::string>& journals)
+{
+  if (!options.job_file.empty()) {
+    return case_of_job(options.job_file, options.data_directory, options.overrides);
+  }
+  if (journals.empty()) return read_case_file(case_file_of(options.output)).spec;
+  const std::string run = output_of_journal(journals.front());
+  return read_case_file(case_file_of(run.empty() ? options.output : run)).spec;
+}
+
+// "of shards 3 and 5 of 8": those of which there is no journal; only the names tell.
+std::string absent_shards(const std::vector<std::string>& journals)
+{
+  std::set<std::pair<std::int32_t, std::int32_t>> present;
+  for (const std::string& journal : journals) {
+    if (const auto shard = shard_of_journal(journal)) present.emplace(shard->count, shard->number);
+  }
+  if (present.empty()) return "";
+  const std::int32_t count = present.begin()->first;
+  std::string absent;
+  for (std::int32_t number = 1; number <= count; ++number) {
+    if (present.count({count, number}) == 0) absent += (absent.empty() ? "" : ", ") + std::to_string(number);
+  }
+  return absent.empty() ? "" : "; no journal of shard " + absent + " of " + std::to_string(count);
+}
+
+void require_whole(const Case& job_case, const CollectedSteps& collected,
+                   const std::vector<std::string>& journals, const std::string& output)
+{
+  const MissingSteps missing = missing_steps(plan_of(job_case), collected.steps);
+  if (missing.is_nothing()) return;
+  const std::size_t n_cells = job_case.grid.flexion_deg.size() * job_case.grid.varus_deg.size();
+  std::string found;
+  if (missing.n_attitudes > 0) {
+    found = "no result of " + std::to_string(missing.n_attitudes) + " of " + std::to_string(n_cells) +
+            " attitudes, at flexion " + flexions_text(missing.rows, job_case.grid.flexion_deg) +
+            absent_shards(journals);
+  }
+  if (!missing.is_spine_complete) found += found.empty() ? "no whole spine" : "; the spine is not whole";
+  throw InputError({output, "journals", found,
+                    "the journals of the spine and of every shard, run to their end; what is there stays"});
+}
+
+// Of the files that shards leave, those beside the output: others are the user's copies.
+void clear_up(const std::string& output, const std::vector<std::string>& journals)
+{
+  std::vector<std::string> needless;
+  std::copy_if(journals.begin(), journals.end(), std::back_inserter(needless),
+               [&](const std::string& journal) { return output_of_journal(journal) == output; });
+  needless.push_back(start_file_of(output));
+  needless.push_back(case_file_of(output));  // last: till then it says that the model is whole
+  remove_needless(needless);
+}
+
+std::string sha256_of_file(const std::string& file)
+{
+  return sha256_of(file_bytes(file, {file, "", "", "a motion model"}, largest_model_bytes));
+}
+
+// A merge that was killed while it cleared up: its model is whole, some journals are gone.
+bool is_only_to_clear_up(const std::string& output)
+{
+  const std::string case_file = case_file_of(output);
+  if (access(case_file.c_str(), F_OK) != 0 || access(output.c_str(), F_OK) != 0) return false;
+  const std::string sha256 = read_case_file(case_file).merged_sha256;
+  return !sha256.empty() && sha256 == sha256_of_file(output);
+}
+
+// Nothing of its making is left, so there is nothing to hold it against.
+bool is_merged(const std::string& output, const std::vector<std::string>& journals)
+{
+  if (!journals.empty() || access(case_file_of(output).c_str(), F_OK) == 0) return false;
+  if (access(output.c_str(), F_OK) != 0) return false;
+  return (read_motion_model(output).status != static_cast<std::int8_t>(StepStatus::pending)).all();
+}
+
+void note_merged(const std::string& output)
+{
+  const std::string case_file = case_file_of(output);
+  if (access(case_file.c_str(), F_OK) != 0) return;
+  CaseFile content = read_case_file(case_file);
+  content.merged_sha256 = sha256_of_file(output);
+  write_case_file(case_file, content);
+}
+
+}  // namespace
+
+ExitCode merge_command(const MergeOptions& options)
+{
+  const std::string& output = options.output;
+  const std::vector<std::string> journals =
+      options.journals.empty() ? journals_beside(output) : options.journals;
+  make_folder_of(output);
+  require_replaceable(output, "a motion model");
+  if (!options.keeps_journals && is_only_to_clear_up(output)) {
+    clear_up(output, journals);
+    say(output + " is merged already");
+    return ExitCode::done;
+  }
+  if (is_merged(output, journals)) {
+    say(output + " is whole, and no journals stand beside it");
+    return ExitCode::done;
+  }
+  const CaseSpec spec = case_of(options, journals);
+  const Case job_case = announced_case(spec.job_file, {spec.data_directory, spec.overrides});
+
+  const int n_threads = threads_or_all(options.n_threads);
+  const CollectedSteps collected = collect(journals, fingerprint_of(job_case));
+  for (const std::string& remark : collected.remarks) warn(remark);
+  if (collected.n_doubled > 0) {
+    say(std::to_string(collected.n_doubled) + " steps stand in more than one journal, with the same result");
+  }
+  require_whole(job_case, collected, journals, output);
+  const RunRecord record(n_threads, static_cast<int>(collected.steps.size()));
+  const SweepResult result = replayed(plan_of(job_case), collected.steps);
+  const ExitCode code =
+      write_result(job_case, result_of(job_case, result, output, n_threads), output, {}, record);
+  if (options.keeps_journals) return code;
+  try {
+    note_merged(output);
+  } catch (const InputError& error) {
+    warn(error.what());  // the model is whole; its journals stay for a merge that can end
+    return code;
+  }
+  clear_up(output, journals);
+  return code;
+}
+
+}  // namespace vrda

@@ -1,0 +1,77 @@
+#include "run/result.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "assemble/assemble.hpp"
+#include "audit/recontact.hpp"
+#include "core/error.hpp"
+#include "reduce/reduce.hpp"
+#include "run/run_output.hpp"
+#include "run/summary.hpp"
+#include "smooth/smooth.hpp"
+#include "store/motion_model_file.hpp"
+
+namespace vrda {
+namespace {
+
+void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output, int n_threads)
+{
+  if (job_case.smooth_degrees.empty()) return;
+  const SmoothInput input = smooth_input(model, output);
+  const int largest = largest_degree(
+      input, *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end()));
+  for (const std::int32_t degree : job_case.smooth_degrees) {
+    if (degree > largest) {
+      warn("smooth.degrees: found " + std::to_string(degree) + ", wanted " +
+           std::to_string(std::max(largest, 0)) +
+           " at most on this grid with these solved cells; that degree is left out");
+      continue;
+    }
+    SmoothedSet set = smooth(input, degree, {job_case.smooth_robust});
+    if (job_case.smooth_recontact) set.recontact_mm = recontact(model, set, n_threads);
+    model = with_smoothed(std::move(model), std::move(set));
+  }
+}
+
+// Of the raw poses. A joint or a result that has no such motion goes without.
+void add_zero_varus(MotionModel& model)
+{
+  if (!is_reducible(model)) return;
+  ZeroVarus zero_varus = reduce(model, "raw");
+  if (n_reduced(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
+}
+
+}  // namespace
+
+MotionModel result_of(const Case& job_case, const SweepResult& result, const std::string& output,
+                      int n_threads)
+{
+  check(result.is_complete, "a result has every attitude");
+  MotionModel model = motion_model_of(job_case, result);
+  add_smoothed(model, job_case, output, n_threads);
+  add_zero_varus(model);
+  return model;
+}
+
+ExitCode write_result(const Case& job_case, const MotionModel& model, const std::string& output,
+                      const std::vector<std::string>& needless, const RunRecord& record)
+{
+  write_motion_model(output, model);
+  remove_needless(needless);
+  try {  // last: on a full disk there is room again
+    record.write(run_record_of(output));
+  } catch (const InputError& error) {
+    warn(error.what());  // the model is whole; times and host are not worth failing for
+  }
+  say(status_line(model));
+  std::printf("%s\n", output.c_str());
+  const double unsolved = unsolved_fraction(model);
+  if (unsolved <= job_case.unsolved_fraction) return ExitCode::done;
+  warn(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) + ", wanted at most " +
+       std::to_string(job_case.unsolved_fraction));
+  return ExitCode::too_many_unsolved;
+}
+
+}  // namespace vrda

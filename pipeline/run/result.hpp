@@ -1,0 +1,25 @@
+/// From a finished sweep to the file that is all there is to keep.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "load/case.hpp"
+#include "run/run_record.hpp"
+#include "store/motion_model.hpp"
+#include "sweep/sweep.hpp"
+#include "talk/talk.hpp"
+
+namespace vrda {
+
+/// The motion model with all that its job asks for: smoothed surfaces, flexion-only motion. `output` is for
+/// messages. The same bytes however the steps came about.
+MotionModel result_of(const Case& job_case, const SweepResult& result, const std::string& output,
+                      int n_threads);
+
+/// Writes the model, then removes the journals and start file it makes needless, then leaves `record` beside
+/// it. Prints the output's path. Too many unsolved attitudes are an exit code, not an error.
+ExitCode write_result(const Case& job_case, const MotionModel& model, const std::string& output,
+                      const std::vector<std::string>& needless, const RunRecord& record);
+
+}  // namespace vrda

@@ -1,0 +1,97 @@
+#include "run/run_command.hpp"
+
+#include "assemble/assemble.hpp"
+#include "assemble/assemble_trace.hpp"
+#include "assemble/prepare.hpp"
+#include "core/error.hpp"
+#include "run/announced_case.hpp"
+#include "run/result.hpp"
+#include "run/run_output.hpp"
+#include "run/run_record.hpp"
+#include "run/sharded_run.hpp"
+#include "run/solve_part.hpp"
+#include "run/solved_model.hpp"
+#include "run/step_log.hpp"
+#include "run/trace_log.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/trace_file.hpp"
+#include "talk/interrupt.hpp"
+#include "talk/progress.hpp"
+
+namespace vrda {
+namespace {
+
+// Only the search moves step by step, and a trace knows one Delta.
+void require_traceable(const Case& job_case, const std::string& job_file)
+{
+  if (job_case.method != "stability-search") {
+    throw InputError({job_file, "solver.method", "\"" + job_case.method + "\" with --trace",
+                      "\"stability-search\", which has moves to trace"});
+  }
+  for (const Push& push : job_case.push) {
+    if (push.delta == job_case.frame.delta) continue;
+    throw InputError(
+        {job_file, "push.delta", "directions that differ over flexion with --trace", "one direction"});
+  }
+}
+
+// The traces are read back: a run keeps none of them in memory.
+void write_trace_of(const Case& job_case, const SweepResult& result, const std::string& output)
+{
+  const TraceJournalContent content = read_trace_journal(trace_journal_of(output));
+  check(content.facts.dropped_why.empty(), "a journal of traces just written is whole");
+  const std::string path = trace_name(output);
+  write_trace(path, trace_of(job_case, fingerprint_of(job_case), content.searches, result.spine_column));
+  say("trace of " + std::to_string(content.searches.size()) + " searches: " + path);
+}
+
+ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLog& log,
+                         const std::string& output)
+{
+  const int n_threads = threads_or_all(options.n_threads);
+  RunRecord record(n_threads, static_cast<int>(log.known.size()));
+  const SweepResult result = solve_part(job_case, plan_of(job_case), Counted::cells, options, log);
+  if (!result.is_complete) return say_interrupted(log);
+  record.note_solved();
+  if (log.traces) write_trace_of(job_case, result, output);
+  // The steps go first: a journal of steps without their traces could not be gone on from with --trace.
+  return write_result(job_case, result_of(job_case, result, output, n_threads), output,
+                      {log.path, trace_journal_of(output), start_file_of(output)}, record);
+}
+
+ExitCode whole_run(const RunOptions& options)
+{
+  const Case job_case = announced_case(options.job_file, {options.data_directory, options.overrides});
+  if (options.writes_trace) require_traceable(job_case, options.job_file);
+  const std::string output = output_of(options.output, options.job_file);
+  make_folder_of(output);
+  require_replaceable(output, "a motion model");
+  if (options.writes_trace) require_replaceable(trace_name(output), "a trace");
+  const std::string key = fingerprint_of(job_case);
+  StepLog log = open_log(journal_of(output), key, options.is_fresh);
+  if (options.writes_trace) {
+    log.traces.emplace(open_trace_log(trace_journal_of(output), key, log.path, log.known));
+  }
+  // A resumed run has its start file, and a disk that filled up may have no room for a second one.
+  if (log.known.empty() || !has_start_file(output, job_case.resolved_job)) {
+    write_motion_model(start_file_of(output), pending_model_of(job_case));
+  }
+  watch_for_interrupts();
+  try {
+    return solve_and_write(job_case, options, log, output);
+  } catch (const InputError&) {
+    put_back_lost(log, output);
+    throw;
+  }
+}
+
+}  // namespace
+
+ExitCode run_command(const RunOptions& options)
+{
+  progress_style_of(options.progress);  // a wrong word before any work
+  if (options.only_spine) return spine_command(options);
+  return options.shard ? shard_command(options) : whole_run(options);
+}
+
+}  // namespace vrda

@@ -1,0 +1,31 @@
+/// `vrda run`: solves a job and writes its motion model.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cluster/shard.hpp"
+#include "talk/talk.hpp"
+
+namespace vrda {
+
+struct RunOptions {
+  std::string job_file;
+  std::string output;  ///< empty: results/<job name>/<job name>.h5
+  std::string data_directory;
+  std::vector<std::string> overrides;
+  int n_threads = 0;          ///< 0: as many as there are processors
+  bool is_fresh = false;      ///< drop a journal found
+  bool writes_trace = false;  ///< every move of every search, beside the output
+  std::string progress = "auto";
+  bool only_spine = false;      ///< solve the spine into a journal of its own, for shards
+  std::optional<Shard> shard;   ///< solve these rows only, into a journal of their own
+  std::function<void()> begun;  ///< told before the first step of the spine, and of the rows
+};
+
+/// The whole job, or with `only_spine` or `shard` a part of it for `vrda merge`.
+ExitCode run_command(const RunOptions& options);
+
+}  // namespace vrda
