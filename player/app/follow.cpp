@@ -117,12 +117,11 @@ class Followed {
 
   FollowEnd run()
   {
-    StopSignals signals;
     while (watch_.phase() != RunPhase::finished) {
       const bool has_more = look();
       if (watch_.phase() == RunPhase::finished) break;
       if (!has_more && options_.is_once) return end_now();
-      if (signals.came_within(has_more ? std::chrono::milliseconds(0) : between_looks)) {
+      if (signals_.came_within(has_more ? std::chrono::milliseconds(0) : between_looks)) {
         progress_.say("stopped: the run has not ended");
         return FollowEnd::stopped;
       }
@@ -141,7 +140,9 @@ class Followed {
     for (const std::string& remark : news.remarks) streams_.talk << "vrda-player: " << remark << "\n";
     if (news.is_anew) begin_again();
     for (const SeenStep& step : news.steps) {
-      if (state_.take(step) && options_.each > 0 && state_.n_shown() % options_.each == 0) write_picture();
+      if (!state_.take(step) || options_.each == 0 || state_.n_shown() % options_.each != 0) continue;
+      write_picture();
+      if (signals_.came_within(std::chrono::milliseconds(0))) return false;
     }
     progress_.note(watch_.n_done(), watch_.n_cells());
     if (options_.every_s > 0.0 && seconds_since(written_) >= options_.every_s &&
@@ -178,6 +179,7 @@ class Followed {
 
   const FollowOptions& options_;
   const FollowStreams& streams_;
+  StopSignals signals_;
   RunWatch watch_;
   RunState state_;
   FollowProgress progress_;
