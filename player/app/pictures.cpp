@@ -93,15 +93,13 @@ const Overlay* PictureMaker::overlay_for(const JointPose& pose)
   frame.width = size_.width;
   frame.height = size_.height;
   frame.key = colour_key(layers_, wanted_);
-  frame.has_controls = false;
   PlayerRange range;
   range.is_varus_free = motion_.is_varus_free();
   Readout readout;
   readout.pose = pose;
   readout.is_varus_balanced = !options_.varus_deg.has_value();
   if (has_gaps_) readout.gap = gaps_.at(pose.attitude);
-  gui_->frame(frame, {}, range, readout);
-  return &gui_->overlay();
+  return &gui_->still(frame, {}, range, readout);
 }
 
 const Image& PictureMaker::drawn(const JointPose& pose)

@@ -75,7 +75,7 @@ CLI::App* add_show(CLI::App& app, ShowOptions& options)
                    "Folder for stills named VIEW_flexion_ANGLE.png, instead of a window")
       ->type_name("DIR");
   show->add_option("--flexion", options.flexion,
-                   "Angles in degrees (default: the measured range in six steps)")
+                   "Angles in degrees (default: the measured range in six steps); a window begins at A")
       ->type_name("A:B:STEP");
   show->add_option("--varus", options.varus_deg,
                    "Angle in degrees, adduction positive (default: for each flexion the varus at which both "

@@ -159,6 +159,16 @@ GuiAnswer Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   return answer;
 }
 
+const Overlay& Gui::still(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
+                          const Readout& readout)
+{
+  // The library hides a new window for a frame and fits its size to the text of the frame before.
+  constexpr int frames_to_fit = 3;
+  frame.has_controls = false;
+  for (int i = 0; i < frames_to_fit; ++i) this->frame(frame, state, range, readout);
+  return inner_->overlay;
+}
+
 const Overlay& Gui::overlay() const
 {
   return inner_->overlay;

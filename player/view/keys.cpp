@@ -106,6 +106,21 @@ Action action_of(const KeyPress& press)
   return press.has_shift && found->with_shift != Action::none ? found->with_shift : found->action;
 }
 
+bool goes_on_while_held(Action action)
+{
+  switch (action) {
+    case Action::step_forward:
+    case Action::step_back:
+    case Action::leap_forward:
+    case Action::leap_back:
+    case Action::varus_up:
+    case Action::varus_down:
+      return true;
+    default:
+      return false;
+  }
+}
+
 std::span<const HelpLine> key_help()
 {
   return key_lines;
