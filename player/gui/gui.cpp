@@ -49,19 +49,18 @@ void set_style(float scale)
 
 OverlayFont built_font(ImFontAtlas& atlas, float size_px)
 {
-  const std::string_view file = font_file();
+  std::string file = font_file();
   ImFontConfig config;
   config.FontDataOwnedByAtlas = false;
   config.OversampleH = 2;
   config.OversampleV = 1;
-  // The library takes the bytes as its own to write to, but with that flag only reads them.
-  void* const bytes = const_cast<char*>(file.data());
-  atlas.AddFontFromMemoryTTF(bytes, static_cast<int>(file.size()), size_px, &config);
+  atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size_px, &config);
   unsigned char* coverage = nullptr;
   OverlayFont font;
   atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
   check(coverage != nullptr, "the font gives an image");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
+  atlas.ClearInputData();  // what points into `file`
   return font;
 }
 

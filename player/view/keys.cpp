@@ -7,8 +7,8 @@ namespace vrda {
 namespace {
 
 struct Binding {
-  Key key;
-  Action action;
+  Key key = Key::none;
+  Action action = Action::none;
   Action with_shift = Action::none;  ///< none: shift makes no difference
 };
 
