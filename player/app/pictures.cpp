@@ -61,7 +61,7 @@ PictureMaker::PictureMaker(const ShowOptions& options, const MotionModel& model,
   const Viewport whole{0, 0, size_.width, size_.height};
   single_ = cameras_for(poses, aspect_of(whole));
   tiled_ = cameras_for(poses, aspect_of(column(size_, 0, views_.size())));
-  renderer_ = make_offscreen_renderer({size_.width, size_.height});
+  renderer_ = make_offscreen_renderer({size_.width, size_.height, options.samples});
   renderer_->load(scene_);
   if (!options.has_numbers) return;
   gui_.emplace(GuiOptions{model.title, {set.name}, 1.0});

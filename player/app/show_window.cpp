@@ -104,6 +104,7 @@ void show_in_window(const ShowOptions& options, MotionModel model, const std::st
   WindowOptions window_options;
   window_options.width = chosen.width;
   window_options.height = chosen.height;
+  window_options.samples = options.samples;
   window_options.title = (model.title.empty() ? options.file : model.title) + " - vrda-player";
   Window window(window_options);
   chosen.width = window.renderer().width();
