@@ -250,18 +250,6 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, con
 
 ShowSummary show_poses(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
 {
-<<<<<<< HEAD
-  if (options.folder.empty()) {
-    throw InputError({"show", "--offscreen", "nothing",
-                      "a folder for the pictures (a window is not available in this version)"});
-  }
-  const std::size_t n_views = parsed_views(options.views).size();
-  parsed_size(options.size);
-  require_trace_options(options);
-  const MotionModel model = read_motion_model_apart(options.file);
-  if (!options.trace.empty()) return show_trace(options, model, streams);
-=======
->>>>>>> w7-follow
   const std::string set = chosen_set(model, options);
   const Motion motion(model, set);
   const Plan plan = plan_of(motion, options, streams.talk);
