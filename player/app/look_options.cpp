@@ -30,6 +30,8 @@ void add_look(CLI::App& mode, LookOptions& look)
       ->type_name("FILE.toml");
   mode.add_option("--see-through", look.see_through, "Objects to look through: reference, moving or both")
       ->type_name("NAME");
+  mode.add_option("--hide", look.hidden, "Object to leave out, but for its layers: reference or moving")
+      ->type_name("NAME");
 }
 
 }  // namespace vrda

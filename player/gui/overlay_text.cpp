@@ -39,20 +39,20 @@ struct OverlayText::Inner {
 
 OverlayText::OverlayText(double size_px) : inner_(std::make_unique<Inner>())
 {
-  const std::string_view file = font_file();
+  std::string file = font_file();
   ImFontConfig config;
   config.FontDataOwnedByAtlas = false;
   config.OversampleH = 2;
   config.OversampleV = 1;
-  // The library takes the bytes as its own to write to, but with that flag only reads them.
-  void* const bytes = const_cast<char*>(file.data());
   const auto size = static_cast<float>(std::round(size_px));
-  inner_->face = inner_->atlas.AddFontFromMemoryTTF(bytes, static_cast<int>(file.size()), size, &config);
+  inner_->face =
+      inner_->atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size, &config);
   unsigned char* coverage = nullptr;
   OverlayFont& font = inner_->font;
   inner_->atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
   check(coverage != nullptr && inner_->face != nullptr, "the font gives an image");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
+  inner_->atlas.ClearInputData();  // what points into `file`
 }
 
 OverlayText::~OverlayText() = default;
