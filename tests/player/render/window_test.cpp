@@ -85,6 +85,21 @@ TEST(Backends, OsmesaEglAndAWindowAgree)
   }
 }
 
+TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
+{
+  const test::Screen screen;
+  const Scene scene = test::joint_scene();
+  const Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const auto drawn = [&](int samples) {
+    Window window(quiet_window(samples));
+    window.renderer().load(scene);
+    return window.renderer().draw(scene, {&shot, 1}, nullptr).rgba;
+  };
+  const std::vector<std::uint8_t> chosen = drawn(0);
+  EXPECT_EQ(chosen, drawn(1));  // Xvfb has no graphics card
+  EXPECT_NE(chosen, drawn(4));
+}
+
 TEST(Window, ItIsClosedWhenAsked)
 {
   const test::Screen screen;
