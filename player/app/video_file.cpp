@@ -122,6 +122,7 @@ void VideoFile::start()
   messages_ = memfd_create("ffmpeg", MFD_CLOEXEC);
   std::vector<std::string> arguments = arguments_for(options_, unfinished_path_);
   std::vector<char*> pointers;
+  pointers.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
   posix_spawn_file_actions_t actions;

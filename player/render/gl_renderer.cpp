@@ -78,7 +78,7 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
   bottom_ = gl_.GetUniformLocation(background_program_, "bottom");
   gl_.GenVertexArrays(1, &empty_array_);
   gl_.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);  // between the shots
-  surfaces_.emplace(gl_, is_multisampled());
+  surfaces_.emplace(gl_, SurfaceOptions{is_multisampled(), options_.coarseness_px});
   overlays_.emplace(gl_);
   open_targets();
   check(gl_.GetError() == GL_NO_ERROR, "the renderer opens without an OpenGL error");

@@ -95,6 +95,7 @@ class Window::State {
     glfwSwapInterval(options.is_vsynced ? 1 : 0);
     RenderOptions render;
     render.samples = options.samples;
+    render.coarseness_px = 0.5;  // a moving picture
     glfwGetFramebufferSize(window_.get(), &render.width, &render.height);
     renderer_ = make_gl_renderer(std::make_unique<WindowContext>(window_.get()), render);
     glfwSetWindowUserPointer(window_.get(), this);

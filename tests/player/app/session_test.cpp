@@ -58,7 +58,9 @@ class AtWindow : public testing::Test {
     event.kind = InputKind::key_press;
     event.key = code;
     event.has_shift = has_shift;
-    take({event});
+    InputEvent release = event;
+    release.kind = InputKind::key_release;
+    take({event, release});
   }
   void drag(MouseButton button, const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   {
@@ -101,6 +103,22 @@ TEST_F(AtWindow, ArrowsStepWithinTheRange)
   EXPECT_NEAR(flexion_deg(), 30.0, 1e-9);
   key(key_up);
   EXPECT_NEAR(deg_from_rad(session_.pose().attitude.varus_rad), 1.0, 1e-9);
+}
+
+TEST_F(AtWindow, AHeldKeyStepsOnAndSwitchesOnce)
+{
+  InputEvent held;
+  held.kind = InputKind::key_press;
+  held.key = key_right;
+  take({held, held, held});
+  EXPECT_NEAR(flexion_deg(), 3.0, 1e-9);
+  held.key = ' ';
+  take({held, held});
+  EXPECT_TRUE(session_.state().timeline.is_playing);
+  InputEvent release = held;
+  release.kind = InputKind::key_release;
+  take({release, held});
+  EXPECT_FALSE(session_.state().timeline.is_playing);
 }
 
 TEST_F(AtWindow, AnotherSetWhileItPlaysKeepsAttitudeAndPlay)

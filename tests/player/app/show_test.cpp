@@ -216,6 +216,58 @@ TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
   EXPECT_EQ(std::unique(pictures.begin(), pictures.end()), pictures.end());
 }
 
+TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
+{
+  struct Row {
+    std::optional<std::string> flexion;
+    std::optional<double> speed_deg_s;
+    bool is_to_and_fro;
+    const char* told;
+  };
+  const std::string film = (scratch_.path() / "film.gif").string();
+  for (const Row& row :
+       {Row{"0:30:10", {}, false, "film.gif: 4 frames, 10 a second"},
+        Row{"0:30:10", {}, true, "film.gif: 6 frames"}, Row{"0:30:10", 50.0, false, "film.gif: 7 frames"},
+        Row{{}, {}, false, "film.gif: 11 frames"}, Row{"20", {}, true, "film.gif: 1 frame,"}}) {
+    SCOPED_TRACE(row.told);
+    ShowOptions given = options();
+    given.folder.clear();
+    given.video = film;
+    given.views = "front,top";
+    given.frames_per_s = 10;
+    given.flexion = row.flexion;
+    given.speed_deg_s = row.speed_deg_s;
+    given.is_to_and_fro = row.is_to_and_fro;
+    data_.str("");
+    talk_.str("");
+    EXPECT_EQ(run(given).n_stills, 0);
+    EXPECT_EQ(data_.str(), film + "\n");
+    EXPECT_THAT(talk_.str(), HasSubstr(row.told));
+    EXPECT_TRUE(std::filesystem::remove(film));
+  }
+}
+
+TEST_F(Show, StillsAndAFilmComeTogether)
+{
+  ShowOptions given = options();
+  given.video = (scratch_.path() / "film.gif").string();
+  EXPECT_EQ(run(given).n_stills, 7);
+  EXPECT_THAT(data_.str(), HasSubstr("front_flexion_000.png"));
+  EXPECT_THAT(data_.str(), HasSubstr("film.gif"));
+}
+
+TEST_F(Show, NumbersStandOnThePictureWhenAskedFor)
+{
+  ShowOptions given = options();
+  given.size = "400x300";
+  given.flexion = "10";
+  run(given);
+  const std::string plain = test::read_bytes(folder_ + "/front_flexion_010.png");
+  given.has_numbers = true;
+  run(given);
+  EXPECT_TRUE(test::read_bytes(folder_ + "/front_flexion_010.png") != plain);
+}
+
 struct Wrong {
   std::string name;
   void (*change)(ShowOptions&);

@@ -298,6 +298,20 @@ TEST(Gui, AWarmFrameAsksForNoMemory)
   EXPECT_EQ(gui_allocations(), before);
 }
 
+TEST(Gui, AStillIsWholeAtOnceWhateverCameBefore)
+{
+  Desk fresh, used;
+  for (int i = 0; i < 5; ++i) used.step();
+  used.readout_.message = "a line that makes the window much wider than its numbers are";
+  used.step();
+  used.readout_.message = nullptr;
+  const Overlay one = fresh.gui_.still(fresh.frame_, sample_state(), sample_range(), fresh.readout_);
+  const Overlay& other = used.gui_.still(used.frame_, sample_state(), sample_range(), used.readout_);
+  ASSERT_FALSE(one.vertices.empty());
+  EXPECT_EQ(one.indices, other.indices);
+  EXPECT_EQ(extent_of(one).max(), extent_of(other).max());
+}
+
 TEST(Gui, TwoInterfacesDoNotDisturbEachOther)
 {
   Desk one, other(1280, 960);
