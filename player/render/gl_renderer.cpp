@@ -69,9 +69,10 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
   context_->make_current();
   gl_ = table_of(*context_);
   check_size(options);
-  GLint most_samples = 0;
+  GLint most_samples = 0, most_depth_samples = 0;
   gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
-  options_.samples = std::min(options_.samples, std::max(most_samples, 1));
+  gl_.GetIntegerv(GL_MAX_DEPTH_TEXTURE_SAMPLES, &most_depth_samples);
+  options_.samples = std::min({options_.samples, std::max(most_samples, 1), std::max(most_depth_samples, 1)});
   const char* const first = "#version 330 core\n";
   background_program_ = linked_program(gl_, first, background_vertex_shader, background_fragment_shader);
   top_ = gl_.GetUniformLocation(background_program_, "top");

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -186,6 +187,35 @@ TEST_F(Show, TheSamePicturesHaveTheSameBytes)
   EXPECT_GT(first.size(), 100U);
 }
 
+TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
+{
+  ShowOptions given = options();
+  given.flexion = "20";
+  const auto picture = [&] {
+    run(given);
+    return test::read_bytes(std::filesystem::path(folder_) / "front_flexion_020.png");
+  };
+  const std::string plain = picture();
+  EXPECT_EQ(picture(), plain);
+  std::vector<std::string> pictures{plain};
+  const std::vector<std::function<void(LookOptions&)>> looks{
+      [](LookOptions& look) { look.layers = "axes"; },
+      [](LookOptions& look) {
+        look.layers = "helical-axis";
+        look.see_through = "reference";
+      },
+      [](LookOptions& look) { look.see_through = "reference"; },
+      [](LookOptions& look) { look.hidden = "reference"; },
+      [](LookOptions& look) { look.mode = DrawMode::wire; }};
+  for (const auto& change : looks) {
+    given.look = {};
+    change(given.look);
+    pictures.push_back(picture());
+  }
+  std::sort(pictures.begin(), pictures.end());
+  EXPECT_EQ(std::unique(pictures.begin(), pictures.end()), pictures.end());
+}
+
 TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
 {
   struct Row {
@@ -324,6 +354,16 @@ INSTANTIATE_TEST_SUITE_P(
                           "degree_9", "degree_1, raw"},
                     Wrong{"UnknownView", [](ShowOptions& o) { o.views = "front,below"; }, "--views", "",
                           "below", "oblique"},
+                    Wrong{"UnknownLayer", [](ShowOptions& o) { o.look.layers = "gapes"; }, "--layers", "",
+                          "gapes", "gaps, ligaments"},
+                    Wrong{"LayerOfNothing", [](ShowOptions& o) { o.look.layers = "axes,ligaments"; },
+                          "sample.h5", "--layers", "ligaments", "something"},
+                    Wrong{"SeeThrough", [](ShowOptions& o) { o.look.see_through = "all"; }, "--see-through",
+                          "", "all", "both"},
+                    Wrong{"Hide", [](ShowOptions& o) { o.look.hidden = "both"; }, "--hide", "", "both",
+                          "reference or moving"},
+                    Wrong{"Lights", [](ShowOptions& o) { o.look.lights = "absent.toml"; }, "absent.toml", "",
+                          "no file", "schemas/lights.md"},
                     Wrong{"Size", [](ShowOptions& o) { o.size = "0x0"; }, "--size", "", "0x0", "16 to 4096"},
                     Wrong{"Flexion", [](ShowOptions& o) { o.flexion = "90:0:5"; }, "--flexion", "", "90:0:5",
                           "A at most B"},
