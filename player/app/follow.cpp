@@ -1,13 +1,14 @@
 #include "app/follow.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <ostream>
 
+#include "app/follow_progress.hpp"
+#include "app/follow_window.hpp"
 #include "app/stop_signals.hpp"
 #include "core/error.hpp"
 #include "render/png_file.hpp"
@@ -19,55 +20,11 @@ using std::chrono::steady_clock;
 
 // Often enough that a step is seen as it comes, rare enough for a network disk.
 constexpr std::chrono::milliseconds between_looks{200};
-constexpr std::chrono::seconds between_lines{2};
 
 double seconds_since(steady_clock::time_point then)
 {
   return std::chrono::duration<double>(steady_clock::now() - then).count();
 }
-
-/// Lines of progress, each only when something came.
-class ProgressLines {
- public:
-  ProgressLines(std::ostream& stream, bool is_quiet) : stream_(stream), is_quiet_(is_quiet) {}
-
-  void begin_again()
-  {
-    n_first_ = -1;
-    last_.clear();
-  }
-  /// Attitudes that were done at the first look do not count for the rate.
-  std::string rate(const RunWatch& watch)
-  {
-    if (n_first_ < 0) {
-      n_first_ = watch.n_done();
-      first_ = steady_clock::now();
-    }
-    const double seconds = seconds_since(first_);
-    const int n_new = watch.n_done() - n_first_;
-    if (n_new <= 0 || seconds <= 0.0) return {};
-    const double rate = n_new / seconds;
-    const auto left_s = std::lround((watch.n_cells() - watch.n_done()) / rate);
-    char text[80];
-    std::snprintf(text, sizeof text, "%.3g/s, %ld:%02ld left", rate, left_s / 60, left_s % 60);
-    return text;
-  }
-  void say(const std::string& line, bool is_due)
-  {
-    if (is_quiet_ || line == last_ || (!is_due && steady_clock::now() - said_ < between_lines)) return;
-    last_ = line;
-    said_ = steady_clock::now();
-    stream_ << line << std::endl;
-  }
-
- private:
-  std::ostream& stream_;
-  bool is_quiet_;
-  std::string last_;
-  steady_clock::time_point said_;
-  steady_clock::time_point first_;
-  int n_first_ = -1;
-};
 
 /// Pictures of a run, written to a folder.
 class Pictures {
@@ -92,12 +49,13 @@ class Pictures {
   }
   void write_result(const RunState& state, const MotionModel& result)
   {
+    screen_.finish(result);
     const std::string set = set_names(result).front();
     const Motion motion(result, set);
     const double flexion_rad = 0.5 * (motion.first_flexion_rad() + motion.last_flexion_rad());
     const JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
     if (pose.status == PoseStatus::solved) {
-      screen_.show(state, {"set " + set}, pose);
+      screen_.show(state, {"set " + set}, pose, motion);
     } else {
       screen_.show(state, {});
     }
@@ -138,6 +96,8 @@ void require_sound(const FollowOptions& options)
   if (has_rhythm && options.folder.empty())
     throw InputError(
         {"--offscreen", "", "nothing", "the folder of the pictures that --every and --each ask for"});
+  if (options.is_once && options.folder.empty() && !options.is_text)
+    throw InputError({"--once", "", "a window", "--offscreen or --text with it"});
   if (options.is_text && !options.folder.empty())
     throw InputError({"--text", "", "--offscreen " + options.folder, "pictures or none"});
 }
@@ -150,26 +110,25 @@ class Followed {
         streams_(streams),
         watch_(options.file, choice_of(options) != StepChoice::stable),
         state_(watch_.model(), choice_of(options)),
-        lines_(options.folder.empty() ? streams.data : streams.talk, options.is_quiet)
+        progress_(options.folder.empty() ? streams.data : streams.talk, options.is_quiet)
   {
     if (!options.folder.empty()) pictures_.emplace(options, watch_.model(), streams.data);
   }
 
   FollowEnd run()
   {
-    StopSignals signals;
     while (watch_.phase() != RunPhase::finished) {
       const bool has_more = look();
       if (watch_.phase() == RunPhase::finished) break;
       if (!has_more && options_.is_once) return end_now();
-      if (signals.came_within(has_more ? std::chrono::milliseconds(0) : between_looks)) {
-        lines_.say("stopped; " + state_.line(), true);
+      if (signals_.came_within(has_more ? std::chrono::milliseconds(0) : between_looks)) {
+        progress_.say("stopped: the run has not ended");
         return FollowEnd::stopped;
       }
     }
     state_.finish(watch_.model());
     if (pictures_) pictures_->write_result(state_, watch_.model());
-    lines_.say(watch_.output() + ": " + state_.line(), true);
+    progress_.say(watch_.output() + ": " + state_.counts());
     return FollowEnd::finished;
   }
 
@@ -181,55 +140,50 @@ class Followed {
     for (const std::string& remark : news.remarks) streams_.talk << "vrda-player: " << remark << "\n";
     if (news.is_anew) begin_again();
     for (const SeenStep& step : news.steps) {
-      if (state_.take(step) && options_.each > 0 && state_.n_shown() % options_.each == 0) write_picture();
+      if (!state_.take(step) || options_.each == 0 || state_.n_shown() % options_.each != 0) continue;
+      write_picture();
+      if (signals_.came_within(std::chrono::milliseconds(0))) return false;
     }
-    rate_ = lines_.rate(watch_);
+    progress_.note(watch_.n_done(), watch_.n_cells());
     if (options_.every_s > 0.0 && seconds_since(written_) >= options_.every_s &&
         state_.n_shown() != n_written_) {
       write_picture();
     }
-    lines_.say(progress(), false);
+    progress_.say_state(state_, watch_.n_steps());
     return news.has_more;
   }
 
   void begin_again()
   {
-    if (watch_.n_steps() > 0 || state_.n_done() > 0) lines_.say("the run began anew", true);
-    lines_.begin_again();
+    if (watch_.n_steps() > 0 || state_.n_done() > 0) progress_.say("the run began anew");
+    progress_.begin_again();
     state_ = RunState(watch_.model(), choice_of(options_));
     if (pictures_) pictures_->begin(watch_.model());
     n_written_ = 0;
-  }
-
-  std::string progress() const
-  {
-    if (watch_.phase() == RunPhase::waiting) return "waiting for the first step";
-    const std::string line =
-        state_.n_done() > 0 ? state_.line() : std::to_string(watch_.n_steps()) + " steps of the spine";
-    return rate_.empty() ? line : line + ", " + rate_;
   }
 
   void write_picture()
   {
     written_ = steady_clock::now();
     n_written_ = state_.n_shown();
-    pictures_->write(state_, rate_.empty() ? std::vector<std::string>{} : std::vector{rate_});
+    const std::string& rate = progress_.rate();
+    pictures_->write(state_, rate.empty() ? std::vector<std::string>{} : std::vector{rate});
   }
 
   FollowEnd end_now()
   {
     if (pictures_ && (state_.n_shown() != n_written_ || n_written_ == 0)) write_picture();
-    lines_.say(progress(), true);
+    progress_.say_state(state_, watch_.n_steps(), true);
     return FollowEnd::finished;
   }
 
   const FollowOptions& options_;
   const FollowStreams& streams_;
+  StopSignals signals_;
   RunWatch watch_;
   RunState state_;
-  ProgressLines lines_;
+  FollowProgress progress_;
   std::optional<Pictures> pictures_;
-  std::string rate_;
   steady_clock::time_point written_;
   int n_written_ = 0;
 };
@@ -239,9 +193,8 @@ class Followed {
 FollowEnd follow(const FollowOptions& options, const FollowStreams& streams)
 {
   require_sound(options);
-  if (options.folder.empty() && !options.is_text) {
-    throw InputError({"follow", "--offscreen", "nothing", "a folder for the pictures, or --text for none"});
-  }
+  if (options.folder.empty() && !options.is_text)
+    return follow_in_window(options, choice_of(options), streams);
   return Followed(options, streams).run();
 }
 

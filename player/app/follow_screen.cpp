@@ -76,17 +76,6 @@ std::vector<RunView> views_of(const FollowOptions& options, const JobViews& job,
   return views;
 }
 
-LayerSet layers_of(const LookOptions& look)
-{
-  const LayerSet layers = parsed_layers(look.layers);
-  if (layers.has(Layer::helical_axis)) {
-    throw InputError({"--layers", "", "helical-axis",
-                      "contacts, normals, axes, gaps or ligaments: a motion that is not "
-                      "whole has no helical axis"});
-  }
-  return layers;
-}
-
 /// Lines hide nothing; other bodies hide where they touch.
 bool hides_contacts(const LookOptions& look, const LayerSet& layers)
 {
@@ -98,7 +87,7 @@ RunSceneOptions scene_options(const FollowOptions& options, const JobViews& job)
   LookOptions look = options.look;
   if (!options.has_mode && job.render == "wire") look.mode = DrawMode::wire;
   RunSceneOptions scene;
-  scene.layers = layers_of(look);
+  scene.layers = parsed_layers(look.layers);
   scene.backdrop = options.backdrop;
   if (look.see_through.empty() && !options.is_opaque && hides_contacts(look, scene.layers))
     look.see_through = "reference";

@@ -21,7 +21,7 @@ void add_look(CLI::App& mode, LookOptions& look)
       ->transform(CLI::CheckedTransformer(modes))
       ->type_name("MODE")
       ->option_text("MODE");
-  mode.add_option("--texture", look.texture, "Picture for bone, repeated (default: mottled)")
+  mode.add_option("--texture", look.texture, "Picture for bone, repeated: its edges should meet (default: mottled)")
       ->type_name("FILE.png");
   mode.add_option("--texture-scale", look.texture_scale_mm, "Width of one repeat")
       ->type_name("MM")
@@ -29,6 +29,8 @@ void add_look(CLI::App& mode, LookOptions& look)
   mode.add_option("--lights", look.lights, "Lights and background (default: those of the studio)")
       ->type_name("FILE.toml");
   mode.add_option("--see-through", look.see_through, "Objects to look through: reference, moving or both")
+      ->type_name("NAME");
+  mode.add_option("--hide", look.hidden, "Object to leave out, but for its layers: reference or moving")
       ->type_name("NAME");
 }
 

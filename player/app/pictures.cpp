@@ -61,7 +61,7 @@ PictureMaker::PictureMaker(const ShowOptions& options, const MotionModel& model,
   const Viewport whole{0, 0, size_.width, size_.height};
   single_ = cameras_for(poses, aspect_of(whole));
   tiled_ = cameras_for(poses, aspect_of(column(size_, 0, views_.size())));
-  renderer_ = make_offscreen_renderer({size_.width, size_.height});
+  renderer_ = make_offscreen_renderer({size_.width, size_.height, options.samples});
   renderer_->load(scene_);
   if (!options.has_numbers) return;
   gui_.emplace(GuiOptions{model.title, {set.name}, 1.0});
@@ -93,15 +93,13 @@ const Overlay* PictureMaker::overlay_for(const JointPose& pose)
   frame.width = size_.width;
   frame.height = size_.height;
   frame.key = colour_key(layers_, wanted_);
-  frame.has_controls = false;
   PlayerRange range;
   range.is_varus_free = motion_.is_varus_free();
   Readout readout;
   readout.pose = pose;
   readout.is_varus_balanced = !options_.varus_deg.has_value();
   if (has_gaps_) readout.gap = gaps_.at(pose.attitude);
-  gui_->frame(frame, {}, range, readout);
-  return &gui_->overlay();
+  return &gui_->still(frame, {}, range, readout);
 }
 
 const Image& PictureMaker::drawn(const JointPose& pose)

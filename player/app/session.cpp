@@ -258,16 +258,15 @@ bool Session::toggles_full_screen()
 
 const Image& Session::picture(Renderer& renderer)
 {
+  aim({0, 0, renderer.width(), renderer.height()});
+  if (!state_.shows_numbers) return renderer.draw(scene_, shots(), nullptr);
   GuiFrame frame;
   frame.width = renderer.width();
   frame.height = renderer.height();
-  frame.has_controls = false;
   frame.key = colour_key(layers_, state_.layers);
   Readout readout = readout_;
   readout.message = nullptr;
-  if (state_.shows_numbers) gui_.frame(frame, state_, range_, readout);
-  aim({0, 0, renderer.width(), renderer.height()});
-  return renderer.draw(scene_, shots(), state_.shows_numbers ? &gui_.overlay() : nullptr);
+  return renderer.draw(scene_, shots(), &gui_.still(frame, state_, range_, readout));
 }
 
 void Session::tell(const std::string& message)

@@ -81,6 +81,7 @@ class Session {
 
  private:
   void do_action(Action action);
+  void take_key(const InputEvent& event);
   void look_from(View view);
   bool is_over_picture(const Eigen::Vector2d& pointer_px) const;
   Viewport area() const { return gui_.free_area(width_, height_, state_); }
@@ -106,6 +107,7 @@ class Session {
   std::optional<Drag> drag_;
   std::optional<Button> drag_button_;
   GuiPointer pointer_;
+  int held_key_ = 0;               ///< of the window's codes
   int n_frames_due_ = 0;           ///< until the interface stands still again
   bool was_left_pressed_ = false;  ///< since the last frame: a click shorter than a frame counts
   int width_ = 0, height_ = 0;

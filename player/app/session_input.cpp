@@ -55,6 +55,14 @@ Button button_of(MouseButton button)
 
 }  // namespace
 
+void Session::take_key(const InputEvent& event)
+{
+  const KeyPress press{key_of(event.key), event.has_shift, event.has_control};
+  const bool is_held = event.key == held_key_;
+  held_key_ = event.key;
+  if (!is_held || goes_on_while_held(action_of(press))) press_key(press);
+}
+
 void Session::take(const InputEvent& event)
 {
   const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
@@ -71,8 +79,12 @@ void Session::take(const InputEvent& event)
       move(pointer_px);
       return turn_wheel(event.wheel_y);
     case InputKind::key_press:
-      return press_key({key_of(event.key), event.has_shift, event.has_control});
+      return take_key(event);
+    case InputKind::key_release:
+      if (event.key == held_key_) held_key_ = 0;
+      return;
     case InputKind::focus_lost:
+      held_key_ = 0;
       // A release outside never comes.
       for (const Button button : {Button::left, Button::middle, Button::right}) release(button);
       return;

@@ -26,6 +26,7 @@ struct ShowOptions {
   std::string set;                     ///< default the smoothed set of highest degree, else raw
   std::string views = "oblique";
   std::string size = "1280x960";
+  int samples = 4;            ///< a pixel; 1 is fastest and has jagged edges
   std::string trace;          ///< a trace of the model: one of its searches instead of attitudes
   bool contact_only = false;  ///< only moves in contact
   int every = 1;              ///< only every so many frames, and the last

@@ -42,9 +42,16 @@ void add_video(CLI::App* show, ShowOptions& options)
 
 void add_framing(CLI::App* show, ShowOptions& options)
 {
-  show->add_option("--size", options.size, "Of a picture, in pixels")
+  show->add_option("--size", options.size, "Of a picture or of the window, in pixels")
       ->type_name("WxH")
       ->capture_default_str();
+  show->add_option(
+          "--samples", options.samples,
+          "Samples a pixel: 1 has jagged edges, and is several times as fast without a graphics card")
+      ->type_name("1|2|4")
+      ->check(CLI::IsMember({1, 2, 4}))
+      ->capture_default_str()
+      ->option_text("1|2|4=4");
   const std::map<std::string, Backdrop> backdrops{
       {"studio", Backdrop::studio}, {"night", Backdrop::night}, {"black", Backdrop::black}};
   show->add_option("--background", options.backdrop, "studio, night or black (default studio)")
@@ -75,7 +82,7 @@ CLI::App* add_show(CLI::App& app, ShowOptions& options)
                    "Folder for stills named VIEW_flexion_ANGLE.png, instead of a window")
       ->type_name("DIR");
   show->add_option("--flexion", options.flexion,
-                   "Angles in degrees (default: the measured range in six steps)")
+                   "Angles in degrees (default: the measured range in six steps); a window begins at A")
       ->type_name("A:B:STEP");
   show->add_option("--varus", options.varus_deg,
                    "Angle in degrees, adduction positive (default: for each flexion the varus at which both "

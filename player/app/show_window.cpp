@@ -70,6 +70,12 @@ void save_picture(Session& session, Renderer& renderer, const std::string& file)
   }
 }
 
+bool is_reached(const Session& session, double flexion_rad)
+{
+  constexpr double rounding_rad = 1e-9;
+  return std::abs(session.state().timeline.flexion_rad - flexion_rad) < rounding_rad;
+}
+
 class Stopwatch {
  public:
   double running_s() const
@@ -98,6 +104,7 @@ void show_in_window(const ShowOptions& options, MotionModel model, const std::st
   WindowOptions window_options;
   window_options.width = chosen.width;
   window_options.height = chosen.height;
+  window_options.samples = options.samples;
   window_options.title = (model.title.empty() ? options.file : model.title) + " - vrda-player";
   Window window(window_options);
   chosen.width = window.renderer().width();
@@ -105,6 +112,8 @@ void show_in_window(const ShowOptions& options, MotionModel model, const std::st
   chosen.scale = std::clamp(window.content_scale(), 1.0, 4.0);
   Session session(std::move(model), chosen);
   session.load_into(window.renderer());
+  if (chosen.flexion_rad && !is_reached(session, *chosen.flexion_rad))
+    session.tell("the flexion asked for lies outside the measured range");
   Stopwatch stopwatch;
   while (!session.state().is_done && !window.should_close()) {
     const bool is_idle = window.is_iconified() || session.is_idle();

@@ -34,12 +34,12 @@ Coding coding_of(const std::string& path)
   throw InputError({"--video", "", "\"" + path + "\"", "a name that ends in .mp4, .webm or .gif"});
 }
 
-/// How the pictures become a film. Sizes are rounded up to even ones, as half the colour samples want, and
+/// How the pictures become a film. Sizes are cut to even ones, as half the colour samples want, and
 /// colours are coded and named as those of HD television, which players expect.
 std::vector<std::string> coding_arguments(Coding coding)
 {
   const std::string to_even_yuv =
-      "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p";
+      "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p";
   const std::vector<std::string> named{"-colorspace", "bt709", "-color_primaries", "bt709",
                                        "-color_trc",  "bt709", "-color_range",     "tv"};
   std::vector<std::string> arguments;
@@ -51,9 +51,7 @@ std::vector<std::string> coding_arguments(Coding coding)
       arguments = {"-vf", to_even_yuv, "-c:v", "libvpx-vp9", "-crf", "32", "-b:v", "0", "-cpu-used", "4"};
       break;
     case Coding::gif:
-      return {"-vf",
-              "split[a][b];[a]palettegen=stats_mode=diff[p];[b][p]paletteuse=dither=bayer:bayer_scale=4",
-              "-f", "gif"};
+      return {"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=bayer:bayer_scale=4", "-f", "gif"};
   }
   arguments.insert(arguments.end(), named.begin(), named.end());
   arguments.insert(arguments.end(), {"-f", coding == Coding::mp4 ? "mp4" : "webm"});
@@ -124,6 +122,7 @@ void VideoFile::start()
   messages_ = memfd_create("ffmpeg", MFD_CLOEXEC);
   std::vector<std::string> arguments = arguments_for(options_, unfinished_path_);
   std::vector<char*> pointers;
+  pointers.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) pointers.push_back(argument.data());
   pointers.push_back(nullptr);
   posix_spawn_file_actions_t actions;

@@ -39,9 +39,9 @@ RunScene::RunScene(const MotionModel& model, const RunSceneOptions& options)
   arrows_ = add_layer(scene_, Layer::normals, Owner::world, "contact normals");
   scene_.drawables[points_].material = sign_material(ball_colour);
   scene_.drawables[arrows_].material = sign_material(arrow_colour);
-  layers_.emplace(with_pending_cells(model), scene_);
+  layers_.emplace(model, scene_);
   make_room(usual_contacts);
-  place_bodies(raw_.placed({rad_from_deg(model.flexion_deg.front()), 0.0}, {}));
+  place_bodies(raw_.placed({rad_from_deg(model.flexion_deg.front()), 0.0}, {}), raw_, layers_of_step());
 }
 
 void RunScene::show(const SeenStep& step)
@@ -49,30 +49,37 @@ void RunScene::show(const SeenStep& step)
   SolverFrame frame = frame_;
   frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
   const Eigen::Vector3d t_mm = world_translation_mm(frame, step.pose);
-  place_bodies(raw_.placed(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}));
+  place_bodies(raw_.placed(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}), raw_,
+               layers_of_step());
   place_signs(step);
 }
 
-void RunScene::show(const JointPose& pose)
+void RunScene::show(const JointPose& pose, const Motion& motion)
 {
-  place_bodies(pose);
-  scene_.drawables[points_].is_shown = false;
-  scene_.drawables[arrows_].is_shown = false;
+  place_bodies(pose, motion, options_.layers);
+  hide_signs();
 }
 
-void RunScene::place_bodies(const JointPose& pose)
+// Contacts of a whole model are at its cells: those of a step are drawn here.
+LayerSet RunScene::layers_of_step() const
+{
+  LayerSet layers = options_.layers;
+  for (const Layer layer : {Layer::contacts, Layer::normals, Layer::helical_axis}) layers.set(layer, false);
+  return layers;
+}
+
+void RunScene::place_bodies(const JointPose& pose, const Motion& motion, const LayerSet& layers)
 {
   pose_ = pose;
   const JointFrames frames = frames_of(pose);
   place(scene_, frames);
-  Shown shown{pose, frames, options_.layers};
-  for (const Layer sign : {Layer::contacts, Layer::normals, Layer::helical_axis})
-    shown.layers.set(sign, false);
-  // Those are at the cells of a whole model: ours stay as they are.
-  const bool has_points = scene_.drawables[points_].is_shown, has_arrows = scene_.drawables[arrows_].is_shown;
-  layers_->update(scene_, raw_, shown);
-  scene_.drawables[points_].is_shown = has_points;
-  scene_.drawables[arrows_].is_shown = has_arrows;
+  layers_->update(scene_, motion, {pose, frames, layers});
+}
+
+void RunScene::hide_signs()
+{
+  scene_.drawables[points_].is_shown = false;
+  scene_.drawables[arrows_].is_shown = false;
 }
 
 void RunScene::make_room(std::size_t n_contacts)

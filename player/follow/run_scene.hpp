@@ -14,20 +14,20 @@
 namespace vrda {
 
 struct RunSceneOptions {
-  LayerSet layers;  ///< the helical axis needs a whole motion and is not shown
+  LayerSet layers;  ///< the helical axis needs a result
   Backdrop backdrop = Backdrop::studio;
   std::function<void(Scene&)> dress;  ///< gives a new scene its looks; may be empty
 };
 
 class RunScene {
  public:
-  /// Both objects where they stand before any step: at the first flexion, not moved.
+  /// Of a start file or a result: both objects at the first flexion, not moved.
   RunScene(const MotionModel& model, const RunSceneOptions& options);
 
   /// Where a step of the run is: the attitude turns the reference, as in the search.
   void show(const SeenStep& step);
-  /// A pose of the result, without contacts.
-  void show(const JointPose& pose);
+  /// A pose of the result that the scene was made of, from a set of it.
+  void show(const JointPose& pose, const Motion& motion);
 
   const Scene& scene() const { return scene_; }
   const JointPose& pose() const { return pose_; }
@@ -40,8 +40,10 @@ class RunScene {
   std::vector<Eigen::Vector3d> framed_points() const;
 
  private:
-  void place_bodies(const JointPose& pose);
+  void place_bodies(const JointPose& pose, const Motion& motion, const LayerSet& layers);
+  LayerSet layers_of_step() const;
   void place_signs(const SeenStep& step);
+  void hide_signs();
   void make_room(std::size_t n_contacts);
 
   RunSceneOptions options_;

@@ -31,14 +31,22 @@ void RunScreen::begin(const MotionModel& model)
   fit_cameras();
 }
 
+void RunScreen::finish(const MotionModel& result)
+{
+  scene_.emplace(result, options_.scene);
+  n_loaded_layouts_ = 0;
+}
+
 void RunScreen::make_text()
 {
   text_.emplace(std::clamp(text_part * options_.height, smallest_text_px, largest_text_px));
   is_font_loaded_ = false;
 }
 
-void RunScreen::resize(int width, int height)
+bool RunScreen::resize(int width, int height)
 {
+  const bool is_same = width == options_.width && height == options_.height && !shots_.empty();
+  if (is_same) return false;
   const bool is_taller = height != options_.height;
   options_.width = width;
   options_.height = height;
@@ -47,14 +55,42 @@ void RunScreen::resize(int width, int height)
                                   std::min(narrowest_panel_px, width / 2), widest_panel_px);
   panel_area_ = {width - panel_px, 0, panel_px, height};
   fit_cameras();
+  return true;
 }
 
 void RunScreen::fit_cameras()
 {
   const Viewport area{0, 0, options_.width - panel_area_.width, options_.height};
-  shots_ = fitted_shots(options_.views, tiles(options_.views.size(), area), scene_->framed_points(),
-                        options_.zoom);
+  const std::vector<Eigen::Vector3d> points_mm = scene_->framed_points();
+  shots_ = fitted_shots(options_.views, tiles(options_.views.size(), area), points_mm, options_.zoom);
+  pivots_world_mm_.assign(options_.views.size(), joint_sphere(scene_->scene()).centre_world_mm);
   set_depths();
+}
+
+void RunScreen::reset_views()
+{
+  fit_cameras();
+}
+
+std::optional<std::size_t> RunScreen::view_at(const Eigen::Vector2d& pointer_px) const
+{
+  for (std::size_t k = 0; k < shots_.size(); ++k) {
+    const Viewport& at = shots_[k].viewport;
+    const double x = pointer_px.x() - at.x, y = pointer_px.y() - at.y;
+    if (x >= 0.0 && x < at.width && y >= 0.0 && y < at.height) return k;
+  }
+  return std::nullopt;
+}
+
+Gaze RunScreen::gaze(std::size_t view) const
+{
+  return {shots_[view].camera, pivots_world_mm_[view]};
+}
+
+void RunScreen::look(std::size_t view, const Gaze& gaze)
+{
+  pivots_world_mm_[view] = gaze.pivot_world_mm;
+  shots_[view].camera = with_depth_range(gaze.camera, scene_->scene());
 }
 
 void RunScreen::set_depths()
@@ -73,9 +109,10 @@ void RunScreen::show(const RunState& state, const std::vector<std::string>& line
   draw_overlay(state, lines);
 }
 
-void RunScreen::show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose)
+void RunScreen::show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose,
+                     const Motion& motion)
 {
-  scene_->show(pose);
+  scene_->show(pose, motion);
   if (!has_step_) fit_cameras();
   has_step_ = true;
   set_depths();
@@ -84,7 +121,7 @@ void RunScreen::show(const RunState& state, const std::vector<std::string>& line
 
 void RunScreen::draw_overlay(const RunState& state, const std::vector<std::string>& lines)
 {
-  overlay_ = empty_overlay(options_.width, options_.height);
+  empty_overlay(overlay_, options_.width, options_.height);
   RunPanel panel = state.panel();
   panel.lines.insert(panel.lines.end(), lines.begin(), lines.end());
   for (std::size_t k = 0; k < shots_.size(); ++k)

@@ -9,6 +9,7 @@
 #include "follow/run_state.hpp"
 #include "follow/run_views.hpp"
 #include "gui/overlay_text.hpp"
+#include "view/gaze.hpp"
 
 namespace vrda {
 
@@ -28,9 +29,20 @@ class RunScreen {
   /// The step that the state shows, and its panel with more words. The cameras are set by the first step:
   /// the joint moves, the picture does not.
   void show(const RunState& state, const std::vector<std::string>& lines);
-  /// The same with a pose of the result.
-  void show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose);
-  void resize(int width, int height);
+  /// The run is finished: from now on its result is shown, from where one looks.
+  void finish(const MotionModel& result);
+  /// A pose of the result, from a set of it.
+  void show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose,
+            const Motion& motion);
+  /// Whether it had another size; show() then.
+  bool resize(int width, int height);
+
+  // What a pointer does: each view is looked at alone.
+  std::optional<std::size_t> view_at(const Eigen::Vector2d& pointer_px) const;
+  Gaze gaze(std::size_t view) const;
+  void look(std::size_t view, const Gaze& gaze);
+  /// All views as they were in the beginning.
+  void reset_views();
 
   /// Loads what the renderer has not got yet; then its draw() or present() takes the rest.
   void load(Renderer& renderer);
@@ -50,7 +62,8 @@ class RunScreen {
   Viewport panel_area_;
   std::vector<Shot> shots_;
   Overlay overlay_;
-  bool has_step_ = false;  // the cameras are set
+  std::vector<Eigen::Vector3d> pivots_world_mm_;  // one a view
+  bool has_step_ = false;                         // the cameras are set
   std::uint64_t n_loaded_layouts_ = 0;
   bool is_font_loaded_ = false;
 };

@@ -63,18 +63,25 @@ void RunState::finish(const MotionModel& result)
   is_finished_ = true;
 }
 
-std::string RunState::line() const
+std::string RunState::counts() const
 {
-  std::string text = std::to_string(n_done_) + "/" + std::to_string(status_.size()) + " attitudes";
-  if (is_finished_) return text + ", finished";
-  if (!current_) return text;
-  return text + ", flexion " + shortest(flexion_deg_[static_cast<std::size_t>(current_->flexion)]) +
-         ", varus " + shortest(varus_deg_[static_cast<std::size_t>(current_->varus)]);
+  const std::string text = std::to_string(n_done_) + "/" + std::to_string(status_.size()) + " attitudes";
+  return is_finished_ ? text + ", finished" : text;
+}
+
+std::string RunState::place() const
+{
+  if (!current_) return {};
+  return "flexion " + shortest(flexion_deg_[static_cast<std::size_t>(current_->flexion)]) + ", varus " +
+         shortest(varus_deg_[static_cast<std::size_t>(current_->varus)]);
 }
 
 RunPanel RunState::panel() const
 {
-  return {title_.empty() ? "untitled" : title_, {line()}, flexion_deg_, varus_deg_, status_, current_};
+  RunPanel panel{
+      title_.empty() ? "untitled" : title_, {counts()}, flexion_deg_, varus_deg_, status_, current_};
+  if (current_) panel.lines.push_back(place());
+  return panel;
 }
 
 }  // namespace vrda

@@ -33,8 +33,9 @@ class RunState {
   int n_shown() const { return n_shown_; }
   bool is_finished() const { return is_finished_; }
   int n_done() const { return n_done_; }
-  /// "640/1911 attitudes, flexion 30, varus -4".
-  std::string line() const;
+  int n_cells() const { return static_cast<int>(status_.size()); }
+  std::string counts() const;  ///< "640/1911 attitudes"
+  std::string place() const;   ///< "flexion 30, varus -4", or nothing
   /// Title, grid and the cell in hand.
   RunPanel panel() const;
 

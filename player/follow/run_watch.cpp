@@ -219,7 +219,8 @@ void RunWatch::read_moves(WatchNews& news)
   if (!move_journal_) move_journal_.emplace(trace_journal_tail(trace_journal_of(output_)));
   const TailNews look = move_journal_->look();
   if (look.is_anew) early_moves_.clear();
-  if (!look.is_there && n_steps_ > 0) {
+  has_move_journal_ = has_move_journal_ || look.is_there;
+  if (!has_move_journal_ && n_steps_ > 0) {
     remark(move_journal_->path() + ": no such file; only a run with --trace keeps its moves", news);
   }
   news.has_more = news.has_more || look.has_more;

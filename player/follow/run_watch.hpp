@@ -98,6 +98,7 @@ class RunWatch {
   std::map<std::string, FrameTail> journals_;
   std::string key_;  // of the journals that count
   std::optional<FrameTail> move_journal_;
+  bool has_move_journal_ = false;               // ever had
   std::map<StepKey, SearchTrace> early_moves_;  // of steps still to come
   std::set<StepKey> seen_;
   RunPhase phase_ = RunPhase::waiting;

@@ -42,25 +42,25 @@ void set_style(float scale)
   style.ItemSpacing = ImVec2(6.0F, 5.0F);
   // Baked lines want a font's image filtered the way the library's own renderers do it.
   style.AntiAliasedLinesUseTex = false;
+  style.Colors[ImGuiCol_PopupBg] = ImVec4(0.14F, 0.15F, 0.18F, 1.0F);
   style.Colors[ImGuiCol_WindowBg] = ImVec4(0.10F, 0.11F, 0.13F, 1.0F);
   style.ScaleAllSizes(scale);
 }
 
 OverlayFont built_font(ImFontAtlas& atlas, float size_px)
 {
-  const std::string_view file = font_file();
+  std::string file = font_file();
   ImFontConfig config;
   config.FontDataOwnedByAtlas = false;
   config.OversampleH = 2;
   config.OversampleV = 1;
-  // The library takes the bytes as its own to write to, but with that flag only reads them.
-  void* const bytes = const_cast<char*>(file.data());
-  atlas.AddFontFromMemoryTTF(bytes, static_cast<int>(file.size()), size_px, &config);
+  atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size_px, &config);
   unsigned char* coverage = nullptr;
   OverlayFont font;
   atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
   check(coverage != nullptr, "the font gives an image");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
+  atlas.ClearInputData();  // what points into `file`
   return font;
 }
 
@@ -156,6 +156,16 @@ GuiAnswer Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
   const ImDrawData& data = *ImGui::GetDrawData();
   for (int i = 0; i < data.CmdListsCount; ++i) append(overlay, *data.CmdLists[i]);
   return answer;
+}
+
+const Overlay& Gui::still(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
+                          const Readout& readout)
+{
+  // The library hides a new window for a frame and fits its size to the text of the frame before.
+  constexpr int frames_to_fit = 3;
+  frame.has_controls = false;
+  for (int i = 0; i < frames_to_fit; ++i) this->frame(frame, state, range, readout);
+  return inner_->overlay;
 }
 
 const Overlay& Gui::overlay() const

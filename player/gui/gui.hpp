@@ -74,6 +74,9 @@ class Gui {
   /// One frame. Allocates nothing once every part was shown.
   GuiAnswer frame(const GuiFrame& frame, const PlayerState& state, const PlayerRange& range,
                   const Readout& readout);
+  /// Numbers and legends alone, for a picture on its own; nothing can be pressed in it.
+  const Overlay& still(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
+                       const Readout& readout);
   /// Of the last frame.
   const Overlay& overlay() const;
   /// The pointer is over a part of the interface, or was pressed there.

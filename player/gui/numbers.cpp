@@ -13,7 +13,7 @@ constexpr ImGuiWindowFlags text_only = ImGuiWindowFlags_NoDecoration | ImGuiWind
                                        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
                                        ImGuiWindowFlags_NoBringToFrontOnFocus;
 constexpr float backing = 0.85F;  // blended in linear light: less would leave white text on grey
-constexpr float column_em = 5.0F, legend_width_em = 10.0F;
+constexpr float column_em = 5.0F, legend_width_em = 10.0F, message_width_em = 22.0F;
 constexpr int labels_a_row = 3;
 const ImVec4 warning_colour(1.0F, 0.72F, 0.30F, 1.0F), quiet_colour(0.72F, 0.76F, 0.80F, 1.0F);
 
@@ -145,7 +145,7 @@ void draw_axis_labels(const PanelView& view, std::span<const Label> labels)
   int n = 0;
   for (const Label& axis : labels) {
     if (n++ % labels_a_row != 0)
-      ImGui::SameLine(static_cast<float>((n - 1) % labels_a_row) * 6.5F * view.layout.em_px);
+      ImGui::SameLine(static_cast<float>((n - 1) % labels_a_row) * 7.4F * view.layout.em_px);
     draw_swatch(view, axis.colour, axis.name);
   }
 }
@@ -170,7 +170,11 @@ void draw_numbers(const PanelView& view, const PlayerState& state)
   }
   label(view, "set");
   ImGui::Text("%s", view.set_labels[state.set].c_str());
-  if (view.readout.message != nullptr) ImGui::TextColored(warning_colour, "%s", view.readout.message);
+  if (view.readout.message != nullptr) {
+    ImGui::PushTextWrapPos(message_width_em * view.layout.em_px);
+    ImGui::TextColored(warning_colour, "%s", view.readout.message);
+    ImGui::PopTextWrapPos();
+  }
   ImGui::End();
 }
 

@@ -39,20 +39,20 @@ struct OverlayText::Inner {
 
 OverlayText::OverlayText(double size_px) : inner_(std::make_unique<Inner>())
 {
-  const std::string_view file = font_file();
+  std::string file = font_file();
   ImFontConfig config;
   config.FontDataOwnedByAtlas = false;
   config.OversampleH = 2;
   config.OversampleV = 1;
-  // The library takes the bytes as its own to write to, but with that flag only reads them.
-  void* const bytes = const_cast<char*>(file.data());
   const auto size = static_cast<float>(std::round(size_px));
-  inner_->face = inner_->atlas.AddFontFromMemoryTTF(bytes, static_cast<int>(file.size()), size, &config);
+  inner_->face =
+      inner_->atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size, &config);
   unsigned char* coverage = nullptr;
   OverlayFont& font = inner_->font;
   inner_->atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
   check(coverage != nullptr && inner_->face != nullptr, "the font gives an image");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
+  inner_->atlas.ClearInputData();  // what points into `file`
 }
 
 OverlayText::~OverlayText() = default;
@@ -95,11 +95,12 @@ void OverlayText::add_area(Overlay& overlay, const OverlayBox& box, const Vertex
   add_quad(overlay, box, {white.x, white.y, white.x, white.y}, colour);
 }
 
-Overlay empty_overlay(int width, int height)
+void empty_overlay(Overlay& overlay, int width, int height)
 {
-  Overlay overlay;
+  overlay.vertices.clear();
+  overlay.indices.clear();
+  overlay.commands.clear();
   overlay.commands.push_back({{0.0F, 0.0F, static_cast<float>(width), static_cast<float>(height)}, 0, 0, 0});
-  return overlay;
 }
 
 void close_overlay(Overlay& overlay)

@@ -37,8 +37,8 @@ class OverlayText {
   std::unique_ptr<Inner> inner_;
 };
 
-/// An overlay as large as the picture, with nothing in it yet.
-Overlay empty_overlay(int width, int height);
+/// Makes it as large as the picture, with nothing in it yet; keeps its memory.
+void empty_overlay(Overlay& overlay, int width, int height);
 
 /// What was added after empty_overlay() is drawn. Wanted once, before the overlay is.
 void close_overlay(Overlay& overlay);

@@ -233,6 +233,7 @@ GuiAnswer with_help(const PanelView& view, GuiAnswer answer)
                       0.5F * static_cast<float>(view.frame.height));
   ImGui::SetNextWindowPos(middle, ImGuiCond_Always, ImVec2(0.5F, 0.5F));
   ImGui::SetNextWindowFocus();
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1.0F);
   ImGui::Begin("help", nullptr, fixed | ImGuiWindowFlags_AlwaysAutoResize);
   draw_help_lines(view, "Keys", key_help());
   ImGui::Spacing();
@@ -240,6 +241,7 @@ GuiAnswer with_help(const PanelView& view, GuiAnswer answer)
   ImGui::Spacing();
   if (is_pressed("close (Esc)", 8.0F * view.layout.em_px)) answer.state.shows_help = false;
   ImGui::End();
+  ImGui::PopStyleVar();
   return answer;
 }
 

@@ -2,7 +2,12 @@
 
 #include <meshoptimizer.h>
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <numeric>
+#include <utility>
 
 namespace vrda {
 namespace {
@@ -21,6 +26,35 @@ std::vector<std::uint32_t> cache_ordered(const std::vector<std::uint32_t>& trian
   std::vector<std::uint32_t> ordered(triangles.size());
   meshopt_optimizeVertexCache(ordered.data(), triangles.data(), triangles.size(), n_vertices);
   return ordered;
+}
+
+/// For each vertex the first one, in the order of their coordinates, that lies at the same place.
+std::vector<std::uint32_t> first_at_place(const DrawMesh& mesh)
+{
+  std::vector<std::uint32_t> order(mesh.vertices.size()), place(mesh.vertices.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto position = [&](std::uint32_t i) { return mesh.vertices[i].position_mm; };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return position(a) != position(b) ? position(a) < position(b) : a < b;
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_new = i == 0 || position(order[i]) != position(order[i - 1]);
+    place[order[i]] = is_new ? order[i] : place[order[i - 1]];
+  }
+  return place;
+}
+
+double volume_mm3(const DrawMesh& mesh)
+{
+  double six_volumes_mm3 = 0.0;
+  const auto corner_mm = [&](std::size_t i) {
+    return Eigen::Map<const Eigen::Vector3f>(mesh.vertices[mesh.triangles[i]].position_mm.data())
+        .cast<double>()
+        .eval();
+  };
+  for (std::size_t i = 0; i < mesh.triangles.size(); i += 3)
+    six_volumes_mm3 += corner_mm(i).dot(corner_mm(i + 1).cross(corner_mm(i + 2)));
+  return six_volumes_mm3 / 6.0;
 }
 
 }  // namespace
@@ -48,6 +82,33 @@ std::vector<DetailLevel> levels_of(const DrawMesh& mesh)
     levels.push_back({cache_ordered(fewer, n_vertices), error_mm});
   }
   return levels;
+}
+
+bool is_closed(const DrawMesh& mesh)
+{
+  const std::vector<std::uint32_t> place = first_at_place(mesh);
+  // Each directed edge, with the smaller end first and whether that turned it.
+  struct Edge {
+    std::uint32_t low, high;
+    int turned;
+  };
+  std::vector<Edge> edges;
+  edges.reserve(mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const std::size_t next = i % 3 == 2 ? i - 2 : i + 1;
+    const std::uint32_t a = place[mesh.triangles[i]], b = place[mesh.triangles[next]];
+    edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
+  }
+  std::sort(edges.begin(), edges.end(),
+            [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+  int balance = 0;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    balance += edges[i].turned;
+    const bool is_last =
+        i + 1 == edges.size() || edges[i + 1].low != edges[i].low || edges[i + 1].high != edges[i].high;
+    if (is_last && balance != 0) return false;
+  }
+  return volume_mm3(mesh) > 0.0;
 }
 
 }  // namespace vrda

@@ -17,4 +17,8 @@ struct DetailLevel {
 /// and a larger error than the one before.
 std::vector<DetailLevel> levels_of(const DrawMesh& mesh);
 
+/// Whether nothing of the inside can be seen from outside: vertices at one place taken as one, every edge has
+/// as many triangles one way as the other, and the triangles enclose a positive volume.
+bool is_closed(const DrawMesh& mesh);
+
 }  // namespace vrda

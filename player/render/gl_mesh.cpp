@@ -32,10 +32,10 @@ void upload_colours(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
 }
 
 /// A mesh with colours keeps all its triangles: coarser ones would lose the pattern.
-void upload_levels(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
+void upload_levels(const GlTable& gl, const Drawable& drawable, Detail detail, GpuMesh& mesh)
 {
   std::vector<DetailLevel> levels;
-  if (drawable.colours.empty()) {
+  if (detail == Detail::levels && drawable.colours.empty()) {
     levels = levels_of(drawable.mesh);
   } else {
     levels.push_back({drawable.mesh.triangles, 0.0});
@@ -51,7 +51,7 @@ void upload_levels(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
 
 }  // namespace
 
-GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
+GpuMesh uploaded(const GlTable& gl, const Drawable& drawable, Detail detail)
 {
   const DrawMesh& mesh = drawable.mesh;
   GpuMesh gpu;
@@ -60,7 +60,7 @@ GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
   gl.BindVertexArray(gpu.vertex_array);
   gl.BindBuffer(GL_ARRAY_BUFFER, gpu.buffers[0]);
   gl.BufferData(GL_ARRAY_BUFFER, bytes_of(mesh.vertices), mesh.vertices.data(), GL_STATIC_DRAW);
-  upload_levels(gl, drawable, gpu);
+  upload_levels(gl, drawable, detail, gpu);
   gl.EnableVertexAttribArray(0);
   gl.EnableVertexAttribArray(1);
   constexpr GLsizei stride = sizeof(DrawVertex);
@@ -70,6 +70,7 @@ GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
   gpu.n_vertices = mesh.vertices.size();
   gpu.n_indices = mesh.triangles.size();
   gpu.revision = drawable.revision;
+  gpu.is_closed = is_closed(mesh);
   return gpu;
 }
 
@@ -85,6 +86,7 @@ void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   gl.BufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, bytes_of(changed.triangles), changed.triangles.data());
   upload_colours(gl, drawable, mesh);
   // Into the room of the first level; its coarser ones are no longer of this mesh.
+  mesh.is_closed = false;
   mesh.levels.resize(1);
   mesh.levels[0].n = static_cast<int>(changed.triangles.size());
   mesh.revision = drawable.revision;

@@ -24,11 +24,17 @@ struct GpuMesh {
   std::size_t n_indices = 0;          ///< there is room for
   std::vector<IndexRun> levels;       ///< the whole mesh, then coarser ones
   std::uint64_t revision = 0;
+  bool is_closed = false;  ///< its back faces need no drawing while it is opaque
   bool has_colours = false;
   bool has_translucent_colours = false;
 };
 
-GpuMesh uploaded(const GlTable& gl, const Drawable& drawable);
+enum class Detail {
+  full,   ///< the whole mesh only
+  levels  ///< coarser ones too
+};
+
+GpuMesh uploaded(const GlTable& gl, const Drawable& drawable, Detail detail);
 /// Takes a new revision over. A mesh larger than the one uploaded is a broken promise.
 void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh);
 void drop(const GlTable& gl, GpuMesh& mesh);

@@ -69,16 +69,17 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
   context_->make_current();
   gl_ = table_of(*context_);
   check_size(options);
-  GLint most_samples = 0;
+  GLint most_samples = 0, most_depth_samples = 0;
   gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
-  options_.samples = std::min(options_.samples, std::max(most_samples, 1));
+  gl_.GetIntegerv(GL_MAX_DEPTH_TEXTURE_SAMPLES, &most_depth_samples);
+  options_.samples = std::min({options_.samples, std::max(most_samples, 1), std::max(most_depth_samples, 1)});
   const char* const first = "#version 330 core\n";
   background_program_ = linked_program(gl_, first, background_vertex_shader, background_fragment_shader);
   top_ = gl_.GetUniformLocation(background_program_, "top");
   bottom_ = gl_.GetUniformLocation(background_program_, "bottom");
   gl_.GenVertexArrays(1, &empty_array_);
   gl_.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);  // between the shots
-  surfaces_.emplace(gl_, is_multisampled());
+  surfaces_.emplace(gl_, SurfaceOptions{is_multisampled(), options_.coarseness_px});
   overlays_.emplace(gl_);
   open_targets();
   check(gl_.GetError() == GL_NO_ERROR, "the renderer opens without an OpenGL error");

@@ -23,9 +23,14 @@ struct PixelBox {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
+struct SurfaceOptions {
+  bool is_multisampled = false;
+  double coarseness_px = 0.0;  ///< as in RenderOptions
+};
+
 class SurfacePainter {
  public:
-  SurfacePainter(const GlTable& gl, bool is_multisampled);
+  SurfacePainter(const GlTable& gl, const SurfaceOptions& options);
   ~SurfacePainter();
   SurfacePainter(const SurfacePainter&) = delete;
   SurfacePainter& operator=(const SurfacePainter&) = delete;
@@ -65,7 +70,7 @@ class SurfacePainter {
   void bound_translucent(const Scene& scene, const PixelBox& view);
 
   const GlTable& gl_;
-  bool is_multisampled_;
+  SurfaceOptions options_;
   std::vector<GpuMesh> meshes_;
   /// By shading, whether vertices have colours, and number of lights; compiled when first used.
   std::array<std::array<std::array<Program, most_lights + 1>, 2>, n_shadings> programs_{};

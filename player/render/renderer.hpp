@@ -17,6 +17,9 @@ struct RenderOptions {
   int width = 1280;
   int height = 960;
   int samples = 4;  ///< a pixel, or as many as OpenGL has; 1 for no multisampling
+  /// How far, in pixels, surfaces may lie beside their place where fewer triangles are drawn for speed;
+  /// 0 draws every triangle. Half a pixel is not seen.
+  double coarseness_px = 0.0;
 };
 
 /// Part of the picture, in pixels from its top left corner.

@@ -14,7 +14,7 @@ struct WindowOptions {
   int width = 1280;  ///< of the area drawn to, in screen coordinates
   int height = 800;
   std::string title;
-  int samples = 4;         ///< a pixel
+  int samples = 0;         ///< a pixel; 0: four with a graphics card, one where the processor draws
   bool is_vsynced = true;  ///< `show` waits for the screen
 };
 

@@ -21,16 +21,23 @@ std::size_t n_points(const Fibre& fibre)
   return fibre.wrap < 0 ? n_straight : n_wrapped;
 }
 
-/// From 0 to the highest strain of the telling cells in steps of 5 %, at least 5 %.
+/// From 0 to what most taut fibres of the telling cells stay below, in steps of 2 %.
 Legend legend_of(const MotionModel& model, std::size_t n_fibres)
 {
-  constexpr double step = 0.05;
-  double highest = step;
+  constexpr double step = 0.02, most = 0.95;
+  std::vector<double> taut;
   for (const std::size_t cell : telling_cells(model)) {
     for (std::size_t fibre = 0; fibre < n_fibres; ++fibre) {
       const double strain = model.ligaments->strain[cell * n_fibres + fibre];
-      if (strain > highest) highest = step * std::ceil(strain / step - 1e-9);
+      if (strain > 0.0) taut.push_back(strain);
     }
+  }
+  double highest = step;
+  if (!taut.empty()) {
+    const auto place =
+        taut.begin() + static_cast<std::ptrdiff_t>(most * static_cast<double>(taut.size() - 1));
+    std::nth_element(taut.begin(), place, taut.end());
+    highest = std::max(step, step * std::ceil(*place / step - 1e-9));
   }
   Legend legend;
   legend.title = "strain, %";

@@ -7,8 +7,8 @@ namespace vrda {
 namespace {
 
 struct Binding {
-  Key key;
-  Action action;
+  Key key = Key::none;
+  Action action = Action::none;
   Action with_shift = Action::none;  ///< none: shift makes no difference
 };
 
@@ -104,6 +104,21 @@ Action action_of(const KeyPress& press)
                                   [&](const Binding& binding) { return binding.key == press.key; });
   if (found == bindings.end()) return Action::none;
   return press.has_shift && found->with_shift != Action::none ? found->with_shift : found->action;
+}
+
+bool goes_on_while_held(Action action)
+{
+  switch (action) {
+    case Action::step_forward:
+    case Action::step_back:
+    case Action::leap_forward:
+    case Action::leap_back:
+    case Action::varus_up:
+    case Action::varus_down:
+      return true;
+    default:
+      return false;
+  }
 }
 
 std::span<const HelpLine> key_help()

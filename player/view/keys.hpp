@@ -84,6 +84,9 @@ enum class Action {
 /// Action::none for a press that means nothing.
 Action action_of(const KeyPress& press);
 
+/// Steps go on while their key is held; switches turn once.
+bool goes_on_while_held(Action action);
+
 struct HelpLine {
   const char* keys;
   const char* does;

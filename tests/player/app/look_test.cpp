@@ -71,12 +71,30 @@ TEST(Look, ModeTextureLightsAndTransparencyAreTakenOver)
   }
 }
 
+TEST(Look, AHiddenObjectLeavesTheJointWhereItIs)
+{
+  Scene scene = some_scene();
+  const Sphere before = joint_sphere(scene);
+  const std::size_t n_points = points_within(scene, {}).size();
+  LookOptions look;
+  look.hidden = "reference";
+  dress(scene, look);
+  for (const Drawable& drawable : scene.drawables)
+    EXPECT_EQ(drawable.is_shown, drawable.owner == Owner::moving) << drawable.name;
+  EXPECT_EQ(joint_sphere(scene).radius_mm, before.radius_mm);
+  EXPECT_LT(points_within(scene, {}).size(), n_points);
+  EXPECT_GT(points_within(scene, {}).size(), 0U);
+}
+
 TEST(Look, WhatIsWrongIsNamed)
 {
   Scene scene = some_scene();
   LookOptions look;
   look.see_through = "femur";
   EXPECT_EQ(test::input_error([&] { dress(scene, look); }).file, "--see-through");
+  look = {};
+  look.hidden = "both";
+  EXPECT_EQ(test::input_error([&] { dress(scene, look); }).file, "--hide");
   look = {};
   look.texture = "none.png";
   EXPECT_EQ(test::input_error([&] { dress(scene, look); }).file, "none.png");

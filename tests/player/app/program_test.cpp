@@ -60,6 +60,8 @@ TEST_F(Program, HelpShowsAnExampleAndVersionIsTheProjects)
   const Outcome show_help = run("show --help");
   EXPECT_EQ(show_help.code, 0);
   EXPECT_THAT(show_help.data, HasSubstr("vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15"));
+  EXPECT_THAT(show_help.data, HasSubstr("Space         play or pause"));
+  EXPECT_THAT(show_help.data, HasSubstr("Middle drag   turn"));
   const Outcome version = run("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_EQ(version.data, "vrda-player " VRDA_VERSION "\n");
@@ -123,8 +125,8 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
     std::string arguments, talk;
   };
   for (const Row& row :
-       {Row{"", "found no mode, wanted show or web"}, Row{"dance", "dance"}, Row{"show", "FILE"},
-        Row{"show '" + file_ + "'", "window"},
+       {Row{"", "found no mode, wanted show, follow or web"}, Row{"show a.h5 --samples 3", "--samples"},
+        Row{"dance", "dance"}, Row{"show", "FILE"}, Row{"show '" + file_ + "'", "window"},
         Row{"show '" + file_ + "' --varus front" + pictures, "--varus"},
         Row{"show '" + file_ + "' --colour red" + pictures, "--colour"},
         Row{"show '" + file_ + "' --background red" + pictures, "--background"},

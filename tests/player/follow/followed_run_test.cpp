@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <thread>
 
-#include "app/assemble.hpp"
-#include "app/case_solver.hpp"
-#include "app/prepare.hpp"
+#include "assemble/assemble.hpp"
+#include "assemble/case_solver.hpp"
+#include "assemble/prepare.hpp"
 #include "app/scenes.hpp"
 #include "follow/run_watch.hpp"
 #include "journal/journal.hpp"

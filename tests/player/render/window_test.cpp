@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
+#include <iterator>
 #include <thread>
 
 #include "core/error.hpp"
 #include "pictures.hpp"
 #include "screen.hpp"
+#include "support/process.hpp"
 
 namespace vrda {
 namespace {
@@ -85,6 +87,21 @@ TEST(Backends, OsmesaEglAndAWindowAgree)
   }
 }
 
+TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
+{
+  const test::Screen screen;
+  const Scene scene = test::joint_scene();
+  const Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const auto drawn = [&](int samples) {
+    Window window(quiet_window(samples));
+    window.renderer().load(scene);
+    return window.renderer().draw(scene, {&shot, 1}, nullptr).rgba;
+  };
+  const std::vector<std::uint8_t> chosen = drawn(0);
+  EXPECT_EQ(chosen, drawn(1));  // Xvfb has no graphics card
+  EXPECT_NE(chosen, drawn(4));
+}
+
 TEST(Window, ItIsClosedWhenAsked)
 {
   const test::Screen screen;
@@ -92,6 +109,85 @@ TEST(Window, ItIsClosedWhenAsked)
   EXPECT_FALSE(window.should_close());
   window.close();
   EXPECT_TRUE(window.should_close());
+}
+
+/// What the window hears of one call of xdotool, until an event of the kind `last` with the key `key`; within
+/// a minute.
+std::vector<InputEvent> heard(Window& window, const std::vector<std::string>& arguments, InputKind last,
+                              int key)
+{
+  EXPECT_EQ(test::run({"/usr/bin/xdotool", arguments, {}, {}}).exit_code, 0);
+  std::vector<InputEvent> all;
+  for (int i = 0; i < 600; ++i) {
+    for (const InputEvent& event : window.events(0.1)) {
+      all.push_back(event);
+      if (event.kind == last && event.key == key) return all;
+    }
+  }
+  ADD_FAILURE() << "the last event did not come";
+  return all;
+}
+
+std::vector<InputEvent> of_kind(const std::vector<InputEvent>& events, InputKind kind)
+{
+  std::vector<InputEvent> found;
+  std::copy_if(events.begin(), events.end(), std::back_inserter(found),
+               [&](const InputEvent& event) { return event.kind == kind; });
+  return found;
+}
+
+TEST(Window, TheMouseIsHeard)
+{
+  const test::Screen screen;
+  Window window(quiet_window(1));
+  window.events();
+  // "z" ends each: keys come after what was done before.
+  std::vector<InputEvent> events =
+      heard(window, {"mousemove", "100", "50", "click", "--repeat", "2", "--delay", "20", "1", "key", "z"},
+            InputKind::key_release, 'Z');
+  std::vector<InputEvent> presses = of_kind(events, InputKind::press);
+  ASSERT_EQ(presses.size(), 2U);
+  EXPECT_EQ(presses[0].n_clicks, 1);
+  EXPECT_EQ(presses[1].n_clicks, 2);
+  for (const InputEvent& press : presses) {
+    EXPECT_EQ(press.button, MouseButton::left);
+    EXPECT_EQ(press.x_px, 100.0);
+    EXPECT_EQ(press.y_px, 50.0);
+  }
+  EXPECT_EQ(of_kind(events, InputKind::release).size(), 2U);
+  events = heard(
+      window, {"mousemove", "200", "60", "click", "3", "click", "2", "click", "4", "click", "5", "key", "z"},
+      InputKind::key_release, 'Z');
+  presses = of_kind(events, InputKind::press);
+  ASSERT_EQ(presses.size(), 2U);
+  EXPECT_EQ(presses[0].button, MouseButton::right);
+  EXPECT_EQ(presses[1].button, MouseButton::middle);
+  EXPECT_EQ(presses[1].n_clicks, 1);
+  const std::vector<InputEvent> wheel = of_kind(events, InputKind::wheel);
+  ASSERT_EQ(wheel.size(), 2U);
+  EXPECT_EQ(wheel[0].wheel_y, 1.0);
+  EXPECT_EQ(wheel[1].wheel_y, -1.0);
+}
+
+TEST(Window, KeysAreHeardWithTheirModifiersAndAsText)
+{
+  const test::Screen screen;
+  Window window(quiet_window(1));
+  window.events();
+  const std::vector<InputEvent> events = heard(
+      window, {"mousemove", "100", "50", "key", "a", "key", "shift+a", "key", "ctrl+Right", "key", "F3"},
+      InputKind::key_release, key_f1 + 2);
+  const std::vector<InputEvent> presses = of_kind(events, InputKind::key_press);
+  std::vector<int> keys;
+  for (const InputEvent& press : presses) keys.push_back(press.key);
+  ASSERT_THAT(keys, testing::ElementsAre('A', key_shift, 'A', key_control, key_right, key_f1 + 2));
+  EXPECT_FALSE(presses[0].has_shift);
+  EXPECT_TRUE(presses[2].has_shift);
+  EXPECT_TRUE(presses[4].has_control);
+  const std::vector<InputEvent> typed = of_kind(events, InputKind::character);
+  ASSERT_EQ(typed.size(), 2U);
+  EXPECT_EQ(typed[0].character, U'a');
+  EXPECT_EQ(typed[1].character, U'A');
 }
 
 TEST(Window, OneAfterTheOther)

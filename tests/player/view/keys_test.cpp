@@ -51,6 +51,14 @@ TEST(Keys, EveryActionHasAKey)
   EXPECT_EQ(reached.size(), static_cast<std::size_t>(Action::quit) + 1);
 }
 
+TEST(Keys, StepsGoOnWhileHeldAndSwitchesDoNot)
+{
+  for (const Key key : {Key::right, Key::left, Key::up, Key::down, Key::page_up, Key::page_down})
+    EXPECT_TRUE(goes_on_while_held(action_of({key}))) << static_cast<int>(key);
+  for (const Key key : {Key::space, key_of('S'), key_of('P'), key_of('F'), Key::f1, Key::escape})
+    EXPECT_FALSE(goes_on_while_held(action_of({key}))) << static_cast<int>(key);
+}
+
 TEST(Keys, TheHelpIsWhole)
 {
   const std::string text = help_text();
