@@ -63,9 +63,9 @@ std::string_view value_of(const std::string& answer, const std::string& path)
 }
 
 template <typename Read>
-std::string answer_about(const std::string& path, const Read& read)
+std::string answer_about(const std::string& path, const ProcessLimits& limits, const Read& read)
 {
-  const SeparateAnswer answer = answer_apart([&] { return answered(path, read); }, path);
+  const SeparateAnswer answer = answer_apart([&] { return answered(path, read); }, path, limits);
   if (answer.is_whole) return answer.text;
   throw InputError(
       {path, "", "a file that HDF5 cannot read (it ended with " + answer.text + ")", wanted_model});
@@ -73,15 +73,15 @@ std::string answer_about(const std::string& path, const Read& read)
 
 }  // namespace
 
-MotionModel read_motion_model_apart(const std::string& path)
+MotionModel read_motion_model_apart(const std::string& path, const ProcessLimits& limits)
 {
-  const std::string answer = answer_about(path, [&] { return plain_bytes(read_motion_model(path)); });
+  const std::string answer = answer_about(path, limits, [&] { return plain_bytes(read_motion_model(path)); });
   return motion_model_of(value_of(answer, path), path);
 }
 
-Trace read_trace_apart(const std::string& path)
+Trace read_trace_apart(const std::string& path, const ProcessLimits& limits)
 {
-  const std::string answer = answer_about(path, [&] { return plain_bytes(read_trace(path)); });
+  const std::string answer = answer_about(path, limits, [&] { return plain_bytes(read_trace(path)); });
   return trace_of(value_of(answer, path), path);
 }
 

@@ -8,13 +8,14 @@
 #include <string>
 
 #include "store/motion_model.hpp"
+#include "store/separate_process.hpp"
 #include "store/trace.hpp"
 
 namespace vrda {
 
-/// As read_motion_model and read_trace, with the same errors, in at most 2 GB of memory and a minute of
-/// processor time. Another thread must not be using HDF5 meanwhile.
-MotionModel read_motion_model_apart(const std::string& path);
-Trace read_trace_apart(const std::string& path);
+/// As read_motion_model and read_trace, with the same errors, within limits. Another thread must not be using
+/// HDF5 meanwhile.
+MotionModel read_motion_model_apart(const std::string& path, const ProcessLimits& limits = {});
+Trace read_trace_apart(const std::string& path, const ProcessLimits& limits = {});
 
 }  // namespace vrda

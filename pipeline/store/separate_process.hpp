@@ -10,7 +10,7 @@ namespace vrda {
 struct ProcessLimits {
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;  ///< beyond what this process has mapped already
   std::uint64_t answer_bytes = std::uint64_t{1} << 30;
-  unsigned processor_s = 60;
+  unsigned processor_s = 20;  ///< a thousand times what a model takes
 };
 
 /// How the process ended.

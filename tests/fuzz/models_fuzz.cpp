@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <fstream>
 #include <map>
+#include <new>
 #include <sstream>
 
 #include "fuzz/changed_content.hpp"
@@ -16,7 +17,10 @@
 #include "fuzz/use_model.hpp"
 #include "motion/film.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/plain_bytes.hpp"
+#include "store/plain_stream.hpp"
 #include "store/read_apart.hpp"
+#include "store/separate_process.hpp"
 #include "store/trace_file.hpp"
 
 extern "C" void __sanitizer_set_report_path(const char* path);
@@ -25,13 +29,17 @@ extern "C" void __sanitizer_set_death_callback(void (*callback)());
 /// Sizes from the file are asked of malloc by HDF5, which can take no for an answer.
 extern "C" const char* __asan_default_options()
 {
-  return "symbolize=0:allocator_may_return_null=1:max_allocation_size_mb=2048:handle_abort=1:handle_sigfpe=1:"
+  return "symbolize=0:malloc_context_size=3:allocator_may_return_null=1:max_allocation_size_mb=2048:handle_"
+         "abort=1:handle_sigfpe=1:"
          "handle_sigill=1";
 }
 
 namespace {
 
 using namespace vrda;
+
+/// Models that one input of libFuzzer's makes.
+constexpr std::size_t n_variants = 16;
 
 std::string report_path()
 {
@@ -105,8 +113,23 @@ void count_refusal(const InputError::Facts& facts)
 
 // ---- the files
 
+std::string file_name(std::size_t k)
+{
+  static const pid_t own = getpid();  // of the first process, for the others too
+  return "/dev/shm/vrda-fuzz-file-" + std::to_string(own) + "-" + std::to_string(k);
+}
+
+/// Some files send HDF5 round in circles.
+ProcessLimits limits()
+{
+  ProcessLimits few;
+  few.processor_s = 2;
+  return few;
+}
+
+/// Counts what `action` does with one file, which it may refuse.
 template <class Read>
-void read(Read action)
+void take(Read action)
 {
   test::read_or_refuse([&] {
     try {
@@ -119,6 +142,82 @@ void read(Read action)
   });
 }
 
+void use(const Trace& trace)
+{
+  film_of(trace, "a.trace.h5", {});
+}
+
+/// The poses of every model; one in eight goes all the way, which takes ten times as long. The target
+/// "values" takes every one of its models there.
+void use(const MotionModel& model)
+{
+  static long n = 0;
+  if (++n % 8 == 0) {
+    test::use_as_player(model);
+  } else {
+    test::use_motion(model);
+  }
+}
+
+/// As the player, each file in a process of its own.
+void read_alone(const std::string& path, bool is_trace)
+{
+  if (is_trace) {
+    take([&] { use(read_trace_apart(path, limits())); });
+  } else {
+    take([&] { use(read_motion_model_apart(path, limits())); });
+  }
+}
+
+/// What the process of many files answers for one.
+std::string answer_for(const std::string& path, bool is_trace)
+{
+  try {
+    return "+" + (is_trace ? plain_bytes(read_trace(path)) : plain_bytes(read_motion_model(path)));
+  } catch (const InputError& error) {
+    return "-" + error.facts().found;
+  } catch (const std::bad_alloc&) {
+    return "-more memory than there is";
+  }
+}
+
+void use_answer(const std::string& answer, bool is_trace)
+{
+  const std::string text = answer.substr(1);
+  take([&] {
+    if (answer[0] != '+') throw InputError({"a.h5", "", text, "a motion model"});
+    if (is_trace) {
+      use(trace_of(text, "a.trace.h5"));
+    } else {
+      use(motion_model_of(text, "a.h5"));
+    }
+  });
+}
+
+/// A process costs more than a file, so one reads many; where it ends badly each is read alone.
+void read_all(std::size_t n_files, bool is_trace)
+{
+  const SeparateAnswer answer = answer_apart(
+      [&] {
+        PlainWriter answers;
+        for (std::size_t k = 0; k < n_files; ++k) answers.pass(answer_for(file_name(k), is_trace));
+        return answers.take();
+      },
+      "files", limits());
+  if (!answer.is_whole) {
+    take_report();
+    for (std::size_t k = 0; k < n_files; ++k) read_alone(file_name(k), is_trace);
+    return;
+  }
+  const std::string file = "answers";
+  PlainReader answers(answer.text, file);
+  for (std::size_t k = 0; k < n_files; ++k) {
+    std::string one;
+    answers.pass(one);
+    use_answer(one, is_trace);
+  }
+}
+
 /// Offsets of the values of every dataset that lies in one piece.
 herr_t add_offset(hid_t group, const char* name, const H5O_info_t* info, void* offsets)
 {
@@ -128,11 +227,6 @@ herr_t add_offset(hid_t group, const char* name, const H5O_info_t* info, void* o
   if (offset != HADDR_UNDEF) static_cast<std::vector<std::size_t>*>(offsets)->push_back(offset);
   H5Dclose(dataset);
   return 0;
-}
-
-std::string scratch_file()
-{
-  return "/dev/shm/vrda-fuzz-file-" + std::to_string(getpid());
 }
 
 test::BaseContent base_of_file(const std::string& path)
@@ -157,7 +251,7 @@ std::vector<test::BaseContent>& bases()
 void end()
 {
   print_outcomes();
-  std::remove(scratch_file().c_str());
+  for (std::size_t k = 0; k < n_variants; ++k) std::remove(file_name(k).c_str());
 }
 
 // In the other process: its report goes to a file, and it is no crash of this one.
@@ -173,11 +267,11 @@ void in_the_other_process()
 extern "C" int LLVMFuzzerInitialize(int*, char***)
 {
   for (const MotionModel& model : test::small_models()) {
-    write_motion_model(scratch_file(), model);
-    bases().push_back(base_of_file(scratch_file()));
+    write_motion_model(file_name(0), model);
+    bases().push_back(base_of_file(file_name(0)));
   }
-  write_trace(scratch_file(), test::small_trace());
-  bases().push_back(base_of_file(scratch_file()));
+  write_trace(file_name(0), test::small_trace());
+  bases().push_back(base_of_file(file_name(0)));
   path_of_reports = report_path();
   pthread_atfork(nullptr, nullptr, in_the_other_process);
   std::atexit(end);
@@ -186,13 +280,15 @@ extern "C" int LLVMFuzzerInitialize(int*, char***)
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-  const std::string path = scratch_file();
-  std::ofstream(path, std::ios::binary) << test::changed(bases(), data, size);
-  const bool is_trace = size > 0 && data[0] % bases().size() == bases().size() - 1;
-  if (is_trace) {
-    read([&] { film_of(read_trace_apart(path), path, {}); });
-  } else {
-    read([&] { test::use_as_player(read_motion_model_apart(path)); });
+  std::vector<std::uint8_t> recipe(data, data + size);
+  for (std::size_t k = 0; k < n_variants; ++k) {
+    std::ofstream(file_name(k), std::ios::binary) << test::changed(bases(), recipe.data(), size);
+    // The next one differs in some of its places and values.
+    for (std::size_t at = 2; at < size; ++at) {
+      if ((at * 7 + k) % 3 == 0) recipe[at] = static_cast<std::uint8_t>(recipe[at] + 1 + 37 * k);
+    }
   }
+  const bool is_trace = size > 0 && data[0] % bases().size() == bases().size() - 1;
+  read_all(n_variants, is_trace);
   return 0;
 }

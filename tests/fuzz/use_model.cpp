@@ -29,26 +29,36 @@ void look_at(const Scene& scene, Side side)
 
 }  // namespace
 
+void use_motion(const MotionModel& model)
+{
+  for (const std::string& set : set_names(model)) {
+    const Motion motion(model, set);
+    const GapReader gaps(model, set);
+    const double first = motion.first_flexion_rad(), last = motion.last_flexion_rad();
+    for (const double part : {-0.1, 0.0, 0.37, 1.0}) {
+      const double flexion_rad = first + part * (last - first);
+      for (const double varus_rad : {motion.balanced_varus_rad(flexion_rad), 1.0}) {
+        const JointRate rate = motion.rate_at({flexion_rad, varus_rad});
+        require(rate.pose.X_reference_moving.matrix().allFinite(), "a pose that is no number");
+        gaps.at(rate.pose.attitude);
+      }
+    }
+  }
+}
+
 void use_as_player(const MotionModel& model)
 {
+  use_motion(model);
   Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
   JointLayers layers(model, scene);
   const LayerSet shown = all_layers();
   for (const std::string& set : set_names(model)) {
     const Motion motion(model, set);
-    const GapReader gaps(model, set);
     const double first = motion.first_flexion_rad(), last = motion.last_flexion_rad();
-    for (const double part : {-0.1, 0.0, 0.37, 1.0, 1.1}) {
-      const double flexion_rad = first + part * (last - first);
-      for (const double varus_rad : {motion.balanced_varus_rad(flexion_rad), -0.02, 1.0}) {
-        const JointRate rate = motion.rate_at({flexion_rad, varus_rad});
-        require(rate.pose.X_reference_moving.matrix().allFinite(), "a pose that is no number");
-        gaps.at(rate.pose.attitude);
-        const JointFrames frames = frames_of(rate.pose, part < 0.5 ? Held::moving : Held::reference);
-        place(scene, frames);
-        layers.update(scene, motion, {rate.pose, frames, shown});
-      }
-    }
+    const JointPose pose = motion.at({first + 0.37 * (last - first), motion.balanced_varus_rad(first)});
+    const JointFrames frames = frames_of(pose);
+    place(scene, frames);
+    layers.update(scene, motion, {pose, frames, shown});
     look_at(scene, model.side == "left" ? Side::left : Side::right);
   }
 }

@@ -1,12 +1,14 @@
 #!/usr/bin/python3
 """vrda-player configures and builds without the pipeline's rooms, and shows its help.
 
-usage: without_pipeline.py CMAKE SOURCE CXX_FLAGS      CXX_FLAGS of the release build, so that ccache knows the objects
+usage: without_pipeline.py CMAKE SOURCE FOLDER CXX_FLAGS
+FOLDER is to build in, and goes afterwards. As deep as that of the release build and with its CXX_FLAGS, so that ccache knows the
+objects.
 """
 import pathlib
+import shutil
 import subprocess
 import sys
-import tempfile
 
 
 def run(*command):
@@ -16,15 +18,22 @@ def run(*command):
     return done.stdout
 
 
+def build(cmake, source, folder, flags):
+    run(cmake, "-S", source, "-B", folder, "-G", "Ninja", "-DVRDA_PIPELINE=OFF", "-DVRDA_TESTS=OFF",
+        "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS_RELEASE={flags}", "-DCMAKE_CXX_COMPILER=g++",
+        "-DCMAKE_C_COMPILER_LAUNCHER=ccache", "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
+    run(cmake, "--build", folder, "--parallel", "2", "--target", "vrda-player")
+    if "Example:" not in run(pathlib.Path(folder) / "vrda-player", "--help"):
+        sys.exit("vrda-player --help says nothing")
+
+
 def main():
-    cmake, source, flags = sys.argv[1:]
-    with tempfile.TemporaryDirectory() as folder:
-        run(cmake, "-S", source, "-B", folder, "-G", "Ninja", "-DVRDA_PIPELINE=OFF", "-DVRDA_TESTS=OFF",
-            "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS_RELEASE={flags}", "-DCMAKE_CXX_COMPILER=g++",
-            "-DCMAKE_C_COMPILER_LAUNCHER=ccache", "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
-        run(cmake, "--build", folder, "--parallel", "2", "--target", "vrda-player")
-        if "Example:" not in run(pathlib.Path(folder) / "vrda-player", "--help"):
-            sys.exit("vrda-player --help says nothing")
+    cmake, source, folder, flags = sys.argv[1:]
+    shutil.rmtree(folder, ignore_errors=True)
+    try:
+        build(cmake, source, folder, flags)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 if __name__ == "__main__":
