@@ -42,17 +42,19 @@ Eigen::Array3d expected_colour(std::vector<Sheet> sheets, const Eigen::Vector3d&
   return colour;
 }
 
-/// Of the sheets from the farthest, as places in the list: how many orders the picture has.
-int n_order(const std::vector<Sheet>& sheets, const Eigen::Vector3d& ray)
+/// For each sheet how many lie before it.
+using Order = std::vector<std::ptrdiff_t>;
+
+Order order_of(const std::vector<Sheet>& sheets, const Eigen::Vector3d& ray)
 {
-  int code = 0;
+  Order order;
+  order.reserve(sheets.size());
   for (const Sheet& sheet : sheets) {
-    const auto n_before = std::count_if(sheets.begin(), sheets.end(), [&](const Sheet& other) {
+    order.push_back(std::count_if(sheets.begin(), sheets.end(), [&](const Sheet& other) {
       return depth_mm(other, ray) < depth_mm(sheet, ray);
-    });
-    code = 10 * code + static_cast<int>(n_before);
+    }));
   }
-  return code;
+  return order;
 }
 
 Scene scene_of_sheets(const std::vector<Sheet>& sheets)
@@ -69,7 +71,7 @@ Scene scene_of_sheets(const std::vector<Sheet>& sheets)
 /// at opacity 0.4 or more the sum is below 1 / 0.4 codes.
 constexpr int sheets_tolerance = 3;
 
-void expect_as_computed(const std::vector<Sheet>& sheets, int samples, std::set<int>& orders)
+void expect_as_computed(const std::vector<Sheet>& sheets, int samples, std::set<Order>& orders)
 {
   const Image image =
       test::drawn(scene_of_sheets(sheets), test::camera_at(distance_mm), {width, height, samples});
@@ -81,8 +83,8 @@ void expect_as_computed(const std::vector<Sheet>& sheets, int samples, std::set<
       const Eigen::Vector3d left = ray - Eigen::Vector3d(slope, 0, 0),
                             right = ray + Eigen::Vector3d(slope, 0, 0);
       // Where sheets cross, a pixel has samples of both orders.
-      const bool has_one_order = n_order(sheets, left) == n_order(sheets, right);
-      orders.insert(n_order(sheets, ray));
+      const bool has_one_order = order_of(sheets, left) == order_of(sheets, right);
+      orders.insert(order_of(sheets, ray));
       const Eigen::Array3d expected = expected_colour(sheets, ray);
       const test::Codes found = test::at(image, x, y);
       bool is_right = true;
@@ -103,7 +105,7 @@ TEST(Translucency, SheetsThatPassThroughEachOtherBlendInTheOrderOfEachPixel)
                                   {{0, 0, 0}, 0.0, {0, 0, 1}, 0.6F},
                                   {{-20, 0, 0}, 0.2, {1, 1, 0}, 0.4F}};
   std::vector<std::size_t> loaded{0, 1, 2, 3};
-  std::set<int> orders;
+  std::set<Order> orders;
   for (const int samples : {1, 4}) {
     for (int turn = 0; turn < 4; ++turn) {
       std::rotate(loaded.begin(), loaded.begin() + 1, loaded.end());
@@ -127,7 +129,7 @@ TEST(Translucency, ManySheetsAllCount)
          {place % 3 == 0 ? 1.0F : 0.0F, place % 3 == 1 ? 1.0F : 0.0F, place % 3 == 2 ? 1.0F : 0.0F},
          0.4F});
   }
-  std::set<int> orders;
+  std::set<Order> orders;
   expect_as_computed(sheets, 1, orders);
 }
 
