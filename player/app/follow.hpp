@@ -26,7 +26,7 @@ struct FollowOptions {
   LookOptions look = follow_look();
   bool has_mode = false;   ///< look.mode was asked for; else it is that of the job, if that has one
   bool is_opaque = false;  ///< the reference too, where contacts are to be seen
-  std::string size = "1280x960";
+  std::string size;        ///< empty: that of the job, else 1280x960
   Backdrop backdrop = Backdrop::studio;
   bool is_quiet = false;
 };

@@ -39,9 +39,10 @@ CLI::App* add_follow(CLI::App& app, FollowOptions& options)
   add_look(*follow, options.look);
   follow->add_flag("--opaque", options.is_opaque,
                    "The reference too: without it contacts and normals are seen through it");
-  follow->add_option("--size", options.size, "Of the picture, in pixels")
-      ->type_name("WxH")
-      ->capture_default_str();
+  follow
+      ->add_option("--size", options.size,
+                   "Of the picture, in pixels (default: that of the job, else 1280x960)")
+      ->type_name("WxH");
   follow->add_flag("--quiet", options.is_quiet, "No progress");
   follow->footer(
       "Reads the start file and the journals beside it and never writes there: on this machine or over a\n"

@@ -95,6 +95,15 @@ RunSceneOptions scene_options(const FollowOptions& options, const JobViews& job)
   return scene;
 }
 
+/// A job may name a display of another time: what no picture can be is passed over.
+PictureSize size_of(const FollowOptions& options, const JobViews& job)
+{
+  const bool is_usable =
+      std::min(job.width_px, job.height_px) >= 16 && std::max(job.width_px, job.height_px) <= 4096;
+  if (options.size.empty() && is_usable) return {job.width_px, job.height_px};
+  return parsed_size(options.size.empty() ? "1280x960" : options.size);
+}
+
 }  // namespace
 
 LookOptions follow_look()
@@ -108,7 +117,7 @@ RunScreenOptions screen_options(const FollowOptions& options, const MotionModel&
 {
   const JobViews job = job_views(model.job.resolved);
   RunScreenOptions screen;
-  const PictureSize size = parsed_size(options.size);
+  const PictureSize size = size_of(options, job);
   screen.width = size.width;
   screen.height = size.height;
   screen.scene = scene_options(options, job);

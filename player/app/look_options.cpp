@@ -21,7 +21,8 @@ void add_look(CLI::App& mode, LookOptions& look)
       ->transform(CLI::CheckedTransformer(modes))
       ->type_name("MODE")
       ->option_text("MODE");
-  mode.add_option("--texture", look.texture, "Picture for bone, repeated: its edges should meet (default: mottled)")
+  mode.add_option("--texture", look.texture,
+                  "Picture for bone, repeated: its edges should meet (default: mottled)")
       ->type_name("FILE.png");
   mode.add_option("--texture-scale", look.texture_scale_mm, "Width of one repeat")
       ->type_name("MM")

@@ -265,7 +265,10 @@ ShowSummary show_poses(const ShowOptions& options, const MotionModel& model, con
   if (has_stills) write_stills(options, maker, stills_of(plan.poses), streams.data);
   if (!options.video.empty()) {
     const bool is_played = options.speed_deg_s || !options.flexion;
-    write_video(options, maker, is_played ? played_poses(motion, options) : plan.poses, streams);
+    std::vector<JointPose> poses = is_played ? played_poses(motion, options) : plan.poses;
+    // Solved at the angles of the stills alone.
+    if (poses.empty()) poses = plan.poses;
+    write_video(options, maker, poses, streams);
   }
   if (!options.is_quiet) {
     streams.talk << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "

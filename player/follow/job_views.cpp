@@ -1,6 +1,7 @@
 #include "follow/job_views.hpp"
 
 #include <charconv>
+#include <cmath>
 #include <optional>
 
 namespace vrda {
@@ -24,23 +25,25 @@ std::optional<double> take_number(std::string_view& text)
 {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc()) return std::nullopt;
+  if (error != std::errc() || !std::isfinite(value)) return std::nullopt;
   text.remove_prefix(static_cast<std::size_t>(end - text.data()));
   return value;
 }
 
-Eigen::Vector3d vector_of(std::string_view text)
+/// The first numbers of a list; all zero where there are fewer.
+template <int n>
+Eigen::Matrix<double, n, 1> numbers_of(std::string_view text)
 {
-  Eigen::Vector3d v = Eigen::Vector3d::Zero();
-  for (Eigen::Index i = 0; i < 3; ++i) {
+  Eigen::Matrix<double, n, 1> numbers = Eigen::Matrix<double, n, 1>::Zero();
+  for (Eigen::Index i = 0; i < n; ++i) {
     const std::size_t at = text.find_first_not_of("[, ");
-    if (at == std::string_view::npos) return Eigen::Vector3d::Zero();
+    if (at == std::string_view::npos) return Eigen::Matrix<double, n, 1>::Zero();
     text.remove_prefix(at);
     const std::optional<double> value = take_number(text);
-    if (!value) return Eigen::Vector3d::Zero();
-    v[i] = *value;
+    if (!value) return Eigen::Matrix<double, n, 1>::Zero();
+    numbers[i] = *value;
   }
-  return v;
+  return numbers;
 }
 
 void read(JobViews& job, const Entry& entry)
@@ -50,6 +53,12 @@ void read(JobViews& job, const Entry& entry)
     const double zoom = take_number(text).value_or(1.0);
     if (zoom > 0.0) job.zoom = zoom;
   }
+  if (entry.key == "display_px") {
+    // The schema's bound: no display is larger, and a picture may be smaller yet.
+    const Eigen::Vector2d size = numbers_of<2>(entry.value).cwiseMin(16384.0).cwiseMax(0.0);
+    job.width_px = static_cast<int>(size.x());
+    job.height_px = static_cast<int>(size.y());
+  }
   if (entry.key == "render" && entry.value.size() > 2)
     job.render = entry.value.substr(1, entry.value.size() - 2);
 }
@@ -58,8 +67,8 @@ void read(JobView& view, const Entry& entry)
 {
   std::string_view text = entry.value;
   if (entry.key == "number") view.number = static_cast<int>(take_number(text).value_or(0.0));
-  if (entry.key == "shift_mm") view.shift_mm = vector_of(text);
-  if (entry.key == "orientation_deg") view.orientation_deg = vector_of(text);
+  if (entry.key == "shift_mm") view.shift_mm = numbers_of<3>(text);
+  if (entry.key == "orientation_deg") view.orientation_deg = numbers_of<3>(text);
 }
 
 }  // namespace

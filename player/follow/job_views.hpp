@@ -17,7 +17,8 @@ struct JobView {
 struct JobViews {
   std::vector<JobView> views;  ///< as they stand in the job
   double zoom = 1.0;
-  std::string render;  ///< "fill", "wire" or nothing
+  int width_px = 0, height_px = 0;  ///< of the display; 0 where the job does not say
+  std::string render;               ///< "fill", "wire" or nothing
 };
 
 /// Of a resolved job as a motion model keeps it: one key a line, as `vrda` writes it, so that no reader of

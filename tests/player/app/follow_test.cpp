@@ -170,17 +170,19 @@ TEST_F(Follow, TakesEveryWayToNameViews)
 TEST_F(Follow, ShowsTheViewsOfTheJob)
 {
   model_.job.resolved =
-      "[player]\nrender = \"wire\"\n\n[[player.view]]\nnumber = 0\nshift_mm = [0, 0, 0]\n"
+      "[player]\ndisplay_px = [320, 240]\nrender = \"wire\"\n\n[[player.view]]\nnumber = 0\nshift_mm = [0, "
+      "0, 0]\n"
       "orientation_deg = [0, 90, 0]\n";
   write_motion_model(start_, with_pending_cells(model_));
   add_steps(0);
   const auto picture = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words{"--once", "--offscreen", path("pictures"), "--size", "320x240"};
+    std::vector<std::string> words{"--once", "--offscreen", path("pictures")};
     words.insert(words.end(), more.begin(), more.end());
     EXPECT_EQ(follow(words).exit_code, 0);
     return test::read_bytes(path("pictures/step_000002.png"));
   };
   const std::string of_job = picture({});
+  EXPECT_EQ(of_job, picture({"--size", "320x240"}));
   EXPECT_NE(of_job, picture({"--mode", "smooth"}));
   EXPECT_NE(of_job, picture({"--views", "front,lateral"}));
 }

@@ -247,6 +247,26 @@ TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
   }
 }
 
+TEST_F(Show, AFilmWithoutAnyAnswerOnItsWayHasThePosesOfTheStills)
+{
+  MotionModel model = small_model();
+  // Only 20 degrees is left, and no patch beside it.
+  for (const Eigen::Index flexion : {0, 1, 3}) {
+    for (const Eigen::Index varus : {0, 1, 2}) test::unsolve(model, flexion, varus);
+  }
+  write_motion_model(file_, model);
+  ShowOptions given = options();
+  given.folder.clear();
+  given.set = "raw";
+  given.varus_deg = 0.0;
+  given.flexion = "18:22:2";
+  given.speed_deg_s = 37.0;
+  given.is_to_and_fro = true;
+  given.video = (scratch_.path() / "film.gif").string();
+  EXPECT_EQ(run(given).n_unsolved, 2);
+  EXPECT_THAT(talk_.str(), HasSubstr("film.gif: 1 frame,"));
+}
+
 TEST_F(Show, StillsAndAFilmComeTogether)
 {
   ShowOptions given = options();

@@ -13,6 +13,8 @@ TEST(JobViews, AreThoseOfTheJob)
       "[[player.view]]\nnumber = 0\n\n[limits]\nunsolved_fraction = 0\nzoom = 7\n");
   EXPECT_EQ(job.zoom, 2.5);
   EXPECT_EQ(job.render, "wire");
+  EXPECT_EQ(job.width_px, 1280);
+  EXPECT_EQ(job.height_px, 1024);
   ASSERT_EQ(job.views.size(), 2u);
   EXPECT_EQ(job.views[0].number, 2);
   EXPECT_EQ(job.views[0].shift_mm, Eigen::Vector3d(-50, 0, 15));
@@ -23,12 +25,14 @@ TEST(JobViews, AreThoseOfTheJob)
 
 TEST(JobViews, WhatIsNotOfTheFormStaysAtItsDefault)
 {
-  for (const char* text : {"", "[player]", "[player]\nzoom = -1\nrender = \n",
-                           "[player]\nzoom = \"x\"\nrender = \"", "[[player.view", "zoom = 3"}) {
+  for (const char* text :
+       {"", "[player]", "[player]\nzoom = -1\nrender = \n", "[player]\ndisplay_px = [nan, inf]\nzoom = nan",
+        "[player]\ndisplay_px = [1280]\nzoom = \"x\"\nrender = \"", "[[player.view", "zoom = 3"}) {
     SCOPED_TRACE(text);
     const JobViews job = job_views(text);
     EXPECT_EQ(job.zoom, 1.0);
     EXPECT_EQ(job.render, "");
+    EXPECT_EQ(job.width_px, 0);
     EXPECT_TRUE(job.views.empty());
   }
   const JobViews job = job_views("[[player.view]]\nshift_mm = [1, 2\norientation_deg = nothing\nnumber");

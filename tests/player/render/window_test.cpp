@@ -179,7 +179,8 @@ TEST(Window, KeysAreHeardWithTheirModifiersAndAsText)
       InputKind::key_release, key_f1 + 2);
   const std::vector<InputEvent> presses = of_kind(events, InputKind::key_press);
   std::vector<int> keys;
-  for (const InputEvent& press : presses) keys.push_back(press.key);
+  std::transform(presses.begin(), presses.end(), std::back_inserter(keys),
+                 [](const InputEvent& press) { return press.key; });
   ASSERT_THAT(keys, testing::ElementsAre('A', key_shift, 'A', key_control, key_right, key_f1 + 2));
   EXPECT_FALSE(presses[0].has_shift);
   EXPECT_TRUE(presses[2].has_shift);
