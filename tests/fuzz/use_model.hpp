@@ -5,8 +5,8 @@
 
 namespace vrda::test {
 
-/// Poses of every set at, between and beyond the attitudes of the grid, and their derivatives. Ends the program
-/// where a pose is not a number.
+/// Poses of every set at, between and beyond the attitudes of the grid, and their derivatives. Ends the
+/// program where a pose is not a number.
 void use_motion(const MotionModel& model);
 
 /// Then the scene with all of its layers placed at a pose of every set, and cameras that see it.
