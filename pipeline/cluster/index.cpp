@@ -30,7 +30,7 @@ bool is_there(const std::string& path)
 // A run, whole or in parts, has begun: what it leaves stands beside its output.
 bool is_begun(const std::string& output)
 {
-  if (is_there(output + ".start.h5") || is_there(output + ".journal")) return true;
+  if (is_there(start_file_of(output)) || is_there(journal_of(output))) return true;
   std::error_code ignored;
   const fs::path folder = fs::path(output).parent_path();
   if (!fs::is_directory(folder.empty() ? "." : folder, ignored)) return false;

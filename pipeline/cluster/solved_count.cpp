@@ -33,7 +33,7 @@ std::vector<std::string> journals_of(const std::string& folder, const Submission
     case TaskKind::shard:
       return {shard_journal_of(output, {task.shard, submission.n_shards}), spine_journal_of(output)};
     case TaskKind::run:
-      return {output + ".journal"};
+      return {journal_of(output)};
     case TaskKind::merge:
     case TaskKind::index:
       break;

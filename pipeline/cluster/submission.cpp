@@ -9,6 +9,7 @@
 #include "core/error.hpp"
 #include "core/nearest_word.hpp"
 #include "core/whole_file.hpp"
+#include "journal/run_files.hpp"
 
 namespace vrda {
 namespace {
@@ -134,7 +135,7 @@ bool is_made(const std::string& folder, const SubmittedCase& submitted)
   const std::string output = output_of(folder, submitted);
   std::error_code ignored;
   return fs::exists(output, ignored) && !fs::exists(case_file_of(output), ignored) &&
-         !fs::exists(output + ".journal", ignored);
+         !fs::exists(journal_of(output), ignored);
 }
 
 std::string text_of(const TaskId& task, const Submission& submission)

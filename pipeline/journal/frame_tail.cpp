@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "journal/descriptor.hpp"
+#include "journal/open_file.hpp"
 
 namespace vrda {
 namespace {
@@ -42,7 +42,7 @@ std::int64_t changed_ns(const struct stat& facts)
 TailNews FrameTail::look()
 {
   TailNews news;
-  const Descriptor descriptor(open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  const OpenFile descriptor(open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat facts {};
   const bool is_file =
       descriptor.get() >= 0 && fstat(descriptor.get(), &facts) == 0 && S_ISREG(facts.st_mode);

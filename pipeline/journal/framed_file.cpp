@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "journal/descriptor.hpp"
+#include "journal/open_file.hpp"
 
 namespace vrda {
 namespace {
@@ -60,7 +60,7 @@ void sync_folder(const std::string& path)
 {
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const Descriptor descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  const OpenFile descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (descriptor.get() < 0 || fsync(descriptor.get()) != 0)
     fail(path, "a folder that cannot be flushed", wanted_writable);
 }
@@ -80,12 +80,12 @@ std::optional<int> try_write_new(const std::string& path, const std::string& byt
 {
   const std::string temporary = path + ".partial";
   // Not cut when it is opened: it may be another's until it is locked.
-  Descriptor descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
+  OpenFile descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
   if (!is_locked_by_us(descriptor.get()) || !is_at(descriptor.get(), temporary)) return std::nullopt;
   // Asked only now: while the second name is ours nobody else creates the file, and while the old one is
   // locked by us nobody goes on with it.
-  const Descriptor old(open(path.c_str(), O_RDWR | O_CLOEXEC));
+  const OpenFile old(open(path.c_str(), O_RDWR | O_CLOEXEC));
   const bool is_taken = creation == Creation::only_new ? access(path.c_str(), F_OK) == 0
                                                        : old.get() >= 0 && !is_locked_by_us(old.get());
   if (is_taken) {
@@ -123,7 +123,7 @@ std::string bytes_in(int descriptor, std::size_t n_bytes, const std::string& pat
 
 std::string frame_bytes_of(const std::string& path)
 {
-  const Descriptor descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const OpenFile descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   constexpr const char* wanted = "a journal that can be read";
   if (descriptor.get() < 0) fail(path, "no access", wanted);
   std::string bytes;
@@ -175,7 +175,7 @@ std::optional<FrameWriter> FrameWriter::try_create(const std::string& path, cons
 
 std::optional<FrameWriter> FrameWriter::try_lock(const std::string& path, const FrameFormat& format)
 {
-  Descriptor descriptor(open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
+  OpenFile descriptor(open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be opened", wanted_writable);
   struct stat facts {};
   if (!is_locked_by_us(descriptor.get()) || !is_at(descriptor.get(), path) ||
@@ -304,7 +304,7 @@ void FrameWriter::restore() const
   const std::optional<int> written =
       try_write_new(path_, bytes_in(descriptor_, n_bytes_, path_), Creation::only_new);
   if (!written) fail_in_use(path_);
-  const Descriptor closed(*written);
+  const OpenFile closed(*written);
 }
 
 void FrameWriter::close()

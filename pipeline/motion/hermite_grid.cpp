@@ -71,11 +71,18 @@ void fill_slopes(HermiteGrid<N>& grid, const std::vector<double>& at, std::size_
 /// Part of a step: far below any angle that is measured, far above rounding.
 constexpr double on_node = 1e-9;
 
-/// One angle's part of a patch: Hermite weights of the values and slopes at its two ends.
+/// Hermite weights of the values and slopes at the two ends of a patch, along one angle.
+struct Weights {
+  std::array<double, 2> value{};
+  std::array<double, 2> slope{};
+};
+
+/// One angle's part of a patch.
 struct Span {
   std::size_t first = 0;
-  std::array<double, 2> value{1.0, 0.0};
-  std::array<double, 2> slope{0.0, 0.0};  ///< rad
+  double step_rad = 0.0;    ///< 0 where the axis has one value
+  double s = 0.0, r = 1.0;  ///< part of the step from the first end, and from the second
+  Weights weights{{1.0, 0.0}, {0.0, 0.0}};
 };
 
 Span span_of(const std::vector<double>& at, double x)
@@ -91,9 +98,51 @@ Span span_of(const std::vector<double>& at, double x)
   if (std::abs(s) < on_node) s = 0.0;
   if (std::abs(1.0 - s) < on_node) s = 1.0;
   const double r = 1.0 - s;
-  span.value = {r * r * (1.0 + 2.0 * s), s * s * (1.0 + 2.0 * r)};
-  span.slope = {h * s * r * r, -h * r * s * s};
+  span.step_rad = h;
+  span.s = s;
+  span.r = r;
+  span.weights = {{r * r * (1.0 + 2.0 * s), s * s * (1.0 + 2.0 * r)}, {h * s * r * r, -h * r * s * s}};
   return span;
+}
+
+/// Derivatives of the weights by the angle. Like the weights they are 0 for the far end where s or r is 0.
+Weights derivative(const Span& span)
+{
+  if (span.step_rad == 0.0) return {};
+  const double s = span.s, r = span.r, steep = 6.0 * r * s / span.step_rad;
+  return {{-steep, steep}, {r * (r - 2.0 * s), s * (s - 2.0 * r)}};
+}
+
+/// What a node gives to every surface.
+template <std::size_t N>
+void add(std::array<double, N>& sums, const HermiteNode<N>& node, const std::array<double, 4>& weights)
+{
+  for (std::size_t number = 0; number < N; ++number) {
+    sums[number] += weights[0] * node.value[number] + weights[1] * node.by_flexion[number] +
+                    weights[2] * node.by_varus[number] + weights[3] * node.by_both[number];
+  }
+}
+
+/// Weights of a node's value and slopes: at end `a` of the patch along flexion, `b` along varus.
+std::array<double, 4> product(const Weights& flexion, std::size_t a, const Weights& varus, std::size_t b)
+{
+  return {flexion.value[a] * varus.value[b], flexion.slope[a] * varus.value[b],
+          flexion.value[a] * varus.slope[b], flexion.slope[a] * varus.slope[b]};
+}
+
+/// Calls use(node, a, b) for the corners of a patch that matter, until it returns false; whether it never
+/// did.
+template <std::size_t N, typename Use>
+bool for_corners(const HermiteGrid<N>& grid, const Span& flexion, const Span& varus, const Use& use)
+{
+  for (std::size_t a = 0; a < 2; ++a) {
+    if (flexion.weights.value[a] == 0.0) continue;  // on a node the far end of the patch does not matter
+    for (std::size_t b = 0; b < 2; ++b) {
+      if (varus.weights.value[b] == 0.0) continue;
+      if (!use(grid.nodes[(flexion.first + a) * grid.varus_rad.size() + varus.first + b], a, b)) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -118,21 +167,29 @@ HermiteSample<N> sample(const HermiteGrid<N>& grid, const Attitude& attitude)
   const Span flexion = span_of(grid.flexion_rad, attitude.flexion_rad);
   const Span varus = span_of(grid.varus_rad, attitude.varus_rad);
   HermiteSample<N> result;
-  for (std::size_t a = 0; a < 2; ++a) {
-    if (flexion.value[a] == 0.0) continue;  // on a node the far end of the patch does not matter
-    for (std::size_t b = 0; b < 2; ++b) {
-      if (varus.value[b] == 0.0) continue;
-      const HermiteNode<N>& node = grid.nodes[(flexion.first + a) * grid.varus_rad.size() + varus.first + b];
-      if (!node.is_solved) return result;
-      for (std::size_t number = 0; number < N; ++number) {
-        result.numbers[number] += flexion.value[a] * varus.value[b] * node.value[number] +
-                                  flexion.slope[a] * varus.value[b] * node.by_flexion[number] +
-                                  flexion.value[a] * varus.slope[b] * node.by_varus[number] +
-                                  flexion.slope[a] * varus.slope[b] * node.by_both[number];
-      }
-    }
-  }
-  result.is_solved = true;
+  result.is_solved =
+      for_corners(grid, flexion, varus, [&](const HermiteNode<N>& node, std::size_t a, std::size_t b) {
+        if (node.is_solved) add(result.numbers, node, product(flexion.weights, a, varus.weights, b));
+        return node.is_solved;
+      });
+  return result;
+}
+
+template <std::size_t N>
+HermiteRate<N> sample_rate(const HermiteGrid<N>& grid, const Attitude& attitude)
+{
+  const Span flexion = span_of(grid.flexion_rad, attitude.flexion_rad);
+  const Span varus = span_of(grid.varus_rad, attitude.varus_rad);
+  const Weights by_flexion = derivative(flexion), by_varus = derivative(varus);
+  HermiteRate<N> result;
+  result.here.is_solved =
+      for_corners(grid, flexion, varus, [&](const HermiteNode<N>& node, std::size_t a, std::size_t b) {
+        if (!node.is_solved) return false;
+        add(result.here.numbers, node, product(flexion.weights, a, varus.weights, b));
+        add(result.by_flexion, node, product(by_flexion, a, varus.weights, b));
+        add(result.by_varus, node, product(flexion.weights, a, by_varus, b));
+        return true;
+      });
   return result;
 }
 
@@ -142,5 +199,8 @@ template void set_slopes(HermiteGrid<5>&);
 template HermiteSample<1> sample(const HermiteGrid<1>&, const Attitude&);
 template HermiteSample<4> sample(const HermiteGrid<4>&, const Attitude&);
 template HermiteSample<5> sample(const HermiteGrid<5>&, const Attitude&);
+template HermiteRate<1> sample_rate(const HermiteGrid<1>&, const Attitude&);
+template HermiteRate<4> sample_rate(const HermiteGrid<4>&, const Attitude&);
+template HermiteRate<5> sample_rate(const HermiteGrid<5>&, const Attitude&);
 
 }  // namespace vrda

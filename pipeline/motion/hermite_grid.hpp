@@ -43,4 +43,17 @@ struct HermiteSample {
 template <std::size_t N>
 HermiteSample<N> sample(const HermiteGrid<N>& grid, const Attitude& attitude);
 
+/// A sample with its derivatives, a radian of each angle; 0 by an angle whose axis has one value. At an end
+/// of an axis the one-sided derivative.
+template <std::size_t N>
+struct HermiteRate {
+  HermiteSample<N> here;
+  std::array<double, N> by_flexion{};
+  std::array<double, N> by_varus{};
+};
+
+/// As sample(), with the same bits.
+template <std::size_t N>
+HermiteRate<N> sample_rate(const HermiteGrid<N>& grid, const Attitude& attitude);
+
 }  // namespace vrda

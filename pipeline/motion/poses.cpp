@@ -247,11 +247,16 @@ Motion::Found Motion::zero_varus_at(const Attitude& attitude) const
           true};
 }
 
+Attitude Motion::own_varus(const Attitude& wanted) const
+{
+  if (free_varus_.empty()) return wanted;
+  return {wanted.flexion_rad, varus_between(free_varus_, wanted.flexion_rad)};
+}
+
 /// Within the axes; the attitude found has the set's own varus where it has one.
 Motion::Found Motion::found_at(const Attitude& wanted) const
 {
-  Attitude attitude = wanted;
-  if (!free_varus_.empty()) attitude.varus_rad = varus_between(free_varus_, wanted.flexion_rad);
+  const Attitude attitude = own_varus(wanted);
   if (zero_varus_) return zero_varus_at(attitude);
   if (smoothed_) return smoothed_at(attitude);
   const RawSample here = sample(raw_, attitude);
@@ -279,10 +284,19 @@ Eigen::Matrix3d Motion::R_world_solver(double flexion_rad) const
   return rotation_world_solver(frame);
 }
 
+Attitude Motion::clamped(const Attitude& wanted) const
+{
+  return {std::clamp(wanted.flexion_rad, first_flexion_rad(), last_flexion_rad()),
+          std::clamp(wanted.varus_rad, first_varus_rad(), last_varus_rad())};
+}
+
 JointPose Motion::at(const Attitude& wanted) const
 {
-  const Found found = found_at({std::clamp(wanted.flexion_rad, first_flexion_rad(), last_flexion_rad()),
-                                std::clamp(wanted.varus_rad, first_varus_rad(), last_varus_rad())});
+  return posed(found_at(clamped(wanted)), wanted);
+}
+
+JointPose Motion::posed(const Found& found, const Attitude& wanted) const
+{
   JointPose pose;
   if (found.is_solved) pose = placed(found.attitude, found.numbers);
   pose.attitude = found.attitude;

@@ -32,6 +32,31 @@ struct JointPose {
   PoseStatus status = PoseStatus::unsolved_cell;
 };
 
+/// A small motion of the moving object relative to the reference: its point now at p_mm, in the frame of the
+/// stored reference vertices, moves by turn.cross(p_mm) + shift_mm. The instantaneous helical axis runs along
+/// turn through turn.cross(shift_mm) / turn.squaredNorm().
+struct Twist {
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+  Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
+};
+
+/// Derivatives by one angle of the attitude, a radian.
+struct PoseRate {
+  PoseNumbers numbers{};  ///< of x, y, z (mm, world W) and theta (rad, right-knee sign)
+  double varus = 0.0;     ///< of the varus it stands at, rad
+  Twist twist;            ///< of the moving object relative to the reference
+};
+
+/// A pose and how it goes on from there. At an end of the measured range the derivatives are those from
+/// within.
+struct JointRate {
+  JointPose pose;
+  PoseRate by_flexion, by_varus;
+  /// Whether the motion goes on along that angle. If not, its rate is all 0: without a pose, where the angle
+  /// was clamped or has one value, and of varus where the set has its own.
+  bool is_flexion_free = false, is_varus_free = false;
+};
+
 /// The sets `Motion` can be made of, what to show first: smoothed ones by falling degree, each after the one
 /// recontacted from it, in which nothing overlaps or gapes ("degree_6_recontacted", "degree_6", ...); then
 /// "raw"; last "zero_varus", which knows flexion only.
@@ -48,6 +73,10 @@ class Motion {
   /// The poses at `wanted`, or at the nearest attitude of the measured range. Under a microsecond,
   /// allocates nothing.
   JointPose at(const Attitude& wanted) const;
+
+  /// at(wanted) with its derivatives by flexion and varus, of every set. Under a microsecond, allocates
+  /// nothing.
+  JointRate rate_at(const Attitude& wanted) const;
 
   /// The poses where `numbers` stand for the moving object at `attitude`, whatever the set says of it.
   JointPose placed(const Attitude& attitude, const PoseNumbers& numbers) const;
@@ -80,7 +109,23 @@ class Motion {
   void use_smoothed(const MotionModel& model, const SmoothedSet& set);
   void use_travel(const GridD& travel_mm);
   void use_zero_varus(const ZeroVarus& table);
+  /// With the numbers' derivatives, and that of the varus where the set has its own.
+  struct FoundRate {
+    Found found;
+    PoseNumbers by_flexion{}, by_varus{};
+    double varus_by_flexion = 0.0;
+  };
+  Attitude clamped(const Attitude& wanted) const;
   Found found_at(const Attitude& attitude) const;
+  Attitude own_varus(const Attitude& wanted) const;
+  JointPose posed(const Found& found, const Attitude& wanted) const;
+  FoundRate found_rate_at(const Attitude& attitude) const;
+  FoundRate smoothed_rate_at(const Attitude& attitude) const;
+  FoundRate raw_rate_at(const Attitude& attitude) const;
+  FoundRate zero_varus_rate_at(const Attitude& attitude) const;
+  Eigen::Vector3d delta_rate(double flexion_rad) const;
+  Eigen::Vector3d solver_turn(double flexion_rad, const Eigen::Matrix3d& R) const;
+  void set_twists(JointRate& rate) const;
   Found smoothed_at(const Attitude& attitude) const;
   Found zero_varus_at(const Attitude& attitude) const;
   Eigen::Matrix3d R_world_solver(double flexion_rad) const;

@@ -27,6 +27,12 @@ const SmoothedSurface* surface_named(const SmoothedSet& set, std::size_t number)
   return &*found;
 }
 
+/// du/dx of unit_coordinate, a radian.
+double unit_rate(const AxisRange& range)
+{
+  return range.first_deg == range.last_deg ? 0.0 : deg_from_rad(2.0 / (range.last_deg - range.first_deg));
+}
+
 }  // namespace
 
 SmoothedSurfaces smoothed_surfaces(const MotionModel& model, const SmoothedSet& set)
@@ -63,6 +69,26 @@ PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude
       numbers[number] += term.coefficient[number] * basis;
   }
   return numbers;
+}
+
+SmoothedRate evaluate_rate(const SmoothedSurfaces& surfaces, const Attitude& attitude)
+{
+  const double u = unit_coordinate(deg_from_rad(attitude.flexion_rad), surfaces.ranges.flexion);
+  const double v = unit_coordinate(deg_from_rad(attitude.varus_rad), surfaces.ranges.varus);
+  const double u_rate = unit_rate(surfaces.ranges.flexion), v_rate = unit_rate(surfaces.ranges.varus);
+  const LegendreTable P = legendre(u, surfaces.degree), Q = legendre(v, surfaces.degree);
+  SmoothedRate result;
+  for (const SmoothedTerm& term : surfaces.terms) {
+    const double basis = P.value[term.flexion_degree] * Q.value[term.varus_degree];
+    const double by_flexion = u_rate * P.derivative[term.flexion_degree] * Q.value[term.varus_degree];
+    const double by_varus = v_rate * P.value[term.flexion_degree] * Q.derivative[term.varus_degree];
+    for (std::size_t number = 0; number < result.by_flexion.size(); ++number) {
+      result.here[number] += term.coefficient[number] * basis;
+      result.by_flexion[number] += term.coefficient[number] * by_flexion;
+      result.by_varus[number] += term.coefficient[number] * by_varus;
+    }
+  }
+  return result;
 }
 
 }  // namespace vrda

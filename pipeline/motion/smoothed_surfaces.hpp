@@ -28,4 +28,13 @@ SmoothedSurfaces smoothed_surfaces(const MotionModel& model, const SmoothedSet& 
 /// Value at `attitude`, which should lie within the axes. Allocates nothing.
 PoseAndVarus evaluate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
 
+/// The value, as evaluate() gives it, with its derivatives, a radian of each angle; 0 by an angle whose axis
+/// has one value.
+struct SmoothedRate {
+  PoseAndVarus here{};
+  PoseAndVarus by_flexion{};
+  PoseAndVarus by_varus{};
+};
+SmoothedRate evaluate_rate(const SmoothedSurfaces& surfaces, const Attitude& attitude);
+
 }  // namespace vrda

@@ -13,6 +13,8 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Barycentric: a ray through a shared edge must meet at least one of both triangles.
 constexpr double edge_slack = 1e-12;
+/// Boxes are that much wider: a ray along a side of one, or a flat one, must not be lost.
+constexpr double hair_mm = 1e-9;
 /// Halving the triangles at each node, a tree of all that 32 bits count is no deeper.
 constexpr std::size_t deepest = 64;
 
@@ -29,13 +31,12 @@ bool meets_box(const BoxTree::Node& node, const Eigen::Vector3d& from_mm, const 
   double enter_mm = 0.0, leave_mm = longest_mm;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto axis = static_cast<Eigen::Index>(k);
-    const double a = (node.min_mm[k] - from_mm[axis]) * inverse[axis];
-    const double b = (node.max_mm[k] - from_mm[axis]) * inverse[axis];
+    const double a = (node.min_mm[k] - hair_mm - from_mm[axis]) * inverse[axis];
+    const double b = (node.max_mm[k] + hair_mm - from_mm[axis]) * inverse[axis];
     enter_mm = std::max(enter_mm, std::min(a, b));
     leave_mm = std::min(leave_mm, std::max(a, b));
   }
-  // Rounding must not lose a flat box that the ray only grazes.
-  return enter_mm <= leave_mm + 1e-9;
+  return enter_mm <= leave_mm;
 }
 
 double triangle_travel_mm(const Mesh& mesh, Eigen::Index t, const Ray& ray)

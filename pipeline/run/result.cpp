@@ -18,8 +18,10 @@ namespace {
 
 void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output, int n_threads)
 {
+  if (job_case.smooth_degrees.empty()) return;
   const SmoothInput input = smooth_input(model, output);
-  const int largest = largest_degree(input);
+  const int largest = largest_degree(
+      input, *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end()));
   for (const std::int32_t degree : job_case.smooth_degrees) {
     if (degree > largest) {
       warn("smooth.degrees: found " + std::to_string(degree) + ", wanted " +

@@ -13,12 +13,15 @@
 
 namespace vrda {
 
-/// Shapes each member it is shown like its dataset and fills it. The structure has been checked.
+/// Shapes each member it is shown like its dataset and fills it by source.read(path, span). That the source
+/// has so much has been checked.
+template <typename Source>
 class DatasetReader {
  public:
-  DatasetReader(const H5Reader& reader, const Structure& structure) : reader_(reader), structure_(structure)
+  DatasetReader(Source& source, const FileLayout& layout, const FileShape& shape)
+      : source_(source), layout_(layout), shape_(shape)
   {
-    for (const DatasetSpec& spec : structure.layout.datasets) specs_[spec.path] = &spec;
+    for (const DatasetSpec& spec : layout.datasets) specs_[spec.path] = &spec;
   }
 
   template <typename Scalar>
@@ -27,12 +30,12 @@ class DatasetReader {
     std::int64_t count = 1;
     for (const std::int64_t size : shape_of(path)) count *= size;
     values.resize(static_cast<std::size_t>(count));
-    reader_.read(path, std::span<Scalar>(values));
+    source_.read(path, std::span<Scalar>(values));
   }
 
   void operator()(const std::string& path, std::string& value)
   {
-    reader_.read(path, std::span<std::string>(&value, 1));
+    source_.read(path, std::span<std::string>(&value, 1));
   }
 
   template <typename Derived>
@@ -42,7 +45,7 @@ class DatasetReader {
     const std::vector<std::int64_t> shape = shape_of(path);
     check(shape.size() == 2, "an array has two axes");
     values.resize(shape[0], shape[1]);
-    reader_.read(path,
+    source_.read(path,
                  std::span<typename Derived::Scalar>(values.data(), static_cast<std::size_t>(values.size())));
   }
 
@@ -53,13 +56,14 @@ class DatasetReader {
     check(found != specs_.end(), "every dataset that is read stands in the layout");
     std::vector<std::int64_t> shape;
     for (const std::string& dimension : found->second->dimensions) {
-      shape.push_back(dimension_size(structure_.layout, structure_.shape, dimension));
+      shape.push_back(dimension_size(layout_, shape_, dimension));
     }
     return shape;
   }
 
-  const H5Reader& reader_;
-  const Structure& structure_;
+  Source& source_;
+  const FileLayout& layout_;
+  const FileShape& shape_;
   std::map<std::string, const DatasetSpec*> specs_;
 };
 

@@ -7,8 +7,13 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <memory>
+#include <new>
+#include <string_view>
 
 #include "core/error.hpp"
+#include "core/utf8.hpp"
 #include "store/seal.hpp"
 
 namespace vrda {
@@ -18,7 +23,14 @@ constexpr const char* wanted_model = "an intact motion model or trace (HDF5)";
 constexpr int deepest_nesting = 8;
 /// A motion model holds about a hundred objects; a file with far more is something else.
 constexpr std::size_t most_objects = 10000;
+/// HDF5 looks a link up by its number in a time that grows with their number.
+constexpr std::uint64_t most_links = 2000;
+/// Enough to tell what is wrong with a file.
+constexpr std::size_t most_refused = 100;
 constexpr std::int64_t largest_attribute = 4096;
+/// Of one dataset; a job's text takes some kilobytes. HDF5's values of this kind may all be the same bytes of
+/// the file, so that its size is no bound.
+constexpr std::size_t most_text_bytes = std::size_t{64} << 20;
 /// The most by which zlib shrinks: 1032 to 1 (zlib technical details, "Maximum Compression Factor").
 constexpr std::uint64_t largest_deflate_ratio = 1032;
 
@@ -60,6 +72,18 @@ std::optional<std::uint64_t> count_within(const std::vector<std::int64_t>& shape
   return count;
 }
 
+/// The HDF5 content begins with the file: nothing stands before it (a "user block") that we would not check.
+void require_signature(const std::string& path, std::uint64_t file_bytes)
+{
+  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw InputError({path, "", std::strerror(errno), wanted_model});
+  std::string head(signature.size(), '\0');
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (stream && head == signature) return;
+  throw InputError({path, "", std::to_string(file_bytes) + " bytes that are no HDF5 file", wanted_model});
+}
+
 std::uint64_t size_of_file(const std::string& path)
 {
   struct stat status = {};
@@ -68,12 +92,43 @@ std::uint64_t size_of_file(const std::string& path)
   return static_cast<std::uint64_t>(status.st_size);
 }
 
-std::vector<std::string> take_texts(std::vector<char*>& texts, H5Id type, H5Id space)
+/// Memory of the texts that HDF5 reads. Gives them back when it goes, whether or not the reading failed.
+class TextMemory {
+ public:
+  /// For H5Pset_vlen_mem_manager: null where there is no more.
+  static void* allocate(std::size_t size, void* memory)
+  {
+    return static_cast<TextMemory*>(memory)->allocate(size);
+  }
+  static void release(void*, void*) {}
+
+ private:
+  void* allocate(std::size_t size)
+  {
+    if (size > left_) return nullptr;
+    try {
+      blocks_.push_back(std::make_unique<char[]>(size));
+    } catch (const std::bad_alloc&) {
+      return nullptr;
+    }
+    left_ -= size;
+    return blocks_.back().get();
+  }
+
+  std::size_t left_ = most_text_bytes;
+  std::vector<std::unique_ptr<char[]>> blocks_;
+};
+
+/// Copies; the texts themselves stay whose they are.
+std::vector<std::string> copies(const std::vector<char*>& texts, const H5Place& place)
 {
   std::vector<std::string> result;
   result.reserve(texts.size());
-  for (const char* text : texts) result.emplace_back(text == nullptr ? "" : text);
-  H5Dvlen_reclaim(type, space, H5P_DEFAULT, texts.data());
+  for (const char* text : texts) {
+    result.emplace_back(text == nullptr ? "" : text);
+    if (!is_utf8(result.back()))
+      throw InputError({place.file, place.object, "\"" + result.back() + "\"", "text in UTF-8"});
+  }
   return result;
 }
 
@@ -92,6 +147,15 @@ std::string filter_problem(H5Id creation)
     }
   }
   return {};
+}
+
+/// Where the values lie when that is not this file, or nothing.
+std::string elsewhere(H5Id creation)
+{
+  if (H5Pget_external_count(creation) != 0) return "values kept in another file";
+  const H5D_layout_t layout = H5Pget_layout(creation);
+  const bool is_here = layout == H5D_CHUNKED || layout == H5D_CONTIGUOUS || layout == H5D_COMPACT;
+  return is_here ? "" : "a virtual dataset";
 }
 
 bool has_chunks_within(H5Id creation, const std::vector<std::int64_t>& shape)
@@ -118,11 +182,10 @@ herr_t has_address(hid_t, unsigned, hid_t scale, void* wanted)
 H5Reader::H5Reader(const std::string& path) : file_name_(path), file_bytes_(size_of_file(path))
 {
   silence_h5();
-  if (H5Fis_hdf5(path.c_str()) <= 0) {
-    H5Eclear2(H5E_DEFAULT);
-    throw InputError({path, "", std::to_string(file_bytes_) + " bytes that are no HDF5 file", wanted_model});
-  }
+  require_signature(path, file_bytes_);
   require_sound(path);
+  // A filter that HDF5 does not know would make it look for a library to load.
+  check_h5(H5PLset_loading_state(0), place(""), wanted_model);
   const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_model);
   // Models are renamed into place whole, never changed in place: no lock, so that read-only disks work.
   check_h5(H5Pset_file_locking(access.id(), false, true), place(""), wanted_model);
@@ -136,31 +199,46 @@ H5Handle H5Reader::open(const std::string& object) const
   return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), wanted_model);
 }
 
+bool H5Reader::is_full() const
+{
+  return objects_.size() >= most_objects || refused_.size() >= most_refused;
+}
+
 void H5Reader::walk(const std::string& group, int depth)
 {
   const H5Handle here = open(group);
   H5G_info_t info = {};
   check_h5(H5Gget_info(here.id(), &info), place(group), wanted_model);
-  for (hsize_t i = 0; i < info.nlinks && objects_.size() < most_objects; ++i) {
+  if (info.nlinks > most_links) {
+    refused_.push_back(
+        {group, std::to_string(info.nlinks) + " links in a group", "at most " + std::to_string(most_links)});
+    return;
+  }
+  for (hsize_t i = 0; i < info.nlinks && !is_full(); ++i) {
     char name[256];
     const H5Id length = check_h5(
         H5Lget_name_by_idx(here.id(), ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof name, H5P_DEFAULT),
         place(group), wanted_model);
     const std::string path = (group == "/" ? "/" : group + "/") + name;
-    H5L_info_t link = {};
     if (static_cast<std::size_t>(length) >= sizeof name) {
       refused_.push_back({path, "a name of " + std::to_string(length) + " bytes", "at most 255"});
       continue;
     }
-    check_h5(H5Lget_info(here.id(), name, &link, H5P_DEFAULT), place(path), wanted_model);
-    if (link.type != H5L_TYPE_HARD) {
-      refused_.push_back({path,
-                          link.type == H5L_TYPE_EXTERNAL ? "a link into another file" : "a symbolic link",
-                          "the object itself"});
-      continue;
-    }
-    add_object(path, depth + 1);
+    add_link(here.id(), path, depth + 1);
   }
+}
+
+void H5Reader::add_link(H5Id group, const std::string& path, int depth)
+{
+  H5L_info_t link = {};
+  const std::string name = path.substr(path.rfind('/') + 1);
+  check_h5(H5Lget_info(group, name.c_str(), &link, H5P_DEFAULT), place(path), wanted_model);
+  if (link.type == H5L_TYPE_HARD) {
+    add_object(path, depth);
+    return;
+  }
+  refused_.push_back({path, link.type == H5L_TYPE_EXTERNAL ? "a link into another file" : "a symbolic link",
+                      "the object itself"});
 }
 
 void H5Reader::add_object(const std::string& path, int depth)
@@ -199,10 +277,14 @@ bool H5Reader::is_dataset(const std::string& path) const
 DatasetFacts H5Reader::facts(const std::string& dataset) const
 {
   const H5Handle object = open(dataset);
+  const H5Handle creation = own_h5(H5Dget_create_plist(object.id()), place(dataset), wanted_model);
   const H5Handle type = own_h5(H5Dget_type(object.id()), place(dataset), wanted_model);
-  const H5Handle space = own_h5(H5Dget_space(object.id()), place(dataset), wanted_model);
   DatasetFacts facts;
   facts.kind = kind_of(type.id());
+  // First of all: asked for the shape of a virtual dataset, HDF5 opens the files that it is made of.
+  facts.elsewhere = elsewhere(creation.id());
+  if (!facts.elsewhere.empty()) return facts;
+  const H5Handle space = own_h5(H5Dget_space(object.id()), place(dataset), wanted_model);
   facts.shape = shape_of(space.id());
   if (H5DSis_scale(object.id()) > 0) {
     char name[256] = {};
@@ -216,22 +298,19 @@ DatasetFacts H5Reader::facts(const std::string& dataset) const
 std::string H5Reader::storage_problem(H5Id dataset, const DatasetFacts& facts) const
 {
   const H5Handle creation = own_h5(H5Dget_create_plist(dataset), place(""), wanted_model);
-  if (H5Pget_external_count(creation.id()) != 0) return "values kept in another file";
-  const H5D_layout_t layout = H5Pget_layout(creation.id());
-  if (layout != H5D_CHUNKED && layout != H5D_CONTIGUOUS && layout != H5D_COMPACT) return "a virtual dataset";
   std::string filter = filter_problem(creation.id());
   if (!filter.empty()) return filter;
 
+  const bool is_chunked = H5Pget_layout(creation.id()) == H5D_CHUNKED;
   const H5Handle type = own_h5(H5Dget_type(dataset), place(""), wanted_model);
   const std::uint64_t element_bytes = std::max<std::uint64_t>(1, H5Tget_size(type.id()));
   const std::uint64_t stored = H5Dget_storage_size(dataset);
-  const std::uint64_t factor = layout == H5D_CHUNKED ? largest_deflate_ratio : 1;
+  const std::uint64_t factor = is_chunked ? largest_deflate_ratio : 1;
   if (stored > file_bytes_) return std::to_string(stored) + " bytes of values, more than the file holds";
   if (!count_within(facts.shape, stored * factor / element_bytes)) {
     return "a shape too large for the " + std::to_string(stored) + " bytes stored";
   }
-  if (layout == H5D_CHUNKED && !has_chunks_within(creation.id(), facts.shape))
-    return "chunks larger than the dataset";
+  if (is_chunked && !has_chunks_within(creation.id(), facts.shape)) return "chunks larger than the dataset";
   return {};
 }
 
@@ -262,13 +341,16 @@ std::optional<AttributeValue> H5Reader::attribute(const std::string& object, con
   AttributeValue value;
   if (shape.size() != 1 || shape[0] > largest_attribute) return value;
   value.kind = kind_of(type.id());
+  // No attribute of ours has several texts; here their memory has no bound.
+  if (value.kind == ValueKind::text && shape[0] > 1) value.kind.reset();
   if (!value.kind) return value;
   const std::size_t size = static_cast<std::size_t>(shape[0]);
   if (size == 0) return value;
   if (*value.kind == ValueKind::text) {
     std::vector<char*> texts(size, nullptr);
     check_h5(H5Aread(attribute.id(), type.id(), texts.data()), here, wanted_model);
-    value.texts = take_texts(texts, type.id(), space.id());
+    value.texts = copies(texts, here);
+    H5Dvlen_reclaim(type.id(), space.id(), H5P_DEFAULT, texts.data());
   } else {
     value.numbers.resize(size);
     check_h5(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, value.numbers.data()), here, wanted_model);
@@ -276,40 +358,41 @@ std::optional<AttributeValue> H5Reader::attribute(const std::string& object, con
   return value;
 }
 
-void H5Reader::read_raw(const std::string& dataset, H5Id memory_type, std::size_t size, void* values) const
+void H5Reader::read_raw(const std::string& dataset, H5Id memory_type, std::size_t size, void* values,
+                        H5Id transfer) const
 {
   const H5Handle object = open(dataset);
   const H5Handle space = own_h5(H5Dget_space(object.id()), place(dataset), wanted_model);
   const std::optional<std::uint64_t> count = count_within(shape_of(space.id()), size);
   check(count.has_value() && *count == size, "a dataset is read only when its shape is known");
   if (size == 0) return;
-  check_h5(H5Dread(object.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), place(dataset),
+  check_h5(H5Dread(object.id(), memory_type, H5S_ALL, H5S_ALL, transfer, values), place(dataset),
            wanted_model);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<double> values) const
 {
-  read_raw(dataset, H5T_NATIVE_DOUBLE, values.size(), values.data());
+  read_raw(dataset, H5T_NATIVE_DOUBLE, values.size(), values.data(), H5P_DEFAULT);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<float> values) const
 {
-  read_raw(dataset, H5T_NATIVE_FLOAT, values.size(), values.data());
+  read_raw(dataset, H5T_NATIVE_FLOAT, values.size(), values.data(), H5P_DEFAULT);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<std::int64_t> values) const
 {
-  read_raw(dataset, H5T_NATIVE_INT64, values.size(), values.data());
+  read_raw(dataset, H5T_NATIVE_INT64, values.size(), values.data(), H5P_DEFAULT);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<std::int32_t> values) const
 {
-  read_raw(dataset, H5T_NATIVE_INT32, values.size(), values.data());
+  read_raw(dataset, H5T_NATIVE_INT32, values.size(), values.data(), H5P_DEFAULT);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<std::int8_t> values) const
 {
-  read_raw(dataset, H5T_NATIVE_INT8, values.size(), values.data());
+  read_raw(dataset, H5T_NATIVE_INT8, values.size(), values.data(), H5P_DEFAULT);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<std::string> values) const
@@ -317,10 +400,14 @@ void H5Reader::read(const std::string& dataset, std::span<std::string> values) c
   if (values.empty()) return;
   const H5Handle object = open(dataset);
   const H5Handle type = own_h5(H5Dget_type(object.id()), place(dataset), wanted_model);
-  const H5Handle space = own_h5(H5Dget_space(object.id()), place(dataset), wanted_model);
+  const H5Handle transfer = own_h5(H5Pcreate(H5P_DATASET_XFER), place(dataset), wanted_model);
+  TextMemory memory;
+  check_h5(
+      H5Pset_vlen_mem_manager(transfer.id(), TextMemory::allocate, &memory, TextMemory::release, &memory),
+      place(dataset), wanted_model);
   std::vector<char*> texts(values.size(), nullptr);
-  read_raw(dataset, type.id(), texts.size(), texts.data());
-  std::vector<std::string> taken = take_texts(texts, type.id(), space.id());
+  read_raw(dataset, type.id(), texts.size(), texts.data(), transfer.id());
+  std::vector<std::string> taken = copies(texts, place(dataset));
   std::move(taken.begin(), taken.end(), values.begin());
 }
 

@@ -19,6 +19,7 @@ enum class ObjectKind { group, dataset };
 
 struct DatasetFacts {
   std::optional<ValueKind> kind;  ///< nothing: a type that motion models do not use
+  std::string elsewhere;          ///< where its values lie when that is not this file; then no shape
   std::vector<std::int64_t> shape;
   std::string scale_name;       ///< of a dimension scale; empty otherwise
   std::string storage_problem;  ///< why its values must not be read; empty: none
@@ -33,7 +34,8 @@ struct AttributeValue {
 
 class H5Reader {
  public:
-  /// Throws InputError naming the file when it is absent, truncated or no HDF5 file.
+  /// Throws InputError naming the file when it is absent, truncated or no HDF5 file. HDF5 loads no plugins
+  /// any more in this process.
   explicit H5Reader(const std::string& path);
 
   const std::string& file_name() const { return file_name_; }
@@ -60,9 +62,12 @@ class H5Reader {
   H5Place place(const std::string& object) const { return {file_name_, object}; }
   H5Handle open(const std::string& object) const;
   void walk(const std::string& group, int depth);
+  void add_link(H5Id group, const std::string& path, int depth);
   void add_object(const std::string& path, int depth);
+  bool is_full() const;
   std::string storage_problem(H5Id dataset, const DatasetFacts& facts) const;
-  void read_raw(const std::string& dataset, H5Id memory_type, std::size_t size, void* values) const;
+  void read_raw(const std::string& dataset, H5Id memory_type, std::size_t size, void* values,
+                H5Id transfer) const;
 
   std::string file_name_;
   std::uint64_t file_bytes_ = 0;

@@ -1,6 +1,7 @@
 #include "store/layout.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/error.hpp"
 #include "core/search_move.hpp"
@@ -156,6 +157,22 @@ void add_job(FileLayout& layout, const FileShape& shape)
   if (shape.n_landmarks) add_scaling(layout, *shape.n_landmarks);
 }
 
+std::uint64_t bytes_of(ValueKind kind)
+{
+  switch (kind) {
+    case ValueKind::float64:
+    case ValueKind::int64:
+      return 8;
+    case ValueKind::float32:
+    case ValueKind::int32:
+    case ValueKind::text:
+      return 4;
+    case ValueKind::int8:
+      return 1;
+  }
+  throw InternalError("a kind of values has a size");
+}
+
 }  // namespace
 
 const char* name_of(ValueKind kind)
@@ -260,6 +277,21 @@ std::int64_t dimension_size(const FileLayout& layout, const FileShape& shape, co
                                   [&](const DimensionSpec& dimension) { return dimension.path == path; });
   check(found != layout.dimensions.end(), "a dataset of the layout uses a dimension that is not in it");
   return found->size;
+}
+
+std::uint64_t value_bytes(const FileLayout& layout, const FileShape& shape)
+{
+  constexpr std::uint64_t too_large = std::numeric_limits<std::uint64_t>::max();
+  std::uint64_t total = 0;
+  for (const DatasetSpec& spec : layout.datasets) {
+    std::uint64_t bytes = bytes_of(spec.kind);
+    for (const std::string& dimension : spec.dimensions) {
+      const auto size = static_cast<std::uint64_t>(dimension_size(layout, shape, dimension));
+      if (__builtin_mul_overflow(bytes, size, &bytes)) return too_large;
+    }
+    if (__builtin_add_overflow(total, bytes, &total)) return too_large;
+  }
+  return total;
 }
 
 }  // namespace vrda

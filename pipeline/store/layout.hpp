@@ -128,4 +128,10 @@ FileLayout layout_of(const FileShape& shape);
 /// The size of dimension `path`; the axes count as dimensions too.
 std::int64_t dimension_size(const FileLayout& layout, const FileShape& shape, const std::string& path);
 
+/// The most that the values of a file may take in memory: a hundred times a large model.
+inline constexpr std::uint64_t largest_value_bytes = std::uint64_t{512} << 20;
+
+/// What the values take, a text counted as its length of 4 bytes; 2^64 - 1 where that is too large a number.
+std::uint64_t value_bytes(const FileLayout& layout, const FileShape& shape);
+
 }  // namespace vrda

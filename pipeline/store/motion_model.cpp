@@ -89,6 +89,15 @@ PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion)
   return push;
 }
 
+void set_no_compartments(MotionModel& model)
+{
+  const Eigen::Index n_flexion = model.tx_mm.rows(), n_varus = model.tx_mm.cols();
+  model.gap_medial_mm = GridD::Constant(n_flexion, n_varus, std::numeric_limits<double>::quiet_NaN());
+  model.gap_lateral_mm = model.gap_medial_mm;
+  model.contact_medial = GridB::Constant(n_flexion, n_varus, -1);
+  model.contact_lateral = model.contact_medial;
+}
+
 MotionModel with_pending_cells(MotionModel model)
 {
   const GridSize size{static_cast<Eigen::Index>(model.flexion_deg.size()),

@@ -162,6 +162,9 @@ Pose pose_in(const std::vector<double>& poses, std::size_t k);
 /// Along `delta` at each flexion, with a force and moments of 0.
 PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion);
 
+/// Gives the gaps and contact flags of the compartments what they are without any: NaN and -1.
+void set_no_compartments(MotionModel& model);
+
 /// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces and
 /// nothing that is made of them. The content of a start file; a run then fills the cells in. Keeps the push,
 /// or makes it that of `delta` where it has not a row a flexion, and what is no cell's of the fibres. Contact

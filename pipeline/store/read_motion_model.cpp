@@ -120,15 +120,9 @@ MotionModel read_values(const H5Reader& reader, const Structure& structure)
   open_derived(model, reader, structure.shape);
   open_mechanics(model, reader, structure.shape);
   open_scaling(model, reader, structure.shape);
-  visit_datasets(model, structure.shape, DatasetReader(reader, structure));
+  visit_datasets(model, structure.shape, DatasetReader(reader, structure.layout, structure.shape));
   if (structure.shape.minor_version == 0) complete_first_version(model);
-  if (!model.has_compartments) {
-    const Eigen::Index n_flexion = model.tx_mm.rows(), n_varus = model.tx_mm.cols();
-    model.gap_medial_mm = GridD::Constant(n_flexion, n_varus, std::numeric_limits<double>::quiet_NaN());
-    model.gap_lateral_mm = model.gap_medial_mm;
-    model.contact_medial = GridB::Constant(n_flexion, n_varus, -1);
-    model.contact_lateral = model.contact_medial;
-  }
+  if (!model.has_compartments) set_no_compartments(model);
   return model;
 }
 

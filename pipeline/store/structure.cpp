@@ -12,8 +12,12 @@
 namespace vrda {
 namespace {
 
+constexpr const char* equilibrium = "equilibrium";
+
 /// Indices in the file are 32-bit.
 constexpr std::int64_t largest_dimension = std::numeric_limits<std::int32_t>::max();
+
+constexpr const char* readable = "values that can be read, filtered by gzip, shuffle and fletcher32 only";
 
 std::string text_of(const std::vector<std::int64_t>& shape)
 {
@@ -65,6 +69,9 @@ class StructureCheck {
     for (const DimensionSpec& dimension : result_.layout.dimensions) check_dimension(dimension);
     for (const DatasetSpec& spec : result_.layout.datasets) check_dataset(spec);
     for (const AttributeSpec& spec : result_.layout.attributes) check_attribute(spec);
+    const std::uint64_t bytes = value_bytes(result_.layout, result_.shape);
+    if (bytes <= largest_value_bytes) return;
+    find("/", std::to_string(bytes) + " bytes of values", "at most " + std::to_string(largest_value_bytes));
   }
 
   void find(const std::string& where, const std::string& found, const std::string& wanted)
@@ -103,6 +110,12 @@ class StructureCheck {
     return false;
   }
 
+  bool is_elsewhere(const std::string& path, const DatasetFacts& facts)
+  {
+    if (!facts.elsewhere.empty()) find(path, facts.elsewhere, readable);
+    return !facts.elsewhere.empty();
+  }
+
   /// The size of a dimension; a finding and 0 when there is none.
   std::int64_t size_of(const std::string& path)
   {
@@ -111,6 +124,7 @@ class StructureCheck {
       return 0;
     }
     const DatasetFacts facts = reader_.facts(path);
+    if (is_elsewhere(path, facts)) return 0;
     if (facts.scale_name.empty()) find(path, "no dimension scale", "a dimension scale");
     if (facts.shape.size() == 1 && facts.shape[0] >= 0 && facts.shape[0] <= largest_dimension)
       return facts.shape[0];
@@ -184,7 +198,7 @@ class StructureCheck {
 
   void read_mechanics_shape()
   {
-    if (text("/", "method") == "equilibrium") result_.shape.n_forces = size_of("/equilibrium/forces/force");
+    if (text("/", "method") == equilibrium) result_.shape.n_forces = size_of("/equilibrium/forces/force");
     if (reader_.objects().count("/ligaments") == 0) return;
     result_.shape.ligaments = {size_of("/ligaments/fibre"), size_of("/ligaments/wrapping")};
   }
@@ -203,7 +217,11 @@ class StructureCheck {
       shape.has_compartments = compartments->numbers[0] != 0;
     }
     shape.n_contacts = size_of("/contacts/contact");
-    if (shape.minor_version >= 1) read_mechanics_shape();
+    if (shape.minor_version >= 1) {
+      read_mechanics_shape();
+    } else if (text("/", "method") == equilibrium) {
+      find("/@method", "\"equilibrium\"", "\"stability-search\", which is all that version 1.0 knew");
+    }
     shape.reference = body_shape("/bodies/reference");
     shape.moving = body_shape("/bodies/moving");
     shape.n_inputs = size_of("/job/input");
@@ -230,6 +248,7 @@ class StructureCheck {
       return;
     }
     const DatasetFacts facts = reader_.facts(spec.path);
+    if (is_elsewhere(spec.path, facts)) return;
     if (facts.kind != spec.kind) find(spec.path, text_of(facts.kind), name_of(spec.kind));
     std::vector<std::int64_t> shape;
     for (const std::string& dimension : spec.dimensions) {
@@ -238,8 +257,7 @@ class StructureCheck {
     if (facts.shape != shape) {
       find(spec.path, "shape " + text_of(facts.shape), "shape " + text_of(shape));
     } else if (!facts.storage_problem.empty()) {
-      find(spec.path, facts.storage_problem,
-           "values that can be read, filtered by gzip, shuffle and fletcher32 only");
+      find(spec.path, facts.storage_problem, readable);
     } else {
       check_scales(spec, facts);
     }

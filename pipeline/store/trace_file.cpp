@@ -4,46 +4,15 @@
 
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
-#include "store/binding.hpp"
 #include "store/dataset_reader.hpp"
 #include "store/dataset_writer.hpp"
 #include "store/seal.hpp"
+#include "store/trace_binding.hpp"
 #include "store/trace_layout.hpp"
 #include "store/trace_values.hpp"
 
 namespace vrda {
 namespace {
-
-/// Calls visit(path, member) for every dataset of trace_layout_of, in its order.
-template <typename ATrace, typename Visitor>
-void visit_trace(ATrace& trace, Visitor&& visit)
-{
-  visit("/searches/flexion", trace.searches.flexion_deg);
-  visit("/searches/varus", trace.searches.varus_deg);
-  visit("/searches/node", trace.searches.node);
-  visit("/searches/status", trace.searches.status);
-  visit("/searches/seed_translation", trace.searches.seed_translation_mm);
-  visit("/searches/seed_theta", trace.searches.seed_theta_deg);
-  visit("/searches/move_start", trace.searches.move_start);
-  visit("/moves/iteration", trace.moves.iteration);
-  visit("/moves/kind", trace.moves.kind);
-  visit("/moves/translation", trace.moves.translation_mm);
-  visit("/moves/theta", trace.moves.theta_deg);
-  visit("/moves/translation_step", trace.moves.translation_step_mm);
-  visit("/moves/rotation_step", trace.moves.rotation_step_deg);
-  visit("/moves/collides", trace.moves.collides);
-  visit("/moves/is_cycle", trace.moves.is_cycle);
-  visit("/moves/in_contact", trace.moves.in_contact);
-  visit("/moves/contact_start", trace.moves.contact_start);
-  visit("/contacts/point", trace.contacts.point_mm);
-  visit("/contacts/normal", trace.contacts.normal);
-  visit("/contacts/distance", trace.contacts.distance_mm);
-  visit("/contacts/triangle_reference", trace.contacts.triangle_reference);
-  visit("/contacts/triangle_moving", trace.contacts.triangle_moving);
-  visit("/contacts/compartment", trace.contacts.compartment);
-  visit("/job/resolved", trace.job.resolved);
-  visit_inputs(trace.job.inputs, visit);
-}
 
 void write_attributes(H5Writer& writer, const Trace& trace)
 {
@@ -62,10 +31,7 @@ void write_attributes(H5Writer& writer, const Trace& trace)
 
 std::string bytes_of(const std::string& path, const Trace& trace)
 {
-  const FileLayout layout = trace_layout_of({static_cast<std::int64_t>(trace.searches.node.size()),
-                                             static_cast<std::int64_t>(trace.moves.kind.size()),
-                                             static_cast<std::int64_t>(trace.contacts.compartment.size()),
-                                             static_cast<std::int64_t>(trace.job.inputs.size())});
+  const FileLayout layout = trace_layout_of(shape_of(trace));
   H5Writer writer(path);
   write_attributes(writer, trace);
   for (const std::string& group : layout.groups) writer.create_group(group);
@@ -82,7 +48,7 @@ Trace read_values(const H5Reader& reader, const Structure& structure)
   trace.approach_step_mm = number(reader, "/", "approach_step_mm");
   trace.translation_resolution_mm = number(reader, "/", "translation_resolution_mm");
   trace.rotation_resolution_deg = number(reader, "/", "rotation_resolution_deg");
-  visit_trace(trace, DatasetReader(reader, structure));
+  visit_trace(trace, DatasetReader(reader, structure.layout, structure.shape));
   return trace;
 }
 

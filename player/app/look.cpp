@@ -9,8 +9,9 @@
 namespace vrda {
 namespace {
 
-/// Opacity left to bodies that are looked through: their outline stays, their inside shows.
-constexpr float glassy = 0.3F;
+/// Opacity left to bodies that are looked through. A closed bone lies before what it holds with four walls at
+/// most: half of that is still seen, and the bone too.
+constexpr float glassy = 0.18F;
 
 constexpr double least_scale_mm = 0.1, most_scale_mm = 1000.0;
 
@@ -33,6 +34,14 @@ void set_transparency(Scene& scene, const std::string& who)
   }
   if (who != "moving") see_through(scene, Owner::reference, glassy);
   if (who != "reference") see_through(scene, Owner::moving, glassy);
+}
+
+void set_hidden(Scene& scene, const std::string& who)
+{
+  if (who.empty()) return;
+  if (who != "reference" && who != "moving")
+    throw InputError({"--hide", "", "\"" + who + "\"", "reference or moving"});
+  hide(scene, who == "reference" ? Owner::reference : Owner::moving);
 }
 
 }  // namespace
@@ -62,6 +71,7 @@ void dress(Scene& scene, const LookOptions& look)
     if (lights.background) scene.background = *lights.background;
   }
   set_transparency(scene, look.see_through);
+  set_hidden(scene, look.hidden);
 }
 
 }  // namespace vrda

@@ -16,13 +16,14 @@ struct LookOptions {
   double texture_scale_mm = 40.0;  ///< width of one repeat
   std::string lights;              ///< TOML file (schemas/lights.md); empty: studio_lighting()
   std::string see_through;         ///< "reference", "moving" or "both"; empty for none
+  std::string hidden;              ///< "reference" or "moving"; empty for none
 };
 
 /// Throws InputError on an unknown or repeated name.
 LayerSet parsed_layers(const std::string& text);
 
-/// Gives `scene` the mode, texture, lights and transparency asked for. Throws InputError for what is wrong
-/// with an option or its file. Before the scene is loaded.
+/// Gives `scene` the mode, texture, lights, transparent and hidden objects asked for. Throws InputError for
+/// what is wrong with an option or its file. Before the scene is loaded.
 void dress(Scene& scene, const LookOptions& look);
 
 }  // namespace vrda

@@ -3,20 +3,25 @@
 #include <algorithm>
 #include <cmath>
 #include <ostream>
+#include <utility>
 #include <vector>
 
 #include "app/arguments.hpp"
+#include "app/show_window.hpp"
 #include "app/stills.hpp"
+#include "app/video_file.hpp"
 #include "core/error.hpp"
 #include "motion/film.hpp"
 #include "motion/poses.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/read_apart.hpp"
 #include "store/trace_file.hpp"
 
 namespace vrda {
 namespace {
 
-constexpr double default_steps = 6.0;  // seven stills, 15 degrees apart over 0 to 90
+constexpr double default_steps = 6.0;         // seven stills, 15 degrees apart over 0 to 90
+constexpr double default_speed_deg_s = 30.0;  // as a knee is bent to be looked at
+constexpr int most_frames_per_s = 120;        // screens show no more
 
 /// Two attitudes nearer than this are one still.
 constexpr double same_angle_rad = rad_from_deg(1e-6);
@@ -50,12 +55,17 @@ struct Plan {
   int n_unsolved = 0;
 };
 
-std::vector<Attitude> wanted_attitudes(const Motion& motion, const ShowOptions& options)
+AngleRange wanted_range(const Motion& motion, const ShowOptions& options)
 {
+  if (options.flexion) return parsed_angles("--flexion", *options.flexion);
   const double first_deg = deg_from_rad(motion.first_flexion_rad()),
                last_deg = deg_from_rad(motion.last_flexion_rad());
-  AngleRange range{first_deg, last_deg, last_deg > first_deg ? (last_deg - first_deg) / default_steps : 1.0};
-  if (options.flexion) range = parsed_angles("--flexion", *options.flexion);
+  return {first_deg, last_deg, last_deg > first_deg ? (last_deg - first_deg) / default_steps : 1.0};
+}
+
+std::vector<Attitude> wanted_attitudes(const Motion& motion, const ShowOptions& options,
+                                       const AngleRange& range)
+{
   std::vector<Attitude> attitudes;
   for (const double flexion_deg : angles_deg(range)) {
     const double flexion_rad = rad_from_deg(flexion_deg);
@@ -92,7 +102,7 @@ Plan plan_of(const Motion& motion, const ShowOptions& options, std::ostream& tal
 {
   Plan plan;
   std::optional<double> last_flexion_rad, last_told_varus_rad;
-  for (const Attitude& wanted : wanted_attitudes(motion, options)) {
+  for (const Attitude& wanted : wanted_attitudes(motion, options, wanted_range(motion, options))) {
     JointPose pose = motion.at(wanted);
     // The varus is told once: it is the same for every flexion when it was given.
     if (last_told_varus_rad == wanted.varus_rad) pose.is_varus_clamped = false;
@@ -160,10 +170,62 @@ FilmOptions film_options(const ShowOptions& options)
   return film;
 }
 
+/// The poses of a film that plays at a speed; where nothing is solved the joint stands still.
+std::vector<JointPose> played_poses(const Motion& motion, const ShowOptions& options)
+{
+  AngleRange range = wanted_range(motion, options);
+  range.step_deg = options.speed_deg_s.value_or(default_speed_deg_s) / options.frames_per_s;
+  std::vector<JointPose> poses;
+  for (const Attitude& wanted : wanted_attitudes(motion, options, range)) {
+    const JointPose pose = motion.at(wanted);
+    if (pose.status == PoseStatus::solved) {
+      poses.push_back(pose);
+    } else if (!poses.empty()) {
+      poses.push_back(poses.back());
+    }
+  }
+  return poses;
+}
+
+std::vector<JointPose> poses_of(const std::vector<Still>& stills)
+{
+  std::vector<JointPose> poses;
+  poses.reserve(stills.size());
+  for (const Still& still : stills) poses.push_back(still.pose);
+  return poses;
+}
+
+void write_video(const ShowOptions& options, PictureMaker& maker, std::vector<JointPose> poses,
+                 const ShowStreams& streams)
+{
+  // The ends once only, so that a player that repeats the film does not stumble there.
+  if (options.is_to_and_fro) {
+    for (std::size_t i = poses.size() - 1; i-- > 1;) poses.push_back(poses[i]);
+  }
+  const PictureSize size = parsed_size(options.size);
+  VideoFile video({options.video, size.width, size.height, options.frames_per_s});
+  for (const JointPose& pose : poses) video.add(maker.tiled(pose));
+  video.finish();
+  streams.data << options.video << std::endl;
+  if (!options.is_quiet) {
+    streams.talk << options.video << ": " << poses.size() << (poses.size() == 1 ? " frame, " : " frames, ")
+                 << options.frames_per_s << " a second\n";
+  }
+}
+
+void require_video_options(const ShowOptions& options)
+{
+  if (!options.video.empty()) require_video_name(options.video);
+  if (options.frames_per_s < 1 || options.frames_per_s > most_frames_per_s)
+    throw InputError({"--fps", "", std::to_string(options.frames_per_s), "1 to 120"});
+  if (options.speed_deg_s && !(*options.speed_deg_s >= 0.1 && *options.speed_deg_s <= 3600.0))
+    throw InputError({"--speed", "", std::to_string(*options.speed_deg_s), "0.1 to 3600 degrees a second"});
+}
+
 ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
 {
   const FilmOptions chosen = film_options(options);
-  const Trace trace = read_trace(options.trace);
+  const Trace trace = read_trace_apart(options.trace);
   require_beside(trace, options.trace, model, options.file);
   const Film film = film_of(trace, options.trace, chosen);
   const Motion motion(model, "raw");
@@ -172,8 +234,11 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, con
   for (std::size_t i = 0; i < film.frames.size(); ++i) {
     stills.push_back({motion.placed(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
   }
-  write_stills(options, model, motion, stills, streams.data);
-  const std::size_t n_stills = stills.size() * parsed_views(options.views).size();
+  PictureMaker maker(options, model, {"raw", false}, poses_of(stills));
+  if (!options.folder.empty()) write_stills(options, maker, stills, streams.data);
+  if (!options.video.empty()) write_video(options, maker, poses_of(stills), streams);
+  const std::size_t n_stills =
+      options.folder.empty() ? 0 : stills.size() * parsed_views(options.views).size();
   if (!options.is_quiet) {
     streams.talk << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad) << ", varus "
                  << plain(film.attitude.varus_rad) << ", " << stills.size()
@@ -183,36 +248,52 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, con
   return {static_cast<int>(n_stills), 0};
 }
 
-}  // namespace
-
-ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
+ShowSummary show_poses(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
 {
-  if (options.folder.empty()) {
-    throw InputError({"show", "--offscreen", "nothing",
-                      "a folder for the pictures (a window is not available in this version)"});
-  }
-  const std::size_t n_views = parsed_views(options.views).size();
-  parsed_size(options.size);
-  parsed_layers(options.look.layers);
-  require_trace_options(options);
-  const MotionModel model = read_motion_model(options.file);
-  if (!options.trace.empty()) return show_trace(options, model, streams);
   const std::string set = chosen_set(model, options);
   const Motion motion(model, set);
   const Plan plan = plan_of(motion, options, streams.talk);
+  const bool has_stills = !options.folder.empty();
+  const std::size_t n_views = has_stills ? parsed_views(options.views).size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved};
   if (!options.varus_deg && !motion.has_spine()) {
     streams.talk << "no balanced cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
                  << " for every flexion\n";
   }
   if (plan.poses.empty()) return summary;
-  write_stills(options, model, motion, stills_of(plan.poses), streams.data);
+  PictureMaker maker(options, model, {set, true}, plan.poses);
+  if (has_stills) write_stills(options, maker, stills_of(plan.poses), streams.data);
+  if (!options.video.empty()) {
+    const bool is_played = options.speed_deg_s || !options.flexion;
+    std::vector<JointPose> poses = is_played ? played_poses(motion, options) : plan.poses;
+    // Solved at the angles of the stills alone.
+    if (poses.empty()) poses = plan.poses;
+    write_video(options, maker, poses, streams);
+  }
   if (!options.is_quiet) {
     streams.talk << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
                  << set << ", " << plan.poses.size() << (plan.poses.size() == 1 ? " attitude" : " attitudes")
                  << ", " << summary.n_stills << (summary.n_stills == 1 ? " picture" : " pictures") << "\n";
   }
   return summary;
+}
+
+}  // namespace
+
+ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
+{
+  parsed_views(options.views);
+  parsed_size(options.size);
+  parsed_layers(options.look.layers);
+  require_trace_options(options);
+  require_video_options(options);
+  MotionModel model = read_motion_model_apart(options.file);
+  if (options.folder.empty() && options.video.empty()) {
+    const std::string set = chosen_set(model, options);
+    show_in_window(options, std::move(model), set);
+    return {};
+  }
+  return options.trace.empty() ? show_poses(options, model, streams) : show_trace(options, model, streams);
 }
 
 }  // namespace vrda

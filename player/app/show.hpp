@@ -1,4 +1,4 @@
-/// The mode `show`: a motion model as pictures.
+/// The mode `show`: a motion model in a window, as pictures, as a film.
 #pragma once
 
 #include <iosfwd>
@@ -20,12 +20,13 @@ enum class Framed {
 /// As on the command line; angles in degrees.
 struct ShowOptions {
   std::string file;
-  std::string folder;                  ///< of the stills; empty wants a window
+  std::string folder;                  ///< of the stills; without it and a video a window is opened
   std::optional<std::string> flexion;  ///< A:B:STEP; default the measured range in six steps
   std::optional<double> varus_deg;     ///< default the balanced varus of each flexion
   std::string set;                     ///< default the smoothed set of highest degree, else raw
   std::string views = "oblique";
   std::string size = "1280x960";
+  int samples = 4;            ///< a pixel; 1 is fastest and has jagged edges
   std::string trace;          ///< a trace of the model: one of its searches instead of attitudes
   bool contact_only = false;  ///< only moves in contact
   int every = 1;              ///< only every so many frames, and the last
@@ -33,6 +34,11 @@ struct ShowOptions {
   Held held = Held::moving;
   Framed framed = Framed::joint;
   LookOptions look;
+  bool has_numbers = false;  ///< angles and gaps over the pictures
+  std::string video;         ///< a film of all views side by side
+  int frames_per_s = 25;
+  std::optional<double> speed_deg_s;  ///< of the film; default 30, but a frame an angle with `flexion`
+  bool is_to_and_fro = false;         ///< the film comes back to where it began
   bool is_quiet = false;
 };
 

@@ -1,12 +1,11 @@
-/// Pictures of a joint at several poses.
+/// Pictures of a joint at several poses, one a file.
 #pragma once
 
 #include <iosfwd>
 #include <string>
 #include <vector>
 
-#include "app/show.hpp"
-#include "motion/poses.hpp"
+#include "app/pictures.hpp"
 
 namespace vrda {
 
@@ -15,9 +14,8 @@ struct Still {
   std::string label;  ///< of the file's name: VIEW_label.png
 };
 
-/// Writes each still of each view, with one camera a view for all of them, and a path a line to `data`.
-/// Of `options` counts how to draw, and the folder. `motion` is what the poses are of.
-void write_stills(const ShowOptions& options, const MotionModel& model, const Motion& motion,
-                  const std::vector<Still>& stills, std::ostream& data);
+/// Writes each still of each view into the folder, and a path a line to `data`.
+void write_stills(const ShowOptions& options, PictureMaker& maker, const std::vector<Still>& stills,
+                  std::ostream& data);
 
 }  // namespace vrda

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "core/error.hpp"
+#include "render/detail.hpp"
 
 namespace vrda {
 namespace {
@@ -30,9 +31,27 @@ void upload_colours(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(VertexColour), nullptr);
 }
 
+/// A mesh with colours keeps all its triangles: coarser ones would lose the pattern.
+void upload_levels(const GlTable& gl, const Drawable& drawable, Detail detail, GpuMesh& mesh)
+{
+  std::vector<DetailLevel> levels;
+  if (detail == Detail::levels && drawable.colours.empty()) {
+    levels = levels_of(drawable.mesh);
+  } else {
+    levels.push_back({drawable.mesh.triangles, 0.0});
+  }
+  std::vector<std::uint32_t> indices;
+  for (const DetailLevel& level : levels) {
+    mesh.levels.push_back({indices.size(), static_cast<int>(level.triangles.size()), level.error_mm});
+    indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
+  }
+  gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.buffers[1]);
+  gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes_of(indices), indices.data(), GL_STATIC_DRAW);
+}
+
 }  // namespace
 
-GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
+GpuMesh uploaded(const GlTable& gl, const Drawable& drawable, Detail detail)
 {
   const DrawMesh& mesh = drawable.mesh;
   GpuMesh gpu;
@@ -41,8 +60,7 @@ GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
   gl.BindVertexArray(gpu.vertex_array);
   gl.BindBuffer(GL_ARRAY_BUFFER, gpu.buffers[0]);
   gl.BufferData(GL_ARRAY_BUFFER, bytes_of(mesh.vertices), mesh.vertices.data(), GL_STATIC_DRAW);
-  gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, gpu.buffers[1]);
-  gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes_of(mesh.triangles), mesh.triangles.data(), GL_STATIC_DRAW);
+  upload_levels(gl, drawable, detail, gpu);
   gl.EnableVertexAttribArray(0);
   gl.EnableVertexAttribArray(1);
   constexpr GLsizei stride = sizeof(DrawVertex);
@@ -51,8 +69,8 @@ GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
   upload_colours(gl, drawable, gpu);
   gpu.n_vertices = mesh.vertices.size();
   gpu.n_indices = mesh.triangles.size();
-  gpu.n_drawn = static_cast<int>(mesh.triangles.size());
   gpu.revision = drawable.revision;
+  gpu.is_closed = is_closed(mesh);
   return gpu;
 }
 
@@ -67,7 +85,10 @@ void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   gl.BufferSubData(GL_ARRAY_BUFFER, 0, bytes_of(changed.vertices), changed.vertices.data());
   gl.BufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, bytes_of(changed.triangles), changed.triangles.data());
   upload_colours(gl, drawable, mesh);
-  mesh.n_drawn = static_cast<int>(changed.triangles.size());
+  // Into the room of the first level; its coarser ones are no longer of this mesh.
+  mesh.is_closed = false;
+  mesh.levels.resize(1);
+  mesh.levels[0].n = static_cast<int>(changed.triangles.size());
   mesh.revision = drawable.revision;
 }
 
@@ -78,10 +99,15 @@ void drop(const GlTable& gl, GpuMesh& mesh)
   mesh = {};
 }
 
-void draw(const GlTable& gl, const GpuMesh& mesh)
+void draw(const GlTable& gl, const GpuMesh& mesh, double allowed_error_mm)
 {
+  const IndexRun* chosen = mesh.levels.data();
+  for (const IndexRun& level : mesh.levels) {
+    if (level.error_mm <= allowed_error_mm) chosen = &level;
+  }
   gl.BindVertexArray(mesh.vertex_array);
-  gl.DrawElements(GL_TRIANGLES, mesh.n_drawn, GL_UNSIGNED_INT, nullptr);
+  gl.DrawElements(GL_TRIANGLES, chosen->n, GL_UNSIGNED_INT,
+                  buffer_offset(chosen->first * sizeof(std::uint32_t)));
 }
 
 }  // namespace vrda

@@ -8,11 +8,14 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "render/egl_context.hpp"
 #include "render/gl_overlay.hpp"
 #include "render/gl_peeling.hpp"
 #include "render/gl_surfaces.hpp"
 #include "render/gl_table.hpp"
 #include "render/gl_target.hpp"
+#include "render/gl_warp.hpp"
+#include "render/osmesa_context.hpp"
 #include "render/shaders.hpp"
 
 namespace vrda {
@@ -27,6 +30,7 @@ class GlRenderer final : public Renderer {
 
   void load(const Scene& scene) override;
   void load(const OverlayFont& font) override;
+  void load(const Warp& warp) override;
   void resize(int width, int height) override;
   int width() const override { return options_.width; }
   int height() const override { return options_.height; }
@@ -40,12 +44,17 @@ class GlRenderer final : public Renderer {
   void draw_background(const Background& background);
   void draw_shot(const Scene& scene, const Shot& shot);
   void draw_frame(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
-  void blit(unsigned from, unsigned to);
+  void blit(unsigned from, unsigned to, int w, int h);
   void read_pixels();
 
   bool is_multisampled() const { return options_.samples > 1; }
-  /// Where a whole frame stands: drawn to directly, or resolved from its samples.
+  /// Where a whole picture stands: drawn to directly, or resolved from its samples.
   const Target& finished() const { return is_multisampled() ? resolved_ : drawn_; }
+  /// What is shown of it, and its size.
+  const Target& shown() const { return warper_ ? warper_->warped() : finished(); }
+  int shown_width() const { return warper_ ? warper_->width() : options_.width; }
+  int shown_height() const { return warper_ ? warper_->height() : options_.height; }
+  void size_image();
 
   std::unique_ptr<GlContext> context_;
   GlTable gl_;
@@ -56,6 +65,7 @@ class GlRenderer final : public Renderer {
   std::optional<SurfacePainter> surfaces_;
   std::optional<OverlayPainter> overlays_;
   std::optional<LayerPeeler> peeler_;
+  std::optional<WarpPainter> warper_;
   Target drawn_, resolved_;
   std::vector<std::uint8_t> upside_down_;
   Image image_;
@@ -67,13 +77,17 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
   context_->make_current();
   gl_ = table_of(*context_);
   check_size(options);
+  GLint most_samples = 0, most_depth_samples = 0;
+  gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
+  gl_.GetIntegerv(GL_MAX_DEPTH_TEXTURE_SAMPLES, &most_depth_samples);
+  options_.samples = std::min({options_.samples, std::max(most_samples, 1), std::max(most_depth_samples, 1)});
   const char* const first = "#version 330 core\n";
   background_program_ = linked_program(gl_, first, background_vertex_shader, background_fragment_shader);
   top_ = gl_.GetUniformLocation(background_program_, "top");
   bottom_ = gl_.GetUniformLocation(background_program_, "bottom");
   gl_.GenVertexArrays(1, &empty_array_);
   gl_.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);  // between the shots
-  surfaces_.emplace(gl_, is_multisampled());
+  surfaces_.emplace(gl_, SurfaceOptions{is_multisampled(), options_.coarseness_px});
   overlays_.emplace(gl_);
   open_targets();
   check(gl_.GetError() == GL_NO_ERROR, "the renderer opens without an OpenGL error");
@@ -83,6 +97,7 @@ GlRenderer::~GlRenderer()
 {
   context_->make_current();
   close_targets();
+  warper_.reset();
   overlays_.reset();
   surfaces_.reset();
   gl_.DeleteVertexArrays(1, &empty_array_);
@@ -91,15 +106,13 @@ GlRenderer::~GlRenderer()
 
 void GlRenderer::check_size(const RenderOptions& options) const
 {
-  GLint most = 0, most_samples = 0;
+  GLint most = 0;
   gl_.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most);
-  gl_.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
   if (std::min(options.width, options.height) < 1 || std::max(options.width, options.height) > most) {
     throw InputError({"picture", "size", std::to_string(options.width) + "x" + std::to_string(options.height),
                       "1 to " + std::to_string(most) + " pixels each way"});
   }
-  check(options.samples >= 1 && options.samples <= most_samples,
-        "the samples of a pixel are within OpenGL's limit");
+  check(options.samples >= 1, "a pixel has a sample");
 }
 
 void GlRenderer::open_targets()
@@ -109,9 +122,14 @@ void GlRenderer::open_targets()
   drawn_ = opened_target(gl_, plan);
   peeler_.emplace(gl_, plan, drawn_);
   if (is_multisampled()) resolved_ = opened_target(gl_, {w, h, 0, false});
-  image_.width = w;
-  image_.height = h;
-  image_.rgba.resize(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 4);
+  size_image();
+}
+
+void GlRenderer::size_image()
+{
+  image_.width = shown_width();
+  image_.height = shown_height();
+  image_.rgba.resize(static_cast<std::size_t>(image_.width) * static_cast<std::size_t>(image_.height) * 4);
   upside_down_.resize(image_.rgba.size());
 }
 
@@ -126,6 +144,7 @@ void GlRenderer::resize(int width, int height)
 {
   if (width == options_.width && height == options_.height) return;
   context_->make_current();
+  check(!warper_, "a picture that is warped keeps its size");
   RenderOptions resized = options_;
   resized.width = width;
   resized.height = height;
@@ -148,6 +167,18 @@ void GlRenderer::load(const OverlayFont& font)
   context_->make_current();
   overlays_->load(font);
   check(gl_.GetError() == GL_NO_ERROR, "a font loads without an OpenGL error");
+}
+
+void GlRenderer::load(const Warp& warp)
+{
+  context_->make_current();
+  RenderOptions shown = options_;
+  shown.width = warp.width;
+  shown.height = warp.height;
+  check_size(shown);
+  warper_.emplace(gl_, warp, options_.width, options_.height);
+  size_image();
+  check(gl_.GetError() == GL_NO_ERROR, "a warp loads without an OpenGL error");
 }
 
 void GlRenderer::draw_background(const Background& background)
@@ -184,15 +215,15 @@ void GlRenderer::draw_frame(const Scene& scene, std::span<const Shot> shots, con
   gl_.Enable(GL_FRAMEBUFFER_SRGB);
   gl_.Clear(GL_COLOR_BUFFER_BIT);
   for (const Shot& shot : shots) draw_shot(scene, shot);
-  if (is_multisampled()) blit(drawn_.frame, resolved_.frame);
-  gl_.BindFramebuffer(GL_FRAMEBUFFER, finished().frame);
-  if (overlay != nullptr) overlays_->draw(*overlay, options_.width, options_.height);
+  if (is_multisampled()) blit(drawn_.frame, resolved_.frame, options_.width, options_.height);
+  if (warper_) warper_->draw(finished().frame);
+  gl_.BindFramebuffer(GL_FRAMEBUFFER, shown().frame);
+  if (overlay != nullptr) overlays_->draw(*overlay, shown_width(), shown_height());
 }
 
 /// Samples are averaged in linear light while sRGB is on; with it off, codes are copied as they are.
-void GlRenderer::blit(unsigned from, unsigned to)
+void GlRenderer::blit(unsigned from, unsigned to, int w, int h)
 {
-  const int w = options_.width, h = options_.height;
   gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, from);
   gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, to);
   gl_.BlitFramebuffer(0, 0, w, h, 0, 0, w, h, GL_COLOR_BUFFER_BIT, GL_NEAREST);
@@ -200,7 +231,7 @@ void GlRenderer::blit(unsigned from, unsigned to)
 
 void GlRenderer::read_pixels()
 {
-  const int w = options_.width, h = options_.height;
+  const int w = shown_width(), h = shown_height();
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
   gl_.ReadPixels(0, 0, w, h, GL_RGBA, GL_UNSIGNED_BYTE, upside_down_.data());
   const std::ptrdiff_t stride = 4 * static_cast<std::ptrdiff_t>(w);
@@ -221,7 +252,7 @@ void GlRenderer::present(const Scene& scene, std::span<const Shot> shots, const 
 {
   draw_frame(scene, shots, overlay);
   gl_.Disable(GL_FRAMEBUFFER_SRGB);
-  blit(finished().frame, 0);
+  blit(shown().frame, 0, shown_width(), shown_height());
   check(gl_.GetError() == GL_NO_ERROR, "a frame is shown without an OpenGL error");
 }
 
@@ -236,6 +267,11 @@ const Image& Renderer::draw(const Scene& scene, const Camera& camera)
 std::unique_ptr<Renderer> make_gl_renderer(std::unique_ptr<GlContext> context, const RenderOptions& options)
 {
   return std::make_unique<GlRenderer>(std::move(context), options);
+}
+
+std::unique_ptr<Renderer> make_offscreen_renderer(const RenderOptions& options, Backend backend)
+{
+  return make_gl_renderer(backend == Backend::egl ? make_egl_context() : make_osmesa_context(), options);
 }
 
 }  // namespace vrda

@@ -32,8 +32,7 @@ Eigen::Vector3f line_shade(const Background& background)
 
 }  // namespace
 
-SurfacePainter::SurfacePainter(const GlTable& gl, bool is_multisampled)
-    : gl_(gl), is_multisampled_(is_multisampled)
+SurfacePainter::SurfacePainter(const GlTable& gl, const SurfaceOptions& options) : gl_(gl), options_(options)
 {
 }
 
@@ -52,7 +51,9 @@ void SurfacePainter::load(const Scene& scene)
 {
   for (GpuMesh& mesh : meshes_) drop(gl_, mesh);
   meshes_.clear();
-  for (const Drawable& drawable : scene.drawables) meshes_.push_back(uploaded(gl_, drawable));
+  const bool has_levels = options_.coarseness_px > 0.0;
+  for (const Drawable& drawable : scene.drawables)
+    meshes_.push_back(uploaded(gl_, drawable, has_levels ? Detail::levels : Detail::full));
   load_texture(scene.texture);
 }
 
@@ -92,6 +93,8 @@ void SurfacePainter::begin(const Scene& scene, const Camera& camera, const Pixel
   line_shade_ = line_shade(scene.background);
   X_camera_world_ = camera.X_world_camera.inverse();
   projection_ = projection(camera).cast<float>();
+  px_mm_at_1_mm_ = view.height / (2.0 * camera.half_height_tangent);
+  near_mm_ = camera.near_mm;
   bound_translucent(scene, view);
 }
 
@@ -152,6 +155,16 @@ SurfacePainter::Shading SurfacePainter::shading_of(const Drawable& drawable) con
   throw InternalError("a mode has a shading");
 }
 
+/// At the nearest point of the drawable; none where single triangles are looked at.
+double SurfacePainter::allowed_error_mm(const Drawable& drawable) const
+{
+  if (drawable.layer == Layer::bodies && (is_line_mode(mode_) || mode_ == DrawMode::flat)) return 0.0;
+  const Eigen::Vector3d middle_mm = 0.5 * (drawable.box_mm.min_mm + drawable.box_mm.max_mm);
+  const double radius_mm = 0.5 * (drawable.box_mm.max_mm - drawable.box_mm.min_mm).norm();
+  const double depth_mm = -(X_camera_world_ * (drawable.X_world_mesh * middle_mm)).z() - radius_mm;
+  return options_.coarseness_px * std::max(depth_mm, near_mm_) / px_mm_at_1_mm_;
+}
+
 SurfacePainter::Program& SurfacePainter::compiled(Shading shading, bool is_coloured)
 {
   const std::size_t n_lights = shading == Shading::depth ? 0 : lighting_->lights.size();
@@ -162,7 +175,7 @@ SurfacePainter::Program& SurfacePainter::compiled(Shading shading, bool is_colou
   std::string first = "#version 330 core\n#define N_LIGHTS " + std::to_string(n_lights) + "\n";
   first += names[static_cast<std::size_t>(shading)];
   if (is_coloured) first += "#define COLOURED\n";
-  if (is_multisampled_) first += "#define MULTISAMPLED\n";
+  if (options_.is_multisampled) first += "#define MULTISAMPLED\n";
   program.id = linked_program(gl_, first.c_str(), surface_vertex_shader,
                               shading == Shading::depth ? peel_fragment_shader : surface_fragment_shader);
   const auto at = [&](const char* name) { return gl_.GetUniformLocation(program.id, name); };
@@ -221,7 +234,7 @@ void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Sha
   const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
   gl_.UniformMatrix4fv(program.at.X_camera_mesh, 1, GL_FALSE, X_camera_mesh.data());
   if (shading != Shading::depth) set_material(program, drawable, shading);
-  vrda::draw(gl_, mesh);
+  vrda::draw(gl_, mesh, allowed_error_mm(drawable));
 }
 
 void SurfacePainter::draw_lines(const Scene& scene)
@@ -258,7 +271,10 @@ void SurfacePainter::draw(const Scene& scene, SurfacePass pass)
     if (!drawable.is_shown || (is_line_drawing && drawable.layer == Layer::bodies)) continue;
     if (is_translucent(drawable, meshes_[i]) == (pass == SurfacePass::opaque)) continue;
     const bool is_depth = pass == SurfacePass::translucent_depth;
+    const bool is_culled = pass == SurfacePass::opaque && meshes_[i].is_closed;
+    if (is_culled) gl_.Enable(GL_CULL_FACE);
     draw_one(drawable, meshes_[i], is_depth ? Shading::depth : shading_of(drawable));
+    if (is_culled) gl_.Disable(GL_CULL_FACE);
   }
 }
 

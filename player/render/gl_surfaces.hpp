@@ -23,9 +23,14 @@ struct PixelBox {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
+struct SurfaceOptions {
+  bool is_multisampled = false;
+  double coarseness_px = 0.0;  ///< as in RenderOptions
+};
+
 class SurfacePainter {
  public:
-  SurfacePainter(const GlTable& gl, bool is_multisampled);
+  SurfacePainter(const GlTable& gl, const SurfaceOptions& options);
   ~SurfacePainter();
   SurfacePainter(const SurfacePainter&) = delete;
   SurfacePainter& operator=(const SurfacePainter&) = delete;
@@ -54,6 +59,7 @@ class SurfacePainter {
   static constexpr std::size_t n_shadings = 6;
 
   Shading shading_of(const Drawable& drawable) const;
+  double allowed_error_mm(const Drawable& drawable) const;
   bool is_translucent(const Drawable& drawable, const GpuMesh& mesh) const;
   Program& compiled(Shading shading, bool is_coloured);
   void set_shot(Program& program);
@@ -64,7 +70,7 @@ class SurfacePainter {
   void bound_translucent(const Scene& scene, const PixelBox& view);
 
   const GlTable& gl_;
-  bool is_multisampled_;
+  SurfaceOptions options_;
   std::vector<GpuMesh> meshes_;
   /// By shading, whether vertices have colours, and number of lights; compiled when first used.
   std::array<std::array<std::array<Program, most_lights + 1>, 2>, n_shadings> programs_{};
@@ -75,6 +81,8 @@ class SurfacePainter {
   float repeats_by_mm_ = 0.0F;  ///< of the texture; 0 without one
   Eigen::Vector3f line_shade_{1.0F, 1.0F, 1.0F};
   Pose X_camera_world_ = Pose::Identity();
+  double px_mm_at_1_mm_ = 0.0;  ///< pixels a mm, times the depth in mm
+  double near_mm_ = 1.0;
   Eigen::Matrix4f projection_ = Eigen::Matrix4f::Identity();
   PixelBox translucent_box_;
 };

@@ -5,7 +5,6 @@
 #include <array>
 
 #include "core/error.hpp"
-#include "render/gl_renderer.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
 // OSMesaMakeCurrent of Mesa 22.3 keeps some 200 bytes a context for ever.
@@ -71,11 +70,6 @@ class OsmesaContext final : public GlContext {
 std::unique_ptr<GlContext> make_osmesa_context()
 {
   return std::make_unique<OsmesaContext>();
-}
-
-std::unique_ptr<Renderer> make_offscreen_renderer(const RenderOptions& options, Backend /*backend*/)
-{
-  return make_gl_renderer(make_osmesa_context(), options);
 }
 
 }  // namespace vrda

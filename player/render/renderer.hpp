@@ -16,7 +16,10 @@ namespace vrda {
 struct RenderOptions {
   int width = 1280;
   int height = 960;
-  int samples = 4;  ///< a pixel; 1 for no multisampling
+  int samples = 4;  ///< a pixel, or as many as OpenGL has; 1 for no multisampling
+  /// How far, in pixels, surfaces may lie beside their place where fewer triangles are drawn for speed;
+  /// 0 draws every triangle. Half a pixel is not seen.
+  double coarseness_px = 0.0;
 };
 
 /// Part of the picture, in pixels from its top left corner.
@@ -52,6 +55,20 @@ struct OverlayFont {
   std::vector<std::uint8_t> coverage;  ///< [height * width]
 };
 
+/// Triangles that carry the picture to other places: what takes the distortion of optics back.
+struct WarpVertex {
+  float x_px = 0.0F, y_px = 0.0F;  ///< where it is drawn, from the warped picture's top left corner
+  float u = 0.0F, v = 0.0F;        ///< of the picture, from its top left corner, on [0, 1]
+};
+struct WarpMesh {
+  std::vector<WarpVertex> vertices;
+  std::vector<std::uint32_t> triangles;  ///< three indices of `vertices` each
+};
+struct Warp {
+  int width = 0, height = 0;  ///< of the warped picture; black where no triangle is
+  WarpMesh mesh;
+};
+
 class Renderer {
  public:
   virtual ~Renderer() = default;
@@ -59,6 +76,9 @@ class Renderer {
   virtual void load(const Scene& scene) = 0;
   /// Wanted before an overlay is drawn.
   virtual void load(const OverlayFont& font) = 0;
+  /// From then on shots are drawn into a picture of the renderer's size, and what is shown is that picture
+  /// carried over by `warp`; overlays are drawn over it, unwarped.
+  virtual void load(const Warp& warp) = 0;
   virtual void resize(int width, int height) = 0;
   virtual int width() const = 0;   ///< pixels
   virtual int height() const = 0;  ///< pixels

@@ -206,4 +206,23 @@ out vec4 pixel;
 void main() { pixel = vec4(tint.rgb, tint.a * texture(font, at).r); }
 )";
 
+const char* const warp_vertex_shader = R"(
+layout(location = 0) in vec2 p_px;
+layout(location = 1) in vec2 p_picture;
+uniform vec2 size_px;
+out vec2 at;
+void main()
+{
+  at = vec2(p_picture.x, 1.0 - p_picture.y);
+  gl_Position = vec4(2.0 * p_px.x / size_px.x - 1.0, 1.0 - 2.0 * p_px.y / size_px.y, 0.0, 1.0);
+}
+)";
+
+const char* const warp_fragment_shader = R"(
+in vec2 at;
+uniform sampler2D picture;
+out vec4 pixel;
+void main() { pixel = texture(picture, at); }
+)";
+
 }  // namespace vrda

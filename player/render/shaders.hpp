@@ -15,5 +15,7 @@ extern const char* const background_fragment_shader;
 
 extern const char* const overlay_vertex_shader;
 extern const char* const overlay_fragment_shader;
+extern const char* const warp_vertex_shader;
+extern const char* const warp_fragment_shader;
 
 }  // namespace vrda

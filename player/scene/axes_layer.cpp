@@ -68,6 +68,7 @@ const std::vector<Label>& JointLayers::axis_labels()
 {
   static const std::vector<Label> labels = [] {
     std::vector<Label> made;
+    made.reserve(axes.size());
     for (const Axis& axis : axes) made.push_back({axis.name, axis.colour});
     return made;
   }();

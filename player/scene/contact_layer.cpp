@@ -52,8 +52,10 @@ double highest_force_n(const MotionModel& model)
 {
   const ForceRows& rows = model.equilibrium->forces;
   double highest_n = 0.0;
-  for (std::size_t row = 0; row < rows.along_delta_n.size(); ++row)
-    highest_n = std::max(highest_n, force_n(rows, row, model.delta));
+  for (const std::size_t cell : telling_cells(model)) {
+    for (std::int64_t row = rows.row_start[cell]; row < rows.row_start[cell + 1]; ++row)
+      highest_n = std::max(highest_n, force_n(rows, static_cast<std::size_t>(row), model.delta));
+  }
   return highest_n;
 }
 
@@ -101,7 +103,7 @@ ContactLayer::ContactLayer(const MotionModel& model, Scene& scene)
     const double highest_n = highest_force_n(model);
     arrows_ = signs_of(model, model.equilibrium->forces, [&](std::size_t row) {
       const double part = force_n(model.equilibrium->forces, row, model.delta) / highest_n;
-      return scale_ * std::max(shortest_arrow_mm, part * longest_arrow_mm);
+      return scale_ * std::clamp(part * longest_arrow_mm, shortest_arrow_mm, longest_arrow_mm);
     });
   } else {
     arrows_ = points_;

@@ -13,8 +13,8 @@ namespace vrda {
 
 /// The contacts of the nearest cell of the grid, held by the moving object, so that they stay on its surface
 /// between cells. Balls where the surfaces touch; arrows that press on the moving object there, their tips at
-/// the points: the contact forces where the equilibrium knows them, as long as they are strong, else the
-/// contacts' normals, all alike.
+/// the points: the contact forces where the equilibrium knows them, as long as they are strong (the strongest
+/// of the balanced cells sets the scale, no arrow is longer), else the contacts' normals, all alike.
 class ContactLayer {
  public:
   ContactLayer(const MotionModel& model, Scene& scene);

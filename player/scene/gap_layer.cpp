@@ -1,7 +1,8 @@
 #include "scene/gap_layer.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <cstdint>
+#include <utility>
 
 #include "proximity/ray_travel.hpp"
 #include "scene/layer_drawable.hpp"
@@ -9,10 +10,11 @@
 namespace vrda {
 namespace {
 
-constexpr double range_mm = 6.0;      ///< farther is no neighbourhood: a meniscus is as high
-constexpr double deepest_mm = 3.0;    ///< overlap that a smoothed motion may show; deeper is another surface
-constexpr double above_mm = 0.2;      ///< of a knee: what levels of detail may lift the part below by
-constexpr double least_upward = 0.1;  ///< of a face's normal along Delta: steeper ones face nothing along it
+constexpr double range_mm = 6.0;    ///< farther is no neighbourhood: a meniscus is as high
+constexpr double deepest_mm = 3.0;  ///< overlap that a smoothed motion may show; deeper is another surface
+constexpr double above_mm =
+    0.05;  ///< of a knee: far above single precision and depth, far below what is seen
+constexpr double least_upward = 0.3;  ///< of a face's normal along Delta: steeper ones face nothing along it
 constexpr double fades_from = 0.7;    ///< part of the range where the colours begin to fade into the bone
 
 Legend gap_legend()
@@ -25,13 +27,34 @@ Legend gap_legend()
   return legend;
 }
 
-std::vector<Eigen::Index> upward_triangles(const MotionModel& model, const std::vector<Eigen::Index>& rows)
+Eigen::Vector3d position_mm(const DrawVertex& vertex)
 {
-  std::vector<Eigen::Index> upward;
-  for (const Eigen::Index t : rows) {
-    if (face_normal(model.moving.contact.mesh, t).dot(model.delta) > least_upward) upward.push_back(t);
+  return {vertex.position_mm[0], vertex.position_mm[1], vertex.position_mm[2]};
+}
+
+/// The faces that look along `delta`, and the vertices they use, with the normals of the whole: shaded like
+/// what lies below.
+DrawMesh upward_part(const DrawMesh& whole, const Eigen::Vector3d& delta)
+{
+  constexpr std::uint32_t unused = UINT32_MAX;
+  DrawMesh part;
+  std::vector<std::uint32_t> row(whole.vertices.size(), unused);
+  for (std::size_t t = 0; t < whole.triangles.size(); t += 3) {
+    const std::uint32_t* corner = &whole.triangles[t];
+    const Eigen::Vector3d a = position_mm(whole.vertices[corner[0]]);
+    const Eigen::Vector3d area =
+        (position_mm(whole.vertices[corner[1]]) - a).cross(position_mm(whole.vertices[corner[2]]) - a);
+    if (!(area.dot(delta) > least_upward * area.norm())) continue;
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::uint32_t& own = row[corner[k]];
+      if (own == unused) {
+        own = static_cast<std::uint32_t>(part.vertices.size());
+        part.vertices.push_back(whole.vertices[corner[k]]);
+      }
+      part.triangles.push_back(own);
+    }
   }
-  return upward;
+  return part;
 }
 
 }  // namespace
@@ -44,26 +67,24 @@ GapLayer::GapLayer(const MotionModel& model, Scene& scene)
 
 void GapLayer::add_sheet(const MotionModel& model, Scene& scene, std::size_t component)
 {
-  const std::vector<Eigen::Index> upward =
-      upward_triangles(model, triangles_by_component(model.moving, model.moving.contact)[component]);
-  if (upward.empty()) return;
+  const Part& contact = model.moving.contact;
+  const DrawMesh whole = draw_mesh(contact.mesh, triangles_by_component(model.moving, contact)[component],
+                                   model.rotation_centre_mm);
+  DrawMesh upward = upward_part(whole, model.delta);
+  if (upward.triangles.empty()) return;
   const Component& part = model.moving.components[component];
   Sheet sheet;
   sheet.drawable = add_layer(scene, Layer::gap_map, Owner::moving, "gaps on " + part.name);
   Drawable& drawable = scene.drawables[sheet.drawable];
   drawable.origin_mm = model.rotation_centre_mm;
-  drawable.mesh = draw_mesh(model.moving.contact.mesh, upward, drawable.origin_mm);
+  drawable.mesh = std::move(upward);
   drawable.material = material_of(part.material);
   drawable.material.mottling = 0.0F;
   sheet.bone = encoded(drawable.material.colour);
   const auto lift_mm = static_cast<float>(above_mm * sign_scale(model));
   for (DrawVertex& vertex : drawable.mesh.vertices) {
-    Eigen::Vector3d p_mm;
-    for (std::size_t k = 0; k < 3; ++k) {
-      p_mm[static_cast<Eigen::Index>(k)] = vertex.position_mm[k];
-      vertex.position_mm[k] += lift_mm * vertex.normal[k];
-    }
-    sheet.point_mm.push_back(p_mm + drawable.origin_mm);
+    sheet.point_mm.push_back(position_mm(vertex) + drawable.origin_mm);
+    for (std::size_t k = 0; k < 3; ++k) vertex.position_mm[k] += lift_mm * vertex.normal[k];
   }
   update_box(drawable);
   drawable.colours.assign(drawable.mesh.vertices.size(), sheet.bone);

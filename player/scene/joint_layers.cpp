@@ -70,4 +70,11 @@ void see_through(Scene& scene, Owner owner, float part)
   }
 }
 
+void hide(Scene& scene, Owner owner)
+{
+  for (Drawable& drawable : scene.drawables) {
+    if (drawable.owner == owner && drawable.layer == Layer::bodies) drawable.is_shown = false;
+  }
+}
+
 }  // namespace vrda

@@ -56,5 +56,7 @@ class JointLayers {
 
 /// Opacity of one object's bodies: `part` of their materials' own. To look through to what lies behind.
 void see_through(Scene& scene, Owner owner, float part);
+/// One object's bodies out of sight; its layers stay.
+void hide(Scene& scene, Owner owner);
 
 }  // namespace vrda

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/step_status.hpp"
 #include "scene/palette.hpp"
 
 namespace vrda {
@@ -13,6 +14,18 @@ double sign_scale(const MotionModel& model)
   const Eigen::Vector3d size_mm = box.max_mm - box.min_mm;
   const double width_mm = std::max(size_mm.x(), size_mm.z());
   return width_mm > 0.0 ? width_mm / width_of_knee_mm : 1.0;
+}
+
+std::vector<std::size_t> telling_cells(const MotionModel& model)
+{
+  std::vector<std::size_t> spine, all;
+  for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
+    if (model.status.data()[cell] != static_cast<std::int8_t>(StepStatus::stable)) continue;
+    all.push_back(static_cast<std::size_t>(cell));
+    if (model.is_spine.size() > 0 && model.is_spine.data()[cell] == 1)
+      spine.push_back(static_cast<std::size_t>(cell));
+  }
+  return spine.empty() ? all : spine;
 }
 
 std::size_t add_layer(Scene& scene, Layer layer, Owner owner, const std::string& name)

@@ -12,23 +12,32 @@ namespace {
 
 /// Straight fibres need no more than four; on a wrap 12 points bend by a few degrees from each to the next.
 constexpr std::size_t n_straight = 4, n_wrapped = 14;
-constexpr double thickness_mm = 0.9;  ///< radius on a knee: its bundles' fibres lie 2 to 4 mm apart
-constexpr VertexColour slack_colour{150, 150, 145, 255};
+constexpr double thickness_mm = 0.9,
+                 slack_thickness_mm = 0.55;  // radii on a knee: fibres lie 2 to 4 mm apart
+constexpr VertexColour slack_colour{205, 203, 196, 255};
 
 std::size_t n_points(const Fibre& fibre)
 {
   return fibre.wrap < 0 ? n_straight : n_wrapped;
 }
 
-/// From 0 to the highest strain of the motion, at least 5 %, in steps of 5 %.
-Legend legend_of(const MotionModel& model)
+/// From 0 to what most taut fibres of the telling cells stay below, in steps of 2 %.
+Legend legend_of(const MotionModel& model, std::size_t n_fibres)
 {
-  constexpr double step = 0.05;
-  double highest = step;
-  if (model.ligaments) {
-    for (const double strain : model.ligaments->strain) {
-      if (strain > highest) highest = step * std::ceil(strain / step - 1e-9);
+  constexpr double step = 0.02, most = 0.95;
+  std::vector<double> taut;
+  for (const std::size_t cell : telling_cells(model)) {
+    for (std::size_t fibre = 0; fibre < n_fibres; ++fibre) {
+      const double strain = model.ligaments->strain[cell * n_fibres + fibre];
+      if (strain > 0.0) taut.push_back(strain);
     }
+  }
+  double highest = step;
+  if (!taut.empty()) {
+    const auto place =
+        taut.begin() + static_cast<std::ptrdiff_t>(most * static_cast<double>(taut.size() - 1));
+    std::nth_element(taut.begin(), place, taut.end());
+    highest = std::max(step, step * std::ceil(*place / step - 1e-9));
   }
   Legend legend;
   legend.title = "strain, %";
@@ -67,9 +76,9 @@ Ligaments ligaments_of(const MotionModel& model)
 
 LigamentLayer::LigamentLayer(const MotionModel& model, Scene& scene)
     : ligaments_(ligaments_of(model)),
-      legend_(legend_of(model)),
+      legend_(legend_of(model, ligaments_.fibres.size())),
       origin_mm_(model.rotation_centre_mm),
-      radius_mm_(thickness_mm * sign_scale(model)),
+      scale_(sign_scale(model)),
       drawable_(add_layer(scene, Layer::ligaments, Owner::reference, "ligaments")),
       strain_(ligaments_.fibres.size())
 {
@@ -98,7 +107,7 @@ void LigamentLayer::update(Scene& scene, const JointPose& pose)
     const FibreWay way = fibre_way(fibre, ligaments_.wraps, placement, way_mm);
     strain_[i] = way.length_mm / fibre.slack_length_mm - 1.0;
     for (Eigen::Vector3d& p_mm : way_mm) p_mm -= origin_mm_;
-    set_tube(drawable.mesh, vertex, way_mm, radius_mm_);
+    set_tube(drawable.mesh, vertex, way_mm, scale_ * (strain_[i] < 0.0 ? slack_thickness_mm : thickness_mm));
     const auto first = drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex);
     vertex += tube_size(way_mm.size()).n_vertices;
     std::fill(first, drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex),

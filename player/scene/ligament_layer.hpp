@@ -1,4 +1,4 @@
-/// Ligament fibres as tubes, coloured by their strain.
+/// Ligament fibres as tubes, coloured by their strain, thin where they are slack.
 #pragma once
 
 #include <vector>
@@ -27,7 +27,7 @@ class LigamentLayer {
   Ligaments ligaments_;
   Legend legend_;
   Eigen::Vector3d origin_mm_;
-  double radius_mm_ = 1.0;
+  double scale_ = 1.0;
   std::size_t drawable_ = 0;
   std::vector<double> strain_;
   Pose X_reference_moving_ = Pose::Identity();  ///< of the last update

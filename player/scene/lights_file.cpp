@@ -54,8 +54,9 @@ const toml::table& table_at(const toml::table& table, const Place& place, const 
 std::string text_of(const toml::array& list)
 {
   std::ostringstream text;
-  text << list;
-  return text.str();
+  for (const toml::node& item : list)
+    text << (&item == list.get(0) ? "[" : ", ") << toml::node_view<const toml::node>(item);
+  return list.empty() ? "[]" : text.str() + "]";
 }
 
 Eigen::Vector3f numbers(const toml::table& table, const Place& place, const char* name, double least,

@@ -50,7 +50,7 @@ Extent extent_of(const Scene& scene, Owner owner)
 {
   Extent extent;
   for (const Drawable& drawable : scene.drawables) {
-    if (drawable.owner != owner || !drawable.has_contact || !is_framed(drawable)) continue;
+    if (drawable.owner != owner || !drawable.has_contact || drawable.layer != Layer::bodies) continue;
     for (const DrawVertex& vertex : drawable.mesh.vertices) {
       const Eigen::Vector3d p_world_mm = drawable.X_world_mesh * as_vector(vertex.position_mm);
       extent.min_mm = extent.min_mm.cwiseMin(p_world_mm);

@@ -82,11 +82,12 @@ struct Sphere {
   double radius_mm = 0.0;
 };
 
-/// Bodies that are shown; layers and hidden bodies take no part in framing.
+/// Bodies that are shown: a picture needs room for them, and for nothing else.
 bool is_framed(const Drawable& drawable);
 
 /// The place where the objects meet, as placed: around the middle of the overlap of the bounding boxes of
-/// their contact parts, as wide as `widths` times the larger width of that overlap across world Y.
+/// their contact parts, as wide as `widths` times the larger width of that overlap across world Y. Hidden
+/// bodies count: the joint is where it is.
 Sphere joint_sphere(const Scene& scene, double widths = 0.85);
 
 /// The vertices of the bodies, as placed, within the sphere; every one of theirs when none is.

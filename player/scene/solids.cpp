@@ -89,13 +89,12 @@ SolidSize size_of(std::size_t n_rings, std::size_t step)
   return {n_rings * n_sides, n_rings / step * 6 * n_sides - (step == 1 ? 6 * n_sides : 0)};
 }
 
-/// A flat end: a ring and its centre.
-std::size_t set_end(DrawMesh& mesh, std::size_t vertex, const Frame& frame, const Eigen::Vector3d& centre_mm,
-                    double radius_mm, double forward)
+/// A flat end: a ring and its centre, in the order in which the rings go on. `ring.forward` is -1 or 1.
+std::size_t set_end(DrawMesh& mesh, std::size_t vertex, const Frame& frame, const Ring& ring)
 {
-  const bool is_front = forward > 0.0;
-  vertex = set_ring(mesh, vertex, frame, {centre_mm, is_front ? radius_mm : 0.0, 0.0, forward});
-  return set_ring(mesh, vertex, frame, {centre_mm, is_front ? 0.0 : radius_mm, 0.0, forward});
+  const Ring centre{ring.centre_mm, 0.0, 0.0, ring.forward};
+  vertex = set_ring(mesh, vertex, frame, ring.forward > 0.0 ? ring : centre);
+  return set_ring(mesh, vertex, frame, ring.forward > 0.0 ? centre : ring);
 }
 
 }  // namespace
@@ -148,10 +147,10 @@ void set_rod(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& fr
              const Eigen::Vector3d& to_mm, double radius_mm)
 {
   const Frame frame = frame_along((to_mm - from_mm).normalized());
-  std::size_t vertex = set_end(mesh, first_vertex, frame, from_mm, radius_mm, -1.0);
+  std::size_t vertex = set_end(mesh, first_vertex, frame, {from_mm, radius_mm, 0.0, -1.0});
   vertex = set_ring(mesh, vertex, frame, {from_mm, radius_mm});
   vertex = set_ring(mesh, vertex, frame, {to_mm, radius_mm});
-  set_end(mesh, vertex, frame, to_mm, radius_mm, 1.0);
+  set_end(mesh, vertex, frame, {to_mm, radius_mm, 0.0, 1.0});
 }
 
 void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
@@ -164,10 +163,10 @@ void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& 
       std::min(head_by_shaft * radius_mm, most_of_arrow * length_mm / head_slimness);
   const double shaft_radius_mm = head_radius_mm / head_by_shaft;
   const Eigen::Vector3d neck_mm = to_mm - head_slimness * head_radius_mm * frame.along;
-  std::size_t vertex = set_end(mesh, first_vertex, frame, from_mm, shaft_radius_mm, -1.0);
+  std::size_t vertex = set_end(mesh, first_vertex, frame, {from_mm, shaft_radius_mm, 0.0, -1.0});
   vertex = set_ring(mesh, vertex, frame, {from_mm, shaft_radius_mm});
   vertex = set_ring(mesh, vertex, frame, {neck_mm, shaft_radius_mm});
-  vertex = set_end(mesh, vertex, frame, neck_mm, head_radius_mm, -1.0);
+  vertex = set_end(mesh, vertex, frame, {neck_mm, head_radius_mm, 0.0, -1.0});
   // A cone's normal: across its slope, which falls by the radius over head_slimness radii.
   constexpr double outward = 0.933, forward = 0.359;
   vertex = set_ring(mesh, vertex, frame, {neck_mm, head_radius_mm, outward, forward});

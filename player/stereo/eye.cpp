@@ -29,7 +29,7 @@ void set_ipd(EyePair& eyes, double ipd_mm)
   eyes.right.position_head_mm.x() = 0.5 * ipd_mm;
 }
 
-PixelBox shown_box(const Eye& eye)
+ShownBox shown_box(const Eye& eye)
 {
   const Viewport& v = eye.visible;
   // Along an edge the place shown is furthest out at a corner (pincushion) or beside the centre (barrel).
@@ -44,7 +44,7 @@ PixelBox shown_box(const Eye& eye)
                                                  Eigen::Vector2d(x, v.y + v.height),
                                                  Eigen::Vector2d(v.x, y),
                                                  Eigen::Vector2d(v.x + v.width, y)};
-  PixelBox box;
+  ShownBox box;
   box.low_px = box.high_px = shown_px(eye.distortion, places[0]);
   for (const Eigen::Vector2d& place : places) {
     const Eigen::Vector2d shown = shown_px(eye.distortion, place);
@@ -54,7 +54,7 @@ PixelBox shown_box(const Eye& eye)
   return box;
 }
 
-Camera camera_of(const Eye& eye, const Pose& X_world_head, const PixelBox& box)
+Camera camera_of(const Eye& eye, const Pose& X_world_head, const ShownBox& box)
 {
   const Eigen::Vector2d size_px = box.high_px - box.low_px;
   const Eigen::Vector2d middle_px = 0.5 * (box.low_px + box.high_px);

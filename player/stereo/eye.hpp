@@ -26,16 +26,16 @@ struct EyePair {
 void set_ipd(EyePair& eyes, double ipd_mm);
 
 /// A part of the frame buffer in fractions of pixels.
-struct PixelBox {
+struct ShownBox {
   Eigen::Vector2d low_px = Eigen::Vector2d::Zero();   ///< left, top
   Eigen::Vector2d high_px = Eigen::Vector2d::Zero();  ///< right, bottom
 };
 
 /// Everything of the undistorted picture that the visible part shows.
-PixelBox shown_box(const Eye& eye);
+ShownBox shown_box(const Eye& eye);
 
 /// The camera whose picture is `box`; depth range still to be set.
-Camera camera_of(const Eye& eye, const Pose& X_world_head, const PixelBox& box);
+Camera camera_of(const Eye& eye, const Pose& X_world_head, const ShownBox& box);
 
 /// Where a point of space is to be shown, in the head frame; it must lie in front of the eye (z below the
 /// eye's).

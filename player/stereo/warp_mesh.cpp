@@ -50,7 +50,7 @@ Cells cells_for(const Eye& eye, double error_px)
 
 }  // namespace
 
-WarpMesh warp_mesh(const Eye& eye, const PixelBox& box, double error_px)
+WarpMesh warp_mesh(const Eye& eye, const ShownBox& box, double error_px)
 {
   const Cells cells = cells_for(eye, error_px);
   const Eigen::Vector2d size_px = box.high_px - box.low_px;
@@ -74,7 +74,7 @@ WarpMesh warp_mesh(const Eye& eye, const PixelBox& box, double error_px)
   return mesh;
 }
 
-Eigen::Vector2d looked_up_px(const WarpMesh& mesh, const PixelBox& box, const Eigen::Vector2d& drawn_px)
+Eigen::Vector2d looked_up_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px)
 {
   const auto at = [&](std::uint32_t k) {
     return Eigen::Vector2d(mesh.vertices[k].x_px, mesh.vertices[k].y_px);

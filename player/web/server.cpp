@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/read_apart.hpp"
 #include "web/connection.hpp"
 #include "web/page_file.hpp"
 
@@ -195,7 +195,7 @@ class Server {
 void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk)
 {
   // Says what is wrong with the file before anyone opens a page.
-  read_motion_model(options.file);
+  read_motion_model_apart(options.file);
   const EndSignals end;
   Server server(options, listening(options));
   const std::string address = "http://127.0.0.1:" + std::to_string(server.port()) + "/";

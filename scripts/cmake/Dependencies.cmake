@@ -35,6 +35,8 @@ if(VRDA_PLAYER)
   find_package(glfw3 3.3 REQUIRED)
   find_package(meshoptimizer REQUIRED)
   find_package(PNG REQUIRED)
+  # The interface's letters; the program carries them.
+  find_file(VRDA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu NO_DEFAULT_PATH REQUIRED)
   # Puts the web page together; its libraries are npm's packages, which scripts/setup installs.
   find_program(NODE NAMES node nodejs REQUIRED)
   find_file(VRDA_WEB_PACKAGES three/package.json PATHS ${CMAKE_SOURCE_DIR}/player/web/node_modules NO_DEFAULT_PATH)

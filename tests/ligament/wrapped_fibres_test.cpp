@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "core/error.hpp"
 #include "ligament/differences.hpp"
+#include "ligament/fibre_path.hpp"
 
 namespace vrda {
 namespace {
@@ -108,6 +110,65 @@ TEST(WrappedFibres, SwappedBodiesPullTheOtherWay)
   const Potential b = ligament_energy(swapped, {}, {-t_mm, 0.0});
   EXPECT_NEAR(a.energy_nmm, b.energy_nmm, 1e-6);
   EXPECT_LT((a.gradient.head<3>() + b.gradient.head<3>()).norm(), 1e-6);
+}
+
+double chords_mm(const std::vector<Eigen::Vector3d>& points_mm)
+{
+  double sum_mm = 0.0;
+  for (std::size_t k = 1; k < points_mm.size(); ++k) sum_mm += (points_mm[k] - points_mm[k - 1]).norm();
+  return sum_mm;
+}
+
+TEST(WrappedFibres, TheWayLiesOnTheSurfaceAndIsAsLongAsThePath)
+{
+  const Ligaments ligaments = wrapped_fibres();
+  const Placement placement = placed(bent.attitude, bent.pose);
+  for (const Fibre& fibre : ligaments.fibres) {
+    SCOPED_TRACE(fibre.name);
+    const FibrePath path = fibre_path(fibre, ligaments.wraps, placement);
+    std::vector<Eigen::Vector3d> points_mm(202);
+    const FibreWay way = fibre_way(fibre, ligaments.wraps, placement, points_mm);
+    ASSERT_TRUE(way.is_wrapped);
+    EXPECT_EQ(way.length_mm, path.length_mm);
+    const bool is_on_moving = path.end_body == WrapBody::reference;
+    const Eigen::Vector3d& end_mm = is_on_moving ? points_mm.front() : points_mm.back();
+    EXPECT_EQ(end_mm, path.end_mm);
+    // 199 chords of an arc that turns by at most pi are short by a part of (pi / 199)^2 / 24: 1e-5.
+    EXPECT_LE(chords_mm(points_mm), path.length_mm + 1e-8);
+    EXPECT_GT(chords_mm(points_mm), path.length_mm * (1.0 - 1.1e-5));
+    const Wrap& wrap = ligaments.wraps[static_cast<std::size_t>(fibre.wrap)];
+    for (std::size_t k = 1; k + 1 < points_mm.size(); ++k) {
+      const Eigen::Vector3d p_body_mm =
+          is_on_moving
+              ? Eigen::Vector3d(placement.R_S_moving.transpose() * (points_mm[k] - placement.t_S_moving_mm))
+              : Eigen::Vector3d(placement.R_S_reference.transpose() * points_mm[k]);
+      Eigen::Vector3d q = (wrap.X_body_wrap.inverse() * p_body_mm).cwiseQuotient(wrap.radii_mm);
+      if (wrap.shape == WrapShape::cylinder) q.z() = 0.0;
+      EXPECT_NEAR(q.norm(), 1.0, 1e-9);
+    }
+    // It leaves along the path's last segment.
+    const Eigen::Vector3d last_mm = is_on_moving ? Eigen::Vector3d(points_mm[1] - points_mm[0])
+                                                 : Eigen::Vector3d(points_mm[201] - points_mm[200]);
+    EXPECT_LT((last_mm.normalized() - path.direction).norm(), 1e-7);
+  }
+}
+
+TEST(WrappedFibres, AStraightWayIsEvenlyDivided)
+{
+  Ligaments ligaments = wrapped_fibres();
+  Fibre fibre = ligaments.fibres.front();
+  fibre.wrap = -1;
+  std::vector<Eigen::Vector3d> points_mm(5);
+  const FibreWay way = fibre_way(fibre, ligaments.wraps, {}, points_mm);
+  EXPECT_FALSE(way.is_wrapped);
+  EXPECT_EQ(way.length_mm, (fibre.moving_mm - fibre.reference_mm).norm());
+  for (std::size_t k = 0; k < 5; ++k) {
+    const Eigen::Vector3d expected =
+        fibre.reference_mm + static_cast<double>(k) / 4.0 * (fibre.moving_mm - fibre.reference_mm);
+    EXPECT_LT((points_mm[k] - expected).norm(), 1e-13);
+  }
+  points_mm.resize(3);
+  EXPECT_THROW(fibre_way(fibre, ligaments.wraps, {}, points_mm), InternalError);
 }
 
 }  // namespace

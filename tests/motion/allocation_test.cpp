@@ -72,6 +72,8 @@ TEST(MotionAllocation, AnEvaluationAllocatesNothing)
       const JointPose pose =
           motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad) + rad_from_deg(0.01 * k - 6.0)});
       sum += pose.X_reference_moving.linear().trace();
+      const JointRate rate = motion.rate_at(pose.attitude);
+      sum += rate.by_flexion.twist.turn.squaredNorm() + rate.by_varus.twist.turn.squaredNorm();
       n_solved += pose.status == PoseStatus::solved ? 1 : 0;
     }
     EXPECT_EQ(n_allocations - before, 0) << set;

@@ -1,6 +1,6 @@
 // A mesh as graphics hardware wants it, its normals by crease angle: pipeline/core/draw_mesh in JavaScript.
 
-const leastCosine = Math.cos(Math.PI / 3);  // edges bent by more than 60 degrees stay sharp
+const leastCosine = Math.cos(80 / 180 * Math.PI);  // edges bent by more stay sharp
 // Around a vertex of more faces every face counts, since the comparison is quadratic in them.
 const mostFacesCompared = 1000;
 

@@ -8,6 +8,7 @@
 
 #include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/seal.hpp"
 #include "support/absurd_models.hpp"
 #include "support/scratch.hpp"
 
@@ -21,6 +22,14 @@ struct Outcome {
   int code = -1;
   std::string data, talk;
 };
+
+/// HDF5 1.10.8 crashes on it: a text of its heap is as long as can be. The seal is right.
+std::string deadly_for_hdf5(std::string bytes)
+{
+  bytes.resize(bytes.size() - seal_of("").size());
+  bytes.replace(bytes.find("GCOL") + 24, 8, std::string(7, '\xff') + '\x7f');
+  return bytes + seal_of(bytes);
+}
 
 class Program : public testing::Test {
  protected:
@@ -60,6 +69,8 @@ TEST_F(Program, HelpShowsAnExampleAndVersionIsTheProjects)
   const Outcome show_help = run("show --help");
   EXPECT_EQ(show_help.code, 0);
   EXPECT_THAT(show_help.data, HasSubstr("vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15"));
+  EXPECT_THAT(show_help.data, HasSubstr("Space         play or pause"));
+  EXPECT_THAT(show_help.data, HasSubstr("Middle drag   turn"));
   const Outcome version = run("--version");
   EXPECT_EQ(version.code, 0);
   EXPECT_EQ(version.data, "vrda-player " VRDA_VERSION "\n");
@@ -118,13 +129,14 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
   const std::vector<std::string> absurd = test::models_that_promise_gigabytes(file_, scratch_.path());
   ASSERT_EQ(absurd.size(), 3u);
   const std::string empty = scratch_.write("empty.h5", "").string();
+  const std::string deadly = scratch_.write("deadly.h5", deadly_for_hdf5(whole)).string();
   const std::string pictures = " --offscreen '" + folder_ + "'";
   struct Row {
     std::string arguments, talk;
   };
   for (const Row& row :
-       {Row{"", "found no mode, wanted show or web"}, Row{"dance", "dance"}, Row{"show", "FILE"},
-        Row{"show '" + file_ + "'", "window"},
+       {Row{"", "found no mode, wanted show, follow or web"}, Row{"show a.h5 --samples 3", "--samples"},
+        Row{"dance", "dance"}, Row{"show", "FILE"}, Row{"show '" + file_ + "'", "window"},
         Row{"show '" + file_ + "' --varus front" + pictures, "--varus"},
         Row{"show '" + file_ + "' --colour red" + pictures, "--colour"},
         Row{"show '" + file_ + "' --background red" + pictures, "--background"},
@@ -136,6 +148,7 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
         Row{"show '" + empty + "'" + pictures, empty}, Row{"show '" + absurd[0] + "'" + pictures, absurd[0]},
         Row{"show '" + absurd[1] + "'" + pictures, absurd[1]},
         Row{"show '" + absurd[2] + "'" + pictures, absurd[2]},
+        Row{"show '" + deadly + "'" + pictures, deadly},
         Row{"show '" + file_ + "' --offscreen /proc/none", "/proc/none: --offscreen: found"}}) {
     SCOPED_TRACE(row.arguments);
     const Outcome outcome = run(row.arguments);

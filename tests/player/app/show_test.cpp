@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -186,6 +187,107 @@ TEST_F(Show, TheSamePicturesHaveTheSameBytes)
   EXPECT_GT(first.size(), 100U);
 }
 
+TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
+{
+  ShowOptions given = options();
+  given.flexion = "20";
+  const auto picture = [&] {
+    run(given);
+    return test::read_bytes(std::filesystem::path(folder_) / "front_flexion_020.png");
+  };
+  const std::string plain = picture();
+  EXPECT_EQ(picture(), plain);
+  std::vector<std::string> pictures{plain};
+  const std::vector<std::function<void(LookOptions&)>> looks{
+      [](LookOptions& look) { look.layers = "axes"; },
+      [](LookOptions& look) {
+        look.layers = "helical-axis";
+        look.see_through = "reference";
+      },
+      [](LookOptions& look) { look.see_through = "reference"; },
+      [](LookOptions& look) { look.hidden = "reference"; },
+      [](LookOptions& look) { look.mode = DrawMode::wire; }};
+  for (const auto& change : looks) {
+    given.look = {};
+    change(given.look);
+    pictures.push_back(picture());
+  }
+  std::sort(pictures.begin(), pictures.end());
+  EXPECT_EQ(std::unique(pictures.begin(), pictures.end()), pictures.end());
+}
+
+TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
+{
+  struct Row {
+    std::optional<std::string> flexion;
+    std::optional<double> speed_deg_s;
+    bool is_to_and_fro;
+    const char* told;
+  };
+  const std::string film = (scratch_.path() / "film.gif").string();
+  for (const Row& row :
+       {Row{"0:30:10", {}, false, "film.gif: 4 frames, 10 a second"},
+        Row{"0:30:10", {}, true, "film.gif: 6 frames"}, Row{"0:30:10", 50.0, false, "film.gif: 7 frames"},
+        Row{{}, {}, false, "film.gif: 11 frames"}, Row{"20", {}, true, "film.gif: 1 frame,"}}) {
+    SCOPED_TRACE(row.told);
+    ShowOptions given = options();
+    given.folder.clear();
+    given.video = film;
+    given.views = "front,top";
+    given.frames_per_s = 10;
+    given.flexion = row.flexion;
+    given.speed_deg_s = row.speed_deg_s;
+    given.is_to_and_fro = row.is_to_and_fro;
+    data_.str("");
+    talk_.str("");
+    EXPECT_EQ(run(given).n_stills, 0);
+    EXPECT_EQ(data_.str(), film + "\n");
+    EXPECT_THAT(talk_.str(), HasSubstr(row.told));
+    EXPECT_TRUE(std::filesystem::remove(film));
+  }
+}
+
+TEST_F(Show, AFilmWithoutAnyAnswerOnItsWayHasThePosesOfTheStills)
+{
+  MotionModel model = small_model();
+  // Only 20 degrees is left, and no patch beside it.
+  for (const Eigen::Index flexion : {0, 1, 3}) {
+    for (const Eigen::Index varus : {0, 1, 2}) test::unsolve(model, flexion, varus);
+  }
+  write_motion_model(file_, model);
+  ShowOptions given = options();
+  given.folder.clear();
+  given.set = "raw";
+  given.varus_deg = 0.0;
+  given.flexion = "18:22:2";
+  given.speed_deg_s = 37.0;
+  given.is_to_and_fro = true;
+  given.video = (scratch_.path() / "film.gif").string();
+  EXPECT_EQ(run(given).n_unsolved, 2);
+  EXPECT_THAT(talk_.str(), HasSubstr("film.gif: 1 frame,"));
+}
+
+TEST_F(Show, StillsAndAFilmComeTogether)
+{
+  ShowOptions given = options();
+  given.video = (scratch_.path() / "film.gif").string();
+  EXPECT_EQ(run(given).n_stills, 7);
+  EXPECT_THAT(data_.str(), HasSubstr("front_flexion_000.png"));
+  EXPECT_THAT(data_.str(), HasSubstr("film.gif"));
+}
+
+TEST_F(Show, NumbersStandOnThePictureWhenAskedFor)
+{
+  ShowOptions given = options();
+  given.size = "400x300";
+  given.flexion = "10";
+  run(given);
+  const std::string plain = test::read_bytes(folder_ + "/front_flexion_010.png");
+  given.has_numbers = true;
+  run(given);
+  EXPECT_TRUE(test::read_bytes(folder_ + "/front_flexion_010.png") != plain);
+}
+
 struct Wrong {
   std::string name;
   void (*change)(ShowOptions&);
@@ -214,12 +316,54 @@ TEST_P(ShowWrong, IsOneErrorThatNamesEverything)
 
 INSTANTIATE_TEST_SUITE_P(
     Input, ShowWrong,
-    testing::Values(Wrong{"NoFolder", [](ShowOptions& o) { o.folder.clear(); }, "show", "--offscreen",
-                          "nothing", "a window is not available in this version"},
+    testing::Values(Wrong{"NoDisplay",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            unsetenv("DISPLAY");
+                            unsetenv("WAYLAND_DISPLAY");
+                          },
+                          "window", "display", "no DISPLAY", "--offscreen"},
+                    Wrong{"TraceInAWindow",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            o.trace = "a.trace.h5";
+                          },
+                          "--trace", "", "no --offscreen", "either of them"},
+                    Wrong{"SpeedOfAWindow",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            o.speed_deg_s = 20.0;
+                          },
+                          "--speed", "", "no --offscreen", "either of them"},
+                    Wrong{"ThereAndBackInAWindow",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            o.is_to_and_fro = true;
+                          },
+                          "--to-and-fro", "", "no --offscreen", "either of them"},
+                    Wrong{"FilmOfNoKnownForm", [](ShowOptions& o) { o.video = "a.avi"; }, "--video", "",
+                          "a.avi", ".mp4, .webm or .gif"},
+                    Wrong{"Fps", [](ShowOptions& o) { o.frames_per_s = 0; }, "--fps", "", "0", "1 to 120"},
+                    Wrong{"Speed",
+                          [](ShowOptions& o) {
+                            o.video = "a.mp4";
+                            o.speed_deg_s = -1.0;
+                          },
+                          "--speed", "", "-1", "0.1 to 3600"},
                     Wrong{"UnknownSet", [](ShowOptions& o) { o.set = "degree_9"; }, "sample.h5", "--set",
                           "degree_9", "degree_1, raw"},
                     Wrong{"UnknownView", [](ShowOptions& o) { o.views = "front,below"; }, "--views", "",
                           "below", "oblique"},
+                    Wrong{"UnknownLayer", [](ShowOptions& o) { o.look.layers = "gapes"; }, "--layers", "",
+                          "gapes", "gaps, ligaments"},
+                    Wrong{"LayerOfNothing", [](ShowOptions& o) { o.look.layers = "axes,ligaments"; },
+                          "sample.h5", "--layers", "ligaments", "something"},
+                    Wrong{"SeeThrough", [](ShowOptions& o) { o.look.see_through = "all"; }, "--see-through",
+                          "", "all", "both"},
+                    Wrong{"Hide", [](ShowOptions& o) { o.look.hidden = "both"; }, "--hide", "", "both",
+                          "reference or moving"},
+                    Wrong{"Lights", [](ShowOptions& o) { o.look.lights = "absent.toml"; }, "absent.toml", "",
+                          "no file", "schemas/lights.md"},
                     Wrong{"Size", [](ShowOptions& o) { o.size = "0x0"; }, "--size", "", "0x0", "16 to 4096"},
                     Wrong{"Flexion", [](ShowOptions& o) { o.flexion = "90:0:5"; }, "--flexion", "", "90:0:5",
                           "A at most B"},

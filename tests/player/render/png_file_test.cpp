@@ -5,6 +5,7 @@
 #include <png.h>
 
 #include "core/error.hpp"
+#include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda {
@@ -68,6 +69,48 @@ TEST(PngFile, AMisshapenImageIsABrokenPromise)
   Image image = pattern();
   image.rgba.pop_back();
   EXPECT_THROW(write_png(image, "never.png"), InternalError);
+}
+
+TEST(PngFile, ATextureIsThePictureOverWhite)
+{
+  const test::Scratch scratch;
+  const std::string path = (scratch.path() / "texture.png").string();
+  Image image{3, 2, {}};
+  for (int i = 0; i < 6; ++i) {
+    const auto shade = static_cast<std::uint8_t>(40 * i);
+    for (const std::uint8_t byte : {shade, std::uint8_t{7}, std::uint8_t{200}, std::uint8_t{255}})
+      image.rgba.push_back(byte);
+  }
+  image.rgba[7] = 0;  // the second pixel is not there
+  write_png(image, path);
+  const Texture texture = read_png_texture(path);
+  EXPECT_EQ(texture.width, 3);
+  EXPECT_EQ(texture.height, 2);
+  ASSERT_EQ(texture.rgb.size(), 18U);
+  EXPECT_EQ(texture.rgb[0], 0);
+  EXPECT_EQ(texture.rgb[3], 255);  // white shows
+  EXPECT_EQ(texture.rgb[6], 80);
+  EXPECT_EQ(texture.rgb[15], 200);
+  EXPECT_EQ(texture.rgb[17], 200);
+}
+
+TEST(PngFile, ATextureThatIsNoPictureIsRefused)
+{
+  const test::Scratch scratch;
+  const auto refused = [](const std::string& path) {
+    return test::input_error([&] { read_png_texture(path); });
+  };
+  const std::string missing = (scratch.path() / "none.png").string();
+  EXPECT_EQ(refused(missing).file, missing);
+  EXPECT_EQ(refused(missing).field, "texture");
+  EXPECT_FALSE(refused(scratch.write("text.png", "no picture").string()).found.empty());
+  const std::string whole = (scratch.path() / "whole.png").string();
+  write_png(pattern(), whole);
+  const std::string bytes = test::read_bytes(whole);
+  EXPECT_FALSE(refused(scratch.write("cut.png", bytes.substr(0, bytes.size() / 2)).string()).found.empty());
+  // Its header promises more than a texture may have.
+  write_png({4097, 1, std::vector<std::uint8_t>(4 * 4097)}, whole);
+  EXPECT_EQ(refused(whole).found, "4097 x 1 pixels");
 }
 
 }  // namespace

@@ -6,90 +6,15 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "motion/support/models.hpp"
+#include "pictures.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda {
 namespace {
 
+using namespace test;
+
 constexpr int width = 320, height = 240;
-/// Codes of 255: OpenGL allows an error of 0.6 in the conversion to sRGB; blending rounds once more.
-constexpr int code_tolerance = 2;
-
-using Codes = std::array<int, 4>;
-
-Codes at(const Image& image, int x, int y)
-{
-  const std::size_t i =
-      4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x));
-  return {image.rgba[i], image.rgba[i + 1], image.rgba[i + 2], image.rgba[i + 3]};
-}
-
-// IEC 61966-2-1.
-int srgb_code(double linear)
-{
-  const double value = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1.0 / 2.4) - 0.055;
-  return static_cast<int>(std::lround(255.0 * value));
-}
-
-double linear_value(int code)
-{
-  const double value = code / 255.0;
-  return value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
-}
-
-Scene dark_scene()
-{
-  Scene scene;
-  scene.background = background_of(Backdrop::black);
-  // Light from everywhere: a surface shows its own colour.
-  scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Ones();
-  scene.lighting.lights.clear();
-  return scene;
-}
-
-Material plain(const Eigen::Vector3f& colour, float opacity = 1.0F)
-{
-  return {colour, opacity, 0.0F, 1.0F, 0.0F};
-}
-
-void add(Scene& scene, const Mesh& mesh, const Material& material, const Eigen::Vector3d& at_mm = {0, 0, 0})
-{
-  Body body;
-  body.components.push_back({"made by code", "none"});
-  body.contact.mesh = mesh;
-  body.contact.component.resize(static_cast<std::size_t>(mesh.triangles.rows()), 0);
-  Scene made = scene_of(body, {}, {0, 0, 0});
-  made.drawables[0].material = material;
-  made.drawables[0].X_world_mesh.translation() = at_mm;
-  scene.drawables.push_back(made.drawables[0]);
-}
-
-/// Looks along -Z of the world from (0, 0, distance).
-Camera camera_at(double distance_mm)
-{
-  Camera camera;
-  camera.X_world_camera.translation() = Eigen::Vector3d(0, 0, distance_mm);
-  camera.half_height_tangent = 0.25;
-  camera.near_mm = 1.0;
-  camera.far_mm = 2.0 * distance_mm;
-  return camera;
-}
-
-Mesh facing_sheet(double size_mm)
-{
-  Mesh mesh = test::sheet(size_mm, 2);
-  Pose X = Pose::Identity();
-  X.linear() = rotation_x(rad_from_deg(90.0));  // +Y to +Z
-  return transformed(mesh, X);
-}
-
-Image drawn(const Scene& scene, const Camera& camera, const RenderOptions& options = {width, height})
-{
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer(options);
-  renderer->load(scene);
-  return renderer->draw(scene, camera);
-}
 
 TEST(Renderer, AnEmptySceneIsItsBackground)
 {
@@ -121,7 +46,7 @@ TEST(Renderer, ABallsSilhouetteHasTheAreaOfItsPerspectiveProjection)
 {
   constexpr double radius_mm = 20.0, distance_mm = 150.0;
   Scene scene = dark_scene();
-  add(scene, test::ball(radius_mm, 128, 256), plain({1, 1, 1}));
+  add(scene, ball(radius_mm, 128, 256), plain({1, 1, 1}));
   const RenderOptions options{640, 480};
   const Image image = drawn(scene, camera_at(distance_mm), options);
   double area_px = 0.0;  // covered parts of pixels: white over black, resolved in linear light
@@ -142,7 +67,7 @@ TEST(Renderer, ALitBallFollowsLambert)
   Scene scene = dark_scene();
   scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Zero();
   scene.lighting.lights.push_back({Eigen::Vector3f(0, 0, 1), {0.8F, 0.8F, 0.8F}});
-  add(scene, test::ball(20, 128, 256), plain({0.5F, 0.25F, 1.0F}));
+  add(scene, ball(20, 128, 256), plain({0.5F, 0.25F, 1.0F}));
   // Far away, so that the projection is nearly parallel: pixel offset / radius is the sine of the slope.
   Camera camera = camera_at(10000);
   camera.half_height_tangent = 0.0025;  // 25 mm half the height
@@ -186,8 +111,8 @@ TEST(Renderer, TranslucentOverOpaqueBlendsInLinearLight)
 TEST(Renderer, TranslucentBodiesShowTheirBackFacesAndBlendFromTheFarthest)
 {
   Scene scene = dark_scene();
-  add(scene, test::box({0, 0, 0}, {200, 200, 10}), plain({1, 0, 0}, 0.5F), {0, 0, 30});   // near
-  add(scene, test::box({0, 0, 0}, {200, 200, 10}), plain({0, 1, 0}, 0.5F), {0, 0, -30});  // far
+  add(scene, box({0, 0, 0}, {200, 200, 10}), plain({1, 0, 0}, 0.5F), {0, 0, 30});   // near
+  add(scene, box({0, 0, 0}, {200, 200, 10}), plain({0, 1, 0}, 0.5F), {0, 0, -30});  // far
   const Codes found = at(drawn(scene, camera_at(200)), width / 2, height / 2);
   // Two faces of opacity a cover 1 - (1 - a)^2 of what is behind them.
   const double covered = 0.75;
@@ -226,22 +151,6 @@ TEST(Renderer, MottlingVariesTheColourAboutItsMean)
   EXPECT_NEAR(sum / (width * height), 0.5, 0.01);  // noise of mean zero over hundreds of patches
   EXPECT_GT(highest - lowest, 5);
   EXPECT_LT(highest - lowest, 40);
-}
-
-Scene joint_scene()
-{
-  MotionModel model = test::model_of({});
-  test::add_bodies(model);
-  Scene scene = scene_of(model.reference, model.moving, model.rotation_centre_mm);
-  place(scene, frames_of(Motion(model, "raw").at({0.4, 0.0})));
-  return scene;
-}
-
-Camera joint_camera(const Scene& scene)
-{
-  CameraFit fit(view_rotation(View::oblique, Side::right));
-  fit.include(points_within(scene, {}));
-  return with_depth_range(fit.camera(), scene);
 }
 
 TEST(Renderer, EqualScenesGiveEqualBytes)

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "core/error.hpp"
+#include "sample_eyes.hpp"
 #include "stereo/eye.hpp"
 #include "stereo/layout.hpp"
 #include "stereo/warp_mesh.hpp"
@@ -12,25 +13,13 @@
 namespace vrda {
 namespace {
 
+using namespace test;
+
 constexpr double before_px = 1e-9;  // rounding of a thousand pixels
 constexpr double after_px = 0.05;   // promised; the mesh alone is held to a hundredth
 
-/// The bench of the thesis: lower right quarter, its screen showing less of it, off its middle.
-Eye sample_eye(double k1 = 0.12, double k2 = 0.02)
-{
-  Eye eye;
-  eye.window = {640, 544, 640, 480};
-  eye.visible = {660, 560, 590, 440};
-  eye.distance_px = 880.0;
-  eye.pixel_aspect = 1.04;
-  eye.sight_px = {957.3, 781.6};
-  eye.position_head_mm = {32.0, 1.5, -4.0};
-  eye.distortion = {k1, k2, {955.0, 780.0}, 320.0, 1.04};
-  return eye;
-}
-
 /// Where the picture that the camera makes of `box` has the point.
-Eigen::Vector2d pictured_px(const Camera& camera, const PixelBox& box, const Eigen::Vector3d& p_world_mm)
+Eigen::Vector2d pictured_px(const Camera& camera, const ShownBox& box, const Eigen::Vector3d& p_world_mm)
 {
   const Eigen::Vector4d clip =
       projection(camera) * (camera.X_world_camera.inverse() * p_world_mm).homogeneous();
@@ -47,18 +36,13 @@ Eigen::Vector3d random_point_head_mm(std::mt19937& random)
   return {z * sideways(random), 0.8 * z * sideways(random), -z};
 }
 
-struct Optics {
-  double k1, k2;
-};
-constexpr Optics optics[] = {{0.0, 0.0}, {0.12, 0.02}, {0.25, 0.0}, {-0.1, 0.01}};
-
 TEST(Eye, APointLandsOnTheComputedPixelBeforeAndAfterDistortion)
 {
   std::mt19937 random(1);
   for (const Optics& lens : optics) {
     SCOPED_TRACE(testing::Message() << lens.k1 << " " << lens.k2);
     const Eye eye = sample_eye(lens.k1, lens.k2);
-    const PixelBox box = shown_box(eye);
+    const ShownBox box = shown_box(eye);
     const WarpMesh mesh = warp_mesh(eye, box);
     for (int n = 0; n < 200; ++n) {
       const Eigen::Vector3d p = random_point_head_mm(random);
@@ -80,7 +64,7 @@ TEST(Eye, MovingTheHeadTheEyeOrTheWindowMovesThePixelByTheComputedAmount)
 
   Pose X_world_head = Pose::Identity();
   X_world_head.translation().x() = 60.0;  // the parallax stage
-  const PixelBox box = shown_box(eye);
+  const ShownBox box = shown_box(eye);
   const Eigen::Vector2d shifted = pictured_px(camera_of(eye, X_world_head, box), box, p);
   EXPECT_NEAR(shifted.x() - there.x(), -880.0 * 60.0 / 800.0, before_px);
   EXPECT_NEAR(shifted.y(), there.y(), before_px);

@@ -6,12 +6,12 @@
 namespace vrda {
 
 /// A file descriptor that closes itself unless released.
-class Descriptor {
+class OpenFile {
  public:
-  explicit Descriptor(int value) : value_(value) {}
-  ~Descriptor();
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  explicit OpenFile(int value) : value_(value) {}
+  ~OpenFile();
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
   int get() const { return value_; }
   int release() { return std::exchange(value_, -1); }
 

@@ -1,10 +1,10 @@
-#include "journal/descriptor.hpp"
+#include "journal/open_file.hpp"
 
 #include <unistd.h>
 
 namespace vrda {
 
-Descriptor::~Descriptor()
+OpenFile::~OpenFile()
 {
   if (value_ >= 0) ::close(value_);
 }

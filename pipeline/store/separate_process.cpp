@@ -1,0 +1,139 @@
+#include "store/separate_process.hpp"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool is_sanitized = true;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+constexpr bool is_sanitized = true;
+#else
+constexpr bool is_sanitized = false;
+#endif
+#else
+constexpr bool is_sanitized = false;
+#endif
+
+constexpr int done = 0, not_written = 1;
+
+/// Bytes that this process has mapped.
+std::uint64_t mapped_bytes()
+{
+  unsigned long long pages = 0;
+  if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%llu", &pages) != 1) pages = 0;
+    std::fclose(file);
+  }
+  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+void limit(int what, std::uint64_t value)
+{
+  const rlimit both{value, value};
+  setrlimit(static_cast<__rlimit_resource_t>(what), &both);  // one that is stricter already stays
+}
+
+void restrict_this_process(const ProcessLimits& limits)
+{
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  limit(RLIMIT_CORE, 0);
+  limit(RLIMIT_CPU, limits.processor_s);
+  limit(RLIMIT_FSIZE, limits.answer_bytes);
+  if (!is_sanitized) limit(RLIMIT_AS, mapped_bytes() + limits.memory_bytes);
+  // The C library tells the terminal about the heap that it finds destroyed; the message is ours to give.
+  const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
+  if (nowhere >= 0) {
+    dup2(nowhere, STDOUT_FILENO);
+    dup2(nowhere, STDERR_FILENO);
+  }
+  if (is_sanitized) return;  // their handlers tell what happened
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGXFSZ, SIGINT, SIGTERM})
+    std::signal(signal, SIG_DFL);
+}
+
+bool write_all(int file, const std::string& text)
+{
+  std::size_t n_written = 0;
+  while (n_written < text.size()) {
+    const ssize_t n = ::write(file, text.data() + n_written, text.size() - n_written);
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    n_written += static_cast<std::size_t>(n);
+  }
+  return true;
+}
+
+std::string read_all(int file)
+{
+  struct stat facts = {};
+  std::string text(fstat(file, &facts) == 0 ? static_cast<std::size_t>(facts.st_size) : 0, '\0');
+  std::size_t n_read = 0;
+  while (n_read < text.size()) {
+    const ssize_t n = pread(file, text.data() + n_read, text.size() - n_read, static_cast<off_t>(n_read));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) break;
+    n_read += static_cast<std::size_t>(n);
+  }
+  text.resize(n_read);
+  return text;
+}
+
+std::string ending_of(int status, const ProcessLimits& limits)
+{
+  if (WIFEXITED(status)) return "exit code " + std::to_string(WEXITSTATUS(status));
+  const int signal = WTERMSIG(status);
+  // At the hard limit, which is the same, the kernel sends SIGKILL.
+  if (signal == SIGXCPU) return "more than " + std::to_string(limits.processor_s) + " s of processor time";
+  if (signal == SIGXFSZ) return "more than " + std::to_string(limits.answer_bytes) + " bytes of values";
+  return "signal " + std::to_string(signal);
+}
+
+/// Closes a file when it goes.
+struct Descriptor {
+  int file = -1;
+  ~Descriptor()
+  {
+    if (file >= 0) ::close(file);
+  }
+};
+
+}  // namespace
+
+SeparateAnswer answer_apart(const std::function<std::string()>& work, const std::string& subject,
+                            const ProcessLimits& limits)
+{
+  const char* wanted = "room for another process";
+  // In memory, not through a pipe: nobody has to read while the other still writes.
+  const Descriptor answer{memfd_create("vrda", MFD_CLOEXEC)};
+  if (answer.file < 0) throw InputError({subject, "", std::strerror(errno), wanted});
+  const pid_t child = fork();
+  if (child < 0) throw InputError({subject, "", std::strerror(errno), wanted});
+  if (child == 0) {
+    restrict_this_process(limits);
+    _exit(write_all(answer.file, work()) ? done : not_written);
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0) {
+    if (errno != EINTR) throw InputError({subject, "", std::strerror(errno), "the end of a process"});
+  }
+  if (WIFEXITED(status) && WEXITSTATUS(status) == done) return {true, read_all(answer.file)};
+  return {false, ending_of(status, limits)};
+}
+
+}  // namespace vrda

@@ -1,0 +1,30 @@
+/// Work on bytes from outside in a process that may end badly.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace vrda {
+
+struct ProcessLimits {
+  std::uint64_t memory_bytes = std::uint64_t{2} << 30;  ///< beyond what this process has mapped already
+  std::uint64_t answer_bytes = std::uint64_t{1} << 30;
+  unsigned processor_s = 20;  ///< a thousand times what a model takes
+};
+
+/// How the process ended.
+struct SeparateAnswer {
+  bool is_whole = false;
+  std::string text;  ///< what `work` returned; where it returned nothing, how it ended instead: "signal 11"
+};
+
+/// Calls `work` in a copy of this process and returns its answer. The copy has the limits, writes no file,
+/// no core and nothing to the terminal, and goes when this process goes; what `work` changes is lost with it.
+/// `work` must not throw. Threads are not copied: locks that others hold at the call stay locked there, so
+/// call it while no other thread uses what `work` does. Under address and thread sanitizers, which map more
+/// than any limit, memory is not limited. Throws InputError naming `subject` where no process can be made.
+SeparateAnswer answer_apart(const std::function<std::string()>& work, const std::string& subject,
+                            const ProcessLimits& limits = {});
+
+}  // namespace vrda

@@ -1,0 +1,96 @@
+// A window's events as what they mean for a session.
+#include "app/session.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr int frames_after_input = 3;  // buttons of the interface answer within two
+
+Key key_of(int key)
+{
+  constexpr int keypad_minus = 333, keypad_plus = 334, last_f = key_f1 + 5, f11 = key_f1 + 10;
+  if (key >= key_f1 && key <= last_f) return static_cast<Key>(static_cast<int>(Key::f1) + key - key_f1);
+  switch (key) {
+    case key_escape:
+      return Key::escape;
+    case key_up:
+      return Key::up;
+    case key_down:
+      return Key::down;
+    case key_left:
+      return Key::left;
+    case key_right:
+      return Key::right;
+    case key_page_up:
+      return Key::page_up;
+    case key_page_down:
+      return Key::page_down;
+    case key_home:
+      return Key::home;
+    case key_end:
+      return Key::end;
+    case f11:
+      return Key::f11;
+    case keypad_minus:
+      return vrda::key_of('-');
+    case keypad_plus:
+      return vrda::key_of('+');
+    default:
+      return key > ' ' - 1 && key < 127 ? static_cast<Key>(key) : Key::none;
+  }
+}
+
+Button button_of(MouseButton button)
+{
+  switch (button) {
+    case MouseButton::left:
+      return Button::left;
+    case MouseButton::middle:
+      return Button::middle;
+    case MouseButton::right:
+      return Button::right;
+  }
+  return Button::left;
+}
+
+}  // namespace
+
+void Session::take_key(const InputEvent& event)
+{
+  const KeyPress press{key_of(event.key), event.has_shift, event.has_control};
+  const bool is_held = event.key == held_key_;
+  held_key_ = event.key;
+  if (!is_held || goes_on_while_held(action_of(press))) press_key(press);
+}
+
+void Session::take(const InputEvent& event)
+{
+  const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
+  n_frames_due_ = frames_after_input;
+  switch (event.kind) {
+    case InputKind::motion:
+      return move(pointer_px);
+    case InputKind::press:
+      if (event.n_clicks == 2 && event.button == MouseButton::left) double_click(pointer_px);
+      return press(button_of(event.button), pointer_px, event.has_shift, event.has_control);
+    case InputKind::release:
+      return release(button_of(event.button));
+    case InputKind::wheel:
+      move(pointer_px);
+      return turn_wheel(event.wheel_y);
+    case InputKind::key_press:
+      return take_key(event);
+    case InputKind::key_release:
+      if (event.key == held_key_) held_key_ = 0;
+      return;
+    case InputKind::focus_lost:
+      held_key_ = 0;
+      // A release outside never comes.
+      for (const Button button : {Button::left, Button::middle, Button::right}) release(button);
+      return;
+    default:
+      return;
+  }
+}
+
+}  // namespace vrda

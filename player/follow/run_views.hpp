@@ -1,0 +1,35 @@
+/// Several looks at one joint, side by side.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "render/renderer.hpp"
+#include "scene/camera.hpp"
+
+namespace vrda {
+
+struct RunView {
+  std::string name;
+  Eigen::Matrix3d R_world_camera = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d shift_camera_mm = Eigen::Vector3d::Zero();  ///< of the joint, on screen
+};
+
+RunView named_view(const std::string& name, View view, Side side);
+
+/// The front view with the joint turned about X, then Y, then Z and shifted, all along the axes of that view:
+/// X to the right of the picture (the subject's left), Y up, Z towards the viewer.
+/// Source: ORIENTATION_MODEL and SHIFT_MODEL of the thesis's appendix B; the order of the turns is ours.
+RunView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& shift_mm,
+                    Side side);
+
+/// The parts of `area` for `n` views, row by row: as large as they can be, none much wider than a picture.
+std::vector<Viewport> tiles(std::size_t n, const Viewport& area);
+
+/// One camera a tile with room for the points; `zoom` above 1 is nearer.
+std::vector<Shot> fitted_shots(const std::vector<RunView>& views, const std::vector<Viewport>& areas,
+                               const std::vector<Eigen::Vector3d>& points_world_mm, double zoom);
+
+}  // namespace vrda

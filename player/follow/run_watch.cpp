@@ -1,0 +1,276 @@
+#include "follow/run_watch.hpp"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "journal/journal.hpp"
+#include "journal/record_bytes.hpp"
+#include "journal/run_files.hpp"
+#include "journal/trace_journal.hpp"
+#include "store/read_apart.hpp"
+#include "store/solved_cells.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr auto pending = static_cast<std::int8_t>(StepStatus::pending);
+
+bool is_cell(const StepKey& key)
+{
+  return key.kind == StepKind::spine || key.kind == StepKind::row;
+}
+
+SeenStep seen(const StepRecord& step, SeenKind kind)
+{
+  return {kind, step.key, step.status, false, {}, step.pose, step.contacts};
+}
+
+}  // namespace
+
+RunWatch::RunWatch(const std::string& start_file, bool with_moves)
+    : start_file_(start_file), output_(output_of_start_file(start_file)), with_moves_(with_moves)
+{
+  if (output_.empty()) {
+    throw InputError({start_file, "name", "a file that no run begins with",
+                      "OUTPUT.start.h5, which vrda run writes beside its output"});
+  }
+  // A run that is over has taken its start file away.
+  start_ = version_of(start_file_);
+  if (start_) {
+    begin(read_motion_model_apart(start_file_));
+  } else if (std::optional<MotionModel> result = read_if_there(output_)) {
+    begin(with_pending_cells(*result));
+    model_ = std::move(*result);
+    phase_ = RunPhase::finished;
+    n_done_ = n_cells();
+  } else {
+    throw InputError({start_file_, "", "no such file", "the start file of a run that computes"});
+  }
+}
+
+WatchNews RunWatch::look()
+{
+  WatchNews news;
+  if (phase_ == RunPhase::finished) return news;
+  look_at_start(news);
+  find_journals();
+  if (with_moves_) read_moves(news);
+  read_steps(news);
+  if (n_steps_ > 0) phase_ = RunPhase::running;
+  if (!news.has_more) look_at_result(news);
+  return news;
+}
+
+std::optional<RunWatch::Version> RunWatch::version_of(const std::string& path)
+{
+  struct stat facts {};
+  if (stat(path.c_str(), &facts) != 0) return std::nullopt;
+  return Version{facts.st_dev, facts.st_ino, static_cast<std::uint64_t>(facts.st_size),
+                 std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec};
+}
+
+// A file may go between the look at it and its reading: that is no fault of the file.
+std::optional<MotionModel> RunWatch::read_if_there(const std::string& path)
+{
+  if (!version_of(path)) return std::nullopt;
+  try {
+    return read_motion_model_apart(path);
+  } catch (const InputError&) {
+    if (version_of(path)) throw;
+    return std::nullopt;
+  }
+}
+
+void RunWatch::look_at_start(WatchNews& news)
+{
+  const std::optional<Version> version = version_of(start_file_);
+  if (!version || version == start_) return;
+  std::optional<MotionModel> model = read_if_there(start_file_);
+  if (!model) return;
+  start_ = version;
+  news.is_anew = true;
+  begin(std::move(*model));
+}
+
+void RunWatch::begin(MotionModel model)
+{
+  if ((model.status != pending).any()) {
+    throw InputError({start_file_, "/status", "solved attitudes", "a start file: every attitude pending"});
+  }
+  model_ = std::move(model);
+  scale_ = model_.job.scaling && model_.job.scaling->keeps_steps ? model_.job.scaling->factor.x() : 1.0;
+  WatchNews unused;
+  start_over(unused);
+}
+
+void RunWatch::start_over(WatchNews& news)
+{
+  news.is_anew = true;
+  news.steps.clear();
+  model_ = with_pending_cells(std::move(model_));
+  cells_.assign(static_cast<std::size_t>(model_.status.size()), {});
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    const auto n_varus = model_.varus_deg.size();
+    cells_[c].key = {StepKind::row, static_cast<std::int32_t>(c / n_varus),
+                     static_cast<std::int32_t>(c % n_varus)};
+  }
+  journals_.clear();
+  key_.clear();
+  move_journal_.reset();
+  early_moves_.clear();
+  seen_.clear();
+  phase_ = RunPhase::waiting;
+  n_done_ = n_steps_ = 0;
+}
+
+void RunWatch::find_journals()
+{
+  std::vector<std::string> paths = shard_journals_in_sight(output_);
+  paths.push_back(journal_of(output_));
+  paths.push_back(spine_journal_of(output_));
+  for (const std::string& path : paths) journals_.try_emplace(path, journal_tail(path));
+}
+
+void RunWatch::read_steps(WatchNews& news)
+{
+  // A journal that began anew takes the steps of all of them along: they are read once more from fresh.
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    std::vector<TailNews> looks;
+    looks.reserve(journals_.size());
+    for (auto& [path, tail] : journals_) looks.push_back(tail.look());
+    if (take_all(looks, news)) return;
+    start_over(news);
+    find_journals();
+  }
+  news.has_more = true;
+}
+
+// False when what was taken before does not count any more. The journal written last says which job runs:
+// those of another one are leftovers.
+bool RunWatch::take_all(const std::vector<TailNews>& looks, WatchNews& news)
+{
+  std::int64_t latest_ns = 0;
+  std::string latest_key;
+  std::size_t k = 0;
+  for (const auto& [path, tail] : journals_) {
+    const TailNews& look = looks[k++];
+    if (look.is_anew) return false;
+    if (!look.is_there || tail.key().empty() || look.changed_ns <= latest_ns) continue;
+    latest_ns = look.changed_ns;
+    latest_key = tail.key();
+  }
+  if (!latest_key.empty() && !key_.empty() && latest_key != key_) return false;
+  if (key_.empty()) key_ = latest_key;
+  k = 0;
+  for (const auto& [path, tail] : journals_) {
+    const TailNews& look = looks[k++];
+    if (look.frames.empty()) continue;
+    if (tail.key() != key_) {
+      remark(path + ": the journal of another job, left aside", news);
+      continue;
+    }
+    news.has_more = news.has_more || look.has_more;
+    for (const std::string& frame : look.frames) {
+      const std::optional<StepRecord> record = record_of(frame);
+      if (record && is_in_grid(record->key)) {
+        take(scale_ == 1.0 ? *record : scaled(*record, scale_), news);
+      } else {
+        remark(path + ": a record that is no step of this grid, left aside", news);
+      }
+    }
+  }
+  return true;
+}
+
+bool RunWatch::is_in_grid(const StepKey& key) const
+{
+  if (key.flexion < 0 || key.flexion >= model_.status.rows()) return false;
+  // With varus left free it counts starts.
+  return key.kind > StepKind::row || (key.varus >= 0 && key.varus < model_.status.cols());
+}
+
+void RunWatch::take(const StepRecord& step, WatchNews& news)
+{
+  if (!seen_.insert(step.key).second) return;
+  ++n_steps_;
+  const auto moves = early_moves_.find(step.key);
+  if (moves != early_moves_.end()) {
+    take_moves(moves->second, news);
+    early_moves_.erase(moves);
+  }
+  news.steps.push_back(seen(step, is_cell(step.key) ? SeenKind::cell : SeenKind::probe));
+  news.steps.back().attitude = {rad_from_deg(model_.flexion_deg[static_cast<std::size_t>(step.key.flexion)]),
+                                step.varus_rad};
+  if (!is_cell(step.key)) return;
+  set_cell(model_, step);
+  if (step.key.kind == StepKind::spine) model_.is_spine(step.key.flexion, step.key.varus) = 1;
+  const auto cell = static_cast<std::size_t>(step.key.flexion) * model_.varus_deg.size() +
+                    static_cast<std::size_t>(step.key.varus);
+  cells_[cell] = step;
+  ++n_done_;
+}
+
+void RunWatch::read_moves(WatchNews& news)
+{
+  if (!move_journal_) move_journal_.emplace(trace_journal_tail(trace_journal_of(output_)));
+  const TailNews look = move_journal_->look();
+  if (look.is_anew) early_moves_.clear();
+  has_move_journal_ = has_move_journal_ || look.is_there;
+  if (!has_move_journal_ && n_steps_ > 0) {
+    remark(move_journal_->path() + ": no such file; only a run with --trace keeps its moves", news);
+  }
+  news.has_more = news.has_more || look.has_more;
+  for (const std::string& frame : look.frames) {
+    std::optional<SearchTrace> search = trace_of(frame);
+    if (!search || !is_in_grid(search->key)) continue;
+    // Mostly before its step; a network disk may show that first.
+    if (seen_.count(search->key) > 0) {
+      take_moves(*search, news);
+    } else {
+      early_moves_.insert_or_assign(search->key, std::move(*search));
+    }
+  }
+}
+
+void RunWatch::take_moves(const SearchTrace& search, WatchNews& news)
+{
+  const auto i = static_cast<std::size_t>(search.key.flexion), j = static_cast<std::size_t>(search.key.varus);
+  for (const SearchMove& move : search.moves) {
+    StepRecord step;
+    step.key = search.key;
+    step.status = search.status;
+    step.pose = move.pose;
+    step.contacts = move.contacts;
+    news.steps.push_back(seen(scaled(step, scale_), SeenKind::move));
+    news.steps.back().in_contact = move.in_contact;
+    news.steps.back().attitude = {rad_from_deg(model_.flexion_deg[i]), rad_from_deg(model_.varus_deg[j])};
+  }
+}
+
+// An older one is of an earlier run of the job.
+void RunWatch::look_at_result(WatchNews& news)
+{
+  const std::optional<Version> version = version_of(output_), start = version_of(start_file_);
+  if (!version || version == result_ || (start && version->changed_ns < start->changed_ns)) return;
+  std::optional<MotionModel> result = read_if_there(output_);
+  if (!result) return;
+  result_ = version;
+  if (result->job.resolved != model_.job.resolved || (result->status == pending).any()) {
+    remark(output_ + ": the result of another job, left aside", news);
+    return;
+  }
+  model_ = std::move(*result);
+  phase_ = RunPhase::finished;
+  n_done_ = n_cells();
+}
+
+void RunWatch::remark(const std::string& text, WatchNews& news)
+{
+  if (remarks_made_.insert(text).second) news.remarks.push_back(text);
+}
+
+}  // namespace vrda

@@ -1,0 +1,220 @@
+#include "gui/gui.hpp"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+
+#include "core/error.hpp"
+#include "gui/font_file.hpp"
+#include "gui/panels.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double text_px = 15.0;  // at scale 1: read at arm's length on 96 dots an inch
+constexpr float panel_width_em = 16.0F, bar_height_em = 4.6F;
+constexpr float least_elapsed_s = 1e-4F;  // the library wants time to go on
+
+std::atomic<std::uint64_t> n_allocations{0};
+
+void* counted_allocation(std::size_t size, void* /*user*/)
+{
+  ++n_allocations;
+  return std::malloc(size);
+}
+
+void counted_release(void* memory, void* /*user*/)
+{
+  std::free(memory);
+}
+
+void set_style(float scale)
+{
+  ImGui::StyleColorsDark();
+  ImGuiStyle& style = ImGui::GetStyle();
+  style.WindowRounding = 0.0F;
+  style.FrameRounding = 3.0F;
+  style.GrabRounding = 3.0F;
+  style.WindowBorderSize = 0.0F;
+  style.ItemSpacing = ImVec2(6.0F, 5.0F);
+  // Baked lines want a font's image filtered the way the library's own renderers do it.
+  style.AntiAliasedLinesUseTex = false;
+  style.Colors[ImGuiCol_PopupBg] = ImVec4(0.14F, 0.15F, 0.18F, 1.0F);
+  style.Colors[ImGuiCol_WindowBg] = ImVec4(0.10F, 0.11F, 0.13F, 1.0F);
+  style.ScaleAllSizes(scale);
+}
+
+OverlayFont built_font(ImFontAtlas& atlas, float size_px)
+{
+  std::string file = font_file();
+  ImFontConfig config;
+  config.FontDataOwnedByAtlas = false;
+  config.OversampleH = 2;
+  config.OversampleV = 1;
+  atlas.AddFontFromMemoryTTF(file.data(), static_cast<int>(file.size()), size_px, &config);
+  unsigned char* coverage = nullptr;
+  OverlayFont font;
+  atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
+  check(coverage != nullptr, "the font gives an image");
+  font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
+  atlas.ClearInputData();  // what points into `file`
+  return font;
+}
+
+OverlayVertex vertex_of(const ImDrawVert& vertex)
+{
+  const auto byte = [&](int shift) { return static_cast<std::uint8_t>((vertex.col >> shift) & 0xFFU); };
+  return {vertex.pos.x,
+          vertex.pos.y,
+          vertex.uv.x,
+          vertex.uv.y,
+          {byte(IM_COL32_R_SHIFT), byte(IM_COL32_G_SHIFT), byte(IM_COL32_B_SHIFT), byte(IM_COL32_A_SHIFT)}};
+}
+
+void append(Overlay& overlay, const ImDrawList& list)
+{
+  const auto first_vertex = static_cast<std::uint32_t>(overlay.vertices.size());
+  const auto first_index = static_cast<std::uint32_t>(overlay.indices.size());
+  for (const ImDrawVert& vertex : list.VtxBuffer) overlay.vertices.push_back(vertex_of(vertex));
+  for (const ImDrawIdx index : list.IdxBuffer) overlay.indices.push_back(index);
+  for (const ImDrawCmd& command : list.CmdBuffer) {
+    if (command.ElemCount == 0) continue;
+    const ImVec4& clip = command.ClipRect;
+    overlay.commands.push_back({{clip.x, clip.y, clip.z, clip.w},
+                                first_index + command.IdxOffset,
+                                command.ElemCount,
+                                first_vertex + command.VtxOffset});
+  }
+}
+
+}  // namespace
+
+struct Gui::Inner {
+  ImGuiContext* context = nullptr;
+  std::string title;
+  std::vector<std::string> set_labels;
+  GuiLayout layout;
+  OverlayFont font;
+  Overlay overlay;
+};
+
+Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>())
+{
+  ImGui::SetAllocatorFunctions(counted_allocation, counted_release);
+  inner_->context = ImGui::CreateContext();
+  ImGui::SetCurrentContext(inner_->context);
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;  // a window that remembers nothing writes no file
+  io.LogFilename = nullptr;
+  io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
+  inner_->title = options.title;
+  for (const std::string& set : options.sets) inner_->set_labels.push_back(set_label(set));
+  inner_->layout.em_px = static_cast<float>(std::round(text_px * options.scale));
+  inner_->layout.panel_width_px = panel_width_em * inner_->layout.em_px;
+  inner_->layout.bar_height_px = bar_height_em * inner_->layout.em_px;
+  set_style(static_cast<float>(options.scale));
+  inner_->font = built_font(*io.Fonts, inner_->layout.em_px);
+}
+
+Gui::~Gui()
+{
+  ImGui::DestroyContext(inner_->context);
+}
+
+const OverlayFont& Gui::font() const
+{
+  return inner_->font;
+}
+
+GuiAnswer Gui::frame(const GuiFrame& frame, const PlayerState& state, const PlayerRange& range,
+                     const Readout& readout)
+{
+  ImGui::SetCurrentContext(inner_->context);
+  ImGuiIO& io = ImGui::GetIO();
+  io.DisplaySize = ImVec2(static_cast<float>(frame.width), static_cast<float>(frame.height));
+  io.DeltaTime = std::max(static_cast<float>(frame.elapsed_s), least_elapsed_s);
+  io.MousePos = ImVec2(static_cast<float>(frame.pointer.x_px), static_cast<float>(frame.pointer.y_px));
+  io.MouseDown[0] = frame.pointer.is_left_down;
+  io.MouseWheel = static_cast<float>(frame.pointer.wheel);
+  ImGui::NewFrame();
+  const PanelView view{frame, inner_->layout, range, readout, inner_->title, inner_->set_labels};
+  GuiAnswer answer{state, Action::none};
+  if (state.shows_numbers || !frame.has_controls) draw_numbers(view, state);
+  draw_legends(view, state);
+  if (frame.has_controls) {
+    if (state.shows_panel) answer = with_panel(view, with_bar(view, answer));
+    if (answer.state.shows_help) answer = with_help(view, answer);
+  }
+  ImGui::Render();
+  Overlay& overlay = inner_->overlay;
+  overlay.vertices.clear();
+  overlay.indices.clear();
+  overlay.commands.clear();
+  const ImDrawData& data = *ImGui::GetDrawData();
+  for (int i = 0; i < data.CmdListsCount; ++i) append(overlay, *data.CmdLists[i]);
+  return answer;
+}
+
+const Overlay& Gui::still(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
+                          const Readout& readout)
+{
+  // The library hides a new window for a frame and fits its size to the text of the frame before.
+  constexpr int frames_to_fit = 3;
+  frame.has_controls = false;
+  for (int i = 0; i < frames_to_fit; ++i) this->frame(frame, state, range, readout);
+  return inner_->overlay;
+}
+
+const Overlay& Gui::overlay() const
+{
+  return inner_->overlay;
+}
+
+bool Gui::wants_pointer() const
+{
+  ImGui::SetCurrentContext(inner_->context);
+  return ImGui::GetIO().WantCaptureMouse;
+}
+
+Viewport Gui::free_area(int width, int height, const PlayerState& state, bool has_controls) const
+{
+  if (!state.shows_panel || !has_controls) return {0, 0, width, height};
+  const auto covered = [](float px) { return static_cast<int>(std::ceil(px)); };
+  return {0, 0, std::max(1, width - covered(inner_->layout.panel_width_px)),
+          std::max(1, height - covered(inner_->layout.bar_height_px))};
+}
+
+ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)
+{
+  ColourKey key;
+  if (shown.has(Layer::gap_map) && layers.available().has(Layer::gap_map)) key.gaps = &layers.gap_legend();
+  if (shown.has(Layer::ligaments) && layers.available().has(Layer::ligaments))
+    key.strain = &layers.strain_legend();
+  // The helical axis stands last.
+  const std::span<const Label> labels = JointLayers::axis_labels();
+  const std::size_t first = shown.has(Layer::axes) ? 0 : labels.size() - 1;
+  const std::size_t last = shown.has(Layer::helical_axis) ? labels.size() : labels.size() - 1;
+  key.axes = labels.subspan(first, last - first);
+  return key;
+}
+
+std::string set_label(const std::string& set)
+{
+  if (set == "raw") return "raw cells";
+  std::string label = set;
+  const std::string suffix = "_recontacted";
+  const std::size_t at = label.find(suffix);
+  if (at != std::string::npos) label = label.substr(0, at) + ", recontacted";
+  std::replace(label.begin(), label.end(), '_', ' ');
+  return label;
+}
+
+std::uint64_t gui_allocations()
+{
+  return n_allocations;
+}
+
+}  // namespace vrda

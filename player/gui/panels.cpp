@@ -1,0 +1,248 @@
+// What can be pressed: the timeline, the panel at the side, the help page.
+#include "gui/panels.hpp"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr ImGuiWindowFlags fixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
+                                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                                   ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
+// Keys belong to the player: no number is typed.
+constexpr ImGuiSliderFlags sliding = ImGuiSliderFlags_NoInput | ImGuiSliderFlags_AlwaysClamp;
+
+struct Press {
+  const char* label;
+  Action action;
+};
+
+bool is_pressed(const char* label, float width)
+{
+  return ImGui::Button(label, ImVec2(width, 0.0F));
+}
+
+/// Buttons side by side, as wide together as the place there is.
+Action row_of(std::span<const Press> presses)
+{
+  const float spacing = ImGui::GetStyle().ItemSpacing.x;
+  const auto n = static_cast<float>(presses.size());
+  const float width = (ImGui::GetContentRegionAvail().x - spacing * (n - 1.0F)) / n;
+  Action action = Action::none;
+  for (std::size_t i = 0; i < presses.size(); ++i) {
+    if (i > 0) ImGui::SameLine();
+    if (is_pressed(presses[i].label, width)) action = presses[i].action;
+  }
+  return action;
+}
+
+float as_deg(double angle_rad)
+{
+  return static_cast<float>(deg_from_rad(angle_rad));
+}
+
+void heading(const char* text)
+{
+  ImGui::Spacing();
+  ImGui::TextDisabled("%s", text);
+}
+
+const char* name_of(Held held)
+{
+  return held == Held::moving ? "moving object still" : "reference still";
+}
+
+/// The value chosen of an enum 0 ... last.
+template <typename Enum>
+Enum choice(const char* id, Enum value, Enum last)
+{
+  ImGui::SetNextItemWidth(-1.0F);
+  if (!ImGui::BeginCombo(id, name_of(value))) return value;
+  for (int i = 0; i <= static_cast<int>(last); ++i) {
+    if (ImGui::Selectable(name_of(static_cast<Enum>(i)), static_cast<int>(value) == i))
+      value = static_cast<Enum>(i);
+  }
+  ImGui::EndCombo();
+  return value;
+}
+
+std::size_t chosen_set(const PanelView& view, std::size_t set)
+{
+  ImGui::SetNextItemWidth(-1.0F);
+  if (!ImGui::BeginCombo("##set", view.set_labels[set].c_str())) return set;
+  for (std::size_t i = 0; i < view.set_labels.size(); ++i) {
+    if (ImGui::Selectable(view.set_labels[i].c_str(), i == set)) set = i;
+  }
+  ImGui::EndCombo();
+  return set;
+}
+
+PlayerState with_varus(const PanelView& view, PlayerState state)
+{
+  const PlayerRange& range = view.range;
+  float varus_deg = as_deg(wanted_attitude(state, range).varus_rad);
+  ImGui::Spacing();
+  ImGui::TextDisabled("varus (Up, Down)");
+  ImGui::SameLine(10.0F * view.layout.em_px);
+  ImGui::Text("%.1f°", static_cast<double>(varus_deg));
+  if (range.is_varus_free || range.first_varus_rad >= range.last_varus_rad) {
+    ImGui::TextDisabled(range.is_varus_free ? "this set has its own" : "one angle only");
+    return state;
+  }
+  ImGui::SetNextItemWidth(-1.0F);
+  if (ImGui::SliderFloat("##varus", &varus_deg, as_deg(range.first_varus_rad), as_deg(range.last_varus_rad),
+                         "", sliding))
+    state.varus_rad = rad_from_deg(static_cast<double>(varus_deg));
+  bool is_balanced = !state.varus_rad.has_value();
+  if (ImGui::Checkbox("balanced (B)", &is_balanced)) {
+    state.varus_rad = is_balanced ? std::nullopt : std::optional(range.balanced_varus_rad);
+  }
+  return state;
+}
+
+PlayerState with_layers(const PanelView& view, PlayerState state)
+{
+  struct Row {
+    const char* label;
+    Layer layer;
+  };
+  heading("layers");
+  for (const Row row : {Row{"contacts (F1)", Layer::contacts}, Row{"normals (F2)", Layer::normals},
+                        Row{"axes (F3)", Layer::axes}, Row{"helical axis (F4)", Layer::helical_axis},
+                        Row{"gap map (F5)", Layer::gap_map}, Row{"ligaments (F6)", Layer::ligaments}}) {
+    bool is_shown = state.layers.has(row.layer);
+    ImGui::BeginDisabled(!view.range.available.has(row.layer));
+    if (ImGui::Checkbox(row.label, &is_shown)) state.layers.set(row.layer, is_shown);
+    ImGui::EndDisabled();
+  }
+  return state;
+}
+
+Action pressed_view()
+{
+  heading("view (1 ... 6, R)");
+  constexpr std::array first{Press{"front", Action::view_front}, Press{"back", Action::view_back},
+                             Press{"medial", Action::view_medial}};
+  constexpr std::array second{Press{"lateral", Action::view_lateral}, Press{"top", Action::view_top},
+                              Press{"oblique", Action::view_oblique}};
+  const Action upper = row_of(first), lower = row_of(second);
+  return upper != Action::none ? upper : lower;
+}
+
+Action pressed_tool()
+{
+  ImGui::Spacing();
+  constexpr std::array first{Press{"reset (R)", Action::reset_view},
+                             Press{"picture (P)", Action::screenshot}};
+  constexpr std::array second{Press{"full (F)", Action::full_screen}, Press{"help (H)", Action::show_help}};
+  const Action upper = row_of(first), lower = row_of(second);
+  return upper != Action::none ? upper : lower;
+}
+
+void draw_help_lines(const PanelView& view, const char* title, std::span<const HelpLine> lines)
+{
+  ImGui::TextDisabled("%s", title);
+  for (const HelpLine& line : lines) {
+    ImGui::Text("%s", line.keys);
+    ImGui::SameLine(8.0F * view.layout.em_px);
+    ImGui::Text("%s", line.does);
+  }
+}
+
+Timeline with_flexion_slider(Timeline timeline, float em)
+{
+  float flexion_deg = as_deg(timeline.flexion_rad);
+  ImGui::AlignTextToFramePadding();
+  ImGui::Text("flexion %.1f°", static_cast<double>(flexion_deg));
+  ImGui::SameLine(8.0F * em);
+  ImGui::SetNextItemWidth(-1.0F);
+  const bool is_moved = ImGui::SliderFloat("##flexion", &flexion_deg, as_deg(timeline.first_rad),
+                                           as_deg(timeline.last_rad), "", sliding);
+  return is_moved ? moved_to(timeline, rad_from_deg(static_cast<double>(flexion_deg))) : timeline;
+}
+
+}  // namespace
+
+GuiAnswer with_bar(const PanelView& view, GuiAnswer answer)
+{
+  const float em = view.layout.em_px;
+  const float width = static_cast<float>(view.frame.width) - view.layout.panel_width_px;
+  ImGui::SetNextWindowPos(ImVec2(0.0F, static_cast<float>(view.frame.height) - view.layout.bar_height_px));
+  ImGui::SetNextWindowSize(ImVec2(width, view.layout.bar_height_px));
+  ImGui::Begin("timeline", nullptr, fixed | ImGuiWindowFlags_NoScrollbar);
+  Timeline& timeline = answer.state.timeline;
+  timeline = with_flexion_slider(timeline, em);
+  constexpr std::array before{Press{"|<", Action::go_to_first}, Press{"<", Action::step_back}};
+  constexpr std::array behind{Press{">", Action::step_forward}, Press{">|", Action::go_to_last}};
+  for (const Press& press : before) {
+    if (is_pressed(press.label, 2.4F * em)) answer.action = press.action;
+    ImGui::SameLine();
+  }
+  if (is_pressed(timeline.is_playing ? "pause###play" : "play###play", 5.0F * em))
+    answer.action = Action::play_pause;
+  for (const Press& press : behind) {
+    ImGui::SameLine();
+    if (is_pressed(press.label, 2.4F * em)) answer.action = press.action;
+  }
+  ImGui::SameLine(0.0F, em);
+  ImGui::PushID("loop");
+  if (is_pressed(name_of(timeline.loop), 5.5F * em)) answer.action = Action::next_loop;
+  ImGui::PopID();
+  ImGui::SameLine(0.0F, em);
+  if (is_pressed("-", 2.0F * em)) answer.action = Action::slower;
+  ImGui::SameLine();
+  if (is_pressed("+", 2.0F * em)) answer.action = Action::faster;
+  ImGui::SameLine();
+  ImGui::Text("%.0f°/s", deg_from_rad(timeline.speed_rad_s));
+  ImGui::End();
+  return answer;
+}
+
+GuiAnswer with_panel(const PanelView& view, GuiAnswer answer)
+{
+  const float left = static_cast<float>(view.frame.width) - view.layout.panel_width_px;
+  ImGui::SetNextWindowPos(ImVec2(left, 0.0F));
+  ImGui::SetNextWindowSize(ImVec2(view.layout.panel_width_px, static_cast<float>(view.frame.height)));
+  ImGui::Begin("panel", nullptr, fixed);
+  ImGui::TextDisabled("set (S)");
+  PlayerState& state = answer.state;
+  state.set = chosen_set(view, state.set);
+  state = with_varus(view, state);
+  heading("drawn (M)");
+  state.mode = choice("##mode", state.mode, DrawMode::textured);
+  state = with_layers(view, state);
+  heading("backdrop (K), held (O)");
+  state.backdrop = choice("##backdrop", state.backdrop, Backdrop::black);
+  state.held = choice("##held", state.held, Held::reference);
+  for (const Action action : {pressed_view(), pressed_tool()}) {
+    if (action != Action::none) answer.action = action;
+  }
+  ImGui::End();
+  return answer;
+}
+
+GuiAnswer with_help(const PanelView& view, GuiAnswer answer)
+{
+  const ImVec2 middle(0.5F * static_cast<float>(view.frame.width),
+                      0.5F * static_cast<float>(view.frame.height));
+  ImGui::SetNextWindowPos(middle, ImGuiCond_Always, ImVec2(0.5F, 0.5F));
+  ImGui::SetNextWindowFocus();
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1.0F);
+  ImGui::Begin("help", nullptr, fixed | ImGuiWindowFlags_AlwaysAutoResize);
+  draw_help_lines(view, "Keys", key_help());
+  ImGui::Spacing();
+  draw_help_lines(view, "Mouse", mouse_help());
+  ImGui::Spacing();
+  if (is_pressed("close (Esc)", 8.0F * view.layout.em_px)) answer.state.shows_help = false;
+  ImGui::End();
+  ImGui::PopStyleVar();
+  return answer;
+}
+
+}  // namespace vrda

@@ -1,0 +1,29 @@
+/// The parts of the interface, drawn into the current frame of the interface library.
+#pragma once
+
+#include "gui/gui.hpp"
+
+namespace vrda {
+
+/// Sizes on screen, pixels.
+struct GuiLayout {
+  float em_px = 15.0F;  ///< size of the text
+  float panel_width_px = 0.0F, bar_height_px = 0.0F;
+};
+
+struct PanelView {
+  const GuiFrame& frame;
+  const GuiLayout& layout;
+  const PlayerRange& range;
+  const Readout& readout;
+  const std::string& title;
+  const std::vector<std::string>& set_labels;
+};
+
+void draw_numbers(const PanelView& view, const PlayerState& state);
+void draw_legends(const PanelView& view, const PlayerState& state);
+GuiAnswer with_bar(const PanelView& view, GuiAnswer answer);
+GuiAnswer with_panel(const PanelView& view, GuiAnswer answer);
+GuiAnswer with_help(const PanelView& view, GuiAnswer answer);
+
+}  // namespace vrda

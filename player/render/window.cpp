@@ -1,0 +1,351 @@
+#include "render/window.hpp"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <string>
+
+#include "core/error.hpp"
+#include "render/gl_renderer.hpp"
+
+namespace vrda {
+namespace {
+
+static_assert(key_escape == GLFW_KEY_ESCAPE && key_end == GLFW_KEY_END && key_f1 == GLFW_KEY_F1 &&
+                  key_keypad_0 == GLFW_KEY_KP_0 && key_keypad_enter == GLFW_KEY_KP_ENTER &&
+                  key_shift == GLFW_KEY_LEFT_SHIFT && key_right_super == GLFW_KEY_RIGHT_SUPER,
+              "keys are numbered as GLFW does");
+
+constexpr std::size_t events_at_once = 1000;
+
+// As desktops have it.
+constexpr double double_click_s = 0.4, double_click_px = 6.0;
+
+std::string last_error()
+{
+  const char* text = nullptr;
+  glfwGetError(&text);
+  return text == nullptr ? "no reason given" : text;
+}
+
+/// GLFW as a whole, open as long as a window is.
+class Library {
+ public:
+  Library()
+  {
+    if (glfwInit() == GLFW_TRUE) return;
+    const char* const display = std::getenv("DISPLAY");
+    const bool is_named = display != nullptr && *display != '\0';
+    throw InputError({"window", "display",
+                      is_named ? "DISPLAY=" + std::string(display) + " (" + last_error() + ")" : "no DISPLAY",
+                      "a screen: set DISPLAY, or use --offscreen DIR"});
+  }
+  ~Library() { glfwTerminate(); }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+};
+
+/// By the name of the current context's driver: four samples take the processor three times as long as one.
+bool is_drawn_by_processor()
+{
+  constexpr unsigned renderer_name = 0x1F01;  // GL_RENDERER
+  const auto get_string =
+      reinterpret_cast<const unsigned char* (*)(unsigned)>(glfwGetProcAddress("glGetString"));
+  check(get_string != nullptr, "OpenGL has the function glGetString");
+  const unsigned char* const given = get_string(renderer_name);
+  const std::string name = given == nullptr ? "" : reinterpret_cast<const char*>(given);
+  for (const char* const by_processor : {"llvmpipe", "softpipe", "swrast", "Software"}) {
+    if (name.find(by_processor) != std::string::npos) return true;
+  }
+  return false;
+}
+
+class WindowContext final : public GlContext {
+ public:
+  explicit WindowContext(GLFWwindow* window) : window_(window) {}
+  void make_current() override
+  {
+    if (glfwGetCurrentContext() != window_) glfwMakeContextCurrent(window_);
+  }
+  Function function(const char* name) override { return glfwGetProcAddress(name); }
+
+ private:
+  GLFWwindow* window_;
+};
+
+struct CloseWindow {
+  void operator()(GLFWwindow* window) const { glfwDestroyWindow(window); }
+};
+
+std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& options)
+{
+  glfwDefaultWindowHints();
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+  // The renderer draws into a frame buffer of its own, with depth and samples.
+  glfwWindowHint(GLFW_DEPTH_BITS, 0);
+  glfwWindowHint(GLFW_STENCIL_BITS, 0);
+  std::unique_ptr<GLFWwindow, CloseWindow> window(
+      glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr));
+  if (window == nullptr)
+    throw InputError({"window", "OpenGL", last_error(), "a driver with OpenGL 3.3, or --offscreen DIR"});
+  return window;
+}
+
+}  // namespace
+
+class Window::State {
+ public:
+  explicit State(const WindowOptions& options) : window_(opened_window(options))
+  {
+    events_.reserve(events_at_once);
+    glfwMakeContextCurrent(window_.get());
+    glfwSwapInterval(options.is_vsynced ? 1 : 0);
+    RenderOptions render;
+    render.samples = options.samples > 0 ? options.samples : is_drawn_by_processor() ? 1 : 4;
+    render.coarseness_px = 0.5;  // a moving picture
+    glfwGetFramebufferSize(window_.get(), &render.width, &render.height);
+    renderer_ = make_gl_renderer(std::make_unique<WindowContext>(window_.get()), render);
+    glfwSetWindowUserPointer(window_.get(), this);
+    listen_to_mouse();
+    listen_to_keys();
+    listen_to_window();
+  }
+
+  Renderer& renderer() { return *renderer_; }
+  GLFWwindow* window() const { return window_.get(); }
+  const std::vector<std::string>& dropped() const { return dropped_; }
+
+  const std::vector<InputEvent>& events(double wait_s)
+  {
+    events_.clear();
+    if (wait_s > 0.0) {
+      glfwWaitEventsTimeout(wait_s);
+    } else {
+      glfwPollEvents();
+    }
+    int width = 0, height = 0;
+    glfwGetFramebufferSize(window(), &width, &height);
+    // An icon has no area.
+    if (width > 0 && height > 0) renderer_->resize(width, height);
+    return events_;
+  }
+
+  void toggle_full_screen()
+  {
+    if (glfwGetWindowMonitor(window()) != nullptr) {
+      glfwSetWindowMonitor(window(), nullptr, place_[0], place_[1], place_[2], place_[3], GLFW_DONT_CARE);
+      return;
+    }
+    GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+    const GLFWvidmode* const mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+    if (mode == nullptr) return;
+    glfwGetWindowPos(window(), &place_[0], &place_[1]);
+    glfwGetWindowSize(window(), &place_[2], &place_[3]);
+    glfwSetWindowMonitor(window(), monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+  }
+
+ private:
+  static State& of(GLFWwindow* window) { return *static_cast<State*>(glfwGetWindowUserPointer(window)); }
+
+  /// Called by GLFW, through which nothing may be thrown.
+  void add(InputEvent event) noexcept
+  {
+    event.x_px = x_px_;
+    event.y_px = y_px_;
+    const bool is_same_motion =
+        event.kind == InputKind::motion && !events_.empty() && events_.back().kind == InputKind::motion;
+    if (is_same_motion) {
+      events_.back() = event;
+    } else {
+      events_.push_back(event);
+    }
+  }
+
+  static void set_modifiers(InputEvent& event, int modifiers)
+  {
+    event.has_shift = (modifiers & GLFW_MOD_SHIFT) != 0;
+    event.has_control = (modifiers & GLFW_MOD_CONTROL) != 0;
+    event.has_alt = (modifiers & GLFW_MOD_ALT) != 0;
+    event.has_super = (modifiers & GLFW_MOD_SUPER) != 0;
+  }
+
+  static InputEvent event_of(InputKind kind)
+  {
+    InputEvent event;
+    event.kind = kind;
+    return event;
+  }
+
+  void moved(double x, double y)
+  {
+    int width = 1, height = 1;
+    glfwGetWindowSize(window(), &width, &height);
+    x_px_ = width > 0 ? x * renderer_->width() / width : x;
+    y_px_ = height > 0 ? y * renderer_->height() / height : y;
+    add(event_of(InputKind::motion));
+  }
+
+  void clicked(int button, int action, int modifiers)
+  {
+    if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
+    InputEvent event = event_of(action == GLFW_PRESS ? InputKind::press : InputKind::release);
+    event.button = button == GLFW_MOUSE_BUTTON_LEFT    ? MouseButton::left
+                   : button == GLFW_MOUSE_BUTTON_RIGHT ? MouseButton::right
+                                                       : MouseButton::middle;
+    set_modifiers(event, modifiers);
+    if (event.kind == InputKind::press) {
+      const double now_s = glfwGetTime();
+      const bool is_near =
+          std::abs(x_px_ - click_x_px_) < double_click_px && std::abs(y_px_ - click_y_px_) < double_click_px;
+      const bool is_second = is_near && button == clicked_button_ && now_s - clicked_s_ < double_click_s;
+      event.n_clicks = is_second ? 2 : 1;
+      // A third click starts anew.
+      clicked_s_ = is_second ? -std::numeric_limits<double>::infinity() : now_s;
+      clicked_button_ = button;
+      click_x_px_ = x_px_;
+      click_y_px_ = y_px_;
+    }
+    add(event);
+  }
+
+  void listen_to_mouse()
+  {
+    glfwSetCursorPosCallback(window(), [](GLFWwindow* w, double x, double y) { of(w).moved(x, y); });
+    glfwSetMouseButtonCallback(window(), [](GLFWwindow* w, int button, int action, int modifiers) {
+      of(w).clicked(button, action, modifiers);
+    });
+    glfwSetScrollCallback(window(), [](GLFWwindow* w, double x, double y) {
+      InputEvent event = event_of(InputKind::wheel);
+      event.wheel_x = x;
+      event.wheel_y = y;
+      of(w).add(event);
+    });
+    glfwSetCursorEnterCallback(window(), [](GLFWwindow* w, int is_inside) {
+      if (is_inside == GLFW_FALSE) of(w).add(event_of(InputKind::left_window));
+    });
+  }
+
+  void listen_to_keys()
+  {
+    glfwSetKeyCallback(window(), [](GLFWwindow* w, int key, int /*code*/, int action, int modifiers) {
+      if (key == GLFW_KEY_UNKNOWN) return;
+      InputEvent event = event_of(action == GLFW_RELEASE ? InputKind::key_release : InputKind::key_press);
+      event.key = key;
+      set_modifiers(event, modifiers);
+      of(w).add(event);
+    });
+    glfwSetCharCallback(window(), [](GLFWwindow* w, unsigned character) {
+      InputEvent event = event_of(InputKind::character);
+      event.character = character;
+      of(w).add(event);
+    });
+  }
+
+  void listen_to_window()
+  {
+    glfwSetFramebufferSizeCallback(window(),
+                                   [](GLFWwindow* w, int, int) { of(w).add(event_of(InputKind::resize)); });
+    glfwSetWindowFocusCallback(window(), [](GLFWwindow* w, int has_focus) {
+      of(w).add(event_of(has_focus == GLFW_TRUE ? InputKind::focus_gained : InputKind::focus_lost));
+    });
+    glfwSetWindowCloseCallback(window(), [](GLFWwindow* w) { of(w).add(event_of(InputKind::close)); });
+    glfwSetDropCallback(window(), [](GLFWwindow* w, int n_files, const char** files) noexcept {
+      of(w).dropped_.assign(files, files + n_files);
+      of(w).add(event_of(InputKind::drop));
+    });
+  }
+
+  Library library_;
+  std::unique_ptr<GLFWwindow, CloseWindow> window_;
+  std::unique_ptr<Renderer> renderer_;
+  std::vector<InputEvent> events_;
+  std::vector<std::string> dropped_;
+  std::array<int, 4> place_{};  // before it filled the screen: x, y, width, height
+  double x_px_ = 0.0, y_px_ = 0.0;
+  double click_x_px_ = 0.0, click_y_px_ = 0.0;
+  double clicked_s_ = -std::numeric_limits<double>::infinity();
+  int clicked_button_ = -1;
+};
+
+Window::Window(const WindowOptions& options) : state_(std::make_unique<State>(options)) {}
+
+Window::~Window() = default;
+
+Renderer& Window::renderer()
+{
+  return state_->renderer();
+}
+
+const std::vector<InputEvent>& Window::events(double wait_s)
+{
+  return state_->events(wait_s);
+}
+
+const std::vector<std::string>& Window::dropped_files() const
+{
+  return state_->dropped();
+}
+
+void Window::show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
+{
+  state_->renderer().present(scene, shots, overlay);
+  glfwSwapBuffers(state_->window());
+}
+
+bool Window::should_close() const
+{
+  return glfwWindowShouldClose(state_->window()) == GLFW_TRUE;
+}
+
+void Window::close()
+{
+  glfwSetWindowShouldClose(state_->window(), GLFW_TRUE);
+}
+
+void Window::set_title(const std::string& title)
+{
+  glfwSetWindowTitle(state_->window(), title.c_str());
+}
+
+bool Window::is_full_screen() const
+{
+  return glfwGetWindowMonitor(state_->window()) != nullptr;
+}
+
+void Window::toggle_full_screen()
+{
+  state_->toggle_full_screen();
+}
+
+double Window::content_scale() const
+{
+  float x = 1.0F, y = 1.0F;
+  glfwGetWindowContentScale(state_->window(), &x, &y);
+  return std::max(x, y);
+}
+
+bool Window::is_iconified() const
+{
+  return glfwGetWindowAttrib(state_->window(), GLFW_ICONIFIED) == GLFW_TRUE;
+}
+
+std::string Window::clipboard() const
+{
+  const char* const text = glfwGetClipboardString(state_->window());
+  return text == nullptr ? "" : text;
+}
+
+void Window::set_clipboard(const std::string& text)
+{
+  glfwSetClipboardString(state_->window(), text.c_str());
+}
+
+}  // namespace vrda

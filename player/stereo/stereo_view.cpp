@@ -1,0 +1,59 @@
+#include "stereo/stereo_view.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vrda {
+namespace {
+
+/// `box` with a corner on whole pixels and the size of the viewport that holds it.
+ShownBox on_whole_pixels(const ShownBox& box)
+{
+  return {box.low_px.array().floor(), box.high_px.array().ceil()};
+}
+
+void append(WarpMesh& all, const WarpMesh& eye, const Viewport& part, int width, int height)
+{
+  const auto first = static_cast<std::uint32_t>(all.vertices.size());
+  for (WarpVertex vertex : eye.vertices) {
+    vertex.u =
+        (static_cast<float>(part.x) + vertex.u * static_cast<float>(part.width)) / static_cast<float>(width);
+    vertex.v = (static_cast<float>(part.y) + vertex.v * static_cast<float>(part.height)) /
+               static_cast<float>(height);
+    all.vertices.push_back(vertex);
+  }
+  for (const std::uint32_t k : eye.triangles) all.triangles.push_back(first + k);
+}
+
+}  // namespace
+
+StereoPlan stereo_plan(const EyePair& eyes, int display_width, int display_height, const std::string& file)
+{
+  require_usable(eyes.left, file, "left");
+  require_usable(eyes.right, file, "right");
+  StereoPlan plan;
+  const std::array<const Eye*, 2> both{&eyes.left, &eyes.right};
+  for (std::size_t k = 0; k < both.size(); ++k) {
+    plan.boxes[k] = on_whole_pixels(shown_box(*both[k]));
+    const Eigen::Vector2i size = (plan.boxes[k].high_px - plan.boxes[k].low_px).cast<int>();
+    plan.viewports[k] = {plan.width, 0, size.x(), size.y()};
+    plan.width += size.x();
+    plan.height = std::max(plan.height, size.y());
+  }
+  plan.warp.width = display_width;
+  plan.warp.height = display_height;
+  for (std::size_t k = 0; k < both.size(); ++k) {
+    append(plan.warp.mesh, warp_mesh(*both[k], plan.boxes[k]), plan.viewports[k], plan.width, plan.height);
+  }
+  return plan;
+}
+
+std::array<Shot, 2> shots_of(const StereoPlan& plan, const EyePair& eyes, const Pose& X_world_head,
+                             const Scene& scene)
+{
+  return {
+      Shot{with_depth_range(camera_of(eyes.left, X_world_head, plan.boxes[0]), scene), plan.viewports[0]},
+      Shot{with_depth_range(camera_of(eyes.right, X_world_head, plan.boxes[1]), scene), plan.viewports[1]}};
+}
+
+}  // namespace vrda

@@ -1,0 +1,97 @@
+#include "view/gap_reading.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// A place on an ascending axis: between `row` and the next by `part` of the way.
+struct Place {
+  Eigen::Index row = 0;
+  double part = 0.0;
+};
+
+Place place_on(const std::vector<double>& axis_deg, double angle_rad)
+{
+  const double angle_deg = deg_from_rad(angle_rad);
+  const auto above = std::upper_bound(axis_deg.begin(), axis_deg.end(), angle_deg);
+  if (above == axis_deg.begin()) return {};
+  const Eigen::Index row = above - axis_deg.begin() - 1;
+  if (above == axis_deg.end()) return {row, 0.0};
+  return {row, (angle_deg - *(above - 1)) / (*above - *(above - 1))};
+}
+
+/// Bilinear. A corner without weight has no say, so that a hole beside a cell does not hide the cell.
+double between(const GridD& grid, const Place& flexion, const Place& varus)
+{
+  double sum = 0.0;
+  for (const int i : {0, 1}) {
+    for (const int j : {0, 1}) {
+      const double weight =
+          (i == 1 ? flexion.part : 1.0 - flexion.part) * (j == 1 ? varus.part : 1.0 - varus.part);
+      if (weight > 0.0) sum += weight * grid(flexion.row + i, varus.row + j);
+    }
+  }
+  return sum;
+}
+
+Eigen::Index nearest_row(const std::vector<double>& axis_deg, double angle_rad)
+{
+  const Place place = place_on(axis_deg, angle_rad);
+  return place.row + (place.part >= 0.5 ? 1 : 0);
+}
+
+GapReading of_audit(const AuditSet& audit, const Attitude& attitude)
+{
+  const Eigen::Index i = nearest_row(audit.flexion_deg, attitude.flexion_rad);
+  const Eigen::Index j = nearest_row(audit.varus_deg, attitude.varus_rad);
+  GapReading reading{GapSource::audit, nan, nan, nan, nan};
+  const auto state = static_cast<AuditState>(audit.state(i, j));
+  if (state == AuditState::no_pose || state == AuditState::nothing_ahead) return reading;
+  reading.gap_mm = state == AuditState::free ? audit.gap_mm(i, j) : 0.0;
+  reading.penetration_mm = audit.penetration_mm(i, j);
+  return reading;
+}
+
+}  // namespace
+
+GapReader::GapReader(const MotionModel& model, const std::string& set)
+    : has_cells_(set == "raw" && model.has_compartments), model_(model)
+{
+  for (const AuditSet& audit : model.audits) {
+    if (audit.name == set) audit_ = &audit;
+  }
+  for (const SmoothedSet& smoothed : model.smoothed) {
+    const std::string name = "degree_" + std::to_string(smoothed.degree);
+    if (!smoothed.recontact_mm) continue;
+    if (set == name) travel_mm_ = &*smoothed.recontact_mm;
+    if (set == name + "_recontacted") is_recontacted_ = true;
+  }
+}
+
+GapReading GapReader::at(const Attitude& attitude) const
+{
+  if (!has_cells_ && audit_ != nullptr) return of_audit(*audit_, attitude);
+  const Place flexion = place_on(model_.flexion_deg, attitude.flexion_rad);
+  const Place varus = model_.varus_deg.size() > 1 ? place_on(model_.varus_deg, attitude.varus_rad) : Place{};
+  if (has_cells_) {
+    return {GapSource::cells, between(model_.gap_medial_mm, flexion, varus),
+            between(model_.gap_lateral_mm, flexion, varus), nan, nan};
+  }
+  if (travel_mm_ != nullptr) {
+    const double travel_mm = between(*travel_mm_, flexion, varus);
+    if (std::isnan(travel_mm)) return {GapSource::travel, nan, nan, nan, nan};
+    return {GapSource::travel, nan, nan, std::max(travel_mm, 0.0), std::max(-travel_mm, 0.0)};
+  }
+  if (is_recontacted_) return {GapSource::recontacted, nan, nan, 0.0, 0.0};
+  return {GapSource::none, nan, nan, nan, nan};
+}
+
+}  // namespace vrda

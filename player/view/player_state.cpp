@@ -1,0 +1,189 @@
+#include "view/player_state.hpp"
+
+#include <algorithm>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double step_rad = rad_from_deg(1.0), leap_rad = rad_from_deg(10.0);
+
+/// The next of an enum's values 0 ... last, round and round.
+template <typename Enum>
+Enum next_of(Enum value, Enum last)
+{
+  return value == last ? Enum{} : static_cast<Enum>(static_cast<int>(value) + 1);
+}
+
+PlayerState with_varus_by(PlayerState state, double by_rad, const PlayerRange& range)
+{
+  if (range.is_varus_free) return state;
+  const double varus_rad = state.varus_rad.value_or(range.balanced_varus_rad) + by_rad;
+  state.varus_rad = std::clamp(varus_rad, range.first_varus_rad, range.last_varus_rad);
+  return state;
+}
+
+PlayerState with_layer_toggled(PlayerState state, Layer layer, const PlayerRange& range)
+{
+  state.layers.set(layer, range.available.has(layer) && !state.layers.has(layer));
+  return state;
+}
+
+PlayerState left(PlayerState state)
+{
+  state.is_done = !state.shows_help;
+  state.shows_help = false;
+  return state;
+}
+
+}  // namespace
+
+// A flat switch over the actions. NOLINTNEXTLINE(readability-function-size)
+PlayerState after(PlayerState state, Action action, const PlayerRange& range)
+{
+  Timeline& timeline = state.timeline;
+  switch (action) {
+    case Action::play_pause:
+      timeline = toggled(timeline);
+      break;
+    case Action::step_forward:
+      timeline = stepped(timeline, step_rad);
+      break;
+    case Action::step_back:
+      timeline = stepped(timeline, -step_rad);
+      break;
+    case Action::leap_forward:
+      timeline = stepped(timeline, leap_rad);
+      break;
+    case Action::leap_back:
+      timeline = stepped(timeline, -leap_rad);
+      break;
+    case Action::go_to_first:
+      timeline = moved_to(timeline, timeline.first_rad);
+      break;
+    case Action::go_to_last:
+      timeline = moved_to(timeline, timeline.last_rad);
+      break;
+    case Action::varus_up:
+      return with_varus_by(state, step_rad, range);
+    case Action::varus_down:
+      return with_varus_by(state, -step_rad, range);
+    case Action::varus_balanced:
+      state.varus_rad.reset();
+      break;
+    case Action::faster:
+      timeline = faster(timeline);
+      break;
+    case Action::slower:
+      timeline = slower(timeline);
+      break;
+    case Action::next_loop:
+      timeline.loop = next_of(timeline.loop, LoopMode::bounce);
+      if (timeline.loop != LoopMode::bounce) timeline.direction = 1;
+      break;
+    case Action::next_set:
+      state.set = (state.set + 1) % range.n_sets;
+      break;
+    case Action::previous_set:
+      state.set = (state.set + range.n_sets - 1) % range.n_sets;
+      break;
+    case Action::next_mode:
+      state.mode = next_of(state.mode, DrawMode::textured);
+      break;
+    case Action::next_backdrop:
+      state.backdrop = next_of(state.backdrop, Backdrop::black);
+      break;
+    case Action::next_held:
+      state.held = next_of(state.held, Held::reference);
+      break;
+    case Action::show_contacts:
+      return with_layer_toggled(state, Layer::contacts, range);
+    case Action::show_normals:
+      return with_layer_toggled(state, Layer::normals, range);
+    case Action::show_axes:
+      return with_layer_toggled(state, Layer::axes, range);
+    case Action::show_helical_axis:
+      return with_layer_toggled(state, Layer::helical_axis, range);
+    case Action::show_gap_map:
+      return with_layer_toggled(state, Layer::gap_map, range);
+    case Action::show_ligaments:
+      return with_layer_toggled(state, Layer::ligaments, range);
+    case Action::show_panel:
+      state.shows_panel = !state.shows_panel;
+      break;
+    case Action::show_numbers:
+      state.shows_numbers = !state.shows_numbers;
+      break;
+    case Action::show_help:
+      state.shows_help = !state.shows_help;
+      break;
+    case Action::leave:
+      return left(state);
+    case Action::quit:
+      state.is_done = true;
+      break;
+    default:
+      break;
+  }
+  return state;
+}
+
+Attitude wanted_attitude(const PlayerState& state, const PlayerRange& range)
+{
+  const double varus_rad =
+      range.is_varus_free ? range.balanced_varus_rad : state.varus_rad.value_or(range.balanced_varus_rad);
+  return {state.timeline.flexion_rad, std::clamp(varus_rad, range.first_varus_rad, range.last_varus_rad)};
+}
+
+std::optional<View> view_of(Action action)
+{
+  switch (action) {
+    case Action::view_front:
+      return View::front;
+    case Action::view_back:
+      return View::back;
+    case Action::view_medial:
+      return View::medial;
+    case Action::view_lateral:
+      return View::lateral;
+    case Action::view_top:
+      return View::top;
+    case Action::view_oblique:
+      return View::oblique;
+    default:
+      return std::nullopt;
+  }
+}
+
+const char* name_of(DrawMode mode)
+{
+  switch (mode) {
+    case DrawMode::wire:
+      return "wire";
+    case DrawMode::hidden_line:
+      return "hidden lines";
+    case DrawMode::flat:
+      return "flat";
+    case DrawMode::smooth:
+      return "smooth";
+    case DrawMode::textured:
+      return "textured";
+  }
+  throw InternalError("a draw mode has a name");
+}
+
+const char* name_of(Backdrop backdrop)
+{
+  switch (backdrop) {
+    case Backdrop::studio:
+      return "studio";
+    case Backdrop::night:
+      return "night";
+    case Backdrop::black:
+      return "black";
+  }
+  throw InternalError("a backdrop has a name");
+}
+
+}  // namespace vrda

@@ -1,0 +1,177 @@
+// The poses that the player shows are those of the pipeline: of every set, at every attitude of the grid.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "app/scenes.hpp"
+#include "core/units.hpp"
+#include "motion/poses.hpp"
+#include "store/read_apart.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+// mm and entries of a rotation: products of three rotations on coordinates of some hundreds err by 1e-12; the
+// player promises this.
+constexpr double promised = 1e-9;
+
+struct Variant {
+  const char* name;
+  std::vector<std::string> sets;  ///< --set
+};
+
+/// The generic knee, which its ligaments hold, on a coarse grid.
+MotionModel solved(const test::Scratch& scratch, const Variant& variant)
+{
+  const std::string file = scratch.path() / "knee.h5";
+  std::vector<std::string> words{"run", VRDA_SOURCE_DIR "/jobs/knee-generic.toml", "-o", file, "--quiet"};
+  std::vector<std::string> sets = variant.sets;
+  sets.insert(sets.end(), {"solver.method=equilibrium", "grid.flexion.step=15", "smooth.degrees=[1, 3]",
+                           "smooth.recontact=true"});
+  for (const std::string& set : sets) words.insert(words.end(), {"--set", set});
+  const test::Ended ended = test::run_vrda(words);
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  return read_motion_model_apart(file);
+}
+
+/// By the formulas of the frames, from the numbers that the pipeline stored.
+Pose pose_from(const MotionModel& model, Eigen::Index row, double varus_deg, const PoseNumbers& numbers_deg)
+{
+  const Side side = model.side == "left" ? Side::left : Side::right;
+  const SolverFrame frame{side, model.rotation_centre_mm, model.push.delta.row(row).transpose()};
+  const Attitude attitude{rad_from_deg(model.flexion_deg[static_cast<std::size_t>(row)]),
+                          rad_from_deg(varus_deg)};
+  const Eigen::Vector3d shift_mm(numbers_deg[0], numbers_deg[1], numbers_deg[2]);
+  return X_reference_moving(frame, attitude,
+                            {solver_translation_mm(frame, shift_mm), rad_from_deg(numbers_deg[3])});
+}
+
+double difference(const Pose& a, const Pose& b)
+{
+  return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
+}
+
+struct Cell {
+  Eigen::Index row, column;
+  std::size_t index(const MotionModel& model) const
+  {
+    return static_cast<std::size_t>(row * model.status.cols() + column);
+  }
+};
+
+std::vector<Cell> cells(const MotionModel& model)
+{
+  std::vector<Cell> all;
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i)
+    for (Eigen::Index j = 0; j < model.status.cols(); ++j) all.push_back({i, j});
+  return all;
+}
+
+JointPose shown(const Motion& motion, const MotionModel& model, const Cell& cell)
+{
+  return motion.at({rad_from_deg(model.flexion_deg[static_cast<std::size_t>(cell.row)]),
+                    rad_from_deg(model.varus_deg[static_cast<std::size_t>(cell.column)])});
+}
+
+/// How many poses were compared.
+int expect_raw(const MotionModel& model)
+{
+  const Motion motion(model, "raw");
+  int n = 0;
+  for (const Cell& cell : cells(model)) {
+    const bool is_stable =
+        model.status(cell.row, cell.column) == static_cast<std::int8_t>(StepStatus::stable);
+    const JointPose pose = shown(motion, model, cell);
+    EXPECT_EQ(pose.status == PoseStatus::solved, is_stable);
+    if (!is_stable) continue;
+    ++n;
+    EXPECT_LT(difference(pose.X_reference_moving, pose_in(model.X_reference_moving, cell.index(model))),
+              promised);
+  }
+  return n;
+}
+
+/// What the room smooth stored for a set at a cell: x, y, z, theta and, where there is a fifth surface,
+/// varus.
+std::vector<double> stored(const SmoothedSet& set, const Cell& cell)
+{
+  std::vector<double> numbers;
+  for (const SmoothedSurface& surface : set.surfaces)
+    numbers.push_back(surface.values(cell.row, cell.column));
+  return numbers;
+}
+
+int expect_smoothed(const MotionModel& model, const SmoothedSet& set, bool is_recontacted)
+{
+  const Motion motion(model, "degree_" + std::to_string(set.degree) + (is_recontacted ? "_recontacted" : ""));
+  int n = 0;
+  for (const Cell& cell : cells(model)) {
+    const std::vector<double> numbers = stored(set, cell);
+    PoseNumbers wanted{numbers[0], numbers[1], numbers[2], numbers[3]};
+    const double varus_deg =
+        numbers.size() == 5 ? numbers[4] : model.varus_deg[static_cast<std::size_t>(cell.column)];
+    const double travel_mm = is_recontacted ? (*set.recontact_mm)(cell.row, cell.column) : 0.0;
+    const JointPose pose = shown(motion, model, cell);
+    EXPECT_EQ(pose.status == PoseStatus::solved, !std::isnan(travel_mm));
+    if (std::isnan(travel_mm)) continue;
+    for (int axis = 0; axis < 3; ++axis)
+      wanted[static_cast<std::size_t>(axis)] += travel_mm * model.push.delta(cell.row, axis);
+    ++n;
+    EXPECT_LT(difference(pose.X_reference_moving, pose_from(model, cell.row, varus_deg, wanted)), promised);
+  }
+  return n;
+}
+
+int expect_zero_varus(const MotionModel& model)
+{
+  const Motion motion(model, "zero_varus");
+  int n = 0;
+  for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    const bool has_pose = model.zero_varus->source[row] != static_cast<std::int8_t>(ZeroVarusSource::none);
+    const JointPose pose = motion.at({rad_from_deg(model.flexion_deg[row]), 0.0});
+    EXPECT_EQ(pose.status == PoseStatus::solved, has_pose);
+    if (!has_pose) continue;
+    ++n;
+    EXPECT_LT(difference(pose.X_reference_moving, pose_in(model.zero_varus->X_reference_moving, row)),
+              promised);
+    EXPECT_NEAR(deg_from_rad(pose.attitude.varus_rad), model.zero_varus->varus_deg[row], promised);
+  }
+  return n;
+}
+
+TEST(PlayerPoses, AreThePipelinesAtEveryAttitudeOfEverySet)
+{
+  const Variant variants[] = {
+      {"right", {"grid.varus.step=5"}},
+      {"left", {"grid.varus.step=5", "side=left"}},
+      {"oblique Delta", {"grid.varus.step=5", "push.delta=[0.1, 0.98, 0.05]"}},
+      {"left, Delta that turns",
+       {"grid.varus.step=5", "side=left",
+        "push.delta={ flexion_deg = [0, 90], value = [[0, 1, 0], [0.2, 1, 0.1]] }"}},
+      {"free varus", {"grid.varus=free"}},
+      {"left, free varus", {"grid.varus=free", "side=left"}},
+  };
+  for (const Variant& variant : variants) {
+    SCOPED_TRACE(variant.name);
+    const test::Scratch scratch;
+    const MotionModel model = solved(scratch, variant);
+    const int half = static_cast<int>(model.status.size()) / 2;
+    EXPECT_GT(expect_raw(model), half);
+    ASSERT_EQ(model.smoothed.size(), 2u);
+    for (const SmoothedSet& set : model.smoothed) {
+      EXPECT_EQ(set.surfaces.size(), model.varus_deg.size() == 1 ? 5u : 4u);
+      EXPECT_EQ(expect_smoothed(model, set, false), model.status.size());
+      ASSERT_TRUE(set.recontact_mm.has_value());
+      EXPECT_GT(expect_smoothed(model, set, true), half);
+    }
+    ASSERT_TRUE(model.zero_varus.has_value());
+    EXPECT_GT(expect_zero_varus(model), 3);
+  }
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,181 @@
+// What the player does in a second. usage: vrda_player_bench PLAYER NAME=MODEL.h5... [--benchmark_...]
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <stdexcept>
+#include <string>
+
+#include "motion/poses.hpp"
+#include "processor_time.hpp"
+#include "render/renderer.hpp"
+#include "render/window.hpp"
+#include "scene/camera.hpp"
+#include "scene/scene.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/process.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda::bench {
+namespace {
+
+constexpr int width = 640, height = 480;
+
+double seconds_since(std::chrono::steady_clock::time_point start)
+{
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// A joint that moves a degree a frame, seen as `vrda-player show` frames it.
+class Film {
+ public:
+  explicit Film(const std::string& file)
+      : model_(read_motion_model(file)),
+        motion_(model_, set_names(model_).front()),
+        scene_(scene_of(model_.reference, model_.moving, model_.rotation_centre_mm))
+  {
+    scene_.mode = DrawMode::smooth;
+    place_at(motion_.first_flexion_rad());
+    CameraFit fit(view_rotation(View::oblique, model_.side == "left" ? Side::left : Side::right));
+    fit.include(points_within(scene_, joint_sphere(scene_)));
+    camera_ = fit.camera();
+  }
+
+  /// The next frame; flexion comes back to its start after the last.
+  Shot next()
+  {
+    const double range_rad = motion_.last_flexion_rad() - motion_.first_flexion_rad();
+    const int n_frames = std::max(1, static_cast<int>(deg_from_rad(range_rad)));
+    place_at(motion_.first_flexion_rad() + range_rad * (n_shown_++ % n_frames) / n_frames);
+    return {with_depth_range(camera_, scene_), {0, 0, width, height}};
+  }
+
+  const Scene& scene() const { return scene_; }
+  double n_triangles() const
+  {
+    std::size_t n = 0;
+    for (const Drawable& drawable : scene_.drawables) n += drawable.mesh.triangles.size() / 3;
+    return static_cast<double>(n);
+  }
+
+ private:
+  void place_at(double flexion_rad)
+  {
+    place(scene_, frames_of(motion_.at({flexion_rad, motion_.balanced_varus_rad(flexion_rad)})));
+  }
+
+  MotionModel model_;
+  Motion motion_;
+  Scene scene_;
+  Camera camera_;
+  int n_shown_ = 0;
+};
+
+/// Times `draw` frame by frame; the first, for which shaders are compiled, does not count.
+void count_frames(benchmark::State& state, Film& film, const std::function<void(const Shot&)>& draw)
+{
+  draw(film.next());
+  const double before_s = process_s();
+  for (auto _ : state) draw(film.next());
+  const auto n_frames = static_cast<double>(state.iterations());
+  state.counters["frames/s"] = benchmark::Counter(n_frames, benchmark::Counter::kIsRate);
+  state.counters["processor ms"] = 1e3 * (process_s() - before_s) / n_frames;
+  state.counters["triangles"] = film.n_triangles();
+}
+
+void off_screen(benchmark::State& state, const std::string& file, const RenderOptions& options,
+                Backend backend)
+{
+  Film film(file);
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer(options, backend);
+  renderer->load(film.scene());
+  count_frames(state, film, [&](const Shot& shot) {
+    benchmark::DoNotOptimize(renderer->draw(film.scene(), {&shot, 1}, nullptr).rgba.data());
+  });
+}
+
+void in_a_window(benchmark::State& state, const std::string& file)
+{
+  Film film(file);
+  WindowOptions options;
+  options.width = width;
+  options.height = height;
+  options.samples = 1;
+  options.is_vsynced = false;
+  Window window(options);
+  window.renderer().load(film.scene());
+  count_frames(state, film, [&](const Shot& shot) {
+    window.events();
+    window.show(film.scene(), {&shot, 1}, nullptr);
+  });
+}
+
+/// A process from its start to a picture on disk; `is_cold`: with no shader compiled by an earlier one.
+void first_picture(benchmark::State& state, const std::string& player, const std::string& file, bool is_cold)
+{
+  const test::Scratch scratch;
+  int n = 0;
+  for (auto _ : state) {
+    const std::string cache = (scratch.path() / ("shaders" + std::to_string(is_cold ? n++ : 0))).string();
+    std::filesystem::create_directories(cache);
+    const auto start = std::chrono::steady_clock::now();
+    const test::Ended ended = test::run({player,
+                                         {"show", file, "--offscreen", scratch.path().string(), "--flexion",
+                                          "30", "--views", "oblique", "--size", "640x480"},
+                                         {{"MESA_SHADER_CACHE_DIR", cache}},
+                                         {}});
+    state.SetIterationTime(seconds_since(start));
+    if (ended.exit_code != 0) throw std::runtime_error(ended.err);
+  }
+}
+
+void register_knee(const std::string& player, const std::string& knee, const std::string& file)
+{
+  const auto add = [&](const std::string& what, const std::function<void(benchmark::State&)>& run) {
+    return benchmark::RegisterBenchmark(("player/" + what + "/" + knee).c_str(), run);
+  };
+  const RenderOptions moving{width, height, 1, 0.5}, whole{width, height, 1, 0.0},
+      fine{width, height, 4, 0.5};
+  const auto frames = [&](const std::string& what, const RenderOptions& options, Backend backend) {
+    add(what, [=](benchmark::State& state) { off_screen(state, file, options, backend); })->UseRealTime();
+  };
+  frames("frame", moving, Backend::osmesa);
+  frames("frame, every triangle", whole, Backend::osmesa);
+  frames("frame, 4 samples", fine, Backend::osmesa);
+  frames("frame by EGL", moving, Backend::egl);
+  if (std::getenv("DISPLAY") != nullptr)
+    add("frame in a window", [=](benchmark::State& state) { in_a_window(state, file); })->UseRealTime();
+  for (const bool is_cold : {false, true}) {
+    add(is_cold ? "first picture, no shaders kept" : "first picture",
+        [=](benchmark::State& state) { first_picture(state, player, file, is_cold); })
+        ->UseManualTime()
+        ->Iterations(5);
+  }
+}
+
+}  // namespace
+}  // namespace vrda::bench
+
+int main(int argc, char** argv)
+{
+  benchmark::Initialize(&argc, argv);
+  if (argc < 3) {
+    std::cerr << "usage: vrda_player_bench PLAYER NAME=MODEL.h5... [--benchmark_...]\n";
+    return 2;
+  }
+  for (int i = 2; i < argc; ++i) {
+    const std::string model = argv[i];
+    const std::size_t equals = model.find('=');
+    if (equals == std::string::npos) {
+      std::cerr << model << ": found no =, wanted NAME=MODEL.h5\n";
+      return 2;
+    }
+    vrda::bench::register_knee(argv[1], model.substr(0, equals), model.substr(equals + 1));
+  }
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

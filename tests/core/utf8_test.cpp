@@ -1,0 +1,35 @@
+#include "core/utf8.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace vrda {
+namespace {
+
+TEST(Utf8, TakesEveryCharacter)
+{
+  for (const std::string text :
+       {"", "knee", "genou \xC3\xA9tal\xC3\xB3n", "\xE8\x86\x9D", "\xF0\x9F\xA6\xB5", "\x7F\xC2\x80",
+        "\xDF\xBF\xE0\xA0\x80", "\xEF\xBF\xBF\xF0\x90\x80\x80", "\xF4\x8F\xBF\xBF", "\xED\x9F\xBF"}) {
+    EXPECT_TRUE(is_utf8(text)) << text;
+  }
+}
+
+TEST(Utf8, RefusesAllElse)
+{
+  struct Row {
+    const char* why;
+    std::string bytes;
+  };
+  for (const Row& row :
+       {Row{"alone", "\x80"}, Row{"latin-1", "\xE9tal"}, Row{"cut", "ab\xC3"}, Row{"cut", "\xF0\x9F\xA6"},
+        Row{"overlong", "\xC0\x80"}, Row{"overlong", "\xE0\x9F\xBF"}, Row{"overlong", "\xF0\x8F\xBF\xBF"},
+        Row{"surrogate", "\xED\xA0\x80"}, Row{"too large", "\xF4\x90\x80\x80"}, Row{"no first byte", "\xF8"},
+        Row{"no first byte", "\xFF"}}) {
+    EXPECT_FALSE(is_utf8(row.bytes)) << row.why;
+  }
+}
+
+}  // namespace
+}  // namespace vrda

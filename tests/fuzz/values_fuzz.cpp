@@ -1,0 +1,33 @@
+// Motion models and traces as values, past everything that HDF5 refuses: their shapes, their rules, and what
+// the player does with those that pass.
+#include "fuzz/changed_content.hpp"
+#include "fuzz/outcome.hpp"
+#include "fuzz/small_models.hpp"
+#include "fuzz/use_model.hpp"
+#include "motion/film.hpp"
+#include "store/plain_bytes.hpp"
+
+namespace {
+
+using namespace vrda;
+
+const std::vector<test::BaseContent>& bases()
+{
+  static const std::vector<test::BaseContent> made = [] {
+    std::vector<test::BaseContent> all;
+    for (const MotionModel& model : test::small_models()) all.push_back({plain_bytes(model), {}, {}});
+    all.push_back({plain_bytes(test::small_trace()), {}, {}});
+    return all;
+  }();
+  return made;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
+{
+  const std::string bytes = test::changed(bases(), data, size);
+  test::read_or_refuse([&] { test::use_as_player(motion_model_of(bytes, "a.h5")); });
+  test::read_or_refuse([&] { film_of(trace_of(bytes, "a.trace.h5"), "a.trace.h5", {}); });
+  return 0;
+}

@@ -1,0 +1,252 @@
+// `vrda-player follow` as its users meet it: what it says, writes and ends with.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <functional>
+#include <thread>
+
+#include "core/units.hpp"
+#include "follow/run_panel.hpp"
+#include "journal/journal.hpp"
+#include "journal/run_files.hpp"
+#include "motion/support/models.hpp"
+#include "player/render/screen.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/process.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::EndsWith;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+/// A busy machine is given a minute.
+bool comes_true(const std::function<bool()>& claim)
+{
+  for (int i = 0; i < 600; ++i) {
+    if (claim()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return false;
+}
+
+/// A run of 3 x 3 attitudes written by the test.
+class Follow : public testing::Test {
+ protected:
+  Follow()
+  {
+    test::ModelPlan plan;
+    plan.flexion_deg = {0, 10, 20};
+    plan.varus_deg = {-1, 0, 1};
+    model_ = test::model_of(plan);
+    test::add_bodies(model_);
+    write_motion_model(start_, with_pending_cells(model_));
+  }
+
+  void add_steps(int flexion)
+  {
+    OpenJournal journal = JournalWriter::open(journal_of(output_), std::string(64, 'a'));
+    for (int j = 0; j < 3; ++j) {
+      StepRecord r;
+      r.key = {StepKind::row, flexion, j};
+      r.status = j == 2 ? StepStatus::no_contact : StepStatus::stable;
+      r.varus_rad = rad_from_deg(j - 1.0);
+      journal.writer.append(r);
+    }
+  }
+  void finish()
+  {
+    write_motion_model(output_, model_);
+    fs::remove(journal_of(output_));
+    fs::remove(start_);
+  }
+  test::Command command(std::vector<std::string> words, const std::string& start = "") const
+  {
+    words.insert(words.begin(), {"follow", start.empty() ? start_ : start});
+    return {VRDA_PLAYER_PROGRAM, words, {}, scratch_.path()};
+  }
+  test::Ended follow(const std::vector<std::string>& words) const { return test::run(command(words)); }
+  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
+
+  test::Scratch scratch_;
+  MotionModel model_;
+  std::string output_ = (scratch_.path() / "knee.h5").string();
+  std::string start_ = start_file_of(output_);
+};
+
+TEST_F(Follow, OnceSaysWhatThereIs)
+{
+  EXPECT_EQ(follow({"--once", "--text"}).out, "waiting for the first step\n");
+  add_steps(1);
+  const test::Ended ended = follow({"--once", "--text"});
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_EQ(ended.out, "3/9 attitudes, flexion 10, varus 1\n");
+  EXPECT_EQ(ended.err, "");
+  EXPECT_EQ(follow({"--once", "--text", "--quiet"}).out, "");
+}
+
+TEST_F(Follow, WritesAPictureEachSoManySteps)
+{
+  add_steps(0);
+  add_steps(1);
+  const test::Ended ended =
+      follow({"--once", "--offscreen", path("pictures"), "--each", "3", "--size", "160x120"});
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  // Four of the six found their rest; the last of them is there in the end.
+  EXPECT_EQ(ended.out, path("pictures/step_000003.png") + "\n" + path("pictures/step_000004.png") + "\n");
+  EXPECT_THAT(ended.err, HasSubstr("6/9 attitudes"));
+  EXPECT_TRUE(fs::exists(path("pictures/step_000003.png")));
+}
+
+TEST_F(Follow, EndsWithTheRunAndShowsItsResult)
+{
+  add_steps(0);
+  test::Process program(command({"--offscreen", path("pictures"), "--every", "0.1", "--size", "160x120"}));
+  ASSERT_TRUE(comes_true([&] { return fs::exists(path("pictures/step_000002.png")); })) << program.said();
+  add_steps(2);
+  ASSERT_TRUE(comes_true([&] { return fs::exists(path("pictures/step_000004.png")); })) << program.said();
+  finish();
+  const test::Ended ended = program.wait();
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.out, EndsWith(path("pictures/finished.png") + "\n"));
+  EXPECT_THAT(ended.err, EndsWith(output_ + ": 9/9 attitudes, finished\n"));
+  // Once more, when all is over.
+  const test::Ended again = follow({"--text"});
+  EXPECT_EQ(again.exit_code, 0);
+  EXPECT_EQ(again.out, output_ + ": 9/9 attitudes, finished\n");
+}
+
+TEST_F(Follow, StopsWhenItIsInterrupted)
+{
+  add_steps(0);
+  test::Process program(command({"--text"}));
+  // The folder it was begun in is where it writes nothing: what it says tells that it runs.
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  EXPECT_TRUE(program.is_running());
+  program.send(SIGINT);
+  const test::Ended ended = program.wait();
+  EXPECT_EQ(ended.exit_code, 4);
+  EXPECT_THAT(ended.out, StartsWith("3/9 attitudes"));
+  EXPECT_THAT(ended.out, EndsWith("stopped: the run has not ended\n"));
+}
+
+TEST_F(Follow, SaysWhenTheRunBeginsAnew)
+{
+  add_steps(0);
+  test::Process program(command({"--offscreen", path("pictures"), "--every", "0.1", "--size", "160x120"}));
+  ASSERT_TRUE(comes_true([&] { return fs::exists(path("pictures/step_000002.png")); })) << program.said();
+  fs::remove(journal_of(output_));
+  add_steps(1);
+  EXPECT_TRUE(comes_true([&] { return program.said().find("the run began anew") != std::string::npos; }));
+  program.send(SIGTERM);
+  EXPECT_EQ(program.wait().exit_code, 4);
+}
+
+TEST_F(Follow, TakesEveryWayToNameViews)
+{
+  add_steps(0);
+  const auto picture = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"--once", "--offscreen", path("pictures"), "--size", "320x240"};
+    words.insert(words.end(), more.begin(), more.end());
+    const test::Ended ended = follow(words);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return test::read_bytes(path("pictures/step_000002.png"));
+  };
+  const std::string front = picture({"--views", "front"});
+  EXPECT_NE(picture({"--views", "front,top,back"}), front);
+  EXPECT_NE(picture({"--orient", "0,90,0;10,-20,30"}), picture({"--orient", "0,90,0"}));
+  EXPECT_NE(picture({"--orient", "0,0,0", "--shift", "5,0,0"}), picture({"--orient", "0,0,0"}));
+  EXPECT_NE(picture({"--views", "front", "--mode", "wire"}), front);
+  EXPECT_NE(picture({"--views", "front", "--layers", "axes"}), front);
+  EXPECT_EQ(picture({"--views", "front"}), front) << "equal runs give equal pictures";
+}
+
+TEST_F(Follow, ShowsTheViewsOfTheJob)
+{
+  model_.job.resolved =
+      "[player]\ndisplay_px = [320, 240]\nrender = \"wire\"\n\n[[player.view]]\nnumber = 0\nshift_mm = [0, "
+      "0, 0]\n"
+      "orientation_deg = [0, 90, 0]\n";
+  write_motion_model(start_, with_pending_cells(model_));
+  add_steps(0);
+  const auto picture = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"--once", "--offscreen", path("pictures")};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(follow(words).exit_code, 0);
+    return test::read_bytes(path("pictures/step_000002.png"));
+  };
+  const std::string of_job = picture({});
+  EXPECT_EQ(of_job, picture({"--size", "320x240"}));
+  EXPECT_NE(of_job, picture({"--mode", "smooth"}));
+  EXPECT_NE(of_job, picture({"--views", "front,lateral"}));
+}
+
+TEST_F(Follow, RefusesWhatItCannotDo)
+{
+  struct Row {
+    std::vector<std::string> words;
+    const char* said;
+  };
+  for (const Row& row : {
+           Row{{"--once"}, "--once"},
+           Row{{"--text", "--offscreen", "x"}, "--text"},
+           Row{{"--text", "--every", "1"}, "--offscreen"},
+           Row{{"--text", "--steps", "some"}, "wanted stable, contact or all"},
+           Row{{"--offscreen", "x", "--each", "-1"}, "--each"},
+           Row{{"--offscreen", "x", "--every", "-1"}, "--every"},
+           Row{{"--offscreen", "x", "--views", "nowhere"}, "--views"},
+           Row{{"--offscreen", "x", "--orient", "1,2"}, "--orient: found \"1,2\""},
+           Row{{"--offscreen", "x", "--shift", "1,2,3;1,nan,2"}, "--shift: found \"1,nan,2\""},
+           Row{{"--offscreen", "x", "--views", "front", "--shift", "1,2,3"}, "one way to name the views"},
+           Row{{"--offscreen", "x", "--layers", "skin"}, "--layers"},
+           Row{{"--offscreen", "x", "--size", "1x1"}, "--size"},
+       }) {
+    SCOPED_TRACE(row.said);
+    const test::Ended ended = follow(row.words);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_THAT(ended.err, HasSubstr(row.said));
+  }
+  const test::Ended no_start = test::run(command({"--text"}, output_));
+  EXPECT_EQ(no_start.exit_code, 2);
+  EXPECT_THAT(no_start.err, HasSubstr("wanted OUTPUT.start.h5"));
+  EXPECT_EQ(test::run(command({"--text"}, path("none.start.h5"))).exit_code, 2);
+  const test::Ended no_screen = test::run({VRDA_PLAYER_PROGRAM, {"follow", start_}, {{"DISPLAY", ""}}, {}});
+  EXPECT_EQ(no_screen.exit_code, 2) << no_screen.err;
+}
+
+/// Pixels of a colour on a screen.
+int count(const Image& image, const VertexColour& colour)
+{
+  int n = 0;
+  for (std::size_t at = 0; at < image.rgba.size(); at += 4)
+    n += std::equal(colour.begin(), colour.begin() + 3, image.rgba.begin() + static_cast<std::ptrdiff_t>(at));
+  return n;
+}
+
+TEST_F(Follow, FillsInTheGridInAWindow)
+{
+  const test::Screen screen;
+  add_steps(0);
+  test::Process program(command({"--size", "640x480", "--views", "front"}));
+  const auto n_stable = [&] { return count(screen.picture(640, 480), colour_of(StepStatus::stable)); };
+  // The legend's square is smaller than a cell.
+  ASSERT_TRUE(comes_true([&] { return n_stable() > 2000; })) << program.said();
+  const int with_two = n_stable();
+  add_steps(1);
+  EXPECT_TRUE(comes_true([&] { return n_stable() > with_two + with_two / 2; }));
+  finish();
+  EXPECT_TRUE(comes_true([&] { return n_stable() > 3 * with_two; }));
+  const Image before = screen.picture(640, 480);
+  EXPECT_TRUE(comes_true([&] { return screen.picture(640, 480).rgba != before.rgba; })) << "the motion plays";
+  EXPECT_EQ(test::run({"/usr/bin/xdotool", {"key", "q"}, {}, {}}).exit_code, 0);
+  EXPECT_EQ(program.wait().exit_code, 0);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,73 @@
+#!/usr/bin/python3
+"""vrda-player stays small: what it links, what of ours is in it, how large it is.
+
+usage: what_it_links.py PROGRAM [FOREIGN_ROOM.a]... -- [OWN_ROOM.a]...
+The libraries it needs stand in LIBRARIES; no function of a foreign room's archive that no own room has is in it, and none of
+a name in FOREIGN_NAMES. Exit code 1 with one line for each departure.
+"""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+# Asked for by name in the program itself, not what those ask for in turn. toml++ is for lights, stb for glyphs.
+LIBRARIES = re.compile(r"(ld-linux-x86-64|libc|libm|libgcc_s|libstdc\+\+|libpthread|libdl|libhdf5_serial(_hl)?|libz|libsz|libpng16"
+                       r"|libOSMesa|libEGL|libOpenGL|libGL|libglfw|libX11|libmeshoptimizer|libtomlplusplus|libstb)\.so[.\dd]*")
+FOREIGN_NAMES = re.compile(r"\b(btCollision\w*|btGImpact\w*|btConvex\w*|Assimp::|valijson::|nlopt_\w+|spdlog::)")
+LARGEST_BYTES = 5_000_000
+
+
+def said(*command):
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def needed(program):
+    return re.findall(r"\(NEEDED\).*\[(.+)\]", said("readelf", "-d", program))
+
+
+def functions(file):
+    """Mangled names of the functions defined for others; inline ones, which are weak, belong to nobody."""
+    lines = said("nm", "--defined-only", "--extern-only", file).splitlines()
+    return {line.split()[-1] for line in lines if re.match(r"[0-9a-f]+ T ", line)}
+
+
+def stripped_bytes(program):
+    with tempfile.TemporaryDirectory() as folder:
+        copy = os.path.join(folder, "stripped")
+        subprocess.run(["strip", "-o", copy, program], check=True)
+        return os.path.getsize(copy)
+
+
+def departures(program, foreign, own):
+    for library in needed(program):
+        if not LIBRARIES.fullmatch(library):
+            yield f"needs {library}"
+    inside = functions(program)
+    of_own = set().union(*map(functions, own))
+    for archive in foreign:
+        found = sorted((functions(archive) - of_own) & inside)
+        if found:
+            yield f"holds {len(found)} functions of {os.path.basename(archive)}: {found[0]}"
+    for name in sorted(set(FOREIGN_NAMES.findall(said("nm", "--demangle", program)))):
+        yield f"holds {name}"
+    size = stripped_bytes(program)
+    print(f"{os.path.basename(program)}: {size} bytes stripped, needs {', '.join(needed(program))}")
+    if size >= LARGEST_BYTES:
+        yield f"takes {size} bytes stripped, wanted fewer than {LARGEST_BYTES}"
+
+
+def main():
+    program, *archives = sys.argv[1:]
+    split = archives.index("--")
+    foreign, own = archives[:split], archives[split + 1:]
+    if not own:
+        sys.exit("wanted the archives of the program's own rooms")
+    found = list(departures(program, foreign, own))
+    for line in found:
+        print(f"{program} {line}", file=sys.stderr)
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()

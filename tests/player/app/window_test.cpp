@@ -1,0 +1,120 @@
+// The program in a window, driven by the keys and the mouse of a screen without a monitor.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <thread>
+
+#include "motion/support/models.hpp"
+#include "player/render/screen.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/process.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr int width = 800, height = 600;
+
+MotionModel small_model()
+{
+  test::ModelPlan plan;
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
+  return model;
+}
+
+/// A busy machine is given a minute.
+bool comes_true(const std::function<bool()>& claim)
+{
+  for (int i = 0; i < 600; ++i) {
+    if (claim()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  return false;
+}
+
+class InWindow : public testing::Test {
+ protected:
+  InWindow() { write_motion_model(file_, small_model()); }
+  test::Command show() const
+  {
+    return {VRDA_PLAYER_PROGRAM, {"show", file_, "--size", "800x600"}, {}, scratch_.path()};
+  }
+  static void type(const std::string& keys)
+  {
+    EXPECT_EQ(test::run({"/usr/bin/xdotool", {"key", keys}, {}, {}}).exit_code, 0);
+  }
+  static void mouse(const std::vector<std::string>& arguments)
+  {
+    EXPECT_EQ(test::run({"/usr/bin/xdotool", arguments, {}, {}}).exit_code, 0);
+  }
+  /// Of the lower right corner, where the panel is dark.
+  bool is_panel_there() const
+  {
+    const Image image = screen_.picture(width, height);
+    return image.rgba[image.rgba.size() - 4] == 26;
+  }
+  /// Waits until what stands on the screen is not `before` any more.
+  bool changes_from(const Image& before) const
+  {
+    return comes_true([&] { return screen_.picture(width, height).rgba != before.rgba; });
+  }
+
+  test::Screen screen_;
+  test::Scratch scratch_;
+  std::string file_ = (scratch_.path() / "sample.h5").string();
+};
+
+TEST_F(InWindow, OpensPlaysTakesAPictureAndQuits)
+{
+  test::Process program(show());
+  ASSERT_TRUE(comes_true([&] { return is_panel_there(); })) << program.said();
+  mouse({"mousemove", "300", "300"});
+  Image before = screen_.picture(width, height);
+  type("Right");
+  EXPECT_TRUE(changes_from(before));
+  before = screen_.picture(width, height);
+  type("space");
+  EXPECT_TRUE(changes_from(before));
+  type("space");
+  type("p");
+  const std::function<bool()> has_picture = [&] {
+    for (const auto& entry : std::filesystem::directory_iterator(scratch_.path())) {
+      if (entry.path().extension() == ".png") return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(comes_true(has_picture));
+  type("q");
+  const test::Ended ended = program.wait();
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  EXPECT_EQ(ended.err, "");
+}
+
+TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
+{
+  test::Process program(show());
+  ASSERT_TRUE(comes_true([&] { return is_panel_there(); })) << program.said();
+  Image before = screen_.picture(width, height);
+  mouse({"mousemove", "300", "300", "mousedown", "2", "mousemove", "360", "330", "mouseup", "2"});
+  EXPECT_TRUE(changes_from(before));
+  type("t");
+  EXPECT_TRUE(comes_true([&] { return !is_panel_there(); }));
+  type("t");
+  EXPECT_TRUE(comes_true([&] { return is_panel_there(); }));
+  // "help", the last button of the panel, opens the page; Escape closes it and then the window.
+  before = screen_.picture(width, height);
+  mouse({"mousemove", "740", "560", "click", "1"});
+  EXPECT_TRUE(changes_from(before));
+  type("Escape");
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  EXPECT_TRUE(program.is_running());
+  type("Escape");
+  EXPECT_EQ(program.wait().exit_code, 0);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,94 @@
+#include "follow/run_state.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "motion/support/models.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::ElementsAre;
+
+SeenStep cell(int flexion, int varus, StepStatus status = StepStatus::stable)
+{
+  SeenStep step;
+  step.key = {StepKind::row, flexion, varus};
+  step.status = status;
+  return step;
+}
+
+SeenStep move(bool in_contact)
+{
+  SeenStep step = cell(1, 1);
+  step.kind = SeenKind::move;
+  step.in_contact = in_contact;
+  return step;
+}
+
+SeenStep probe(StepKind kind, int varus)
+{
+  SeenStep step = cell(0, varus);
+  step.key.kind = kind;
+  step.kind = SeenKind::probe;
+  return step;
+}
+
+MotionModel model()
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10};
+  plan.varus_deg = {-1, 0, 1};
+  return with_pending_cells(test::model_of(plan));
+}
+
+TEST(RunState, ShowsTheStepsChosenAndFillsInTheGridWithAll)
+{
+  const std::vector<SeenStep> steps{probe(StepKind::spine_probe, 1), move(false), move(true), cell(0, 1),
+                                    cell(0, 0, StepStatus::no_contact)};
+  const auto shown = [&](StepChoice choice) {
+    RunState state(model(), choice);
+    std::vector<bool> is_shown;
+    for (const SeenStep& step : steps) is_shown.push_back(state.take(step));
+    EXPECT_EQ(state.n_done(), 2);
+    EXPECT_EQ(state.panel().status(0, 0), static_cast<std::int8_t>(StepStatus::no_contact));
+    EXPECT_EQ(state.panel().status(0, 1), 0);
+    EXPECT_EQ(state.panel().status(1, 1), -1);
+    EXPECT_EQ(state.n_shown(), std::count(is_shown.begin(), is_shown.end(), true));
+    return is_shown;
+  };
+  EXPECT_THAT(shown(StepChoice::stable), ElementsAre(false, false, false, true, false));
+  EXPECT_THAT(shown(StepChoice::contact), ElementsAre(true, false, true, true, false));
+  EXPECT_THAT(shown(StepChoice::all), ElementsAre(true, true, true, true, true));
+}
+
+TEST(RunState, SaysWhereTheRunIs)
+{
+  RunState state(model(), StepChoice::stable);
+  EXPECT_EQ(state.counts(), "0/6 attitudes");
+  EXPECT_EQ(state.place(), "");
+  state.take(cell(1, 2, StepStatus::unbounded));
+  EXPECT_EQ(state.counts(), "1/6 attitudes");
+  EXPECT_EQ(state.place(), "flexion 10, varus 1");
+  // Its number counts starts: it is no place in the grid.
+  state.take(probe(StepKind::free_spine, 7));
+  EXPECT_EQ(state.place(), "flexion 10, varus 1");
+  ASSERT_TRUE(state.panel().current);
+  EXPECT_EQ(state.panel().current->varus, 2);
+}
+
+TEST(RunState, AFinishedRunShowsTheResult)
+{
+  RunState state(model(), StepChoice::stable);
+  state.take(cell(0, 0));
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10};
+  plan.varus_deg = {-1, 0, 1};
+  state.finish(test::model_of(plan));
+  EXPECT_EQ(state.counts(), "6/6 attitudes, finished");
+  EXPECT_FALSE(state.shown());
+  EXPECT_FALSE(state.panel().current);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,330 @@
+// A run's files at every stage a look may meet, written by the test.
+#include "follow/run_watch.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "core/units.hpp"
+#include "journal/journal.hpp"
+#include "journal/run_files.hpp"
+#include "journal/trace_journal.hpp"
+#include "motion/support/models.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using test::input_error;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::string key(64, 'a');
+const std::string other_key(64, 'b');
+
+StepRecord step(StepKind kind, int flexion, int varus, StepStatus status = StepStatus::stable)
+{
+  StepRecord r;
+  r.key = {kind, flexion, varus};
+  r.status = status;
+  r.pose = {{1.0 * flexion, -20.0 / 3.0, 0.1 * varus}, 0.01 * flexion};
+  r.varus_rad = rad_from_deg(varus - 1.0);
+  r.iterations = 10 + varus;
+  r.contacts.push_back({{1, 2, 3}, {0, -1, 0}, 0.01, 4, 5, 1});
+  return r;
+}
+
+SearchTrace search(StepKind kind, int flexion, int varus, int n_moves)
+{
+  SearchTrace trace;
+  trace.key = {kind, flexion, varus};
+  trace.status = StepStatus::stable;
+  for (int m = 0; m < n_moves; ++m) {
+    SearchMove move;
+    move.iteration = m;
+    move.pose.translation_mm.y() = -m;
+    move.in_contact = m % 2 == 1;
+    trace.moves.push_back(move);
+  }
+  return trace;
+}
+
+/// Flexion 0, 10, 20 by varus -1, 0, 1.
+MotionModel plan(double last_flexion_deg = 20)
+{
+  test::ModelPlan asked;
+  asked.flexion_deg = {0, 10, last_flexion_deg};
+  asked.varus_deg = {-1, 0, 1};
+  MotionModel model = test::model_of(asked);
+  test::add_bodies(model);
+  model.job.resolved = "flexion to " + std::to_string(last_flexion_deg);
+  return model;
+}
+
+class Watch : public testing::Test {
+ protected:
+  Watch() { write_start(plan()); }
+
+  void write_start(const MotionModel& model) { write_motion_model(start_, with_pending_cells(model)); }
+  JournalWriter journal(const std::string& its_key = key)
+  {
+    return JournalWriter::create(journal_of(output_), its_key);
+  }
+
+  test::Scratch scratch_;
+  std::string output_ = (scratch_.path() / "knee.h5").string();
+  std::string start_ = start_file_of(output_);
+};
+
+int n_stable(const RunWatch& watch)
+{
+  return static_cast<int>((watch.model().status == 0).count());
+}
+
+TEST_F(Watch, CellsFillInAsTheirStepsCome)
+{
+  RunWatch watch(start_);
+  EXPECT_EQ(watch.phase(), RunPhase::waiting);
+  EXPECT_THAT(watch.look().steps, IsEmpty());
+  EXPECT_EQ(watch.n_cells(), 9);
+  JournalWriter writer = journal();
+  writer.append(step(StepKind::spine_probe, 0, 1));
+  writer.append(step(StepKind::spine, 0, 1));
+  WatchNews news = watch.look();
+  ASSERT_EQ(news.steps.size(), 2u);
+  EXPECT_EQ(news.steps[0].kind, SeenKind::probe);
+  EXPECT_EQ(news.steps[1].kind, SeenKind::cell);
+  EXPECT_EQ(watch.phase(), RunPhase::running);
+  EXPECT_EQ(watch.n_done(), 1);
+  EXPECT_EQ(watch.n_steps(), 2);
+  EXPECT_EQ(watch.model().is_spine(0, 1), 1);
+
+  writer.append(step(StepKind::row, 2, 0, StepStatus::no_contact));
+  news = watch.look();
+  ASSERT_EQ(news.steps.size(), 1u);
+  EXPECT_EQ(news.steps[0].status, StepStatus::no_contact);
+  EXPECT_EQ(watch.model().status(2, 0), static_cast<std::int8_t>(StepStatus::no_contact));
+  EXPECT_EQ(watch.model().iterations(2, 0), 10);
+  EXPECT_TRUE(std::isnan(watch.model().tx_mm(2, 0)));
+  EXPECT_EQ(n_stable(watch), 1);
+  EXPECT_EQ(watch.model().ty_mm(0, 1), -20.0 / 3.0);
+  EXPECT_THAT(watch.look().steps, IsEmpty());
+}
+
+TEST_F(Watch, ShardsAndTheSpineAreOneRun)
+{
+  RunWatch watch(start_);
+  JournalWriter spine = JournalWriter::create(spine_journal_of(output_), key);
+  spine.append(step(StepKind::spine, 0, 1));
+  EXPECT_EQ(watch.look().steps.size(), 1u);
+  // A shard that comes late, and a step that two of them hold.
+  JournalWriter first = JournalWriter::create(shard_journal_of(output_, {1, 2}), key);
+  first.append(step(StepKind::row, 0, 0));
+  JournalWriter second = JournalWriter::create(shard_journal_of(output_, {2, 2}), key);
+  second.append(step(StepKind::row, 1, 0));
+  second.append(step(StepKind::row, 0, 0));
+  const WatchNews news = watch.look();
+  EXPECT_FALSE(news.is_anew);
+  EXPECT_EQ(news.steps.size(), 2u);
+  EXPECT_EQ(watch.n_done(), 3);
+}
+
+TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
+{
+  RunWatch watch(start_);
+  {
+    JournalWriter writer = journal();
+    for (int j = 0; j < 3; ++j) writer.append(step(StepKind::row, 1, j));
+  }
+  watch.look();
+  EXPECT_EQ(watch.n_done(), 3);
+  journal().append(step(StepKind::row, 0, 0));
+  WatchNews news = watch.look();
+  EXPECT_TRUE(news.is_anew);
+  EXPECT_EQ(news.steps.size(), 1u);
+  EXPECT_EQ(watch.n_done(), 1);
+  EXPECT_EQ(watch.model().status(1, 0), -1);
+  EXPECT_TRUE(std::isnan(watch.model().tx_mm(1, 0)));
+
+  // Another job with the same output: its journal stands before its start file does.
+  JournalWriter writer = journal(other_key);
+  writer.append(step(StepKind::row, 0, 2));
+  EXPECT_TRUE(watch.look().is_anew);
+  write_start(plan(40));
+  news = watch.look();
+  EXPECT_TRUE(news.is_anew);
+  EXPECT_EQ(watch.model().flexion_deg.back(), 40);
+  EXPECT_EQ(news.steps.size(), 1u);
+  EXPECT_EQ(watch.n_done(), 1);
+}
+
+TEST_F(Watch, TheJournalWrittenLastSaysWhichJobRuns)
+{
+  JournalWriter::create(shard_journal_of(output_, {1, 2}), other_key).append(step(StepKind::row, 0, 0));
+  fs::last_write_time(shard_journal_of(output_, {1, 2}),
+                      fs::file_time_type::clock::now() - std::chrono::hours(1));
+  RunWatch watch(start_);
+  EXPECT_EQ(watch.look().steps.size(), 1u);
+  journal().append(step(StepKind::row, 1, 1));
+  const WatchNews news = watch.look();
+  EXPECT_TRUE(news.is_anew);
+  ASSERT_EQ(news.steps.size(), 1u);
+  EXPECT_EQ(news.steps[0].key.flexion, 1);
+  ASSERT_EQ(news.remarks.size(), 1u);
+  EXPECT_THAT(news.remarks[0], HasSubstr("shard-1-of-2.journal: the journal of another job"));
+}
+
+TEST_F(Watch, ATornEndIsReadWhenItIsWhole)
+{
+  RunWatch watch(start_);
+  {
+    JournalWriter writer = journal();
+    writer.append(step(StepKind::row, 0, 0));
+    writer.append(step(StepKind::row, 0, 1));
+  }
+  const std::string whole = test::read_bytes(journal_of(output_));
+  scratch_.write("knee.h5.journal", whole.substr(0, whole.size() - 5));
+  EXPECT_EQ(watch.look().steps.size(), 1u);
+  EXPECT_EQ(watch.look().steps.size(), 0u);
+  scratch_.write("knee.h5.journal", whole);
+  EXPECT_EQ(watch.look().steps.size(), 1u);
+  EXPECT_EQ(watch.n_done(), 2);
+}
+
+TEST_F(Watch, RecordsOutsideTheGridAreLeftAside)
+{
+  JournalWriter writer = journal();
+  writer.append(step(StepKind::row, 3, 0));
+  writer.append(step(StepKind::row, 0, 3));
+  writer.append(step(StepKind::spine_probe, 0, -1));
+  writer.append(step(StepKind::free_spine, 0, 7));
+  writer.append(step(StepKind::row, 0, 0));
+  RunWatch watch(start_);
+  const WatchNews news = watch.look();
+  EXPECT_EQ(news.steps.size(), 2u);
+  EXPECT_EQ(watch.n_done(), 1);
+  EXPECT_THAT(news.remarks, ElementsAre(HasSubstr("no step of this grid")));
+}
+
+TEST_F(Watch, MovesStandBeforeTheirStepWhicheverFileIsSeenFirst)
+{
+  RunWatch watch(start_, true);
+  JournalWriter steps = journal();
+  FrameWriter moves = create_trace_journal(trace_journal_of(output_), key);
+  moves.append(bytes_of(search(StepKind::spine_probe, 0, 1, 4)));
+  EXPECT_THAT(watch.look().steps, IsEmpty());
+  steps.append(step(StepKind::spine_probe, 0, 1));
+  steps.append(step(StepKind::spine, 0, 1));
+  WatchNews news = watch.look();
+  ASSERT_EQ(news.steps.size(), 6u);
+  for (int m = 0; m < 4; ++m) {
+    EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].kind, SeenKind::move);
+    EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].in_contact, m % 2 == 1);
+    EXPECT_EQ(news.steps[static_cast<std::size_t>(m)].pose.translation_mm.y(), -m);
+  }
+  EXPECT_EQ(news.steps[4].kind, SeenKind::probe);
+  EXPECT_EQ(news.steps[5].kind, SeenKind::cell);
+  steps.append(step(StepKind::row, 0, 2));
+  EXPECT_EQ(watch.look().steps.size(), 1u);
+  moves.append(bytes_of(search(StepKind::row, 0, 2, 3)));
+  EXPECT_EQ(watch.look().steps.size(), 3u);
+}
+
+TEST_F(Watch, SaysOnceThatARunKeepsNoMoves)
+{
+  RunWatch watch(start_, true);
+  EXPECT_THAT(watch.look().remarks, IsEmpty());
+  JournalWriter steps = journal();
+  steps.append(step(StepKind::row, 0, 0));
+  watch.look();
+  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("--trace")));
+  EXPECT_THAT(watch.look().remarks, IsEmpty());
+}
+
+TEST_F(Watch, LengthsAreTheSubjects)
+{
+  MotionModel model = plan();
+  model.job.scaling.emplace();
+  model.job.scaling->factor = {2, 2, 2};
+  model.job.scaling->keeps_steps = true;
+  write_start(model);
+  journal().append(step(StepKind::row, 0, 1));
+  RunWatch watch(start_);
+  const WatchNews news = watch.look();
+  ASSERT_EQ(news.steps.size(), 1u);
+  EXPECT_EQ(news.steps[0].pose.translation_mm.y(), 2.0 * (-20.0 / 3.0));
+  EXPECT_EQ(news.steps[0].contacts[0].point_solver_mm.x(), 2.0);
+  EXPECT_EQ(watch.model().ty_mm(0, 1), 2.0 * (-20.0 / 3.0));
+}
+
+TEST_F(Watch, IsFinishedWithTheResultOfThisRunAlone)
+{
+  // What an earlier run of the job left is older than the start file.
+  write_motion_model(output_, plan());
+  fs::last_write_time(output_, fs::last_write_time(start_) - std::chrono::seconds(1));
+  RunWatch watch(start_);
+  watch.look();
+  EXPECT_EQ(watch.phase(), RunPhase::waiting);
+  journal().append(step(StepKind::row, 0, 1));
+  watch.look();
+  EXPECT_EQ(watch.phase(), RunPhase::running);
+  write_motion_model(output_, plan(40));
+  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("the result of another job")));
+  EXPECT_EQ(watch.phase(), RunPhase::running);
+  write_motion_model(output_, plan());
+  fs::remove(journal_of(output_));
+  fs::remove(start_);
+  watch.look();
+  EXPECT_EQ(watch.phase(), RunPhase::finished);
+  EXPECT_EQ(watch.n_done(), 9);
+  EXPECT_EQ(n_stable(watch), 9);
+  EXPECT_THAT(watch.look().steps, IsEmpty());
+}
+
+TEST_F(Watch, ARunThatIsOverIsFinishedAtOnce)
+{
+  write_motion_model(output_, plan());
+  fs::remove(start_);
+  RunWatch watch(start_);
+  EXPECT_EQ(watch.phase(), RunPhase::finished);
+  EXPECT_EQ(n_stable(watch), 9);
+}
+
+TEST_F(Watch, GoesOnWhenTheWholeFolderIsGoneForAWhile)
+{
+  const fs::path folder = scratch_.path() / "run", away = scratch_.path() / "away";
+  fs::create_directory(folder);
+  const std::string output = (folder / "knee.h5").string();
+  write_motion_model(start_file_of(output), with_pending_cells(plan()));
+  JournalWriter::create(journal_of(output), key).append(step(StepKind::row, 0, 0));
+  RunWatch watch(start_file_of(output));
+  watch.look();
+  fs::rename(folder, away);
+  EXPECT_THAT(watch.look().steps, IsEmpty());
+  EXPECT_EQ(watch.n_done(), 1);
+  fs::rename(away, folder);
+  JournalWriter::open(journal_of(output), key).writer.append(step(StepKind::row, 0, 1));
+  watch.look();
+  EXPECT_EQ(watch.n_done(), 2);
+}
+
+TEST_F(Watch, RefusesWhatIsNoStartFile)
+{
+  const std::string none = (scratch_.path() / "none.h5.start.h5").string(),
+                    text = (scratch_.path() / "text.h5.start.h5").string();
+  EXPECT_THAT(input_error([&] { RunWatch watch(output_); }).wanted, HasSubstr("OUTPUT.start.h5"));
+  EXPECT_EQ(input_error([&] { RunWatch watch(none); }).found, "no such file");
+  scratch_.write("text.h5.start.h5", "no HDF5");
+  EXPECT_EQ(input_error([&] { RunWatch watch(text); }).file, text);
+  write_motion_model(start_, plan());
+  EXPECT_THAT(input_error([&] { RunWatch watch(start_); }).wanted, HasSubstr("every attitude pending"));
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,87 @@
+// The interface as pixels, drawn without a screen.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "gui/gui.hpp"
+#include "motion/support/models.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr int width = 800, height = 600;
+
+std::array<int, 3> pixel(const Image& image, int x, int y)
+{
+  const std::size_t i = 4 * static_cast<std::size_t>(y * image.width + x);
+  return {image.rgba[i], image.rgba[i + 1], image.rgba[i + 2]};
+}
+
+/// A frame of the interface over an empty, white scene.
+class Drawn {
+ public:
+  Drawn() : gui_({"A knee", {"raw"}, 1.0}), renderer_(make_offscreen_renderer({width, height, 1}))
+  {
+    scene_.background = {Eigen::Vector3f::Ones(), Eigen::Vector3f::Ones()};
+    renderer_->load(scene_);
+    renderer_->load(gui_.font());
+  }
+  Image picture(const PlayerState& state)
+  {
+    GuiFrame frame;
+    frame.width = width;
+    frame.height = height;
+    frame.elapsed_s = 0.02;
+    Readout readout;
+    readout.pose.status = PoseStatus::solved;
+    for (int i = 0; i < 3; ++i) gui_.frame(frame, state, {}, readout);
+    const Shot shot{{}, {0, 0, width, height}};
+    return renderer_->draw(scene_, {&shot, 1}, &gui_.overlay());
+  }
+
+  Gui gui_;
+  Scene scene_;
+  std::unique_ptr<Renderer> renderer_;
+};
+
+/// Pixels of the rectangle brighter than `level` in every channel.
+int n_bright(const Image& image, const Viewport& area, int level)
+{
+  int n = 0;
+  for (int y = area.y; y < area.y + area.height; ++y) {
+    for (int x = area.x; x < area.x + area.width; ++x) {
+      const std::array<int, 3> colour = pixel(image, x, y);
+      n += *std::min_element(colour.begin(), colour.end()) > level ? 1 : 0;
+    }
+  }
+  return n;
+}
+
+TEST(GuiPicture, PanelIsOpaqueNumbersAreReadableAndThePictureIsFree)
+{
+  Drawn drawn;
+  PlayerState state;
+  const Image image = drawn.picture(state);
+  const Viewport free = drawn.gui_.free_area(width, height, state);
+  // The panel's own colour, sRGB 0.10, 0.11, 0.13, to a code.
+  const std::array<int, 3> ground = pixel(image, width - 2, 590);
+  EXPECT_NEAR(ground[0], 26, 1);
+  EXPECT_NEAR(ground[1], 28, 1);
+  EXPECT_NEAR(ground[2], 33, 1);
+  EXPECT_EQ(pixel(image, free.width - 20, free.height - 20), (std::array<int, 3>{255, 255, 255}));
+  // White letters stand out from their ground, which lets little of a white scene through.
+  const std::array<int, 3> backing = pixel(image, 2, 2);
+  EXPECT_LT(backing[0], 120);
+  EXPECT_GT(n_bright(image, {8, 6, 60, 20}, 230), 40);
+}
+
+TEST(GuiPicture, WithoutPanelAndNumbersThereIsOnlyTheScene)
+{
+  Drawn drawn;
+  PlayerState state;
+  state.shows_panel = state.shows_numbers = false;
+  EXPECT_EQ(n_bright(drawn.picture(state), {0, 0, width, height}, 254), width * height);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,245 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+
+#include "core/error.hpp"
+#include "pictures.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda {
+namespace {
+
+using test::at;
+using test::code_tolerance;
+using test::Codes;
+using test::srgb_code;
+
+constexpr int width = 320, height = 240;
+
+void expect_near(const Codes& found, const Codes& expected)
+{
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(found[k], expected[k], code_tolerance) << "channel " << k;
+}
+
+int n_pixels(const Image& image, const Codes& codes)
+{
+  int n = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) n += at(image, x, y) == codes ? 1 : 0;
+  }
+  return n;
+}
+
+/// A white square, 40 mm wide and 160 pixels of 240 seen by camera_at(120).
+Scene square()
+{
+  Scene scene = test::dark_scene();
+  scene.background = {{0.05F, 0.05F, 0.05F}, {0.05F, 0.05F, 0.05F}};
+  test::add(scene, test::facing_sheet(40), test::plain({1, 1, 1}));
+  return scene;
+}
+
+constexpr Codes white{255, 255, 255, 255};
+
+TEST(DrawMode, WiresAreTheEdgesOfTheTriangles)
+{
+  Scene scene = square();
+  scene.mode = DrawMode::wire;
+  const Image image = test::drawn(scene, test::camera_at(120), {width, height, 1});
+  const int n = n_pixels(image, white);
+  // 2 x 2 cells: twelve sides and four diagonals, each 80 rows or columns; a line has a pixel a step.
+  EXPECT_NEAR(n, 16 * 80, 40);
+}
+
+TEST(DrawMode, HiddenLinesAreHiddenAndOthersAreNot)
+{
+  Scene scene = square();
+  test::add(scene, test::facing_sheet(20), test::plain({1, 0, 0}), {0, 0, -5});  // behind
+  scene.mode = DrawMode::wire;
+  const Image wire = test::drawn(scene, test::camera_at(120), {width, height, 1});
+  constexpr Codes red{255, 0, 0, 255};
+  EXPECT_GT(n_pixels(wire, red), 100);
+  scene.mode = DrawMode::hidden_line;
+  const Image hidden = test::drawn(scene, test::camera_at(120), {width, height, 1});
+  EXPECT_EQ(n_pixels(hidden, red), 0);
+  // Edges are not hidden by the faces they bound.
+  EXPECT_NEAR(n_pixels(hidden, white), 16 * 80, 40);
+}
+
+TEST(DrawMode, FlatHasOneShadeATriangle)
+{
+  Scene scene = test::dark_scene();
+  scene.lighting.sky = {1, 1, 1};
+  scene.lighting.ground = {0, 0, 0};
+  Material material = test::plain({0.8F, 0.8F, 0.8F});
+  test::add(scene, test::ball(20, 6, 8), material);
+  const auto shades = [&](DrawMode mode) {
+    scene.mode = mode;
+    const Image image = test::drawn(scene, test::camera_at(150), {width, height, 1});
+    std::set<int> found;
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) found.insert(at(image, x, y)[0]);
+    }
+    return found.size();
+  };
+  // Lit from above, a shade a ring: six rings have 4 facing ones at the sides, halved by their triangles at
+  // most, each with a neighbour in rounding; and black.
+  EXPECT_LE(shades(DrawMode::flat), 25U);
+  EXPECT_GT(shades(DrawMode::smooth), 50U);
+}
+
+TEST(DrawMode, OnlyTexturedHasAPattern)
+{
+  Scene scene = test::dark_scene();
+  Material material = test::plain({0.5F, 0.5F, 0.5F});
+  material.mottling = 0.2F;
+  test::add(scene, test::facing_sheet(400), material);
+  scene.mode = DrawMode::smooth;
+  const Image smooth = test::drawn(scene, test::camera_at(400));
+  EXPECT_EQ(n_pixels(smooth, at(smooth, 0, 0)), width * height);
+  scene.mode = DrawMode::textured;
+  const Image textured = test::drawn(scene, test::camera_at(400));
+  EXPECT_LT(n_pixels(textured, at(textured, 0, 0)), width * height / 2);
+}
+
+TEST(DrawMode, ATextureRepeatsAsWideAsItSays)
+{
+  Scene scene = test::dark_scene();
+  Material material = test::plain({0.5F, 0.5F, 0.5F});
+  material.mottling = 0.2F;
+  test::add(scene, test::facing_sheet(400), material);
+  // Red and blue, repeated every 100 mm: the sheet's mesh X is the world's. Eight columns, so that the middle
+  // of a half is clear of the other.
+  scene.texture = {8, 1, {}, 100.0};
+  for (int i = 0; i < 8; ++i) {
+    const std::uint8_t red = i < 4 ? 255 : 0, blue = i < 4 ? 0 : 255;
+    scene.texture.rgb.insert(scene.texture.rgb.end(), {red, 0, blue});
+  }
+  const Image image = test::drawn(scene, test::camera_at(400));
+  // 120 pixels are 100 mm; the middle of the picture is mesh X = 0, where a repeat begins.
+  for (const int repeat : {-1, 0, 1}) {
+    expect_near(at(image, width / 2 + 120 * repeat + 30, 50), {255, 0, 0, 255});
+    if (repeat < 1) {
+      expect_near(at(image, width / 2 + 120 * repeat + 90, 50), {0, 0, 255, 255});
+    }
+  }
+}
+
+TEST(Colours, ReplaceTheMaterialsAndBlendByTheirAlpha)
+{
+  Scene scene = square();
+  scene.background = {};
+  Drawable& sheet = scene.drawables[0];
+  sheet.colours.assign(sheet.mesh.vertices.size(), {200, 100, 50, 255});
+  expect_near(at(test::drawn(scene, test::camera_at(120)), width / 2 + 9, height / 2 + 5),
+              {200, 100, 50, 255});
+  sheet.colours.assign(sheet.mesh.vertices.size(), {200, 100, 50, 51});
+  const auto part = [](int code) { return srgb_code(0.2 * test::linear_value(code)); };
+  expect_near(at(test::drawn(scene, test::camera_at(120)), width / 2 + 9, height / 2 + 5),
+              {part(200), part(100), part(50), 255});
+}
+
+TEST(Revision, ChangesAreSeenOnceTheNumberIsRaised)
+{
+  Scene scene = square();
+  scene.background = {};
+  const Camera camera = test::camera_at(120);
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height});
+  renderer->load(scene);
+  const auto middle = [&] { return at(renderer->draw(scene, camera), width / 2 + 9, height / 2 + 5); };
+  EXPECT_EQ(middle(), white);
+  Drawable& sheet = scene.drawables[0];
+  for (DrawVertex& vertex : sheet.mesh.vertices) vertex.position_mm[0] += 100.0F;
+  EXPECT_EQ(middle(), white);
+  ++sheet.revision;
+  EXPECT_EQ(middle(), (Codes{0, 0, 0, 255}));
+  for (DrawVertex& vertex : sheet.mesh.vertices) vertex.position_mm[0] -= 100.0F;
+  sheet.colours.assign(sheet.mesh.vertices.size(), {0, 255, 0, 255});
+  ++sheet.revision;
+  EXPECT_EQ(middle(), (Codes{0, 255, 0, 255}));
+  const DrawMesh whole = sheet.mesh;
+  sheet.mesh.triangles.clear();
+  ++sheet.revision;
+  EXPECT_EQ(middle(), (Codes{0, 0, 0, 255}));
+  sheet.mesh = whole;
+  ++sheet.revision;
+  EXPECT_EQ(middle(), (Codes{0, 255, 0, 255}));
+  sheet.mesh.triangles.insert(sheet.mesh.triangles.end(), {0, 1, 2});
+  ++sheet.revision;
+  EXPECT_THROW(middle(), InternalError);
+}
+
+TEST(Shown, HiddenDrawablesLeaveNothing)
+{
+  Scene scene = square();
+  scene.drawables[0].is_shown = false;
+  for (const DrawMode mode : {DrawMode::wire, DrawMode::hidden_line, DrawMode::flat, DrawMode::textured}) {
+    scene.mode = mode;
+    const Image image = test::drawn(scene, test::camera_at(120));
+    EXPECT_EQ(n_pixels(image, at(image, 0, 0)), width * height);
+  }
+}
+
+TEST(Shots, EachHasItsPartOfThePicture)
+{
+  Scene scene = square();
+  scene.background = {{0, 0, 1}, {0, 0, 1}};
+  // The second overlaps the first and is nearer than anything of it by order alone.
+  const std::array<Shot, 2> shots{Shot{test::camera_at(60), {0, 0, 160, 240}},
+                                  Shot{test::camera_at(240), {100, 60, 160, 120}}};
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height});
+  renderer->load(scene);
+  const Image& image = renderer->draw(scene, shots, nullptr);
+  constexpr Codes blue{0, 0, 255, 255}, nothing{0, 0, 0, 255};
+  EXPECT_EQ(at(image, 50, 120), white);
+  EXPECT_EQ(at(image, 50, 5), white);     // 160 pixels are 60 mm: taller than the shot
+  EXPECT_EQ(at(image, 102, 62), blue);    // a corner of the second, over the first
+  EXPECT_EQ(at(image, 180, 120), white);  // its middle
+  EXPECT_EQ(at(image, 258, 178), blue);
+  EXPECT_EQ(at(image, 261, 120), nothing);
+  EXPECT_EQ(at(image, 180, 181), nothing);
+}
+
+TEST(Coarseness, HalfAPixelIsHardlySeen)
+{
+  Scene scene = test::dark_scene();
+  scene.lighting = studio_lighting();
+  test::add(scene, test::ball(20, 128, 256), test::plain({0.8F, 0.8F, 0.8F}));
+  scene.mode = DrawMode::smooth;
+  const Image whole = test::drawn(scene, test::camera_at(150), {width, height, 4, 0.0});
+  const Image coarse = test::drawn(scene, test::camera_at(150), {width, height, 4, 0.5});
+  EXPECT_NE(whole.rgba, coarse.rgba);  // there was something to leave out
+  // The border, 2 pi 64 pixels long, moves by up to half a pixel; elsewhere normals are mixed over larger
+  // triangles. An error of the surface e on a radius r spans s = sqrt(8 e r), and mixing along s turns a
+  // normal by (s / r)^2 / 8 = e / r: 0.5 / 64, a code or two.
+  int n_changed = 0;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      int most = 0;
+      for (std::size_t k = 0; k < 3; ++k)
+        most = std::max(most, std::abs(at(whole, x, y)[k] - at(coarse, x, y)[k]));
+      n_changed += most > 4 ? 1 : 0;
+    }
+  }
+  EXPECT_LE(n_changed, 2 * 403);
+}
+
+TEST(Resize, DrawsAsIfMadeSo)
+{
+  const Scene scene = test::joint_scene();
+  const Camera camera = test::joint_camera(scene);
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({64, 48});
+  renderer->load(scene);
+  renderer->draw(scene, camera);
+  renderer->resize(width, height);
+  EXPECT_EQ(renderer->width(), width);
+  EXPECT_EQ(renderer->height(), height);
+  EXPECT_EQ(renderer->draw(scene, camera).rgba, test::drawn(scene, camera).rgba);
+  EXPECT_THROW(renderer->resize(0, 10), InputError);
+  EXPECT_EQ(renderer->draw(scene, camera).rgba, test::drawn(scene, camera).rgba);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,226 @@
+#include "render/window.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <iterator>
+#include <thread>
+
+#include "core/error.hpp"
+#include "pictures.hpp"
+#include "screen.hpp"
+#include "support/process.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr int width = 640, height = 480;
+
+WindowOptions quiet_window(int samples)
+{
+  WindowOptions options;
+  options.width = width;
+  options.height = height;
+  options.title = "test";
+  options.samples = samples;
+  options.is_vsynced = false;
+  return options;
+}
+
+/// Part of the pixels of which a channel differs by more than `code_tolerance`.
+double differing_share(const Image& a, const Image& b)
+{
+  EXPECT_EQ(a.rgba.size(), b.rgba.size());
+  int n_differing = 0;
+  for (std::size_t i = 0; i < a.rgba.size(); i += 4) {
+    int most = 0;
+    for (std::size_t k = i; k < i + 4; ++k) most = std::max(most, std::abs(int{a.rgba[k]} - int{b.rgba[k]}));
+    n_differing += most > test::code_tolerance ? 1 : 0;
+  }
+  return static_cast<double>(n_differing) / (a.width * a.height);
+}
+
+/// OpenGL fixes which samples a triangle covers but for the rounding of its corners to (at least) 1/16 of a
+/// pixel, and codes but for `code_tolerance`. A border pixel whose sample lies within that rounding may go
+/// either way: of the some 4,000 pixels on borders inside and around the joint 1 in 16, and 307,200 pixels
+/// there are.
+constexpr double agreed_share = 4000.0 / 16.0 / (width * height);
+
+Image from_backend(Backend backend, const Scene& scene, int samples)
+{
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height, samples}, backend);
+  renderer->load(scene);
+  return renderer->draw(scene, test::joint_camera(scene));
+}
+
+/// What stands on the screen once the server has brought it there; within a minute.
+Image shown(const test::Screen& screen, const Image& expected)
+{
+  Image found = screen.picture(width, height);
+  for (int i = 0; i < 600 && differing_share(found, expected) > agreed_share; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    found = screen.picture(width, height);
+  }
+  return found;
+}
+
+TEST(Backends, OsmesaEglAndAWindowAgree)
+{
+  const test::Screen screen;
+  const Scene scene = test::joint_scene();
+  const Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  for (const int samples : {1, 4}) {
+    SCOPED_TRACE(samples);
+    const Image osmesa = from_backend(Backend::osmesa, scene, samples);
+    EXPECT_LE(differing_share(osmesa, from_backend(Backend::egl, scene, samples)), agreed_share);
+    Window window(quiet_window(samples));
+    // The comparison can fail: the bare screen is another picture.
+    EXPECT_GT(differing_share(osmesa, screen.picture(width, height)), 0.5);
+    window.renderer().load(scene);
+    window.events();
+    window.show(scene, {&shot, 1}, nullptr);
+    EXPECT_LE(differing_share(osmesa, shown(screen, osmesa)), agreed_share);
+    EXPECT_LE(differing_share(osmesa, window.renderer().draw(scene, {&shot, 1}, nullptr)), agreed_share);
+  }
+}
+
+TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
+{
+  const test::Screen screen;
+  const Scene scene = test::joint_scene();
+  const Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  const auto drawn = [&](int samples) {
+    Window window(quiet_window(samples));
+    window.renderer().load(scene);
+    return window.renderer().draw(scene, {&shot, 1}, nullptr).rgba;
+  };
+  const std::vector<std::uint8_t> chosen = drawn(0);
+  EXPECT_EQ(chosen, drawn(1));  // Xvfb has no graphics card
+  EXPECT_NE(chosen, drawn(4));
+}
+
+TEST(Window, ItIsClosedWhenAsked)
+{
+  const test::Screen screen;
+  Window window(quiet_window(1));
+  EXPECT_FALSE(window.should_close());
+  window.close();
+  EXPECT_TRUE(window.should_close());
+}
+
+/// What the window hears of one call of xdotool, until an event of the kind `last` with the key `key`; within
+/// a minute.
+std::vector<InputEvent> heard(Window& window, const std::vector<std::string>& arguments, InputKind last,
+                              int key)
+{
+  EXPECT_EQ(test::run({"/usr/bin/xdotool", arguments, {}, {}}).exit_code, 0);
+  std::vector<InputEvent> all;
+  for (int i = 0; i < 600; ++i) {
+    for (const InputEvent& event : window.events(0.1)) {
+      all.push_back(event);
+      if (event.kind == last && event.key == key) return all;
+    }
+  }
+  ADD_FAILURE() << "the last event did not come";
+  return all;
+}
+
+std::vector<InputEvent> of_kind(const std::vector<InputEvent>& events, InputKind kind)
+{
+  std::vector<InputEvent> found;
+  std::copy_if(events.begin(), events.end(), std::back_inserter(found),
+               [&](const InputEvent& event) { return event.kind == kind; });
+  return found;
+}
+
+TEST(Window, TheMouseIsHeard)
+{
+  const test::Screen screen;
+  Window window(quiet_window(1));
+  window.events();
+  // "z" ends each: keys come after what was done before.
+  std::vector<InputEvent> events =
+      heard(window, {"mousemove", "100", "50", "click", "--repeat", "2", "--delay", "20", "1", "key", "z"},
+            InputKind::key_release, 'Z');
+  std::vector<InputEvent> presses = of_kind(events, InputKind::press);
+  ASSERT_EQ(presses.size(), 2U);
+  EXPECT_EQ(presses[0].n_clicks, 1);
+  EXPECT_EQ(presses[1].n_clicks, 2);
+  for (const InputEvent& press : presses) {
+    EXPECT_EQ(press.button, MouseButton::left);
+    EXPECT_EQ(press.x_px, 100.0);
+    EXPECT_EQ(press.y_px, 50.0);
+  }
+  EXPECT_EQ(of_kind(events, InputKind::release).size(), 2U);
+  events = heard(
+      window, {"mousemove", "200", "60", "click", "3", "click", "2", "click", "4", "click", "5", "key", "z"},
+      InputKind::key_release, 'Z');
+  presses = of_kind(events, InputKind::press);
+  ASSERT_EQ(presses.size(), 2U);
+  EXPECT_EQ(presses[0].button, MouseButton::right);
+  EXPECT_EQ(presses[1].button, MouseButton::middle);
+  EXPECT_EQ(presses[1].n_clicks, 1);
+  const std::vector<InputEvent> wheel = of_kind(events, InputKind::wheel);
+  ASSERT_EQ(wheel.size(), 2U);
+  EXPECT_EQ(wheel[0].wheel_y, 1.0);
+  EXPECT_EQ(wheel[1].wheel_y, -1.0);
+}
+
+TEST(Window, KeysAreHeardWithTheirModifiersAndAsText)
+{
+  const test::Screen screen;
+  Window window(quiet_window(1));
+  window.events();
+  const std::vector<InputEvent> events = heard(
+      window, {"mousemove", "100", "50", "key", "a", "key", "shift+a", "key", "ctrl+Right", "key", "F3"},
+      InputKind::key_release, key_f1 + 2);
+  const std::vector<InputEvent> presses = of_kind(events, InputKind::key_press);
+  std::vector<int> keys;
+  std::transform(presses.begin(), presses.end(), std::back_inserter(keys),
+                 [](const InputEvent& press) { return press.key; });
+  ASSERT_THAT(keys, testing::ElementsAre('A', key_shift, 'A', key_control, key_right, key_f1 + 2));
+  EXPECT_FALSE(presses[0].has_shift);
+  EXPECT_TRUE(presses[2].has_shift);
+  EXPECT_TRUE(presses[4].has_control);
+  const std::vector<InputEvent> typed = of_kind(events, InputKind::character);
+  ASSERT_EQ(typed.size(), 2U);
+  EXPECT_EQ(typed[0].character, U'a');
+  EXPECT_EQ(typed[1].character, U'A');
+}
+
+TEST(Window, OneAfterTheOther)
+{
+  const test::Screen screen;
+  for (int i = 0; i < 3; ++i) {
+    Window window(quiet_window(1));
+    window.set_title("another");
+    window.events();
+    EXPECT_EQ(window.renderer().width(), width);
+    EXPECT_EQ(window.renderer().height(), height);
+    EXPECT_GT(window.content_scale(), 0.0);
+    EXPECT_FALSE(window.is_iconified());
+    EXPECT_FALSE(window.is_full_screen());
+  }
+}
+
+TEST(Window, WithoutAScreenThatIsSaid)
+{
+  for (const char* const display : {"", ":98765"}) {
+    setenv("DISPLAY", display, 1);
+    try {
+      const Window window(quiet_window(1));
+      ADD_FAILURE() << "opened";
+    } catch (const InputError& error) {
+      EXPECT_EQ(error.facts().file, "window");
+      EXPECT_EQ(error.facts().field, "display");
+      EXPECT_THAT(error.facts().wanted, testing::HasSubstr("--offscreen"));
+    }
+  }
+  unsetenv("DISPLAY");
+}
+
+}  // namespace
+}  // namespace vrda

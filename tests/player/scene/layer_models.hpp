@@ -1,0 +1,58 @@
+/// Motion models with something for every layer, made by code, and what is drawn of them.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+
+#include "motion/support/models.hpp"
+#include "scene/joint_layers.hpp"
+
+namespace vrda::test {
+
+inline constexpr double force_ratio = 3.0;  ///< of the two contact forces of each cell
+
+/// A ball of 20 mm on a finely divided sheet, with two contacts and forces a cell, a straight fibre that is
+/// slack at 0 degrees and taut from 37 on, and one round a cylinder. The left one mirrors the right one.
+MotionModel layered_model(const std::string& side);
+
+struct Degrees {
+  double flexion = 0.0, varus = 0.0;
+};
+Degrees attitude_deg(const MotionModel& model, std::size_t cell);
+
+/// A scene with its layers at raw poses of a model.
+struct Stage {
+  explicit Stage(MotionModel made);
+  void show(const Degrees& attitude, const LayerSet& wanted);
+  void show(const Degrees& attitude, std::initializer_list<Layer> wanted);
+  void show(const JointPose& pose, const LayerSet& wanted);
+
+  MotionModel model;
+  Scene scene;
+  JointLayers layers;
+  Motion motion;
+  Held held = Held::moving;
+};
+
+LayerSet set_of(std::initializer_list<Layer> layers);
+LayerSet every_layer();
+
+/// The first of that name.
+const Drawable& drawable_of(const Scene& scene, const std::string& name);
+
+/// Mean of vertices as placed.
+Eigen::Vector3d middle_world_mm(const Drawable& drawable, std::size_t first, std::size_t n);
+/// Mean of the corners of all triangles that have not shrunk to a point, as placed.
+Eigen::Vector3d middle_of_drawn_mm(const Drawable& drawable);
+
+/// Vertex `v` of a sheet of gaps, on the part that it lies above; canonical axes of the moving body.
+Eigen::Vector3d unlifted_mm(const Stage& stage, const Drawable& sheet, std::size_t v);
+
+/// Travel along world Y from a point of the moving body to the first face of `reference` that looks down,
+/// from 3 mm inside it on; infinite where there is none.
+double gap_by_every_face_mm(const Mesh& reference, const JointPose& pose, const Eigen::Vector3d& p_moving_mm);
+
+/// The largest of any channel.
+int difference(const VertexColour& a, const VertexColour& b);
+
+}  // namespace vrda::test

@@ -1,0 +1,84 @@
+#include "scene/lights_file.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+const std::string hemisphere = "[hemisphere]\nsky = [0.2, 0.2, 0.2]\nground = [0.1, 0.1, 0.1]\n";
+
+TEST(LightsFile, TheExampleIsTheStudio)
+{
+  const Lights lights = read_lights(VRDA_JOBS "/lights-studio.toml");
+  const Lighting studio = studio_lighting();
+  EXPECT_EQ(lights.lighting.sky, studio.sky);
+  EXPECT_EQ(lights.lighting.ground, studio.ground);
+  ASSERT_EQ(lights.lighting.lights.size(), studio.lights.size());
+  for (std::size_t i = 0; i < studio.lights.size(); ++i) {
+    EXPECT_EQ(lights.lighting.lights[i].towards_camera, studio.lights[i].towards_camera);
+    EXPECT_EQ(lights.lighting.lights[i].colour, studio.lights[i].colour);
+  }
+  ASSERT_TRUE(lights.background.has_value());
+  EXPECT_EQ(lights.background->top, background_of(Backdrop::studio).top);
+  EXPECT_EQ(lights.background->bottom, background_of(Backdrop::studio).bottom);
+}
+
+TEST(LightsFile, LightsAndBackgroundMayBeLeftOut)
+{
+  const Lights lights = parsed_lights(hemisphere, "dim.toml");
+  EXPECT_TRUE(lights.lighting.lights.empty());
+  EXPECT_FALSE(lights.background.has_value());
+  EXPECT_EQ(lights.lighting.sky, Eigen::Vector3f(0.2F, 0.2F, 0.2F));
+}
+
+TEST(LightsFile, WhatIsWrongIsNamed)
+{
+  const std::string light = "[[light]]\ntowards = [0, 0, 1]\ncolour = [1, 1, 1]\n";
+  struct Row {
+    std::string text, field, found;
+  };
+  for (const Row& row : {
+           Row{"", "hemisphere", "nothing"},
+           Row{"hemisphere = 3", "hemisphere", "no table"},
+           Row{"[hemisphere]\nsky = [1, 1, 1]\n", "hemisphere.ground", "nothing"},
+           Row{"[hemisphere]\nsky = [1, 1]\n", "hemisphere.sky", "[1, 1]"},
+           Row{"[hemisphere]\nsky = [1, 1, 11]\n", "hemisphere.sky", "[1, 1, 11]"},
+           Row{"[hemisphere]\nsky = [1, 1, nan]\n", "hemisphere.sky", "[1, 1, nan]"},
+           Row{"[hemisphere]\nsky = [1, 1, \"x\"]\n", "hemisphere.sky", "[1, 1, 'x']"},
+           Row{"[hemisphere]\nsky = \"blue\"\n", "hemisphere.sky", "no list"},
+           Row{hemisphere + "grund = [0, 0, 0]\n", "hemisphere.grund", "an unknown key"},
+           Row{"colour = 1\n" + hemisphere, "colour", "an unknown key"},
+           Row{"light = 1\n" + hemisphere, "light", "no list"},
+           Row{"light = [1]\n" + hemisphere, "light", "an item that is no table"},
+           Row{hemisphere + light + "bright = 2\n", "light.0.bright", "an unknown key"},
+           Row{hemisphere + light + "[[light]]\ntowards = [0, 0, 0]\n", "light.1.towards", "no direction"},
+           Row{hemisphere + light + light + light + light + light, "light", "5 lights"},
+           Row{hemisphere + "[background]\ntop = [0, 0, 2]\n", "background.top", "[0, 0, 2]"},
+           Row{hemisphere + "[background]\ntop = [0, 0, 1]\n", "background.bottom", "nothing"},
+       }) {
+    SCOPED_TRACE(row.text);
+    const InputError::Facts facts = test::input_error([&] { parsed_lights(row.text, "my.toml"); });
+    EXPECT_EQ(facts.file, "my.toml");
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_EQ(facts.found, row.found);
+    EXPECT_FALSE(facts.wanted.empty());
+  }
+  EXPECT_EQ(test::input_error([&] { parsed_lights(hemisphere + "grund = []", "a"); }).wanted,
+            "such a key as ground");
+  EXPECT_EQ(test::input_error([] { parsed_lights("[hemisphere\n", "a"); }).wanted, "valid TOML");
+}
+
+TEST(LightsFile, AFileThatIsNotThereOrEndlessIsRefused)
+{
+  const test::Scratch scratch;
+  const std::string missing = (scratch.path() / "none.toml").string();
+  EXPECT_EQ(test::input_error([&] { read_lights(missing); }).file, missing);
+  const std::string huge = scratch.write("huge.toml", std::string(100001, '\n')).string();
+  EXPECT_EQ(test::input_error([&] { read_lights(huge); }).found, "more than 100000 bytes");
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,157 @@
+#include "scene/solids.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double single_rounding_mm = 1e-4;  // single precision at 100 mm, summed
+
+Eigen::Vector3d position(const DrawVertex& vertex)
+{
+  return {vertex.position_mm[0], vertex.position_mm[1], vertex.position_mm[2]};
+}
+Eigen::Vector3d normal(const DrawVertex& vertex)
+{
+  return {vertex.normal[0], vertex.normal[1], vertex.normal[2]};
+}
+
+double volume_mm3(const DrawMesh& mesh)
+{
+  double volume = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+    const Eigen::Vector3d a = position(mesh.vertices[mesh.triangles[t]]),
+                          b = position(mesh.vertices[mesh.triangles[t + 1]]),
+                          c = position(mesh.vertices[mesh.triangles[t + 2]]);
+    volume += a.dot(b.cross(c)) / 6.0;
+  }
+  return volume;
+}
+
+/// Unit normals that lie on the side of the faces they belong to.
+void expect_sound(const DrawMesh& mesh)
+{
+  for (const DrawVertex& vertex : mesh.vertices) EXPECT_NEAR(normal(vertex).norm(), 1.0, 1e-3);
+  int n_faces = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+    const Eigen::Vector3d a = position(mesh.vertices[mesh.triangles[t]]),
+                          b = position(mesh.vertices[mesh.triangles[t + 1]]),
+                          c = position(mesh.vertices[mesh.triangles[t + 2]]);
+    const Eigen::Vector3d face = (b - a).cross(c - a);
+    const bool is_face = face.norm() > 1e-6;  // rings that shrink to a point leave none
+    n_faces += is_face ? 1 : 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double agreement = face.dot(normal(mesh.vertices[mesh.triangles[t + k]]));
+      EXPECT_TRUE(!is_face || agreement > -1e-6 * face.norm());
+    }
+  }
+  EXPECT_GT(n_faces, 40);
+}
+
+double polygon_part()  // area of the regular twelve-sided polygon by its circle's
+{
+  return 12.0 * 0.5 * 0.5 / pi;
+}
+
+TEST(Solids, ABallLiesOnItsSphereAndFillsMostOfIt)
+{
+  DrawMesh mesh;
+  add_balls(mesh, 1);
+  EXPECT_EQ(mesh.vertices.size(), ball_size().n_vertices);
+  EXPECT_EQ(mesh.triangles.size(), ball_size().n_indices);
+  const Eigen::Vector3d centre(40, -30, 7);
+  set_ball(mesh, 0, centre, 5.0);
+  for (const DrawVertex& vertex : mesh.vertices) {
+    EXPECT_NEAR((position(vertex) - centre).norm(), 5.0, single_rounding_mm);
+    EXPECT_LT((position(vertex) - centre - 5.0 * normal(vertex)).norm(), single_rounding_mm);
+  }
+  expect_sound(mesh);
+  EXPECT_GT(volume_mm3(mesh), 0.88 * 4.0 / 3.0 * pi * 125.0);
+  EXPECT_LT(volume_mm3(mesh), 4.0 / 3.0 * pi * 125.0);
+}
+
+TEST(Solids, RodsAndTubesHaveTheVolumeOfTheirPrism)
+{
+  const Eigen::Vector3d from(3, 4, 5), to(-20, 30, 11);
+  const double expected_mm3 = polygon_part() * pi * 4.0 * (to - from).norm();
+  DrawMesh rod;
+  add_rods(rod, 1);
+  EXPECT_EQ(rod.vertices.size(), rod_size().n_vertices);
+  EXPECT_EQ(rod.triangles.size(), rod_size().n_indices);
+  set_rod(rod, 0, from, to, 2.0);
+  expect_sound(rod);
+  EXPECT_NEAR(volume_mm3(rod), expected_mm3, 1e-4 * expected_mm3);
+  DrawMesh tube;
+  const std::array<Eigen::Vector3d, 4> way{from, 0.7 * from + 0.3 * to, 0.7 * from + 0.3 * to, to};
+  add_tube(tube, way.size());
+  EXPECT_EQ(tube.vertices.size(), tube_size(4).n_vertices);
+  EXPECT_EQ(tube.triangles.size(), tube_size(4).n_indices);
+  set_tube(tube, 0, way, 2.0);
+  expect_sound(tube);
+  EXPECT_NEAR(volume_mm3(tube), expected_mm3, 1e-4 * expected_mm3);
+}
+
+TEST(Solids, ABentTubeKeepsItsRadius)
+{
+  std::array<Eigen::Vector3d, 14> way;
+  for (std::size_t k = 0; k < way.size(); ++k) {
+    const double angle = 0.2 * static_cast<double>(k);
+    way[k] = Eigen::Vector3d(30.0 * std::cos(angle), 30.0 * std::sin(angle), 2.0 * angle);
+  }
+  DrawMesh mesh;
+  add_tube(mesh, way.size());
+  set_tube(mesh, 0, way, 1.5);
+  expect_sound(mesh);
+  for (std::size_t k = 0; k < way.size(); ++k) {
+    for (std::size_t side = 0; side < 12; ++side) {
+      const DrawVertex& vertex = mesh.vertices[12 * (k + 1) + side];
+      EXPECT_NEAR((position(vertex) - way[k]).norm(), 1.5, single_rounding_mm);
+    }
+  }
+}
+
+TEST(Solids, AnArrowEndsWhereItPoints)
+{
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> place(-50.0, 50.0);
+  int n_short = 0, n_long = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::Vector3d from(place(random), place(random), place(random));
+    const Eigen::Vector3d along = Eigen::Vector3d(place(random), place(random), place(random)).normalized();
+    const double length_mm = i % 2 == 0 ? 1.0 : 25.0;
+    n_short += i % 2 == 0 ? 1 : 0;
+    n_long += i % 2 == 0 ? 0 : 1;
+    DrawMesh mesh;
+    add_arrows(mesh, 1);
+    set_arrow(mesh, 0, from, from + length_mm * along, 0.6);
+    expect_sound(mesh);
+    double low = 1e9, high = -1e9;
+    for (const DrawVertex& vertex : mesh.vertices) {
+      low = std::min(low, (position(vertex) - from).dot(along));
+      high = std::max(high, (position(vertex) - from).dot(along));
+    }
+    EXPECT_NEAR(low, 0.0, single_rounding_mm);
+    EXPECT_NEAR(high, length_mm, single_rounding_mm);
+  }
+  EXPECT_EQ(n_short, 100);
+  EXPECT_EQ(n_long, 100);
+}
+
+TEST(Solids, SeveralOfAKindStandOneAfterTheOther)
+{
+  DrawMesh mesh;
+  add_balls(mesh, 3);
+  EXPECT_EQ(mesh.vertices.size(), 3 * ball_size().n_vertices);
+  EXPECT_EQ(mesh.triangles.size(), 3 * ball_size().n_indices);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    EXPECT_EQ(mesh.triangles[t] / ball_size().n_vertices, t / ball_size().n_indices);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,429 @@
+// Motion models made to do harm. Each gives one InputError, in bounded memory and time.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <hdf5.h>
+#include <hdf5_hl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <array>
+#include <filesystem>
+#include <limits>
+
+#include "store/changed_file.hpp"
+#include "store/equal_models.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/read_apart.hpp"
+#include "store/sample_derived.hpp"
+#include "store/sample_model.hpp"
+#include "store/seal.hpp"
+#include "store/trace_file.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+#include "support/traces.hpp"
+
+namespace vrda {
+namespace {
+
+using test::expect_first;
+using test::findings_after;
+using test::NewDataset;
+using test::replace;
+using ::testing::HasSubstr;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// A file made by `action` from a whole one, and what reading it apart tells.
+InputError::Facts told_of(const test::Scratch& scratch, const std::function<void(hid_t)>& action)
+{
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  test::change(path, action);
+  return test::input_error([&] { read_motion_model_apart(path); });
+}
+
+InputError::Facts told_of_bytes(const test::Scratch& scratch, const std::string& bytes)
+{
+  const std::string path = scratch.write("knee.h5", bytes);
+  return test::input_error([&] { read_motion_model_apart(path); });
+}
+
+/// Of the largest process that this one has waited for; grows only.
+long peak_kb_of_children()
+{
+  rusage usage = {};
+  getrusage(RUSAGE_CHILDREN, &usage);
+  return usage.ru_maxrss;
+}
+
+TEST(ReadApart, GivesTheSameModelAndTheSameErrors)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::with_derived(test::sample_model()));
+  test::expect_equal(read_motion_model(path), read_motion_model_apart(path));
+  const std::string trace = trace_name(path);
+  write_trace(trace, test::trace_beside(test::sample_model()));
+  EXPECT_EQ(read_trace_apart(trace).moves.theta_deg, read_trace(trace).moves.theta_deg);
+  for (const std::string& wrong :
+       {trace, std::string("absent.h5"), scratch.write("text.h5", "no model").string()}) {
+    const InputError::Facts here = test::input_error([&] { read_motion_model(wrong); });
+    const InputError::Facts apart = test::input_error([&] { read_motion_model_apart(wrong); });
+    EXPECT_EQ(apart.file, wrong);
+    EXPECT_EQ(apart.field, here.field);
+    EXPECT_EQ(apart.found, here.found);
+    EXPECT_EQ(apart.wanted, here.wanted);
+  }
+}
+
+TEST(HostileFile, TenGigabytesThatAreNeverWrittenAreRefused)
+{
+  // A thousand million vertices, contiguous and in chunks.
+  for (const bool is_chunked : {false, true}) {
+    const test::Scratch scratch;
+    const InputError::Facts facts = told_of(scratch, [&](hid_t file) {
+      constexpr hsize_t n = 1'000'000'000;
+      const hsize_t chunk[] = {1000, 3};
+      const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+      if (is_chunked) H5Pset_chunk(creation, 2, chunk);
+      replace(file, {"/bodies/reference/vertex", {n}, H5T_IEEE_F32BE});
+      const hid_t scale = H5Dopen2(file, "/bodies/reference/vertex", H5P_DEFAULT);
+      H5DSset_scale(scale, "vertex");
+      H5Dclose(scale);
+      for (const char* path : {"/bodies/reference/vertices", "/bodies/reference/normals"})
+        replace(file, {path, {n, 3}, H5T_IEEE_F64LE, creation});
+      H5Pclose(creation);
+    });
+    EXPECT_EQ(facts.field, "/bodies/reference/vertices");
+    EXPECT_THAT(facts.found, HasSubstr("too large for the 0 bytes stored"));
+  }
+}
+
+/// Writes `n` chunks, each of the same compressed zeros.
+void write_zeros(hid_t dataset, hsize_t n_chunks, hsize_t rows_of_chunk)
+{
+  // What HDF5 itself packed for the first one.
+  const std::vector<double> zeros(3 * rows_of_chunk, 0.0);
+  const hid_t file_space = H5Dget_space(dataset);
+  const hsize_t start[] = {0, 0}, count[] = {rows_of_chunk, 3};
+  H5Sselect_hyperslab(file_space, H5S_SELECT_SET, start, nullptr, count, nullptr);
+  const hid_t memory_space = H5Screate_simple(2, count, nullptr);
+  ASSERT_GE(H5Dwrite(dataset, H5T_NATIVE_DOUBLE, memory_space, file_space, H5P_DEFAULT, zeros.data()), 0);
+  H5Dflush(dataset);
+  hsize_t size = 0;
+  ASSERT_GE(H5Dget_chunk_storage_size(dataset, start, &size), 0);
+  std::vector<char> packed(size);
+  std::uint32_t filters = 0;
+  ASSERT_GE(H5Dread_chunk(dataset, H5P_DEFAULT, start, &filters, packed.data()), 0);
+  for (hsize_t k = 1; k < n_chunks; ++k) {
+    const hsize_t at[] = {k * rows_of_chunk, 0};
+    ASSERT_GE(H5Dwrite_chunk(dataset, H5P_DEFAULT, filters, at, size, packed.data()), 0);
+  }
+  H5Sclose(memory_space);
+  H5Sclose(file_space);
+}
+
+TEST(HostileFile, TenGigabytesOfZerosPackedIntoTenMegabytesAreRefusedBeforeTheyAreUnpacked)
+{
+  const test::Scratch scratch;
+  const long before_kb = peak_kb_of_children();
+  const InputError::Facts facts = told_of(scratch, [](hid_t file) {
+    constexpr hsize_t rows = 43'690, n_chunks = 10'240;  // chunks of 1 MiB
+    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+    const hsize_t chunk[] = {rows, 3};
+    H5Pset_chunk(creation, 2, chunk);
+    H5Pset_deflate(creation, 9);
+    replace(file, {"/bodies/reference/vertex", {rows * n_chunks}, H5T_IEEE_F32BE});
+    const hid_t scale = H5Dopen2(file, "/bodies/reference/vertex", H5P_DEFAULT);
+    H5DSset_scale(scale, "vertex");
+    for (const char* path : {"/bodies/reference/vertices", "/bodies/reference/normals"}) {
+      replace(file, {path, {rows * n_chunks, 3}, H5T_IEEE_F64LE, creation});
+      const hid_t dataset = H5Dopen2(file, path, H5P_DEFAULT);
+      write_zeros(dataset, n_chunks, rows);
+      H5DSattach_scale(dataset, scale, 0);
+      H5Dclose(dataset);
+    }
+    H5Dclose(scale);
+    H5Pclose(creation);
+  });
+  EXPECT_LT(std::filesystem::file_size(scratch.path() / "knee.h5"), 30'000'000U);
+  EXPECT_EQ(facts.file, scratch.path() / "knee.h5");
+  EXPECT_FALSE(facts.found.empty());
+  // This process itself is what the other one begins as.
+  EXPECT_LT(peak_kb_of_children(), std::max(before_kb, 400L * 1024));
+}
+
+TEST(HostileFile, MoreValuesThanTheLimitAreRefusedHoweverTheyAreStored)
+{
+  // 30 million vertices, whose values take 720 MB.
+  constexpr hsize_t rows = 43'690, n_chunks = 700;
+  const std::vector<Finding> findings = findings_after(test::sample_model(), [](hid_t file) {
+    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+    const hsize_t chunk[] = {rows, 3};
+    H5Pset_chunk(creation, 2, chunk);
+    H5Pset_deflate(creation, 9);
+    replace(file, {"/bodies/moving/vertex", {rows * n_chunks}, H5T_IEEE_F32BE});
+    const hid_t scale = H5Dopen2(file, "/bodies/moving/vertex", H5P_DEFAULT);
+    H5DSset_scale(scale, "vertex");
+    replace(file, {"/bodies/moving/vertices", {rows * n_chunks, 3}, H5T_IEEE_F64LE, creation});
+    const hid_t dataset = H5Dopen2(file, "/bodies/moving/vertices", H5P_DEFAULT);
+    write_zeros(dataset, n_chunks, rows);
+    H5Dclose(dataset);
+    H5Dclose(scale);
+    H5Pclose(creation);
+  });
+  EXPECT_EQ(findings.back().where, "/");
+  EXPECT_THAT(findings.back().found, HasSubstr("bytes of values"));
+  EXPECT_THAT(findings.back().wanted, HasSubstr("536870912"));
+}
+
+TEST(HostileFile, TextsThatAreAllTheSameBytesOfTheFileAreBounded)
+{
+  // 2000 input files, the first with a name of 60,000 letters: all given its place in the heap, 120 MB.
+  MotionModel model = test::sample_model();
+  const std::string sum(64, 'a');
+  model.job.inputs = {{std::string(60'000, 'x'), sum}};
+  for (int k = 1; k < 2000; ++k) model.job.inputs.push_back({"file " + std::to_string(k), sum});
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, model);
+  haddr_t address = HADDR_UNDEF;
+  test::change(path, [&](hid_t file) {
+    const hid_t dataset = H5Dopen2(file, "/job/input_name", H5P_DEFAULT);
+    address = H5Dget_offset(dataset);
+    H5Dclose(dataset);
+  });
+  ASSERT_NE(address, HADDR_UNDEF);
+  std::string bytes = test::read_bytes(path);
+  constexpr std::size_t element_bytes = 16;  // length, address of the heap, index
+  const std::string first = bytes.substr(address, element_bytes);
+  for (std::size_t k = 1; k < 2000; ++k) bytes.replace(address + k * element_bytes, element_bytes, first);
+  const InputError::Facts facts = told_of_bytes(scratch, bytes);
+  EXPECT_EQ(facts.field, "/job/input_name");
+  EXPECT_THAT(facts.found, HasSubstr("HDF5 error"));
+}
+
+TEST(HostileFile, ThatCrashesHdf5IsOneMessage)
+{
+  // The size of the first text in HDF5's heap, made enormous; the seal is that of the changed file.
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  std::string bytes = test::read_bytes(path);
+  bytes.resize(bytes.size() - seal_of("").size());
+  const std::size_t heap = bytes.find("GCOL");
+  ASSERT_NE(heap, std::string::npos);
+  int n_ended = 0;
+  for (std::size_t at = heap + 24; at < heap + 32; ++at) {
+    std::string changed = bytes;
+    changed[at] = '\xff';
+    const InputError::Facts facts = told_of_bytes(scratch, changed + seal_of(changed));
+    EXPECT_EQ(facts.file, path);
+    n_ended += facts.found.find("it ended with") != std::string::npos ? 1 : 0;
+  }
+  // So HDF5 1.10.8 does. Where a later one refuses them all, another process is not needed any more.
+  EXPECT_GT(n_ended, 0);
+}
+
+TEST(HostileFile, CyclesOfGroupsEnd)
+{
+  const test::Scratch scratch;
+  const InputError::Facts facts = told_of(scratch, [](hid_t file) {
+    test::make_group(file, "/loop");
+    for (int k = 0; k < 50; ++k) {
+      H5Lcreate_hard(file, k % 2 == 0 ? "/loop" : "/", file, ("/loop/" + std::to_string(k)).c_str(),
+                     H5P_DEFAULT, H5P_DEFAULT);
+    }
+  });
+  EXPECT_THAT(facts.found, HasSubstr("nested more than 8"));
+}
+
+TEST(HostileFile, ManyMembersAreRefused)
+{
+  const std::vector<Finding> groups = findings_after(test::sample_model(), [](hid_t file) {
+    test::make_group(file, "/many");
+    for (int k = 0; k < 3000; ++k) test::make_group(file, "/many/" + std::to_string(k));
+  });
+  expect_first(groups, "/many", "3000 links", "at most 2000");
+  const std::vector<Finding> links = findings_after(test::sample_model(), [](hid_t file) {
+    for (int k = 0; k < 1500; ++k)
+      H5Lcreate_soft("/tx", file, ("/link" + std::to_string(k)).c_str(), H5P_DEFAULT, H5P_DEFAULT);
+  });
+  EXPECT_LT(links.size(), 110u);  // enough is enough
+  EXPECT_THAT(links[0].found, HasSubstr("symbolic link"));
+}
+
+TEST(HostileFile, AVirtualDatasetIsRefusedAndItsFilesAreNotOpened)
+{
+  const test::Scratch scratch;
+  // Opening this one would wait for ever.
+  const std::string pipe = scratch.path() / "elsewhere.h5";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const InputError::Facts facts = told_of(scratch, [&](hid_t file) {
+    const hsize_t size[] = {4, 3}, largest[] = {H5S_UNLIMITED, 3}, start[] = {0, 0};
+    const hsize_t count[] = {H5S_UNLIMITED, 1}, block[] = {1, 3};
+    const hid_t space = H5Screate_simple(2, size, largest);
+    H5Sselect_hyperslab(space, H5S_SELECT_SET, start, nullptr, count, block);
+    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+    H5Pset_layout(creation, H5D_VIRTUAL);
+    ASSERT_GE(H5Pset_virtual(creation, space, pipe.c_str(), "/tx", space), 0);
+    test::remove(file, "/tx");
+    const hid_t dataset = H5Dcreate2(file, "/tx", H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+    ASSERT_GE(dataset, 0);
+    H5Dclose(dataset);
+    H5Pclose(creation);
+    H5Sclose(space);
+  });
+  EXPECT_EQ(facts.field, "/tx");
+  EXPECT_EQ(facts.found, "a virtual dataset");
+}
+
+TEST(HostileFile, FiltersThatWouldHaveToBeLoadedAreRefused)
+{
+  constexpr H5Z_filter_t foreign = 32'000;
+  const H5Z_class2_t filter = {
+      H5Z_CLASS_T_VERS,
+      foreign,
+      1,
+      1,
+      "foreign",
+      nullptr,
+      nullptr,
+      [](unsigned, std::size_t, const unsigned*, std::size_t n, std::size_t*, void**) { return n; }};
+  ASSERT_GE(H5Zregister(&filter), 0);
+  const std::vector<Finding> findings = findings_after(test::sample_model(), [](hid_t file) {
+    const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+    const hsize_t chunk[] = {4, 3};
+    H5Pset_chunk(creation, 2, chunk);
+    H5Pset_filter(creation, foreign, 0, 0, nullptr);
+    replace(file, {"/tx", {4, 3}, H5T_IEEE_F64LE, creation});
+    H5Pclose(creation);
+  });
+  H5Zunregister(foreign);
+  expect_first(findings, "/tx", "filter number 32000", "gzip");
+  unsigned state = 1;
+  EXPECT_GE(H5PLget_loading_state(&state), 0);
+  EXPECT_EQ(state, 0u);
+}
+
+TEST(HostileFile, ChunksReferencesAndAttributesOutOfTheOrdinaryAreRefused)
+{
+  expect_first(
+      findings_after(test::sample_model(),
+                     [](hid_t file) {
+                       const hid_t creation = H5Pcreate(H5P_DATASET_CREATE);
+                       const hsize_t chunk[] = {30'000, 10'000}, largest[] = {H5S_UNLIMITED, H5S_UNLIMITED};
+                       H5Pset_chunk(creation, 2, chunk);
+                       H5Pset_deflate(creation, 1);
+                       test::remove(file, "/tx");
+                       const hsize_t size[] = {4, 3};
+                       const hid_t space = H5Screate_simple(2, size, largest);
+                       const hid_t dataset =
+                           H5Dcreate2(file, "/tx", H5T_IEEE_F64LE, space, H5P_DEFAULT, creation, H5P_DEFAULT);
+                       std::vector<char> packed(2000, 'x');
+                       const hsize_t at[] = {0, 0};
+                       H5Dwrite_chunk(dataset, H5P_DEFAULT, 0, at, packed.size(), packed.data());
+                       H5Dclose(dataset);
+                       H5Sclose(space);
+                       H5Pclose(creation);
+                     }),
+      "/tx", "chunks larger than the dataset", "can be read");
+  expect_first(findings_after(test::sample_model(),
+                              [](hid_t file) {
+                                replace(file, {"/tx", {4, 3}, H5T_STD_REF_OBJ});
+                              }),
+               "/tx", "another type", "float64");
+  expect_first(findings_after(test::sample_model(),
+                              [](hid_t file) {
+                                H5Adelete(file, "delta");
+                                const hsize_t size = 1'000'000;
+                                const hid_t space = H5Screate_simple(1, &size, nullptr);
+                                const hid_t attribute = H5Acreate2(file, "delta", H5T_IEEE_F64LE, space,
+                                                                   H5P_DEFAULT, H5P_DEFAULT);
+                                H5Aclose(attribute);
+                                H5Sclose(space);
+                              }),
+               "/@delta", "another type", "3 of float64");
+}
+
+TEST(HostileFile, TextMustBeUtf8)
+{
+  const test::Scratch scratch;
+  const InputError::Facts title =
+      told_of(scratch, [](hid_t file) { test::set_text(file, "/", "title", "genou \xE9tal\xF3n"); });
+  EXPECT_EQ(title.field, "/@title");
+  EXPECT_EQ(title.wanted, "text in UTF-8");
+  const std::string path = scratch.path() / "names.h5";
+  MotionModel model = test::sample_model();
+  model.moving.components[0].name = "\xFF";
+  write_motion_model(path, model);
+  const InputError::Facts name = test::input_error([&] { read_motion_model_apart(path); });
+  EXPECT_EQ(name.field, "/bodies/moving/component_name");
+  EXPECT_EQ(name.wanted, "text in UTF-8");
+}
+
+TEST(HostileFile, NothingMayStandBeforeTheHdf5Content)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  const std::string whole = test::read_bytes(path);
+  const InputError::Facts facts = told_of_bytes(scratch, std::string(512, '\0') + whole);
+  EXPECT_THAT(facts.found, HasSubstr("no HDF5 file"));
+}
+
+TEST(HostileFile, ValuesThatWouldBeIndexedOrDrawnAreChecked)
+{
+  const test::Damage damages[] = {
+      {"/contacts/row_start", "-1", "never falling", [](MotionModel& m) { m.contacts.row_start[1] = -1; }},
+      {"/bodies/reference/triangles", "1000000", "from 0",
+       [](MotionModel& m) { m.reference.contact.mesh.triangles(3, 1) = 1'000'000; }},
+      {"/bodies/moving/triangles", "-1", "from 0",
+       [](MotionModel& m) { m.moving.contact.mesh.triangles(0, 0) = -1; }},
+      {"/bodies/reference/component", "7", "from 0",
+       [](MotionModel& m) { m.reference.contact.component[0] = 7; }},
+      {"/bodies/reference/vertices", "inf", "finite",
+       [](MotionModel& m) { m.reference.contact.mesh.vertices_mm(0, 0) = infinity; }},
+      {"/tx", "inf", "a number where", [](MotionModel& m) { m.tx_mm(0, 0) = infinity; }},
+      {"/theta", "nan", "a number where", [](MotionModel& m) { m.theta_deg(0, 0) = nan; }},
+      {"/X_reference_moving", "no rigid pose", "a rotation",
+       [](MotionModel& m) { m.X_reference_moving[3] = infinity; }},
+  };
+  for (const test::Damage& damage : damages) test::expect_finding(test::sample_model(), damage);
+  // The values that the polynomial should have are wrong then too.
+  for (const double wrong : {nan, infinity}) {
+    const test::Scratch scratch;
+    const std::string path = scratch.path() / "knee.h5";
+    MotionModel model = test::sample_model();
+    model.smoothed[0].surfaces[1].coefficients[0] = wrong;
+    write_motion_model(path, model);
+    const InputError::Facts facts = test::input_error([&] { read_motion_model_apart(path); });
+    EXPECT_EQ(facts.field, "/smoothed/degree_1/coefficients_ty");
+    EXPECT_THAT(facts.wanted, HasSubstr("finite"));
+  }
+}
+
+TEST(HostileFile, AxesHaveAtLeastOneValue)
+{
+  expect_first(findings_after(test::sample_model(),
+                              [](hid_t file) {
+                                replace(file, {"/flexion", {0}});
+                                const hid_t scale = H5Dopen2(file, "/flexion", H5P_DEFAULT);
+                                H5DSset_scale(scale, "flexion");
+                                H5Dclose(scale);
+                              }),
+               "/flexion", "no values", "at least one");
+  test::SampleOptions one;
+  one.n_flexion = one.n_varus = 1;
+  one.has_failed_cell = false;
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  MotionModel model = test::sample_model(one);
+  model.smoothed.clear();
+  write_motion_model(path, model);
+  EXPECT_EQ(read_motion_model_apart(path).flexion_deg.size(), 1u);
+}
+
+}  // namespace
+}  // namespace vrda

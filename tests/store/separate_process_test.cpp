@@ -1,0 +1,102 @@
+#include "store/separate_process.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <iostream>
+#include <new>
+#include <vector>
+
+namespace vrda {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(SeparateProcess, AnswersWithWhateverBytes)
+{
+  for (const std::size_t size : {0, 1, 5'000'000}) {
+    std::string text(size, '\0');
+    for (std::size_t i = 0; i < size; ++i) text[i] = static_cast<char>(i % 251);
+    const SeparateAnswer answer = answer_apart([&] { return text; }, "x");
+    EXPECT_TRUE(answer.is_whole);
+    EXPECT_EQ(answer.text, text);
+  }
+}
+
+TEST(SeparateProcess, LeavesThisOneAlone)
+{
+  int changed = 0;
+  const SeparateAnswer answer = answer_apart(
+      [&] {
+        changed = 1;
+        std::cout << "not to be seen" << std::flush;
+        return std::to_string(getpid());
+      },
+      "x");
+  EXPECT_EQ(changed, 0);
+  EXPECT_NE(answer.text, std::to_string(getpid()));
+}
+
+TEST(SeparateProcess, ThatEndsBadlySaysHow)
+{
+  struct Row {
+    std::function<std::string()> work;
+    const char* how;
+  };
+  for (const Row& row : {Row{[]() -> std::string {
+                               std::raise(SIGSEGV);
+                               return "x";
+                             },
+                             "signal 11"},
+                         Row{[]() -> std::string { std::abort(); }, "signal 6"},
+                         Row{[]() -> std::string { _exit(3); }, "exit code 3"}}) {
+    const SeparateAnswer answer = answer_apart(row.work, "x");
+    EXPECT_FALSE(answer.is_whole);
+    EXPECT_EQ(answer.text, row.how);
+  }
+}
+
+TEST(SeparateProcess, HasLimits)
+{
+  ProcessLimits limits;
+  limits.processor_s = 1;
+  limits.answer_bytes = 1000;
+  volatile bool goes_on = true;
+  const SeparateAnswer endless = answer_apart(
+      [&] {
+        while (goes_on) {
+        }
+        return std::string();
+      },
+      "x", limits);
+  EXPECT_FALSE(endless.is_whole);
+  EXPECT_TRUE(endless.text == "signal 9" || endless.text == "more than 1 s of processor time")
+      << endless.text;
+  const SeparateAnswer long_answer = answer_apart([] { return std::string(2000, 'x'); }, "x", limits);
+  EXPECT_FALSE(long_answer.is_whole);
+  EXPECT_THAT(long_answer.text, HasSubstr("more than 1000 bytes"));
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST(SeparateProcess, HasNoMoreMemoryThanAllowed)
+{
+  ProcessLimits limits;
+  limits.memory_bytes = std::uint64_t{64} << 20;
+  const SeparateAnswer answer = answer_apart(
+      [] {
+        try {
+          const std::vector<char> large(std::size_t{128} << 20, 1);
+          return std::to_string(large.size());
+        } catch (const std::bad_alloc&) {
+          return std::string("refused");
+        }
+      },
+      "x", limits);
+  EXPECT_EQ(answer.text, "refused");
+}
+#endif
+
+}  // namespace
+}  // namespace vrda
