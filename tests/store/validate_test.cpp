@@ -40,8 +40,10 @@ TEST(Validate, RootAttributes)
 
 TEST(Validate, Axes)
 {
-  expect_finding({"/flexion", "at entry 1", "at least 1e-6 apart",
-                  [](MotionModel& m) { m.flexion_deg[1] = m.flexion_deg[0] + 1e-9; }});
+  expect_finding({"/flexion", "at entry 1", "at least 1e-6 apart", [](MotionModel& m) {
+                    m.flexion_deg[1] = m.flexion_deg[0] + 1e-9;
+                    m.smoothed.clear();
+                  }});
   expect_finding({"/flexion", "at entry 2", "strictly increasing", [](MotionModel& m) {
                     m.flexion_deg[2] = m.flexion_deg[1];
                     m.smoothed.clear();
