@@ -78,8 +78,9 @@ class SmoothedCheck {
       return;
     }
     if (set.recontact_mm) {
-      findings_.each_number(group + "/recontact", set.recontact_mm->data(), n_cells_, "a number or NaN",
-                            [&](std::size_t cell) { return std::isinf(set.recontact_mm->data()[cell]); });
+      findings_.each_number(
+          group + "/recontact", set.recontact_mm->data(), n_cells_, "a number or NaN",
+          [&](std::size_t cell) { return !is_number_or_nan(set.recontact_mm->data()[cell]); });
     }
     if (set.surfaces.size() == 5 && n_varus_ > 1) {
       findings_.find(smoothed_path(set.degree, "varus"), "a surface", "none where /varus has several values");
@@ -123,14 +124,14 @@ void check_audit(const AuditSet& audit, ValueFindings& findings)
   findings.each_number(group + "/gap", gap_mm, n, "a length of at least 0 where state is free, NaN elsewhere",
                        [&](std::size_t i) {
                          if (!is(i, AuditState::free)) return !std::isnan(gap_mm[i]);
-                         return !std::isfinite(gap_mm[i]) || gap_mm[i] < 0.0;
+                         return !is_number(gap_mm[i]) || gap_mm[i] < 0.0;
                        });
   findings.each_number(group + "/penetration", penetration_mm, n,
                        "a length of at least 0 where state is overlapping, NaN without a pose, 0 elsewhere",
                        [&](std::size_t i) {
                          if (is(i, AuditState::no_pose)) return !std::isnan(penetration_mm[i]);
                          if (!is(i, AuditState::overlapping)) return penetration_mm[i] != 0.0;
-                         return !std::isfinite(penetration_mm[i]) || penetration_mm[i] < 0.0;
+                         return !is_number(penetration_mm[i]) || penetration_mm[i] < 0.0;
                        });
 }
 

@@ -47,7 +47,7 @@ class MechanicsCheck {
     findings_.each_number(where, values, statuses.size * width,
                           "a number" + bound + " where status is stable, NaN elsewhere", [&](std::size_t i) {
                             if (!statuses.is_stable(i / width)) return !std::isnan(values[i]);
-                            return !std::isfinite(values[i]) || values[i] < least;
+                            return !is_number(values[i]) || values[i] < least;
                           });
   }
 
@@ -56,14 +56,15 @@ class MechanicsCheck {
   {
     findings_.each_number(where, values.data(), values.size(),
                           "a number or NaN where status is stable, NaN elsewhere", [&](std::size_t i) {
-                            return statuses.is_stable(i) ? std::isinf(values[i]) : !std::isnan(values[i]);
+                            return statuses.is_stable(i) ? !is_number_or_nan(values[i])
+                                                         : !std::isnan(values[i]);
                           });
   }
 
   void positive(const std::string& where, const double* values, std::size_t size)
   {
     findings_.each_number(where, values, size, "numbers above 0",
-                          [&](std::size_t i) { return !std::isfinite(values[i]) || !(values[i] > 0.0); });
+                          [&](std::size_t i) { return !is_number(values[i]) || !(values[i] > 0.0); });
   }
 
   void texts(const std::string& where, const std::vector<std::string>& values)
@@ -82,7 +83,7 @@ class MechanicsCheck {
     findings_.each_number("/varus_solved", solved_deg.data(), cells_.size,
                           "the cell's varus where the axis has several", [&](std::size_t cell) {
                             const double wanted_deg = model_.varus_deg[cell % n_varus];
-                            return cells_.is_stable(cell) && std::isfinite(wanted_deg) &&
+                            return cells_.is_stable(cell) && is_number(wanted_deg) &&
                                    std::abs(solved_deg.data()[cell] - wanted_deg) > exact_tolerance;
                           });
   }
@@ -104,7 +105,7 @@ class MechanicsCheck {
         [&](std::size_t cell) {
           const double* p = &points[3 * cell];
           if (std::all_of(p, p + 3, [](double x) { return std::isnan(x); })) return false;
-          return !cells_.is_stable(cell) || !std::all_of(p, p + 3, [](double x) { return std::isfinite(x); });
+          return !cells_.is_stable(cell) || !std::all_of(p, p + 3, [](double x) { return is_number(x); });
         },
         [&](std::size_t cell) {
           return cells_.is_stable(cell) ? "no point" : "numbers in an unsolved cell";
@@ -121,7 +122,7 @@ class MechanicsCheck {
 
   void check_equilibrium(const EquilibriumSurfaces& equilibrium)
   {
-    if (!(equilibrium.band_moment_nmm >= 0.0) || !std::isfinite(equilibrium.band_moment_nmm)) {
+    if (!(equilibrium.band_moment_nmm >= 0.0) || !is_number(equilibrium.band_moment_nmm)) {
       findings_.find("/equilibrium@band_moment_nmm", text_of(equilibrium.band_moment_nmm), "0 or a moment");
     }
     answers("/equilibrium/energy", equilibrium.energy_nmm.data(), cells_);
@@ -193,7 +194,7 @@ class MechanicsCheck {
   void check_ligaments(const LigamentRows& ligaments)
   {
     const std::size_t n = ligaments.name.size();
-    if (!(ligaments.transition_strain > 0.0) || !std::isfinite(ligaments.transition_strain)) {
+    if (!(ligaments.transition_strain > 0.0) || !is_number(ligaments.transition_strain)) {
       findings_.find("/ligaments@transition_strain", text_of(ligaments.transition_strain),
                      "a strain above 0");
     }

@@ -5,7 +5,7 @@ namespace {
 
 bool is_positive(double value)
 {
-  return std::isfinite(value) && value > 0.0;
+  return is_number(value) && value > 0.0;
 }
 
 // Sums of squares of the pairs' distances, in another order perhaps.
@@ -53,7 +53,7 @@ void check_scaling(const Scaling& scaling, ValueFindings& findings)
                   n == 0 ? "NaN without landmarks" : text_of(rms_mm) + ", that of the residuals");
   }
   const double error = scaling.standard_error;
-  if (n < 2 ? !std::isnan(error) : !(std::isfinite(error) && error >= 0.0)) {
+  if (n < 2 ? !std::isnan(error) : !(is_number(error) && error >= 0.0)) {
     findings.find(group + "@standard_error", text_of(error),
                   n < 2 ? "NaN below two pairs of landmarks" : "a number of at least 0");
   }

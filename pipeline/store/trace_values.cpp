@@ -49,7 +49,7 @@ class TraceCheck {
 
   void positive(const std::string& where, double value)
   {
-    if (!(value > 0.0) || !std::isfinite(value)) findings_.find(where, text_of(value), "a positive number");
+    if (!(value > 0.0) || !is_number(value)) findings_.find(where, text_of(value), "a positive number");
   }
 
   void check_codes(const std::string& where, const std::vector<std::int8_t>& codes, FlagSet flags)

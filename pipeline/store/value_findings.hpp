@@ -23,12 +23,28 @@ inline constexpr double normal_tolerance = 1e-5;
 /// trips do not, and would show as penetration: 1e-9 of 500 mm is half a nanometre.
 inline constexpr double exact_tolerance = 1e-9;
 
+/// In mm, degrees, N or N mm: beyond every joint, and so far below overflow that nothing made of a model's
+/// numbers leaves the finite ones.
+inline constexpr double largest_number = 1e9;
+inline constexpr double least_step_deg = 1e-6;
+
+/// Neither NaN nor infinite, nor larger than any joint's.
+inline bool is_number(double value)
+{
+  return std::abs(value) <= largest_number;
+}
+
+inline bool is_number_or_nan(double value)
+{
+  return std::isnan(value) || is_number(value);
+}
+
 /// Whether 16 numbers, row by row, are a rotation and a translation.
 inline bool is_rigid_pose(const double* entries)
 {
   using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   const Matrix4 X = Eigen::Map<const Matrix4>(entries);
-  if (!X.allFinite()) return false;
+  if (!(X.array().abs() <= largest_number).all()) return false;
   const Eigen::Matrix3d R = X.topLeftCorner<3, 3>();
   const Eigen::Matrix3d error = R * R.transpose() - Eigen::Matrix3d::Identity();
   return error.cwiseAbs().maxCoeff() <= exact_tolerance && R.determinant() > 0.0 &&
@@ -90,16 +106,17 @@ class ValueFindings {
   template <typename Real>
   void all_finite(const std::string& where, const Real* values, std::size_t size)
   {
-    each_number(where, values, size, "finite numbers",
-                [&](std::size_t i) { return !std::isfinite(values[i]); });
+    each_number(where, values, size, "finite numbers, none beyond 1e9",
+                [&](std::size_t i) { return !is_number(static_cast<double>(values[i])); });
   }
 
   /// The attitudes of a grid, degrees.
   void axis(const std::string& where, const std::vector<double>& values)
   {
-    each_number(
-        where, values.data(), values.size(), "finite, strictly increasing degrees",
-        [&](std::size_t i) { return !std::isfinite(values[i]) || (i > 0 && !(values[i] > values[i - 1])); });
+    each_number(where, values.data(), values.size(),
+                "finite, strictly increasing degrees, at least 1e-6 apart", [&](std::size_t i) {
+                  return !is_number(values[i]) || (i > 0 && !(values[i] - values[i - 1] >= least_step_deg));
+                });
   }
 
   void codes(const std::string& where, const std::int8_t* values, std::size_t size,

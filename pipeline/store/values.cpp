@@ -73,7 +73,7 @@ class ValueCheck {
     } else if ((model_.push.delta.row(0).transpose() - model_.delta).norm() > exact_tolerance) {
       findings_.find("/@delta", "another direction", "that of the first row of /push/delta");
     }
-    if (!(model_.contact_resolution_mm > 0.0) || !std::isfinite(model_.contact_resolution_mm)) {
+    if (!(model_.contact_resolution_mm > 0.0) || !is_number(model_.contact_resolution_mm)) {
       findings_.find("/@contact_resolution_mm", text_of(model_.contact_resolution_mm), "a positive length");
     }
   }
@@ -84,7 +84,7 @@ class ValueCheck {
     const double* values = grid.data();
     findings_.each_number(where, values, n_cells_, "a number where status is stable, NaN elsewhere",
                           [&](std::size_t cell) {
-                            return is_stable(cell) ? !std::isfinite(values[cell]) : !std::isnan(values[cell]);
+                            return is_stable(cell) ? !is_number(values[cell]) : !std::isnan(values[cell]);
                           });
   }
 
@@ -106,7 +106,8 @@ class ValueCheck {
     const double* values = grid.data();
     findings_.each_number(where, values, n_cells_, "a number or NaN where status is stable, NaN elsewhere",
                           [&](std::size_t cell) {
-                            return is_stable(cell) ? std::isinf(values[cell]) : !std::isnan(values[cell]);
+                            return is_stable(cell) ? !is_number_or_nan(values[cell])
+                                                   : !std::isnan(values[cell]);
                           });
   }
 
@@ -127,8 +128,9 @@ class ValueCheck {
     constexpr std::int64_t any = std::numeric_limits<std::int32_t>::max();
     findings_.each_within("/iterations", model_.iterations.data(), n_cells_, 0, any);
     findings_.each_within("/queries", model_.queries.data(), n_cells_, 0, any);
-    findings_.each_number("/residual", model_.residual_mm.data(), n_cells_, "a number or NaN",
-                          [&](std::size_t cell) { return std::isinf(model_.residual_mm.data()[cell]); });
+    findings_.each_number(
+        "/residual", model_.residual_mm.data(), n_cells_, "a number or NaN",
+        [&](std::size_t cell) { return !is_number_or_nan(model_.residual_mm.data()[cell]); });
     if (!model_.has_compartments) return;
     gaps("/gap_medial_mm", model_.gap_medial_mm);
     gaps("/gap_lateral_mm", model_.gap_lateral_mm);

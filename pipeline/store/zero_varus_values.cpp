@@ -20,7 +20,7 @@ struct Rows {
   }
   bool are_finite(std::size_t row) const
   {
-    return std::all_of(begin(row), begin(row) + width, [](double x) { return std::isfinite(x); });
+    return std::all_of(begin(row), begin(row) + width, [](double x) { return is_number(x); });
   }
   const double* begin(std::size_t row) const { return values.data() + row * width; }
 };
@@ -60,7 +60,7 @@ class ZeroVarusCheck {
   {
     findings_.each_number(
         std::string("/zero_varus/") + name, values.data(), values.size(), wanted,
-        [&](std::size_t i) { return is_known(i) ? !std::isfinite(values[i]) : !std::isnan(values[i]); });
+        [&](std::size_t i) { return is_known(i) ? !is_number(values[i]) : !std::isnan(values[i]); });
   }
 
   void answers(const char* name, const std::vector<double>& values)

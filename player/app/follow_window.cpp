@@ -9,6 +9,7 @@
 #include <ostream>
 
 #include "app/follow_progress.hpp"
+#include "app/mouse_button.hpp"
 #include "app/stop_signals.hpp"
 #include "follow/watch_thread.hpp"
 #include "render/window.hpp"
@@ -25,12 +26,6 @@ constexpr double frame_s = 1.0 / 60.0;
 constexpr double idle_wait_s = 0.1;  // nothing moves: steps that come are seen soon enough
 // Steps come in bursts; each is played within this time, so that moves are seen without falling behind.
 constexpr double play_s = 1.0;
-
-Button button_of(MouseButton button)
-{
-  if (button == MouseButton::middle) return Button::middle;
-  return button == MouseButton::left ? Button::left : Button::right;
-}
 
 /// The finished motion, to and fro.
 struct Playback {

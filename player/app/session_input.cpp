@@ -1,4 +1,5 @@
 // A window's events as what they mean for a session.
+#include "app/mouse_button.hpp"
 #include "app/session.hpp"
 
 namespace vrda {
@@ -38,19 +39,6 @@ Key key_of(int key)
     default:
       return key > ' ' - 1 && key < 127 ? static_cast<Key>(key) : Key::none;
   }
-}
-
-Button button_of(MouseButton button)
-{
-  switch (button) {
-    case MouseButton::left:
-      return Button::left;
-    case MouseButton::middle:
-      return Button::middle;
-    case MouseButton::right:
-      return Button::right;
-  }
-  return Button::left;
 }
 
 }  // namespace

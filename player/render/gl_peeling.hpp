@@ -27,12 +27,15 @@ class LayerPeeler {
   void draw(SurfacePainter& surfaces, const Scene& scene, const Target& drawn);
 
  private:
-  bool found_layer(SurfacePainter& surfaces, const Scene& scene, unsigned behind);
+  bool is_found(unsigned query) const;
+  /// The farthest depths before `behind`; `query` then tells whether there were any, unless it is 0.
+  void peel(SurfacePainter& surfaces, const Scene& scene, unsigned behind, unsigned query);
 
   const GlTable& gl_;
   bool is_multisampled_;
-  std::array<Target, 2> layers_{};  // the last one and the one being found
-  unsigned query_ = 0;
+  std::array<Target, 2> layers_{};       // the last one and the one being found
+  int n_expected_ = 0;                   // layers of the last picture
+  unsigned query_ = 0, last_query_ = 0;  // of a layer beyond them, and of the last of them
 };
 
 }  // namespace vrda

@@ -1,48 +1,9 @@
-// Counts every operator new of this test program, so it stands in a file of its own.
 #include <gtest/gtest.h>
-
-#include <atomic>
-#include <cstdlib>
-#include <new>
 
 #include "core/units.hpp"
 #include "motion/poses.hpp"
 #include "motion/support/models.hpp"
-
-namespace {
-std::atomic<long> n_allocations{0};
-}
-
-// Not inlined: GCC would see malloc and delete, or new and free, and call them mismatched.
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-  ++n_allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
-{
-  ++n_allocations;
-  const auto step = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
+#include "support/allocation_count.hpp"
 
 namespace vrda {
 namespace {
@@ -64,7 +25,7 @@ TEST(MotionAllocation, AnEvaluationAllocatesNothing)
   model.zero_varus = table;
   for (const std::string& set : set_names(model)) {
     const Motion motion(model, set);
-    const long before = n_allocations;
+    const long before = test::allocations_of_program();
     double sum = 0.0;
     int n_solved = 0;
     for (int k = 0; k < 1000; ++k) {
@@ -76,14 +37,14 @@ TEST(MotionAllocation, AnEvaluationAllocatesNothing)
       sum += rate.by_flexion.twist.turn.squaredNorm() + rate.by_varus.twist.turn.squaredNorm();
       n_solved += pose.status == PoseStatus::solved ? 1 : 0;
     }
-    EXPECT_EQ(n_allocations - before, 0) << set;
+    EXPECT_EQ(test::allocations_of_program() - before, 0) << set;
     EXPECT_GT(n_solved, 700);
     EXPECT_GT(sum, 0.0);
   }
   // The counter counts.
-  const long before = n_allocations;
+  const long before = test::allocations_of_program();
   ::operator delete(::operator new(1));
-  EXPECT_GE(n_allocations - before, 1);
+  EXPECT_GE(test::allocations_of_program() - before, 1);
 }
 
 }  // namespace

@@ -28,6 +28,9 @@ TEST(Validate, RootAttributes)
       {"/@method", "\"magic\"", "\"stability-search\"", [](MotionModel& m) { m.method = "magic"; }});
   expect_finding({"/@rotation_centre_mm", "nan at entry 1", "finite numbers",
                   [](MotionModel& m) { m.rotation_centre_mm.y() = nan; }});
+  // Finite, but what is made of it would not be.
+  expect_finding({"/@rotation_centre_mm", "2e+300 at entry 0", "none beyond 1e9",
+                  [](MotionModel& m) { m.rotation_centre_mm.x() = 2e300; }});
   expect_finding({"/@delta", "length 2", "length 1", [](MotionModel& m) { m.delta *= 2.0; }});
   expect_finding({"/@delta", "another direction", "first row of /push/delta",
                   [](MotionModel& m) { m.push.delta.row(0) << 1.0, 0.0, 0.0; }});
@@ -37,6 +40,10 @@ TEST(Validate, RootAttributes)
 
 TEST(Validate, Axes)
 {
+  expect_finding({"/flexion", "at entry 1", "at least 1e-6 apart", [](MotionModel& m) {
+                    m.flexion_deg[1] = m.flexion_deg[0] + 1e-9;
+                    m.smoothed.clear();
+                  }});
   expect_finding({"/flexion", "at entry 2", "strictly increasing", [](MotionModel& m) {
                     m.flexion_deg[2] = m.flexion_deg[1];
                     m.smoothed.clear();

@@ -1,52 +1,17 @@
 // The loop of the window, frame by frame as app runs it, drawn into memory: no allocation, and memory that
 // stays. VRDA_FRAMES asks for more frames than a test has time for, VRDA_FRAMES_MODEL for another motion
-// model. Counts every operator new of a thread, so it is a program of its own.
+// model.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
-#include <new>
 
 #include "app/session.hpp"
 #include "motion/support/models.hpp"
 #include "store/read_apart.hpp"
-
-namespace {
-thread_local long n_allocations = 0;
-}
-
-// Not inlined: GCC would see malloc and delete, or new and free, and call them mismatched.
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-  ++n_allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
-{
-  ++n_allocations;
-  const auto step = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
+#include "support/allocation_count.hpp"
 
 namespace vrda {
 namespace {
@@ -107,23 +72,23 @@ TEST(FrameLoop, AllocatesNothingAndKeepsItsMemory)
   if (!session.state().timeline.is_playing) session.press_key({Key::space});
   ASSERT_TRUE(session.state().timeline.is_playing);
   for (long k = 0; k < n_warm; ++k) run_frame(session, *renderer);
-  const long before_kb = resident_kb(), allocations_before = n_allocations;
+  const long before_kb = resident_kb(), allocations_before = test::allocations_of_thread();
   double least_rad = 1e9, largest_rad = -1e9;
   for (long k = 0; k < n_frames; ++k) {
     run_frame(session, *renderer);
     least_rad = std::min(least_rad, session.pose().attitude.flexion_rad);
     largest_rad = std::max(largest_rad, session.pose().attitude.flexion_rad);
   }
-  EXPECT_EQ(n_allocations - allocations_before, 0);
+  EXPECT_EQ(test::allocations_of_thread() - allocations_before, 0);
   const long growth_kb = resident_kb() - before_kb;
   EXPECT_LT(growth_kb, allowed_growth_kb);
   EXPECT_GT(largest_rad - least_rad, 1.0);  // it did play
   std::cout << n_frames << " frames: " << before_kb << " KB resident before, " << growth_kb
             << " KB more after\n";
   // The counter counts.
-  const long counted = n_allocations;
+  const long counted = test::allocations_of_thread();
   ::operator delete(::operator new(1));
-  EXPECT_EQ(n_allocations, counted + 1);
+  EXPECT_EQ(test::allocations_of_thread(), counted + 1);
 }
 
 }  // namespace

@@ -1,46 +1,8 @@
-// Counts every operator new of a thread, so it stands in a file of its own.
 #include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <new>
 
 #include "app/session.hpp"
 #include "motion/support/models.hpp"
-
-namespace {
-thread_local long n_allocations = 0;
-}
-
-// Not inlined: GCC would see malloc and delete, or new and free, and call them mismatched.
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-  ++n_allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
-{
-  ++n_allocations;
-  const auto step = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
+#include "support/allocation_count.hpp"
 
 namespace vrda {
 namespace {
@@ -86,13 +48,13 @@ TEST(SessionAllocation, PlayingTurningAndSwitchingSetsAllocateNothing)
   // The overlay and the interface grow to their largest within one way of the motion, 3 seconds there and
   // back.
   round(400);
-  const long before = n_allocations;
+  const long before = test::allocations_of_thread();
   const std::uint64_t gui_before = gui_allocations();
   round(100);
-  EXPECT_EQ(n_allocations - before, 0);
+  EXPECT_EQ(test::allocations_of_thread() - before, 0);
   EXPECT_EQ(gui_allocations() - gui_before, 0u);
   const std::vector<int> counted(10);
-  EXPECT_EQ(n_allocations - before, 1) << "the count counts";
+  EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the count counts";
 }
 
 }  // namespace

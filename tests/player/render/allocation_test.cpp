@@ -1,45 +1,7 @@
-// Counts every operator new of a thread, so it stands in a file of its own.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "pictures.hpp"
-
-namespace {
-thread_local long n_allocations = 0;
-}
-
-// Not inlined: GCC would see malloc and delete, or new and free, and call them mismatched.
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-  ++n_allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
-{
-  ++n_allocations;
-  const auto step = static_cast<std::size_t>(alignment);
-  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
-{
-  std::free(memory);
-}
+#include "support/allocation_count.hpp"
 
 namespace vrda {
 namespace {
@@ -64,12 +26,12 @@ TEST(RendererAllocation, AHundredFramesAllocateNothing)
     }
   };
   draw_all_modes();  // each mode's programs are compiled when first used
-  const long n_before = n_allocations;
+  const long n_before = test::allocations_of_thread();
   for (int i = 0; i < 20; ++i) draw_all_modes();
-  EXPECT_EQ(n_allocations, n_before);
+  EXPECT_EQ(test::allocations_of_thread(), n_before);
   // The counter counts.
   const std::vector<int> counted(10);
-  EXPECT_EQ(n_allocations, n_before + 1);
+  EXPECT_EQ(test::allocations_of_thread(), n_before + 1);
 }
 
 }  // namespace
