@@ -161,7 +161,8 @@ std::int64_t seconds_of_time(const std::string& text)
 
 std::int64_t warning_seconds(std::int64_t time_limit_seconds)
 {
-  return std::clamp<std::int64_t>(time_limit_seconds / 10, 10, 120);
+  const std::int64_t short_limit = std::min<std::int64_t>(time_limit_seconds / 4, 30);
+  return std::clamp<std::int64_t>(time_limit_seconds / 10, short_limit, 120);
 }
 
 void require_log_folder(const std::string& folder)

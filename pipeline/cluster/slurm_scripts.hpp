@@ -13,8 +13,9 @@ namespace vrda {
 /// days-hours:minutes, days-hours:minutes:seconds. Throws InputError whose file is "--time".
 std::int64_t seconds_of_time(const std::string& text);
 
-/// How long before the time limit Slurm tells a task to end: a tenth of it, from 10 s to 2 minutes. Slurm may
-/// do so up to a minute earlier.
+/// How long before the time limit Slurm tells a task to end: a tenth of it, at least 30 s (of short limits a
+/// quarter), at most 2 minutes; a busy node and a busy controller take seconds each to begin it again. Slurm
+/// may do so up to a minute earlier.
 std::int64_t warning_seconds(std::int64_t time_limit_seconds);
 
 /// Slurm restarts a task no more often than this.

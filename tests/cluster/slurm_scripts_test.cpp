@@ -35,7 +35,9 @@ TEST(Scripts, TimeLimitsAreReadAsSbatchReadsThem)
   for (const std::string text : {"", "soon", "1:2:3:4", "-5", "1-", "1-2-3", "3h", " 3", "99999999999"}) {
     EXPECT_EQ(test::input_error([&] { seconds_of_time(text); }).file, "--time") << text;
   }
-  EXPECT_EQ(warning_seconds(60), 10);
+  EXPECT_EQ(warning_seconds(60), 15);
+  EXPECT_EQ(warning_seconds(120), 30);
+  EXPECT_EQ(warning_seconds(300), 30);
   EXPECT_EQ(warning_seconds(600), 60);
   EXPECT_EQ(warning_seconds(86400), 120);
 }

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import pwd
+import re
 import shutil
 import subprocess
 import sys
@@ -112,6 +113,12 @@ class Cluster:
     def node_states(self):
         listed = self.run("sinfo", "-h", "-N", "-p", "batch", "-o", "%N %t")
         return dict(line.split() for line in listed.stdout.splitlines())
+
+    def told_to_end(self):
+        """Numbers of the jobs whose script was sent SIGTERM, by the nodes' logs: the controller's tells that it sent one on, not
+        that it came. A task that ends by itself may be sent one, too, where the node is slow."""
+        logs = (log.read_text() for log in (self.folder / "log").glob("n*"))
+        return {job for text in logs for job in re.findall(r"(?i)sent signal 15 to (?:pid \d+ )?StepId=(\d+)\.batch", text)}
 
     def wait_until(self, what, claim, timeout=60, show=lambda: ""):
         """Returns the claim's value once that is true; otherwise fails with what was seen, the queue and the logs."""

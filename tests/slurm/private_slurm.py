@@ -62,10 +62,10 @@ SchedulerParameters=sched_interval=1,bf_interval=1,batch_sched_delay=0,sched_min
 PreemptType=preempt/partition_prio
 PreemptMode=REQUEUE
 JobRequeue=1
-KillWait=3
-SlurmdTimeout=3
+KillWait=5
+SlurmdTimeout=6
 SlurmctldTimeout=10
-MessageTimeout=3
+MessageTimeout=10
 ReturnToService=2
 MinJobAge=10
 SlurmdParameters=config_overrides
