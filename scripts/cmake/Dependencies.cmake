@@ -35,6 +35,14 @@ if(VRDA_PLAYER)
   find_package(glfw3 3.3 REQUIRED)
   find_package(meshoptimizer REQUIRED)
   find_package(PNG REQUIRED)
+  # Boost.Asio, of which nothing is linked.
+  find_package(Boost 1.74 REQUIRED)
+  # Its own CMake files name folders of the machine that built it.
+  find_path(OPENIGTLINK_INCLUDE_DIR igtlMessageHeader.h PATH_SUFFIXES openigtlink REQUIRED)
+  find_library(OPENIGTLINK_LIBRARY OpenIGTLink REQUIRED)
+  add_library(vrda_openigtlink INTERFACE)
+  target_include_directories(vrda_openigtlink SYSTEM INTERFACE ${OPENIGTLINK_INCLUDE_DIR})
+  target_link_libraries(vrda_openigtlink INTERFACE ${OPENIGTLINK_LIBRARY})
   # The interface's letters; the program carries them.
   find_file(VRDA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu NO_DEFAULT_PATH REQUIRED)
   # Puts the web page together; its libraries are npm's packages, which scripts/setup installs.
