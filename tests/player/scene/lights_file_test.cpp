@@ -48,14 +48,14 @@ TEST(LightsFile, WhatIsWrongIsNamed)
            Row{"[hemisphere]\nsky = [1, 1, 11]\n", "hemisphere.sky", "[1, 1, 11]"},
            Row{"[hemisphere]\nsky = [1, 1, nan]\n", "hemisphere.sky", "[1, 1, nan]"},
            Row{"[hemisphere]\nsky = [1, 1, \"x\"]\n", "hemisphere.sky", "[1, 1, 'x']"},
-           Row{"[hemisphere]\nsky = \"blue\"\n", "hemisphere.sky", "no list"},
+           Row{"[hemisphere]\nsky = \"blue\"\n", "hemisphere.sky", "'blue'"},
            Row{hemisphere + "grund = [0, 0, 0]\n", "hemisphere.grund", "an unknown key"},
            Row{"colour = 1\n" + hemisphere, "colour", "an unknown key"},
            Row{"light = 1\n" + hemisphere, "light", "no list"},
            Row{"light = [1]\n" + hemisphere, "light", "an item that is no table"},
            Row{hemisphere + light + "bright = 2\n", "light.0.bright", "an unknown key"},
            Row{hemisphere + light + "[[light]]\ntowards = [0, 0, 0]\n", "light.1.towards", "no direction"},
-           Row{hemisphere + light + light + light + light + light, "light", "5 lights"},
+           Row{hemisphere + light + light + light + light + light, "light", "5 tables"},
            Row{hemisphere + "[background]\ntop = [0, 0, 2]\n", "background.top", "[0, 0, 2]"},
            Row{hemisphere + "[background]\ntop = [0, 0, 1]\n", "background.bottom", "nothing"},
        }) {
@@ -76,8 +76,8 @@ TEST(LightsFile, AFileThatIsNotThereOrEndlessIsRefused)
   const test::Scratch scratch;
   const std::string missing = (scratch.path() / "none.toml").string();
   EXPECT_EQ(test::input_error([&] { read_lights(missing); }).file, missing);
-  const std::string huge = scratch.write("huge.toml", std::string(100001, '\n')).string();
-  EXPECT_EQ(test::input_error([&] { read_lights(huge); }).found, "more than 100000 bytes");
+  const std::string huge = scratch.write("huge.toml", std::string(1000001, '\n')).string();
+  EXPECT_EQ(test::input_error([&] { read_lights(huge); }).found, "more than 1000000 bytes");
 }
 
 }  // namespace

@@ -1,0 +1,47 @@
+/// What calibration found: of the display, of the person, of the tracker and the leg.
+#pragma once
+
+#include <string>
+
+#include "setup/bench_file.hpp"
+#include "stereo/eye.hpp"
+
+namespace vrda {
+
+/// A pose in six numbers that can be adjusted one by one: turned about the fixed axes x, then y, then z,
+/// then shifted.
+struct SixNumbers {
+  Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
+};
+Pose pose_of(const SixNumbers& numbers);
+SixNumbers six_numbers_of(const Pose& pose);
+
+struct Calibration {
+  EyePair eyes;
+  double image_distance_mm = 800.0;  ///< of the screens' virtual images
+  SixNumbers X_tracker_table;
+  SixNumbers X_table_eyes;  ///< with the stage at zero; E: the middle between the eyes
+  Eigen::Vector3d stage_direction_table = Eigen::Vector3d::UnitX();  ///< unit; the head's way per mm of stage
+  SixNumbers X_headbody_eyes;                                        ///< with a body on the display
+  /// Of each role but the head: what takes stored vertices (of the moving object for the tibia, else of the
+  /// reference) to the body.
+  std::array<SixNumbers, n_body_roles> X_body_model;
+};
+
+/// Of a bench that was never calibrated: windows wholly visible, sight in their middles, 880 px of distance,
+/// 64 mm between the eyes, 800 mm in front of the table's origin.
+Calibration nominal_calibration(const BenchFile& bench);
+
+/// Reads a TOML file as schemas/calibration.md describes it. Throws InputError naming file and key, and when
+/// it was made for another display.
+Calibration read_calibration(const std::string& path, const BenchFile& bench);
+Calibration parsed_calibration(const std::string& text, const std::string& path, const BenchFile& bench);
+
+/// The file's text: reading it gives equal numbers.
+std::string calibration_text(const Calibration& calibration, const BenchFile& bench);
+
+/// Throws InputError naming `path` unless both eyes can be drawn for.
+void require_usable(const Calibration& calibration, const std::string& path);
+
+}  // namespace vrda

@@ -1,0 +1,162 @@
+#include "setup/parameters.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+struct Entry {
+  std::function<double(const BenchValues&)> get;
+  std::function<void(BenchValues&, double)> set;
+};
+
+struct List {
+  std::vector<Parameter> parameters;
+  std::vector<Entry> entries;
+
+  void add(Parameter parameter, Entry entry)
+  {
+    parameters.push_back(std::move(parameter));
+    entries.push_back(std::move(entry));
+  }
+
+  /// A number of the values, `scale` of whose units are one of the parameter's.
+  template <typename At>
+  void add_number(Parameter parameter, At at, double scale = 1.0)
+  {
+    // What is only read through `at` is not changed by it.
+    add(std::move(parameter),
+        {[at, scale](const BenchValues& values) { return at(const_cast<BenchValues&>(values)) / scale; },
+         [at, scale](BenchValues& values, double value) { at(values) = value * scale; }});
+  }
+};
+
+double& eye_position(BenchValues& values, Eye EyePair::*side, Eigen::Index axis)
+{
+  return (values.calibration.eyes.*side).position_head_mm[axis];
+}
+
+void add_eye(List& list, const std::string& name, Eye EyePair::*side)
+{
+  const auto eye = [side](BenchValues& v) -> Eye& { return v.calibration.eyes.*side; };
+  constexpr double px = 20000.0;
+  list.add_number({name + ".distance", "px", 10.0, 100000.0, 1.0},
+                  [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
+  list.add_number({name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
+                  [eye](BenchValues& v) -> double& { return eye(v).pixel_aspect; });
+  for (const Eigen::Index axis : {0, 1}) {
+    const std::string letter = axis == 0 ? "x" : "y";
+    list.add_number({name + ".sight_" + letter, "px", -px, px, 0.5},
+                    [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
+    list.add_number({name + ".centre_" + letter, "px", -px, px, 0.5},
+                    [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
+  }
+  list.add_number({name + ".k1", "", -1.0, 1.0, 0.001},
+                  [eye](BenchValues& v) -> double& { return eye(v).distortion.k1; });
+  list.add_number({name + ".k2", "", -1.0, 1.0, 0.001},
+                  [eye](BenchValues& v) -> double& { return eye(v).distortion.k2; });
+  for (const Eigen::Index axis : {1, 2}) {
+    list.add_number({name + (axis == 1 ? ".eye_up" : ".eye_back"), "mm", -200.0, 200.0, 0.5},
+                    [side, axis](BenchValues& v) -> double& { return eye_position(v, side, axis); });
+  }
+}
+
+template <typename At>
+void add_six(List& list, const std::string& name, At at)
+{
+  constexpr double most_mm = 10000.0, most_deg = 180.0;
+  for (const Eigen::Index axis : {0, 1, 2}) {
+    const std::string letter(1, "xyz"[axis]);
+    list.add_number({name + ".shift_" + letter, "mm", -most_mm, most_mm, 0.5},
+                    [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
+  }
+  for (const Eigen::Index axis : {0, 1, 2}) {
+    const std::string letter(1, "xyz"[axis]);
+    list.add_number(
+        {name + ".turn_" + letter, "deg", -most_deg, most_deg, 0.1},
+        [at, axis](BenchValues& v) -> double& { return at(v).turn_rad[axis]; }, rad_from_deg(1.0));
+  }
+}
+
+void add_model(List& list, BodyRole role)
+{
+  add_six(list, name_of(role), [role](BenchValues& v) -> SixNumbers& {
+    return v.calibration.X_body_model[static_cast<std::size_t>(role)];
+  });
+}
+
+/// The middle between the eyes stays.
+void set_pupillary_distance(BenchValues& values, double distance_mm)
+{
+  double &left = eye_position(values, &EyePair::left, 0), &right = eye_position(values, &EyePair::right, 0);
+  const double middle = 0.5 * (left + right);
+  left = middle - 0.5 * distance_mm;
+  right = middle + 0.5 * distance_mm;
+}
+
+List made_list()
+{
+  List list;
+  list.add_number({"flexion", "deg", -30.0, 180.0, 1.0, false},
+                  [](BenchValues& v) -> double& { return v.flexion_deg; });
+  list.add_number({"varus", "deg", -30.0, 30.0, 0.5, false},
+                  [](BenchValues& v) -> double& { return v.varus_deg; });
+  list.add_number({"prediction", "ms", 0.0, 200.0, 1.0, false},
+                  [](BenchValues& v) -> double& { return v.prediction_ms; });
+  list.add({"eyes.distance_apart", "mm", 40.0, 90.0, 0.25},
+           {[](const BenchValues& v) {
+              return v.calibration.eyes.right.position_head_mm.x() -
+                     v.calibration.eyes.left.position_head_mm.x();
+            },
+            set_pupillary_distance});
+  list.add_number({"image_distance", "mm", 100.0, 10000.0, 10.0},
+                  [](BenchValues& v) -> double& { return v.calibration.image_distance_mm; });
+  add_model(list, BodyRole::leg);
+  add_model(list, BodyRole::femur);
+  add_model(list, BodyRole::tibia);
+  add_six(list, "eyes", [](BenchValues& v) -> SixNumbers& { return v.calibration.X_table_eyes; });
+  add_six(list, "head", [](BenchValues& v) -> SixNumbers& { return v.calibration.X_headbody_eyes; });
+  add_six(list, "table", [](BenchValues& v) -> SixNumbers& { return v.calibration.X_tracker_table; });
+  add_eye(list, "left", &EyePair::left);
+  add_eye(list, "right", &EyePair::right);
+  return list;
+}
+
+const List& list()
+{
+  static const List made = made_list();
+  return made;
+}
+
+}  // namespace
+
+std::span<const Parameter> parameters()
+{
+  return list().parameters;
+}
+
+std::optional<std::size_t> parameter_named(const std::string& name)
+{
+  const std::vector<Parameter>& all = list().parameters;
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Parameter& p) { return p.name == name; });
+  if (found == all.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - all.begin());
+}
+
+double value_of(const BenchValues& values, std::size_t parameter)
+{
+  return list().entries.at(parameter).get(values);
+}
+
+void set_value(BenchValues& values, std::size_t parameter, double value)
+{
+  const Parameter& facts = list().parameters.at(parameter);
+  list().entries.at(parameter).set(values, std::clamp(value, facts.least, facts.most));
+}
+
+}  // namespace vrda
