@@ -2,11 +2,15 @@
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <iostream>
+#include <optional>
 
+#include "app/bench_options.hpp"
+#include "app/bench_run.hpp"
 #include "app/follow.hpp"
 #include "app/follow_options.hpp"
 #include "app/show.hpp"
 #include "app/show_options.hpp"
+#include "app/simulate.hpp"
 #include "app/web_options.hpp"
 #include "core/error.hpp"
 #include "web/server.hpp"
@@ -16,6 +20,38 @@ namespace {
 /// DESIGN.md 7.
 enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, interrupted = 4, our_mistake = 5 };
 
+/// The modes around the bench.
+struct BenchChoice {
+  vrda::BenchOptions options;
+  vrda::DevicesOptions devices_options;
+  vrda::SimulateOptions simulate_options;
+  const CLI::App *bench = nullptr, *devices = nullptr, *simulate = nullptr;
+
+  void add_to(CLI::App& app)
+  {
+    bench = vrda::add_bench(app, options);
+    devices = vrda::add_devices(app, devices_options);
+    simulate = vrda::add_simulate(app, simulate_options);
+  }
+  /// Nothing: none of them was chosen.
+  std::optional<int> run() const
+  {
+    if (bench->parsed()) {
+      vrda::run_bench(options, {std::cout, std::cerr});
+      return done;
+    }
+    if (devices->parsed()) {
+      const int n_silent = vrda::list_devices(devices_options, {std::cout, std::cerr});
+      return n_silent > 0 ? unsolved_attitudes : done;
+    }
+    if (simulate->parsed()) {
+      vrda::simulate(simulate_options, {std::cout, std::cerr});
+      return done;
+    }
+    return std::nullopt;
+  }
+};
+
 int run(int argc, char** argv)
 {
   CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
@@ -23,7 +59,8 @@ int run(int argc, char** argv)
   app.require_subcommand(0, 1);
   app.footer(
       "Example:\n  vrda-player show knee.h5\n\n"
-      "Exit codes: 0 done, 2 bad input, 3 some attitudes have no answer, 4 stopped before the run that was "
+      "Exit codes: 0 done, 2 bad input, 3 some attitudes (or devices) have no answer, 4 stopped before the "
+      "run that was "
       "followed ended, 5 a mistake of the program");
   vrda::ShowOptions options;
   vrda::add_show(app, options);
@@ -31,6 +68,8 @@ int run(int argc, char** argv)
   const CLI::App* web = vrda::add_web(app, web_options);
   vrda::FollowOptions follow_options;
   const CLI::App* follow = vrda::add_follow(app, follow_options);
+  BenchChoice bench;
+  bench.add_to(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {
@@ -40,7 +79,9 @@ int run(int argc, char** argv)
     return bad_input;
   }
   if (app.get_subcommands().empty()) {
-    std::cerr << "vrda-player: found no mode, wanted show, follow or web (see vrda-player --help)\n";
+    std::cerr << "vrda-player: found no mode, wanted show, follow, web, bench, simulate or devices (see "
+                 "vrda-player "
+                 "--help)\n";
     return bad_input;
   }
   if (web->parsed()) {
@@ -51,6 +92,7 @@ int run(int argc, char** argv)
     const vrda::FollowEnd end = vrda::follow(follow_options, {std::cout, std::cerr});
     return end == vrda::FollowEnd::finished ? done : interrupted;
   }
+  if (const std::optional<int> code = bench.run()) return *code;
   const vrda::ShowSummary summary = vrda::show(options, {std::cout, std::cerr});
   return summary.n_unsolved > 0 ? unsolved_attitudes : done;
 }

@@ -1,51 +1,18 @@
 // A window's events as what they mean for a session.
 #include "app/mouse_button.hpp"
 #include "app/session.hpp"
+#include "app/window_key.hpp"
 
 namespace vrda {
 namespace {
 
 constexpr int frames_after_input = 3;  // buttons of the interface answer within two
 
-Key key_of(int key)
-{
-  constexpr int keypad_minus = 333, keypad_plus = 334, last_f = key_f1 + 5, f11 = key_f1 + 10;
-  if (key >= key_f1 && key <= last_f) return static_cast<Key>(static_cast<int>(Key::f1) + key - key_f1);
-  switch (key) {
-    case key_escape:
-      return Key::escape;
-    case key_up:
-      return Key::up;
-    case key_down:
-      return Key::down;
-    case key_left:
-      return Key::left;
-    case key_right:
-      return Key::right;
-    case key_page_up:
-      return Key::page_up;
-    case key_page_down:
-      return Key::page_down;
-    case key_home:
-      return Key::home;
-    case key_end:
-      return Key::end;
-    case f11:
-      return Key::f11;
-    case keypad_minus:
-      return vrda::key_of('-');
-    case keypad_plus:
-      return vrda::key_of('+');
-    default:
-      return key > ' ' - 1 && key < 127 ? static_cast<Key>(key) : Key::none;
-  }
-}
-
 }  // namespace
 
 void Session::take_key(const InputEvent& event)
 {
-  const KeyPress press{key_of(event.key), event.has_shift, event.has_control};
+  const KeyPress press{key_of_window(event.key), event.has_shift, event.has_control};
   const bool is_held = event.key == held_key_;
   held_key_ = event.key;
   if (!is_held || goes_on_while_held(action_of(press))) press_key(press);

@@ -41,6 +41,7 @@ class GlRenderer final : public Renderer {
   void check_size(const RenderOptions& options) const;
   void open_targets();
   void close_targets();
+  void size_picture(int width, int height);
   void draw_background(const Background& background);
   void draw_shot(const Scene& scene, const Shot& shot);
   void draw_frame(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
@@ -144,7 +145,12 @@ void GlRenderer::resize(int width, int height)
 {
   if (width == options_.width && height == options_.height) return;
   context_->make_current();
-  check(!warper_, "a picture that is warped keeps its size");
+  if (warper_) return;
+  size_picture(width, height);
+}
+
+void GlRenderer::size_picture(int width, int height)
+{
   RenderOptions resized = options_;
   resized.width = width;
   resized.height = height;
@@ -176,6 +182,8 @@ void GlRenderer::load(const Warp& warp)
   shown.width = warp.width;
   shown.height = warp.height;
   check_size(shown);
+  warper_.reset();
+  if (warp.picture_width > 0) size_picture(warp.picture_width, warp.picture_height);
   warper_.emplace(gl_, warp, options_.width, options_.height);
   size_image();
   check(gl_.GetError() == GL_NO_ERROR, "a warp loads without an OpenGL error");

@@ -208,6 +208,30 @@ std::vector<double> SettingsTable::numbers(std::string_view name, std::size_t n,
   return values;
 }
 
+std::vector<std::vector<double>> SettingsTable::rows(std::string_view name, std::size_t n,
+                                                     const NumberRange& range) const
+{
+  const auto wrong = [&] {
+    refuse(name, found_at(*node_->table, name),
+           "a list of rows of " + std::to_string(n) + " numbers " + range_text(range));
+  };
+  const toml::node* node = node_->table->get(name);
+  const toml::array* list = node != nullptr ? node->as_array() : nullptr;
+  if (list == nullptr || list->empty()) wrong();
+  std::vector<std::vector<double>> rows;
+  for (const toml::node& item : *list) {
+    const toml::array* row = item.as_array();
+    if (row == nullptr || row->size() != n) wrong();
+    std::vector<double>& values = rows.emplace_back();
+    for (const toml::node& number : *row) {
+      const std::optional<double> value = number.value<double>();
+      if (!value || !(*value >= range.least && *value <= range.most)) wrong();
+      values.push_back(*value);
+    }
+  }
+  return rows;
+}
+
 std::vector<std::string> SettingsTable::texts(std::string_view name) const
 {
   const auto wrong = [&] { refuse(name, found_at(*node_->table, name), "a list of texts in quotes"); };

@@ -44,6 +44,8 @@ class SettingsTable {
   std::size_t word(std::string_view name, const std::vector<std::string>& words) const;
   /// As many numbers as `n`.
   std::vector<double> numbers(std::string_view name, std::size_t n, const NumberRange& range) const;
+  /// A list of rows of `n` numbers each; at least one row.
+  std::vector<std::vector<double>> rows(std::string_view name, std::size_t n, const NumberRange& range) const;
   std::vector<std::string> texts(std::string_view name) const;
 
   SettingsTable table(std::string_view name) const;

@@ -5,6 +5,7 @@
 #include "core/error.hpp"
 #include "settings/settings_table.hpp"
 #include "setup/parameters.hpp"
+#include "setup/simulation_settings.hpp"
 
 namespace vrda {
 namespace {
@@ -163,6 +164,7 @@ BenchFile bench_in(const SettingsTable& root)
   bench.tracker = tracker_of(root);
   add_bodies(root, bench);
   if (root.has("board")) bench.board = board_of(root.table("board"), bench);
+  bench.simulation = simulation_of(root, bench);
   return bench;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "devices/devices.hpp"
+#include "simulation/script.hpp"
 #include "stereo/layout.hpp"
 
 namespace vrda {
@@ -59,7 +60,8 @@ struct BenchFile {
   double stage_mm_per_count = 0.005;
   std::string potentiometer;  ///< the parameter it drives, "selected": the one keys select; empty: none
   FilterSettings filter;
-  double prediction_ms = 0.0;  ///< how far ahead tracked bodies are predicted at first; 0: not
+  SimulationScript simulation;  ///< what `vrda-player simulate` plays; bodies and tools as above
+  double prediction_ms = 0.0;   ///< how far ahead tracked bodies are predicted at first; 0: not
 };
 
 /// Reads a TOML file as schemas/bench.md describes it. Throws InputError naming file and key.

@@ -40,6 +40,8 @@ StereoPlan stereo_plan(const EyePair& eyes, int display_width, int display_heigh
     plan.width += size.x();
     plan.height = std::max(plan.height, size.y());
   }
+  plan.warp.picture_width = plan.width;
+  plan.warp.picture_height = plan.height;
   plan.warp.width = display_width;
   plan.warp.height = display_height;
   for (std::size_t k = 0; k < both.size(); ++k) {

@@ -1,0 +1,56 @@
+/// Shows the pictures of a bench, one after the other, wherever they go.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "app/bench_screen.hpp"
+#include "app/bench_setup.hpp"
+#include "app/show.hpp"
+#include "app/video_file.hpp"
+#include "recording/recording.hpp"
+
+namespace vrda {
+
+/// What pressed keys ask of the loop.
+struct BenchWishes {
+  bool quits = false, zeroes_stage = false, writes_calibration = false, takes_picture = false;
+};
+
+/// Keys first, then samples: the same for a live round and its record.
+BenchWishes take(BenchState& state, PanelContent& panel, std::span<const KeyPress> keys,
+                 std::span<const Sample> samples);
+
+class BenchShow {
+ public:
+  BenchShow(const BenchOptions& options, const BenchSetup& setup);
+
+  BenchScreen& screen() { return *screen_; }
+  PanelContent& panel() { return panel_; }
+
+  /// Draws picture `number` of the run; to files too where they are wanted. A calibration that cannot be
+  /// drawn for is put back and told on the panel.
+  void show(BenchState& state, const BenchFrame& frame, std::uint64_t number);
+  /// The last picture again, into a new file of the current folder.
+  void save(BenchState& state, const BenchFrame& frame);
+  /// Ends the film.
+  void finish();
+  /// Shown for some seconds.
+  void tell(const std::string& message, double now_s);
+  void forget_message(double now_s);
+
+ private:
+  bool is_written(std::uint64_t number) const;
+  void follow_calibration(BenchState& state);
+
+  const BenchOptions& options_;
+  std::string calibration_path_;
+  BenchView view_;
+  std::unique_ptr<BenchScreen> screen_;
+  PanelContent panel_;
+  Calibration drawn_;  ///< the last that could be
+  std::optional<VideoFile> video_;
+  double message_until_s_ = 0.0;
+};
+
+}  // namespace vrda

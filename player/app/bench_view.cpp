@@ -1,0 +1,72 @@
+#include "app/bench_view.hpp"
+
+namespace vrda {
+namespace {
+
+bool is_same(const Viewport& a, const Viewport& b)
+{
+  return a.x == b.x && a.y == b.y && a.width == b.width && a.height == b.height;
+}
+
+bool is_same(const Distortion& a, const Distortion& b)
+{
+  return a.k1 == b.k1 && a.k2 == b.k2 && a.centre_px == b.centre_px && a.unit_px == b.unit_px &&
+         a.pixel_aspect == b.pixel_aspect;
+}
+
+/// Whether both have the same warp: where the eye is makes no difference to it.
+bool has_same_warp(const Eye& a, const Eye& b)
+{
+  return is_same(a.visible, b.visible) && is_same(a.distortion, b.distortion);
+}
+
+bool has_same_numbers(const Eye& a, const Eye& b)
+{
+  return has_same_warp(a, b) && a.distance_px == b.distance_px && a.pixel_aspect == b.pixel_aspect &&
+         a.sight_px == b.sight_px && a.position_head_mm == b.position_head_mm;
+}
+
+}  // namespace
+
+BenchView::BenchView(const MotionModel& model, const BenchFile& bench, const Calibration& calibration,
+                     const LookOptions& look)
+    : display_(bench.display),
+      scene_(scene_of(model.reference, model.moving, Eigen::Vector3d::Zero())),
+      eyes_(calibration.eyes),
+      plan_(stereo_plan(calibration.eyes, bench.display.width, bench.display.height, bench.path)),
+      panel_(bench)
+{
+  scene_.background = background_of(Backdrop::black);  // black is transparent on the display
+  dress(scene_, look);
+}
+
+void BenchView::load_into(Renderer& renderer) const
+{
+  renderer.load(scene_);
+  renderer.load(panel_.font());
+  renderer.load(plan_.warp);
+}
+
+void BenchView::place(const BenchFrame& frame, const Calibration& calibration)
+{
+  JointFrames frames;
+  frames.X_world_reference = frame.X_tracker_reference;
+  frames.X_world_delta = frame.X_tracker_moving;
+  vrda::place(scene_, frames);
+  shots_ = shots_of(plan_, calibration.eyes, frame.X_tracker_eyes, scene_);
+}
+
+bool BenchView::take(const Calibration& calibration, const std::string& path)
+{
+  const bool is_left_same = has_same_numbers(eyes_.left, calibration.eyes.left);
+  const bool is_right_same = has_same_numbers(eyes_.right, calibration.eyes.right);
+  if (is_left_same && is_right_same) return false;
+  StereoPlan plan = stereo_plan(calibration.eyes, display_.width, display_.height, path);
+  const bool has_new_warp = !has_same_warp(eyes_.left, calibration.eyes.left) ||
+                            !has_same_warp(eyes_.right, calibration.eyes.right);
+  eyes_ = calibration.eyes;
+  plan_ = std::move(plan);
+  return has_new_warp;
+}
+
+}  // namespace vrda

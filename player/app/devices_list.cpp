@@ -1,0 +1,144 @@
+// The mode `devices`.
+#include <chrono>
+#include <cmath>
+#include <ostream>
+#include <thread>
+#include <vector>
+
+#include "app/bench_run.hpp"
+#include "app/stop_signals.hpp"
+#include "core/number_text.hpp"
+#include "setup/bench_file.hpp"
+
+namespace vrda {
+namespace {
+
+std::string rounded(double value, double grain)
+{
+  return shortest(std::round(value / grain) * grain);
+}
+
+/// The last of each input; nothing where it never came.
+struct LastValues {
+  std::vector<std::optional<Sample>> tools;
+  std::optional<Sample> potentiometer, stage;
+
+  void take(const Sample& sample)
+  {
+    if (sample.kind == SampleKind::place && sample.source < tools.size()) tools[sample.source] = sample;
+    if (sample.kind == SampleKind::potentiometer) potentiometer = sample;
+    if (sample.kind == SampleKind::stage) stage = sample;
+  }
+};
+
+const char* name_of(SeenState state)
+{
+  constexpr std::array<const char*, 4> names{"seen", "missing", "stale", "not a place"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+std::string place_text(const Place& place)
+{
+  std::string text;
+  for (const double v : place.position_mm) text += (text.empty() ? "" : ", ") + rounded(v, 0.01);
+  return text;
+}
+
+void write_report(std::ostream& out, const std::string& name, const DeviceReport& report)
+{
+  out << name << "  " << report.peer << "  " << (report.link == LinkState::up ? "answers" : "does not answer")
+      << "  " << rounded(report.rate_hz, 0.1) << " samples a second";
+  if (report.n_refused > 0) out << "  " << report.n_refused << " refused";
+  if (!report.trouble.empty()) out << "  (" << report.trouble << ")";
+  out << "\n";
+}
+
+void write_table(std::ostream& out, const BenchFile& bench, const Devices& devices, const LastValues& values)
+{
+  write_report(out, "tracker", devices.report(DeviceId::tracker));
+  for (std::size_t k = 0; k < values.tools.size(); ++k) {
+    out << "  " << bench.tracker->tools[k] << "  ";
+    if (!values.tools[k]) {
+      out << "nothing yet\n";
+      continue;
+    }
+    const auto state = static_cast<SeenState>(values.tools[k]->state);
+    out << name_of(state);
+    if (state == SeenState::seen) out << "  " << place_text(values.tools[k]->place) << " mm";
+    out << "\n";
+  }
+  if (!bench.board) return;
+  write_report(out, "board", devices.report(DeviceId::board));
+  if (values.potentiometer) out << "  potentiometer  " << values.potentiometer->count << " of 1023\n";
+  if (values.stage) {
+    out << "  stage  " << rounded(bench.stage_mm_per_count * values.stage->count, 0.001) << " mm"
+        << ((values.stage->state & stage_zeroed) != 0 ? "" : ", never zeroed") << "\n";
+  }
+}
+
+/// Quotes and backslashes of names; control characters are refused when the bench file is read.
+std::string json_text(const std::string& text)
+{
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  return quoted + "\"";
+}
+
+std::string json_of(const DeviceReport& report)
+{
+  return "\"peer\": " + json_text(report.peer) +
+         ", \"answers\": " + (report.link == LinkState::up ? "true" : "false") +
+         ", \"rate_hz\": " + rounded(report.rate_hz, 0.01) +
+         ", \"samples\": " + std::to_string(report.n_samples) +
+         ", \"refused\": " + std::to_string(report.n_refused) +
+         ", \"lost\": " + std::to_string(report.n_lost) + ", \"trouble\": " + json_text(report.trouble);
+}
+
+void write_json(std::ostream& out, const BenchFile& bench, const Devices& devices, const LastValues& values)
+{
+  out << "{\"tracker\": {" << json_of(devices.report(DeviceId::tracker)) << ", \"tools\": [";
+  for (std::size_t k = 0; k < values.tools.size(); ++k) {
+    out << (k == 0 ? "" : ", ") << "{\"name\": " << json_text(bench.tracker->tools[k]) << ", \"state\": ";
+    if (!values.tools[k]) {
+      out << "null}";
+      continue;
+    }
+    out << "\"" << name_of(static_cast<SeenState>(values.tools[k]->state)) << "\", \"position_mm\": ["
+        << place_text(values.tools[k]->place) << "]}";
+  }
+  out << "]}";
+  if (bench.board) {
+    out << ", \"board\": {" << json_of(devices.report(DeviceId::board)) << ", \"potentiometer\": "
+        << (values.potentiometer ? std::to_string(values.potentiometer->count) : "null") << ", \"stage_mm\": "
+        << (values.stage ? rounded(bench.stage_mm_per_count * values.stage->count, 0.001) : "null") << "}";
+  }
+  out << "}\n";
+}
+
+}  // namespace
+
+int list_devices(const DevicesOptions& options, const ShowStreams& streams)
+{
+  const BenchFile bench = read_bench_file(options.bench);
+  StopSignals stop;
+  Devices devices(bench.tracker, bench.board);
+  LastValues values;
+  if (bench.tracker) values.tools.resize(bench.tracker->tools.size());
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.seconds);
+  while (std::chrono::steady_clock::now() < end && !stop.came_within(std::chrono::milliseconds(5))) {
+    for (Sample sample; devices.take(sample);) values.take(sample);
+  }
+  if (options.has_json) {
+    write_json(streams.data, bench, devices, values);
+  } else {
+    write_table(streams.data, bench, devices, values);
+  }
+  const auto is_silent = [&](DeviceId device) { return devices.report(device).link != LinkState::up; };
+  return (bench.tracker && is_silent(DeviceId::tracker) ? 1 : 0) +
+         (bench.board && is_silent(DeviceId::board) ? 1 : 0);
+}
+
+}  // namespace vrda

@@ -1,0 +1,28 @@
+/// The mode `simulate`.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/show.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace vrda {
+
+struct SimulateOptions {
+  std::string bench;
+  std::string model;  ///< motion model that theta and the tibia's place come from; empty: none
+  std::string address = "127.0.0.1";
+  std::optional<double> seconds;  ///< until Ctrl-C without
+  bool is_quiet = false;
+};
+
+CLI::App* add_simulate(CLI::App& app, SimulateOptions& options);
+
+/// Stands in for the bench's tracker and board, as its [simulation] says. Throws InputError.
+void simulate(const SimulateOptions& options, const ShowStreams& streams);
+
+}  // namespace vrda

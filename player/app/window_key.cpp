@@ -1,0 +1,41 @@
+#include "app/window_key.hpp"
+
+#include "render/window.hpp"
+
+namespace vrda {
+
+Key key_of_window(int key)
+{
+  constexpr int keypad_minus = 333, keypad_plus = 334, last_f = key_f1 + 5, f11 = key_f1 + 10;
+  if (key >= key_f1 && key <= last_f) return static_cast<Key>(static_cast<int>(Key::f1) + key - key_f1);
+  switch (key) {
+    case key_escape:
+      return Key::escape;
+    case key_up:
+      return Key::up;
+    case key_down:
+      return Key::down;
+    case key_left:
+      return Key::left;
+    case key_right:
+      return Key::right;
+    case key_page_up:
+      return Key::page_up;
+    case key_page_down:
+      return Key::page_down;
+    case key_home:
+      return Key::home;
+    case key_end:
+      return Key::end;
+    case f11:
+      return Key::f11;
+    case keypad_minus:
+      return key_of('-');
+    case keypad_plus:
+      return key_of('+');
+    default:
+      return key > ' ' - 1 && key < 127 ? static_cast<Key>(key) : Key::none;
+  }
+}
+
+}  // namespace vrda

@@ -1,0 +1,202 @@
+#include "bench/bench_panel.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "bench/controls.hpp"
+#include "core/number_text.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double text_px = 15.0;
+constexpr float margin_px = 12.0F;
+constexpr int least_width_px = 320, least_height_px = 400;
+constexpr VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
+    amber{255, 176, 46, 255}, green{96, 200, 120, 255};
+
+std::string tenths(double value)
+{
+  return shortest(std::round(value * 10.0) / 10.0);
+}
+
+const char* why(SeenState state)
+{
+  switch (state) {
+    case SeenState::missing:
+      return "hidden";
+    case SeenState::stale:
+      return "silent";
+    case SeenState::not_a_place:
+      return "not a place";
+    case SeenState::seen:
+      break;
+  }
+  return "seen";
+}
+
+const char* name_of(LinkState state)
+{
+  constexpr std::array<const char*, 3> names{"closed", "opening", "up"};
+  return names[static_cast<std::size_t>(state)];
+}
+
+OverlayBox box_of(const Viewport& v)
+{
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.x + v.width),
+          static_cast<float>(v.y + v.height)};
+}
+
+std::string device_text(const std::string& name, const DeviceReport& report)
+{
+  std::string text = name + " " + report.peer + ": " + name_of(report.link);
+  if (report.link == LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
+  if (!report.trouble.empty()) text += ", " + report.trouble;
+  return text;
+}
+
+}  // namespace
+
+std::optional<Viewport> operators_area(const DisplaySettings& display)
+{
+  const Viewport &l = display.windows.left, &r = display.windows.right;
+  const std::array<Viewport, 2> strips{
+      Viewport{0, 0, std::min(l.x, r.x), display.height},
+      Viewport{std::max(l.x + l.width, r.x + r.width), 0,
+               display.width - std::max(l.x + l.width, r.x + r.width), display.height}};
+  const Viewport& widest = strips[0].width >= strips[1].width ? strips[0] : strips[1];
+  if (widest.width < least_width_px || widest.height < least_height_px) return std::nullopt;
+  return widest;
+}
+
+std::string mark_text(const std::string& name, const InputMark& mark)
+{
+  if (!mark.is_used || mark.is_live) return {};
+  if (!mark.was_seen) return name + " not seen yet";
+  return name + " " + why(mark.state) + " for " + tenths(mark.age_s) + " s";
+}
+
+BenchPanel::BenchPanel(const BenchFile& bench) : text_(text_px), display_(bench.display) {}
+
+const Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
+                                 const PanelContent& content)
+{
+  empty_overlay(overlay_, display_.width, display_.height);
+  const EyePair& eyes = state.values().calibration.eyes;
+  const std::optional<Viewport> area = operators_area(display_);
+  if (content.has_panel || content.has_help) {
+    if (area) {
+      text_.add_area(overlay_, box_of(*area), paper);
+      add_panel(*area, state, frame, content);
+    } else {
+      add_panel(eyes.left.visible, state, frame, content);
+    }
+  }
+  add_marks(eyes.left.visible, frame);
+  add_marks(eyes.right.visible, frame);
+  close_overlay(overlay_);
+  return overlay_;
+}
+
+void BenchPanel::add_marks(const Viewport& visible, const BenchFrame& frame)
+{
+  float bottom_px = static_cast<float>(visible.y + visible.height) - margin_px - text_.line_px();
+  const auto add = [&](const std::string& name, const InputMark& mark) {
+    const std::string words = mark_text(name, mark);
+    if (words.empty()) return;
+    const float left_px =
+        static_cast<float>(visible.x) + 0.5F * (static_cast<float>(visible.width) - text_.width_px(words));
+    text_.add_words(overlay_, left_px, bottom_px, words, amber);
+    bottom_px -= text_.line_px();
+  };
+  for (std::size_t role = 0; role < n_body_roles; ++role)
+    add(name_of(static_cast<BodyRole>(role)), frame.bodies[role]);
+  add("stage", frame.stage);
+  add("potentiometer", frame.potentiometer);
+}
+
+void BenchPanel::add_line(const Viewport& area, float& top_px, const std::string& words,
+                          const VertexColour& colour)
+{
+  std::string fitting = words;
+  const float width_px = static_cast<float>(area.width) - 2.0F * margin_px;
+  while (fitting.size() > 3 && text_.width_px(fitting) > width_px) {
+    fitting.resize(fitting.size() - 1);
+    fitting.back() = '.';
+  }
+  text_.add_words(overlay_, static_cast<float>(area.x) + margin_px, top_px, fitting, colour);
+  top_px += text_.line_px();
+}
+
+void BenchPanel::add_panel(const Viewport& area, const BenchState& state, const BenchFrame& frame,
+                           const PanelContent& content)
+{
+  float top_px = static_cast<float>(area.y) + margin_px;
+  const auto line = [&](const std::string& words, const VertexColour& colour = ink) {
+    add_line(area, top_px, words, colour);
+  };
+  if (content.has_help) {
+    for (const HelpLine& help : bench_key_lines())
+      line(std::string(help.keys) + ": " + std::string(help.does));
+    return;
+  }
+  line(state.bench().title, faint);
+  line("> " + parameter_text(state, state.selected()), green);
+  const Attitude& at = frame.pose.attitude;
+  line("flexion " + tenths(deg_from_rad(at.flexion_rad)) + ", varus " + tenths(deg_from_rad(at.varus_rad)) +
+       ", theta " + tenths(deg_from_rad(frame.pose.theta_rad)) + " deg");
+  if (frame.stage.is_used)
+    line("stage " + tenths(frame.stage_mm) + " mm" + (frame.is_stage_zeroed ? "" : ", never zeroed"),
+         frame.is_stage_zeroed ? ink : amber);
+  line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +
+       tenths(state.values().prediction_ms) + " ms");
+  line(device_text("tracker", content.tracker), content.tracker.link == LinkState::up ? ink : amber);
+  if (content.has_board)
+    line(device_text("board", content.board), content.board.link == LinkState::up ? ink : amber);
+  if (!content.message.empty()) line(content.message, green);
+  if (content.timing == nullptr) return;
+  const BenchTiming& t = *content.timing;
+  const double interval_ms = t.interval.mean_ms();
+  line(tenths(interval_ms > 0.0 ? 1000.0 / interval_ms : 0.0) + " pictures a second", faint);
+  line("sample to picture: " + tenths(t.latency.percentile_ms(0.5)) + " ms median, " +
+           tenths(t.latency.percentile_ms(0.99)) + " ms 99 of 100",
+       faint);
+  line(std::to_string(t.n_missed) + " samples missed, " + std::to_string(t.n_late) + " late, " +
+           std::to_string(t.n_lost) + " lost",
+       faint);
+  add_histogram(area, top_px + margin_px, t.latency);
+}
+
+void BenchPanel::add_histogram(const Viewport& area, float top_px, const TimeHistogram& times)
+{
+  constexpr std::size_t n_bars = 50, bins_a_bar = 4;  // 1 ms each
+  constexpr float height_px = 90.0F;
+  std::array<std::uint64_t, n_bars> bars{};
+  for (std::size_t k = 0; k < TimeHistogram::n_bins; ++k)
+    bars[std::min(k / bins_a_bar, n_bars - 1)] += times.bins()[k];
+  const std::uint64_t most = std::max<std::uint64_t>(1, *std::max_element(bars.begin(), bars.end()));
+  const float left_px = static_cast<float>(area.x) + margin_px;
+  const float bar_px = (static_cast<float>(area.width) - 2.0F * margin_px) / static_cast<float>(n_bars);
+  const float base_px = top_px + height_px;
+  for (std::size_t k = 0; k < n_bars; ++k) {
+    const float share = static_cast<float>(bars[k]) / static_cast<float>(most);
+    const float x = left_px + bar_px * static_cast<float>(k);
+    // What is there at all is seen.
+    const float tall_px = bars[k] == 0 ? 0.0F : std::max(1.0F, height_px * share);
+    text_.add_area(overlay_, {x, base_px - tall_px, x + bar_px - 1.0F, base_px}, k < 33 ? green : amber);
+  }
+  text_.add_area(overlay_, {left_px, base_px, left_px + bar_px * static_cast<float>(n_bars), base_px + 1.0F},
+                 faint);
+  for (const int ms : {0, 10, 20, 30, 40, 50}) {
+    const std::string words = std::to_string(ms);
+    const float x = left_px + bar_px * static_cast<float>(ms);
+    text_.add_words(overlay_,
+                    std::min(x, left_px + bar_px * static_cast<float>(n_bars) - text_.width_px(words)),
+                    base_px + 2.0F, words, faint);
+  }
+  text_.add_words(overlay_, left_px, base_px + 2.0F + text_.line_px(), "ms from sample to picture", faint);
+}
+
+}  // namespace vrda

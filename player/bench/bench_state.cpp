@@ -1,0 +1,260 @@
+#include "bench/bench_state.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double s_of_ns = 1e-9;
+constexpr double most_count = 1023.0;
+/// Of the potentiometer's travel: relative parameters move by so many of their steps.
+constexpr double steps_a_turn = 200.0;
+/// Counts: still within the converter's last bit, quick when turned.
+constexpr OneEuroOptions potentiometer_options{1.0, 0.05, 2.0};
+
+double seconds(std::int64_t ns)
+{
+  return static_cast<double>(ns) * s_of_ns;
+}
+
+bool is_angle_of_leg(std::size_t parameter)
+{
+  const std::string& name = parameters()[parameter].name;
+  return name == "flexion" || name == "varus";
+}
+
+OneEuroOptions angle_filter(const FilterSettings& settings)
+{
+  // Hz for each degree a second; the filter wants it for each radian a second.
+  return {settings.least_cutoff_hz, settings.slope * deg_from_rad(1.0), default_angle_filter.speed_cutoff_hz};
+}
+
+}  // namespace
+
+bool is_live(const BenchFrame& frame)
+{
+  const auto is_fine = [](const InputMark& mark) { return !mark.is_used || mark.is_live; };
+  return std::all_of(frame.bodies.begin(), frame.bodies.end(), is_fine) && is_fine(frame.stage) &&
+         is_fine(frame.potentiometer);
+}
+
+BenchState::BenchState(const BenchFile& bench, const Calibration& calibration, const Motion& motion,
+                       const SolverFrame& frame)
+    : bench_(bench),
+      motion_(motion),
+      frame_of_model_(frame),
+      potentiometer_filter_(potentiometer_options),
+      is_filtered_(bench.filter.is_on),
+      filter_(angle_filter(bench.filter))
+{
+  values_.calibration = calibration;
+  values_.prediction_ms = bench.prediction_ms;
+  values_.flexion_deg = deg_from_rad(motion.first_flexion_rad());
+  values_.varus_deg = deg_from_rad(motion.balanced_varus_rad(motion.first_flexion_rad()));
+  std::size_t first_tool = 0;
+  // In the order of wanted_roles(): the tracker's tools are listed so.
+  for (std::size_t role = 0; role < n_body_roles; ++role) {
+    if (!bench.bodies[role]) continue;
+    trackers_[role].emplace(*bench.bodies[role], first_tool);
+    first_tool += bench.bodies[role]->tool.empty() ? bench.bodies[role]->markers.size() : 1;
+  }
+  if (!bench.potentiometer.empty() && bench.potentiometer != "selected")
+    driven_ = parameter_named(bench.potentiometer);
+  select(0);
+}
+
+BodyTracker* BenchState::body(BodyRole role)
+{
+  std::optional<BodyTracker>& tracker = trackers_[static_cast<std::size_t>(role)];
+  return tracker ? &*tracker : nullptr;
+}
+
+void BenchState::select(std::size_t parameter)
+{
+  check(parameter < parameters().size(), "a parameter that is selected is one of the list");
+  selected_ = parameter;
+  potentiometer_was_.reset();
+  if (potentiometer_.was_seen) potentiometer_was_ = potentiometer_count_;
+  selected_value_was_ = value_of(values_, parameter);
+}
+
+void BenchState::take(const Sample& sample)
+{
+  switch (sample.kind) {
+    case SampleKind::place:
+      take_place(sample);
+      break;
+    case SampleKind::potentiometer:
+      take_potentiometer(sample);
+      break;
+    case SampleKind::stage:
+      stage_ = {true, true, seconds(sample.arrival_ns), sample.count, sample.state};
+      break;
+    case SampleKind::link:
+      take_link(sample);
+      break;
+  }
+}
+
+void BenchState::take_place(const Sample& sample)
+{
+  const bool is_seen = static_cast<SeenState>(sample.state) == SeenState::seen;
+  const double time_s =
+      is_seen ? tracker_clock_.time_s(sample.device_ns, sample.arrival_ns) : seconds(sample.arrival_ns);
+  for (std::optional<BodyTracker>& tracker : trackers_) {
+    if (tracker && tracker->has_tool(sample.source)) tracker->take(sample, time_s);
+  }
+  if (!is_seen) return;
+  newest_arrival_ns_ = sample.arrival_ns;
+  ++n_samples_;
+}
+
+void BenchState::take_link(const Sample& sample)
+{
+  if (static_cast<LinkState>(sample.state) == LinkState::up) return;
+  if (static_cast<DeviceId>(sample.source) == DeviceId::tracker) {
+    for (std::optional<BodyTracker>& tracker : trackers_) {
+      if (tracker) tracker->lose();
+    }
+  } else {
+    stage_.is_live = potentiometer_.is_live = false;
+  }
+}
+
+void BenchState::take_potentiometer(const Sample& sample)
+{
+  const double time_s = seconds(sample.arrival_ns);
+  potentiometer_ = {true, true, time_s, sample.count, 0};
+  potentiometer_count_ = potentiometer_filter_.filtered(sample.count, time_s);
+  const std::size_t parameter = driven_.value_or(selected_);
+  const Parameter& facts = parameters()[parameter];
+  if (is_angle_of_leg(parameter)) {
+    const double share = std::clamp(potentiometer_count_ / most_count, 0.0, 1.0);
+    const double least = least_of(parameter), most = most_of(parameter);
+    set_value(values_, parameter, least + share * (most - least));
+    return;
+  }
+  if (!potentiometer_was_) potentiometer_was_ = potentiometer_count_;
+  const double steps = (potentiometer_count_ - *potentiometer_was_) / most_count * steps_a_turn;
+  // Whole steps: what is not touched stays as it is.
+  set_value(values_, parameter, selected_value_was_ + std::round(steps) * facts.step);
+}
+
+double BenchState::least_of(std::size_t parameter) const
+{
+  const bool is_flexion = parameters()[parameter].name == "flexion";
+  return deg_from_rad(is_flexion ? motion_.first_flexion_rad() : motion_.first_varus_rad());
+}
+
+double BenchState::most_of(std::size_t parameter) const
+{
+  const bool is_flexion = parameters()[parameter].name == "flexion";
+  return deg_from_rad(is_flexion ? motion_.last_flexion_rad() : motion_.last_varus_rad());
+}
+
+void BenchState::settle()
+{
+  bool is_leg_new = false;
+  for (std::size_t role = 0; role < n_body_roles; ++role) {
+    const bool is_new = trackers_[role] && trackers_[role]->settle();
+    is_leg_new = is_leg_new || (is_new && static_cast<BodyRole>(role) != BodyRole::head);
+  }
+  if (is_leg_new && bench_.leg == LegKind::two_bodies) update_leg();
+}
+
+void BenchState::update_leg()
+{
+  const BodyTracker& femur = *body(BodyRole::femur);
+  const BodyTracker& tibia = *body(BodyRole::tibia);
+  if (!femur.is_live() || !tibia.is_live()) return;
+  const double time_s = std::max(femur.seen_s(), tibia.seen_s());
+  LegBodies bodies;
+  bodies.X_thigh_femur = pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(BodyRole::femur)]);
+  bodies.X_shank_tibia = pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(BodyRole::tibia)]);
+  const LegAngles raw =
+      leg_angles(X_femur_tibia(bodies, femur.at(time_s), tibia.at(time_s)), frame_of_model_);
+  // What was long hidden begins anew.
+  constexpr double longest_gap_s = 0.25;
+  if (angles_ && time_s - angles_->time_s > longest_gap_s) {
+    filter_.start_over();
+    angles_predictor_.start_over();
+  }
+  angles_ = TimedAngles{time_s, is_filtered_ ? filter_.filtered(raw, time_s) : raw};
+  angles_predictor_.add(*angles_);
+}
+
+double BenchState::stage_mm() const
+{
+  return bench_.stage_mm_per_count * static_cast<double>(stage_.count);
+}
+
+Pose BenchState::X_tracker_eyes(double time_s) const
+{
+  const Calibration& c = values_.calibration;
+  if (bench_.head == HeadKind::tracker) {
+    const BodyTracker& head = *trackers_[static_cast<std::size_t>(BodyRole::head)];
+    // Before it was ever seen: where the eyes would be on the table.
+    if (head.was_seen()) return head.at(time_s) * pose_of(c.X_headbody_eyes);
+  }
+  Pose X_table_eyes = pose_of(c.X_table_eyes);
+  X_table_eyes.translation() += stage_mm() * c.stage_direction_table;
+  return pose_of(c.X_tracker_table) * X_table_eyes;
+}
+
+void BenchState::place_model(double time_s)
+{
+  const bool is_rigid = bench_.leg == LegKind::rigid;
+  Attitude attitude{rad_from_deg(values_.flexion_deg), rad_from_deg(values_.varus_deg)};
+  if (!is_rigid) {
+    const bool is_live = body(BodyRole::femur)->is_live() && body(BodyRole::tibia)->is_live();
+    if (angles_) attitude = attitude_of(is_live ? angles_predictor_.at(time_s) : angles_->angles);
+  }
+  const JointPose pose = motion_.at(attitude);
+  // A cell without an answer: the last pose that has one stays.
+  if (pose.status == PoseStatus::solved || shown_.pose.status != PoseStatus::solved) shown_.pose = pose;
+  const BodyRole role = is_rigid ? BodyRole::leg : BodyRole::femur;
+  shown_.X_tracker_reference =
+      body(role)->at(time_s) * pose_of(values_.calibration.X_body_model[static_cast<std::size_t>(role)]);
+  shown_.X_tracker_moving = shown_.X_tracker_reference * shown_.pose.X_reference_moving;
+}
+
+InputMark BenchState::mark_of(const BodyTracker& tracker, double now_s) const
+{
+  return {true, tracker.is_live(), tracker.was_seen(),
+          tracker.was_seen() ? std::max(0.0, now_s - tracker.seen_s()) : 0.0, tracker.state()};
+}
+
+InputMark BenchState::mark_of(const BoardInput& input, double now_s) const
+{
+  return {true, input.is_live, input.was_seen, input.was_seen ? std::max(0.0, now_s - input.time_s) : 0.0,
+          input.is_live ? SeenState::seen : SeenState::stale};
+}
+
+const BenchFrame& BenchState::frame(std::int64_t now_ns)
+{
+  settle();
+  const double now_s = seconds(now_ns);
+  // Without prediction the newest places are shown as they are, not carried on to now.
+  const bool is_predicted = values_.prediction_ms > 0.0;
+  const double time_s = is_predicted ? now_s + values_.prediction_ms / 1000.0 : 0.0;
+  place_model(time_s);
+  shown_.X_tracker_eyes = X_tracker_eyes(time_s);
+  for (std::size_t role = 0; role < n_body_roles; ++role) {
+    shown_.bodies[role] = trackers_[role] ? mark_of(*trackers_[role], now_s) : InputMark{};
+  }
+  shown_.stage = bench_.board && bench_.board->has_stage ? mark_of(stage_, now_s) : InputMark{};
+  shown_.potentiometer =
+      bench_.board && bench_.board->has_potentiometer ? mark_of(potentiometer_, now_s) : InputMark{};
+  shown_.stage_mm = stage_mm();
+  shown_.is_stage_zeroed = (stage_.flags & stage_zeroed) != 0;
+  shown_.newest_arrival_ns = n_samples_ > 0 ? newest_arrival_ns_ : 0;
+  shown_.n_samples = n_samples_;
+  n_samples_ = 0;
+  return shown_;
+}
+
+}  // namespace vrda

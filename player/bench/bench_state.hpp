@@ -1,0 +1,110 @@
+/// What the bench shows, from what its devices said: no clock, no device, so that a recording replays
+/// exactly.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "bench/body_tracker.hpp"
+#include "bench/clock_map.hpp"
+#include "motion/poses.hpp"
+#include "setup/parameters.hpp"
+#include "tracking/one_euro.hpp"
+
+namespace vrda {
+
+/// How an input stands.
+struct InputMark {
+  bool is_used = false;
+  bool is_live = false;  ///< false: the last good value is shown
+  bool was_seen = false;
+  double age_s = 0.0;  ///< of what is shown
+  SeenState state = SeenState::missing;
+};
+
+/// One picture's worth.
+struct BenchFrame {
+  JointPose pose;  ///< of the motion model, at the leg's attitude
+  Pose X_tracker_reference = Pose::Identity();
+  Pose X_tracker_moving = Pose::Identity();
+  Pose X_tracker_eyes = Pose::Identity();
+  std::array<InputMark, n_body_roles> bodies;
+  InputMark stage, potentiometer;
+  double stage_mm = 0.0;
+  bool is_stage_zeroed = false;
+  std::int64_t newest_arrival_ns =
+      0;              ///< of the tracker's samples that came since the picture before; 0: none
+  int n_samples = 0;  ///< since the picture before
+};
+
+/// Whether what is shown is all live.
+bool is_live(const BenchFrame& frame);
+
+class BenchState {
+ public:
+  /// `motion` must outlive it; `frame` is the model's solver frame of the first flexion.
+  BenchState(const BenchFile& bench, const Calibration& calibration, const Motion& motion,
+             const SolverFrame& frame);
+
+  /// In the order of arrival. All samples of a message belong before the next frame().
+  void take(const Sample& sample);
+
+  /// What to show at `now_ns` of the samples' clock. Allocates nothing.
+  const BenchFrame& frame(std::int64_t now_ns);
+
+  BenchValues& values() { return values_; }
+  const BenchValues& values() const { return values_; }
+  /// The one that keys change, and a potentiometer that drives "selected".
+  std::size_t selected() const { return selected_; }
+  void select(std::size_t parameter);
+  void set_filter(bool is_on) { is_filtered_ = is_on; }
+  bool is_filtered() const { return is_filtered_; }
+  const BenchFile& bench() const { return bench_; }
+
+ private:
+  struct BoardInput {
+    bool is_live = false, was_seen = false;
+    double time_s = 0.0;
+    std::int32_t count = 0;
+    std::uint8_t flags = 0;
+  };
+  BodyTracker* body(BodyRole role);
+  void take_place(const Sample& sample);
+  void take_link(const Sample& sample);
+  void take_potentiometer(const Sample& sample);
+  void settle();
+  void update_leg();
+  double least_of(std::size_t parameter) const;
+  double most_of(std::size_t parameter) const;
+  Pose X_tracker_eyes(double time_s) const;
+  void place_model(double time_s);
+  InputMark mark_of(const BodyTracker& tracker, double now_s) const;
+  InputMark mark_of(const BoardInput& input, double now_s) const;
+  double stage_mm() const;
+
+  BenchFile bench_;
+  BenchValues values_;
+  const Motion& motion_;
+  SolverFrame frame_of_model_;
+  std::array<std::optional<BodyTracker>, n_body_roles> trackers_;
+  ClockMap tracker_clock_;
+  bool is_tracker_up_ = false;
+  BoardInput stage_, potentiometer_;
+  std::optional<std::size_t> driven_;  ///< by the potentiometer; nothing: the selected one
+  OneEuroFilter potentiometer_filter_;
+  double potentiometer_count_ = 0.0;         ///< filtered
+  std::optional<double> potentiometer_was_;  ///< where it stood when the parameter was selected
+  double selected_value_was_ = 0.0;
+  std::size_t selected_ = 0;
+  bool is_filtered_ = true;
+  OneEuroAngles filter_;
+  AnglesPredictor angles_predictor_;
+  std::optional<TimedAngles> angles_;  ///< of two bodies: filtered
+  std::int64_t newest_arrival_ns_ = 0;
+  int n_samples_ = 0;
+  BenchFrame shown_;
+};
+
+}  // namespace vrda

@@ -1,0 +1,81 @@
+#include "bench/body_tracker.hpp"
+
+#include <algorithm>
+#include <optional>
+
+namespace vrda {
+
+BodyTracker::BodyTracker(const BodySettings& settings, std::size_t first_tool)
+    : first_tool_(first_tool), has_markers_(settings.tool.empty())
+{
+  if (!has_markers_) return;
+  n_tools_ = settings.markers.size();
+  body_.markers_mm.resize(static_cast<Eigen::Index>(n_tools_), 3);
+  for (std::size_t k = 0; k < n_tools_; ++k)
+    body_.markers_mm.row(static_cast<Eigen::Index>(k)) = settings.markers_body_mm[k].transpose();
+  firing_.interval_s = settings.marker_interval_ms / 1000.0;
+  row_.resize(n_tools_);
+}
+
+void BodyTracker::take(const Sample& sample, double time_s)
+{
+  const auto state = static_cast<SeenState>(sample.state);
+  if (!has_markers_) {
+    state_ = state;
+    is_live_ = state == SeenState::seen;
+    if (is_live_) see({time_s, pose_of(sample.place)});
+    has_new_pose_ = has_new_pose_ || is_live_;
+    return;
+  }
+  std::optional<Eigen::Vector3d>& marker = row_[sample.source - first_tool_];
+  marker.reset();
+  if (state == SeenState::seen) marker = Eigen::Vector3d::Map(sample.place.position_mm);
+  // A marker's message may stamp the frame, or the marker's own firing; the frame is the earliest.
+  row_time_s_ = has_row_ ? std::min(row_time_s_, time_s) : time_s;
+  has_row_ = true;
+}
+
+bool BodyTracker::settle()
+{
+  if (has_markers_) return has_row_ && settle_markers();
+  const bool is_new = has_new_pose_;
+  has_new_pose_ = false;
+  return is_new;
+}
+
+bool BodyTracker::settle_markers()
+{
+  const std::optional<TimedPose> before = has_last_ ? std::optional<TimedPose>(last_) : std::nullopt;
+  fit_ = fit_fired(body_, row_, row_time_s_, before, firing_).fit;
+  has_row_ = false;
+  std::fill(row_.begin(), row_.end(), std::nullopt);
+  is_live_ = fit_.status == FitStatus::fitted;
+  state_ = is_live_
+               ? SeenState::seen
+               : (fit_.status == FitStatus::too_few_markers ? SeenState::missing : SeenState::not_a_place);
+  if (is_live_) see({row_time_s_, fit_.X_tracker_body});
+  return is_live_;
+}
+
+void BodyTracker::see(const TimedPose& pose)
+{
+  // What was long hidden has no velocity.
+  constexpr double longest_gap_s = 0.25;
+  if (has_last_ && pose.time_s - last_.time_s > longest_gap_s) predictor_.start_over();
+  predictor_.add(pose);
+  last_ = pose;
+  has_last_ = true;
+}
+
+void BodyTracker::lose()
+{
+  is_live_ = false;
+  state_ = SeenState::stale;
+}
+
+Pose BodyTracker::at(double time_s) const
+{
+  return is_live_ && predictor_.has_sample() ? predictor_.at(time_s) : last_.X;
+}
+
+}  // namespace vrda

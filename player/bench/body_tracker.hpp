@@ -1,0 +1,58 @@
+/// One tracked body: from samples of its tool, or of its markers, to where it stands.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "devices/sample.hpp"
+#include "setup/bench_file.hpp"
+#include "tracking/body_pose.hpp"
+#include "tracking/prediction.hpp"
+
+namespace vrda {
+
+class BodyTracker {
+ public:
+  /// The body's tools are those of the tracker from `first_tool` on, as BenchFile lists them.
+  BodyTracker(const BodySettings& settings, std::size_t first_tool);
+
+  bool has_tool(std::size_t tool) const { return tool >= first_tool_ && tool < first_tool_ + n_tools_; }
+  /// A sample of one of its tools, taken at `time_s` of our clock.
+  void take(const Sample& sample, double time_s);
+  /// Fits the markers taken since; true when there is a new pose. Wanted after all samples of a message.
+  bool settle();
+  /// The tracker is gone.
+  void lose();
+
+  bool was_seen() const { return predictor_.has_sample() || has_last_; }
+  bool is_live() const { return is_live_; }
+  SeenState state() const { return state_; }
+  /// When it was seen last, s of our clock.
+  double seen_s() const { return last_.time_s; }
+  /// Where it was seen last; identity when it never was.
+  const Pose& last() const { return last_.X; }
+  /// Where it is at `time_s` if it goes on as it did; a hidden body stays where it was seen last.
+  Pose at(double time_s) const;
+  /// Of the last fit of markers.
+  const PoseFit& fit() const { return fit_; }
+
+ private:
+  void see(const TimedPose& pose);
+  bool settle_markers();
+
+  std::size_t first_tool_ = 0, n_tools_ = 1;
+  bool has_markers_ = false;
+  RigidBody body_;
+  Firing firing_;
+  MarkerRow row_;  ///< since the last settle()
+  bool has_row_ = false;
+  double row_time_s_ = 0.0;
+  bool has_new_pose_ = false;  ///< of a tool
+  PoseFit fit_;
+  PlacePredictor predictor_;
+  TimedPose last_;
+  bool has_last_ = false, is_live_ = false;
+  SeenState state_ = SeenState::missing;
+};
+
+}  // namespace vrda

@@ -1,0 +1,84 @@
+#include "bench/recorded_motion.hpp"
+
+#include <cmath>
+#include <sstream>
+
+#include "bench/body_tracker.hpp"
+#include "bench/clock_map.hpp"
+#include "core/number_text.hpp"
+#include "core/units.hpp"
+
+namespace vrda {
+namespace {
+
+std::size_t first_tool_of(const BenchFile& bench, BodyRole role)
+{
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(role); ++k) {
+    if (bench.bodies[k]) first += bench.bodies[k]->tool.empty() ? bench.bodies[k]->markers.size() : 1;
+  }
+  return first;
+}
+
+std::string hundredths(double value)
+{
+  return shortest(std::round(value * 100.0) / 100.0);
+}
+
+}  // namespace
+
+std::vector<TimedPose> recorded_motion(const Recording& recording, const BenchFile& bench, BodyRole role)
+{
+  std::vector<TimedPose> motion;
+  const std::optional<BodySettings>& settings = bench.bodies[static_cast<std::size_t>(role)];
+  if (!settings) return motion;
+  BodyTracker tracker(*settings, first_tool_of(bench, role));
+  ClockMap clock;
+  std::int64_t message_ns = 0;
+  const auto settle = [&] {
+    if (!tracker.settle()) return;
+    if (motion.empty() || tracker.seen_s() > motion.back().time_s)
+      motion.push_back({tracker.seen_s(), tracker.last()});
+  };
+  for (const RecordedPicture& picture : recording.pictures) {
+    for (const Sample& sample : picture.samples) {
+      if (sample.kind != SampleKind::place || !tracker.has_tool(sample.source)) continue;
+      // What arrived at another moment came with another message.
+      if (sample.arrival_ns != message_ns) settle();
+      message_ns = sample.arrival_ns;
+      tracker.take(sample, clock.time_s(sample.device_ns, sample.arrival_ns));
+    }
+  }
+  settle();
+  return motion;
+}
+
+std::vector<BodyPrediction> recorded_predictions(const Recording& recording, const BenchFile& bench)
+{
+  std::vector<BodyPrediction> predictions;
+  for (std::size_t role = 0; role < n_body_roles; ++role) {
+    const std::vector<TimedPose> motion = recorded_motion(recording, bench, static_cast<BodyRole>(role));
+    if (motion.size() < 2) continue;
+    for (const double horizon_ms : {16.0, 33.0, 50.0}) {
+      predictions.push_back(
+          {static_cast<BodyRole>(role), horizon_ms, prediction_error(motion, horizon_ms / 1000.0)});
+    }
+  }
+  return predictions;
+}
+
+std::string prediction_text(const std::vector<BodyPrediction>& predictions)
+{
+  std::ostringstream text;
+  for (const BodyPrediction& p : predictions) {
+    const PredictionError &mm = p.error.shift_mm, &turn = p.error.turn_rad;
+    text << name_of(p.role) << " after " << shortest(p.horizon_ms) << " ms: held " << hundredths(mm.held.rms)
+         << " mm, " << hundredths(deg_from_rad(turn.held.rms)) << " deg; predicted "
+         << hundredths(mm.predicted.rms) << " mm, " << hundredths(deg_from_rad(turn.predicted.rms))
+         << " deg (root mean squares; 95 of 100 within " << hundredths(mm.predicted.percentile_95)
+         << " mm)\n";
+  }
+  return text.str();
+}
+
+}  // namespace vrda

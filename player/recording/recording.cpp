@@ -1,0 +1,219 @@
+#include "recording/recording.hpp"
+
+#include <sys/stat.h>
+
+#include <chrono>
+#include <cmath>
+#include <optional>
+
+#include "core/error.hpp"
+#include "journal/framed_file.hpp"
+#include "journal/little_endian.hpp"
+
+namespace vrda {
+namespace {
+
+/// A picture's samples take some hundred bytes; texts of bench and calibration some pages.
+constexpr FrameFormat format{"VRDABREC", 1, std::uint32_t{1} << 24, "picture"};
+constexpr const char* file_key = "bench recording";
+
+constexpr std::size_t key_bytes = 5, sample_bytes = 80;
+/// Hours at 60 pictures a second; a file beyond it is none of ours.
+constexpr std::int64_t most_file_bytes = std::int64_t{1} << 32;
+
+void append_i64(std::string& bytes, std::int64_t value)
+{
+  append_u32(bytes, static_cast<std::uint32_t>(value));
+  append_u32(bytes, static_cast<std::uint32_t>(static_cast<std::uint64_t>(value) >> 32));
+}
+
+void append_text(std::string& bytes, const std::string& text)
+{
+  append_u32(bytes, static_cast<std::uint32_t>(text.size()));
+  bytes += text;
+}
+
+void append_sample(std::string& bytes, const Sample& sample)
+{
+  append_i64(bytes, sample.arrival_ns);
+  append_i64(bytes, sample.device_ns);
+  for (const double v : sample.place.position_mm) append_double(bytes, v);
+  for (const double v : sample.place.rotation) append_double(bytes, v);
+  append_i32(bytes, sample.count);
+  bytes.push_back(static_cast<char>(sample.source & 0xFF));
+  bytes.push_back(static_cast<char>(sample.source >> 8));
+  append_i8(bytes, static_cast<std::int8_t>(sample.kind));
+  append_i8(bytes, static_cast<std::int8_t>(sample.state));
+}
+
+bool is_possible(const Sample& sample)
+{
+  switch (sample.kind) {
+    case SampleKind::place:
+      return sample.state <= static_cast<std::uint8_t>(SeenState::not_a_place);
+    case SampleKind::link:
+      return sample.state <= static_cast<std::uint8_t>(LinkState::up) &&
+             sample.source <= static_cast<std::uint16_t>(DeviceId::board);
+    case SampleKind::potentiometer:
+    case SampleKind::stage:
+      return true;
+  }
+  return false;
+}
+
+Sample take_sample(Cursor& cursor)
+{
+  Sample sample;
+  sample.arrival_ns = static_cast<std::int64_t>(cursor.take(8));
+  sample.device_ns = static_cast<std::int64_t>(cursor.take(8));
+  for (double& v : sample.place.position_mm) v = cursor.take_double();
+  for (double& v : sample.place.rotation) v = cursor.take_double();
+  for (const double v : sample.place.position_mm) {
+    if (!std::isfinite(v)) cursor.refuse();
+  }
+  double square = 0.0;
+  for (const double v : sample.place.rotation) square += v * v;
+  constexpr double unit_tolerance = 1e-6;
+  if (!(std::abs(square - 1.0) < unit_tolerance)) cursor.refuse();
+  sample.count = cursor.take_i32();
+  sample.source = static_cast<std::uint16_t>(cursor.take(2));
+  sample.kind = static_cast<SampleKind>(cursor.take(1));
+  sample.state = static_cast<std::uint8_t>(cursor.take(1));
+  if (!is_possible(sample)) cursor.refuse();
+  return sample;
+}
+
+KeyPress take_key(Cursor& cursor)
+{
+  KeyPress press;
+  press.key = static_cast<Key>(cursor.take_i32());
+  const std::uint64_t flags = cursor.take(1);
+  if (flags > 3) cursor.refuse();
+  press.has_shift = (flags & 1) != 0;
+  press.has_control = (flags & 2) != 0;
+  return press;
+}
+
+std::optional<RecordedPicture> picture_of(std::string_view bytes)
+{
+  Cursor cursor(bytes);
+  RecordedPicture picture;
+  picture.now_ns = static_cast<std::int64_t>(cursor.take(8));
+  const std::uint64_t n_keys = cursor.take(4);
+  if (n_keys > cursor.left() / key_bytes) cursor.refuse();
+  for (std::uint64_t k = 0; k < n_keys && cursor.is_sound(); ++k) picture.keys.push_back(take_key(cursor));
+  const std::uint64_t n_samples = cursor.take(4);
+  if (n_samples > cursor.left() / sample_bytes) cursor.refuse();
+  for (std::uint64_t k = 0; k < n_samples && cursor.is_sound(); ++k)
+    picture.samples.push_back(take_sample(cursor));
+  if (!cursor.is_sound() || cursor.left() != 0) return std::nullopt;
+  return picture;
+}
+
+std::string take_text(Cursor& cursor, std::string_view bytes)
+{
+  const std::uint64_t n = cursor.take(4);
+  if (n > cursor.left()) cursor.refuse();
+  if (!cursor.is_sound()) return {};
+  std::string text(bytes.substr(bytes.size() - cursor.left(), n));
+  for (std::uint64_t k = 0; k < n; ++k) cursor.take(1);
+  return text;
+}
+
+std::optional<RecordingFacts> facts_of(std::string_view bytes)
+{
+  Cursor cursor(bytes);
+  RecordingFacts facts;
+  for (std::string* text : {&facts.bench_path, &facts.bench_text, &facts.calibration_path,
+                            &facts.calibration_text, &facts.model_path, &facts.model_seal, &facts.set})
+    *text = take_text(cursor, bytes);
+  if (!cursor.is_sound() || cursor.left() != 0) return std::nullopt;
+  return facts;
+}
+
+}  // namespace
+
+struct Recorder::Inner {
+  FrameWriter writer;
+};
+
+Recorder::Recorder(const std::string& path, const RecordingFacts& facts)
+{
+  std::optional<FrameWriter> writer = FrameWriter::try_create(path, file_key, format);
+  if (!writer) throw InputError({path, "", "a file that is there already", "a new name for the recording"});
+  inner_ = std::make_unique<Inner>(Inner{std::move(*writer)});
+  // A picture does not wait for the disk; close() does.
+  inner_->writer.sync_every(std::chrono::hours(24));
+  inner_->writer.append(bytes_of(facts));
+}
+
+Recorder::~Recorder() = default;
+
+void Recorder::add(std::int64_t now_ns, std::span<const KeyPress> keys, std::span<const Sample> samples)
+{
+  inner_->writer.append(bytes_of(now_ns, keys, samples));
+}
+
+void Recorder::close()
+{
+  inner_->writer.close();
+}
+
+std::string bytes_of(std::int64_t now_ns, std::span<const KeyPress> keys, std::span<const Sample> samples)
+{
+  std::string bytes;
+  bytes.reserve(16 + key_bytes * keys.size() + sample_bytes * samples.size());
+  append_i64(bytes, now_ns);
+  append_u32(bytes, static_cast<std::uint32_t>(keys.size()));
+  for (const KeyPress& press : keys) {
+    append_i32(bytes, static_cast<std::int32_t>(press.key));
+    append_i8(bytes, static_cast<std::int8_t>((press.has_shift ? 1 : 0) | (press.has_control ? 2 : 0)));
+  }
+  append_u32(bytes, static_cast<std::uint32_t>(samples.size()));
+  for (const Sample& sample : samples) append_sample(bytes, sample);
+  return bytes;
+}
+
+std::string bytes_of(const RecordingFacts& facts)
+{
+  std::string bytes;
+  for (const std::string* text : {&facts.bench_path, &facts.bench_text, &facts.calibration_path,
+                                  &facts.calibration_text, &facts.model_path, &facts.model_seal, &facts.set})
+    append_text(bytes, *text);
+  return bytes;
+}
+
+Recording parsed_recording(const std::string& path, std::string_view bytes)
+{
+  Recording recording;
+  bool has_facts = false;
+  const FrameFacts frames = parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
+    if (!has_facts) {
+      std::optional<RecordingFacts> facts = facts_of(frame);
+      if (!facts) return "a head that does not say what it was recorded with";
+      recording.facts = std::move(*facts);
+      has_facts = true;
+      return {};
+    }
+    std::optional<RecordedPicture> picture = picture_of(frame);
+    if (!picture) return "what is no picture's record";
+    recording.pictures.push_back(std::move(*picture));
+    return {};
+  });
+  if (!has_facts)
+    throw InputError({path, "", frames.dropped_why.empty() ? "nothing after its header" : frames.dropped_why,
+                      "a recording of vrda-player bench --record"});
+  recording.dropped_bytes = frames.dropped_bytes;
+  recording.dropped_why = frames.dropped_why;
+  return recording;
+}
+
+Recording read_recording(const std::string& path)
+{
+  struct stat facts {};
+  if (stat(path.c_str(), &facts) == 0 && facts.st_size > most_file_bytes)
+    throw InputError({path, "", std::to_string(facts.st_size) + " bytes", "a recording of at most 4 GiB"});
+  return parsed_recording(path, frame_bytes_of(path));
+}
+
+}  // namespace vrda
