@@ -1,0 +1,204 @@
+#include "simulation/simulation.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/number_text.hpp"
+#include "core/trig.hpp"
+#include "core/units.hpp"
+#include "simulation/draws.hpp"
+#include "tracking/screw.hpp"
+
+namespace vrda {
+namespace {
+
+/// The value of each key, by a function of it.
+template <typename Keys, typename Value>
+KeyPath path_of(const Keys& keys, bool is_looped, Value value)
+{
+  std::vector<PathPoint> points;
+  for (const auto& key : keys) points.push_back({key.time_s, value(key)});
+  return {std::move(points), is_looped};
+}
+
+const SimulationScript& usable(const SimulationScript& script, const std::string& file)
+{
+  require_usable(script, file);
+  return script;
+}
+
+std::int64_t nearest(double value)
+{
+  return static_cast<std::int64_t>(std::floor(value + 0.5));
+}
+
+constexpr double ns_a_second = 1e9;
+
+/// Noise of a body: a turn about its own axes and a shift.
+Pose shaken(const Pose& X, const SimulationScript& script, Draws& draws)
+{
+  const Eigen::Vector3d turn_rad = rad_from_deg(script.noise_deg) * draws.normal_vector();
+  Pose X_shaken = X;
+  X_shaken.linear() = X.linear() * rotation_of(turn_rad);
+  X_shaken.translation() += script.noise_mm * draws.normal_vector();
+  return X_shaken;
+}
+
+}  // namespace
+
+Simulation::Simulation(const SimulationScript& script, std::optional<Motion> motion, const std::string& file)
+    : script_(usable(script, file)),
+      motion_(std::move(motion)),
+      tools_(tool_names(script)),
+      flexion_rad_(path_of(script.leg, script.is_looped,
+                           [](const LegKey& key) { return rad_from_deg(key.flexion_deg); })),
+      varus_rad_(path_of(script.leg, script.is_looped,
+                         [](const LegKey& key) { return rad_from_deg(key.varus_deg); })),
+      stage_mm_(path_of(script.stage, script.is_looped, [](const StageKey& key) { return key.position_mm; })),
+      potentiometer_(path_of(script.potentiometer, script.is_looped,
+                             [](const PotentiometerKey& key) { return key.count; }))
+{
+  if (motion_) require_solved(file);
+}
+
+LegAngles Simulation::scripted_angles(double time_s) const
+{
+  return {flexion_rad_.at(time_s), varus_rad_.at(time_s), 0.0};
+}
+
+void Simulation::require_solved(const std::string& file) const
+{
+  // Finer than a patch between attitudes a degree apart.
+  constexpr int n_times = 2000;
+  const double first_s = script_.leg.front().time_s, last_s = script_.leg.back().time_s;
+  for (int i = 0; i <= n_times; ++i) {
+    const double time_s = first_s + (last_s - first_s) * i / n_times;
+    const Attitude wanted = attitude_of(scripted_angles(time_s));
+    if (motion_->at(wanted).status == PoseStatus::solved) continue;
+    throw InputError({file, "leg",
+                      "flexion " + shortest(deg_from_rad(wanted.flexion_rad)) + ", varus " +
+                          shortest(deg_from_rad(wanted.varus_rad)) + " at " + shortest(time_s) +
+                          " s, where the motion is not solved",
+                      "attitudes that are"});
+  }
+}
+
+SimulatedTruth Simulation::truth(double time_s) const
+{
+  SimulatedTruth truth;
+  truth.angles = scripted_angles(time_s);
+  const JointPose joint = motion_ ? motion_->at(attitude_of(truth.angles)) : JointPose{};
+  if (joint.status == PoseStatus::solved) {
+    truth.angles = {joint.attitude.flexion_rad, joint.attitude.varus_rad, joint.theta_rad};
+    truth.X_femur_tibia = joint.X_reference_moving;
+  } else {
+    const SolverFrame frame{script_.side, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()};
+    truth.X_femur_tibia = X_femur_tibia(truth.angles, frame);
+  }
+  truth.stage_mm = stage_mm_.at(time_s);
+  truth.potentiometer_count = potentiometer_.at(time_s);
+  const double sway_mm = script_.sway_mm * sine(2.0 * pi * time_s / script_.sway_s);
+  truth.X_tracker_femur = script_.X_tracker_femur * Eigen::Translation3d(sway_mm, 0.0, 0.0);
+  truth.X_tracker_tibia = truth.X_tracker_femur * truth.X_femur_tibia;
+  truth.X_tracker_head = script_.X_tracker_head * Eigen::Translation3d(truth.stage_mm, 0.0, 0.0);
+  return truth;
+}
+
+Pose Simulation::X_tracker_body(const SimulatedBody& body, double time_s) const
+{
+  const SimulatedTruth now = truth(time_s);
+  const Pose& X_tracker_bone = &body == &script_.femur   ? now.X_tracker_femur
+                               : &body == &script_.tibia ? now.X_tracker_tibia
+                                                         : now.X_tracker_head;
+  return X_tracker_bone * body.X_body_bone.inverse();
+}
+
+bool Simulation::is_hidden(const std::string& tool, double time_s) const
+{
+  return std::any_of(script_.occlusions.begin(), script_.occlusions.end(), [&](const Occlusion& occlusion) {
+    if (occlusion.tool != tool || time_s < occlusion.from_s) return false;
+    double since_s = time_s - occlusion.from_s;
+    if (occlusion.every_s > 0.0) since_s -= occlusion.every_s * std::floor(since_s / occlusion.every_s);
+    return since_s < occlusion.to_s - occlusion.from_s;
+  });
+}
+
+void Simulation::add_body(SimulatedFrame& frame, const SimulatedBody& body, Draws& draws) const
+{
+  const bool is_hidden_body = is_hidden(body.tool, frame.time_s);
+  frame.tools.push_back({shaken(X_tracker_body(body, frame.time_s), script_, draws), !is_hidden_body});
+  for (std::size_t k = 0; k < body.markers_mm.size(); ++k) {
+    const double fired_s = frame.time_s + 1e-3 * script_.firing_interval_ms * static_cast<double>(k);
+    Pose X = Pose::Identity();
+    X.translation() =
+        X_tracker_body(body, fired_s) * body.markers_mm[k] + script_.noise_mm * draws.normal_vector();
+    frame.tools.push_back({X, !is_hidden_body && !is_hidden(tools_[frame.tools.size()], fired_s)});
+  }
+}
+
+SimulatedFrame Simulation::frame(std::uint64_t k) const
+{
+  Draws draws(script_.seed, DrawFor::frame, k);
+  SimulatedFrame frame;
+  frame.time_s = static_cast<double>(k) / script_.rate_hz;
+  frame.send_s = frame.time_s + 1e-3 * script_.jitter_ms * draws.uniform();
+  frame.is_dropped = draws.uniform() < script_.drop_rate;
+  frame.device_ns = device_ns(frame.time_s);
+  frame.tools.reserve(tools_.size());
+  add_body(frame, script_.femur, draws);
+  add_body(frame, script_.tibia, draws);
+  if (script_.head) add_body(frame, *script_.head, draws);
+  return frame;
+}
+
+std::int64_t Simulation::device_ns(double time_s) const
+{
+  const DeviceClock& clock = script_.clock;
+  // Apart, so that a large offset takes no digits away from the time.
+  std::int64_t shown_ns =
+      nearest(clock.offset_s * ns_a_second) + nearest(time_s * (1.0 + 1e-6 * clock.drift_ppm) * ns_a_second);
+  for (const ClockStep& step : clock.steps) {
+    if (time_s >= step.at_s) shown_ns += nearest(step.by_ms * 1e-3 * ns_a_second);
+  }
+  return shown_ns;
+}
+
+std::int64_t Simulation::stage_count(double time_s) const
+{
+  return nearest(stage_mm_.at(time_s) / stage_mm_a_count);
+}
+
+std::vector<QuadratureEdge> Simulation::edges(double from_s, double to_s) const
+{
+  check(to_s >= from_s, "edges are asked for forwards in time");
+  constexpr double slice_s = 5e-4;
+  std::vector<QuadratureEdge> edges;
+  std::int64_t count = stage_count(from_s);
+  const double n_slices = std::max(1.0, std::ceil((to_s - from_s) / slice_s));
+  double start_s = from_s;
+  for (double i = 1.0; i <= n_slices; i += 1.0) {
+    const double end_s = from_s + (to_s - from_s) * (i / n_slices);
+    const std::int64_t end_count = stage_count(end_s), n = std::abs(end_count - count);
+    const std::int64_t step = end_count > count ? 1 : -1;
+    for (std::int64_t done = 1; done <= n; ++done) {
+      count += step;
+      // States of rising counts: 00, 10, 11, 01; A leads B.
+      const std::int64_t state = count & 3;
+      const double share = static_cast<double>(done) / static_cast<double>(n);
+      edges.push_back({start_s + share * (end_s - start_s), state == 1 || state == 2, state >= 2});
+    }
+    start_s = end_s;
+  }
+  return edges;
+}
+
+int Simulation::potentiometer_count(double time_s) const
+{
+  const auto index = static_cast<std::uint64_t>(nearest(time_s * ns_a_second));
+  const double noise =
+      script_.potentiometer_noise_counts * Draws(script_.seed, DrawFor::potentiometer, index).normal();
+  return static_cast<int>(nearest(std::clamp(potentiometer_.at(time_s) + noise, 0.0, 1023.0)));
+}
+
+}  // namespace vrda

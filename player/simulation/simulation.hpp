@@ -1,0 +1,87 @@
+/// The world before the bench's devices: a leg that bends, a tracker that sees it, a stage, a potentiometer.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "motion/poses.hpp"
+#include "simulation/key_path.hpp"
+#include "simulation/script.hpp"
+#include "tracking/leg.hpp"
+
+namespace vrda {
+
+/// How everything stands, without noise.
+struct SimulatedTruth {
+  LegAngles angles;  ///< as scripted; with a motion, those where it stands
+  Pose X_femur_tibia = Pose::Identity();
+  Pose X_tracker_femur = Pose::Identity();  ///< of the bone, as is the tibia's
+  Pose X_tracker_tibia = Pose::Identity();
+  Pose X_tracker_head = Pose::Identity();
+  double stage_mm = 0.0;
+  double potentiometer_count = 0.0;
+};
+
+class Draws;
+
+struct SimulatedTool {
+  Pose X_tracker_tool = Pose::Identity();  ///< of a marker the position only
+  bool is_seen = true;
+};
+
+/// A tick of the tracker.
+struct SimulatedFrame {
+  double time_s = 0.0;  ///< of the tick
+  double send_s = 0.0;  ///< with jitter
+  std::int64_t device_ns = 0;
+  bool is_dropped = false;           ///< never sent
+  std::vector<SimulatedTool> tools;  ///< in the order of tool_names()
+};
+
+/// Both signals of the stage's encoder after one of them changed.
+struct QuadratureEdge {
+  double time_s = 0.0;
+  bool a = false, b = false;
+};
+
+/// 5 micrometres a count: all four edges of a period counted.
+inline constexpr double stage_mm_a_count = 0.005;
+
+class Simulation {
+ public:
+  /// Without a motion theta and the translation stay 0. Throws InputError naming `file` where the script
+  /// cannot be used, or leads where the motion is not solved.
+  explicit Simulation(const SimulationScript& script, std::optional<Motion> motion = {},
+                      const std::string& file = "simulation");
+
+  const std::vector<std::string>& tools() const { return tools_; }
+  SimulatedTruth truth(double time_s) const;
+  /// Tick k, k / rate_hz after the begin. The same for the same script, whatever was asked before.
+  SimulatedFrame frame(std::uint64_t k) const;
+  /// What the tracker's clock shows.
+  std::int64_t device_ns(double time_s) const;
+
+  /// Counts of the encoder from where the stage stands at position 0.
+  std::int64_t stage_count(double time_s) const;
+  /// Every edge after `from_s` up to `to_s`, which must not be earlier: as many, signed, as stage_count()
+  /// differs by. Motion to and fro within less than half a millisecond may be left out.
+  std::vector<QuadratureEdge> edges(double from_s, double to_s) const;
+  /// 0 to 1023, with noise.
+  int potentiometer_count(double time_s) const;
+
+ private:
+  LegAngles scripted_angles(double time_s) const;
+  void require_solved(const std::string& file) const;
+  bool is_hidden(const std::string& tool, double time_s) const;
+  void add_body(SimulatedFrame& frame, const SimulatedBody& body, Draws& draws) const;
+  Pose X_tracker_body(const SimulatedBody& body, double time_s) const;
+
+  SimulationScript script_;
+  std::optional<Motion> motion_;
+  std::vector<std::string> tools_;
+  KeyPath flexion_rad_, varus_rad_, stage_mm_, potentiometer_;
+};
+
+}  // namespace vrda

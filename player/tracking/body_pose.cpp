@@ -1,0 +1,234 @@
+#include "tracking/body_pose.hpp"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+using Mask = std::uint64_t;
+
+constexpr Mask bit_of(Eigen::Index k)
+{
+  return Mask{1} << static_cast<unsigned>(k);
+}
+
+Mask mask_of(const RigidBody& body, MarkerSpan seen)
+{
+  check(body.markers_mm.rows() <= most_markers, "a body has at most 64 markers");
+  check(static_cast<std::size_t>(body.markers_mm.rows()) == seen.size(), "there is an entry a marker");
+  Mask mask = 0;
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    if (seen[k] && seen[k]->allFinite()) mask |= bit_of(static_cast<Eigen::Index>(k));
+  }
+  return mask;
+}
+
+/// Calls `use(k)` for each marker of the mask, by label.
+template <typename Use>
+void for_each(Mask mask, Use use)
+{
+  for (; mask != 0; mask &= mask - 1) use(std::countr_zero(mask));
+}
+
+MarkerCloud cloud_of(const RigidBody& body, Mask mask)
+{
+  MarkerCloud cloud;
+  cloud.n = std::popcount(mask);
+  if (cloud.n == 0) return cloud;
+  for_each(mask, [&](int k) { cloud.centre_mm += body.markers_mm.row(k).transpose(); });
+  cloud.centre_mm /= cloud.n;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for_each(mask, [&](int k) {
+    const Eigen::Vector3d from_centre = body.markers_mm.row(k).transpose() - cloud.centre_mm;
+    scatter += from_centre * from_centre.transpose();
+  });
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(scatter, Eigen::ComputeFullU);
+  cloud.axes = svd.matrixU();
+  cloud.spread_mm = svd.singularValues().cwiseSqrt();
+  return cloud;
+}
+
+/// The rotation and translation that take the marked positions of the body nearest to those seen.
+Pose nearest_pose(const RigidBody& body, MarkerSpan seen, Mask mask, const Eigen::Vector3d& centre_body_mm)
+{
+  Eigen::Vector3d centre_tracker_mm = Eigen::Vector3d::Zero();
+  for_each(mask, [&](int k) { centre_tracker_mm += *seen[static_cast<std::size_t>(k)]; });
+  centre_tracker_mm /= std::popcount(mask);
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  for_each(mask, [&](int k) {
+    const Eigen::Vector3d p_body = body.markers_mm.row(k).transpose() - centre_body_mm;
+    H += (*seen[static_cast<std::size_t>(k)] - centre_tracker_mm) * p_body.transpose();
+  });
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  // Without the last sign a flat or noisy set of markers may come out reflected.
+  const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
+  Pose X = Pose::Identity();
+  X.linear() = svd.matrixU() * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
+  X.translation() = centre_tracker_mm - X.linear() * centre_body_mm;
+  return X;
+}
+
+struct Residuals {
+  double sum_sq_mm2 = 0.0, largest_sq_mm2 = 0.0;
+};
+
+Residuals residuals_of(const RigidBody& body, MarkerSpan seen, Mask mask, const Pose& X_tracker_body)
+{
+  Residuals residuals;
+  for_each(mask, [&](int k) {
+    const Eigen::Vector3d p_body = body.markers_mm.row(k).transpose();
+    const double sq_mm2 = (*seen[static_cast<std::size_t>(k)] - X_tracker_body * p_body).squaredNorm();
+    residuals.sum_sq_mm2 += sq_mm2;
+    residuals.largest_sq_mm2 = std::max(residuals.largest_sq_mm2, sq_mm2);
+  });
+  return residuals;
+}
+
+/// Whatever the residual.
+PoseFit fit_of(const RigidBody& body, MarkerSpan seen, Mask mask, const FitOptions& options)
+{
+  PoseFit fit;
+  fit.used = mask;
+  fit.cloud = cloud_of(body, mask);
+  if (fit.cloud.n < 3) return fit;
+  fit.status = FitStatus::collinear;
+  if (fit.cloud.spread_mm(1) < options.least_spread_mm) return fit;
+  fit.X_tracker_body = nearest_pose(body, seen, mask, fit.cloud.centre_mm);
+  const Residuals residuals = residuals_of(body, seen, mask, fit.X_tracker_body);
+  fit.residual_rms_mm = std::sqrt(residuals.sum_sq_mm2 / fit.cloud.n);
+  const bool has_outlier = residuals.largest_sq_mm2 > options.outlier_mm * options.outlier_mm;
+  fit.status = has_outlier ? FitStatus::residual_too_large : FitStatus::fitted;
+  return fit;
+}
+
+/// Of the markers that agree when some are dropped. Three fit each other too easily to be believed against a
+/// fourth: one may lie anywhere on a circle about the other two.
+constexpr int least_agreeing = 4;
+
+/// The best of the fits without one of the markers used, or without two of them.
+PoseFit without(int n_dropped, const RigidBody& body, MarkerSpan seen, const PoseFit& whole,
+                const FitOptions& options)
+{
+  PoseFit best = whole;
+  const auto consider = [&](Mask mask) {
+    PoseFit fit = fit_of(body, seen, mask, options);
+    const bool is_better = best.status != FitStatus::fitted || fit.residual_rms_mm < best.residual_rms_mm;
+    if (fit.status != FitStatus::fitted || !is_better) return;
+    fit.n_outliers = n_dropped;
+    best = fit;
+  };
+  for_each(whole.used, [&](int k) {
+    const Mask one_less = whole.used & ~bit_of(k);
+    if (n_dropped == 1) return consider(one_less);
+    // The second of a larger label, so that each pair comes once.
+    for_each(one_less & ~(bit_of(k) - 1), [&](int l) { consider(one_less & ~bit_of(l)); });
+  });
+  return best;
+}
+
+}  // namespace
+
+const char* name_of(FitStatus status)
+{
+  switch (status) {
+    case FitStatus::fitted:
+      return "fitted";
+    case FitStatus::too_few_markers:
+      return "too_few_markers";
+    case FitStatus::collinear:
+      return "collinear";
+    case FitStatus::residual_too_large:
+      return "residual_too_large";
+  }
+  throw InternalError("a fit's status has a name");
+}
+
+MarkerCloud cloud_of(const RigidBody& body, MarkerSpan seen)
+{
+  return cloud_of(body, mask_of(body, seen));
+}
+
+PoseFit fit_pose(const RigidBody& body, MarkerSpan seen, const FitOptions& options)
+{
+  const PoseFit whole = fit_of(body, seen, mask_of(body, seen), options);
+  PoseFit fit = whole;
+  for (int n_dropped = 1; n_dropped <= most_outliers; ++n_dropped) {
+    if (fit.status != FitStatus::residual_too_large || whole.cloud.n - n_dropped < least_agreeing) break;
+    fit = without(n_dropped, body, seen, whole, options);
+  }
+  return fit;
+}
+
+PoseError expected_error(const MarkerCloud& cloud, double noise_mm)
+{
+  check(cloud.n >= 3 && cloud.spread_mm(1) > 0.0, "an error is asked for of markers that spread");
+  // The information on a turn about axis i is the sum of squared distances from it: the other two spreads.
+  const Eigen::Vector3d square = cloud.spread_mm.cwiseAbs2();
+  PoseError error;
+  for (int i = 0; i < 3; ++i) error.turn_rad(i) = noise_mm / std::sqrt(square.sum() - square(i));
+  error.centre_mm = noise_mm * std::sqrt(3.0 / cloud.n);
+  return error;
+}
+
+double target_error_mm(const MarkerCloud& cloud, double noise_mm, const Eigen::Vector3d& p_body_mm)
+{
+  const PoseError error = expected_error(cloud, noise_mm);
+  const Eigen::Vector3d along_sq_mm2 = (cloud.axes.transpose() * (p_body_mm - cloud.centre_mm)).cwiseAbs2();
+  double sum_sq_mm2 = error.centre_mm * error.centre_mm;
+  for (int i = 0; i < 3; ++i) {
+    sum_sq_mm2 += error.turn_rad(i) * error.turn_rad(i) * (along_sq_mm2.sum() - along_sq_mm2(i));
+  }
+  return std::sqrt(sum_sq_mm2);
+}
+
+double noise_mm(const PoseFit& fit)
+{
+  check(fit.cloud.n >= 3, "a residual speaks for noise where a pose was fitted");
+  return fit.residual_rms_mm * std::sqrt(fit.cloud.n / (3.0 * fit.cloud.n - 6.0));
+}
+
+FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
+                   const std::optional<TimedPose>& before, const Firing& firing)
+{
+  FiredFit result;
+  result.fit = fit_pose(body, seen, firing.fit);
+  const double gap_s = before ? time_s - before->time_s : 0.0;
+  const bool is_usable =
+      result.fit.status == FitStatus::fitted && gap_s > 0.0 && gap_s <= firing.longest_gap_s;
+  if (!is_usable) return result;
+  check(seen.size() <= most_markers, "a body has at most 64 markers");
+  std::array<std::optional<Eigen::Vector3d>, most_markers> at_time;
+  // What is wrong with the pose is by what is wrong with the velocity times the mean wait, and a new velocity
+  // is wrong by that over the gap: each round gains the ratio of wait to gap, at most a half where all
+  // markers fire within the gap. 40 rounds take a millimetre below a picometre; slow hands need two or three.
+  constexpr int most_rounds = 40;
+  constexpr double resolution_mm = 1e-9;
+  for (int round = 0; round < most_rounds; ++round) {
+    const Pose X_before_now = result.fit.X_tracker_body * before->X.inverse();
+    result.velocity = scaled(screw_of(X_before_now), 1.0 / gap_s);
+    for (std::size_t k = 0; k < seen.size(); ++k) {
+      at_time[k].reset();
+      if (!seen[k]) continue;
+      const double wait_s = firing.interval_s * static_cast<double>(k);
+      at_time[k] = pose_of(scaled(result.velocity, -wait_s)) * *seen[k];
+    }
+    const PoseFit next = fit_pose(body, {at_time.data(), seen.size()}, firing.fit);
+    const Eigen::Vector3d centre_mm = next.cloud.centre_mm;
+    const double step_mm =
+        (next.X_tracker_body * centre_mm - result.fit.X_tracker_body * centre_mm).norm() +
+        (next.X_tracker_body.linear() - result.fit.X_tracker_body.linear()).norm() * next.cloud.spread_mm(0);
+    if (next.status != FitStatus::fitted) return result;
+    result.fit = next;
+    result.is_corrected = true;
+    if (step_mm < resolution_mm) break;
+  }
+  return result;
+}
+
+}  // namespace vrda

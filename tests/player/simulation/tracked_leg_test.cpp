@@ -1,0 +1,166 @@
+/// The simulated leg through the mathematics of tracking: what a bench does with it.
+#include <gtest/gtest.h>
+
+#include "core/units.hpp"
+#include "simulation/simulation.hpp"
+#include "tracking/body_pose.hpp"
+#include "tracking/one_euro.hpp"
+#include "tracking/prediction.hpp"
+
+namespace vrda {
+namespace {
+
+const SolverFrame right_leg{Side::right, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()};
+
+std::vector<Eigen::Vector3d> shank_markers()
+{
+  return {{40, -100, 0}, {-30, -120, 45}, {20, -260, -35}, {-35, -280, 10}, {30, -330, 40}, {0, -200, 60}};
+}
+
+MarkerRow markers_of(const SimulatedFrame& frame, std::size_t first, std::size_t n)
+{
+  MarkerRow row(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const SimulatedTool& tool = frame.tools[first + k];
+    if (tool.is_seen) row[k] = tool.X_tracker_tool.translation();
+  }
+  return row;
+}
+
+TEST(TrackedLeg, AnglesFromNoisyBodiesStayWithinTheirNoise)
+{
+  // Each body's turn about each axis spreads by 0.03 degrees, their difference by sqrt(2) of it; a tilted
+  // axis mixes at most 1 / cos(2 degrees) more. Over n frames the mean square spreads by sqrt(2 / n).
+  SimulationScript script;
+  script.occlusions.clear();
+  const Simulation simulation{script};
+  constexpr int n = 800;
+  double square_rad2 = 0.0;
+  for (std::uint64_t k = 0; k < n; ++k) {
+    const SimulatedFrame frame = simulation.frame(k);
+    const Pose X = X_femur_tibia(LegBodies{}, frame.tools[0].X_tracker_tool, frame.tools[1].X_tracker_tool);
+    const double off =
+        leg_angles(X, right_leg).flexion_rad - simulation.truth(frame.time_s).angles.flexion_rad;
+    square_rad2 += off * off / n;
+  }
+  const double expected = 2.0 * rad_from_deg(0.03) * rad_from_deg(0.03);
+  EXPECT_NEAR(square_rad2 / expected, 1.0, 5.0 * std::sqrt(2.0 / n) + 2e-3);
+}
+
+TEST(TrackedLeg, ABodyIsBuiltFromTheMarkersOfARun)
+{
+  SimulationScript script;
+  script.noise_mm = 0.1;
+  script.firing_interval_ms = 0.0;
+  script.tibia.markers_mm = shank_markers();
+  script.occlusions = {{"tibia-2", 0.0, 4.0, 0.0}, {"tibia-5", 3.0, 8.0, 0.0}, {"tibia", 5.0, 6.0, 0.0}};
+  const Simulation simulation{script};
+  std::vector<MarkerRow> frames;
+  for (std::uint64_t k = 0; k < 800; k += 4) frames.push_back(markers_of(simulation.frame(k), 2, 6));
+  BodyOptions options;
+  for (const Eigen::Vector3d& p : shank_markers()) options.wanted_mm.emplace_back(p);
+  const BuiltBody built = build_body(frames, "tibia", options);
+  EXPECT_EQ(built.status, BuildStatus::converged);
+  EXPECT_EQ(built.n_refused, 25);
+  // 75 frames or more show each marker: its mean spreads by 0.1 / sqrt(75) a coordinate, and the frame put on
+  // the coordinates wanted by no more; five of both.
+  const std::vector<Eigen::Vector3d> wanted = shank_markers();
+  for (std::size_t k = 0; k < 6; ++k) {
+    EXPECT_GE(built.markers[k].n_frames, 75);
+    const Eigen::Vector3d p = built.body.markers_mm.row(static_cast<Eigen::Index>(k)).transpose();
+    EXPECT_LT((p - wanted[k]).norm(), 5.0 * std::sqrt(2.0 * 3.0 / 75) * 0.1);
+  }
+}
+
+TEST(TrackedLeg, FiringInTurnIsCorrectedOnAMovingShank)
+{
+  SimulationScript script;
+  script.noise_mm = script.noise_deg = 0.0;
+  script.firing_interval_ms = 1.0;
+  script.tibia.markers_mm = shank_markers();
+  script.occlusions.clear();
+  const Simulation simulation{script};
+  RigidBody body;
+  body.markers_mm.resize(6, 3);
+  for (Eigen::Index k = 0; k < 6; ++k)
+    body.markers_mm.row(k) = shank_markers()[static_cast<std::size_t>(k)].transpose();
+  const Eigen::Vector3d middle_mm = body.markers_mm.colwise().mean().transpose();
+  double worst_plain_mm = 0.0, worst_corrected_mm = 0.0;
+  std::optional<TimedPose> before;
+  for (std::uint64_t k = 0; k < 800; ++k) {
+    const SimulatedFrame frame = simulation.frame(k);
+    const MarkerRow seen = markers_of(frame, 2, 6);
+    const FiredFit fired = fit_fired(body, seen, frame.time_s, before, {.interval_s = 1e-3});
+    ASSERT_EQ(fired.fit.status, FitStatus::fitted);
+    const Eigen::Vector3d truth_mm = simulation.truth(frame.time_s).X_tracker_tibia * middle_mm;
+    worst_plain_mm =
+        std::max(worst_plain_mm, (fit_pose(body, seen).X_tracker_body * middle_mm - truth_mm).norm());
+    if (k > 10) {
+      worst_corrected_mm =
+          std::max(worst_corrected_mm, (fired.fit.X_tracker_body * middle_mm - truth_mm).norm());
+    }
+    before = TimedPose{frame.time_s, fired.fit.X_tracker_body};
+  }
+  // The shank's middle, 215 mm from the knee, goes at up to 23 to 30 degrees a second, waits 2.5 ms on
+  // average.
+  EXPECT_GT(worst_plain_mm, 0.8 * rad_from_deg(25.0) * 215.0 * 0.0025);
+  // What is left is the acceleration's: a twist taken (T + wait) / 2 too early, 0.5 a (T + wait) wait with
+  // a = 6 * 45 deg / 4 s^2 * 215 mm. Markers' waits differ from the mean by as much again.
+  const double acceleration = rad_from_deg(6.0 * 45.0 / 4.0) * 215.0;
+  EXPECT_LT(worst_corrected_mm, acceleration * (0.01 + 0.005) * 0.005);
+  EXPECT_LT(worst_corrected_mm, 0.1 * worst_plain_mm);
+}
+
+TEST(TrackedLeg, PredictionHelpsAtTheBenchsLatency)
+{
+  SimulationScript script;
+  script.occlusions.clear();
+  const Simulation simulation{script};
+  std::vector<TimedPose> places;
+  std::vector<TimedAngles> angles;
+  for (std::uint64_t k = 0; k < 1600; ++k) {
+    const SimulatedFrame frame = simulation.frame(k);
+    if (frame.is_dropped) continue;
+    places.push_back({frame.time_s, frame.tools[1].X_tracker_tool});
+    const Pose X = X_femur_tibia(LegBodies{}, frame.tools[0].X_tracker_tool, frame.tools[1].X_tracker_tool);
+    angles.push_back({frame.time_s, leg_angles(X, right_leg)});
+  }
+  EXPECT_LT(places.size(), 1600U);
+  const PlacePredictionError place = prediction_error(places, 0.033);
+  EXPECT_LT(place.turn_rad.predicted.rms, 0.4 * place.turn_rad.held.rms);
+  const AnglesPredictionError angle = prediction_error(angles, 0.033);
+  EXPECT_LT(angle.flexion_rad.predicted.rms, 0.4 * angle.flexion_rad.held.rms);
+  EXPECT_LT(angle.flexion_rad.predicted.percentile_95, 0.4 * angle.flexion_rad.held.percentile_95);
+}
+
+TEST(TrackedLeg, TheFilterLagsByItsDelayAndTakesNoiseAway)
+{
+  SimulationScript script;
+  script.occlusions.clear();
+  script.drop_rate = 0.0;
+  // A steady bend: straight from 1 to 3 s.
+  script.is_looped = false;
+  script.leg = {{0, 0, 0}, {1, 20, 0}, {2, 40, 0}, {3, 60, 0}, {4, 80, 0}};
+  const Simulation simulation{script};
+  OneEuroAngles filter;
+  double raw_sq = 0.0, filtered_sq = 0.0, lag_sum = 0.0;
+  constexpr int n = 100;
+  const double speed_rad_s = rad_from_deg(20.0), delay_s = added_delay_s(default_angle_filter, speed_rad_s);
+  for (std::uint64_t k = 0; k < 300; ++k) {
+    const SimulatedFrame frame = simulation.frame(k);
+    const Pose X = X_femur_tibia(LegBodies{}, frame.tools[0].X_tracker_tool, frame.tools[1].X_tracker_tool);
+    const LegAngles raw = leg_angles(X, right_leg), filtered = filter.filtered(raw, frame.time_s);
+    const double truth = simulation.truth(frame.time_s).angles.flexion_rad;
+    const double is_counted = k >= 200 ? 1.0 / n : 0.0;
+    raw_sq += is_counted * (raw.flexion_rad - truth) * (raw.flexion_rad - truth);
+    const double off = filtered.flexion_rad - (truth - speed_rad_s * delay_s);
+    filtered_sq += is_counted * off * off;
+    lag_sum += is_counted * (truth - filtered.flexion_rad);
+  }
+  // The cutoff follows the noise of the speed: within a tenth.
+  EXPECT_NEAR(lag_sum / speed_rad_s / delay_s, 1.0, 0.1);
+  EXPECT_LT(filtered_sq, 0.5 * raw_sq);
+}
+
+}  // namespace
+}  // namespace vrda

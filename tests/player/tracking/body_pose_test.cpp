@@ -1,0 +1,277 @@
+#include "tracking/body_pose.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "core/units.hpp"
+#include "moves.hpp"
+#include "support/allocation_count.hpp"
+
+namespace vrda {
+namespace {
+
+using test::distance_mm;
+using test::leg_body;
+using test::seen_at;
+using test::turn_between_rad;
+
+/// Sums of a few products of 1000 mm, over a spread of 100 mm.
+constexpr double rounding_mm = 1e-11;
+constexpr double rounding_rad = 1e-13;
+
+RigidBody triangle()
+{
+  RigidBody body;
+  body.markers_mm.resize(3, 3);
+  body.markers_mm << 0, 0, 0, 60, 0, 0, 0, 80, 0;
+  return body;
+}
+
+TEST(FitPose, FindsTheExactPoseFromAnyThreeOrMore)
+{
+  std::mt19937_64 random(21);
+  const RigidBody body = leg_body();
+  int n_of_three = 0;
+  for (int i = 0; i < 500; ++i) {
+    const Pose X = test::random_pose(random);
+    MarkerRow seen = seen_at(body, X);
+    const int n_hidden = i % 4;
+    for (int hidden = 0; hidden < n_hidden; ++hidden) seen[static_cast<std::size_t>(i + hidden) % 6].reset();
+    const PoseFit fit = fit_pose(body, seen);
+    n_of_three += fit.cloud.n == 3 ? 1 : 0;
+    ASSERT_EQ(fit.status, FitStatus::fitted);
+    EXPECT_EQ(fit.cloud.n, 6 - n_hidden);
+    EXPECT_LT(distance_mm(fit.X_tracker_body, X), 20 * rounding_mm);
+    EXPECT_LT(turn_between_rad(fit.X_tracker_body, X), rounding_rad);
+    EXPECT_GT(fit.X_tracker_body.linear().determinant(), 0.0);
+    EXPECT_LT(fit.residual_rms_mm, rounding_mm);
+  }
+  EXPECT_EQ(n_of_three, 125);
+}
+
+TEST(FitPose, AMirroredBodyIsNotFittedByAReflection)
+{
+  const RigidBody body = leg_body();
+  MarkerRow seen = seen_at(body, Pose::Identity());
+  for (auto& p : seen) p->z() = -p->z();
+  const PoseFit fit = fit_pose(body, seen, {.outlier_mm = 1000.0});
+  EXPECT_EQ(fit.status, FitStatus::fitted);
+  EXPECT_GT(fit.X_tracker_body.linear().determinant(), 0.0);
+  EXPECT_GT(fit.residual_rms_mm, 10.0);
+}
+
+TEST(FitPose, MovingTheTrackerMovesThePose)
+{
+  std::mt19937_64 random(22);
+  const RigidBody body = leg_body();
+  for (int i = 0; i < 100; ++i) {
+    MarkerRow seen = seen_at(body, test::random_pose(random));
+    for (auto& p : seen) *p += test::noise_of(random, 0.3);
+    const PoseFit here = fit_pose(body, seen);
+    const Pose X_there_here = test::random_pose(random);
+    for (auto& p : seen) p = X_there_here * *p;
+    const PoseFit there = fit_pose(body, seen);
+    EXPECT_LT(distance_mm(there.X_tracker_body, X_there_here * here.X_tracker_body), 100 * rounding_mm);
+    EXPECT_NEAR(there.residual_rms_mm, here.residual_rms_mm, rounding_mm);
+  }
+}
+
+TEST(FitPose, RefusesWhatHoldsNoPose)
+{
+  const RigidBody body = leg_body();
+  MarkerRow two = seen_at(body, Pose::Identity());
+  for (std::size_t k = 2; k < 6; ++k) two[k].reset();
+  EXPECT_EQ(fit_pose(body, two).status, FitStatus::too_few_markers);
+  MarkerRow not_finite = two;
+  not_finite[3] = Eigen::Vector3d(0, std::numeric_limits<double>::quiet_NaN(), 0);
+  EXPECT_EQ(fit_pose(body, not_finite).status, FitStatus::too_few_markers);
+
+  // Markers at (-a, 0), (a, 0), (0, h): the sum of squared heights about their mean is 2/3 h^2.
+  for (const double above : {-1e-6, 1e-6}) {
+    RigidBody flat;
+    flat.markers_mm.resize(3, 3);
+    flat.markers_mm << -50, 0, 0, 50, 0, 0, 0, (least_spread_mm + above) * std::sqrt(1.5), 0;
+    const PoseFit fit = fit_pose(flat, seen_at(flat, Pose::Identity()));
+    EXPECT_EQ(fit.status, above < 0.0 ? FitStatus::collinear : FitStatus::fitted);
+    EXPECT_NEAR(fit.cloud.spread_mm(1), least_spread_mm + above, 1e-9);
+  }
+}
+
+TEST(FitPose, DropsOutliersWhileTheRestAgrees)
+{
+  std::mt19937_64 random(23);
+  const RigidBody body = leg_body();
+  for (int i = 0; i < 60; ++i) {
+    const Pose X = test::random_pose(random);
+    MarkerRow seen = seen_at(body, X);
+    const int n_wrong = 1 + i % 2;
+    for (int k = 0; k < n_wrong; ++k) {
+      *seen[static_cast<std::size_t>(i + 2 * k) % 6] += 25.0 * test::random_vector(random, 1.0).normalized();
+    }
+    const PoseFit fit = fit_pose(body, seen);
+    ASSERT_EQ(fit.status, FitStatus::fitted);
+    EXPECT_EQ(fit.n_outliers, n_wrong);
+    EXPECT_EQ(fit.cloud.n, 6 - n_wrong);
+    EXPECT_LT(distance_mm(fit.X_tracker_body, X), 100 * rounding_mm);
+  }
+}
+
+TEST(FitPose, DropsNoneWhereFewerThanFourWouldAgree)
+{
+  MarkerRow three = seen_at(triangle(), Pose::Identity());
+  three[2]->y() += 20.0;
+  EXPECT_EQ(fit_pose(triangle(), three).status, FitStatus::residual_too_large);
+
+  const RigidBody body = leg_body();
+  MarkerRow seen = seen_at(body, Pose::Identity());
+  seen[0]->x() += 20.0;
+  seen[1].reset();
+  EXPECT_EQ(fit_pose(body, seen).status, FitStatus::fitted);
+  seen[2].reset();
+  const PoseFit four = fit_pose(body, seen);
+  EXPECT_EQ(four.status, FitStatus::residual_too_large);
+  EXPECT_EQ(four.cloud.n, 4);
+  // Three wrong ones of six are too many.
+  seen = seen_at(body, Pose::Identity());
+  for (std::size_t k : {0U, 2U, 4U}) *seen[k] += Eigen::Vector3d(10.0 + 15.0 * static_cast<double>(k), 20, 0);
+  EXPECT_EQ(fit_pose(body, seen).status, FitStatus::residual_too_large);
+}
+
+TEST(FitPose, EveryStatusHasAName)
+{
+  EXPECT_STREQ(name_of(FitStatus::fitted), "fitted");
+  EXPECT_STREQ(name_of(FitStatus::too_few_markers), "too_few_markers");
+  EXPECT_STREQ(name_of(FitStatus::collinear), "collinear");
+  EXPECT_STREQ(name_of(FitStatus::residual_too_large), "residual_too_large");
+}
+
+TEST(FitPose, AllocatesNothing)
+{
+  const RigidBody body = leg_body();
+  const MarkerRow seen = seen_at(body, Pose::Identity());
+  const TimedPose before{0.0, Pose(Eigen::Translation3d(1, 0, 0))};
+  const long n_before = test::allocations_of_thread();
+  const PoseFit fit = fit_pose(body, seen);
+  const FiredFit fired = fit_fired(body, seen, 0.01, before, {.interval_s = 2e-4});
+  EXPECT_EQ(test::allocations_of_thread(), n_before);
+  EXPECT_EQ(fit.status, FitStatus::fitted);
+  EXPECT_TRUE(fired.is_corrected);
+}
+
+TEST(ExpectedError, OfARegularCrossIsTheClosedForm)
+{
+  // Four markers at +-a on X and Y: spreads sqrt(2) a, sqrt(2) a, 0.
+  RigidBody cross;
+  const double a = 50.0, noise = 0.1;
+  cross.markers_mm.resize(4, 3);
+  cross.markers_mm << a, 0, 0, -a, 0, 0, 0, a, 0, 0, -a, 0;
+  const MarkerCloud cloud = cloud_of(cross, seen_at(cross, Pose::Identity()));
+  const PoseError error = expected_error(cloud, noise);
+  EXPECT_NEAR(error.turn_rad(2), noise / (2.0 * a), 1e-15);
+  EXPECT_NEAR(error.turn_rad(0), noise / (std::sqrt(2.0) * a), 1e-15);
+  EXPECT_NEAR(error.centre_mm, noise * std::sqrt(3.0 / 4.0), 1e-15);
+  // On the normal at distance d: both turns across it, d noise / (sqrt(2) a) each.
+  const double d = 200.0;
+  EXPECT_NEAR(target_error_mm(cloud, noise, {0, 0, d}), noise * std::sqrt(0.75 + d * d / (a * a)), 1e-12);
+}
+
+TEST(ExpectedError, IsWhatNoiseDoes)
+{
+  // Mean squares of m samples that are sums of squares of few normal numbers: their relative spread is at
+  // most sqrt(2 / m); five of them. First order: noise / spread = 1 / 700, its square is far below.
+  constexpr int m = 4000;
+  const double bound = 5.0 * std::sqrt(2.0 / m);
+  constexpr double noise = 0.2;
+  std::mt19937_64 random(24);
+  const RigidBody body = leg_body();
+  const Pose X = test::random_pose(random);
+  const Eigen::Vector3d target_mm(0, -400, 50);
+  const MarkerRow exact = seen_at(body, X);
+  double turn_sq[3] = {0, 0, 0}, target_sq = 0.0, noise_sq = 0.0;
+  MarkerCloud cloud;
+  for (int i = 0; i < m; ++i) {
+    MarkerRow seen = exact;
+    for (auto& p : seen) *p += test::noise_of(random, noise);
+    const PoseFit fit = fit_pose(body, seen);
+    cloud = fit.cloud;
+    const Eigen::Vector3d turn_body = turn_of(X.linear().transpose() * fit.X_tracker_body.linear());
+    for (int axis = 0; axis < 3; ++axis) {
+      turn_sq[axis] += std::pow(turn_body.dot(cloud.axes.col(axis)), 2) / m;
+    }
+    target_sq += std::pow(distance_mm(fit.X_tracker_body, X, target_mm), 2) / m;
+    noise_sq += std::pow(noise_mm(fit), 2) / m;
+  }
+  const PoseError expected = expected_error(cloud, noise);
+  for (int axis = 0; axis < 3; ++axis) {
+    EXPECT_NEAR(turn_sq[axis] / std::pow(expected.turn_rad(axis), 2), 1.0, bound);
+  }
+  EXPECT_NEAR(target_sq / std::pow(target_error_mm(cloud, noise, target_mm), 2), 1.0, bound);
+  EXPECT_NEAR(noise_sq / (noise * noise), 1.0, bound);
+}
+
+/// Positions as the markers fire, while the body goes along `twist` a second, in the tracker's frame.
+MarkerRow fired_at(const RigidBody& body, const Pose& X_at_time, const Screw& twist, double interval_s)
+{
+  MarkerRow row;
+  for (Eigen::Index k = 0; k < body.markers_mm.rows(); ++k) {
+    const Pose X = pose_of(scaled(twist, interval_s * static_cast<double>(k))) * X_at_time;
+    row.emplace_back(X * Eigen::Vector3d(body.markers_mm.row(k).transpose()));
+  }
+  return row;
+}
+
+TEST(FitFired, UncorrectedTrailsBySpeedTimesMeanWait)
+{
+  const RigidBody body = leg_body();
+  const Screw twist{Eigen::Vector3d::Zero(), {300, 0, 0}};
+  const double interval_s = 4e-4;
+  const Pose X = Pose(Eigen::Translation3d(100, 200, -1500));
+  const PoseFit fit = fit_pose(body, fired_at(body, X, twist, interval_s));
+  const Eigen::Vector3d mean_mm = fit.cloud.centre_mm;
+  EXPECT_NEAR((fit.X_tracker_body * mean_mm - X * mean_mm).x(), 300 * 2.5 * interval_s, 1e-9);
+}
+
+TEST(FitFired, ConstantTwistIsCorrectedExactly)
+{
+  std::mt19937_64 random(25);
+  const RigidBody body = leg_body();
+  double largest_uncorrected_mm = 0.0;
+  for (int i = 0; i < 200; ++i) {
+    // Hands: up to 1 m/s and 5 rad/s at the body; markers fill a third of the 10 ms between frames.
+    const Pose X_before = test::random_pose(random);
+    const Screw at_body{test::random_vector(random, 3.0), test::random_vector(random, 600.0)};
+    Screw twist = at_body;
+    twist.shift_mm -= at_body.turn_rad.cross(X_before.translation());
+    const double gap_s = 0.01, interval_s = 6e-4;
+    const Pose X_now = pose_of(scaled(twist, gap_s)) * X_before;
+    const MarkerRow seen = fired_at(body, X_now, twist, interval_s);
+    const FiredFit fired =
+        fit_fired(body, seen, 5.0 + gap_s, TimedPose{5.0, X_before}, {.interval_s = interval_s});
+    ASSERT_TRUE(fired.is_corrected);
+    EXPECT_LT(distance_mm(fired.fit.X_tracker_body, X_now), 1e-8);
+    EXPECT_LT(turn_between_rad(fired.fit.X_tracker_body, X_now), 1e-10);
+    EXPECT_LT((fired.velocity.turn_rad - twist.turn_rad).norm(), 1e-7);
+    largest_uncorrected_mm =
+        std::max(largest_uncorrected_mm, distance_mm(fit_pose(body, seen).X_tracker_body, X_now));
+  }
+  EXPECT_GT(largest_uncorrected_mm, 0.8);
+}
+
+TEST(FitFired, WithoutARecentPoseItIsThePlainFit)
+{
+  const RigidBody body = leg_body();
+  const MarkerRow seen = fired_at(body, Pose::Identity(), {{0, 0, 1}, {100, 0, 0}}, 3e-4);
+  const PoseFit plain = fit_pose(body, seen);
+  const Firing firing{.interval_s = 3e-4};
+  for (const std::optional<TimedPose>& before :
+       {std::optional<TimedPose>{}, std::optional(TimedPose{0.7, Pose::Identity()}),
+        std::optional(TimedPose{1.0, Pose::Identity()}), std::optional(TimedPose{2.0, Pose::Identity()})}) {
+    const FiredFit fired = fit_fired(body, seen, 1.0, before, firing);
+    EXPECT_FALSE(fired.is_corrected);
+    EXPECT_EQ(fired.fit.X_tracker_body.matrix(), plain.X_tracker_body.matrix());
+  }
+}
+
+}  // namespace
+}  // namespace vrda

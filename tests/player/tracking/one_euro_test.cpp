@@ -1,0 +1,129 @@
+#include "tracking/one_euro.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/units.hpp"
+#include "moves.hpp"
+
+namespace vrda {
+namespace {
+
+TEST(OneEuro, LagsARampByTheStatedDelayAtAnyRate)
+{
+  // After 30 s the slowest time constant here, 1 / (2 pi 1 Hz) = 0.16 s, has passed 180 times.
+  const OneEuroOptions options{1.0, 5.0, 1.0};
+  for (const double rate_hz : {30.0, 100.0, 1000.0}) {
+    for (const double speed : {0.0, 0.2, -0.2, 1.5}) {
+      SCOPED_TRACE(speed);
+      OneEuroFilter filter(options);
+      double value = 0.0, time_s = 0.0;
+      for (int i = 0; i <= 30 * static_cast<int>(rate_hz); ++i) {
+        time_s = i / rate_hz;
+        value = filter.filtered(0.7 + speed * time_s, time_s);
+      }
+      const double lag = 0.7 + speed * time_s - value;
+      EXPECT_NEAR(lag, speed * added_delay_s(options, std::abs(speed)), 1e-9);
+    }
+  }
+}
+
+TEST(OneEuro, TheDefaultsDelayAsStated)
+{
+  EXPECT_NEAR(added_delay_s(default_angle_filter, 0.0), 0.106, 5e-4);
+  EXPECT_NEAR(added_delay_s(default_angle_filter, 1.0), 0.0082, 5e-5);
+  EXPECT_NEAR(added_delay_s(default_position_filter, 300.0), 0.0096, 5e-5);
+}
+
+TEST(OneEuro, AtRestNoiseFallsByTheFirstOrderFilter)
+{
+  // Without gain the variance of white noise falls to a / (2 - a). The mean square of n values that are
+  // correlated over 1 / a steps spreads relatively by sqrt(2 / (a n)); five of that.
+  const OneEuroOptions options{1.5, 0.0, 1.0};
+  const double step_s = 0.01, a = 1.0 / (1.0 + 1.0 / (2.0 * pi * 1.5 * step_s));
+  std::mt19937_64 random(51);
+  OneEuroFilter filter(options);
+  constexpr int n = 200000;
+  double square = 0.0;
+  for (int i = 0; i < n; ++i) {
+    const double value = filter.filtered(test::noise_of(random, 1.0).x(), i * step_s);
+    square += i < 1000 ? 0.0 : value * value / (n - 1000);
+  }
+  EXPECT_NEAR(square / (a / (2.0 - a)), 1.0, 5.0 * std::sqrt(2.0 / (a * n)));
+}
+
+TEST(OneEuro, TimesThatDoNotAscend)
+{
+  OneEuroFilter filter({1.0, 0.0, 1.0});
+  EXPECT_EQ(filter.filtered(1.0, 10.0), 1.0);
+  const double second = filter.filtered(2.0, 10.1);
+  EXPECT_GT(second, 1.0);
+  EXPECT_LT(second, 2.0);
+  EXPECT_EQ(filter.filtered(50.0, 10.1), second);
+  EXPECT_EQ(filter.filtered(3.0, 4.0), 3.0);
+  filter.start_over();
+  EXPECT_EQ(filter.filtered(7.0, 4.0), 7.0);
+}
+
+TEST(OneEuroAngles, FiltersEachByItself)
+{
+  OneEuroAngles angles({1.0, 4.0, 1.0});
+  OneEuroFilter flexion({1.0, 4.0, 1.0});
+  for (int i = 0; i < 50; ++i) {
+    const double time_s = 0.01 * i, value = 0.3 * i * time_s;
+    const LegAngles filtered = angles.filtered({value, 0.25, -1.0}, time_s);
+    EXPECT_EQ(filtered.flexion_rad, flexion.filtered(value, time_s));
+    EXPECT_EQ(filtered.varus_rad, 0.25);
+    EXPECT_EQ(filtered.theta_rad, -1.0);
+  }
+  angles.start_over();
+  EXPECT_EQ(angles.filtered({9.0, 0.0, 0.0}, 5.0).flexion_rad, 9.0);
+}
+
+TEST(OneEuroPlace, LagsASteadyMotionByTheStatedDelays)
+{
+  const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, -2) / 3.0, speed_mm_s(120, -50, 0);
+  const double turn_rad_s = 0.8;
+  OneEuroPlace filter;
+  Pose value, X;
+  double time_s = 0.0;
+  for (int i = 0; i <= 3000; ++i) {
+    time_s = 0.01 * i;
+    X = Pose::Identity();
+    X.linear() = rotation_of(turn_rad_s * time_s * axis);
+    X.translation() = speed_mm_s * time_s;
+    value = filter.filtered(X, time_s);
+  }
+  const Eigen::Vector3d lag_mm = X.translation() - value.translation();
+  const Eigen::Vector3d lag_rad = turn_of(X.linear() * value.linear().transpose());
+  EXPECT_LT((lag_mm - speed_mm_s * added_delay_s(default_position_filter, 130.0)).norm(), 1e-8);
+  EXPECT_LT((lag_rad - turn_rad_s * axis * added_delay_s(default_angle_filter, turn_rad_s)).norm(), 1e-9);
+  EXPECT_LT((value.linear() * value.linear().transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-14);
+}
+
+TEST(OneEuroPlace, MovingTheTrackerMovesTheResult)
+{
+  std::mt19937_64 random(52);
+  const Pose X_there_here = test::random_pose(random);
+  OneEuroPlace here, there;
+  for (int i = 0; i < 200; ++i) {
+    const Screw step{test::random_vector(random, 0.3), test::random_vector(random, 30.0)};
+    const Pose X = pose_of(step);
+    const Pose expected = X_there_here * here.filtered(X, 0.01 * i);
+    EXPECT_LT((there.filtered(X_there_here * X, 0.01 * i).matrix() - expected.matrix()).norm(), 1e-9);
+  }
+}
+
+TEST(OneEuroPlace, TimesThatDoNotAscend)
+{
+  std::mt19937_64 random(53);
+  OneEuroPlace filter;
+  const Pose first = test::random_pose(random), second = test::random_pose(random);
+  EXPECT_EQ(filter.filtered(first, 3.0).matrix(), first.matrix());
+  EXPECT_EQ(filter.filtered(second, 3.0).matrix(), first.matrix());
+  EXPECT_EQ(filter.filtered(second, 2.0).matrix(), second.matrix());
+  filter.start_over();
+  EXPECT_EQ(filter.filtered(first, 9.0).matrix(), first.matrix());
+}
+
+}  // namespace
+}  // namespace vrda
