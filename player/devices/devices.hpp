@@ -17,7 +17,9 @@ struct TrackerSettings {
   std::uint16_t port = 18944;
   std::vector<std::string> tools;  ///< device names of messages, or of tools within TDATA and QTDATA
   double stale_after_ms = 100.0;   ///< a tool that says nothing for that long is stale
-  double tdata_interval_ms = 0.0;  ///< asks the peer to stream TDATA that often (STT_TDATA); 0: it speaks by itself
+  double tdata_interval_ms =
+      0.0;                  ///< asks the peer to stream TDATA that often (STT_TDATA); 0: it speaks by itself
+  double retry_ms = 100.0;  ///< pause before the next attempt, doubling to 20 times that
 };
 
 struct BoardSettings {
@@ -26,12 +28,13 @@ struct BoardSettings {
   double rate_hz = 100.0;  ///< of each reading
   bool has_potentiometer = true;
   bool has_stage = true;
+  double retry_ms = 100.0;  ///< as of the tracker
 };
 
 struct DeviceReport {
   LinkState link = LinkState::closed;
-  std::string peer;       ///< "127.0.0.1:18944", "/dev/ttyUSB0"
-  std::string trouble;    ///< why it is not up, or what was last refused; empty: nothing
+  std::string peer;     ///< "127.0.0.1:18944", "/dev/ttyUSB0"
+  std::string trouble;  ///< why it is not up, or what was last refused; empty: nothing
   std::uint64_t n_connects = 0, n_samples = 0;
   std::uint64_t n_refused = 0;  ///< messages or frames: wrong checksum, garbage, unknown types
   std::uint64_t n_lost = 0;     ///< samples that found the queue full: the loop did not take them
