@@ -18,7 +18,8 @@ struct TrackerSettings {
   std::vector<std::string> tools;  ///< device names of messages, or of tools within TDATA and QTDATA
   double stale_after_ms = 100.0;   ///< a tool that says nothing for that long is stale
   double tdata_interval_ms =
-      0.0;  ///< asks the peer to stream TDATA that often (STT_TDATA); 0: it speaks by itself
+      0.0;                  ///< asks the peer to stream TDATA that often (STT_TDATA); 0: it speaks by itself
+  double retry_ms = 100.0;  ///< pause before the next attempt, doubling to 20 times that
 };
 
 struct BoardSettings {
@@ -27,6 +28,7 @@ struct BoardSettings {
   double rate_hz = 100.0;  ///< of each reading
   bool has_potentiometer = true;
   bool has_stage = true;
+  double retry_ms = 100.0;  ///< as of the tracker
 };
 
 struct DeviceReport {

@@ -1,0 +1,147 @@
+#include "devices/board_talk.hpp"
+
+#include <algorithm>
+
+extern "C" {
+#include "firmware/board.h"
+}
+
+namespace vrda {
+namespace {
+
+constexpr int largest_potentiometer = 1023;
+
+std::int32_t count_of(const SerialFrame& frame)
+{
+  std::uint32_t value = 0;
+  for (std::size_t k = 0; k < 4; ++k) value |= static_cast<std::uint32_t>(frame.payload[k]) << (8 * k);
+  return static_cast<std::int32_t>(value);
+}
+
+}  // namespace
+
+BoardTalk::BoardTalk(const BoardSettings& settings, std::int64_t now_ns)
+    : period_ns_(static_cast<std::int64_t>(1e9 / settings.rate_hz)), next_ns_(now_ns)
+{
+  if (settings.has_potentiometer) readings_.push_back({'P'});
+  if (settings.has_stage) readings_.push_back({'E'});
+}
+
+void BoardTalk::give_up(const std::string& trouble)
+{
+  phase_ = Phase::given_up;
+  trouble_ = trouble;
+}
+
+std::string BoardTalk::due_version(std::int64_t now_ns)
+{
+  if (now_ns < next_ns_) return "";
+  if (n_version_requests_ == most_version_requests) {
+    give_up("found no answer to V for 5 s, wanted a board of protocol version " +
+            std::to_string(board_protocol_version));
+    return "";
+  }
+  ++n_version_requests_;
+  next_ns_ = now_ns + late_ns;
+  return "V";
+}
+
+/// The request, where there is room on the way or the answer is late.
+std::string BoardTalk::due_reading(Reading& reading, bool is_round, std::int64_t now_ns)
+{
+  const bool is_late = reading.n_on_their_way > 0 && now_ns - reading.asked_ns[0] >= late_ns;
+  if (is_late) {
+    reading.n_on_their_way = 0;
+    if (now_ns - last_answer_ns_ >= silent_ns) give_up("found no answer for 1 s, wanted readings");
+  }
+  if (!is_late && !(is_round && reading.n_on_their_way < 2)) return "";
+  reading.asked_ns[static_cast<std::size_t>(reading.n_on_their_way++)] = now_ns;
+  return {reading.request};
+}
+
+std::string BoardTalk::due(std::int64_t now_ns)
+{
+  if (phase_ == Phase::given_up) return "";
+  if (phase_ == Phase::asking) return due_version(now_ns);
+  std::string requests;
+  if (is_zero_wanted_ && now_ns >= zero_again_ns_) {
+    requests += 'Z';
+    zero_again_ns_ = now_ns + late_ns;
+  }
+  const bool is_round = now_ns >= next_ns_;
+  for (Reading& reading : readings_) requests += due_reading(reading, is_round, now_ns);
+  // Rounds that were slept through are not made up for.
+  if (is_round) next_ns_ = next_ns_ + period_ns_ > now_ns ? next_ns_ + period_ns_ : now_ns + period_ns_;
+  if (phase_ == Phase::given_up) return "";
+  return requests;
+}
+
+std::int64_t BoardTalk::next_due_ns() const
+{
+  std::int64_t next_ns = next_ns_;
+  for (const Reading& reading : readings_) {
+    if (reading.n_on_their_way > 0) next_ns = std::min(next_ns, reading.asked_ns[0] + late_ns);
+  }
+  return is_zero_wanted_ ? std::min(next_ns, zero_again_ns_) : next_ns;
+}
+
+void BoardTalk::hear_version(const SerialFrame& frame, std::int64_t now_ns)
+{
+  const std::string tag(frame.payload.begin() + 1, frame.payload.begin() + 5);
+  if (frame.n != 5 || tag != "VRDA") {
+    give_up("found an answer to V that is not of this bench's board, wanted its version and VRDA");
+  } else if (frame.payload[0] != board_protocol_version) {
+    give_up("found protocol version " + std::to_string(frame.payload[0]) + ", wanted " +
+            std::to_string(board_protocol_version));
+  } else {
+    phase_ = Phase::up;
+    next_ns_ = now_ns;
+  }
+}
+
+/// False for what is no reading.
+bool BoardTalk::hear_reading(const SerialFrame& frame, Sample& sample)
+{
+  const int value = frame.payload[0] | frame.payload[1] << 8;
+  if (frame.request == 'P' && frame.n == 2 && value <= largest_potentiometer) {
+    sample.kind = SampleKind::potentiometer;
+    sample.count = value;
+    return true;
+  }
+  if (frame.request == 'E' && frame.n == 5) {
+    sample.kind = SampleKind::stage;
+    sample.count = count_of(frame);
+    sample.state = frame.payload[4] & (stage_zeroed | stage_lost_counts);
+    return true;
+  }
+  return false;
+}
+
+std::vector<Sample> BoardTalk::hear(std::span<const std::uint8_t> bytes, std::int64_t now_ns)
+{
+  std::vector<Sample> samples;
+  frames_.add(bytes);
+  while (const std::optional<SerialFrame> frame = frames_.next()) {
+    Sample sample;
+    sample.arrival_ns = now_ns;
+    if (frame->request == 'V') {
+      if (phase_ == Phase::asking) hear_version(*frame, now_ns);
+    } else if (phase_ == Phase::up && frame->request == 'Z' && frame->n == 4) {
+      is_zero_wanted_ = false;
+    } else if (phase_ == Phase::up && hear_reading(*frame, sample)) {
+      samples.push_back(sample);
+      for (Reading& reading : readings_) {
+        if (reading.request != frame->request || reading.n_on_their_way == 0) continue;
+        reading.asked_ns[0] = reading.asked_ns[1];
+        --reading.n_on_their_way;
+      }
+    } else {
+      if (phase_ == Phase::up) ++n_refused_;  // before, it may be the answer to another program's question
+      continue;
+    }
+    last_answer_ns_ = now_ns;
+  }
+  return samples;
+}
+
+}  // namespace vrda

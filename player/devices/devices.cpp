@@ -1,0 +1,73 @@
+#include "devices/devices.hpp"
+
+#include <boost/asio/io_context.hpp>
+#include <thread>
+
+#include "devices/board_client.hpp"
+#include "devices/outlet.hpp"
+#include "devices/tracker_client.hpp"
+
+namespace vrda {
+namespace {
+
+std::string peer_of(const TrackerSettings& settings)
+{
+  const bool is_ipv6 = settings.host.find(':') != std::string::npos;
+  return (is_ipv6 ? "[" + settings.host + "]" : settings.host) + ":" + std::to_string(settings.port);
+}
+
+}  // namespace
+
+struct Devices::State {
+  State(const std::optional<TrackerSettings>& tracker_, const std::optional<BoardSettings>& board_)
+      : tracker_outlet(DeviceId::tracker, tracker_ ? peer_of(*tracker_) : "", queue, clock),
+        board_outlet(DeviceId::board, board_ ? board_->port : "", queue, clock)
+  {
+    if (tracker_) tracker.emplace(io, *tracker_, tracker_outlet);
+    if (board_) board.emplace(io, *board_, board_outlet);
+    thread = std::thread([this] { io.run(); });
+  }
+
+  ~State()
+  {
+    io.stop();
+    thread.join();
+  }
+
+  ArrivalClock clock;
+  SampleQueue queue;
+  Outlet tracker_outlet, board_outlet;
+  boost::asio::io_context io{1};  // outlives the clients, whose work it holds
+  std::optional<TrackerClient> tracker;
+  std::optional<BoardClient> board;
+  std::thread thread;
+};
+
+Devices::Devices(const std::optional<TrackerSettings>& tracker, const std::optional<BoardSettings>& board)
+    : state_(std::make_unique<State>(tracker, board))
+{
+}
+
+Devices::~Devices() = default;
+
+bool Devices::take(Sample& sample)
+{
+  return state_->queue.take(sample);
+}
+
+std::int64_t Devices::now_ns() const
+{
+  return state_->clock.now_ns();
+}
+
+void Devices::zero_stage()
+{
+  if (state_->board) state_->board->zero_stage();
+}
+
+DeviceReport Devices::report(DeviceId device) const
+{
+  return device == DeviceId::tracker ? state_->tracker_outlet.report() : state_->board_outlet.report();
+}
+
+}  // namespace vrda

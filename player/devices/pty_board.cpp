@@ -1,0 +1,230 @@
+#include "devices/pty_board.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <sys/eventfd.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "core/error.hpp"
+
+extern "C" {
+#include "firmware/board.h"
+#include "firmware/quadrature.h"
+}
+
+namespace vrda {
+namespace {
+
+/// The board looks at its encoder at least that often: no hand moves the stage by the counter's 16 cm in that
+/// time.
+constexpr int poll_ms = 5;
+
+/// Closes its descriptor.
+class Handle {
+ public:
+  explicit Handle(int number = -1) : number_(number) {}
+  ~Handle() { close(); }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  int number() const { return number_; }
+  void reset(int number)
+  {
+    close();
+    number_ = number;
+  }
+  void close()
+  {
+    if (number_ >= 0) ::close(number_);
+    number_ = -1;
+  }
+
+ private:
+  int number_;
+};
+
+InputError refused(const std::string& field, const std::string& wanted)
+{
+  return InputError({"simulated board", field, std::strerror(errno), wanted});
+}
+
+/// A link of that name is replaced in one step, so that nobody finds none.
+void make_link(const std::string& link, const std::string& target)
+{
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status there = fs::symlink_status(link, error);
+  if (fs::exists(there) && !fs::is_symlink(there))
+    throw InputError({"simulated board", link, "a file", "a name for a link to the terminal"});
+  const std::string beside = link + ".new";
+  fs::remove(beside, error);
+  fs::create_symlink(target, beside, error);
+  if (!error) fs::rename(beside, link, error);
+  if (error)
+    throw InputError({"simulated board", link, error.message(), "a name for a link to the terminal"});
+}
+
+}  // namespace
+
+struct PtyBoard::State {
+  explicit State(const PtyBoardOptions& options_)
+      : options(options_), wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
+  {
+    check(options.potentiometer && options.stage_count, "a board has a potentiometer and a stage");
+    plug();
+    thread = std::thread([this] { run(); });
+  }
+
+  ~State()
+  {
+    is_ending = true;
+    wake_up();
+    thread.join();
+    unplug();
+  }
+
+  void wake_up()
+  {
+    const std::uint64_t one = 1;
+    [[maybe_unused]] const ssize_t n = ::write(wake.number(), &one, sizeof one);
+  }
+
+  void plug()
+  {
+    const std::scoped_lock lock(mutex);
+    terminal.reset(posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+    char name[128] = "";
+    if (terminal.number() < 0 || grantpt(terminal.number()) != 0 || unlockpt(terminal.number()) != 0 ||
+        ptsname_r(terminal.number(), name, sizeof name) != 0)
+      throw refused("terminal", "a pseudo-terminal of this machine");
+    // Held open, so that a client that closes it is no hang-up; raw from the first byte on.
+    far_end.reset(open(name, O_RDWR | O_NOCTTY | O_CLOEXEC));
+    termios settings{};
+    if (far_end.number() < 0 || tcgetattr(far_end.number(), &settings) != 0)
+      throw refused(name, "a pseudo-terminal");
+    cfmakeraw(&settings);
+    tcsetattr(far_end.number(), TCSANOW, &settings);
+    path = name;
+    if (!options.link.empty()) make_link(options.link, name);
+    count = options.stage_count();
+    quadrature_start(&signals, signal_a(), signal_b());
+    board_start(&firmware, &hardware);
+    wake_up();
+  }
+
+  void unplug()
+  {
+    const std::scoped_lock lock(mutex);
+    if (terminal.number() < 0) return;
+    far_end.close();
+    terminal.close();
+    std::error_code ignored;
+    if (!options.link.empty()) std::filesystem::remove(options.link, ignored);
+  }
+
+  /// Signals of a count: 00, 10, 11, 01 and round again.
+  bool signal_a() const { return ((count + 1) & 2) != 0; }
+  bool signal_b() const { return (count & 2) != 0; }
+
+  void move_stage()
+  {
+    const int target = options.stage_count();
+    while (count != target) {
+      count += target > count ? 1 : -1;
+      quadrature_edge(&signals, signal_a(), signal_b());
+      // A leap of the function is a long way for the stage, on which the board reads its counter of 16 bits
+      // often enough.
+      if (count % 10'000 == 0) board_poll(&firmware);
+    }
+  }
+
+  void run()
+  {
+    while (!is_ending) {
+      pollfd waiting[2] = {{wake.number(), POLLIN, 0}, {-1, POLLIN, 0}};
+      {
+        const std::scoped_lock lock(mutex);
+        waiting[1].fd = terminal.number();  // a negative one is passed over
+        if (terminal.number() >= 0) {
+          move_stage();
+          board_loop(&firmware);
+        }
+      }
+      poll(waiting, 2, poll_ms);
+      std::uint64_t ignored = 0;
+      [[maybe_unused]] const ssize_t n = ::read(wake.number(), &ignored, sizeof ignored);
+    }
+  }
+
+  /// What the line does not take is lost, as on a real one.
+  void send(std::vector<std::uint8_t> bytes) const
+  {
+    if (options.spoil) options.spoil(bytes);
+    if (terminal.number() < 0) return;
+    [[maybe_unused]] const ssize_t n = ::write(terminal.number(), bytes.data(), bytes.size());
+  }
+
+  static State& of(void* self) { return *static_cast<State*>(self); }
+
+  static int receive(void* self)
+  {
+    std::uint8_t byte = 0;
+    return ::read(of(self).terminal.number(), &byte, 1) == 1 ? byte : -1;
+  }
+
+  const PtyBoardOptions options;
+  std::mutex mutex;  ///< of the terminal and the firmware
+  Handle wake, terminal, far_end;
+  std::string path;
+  int count = 0;
+  quadrature signals{};
+  hal hardware{this,
+               receive,
+               [](void* self, const std::uint8_t* bytes, std::uint8_t n) {
+                 of(self).send({bytes, bytes + n});
+               },
+               [](void* self) { return static_cast<std::uint16_t>(of(self).options.potentiometer()); },
+               [](void* self) { return quadrature_read_and_reset_counter(&of(self).signals); },
+               [](void* self) { return quadrature_read_and_reset_lost(&of(self).signals); }};
+  board firmware{};
+  std::atomic<bool> is_ending{false};
+  std::thread thread;
+};
+
+PtyBoard::PtyBoard(const PtyBoardOptions& options) : state_(std::make_unique<State>(options)) {}
+
+PtyBoard::~PtyBoard() = default;
+
+std::string PtyBoard::path() const
+{
+  const std::scoped_lock lock(state_->mutex);
+  return state_->options.link.empty() ? state_->path : state_->options.link;
+}
+
+void PtyBoard::unplug()
+{
+  state_->unplug();
+}
+
+void PtyBoard::plug()
+{
+  state_->unplug();
+  state_->plug();
+}
+
+void PtyBoard::say(const std::vector<std::uint8_t>& bytes)
+{
+  const std::scoped_lock lock(state_->mutex);
+  state_->send(bytes);
+}
+
+}  // namespace vrda

@@ -1,0 +1,278 @@
+#include "devices/tracker_server.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "core/error.hpp"
+#include "igtl/content.hpp"
+#include "igtl/stream.hpp"
+
+namespace vrda {
+namespace {
+
+namespace asio = boost::asio;
+using asio::ip::tcp;
+using boost::system::error_code;
+using Bytes = std::vector<std::uint8_t>;
+
+/// Seconds of messages for a client that does not read; then it is dropped.
+constexpr std::size_t most_pending_bytes = 1 << 20;
+constexpr std::size_t garbage_bytes = 100;
+
+/// SplitMix64's output function: evenly spread bits of consecutive numbers.
+std::uint64_t mixed(std::uint64_t x)
+{
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9U;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBU;
+  return x ^ (x >> 31);
+}
+
+bool is_list(const IgtlMessage& message)
+{
+  return message.kind == IgtlKind::tdata || message.kind == IgtlKind::qtdata;
+}
+
+/// One client. What it asks is read; what it is told goes out one write after the other. Lives until its last
+/// one has ended.
+class Session : public std::enable_shared_from_this<Session> {
+ public:
+  explicit Session(tcp::socket socket) : socket_(std::move(socket))
+  {
+    error_code ignored;
+    socket_.set_option(tcp::no_delay(true), ignored);
+  }
+
+  bool is_done() const { return is_done_; }
+
+  void end()
+  {
+    error_code ignored;
+    socket_.close(ignored);
+    is_done_ = true;
+  }
+
+  void send(const Bytes& bytes)
+  {
+    if (pending_.size() + bytes.size() > most_pending_bytes) return end();
+    pending_.insert(pending_.end(), bytes.begin(), bytes.end());
+    if (writing_.empty()) write();
+  }
+
+  void listen()
+  {
+    socket_.async_read_some(asio::buffer(read_),
+                            [this, self = shared_from_this()](const error_code& error, std::size_t n) {
+                              if (error) return end();
+                              requests_.add(std::span(read_).first(n));
+                              while (const std::optional<IgtlMessage> request = requests_.next())
+                                answer(*request);
+                              if (requests_.is_broken()) return end();
+                              listen();
+                            });
+  }
+
+  /// Whether a list of this tick is for this client, which counts as sent.
+  bool takes_list(double now_ms)
+  {
+    if (!interval_ms_) return false;
+    // A tick that comes a little early is not left out.
+    if (sent_ms_ && now_ms - *sent_ms_ < 0.99 * *interval_ms_) return false;
+    sent_ms_ = now_ms;
+    return true;
+  }
+
+ private:
+  void answer(const IgtlMessage& request)
+  {
+    if (request.kind != IgtlKind::start_tdata && request.kind != IgtlKind::stop_tdata) return;
+    interval_ms_.reset();
+    if (request.kind == IgtlKind::start_tdata) interval_ms_ = request.interval_ms;
+    IgtlMessage answer;
+    answer.kind = IgtlKind::tdata_started;
+    answer.device = request.device;
+    answer.code = 0;
+    send(bytes_of(answer));
+  }
+
+  void write()
+  {
+    if (pending_.empty() || is_done_) return;
+    writing_.swap(pending_);
+    asio::async_write(socket_, asio::buffer(writing_),
+                      [this, self = shared_from_this()](const error_code& error, std::size_t) {
+                        writing_.clear();
+                        if (error) return end();
+                        write();
+                      });
+  }
+
+  tcp::socket socket_;
+  bool is_done_ = false;
+  std::array<std::uint8_t, 1024> read_{};
+  IgtlStream requests_;
+  Bytes pending_, writing_;
+  std::optional<double> interval_ms_;  ///< asked for
+  std::optional<double> sent_ms_;
+};
+
+tcp::endpoint endpoint_of(const TrackerServerOptions& options)
+{
+  error_code error;
+  const asio::ip::address address = asio::ip::make_address(options.address, error);
+  if (error)
+    throw InputError(
+        {"tracker server", "address", options.address, "the number of an address of this machine"});
+  return {address, options.port};
+}
+
+}  // namespace
+
+struct TrackerServer::State {
+  State(const TrackerServerOptions& options_, Speak speak_)
+      : options(options_), speak(std::move(speak_)), acceptor(io), timer(io)
+  {
+    check(options.rate_hz > 0.0 && options.jitter_ms >= 0.0 && options.jitter_ms <= 500.0 / options.rate_hz,
+          "ticks that follow one another");
+    const tcp::endpoint endpoint = endpoint_of(options);
+    error_code error;
+    acceptor.open(endpoint.protocol(), error);
+    // Old connections that are not quite closed do not keep the port.
+    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor.bind(endpoint, error);
+    if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
+    if (error)
+      throw InputError(
+          {"tracker server", "port",
+           options.address + ":" + std::to_string(options.port) + ": " + error.message(),
+           "an address of this machine and a port from 1024 to 65535 that nothing listens on, or 0"});
+    port = acceptor.local_endpoint(error).port();
+    accept();
+    begin = std::chrono::steady_clock::now();
+    wait();
+    thread = std::thread([this] { io.run(); });
+  }
+
+  ~State()
+  {
+    io.stop();
+    thread.join();
+  }
+
+  void accept()
+  {
+    acceptor.async_accept([this](const error_code& error, tcp::socket socket) {
+      if (!error) {
+        sessions.push_back(std::make_shared<Session>(std::move(socket)));
+        sessions.back()->listen();
+        n_clients = static_cast<int>(sessions.size());
+      }
+      accept();
+    });
+  }
+
+  /// Without drift: every tick is counted from the first.
+  void wait()
+  {
+    const double part =
+        static_cast<double>(mixed(options.seed + tick) >> 11) / 9007199254740992.0;  // 2^53: 0 to 1
+    const double due_ms =
+        1e3 * static_cast<double>(tick) / options.rate_hz + options.jitter_ms * (2.0 * part - 1.0);
+    timer.expires_at(begin + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                 std::chrono::duration<double, std::milli>(due_ms)));
+    timer.async_wait([this](const error_code& error) {
+      if (error) return;
+      say();
+      ++tick;
+      wait();
+    });
+  }
+
+  void say()
+  {
+    const std::vector<IgtlMessage> messages = speak(tick);
+    const double now_ms = 1e3 * static_cast<double>(tick) / options.rate_hz;
+    const std::optional<Mischief> mischief = std::exchange(next_mischief, std::nullopt);
+    for (const std::shared_ptr<Session>& session : sessions) {
+      const bool takes_lists = !options.waits_for_request || session->takes_list(now_ms);
+      if (mischief == Mischief::close) {
+        session->end();
+      } else {
+        session->send(spoilt(bytes_for(messages, takes_lists), mischief));
+      }
+    }
+    std::erase_if(sessions, [](const std::shared_ptr<Session>& session) { return session->is_done(); });
+    n_clients = static_cast<int>(sessions.size());
+  }
+
+  static Bytes bytes_for(const std::vector<IgtlMessage>& messages, bool takes_lists)
+  {
+    Bytes bytes;
+    for (const IgtlMessage& message : messages) {
+      if (is_list(message) && !takes_lists) continue;
+      const Bytes more = bytes_of(message);
+      bytes.insert(bytes.end(), more.begin(), more.end());
+    }
+    return bytes;
+  }
+
+  Bytes spoilt(Bytes bytes, std::optional<Mischief> mischief) const
+  {
+    if (!mischief || bytes.empty()) return bytes;
+    if (*mischief == Mischief::half_a_message) bytes.resize(bytes.size() / 2);
+    if (*mischief == Mischief::wrong_checksum) bytes[igtl_head_bytes - 1] ^= 1;
+    if (*mischief == Mischief::garbage) {
+      Bytes garbage(garbage_bytes, 0xFF);  // begins with a version there is none of
+      for (std::size_t k = 2; k < garbage.size(); ++k)
+        garbage[k] = static_cast<std::uint8_t>(mixed(tick + k));
+      bytes.insert(bytes.begin(), garbage.begin(), garbage.end());
+    }
+    return bytes;
+  }
+
+  const TrackerServerOptions options;
+  const Speak speak;
+  asio::io_context io{1};
+  tcp::acceptor acceptor;
+  asio::steady_timer timer;
+  std::vector<std::shared_ptr<Session>> sessions;
+  std::optional<Mischief> next_mischief;
+  std::chrono::steady_clock::time_point begin;
+  std::uint64_t tick = 0;
+  std::atomic<int> n_clients{0};
+  std::uint16_t port = 0;
+  std::thread thread;
+};
+
+TrackerServer::TrackerServer(const TrackerServerOptions& options, Speak speak)
+    : state_(std::make_unique<State>(options, std::move(speak)))
+{
+}
+
+TrackerServer::~TrackerServer() = default;
+
+std::uint16_t TrackerServer::port() const
+{
+  return state_->port;
+}
+
+int TrackerServer::n_clients() const
+{
+  return state_->n_clients;
+}
+
+void TrackerServer::misbehave(Mischief mischief)
+{
+  asio::post(state_->io, [state = state_.get(), mischief] { state->next_mischief = mischief; });
+}
+
+}  // namespace vrda

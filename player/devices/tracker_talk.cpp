@@ -1,0 +1,96 @@
+#include "devices/tracker_talk.hpp"
+
+#include <algorithm>
+
+namespace vrda {
+namespace {
+
+bool is_list(const IgtlMessage& message)
+{
+  return message.kind == IgtlKind::tdata || message.kind == IgtlKind::qtdata;
+}
+
+bool has_places(const IgtlMessage& message)
+{
+  return is_list(message) || message.kind == IgtlKind::transform || message.kind == IgtlKind::position;
+}
+
+}  // namespace
+
+TrackerTalk::TrackerTalk(const TrackerSettings& settings, std::int64_t now_ns)
+{
+  const auto stale_after_ns = static_cast<std::int64_t>(settings.stale_after_ms * 1e6);
+  for (const std::string& name : settings.tools) tools_.push_back({name, ToolWatch(stale_after_ns, now_ns)});
+}
+
+Sample TrackerTalk::sample_of(const Tool& tool, SeenState state, std::int64_t now_ns) const
+{
+  Sample sample;
+  sample.kind = SampleKind::place;
+  sample.arrival_ns = now_ns;
+  sample.source = static_cast<std::uint16_t>(&tool - tools_.data());
+  sample.state = static_cast<std::uint8_t>(state);
+  return sample;
+}
+
+/// Of a repeated time stamp there is no sample: `kind` stays that of a link.
+Sample TrackerTalk::heard(Tool& tool, const IgtlTool& said, const IgtlMessage& message,
+                          std::int64_t now_ns) const
+{
+  tool.is_heard = true;
+  tool.list = is_list(message) ? std::optional(message.device) : std::nullopt;
+  Sample sample;
+  if (said.sight == IgtlSight::seen) {
+    const ToolWatch::Heard how = tool.watch.hear(message.device_ns, now_ns);
+    if (how == ToolWatch::Heard::repeated) return sample;
+    sample = sample_of(tool, how == ToolWatch::Heard::counts ? SeenState::seen : SeenState::stale, now_ns);
+    sample.place = place_of(said.X_tracker_tool);
+  } else {
+    tool.watch.hear_missing(now_ns);
+    sample = sample_of(tool, said.sight == IgtlSight::missing ? SeenState::missing : SeenState::not_a_place,
+                       now_ns);
+  }
+  sample.device_ns = message.device_ns;
+  return sample;
+}
+
+std::vector<Sample> TrackerTalk::hear(const IgtlMessage& message, std::int64_t now_ns)
+{
+  std::vector<Sample> samples;
+  for (Tool& tool : tools_) {
+    const auto is_of_tool = [&tool](const IgtlTool& said) { return said.name == tool.name; };
+    const auto said = std::find_if(message.tools.begin(), message.tools.end(), is_of_tool);
+    const bool is_left_out = is_list(message) && (!tool.is_heard || tool.list == message.device);
+    const bool is_called_missing =
+        message.kind == IgtlKind::status && message.code != igtl_status_ok && message.device == tool.name;
+    if (has_places(message) && said != message.tools.end()) {
+      const Sample sample = heard(tool, *said, message, now_ns);
+      if (sample.kind == SampleKind::place) samples.push_back(sample);
+    } else if (is_left_out || is_called_missing) {
+      tool.watch.hear_missing(now_ns);
+      samples.push_back(sample_of(tool, SeenState::missing, now_ns));
+      samples.back().device_ns = message.device_ns;
+    }
+  }
+  return samples;
+}
+
+std::vector<Sample> TrackerTalk::pass_time(std::int64_t now_ns)
+{
+  std::vector<Sample> samples;
+  for (Tool& tool : tools_) {
+    if (tool.watch.falls_stale(now_ns)) samples.push_back(sample_of(tool, SeenState::stale, now_ns));
+  }
+  return samples;
+}
+
+std::string trouble_of(const IgtlMessage& message)
+{
+  if (message.kind == IgtlKind::status && message.code != igtl_status_ok)
+    return message.device + ": status " + std::to_string(message.code) + " (" + message.text + ")";
+  if (message.kind == IgtlKind::tdata_started && message.code != 0)
+    return message.device + ": refuses to stream TDATA";
+  return "";
+}
+
+}  // namespace vrda

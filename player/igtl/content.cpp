@@ -1,0 +1,332 @@
+#include "igtl/content.hpp"
+
+#include <igtl_header.h>
+#include <igtl_position.h>
+#include <igtl_qtdata.h>
+#include <igtl_tdata.h>
+#include <igtl_transform.h>
+#include <igtl_util.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "core/error.hpp"
+#include "igtl/rotation.hpp"
+
+namespace vrda {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+
+static_assert(sizeof(igtl_header) == igtl_head_bytes);
+
+struct TypeName {
+  IgtlKind kind;
+  const char* name;
+};
+constexpr std::array<TypeName, 8> types{{{IgtlKind::transform, "TRANSFORM"},
+                                         {IgtlKind::position, "POSITION"},
+                                         {IgtlKind::tdata, "TDATA"},
+                                         {IgtlKind::qtdata, "QTDATA"},
+                                         {IgtlKind::status, "STATUS"},
+                                         {IgtlKind::start_tdata, "STT_TDATA"},
+                                         {IgtlKind::stop_tdata, "STP_TDATA"},
+                                         {IgtlKind::tdata_started, "RTS_TDATA"}}};
+
+std::optional<IgtlKind> kind_of(const std::string& type)
+{
+  for (const TypeName& known : types) {
+    if (type == known.name) return known.kind;
+  }
+  return std::nullopt;
+}
+
+/// Text of a field of fixed size, up to its first zero.
+std::string text_of(const char* at, std::size_t most)
+{
+  std::string text(at, strnlen(at, most));
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
+  }
+  return text;
+}
+
+std::string text_of(Bytes bytes)
+{
+  return text_of(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+/// Big-endian.
+std::uint64_t number_at(Bytes bytes, std::size_t at, std::size_t n)
+{
+  std::uint64_t value = 0;
+  for (const std::uint8_t byte : bytes.subspan(at, n)) value = value << 8 | byte;
+  return value;
+}
+
+/// The library's own conversion drops up to 32 ns and can reach a second's end twice: rounded here, so that
+/// whole nanoseconds come back.
+std::int64_t ns_of(std::uint64_t timestamp)
+{
+  const std::uint64_t seconds = timestamp >> 32, fraction = timestamp & 0xFFFFFFFFU;
+  return static_cast<std::int64_t>(seconds * 1'000'000'000U +
+                                   ((fraction * 1'000'000'000U + 0x80000000U) >> 32));
+}
+
+/// A body without what header version 2 puts around it.
+struct Stripped {
+  Bytes content;
+  bool is_seen = true;  ///< as the meta data have it
+};
+
+/// PLUS says of every transform whether its tool was seen; a pressed switch is no hindrance.
+bool says_seen(const std::string& key, const std::string& value)
+{
+  if (key == "TransformValid") return value != "0" && value != "false" && value != "False";
+  if (key != "TransformStatus") return true;
+  return value == "OK" || value.starts_with("SWITCH");
+}
+
+/// Entries of 8 bytes (size of the key, encoding, size of the value) behind their number; keys and values
+/// behind one another. Nothing where they do not fit.
+std::optional<bool> seen_by_meta_data(Bytes entries, Bytes values)
+{
+  if (entries.empty()) return true;
+  if (entries.size() < 2) return std::nullopt;
+  const std::size_t n = number_at(entries, 0, 2);
+  if (entries.size() < 2 + 8 * n) return std::nullopt;
+  bool is_seen = true;
+  for (std::size_t k = 0, at = 0; k < n; ++k) {
+    const std::size_t n_key = number_at(entries, 2 + 8 * k, 2), n_value = number_at(entries, 6 + 8 * k, 4);
+    if (n_key + n_value > values.size() - at) return std::nullopt;
+    is_seen = says_seen(text_of(values.subspan(at, n_key)), text_of(values.subspan(at + n_key, n_value))) &&
+              is_seen;
+    at += n_key + n_value;
+  }
+  return is_seen;
+}
+
+/// Extended header, content, meta data's entries, meta data.
+std::optional<Stripped> stripped(int version, Bytes body)
+{
+  if (version == 1) return Stripped{body};
+  constexpr std::size_t least_extended = 12;
+  if (body.size() < least_extended) return std::nullopt;
+  const std::size_t n_extended = number_at(body, 0, 2), n_entries = number_at(body, 2, 2),
+                    n_values = number_at(body, 4, 4);
+  if (n_extended < least_extended || n_extended + n_entries + n_values > body.size()) return std::nullopt;
+  Bytes rest = body.subspan(n_extended);
+  const Bytes values = rest.last(n_values);
+  rest = rest.first(rest.size() - n_values);
+  const std::optional<bool> is_seen = seen_by_meta_data(rest.last(n_entries), values);
+  if (!is_seen) return std::nullopt;
+  return Stripped{rest.first(rest.size() - n_entries), *is_seen};
+}
+
+/// The 12 numbers of a TRANSFORM: three columns of the rotation, then the position.
+IgtlTool tool_of(std::string name, const igtl_float32 (&numbers)[12])
+{
+  IgtlTool tool{std::move(name)};
+  Eigen::Matrix<double, 3, 4> matrix;
+  for (int k = 0; k < 12; ++k) matrix(k % 3, k / 3) = static_cast<double>(numbers[k]);
+  const std::optional<Eigen::Matrix3d> R = nearest_rotation(matrix.leftCols<3>());
+  if (!R || !matrix.col(3).allFinite()) {
+    tool.sight = IgtlSight::not_a_place;
+    return tool;
+  }
+  tool.X_tracker_tool.linear() = *R;
+  tool.X_tracker_tool.translation() = matrix.col(3);
+  return tool;
+}
+
+/// Position, and quaternion as x, y, z, w.
+IgtlTool tool_of(std::string name, const Eigen::Vector3d& position_mm, const Eigen::Vector4d& xyzw)
+{
+  IgtlTool tool{std::move(name)};
+  const std::optional<Eigen::Quaterniond> q = unit_quaternion({xyzw(3), xyzw(0), xyzw(1), xyzw(2)});
+  if (!q || !position_mm.allFinite()) {
+    tool.sight = IgtlSight::not_a_place;
+    return tool;
+  }
+  tool.X_tracker_tool.linear() = q->toRotationMatrix();
+  tool.X_tracker_tool.translation() = position_mm;
+  return tool;
+}
+
+std::optional<IgtlMessage> read_transform(Bytes content, IgtlMessage message)
+{
+  if (content.size() != IGTL_TRANSFORM_SIZE) return std::nullopt;
+  igtl_float32 numbers[12];
+  std::memcpy(numbers, content.data(), sizeof numbers);
+  igtl_transform_convert_byte_order(numbers);
+  message.tools.push_back(tool_of(message.device, numbers));
+  return message;
+}
+
+/// Sizes: position alone; three of the quaternion's numbers, of which the fourth follows; all.
+std::optional<IgtlMessage> read_position(Bytes content, IgtlMessage message)
+{
+  igtl_position place{};
+  static_assert(sizeof place == IGTL_POSITION_MESSAGE_DEFAULT_SIZE);
+  if (content.size() > sizeof place) return std::nullopt;
+  std::memcpy(&place, content.data(), content.size());
+  igtl_position_convert_byte_order(&place);
+  Eigen::Vector4d xyzw(static_cast<double>(place.quaternion[0]), static_cast<double>(place.quaternion[1]),
+                       static_cast<double>(place.quaternion[2]), static_cast<double>(place.quaternion[3]));
+  switch (content.size()) {
+    case IGTL_POSITION_MESSAGE_POSITON_ONLY_SIZE:
+      xyzw = {0.0, 0.0, 0.0, 1.0};
+      break;
+    case IGTL_POSITION_MESSAGE_WITH_QUATERNION3_SIZE: {
+      const double rest = 1.0 - xyzw.head<3>().squaredNorm();
+      xyzw(3) = rest > 0.0 ? std::sqrt(rest) : 0.0;
+      break;
+    }
+    case IGTL_POSITION_MESSAGE_DEFAULT_SIZE:
+      break;
+    default:
+      return std::nullopt;
+  }
+  const Eigen::Vector3d position_mm(static_cast<double>(place.position[0]),
+                                    static_cast<double>(place.position[1]),
+                                    static_cast<double>(place.position[2]));
+  message.tools.push_back(tool_of(message.device, position_mm, xyzw));
+  return message;
+}
+
+std::optional<IgtlMessage> read_tdata(Bytes content, IgtlMessage message)
+{
+  if (content.size() % IGTL_TDATA_ELEMENT_SIZE != 0) return std::nullopt;
+  for (; !content.empty(); content = content.subspan(IGTL_TDATA_ELEMENT_SIZE)) {
+    igtl_tdata_element element;
+    static_assert(sizeof element == IGTL_TDATA_ELEMENT_SIZE);
+    std::memcpy(&element, content.data(), sizeof element);
+    igtl_tdata_convert_byte_order(&element, 1);
+    igtl_float32 numbers[12];
+    std::memcpy(numbers, element.transform, sizeof numbers);
+    message.tools.push_back(tool_of(text_of(element.name, sizeof element.name), numbers));
+  }
+  return message;
+}
+
+std::optional<IgtlMessage> read_qtdata(Bytes content, IgtlMessage message)
+{
+  if (content.size() % IGTL_QTDATA_ELEMENT_SIZE != 0) return std::nullopt;
+  for (; !content.empty(); content = content.subspan(IGTL_QTDATA_ELEMENT_SIZE)) {
+    igtl_qtdata_element element;
+    static_assert(sizeof element == IGTL_QTDATA_ELEMENT_SIZE);
+    std::memcpy(&element, content.data(), sizeof element);
+    igtl_qtdata_convert_byte_order(&element, 1);
+    Eigen::Vector3f position_mm;
+    Eigen::Vector4f xyzw;
+    std::memcpy(position_mm.data(), element.position, sizeof element.position);
+    std::memcpy(xyzw.data(), element.quaternion, sizeof element.quaternion);
+    message.tools.push_back(
+        tool_of(text_of(element.name, sizeof element.name), position_mm.cast<double>(), xyzw.cast<double>()));
+  }
+  return message;
+}
+
+/// Code, sub-code (8 bytes), name of the error (20), text.
+std::optional<IgtlMessage> read_status(Bytes content, IgtlMessage message)
+{
+  constexpr std::size_t fixed_bytes = 30;
+  if (content.size() < fixed_bytes) return std::nullopt;
+  message.code = static_cast<int>(number_at(content, 0, 2));
+  message.text = text_of(content.subspan(fixed_bytes));
+  if (message.text.empty()) message.text = text_of(content.subspan(10, 20));
+  return message;
+}
+
+std::optional<IgtlMessage> read_start(Bytes content, IgtlMessage message)
+{
+  if (content.size() != IGTL_STT_TDATA_SIZE) return std::nullopt;
+  message.interval_ms = static_cast<std::int32_t>(static_cast<std::uint32_t>(number_at(content, 0, 4)));
+  message.text = text_of(content.subspan(4));
+  return message;
+}
+
+std::optional<IgtlMessage> read_content(Bytes content, IgtlMessage message)
+{
+  switch (message.kind) {
+    case IgtlKind::transform:
+      return read_transform(content, std::move(message));
+    case IgtlKind::position:
+      return read_position(content, std::move(message));
+    case IgtlKind::tdata:
+      return read_tdata(content, std::move(message));
+    case IgtlKind::qtdata:
+      return read_qtdata(content, std::move(message));
+    case IgtlKind::status:
+      return read_status(content, std::move(message));
+    case IgtlKind::start_tdata:
+      return read_start(content, std::move(message));
+    case IgtlKind::stop_tdata:
+      if (!content.empty()) return std::nullopt;
+      return message;
+    case IgtlKind::tdata_started:
+      if (content.size() != IGTL_RTS_TDATA_SIZE) return std::nullopt;
+      message.code = content[0];
+      return message;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+IgtlHead head_of(Bytes bytes)
+{
+  check(bytes.size() == igtl_head_bytes, "a whole head");
+  igtl_header header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  igtl_header_convert_byte_order(&header);
+  IgtlHead head;
+  head.version = header.version;
+  head.type = text_of(header.name, sizeof header.name);
+  head.device = text_of(header.device_name, sizeof header.device_name);
+  head.device_ns = ns_of(header.timestamp);
+  head.body_bytes = header.body_size;
+  head.crc = header.crc;
+  return head;
+}
+
+std::uint64_t igtl_crc(Bytes bytes, std::uint64_t before)
+{
+  // The library reads only.
+  return crc64(const_cast<std::uint8_t*>(bytes.data()), bytes.size(), before);
+}
+
+bool is_known_type(const std::string& type)
+{
+  return kind_of(type).has_value();
+}
+
+const char* type_of(IgtlKind kind)
+{
+  for (const TypeName& known : types) {
+    if (kind == known.kind) return known.name;
+  }
+  check(false, "every kind has a name");
+  return "";
+}
+
+std::optional<IgtlMessage> message_of(const IgtlHead& head, Bytes body)
+{
+  const std::optional<IgtlKind> kind = kind_of(head.type);
+  const std::optional<Stripped> inner = stripped(head.version, body);
+  if (!kind || !inner) return std::nullopt;
+  IgtlMessage message;
+  message.kind = *kind;
+  message.header_version = head.version;
+  message.device = head.device;
+  message.device_ns = head.device_ns;
+  std::optional<IgtlMessage> read = read_content(inner->content, std::move(message));
+  if (read && !inner->is_seen) {
+    for (IgtlTool& tool : read->tools) tool.sight = IgtlSight::missing;
+  }
+  return read;
+}
+
+}  // namespace vrda

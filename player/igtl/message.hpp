@@ -1,0 +1,52 @@
+/// The messages of OpenIGTLink that a tracker speaks, and their bytes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/mesh.hpp"
+
+namespace vrda {
+
+enum class IgtlKind : std::uint8_t {
+  transform,
+  position,
+  tdata,   ///< places of several tools
+  qtdata,  ///< the same with quaternions
+  status,
+  start_tdata,   ///< STT_TDATA: asks for TDATA
+  stop_tdata,    ///< STP_TDATA
+  tdata_started  ///< RTS_TDATA: the answer to either
+};
+
+enum class IgtlSight : std::uint8_t {
+  seen,
+  missing,      ///< the meta data say so (TransformStatus, as PLUS sends it); lists leave such tools out
+  not_a_place,  ///< a matrix that is no rotation, a quaternion not of unit length, a number that is none
+};
+
+struct IgtlTool {
+  std::string name;  ///< at most 20 bytes go over the line
+  IgtlSight sight = IgtlSight::seen;
+  Pose X_tracker_tool = Pose::Identity();  ///< mm, kept as float32 on the line
+};
+
+constexpr int igtl_status_ok = 1;
+
+struct IgtlMessage {
+  IgtlKind kind = IgtlKind::transform;
+  int header_version = 1;        ///< 2: with an extended header and meta data (OpenIGTLink 3)
+  std::string device;            ///< at most 20 bytes go over the line
+  std::int64_t device_ns = 0;    ///< since the device's epoch, below 2^32 s; 0: none
+  std::vector<IgtlTool> tools;   ///< of transform and position: one, named as the device
+  int code = igtl_status_ok;     ///< of status; of tdata_started: 0 for success
+  std::string text;              ///< of status; of start_tdata: the name of the coordinate system, 32 bytes
+  std::int32_t interval_ms = 0;  ///< of start_tdata: between two messages, 0 for as often as can be
+};
+
+/// Header, body and checksum. A tool that is missing is left out of lists; in a transform or position it
+/// takes header version 2. A tool that is not a place is written with a number that is none.
+std::vector<std::uint8_t> bytes_of(const IgtlMessage& message);
+
+}  // namespace vrda

@@ -1,0 +1,82 @@
+#include "igtl/stream.hpp"
+
+#include <algorithm>
+
+namespace vrda {
+
+void IgtlStream::break_off(const std::string& found, const std::string& wanted)
+{
+  trouble_ = "found " + found + ", wanted " + wanted;
+  buffer_.clear();
+  begin_ = 0;
+}
+
+void IgtlStream::add(std::span<const std::uint8_t> bytes)
+{
+  if (is_broken()) return;
+  buffer_.erase(buffer_.begin(), buffer_.begin() + static_cast<std::ptrdiff_t>(begin_));
+  begin_ = 0;
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+}
+
+/// False where the stream is broken.
+bool IgtlStream::take_head()
+{
+  IgtlHead head = head_of(waiting().first(igtl_head_bytes));
+  if (head.version != 1 && head.version != 2) {
+    break_off("header version " + std::to_string(head.version), "1 or 2 of OpenIGTLink");
+  } else if (head.type.empty() || head.type.find('?') != std::string::npos) {
+    break_off("type '" + head.type + "'", "the name of an OpenIGTLink message");
+  } else if (const std::uint64_t most = is_known_type(head.type) ? most_body_bytes : most_skipped_bytes;
+             head.body_bytes > most) {
+    break_off(head.type + " of " + std::to_string(head.body_bytes) + " bytes",
+              "at most " + std::to_string(most));
+  }
+  if (is_broken()) return false;
+  begin_ += igtl_head_bytes;
+  skipped_ = skipped_crc_ = 0;
+  head_ = std::move(head);
+  return true;
+}
+
+/// Passes over as much of the body as is there; true when it has ended well.
+bool IgtlStream::skip_body()
+{
+  const std::uint64_t n = std::min<std::uint64_t>(head_->body_bytes - skipped_, waiting().size());
+  skipped_crc_ = igtl_crc(waiting().first(n), skipped_crc_);
+  skipped_ += n;
+  begin_ += n;
+  if (skipped_ < head_->body_bytes) return false;
+  if (skipped_crc_ != head_->crc) {
+    break_off(head_->type + " with a wrong checksum", "CRC64 of its body");
+    return false;
+  }
+  ++n_skipped_;
+  head_.reset();
+  return true;
+}
+
+std::optional<IgtlMessage> IgtlStream::next()
+{
+  while (!is_broken()) {
+    if (!head_ && (!has(igtl_head_bytes) || !take_head())) return std::nullopt;
+    if (!is_known_type(head_->type)) {
+      if (!skip_body()) return std::nullopt;
+      continue;
+    }
+    if (!has(head_->body_bytes)) return std::nullopt;
+    const std::span<const std::uint8_t> body = waiting().first(head_->body_bytes);
+    if (igtl_crc(body) != head_->crc) {
+      break_off(head_->type + " with a wrong checksum", "CRC64 of its body");
+      return std::nullopt;
+    }
+    std::optional<IgtlMessage> message = message_of(*head_, body);
+    begin_ += body.size();
+    head_.reset();
+    if (message) return message;
+    ++n_malformed_;
+  }
+  return std::nullopt;
+}
+
+}  // namespace vrda

@@ -1,0 +1,194 @@
+#include <igtl_header.h>
+#include <igtl_position.h>
+#include <igtl_qtdata.h>
+#include <igtl_tdata.h>
+#include <igtl_transform.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#include "core/error.hpp"
+#include "igtl/content.hpp"
+#include "igtl/message.hpp"
+
+namespace vrda {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+template <std::size_t n>
+void put_text(char (&field)[n], const std::string& text)
+{
+  // Padded with zeros, cut where it is too long, as the protocol has it.
+  std::fill(std::begin(field), std::end(field), '\0');
+  std::copy_n(text.begin(), std::min(n, text.size()), field);
+}
+
+/// Big-endian, the lowest `n` bytes.
+void append_number(Bytes& bytes, std::uint64_t value, int n)
+{
+  for (int k = n - 1; k >= 0; --k) bytes.push_back(static_cast<std::uint8_t>(value >> (8 * k)));
+}
+
+template <class Part>
+void append_part(Bytes& bytes, const Part& part)
+{
+  const auto* at = reinterpret_cast<const std::uint8_t*>(&part);
+  bytes.insert(bytes.end(), at, at + sizeof part);
+}
+
+/// Three columns of the rotation, then the position.
+void put_transform(igtl_float32* numbers, const IgtlTool& tool)
+{
+  for (int k = 0; k < 12; ++k) numbers[k] = static_cast<float>(tool.X_tracker_tool.matrix()(k % 3, k / 3));
+  if (tool.sight == IgtlSight::not_a_place) numbers[0] = std::numeric_limits<float>::quiet_NaN();
+}
+
+/// Position, and quaternion as x, y, z, w.
+void put_place(igtl_float32* position, igtl_float32* quaternion, const IgtlTool& tool)
+{
+  const Eigen::Quaterniond q(Eigen::Matrix3d(tool.X_tracker_tool.linear()));
+  for (int k = 0; k < 3; ++k) position[k] = static_cast<float>(tool.X_tracker_tool.translation()(k));
+  for (int k = 0; k < 4; ++k) quaternion[k] = static_cast<float>(q.coeffs()(k));
+  if (tool.sight == IgtlSight::not_a_place) quaternion[0] = std::numeric_limits<float>::quiet_NaN();
+}
+
+void append_transform(Bytes& bytes, const IgtlTool& tool)
+{
+  igtl_float32 numbers[12];
+  put_transform(numbers, tool);
+  igtl_transform_convert_byte_order(numbers);
+  append_part(bytes, numbers);
+}
+
+void append_position(Bytes& bytes, const IgtlTool& tool)
+{
+  igtl_float32 position[3], quaternion[4];
+  put_place(position, quaternion, tool);
+  igtl_position place;
+  std::memcpy(place.position, position, sizeof position);
+  std::memcpy(place.quaternion, quaternion, sizeof quaternion);
+  igtl_position_convert_byte_order(&place);
+  append_part(bytes, place);
+}
+
+void append_tdata(Bytes& bytes, const IgtlTool& tool)
+{
+  igtl_float32 numbers[12];
+  put_transform(numbers, tool);
+  igtl_tdata_element element{};
+  put_text(element.name, tool.name);
+  element.type = IGTL_TDATA_TYPE_6D;
+  std::memcpy(element.transform, numbers, sizeof numbers);
+  igtl_tdata_convert_byte_order(&element, 1);
+  append_part(bytes, element);
+}
+
+void append_qtdata(Bytes& bytes, const IgtlTool& tool)
+{
+  igtl_float32 position[3], quaternion[4];
+  put_place(position, quaternion, tool);
+  igtl_qtdata_element element{};
+  put_text(element.name, tool.name);
+  element.type = IGTL_QTDATA_TYPE_6D;
+  std::memcpy(element.position, position, sizeof position);
+  std::memcpy(element.quaternion, quaternion, sizeof quaternion);
+  igtl_qtdata_convert_byte_order(&element, 1);
+  append_part(bytes, element);
+}
+
+void append_status(Bytes& bytes, const IgtlMessage& message)
+{
+  append_number(bytes, static_cast<std::uint64_t>(message.code), 2);
+  append_number(bytes, 0, 8);
+  char name[20];
+  put_text(name, message.code == igtl_status_ok ? "OK" : "Error");
+  append_part(bytes, name);
+  bytes.insert(bytes.end(), message.text.begin(), message.text.end());
+  bytes.push_back(0);
+}
+
+void append_start(Bytes& bytes, const IgtlMessage& message)
+{
+  append_number(bytes, static_cast<std::uint32_t>(message.interval_ms), 4);
+  char coordinates[IGTL_STT_TDATA_LEN_COORDNAME];
+  put_text(coordinates, message.text);
+  append_part(bytes, coordinates);
+}
+
+Bytes content_of(const IgtlMessage& message)
+{
+  Bytes bytes;
+  const bool is_one = message.kind == IgtlKind::transform || message.kind == IgtlKind::position;
+  check(!is_one || message.tools.size() == 1, "a TRANSFORM or POSITION is of one tool");
+  check(!is_one || message.header_version == 2 || message.tools[0].sight != IgtlSight::missing,
+        "header version 1 cannot say in a TRANSFORM or POSITION that its tool is missing");
+  for (const IgtlTool& tool : message.tools) {
+    if (message.kind == IgtlKind::transform) append_transform(bytes, tool);
+    if (message.kind == IgtlKind::position) append_position(bytes, tool);
+    if (tool.sight == IgtlSight::missing) continue;
+    if (message.kind == IgtlKind::tdata) append_tdata(bytes, tool);
+    if (message.kind == IgtlKind::qtdata) append_qtdata(bytes, tool);
+  }
+  if (message.kind == IgtlKind::status) append_status(bytes, message);
+  if (message.kind == IgtlKind::start_tdata) append_start(bytes, message);
+  if (message.kind == IgtlKind::tdata_started)
+    append_number(bytes, static_cast<std::uint64_t>(message.code), 1);
+  return bytes;
+}
+
+/// Header version 2 puts the extended header before the content and the meta data behind it.
+Bytes wrapped(const IgtlMessage& message, const Bytes& content)
+{
+  const bool is_missing = message.tools.size() == 1 && message.tools[0].sight == IgtlSight::missing;
+  const std::string key = "TransformStatus", value = is_missing ? "MISSING" : "OK";
+  constexpr std::uint64_t extended_bytes = 12, entries_bytes = 2 + 8, us_ascii = 3;
+  Bytes bytes;
+  append_number(bytes, extended_bytes, 2);
+  append_number(bytes, entries_bytes, 2);
+  append_number(bytes, key.size() + value.size(), 4);
+  append_number(bytes, 0, 4);  // no number of the message
+  bytes.insert(bytes.end(), content.begin(), content.end());
+  append_number(bytes, 1, 2);
+  append_number(bytes, key.size(), 2);
+  append_number(bytes, us_ascii, 2);
+  append_number(bytes, value.size(), 4);
+  bytes.insert(bytes.end(), key.begin(), key.end());
+  bytes.insert(bytes.end(), value.begin(), value.end());
+  return bytes;
+}
+
+/// Seconds, and 2^-32 of them.
+std::uint64_t timestamp_of(std::int64_t device_ns)
+{
+  check(device_ns >= 0, "time stamps count from the device's epoch");
+  const auto ns = static_cast<std::uint64_t>(device_ns);
+  const std::uint64_t seconds = ns / 1'000'000'000U, rest = ns % 1'000'000'000U;
+  check(seconds <= 0xFFFFFFFFU, "a time stamp has 32 bits of seconds");
+  return seconds << 32 | ((rest << 32) + 500'000'000U) / 1'000'000'000U;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> bytes_of(const IgtlMessage& message)
+{
+  check(message.header_version == 1 || message.header_version == 2, "header versions are 1 and 2");
+  const Bytes content = content_of(message);
+  const Bytes body = message.header_version == 2 ? wrapped(message, content) : content;
+  igtl_header header{};
+  header.version = static_cast<igtl_uint16>(message.header_version);
+  put_text(header.name, type_of(message.kind));
+  put_text(header.device_name, message.device);
+  header.timestamp = timestamp_of(message.device_ns);
+  header.body_size = body.size();
+  header.crc = igtl_crc(body);
+  igtl_header_convert_byte_order(&header);
+  Bytes bytes;
+  bytes.reserve(sizeof header + body.size());
+  append_part(bytes, header);
+  bytes.insert(bytes.end(), body.begin(), body.end());
+  return bytes;
+}
+
+}  // namespace vrda

@@ -1,0 +1,162 @@
+#include "devices/board_talk.hpp"
+
+#include <gtest/gtest.h>
+
+extern "C" {
+#include "firmware/board.h"
+#include "firmware/crc16.h"
+}
+
+namespace vrda {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+constexpr std::int64_t ms = 1'000'000;
+
+Bytes frame(char request, const Bytes& payload)
+{
+  Bytes bytes{static_cast<std::uint8_t>(request), static_cast<std::uint8_t>(payload.size())};
+  bytes.insert(bytes.end(), payload.begin(), payload.end());
+  const std::uint16_t crc = crc16(bytes.data(), bytes.size());
+  bytes.insert(bytes.begin(), {board_frame_start_0, board_frame_start_1});
+  bytes.push_back(static_cast<std::uint8_t>(crc & 0xFF));
+  bytes.push_back(static_cast<std::uint8_t>(crc >> 8));
+  return bytes;
+}
+
+const Bytes version{1, 'V', 'R', 'D', 'A'};
+
+BoardTalk talk_that_is_up(const BoardSettings& settings = {})
+{
+  BoardTalk talk(settings, 0);
+  EXPECT_EQ(talk.due(0), "V");
+  EXPECT_TRUE(talk.hear(frame('V', version), 0).empty());
+  EXPECT_EQ(talk.phase(), BoardTalk::Phase::up);
+  return talk;
+}
+
+TEST(BoardTalk, AsksForTheVersionUntilItIsAnsweredOrGivesUp)
+{
+  BoardTalk talk({}, 0);
+  std::int64_t now_ns = 0;
+  for (int n = 0; n < BoardTalk::most_version_requests; ++n) {
+    EXPECT_EQ(talk.next_due_ns(), now_ns);
+    EXPECT_EQ(talk.due(now_ns), "V");
+    EXPECT_EQ(talk.due(now_ns), "");
+    now_ns += BoardTalk::late_ns;
+  }
+  EXPECT_EQ(talk.phase(), BoardTalk::Phase::asking);
+  EXPECT_EQ(talk.due(now_ns), "");
+  EXPECT_EQ(talk.phase(), BoardTalk::Phase::given_up);
+  EXPECT_EQ(talk.trouble(), "found no answer to V for 5 s, wanted a board of protocol version 1");
+}
+
+TEST(BoardTalk, GivesUpOnAnotherVersionAndOnAnotherBoard)
+{
+  BoardTalk newer({}, 0);
+  newer.hear(frame('V', {2, 'V', 'R', 'D', 'A'}), 0);
+  EXPECT_EQ(newer.phase(), BoardTalk::Phase::given_up);
+  EXPECT_EQ(newer.trouble(), "found protocol version 2, wanted 1");
+  for (const Bytes& payload : {Bytes{1, 'V', 'R', 'D', 'B'}, Bytes{1}, Bytes{1, 'V', 'R', 'D', 'A', 0}}) {
+    BoardTalk other({}, 0);
+    other.hear(frame('V', payload), 0);
+    EXPECT_EQ(other.trouble(),
+              "found an answer to V that is not of this bench's board, wanted its version and VRDA");
+  }
+}
+
+TEST(BoardTalk, ReadingsSayWhatTheBoardSaid)
+{
+  BoardTalk talk = talk_that_is_up();
+  Bytes bytes = frame('P', {0xFF, 0x03});
+  const Bytes stage = frame('E', {0xFE, 0xFF, 0xFF, 0xFF, 3});
+  bytes.insert(bytes.end(), stage.begin(), stage.end());
+  const std::vector<Sample> samples = talk.hear(bytes, 9);
+  ASSERT_EQ(samples.size(), 2U);
+  EXPECT_EQ(samples[0].kind, SampleKind::potentiometer);
+  EXPECT_EQ(samples[0].count, 1023);
+  EXPECT_EQ(samples[0].arrival_ns, 9);
+  EXPECT_EQ(samples[1].kind, SampleKind::stage);
+  EXPECT_EQ(samples[1].count, -2);
+  EXPECT_EQ(samples[1].state, stage_zeroed | stage_lost_counts);
+}
+
+TEST(BoardTalk, WhatIsNoReadingIsRefused)
+{
+  BoardTalk talk = talk_that_is_up();
+  for (const Bytes& bytes :
+       {frame('P', {0, 4}), frame('P', {1}), frame('E', {1, 2, 3, 4}), frame('Z', {1}), frame('Q', {1, 2})})
+    EXPECT_TRUE(talk.hear(bytes, 0).empty());
+  EXPECT_EQ(talk.n_refused(), 5U);
+  talk.hear(Bytes{1, 2, 3}, 0);
+  EXPECT_EQ(talk.n_refused(), 6U);
+}
+
+TEST(BoardTalk, AsksForAllReadingsInOneGoAtItsRate)
+{
+  BoardTalk talk = talk_that_is_up();
+  int n_rounds = 0;
+  for (std::int64_t now_ns = 0; now_ns < 1000 * ms; now_ns = talk.next_due_ns()) {
+    const std::string requests = talk.due(now_ns);
+    n_rounds += requests == "PE" ? 1 : 0;
+    talk.hear(frame('P', {1, 0}), now_ns);
+    talk.hear(frame('E', {0, 0, 0, 0, 0}), now_ns);
+  }
+  EXPECT_EQ(n_rounds, 1000 / 10);
+}
+
+TEST(BoardTalk, AHundredHertzFitTheLine)
+{
+  // 10 bits a byte; answers and requests go different ways.
+  const std::size_t answers = frame('P', {0, 0}).size() + frame('E', {0, 0, 0, 0, 0}).size();
+  EXPECT_LT(100 * answers * 10, 115'200U);
+}
+
+TEST(BoardTalk, KeepsTwoOfAKindOnTheirWayAndAsksAgainWhatIsLate)
+{
+  BoardSettings settings;
+  settings.has_stage = false;
+  BoardTalk talk = talk_that_is_up(settings);
+  const std::int64_t begin_ns = talk.next_due_ns();
+  EXPECT_EQ(talk.due(begin_ns), "P");
+  EXPECT_EQ(talk.due(begin_ns + 10 * ms), "P");
+  EXPECT_EQ(talk.due(begin_ns + 20 * ms), "") << "two are on their way";
+  talk.hear(frame('P', {1, 0}), begin_ns + 25 * ms);
+  EXPECT_EQ(talk.due(begin_ns + 30 * ms), "P");
+  EXPECT_EQ(talk.due(begin_ns + 60 * ms - 1), "");
+  EXPECT_EQ(talk.due(begin_ns + 60 * ms), "P") << "that of 10 ms is late";
+}
+
+TEST(BoardTalk, GivesUpOnABoardThatFellSilent)
+{
+  BoardTalk talk = talk_that_is_up();
+  std::int64_t now_ns = talk.next_due_ns();
+  const std::int64_t begin_ns = now_ns;
+  while (talk.phase() == BoardTalk::Phase::up) {
+    talk.due(now_ns);
+    ASSERT_GT(talk.next_due_ns(), now_ns);
+    now_ns = talk.next_due_ns();
+    ASSERT_LT(now_ns, begin_ns + 2000 * ms);
+  }
+  EXPECT_EQ(talk.trouble(), "found no answer for 1 s, wanted readings");
+}
+
+TEST(BoardTalk, SetsZeroOnceItIsAnswered)
+{
+  BoardTalk talk = talk_that_is_up();
+  talk.zero_stage();
+  const std::int64_t now_ns = talk.next_due_ns();
+  EXPECT_EQ(talk.due(now_ns).front(), 'Z');
+  EXPECT_EQ(talk.due(now_ns + 1).find('Z'), std::string::npos);
+  EXPECT_EQ(talk.due(now_ns + BoardTalk::late_ns).front(), 'Z') << "no answer: again";
+  EXPECT_TRUE(talk.hear(frame('Z', {1, 0, 0, 0}), now_ns + 60 * ms).empty());
+  EXPECT_EQ(talk.due(now_ns + 200 * ms).find('Z'), std::string::npos);
+
+  BoardTalk asking({}, 0);
+  asking.zero_stage();
+  asking.hear(frame('V', version), 0);
+  EXPECT_EQ(asking.due(1000 * ms).find('Z'), std::string::npos) << "it was not up";
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,222 @@
+// The board's client against the firmware behind a pseudo-terminal.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include "core/error.hpp"
+#include "devices/pty_board.hpp"
+#include "player/devices/waiting.hpp"
+#include "support/scratch.hpp"
+
+extern "C" {
+#include "firmware/crc16.h"
+}
+
+namespace vrda {
+namespace {
+
+using test::is_link;
+using test::take_until;
+using test::wait_until;
+
+BoardSettings settings_for(const PtyBoard& board)
+{
+  BoardSettings settings;
+  settings.port = board.path();
+  settings.retry_ms = 5.0;
+  return settings;
+}
+
+bool is_up(const Sample& sample)
+{
+  return is_link(sample, DeviceId::board, LinkState::up);
+}
+bool is_closed(const Sample& sample)
+{
+  return is_link(sample, DeviceId::board, LinkState::closed);
+}
+
+/// What stands on the desk: a knob, a stage, and a line that may spoil what goes over it.
+class Board : public testing::Test {
+ protected:
+  PtyBoardOptions options(const std::string& link)
+  {
+    PtyBoardOptions options;
+    options.link = link;
+    options.potentiometer = [this] { return knob_.load(); };
+    options.stage_count = [this] { return stage_.load(); };
+    options.spoil = [this](std::vector<std::uint8_t>& bytes) { spoil(bytes); };
+    return options;
+  }
+  bool await_stage(int count, int flags)
+  {
+    return take_until(*devices_, seen_, [=](const Sample& s) {
+      return s.kind == SampleKind::stage && s.count == count && s.state == flags;
+    });
+  }
+  bool await_knob(int value)
+  {
+    return take_until(*devices_, seen_, [=](const Sample& s) {
+      return s.kind == SampleKind::potentiometer && s.count == value;
+    });
+  }
+  void start()
+  {
+    board_.emplace(options((scratch_.path() / "board").string()));
+    devices_.emplace(std::nullopt, settings_for(*board_));
+    ASSERT_TRUE(take_until(*devices_, seen_, is_up));
+  }
+  void spoil(std::vector<std::uint8_t>& bytes)
+  {
+    const int n = n_sent_++;
+    if (is_silent_) bytes.clear();
+    if (drops_ && n % 7 == 3 && !bytes.empty())
+      bytes.erase(bytes.begin() + n % static_cast<int>(bytes.size()));
+    if (drops_ && n % 7 == 5) bytes.insert(bytes.begin(), {0xA5, 0x5A, 'P', 16, 0xFF});
+    if (drops_ && n % 7 == 6 && bytes.size() > 5) bytes[5] ^= 0x10;
+    if (says_version_ != 1 && bytes.size() == 11 && bytes[2] == 'V') {
+      bytes[4] = static_cast<std::uint8_t>(says_version_);
+      const std::uint16_t crc = crc16(&bytes[2], 7);
+      bytes[9] = static_cast<std::uint8_t>(crc & 0xFF);
+      bytes[10] = static_cast<std::uint8_t>(crc >> 8);
+    }
+  }
+
+  std::atomic<int> knob_{512}, stage_{0}, says_version_{1};
+  std::atomic<bool> drops_{false}, is_silent_{false};
+  std::atomic<int> n_sent_{0};
+  test::Scratch scratch_;
+  std::optional<PtyBoard> board_;
+  std::optional<Devices> devices_;
+  std::vector<Sample> seen_;
+};
+
+TEST_F(Board, ReadsKnobAndStage)
+{
+  start();
+  EXPECT_TRUE(await_knob(512));
+  knob_ = 1023;
+  EXPECT_TRUE(await_knob(1023));
+  for (const int count : {1, -3, 20'000, -20'000, 0}) {
+    stage_ = count;
+    EXPECT_TRUE(await_stage(count, 0)) << count;
+  }
+  EXPECT_EQ(devices_->report(DeviceId::board).n_refused, 0U);
+}
+
+TEST_F(Board, SetsTheStageToZero)
+{
+  start();
+  stage_ = 300;
+  EXPECT_TRUE(await_stage(300, 0));
+  devices_->zero_stage();
+  EXPECT_TRUE(await_stage(0, stage_zeroed));
+  stage_ = 200;
+  EXPECT_TRUE(await_stage(-100, stage_zeroed));
+}
+
+TEST_F(Board, ReturnsAtTheSameLinkAfterTheTerminalHasGone)
+{
+  start();
+  stage_ = 50;
+  EXPECT_TRUE(await_stage(50, 0));
+  board_->unplug();
+  EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
+  EXPECT_TRUE(
+      wait_until([&] { return devices_->report(DeviceId::board).trouble == "No such file or directory"; }));
+  board_->plug();
+  EXPECT_TRUE(take_until(*devices_, seen_, is_up));
+  EXPECT_TRUE(await_stage(0, 0)) << "a board that was off has lost its place, and says so";
+  stage_ = 60;
+  EXPECT_TRUE(await_stage(10, 0));
+}
+
+TEST_F(Board, ASecondBoardAtTheSameLinkIsFound)
+{
+  start();
+  board_.reset();
+  EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
+  board_.emplace(options((scratch_.path() / "board").string()));
+  EXPECT_TRUE(take_until(*devices_, seen_, is_up));
+  EXPECT_TRUE(await_knob(512));
+}
+
+TEST_F(Board, NoiseAndDroppedBytesCostReadingsAndNothingElse)
+{
+  start();
+  drops_ = true;
+  board_->say({'n', 'o', 'i', 's', 'e', 0xA5, 0x5A});
+  for (int value = 0; value < 100; ++value) {
+    knob_ = value;
+    ASSERT_TRUE(await_knob(value));
+  }
+  drops_ = false;
+  EXPECT_GT(devices_->report(DeviceId::board).n_refused, 0U);
+  EXPECT_EQ(devices_->report(DeviceId::board).n_connects, 1U);
+  int n_wrong = 0;
+  for (const Sample& sample : seen_) {
+    n_wrong += sample.kind == SampleKind::stage && sample.count != 0 ? 1 : 0;
+    n_wrong += sample.kind == SampleKind::potentiometer && sample.count > 99 && sample.count != 512 ? 1 : 0;
+  }
+  EXPECT_EQ(n_wrong, 0);
+}
+
+TEST_F(Board, SaysThatTheVersionIsAnother)
+{
+  says_version_ = 9;
+  board_.emplace(options(""));
+  devices_.emplace(std::nullopt, settings_for(*board_));
+  EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
+  EXPECT_EQ(devices_->report(DeviceId::board).trouble, "found protocol version 9, wanted 1");
+  says_version_ = 1;
+  EXPECT_TRUE(take_until(*devices_, seen_, is_up));
+  EXPECT_EQ(devices_->report(DeviceId::board).trouble, "");
+}
+
+TEST_F(Board, ABoardThatFallsSilentIsFoundAgain)
+{
+  start();
+  is_silent_ = true;
+  EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
+  EXPECT_EQ(devices_->report(DeviceId::board).trouble, "found no answer for 1 s, wanted readings");
+  is_silent_ = false;
+  EXPECT_TRUE(take_until(*devices_, seen_, is_up));
+  EXPECT_TRUE(await_knob(512));
+}
+
+TEST_F(Board, SaysWhyAPortCannotBeOpened)
+{
+  BoardSettings settings;
+  settings.port = (scratch_.path() / "none").string();
+  settings.retry_ms = 1.0;
+  const Devices none(std::nullopt, settings);
+  EXPECT_TRUE(
+      wait_until([&] { return none.report(DeviceId::board).trouble == "No such file or directory"; }));
+  settings.port = (scratch_.path() / "file").string();
+  std::ofstream(settings.port) << "no terminal";
+  const Devices file(std::nullopt, settings);
+  EXPECT_TRUE(
+      wait_until([&] { return file.report(DeviceId::board).trouble == "Inappropriate ioctl for device"; }));
+}
+
+TEST_F(Board, AFileIsNotReplacedByALink)
+{
+  const std::string path = (scratch_.path() / "file").string();
+  std::ofstream(path) << "precious";
+  try {
+    PtyBoard board(options(path));
+    FAIL() << "the file was in the way";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.facts().field, path);
+    EXPECT_EQ(error.facts().found, "a file");
+  }
+  EXPECT_TRUE(std::filesystem::is_regular_file(path));
+  EXPECT_THROW(PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,121 @@
+#include "devices/sample_queue.hpp"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "devices/outlet.hpp"
+
+namespace vrda {
+namespace {
+
+Sample reading(std::int32_t count)
+{
+  Sample sample;
+  sample.kind = SampleKind::stage;
+  sample.count = count;
+  return sample;
+}
+
+Sample of_place(SeenState state)
+{
+  Sample sample;
+  sample.kind = SampleKind::place;
+  sample.state = static_cast<std::uint8_t>(state);
+  return sample;
+}
+
+TEST(SampleQueue, GivesWhatWasPutInItsOrder)
+{
+  SampleQueue queue;
+  Sample sample;
+  EXPECT_FALSE(queue.take(sample));
+  for (std::int32_t round = 0; round < 3; ++round) {  // beyond its length
+    for (std::int32_t k = 0; k < 3000; ++k) ASSERT_TRUE(queue.put(reading(k)));
+    for (std::int32_t k = 0; k < 3000; ++k) {
+      ASSERT_TRUE(queue.take(sample));
+      ASSERT_EQ(sample.count, k);
+    }
+    EXPECT_FALSE(queue.take(sample));
+  }
+}
+
+TEST(SampleQueue, KeepsRoomForTheNewsOfLinksAndOfToolsNoLongerSeen)
+{
+  SampleQueue queue;
+  std::size_t n = 0;
+  while (queue.put(reading(1))) ++n;
+  EXPECT_EQ(n, SampleQueue::capacity - SampleQueue::n_reserved);
+  EXPECT_FALSE(queue.put(of_place(SeenState::seen)));
+  EXPECT_TRUE(queue.put(of_place(SeenState::stale)));
+  EXPECT_TRUE(queue.put(Sample()));
+  for (n = 2; queue.put(Sample()); ++n) {
+  }
+  EXPECT_EQ(n, SampleQueue::n_reserved);
+}
+
+TEST(SampleQueue, LosesNothingBetweenTwoThreads)
+{
+  constexpr std::int32_t n_samples = 300'000;
+  SampleQueue queue;
+  std::thread writer([&queue] {
+    for (std::int32_t k = 0; k < n_samples;) {
+      if (queue.put(reading(k))) ++k;
+    }
+  });
+  std::int32_t n_wrong = 0;
+  Sample sample;
+  for (std::int32_t k = 0; k < n_samples;) {
+    if (!queue.take(sample)) continue;
+    n_wrong += sample.count == k ? 0 : 1;
+    ++k;
+  }
+  writer.join();
+  EXPECT_EQ(n_wrong, 0);
+}
+
+TEST(Outlet, CountsWhatTheLoopDidNotTake)
+{
+  SampleQueue queue;
+  const ArrivalClock clock;
+  Outlet outlet(DeviceId::board, "/dev/board", queue, clock);
+  outlet.put(std::vector<Sample>(SampleQueue::capacity, reading(1)));
+  const DeviceReport report = outlet.report();
+  EXPECT_EQ(report.peer, "/dev/board");
+  EXPECT_EQ(report.n_samples, SampleQueue::capacity);
+  EXPECT_EQ(report.n_lost, SampleQueue::n_reserved);
+}
+
+TEST(Outlet, SaysNewsOfTheLinkOnceAndKeepsItsTrouble)
+{
+  SampleQueue queue;
+  const ArrivalClock clock;
+  Outlet outlet(DeviceId::board, "", queue, clock);
+  outlet.set_link(LinkState::opening, "");
+  outlet.set_link(LinkState::closed, "Connection refused");
+  outlet.set_link(LinkState::closed, "Connection refused");
+  outlet.set_link(LinkState::opening, "");
+  EXPECT_EQ(outlet.report().trouble, "Connection refused");
+  outlet.set_link(LinkState::up, "");
+  EXPECT_EQ(outlet.report().trouble, "");
+  EXPECT_EQ(outlet.report().n_connects, 1U);
+  EXPECT_EQ(outlet.report().n_samples, 0U);
+  std::vector<int> states;
+  for (Sample sample; queue.take(sample);) states.push_back(sample.state);
+  EXPECT_EQ(states, (std::vector<int>{1, 0, 1, 2}));
+}
+
+TEST(RateMeter, IsExactForSteadyReadings)
+{
+  RateMeter meter;
+  EXPECT_EQ(meter.rate_hz(0), 0.0);
+  constexpr std::int64_t period_ns = 10'000'000;
+  std::int64_t now_ns = 0;
+  for (int n = 0; n < 1000; ++n, now_ns += period_ns) meter.count(now_ns);
+  // One reading more or less within the 1.75 to 2 s that count.
+  EXPECT_NEAR(meter.rate_hz(now_ns), 100.0, 1.0 / 1.75);
+  EXPECT_EQ(meter.rate_hz(now_ns + 3'000'000'000), 0.0);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,52 @@
+/// Devices in tests: what they say, waited for.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "devices/devices.hpp"
+
+namespace vrda::test {
+
+/// Against hanging only: nothing here depends on how fast it is.
+constexpr std::chrono::seconds hang_guard{60};
+
+/// Looks until the condition holds; false after the guard.
+template <class Condition>
+bool wait_until(Condition condition)
+{
+  const auto end = std::chrono::steady_clock::now() + hang_guard;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+/// Takes samples, keeping them in `seen`, until one fits; false after the guard.
+template <class Fits>
+bool take_until(Devices& devices, std::vector<Sample>& seen, Fits fits)
+{
+  return wait_until([&] {
+    for (Sample sample; devices.take(sample);) {
+      seen.push_back(sample);
+      if (fits(sample)) return true;
+    }
+    return false;
+  });
+}
+
+inline bool is_link(const Sample& sample, DeviceId device, LinkState state)
+{
+  return sample.kind == SampleKind::link && sample.source == static_cast<std::uint16_t>(device) &&
+         sample.state == static_cast<std::uint8_t>(state);
+}
+
+inline bool is_place(const Sample& sample, SeenState state)
+{
+  return sample.kind == SampleKind::place && sample.state == static_cast<std::uint8_t>(state);
+}
+
+}  // namespace vrda::test

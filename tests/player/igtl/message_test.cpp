@@ -1,0 +1,253 @@
+#include <gtest/gtest.h>
+#include <igtlPositionMessage.h>
+#include <igtlQuaternionTrackingDataMessage.h>
+#include <igtlStatusMessage.h>
+#include <igtlTrackingDataMessage.h>
+#include <igtlTransformMessage.h>
+
+#include "core/error.hpp"
+#include "igtl/content.hpp"
+#include "igtl/message.hpp"
+#include "igtl/stream.hpp"
+
+namespace vrda {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+constexpr std::uint32_t seconds = 1'700'000'000, fraction = 0x40000000;  // a quarter of a second
+constexpr std::int64_t stamp_ns = 1'700'000'000'250'000'000;
+
+Pose turned_pose()
+{
+  Pose X = Pose::Identity();
+  X.linear() = Eigen::Quaterniond(0.5, 0.1, -0.7, 0.5).normalized().toRotationMatrix();
+  X.translation() = Eigen::Vector3d(12.5, -340.125, 2001.75);  // exact in float32
+  return X;
+}
+
+IgtlMessage message_with(IgtlKind kind, const std::vector<std::string>& names)
+{
+  IgtlMessage message;
+  message.kind = kind;
+  message.device = names.size() == 1 ? names[0] : "Tracker";
+  message.device_ns = stamp_ns;
+  for (const std::string& name : names) {
+    IgtlTool tool{name};
+    tool.X_tracker_tool = turned_pose();
+    tool.X_tracker_tool.translation().x() += static_cast<double>(message.tools.size());
+    message.tools.push_back(tool);
+  }
+  return message;
+}
+
+template <class Message>
+Bytes packed(Message& message, const char* device)
+{
+  message->SetDeviceName(device);
+  message->SetTimeStamp(seconds, fraction);
+  message->Pack();
+  const auto* at = static_cast<const std::uint8_t*>(message->GetPackPointer());
+  return {at, at + message->GetPackSize()};
+}
+
+template <class Element>
+void set_matrix(Element& element, const Pose& X)
+{
+  igtl::Matrix4x4 matrix;
+  for (int r = 0; r < 4; ++r) {
+    for (int c = 0; c < 4; ++c) matrix[r][c] = static_cast<float>(X.matrix()(r, c));
+  }
+  element->SetMatrix(matrix);
+}
+
+template <class Element>
+void set_place(Element& element, const Pose& X)
+{
+  const Eigen::Vector3f p = X.translation().cast<float>();
+  const Eigen::Vector4f q = Eigen::Quaterniond(Eigen::Matrix3d(X.linear())).coeffs().cast<float>();
+  element->SetPosition(p.x(), p.y(), p.z());
+  element->SetQuaternion(q(0), q(1), q(2), q(3));
+}
+
+TEST(IgtlMessage, TransformsAreWrittenAsTheLibraryWritesThem)
+{
+  const igtl::TransformMessage::Pointer oracle = igtl::TransformMessage::New();
+  set_matrix(oracle, turned_pose());
+  EXPECT_EQ(bytes_of(message_with(IgtlKind::transform, {"Femur"})), packed(oracle, "Femur"));
+}
+
+TEST(IgtlMessage, PositionsAreWrittenAsTheLibraryWritesThem)
+{
+  const igtl::PositionMessage::Pointer oracle = igtl::PositionMessage::New();
+  set_place(oracle, turned_pose());
+  EXPECT_EQ(bytes_of(message_with(IgtlKind::position, {"Femur"})), packed(oracle, "Femur"));
+}
+
+/// The library leaves the reserved byte of each element, behind its name and type, as it finds it.
+Bytes with_reserved_bytes_zero(Bytes bytes, std::size_t element_bytes)
+{
+  for (std::size_t at = igtl_head_bytes; at < bytes.size(); at += element_bytes) bytes[at + 21] = 0;
+  const std::uint64_t crc = igtl_crc(std::span(bytes).subspan(igtl_head_bytes));
+  for (std::size_t k = 0; k < 8; ++k) bytes[50 + k] = static_cast<std::uint8_t>(crc >> (56 - 8 * k));
+  return bytes;
+}
+
+TEST(IgtlMessage, ListsOfToolsAreWrittenAsTheLibraryWritesThem)
+{
+  const IgtlMessage tdata = message_with(IgtlKind::tdata, {"Femur", "Tibia"});
+  const IgtlMessage qtdata = message_with(IgtlKind::qtdata, {"Femur", "Tibia"});
+  const igtl::TrackingDataMessage::Pointer oracle = igtl::TrackingDataMessage::New();
+  const igtl::QuaternionTrackingDataMessage::Pointer q_oracle = igtl::QuaternionTrackingDataMessage::New();
+  for (const IgtlTool& tool : tdata.tools) {
+    igtl::TrackingDataElement::Pointer element = igtl::TrackingDataElement::New();
+    igtl::QuaternionTrackingDataElement::Pointer q_element = igtl::QuaternionTrackingDataElement::New();
+    element->SetName(tool.name.c_str());
+    q_element->SetName(tool.name.c_str());
+    element->SetType(igtl::TrackingDataElement::TYPE_6D);
+    q_element->SetType(igtl::QuaternionTrackingDataElement::TYPE_6D);
+    set_matrix(element, tool.X_tracker_tool);
+    set_place(q_element, tool.X_tracker_tool);
+    oracle->AddTrackingDataElement(element);
+    q_oracle->AddQuaternionTrackingDataElement(q_element);
+  }
+  EXPECT_EQ(bytes_of(tdata), with_reserved_bytes_zero(packed(oracle, "Tracker"), 70));
+  EXPECT_EQ(bytes_of(qtdata), with_reserved_bytes_zero(packed(q_oracle, "Tracker"), 50));
+}
+
+TEST(IgtlMessage, RequestsAndStatusAreWrittenAsTheLibraryWritesThem)
+{
+  IgtlMessage start = message_with(IgtlKind::start_tdata, {"Tracker"});
+  start.interval_ms = 10;
+  start.text = "Patient";
+  const igtl::StartTrackingDataMessage::Pointer start_oracle = igtl::StartTrackingDataMessage::New();
+  start_oracle->SetResolution(10);
+  start_oracle->SetCoordinateName("Patient");
+  EXPECT_EQ(bytes_of(start), packed(start_oracle, "Tracker"));
+
+  const igtl::StopTrackingDataMessage::Pointer stop_oracle = igtl::StopTrackingDataMessage::New();
+  EXPECT_EQ(bytes_of(message_with(IgtlKind::stop_tdata, {"Tracker"})), packed(stop_oracle, "Tracker"));
+
+  IgtlMessage started = message_with(IgtlKind::tdata_started, {"Tracker"});
+  started.code = 0;
+  const igtl::RTSTrackingDataMessage::Pointer started_oracle = igtl::RTSTrackingDataMessage::New();
+  started_oracle->SetStatus(igtl::RTSTrackingDataMessage::STATUS_SUCCESS);
+  EXPECT_EQ(bytes_of(started), packed(started_oracle, "Tracker"));
+
+  IgtlMessage status = message_with(IgtlKind::status, {"Tracker"});
+  status.code = 13;
+  status.text = "starting up";
+  const igtl::StatusMessage::Pointer status_oracle = igtl::StatusMessage::New();
+  status_oracle->SetCode(13);
+  status_oracle->SetSubCode(0);
+  status_oracle->SetErrorName("Error");
+  status_oracle->SetStatusString("starting up");
+  EXPECT_EQ(bytes_of(status), packed(status_oracle, "Tracker"));
+}
+
+std::vector<IgtlMessage> read(const Bytes& bytes)
+{
+  IgtlStream stream;
+  stream.add(bytes);
+  std::vector<IgtlMessage> messages;
+  while (std::optional<IgtlMessage> message = stream.next()) messages.push_back(*message);
+  EXPECT_EQ(stream.trouble(), "");
+  return messages;
+}
+
+/// float32 keeps 24 bits: entries of rotations within 2^-24, the translations here exactly; making the
+/// rotation orthonormal moves it by no more again. Quaternions enter the matrix by up to four products.
+constexpr double storage = 4.0 / (1 << 24);
+
+TEST(IgtlMessage, ReadsBackWhatWasWritten)
+{
+  for (const IgtlKind kind : {IgtlKind::transform, IgtlKind::position, IgtlKind::tdata, IgtlKind::qtdata}) {
+    for (const int version : {1, 2}) {
+      SCOPED_TRACE(std::to_string(static_cast<int>(kind)) + " in header version " + std::to_string(version));
+      const bool is_list = kind == IgtlKind::tdata || kind == IgtlKind::qtdata;
+      IgtlMessage message =
+          message_with(kind, is_list ? std::vector<std::string>{"Femur", "Tibia", "exactly-20-bytes-lng"}
+                                     : std::vector<std::string>{"Femur"});
+      message.header_version = version;
+      const std::vector<IgtlMessage> back = read(bytes_of(message));
+      ASSERT_EQ(back.size(), 1U);
+      EXPECT_EQ(back[0].kind, kind);
+      EXPECT_EQ(back[0].header_version, version);
+      EXPECT_EQ(back[0].device, message.device);
+      EXPECT_EQ(back[0].device_ns, stamp_ns);
+      ASSERT_EQ(back[0].tools.size(), message.tools.size());
+      for (std::size_t k = 0; k < message.tools.size(); ++k) {
+        EXPECT_EQ(back[0].tools[k].name, message.tools[k].name);
+        EXPECT_EQ(back[0].tools[k].sight, IgtlSight::seen);
+        const Pose &X = back[0].tools[k].X_tracker_tool, &wanted = message.tools[k].X_tracker_tool;
+        EXPECT_EQ(Eigen::Vector3d(X.translation()), Eigen::Vector3d(wanted.translation()));
+        EXPECT_LT((X.linear() - wanted.linear()).cwiseAbs().maxCoeff(), storage);
+      }
+    }
+  }
+}
+
+TEST(IgtlMessage, TimeStampsComeBackToTheNanosecond)
+{
+  for (const std::int64_t ns :
+       {0LL, 1LL, 2LL, 999'999'999LL, 1'000'000'000LL, 123'456'789LL, 4'294'967'295'999'999'999LL}) {
+    IgtlMessage message = message_with(IgtlKind::transform, {"Femur"});
+    message.device_ns = ns;
+    EXPECT_EQ(read(bytes_of(message)).at(0).device_ns, ns);
+  }
+}
+
+TEST(IgtlMessage, AToolThatIsMissingIsLeftOutOfListsAndSaidByMetaData)
+{
+  IgtlMessage list = message_with(IgtlKind::tdata, {"Femur", "Tibia"});
+  list.tools[0].sight = IgtlSight::missing;
+  const std::vector<IgtlMessage> back = read(bytes_of(list));
+  ASSERT_EQ(back.at(0).tools.size(), 1U);
+  EXPECT_EQ(back[0].tools[0].name, "Tibia");
+
+  IgtlMessage one = message_with(IgtlKind::transform, {"Femur"});
+  one.tools[0].sight = IgtlSight::missing;
+  EXPECT_THROW(bytes_of(one), InternalError);
+  one.header_version = 2;
+  EXPECT_EQ(read(bytes_of(one)).at(0).tools.at(0).sight, IgtlSight::missing);
+}
+
+TEST(IgtlMessage, ANumberThatIsNoneIsNotAPlace)
+{
+  for (const IgtlKind kind : {IgtlKind::transform, IgtlKind::position, IgtlKind::tdata, IgtlKind::qtdata}) {
+    IgtlMessage message = message_with(kind, {"Femur"});
+    message.tools[0].sight = IgtlSight::not_a_place;
+    EXPECT_EQ(read(bytes_of(message)).at(0).tools.at(0).sight, IgtlSight::not_a_place);
+    message.tools[0].sight = IgtlSight::seen;
+    message.tools[0].X_tracker_tool.translation().y() = std::numeric_limits<double>::infinity();
+    EXPECT_EQ(read(bytes_of(message)).at(0).tools.at(0).sight, IgtlSight::not_a_place);
+  }
+}
+
+TEST(IgtlMessage, ReadsStatusAndRequests)
+{
+  const igtl::StatusMessage::Pointer oracle = igtl::StatusMessage::New();
+  oracle->SetCode(igtl::StatusMessage::STATUS_HARDWARE_FAILURE);
+  oracle->SetSubCode(0);
+  oracle->SetErrorName("Camera");
+  oracle->SetStatusString("lamp\nbroken");
+  IgtlMessage status = read(packed(oracle, "Tracker")).at(0);
+  EXPECT_EQ(status.code, 18);
+  EXPECT_EQ(status.text, "lamp?broken");
+
+  const igtl::StartTrackingDataMessage::Pointer start = igtl::StartTrackingDataMessage::New();
+  start->SetResolution(-3);
+  const IgtlMessage request = read(packed(start, "Tracker")).at(0);
+  EXPECT_EQ(request.kind, IgtlKind::start_tdata);
+  EXPECT_EQ(request.interval_ms, -3);
+  EXPECT_EQ(request.text, "");
+
+  const igtl::RTSTrackingDataMessage::Pointer started = igtl::RTSTrackingDataMessage::New();
+  started->SetStatus(igtl::RTSTrackingDataMessage::STATUS_ERROR);
+  EXPECT_EQ(read(packed(started, "Tracker")).at(0).code, 1);
+  const igtl::StopTrackingDataMessage::Pointer stop = igtl::StopTrackingDataMessage::New();
+  EXPECT_EQ(read(packed(stop, "Tracker")).at(0).kind, IgtlKind::stop_tdata);
+}
+
+}  // namespace
+}  // namespace vrda
