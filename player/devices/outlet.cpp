@@ -37,7 +37,7 @@ Outlet::Outlet(DeviceId device, std::string peer, SampleQueue& queue, const Arri
 
 void Outlet::put_one(const Sample& sample)
 {
-  if (!queue_.put(sample)) ++report_.n_lost;
+  if (!queue_.stage(sample)) ++report_.n_lost;
   const bool is_place = sample.kind == SampleKind::place;
   if (sample.kind == SampleKind::link ||
       (is_place && sample.state == static_cast<std::uint8_t>(SeenState::stale)))
@@ -51,6 +51,7 @@ void Outlet::put(const std::vector<Sample>& samples)
   if (samples.empty()) return;
   const std::scoped_lock lock(mutex_);
   for (const Sample& sample : samples) put_one(sample);
+  queue_.publish();
 }
 
 void Outlet::set_link(LinkState link, const std::string& trouble)
@@ -68,6 +69,7 @@ void Outlet::set_link(LinkState link, const std::string& trouble)
   sample.source = static_cast<std::uint16_t>(device_);
   sample.state = static_cast<std::uint8_t>(link);
   put_one(sample);
+  queue_.publish();
 }
 
 void Outlet::refuse(std::uint64_t n, const std::string& trouble)

@@ -48,6 +48,7 @@ class Outlet {
  public:
   Outlet(DeviceId device, std::string peer, SampleQueue& queue, const ArrivalClock& clock);
 
+  /// Of one message: the loop takes all of them at once.
   void put(const std::vector<Sample>& samples);
   /// A sample of it too where it is news. `trouble` stands until the next one; a link that is up has none.
   void set_link(LinkState link, const std::string& trouble);

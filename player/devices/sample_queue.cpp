@@ -12,14 +12,25 @@ bool is_reading(const Sample& sample)
 
 }  // namespace
 
+bool SampleQueue::stage(const Sample& sample)
+{
+  const std::uint64_t n_waiting = n_staged_ - n_taken_.load(std::memory_order_acquire);
+  if (n_waiting >= (is_reading(sample) ? capacity - n_reserved : capacity)) return false;
+  slots_[n_staged_ % capacity] = sample;
+  ++n_staged_;
+  return true;
+}
+
+void SampleQueue::publish()
+{
+  n_put_.store(n_staged_, std::memory_order_release);
+}
+
 bool SampleQueue::put(const Sample& sample)
 {
-  const std::uint64_t n_put = n_put_.load(std::memory_order_relaxed);
-  const std::uint64_t n_waiting = n_put - n_taken_.load(std::memory_order_acquire);
-  if (n_waiting >= (is_reading(sample) ? capacity - n_reserved : capacity)) return false;
-  slots_[n_put % capacity] = sample;
-  n_put_.store(n_put + 1, std::memory_order_release);
-  return true;
+  const bool has_room = stage(sample);
+  publish();
+  return has_room;
 }
 
 bool SampleQueue::take(Sample& sample)

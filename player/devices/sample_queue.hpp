@@ -19,13 +19,18 @@ class SampleQueue {
 
   SampleQueue() : slots_(capacity) {}
 
-  /// False where it is full.
+  /// Puts it in behind the others; it is taken from publish() on, so that what came in one message is taken at
+  /// once or not at all. False where it is full.
+  bool stage(const Sample& sample);
+  void publish();
+  /// Both for one sample.
   bool put(const Sample& sample);
   /// False where it is empty. Neither blocks nor allocates.
   bool take(Sample& sample);
 
  private:
   std::vector<Sample> slots_;
+  std::uint64_t n_staged_ = 0;  ///< of the thread that puts
   std::atomic<std::uint64_t> n_put_{0}, n_taken_{0};
 };
 
