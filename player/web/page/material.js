@@ -125,7 +125,8 @@ function shaded(look, hasColours) {
     // Seen through: far walls first, then near ones, none hiding another.
     transparent: !isSolid,
     depthWrite: isSolid,
-    side: isSolid ? FrontSide : DoubleSide,
+    // The ends of tubes are open.
+    side: isSolid && look !== sign ? FrontSide : DoubleSide,
     uniforms: {
       colour: uniform(new Color(...look.colour)),
       opacity: uniform(look.opacity),
