@@ -207,7 +207,7 @@ class WebPage(unittest.TestCase):
             page.browser.value("document.getElementById('gaps').click()")
             page.browser.settle()
             found = page.browser.value("window.vrda.gaps()")
-            X, delta = numpy.array(page.shown()["X_reference_moving"]), file.attrs["delta"]
+            X, delta = numpy.array(page.shown()["X_reference_moving"]).reshape(-1, 4), file.attrs["delta"]
             mesh = file["/bodies/reference/vertices"][()][file["/bodies/reference/triangles"][()]]
             near = 0
             for x, y, z, gap in found[:: max(1, len(found) // 300)]:
