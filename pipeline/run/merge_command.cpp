@@ -19,6 +19,7 @@
 #include "run/run_output.hpp"
 #include "run/solved_model.hpp"
 #include "store/motion_model_file.hpp"
+#include "talk/interrupt.hpp"
 
 namespace vrda {
 namespace {
@@ -157,8 +158,12 @@ ExitCode merge_command(const MergeOptions& options)
   require_whole(job_case, collected, journals, output);
   const RunRecord record(n_threads, static_cast<int>(collected.steps.size()));
   const SweepResult result = replayed(plan_of(job_case), collected.steps);
-  const ExitCode code =
-      write_result(job_case, result_of(job_case, result, output, n_threads), output, {}, record);
+  const std::optional<MotionModel> model = result_of(job_case, result, output, n_threads, is_interrupted);
+  if (!model) {
+    say("interrupted: the journals stay; the same command begins again");
+    return ExitCode::interrupted;
+  }
+  const ExitCode code = write_result(job_case, *model, output, {}, record);
   if (options.keeps_journals) return code;
   try {
     note_merged(output);
