@@ -86,7 +86,10 @@ CollectedSteps collect(const std::vector<std::string>& journals, const std::stri
   std::map<StepKey, std::string> came_from;
   for (const std::string& journal : journals) {
     const JournalContent content = read_journal(journal);
-    require_key(content.key, journal, key);
+    if (content.key != key) {
+      throw InputError({journal, "key", "the journal of another job (" + content.key + ")",
+                        key + ", this job's; leave it out, or name its own job"});
+    }
     if (!content.dropped_why.empty()) {
       collected.remarks.push_back(journal + ": dropped " + std::to_string(content.dropped_bytes) +
                                   " bytes at the end (" + content.dropped_why + ")");

@@ -175,7 +175,9 @@ TEST(CollectJournals, RefusesAnotherJobAndRemarksOnADamagedEnd)
   const test::Scratch scratch;
   const std::vector<StepRecord> records = steps_of(plan_of(SpineRule::walk_to_balance), std::nullopt);
   const std::string foreign = journal_with(scratch, "foreign.journal", records, std::string(64, 'b'));
-  EXPECT_EQ(test::input_error([&] { collect({foreign}, key); }).file, foreign);
+  const InputError::Facts facts = test::input_error([&] { collect({foreign}, key); });
+  EXPECT_EQ(facts.file, foreign);
+  EXPECT_THAT(facts.wanted, HasSubstr("leave it out"));
 
   const std::string whole = journal_with(scratch, "whole.journal", records);
   const std::string bytes = test::read_bytes(whole);

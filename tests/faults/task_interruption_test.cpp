@@ -1,6 +1,9 @@
 // Tasks of Slurm's that are told to end, each met at one system call: what they make of it, and how they go
 // on.
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -161,6 +164,25 @@ TEST_P(TaskInterruption, AMergeEndsAtOnceAndLeavesTheJournals)
     expect_state("merge", "done", "");
     EXPECT_EQ(sha256_of_file(model()), wanted_);
   }
+}
+
+// Its predecessor, on a node that only seems dead: a whole case waits like a shard.
+TEST_P(TaskInterruption, AWholeCaseWaitsForWhoWritesItsJournal)
+{
+  submit("1", "10");
+  const std::string journal = name_of_model(".journal");
+  EXPECT_EQ(told_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
+  const int lock = open((folder_ / journal).c_str(), O_RDWR | O_CLOEXEC);
+  EXPECT_EQ(flock(lock, LOCK_EX), 0);
+  Process waiting(task("run"));
+  while (waiting.is_running() && waiting.said().find("waiting for the run") == std::string::npos)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  EXPECT_TRUE(waiting.is_running());
+  close(lock);
+  const Ended ended = waiting.wait();
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  expect_state("run", "done", "");
+  EXPECT_EQ(sha256_of_file(model()), wanted_);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TaskInterruption, testing::Values(equilibrium()), name_of);
