@@ -81,11 +81,11 @@ std::unique_ptr<Renderer> warm_renderer(const ShowOptions& options)
 {
   const PictureSize size = parsed_size(options.size);
   std::unique_ptr<Renderer> renderer = make_offscreen_renderer({size.width, size.height, options.samples});
-  Scene scene = scene_of(sample_body(), {}, Eigen::Vector3d::Zero());
-  dress(scene, options.look);
+  Scene scene = scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
   place(scene, {});
   CameraFit fit(view_rotation(View::oblique, Side::right));
   fit.include(framed_points(scene, Framed::all));
+  dress(scene, options.look);  // which may hide bodies
   renderer->load(scene);
   const Shot shot{with_depth_range(fit.camera(), scene), {0, 0, 16, 12}};  // few pixels: programs count
   renderer->draw(scene, {&shot, 1}, nullptr);

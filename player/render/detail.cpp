@@ -59,9 +59,9 @@ double volume_mm3(const DrawMesh& mesh)
 
 }  // namespace
 
-std::vector<DetailLevel> levels_of(const DrawMesh& mesh)
+MeshLevels levels_of(const DrawMesh& mesh)
 {
-  std::vector<DetailLevel> levels;
+  MeshLevels levels;
   const std::size_t n_vertices = mesh.vertices.size();
   levels.push_back({cache_ordered(mesh.triangles, n_vertices), 0.0});
   if (mesh.triangles.size() < 3 * least_triangles) return levels;

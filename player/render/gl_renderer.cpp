@@ -81,7 +81,8 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
   bottom_ = gl_.GetUniformLocation(background_program_, "bottom");
   gl_.GenVertexArrays(1, &empty_array_);
   gl_.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);  // between the shots
-  surfaces_.emplace(gl_, SurfaceOptions{is_multisampled(), options_.coarseness_px});
+  surfaces_.emplace(gl_,
+                    SurfaceOptions{is_multisampled(), options_.coarseness_px, options_.is_coarser_later});
   overlays_.emplace(gl_);
   if (!is_multisampled() && FragmentLists::are_possible(gl_)) lists_.emplace(gl_);
   open_targets();

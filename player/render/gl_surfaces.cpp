@@ -3,7 +3,9 @@
 #include <GL/glcorearb.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "render/shaders.hpp"
@@ -47,10 +49,33 @@ void SurfacePainter::load(const Scene& scene)
 {
   for (GpuMesh& mesh : meshes_) drop(gl_, mesh);
   meshes_.clear();
-  const bool has_levels = options_.coarseness_px > 0.0;
-  for (const Drawable& drawable : scene.drawables)
-    meshes_.push_back(uploaded(gl_, drawable, has_levels ? Detail::levels : Detail::full));
+  for (const Drawable& drawable : scene.drawables) meshes_.push_back(uploaded(gl_, drawable));
   load_texture(scene.texture);
+  levels_ = {};
+  if (options_.coarseness_px <= 0.0) return;
+  find_levels(scene);
+  if (!options_.is_coarser_later) take_levels();
+}
+
+/// A mesh with colours keeps all its triangles: coarser ones would lose the pattern.
+void SurfacePainter::find_levels(const Scene& scene)
+{
+  std::vector<DrawMesh> wanted;
+  for (const Drawable& drawable : scene.drawables)
+    wanted.push_back(drawable.colours.empty() ? drawable.mesh : DrawMesh{});
+  levels_ = std::async(std::launch::async, [wanted = std::move(wanted)] {
+    std::vector<MeshLevels> levels;
+    levels.reserve(wanted.size());
+    for (const DrawMesh& mesh : wanted) levels.push_back(levels_of(mesh));
+    return levels;
+  });
+}
+
+/// Waits for them.
+void SurfacePainter::take_levels()
+{
+  const std::vector<MeshLevels> levels = levels_.get();
+  for (std::size_t i = 0; i < meshes_.size(); ++i) add_levels(gl_, levels[i], meshes_[i]);
 }
 
 void SurfacePainter::load_texture(const Texture& texture)
@@ -77,6 +102,8 @@ void SurfacePainter::load_texture(const Texture& texture)
 void SurfacePainter::refresh(const Scene& scene)
 {
   check(scene.drawables.size() == meshes_.size(), "a scene is loaded before it is drawn");
+  if (levels_.valid() && levels_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+    take_levels();
   for (std::size_t i = 0; i < meshes_.size(); ++i) vrda::refresh(gl_, scene.drawables[i], meshes_[i]);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <future>
 #include <string>
 #include <vector>
 
@@ -26,7 +27,8 @@ struct PixelBox {
 
 struct SurfaceOptions {
   bool is_multisampled = false;
-  double coarseness_px = 0.0;  ///< as in RenderOptions
+  double coarseness_px = 0.0;     ///< as in RenderOptions
+  bool is_coarser_later = false;  ///< as in RenderOptions
 };
 
 class SurfacePainter {
@@ -67,12 +69,15 @@ class SurfacePainter {
   void set_material(const Program& program, const Drawable& drawable, Shading shading);
   void draw_one(const Drawable& drawable, const GpuMesh& mesh, Shading shading, bool is_stored = false);
   void draw_lines(const Scene& scene);
+  void find_levels(const Scene& scene);
+  void take_levels();
   void load_texture(const Texture& texture);
   void bound_translucent(const Scene& scene, const PixelBox& view);
 
   const GlTable& gl_;
   SurfaceOptions options_;
   std::vector<GpuMesh> meshes_;
+  std::future<std::vector<MeshLevels>> levels_;  ///< by mesh, while they are being found
   static constexpr std::size_t n_variants = n_shadings * 4 * (most_lights + 1);
   /// By shading, whether vertices have colours, whether fragments are stored, and number of lights; compiled
   /// when first used.

@@ -23,6 +23,9 @@ struct RenderOptions {
   /// How far, in pixels, surfaces may lie beside their place where fewer triangles are drawn for speed;
   /// 0 draws every triangle.
   double coarseness_px = 0.0;
+  /// Fewer triangles are found by a thread, and until then all are drawn: the first picture comes sooner, and
+  /// which one has fewer depends on the clock. False: `load` waits for them.
+  bool is_coarser_later = false;
 };
 
 /// Part of the picture, in pixels from its top left corner.

@@ -111,6 +111,7 @@ class Window::State {
     RenderOptions render;
     render.samples = options.samples > 0 ? options.samples : is_drawn_by_processor() ? 1 : 4;
     render.coarseness_px = moving_coarseness_px;
+    render.is_coarser_later = true;
     glfwGetFramebufferSize(window_.get(), &render.width, &render.height);
     renderer_ = make_gl_renderer(std::make_unique<WindowContext>(window_.get()), render);
     glfwSetWindowUserPointer(window_.get(), this);
