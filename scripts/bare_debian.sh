@@ -25,6 +25,22 @@ apt_settings() {
   apt-config dump --format '%F "%v";%n' | grep -iE '^Acquire::((http|https)::(Proxy|Timeout)|Check-Valid-Until|Check-Date)\b' || true
 }
 
+# npm_settings: where this machine's npm looks for packages and what it trusts; nothing of who asks. The certificates
+# are copied, since the root has none of its own.
+npm_settings() {
+  local key value
+  command -v npm >/dev/null || return 0
+  for key in registry proxy https-proxy cafile; do
+    value=$(npm config get "$key" 2>/dev/null)
+    [[ $value != null && $value != *@* ]] || continue
+    if [[ $key == cafile ]]; then
+      install -D -m 644 "$value" "$bare/etc/vrda-trial-certificates.crt"
+      value=/etc/vrda-trial-certificates.crt
+    fi
+    printf '%s=%s\n' "$key" "$value"
+  done
+}
+
 # remove_bare: the root of this trial or an earlier one, and nothing else that may stand there.
 remove_bare() {
   [[ -e $bare ]] || return 0
@@ -44,6 +60,7 @@ bootstrap() {
     debootstrap --variant=minbase ${2:+--include="$2"} "$1" "$bare" "${mirror:-http://deb.debian.org/debian}"
   apt_sources >"$bare/etc/apt/sources.list"
   apt_settings >"$bare/etc/apt/apt.conf.d/90trial"
+  npm_settings >"$bare/root/.npmrc"
   cp /etc/resolv.conf /etc/hosts "$bare/etc/"
 }
 

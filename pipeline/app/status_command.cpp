@@ -44,7 +44,10 @@ void print_task(const TaskView& task, const Submission& submission)
   if (task.standing != TaskStanding::running && !task.slurm_job.empty()) line += task.slurm_job;
   line += rate_text_of(task);
   if (!task.reason.empty()) line += (line.back() == ' ' ? "" : "  ") + task.reason;
-  if (task.n_restarts > 0) line += "  (begun again " + std::to_string(task.n_restarts) + " times)";
+  if (task.n_restarts > 0) {
+    const std::string times = task.n_restarts == 1 ? "once" : std::to_string(task.n_restarts) + " times";
+    line += "  (begun again " + times + ")";
+  }
   line.erase(line.find_last_not_of(' ') + 1);
   std::printf("%s\n", line.c_str());
 }

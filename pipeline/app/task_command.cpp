@@ -25,6 +25,10 @@ using Clock = std::chrono::steady_clock;
 
 // Slurm may send the warning a minute before its time.
 constexpr std::int64_t slurm_slack_s = 60;
+// A predecessor on a node that is slow to die, or seems dead, holds the journal. Slurm ends it in the end, or
+// this task at its time limit, to begin it again; a local one has nobody who would.
+constexpr std::chrono::hours patience_in_slurm{24 * 365};
+constexpr std::chrono::seconds patience_here{60};
 
 class Task {
  public:
@@ -87,9 +91,20 @@ class Task {
   {
     // Starting a journal is no progress.
     if (!std::exchange(is_solving_, true)) n_bytes_at_begin_ = journal_bytes();
+    is_waiting_ = false;
     if (has_successor()) return;
+    state_.reason.clear();
     state_.begun_at = now();
     state_.n_done_at_begin = n_done();
+    write();
+  }
+
+  // `vrda status` shows it.
+  void begin_waiting()
+  {
+    is_waiting_ = true;
+    if (has_successor()) return;
+    state_.reason = "waits for another process that writes the journal";
     write();
   }
 
@@ -119,6 +134,8 @@ class Task {
     run.only_spine = id_.kind == TaskKind::spine;
     if (id_.kind == TaskKind::shard) run.shard = Shard{id_.shard, submission_.n_shards};
     run.begun = [this] { begin_solving(); };
+    const bool is_in_slurm = !state_.slurm_job.empty();
+    run.patience = Patience{is_in_slurm ? patience_in_slurm : patience_here, [this] { begin_waiting(); }};
     return run_command(run);
   }
 
@@ -126,10 +143,11 @@ class Task {
   {
     if (code == ExitCode::interrupted) {
       if (is_fruitless()) {
-        return fail(ExitCode::bad_input,
-                    InputError({"--time", "", submission_.slurm.time + " in which no step was solved",
-                                "a longer time limit"})
-                        .what());
+        const std::string why = is_all_solved() ? "the model was not made" : "no step was solved";
+        return fail(
+            ExitCode::bad_input,
+            InputError({"--time", "", submission_.slurm.time + " in which " + why, "a longer time limit"})
+                .what());
       }
       return finish(TaskPhase::interrupted, code, "");
     }
@@ -159,10 +177,19 @@ class Task {
     return code;
   }
 
-  // A preempted task is told long before its time limit, and may do better the next time.
+  // What is left to do has no journal, so it needs the whole of a time limit.
+  bool is_all_solved() const
+  {
+    if (id_.kind == TaskKind::merge) return true;
+    const SolvedCount solved = SolvedCounter(folder_, submission_).count(id_);
+    return solved.n_total > 0 && solved.n_done == solved.n_total;
+  }
+
+  // A preempted task is told long before its time limit, and may do better the next time; so may one whose
+  // journal another process held.
   bool is_fruitless() const
   {
-    if (state_.slurm_job.empty() || submission_.slurm.time.empty()) return false;
+    if (is_waiting_ || state_.slurm_job.empty() || submission_.slurm.time.empty()) return false;
     const std::int64_t limit = seconds_of_time(submission_.slurm.time);
     const std::chrono::seconds least(limit - warning_seconds(limit) - slurm_slack_s);
     return Clock::now() - start_ >= least && journal_bytes() <= n_bytes_at_begin_;
@@ -176,6 +203,7 @@ class Task {
   TaskState state_;
   std::uintmax_t n_bytes_at_begin_ = 0;
   bool is_solving_ = false;
+  bool is_waiting_ = false;
 };
 
 std::vector<TaskId> tasks_asked(const TaskOptions& options, const Submission& submission)

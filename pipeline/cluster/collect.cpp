@@ -40,15 +40,20 @@ std::vector<std::int32_t> rows_asked(const SweepPlan& plan)
   return all;
 }
 
-std::int32_t cells_missing(const SweepPlan& plan, const std::map<StepKey, StepRecord>& steps,
-                           std::int32_t row)
+// Adds a row that is not whole.
+void add_row(MissingSteps& missing, const SweepPlan& plan, const std::map<StepKey, StepRecord>& steps,
+             std::int32_t row)
 {
-  const auto n_varus = static_cast<std::int32_t>(plan.varus_rad.size());
-  std::int32_t n = 0;
-  for (std::int32_t j = 0; j < n_varus; ++j) {
-    n += steps.count({StepKind::row, row, j}) + steps.count({StepKind::spine, row, j}) == 0 ? 1 : 0;
+  PartOfRow part{row, {}};
+  bool is_begun = false;
+  for (std::int32_t j = 0; j < static_cast<std::int32_t>(plan.varus_rad.size()); ++j) {
+    const bool is_solved = steps.count({StepKind::row, row, j}) > 0;
+    is_begun = is_begun || is_solved;
+    if (!is_solved && steps.count({StepKind::spine, row, j}) == 0) part.columns.push_back(j);
   }
-  return n;
+  missing.rows.push_back(row);
+  missing.n_attitudes += static_cast<std::int32_t>(part.columns.size());
+  if (is_begun && !part.columns.empty()) missing.parts.push_back(std::move(part));
 }
 
 void take(CollectedSteps& collected, std::map<StepKey, std::string>& came_from, const StepRecord& record,
@@ -61,6 +66,8 @@ void take(CollectedSteps& collected, std::map<StepKey, std::string>& came_from, 
   }
   if (bytes_of(there->second) == bytes_of(record)) {
     ++collected.n_doubled;
+    collected.doubled_rows.insert(record.key.flexion);
+    collected.doubled_in.insert({came_from.at(record.key), journal});
     return;
   }
   throw InputError({journal,
@@ -79,7 +86,10 @@ CollectedSteps collect(const std::vector<std::string>& journals, const std::stri
   std::map<StepKey, std::string> came_from;
   for (const std::string& journal : journals) {
     const JournalContent content = read_journal(journal);
-    require_key(content.key, journal, key);
+    if (content.key != key) {
+      throw InputError({journal, "key", "the journal of another job (" + content.key + ")",
+                        key + ", this job's; leave it out, or name its own job"});
+    }
     if (!content.dropped_why.empty()) {
       collected.remarks.push_back(journal + ": dropped " + std::to_string(content.dropped_bytes) +
                                   " bytes at the end (" + content.dropped_why + ")");
@@ -100,8 +110,7 @@ MissingSteps missing_steps(const SweepPlan& plan, const std::map<StepKey, StepRe
   missing.is_spine_complete = is_complete(plan, steps, {});
   for (const std::int32_t row : rows) {
     if (missing.is_spine_complete && is_complete(plan, steps, {row})) continue;
-    missing.rows.push_back(row);
-    missing.n_attitudes += cells_missing(plan, steps, row);
+    add_row(missing, plan, steps, row);
   }
   return missing;
 }
@@ -113,15 +122,15 @@ SweepResult replayed(const SweepPlan& plan, const std::map<StepKey, StepRecord>&
   return result;
 }
 
-std::string flexions_text(const std::vector<std::int32_t>& rows, const std::vector<double>& flexion_deg)
+std::string angles_text(const std::vector<std::int32_t>& indices, const std::vector<double>& angles_deg)
 {
   const auto degrees = [&](std::size_t k) {
-    return shortest(flexion_deg[static_cast<std::size_t>(rows[k])]);
+    return shortest(angles_deg[static_cast<std::size_t>(indices[k])]);
   };
   std::vector<std::string> parts;
-  for (std::size_t first = 0, last = 0; first < rows.size(); first = last + 1) {
+  for (std::size_t first = 0, last = 0; first < indices.size(); first = last + 1) {
     last = first;
-    while (last + 1 < rows.size() && rows[last + 1] == rows[last] + 1) ++last;
+    while (last + 1 < indices.size() && indices[last + 1] == indices[last] + 1) ++last;
     if (last >= first + 2) {
       parts.push_back(degrees(first) + " to " + degrees(last));
     } else {
@@ -132,6 +141,33 @@ std::string flexions_text(const std::vector<std::int32_t>& rows, const std::vect
   for (std::size_t k = 0; k < parts.size(); ++k) {
     text += k == 0 ? "" : k + 1 == parts.size() ? " and " : ", ";
     text += parts[k];
+  }
+  return text;
+}
+
+std::string missing_text(const MissingSteps& missing, const std::vector<double>& flexion_deg,
+                         const std::vector<double>& varus_deg)
+{
+  if (missing.rows.empty()) return {};
+  if (missing.n_attitudes == 0 && missing.is_spine_complete) {
+    return "no band of the rotation at flexion " + angles_text(missing.rows, flexion_deg);
+  }
+  if (missing.n_attitudes == 0) return {};
+  std::vector<std::int32_t> whole;
+  std::size_t next = 0;
+  for (const std::int32_t row : missing.rows) {
+    if (next < missing.parts.size() && missing.parts[next].row == row) {
+      ++next;
+    } else {
+      whole.push_back(row);
+    }
+  }
+  std::string text = "no result of " + std::to_string(missing.n_attitudes) + " of " +
+                     std::to_string(flexion_deg.size() * varus_deg.size()) + " attitudes";
+  if (!whole.empty()) text += ", at flexion " + angles_text(whole, flexion_deg);
+  for (const PartOfRow& part : missing.parts) {
+    text += std::string(text.ends_with("attitudes") ? "," : ", and") + " at flexion " +
+            angles_text({part.row}, flexion_deg) + " of varus " + angles_text(part.columns, varus_deg);
   }
   return text;
 }

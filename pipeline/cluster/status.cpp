@@ -87,7 +87,7 @@ class Viewer {
     if (is_of_this_job && own->phase == TaskPhase::done) return stand_by_state(view, own, &queue);
     if (is_running(row)) {
       if (!row.node.empty()) view.host = row.node;
-      return set(view, TaskStanding::running, row.state == "RUNNING" ? "" : row.state);
+      return set(view, TaskStanding::running, row.state == "RUNNING" ? what_it_waits_for(own) : row.state);
     }
     // It was done again elsewhere since.
     if (own != nullptr && !is_of_this_job && own->slurm_job.empty()) return stand_by_state(view, own, &queue);
@@ -121,6 +121,11 @@ class Viewer {
     stand_while_running(view, *own, queue);
   }
 
+  static std::string what_it_waits_for(const TaskState* own)
+  {
+    return own != nullptr && own->phase == TaskPhase::running ? own->reason : std::string();
+  }
+
   // Its result must still be there: a journal until it is merged.
   void stand_when_done(TaskView& view, const TaskState& own)
   {
@@ -142,7 +147,7 @@ class Viewer {
     }
     const std::optional<bool> lives = is_alive(own.process);
     if (!lives) return set(view, TaskStanding::running, "as far as " + host_name() + " knows");
-    if (*lives) return set(view, TaskStanding::running);
+    if (*lives) return set(view, TaskStanding::running, own.reason);
     set(view, TaskStanding::lost, "process " + std::to_string(own.process.pid) + " is gone");
   }
 

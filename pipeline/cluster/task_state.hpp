@@ -41,7 +41,7 @@ struct TaskState {
   std::string slurm_job;        ///< "13_3", or empty
   std::int32_t n_restarts = 0;  ///< by Slurm
   std::int32_t exit_code = 0;   ///< of the command; meaningful once ended
-  std::string reason;           ///< one line; empty when all went well
+  std::string reason;           ///< one line: why it failed, or what it waits for
 };
 
 /// "2026-03-01T10:00:00Z".

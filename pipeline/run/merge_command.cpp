@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <iterator>
 #include <set>
+#include <utility>
 
 #include "assemble/prepare.hpp"
 #include "cluster/case_spec.hpp"
@@ -18,6 +19,7 @@
 #include "run/run_output.hpp"
 #include "run/solved_model.hpp"
 #include "store/motion_model_file.hpp"
+#include "talk/interrupt.hpp"
 
 namespace vrda {
 namespace {
@@ -37,9 +39,12 @@ CaseSpec case_of(const MergeOptions& options, const std::vector<std::string>& jo
   if (!options.job_file.empty()) {
     return case_of_job(options.job_file, options.data_directory, options.overrides);
   }
-  if (journals.empty()) return read_case_file(case_file_of(options.output)).spec;
-  const std::string run = output_of_journal(journals.front());
-  return read_case_file(case_file_of(run.empty() ? options.output : run)).spec;
+  for (const std::string& journal : journals) {  // copies under other names do not tell whose they are
+    const std::string run = output_of_journal(journal);
+    const std::string case_file = case_file_of(run);
+    if (!run.empty() && access(case_file.c_str(), F_OK) == 0) return read_case_file(case_file).spec;
+  }
+  return read_case_file(case_file_of(options.output)).spec;
 }
 
 // "of shards 3 and 5 of 8": those of which there is no journal; only the names tell.
@@ -63,16 +68,22 @@ void require_whole(const Case& job_case, const CollectedSteps& collected,
 {
   const MissingSteps missing = missing_steps(plan_of(job_case), collected.steps);
   if (missing.is_nothing()) return;
-  const std::size_t n_cells = job_case.grid.flexion_deg.size() * job_case.grid.varus_deg.size();
-  std::string found;
-  if (missing.n_attitudes > 0) {
-    found = "no result of " + std::to_string(missing.n_attitudes) + " of " + std::to_string(n_cells) +
-            " attitudes, at flexion " + flexions_text(missing.rows, job_case.grid.flexion_deg) +
-            absent_shards(journals);
-  }
+  std::string found = missing_text(missing, job_case.grid.flexion_deg, job_case.grid.varus_deg);
+  if (!found.empty()) found += absent_shards(journals);
   if (!missing.is_spine_complete) found += found.empty() ? "no whole spine" : "; the spine is not whole";
   throw InputError({output, "journals", found,
                     "the journals of the spine and of every shard, run to their end; what is there stays"});
+}
+
+std::string doubled_text(const CollectedSteps& collected, const Case& job_case)
+{
+  const std::vector<std::int32_t> rows(collected.doubled_rows.begin(), collected.doubled_rows.end());
+  std::string text = std::to_string(collected.n_doubled) +
+                     " steps stand in more than one journal, with the same result: at flexion " +
+                     angles_text(rows, job_case.grid.flexion_deg) + ", in";
+  const char* separator = " ";
+  for (const std::string& journal : collected.doubled_in) text += std::exchange(separator, ", ") + journal;
+  return text;
 }
 
 // Of the files that shards leave, those beside the output: others are the user's copies.
@@ -142,13 +153,17 @@ ExitCode merge_command(const MergeOptions& options)
   const CollectedSteps collected = collect(journals, fingerprint_of(job_case));
   for (const std::string& remark : collected.remarks) warn(remark);
   if (collected.n_doubled > 0) {
-    say(std::to_string(collected.n_doubled) + " steps stand in more than one journal, with the same result");
+    say(doubled_text(collected, job_case));
   }
   require_whole(job_case, collected, journals, output);
   const RunRecord record(n_threads, static_cast<int>(collected.steps.size()));
   const SweepResult result = replayed(plan_of(job_case), collected.steps);
-  const ExitCode code =
-      write_result(job_case, result_of(job_case, result, output, n_threads), output, {}, record);
+  const std::optional<MotionModel> model = result_of(job_case, result, output, n_threads, is_interrupted);
+  if (!model) {
+    say("interrupted: the journals stay; the same command begins again");
+    return ExitCode::interrupted;
+  }
+  const ExitCode code = write_result(job_case, *model, output, {}, record);
   if (options.keeps_journals) return code;
   try {
     note_merged(output);

@@ -19,7 +19,7 @@ struct MergeOptions {
 };
 
 /// The same bytes as a run in one piece. Throws InputError naming the attitudes and shards that are missing;
-/// the journals stay then. An output that holds this result already is left as it is.
+/// the journals stay then, and when interrupted. An output that holds this result already is left as it is.
 ExitCode merge_command(const MergeOptions& options);
 
 }  // namespace vrda

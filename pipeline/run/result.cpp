@@ -16,13 +16,18 @@
 namespace vrda {
 namespace {
 
-void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output, int n_threads)
+using IsStopped = std::function<bool()>;
+
+// In part when stopped.
+void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output, int n_threads,
+                  const IsStopped& is_stopped)
 {
   if (job_case.smooth_degrees.empty()) return;
   const SmoothInput input = smooth_input(model, output);
   const int largest = largest_degree(
       input, *std::max_element(job_case.smooth_degrees.begin(), job_case.smooth_degrees.end()));
   for (const std::int32_t degree : job_case.smooth_degrees) {
+    if (is_stopped()) return;
     if (degree > largest) {
       warn("smooth.degrees: found " + std::to_string(degree) + ", wanted " +
            std::to_string(std::max(largest, 0)) +
@@ -45,14 +50,15 @@ void add_zero_varus(MotionModel& model)
 
 }  // namespace
 
-MotionModel result_of(const Case& job_case, const SweepResult& result, const std::string& output,
-                      int n_threads)
+std::optional<MotionModel> result_of(const Case& job_case, const SweepResult& result,
+                                     const std::string& output, int n_threads, const IsStopped& is_stopped)
 {
   check(result.is_complete, "a result has every attitude");
   MotionModel model = motion_model_of(job_case, result);
-  add_smoothed(model, job_case, output, n_threads);
+  add_smoothed(model, job_case, output, n_threads, is_stopped);
+  if (is_stopped()) return std::nullopt;
   add_zero_varus(model);
-  return model;
+  return is_stopped() ? std::nullopt : std::optional(std::move(model));
 }
 
 ExitCode write_result(const Case& job_case, const MotionModel& model, const std::string& output,

@@ -1,6 +1,8 @@
 /// From a finished sweep to the file that is all there is to keep.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,9 +15,11 @@
 namespace vrda {
 
 /// The motion model with all that its job asks for: smoothed surfaces, flexion-only motion. `output` is for
-/// messages. The same bytes however the steps came about.
-MotionModel result_of(const Case& job_case, const SweepResult& result, const std::string& output,
-                      int n_threads);
+/// messages. The same bytes however the steps came about. Nothing when `is_stopped`, which is asked before
+/// each surface, says so.
+std::optional<MotionModel> result_of(const Case& job_case, const SweepResult& result,
+                                     const std::string& output, int n_threads,
+                                     const std::function<bool()>& is_stopped);
 
 /// Writes the model, then removes the journals and start file it makes needless, then leaves `record` beside
 /// it. Prints the output's path. Too many unsolved attitudes are an exit code, not an error.

@@ -54,9 +54,21 @@ ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLo
   if (!result.is_complete) return say_interrupted(log);
   record.note_solved();
   if (log.traces) write_trace_of(job_case, result, output);
+  const std::optional<MotionModel> model = result_of(job_case, result, output, n_threads, is_interrupted);
+  if (!model) return say_interrupted(log);
   // The steps go first: a journal of steps without their traces could not be gone on from with --trace.
-  return write_result(job_case, result_of(job_case, result, output, n_threads), output,
-                      {log.path, trace_journal_of(output), start_file_of(output)}, record);
+  return write_result(job_case, *model, output, {log.path, trace_journal_of(output), start_file_of(output)},
+                      record);
+}
+
+// Nothing when interrupted.
+std::optional<StepLog> opened_log(const RunOptions& options, const std::string& output,
+                                  const std::string& key)
+{
+  const std::string path = journal_of(output);
+  if (!options.patience) return open_log(path, key, options.is_fresh);
+  std::optional<StepLog> log = open_log_waiting(path, key, options.is_fresh, *options.patience);
+  return log || is_interrupted() ? std::move(log) : open_log(path, key, options.is_fresh);
 }
 
 ExitCode whole_run(const RunOptions& options)
@@ -68,7 +80,9 @@ ExitCode whole_run(const RunOptions& options)
   require_replaceable(output, "a motion model");
   if (options.writes_trace) require_replaceable(trace_name(output), "a trace");
   const std::string key = fingerprint_of(job_case);
-  StepLog log = open_log(journal_of(output), key, options.is_fresh);
+  std::optional<StepLog> opened = opened_log(options, output, key);
+  if (!opened) return ExitCode::interrupted;
+  StepLog& log = *opened;
   if (options.writes_trace) {
     log.traces.emplace(open_trace_log(trace_journal_of(output), key, log.path, log.known));
   }

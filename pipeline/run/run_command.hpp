@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cluster/shard.hpp"
+#include "run/patience.hpp"
 #include "talk/talk.hpp"
 
 namespace vrda {
@@ -20,9 +21,10 @@ struct RunOptions {
   bool is_fresh = false;      ///< drop a journal found
   bool writes_trace = false;  ///< every move of every search, beside the output
   std::string progress = "auto";
-  bool only_spine = false;      ///< solve the spine into a journal of its own, for shards
-  std::optional<Shard> shard;   ///< solve these rows only, into a journal of their own
-  std::function<void()> begun;  ///< told before the first step of the spine, and of the rows
+  bool only_spine = false;           ///< solve the spine into a journal of its own, for shards
+  std::optional<Shard> shard;        ///< solve these rows only, into a journal of their own
+  std::function<void()> begun;       ///< told before the first step of the spine, and of the rows
+  std::optional<Patience> patience;  ///< absent: a shard waits a minute, a whole run not at all
 };
 
 /// The whole job, or with `only_spine` or `shard` a part of it for `vrda merge`.

@@ -20,7 +20,7 @@
 namespace vrda {
 namespace {
 
-// A task that was requeued may start before its predecessor has ended on a node that is slow to die.
+// One that is begun again may find its predecessor about to end.
 constexpr std::chrono::seconds patience_for_own{60};
 // Whoever solves the spine holds its lock for as long as that takes.
 constexpr std::chrono::hours patience_for_spine{24 * 365};
@@ -78,7 +78,9 @@ void write_shared_files(const ShardedRun& run, const RunOptions& options)
 std::optional<Steps> solved_spine(const ShardedRun& run, const RunOptions& options, bool is_fresh)
 {
   const std::string path = spine_journal_of(run.output);
-  std::optional<StepLog> log = open_log_waiting(path, run.key, is_fresh, patience_for_spine);
+  Patience patience = options.patience.value_or(Patience{});
+  patience.longest = patience_for_spine;
+  std::optional<StepLog> log = open_log_waiting(path, run.key, is_fresh, patience);
   if (!log) return std::nullopt;
   try {
     write_shared_files(run, options);
@@ -97,7 +99,8 @@ std::optional<Steps> solved_spine(const ShardedRun& run, const RunOptions& optio
 ExitCode solve_rows(const ShardedRun& run, const RunOptions& options, const Steps& spine)
 {
   const std::string path = shard_journal_of(run.output, *options.shard);
-  std::optional<StepLog> log = open_log_waiting(path, run.key, options.is_fresh, patience_for_own);
+  std::optional<StepLog> log = open_log_waiting(path, run.key, options.is_fresh,
+                                                options.patience.value_or(Patience{patience_for_own}));
   if (!log && is_interrupted()) return ExitCode::interrupted;
   if (!log) {
     throw InputError({path, "", "a journal that another run is writing", "no other run of the same shard"});

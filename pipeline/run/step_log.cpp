@@ -1,5 +1,6 @@
 #include "run/step_log.hpp"
 
+#include <chrono>
 #include <filesystem>
 #include <thread>
 #include <utility>
@@ -38,7 +39,7 @@ StepLog open_log(const std::string& path, const std::string& key, bool is_fresh)
 }
 
 std::optional<StepLog> open_log_waiting(const std::string& path, const std::string& key, bool is_fresh,
-                                        std::chrono::milliseconds patience)
+                                        const Patience& patience)
 {
   if (is_fresh) return open_log(path, key, true);
   constexpr std::chrono::milliseconds pause{100};
@@ -47,8 +48,11 @@ std::optional<StepLog> open_log_waiting(const std::string& path, const std::stri
     if (std::optional<OpenJournal> opened = JournalWriter::try_open(path, key)) {
       return log_of(path, std::move(*opened));
     }
-    if (waited == pause) say("waiting for the run that writes " + path);
-    if (waited >= patience) return std::nullopt;
+    if (waited == pause) {
+      say("waiting for the run that writes " + path);
+      patience.begins();
+    }
+    if (waited >= patience.longest) return std::nullopt;
     std::this_thread::sleep_for(pause);
   }
 }

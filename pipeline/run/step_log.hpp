@@ -1,7 +1,6 @@
 /// The steps that earlier runs solved, and the journals that new ones go to.
 #pragma once
 
-#include <chrono>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,6 +8,7 @@
 
 #include "journal/journal.hpp"
 #include "journal/trace_journal.hpp"
+#include "run/patience.hpp"
 #include "sweep/sweep.hpp"
 
 namespace vrda {
@@ -25,9 +25,9 @@ struct StepLog {
 StepLog open_log(const std::string& path, const std::string& key, bool is_fresh);
 
 /// The same, but waits while another process writes the journal: a task that begins again may find its
-/// predecessor about to end. Nothing after `patience`, or when interrupted.
+/// predecessor about to end. Nothing when patience ends, or when interrupted.
 std::optional<StepLog> open_log_waiting(const std::string& path, const std::string& key, bool is_fresh,
-                                        std::chrono::milliseconds patience);
+                                        const Patience& patience);
 
 /// Recalls what `log` knows. Both refer to it.
 std::optional<StepRecord> recalled(const StepLog& log, const StepKey& key);

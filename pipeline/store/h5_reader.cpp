@@ -189,6 +189,8 @@ H5Reader::H5Reader(const std::string& path) : file_name_(path), file_bytes_(size
   const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_model);
   // Models are renamed into place whole, never changed in place: no lock, so that read-only disks work.
   check_h5(H5Pset_file_locking(access.id(), false, true), place(""), wanted_model);
+  // Every dataset is read once and whole: no memory of its chunks, which would last as long as it is open.
+  check_h5(H5Pset_cache(access.id(), 0, 0, 0, 0.0), place(""), wanted_model);
   file_ = own_h5(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), place(""), wanted_model);
   objects_["/"] = ObjectKind::group;
   walk("/", 0);
@@ -197,6 +199,13 @@ H5Reader::H5Reader(const std::string& path) : file_name_(path), file_bytes_(size
 H5Handle H5Reader::open(const std::string& object) const
 {
   return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), wanted_model);
+}
+
+H5Id H5Reader::kept_open(const std::string& object) const
+{
+  const auto found = open_.find(object);
+  if (found != open_.end()) return found->second.id();
+  return open_.emplace(object, open(object)).first->second.id();
 }
 
 bool H5Reader::is_full() const
@@ -276,55 +285,52 @@ bool H5Reader::is_dataset(const std::string& path) const
 
 DatasetFacts H5Reader::facts(const std::string& dataset) const
 {
-  const H5Handle object = open(dataset);
-  const H5Handle creation = own_h5(H5Dget_create_plist(object.id()), place(dataset), wanted_model);
-  const H5Handle type = own_h5(H5Dget_type(object.id()), place(dataset), wanted_model);
+  const H5Id object = kept_open(dataset);
+  const H5Handle creation = own_h5(H5Dget_create_plist(object), place(dataset), wanted_model);
+  const H5Handle type = own_h5(H5Dget_type(object), place(dataset), wanted_model);
   DatasetFacts facts;
   facts.kind = kind_of(type.id());
   // First of all: asked for the shape of a virtual dataset, HDF5 opens the files that it is made of.
   facts.elsewhere = elsewhere(creation.id());
   if (!facts.elsewhere.empty()) return facts;
-  const H5Handle space = own_h5(H5Dget_space(object.id()), place(dataset), wanted_model);
+  const H5Handle space = own_h5(H5Dget_space(object), place(dataset), wanted_model);
   facts.shape = shape_of(space.id());
-  if (H5DSis_scale(object.id()) > 0) {
+  if (H5DSis_scale(object) > 0) {
     char name[256] = {};
-    if (H5DSget_scale_name(object.id(), name, sizeof name) > 0) facts.scale_name = name;
+    if (H5DSget_scale_name(object, name, sizeof name) > 0) facts.scale_name = name;
   }
-  facts.storage_problem = storage_problem(object.id(), facts);
+  facts.storage_problem = storage_problem({object, creation.id(), type.id()}, facts);
   H5Eclear2(H5E_DEFAULT);
   return facts;
 }
 
-std::string H5Reader::storage_problem(H5Id dataset, const DatasetFacts& facts) const
+std::string H5Reader::storage_problem(const DatasetIds& ids, const DatasetFacts& facts) const
 {
-  const H5Handle creation = own_h5(H5Dget_create_plist(dataset), place(""), wanted_model);
-  std::string filter = filter_problem(creation.id());
+  std::string filter = filter_problem(ids.creation);
   if (!filter.empty()) return filter;
 
-  const bool is_chunked = H5Pget_layout(creation.id()) == H5D_CHUNKED;
-  const H5Handle type = own_h5(H5Dget_type(dataset), place(""), wanted_model);
-  const std::uint64_t element_bytes = std::max<std::uint64_t>(1, H5Tget_size(type.id()));
-  const std::uint64_t stored = H5Dget_storage_size(dataset);
+  const bool is_chunked = H5Pget_layout(ids.creation) == H5D_CHUNKED;
+  const std::uint64_t element_bytes = std::max<std::uint64_t>(1, H5Tget_size(ids.type));
+  const std::uint64_t stored = H5Dget_storage_size(ids.dataset);
   const std::uint64_t factor = is_chunked ? largest_deflate_ratio : 1;
   if (stored > file_bytes_) return std::to_string(stored) + " bytes of values, more than the file holds";
   if (!count_within(facts.shape, stored * factor / element_bytes)) {
     return "a shape too large for the " + std::to_string(stored) + " bytes stored";
   }
-  if (is_chunked && !has_chunks_within(creation.id(), facts.shape)) return "chunks larger than the dataset";
+  if (is_chunked && !has_chunks_within(ids.creation, facts.shape)) return "chunks larger than the dataset";
   return {};
 }
 
 bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const std::string& scale) const
 {
   if (!is_dataset(scale)) return false;
-  const H5Handle object = open(dataset);
-  const H5Handle scale_object = open(scale);
+  const H5Id object = kept_open(dataset);
   H5O_info_t info = {};
-  check_h5(H5Oget_info2(scale_object.id(), &info, H5O_INFO_BASIC), place(scale), wanted_model);
+  check_h5(H5Oget_info2(kept_open(scale), &info, H5O_INFO_BASIC), place(scale), wanted_model);
   // H5DSis_attached would follow the scale's list of users too, and fail for all of them once one of the
   // datasets in it is gone.
   const bool attached =
-      H5DSiterate_scales(object.id(), static_cast<unsigned>(axis), nullptr, has_address, &info.addr) > 0;
+      H5DSiterate_scales(object, static_cast<unsigned>(axis), nullptr, has_address, &info.addr) > 0;
   H5Eclear2(H5E_DEFAULT);
   return attached;
 }
@@ -332,9 +338,9 @@ bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const s
 std::optional<AttributeValue> H5Reader::attribute(const std::string& object, const std::string& name) const
 {
   const H5Place here = place(object + "@" + name);
-  const H5Handle owner = open(object);
-  if (check_h5(H5Aexists(owner.id(), name.c_str()), here, wanted_model) == 0) return std::nullopt;
-  const H5Handle attribute = own_h5(H5Aopen(owner.id(), name.c_str(), H5P_DEFAULT), here, wanted_model);
+  const H5Id owner = kept_open(object);
+  if (check_h5(H5Aexists(owner, name.c_str()), here, wanted_model) == 0) return std::nullopt;
+  const H5Handle attribute = own_h5(H5Aopen(owner, name.c_str(), H5P_DEFAULT), here, wanted_model);
   const H5Handle type = own_h5(H5Aget_type(attribute.id()), here, wanted_model);
   const H5Handle space = own_h5(H5Aget_space(attribute.id()), here, wanted_model);
   const std::vector<std::int64_t> shape = shape_of(space.id());
@@ -361,13 +367,12 @@ std::optional<AttributeValue> H5Reader::attribute(const std::string& object, con
 void H5Reader::read_raw(const std::string& dataset, H5Id memory_type, std::size_t size, void* values,
                         H5Id transfer) const
 {
-  const H5Handle object = open(dataset);
-  const H5Handle space = own_h5(H5Dget_space(object.id()), place(dataset), wanted_model);
+  const H5Id object = kept_open(dataset);
+  const H5Handle space = own_h5(H5Dget_space(object), place(dataset), wanted_model);
   const std::optional<std::uint64_t> count = count_within(shape_of(space.id()), size);
   check(count.has_value() && *count == size, "a dataset is read only when its shape is known");
   if (size == 0) return;
-  check_h5(H5Dread(object.id(), memory_type, H5S_ALL, H5S_ALL, transfer, values), place(dataset),
-           wanted_model);
+  check_h5(H5Dread(object, memory_type, H5S_ALL, H5S_ALL, transfer, values), place(dataset), wanted_model);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<double> values) const
@@ -398,8 +403,8 @@ void H5Reader::read(const std::string& dataset, std::span<std::int8_t> values) c
 void H5Reader::read(const std::string& dataset, std::span<std::string> values) const
 {
   if (values.empty()) return;
-  const H5Handle object = open(dataset);
-  const H5Handle type = own_h5(H5Dget_type(object.id()), place(dataset), wanted_model);
+  const H5Id object = kept_open(dataset);
+  const H5Handle type = own_h5(H5Dget_type(object), place(dataset), wanted_model);
   const H5Handle transfer = own_h5(H5Pcreate(H5P_DATASET_XFER), place(dataset), wanted_model);
   TextMemory memory;
   check_h5(

@@ -62,10 +62,8 @@ std::string_view value_of(const std::string& answer, const std::string& path)
   throw InternalError(why);
 }
 
-template <typename Read>
-std::string answer_about(const std::string& path, const ProcessLimits& limits, const Read& read)
+std::string whole(const SeparateAnswer& answer, const std::string& path)
 {
-  const SeparateAnswer answer = answer_apart([&] { return answered(path, read); }, path, limits);
   if (answer.is_whole) return answer.text;
   throw InputError(
       {path, "", "a file that HDF5 cannot read (it ended with " + answer.text + ")", wanted_model});
@@ -73,15 +71,28 @@ std::string answer_about(const std::string& path, const ProcessLimits& limits, c
 
 }  // namespace
 
+ModelReading::ModelReading(const std::string& path, const ProcessLimits& limits)
+    : path_(path),
+      work_([&path] { return answered(path, [&] { return plain_bytes(read_motion_model(path)); }); }, path,
+            limits)
+{
+}
+
+MotionModel ModelReading::model()
+{
+  const std::string answer = whole(work_.answer(), path_);
+  return motion_model_of(value_of(answer, path_), path_);
+}
+
 MotionModel read_motion_model_apart(const std::string& path, const ProcessLimits& limits)
 {
-  const std::string answer = answer_about(path, limits, [&] { return plain_bytes(read_motion_model(path)); });
-  return motion_model_of(value_of(answer, path), path);
+  return ModelReading(path, limits).model();
 }
 
 Trace read_trace_apart(const std::string& path, const ProcessLimits& limits)
 {
-  const std::string answer = answer_about(path, limits, [&] { return plain_bytes(read_trace(path)); });
+  const auto read = [&] { return answered(path, [&] { return plain_bytes(read_trace(path)); }); };
+  const std::string answer = whole(answer_apart(read, path, limits), path);
   return trace_of(value_of(answer, path), path);
 }
 

@@ -13,6 +13,18 @@
 
 namespace vrda {
 
+/// A motion model being read apart, while this process goes on.
+class ModelReading {
+ public:
+  explicit ModelReading(const std::string& path, const ProcessLimits& limits = {});
+  /// Waits for it. Once only.
+  MotionModel model();
+
+ private:
+  std::string path_;
+  SeparateWork work_;
+};
+
 /// As read_motion_model and read_trace, with the same errors, within limits. Another thread must not be using
 /// HDF5 meanwhile.
 MotionModel read_motion_model_apart(const std::string& path, const ProcessLimits& limits = {});

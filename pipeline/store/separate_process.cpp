@@ -12,6 +12,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "core/error.hpp"
 
@@ -104,36 +105,61 @@ std::string ending_of(int status, const ProcessLimits& limits)
   return "signal " + std::to_string(signal);
 }
 
-/// Closes a file when it goes.
-struct Descriptor {
-  int file = -1;
-  ~Descriptor()
-  {
-    if (file >= 0) ::close(file);
-  }
-};
+constexpr const char* wanted_room = "room for another process";
 
 }  // namespace
+
+SeparateWork::SeparateWork(const std::function<std::string()>& work, std::string subject,
+                           const ProcessLimits& limits)
+    : subject_(std::move(subject)), limits_(limits)
+{
+  // In memory, not through a pipe: nobody has to read while the other still writes.
+  file_ = memfd_create("vrda", MFD_CLOEXEC);
+  if (file_ < 0) throw InputError({subject_, "", std::strerror(errno), wanted_room});
+  child_ = fork();
+  if (child_ < 0) {
+    const int error = errno;
+    ::close(file_);
+    throw InputError({subject_, "", std::strerror(error), wanted_room});
+  }
+  if (child_ > 0) return;
+  restrict_this_process(limits_);
+  _exit(write_all(file_, work()) ? done : not_written);
+}
+
+SeparateWork::~SeparateWork()
+{
+  if (child_ > 0) {
+    ::kill(child_, SIGKILL);
+    wait();
+  }
+  ::close(file_);
+}
+
+int SeparateWork::wait()
+{
+  int status = 0;
+  pid_t ended = -1;
+  do {
+    ended = waitpid(child_, &status, 0);
+  } while (ended < 0 && errno == EINTR);
+  child_ = -1;
+  return ended < 0 ? -1 : status;
+}
+
+SeparateAnswer SeparateWork::answer()
+{
+  check(child_ > 0, "an answer is waited for once");
+  const int status = wait();
+  if (status < 0) throw InputError({subject_, "", std::strerror(errno), "the end of a process"});
+  if (WIFEXITED(status) && WEXITSTATUS(status) == done) return {true, read_all(file_)};
+  return {false, ending_of(status, limits_)};
+}
 
 SeparateAnswer answer_apart(const std::function<std::string()>& work, const std::string& subject,
                             const ProcessLimits& limits)
 {
-  const char* wanted = "room for another process";
-  // In memory, not through a pipe: nobody has to read while the other still writes.
-  const Descriptor answer{memfd_create("vrda", MFD_CLOEXEC)};
-  if (answer.file < 0) throw InputError({subject, "", std::strerror(errno), wanted});
-  const pid_t child = fork();
-  if (child < 0) throw InputError({subject, "", std::strerror(errno), wanted});
-  if (child == 0) {
-    restrict_this_process(limits);
-    _exit(write_all(answer.file, work()) ? done : not_written);
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) throw InputError({subject, "", std::strerror(errno), "the end of a process"});
-  }
-  if (WIFEXITED(status) && WEXITSTATUS(status) == done) return {true, read_all(answer.file)};
-  return {false, ending_of(status, limits)};
+  return SeparateWork(work, subject, limits).answer();
 }
 
 }  // namespace vrda

@@ -19,11 +19,34 @@ struct SeparateAnswer {
   std::string text;  ///< what `work` returned; where it returned nothing, how it ended instead: "signal 11"
 };
 
-/// Calls `work` in a copy of this process and returns its answer. The copy has the limits, writes no file,
-/// no core and nothing to the terminal, and goes when this process goes; what `work` changes is lost with it.
-/// `work` must not throw. Threads are not copied: locks that others hold at the call stay locked there, so
-/// call it while no other thread uses what `work` does. Under address and thread sanitizers, which map more
-/// than any limit, memory is not limited. Throws InputError naming `subject` where no process can be made.
+/// Work on its way in a copy of this process, which goes on meanwhile. The copy has the limits, writes no
+/// file, no core and nothing to the terminal, and goes when this process goes; what `work` changes is lost
+/// with it. `work` must not throw. Threads are not copied: locks that others hold at the call stay locked
+/// there, so call it while no other thread uses what `work` does. Under address and thread sanitizers, which
+/// map more than any limit, memory is not limited. Throws InputError naming `subject` where no process can be
+/// made.
+class SeparateWork {
+ public:
+  SeparateWork(const std::function<std::string()>& work, std::string subject,
+               const ProcessLimits& limits = {});
+  /// Ends the copy when nobody waited for it.
+  ~SeparateWork();
+  SeparateWork(const SeparateWork&) = delete;
+  SeparateWork& operator=(const SeparateWork&) = delete;
+
+  /// Waits for the work's end. Once only.
+  SeparateAnswer answer();
+
+ private:
+  int wait();  // how the copy ended, as waitpid tells it
+
+  std::string subject_;
+  ProcessLimits limits_;
+  int file_ = -1;   // takes the answer
+  int child_ = -1;  // until it was waited for
+};
+
+/// The answer of such work, waited for.
 SeparateAnswer answer_apart(const std::function<std::string()>& work, const std::string& subject,
                             const ProcessLimits& limits = {});
 

@@ -11,6 +11,7 @@
 #include "app/follow_progress.hpp"
 #include "app/mouse_button.hpp"
 #include "app/stop_signals.hpp"
+#include "app/stopwatch.hpp"
 #include "follow/watch_thread.hpp"
 #include "render/window.hpp"
 #include "view/pointer.hpp"
@@ -18,8 +19,6 @@
 
 namespace vrda {
 namespace {
-
-using std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds between_looks{200};
 constexpr double frame_s = 1.0 / 60.0;
@@ -222,16 +221,14 @@ FollowEnd follow_in_window(const FollowOptions& options, StepChoice choice, cons
   Window window(window_options(options, model));
   FollowSession session(options, choice, model, streams);
   WatchThread thread(std::move(watch), between_looks);
-  steady_clock::time_point then = steady_clock::now();
+  Stopwatch stopwatch;
   while (!session.is_done() && !window.should_close()) {
     if (signals.came_within(std::chrono::milliseconds(0))) break;
     const bool is_idle = window.is_iconified() || session.is_idle();
     for (const InputEvent& event : window.events(is_idle ? idle_wait_s : frame_s)) session.take(event);
     session.take(thread.take());
     session.resize(window.renderer().width(), window.renderer().height());
-    const steady_clock::time_point now = steady_clock::now();
-    session.advance(std::chrono::duration<double>(now - then).count());
-    then = now;
+    session.advance(stopwatch.lap_s());
     window.set_title(session.title());
     if (window.is_iconified()) continue;
     session.screen().load(window.renderer());

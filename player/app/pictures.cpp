@@ -1,6 +1,8 @@
 #include "app/pictures.hpp"
 
+#include <array>
 #include <limits>
+#include <utility>
 
 #include "core/error.hpp"
 #include "scene/camera.hpp"
@@ -39,10 +41,59 @@ void require_layers(const std::string& file, const LayerSet& wanted, const Layer
   }
 }
 
+/// A box a material.
+Body sample_body()
+{
+  Body body;
+  body.name = "sample";
+  // Corner k has the bits of k; each face counter-clockwise from outside.
+  constexpr std::array<std::array<int, 3>, 12> faces{{{0, 2, 3},
+                                                      {0, 3, 1},
+                                                      {4, 5, 7},
+                                                      {4, 7, 6},
+                                                      {0, 1, 5},
+                                                      {0, 5, 4},
+                                                      {2, 6, 7},
+                                                      {2, 7, 3},
+                                                      {0, 4, 6},
+                                                      {0, 6, 2},
+                                                      {1, 3, 7},
+                                                      {1, 7, 5}}};
+  Mesh& mesh = body.contact.mesh;
+  mesh.vertices_mm.resize(24, 3);
+  mesh.triangles.resize(36, 3);
+  for (int c = 0; c < 3; ++c) {
+    body.components.push_back({std::to_string(c), c == 0 ? "bone" : c == 1 ? "cartilage" : "meniscus"});
+    for (int k = 0; k < 8; ++k)
+      mesh.vertices_mm.row(8 * c + k) << (k & 1) + 2.0 * c, (k & 2) / 2, (k & 4) / 4;
+    for (int t = 0; t < 12; ++t) {
+      const std::array<int, 3>& face = faces[static_cast<std::size_t>(t)];
+      mesh.triangles.row(12 * c + t) << 8 * c + face[0], 8 * c + face[1], 8 * c + face[2];
+      body.contact.component.push_back(c);
+    }
+  }
+  return body;
+}
+
 }  // namespace
 
+std::unique_ptr<Renderer> warm_renderer(const ShowOptions& options)
+{
+  const PictureSize size = parsed_size(options.size);
+  std::unique_ptr<Renderer> renderer = make_offscreen_renderer({size.width, size.height, options.samples});
+  Scene scene = scene_of(sample_body(), sample_body(), Eigen::Vector3d::Zero());
+  place(scene, {});
+  CameraFit fit(view_rotation(View::oblique, Side::right));
+  fit.include(framed_points(scene, Framed::all));
+  dress(scene, options.look);  // which may hide bodies
+  renderer->load(scene);
+  const Shot shot{with_depth_range(fit.camera(), scene), {0, 0, 16, 12}};  // few pixels: programs count
+  renderer->draw(scene, {&shot, 1}, nullptr);
+  return renderer;
+}
+
 PictureMaker::PictureMaker(const ShowOptions& options, const MotionModel& model, const PosedSet& set,
-                           const std::vector<JointPose>& poses)
+                           const std::vector<JointPose>& poses, std::unique_ptr<Renderer> renderer)
     : options_(options),
       views_(parsed_views(options.views)),
       size_(parsed_size(options.size)),
@@ -51,7 +102,8 @@ PictureMaker::PictureMaker(const ShowOptions& options, const MotionModel& model,
       gaps_(model, set.name),
       has_gaps_(set.has_gaps),
       scene_(scene_of(model.reference, model.moving, model.rotation_centre_mm)),
-      layers_(model, scene_)
+      layers_(model, scene_),
+      renderer_(std::move(renderer))
 {
   check(!scene_.drawables.empty(), "a motion model that was read has triangles");
   scene_.background = background_of(options.backdrop);
@@ -61,7 +113,6 @@ PictureMaker::PictureMaker(const ShowOptions& options, const MotionModel& model,
   const Viewport whole{0, 0, size_.width, size_.height};
   single_ = cameras_for(poses, aspect_of(whole));
   tiled_ = cameras_for(poses, aspect_of(column(size_, 0, views_.size())));
-  renderer_ = make_offscreen_renderer({size_.width, size_.height, options.samples});
   renderer_->load(scene_);
   if (!options.has_numbers) return;
   gui_.emplace(GuiOptions{model.title, {set.name}, 1.0});

@@ -23,12 +23,18 @@ struct PosedSet {
   bool has_gaps = true;  ///< false: poses of a search on its way, of which no gap is known
 };
 
+/// A renderer of `options`' size that has drawn its first picture, of boxes as bones, cartilage and menisci
+/// look: what the first picture of a joint waits for most, done before there is a joint. Throws InputError as
+/// make_offscreen_renderer and dress do.
+std::unique_ptr<Renderer> warm_renderer(const ShowOptions& options);
+
 /// One camera a view for the whole series: the joint moves, the picture does not.
 class PictureMaker {
  public:
-  /// `model` must outlive it; of `options` counts how to draw. Cameras have room for every one of `poses`.
+  /// `model` must outlive it; `renderer` is of the options' size; of `options` counts how to draw. Cameras
+  /// have room for every one of `poses`.
   PictureMaker(const ShowOptions& options, const MotionModel& model, const PosedSet& set,
-               const std::vector<JointPose>& poses);
+               const std::vector<JointPose>& poses, std::unique_ptr<Renderer> renderer);
 
   /// One view (a row of --views), as large as the picture. Valid until the next.
   const Image& single(std::size_t view, const JointPose& pose);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <ostream>
 #include <utility>
 #include <vector>
@@ -222,7 +223,8 @@ void require_video_options(const ShowOptions& options)
     throw InputError({"--speed", "", std::to_string(*options.speed_deg_s), "0.1 to 3600 degrees a second"});
 }
 
-ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
+ShowSummary show_trace(const ShowOptions& options, const MotionModel& model,
+                       std::unique_ptr<Renderer> renderer, const ShowStreams& streams)
 {
   const FilmOptions chosen = film_options(options);
   const Trace trace = read_trace_apart(options.trace);
@@ -234,7 +236,7 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, con
   for (std::size_t i = 0; i < film.frames.size(); ++i) {
     stills.push_back({motion.placed(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
   }
-  PictureMaker maker(options, model, {"raw", false}, poses_of(stills));
+  PictureMaker maker(options, model, {"raw", false}, poses_of(stills), std::move(renderer));
   if (!options.folder.empty()) write_stills(options, maker, stills, streams.data);
   if (!options.video.empty()) write_video(options, maker, poses_of(stills), streams);
   const std::size_t n_stills =
@@ -248,7 +250,8 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model, con
   return {static_cast<int>(n_stills), 0};
 }
 
-ShowSummary show_poses(const ShowOptions& options, const MotionModel& model, const ShowStreams& streams)
+ShowSummary show_poses(const ShowOptions& options, const MotionModel& model,
+                       std::unique_ptr<Renderer> renderer, const ShowStreams& streams)
 {
   const std::string set = chosen_set(model, options);
   const Motion motion(model, set);
@@ -261,7 +264,7 @@ ShowSummary show_poses(const ShowOptions& options, const MotionModel& model, con
                  << " for every flexion\n";
   }
   if (plan.poses.empty()) return summary;
-  PictureMaker maker(options, model, {set, true}, plan.poses);
+  PictureMaker maker(options, model, {set, true}, plan.poses, std::move(renderer));
   if (has_stills) write_stills(options, maker, stills_of(plan.poses), streams.data);
   if (!options.video.empty()) {
     const bool is_played = options.speed_deg_s || !options.flexion;
@@ -287,13 +290,17 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
   parsed_layers(options.look.layers);
   require_trace_options(options);
   require_video_options(options);
-  MotionModel model = read_motion_model_apart(options.file);
-  if (options.folder.empty() && options.video.empty()) {
+  ModelReading reading(options.file);
+  const bool has_window = options.folder.empty() && options.video.empty();
+  std::unique_ptr<Renderer> renderer = has_window ? nullptr : warm_renderer(options);
+  MotionModel model = reading.model();
+  if (has_window) {
     const std::string set = chosen_set(model, options);
     show_in_window(options, std::move(model), set);
     return {};
   }
-  return options.trace.empty() ? show_poses(options, model, streams) : show_trace(options, model, streams);
+  return options.trace.empty() ? show_poses(options, model, std::move(renderer), streams)
+                               : show_trace(options, model, std::move(renderer), streams);
 }
 
 }  // namespace vrda

@@ -1,12 +1,13 @@
 #include "app/show_window.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 
 #include "app/arguments.hpp"
 #include "app/session.hpp"
+#include "app/shown_model.hpp"
+#include "app/stopwatch.hpp"
 #include "core/error.hpp"
 #include "render/png_file.hpp"
 #include "render/window.hpp"
@@ -16,7 +17,6 @@ namespace {
 
 constexpr double idle_wait_s = 0.25;           // a paused picture wants no work
 constexpr double least_frame_s = 1.0 / 120.0;  // where the screen sets no pace
-constexpr double longest_frame_s = 10.0;       // a clock that jumps is not time that was seen
 
 void require_window_options(const ShowOptions& options)
 {
@@ -29,12 +29,11 @@ void require_window_options(const ShowOptions& options)
   if (options.is_to_and_fro) refuse("--to-and-fro");
 }
 
-SessionOptions session_options(const ShowOptions& options, const MotionModel& model, const std::string& set)
+SessionOptions session_options(const ShowOptions& options, const std::string& set)
 {
   const PictureSize size = parsed_size(options.size);
   SessionOptions session;
   session.set = set;
-  session.title = model.title;
   session.view = *view_named(parsed_views(options.views).front());
   if (options.flexion)
     session.flexion_rad = rad_from_deg(parsed_angles("--flexion", *options.flexion).first_deg);
@@ -70,58 +69,51 @@ void save_picture(Session& session, Renderer& renderer, const std::string& file)
   }
 }
 
-bool is_reached(const Session& session, double flexion_rad)
+WindowOptions window_options(const ShowOptions& options, const SessionOptions& session)
 {
-  constexpr double rounding_rad = 1e-9;
-  return std::abs(session.state().timeline.flexion_rad - flexion_rad) < rounding_rad;
+  WindowOptions window;
+  window.width = session.width;
+  window.height = session.height;
+  window.samples = options.samples;
+  return window;
 }
 
-class Stopwatch {
- public:
-  double running_s() const
-  {
-    const std::chrono::duration<double> since = std::chrono::steady_clock::now() - start_;
-    return std::min(since.count(), longest_frame_s);
-  }
-  /// Begins anew; how long it ran.
-  double lap_s()
-  {
-    const double s = running_s();
-    start_ = std::chrono::steady_clock::now();
-    return s;
-  }
+std::string title_of(const ShownModel& shown)
+{
+  return (shown.title().empty() ? shown.file() : shown.title()) + " - vrda-player";
+}
 
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
+/// Takes what happened; a dropped file is opened behind it. Of several, the first.
+void take_events(Window& window, ShownModel& shown, double wait_s)
+{
+  std::string dropped;
+  for (const InputEvent& event : window.events(wait_s)) {
+    shown.session().take(event);
+    if (event.kind == InputKind::drop && !window.dropped_files().empty())
+      dropped = window.dropped_files().front();
+  }
+  if (!dropped.empty() && shown.open(dropped)) window.set_title(title_of(shown));
+}
 
 }  // namespace
 
 void show_in_window(const ShowOptions& options, MotionModel model, const std::string& set)
 {
   require_window_options(options);
-  SessionOptions chosen = session_options(options, model, set);
-  WindowOptions window_options;
-  window_options.width = chosen.width;
-  window_options.height = chosen.height;
-  window_options.samples = options.samples;
-  window_options.title = (model.title.empty() ? options.file : model.title) + " - vrda-player";
-  Window window(window_options);
-  chosen.width = window.renderer().width();
-  chosen.height = window.renderer().height();
+  SessionOptions chosen = session_options(options, set);
+  Window window(window_options(options, chosen));
   chosen.scale = std::clamp(window.content_scale(), 1.0, 4.0);
-  Session session(std::move(model), chosen);
-  session.load_into(window.renderer());
-  if (chosen.flexion_rad && !is_reached(session, *chosen.flexion_rad))
-    session.tell("the flexion asked for lies outside the measured range");
+  ShownModel shown(options.file, std::move(model), chosen, window.renderer());
+  window.set_title(title_of(shown));
   Stopwatch stopwatch;
-  while (!session.state().is_done && !window.should_close()) {
-    const bool is_idle = window.is_iconified() || session.is_idle();
+  while (!shown.session().state().is_done && !window.should_close()) {
+    const bool is_idle = window.is_iconified() || shown.session().is_idle();
     const double wait_s = is_idle ? idle_wait_s : std::max(0.0, least_frame_s - stopwatch.running_s());
-    for (const InputEvent& event : window.events(wait_s)) session.take(event);
+    take_events(window, shown, wait_s);
+    Session& session = shown.session();
     session.resize(window.renderer().width(), window.renderer().height());
     session.advance(stopwatch.lap_s());
-    if (session.takes_picture()) save_picture(session, window.renderer(), options.file);
+    if (session.takes_picture()) save_picture(session, window.renderer(), shown.file());
     if (session.toggles_full_screen()) window.toggle_full_screen();
     if (!window.is_iconified()) window.show(session.scene(), session.shots(), &session.overlay());
   }

@@ -12,8 +12,8 @@
 namespace vrda {
 namespace {
 
-/// From half a pixel of a close look (20 pixels a mm) to one of a whole leg.
-constexpr std::array<double, 5> wanted_error_mm{0.03, 0.06, 0.12, 0.25, 0.5};
+/// From half a pixel of a close look (20 pixels a mm) to one of a whole leg, by the square root of 2.
+constexpr std::array<double, 9> wanted_error_mm{0.03, 0.042, 0.06, 0.085, 0.12, 0.17, 0.25, 0.35, 0.5};
 
 /// Below this many triangles a mesh costs next to nothing.
 constexpr std::size_t least_triangles = 500;
@@ -59,9 +59,9 @@ double volume_mm3(const DrawMesh& mesh)
 
 }  // namespace
 
-std::vector<DetailLevel> levels_of(const DrawMesh& mesh)
+MeshLevels levels_of(const DrawMesh& mesh)
 {
-  std::vector<DetailLevel> levels;
+  MeshLevels levels;
   const std::size_t n_vertices = mesh.vertices.size();
   levels.push_back({cache_ordered(mesh.triangles, n_vertices), 0.0});
   if (mesh.triangles.size() < 3 * least_triangles) return levels;
@@ -69,17 +69,16 @@ std::vector<DetailLevel> levels_of(const DrawMesh& mesh)
   // meshoptimizer measures errors as parts of the mesh's extent.
   const double extent_mm = meshopt_simplifyScale(positions, n_vertices, sizeof(DrawVertex));
   for (const double wanted_mm : wanted_error_mm) {
-    const DetailLevel& last = levels.back();
-    const double more_mm = wanted_mm - last.error_mm;  // each level is made from the last: errors add up
-    if (more_mm <= 0.0) continue;
-    std::vector<std::uint32_t> fewer(last.triangles.size());
+    // From the whole mesh each time: made from the level before, errors add up, and a level within 0.085 mm
+    // has three times the triangles.
+    std::vector<std::uint32_t> fewer(mesh.triangles.size());
     float error = 0.0F;
-    fewer.resize(meshopt_simplify(fewer.data(), last.triangles.data(), last.triangles.size(), positions,
-                                  n_vertices, sizeof(DrawVertex), 0, static_cast<float>(more_mm / extent_mm),
-                                  0, &error));
-    if (static_cast<double>(fewer.size()) > worthwhile * static_cast<double>(last.triangles.size())) continue;
-    const double error_mm = last.error_mm + static_cast<double>(error) * extent_mm;
-    levels.push_back({cache_ordered(fewer, n_vertices), error_mm});
+    fewer.resize(meshopt_simplify(fewer.data(), mesh.triangles.data(), mesh.triangles.size(), positions,
+                                  n_vertices, sizeof(DrawVertex), 0,
+                                  static_cast<float>(wanted_mm / extent_mm), 0, &error));
+    const auto n_before = static_cast<double>(levels.back().triangles.size());
+    if (static_cast<double>(fewer.size()) > worthwhile * n_before) continue;
+    levels.push_back({cache_ordered(fewer, n_vertices), static_cast<double>(error) * extent_mm});
   }
   return levels;
 }

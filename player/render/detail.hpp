@@ -13,9 +13,11 @@ struct DetailLevel {
   double error_mm = 0.0;                 ///< how far its surface may lie from the mesh's
 };
 
+using MeshLevels = std::vector<DetailLevel>;
+
 /// `mesh` in an order that suits graphics hardware, then coarser levels, each with clearly fewer triangles
 /// and a larger error than the one before.
-std::vector<DetailLevel> levels_of(const DrawMesh& mesh);
+MeshLevels levels_of(const DrawMesh& mesh);
 
 /// Whether nothing of the inside can be seen from outside: vertices at one place taken as one, every edge has
 /// as many triangles one way as the other, and the triangles enclose a positive volume.

@@ -31,27 +31,9 @@ void upload_colours(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   gl.VertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(VertexColour), nullptr);
 }
 
-/// A mesh with colours keeps all its triangles: coarser ones would lose the pattern.
-void upload_levels(const GlTable& gl, const Drawable& drawable, Detail detail, GpuMesh& mesh)
-{
-  std::vector<DetailLevel> levels;
-  if (detail == Detail::levels && drawable.colours.empty()) {
-    levels = levels_of(drawable.mesh);
-  } else {
-    levels.push_back({drawable.mesh.triangles, 0.0});
-  }
-  std::vector<std::uint32_t> indices;
-  for (const DetailLevel& level : levels) {
-    mesh.levels.push_back({indices.size(), static_cast<int>(level.triangles.size()), level.error_mm});
-    indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
-  }
-  gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, mesh.buffers[1]);
-  gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes_of(indices), indices.data(), GL_STATIC_DRAW);
-}
-
 }  // namespace
 
-GpuMesh uploaded(const GlTable& gl, const Drawable& drawable, Detail detail)
+GpuMesh uploaded(const GlTable& gl, const Drawable& drawable)
 {
   const DrawMesh& mesh = drawable.mesh;
   GpuMesh gpu;
@@ -60,7 +42,9 @@ GpuMesh uploaded(const GlTable& gl, const Drawable& drawable, Detail detail)
   gl.BindVertexArray(gpu.vertex_array);
   gl.BindBuffer(GL_ARRAY_BUFFER, gpu.buffers[0]);
   gl.BufferData(GL_ARRAY_BUFFER, bytes_of(mesh.vertices), mesh.vertices.data(), GL_STATIC_DRAW);
-  upload_levels(gl, drawable, detail, gpu);
+  gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, gpu.buffers[1]);
+  gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes_of(mesh.triangles), mesh.triangles.data(), GL_STATIC_DRAW);
+  gpu.levels.push_back({0, static_cast<int>(mesh.triangles.size()), 0.0});
   gl.EnableVertexAttribArray(0);
   gl.EnableVertexAttribArray(1);
   constexpr GLsizei stride = sizeof(DrawVertex);
@@ -72,6 +56,19 @@ GpuMesh uploaded(const GlTable& gl, const Drawable& drawable, Detail detail)
   gpu.revision = drawable.revision;
   gpu.is_closed = is_closed(mesh);
   return gpu;
+}
+
+void add_levels(const GlTable& gl, const MeshLevels& levels, GpuMesh& mesh)
+{
+  if (mesh.is_changed || levels.size() < 2) return;
+  mesh.levels.clear();
+  std::vector<std::uint32_t> indices;
+  for (const DetailLevel& level : levels) {
+    mesh.levels.push_back({indices.size(), static_cast<int>(level.triangles.size()), level.error_mm});
+    indices.insert(indices.end(), level.triangles.begin(), level.triangles.end());
+  }
+  gl.BindVertexArray(mesh.vertex_array);
+  gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, bytes_of(indices), indices.data(), GL_STATIC_DRAW);
 }
 
 void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
@@ -86,6 +83,7 @@ void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   gl.BufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, bytes_of(changed.triangles), changed.triangles.data());
   upload_colours(gl, drawable, mesh);
   // Into the room of the first level; its coarser ones are no longer of this mesh.
+  mesh.is_changed = true;
   mesh.is_closed = false;
   mesh.levels.resize(1);
   mesh.levels[0].n = static_cast<int>(changed.triangles.size());

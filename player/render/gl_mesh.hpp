@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/detail.hpp"
 #include "render/gl_table.hpp"
 #include "scene/scene.hpp"
 
@@ -24,17 +25,15 @@ struct GpuMesh {
   std::size_t n_indices = 0;          ///< there is room for
   std::vector<IndexRun> levels;       ///< the whole mesh, then coarser ones
   std::uint64_t revision = 0;
-  bool is_closed = false;  ///< its back faces need no drawing while it is opaque
+  bool is_changed = false;  ///< since it was uploaded
+  bool is_closed = false;   ///< its back faces need no drawing while it is opaque
   bool has_colours = false;
   bool has_translucent_colours = false;
 };
 
-enum class Detail {
-  full,   ///< the whole mesh only
-  levels  ///< coarser ones too
-};
-
-GpuMesh uploaded(const GlTable& gl, const Drawable& drawable, Detail detail);
+GpuMesh uploaded(const GlTable& gl, const Drawable& drawable);
+/// Gives the mesh its coarser levels, when there are some and it is still the one that was uploaded.
+void add_levels(const GlTable& gl, const MeshLevels& levels, GpuMesh& mesh);
 /// Takes a new revision over. A mesh larger than the one uploaded is a broken promise.
 void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh);
 void drop(const GlTable& gl, GpuMesh& mesh);

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "render/egl_context.hpp"
+#include "render/gl_fragments.hpp"
 #include "render/gl_overlay.hpp"
 #include "render/gl_peeling.hpp"
 #include "render/gl_surfaces.hpp"
@@ -67,6 +68,7 @@ class GlRenderer final : public Renderer {
   std::optional<OverlayPainter> overlays_;
   std::optional<LayerPeeler> peeler_;
   std::optional<WarpPainter> warper_;
+  std::optional<FragmentLists> lists_;
   Target drawn_, resolved_;
   std::vector<std::uint8_t> upside_down_;
   Image image_;
@@ -88,8 +90,10 @@ GlRenderer::GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& 
   bottom_ = gl_.GetUniformLocation(background_program_, "bottom");
   gl_.GenVertexArrays(1, &empty_array_);
   gl_.ClearColor(0.0F, 0.0F, 0.0F, 1.0F);  // between the shots
-  surfaces_.emplace(gl_, SurfaceOptions{is_multisampled(), options_.coarseness_px});
+  surfaces_.emplace(gl_,
+                    SurfaceOptions{is_multisampled(), options_.coarseness_px, options_.is_coarser_later});
   overlays_.emplace(gl_);
+  if (!is_multisampled() && FragmentLists::are_possible(gl_)) lists_.emplace(gl_);
   open_targets();
   check(gl_.GetError() == GL_NO_ERROR, "the renderer opens without an OpenGL error");
 }
@@ -99,6 +103,7 @@ GlRenderer::~GlRenderer()
   context_->make_current();
   close_targets();
   warper_.reset();
+  lists_.reset();
   overlays_.reset();
   surfaces_.reset();
   gl_.DeleteVertexArrays(1, &empty_array_);
@@ -122,6 +127,7 @@ void GlRenderer::open_targets()
   const TargetPlan plan{w, h, is_multisampled() ? options_.samples : 0};
   drawn_ = opened_target(gl_, plan);
   peeler_.emplace(gl_, plan, drawn_);
+  if (lists_) lists_->resize(w, h);
   if (is_multisampled()) resolved_ = opened_target(gl_, {w, h, 0, false});
   size_image();
 }
@@ -211,7 +217,8 @@ void GlRenderer::draw_shot(const Scene& scene, const Shot& shot)
   draw_background(scene.background);
   surfaces_->begin(scene, shot.camera, box);
   surfaces_->draw(scene, SurfacePass::opaque);
-  peeler_->draw(*surfaces_, scene, drawn_);
+  const bool is_blended = lists_ && lists_->draw(*surfaces_, scene, empty_array_);
+  if (!is_blended) peeler_->draw(*surfaces_, scene, drawn_);
   gl_.Disable(GL_SCISSOR_TEST);
 }
 

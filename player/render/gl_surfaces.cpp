@@ -3,7 +3,9 @@
 #include <GL/glcorearb.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "render/shaders.hpp"
@@ -39,11 +41,7 @@ SurfacePainter::SurfacePainter(const GlTable& gl, const SurfaceOptions& options)
 SurfacePainter::~SurfacePainter()
 {
   for (GpuMesh& mesh : meshes_) drop(gl_, mesh);
-  for (const auto& of_shading : programs_) {
-    for (const auto& of_colours : of_shading) {
-      for (const Program& program : of_colours) gl_.DeleteProgram(program.id);
-    }
-  }
+  for (const Program& program : programs_) gl_.DeleteProgram(program.id);
   gl_.DeleteTextures(1, &texture_);
 }
 
@@ -51,10 +49,33 @@ void SurfacePainter::load(const Scene& scene)
 {
   for (GpuMesh& mesh : meshes_) drop(gl_, mesh);
   meshes_.clear();
-  const bool has_levels = options_.coarseness_px > 0.0;
-  for (const Drawable& drawable : scene.drawables)
-    meshes_.push_back(uploaded(gl_, drawable, has_levels ? Detail::levels : Detail::full));
+  for (const Drawable& drawable : scene.drawables) meshes_.push_back(uploaded(gl_, drawable));
   load_texture(scene.texture);
+  levels_ = {};
+  if (options_.coarseness_px <= 0.0) return;
+  find_levels(scene);
+  if (!options_.is_coarser_later) take_levels();
+}
+
+/// A mesh with colours keeps all its triangles: coarser ones would lose the pattern.
+void SurfacePainter::find_levels(const Scene& scene)
+{
+  std::vector<DrawMesh> wanted;
+  for (const Drawable& drawable : scene.drawables)
+    wanted.push_back(drawable.colours.empty() ? drawable.mesh : DrawMesh{});
+  levels_ = std::async(std::launch::async, [wanted = std::move(wanted)] {
+    std::vector<MeshLevels> levels;
+    levels.reserve(wanted.size());
+    for (const DrawMesh& mesh : wanted) levels.push_back(levels_of(mesh));
+    return levels;
+  });
+}
+
+/// Waits for them.
+void SurfacePainter::take_levels()
+{
+  const std::vector<MeshLevels> levels = levels_.get();
+  for (std::size_t i = 0; i < meshes_.size(); ++i) add_levels(gl_, levels[i], meshes_[i]);
 }
 
 void SurfacePainter::load_texture(const Texture& texture)
@@ -81,6 +102,8 @@ void SurfacePainter::load_texture(const Texture& texture)
 void SurfacePainter::refresh(const Scene& scene)
 {
   check(scene.drawables.size() == meshes_.size(), "a scene is loaded before it is drawn");
+  if (levels_.valid() && levels_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+    take_levels();
   for (std::size_t i = 0; i < meshes_.size(); ++i) vrda::refresh(gl_, scene.drawables[i], meshes_[i]);
 }
 
@@ -165,14 +188,17 @@ double SurfacePainter::allowed_error_mm(const Drawable& drawable) const
   return options_.coarseness_px * std::max(depth_mm, near_mm_) / px_mm_at_1_mm_;
 }
 
-SurfacePainter::Program& SurfacePainter::compiled(Shading shading, bool is_coloured)
+SurfacePainter::Program& SurfacePainter::compiled(Shading shading, bool is_coloured, bool is_stored)
 {
   const std::size_t n_lights = shading == Shading::depth ? 0 : lighting_->lights.size();
-  Program& program = programs_[static_cast<std::size_t>(shading)][is_coloured ? 1 : 0][n_lights];
+  const std::size_t kind =
+      4 * static_cast<std::size_t>(shading) + (is_coloured ? 2 : 0) + (is_stored ? 1 : 0);
+  Program& program = programs_[(most_lights + 1) * kind + n_lights];
   if (program.id != 0) return program;
   constexpr std::array<const char*, n_shadings> names{
       "", "#define MOTTLED\n", "#define TEXTURED\n", "#define FLAT\n", "#define LINES\n", ""};
-  std::string first = "#version 330 core\n#define N_LIGHTS " + std::to_string(n_lights) + "\n";
+  std::string first = is_stored ? "#version 430 core\n#define STORED\n" : "#version 330 core\n";
+  first += "#define N_LIGHTS " + std::to_string(n_lights) + "\n";
   first += names[static_cast<std::size_t>(shading)];
   if (is_coloured) first += "#define COLOURED\n";
   if (options_.is_multisampled) first += "#define MULTISAMPLED\n";
@@ -226,9 +252,9 @@ void SurfacePainter::set_material(const Program& program, const Drawable& drawab
   gl_.Uniform1f(program.at.mottling, material.mottling);
 }
 
-void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Shading shading)
+void SurfacePainter::draw_one(const Drawable& drawable, const GpuMesh& mesh, Shading shading, bool is_stored)
 {
-  Program& program = compiled(shading, mesh.has_colours && shading != Shading::depth);
+  Program& program = compiled(shading, mesh.has_colours && shading != Shading::depth, is_stored);
   gl_.UseProgram(program.id);
   set_shot(program);
   const Eigen::Matrix4f X_camera_mesh = (X_camera_world_ * drawable.X_world_mesh).matrix().cast<float>();
@@ -273,7 +299,8 @@ void SurfacePainter::draw(const Scene& scene, SurfacePass pass)
     const bool is_depth = pass == SurfacePass::translucent_depth;
     const bool is_culled = pass == SurfacePass::opaque && meshes_[i].is_closed;
     if (is_culled) gl_.Enable(GL_CULL_FACE);
-    draw_one(drawable, meshes_[i], is_depth ? Shading::depth : shading_of(drawable));
+    draw_one(drawable, meshes_[i], is_depth ? Shading::depth : shading_of(drawable),
+             pass == SurfacePass::translucent_store);
     if (is_culled) gl_.Disable(GL_CULL_FACE);
   }
 }

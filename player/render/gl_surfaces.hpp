@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <future>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace vrda {
 /// What a pass over the surfaces is for.
 enum class SurfacePass {
   opaque,             ///< colour and depth of everything opaque
+  translucent_store,  ///< every fragment of the translucent ones, into the lists of gl_fragments.hpp
   translucent_depth,  ///< depth alone of the translucent ones that lie before the depth texture of unit 0
   translucent_colour  ///< the translucent ones, blended over what is there
 };
@@ -25,7 +27,8 @@ struct PixelBox {
 
 struct SurfaceOptions {
   bool is_multisampled = false;
-  double coarseness_px = 0.0;  ///< as in RenderOptions
+  double coarseness_px = 0.0;     ///< as in RenderOptions
+  bool is_coarser_later = false;  ///< as in RenderOptions
 };
 
 class SurfacePainter {
@@ -61,19 +64,24 @@ class SurfacePainter {
   Shading shading_of(const Drawable& drawable) const;
   double allowed_error_mm(const Drawable& drawable) const;
   bool is_translucent(const Drawable& drawable, const GpuMesh& mesh) const;
-  Program& compiled(Shading shading, bool is_coloured);
+  Program& compiled(Shading shading, bool is_coloured, bool is_stored);
   void set_shot(Program& program);
   void set_material(const Program& program, const Drawable& drawable, Shading shading);
-  void draw_one(const Drawable& drawable, const GpuMesh& mesh, Shading shading);
+  void draw_one(const Drawable& drawable, const GpuMesh& mesh, Shading shading, bool is_stored = false);
   void draw_lines(const Scene& scene);
+  void find_levels(const Scene& scene);
+  void take_levels();
   void load_texture(const Texture& texture);
   void bound_translucent(const Scene& scene, const PixelBox& view);
 
   const GlTable& gl_;
   SurfaceOptions options_;
   std::vector<GpuMesh> meshes_;
-  /// By shading, whether vertices have colours, and number of lights; compiled when first used.
-  std::array<std::array<std::array<Program, most_lights + 1>, 2>, n_shadings> programs_{};
+  std::future<std::vector<MeshLevels>> levels_;  ///< by mesh, while they are being found
+  static constexpr std::size_t n_variants = n_shadings * 4 * (most_lights + 1);
+  /// By shading, whether vertices have colours, whether fragments are stored, and number of lights; compiled
+  /// when first used.
+  std::array<Program, n_variants> programs_{};
   std::uint64_t n_begun_ = 0;
   DrawMode mode_ = DrawMode::smooth;
   const Lighting* lighting_ = nullptr;  ///< of the scene begun with

@@ -14,6 +14,7 @@ namespace {
 #define VRDA_GL_SAME(name, ...) \
   static_assert(std::is_same_v<decltype(gl##name), __VA_ARGS__>, "gl" #name " has this signature");
 VRDA_GL_FUNCTIONS(VRDA_GL_SAME)
+VRDA_GL_LATER_FUNCTIONS(VRDA_GL_SAME)
 #undef VRDA_GL_SAME
 
 GLuint compiled_shader(const GlTable& gl, GLenum kind, const char* first, const char* source)
@@ -41,6 +42,10 @@ GlTable table_of(GlContext& context)
   gl.name = reinterpret_cast<decltype(GlTable::name)>(context.function("gl" #name)); \
   check(gl.name != nullptr, "OpenGL 3.3 has the function gl" #name);
   VRDA_GL_FUNCTIONS(VRDA_GL_LOAD)
+#undef VRDA_GL_LOAD
+#define VRDA_GL_LOAD(name, ...) \
+  gl.name = reinterpret_cast<decltype(GlTable::name)>(context.function("gl" #name));
+  VRDA_GL_LATER_FUNCTIONS(VRDA_GL_LOAD)
 #undef VRDA_GL_LOAD
   return gl;
 }

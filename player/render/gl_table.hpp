@@ -14,6 +14,7 @@ namespace vrda {
   X(AttachShader, void(unsigned, unsigned))                                               \
   X(BeginQuery, void(unsigned, unsigned))                                                 \
   X(BindBuffer, void(unsigned, unsigned))                                                 \
+  X(BindBufferBase, void(unsigned, unsigned, unsigned))                                   \
   X(BindFramebuffer, void(unsigned, unsigned))                                            \
   X(BindRenderbuffer, void(unsigned, unsigned))                                           \
   X(BindTexture, void(unsigned, unsigned))                                                \
@@ -56,6 +57,7 @@ namespace vrda {
   X(GenRenderbuffers, void(int, unsigned*))                                               \
   X(GenTextures, void(int, unsigned*))                                                    \
   X(GenVertexArrays, void(int, unsigned*))                                                \
+  X(GetBufferSubData, void(unsigned, std::ptrdiff_t, std::ptrdiff_t, void*))              \
   X(GetError, unsigned())                                                                 \
   X(GetIntegerv, void(unsigned, int*))                                                    \
   X(GetProgramiv, void(unsigned, unsigned, int*))                                         \
@@ -83,9 +85,13 @@ namespace vrda {
   X(VertexAttribPointer, void(unsigned, int, unsigned, unsigned char, int, const void*))  \
   X(Viewport, void(int, int, int, int))
 
+/// Of OpenGL 4.3, null without.
+#define VRDA_GL_LATER_FUNCTIONS(X) X(MemoryBarrier, void(unsigned))
+
 struct GlTable {
 #define VRDA_GL_MEMBER(name, ...) std::add_pointer_t<__VA_ARGS__> name = nullptr;
   VRDA_GL_FUNCTIONS(VRDA_GL_MEMBER)
+  VRDA_GL_LATER_FUNCTIONS(VRDA_GL_MEMBER)
 #undef VRDA_GL_MEMBER
 };
 

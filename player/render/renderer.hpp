@@ -13,13 +13,19 @@
 
 namespace vrda {
 
+/// Of a picture that moves. Half a pixel is not seen in an outline, but small pits lose their shade.
+inline constexpr double moving_coarseness_px = 0.35;
+
 struct RenderOptions {
   int width = 1280;
   int height = 960;
   int samples = 4;  ///< a pixel, or as many as OpenGL has; 1 for no multisampling
   /// How far, in pixels, surfaces may lie beside their place where fewer triangles are drawn for speed;
-  /// 0 draws every triangle. Half a pixel is not seen.
+  /// 0 draws every triangle.
   double coarseness_px = 0.0;
+  /// Fewer triangles are found by a thread, and until then all are drawn: the first picture comes sooner, and
+  /// which one has fewer depends on the clock. False: `load` waits for them.
+  bool is_coarser_later = false;
 };
 
 /// Part of the picture, in pixels from its top left corner.

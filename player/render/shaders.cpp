@@ -46,7 +46,24 @@ uniform float mottling;
 uniform vec3 up_camera;
 uniform vec3 sky;
 uniform vec3 ground;
+#ifdef STORED
+// Lists of fragments (gl_fragments.hpp): of each pixel the last node, of each node the one before it.
+layout(early_fragment_tests) in;
+layout(std430, binding = 0) buffer Heads { uint heads[]; };
+layout(std430, binding = 1) buffer Nodes { uvec4 nodes[]; };
+layout(std430, binding = 2) buffer Count { uint n_nodes; uint width; };
+void give(vec4 c)
+{
+  uint node = atomicAdd(n_nodes, 1u);
+  if (node >= uint(nodes.length())) return;
+  uint at = uint(gl_FragCoord.y) * width + uint(gl_FragCoord.x);
+  uint before = atomicExchange(heads[at], node);
+  nodes[node] = uvec4(before, floatBitsToUint(gl_FragCoord.z), packUnorm2x16(c.rg), packUnorm2x16(c.ba));
+}
+#else
 out vec4 pixel;
+void give(vec4 c) { pixel = c; }
+#endif
 #ifdef COLOURED
 in vec4 tint;
 #endif
@@ -116,7 +133,7 @@ vec4 base()
 void main()
 {
 #ifdef LINES
-  pixel = vec4(base().rgb, 1.0);
+  give(vec4(base().rgb, 1.0));
 #else
 #ifdef FLAT
   // The triangle's own plane, looked at along the camera's axis: one shade a triangle.
@@ -139,7 +156,7 @@ void main()
   }
 #endif
   vec4 own = base();
-  pixel = vec4(own.rgb * diffuse + specular * shine, own.a);
+  give(vec4(own.rgb * diffuse + specular * shine, own.a));
 #endif
 }
 )";
@@ -160,6 +177,40 @@ uniform sampler2D behind;
 void main()
 {
   if (gl_FragCoord.z >= texelFetch(behind, ivec2(gl_FragCoord.xy), SAMPLE).r) discard;
+}
+)";
+
+// From the farthest on; of two at one depth the one drawn first. Leaves empty lists.
+const char* const blend_fragment_shader = R"(
+layout(std430, binding = 0) buffer Heads { uint heads[]; };
+layout(std430, binding = 1) readonly buffer Nodes { uvec4 nodes[]; };
+layout(std430, binding = 2) readonly buffer Count { uint n_nodes; uint width; };
+out vec4 pixel;
+void main()
+{
+  uint at = uint(gl_FragCoord.y) * width + uint(gl_FragCoord.x);
+  uint head = heads[at];
+  if (head == 0u) discard;
+  heads[at] = 0u;
+  vec4 sum = vec4(0.0, 0.0, 0.0, 1.0);
+  uint last_depth = 0xffffffffu, last = 0u;
+  for (int layer = 0; layer < MOST_LAYERS; ++layer) {
+    uint found = 0u;
+    uvec4 best = uvec4(0u);
+    for (uint i = head; i != 0u;) {
+      uvec4 node = nodes[i];
+      bool is_next = node.y < last_depth || (node.y == last_depth && i > last);
+      bool is_better = found == 0u || node.y > best.y || (node.y == best.y && i < found);
+      if (is_next && is_better) { found = i; best = node; }
+      i = node.x;
+    }
+    if (found == 0u) break;
+    vec4 c = vec4(unpackUnorm2x16(best.z), unpackUnorm2x16(best.w));
+    sum = vec4(mix(sum.rgb, c.rgb, c.a), sum.a * (1.0 - c.a));
+    last_depth = best.y;
+    last = found;
+  }
+  pixel = sum;
 }
 )";
 

@@ -110,7 +110,8 @@ class Window::State {
     glfwSwapInterval(options.is_vsynced ? 1 : 0);
     RenderOptions render;
     render.samples = options.samples > 0 ? options.samples : is_drawn_by_processor() ? 1 : 4;
-    render.coarseness_px = 0.5;  // a moving picture
+    render.coarseness_px = moving_coarseness_px;
+    render.is_coarser_later = true;
     glfwGetFramebufferSize(window_.get(), &render.width, &render.height);
     renderer_ = make_gl_renderer(std::make_unique<WindowContext>(window_.get()), render);
     glfwSetWindowUserPointer(window_.get(), this);

@@ -18,7 +18,7 @@ function(vrda_package name)
   set(CPACK_COMPONENT_${component}_DESCRIPTION "${PACKAGE_SUMMARY}\n${PACKAGE_TEXT}" PARENT_SCOPE)
   set(CPACK_DEBIAN_${component}_PACKAGE_NAME ${name} PARENT_SCOPE)
   set(CPACK_DEBIAN_${component}_PACKAGE_SOURCE vrda PARENT_SCOPE)
-  set(CPACK_DEBIAN_${component}_PACKAGE_SUGGESTS ${PACKAGE_SUGGESTS} PARENT_SCOPE)
+  set(CPACK_DEBIAN_${component}_PACKAGE_SUGGESTS "${PACKAGE_SUGGESTS}" PARENT_SCOPE)
 endfunction()
 
 if(VRDA_PIPELINE)
@@ -31,10 +31,11 @@ files for OpenSim, ParaView and glTF viewers, on a workstation or on a Slurm
 cluster.")
 endif()
 if(VRDA_PLAYER)
-  vrda_package(vrda-player COMPONENT player SUGGESTS vrda
+  vrda_package(vrda-player COMPONENT player SUGGESTS "vrda, ffmpeg"
     SUMMARY "shows the joint motion that vrda computed"
-    TEXT "Draws the bones of a motion model that vrda wrote, at any flexion and varus
-angle, without a graphics card.")
+    TEXT "Shows the bones of a motion model that vrda wrote, at any flexion and varus
+angle: in a window, in a browser, as pictures and as films (through ffmpeg).
+Pictures and films need neither a display nor a graphics card.")
 endif()
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)

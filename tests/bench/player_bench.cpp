@@ -138,8 +138,8 @@ void register_knee(const std::string& player, const std::string& knee, const std
   const auto add = [&](const std::string& what, const std::function<void(benchmark::State&)>& run) {
     return benchmark::RegisterBenchmark(("player/" + what + "/" + knee).c_str(), run);
   };
-  const RenderOptions moving{width, height, 1, 0.5}, whole{width, height, 1, 0.0},
-      fine{width, height, 4, 0.5};
+  const RenderOptions moving{width, height, 1, moving_coarseness_px}, whole{width, height, 1, 0.0},
+      fine{width, height, 4, moving_coarseness_px};
   const auto frames = [&](const std::string& what, const RenderOptions& options, Backend backend) {
     add(what, [=](benchmark::State& state) { off_screen(state, file, options, backend); })->UseRealTime();
   };

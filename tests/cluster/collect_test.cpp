@@ -155,9 +155,11 @@ TEST(CollectJournals, CountsWhatStandsTwiceAndRefusesTwoResults)
   const test::Scratch scratch;
   std::vector<StepRecord> records = steps_of(plan_of(SpineRule::walk_to_balance), std::nullopt);
   const std::string all = journal_with(scratch, "all.journal", records);
-  const std::string some = journal_with(scratch, "some.journal", {records[3], records[0]});
+  const std::string some = journal_with(scratch, "some.journal", {records.back(), records[0]});
   const CollectedSteps collected = collect({all, some}, key);
   EXPECT_EQ(collected.n_doubled, 2);
+  EXPECT_THAT(collected.doubled_rows, ElementsAre(0, 5));
+  EXPECT_THAT(collected.doubled_in, ElementsAre(all, some));
   EXPECT_EQ(collected.steps.size(), by_key(records).size());
   EXPECT_THAT(collected.remarks, IsEmpty());
 
@@ -173,7 +175,9 @@ TEST(CollectJournals, RefusesAnotherJobAndRemarksOnADamagedEnd)
   const test::Scratch scratch;
   const std::vector<StepRecord> records = steps_of(plan_of(SpineRule::walk_to_balance), std::nullopt);
   const std::string foreign = journal_with(scratch, "foreign.journal", records, std::string(64, 'b'));
-  EXPECT_EQ(test::input_error([&] { collect({foreign}, key); }).file, foreign);
+  const InputError::Facts facts = test::input_error([&] { collect({foreign}, key); });
+  EXPECT_EQ(facts.file, foreign);
+  EXPECT_THAT(facts.wanted, HasSubstr("leave it out"));
 
   const std::string whole = journal_with(scratch, "whole.journal", records);
   const std::string bytes = test::read_bytes(whole);
@@ -184,14 +188,42 @@ TEST(CollectJournals, RefusesAnotherJobAndRemarksOnADamagedEnd)
   EXPECT_THAT(collected.remarks[0], HasSubstr(torn));
 }
 
-TEST(CollectJournals, FlexionsAreToldInRanges)
+TEST(CollectJournals, WhatIsMissingIsToldByFlexionAndWhereARowWasBegunByVarus)
+{
+  const SweepPlan plan = plan_of(SpineRule::nearest_zero);
+  const std::vector<double> flexion_deg{0, 10, 20, 30, 40, 50}, varus_deg{-2, -1, 0, 1, 2};
+  const auto spine = by_key(steps_of(plan, std::vector<std::int32_t>{}));
+  auto steps = spine;
+  for (const StepRecord& r : steps_of(plan, std::vector<std::int32_t>{0, 2, 3, 4}, spine))
+    steps.emplace(r.key, r);
+  const auto said = [&] { return missing_text(missing_steps(plan, steps), flexion_deg, varus_deg); };
+  // The spine's own cell of each row is there.
+  EXPECT_EQ(said(), "no result of 8 of 30 attitudes, at flexion 10 and 50");
+  steps.erase({StepKind::row, 3, 0});
+  EXPECT_EQ(said(), "no result of 9 of 30 attitudes, at flexion 10 and 50, and at flexion 30 of varus -2");
+  for (const StepRecord& r : steps_of(plan, std::vector<std::int32_t>{1, 5}, spine)) steps.emplace(r.key, r);
+  EXPECT_EQ(said(), "no result of 1 of 30 attitudes, at flexion 30 of varus -2");
+  steps = by_key(steps_of(plan, std::nullopt));
+  EXPECT_EQ(said(), "");
+}
+
+TEST(CollectJournals, BandsAreMissedThoughEveryAttitudeIsThere)
+{
+  const SweepPlan plan = plan_of(SpineRule::free_varus);
+  auto steps = by_key(steps_of(plan, std::nullopt));
+  ASSERT_EQ(steps.erase({StepKind::band, 2, 0}), 1u);
+  EXPECT_EQ(missing_text(missing_steps(plan, steps), {0, 10, 20, 30, 40, 50}, {-2, -1, 0, 1, 2}),
+            "no band of the rotation at flexion 20");
+}
+
+TEST(CollectJournals, AnglesAreToldInRanges)
 {
   const std::vector<double> degrees{0, 0.5, 1, 1.5, 2, 2.5};
-  EXPECT_EQ(flexions_text({}, degrees), "");
-  EXPECT_EQ(flexions_text({1}, degrees), "0.5");
-  EXPECT_EQ(flexions_text({1, 2}, degrees), "0.5 and 1");
-  EXPECT_EQ(flexions_text({0, 2, 3, 4}, degrees), "0 and 1 to 2");
-  EXPECT_EQ(flexions_text({0, 2, 5}, degrees), "0, 1 and 2.5");
+  EXPECT_EQ(angles_text({}, degrees), "");
+  EXPECT_EQ(angles_text({1}, degrees), "0.5");
+  EXPECT_EQ(angles_text({1, 2}, degrees), "0.5 and 1");
+  EXPECT_EQ(angles_text({0, 2, 3, 4}, degrees), "0 and 1 to 2");
+  EXPECT_EQ(angles_text({0, 2, 5}, degrees), "0, 1 and 2.5");
 }
 
 }  // namespace

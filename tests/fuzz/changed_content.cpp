@@ -1,11 +1,10 @@
 #include "fuzz/changed_content.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <limits>
 #include <string_view>
 
+#include "fuzz/odd_values.hpp"
 #include "store/seal.hpp"
 
 /// HDF5's own, which its library exports.
@@ -22,35 +21,6 @@ std::uint32_t u32_at(const std::string& bytes, std::size_t at)
   std::memcpy(&value, bytes.data() + at, sizeof value);
   return value;
 }
-
-constexpr std::array<double, 14> reals{0.0,
-                                       -0.0,
-                                       1.0,
-                                       -1.0,
-                                       1e-300,
-                                       1e300,
-                                       -1e300,
-                                       1e18,
-                                       1e9,
-                                       -1e9,
-                                       0.5,
-                                       90.0,
-                                       std::numeric_limits<double>::quiet_NaN(),
-                                       std::numeric_limits<double>::infinity()};
-constexpr std::array<std::uint64_t, 14> integers{0,
-                                                 1,
-                                                 2,
-                                                 3,
-                                                 0x7f,
-                                                 0xff,
-                                                 0x7fff,
-                                                 0xffff,
-                                                 0x7fffffff,
-                                                 0xffffffff,
-                                                 0x100000000,
-                                                 0x7fffffffffffffff,
-                                                 0xffffffffffffffff,
-                                                 0x1000};
 
 /// One change of a recipe.
 struct Change {
@@ -97,10 +67,10 @@ void apply(std::string& bytes, const Change& change, const BaseContent& base, co
       bytes[at] = static_cast<char>(change.a);
       return;
     case 2:
-      put(bytes, at, &integers[change.a % integers.size()], std::size_t{1} << change.c % 4);
+      put(bytes, at, &odd_integers[change.a % odd_integers.size()], std::size_t{1} << change.c % 4);
       return;
     case 3:
-      put(bytes, at - at % 4, &reals[change.a % reals.size()], sizeof(double));
+      put(bytes, at - at % 4, &odd_reals[change.a % odd_reals.size()], sizeof(double));
       return;
     case 4: {  // one part over another
       const std::size_t from = (change.place * std::size_t{2654435761}) % bytes.size();

@@ -18,10 +18,11 @@ std::vector<MotionModel> small_models()
   rich.n_wraps = 2;
   free.n_varus = 1;
   free.has_failed_cell = false;
-  // The time goes by the number of datasets, so the smallest stands twice.
-  return {
-      sample_model(smallest),           with_derived(sample_model(rich)),           sample_model(small),
-      with_derived(sample_model(free)), with_pending_cells(sample_model(smallest)), sample_model(smallest)};
+  // The time goes by the number of datasets.
+  MotionModel least = sample_model(smallest);
+  least.smoothed.clear();
+  return {sample_model(smallest),           with_derived(sample_model(rich)),           sample_model(small),
+          with_derived(sample_model(free)), with_pending_cells(sample_model(smallest)), least};
 }
 
 Trace small_trace()

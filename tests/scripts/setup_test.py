@@ -88,7 +88,9 @@ class Setup(unittest.TestCase):
             self.assertEqual(len(machine.calls("npm")), 2)
 
     def test_reasons_of_npm(self):
-        for said, reason in (("npm error code EAI_AGAIN", "no network: the npm registry"), ("npm error: something else", "something else")):
+        for said, reason in (("npm error code EAI_AGAIN", "no network: the npm registry"),
+                             ("npm ERR! code SELF_SIGNED_CERT_IN_CHAIN", "npm does not trust the certificate"),
+                             ("npm error: something else", "something else")):
             with self.subTest(reason), FakeMachine() as machine:
                 machine.write("player/web/package-lock.json", "one")
                 machine.fake("npm", f'printf "%s\n" "{said}"; exit 1')

@@ -2,8 +2,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <cerrno>
 #include <csignal>
 #include <iostream>
 #include <new>
@@ -37,6 +40,36 @@ TEST(SeparateProcess, LeavesThisOneAlone)
       "x");
   EXPECT_EQ(changed, 0);
   EXPECT_NE(answer.text, std::to_string(getpid()));
+}
+
+TEST(SeparateProcess, GoesOnWhileThisOneDoes)
+{
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  SeparateWork work(
+      [&] {
+        char byte = 0;
+        return read(ends[0], &byte, 1) == 1 ? std::string(1, byte) : std::string("nothing");
+      },
+      "x");
+  // Work that was done before this line would still wait for it.
+  ASSERT_EQ(write(ends[1], "y", 1), 1);
+  EXPECT_EQ(work.answer().text, "y");
+  close(ends[0]);
+  close(ends[1]);
+}
+
+TEST(SeparateProcess, ThatNobodyWaitsForIsEnded)
+{
+  {
+    const SeparateWork endless(
+        []() -> std::string {
+          for (;;) pause();
+        },
+        "x");
+  }
+  EXPECT_EQ(waitpid(-1, nullptr, WNOHANG), -1);
+  EXPECT_EQ(errno, ECHILD);
 }
 
 TEST(SeparateProcess, ThatEndsBadlySaysHow)

@@ -35,14 +35,16 @@ function cornerNormal(own, around) {
   return length > 0 ? [x / length, y / length, z / length] : own.unit;
 }
 
-/// Three corners a triangle of one component: positions relative to `origin` (single precision then suffices) and normals.
+/// Three corners a triangle of one component: positions relative to `origin` (single precision then suffices), normals, and the
+/// rows of their vertices.
 export function drawMesh(part, component, origin) {
   const faces = facesOf(part, component), around = facesAround(faces, part.vertices.length / 3);
-  const positions = new Float32Array(9 * faces.length), normals = new Float32Array(9 * faces.length);
+  const positions = new Float32Array(9 * faces.length), normals = new Float32Array(9 * faces.length), vertices = new Int32Array(3 * faces.length);
   faces.forEach((face, f) => face.vertex.forEach((v, corner) => {
     const at = 9 * f + 3 * corner;
+    vertices[3 * f + corner] = v;
     for (let k = 0; k < 3; ++k) positions[at + k] = part.vertices[3 * v + k] - origin[k];
     normals.set(cornerNormal(face, around[v]), at);
   }));
-  return { positions, normals };
+  return { positions, normals, vertices };
 }

@@ -1,8 +1,11 @@
-// The joint as three.js sees it: two groups of meshes, each under the pose of its body, and the contact paths on the moving one.
+// The joint as three.js sees it: two groups of meshes, each under the pose of its body; on the moving one contact paths and gaps, on
+// the reference its ligaments.
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
 import { compartmentColours, pathAlong, unbroken } from "./contact_paths.js";
 import { drawMesh } from "./draw_mesh.js";
 import { transposed, turned } from "./frames.js";
+import { GapLayer } from "./gap_layer.js";
+import { LigamentLayer } from "./ligament_layer.js";
 import { materialOf } from "./material.js";
 
 const tubeRadiusMm = 0.5, dotRadiusMm = 1.6;
@@ -38,9 +41,38 @@ export class Joint {
     }
     this.paths = new Group();
     this.bodies.moving.add(this.paths);
+    this.gapGroup = new Group();
+    this.bodies.moving.add(this.gapGroup);
+    this.ligamentGroup = new Group();
+    this.bodies.reference.add(this.ligamentGroup);
+    if (!model.ligaments) return;
+    this.ligaments = new LigamentLayer(model, this.#scale());
+    this.ligamentGroup.add(this.ligaments.mesh);
   }
 
   get meshes() { return [...this.bodies.reference.children, ...this.bodies.moving.children].filter((child) => child.isMesh); }
+
+  /// The joint's size over a knee's: signs are drawn in proportion.
+  #scale() {
+    const widthOfKneeMm = 80, { vertices } = this.model.bodies.moving.parts[0];
+    const widths = [0, 2].map((axis) => {
+      let low = Infinity, high = -Infinity;
+      for (let at = axis; at < vertices.length; at += 3) [low, high] = [Math.min(low, vertices[at]), Math.max(high, vertices[at])];
+      return high - low;
+    });
+    const width = Math.max(...widths);
+    return width > 0 ? width / widthOfKneeMm : 1;
+  }
+
+  /// Layers at a pose. The gaps' tree is made when they are first wanted: it takes a moment.
+  showLayers(pose, motion, { hasLigaments, hasGaps }) {
+    this.ligamentGroup.visible = hasLigaments && Boolean(this.ligaments);
+    if (this.ligamentGroup.visible) this.ligaments.update(pose.referenceMoving);
+    this.gapGroup.visible = hasGaps;
+    if (!hasGaps) return;
+    if (!this.gaps) this.gapGroup.add((this.gaps = new GapLayer(this.model, this.#scale())).group);
+    this.gaps.update(pose.referenceMoving, motion.delta(pose.attitude.flexion));
+  }
 
   /// `held`: the body that stands still on screen.
   place(pose, held) {

@@ -10,6 +10,7 @@ import { Player } from "./player.js";
 import { quantitiesOf, written } from "./quantities.js";
 import { watchFiles } from "./files.js";
 import { watchKeys } from "./keys.js";
+import { closeness, gradientOf, tension } from "./scale_of_layer.js";
 import { Viewer, views } from "./viewer.js";
 
 const the = (id) => document.getElementById(id);
@@ -95,6 +96,9 @@ function draw() {
   const flexion = pose.attitude.flexion / degree, varus = pose.attitude.varus / degree;
   const columns = columnsAlong(player.model, (f) => player.varusAt(f * degree) / degree);
   if (pose.isSolved) joint.place(pose, the("held").value);
+  if (pose.isSolved) joint.showLayers(pose, player.motion(), { hasLigaments: the("ligaments").checked, hasGaps: the("gaps").checked });
+  the("strain-scale").hidden = !(joint.ligaments && the("ligaments").checked);
+  the("gap-scale").hidden = !the("gaps").checked;
   joint.paths.visible = the("paths").checked;
   joint.showPaths(columns, flexion);
   viewer.redraw();
@@ -154,6 +158,8 @@ function show(model, name) {
   options(the("quantity"), quantities.map((q) => q.name), quantities.map((q) => `${q.label}, ${q.unit}`));
   the("plateau-figure").hidden = !model.contactPaths;
   plateau.setModel(model);
+  the("ligaments-choice").hidden = !joint.ligaments;
+  if (joint.ligaments) the("strain-highest").textContent = `${Math.round(100 * joint.ligaments.highest)} %`;
   viewer.show(joint);
   useSet(player.sets[0]);
   look();
@@ -224,7 +230,8 @@ function watchControls() {
   the("set").addEventListener("change", () => useSet(the("set").value));
   the("quantity").addEventListener("change", drawPlots);
   the("play").addEventListener("click", togglePlay);
-  the("paths").addEventListener("change", draw);
+  for (const id of ["paths", "ligaments", "gaps"]) the(id).addEventListener("change", draw);
+  for (const [id, palette] of [["strain-scale", tension], ["gap-scale", closeness]]) the(id).querySelector("i").style.background = gradientOf(palette);
   for (const id of ["whole", "held"]) the(id).addEventListener("change", () => useView(view));
   the("views").append(...Object.keys(views).map((name) => {
     const button = Object.assign(document.createElement("button"), { type: "button", value: name, textContent: name });
@@ -252,6 +259,9 @@ window.vrda = {
   pose: (set, flexion, varus) => player.poseOf(set, flexion, varus),
   shown: () => ({ ...player.poseOf(player.set, player.flexion, player.varusAt(player.flexion * degree) / degree), set: player.set, flexion: player.flexion }),
   sets: () => player.sets,
+  /// As the layers draw them at a pose { R, t } of the moving body in the reference.
+  strains: (X) => joint.ligaments.strains(X),
+  gaps: () => joint.gaps.sheets.flatMap(({ points, gaps }) => points.map((point, k) => [...point, Number.isFinite(gaps[k]) ? gaps[k] : null])),
 };
 document.documentElement.dataset.state = "ready";
 watchFiles({ input: the("file"), overlay: the("drop"), load, complain });

@@ -8,6 +8,11 @@ const looks = {
   meniscus: { colour: [0.552, 0.138, 0.107], opacity: 0.6, specular: 0.25, shininess: 50, mottling: 0.04 },
   other: { colour: [0.402, 0.456, 0.503], opacity: 1, specular: 0.12, shininess: 30, mottling: 0 },
 };
+// What is drawn to be read, as player/scene's sign_material.
+const sign = { colour: [1, 1, 1], opacity: 1, specular: 0.18, shininess: 40, mottling: 0 };
+
+const lookOf = (name) => looks[name] ?? looks.other;
+export const colourOf = (name) => lookOf(name).colour;
 
 const sky = [0.19, 0.21, 0.25], ground = [0.075, 0.065, 0.06];
 // Directions to the lights in camera axes: key, fill, rim.
@@ -22,7 +27,13 @@ varying vec3 p_surface;  // mesh, mm: the mottling moves with the bone
 varying vec3 p_camera;
 varying vec3 n_camera;
 varying vec3 up_camera;
+#ifdef USE_COLOR
+varying vec3 colour_surface;
+#endif
 void main() {
+#ifdef USE_COLOR
+  colour_surface = color;
+#endif
   vec4 p = modelViewMatrix * vec4(position, 1.0);
   p_surface = position;
   p_camera = p.xyz;
@@ -45,6 +56,9 @@ uniform vec3 sky;
 uniform vec3 ground;
 uniform vec3 light_direction[3];
 uniform vec3 light_colour[3];
+#ifdef USE_COLOR
+varying vec3 colour_surface;
+#endif
 
 // An integer hash (Jarzynski and Olano 2020, pcg3d) of a lattice point, on [0, 1].
 float lattice(ivec3 cell) {
@@ -85,6 +99,9 @@ void main() {
     shine += light_colour[i] * pow(max(dot(n, half_way), 0.0), shininess);
   }
   vec3 base = colour;
+#ifdef USE_COLOR
+  base = colour_surface;
+#endif
   // Darker patches are warmer: blue falls more than red.
   if (mottling > 0.0) base *= vec3(1.0) + mottling * mottle(p_surface) * vec3(0.8, 1.1, 1.6);
   gl_FragColor = vec4(base * diffuse + specular * shine, opacity);
@@ -94,16 +111,22 @@ void main() {
 const uniform = (value) => ({ value });
 
 /// The material of that name; an unknown one is grey.
-export function materialOf(name) {
-  const look = looks[name] ?? looks.other;
+export const materialOf = (name) => shaded(lookOf(name), false);
+/// The same with colours of the vertices' own, linear, in the place of its own.
+export const colouredMaterialOf = (name) => shaded({ ...lookOf(name), mottling: 0 }, true);
+export const signMaterial = () => shaded(sign, true);
+
+function shaded(look, hasColours) {
   const isSolid = look.opacity === 1;
   return new ShaderMaterial({
     vertexShader,
     fragmentShader,
+    vertexColors: hasColours,
     // Seen through: far walls first, then near ones, none hiding another.
     transparent: !isSolid,
     depthWrite: isSolid,
-    side: isSolid ? FrontSide : DoubleSide,
+    // The ends of tubes are open.
+    side: isSolid && look !== sign ? FrontSide : DoubleSide,
     uniforms: {
       colour: uniform(new Color(...look.colour)),
       opacity: uniform(look.opacity),

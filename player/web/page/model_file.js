@@ -1,6 +1,7 @@
 // The bytes of a file -> a motion model (schemas/motion-model.md), angles in degrees as in the file.
 import { readBodies } from "./bodies.js";
 import { Hdf5File } from "./hdf5_file.js";
+import { readLigaments } from "./ligaments.js";
 import { ModelError, refuse } from "./model_error.js";
 import { checkBytes } from "./seal.js";
 import { surfaceNames } from "./smoothed_surfaces.js";
@@ -124,6 +125,7 @@ function readAll(file) {
   readSmoothed(file, model);
   readZeroVarus(file, model);
   readContactPaths(file, model);
+  model.ligaments = readLigaments(file, [model.flexion.length, model.varus.length]);
   model.bodies = { reference: readBodies(file, "reference"), moving: readBodies(file, "moving") };
   return model;
 }

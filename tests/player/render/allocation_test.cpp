@@ -6,14 +6,16 @@
 namespace vrda {
 namespace {
 
-TEST(RendererAllocation, AHundredFramesAllocateNothing)
+class RendererAllocation : public testing::TestWithParam<int> {};  // samples: translucent parts differ
+
+TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
 {
   Scene scene = test::joint_scene();
   Overlay overlay;
   overlay.vertices.resize(3);
   overlay.indices = {0, 1, 2};
   overlay.commands.push_back({{0, 0, 64, 48}, 0, 3, 0});
-  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({64, 48});
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({64, 48, GetParam()});
   renderer->load(scene);
   renderer->load(OverlayFont{1, 1, {255}});
   const Shot shot{test::joint_camera(scene), {0, 0, 64, 48}};
@@ -33,6 +35,8 @@ TEST(RendererAllocation, AHundredFramesAllocateNothing)
   const std::vector<int> counted(10);
   EXPECT_EQ(test::allocations_of_thread(), n_before + 1);
 }
+
+INSTANTIATE_TEST_SUITE_P(OneAndMoreSamples, RendererAllocation, testing::Values(1, 4));
 
 }  // namespace
 }  // namespace vrda

@@ -133,6 +133,31 @@ TEST(Translucency, ManySheetsAllCount)
   expect_as_computed(sheets, 1, orders);
 }
 
+/// Eight sheets over all of a picture of `large` pixels: with llvmpipe more fragments than a buffer holds.
+TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
+{
+  const RenderOptions large{1280, 960, 1};
+  const int n_sheets = 8;
+  Scene scene = test::dark_scene();
+  double expected = 0.0;
+  for (int i = 0; i < n_sheets; ++i) {
+    const float shade = i % 2 == 0 ? 1.0F : 0.0F;
+    const int place = 3 * i % n_sheets;
+    test::add(scene, test::facing_sheet(600), test::plain({place % 2 == 0 ? 1.0F : 0.0F, 0, 0}, 0.4F),
+              {0, 0, 3.0 * place});
+    expected = 0.6 * expected + 0.4 * shade;
+  }
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer(large);
+  renderer->load(scene);
+  for (int frame = 0; frame < 2; ++frame) {
+    const Image& image = renderer->draw(scene, test::camera_at(distance_mm));
+    for (const int x : {0, 640, 1279}) {
+      EXPECT_NEAR(test::at(image, x, 3)[0], test::srgb_code(expected), sheets_tolerance);
+      EXPECT_NEAR(test::at(image, x, 957)[0], test::srgb_code(expected), sheets_tolerance);
+    }
+  }
+}
+
 TEST(Translucency, WhatIsOpaqueHidesWhatLiesBehindIt)
 {
   Scene scene = test::dark_scene();

@@ -15,6 +15,7 @@ import sys
 import tempfile
 import unittest
 
+import h5py
 import numpy
 from PIL import Image
 
@@ -28,10 +29,29 @@ ATTITUDES, SEED = 200, 7
 HDF5_TALK = re.compile(r"error: (HDF5-DIAG| +#\d+:| +major:| +minor:)")
 # Share of the picture that is bone: of the joint near by, and of whole bones with room for their way.
 LEAST_BONE = (0.1, 0.03)
+# Strains are lengths of 20 mm and more, equal to rounding, over slack lengths.
+STRAIN = 1e-12
+# Share of the picture that a layer changes.
+LEAST_LAYER = 0.003
 # Of the grey levels of the bones, on 0 to 255: light and shade.
 LEAST_SHADING = 10
 ALL = ("(list) => list.map(([set, flexion, varus]) => { const p = window.vrda.pose(set, flexion, varus);"
        " return [p.isSolved, p.isFlexionClamped, p.isVarusClamped, p.X_reference_moving ?? null, p.theta_rad ?? null]; })")
+
+
+def travel_to(mesh, point, direction):
+    """Gap from a point to the nearest triangle that faces it, from 3 mm of overlap to 6 mm, by asking all of them."""
+    deepest, range_mm = 3, 6
+    start = point - deepest * direction
+    a, b = mesh[:, 1] - mesh[:, 0], mesh[:, 2] - mesh[:, 0]
+    across = numpy.cross(direction, b)
+    facing = (a * across).sum(axis=1)
+    own = facing > 0
+    s, q = start - mesh[own, 0], numpy.cross(start - mesh[own, 0], a[own])
+    u, v = (s * across[own]).sum(axis=1) / facing[own], q @ direction / facing[own]
+    travel = (b[own] * q).sum(axis=1) / facing[own]
+    met = travel[(u >= 0) & (v >= 0) & (u + v <= 1) & (travel >= 0) & (travel <= deepest + range_mm)]
+    return met.min() - deepest if met.size else None
 
 
 class WebPage(unittest.TestCase):
@@ -147,6 +167,56 @@ class WebPage(unittest.TestCase):
                 meniscus = (red - green > 45) & (red - blue > 45)
                 self.assertGreater(meniscus.mean(), 0.001 if view != "top" else 0.0, view)
             self.whole(page, "page")
+            self.is_quiet(page)
+
+    def test_ligaments_are_as_taut_as_the_library_s(self):
+        with h5py.File(self.models["grid"]) as file, Page(CHROMIUM) as page:
+            self.opened(page, "grid")
+            strain, poses = file["/ligaments/strain"][()], file["/X_reference_moving"][()]
+            solved = file["/status"][()] == 0
+            self.assertGreater(solved.sum(), 10)
+            self.assertGreater((strain[solved] > 0).sum(), 10)
+            for cell in numpy.argwhere(solved):
+                X = poses[tuple(cell)]
+                found = page.browser.value(f"window.vrda.strains({{ R: {X[:3, :3].tolist()}, t: {X[:3, 3].tolist()} }})")
+                self.assertLess(numpy.abs(found - strain[tuple(cell)]).max(), STRAIN)
+            self.is_quiet(page)
+
+    def test_layers_show_and_hide(self):
+        with Page(CHROMIUM) as page:
+            self.opened(page, "grid", width=1400, height=1000)
+            page.set("flexion", 10)
+            pictures = {}
+            for ligaments, gaps in ((True, False), (False, False), (False, True), (True, True)):
+                for name, wanted in (("ligaments", ligaments), ("gaps", gaps)):
+                    if page.browser.value(f"document.getElementById('{name}').checked") != wanted:
+                        page.browser.value(f"document.getElementById('{name}').click()")
+                page.browser.settle()
+                pictures[ligaments, gaps] = self.picture(page, ".picture", f"layers-{ligaments}-{gaps}".lower())
+            differs = lambda a, b: (numpy.abs(pictures[a] - pictures[b]).sum(axis=2) > 60).mean()  # noqa: E731
+            self.assertGreater(differs((True, False), (False, False)), LEAST_LAYER)
+            self.assertGreater(differs((False, True), (False, False)), LEAST_LAYER)
+            self.assertIn("%", page.text("strain-scale"))
+            self.whole(page, "page-layers")
+            self.is_quiet(page)
+
+    def test_gaps_are_those_of_every_triangle(self):
+        with h5py.File(self.models["grid"]) as file, Page(CHROMIUM) as page:
+            self.opened(page, "grid")
+            page.set("flexion", 25)
+            page.browser.value("document.getElementById('gaps').click()")
+            page.browser.settle()
+            found = page.browser.value("window.vrda.gaps()")
+            X, delta = numpy.array(page.shown()["X_reference_moving"]).reshape(-1, 4), file.attrs["delta"]
+            mesh = file["/bodies/reference/vertices"][()][file["/bodies/reference/triangles"][()]]
+            near = 0
+            for x, y, z, gap in found[:: max(1, len(found) // 300)]:
+                wanted = travel_to(mesh, X[:3, :3] @ (x, y, z) + X[:3, 3], X[:3, :3] @ delta)
+                near += gap is not None
+                self.assertEqual(gap is None, wanted is None)
+                self.assertAlmostEqual(gap or 0, wanted or 0, delta=MM)
+            self.assertGreater(near, 20)
+            self.assertLess(near, 300)
             self.is_quiet(page)
 
     def test_plays_and_stops(self):

@@ -1,0 +1,90 @@
+// Ligaments as tubes: thin and grey where slack, else coloured by strain. Numbers of player/scene/ligament_layer.
+import { BufferAttribute, BufferGeometry, Mesh } from "three";
+import { acrossOf, Fibres } from "./ligaments.js";
+import { signMaterial } from "./material.js";
+import { colourAt, setLinear, tension } from "./scale_of_layer.js";
+
+const thicknessMm = 0.9, slackThicknessMm = 0.55, nSides = 10;
+export const slackColour = [205, 203, 196];
+const stable = 0;
+
+/// Strain at the end of the scale: what most taut fibres stay below, in steps of 2 %.
+export function highestStrain(model) {
+  const step = 0.02, most = 0.95, { strain, fibres } = model.ligaments, taut = [];
+  const solved = [...model.status.keys()].filter((cell) => model.status[cell] === stable);
+  const spine = solved.filter((cell) => model.isSpine[cell] === 1);
+  for (const cell of spine.length ? spine : solved) {
+    for (let k = 0; k < fibres.length; ++k) {
+      const own = strain[cell * fibres.length + k];
+      if (own > 0) taut.push(own);
+    }
+  }
+  if (taut.length === 0) return step;
+  taut.sort((a, b) => a - b);
+  return Math.max(step, step * Math.ceil(taut[Math.trunc(most * (taut.length - 1))] / step - 1e-9));
+}
+
+function geometryOf(ways) {
+  const nRings = ways.reduce((n, { points }) => n + points.length, 0), indices = [];
+  let ring = 0;
+  for (const { points } of ways) {
+    for (let k = 0; k + 1 < points.length; ++k) {
+      for (let side = 0; side < nSides; ++side) {
+        const a = (ring + k) * nSides + side, b = (ring + k) * nSides + ((side + 1) % nSides);
+        indices.push(a, b, a + nSides, b, b + nSides, a + nSides);
+      }
+    }
+    ring += points.length;
+  }
+  const geometry = new BufferGeometry();
+  for (const name of ["position", "normal", "color"]) geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * nRings * nSides), 3));
+  geometry.setIndex(indices);
+  return geometry;
+}
+
+export class LigamentLayer {
+  /// `scale`: the joint's size over a knee's.
+  constructor(model, scale) {
+    this.origin = model.rotationCentre;
+    this.scale = scale;
+    this.fibres = new Fibres(model.ligaments);
+    this.highest = highestStrain(model);
+    this.mesh = new Mesh(new BufferGeometry(), signMaterial());
+    this.mesh.frustumCulled = false;
+  }
+
+  strains(X) { return this.fibres.fibres.map((_, k) => this.fibres.at(k, X).strain); }
+
+  /// In the reference's frame; `X` takes moving to reference.
+  update(X) {
+    const ways = this.fibres.fibres.map((_, k) => this.fibres.at(k, X));
+    // Fibres come off their surfaces and lie down on them: another number of points.
+    const sizes = ways.map(({ points }) => points.length).join();
+    if (sizes !== this.sizes) {
+      this.mesh.geometry.dispose();
+      this.mesh.geometry = geometryOf(ways);
+      this.sizes = sizes;
+    }
+    let ring = 0;
+    for (const way of ways) ring = this.#setTube(ring, way);
+    for (const name of ["position", "normal", "color"]) this.mesh.geometry.getAttribute(name).needsUpdate = true;
+  }
+
+  #setTube(firstRing, { points, strain }) {
+    const [position, normal, color] = ["position", "normal", "color"].map((name) => this.mesh.geometry.getAttribute(name).array);
+    const radius = this.scale * (strain < 0 ? slackThicknessMm : thicknessMm);
+    const rgb = strain < 0 ? slackColour : colourAt(tension, strain / this.highest);
+    acrossOf(points).forEach(([u, v], k) => {
+      for (let side = 0; side < nSides; ++side) {
+        const angle = (2 * Math.PI * side) / nSides, at = 3 * ((firstRing + k) * nSides + side);
+        for (let axis = 0; axis < 3; ++axis) {
+          const across = Math.cos(angle) * u[axis] + Math.sin(angle) * v[axis];
+          position[at + axis] = points[k][axis] - this.origin[axis] + radius * across;
+          normal[at + axis] = across;
+        }
+        setLinear(color, at, rgb);
+      }
+    });
+    return firstRing + points.length;
+  }
+}

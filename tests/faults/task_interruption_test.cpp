@@ -1,0 +1,191 @@
+// Tasks of Slurm's that are told to end, each met at one system call: what they make of it, and how they go
+// on.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app/scenes.hpp"
+#include "faults/faulty_run.hpp"
+
+namespace vrda::test {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+// A submission of one case, cut into as many shards as a test asks for, with nothing done yet.
+class TaskInterruption : public FaultyRun {
+ protected:
+  TaskInterruption() : wanted_(sha256_of_file(folder_ / "a.h5")) {}
+
+  void submit(const std::string& n_shards, const std::string& time)
+  {
+    std::vector<std::string> words = command().arguments;  // run JOB -o FILE --quiet --threads 1 --set ...
+    words[0] = "submit";
+    words[3] = folder_;
+    words.erase(words.begin() + 5, words.begin() + 7);
+    words.insert(words.end(), {"--shards", n_shards, "--local", "--workers", "1", "--time", time});
+    clear();
+    EXPECT_EQ(test::run(vrda(words)).exit_code, 0);
+    fs::remove(model());
+    fs::remove_all(folder_ / "tasks");
+    fs::create_directory(folder_ / "tasks");
+  }
+
+  Command task(const std::string& kind, const std::string& shard = "") const
+  {
+    std::vector<std::string> words{"task", folder_, "--kind", kind};
+    if (!shard.empty()) words.insert(words.end(), {"--shard", shard});
+    Command command = vrda(words);
+    command.environment["SLURM_JOB_ID"] = "101";
+    return command;
+  }
+
+  /// Told twice to end, as by Slurm and by the script, at the fault's call.
+  Ended told_at(const Command& command, const Fault& fault)
+  {
+    const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
+    fs::remove(gate);
+    fs::remove(held);
+    Command with_hold = with_fault(command, in_folder(fault));
+    with_hold.environment["VRDA_FAULT_GATE"] = gate;
+    Process process(with_hold);
+    while (process.is_running() && !fs::exists(held))
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    EXPECT_TRUE(process.is_running()) << "never came to " << fault.call << " of " << fault.file;
+    process.send(SIGTERM);
+    process.send(SIGTERM);
+    scratch_.write("gate", "");
+    return process.wait();
+  }
+
+  void expect_state(const std::string& task, const std::string& state, const std::string& reason) const
+  {
+    const auto json =
+        nlohmann::json::parse(text_of(folder_ / "tasks" / (job_.stem().string() + "." + task + ".json")));
+    EXPECT_EQ(json["state"], state);
+    EXPECT_EQ(json["slurm_job"], "101");
+    EXPECT_THAT(json["reason"].get<std::string>(), HasSubstr(reason));
+  }
+
+  void expect_done(const Command& command) const
+  {
+    const Ended ended = test::run(command);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  }
+
+  fs::path model() const { return folder_ / job_.stem() += ".h5"; }
+  std::string name_of_model(const std::string& ending) const { return model().filename().string() + ending; }
+
+  std::string wanted_;  ///< SHA-256 of the plain run's model
+};
+
+// Held while it loads, it has solved nothing when it is told.
+const Fault while_loading{"hold", "write", "1", ".start.h5"};
+
+TEST_P(TaskInterruption, ATimeLimitWithoutAStepIsAFailure)
+{
+  submit("2", "1");
+  Fault fault = while_loading;
+  fault.file = name_of_model(fault.file);
+  const Ended ended = told_at(task("spine"), fault);
+  EXPECT_EQ(ended.exit_code, 2) << ended.err;
+  EXPECT_THAT(ended.err,
+              HasSubstr("--time: found 1 in which no step was solved, wanted a longer time limit"));
+  expect_state("spine", "failed", "no step was solved");
+}
+
+// With a limit of ten minutes it was preempted, and may do better the next time.
+TEST_P(TaskInterruption, AnEarlyOneIsNone)
+{
+  submit("2", "10");
+  Fault fault = while_loading;
+  fault.file = name_of_model(fault.file);
+  EXPECT_EQ(told_at(task("spine"), fault).exit_code, 4);
+  expect_state("spine", "interrupted", "");
+}
+
+TEST_P(TaskInterruption, ToldAtItsLastStepARunEndsAndMakesTheModelTheNextTime)
+{
+  submit("1", "1");
+  const std::string journal = name_of_model(".journal");
+  const int n =
+      n_calls_of(task("run"), in_folder({"count", "write", "1", journal}), scratch_.path() / "counts");
+  fs::remove(model());
+  const Ended ended = told_at(task("run"), {"hold", "write", std::to_string(n), journal});
+  EXPECT_EQ(ended.exit_code, 4) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("interrupted: what is solved stands in"));
+  EXPECT_FALSE(fs::exists(model()));
+  expect_state("run", "interrupted", "");
+  expect_done(task("run"));
+  expect_state("run", "done", "");
+  EXPECT_EQ(sha256_of_file(model()), wanted_);
+}
+
+TEST_P(TaskInterruption, AWholeLimitWithoutAModelIsAFailure)
+{
+  submit("1", "1");
+  const std::string journal = name_of_model(".journal");
+  const int n =
+      n_calls_of(task("run"), in_folder({"count", "write", "1", journal}), scratch_.path() / "counts");
+  fs::remove(model());
+  EXPECT_EQ(told_at(task("run"), {"hold", "write", std::to_string(n), journal}).exit_code, 4);
+  const Ended again = told_at(task("run"), {"hold", "open", "1", journal});
+  EXPECT_EQ(again.exit_code, 2) << again.err;
+  expect_state("run", "failed",
+               "--time: found 1 in which the model was not made, wanted a longer time limit");
+  expect_done(task("run"));
+  EXPECT_EQ(sha256_of_file(model()), wanted_);
+}
+
+TEST_P(TaskInterruption, AMergeEndsAtOnceAndLeavesTheJournals)
+{
+  struct Row {
+    std::string time, state, reason;
+    int exit_code;
+  };
+  for (const Row& row : {Row{"10", "interrupted", "", 4}, Row{"1", "failed", "the model was not made", 2}}) {
+    SCOPED_TRACE(row.time);
+    submit("2", row.time);
+    for (const Command& each : {task("spine"), task("shard", "1"), task("shard", "2")}) expect_done(each);
+    const std::vector<std::string> before = names();
+    const Ended ended = told_at(task("merge"), {"hold", "read", "1", name_of_model(".spine.journal")});
+    EXPECT_EQ(ended.exit_code, row.exit_code) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr("interrupted: the journals stay"));
+    EXPECT_EQ(names(), before);
+    expect_state("merge", row.state, row.reason);
+    expect_done(task("merge"));
+    expect_state("merge", "done", "");
+    EXPECT_EQ(sha256_of_file(model()), wanted_);
+  }
+}
+
+// Its predecessor, on a node that only seems dead: a whole case waits like a shard.
+TEST_P(TaskInterruption, AWholeCaseWaitsForWhoWritesItsJournal)
+{
+  submit("1", "10");
+  const std::string journal = name_of_model(".journal");
+  EXPECT_EQ(told_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
+  const int lock = open((folder_ / journal).c_str(), O_RDWR | O_CLOEXEC);
+  EXPECT_EQ(flock(lock, LOCK_EX), 0);
+  Process waiting(task("run"));
+  while (waiting.is_running() && waiting.said().find("waiting for the run") == std::string::npos)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  EXPECT_TRUE(waiting.is_running());
+  close(lock);
+  const Ended ended = waiting.wait();
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+  expect_state("run", "done", "");
+  EXPECT_EQ(sha256_of_file(model()), wanted_);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, TaskInterruption, testing::Values(equilibrium()), name_of);
+
+}  // namespace
+}  // namespace vrda::test
