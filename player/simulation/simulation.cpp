@@ -18,6 +18,7 @@ template <typename Keys, typename Value>
 KeyPath path_of(const Keys& keys, bool is_looped, Value value)
 {
   std::vector<PathPoint> points;
+  points.reserve(keys.size());
   for (const auto& key : keys) points.push_back({key.time_s, value(key)});
   return {std::move(points), is_looped};
 }
