@@ -56,7 +56,7 @@ Pose default_X_tracker_femur();
 
 struct SimulationScript {
   std::uint64_t seed = 1;
-  Side side = Side::right;
+  Side side = Side::right;  ///< without a motion, which has its own
   double rate_hz = 100.0;
   double jitter_ms = 2.0;    ///< a frame is sent up to that much after its tick, evenly
   double drop_rate = 0.005;  ///< share of frames that are never sent

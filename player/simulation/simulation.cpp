@@ -18,6 +18,7 @@ template <typename Keys, typename Value>
 KeyPath path_of(const Keys& keys, bool is_looped, Value value)
 {
   std::vector<PathPoint> points;
+  points.reserve(keys.size());
   for (const auto& key : keys) points.push_back({key.time_s, value(key)});
   return {std::move(points), is_looped};
 }
@@ -175,10 +176,11 @@ std::vector<QuadratureEdge> Simulation::edges(double from_s, double to_s) const
   constexpr double slice_s = 5e-4;
   std::vector<QuadratureEdge> edges;
   std::int64_t count = stage_count(from_s);
-  const double n_slices = std::max(1.0, std::ceil((to_s - from_s) / slice_s));
+  const auto n_slices = static_cast<std::int64_t>(std::ceil((to_s - from_s) / slice_s));
   double start_s = from_s;
-  for (double i = 1.0; i <= n_slices; i += 1.0) {
-    const double end_s = from_s + (to_s - from_s) * (i / n_slices);
+  for (std::int64_t i = 1; i <= n_slices; ++i) {
+    const double part = static_cast<double>(i) / static_cast<double>(n_slices);
+    const double end_s = from_s + (to_s - from_s) * part;
     const std::int64_t end_count = stage_count(end_s), n = std::abs(end_count - count);
     const std::int64_t step = end_count > count ? 1 : -1;
     for (std::int64_t done = 1; done <= n; ++done) {

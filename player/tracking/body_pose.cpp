@@ -24,7 +24,8 @@ Mask mask_of(const RigidBody& body, MarkerSpan seen)
   check(static_cast<std::size_t>(body.markers_mm.rows()) == seen.size(), "there is an entry a marker");
   Mask mask = 0;
   for (std::size_t k = 0; k < seen.size(); ++k) {
-    if (seen[k] && seen[k]->allFinite()) mask |= bit_of(static_cast<Eigen::Index>(k));
+    if (seen[k] && seen[k]->cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < farthest_mm)
+      mask |= bit_of(static_cast<Eigen::Index>(k));
   }
   return mask;
 }
@@ -98,7 +99,7 @@ PoseFit fit_of(const RigidBody& body, MarkerSpan seen, Mask mask, const FitOptio
   fit.cloud = cloud_of(body, mask);
   if (fit.cloud.n < 3) return fit;
   fit.status = FitStatus::collinear;
-  if (fit.cloud.spread_mm(1) < options.least_spread_mm) return fit;
+  if (!(fit.cloud.spread_mm(1) >= options.least_spread_mm)) return fit;
   fit.X_tracker_body = nearest_pose(body, seen, mask, fit.cloud.centre_mm);
   const Residuals residuals = residuals_of(body, seen, mask, fit.X_tracker_body);
   fit.residual_rms_mm = std::sqrt(residuals.sum_sq_mm2 / fit.cloud.n);
@@ -193,40 +194,57 @@ double noise_mm(const PoseFit& fit)
   return fit.residual_rms_mm * std::sqrt(fit.cloud.n / (3.0 * fit.cloud.n - 6.0));
 }
 
-FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
-                   const std::optional<TimedPose>& before, const Firing& firing)
+namespace {
+
+using FixedRow = std::array<std::optional<Eigen::Vector3d>, most_markers>;
+
+/// Each marker carried back along `velocity` from when it fired to the frame's time.
+FixedRow at_frame_time(MarkerSpan seen, const Screw& velocity, double interval_s)
 {
-  FiredFit result;
-  result.fit = fit_pose(body, seen, firing.fit);
-  const double gap_s = before ? time_s - before->time_s : 0.0;
-  const bool is_usable =
-      result.fit.status == FitStatus::fitted && gap_s > 0.0 && gap_s <= firing.longest_gap_s;
-  if (!is_usable) return result;
+  FixedRow row;
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    if (seen[k]) row[k] = pose_of(scaled(velocity, -interval_s * static_cast<double>(k))) * *seen[k];
+  }
+  return row;
+}
+
+/// At most how far a marker of the cloud is moved from one pose to the other, to first order.
+double step_mm(const MarkerCloud& cloud, const Pose& X_from, const Pose& X_to)
+{
+  const double turn = (X_to.linear() - X_from.linear()).norm();
+  return (X_to * cloud.centre_mm - X_from * cloud.centre_mm).norm() + turn * cloud.spread_mm(0);
+}
+
+}  // namespace
+
+FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
+                   const std::optional<BodyMotion>& before, const Firing& firing)
+{
   check(seen.size() <= most_markers, "a body has at most 64 markers");
-  std::array<std::optional<Eigen::Vector3d>, most_markers> at_time;
-  // What is wrong with the pose is by what is wrong with the velocity times the mean wait, and a new velocity
-  // is wrong by that over the gap: each round gains the ratio of wait to gap, at most a half where all
-  // markers fire within the gap. 40 rounds take a millimetre below a picometre; slow hands need two or three.
+  FiredFit result;
+  const double gap_s = before ? time_s - before->pose.time_s : 0.0;
+  const double all_fired_s = firing.interval_s * static_cast<double>(seen.size());
+  if (gap_s <= 0.0 || gap_s < all_fired_s || gap_s > firing.longest_gap_s) {
+    result.fit = fit_pose(body, seen, firing.fit);
+    return result;
+  }
+  // What is wrong with the pose is what is wrong with the velocity times the mean wait, and a new velocity is
+  // wrong by that over the gap: each round gains the ratio of wait to gap, at most a half as all markers fire
+  // within the gap. 40 rounds take a millimetre below a picometre; most take few.
   constexpr int most_rounds = 40;
   constexpr double resolution_mm = 1e-9;
+  result.velocity = before->velocity;
   for (int round = 0; round < most_rounds; ++round) {
-    const Pose X_before_now = result.fit.X_tracker_body * before->X.inverse();
-    result.velocity = scaled(screw_of(X_before_now), 1.0 / gap_s);
-    for (std::size_t k = 0; k < seen.size(); ++k) {
-      at_time[k].reset();
-      if (!seen[k]) continue;
-      const double wait_s = firing.interval_s * static_cast<double>(k);
-      at_time[k] = pose_of(scaled(result.velocity, -wait_s)) * *seen[k];
-    }
-    const PoseFit next = fit_pose(body, {at_time.data(), seen.size()}, firing.fit);
-    const Eigen::Vector3d centre_mm = next.cloud.centre_mm;
-    const double step_mm =
-        (next.X_tracker_body * centre_mm - result.fit.X_tracker_body * centre_mm).norm() +
-        (next.X_tracker_body.linear() - result.fit.X_tracker_body.linear()).norm() * next.cloud.spread_mm(0);
-    if (next.status != FitStatus::fitted) return result;
-    result.fit = next;
-    result.is_corrected = true;
-    if (step_mm < resolution_mm) break;
+    const FixedRow row = at_frame_time(seen, result.velocity, firing.interval_s);
+    const PoseFit fit = fit_pose(body, {row.data(), seen.size()}, firing.fit);
+    const bool is_fitted = fit.status == FitStatus::fitted;
+    const bool is_settled =
+        round > 0 && step_mm(fit.cloud, result.fit.X_tracker_body, fit.X_tracker_body) < resolution_mm;
+    result.fit = fit;
+    result.is_corrected = is_fitted;
+    if (!is_fitted) result.velocity = {};
+    if (!is_fitted || is_settled) break;
+    result.velocity = scaled(screw_of(fit.X_tracker_body * before->pose.X.inverse()), 1.0 / gap_s);
   }
   return result;
 }

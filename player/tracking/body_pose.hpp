@@ -35,7 +35,7 @@ struct PoseFit {
 };
 
 /// Least squares over proper rotations and translations, closed form. `seen` has an entry a marker; one that
-/// is not finite counts as unseen. Allocates nothing.
+/// is not finite, or farthest_mm away, counts as unseen. Allocates nothing.
 /// Source: Umeyama (1991) IEEE PAMI 13:376-380, without scale.
 PoseFit fit_pose(const RigidBody& body, MarkerSpan seen, const FitOptions& options = {});
 
@@ -60,15 +60,23 @@ struct Firing {
   FitOptions fit = {};
 };
 
+/// A body on its way.
+struct BodyMotion {
+  TimedPose pose;
+  Screw velocity;  ///< a second, tracker's frame; zero where not known
+};
+
 struct FiredFit {
   PoseFit fit;     ///< at the frame's time
-  Screw velocity;  ///< a second, tracker's frame; zero where not corrected
+  Screw velocity;  ///< from the pose before to this one; zero where not corrected
   bool is_corrected = false;
 };
 
 /// The pose at `time_s`, markers taken there along the twist that leads from the pose `before`: with a
-/// constant twist exact, whatever it is. Without a pose before, or too long after it, as fit_pose().
+/// constant twist exact, whatever it is. The velocity before is where the search begins: at high speed its
+/// markers would look like outliers without. Without a pose before, too long after it, or sooner than all
+/// markers can have fired since, as fit_pose().
 FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
-                   const std::optional<TimedPose>& before, const Firing& firing);
+                   const std::optional<BodyMotion>& before, const Firing& firing);
 
 }  // namespace vrda

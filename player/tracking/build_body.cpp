@@ -73,8 +73,8 @@ void require_frames(const std::vector<MarkerRow>& frames, const std::string& fil
       throw InputError({file, field, std::to_string(frames[i].size()) + " markers", std::to_string(n)});
     }
     for (const auto& marker : frames[i]) {
-      if (marker && !marker->allFinite()) {
-        throw InputError({file, field, "a coordinate that is no number", "mm"});
+      if (marker && !(marker->cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < farthest_mm)) {
+        throw InputError({file, field, "a coordinate that is no number, or not within a kilometre", "mm"});
       }
     }
   }

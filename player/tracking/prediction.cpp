@@ -34,7 +34,8 @@ class Slope {
     time_sq_s2_ += from_mean_s * (time_s - mean_time_s_);
     product_ += from_mean_s * (value - mean_);
   }
-  Vector a_second() const { return n_ < 2.0 ? Vector(Vector::Zero()) : Vector(product_ / time_sq_s2_); }
+  /// Of two values or more.
+  Vector a_second() const { return product_ / time_sq_s2_; }
 
  private:
   double n_ = 0.0, mean_time_s_ = 0.0, time_sq_s2_ = 0.0;
@@ -65,6 +66,7 @@ Screw PlacePredictor::velocity() const
 {
   check(has_sample(), "a predictor is asked after its first sample");
   const TimedPose& last = samples_[n_ - 1];
+  if (n_ < 2 || last.time_s - samples_[0].time_s < options_.shortest_span_s) return {};
   Slope<Vector6> slope;
   for (std::size_t i = 0; i < n_; ++i) {
     const Screw screw = screw_of(last.X.inverse() * samples_[i].X);
@@ -94,6 +96,7 @@ void AnglesPredictor::add(const TimedAngles& sample)
 LegAngles AnglesPredictor::velocity() const
 {
   check(has_sample(), "a predictor is asked after its first sample");
+  if (n_ < 2 || samples_[n_ - 1].time_s - samples_[0].time_s < options_.shortest_span_s) return {};
   Slope<Eigen::Vector3d> slope;
   for (std::size_t i = 0; i < n_; ++i) {
     slope.add(samples_[i].time_s - samples_[n_ - 1].time_s, vector_of(samples_[i].angles));

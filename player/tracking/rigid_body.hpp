@@ -17,6 +17,9 @@ using MarkerSpan = std::span<const std::optional<Eigen::Vector3d>>;
 /// A body has no more markers than this.
 inline constexpr Eigen::Index most_markers = 64;
 
+/// What is further away from the tracker has not been seen by it.
+inline constexpr double farthest_mm = 1e6;
+
 struct RigidBody {
   Points markers_mm;  ///< [n, 3] body frame, by label
 };

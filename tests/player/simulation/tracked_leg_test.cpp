@@ -86,7 +86,7 @@ TEST(TrackedLeg, FiringInTurnIsCorrectedOnAMovingShank)
     body.markers_mm.row(k) = shank_markers()[static_cast<std::size_t>(k)].transpose();
   const Eigen::Vector3d middle_mm = body.markers_mm.colwise().mean().transpose();
   double worst_plain_mm = 0.0, worst_corrected_mm = 0.0;
-  std::optional<TimedPose> before;
+  std::optional<BodyMotion> before;
   for (std::uint64_t k = 0; k < 800; ++k) {
     const SimulatedFrame frame = simulation.frame(k);
     const MarkerRow seen = markers_of(frame, 2, 6);
@@ -99,7 +99,7 @@ TEST(TrackedLeg, FiringInTurnIsCorrectedOnAMovingShank)
       worst_corrected_mm =
           std::max(worst_corrected_mm, (fired.fit.X_tracker_body * middle_mm - truth_mm).norm());
     }
-    before = TimedPose{frame.time_s, fired.fit.X_tracker_body};
+    before = BodyMotion{{frame.time_s, fired.fit.X_tracker_body}, fired.velocity};
   }
   // The shank's middle, 215 mm from the knee, goes at up to 23 to 30 degrees a second, waits 2.5 ms on
   // average.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 
 #include "core/units.hpp"
@@ -84,8 +85,11 @@ TEST(FitPose, RefusesWhatHoldsNoPose)
   for (std::size_t k = 2; k < 6; ++k) two[k].reset();
   EXPECT_EQ(fit_pose(body, two).status, FitStatus::too_few_markers);
   MarkerRow not_finite = two;
-  not_finite[3] = Eigen::Vector3d(0, std::numeric_limits<double>::quiet_NaN(), 0);
-  EXPECT_EQ(fit_pose(body, not_finite).status, FitStatus::too_few_markers);
+  for (const double value : {std::numeric_limits<double>::quiet_NaN(),
+                             -std::numeric_limits<double>::infinity(), 1e300, farthest_mm}) {
+    not_finite[3] = Eigen::Vector3d(0, value, 0);
+    EXPECT_EQ(fit_pose(body, not_finite).status, FitStatus::too_few_markers);
+  }
 
   // Markers at (-a, 0), (a, 0), (0, h): the sum of squared heights about their mean is 2/3 h^2.
   for (const double above : {-1e-6, 1e-6}) {
@@ -138,6 +142,35 @@ TEST(FitPose, DropsNoneWhereFewerThanFourWouldAgree)
   EXPECT_EQ(fit_pose(body, seen).status, FitStatus::residual_too_large);
 }
 
+TEST(FitPose, WhateverIsSeenGivesARotationOrARefusal)
+{
+  // Markers anywhere: in one place, on a line, far out, not numbers, some missing.
+  std::mt19937_64 random(26);
+  const RigidBody body = leg_body();
+  int n_of_status[4] = {0, 0, 0, 0};
+  for (int i = 0; i < 4000; ++i) {
+    const double size_mm = std::array{0.0, 1e-150, 1.0, 1e5}[static_cast<std::size_t>(i) % 4];
+    MarkerRow seen = i % 5 == 0 ? seen_at(body, test::random_pose(random)) : MarkerRow(6);
+    for (std::size_t k = 0; k < 6; ++k) {
+      const std::uint64_t what = random() % 8;
+      if (what == 0) seen[k].reset();
+      if (what == 1) seen[k] = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+      if (what == 2 || (i % 5 != 0 && what > 2)) seen[k] = test::random_vector(random, size_mm);
+    }
+    const PoseFit fit = fit_pose(body, seen);
+    ++n_of_status[static_cast<std::size_t>(fit.status)];
+    const Eigen::Matrix3d R = fit.X_tracker_body.linear();
+    EXPECT_LT((R * R.transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-12);
+    EXPECT_GT(R.determinant(), 0.0);
+    EXPECT_TRUE(fit.X_tracker_body.translation().allFinite());
+  }
+  // The leg's markers lie on no line whichever three are seen.
+  EXPECT_GT(n_of_status[static_cast<std::size_t>(FitStatus::fitted)], 100);
+  EXPECT_GT(n_of_status[static_cast<std::size_t>(FitStatus::too_few_markers)], 10);
+  EXPECT_EQ(n_of_status[static_cast<std::size_t>(FitStatus::collinear)], 0);
+  EXPECT_GT(n_of_status[static_cast<std::size_t>(FitStatus::residual_too_large)], 1000);
+}
+
 TEST(FitPose, EveryStatusHasAName)
 {
   EXPECT_STREQ(name_of(FitStatus::fitted), "fitted");
@@ -150,7 +183,7 @@ TEST(FitPose, AllocatesNothing)
 {
   const RigidBody body = leg_body();
   const MarkerRow seen = seen_at(body, Pose::Identity());
-  const TimedPose before{0.0, Pose(Eigen::Translation3d(1, 0, 0))};
+  const BodyMotion before{{0.0, Pose(Eigen::Translation3d(1, 0, 0))}, {}};
   const long n_before = test::allocations_of_thread();
   const PoseFit fit = fit_pose(body, seen);
   const FiredFit fired = fit_fired(body, seen, 0.01, before, {.interval_s = 2e-4});
@@ -247,7 +280,7 @@ TEST(FitFired, ConstantTwistIsCorrectedExactly)
     const Pose X_now = pose_of(scaled(twist, gap_s)) * X_before;
     const MarkerRow seen = fired_at(body, X_now, twist, interval_s);
     const FiredFit fired =
-        fit_fired(body, seen, 5.0 + gap_s, TimedPose{5.0, X_before}, {.interval_s = interval_s});
+        fit_fired(body, seen, 5.0 + gap_s, BodyMotion{{5.0, X_before}, {}}, {.interval_s = interval_s});
     ASSERT_TRUE(fired.is_corrected);
     EXPECT_LT(distance_mm(fired.fit.X_tracker_body, X_now), 1e-8);
     EXPECT_LT(turn_between_rad(fired.fit.X_tracker_body, X_now), 1e-10);
@@ -258,15 +291,39 @@ TEST(FitFired, ConstantTwistIsCorrectedExactly)
   EXPECT_GT(largest_uncorrected_mm, 0.8);
 }
 
+TEST(FitFired, KnownSpeedKeepsFastMarkersFromLookingLikeOutliers)
+{
+  // 10 m/s and 1 ms apart: 10 mm from each marker to the next.
+  const RigidBody body = leg_body();
+  const Screw twist{{0, 0.5, 0}, {10000, 0, 0}};
+  const double gap_s = 0.01, interval_s = 1e-3;
+  const Pose X_before(Eigen::Translation3d(0, 0, -1500));
+  const Pose X_now = pose_of(scaled(twist, gap_s)) * X_before;
+  MarkerRow seen = fired_at(body, X_now, twist, interval_s);
+  const Firing firing{.interval_s = interval_s};
+  EXPECT_EQ(fit_fired(body, seen, gap_s, BodyMotion{{0.0, X_before}, {}}, firing).fit.status,
+            FitStatus::residual_too_large);
+  const FiredFit fired = fit_fired(body, seen, gap_s, BodyMotion{{0.0, X_before}, twist}, firing);
+  ASSERT_EQ(fired.fit.status, FitStatus::fitted);
+  EXPECT_TRUE(fired.is_corrected);
+  EXPECT_LT(distance_mm(fired.fit.X_tracker_body, X_now), 1e-8);
+  // A true outlier is still found.
+  seen[2]->y() += 30.0;
+  const FiredFit without = fit_fired(body, seen, gap_s, BodyMotion{{0.0, X_before}, twist}, firing);
+  EXPECT_EQ(without.fit.n_outliers, 1);
+  EXPECT_LT(distance_mm(without.fit.X_tracker_body, X_now), 1e-8);
+}
+
 TEST(FitFired, WithoutARecentPoseItIsThePlainFit)
 {
   const RigidBody body = leg_body();
   const MarkerRow seen = fired_at(body, Pose::Identity(), {{0, 0, 1}, {100, 0, 0}}, 3e-4);
   const PoseFit plain = fit_pose(body, seen);
   const Firing firing{.interval_s = 3e-4};
-  for (const std::optional<TimedPose>& before :
-       {std::optional<TimedPose>{}, std::optional(TimedPose{0.7, Pose::Identity()}),
-        std::optional(TimedPose{1.0, Pose::Identity()}), std::optional(TimedPose{2.0, Pose::Identity()})}) {
+  // None; too long ago; at the same time; later; sooner than six markers can fire.
+  const auto at = [](double time_s) { return std::optional(BodyMotion{{time_s, Pose::Identity()}, {}}); };
+  for (const std::optional<BodyMotion>& before :
+       {std::optional<BodyMotion>{}, at(0.7), at(1.0), at(2.0), at(1.0 - 5 * 3e-4)}) {
     const FiredFit fired = fit_fired(body, seen, 1.0, before, firing);
     EXPECT_FALSE(fired.is_corrected);
     EXPECT_EQ(fired.fit.X_tracker_body.matrix(), plain.X_tracker_body.matrix());

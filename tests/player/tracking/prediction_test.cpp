@@ -45,8 +45,12 @@ TEST(PlacePredictor, HoldsWhatItCannotCarryOn)
   // After a gap longer than the window the samples before say nothing.
   predictor.add({2.0, at_x(100)});
   EXPECT_EQ(predictor.at(2.05).translation().x(), 100.0);
+  // Samples too close together would carry on their noise.
+  predictor.start_over();
+  predictor.add({3.0, at_x(1)});
+  predictor.add({3.0001, at_x(2)});
+  EXPECT_EQ(predictor.at(3.05).translation().x(), 2.0);
   // A clock that steps back starts over, as does a time given twice.
-  predictor.add({2.01, at_x(101)});
   predictor.add({0.2, at_x(7)});
   EXPECT_EQ(predictor.at(0.25).translation().x(), 7.0);
   predictor.start_over();
@@ -55,7 +59,7 @@ TEST(PlacePredictor, HoldsWhatItCannotCarryOn)
 
 TEST(PlacePredictor, AWindowTooSmallForTheRateKeepsTheNewest)
 {
-  PlacePredictor predictor({.window_s = 10.0, .longest_s = 0.1});
+  PlacePredictor predictor({.window_s = 10.0});
   for (int i = 0; i <= 200; ++i) {
     // Turns round long before the last 32 samples.
     const double x_mm = i < 100 ? -i : i - 200.0;
@@ -73,7 +77,7 @@ TEST(PlacePredictor, NoiseOfTheVelocityIsThatOfALeastSquaresSlope)
   std::mt19937_64 random(62);
   double square = 0.0;
   for (int i = 0; i < m; ++i) {
-    PlacePredictor predictor({.window_s = 0.0801, .longest_s = 0.1});
+    PlacePredictor predictor({.window_s = 0.0801});
     for (int k = 0; k < n; ++k) {
       predictor.add({k * step_s, Pose(Eigen::Translation3d(test::noise_of(random, noise)))});
     }
@@ -105,6 +109,8 @@ TEST(AnglesPredictor, StraightLinesArePredictedExactly)
   EXPECT_NEAR(predictor.velocity().flexion_rad, 0.8, 1e-12);
   predictor.add({0.0, {1, 1, 1}});
   EXPECT_EQ(predictor.at(0.05).flexion_rad, 1.0);
+  predictor.add({0.001, {2, 2, 2}});
+  EXPECT_EQ(predictor.at(0.05).flexion_rad, 2.0);
   predictor.start_over();
   EXPECT_FALSE(predictor.has_sample());
 }
