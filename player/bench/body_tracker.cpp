@@ -45,8 +45,11 @@ bool BodyTracker::settle()
 
 bool BodyTracker::settle_markers()
 {
-  const std::optional<TimedPose> before = has_last_ ? std::optional<TimedPose>(last_) : std::nullopt;
-  fit_ = fit_fired(body_, row_, row_time_s_, before, firing_).fit;
+  std::optional<BodyMotion> before;
+  if (has_last_) before = BodyMotion{last_, velocity_};
+  const FiredFit fired = fit_fired(body_, row_, row_time_s_, before, firing_);
+  fit_ = fired.fit;
+  velocity_ = fired.velocity;
   has_row_ = false;
   std::fill(row_.begin(), row_.end(), std::nullopt);
   is_live_ = fit_.status == FitStatus::fitted;

@@ -51,6 +51,7 @@ class BodyTracker {
   PoseFit fit_;
   PlacePredictor predictor_;
   TimedPose last_;
+  Screw velocity_;  ///< of the last fit of markers
   bool has_last_ = false, is_live_ = false;
   SeenState state_ = SeenState::missing;
 };

@@ -22,6 +22,11 @@
 namespace vrda {
 namespace {
 
+bool is_black(const Background& background)
+{
+  return background.top.isZero(0.0F) && background.bottom.isZero(0.0F);
+}
+
 class GlRenderer final : public Renderer {
  public:
   GlRenderer(std::unique_ptr<GlContext> context, const RenderOptions& options);
@@ -214,7 +219,8 @@ void GlRenderer::draw_shot(const Scene& scene, const Shot& shot)
   gl_.Enable(GL_SCISSOR_TEST);
   gl_.Scissor(box.x, box.y, box.width, box.height);
   gl_.Clear(GL_DEPTH_BUFFER_BIT);
-  draw_background(scene.background);
+  // Black is what the picture was cleared to.
+  if (!is_black(scene.background)) draw_background(scene.background);
   surfaces_->begin(scene, shot.camera, box);
   surfaces_->draw(scene, SurfacePass::opaque);
   const bool is_blended = lists_ && lists_->draw(*surfaces_, scene, empty_array_);

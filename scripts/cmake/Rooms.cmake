@@ -13,9 +13,14 @@ function(vrda_room_root out)
   set(${out} ${program} PARENT_SCOPE)
 endfunction()
 
-# add_room(contact SOURCES a.cpp USES core HIDES PkgConfig::bullet)
+# The player is small: what waits for people, files and lines is compiled for size. Not what sanitizers look at.
+function(vrda_small target)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Os>)
+endfunction()
+
+# add_room(contact SOURCES a.cpp USES core HIDES PkgConfig::bullet); SMALL: compiled for size.
 function(add_room name)
-  cmake_parse_arguments(ROOM "" "" "SOURCES;USES;HIDES" ${ARGN})
+  cmake_parse_arguments(ROOM "SMALL" "" "SOURCES;USES;HIDES" ${ARGN})
   vrda_room_root(program)
   set(target ${program}_${name})
   add_library(${target} STATIC ${ROOM_SOURCES})
@@ -30,6 +35,9 @@ function(add_room name)
   endforeach()
   target_link_libraries(${target} PRIVATE ${ROOM_HIDES})
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:vrda_flags>)
+  if(ROOM_SMALL)
+    vrda_small(${target})
+  endif()
 endfunction()
 
 # add_room_test(contact SOURCES a_test.cpp USES pipeline::contact): one test program a room. TIMEOUT in seconds is for
@@ -45,12 +53,15 @@ function(add_room_test name)
   gtest_discover_tests(${target} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${TEST_TIMEOUT})
 endfunction()
 
-# add_program(vrda SOURCES main.cpp USES pipeline::app CLI11::CLI11): a program, and its manual page beside it.
+# add_program(vrda SOURCES main.cpp USES pipeline::app CLI11::CLI11): a program, and its manual page beside it. SMALL as of a room.
 function(add_program name)
-  cmake_parse_arguments(PROGRAM "" "" "SOURCES;USES" ${ARGN})
+  cmake_parse_arguments(PROGRAM "SMALL" "" "SOURCES;USES" ${ARGN})
   add_executable(${name} ${PROGRAM_SOURCES})
   target_compile_definitions(${name} PRIVATE VRDA_VERSION="${PROJECT_VERSION}")
   target_link_libraries(${name} PRIVATE ${PROGRAM_USES} vrda_flags)
+  if(PROGRAM_SMALL)
+    vrda_small(${name})
+  endif()
   set(page ${CMAKE_BINARY_DIR}/man/${name}.1)
   add_custom_command(TARGET ${name} POST_BUILD BYPRODUCTS ${page}
     COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:${name}> -DVERSION=${PROJECT_VERSION} -DPAGE=${page}
