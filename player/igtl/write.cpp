@@ -34,8 +34,9 @@ void append_number(Bytes& bytes, std::uint64_t value, int n)
 template <class Part>
 void append_part(Bytes& bytes, const Part& part)
 {
-  const auto* at = reinterpret_cast<const std::uint8_t*>(&part);
-  bytes.insert(bytes.end(), at, at + sizeof part);
+  const std::size_t at = bytes.size();
+  bytes.resize(at + sizeof part);
+  std::memcpy(bytes.data() + at, &part, sizeof part);
 }
 
 /// Three columns of the rotation, then the position.
@@ -185,7 +186,6 @@ std::vector<std::uint8_t> bytes_of(const IgtlMessage& message)
   header.crc = igtl_crc(body);
   igtl_header_convert_byte_order(&header);
   Bytes bytes;
-  bytes.reserve(sizeof header + body.size());
   append_part(bytes, header);
   bytes.insert(bytes.end(), body.begin(), body.end());
   return bytes;
