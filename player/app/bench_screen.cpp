@@ -44,7 +44,10 @@ class BenchMemory final : public BenchScreen {
   explicit BenchMemory(const RenderOptions& options) : renderer_(make_offscreen_renderer(options)) {}
 
   Renderer& renderer() override { return *renderer_; }
-  void show(const BenchView& view, const Overlay& words) override { picture(view, words); }
+  void show(const BenchView& view, const Overlay& words) override
+  {
+    renderer_->present(view.scene(), view.shots(), &words);
+  }
   const Image& picture(const BenchView& view, const Overlay& words) override
   {
     return renderer_->draw(view.scene(), view.shots(), &words);

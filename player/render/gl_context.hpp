@@ -13,6 +13,8 @@ class GlContext {
   virtual void make_current() = 0;
   /// Address of an OpenGL function, or null.
   virtual Function function(const char* name) = 0;
+  /// Whether frame buffer 0 is somewhere to be seen.
+  virtual bool has_screen() const { return false; }
 };
 
 }  // namespace vrda

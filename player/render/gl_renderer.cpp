@@ -272,8 +272,11 @@ const Image& GlRenderer::draw(const Scene& scene, std::span<const Shot> shots, c
 void GlRenderer::present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay)
 {
   draw_frame(scene, shots, overlay);
-  gl_.Disable(GL_FRAMEBUFFER_SRGB);
-  blit(shown().frame, 0, shown_width(), shown_height());
+  if (context_->has_screen()) {
+    gl_.Disable(GL_FRAMEBUFFER_SRGB);
+    blit(shown().frame, 0, shown_width(), shown_height());
+  }
+  gl_.Finish();
   check(gl_.GetError() == GL_NO_ERROR, "a frame is shown without an OpenGL error");
 }
 

@@ -48,6 +48,7 @@ namespace vrda {
   X(Enable, void(unsigned))                                                               \
   X(EnableVertexAttribArray, void(unsigned))                                              \
   X(EndQuery, void(unsigned))                                                             \
+  X(Finish, void())                                                                       \
   X(FramebufferRenderbuffer, void(unsigned, unsigned, unsigned, unsigned))                \
   X(FramebufferTexture2D, void(unsigned, unsigned, unsigned, unsigned, int))              \
   X(GenBuffers, void(int, unsigned*))                                                     \

@@ -94,7 +94,7 @@ class Renderer {
   /// drawables; meshes and colours of a new revision are taken over, of the sizes loaded or smaller. The
   /// image is valid until the next draw. Allocates nothing but what the overlay's growth needs.
   virtual const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
-  /// The same into the context's own frame buffer, without an image: for windows.
+  /// The same without an image: into the window, where there is one; returns when it is drawn.
   virtual void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
 
   /// One shot as large as the picture.

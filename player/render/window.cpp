@@ -73,6 +73,7 @@ class WindowContext final : public GlContext {
     if (glfwGetCurrentContext() != window_) glfwMakeContextCurrent(window_);
   }
   Function function(const char* name) override { return glfwGetProcAddress(name); }
+  bool has_screen() const override { return true; }
 
  private:
   GLFWwindow* window_;
