@@ -214,8 +214,11 @@ void run_bench(const BenchOptions& options, const ShowStreams& streams)
     return;
   }
   const BenchSetup setup = read_bench_setup(options);
-  if (options.calibration.empty() && !options.is_quiet)
-    streams.talk << "no --calibration: the nominal one of a bench that was never calibrated\n";
+  if (setup.facts.calibration_text.empty() && !options.is_quiet) {
+    streams.talk << (options.calibration.empty() ? "no --calibration"
+                                                 : options.calibration + ": not there yet")
+                 << ": the nominal one of a bench that was never calibrated\n";
+  }
   LiveBench bench(options, setup, streams);
   bench.run();
 }

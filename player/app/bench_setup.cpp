@@ -1,6 +1,7 @@
 #include "app/bench_setup.hpp"
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 
 #include "core/error.hpp"
@@ -74,7 +75,8 @@ BenchSetup read_bench_setup(const BenchOptions& options)
   texts.bench_path = options.bench;
   texts.bench = settings_file_text(options.bench, bench_words);
   texts.calibration_path = options.calibration;
-  if (!options.calibration.empty())
+  // One that is still to be written begins with the nominal values.
+  if (!options.calibration.empty() && std::filesystem::exists(options.calibration))
     texts.calibration =
         settings_file_text(options.calibration, "a calibration file (schemas/calibration.md)");
   return made_setup(texts, options.file, options.set);

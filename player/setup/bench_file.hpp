@@ -44,8 +44,8 @@ struct BodySettings {
 /// One-Euro filter of the leg's angles.
 struct FilterSettings {
   bool is_on = true;
-  double least_cutoff_hz = 2.0;
-  double slope = 0.02;  ///< Hz of cutoff for each degree a second
+  double least_cutoff_hz = 1.5;
+  double slope = 0.3;  ///< Hz of cutoff for each degree a second
 };
 
 struct BenchFile {
