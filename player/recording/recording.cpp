@@ -61,6 +61,19 @@ bool is_possible(const Sample& sample)
   return false;
 }
 
+/// The place of a tool that was seen is one.
+bool is_sound(const Sample& sample)
+{
+  const bool counts =
+      sample.kind == SampleKind::place && static_cast<SeenState>(sample.state) == SeenState::seen;
+  if (!counts) return true;
+  double square = 0.0;
+  for (const double v : sample.place.rotation) square += v * v;
+  constexpr double unit_tolerance = 1e-6;
+  const Eigen::Map<const Eigen::Vector3d> position(sample.place.position_mm);
+  return position.allFinite() && std::abs(square - 1.0) < unit_tolerance;
+}
+
 Sample take_sample(Cursor& cursor)
 {
   Sample sample;
@@ -68,18 +81,11 @@ Sample take_sample(Cursor& cursor)
   sample.device_ns = static_cast<std::int64_t>(cursor.take(8));
   for (double& v : sample.place.position_mm) v = cursor.take_double();
   for (double& v : sample.place.rotation) v = cursor.take_double();
-  for (const double v : sample.place.position_mm) {
-    if (!std::isfinite(v)) cursor.refuse();
-  }
-  double square = 0.0;
-  for (const double v : sample.place.rotation) square += v * v;
-  constexpr double unit_tolerance = 1e-6;
-  if (!(std::abs(square - 1.0) < unit_tolerance)) cursor.refuse();
   sample.count = cursor.take_i32();
   sample.source = static_cast<std::uint16_t>(cursor.take(2));
   sample.kind = static_cast<SampleKind>(cursor.take(1));
   sample.state = static_cast<std::uint8_t>(cursor.take(1));
-  if (!is_possible(sample)) cursor.refuse();
+  if (!is_possible(sample) || !is_sound(sample)) cursor.refuse();
   return sample;
 }
 

@@ -208,7 +208,6 @@ void GlRenderer::draw_background(const Background& background)
   gl_.Uniform3fv(bottom_, 1, background.bottom.data());
   gl_.BindVertexArray(empty_array_);
   gl_.DrawArrays(GL_TRIANGLES, 0, 3);
-  gl_.Enable(GL_DEPTH_TEST);
 }
 
 void GlRenderer::draw_shot(const Scene& scene, const Shot& shot)
@@ -221,6 +220,7 @@ void GlRenderer::draw_shot(const Scene& scene, const Shot& shot)
   gl_.Clear(GL_DEPTH_BUFFER_BIT);
   // Black is what the picture was cleared to.
   if (!is_black(scene.background)) draw_background(scene.background);
+  gl_.Enable(GL_DEPTH_TEST);
   surfaces_->begin(scene, shot.camera, box);
   surfaces_->draw(scene, SurfacePass::opaque);
   const bool is_blended = lists_ && lists_->draw(*surfaces_, scene, empty_array_);

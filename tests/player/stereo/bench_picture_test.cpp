@@ -144,6 +144,28 @@ TEST(BenchPicture, OutsideOfWhatTheScreensShowAllIsBlack)
   EXPECT_EQ(n_wrong, 0);
 }
 
+TEST(BenchPicture, EveryPictureHidesWhatLiesBehind)
+{
+  const EyePair eyes = sample_eyes(optics[1]);
+  Scene scene = dark_scene();
+  scene.background = {};
+  add(scene, facing_sheet(10), plain({1, 0, 0}), {0, 0, -700});
+  add(scene, facing_sheet(10), plain({0, 1, 0}), {0, 0, -900});
+  const StereoPlan plan = stereo_plan(eyes, display_width, display_height, "bench.toml");
+  const auto renderer = make_offscreen_renderer({plan.width, plan.height, 1});
+  renderer->load(scene);
+  renderer->load(plan.warp);
+  const std::array<Shot, 2> shots = shots_of(plan, eyes, Pose::Identity(), scene);
+  const std::vector<std::uint8_t> first = renderer->draw(scene, shots, nullptr).rgba;
+  const Image& second = renderer->draw(scene, shots, nullptr);
+  EXPECT_EQ(second.rgba, first);
+  for (const Eye* eye : {&eyes.left, &eyes.right}) {
+    const Eigen::Vector2i middle = drawn_px(*eye, {0, 0, -700}).cast<int>();
+    EXPECT_GT(at(second, middle.x(), middle.y())[0], 0);
+    EXPECT_EQ(at(second, middle.x(), middle.y())[1], 0);
+  }
+}
+
 TEST(BenchPicture, SwappingTheEyesAndMovingTheStageMovesPointsByTheComputedAmount)
 {
   EyePair eyes = sample_eyes(optics[0]);
