@@ -106,7 +106,10 @@ void BenchState::take_place(const Sample& sample)
   const double time_s =
       is_seen ? tracker_clock_.time_s(sample.device_ns, sample.arrival_ns) : seconds(sample.arrival_ns);
   for (std::optional<BodyTracker>& tracker : trackers_) {
-    if (tracker && tracker->has_tool(sample.source)) tracker->take(sample, time_s);
+    if (!tracker || !tracker->has_tool(sample.source)) continue;
+    // Trackers are quicker than pictures: several messages come before one.
+    if (tracker->has_come(sample.source)) settle();
+    tracker->take(sample, time_s);
   }
   if (!is_seen) return;
   newest_arrival_ns_ = sample.arrival_ns;

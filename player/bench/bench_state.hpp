@@ -48,7 +48,8 @@ class BenchState {
   BenchState(const BenchFile& bench, const Calibration& calibration, const Motion& motion,
              const SolverFrame& frame);
 
-  /// In the order of arrival. All samples of a message belong before the next frame().
+  /// In the order of arrival, of as many messages as came. All samples of a message belong before the next
+  /// frame().
   void take(const Sample& sample);
 
   /// What to show at `now_ns` of the samples' clock. Allocates nothing.

@@ -8,8 +8,9 @@ namespace vrda {
 BodyTracker::BodyTracker(const BodySettings& settings, std::size_t first_tool)
     : first_tool_(first_tool), has_markers_(settings.tool.empty())
 {
+  if (has_markers_) n_tools_ = settings.markers.size();
+  has_come_.resize(n_tools_);
   if (!has_markers_) return;
-  n_tools_ = settings.markers.size();
   body_.markers_mm.resize(static_cast<Eigen::Index>(n_tools_), 3);
   for (std::size_t k = 0; k < n_tools_; ++k)
     body_.markers_mm.row(static_cast<Eigen::Index>(k)) = settings.markers_body_mm[k].transpose();
@@ -19,6 +20,7 @@ BodyTracker::BodyTracker(const BodySettings& settings, std::size_t first_tool)
 
 void BodyTracker::take(const Sample& sample, double time_s)
 {
+  has_come_[sample.source - first_tool_] = true;
   const auto state = static_cast<SeenState>(sample.state);
   if (!has_markers_) {
     state_ = state;
@@ -37,6 +39,7 @@ void BodyTracker::take(const Sample& sample, double time_s)
 
 bool BodyTracker::settle()
 {
+  std::fill(has_come_.begin(), has_come_.end(), false);
   if (has_markers_) return has_row_ && settle_markers();
   const bool is_new = has_new_pose_;
   has_new_pose_ = false;

@@ -17,6 +17,9 @@ class BodyTracker {
   BodyTracker(const BodySettings& settings, std::size_t first_tool);
 
   bool has_tool(std::size_t tool) const { return tool >= first_tool_ && tool < first_tool_ + n_tools_; }
+  /// Whether that one of its tools has come since the last settle(): another sample of it belongs to the next
+  /// message.
+  bool has_come(std::size_t tool) const { return has_come_[tool - first_tool_]; }
   /// A sample of one of its tools, taken at `time_s` of our clock.
   void take(const Sample& sample, double time_s);
   /// Fits the markers taken since; true when there is a new pose. Wanted after all samples of a message.
@@ -41,6 +44,7 @@ class BodyTracker {
   bool settle_markers();
 
   std::size_t first_tool_ = 0, n_tools_ = 1;
+  std::vector<bool> has_come_;
   bool has_markers_ = false;
   RigidBody body_;
   Firing firing_;
@@ -49,6 +53,7 @@ class BodyTracker {
   double row_time_s_ = 0.0;
   bool has_new_pose_ = false;  ///< of a tool
   PoseFit fit_;
+  Screw velocity_;  ///< of the last fit of markers: where the next begins
   PlacePredictor predictor_;
   TimedPose last_;
   Screw velocity_;  ///< of the last fit of markers

@@ -34,7 +34,6 @@ std::vector<TimedPose> recorded_motion(const Recording& recording, const BenchFi
   if (!settings) return motion;
   BodyTracker tracker(*settings, first_tool_of(bench, role));
   ClockMap clock;
-  std::int64_t message_ns = 0;
   const auto settle = [&] {
     if (!tracker.settle()) return;
     if (motion.empty() || tracker.seen_s() > motion.back().time_s)
@@ -43,10 +42,12 @@ std::vector<TimedPose> recorded_motion(const Recording& recording, const BenchFi
   for (const RecordedPicture& picture : recording.pictures) {
     for (const Sample& sample : picture.samples) {
       if (sample.kind != SampleKind::place || !tracker.has_tool(sample.source)) continue;
-      // What arrived at another moment came with another message.
-      if (sample.arrival_ns != message_ns) settle();
-      message_ns = sample.arrival_ns;
-      tracker.take(sample, clock.time_s(sample.device_ns, sample.arrival_ns));
+      if (tracker.has_come(sample.source)) settle();
+      // As the bench does: what is not seen says nothing of the clock.
+      const bool is_seen = static_cast<SeenState>(sample.state) == SeenState::seen;
+      const double time_s = is_seen ? clock.time_s(sample.device_ns, sample.arrival_ns)
+                                    : static_cast<double>(sample.arrival_ns) * 1e-9;
+      tracker.take(sample, time_s);
     }
   }
   settle();

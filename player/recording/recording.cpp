@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "journal/frame_bytes.hpp"
 #include "journal/framed_file.hpp"
 #include "journal/little_endian.hpp"
 
@@ -191,6 +192,10 @@ std::string bytes_of(const RecordingFacts& facts)
 
 Recording parsed_recording(const std::string& path, std::string_view bytes)
 {
+  constexpr const char* wanted = "a recording of vrda-player bench --record, format version 1";
+  // Before parse_frames() does, which speaks of a run's journals.
+  if (const FrameHeader header = header_in(bytes, format); header.n_bytes == 0)
+    throw InputError({path, header.field, header.found, wanted});
   Recording recording;
   bool has_facts = false;
   const FrameFacts frames = parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
@@ -207,8 +212,8 @@ Recording parsed_recording(const std::string& path, std::string_view bytes)
     return {};
   });
   if (!has_facts)
-    throw InputError({path, "", frames.dropped_why.empty() ? "nothing after its header" : frames.dropped_why,
-                      "a recording of vrda-player bench --record"});
+    throw InputError(
+        {path, "", frames.dropped_why.empty() ? "nothing after its header" : frames.dropped_why, wanted});
   recording.dropped_bytes = frames.dropped_bytes;
   recording.dropped_why = frames.dropped_why;
   return recording;

@@ -47,8 +47,12 @@ void add_eye(List& list, const std::string& name, Eye EyePair::*side)
   constexpr double px = 20000.0;
   list.add_number({name + ".distance", "px", 10.0, 100000.0, 1.0},
                   [eye](BenchValues& v) -> double& { return eye(v).distance_px; });
-  list.add_number({name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
-                  [eye](BenchValues& v) -> double& { return eye(v).pixel_aspect; });
+  // The distortion's too, as the calibration file has one number for both.
+  list.add({name + ".pixel_aspect", "", 0.1, 10.0, 0.001},
+           {[side](const BenchValues& v) { return (v.calibration.eyes.*side).pixel_aspect; },
+            [eye](BenchValues& v, double value) {
+              eye(v).pixel_aspect = eye(v).distortion.pixel_aspect = value;
+            }});
   for (const Eigen::Index axis : {0, 1}) {
     const std::string letter = axis == 0 ? "x" : "y";
     list.add_number({name + ".sight_" + letter, "px", -px, px, 0.5},

@@ -1,0 +1,210 @@
+// `bench`, `simulate` and `devices` as their users meet them: the simulator is a program of its own.
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "motion/support/models.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/process.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+
+sockaddr_in local(std::uint16_t port)
+{
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port = htons(port);
+  return address;
+}
+
+/// One that nobody listens on; nothing where the machine has no loopback.
+std::optional<std::uint16_t> free_port()
+{
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address = local(0);
+  socklen_t n = sizeof address;
+  const bool has_port = bind(socket, reinterpret_cast<sockaddr*>(&address), n) == 0 &&
+                        getsockname(socket, reinterpret_cast<sockaddr*>(&address), &n) == 0;
+  close(socket);
+  if (!has_port) return std::nullopt;
+  return ntohs(address.sin_port);
+}
+
+bool is_listening(std::uint16_t port)
+{
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  const sockaddr_in address = local(port);
+  const bool is_taken = connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  close(socket);
+  return is_taken;
+}
+
+/// Only so that nothing hangs.
+constexpr auto longest = std::chrono::seconds(120);
+
+class BenchProgram : public testing::Test {
+ protected:
+  void SetUp() override
+  {
+    const std::optional<std::uint16_t> port = free_port();
+    if (!port) GTEST_SKIP() << "no loopback interface";
+    port_ = *port;
+    MotionModel model = test::model_of({});
+    test::add_bodies(model);
+    write_motion_model(model_, model);
+    bench_ =
+        scratch_
+            .write(
+                "bench.toml",
+                "title = \"Test\"\nleg = \"two-bodies\"\nhead = \"stage\"\nprediction_ms = 20\n"
+                "[display]\nwidth = 320\nheight = 256\nlayout = \"quarters\"\n[tracker]\nport = " +
+                    std::to_string(port_) +
+                    "\n[body.femur]\ntool = \"femur\"\n[body.tibia]\ntool = \"tibia\"\n[board]\nport = \"" +
+                    board_ +
+                    "\"\npotentiometer = \"flexion\"\n[simulation]\nleg = [[0, 0, 0], [1, 60, 2], [2, 0, "
+                    "0]]\nstage = [[0, 0], [1, 20], [2, 0]]\n[[simulation.occlusion]]\ntool = "
+                    "\"tibia\"\nfrom_s = 0.5\nto_s = 0.7\nevery_s = 2\n")
+            .string();
+  }
+
+  test::Ended run(std::vector<std::string> arguments) const
+  {
+    return test::run({VRDA_PLAYER_PROGRAM, std::move(arguments), {}, scratch_.path()});
+  }
+
+  /// Until both its devices can be opened.
+  void simulate()
+  {
+    simulator_ = std::make_unique<test::Process>(
+        test::Command{VRDA_PLAYER_PROGRAM, {"simulate", bench_, "--quiet"}, {}, scratch_.path()});
+    const auto end = std::chrono::steady_clock::now() + longest;
+    while (!is_listening(port_) || !std::filesystem::exists(board_)) {
+      ASSERT_TRUE(simulator_->is_running()) << simulator_->wait().err;
+      ASSERT_LT(std::chrono::steady_clock::now(), end) << simulator_->said();
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+  }
+
+  std::string in_scratch(const char* name) const { return (scratch_.path() / name).string(); }
+
+  test::Scratch scratch_;
+  std::string model_ = in_scratch("knee.h5"), board_ = in_scratch("board"), bench_;
+  std::uint16_t port_ = 0;
+  std::unique_ptr<test::Process> simulator_;
+};
+
+std::map<std::string, std::string> files_in(const std::string& folder)
+{
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    files[entry.path().filename()] = test::read_bytes(entry.path());
+  return files;
+}
+
+TEST_F(BenchProgram, AReplayShowsTheSamePictures)
+{
+  simulate();
+  const std::string log = in_scratch("a.log"), live = in_scratch("live"), again = in_scratch("again");
+  const test::Ended bench =
+      run({"bench", model_, "--bench", bench_, "--headless", "--seconds", "3", "--record", log, "--pictures",
+           live, "--every", "3", "--timing", in_scratch("t.json")});
+  ASSERT_EQ(bench.exit_code, 0) << bench.err;
+  EXPECT_THAT(bench.err, HasSubstr("from sample to picture"));
+  EXPECT_THAT(test::read_bytes(in_scratch("t.json")), HasSubstr("\"latency_ms\": {\"n\": "));
+  const test::Ended replay =
+      run({"bench", model_, "--replay", log, "--headless", "--pictures", again, "--every", "3"});
+  ASSERT_EQ(replay.exit_code, 0) << replay.err;
+  EXPECT_THAT(replay.err, HasSubstr("tibia after 33 ms"));
+  const std::map<std::string, std::string> shown = files_in(live), replayed = files_in(again);
+  EXPECT_GT(shown.size(), 1u);
+  EXPECT_NE(shown.begin()->second, shown.rbegin()->second);
+  ASSERT_EQ(replayed.size(), shown.size());
+  for (const auto& [name, bytes] : shown) {
+    ASSERT_EQ(replayed.count(name), 1u) << name;
+    EXPECT_TRUE(replayed.at(name) == bytes) << name;
+  }
+
+  const test::Ended taken =
+      run({"bench", model_, "--bench", bench_, "--headless", "--seconds", "1", "--record", log});
+  EXPECT_EQ(taken.exit_code, 2);
+  EXPECT_THAT(taken.err, HasSubstr("a file that is there already"));
+  const std::string other = in_scratch("other.h5");
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 45, 90};
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  write_motion_model(other, model);
+  const test::Ended wrong = run({"bench", other, "--replay", log, "--headless"});
+  EXPECT_EQ(wrong.exit_code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("another motion model"));
+  EXPECT_THAT(wrong.err, HasSubstr(model_));
+}
+
+TEST_F(BenchProgram, DevicesAreListedWhileTheyAnswer)
+{
+  const test::Ended silent = run({"devices", bench_, "--json", "--seconds", "0.5"});
+  EXPECT_EQ(silent.exit_code, 3);
+  EXPECT_THAT(silent.out, HasSubstr("{\"tracker\": {\"peer\": \"127.0.0.1:" + std::to_string(port_) +
+                                    "\", \"answers\": false"));
+  EXPECT_THAT(silent.out, HasSubstr("\"board\": {\"peer\": \"" + board_ + "\", \"answers\": false"));
+  simulate();
+  const test::Ended up = run({"devices", bench_, "--json", "--seconds", "3"});
+  EXPECT_EQ(up.exit_code, 0) << up.out;
+  EXPECT_THAT(up.out, HasSubstr("{\"name\": \"femur\", \"state\": \"seen\", \"position_mm\": ["));
+  EXPECT_THAT(up.out, HasSubstr("\"board\": {\"peer\": \"" + board_ + "\", \"answers\": true"));
+  EXPECT_THAT(up.out, testing::Not(HasSubstr("null")));
+  simulator_->send(SIGTERM);
+  EXPECT_EQ(simulator_->wait().err, "");
+  EXPECT_FALSE(std::filesystem::exists(board_));
+}
+
+TEST_F(BenchProgram, WhatIsWrongIsToldBeforeItRuns)
+{
+  const std::string no_log = in_scratch("none.log");
+  const std::string text = scratch_.write("text.log", "no recording\n").string();
+  struct Row {
+    std::vector<std::string> arguments;
+    std::string told;
+  };
+  for (const Row& row : {
+           Row{{"--bench", bench_, "--headless"}, "--headless"},
+           Row{{"--headless", "--seconds", "1"}, "--bench"},
+           Row{{"--bench", no_log, "--headless", "--seconds", "1"}, no_log},
+           Row{{"--bench", bench_, "--calibration", no_log, "--headless", "--seconds", "1"}, no_log},
+           Row{{"--bench", bench_, "--set", "degree_9", "--headless", "--seconds", "1"}, "degree_9"},
+           Row{{"--bench", bench_, "--from", "2", "--headless", "--seconds", "1"}, "--from"},
+           Row{{"--bench", bench_, "--speed", "2", "--headless", "--seconds", "1"}, "--speed"},
+           Row{{"--replay", no_log, "--headless"}, no_log},
+           Row{{"--replay", text, "--headless"}, text},
+           Row{{"--replay", text, "--record", no_log, "--headless"}, "--record"},
+           Row{{"--replay", text, "--speed", "1000", "--headless"}, "--speed"},
+       }) {
+    std::vector<std::string> arguments{"bench", model_};
+    arguments.insert(arguments.end(), row.arguments.begin(), row.arguments.end());
+    SCOPED_TRACE(testing::PrintToString(arguments));
+    const test::Ended ended = run(arguments);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_THAT(ended.err, HasSubstr(row.told));
+    EXPECT_EQ(ended.out, "");
+  }
+  EXPECT_EQ(run({"devices", no_log}).exit_code, 2);
+  EXPECT_EQ(run({"simulate", no_log}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,110 @@
+// Where the eyes stand, and what the board's inputs change.
+#include <gtest/gtest.h>
+
+#include "../setup/bench_texts.hpp"
+#include "bench/bench_panel.hpp"
+#include "bench_samples.hpp"
+
+namespace vrda {
+namespace {
+
+using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
+
+constexpr double rounding = 1e-9;
+
+TEST(BenchInputs, TheStageMovesTheEyesAlongItsDirectionByItsCounts)
+{
+  SmallBench bench(test::two_bodies_text());
+  const Calibration& c = bench.calibration;
+  const Pose X_tracker_table = pose_of(c.X_tracker_table);
+  EXPECT_LT(distance_of(bench.state.frame(0).X_tracker_eyes, X_tracker_table * pose_of(c.X_table_eyes)),
+            rounding);
+  for (const int count : {1, 4000, -7001}) {
+    bench.state.take(test::stage_sample(count, ms_in_ns, stage_zeroed));
+    const BenchFrame& frame = bench.state.frame(ms_in_ns);
+    Pose X_table_eyes = pose_of(c.X_table_eyes);
+    X_table_eyes.translation() += 0.005 * count * Eigen::Vector3d(0.6, 0.0, 0.8);
+    EXPECT_LT(distance_of(frame.X_tracker_eyes, X_tracker_table * X_table_eyes), rounding);
+    EXPECT_NEAR(frame.stage_mm, 0.005 * count, rounding);
+    EXPECT_TRUE(frame.is_stage_zeroed);
+  }
+}
+
+TEST(BenchInputs, AHeadOnTheTrackerStandsAtItsBody)
+{
+  SmallBench bench(test::two_bodies_text("tracker"));
+  const Calibration& c = bench.calibration;
+  // Before it was ever seen: on the table.
+  EXPECT_LT(
+      distance_of(bench.state.frame(0).X_tracker_eyes, pose_of(c.X_tracker_table) * pose_of(c.X_table_eyes)),
+      rounding);
+  bench.state.take(test::place_sample(2, some_pose(5), 0, ms_in_ns));
+  const BenchFrame& frame = bench.state.frame(ms_in_ns);
+  EXPECT_LT(distance_of(frame.X_tracker_eyes, some_pose(5) * pose_of(c.X_headbody_eyes)), rounding);
+  EXPECT_TRUE(frame.bodies[3].is_live);
+  EXPECT_FALSE(frame.stage.is_used);
+}
+
+TEST(BenchInputs, ThePotentiometerSetsAnAngleOverTheMeasuredRange)
+{
+  SmallBench flexion(test::rigid_text("flexion"));
+  flexion.state.take(test::potentiometer_sample(341, ms_in_ns));
+  EXPECT_NEAR(flexion.state.values().flexion_deg, 30.0, rounding);
+  SmallBench varus(test::rigid_text("varus"));
+  varus.state.take(test::potentiometer_sample(1023, ms_in_ns));
+  EXPECT_NEAR(varus.state.values().varus_deg, 4.0, rounding);
+  SmallBench selected(test::rigid_text());
+  selected.state.select(parameter_named("varus").value());
+  selected.state.take(test::potentiometer_sample(0, ms_in_ns));
+  EXPECT_NEAR(selected.state.values().varus_deg, -4.0, rounding);
+}
+
+TEST(BenchInputs, ThePotentiometerMovesAnyOtherParameterByItsSteps)
+{
+  SmallBench bench(test::rigid_text());
+  const std::size_t distance = parameter_named("left.distance").value();
+  bench.state.select(distance);
+  bench.state.take(test::potentiometer_sample(100, ms_in_ns));
+  EXPECT_EQ(value_of(bench.state.values(), distance), 880.0);
+  // Half a turn, and long enough for its filter: 100 steps of 1 px.
+  const auto turn_to = [&](int count, int from) {
+    for (int k = 0; k < 500; ++k)
+      bench.state.take(test::potentiometer_sample(count, (from + k) * 10 * ms_in_ns));
+  };
+  turn_to(612, 1);
+  EXPECT_EQ(value_of(bench.state.values(), distance), 980.0);
+  // Another parameter begins where the potentiometer stands.
+  const std::size_t aspect = parameter_named("left.pixel_aspect").value();
+  bench.state.select(aspect);
+  turn_to(612, 501);
+  EXPECT_EQ(value_of(bench.state.values(), aspect), 1.0);
+  turn_to(561, 1001);
+  EXPECT_NEAR(value_of(bench.state.values(), aspect), 0.99, rounding);
+  EXPECT_EQ(value_of(bench.state.values(), distance), 980.0);
+}
+
+TEST(BenchInputs, UsedOnesAreMarkedUntilTheyAreSeen)
+{
+  SmallBench bench(test::rigid_text());
+  const BenchFrame before = bench.state.frame(0);
+  EXPECT_TRUE(before.stage.is_used && before.potentiometer.is_used && before.bodies[0].is_used);
+  EXPECT_FALSE(before.bodies[1].is_used);
+  EXPECT_FALSE(is_live(before));
+  bench.state.take(test::stage_sample(0, ms_in_ns));
+  bench.state.take(test::potentiometer_sample(0, ms_in_ns));
+  bench.state.take(test::place_sample(0, some_pose(1), 0, ms_in_ns));
+  const BenchFrame after = bench.state.frame(501 * ms_in_ns);
+  EXPECT_TRUE(is_live(after));
+  EXPECT_NEAR(after.stage.age_s, 0.5, rounding);
+}
+
+TEST(BenchInputs, WhatIsNotLiveIsToldInWords)
+{
+  EXPECT_EQ(mark_text("tibia", {true, false, true, 1.23, SeenState::missing}), "tibia hidden for 1.2 s");
+  EXPECT_EQ(mark_text("tibia", {true, true, true, 0.01, SeenState::seen}), "");
+  EXPECT_EQ(mark_text("tibia", {}), "");
+  EXPECT_NE(mark_text("tibia", {true, false, false, 0.0, SeenState::missing}), "");
+}
+
+}  // namespace
+}  // namespace vrda

@@ -1,0 +1,165 @@
+#include "bench/timing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <sstream>
+
+#include "bench/clock_map.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::int64_t ms = 1'000'000;
+constexpr double rounding_s = 1e-12;
+
+TEST(ClockMap, WithoutADeviceClockTimeIsTheArrival)
+{
+  ClockMap clock;
+  EXPECT_EQ(clock.time_s(0, 1500 * ms), 1.5);
+  EXPECT_EQ(clock.time_s(0, 1400 * ms), 1.5);
+}
+
+TEST(ClockMap, TakesTheShortestWaySeenForTheWay)
+{
+  ClockMap clock;
+  const std::int64_t offset = 7'000'000 * ms;
+  EXPECT_NEAR(clock.time_s(offset, 5 * ms), 0.005, rounding_s);
+  EXPECT_NEAR(clock.time_s(offset + 10 * ms, 12 * ms), 0.012, rounding_s);
+  // 6 ms on its way instead of 2: what was forgotten since is 0.1 ms a second.
+  EXPECT_NEAR(clock.time_s(offset + 20 * ms, 26 * ms), 0.022 + 14e-3 * 1e-4, rounding_s);
+  EXPECT_NEAR(clock.time_s(offset + 30 * ms, 32 * ms), 0.032, rounding_s);
+}
+
+TEST(ClockMap, NeverGoesBackNorBeyondTheArrival)
+{
+  ClockMap clock;
+  std::mt19937_64 random(86);
+  double before_s = 0.0;
+  std::int64_t arrival = 0, device = 1000;
+  int n_steps = 0;
+  for (int k = 0; k < 2000; ++k) {
+    arrival += 1 + static_cast<std::int64_t>(random() % (20 * ms));
+    const bool is_step = random() % 50 == 0;
+    n_steps += is_step ? 1 : 0;
+    device =
+        std::max<std::int64_t>(1, device + static_cast<std::int64_t>(random() % (20 * ms)) +
+                                      (is_step ? static_cast<std::int64_t>(random() % 8000) - 4000 : 0) * ms);
+    const double time_s = clock.time_s(device, arrival);
+    EXPECT_GE(time_s, before_s);
+    EXPECT_LE(time_s, static_cast<double>(arrival) * 1e-9);
+    before_s = time_s;
+  }
+  EXPECT_GT(n_steps, 10);
+}
+
+TEST(ClockMap, AClockThatStepsIsMetAnew)
+{
+  ClockMap clock;
+  clock.time_s(5000 * ms, 10 * ms);
+  EXPECT_NEAR(clock.time_s(100 * ms, 20 * ms), 0.020, rounding_s);
+  EXPECT_NEAR(clock.time_s(110 * ms, 33 * ms), 0.030 + 13e-3 * 1e-4, rounding_s);
+  EXPECT_NEAR(clock.time_s(9000 * ms, 40 * ms), 0.040, rounding_s);
+  EXPECT_NEAR(clock.time_s(9010 * ms, 55 * ms), 0.050 + 15e-3 * 1e-4, rounding_s);
+}
+
+TEST(ClockMap, FollowsClocksThatDriftByFiftyMillionths)
+{
+  for (const int ppm : {-50, 50}) {
+    ClockMap clock;
+    for (std::int64_t k = 1; k <= 60000; ++k) {
+      const std::int64_t arrival = k * 10 * ms;
+      const std::int64_t device = arrival + arrival / 1'000'000 * ppm;
+      // Every sample is on the shortest way.
+      ASSERT_NEAR(clock.time_s(device, arrival), static_cast<double>(arrival) * 1e-9, 1e-9) << k;
+    }
+  }
+}
+
+TEST(TimeHistogram, PercentilesAreThoseOfTheSortedTimesToABin)
+{
+  std::mt19937_64 random(87);
+  std::exponential_distribution<double> draw(1.0 / 20.0);
+  std::vector<double> times;
+  TimeHistogram histogram;
+  double sum = 0.0;
+  for (int k = 0; k < 4999; ++k) {
+    times.push_back(std::min(draw(random), 240.0));
+    histogram.add(times.back());
+    sum += times.back();
+  }
+  std::sort(times.begin(), times.end());
+  const double n = static_cast<double>(times.size());
+  for (const double share : {0.001, 0.25, 0.5, 0.95, 0.99, 1.0}) {
+    const double at = times[static_cast<std::size_t>(std::ceil(share * n)) - 1];
+    EXPECT_EQ(histogram.percentile_ms(share), (std::floor(at / 0.25) + 1.0) * 0.25) << share;
+  }
+  EXPECT_EQ(histogram.n(), times.size());
+  EXPECT_EQ(histogram.longest_ms(), times.back());
+  EXPECT_NEAR(histogram.mean_ms(), sum / n, 1e-9);
+  double squares = 0.0;
+  for (const double t : times) squares += (t - sum / n) * (t - sum / n);
+  EXPECT_NEAR(histogram.spread_ms(), std::sqrt(squares / n), 1e-9);
+}
+
+TEST(TimeHistogram, LongOnesCountInTheLastBin)
+{
+  TimeHistogram histogram;
+  EXPECT_EQ(histogram.percentile_ms(0.5), 0.0);
+  EXPECT_EQ(histogram.mean_ms(), 0.0);
+  histogram.add(1.0);
+  histogram.add(700.0);
+  histogram.add(300.0);
+  EXPECT_EQ(histogram.bins().back(), 2u);
+  EXPECT_EQ(histogram.percentile_ms(0.3), 1.25);
+  EXPECT_EQ(histogram.percentile_ms(0.99), 700.0);
+}
+
+TEST(SampleWatch, CountsGapsAndLateArrivals)
+{
+  SampleWatch watch;
+  for (std::int64_t k = 1; k <= 100; ++k) {
+    const bool is_missed = k == 20 || k == 50 || k == 51;
+    if (is_missed) continue;
+    watch.add(k * 10 * ms, k * 10 * ms + (k == 70 ? 8 : 2) * ms);
+  }
+  EXPECT_EQ(watch.n(), 97u);
+  EXPECT_EQ(watch.n_missed(), 3u);
+  EXPECT_EQ(watch.n_late(), 1u);
+  // One of 96 delays 6 ms longer than the others.
+  EXPECT_NEAR(watch.jitter_ms(), 6.0 * std::sqrt(95.0) / 96.0, 1e-9);
+}
+
+TEST(SampleWatch, AClockThatStepsIsNoGap)
+{
+  SampleWatch watch;
+  for (std::int64_t k = 1; k <= 50; ++k)
+    watch.add(k * 10 * ms + (k >= 20 ? 5000 : 0) * ms - (k >= 40 ? 9000 : 0) * ms, k * 10 * ms);
+  EXPECT_EQ(watch.n_missed(), 0u);
+  EXPECT_EQ(watch.n_late(), 0u);
+}
+
+TEST(BenchTiming, IsToldInNumbersAndWords)
+{
+  BenchTiming timing;
+  timing.n_pictures = 60;
+  timing.n_samples = 120;
+  timing.n_missed = 3;
+  timing.latency.add(7.1);
+  timing.interval.add(16.0);
+  std::ostringstream json;
+  write_timing(json, timing);
+  EXPECT_NE(json.str().find("\"pictures\": 60,"), std::string::npos);
+  EXPECT_NE(json.str().find("\"samples_missed\": 3,"), std::string::npos);
+  EXPECT_NE(json.str().find("\"median\": 7.25"), std::string::npos);
+  EXPECT_NE(json.str().find("[[7, 1]]"), std::string::npos);
+  EXPECT_EQ(
+      timing_text(timing),
+      "60 pictures, 62.5 a second; from sample to picture 7.25 ms (median), 7.25 ms (99 of 100), 7.1 ms "
+      "(longest); 120 samples, 3 missed, 0 late, 0 lost");
+}
+
+}  // namespace
+}  // namespace vrda
