@@ -56,7 +56,6 @@ class BodyTracker {
   Screw velocity_;  ///< of the last fit of markers: where the next begins
   PlacePredictor predictor_;
   TimedPose last_;
-  Screw velocity_;  ///< of the last fit of markers
   bool has_last_ = false, is_live_ = false;
   SeenState state_ = SeenState::missing;
 };

@@ -6,7 +6,7 @@
 
 namespace vrda {
 
-std::string quoted(std::string_view text)
+std::string quoted_text(std::string_view text)
 {
   std::string in_quotes = "\"";
   for (const char c : text) {

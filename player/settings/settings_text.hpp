@@ -8,7 +8,7 @@
 namespace vrda {
 
 /// In quotes, with escapes.
-std::string quoted(std::string_view text);
+std::string quoted_text(std::string_view text);
 
 /// "[1.5, 2.0]"; a number always has a point or an exponent, so that it reads back as one.
 std::string number_text(double value);

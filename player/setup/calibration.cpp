@@ -199,12 +199,13 @@ std::string calibration_text(const Calibration& calibration, const BenchFile& be
 {
   std::ostringstream text;
   text << "# schemas/calibration.md says what everything means.\nversion = " << version
-       << "\nbench = " << quoted(bench.title)
+       << "\nbench = " << quoted_text(bench.title)
        << "\nimage_distance_mm = " << number_text(calibration.image_distance_mm)
        << "\nstage_direction = " << list_of(calibration.stage_direction_table)
        << "  # of the table, a unit vector\n\n[display]\nwidth = " << bench.display.width
        << "\nheight = " << bench.display.height
-       << "\nlayout = " << quoted(layout_names()[static_cast<std::size_t>(bench.display.layout)]) << "\n";
+       << "\nlayout = " << quoted_text(layout_names()[static_cast<std::size_t>(bench.display.layout)])
+       << "\n";
   add_eye(text, "left", calibration.eyes.left);
   add_eye(text, "right", calibration.eyes.right);
   add_six(text, "table", "the table in the tracker's frame", calibration.X_tracker_table);

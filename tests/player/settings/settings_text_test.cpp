@@ -41,12 +41,12 @@ TEST(SettingsText, QuotedWordsReadBack)
 {
   for (const std::string text : {"plain", "with \"quotes\" in it", "C:\\bench\\new",
                                  "knie gr\xc3\xbc\xc3\x9f", "# no comment", "'single'", "\\u0041", "]["}) {
-    EXPECT_EQ(SettingsTable::parsed("v = " + vrda::quoted(text), "a").text("v"), text);
-    EXPECT_EQ(SettingsTable::parsed("v = [" + vrda::quoted(text) + "]", "a").texts("v"),
+    EXPECT_EQ(SettingsTable::parsed("v = " + vrda::quoted_text(text), "a").text("v"), text);
+    EXPECT_EQ(SettingsTable::parsed("v = [" + vrda::quoted_text(text) + "]", "a").texts("v"),
               std::vector<std::string>{text});
   }
   // Control characters are valid TOML so, and refused as settings.
-  EXPECT_EQ(vrda::quoted("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");
+  EXPECT_EQ(vrda::quoted_text("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");
 }
 
 }  // namespace
