@@ -27,10 +27,10 @@ struct List {
 
   /// A number of the values, `scale` of whose units are one of the parameter's.
   template <typename At>
-  void add_number(Parameter parameter, At at, double scale = 1.0)
+  void add_number(const Parameter& parameter, At at, double scale = 1.0)
   {
     // What is only read through `at` is not changed by it.
-    add(std::move(parameter),
+    add(parameter,
         {[at, scale](const BenchValues& values) { return at(const_cast<BenchValues&>(values)) / scale; },
          [at, scale](BenchValues& values, double value) { at(values) = value * scale; }});
   }
@@ -39,6 +39,12 @@ struct List {
 double& eye_position(BenchValues& values, Eye EyePair::*side, Eigen::Index axis)
 {
   return (values.calibration.eyes.*side).position_head_mm[axis];
+}
+
+/// "left.sight_x"
+std::string part_of(const std::string& name, const char* what, Eigen::Index axis)
+{
+  return name + what + "xyz"[axis];
 }
 
 void add_eye(List& list, const std::string& name, Eye EyePair::*side)
@@ -54,10 +60,9 @@ void add_eye(List& list, const std::string& name, Eye EyePair::*side)
               eye(v).pixel_aspect = eye(v).distortion.pixel_aspect = value;
             }});
   for (const Eigen::Index axis : {0, 1}) {
-    const std::string letter = axis == 0 ? "x" : "y";
-    list.add_number({name + ".sight_" + letter, "px", -px, px, 0.5},
+    list.add_number({part_of(name, ".sight_", axis), "px", -px, px, 0.5},
                     [eye, axis](BenchValues& v) -> double& { return eye(v).sight_px[axis]; });
-    list.add_number({name + ".centre_" + letter, "px", -px, px, 0.5},
+    list.add_number({part_of(name, ".centre_", axis), "px", -px, px, 0.5},
                     [eye, axis](BenchValues& v) -> double& { return eye(v).distortion.centre_px[axis]; });
   }
   list.add_number({name + ".k1", "", -1.0, 1.0, 0.001},
@@ -75,14 +80,12 @@ void add_six(List& list, const std::string& name, At at)
 {
   constexpr double most_mm = 10000.0, most_deg = 180.0;
   for (const Eigen::Index axis : {0, 1, 2}) {
-    const std::string letter(1, "xyz"[axis]);
-    list.add_number({name + ".shift_" + letter, "mm", -most_mm, most_mm, 0.5},
+    list.add_number({part_of(name, ".shift_", axis), "mm", -most_mm, most_mm, 0.5},
                     [at, axis](BenchValues& v) -> double& { return at(v).shift_mm[axis]; });
   }
   for (const Eigen::Index axis : {0, 1, 2}) {
-    const std::string letter(1, "xyz"[axis]);
     list.add_number(
-        {name + ".turn_" + letter, "deg", -most_deg, most_deg, 0.1},
+        {part_of(name, ".turn_", axis), "deg", -most_deg, most_deg, 0.1},
         [at, axis](BenchValues& v) -> double& { return at(v).turn_rad[axis]; }, rad_from_deg(1.0));
   }
 }
