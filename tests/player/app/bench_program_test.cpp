@@ -185,7 +185,6 @@ TEST_F(BenchProgram, WhatIsWrongIsToldBeforeItRuns)
            Row{{"--bench", bench_, "--headless"}, "--headless"},
            Row{{"--headless", "--seconds", "1"}, "--bench"},
            Row{{"--bench", no_log, "--headless", "--seconds", "1"}, no_log},
-           Row{{"--bench", bench_, "--calibration", no_log, "--headless", "--seconds", "1"}, no_log},
            Row{{"--bench", bench_, "--set", "degree_9", "--headless", "--seconds", "1"}, "degree_9"},
            Row{{"--bench", bench_, "--from", "2", "--headless", "--seconds", "1"}, "--from"},
            Row{{"--bench", bench_, "--speed", "2", "--headless", "--seconds", "1"}, "--speed"},
