@@ -96,12 +96,16 @@ TEST(Calibration, ReadsBackWhatWasWritten)
   }
 }
 
+BenchFile bench_with(const std::string& layout)
+{
+  return test::bench_of(test::bench_head() + "[display]\nwidth = 1280\nheight = 1024\nlayout = \"" + layout +
+                        "\"\n" + test::tracker_table + test::two_bodies);
+}
+
 TEST(Calibration, TheNominalOneIsUsableAndReadsBack)
 {
   for (const std::string layout : {"quarters", "side-by-side", "top-bottom", "two-outputs"}) {
-    const BenchFile bench =
-        test::bench_of(test::bench_head() + "[display]\nwidth = 1280\nheight = 1024\nlayout = \"" + layout +
-                       "\"\n" + test::tracker_table + test::two_bodies);
+    const BenchFile bench = bench_with(layout);
     const Calibration nominal = nominal_calibration(bench);
     require_usable(nominal, "nominal");
     const Calibration read = parsed_calibration(calibration_text(nominal, bench), "c.toml", bench);
