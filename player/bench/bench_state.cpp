@@ -64,7 +64,9 @@ BenchState::BenchState(const BenchFile& bench, const Calibration& calibration, c
   }
   if (!bench.potentiometer.empty() && bench.potentiometer != "selected")
     driven_ = parameter_named(bench.potentiometer);
-  select(0);
+  std::size_t first = 0;
+  while (!is_used(first, bench)) ++first;
+  select(first);
 }
 
 BodyTracker* BenchState::body(BodyRole role)

@@ -16,7 +16,7 @@ constexpr double usual_prediction_ms = 30.0;
 constexpr std::array key_lines{
     HelpLine{"Up, Down", "previous, next parameter; with Shift the next of another kind"},
     HelpLine{"Left, Right", "less, more by a step; with Shift by ten"},
-    HelpLine{"F, V, I", "select flexion, varus, the distance between the eyes"},
+    HelpLine{"F, V, I", "select flexion, varus (of a rigid leg), the distance between the eyes"},
     HelpLine{"P", "prediction on and off"},
     HelpLine{"E", "filter of the leg's angles on and off"},
     HelpLine{"Z", "the parallax stage is at its stop: zero"},
@@ -38,14 +38,19 @@ void select_by(BenchState& state, bool is_forward, bool is_other_kind)
 {
   const std::size_t n = parameters().size();
   const std::size_t step = is_forward ? 1 : n - 1;
+  const auto is_passed = [&](std::size_t parameter) {
+    const bool is_same_kind = is_other_kind && kind_of(parameter) == kind_of(state.selected());
+    return is_same_kind || !is_used(parameter, state.bench());
+  };
   std::size_t next = (state.selected() + step) % n;
-  while (is_other_kind && kind_of(next) == kind_of(state.selected())) next = (next + step) % n;
+  while (is_passed(next)) next = (next + step) % n;
   state.select(next);
 }
 
 void select_named(BenchState& state, const char* name)
 {
-  if (const std::optional<std::size_t> parameter = parameter_named(name)) state.select(*parameter);
+  const std::optional<std::size_t> parameter = parameter_named(name);
+  if (parameter && is_used(*parameter, state.bench())) state.select(*parameter);
 }
 
 void change_by(BenchState& state, double steps)

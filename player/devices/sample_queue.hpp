@@ -19,8 +19,8 @@ class SampleQueue {
 
   SampleQueue() : slots_(capacity) {}
 
-  /// Puts it in behind the others; it is taken from publish() on, so that what came in one message is taken at
-  /// once or not at all. False where it is full.
+  /// Puts it in behind the others; it is taken from publish() on, so that what came in one message is taken
+  /// at once or not at all. False where it is full.
   bool stage(const Sample& sample);
   void publish();
   /// Both for one sample.

@@ -71,7 +71,7 @@ struct WarpMesh {
   std::vector<std::uint32_t> triangles;  ///< three indices of `vertices` each
 };
 struct Warp {
-  int width = 0, height = 0;  ///< of the warped picture; black where no triangle is
+  int width = 0, height = 0;                  ///< of the warped picture; black where no triangle is
   int picture_width = 0, picture_height = 0;  ///< of the picture that is warped; 0: the renderer's
   WarpMesh mesh;
 };
@@ -83,8 +83,8 @@ class Renderer {
   virtual void load(const Scene& scene) = 0;
   /// Wanted before an overlay is drawn.
   virtual void load(const OverlayFont& font) = 0;
-  /// From then on shots are drawn into a picture of the warp's size, and what is shown is that picture carried
-  /// over by `warp`; overlays are drawn over it, unwarped. A renderer that warps keeps its size.
+  /// From then on shots are drawn into a picture of the warp's size, and what is shown is that picture
+  /// carried over by `warp`; overlays are drawn over it, unwarped. A renderer that warps keeps its size.
   virtual void load(const Warp& warp) = 0;
   virtual void resize(int width, int height) = 0;
   virtual int width() const = 0;   ///< pixels

@@ -130,7 +130,9 @@ BoardSettings board_of(const SettingsTable& board, BenchFile& bench)
                                              {-most_mm_per_count, most_mm_per_count});
   if (board.has("potentiometer")) {
     std::vector<std::string> names{"selected"};
-    for (const Parameter& parameter : parameters()) names.push_back(parameter.name);
+    for (std::size_t k = 0; k < parameters().size(); ++k) {
+      if (is_used(k, bench)) names.push_back(parameters()[k].name);
+    }
     bench.potentiometer = names[board.word("potentiometer", names)];
   }
   settings.has_potentiometer = !bench.potentiometer.empty();

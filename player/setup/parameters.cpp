@@ -155,6 +155,19 @@ std::optional<std::size_t> parameter_named(const std::string& name)
   return static_cast<std::size_t>(found - all.begin());
 }
 
+bool is_used(std::size_t parameter, const BenchFile& bench)
+{
+  const std::string& name = parameters()[parameter].name;
+  const std::string kind = name.substr(0, name.find('.'));
+  const bool is_rigid = bench.leg == LegKind::rigid;
+  if (kind == "flexion" || kind == "varus" || kind == "leg") return is_rigid;
+  if (kind == "femur" || kind == "tibia") return !is_rigid;
+  if (kind == "head") return bench.head == HeadKind::tracker;
+  if (name == "eyes.distance_apart") return true;
+  if (kind == "table" || kind == "eyes") return bench.head == HeadKind::stage;
+  return true;
+}
+
 double value_of(const BenchValues& values, std::size_t parameter)
 {
   return list().entries.at(parameter).get(values);

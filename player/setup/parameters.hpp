@@ -27,6 +27,10 @@ struct Parameter {
 std::span<const Parameter> parameters();
 std::optional<std::size_t> parameter_named(const std::string& name);
 
+/// Whether it changes anything on that bench: a tracked leg has no flexion to set, a rigid one no femur's
+/// body.
+bool is_used(std::size_t parameter, const BenchFile& bench);
+
 double value_of(const BenchValues& values, std::size_t parameter);
 /// Within the parameter's range.
 void set_value(BenchValues& values, std::size_t parameter, double value);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "bench_samples.hpp"
 
@@ -34,15 +35,31 @@ TEST_F(Controls, LettersSelect)
   EXPECT_EQ(selected(), "flexion");
 }
 
-TEST_F(Controls, UpAndDownGoThroughAllParametersAndAround)
+TEST_F(Controls, UpAndDownGoThroughAllThatTheBenchUsesAndAround)
 {
-  const std::size_t n = parameters().size();
-  for (std::size_t k = 1; k <= n; ++k) {
+  std::vector<std::size_t> used;
+  for (std::size_t k = 0; k < parameters().size(); ++k) {
+    if (is_used(k, bench_.state.bench())) used.push_back(k);
+  }
+  ASSERT_EQ(used.front(), bench_.state.selected());
+  for (std::size_t k = 1; k <= used.size(); ++k) {
     press(Key::down);
-    EXPECT_EQ(bench_.state.selected(), k % n);
+    EXPECT_EQ(bench_.state.selected(), used[k % used.size()]);
   }
   press(Key::up);
-  EXPECT_EQ(bench_.state.selected(), n - 1);
+  EXPECT_EQ(bench_.state.selected(), used.back());
+}
+
+TEST(ControlsOfATrackedLeg, ItsAnglesCannotBeSelected)
+{
+  test::SmallBench bench(test::two_bodies_text());
+  EXPECT_EQ(parameters()[bench.state.selected()].name, "prediction");
+  press_key(bench.state, {key_of('F'), false, false});
+  EXPECT_EQ(parameters()[bench.state.selected()].name, "prediction");
+  for (const char* name : {"flexion", "varus", "leg.shift_x", "head.turn_y"})
+    EXPECT_FALSE(is_used(parameter_named(name).value(), bench.state.bench())) << name;
+  for (const char* name : {"femur.turn_x", "tibia.shift_z", "eyes.shift_y", "table.turn_x", "right.k2"})
+    EXPECT_TRUE(is_used(parameter_named(name).value(), bench.state.bench())) << name;
 }
 
 TEST_F(Controls, WithShiftTheyGoToAnotherKind)
@@ -53,7 +70,7 @@ TEST_F(Controls, WithShiftTheyGoToAnotherKind)
   press(Key::down, true);
   EXPECT_EQ(selected(), "leg.shift_x");
   press(Key::down, true);
-  EXPECT_EQ(selected(), "femur.shift_x");
+  EXPECT_EQ(selected(), "eyes.shift_x");  // neither femur nor tibia are tracked
   press(Key::up, true);
   EXPECT_EQ(selected().substr(0, 4), "leg.");
 }

@@ -108,7 +108,7 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
       "tdata_interval_ms = 10\n" +
       two_bodies +
       "[board]\nport = \"/dev/ttyUSB0\"\nbaud = 57600\nrate_hz = 50\nstage_mm_per_count = -0.01\n"
-      "potentiometer = \"flexion\"\n[filter]\non = false\nleast_cutoff_hz = 3\nslope = 0.5\n[simulation]\n"
+      "potentiometer = \"prediction\"\n[filter]\non = false\nleast_cutoff_hz = 3\nslope = 0.5\n[simulation]\n"
       "seed = 7\nside = \"left\"\nrate_hz = 60\njitter_ms = 1\ndrop_rate = 0\nnoise_mm = 0\nnoise_deg = 0\n"
       "loop = false\nstage = [[0, 0], [1, 5]]\npotentiometer = [[0, 0], [2, 1000]]\n"
       "potentiometer_noise_counts = 0\nfemur = [1, 2, 3, 90, 0, 0]\nsway_mm = 0\nsway_s = 1\n"
@@ -122,7 +122,7 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
   EXPECT_EQ(bench.board->baud, 57600);
   EXPECT_EQ(bench.board->rate_hz, 50.0);
   EXPECT_EQ(bench.stage_mm_per_count, -0.01);
-  EXPECT_EQ(bench.potentiometer, "flexion");
+  EXPECT_EQ(bench.potentiometer, "prediction");
   EXPECT_FALSE(bench.filter.is_on);
   EXPECT_EQ(bench.filter.least_cutoff_hz, 3.0);
   EXPECT_EQ(bench.filter.slope, 0.5);
@@ -191,6 +191,8 @@ TEST(BenchFile, WhatIsWrongIsNamed)
       Row{whole + "baud = 1\n", "board.baud", "1"},
       Row{bench_head() + shared + two_bodies + "[board]\nport = \"p\"\npotentiometer = \"knee\"\n",
           "board.potentiometer", "'knee'"},
+      Row{bench_head() + shared + two_bodies + "[board]\nport = \"p\"\npotentiometer = \"flexion\"\n",
+          "board.potentiometer", "'flexion'"},
       Row{whole + "[filter]\non = 1\n", "filter.on", "1"},
       Row{whole + "[filter]\nleast_cutoff_hz = 0\n", "filter.least_cutoff_hz", "0"},
       Row{whole + "[simulation]\nspeed = 2\n", "simulation.speed", "an unknown key"},
