@@ -1,8 +1,6 @@
 // Journals, of steps and of traces. Most changed bytes fail a checksum, which proves little, so every second
 // change has its checksums mended.
-#include <zlib.h>
-
-#include "fuzz/outcome.hpp"
+#include "fuzz/framed_checksums.hpp"
 #include "journal/journal.hpp"
 #include "journal/record_bytes.hpp"
 #include "journal/trace_journal.hpp"
@@ -10,35 +8,6 @@
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
 namespace {
-
-constexpr std::size_t fixed_header_bytes = 16;  // magic, version, length of the key
-constexpr std::size_t frame_bytes = 8;          // length, checksum
-
-std::uint32_t crc_of(const std::uint8_t* data, std::size_t size, std::uint32_t before = 0)
-{
-  return static_cast<std::uint32_t>(crc32_z(before, data, size));
-}
-
-void put(std::uint8_t* at, std::uint32_t value)
-{
-  for (int k = 0; k < 4; ++k) at[k] = static_cast<std::uint8_t>(value >> (8 * k));
-}
-
-// Goes along the lengths as the reader does; stops where they leave the data.
-void mend_checksums(std::uint8_t* data, std::size_t size)
-{
-  const std::string bytes = vrda::test::text_of(data, size);
-  if (size < fixed_header_bytes + 4) return;
-  const std::size_t key_end = fixed_header_bytes + vrda::u32_at(bytes, fixed_header_bytes - 4);
-  if (key_end + 4 > size) return;
-  put(data + key_end, crc_of(data, key_end));
-  for (std::size_t at = key_end + 4; at + frame_bytes <= size;) {
-    const std::size_t length = vrda::u32_at(bytes, at);
-    if (length > size - at - frame_bytes) return;
-    put(data + at + 4, crc_of(data + at + frame_bytes, length, crc_of(data + at, 4)));
-    at += frame_bytes + length;
-  }
-}
 
 void read_steps(const std::string& bytes)
 {
@@ -48,12 +17,12 @@ void read_steps(const std::string& bytes)
                 "bytes that are neither kept nor dropped");
   test::require(content.dropped_why.empty() == (content.dropped_bytes == 0),
                 "bytes dropped without a reason");
-  std::size_t at = fixed_header_bytes + content.key.size() + 4;
+  std::size_t at = test::fixed_header_bytes + content.key.size() + 4;
   for (const StepRecord& record : content.records) {
     const std::string again = bytes_of(record);
-    test::require(bytes.compare(at + frame_bytes, again.size(), again) == 0,
+    test::require(bytes.compare(at + frame_head_bytes, again.size(), again) == 0,
                   "a record that is written otherwise");
-    at += frame_bytes + again.size();
+    at += frame_head_bytes + again.size();
   }
   test::require(at == content.valid_bytes, "records that do not fill the valid bytes");
 }
@@ -74,7 +43,7 @@ extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t s
                                                unsigned int seed)
 {
   const std::size_t changed = LLVMFuzzerMutate(data, size, max_size);
-  if (seed % 2 == 0) mend_checksums(data, changed);
+  if (seed % 2 == 0) vrda::test::mend_checksums(data, changed);
   return changed;
 }
 
