@@ -1,6 +1,7 @@
 #include "load/job.hpp"
 
 #include <gmock/gmock.h>
+
 #include <algorithm>
 #include <array>
 
