@@ -76,7 +76,7 @@ class BenchProgram : public testing::Test {
                     std::to_string(port_) +
                     "\n[body.femur]\ntool = \"femur\"\n[body.tibia]\ntool = \"tibia\"\n[board]\nport = \"" +
                     board_ +
-                    "\"\npotentiometer = \"flexion\"\n[simulation]\nleg = [[0, 0, 0], [1, 60, 2], [2, 0, "
+                    "\"\npotentiometer = \"selected\"\n[simulation]\nleg = [[0, 0, 0], [1, 60, 2], [2, 0, "
                     "0]]\nstage = [[0, 0], [1, 20], [2, 0]]\n[[simulation.occlusion]]\ntool = "
                     "\"tibia\"\nfrom_s = 0.5\nto_s = 0.7\nevery_s = 2\n")
             .string();
