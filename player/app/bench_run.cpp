@@ -20,8 +20,8 @@ constexpr double s_of_ns = 1e-9, ms_of_ns = 1e-6;
 constexpr std::size_t samples_at_once = 4096;  // beyond it the vector grows
 constexpr double report_interval_s = 0.25;     // of the panel's device lines
 
-/// Wakes at even times; where a picture took longer than its time the next comes at once, and no burst
-/// follows.
+/// Wakes at even times; where a picture took longer than its time the next comes at once. More than one that
+/// was missed is not made up for.
 class Pace {
  public:
   explicit Pace(double rate_hz)
@@ -32,7 +32,7 @@ class Pace {
   {
     next_ += period_;
     const Clock::time_point now = Clock::now();
-    if (next_ < now) next_ = now;
+    if (next_ + period_ < now) next_ = now;
     std::this_thread::sleep_until(next_);
   }
 
