@@ -91,7 +91,6 @@ class BenchState {
   SolverFrame frame_of_model_;
   std::array<std::optional<BodyTracker>, n_body_roles> trackers_;
   ClockMap tracker_clock_;
-  bool is_tracker_up_ = false;
   BoardInput stage_, potentiometer_;
   std::optional<std::size_t> driven_;  ///< by the potentiometer; nothing: the selected one
   OneEuroFilter potentiometer_filter_;
