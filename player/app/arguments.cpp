@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "motion/poses.hpp"
 
 namespace vrda {
 namespace {
@@ -118,6 +119,18 @@ std::vector<std::string> parsed_views(const std::string& text)
     }
   }
   return views;
+}
+
+std::string chosen_set(const MotionModel& model, const std::string& file, const std::string& wanted)
+{
+  const std::vector<std::string> names = set_names(model);
+  if (wanted.empty()) return names.front();
+  std::string known;
+  for (const std::string& name : names) {
+    if (name == wanted) return name;
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  throw InputError({file, "--set", wanted, known});
 }
 
 std::string angle_label(double angle_deg, const std::vector<double>& others_deg)

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "scene/camera.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda {
 
@@ -34,6 +35,10 @@ PictureSize parsed_size(const std::string& text);
 
 /// Names separated by commas. Throws InputError on an unknown, repeated or missing one.
 std::vector<std::string> parsed_views(const std::string& text);
+
+/// `wanted`, which must be one of the model's sets; of an empty one what to show first. Throws InputError
+/// naming `file` and --set.
+std::string chosen_set(const MotionModel& model, const std::string& file, const std::string& wanted);
 
 /// The angle with the fewest decimals (at most three) that `others` need too, padded to three whole digits:
 /// "005", "-05", "007.5".

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "app/arguments.hpp"
 #include "core/error.hpp"
 #include "settings/settings_table.hpp"
 #include "store/read_apart.hpp"
@@ -13,16 +14,6 @@ namespace vrda {
 namespace {
 
 constexpr const char* bench_words = "a bench file (schemas/bench.md)";
-
-std::string chosen_set(const MotionModel& model, const std::string& file, const std::string& wanted)
-{
-  const std::vector<std::string> names = set_names(model);
-  if (wanted.empty()) return names.front();
-  if (std::find(names.begin(), names.end(), wanted) != names.end()) return wanted;
-  std::string known;
-  for (const std::string& name : names) known += (known.empty() ? "" : ", ") + name;
-  throw InputError({file, "--set", wanted, known});
-}
 
 /// Length and last bytes, which hold the checksum of everything before: what tells one model's file from
 /// another.

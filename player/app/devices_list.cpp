@@ -1,22 +1,18 @@
 // The mode `devices`.
+#include <array>
 #include <chrono>
-#include <cmath>
+#include <optional>
 #include <ostream>
-#include <thread>
+#include <string>
 #include <vector>
 
 #include "app/bench_run.hpp"
 #include "app/stop_signals.hpp"
-#include "core/number_text.hpp"
+#include "settings/settings_text.hpp"
 #include "setup/bench_file.hpp"
 
 namespace vrda {
 namespace {
-
-std::string rounded(double value, double grain)
-{
-  return shortest(std::round(value / grain) * grain);
-}
 
 /// The last of each input; nothing where it never came.
 struct LastValues {
@@ -40,14 +36,14 @@ const char* name_of(SeenState state)
 std::string place_text(const Place& place)
 {
   std::string text;
-  for (const double v : place.position_mm) text += (text.empty() ? "" : ", ") + rounded(v, 0.01);
+  for (const double v : place.position_mm) text += (text.empty() ? "" : ", ") + rounded_text(v, 2);
   return text;
 }
 
 void write_report(std::ostream& out, const std::string& name, const DeviceReport& report)
 {
   out << name << "  " << report.peer << "  " << (report.link == LinkState::up ? "answers" : "does not answer")
-      << "  " << rounded(report.rate_hz, 0.1) << " samples a second";
+      << "  " << rounded_text(report.rate_hz, 1) << " samples a second";
   if (report.n_refused > 0) out << "  " << report.n_refused << " refused";
   if (!report.trouble.empty()) out << "  (" << report.trouble << ")";
   out << "\n";
@@ -71,37 +67,27 @@ void write_table(std::ostream& out, const BenchFile& bench, const Devices& devic
   write_report(out, "board", devices.report(DeviceId::board));
   if (values.potentiometer) out << "  potentiometer  " << values.potentiometer->count << " of 1023\n";
   if (values.stage) {
-    out << "  stage  " << rounded(bench.stage_mm_per_count * values.stage->count, 0.001) << " mm"
+    out << "  stage  " << rounded_text(bench.stage_mm_per_count * values.stage->count, 3) << " mm"
         << ((values.stage->state & stage_zeroed) != 0 ? "" : ", never zeroed") << "\n";
   }
 }
 
-/// Quotes and backslashes of names; control characters are refused when the bench file is read.
-std::string json_text(const std::string& text)
-{
-  std::string quoted = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + "\"";
-}
-
+/// What TOML needs escaped in quotes JSON does, too.
 std::string json_of(const DeviceReport& report)
 {
-  return "\"peer\": " + json_text(report.peer) +
+  return "\"peer\": " + quoted_text(report.peer) +
          ", \"answers\": " + (report.link == LinkState::up ? "true" : "false") +
-         ", \"rate_hz\": " + rounded(report.rate_hz, 0.01) +
+         ", \"rate_hz\": " + rounded_text(report.rate_hz, 2) +
          ", \"samples\": " + std::to_string(report.n_samples) +
          ", \"refused\": " + std::to_string(report.n_refused) +
-         ", \"lost\": " + std::to_string(report.n_lost) + ", \"trouble\": " + json_text(report.trouble);
+         ", \"lost\": " + std::to_string(report.n_lost) + ", \"trouble\": " + quoted_text(report.trouble);
 }
 
 void write_json(std::ostream& out, const BenchFile& bench, const Devices& devices, const LastValues& values)
 {
   out << "{\"tracker\": {" << json_of(devices.report(DeviceId::tracker)) << ", \"tools\": [";
   for (std::size_t k = 0; k < values.tools.size(); ++k) {
-    out << (k == 0 ? "" : ", ") << "{\"name\": " << json_text(bench.tracker->tools[k]) << ", \"state\": ";
+    out << (k == 0 ? "" : ", ") << "{\"name\": " << quoted_text(bench.tracker->tools[k]) << ", \"state\": ";
     if (!values.tools[k]) {
       out << "null}";
       continue;
@@ -113,7 +99,7 @@ void write_json(std::ostream& out, const BenchFile& bench, const Devices& device
   if (bench.board) {
     out << ", \"board\": {" << json_of(devices.report(DeviceId::board)) << ", \"potentiometer\": "
         << (values.potentiometer ? std::to_string(values.potentiometer->count) : "null") << ", \"stage_mm\": "
-        << (values.stage ? rounded(bench.stage_mm_per_count * values.stage->count, 0.001) : "null") << "}";
+        << (values.stage ? rounded_text(bench.stage_mm_per_count * values.stage->count, 3) : "null") << "}";
   }
   out << "}\n";
 }

@@ -27,18 +27,6 @@ constexpr int most_frames_per_s = 120;        // screens show no more
 /// Two attitudes nearer than this are one still.
 constexpr double same_angle_rad = rad_from_deg(1e-6);
 
-std::string chosen_set(const MotionModel& model, const ShowOptions& options)
-{
-  const std::vector<std::string> names = set_names(model);
-  if (options.set.empty()) return names.front();
-  std::string known;
-  for (const std::string& name : names) {
-    if (name == options.set) return name;
-    known += (known.empty() ? "" : ", ") + name;
-  }
-  throw InputError({options.file, "--set", options.set, known});
-}
-
 /// Angles as people read them: the label without padding.
 std::string plain(double angle_rad)
 {
@@ -253,7 +241,7 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model,
 ShowSummary show_poses(const ShowOptions& options, const MotionModel& model,
                        std::unique_ptr<Renderer> renderer, const ShowStreams& streams)
 {
-  const std::string set = chosen_set(model, options);
+  const std::string set = chosen_set(model, options.file, options.set);
   const Motion motion(model, set);
   const Plan plan = plan_of(motion, options, streams.talk);
   const bool has_stills = !options.folder.empty();
@@ -295,7 +283,7 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
   std::unique_ptr<Renderer> renderer = has_window ? nullptr : warm_renderer(options);
   MotionModel model = reading.model();
   if (has_window) {
-    const std::string set = chosen_set(model, options);
+    const std::string set = chosen_set(model, options.file, options.set);
     show_in_window(options, std::move(model), set);
     return {};
   }

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "bench/controls.hpp"
-#include "core/number_text.hpp"
 #include "core/units.hpp"
+#include "settings/settings_text.hpp"
 
 namespace vrda {
 namespace {
@@ -19,7 +18,7 @@ constexpr VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{15
 
 std::string tenths(double value)
 {
-  return shortest(std::round(value * 10.0) / 10.0);
+  return rounded_text(value, 1);
 }
 
 const char* why(SeenState state)

@@ -55,12 +55,9 @@ BenchState::BenchState(const BenchFile& bench, const Calibration& calibration, c
   values_.prediction_ms = bench.prediction_ms;
   values_.flexion_deg = deg_from_rad(motion.first_flexion_rad());
   values_.varus_deg = deg_from_rad(motion.balanced_varus_rad(motion.first_flexion_rad()));
-  std::size_t first_tool = 0;
-  // In the order of wanted_roles(): the tracker's tools are listed so.
   for (std::size_t role = 0; role < n_body_roles; ++role) {
-    if (!bench.bodies[role]) continue;
-    trackers_[role].emplace(*bench.bodies[role], first_tool);
-    first_tool += bench.bodies[role]->tool.empty() ? bench.bodies[role]->markers.size() : 1;
+    if (bench.bodies[role])
+      trackers_[role].emplace(*bench.bodies[role], first_tool_of(bench, static_cast<BodyRole>(role)));
   }
   if (!bench.potentiometer.empty() && bench.potentiometer != "selected")
     driven_ = parameter_named(bench.potentiometer);

@@ -6,7 +6,7 @@
 namespace vrda {
 
 BodyTracker::BodyTracker(const BodySettings& settings, std::size_t first_tool)
-    : first_tool_(first_tool), has_markers_(settings.tool.empty())
+    : first_tool_(first_tool), n_tools_(n_tools(settings)), has_markers_(settings.tool.empty())
 {
   if (has_markers_) n_tools_ = settings.markers.size();
   has_come_.resize(n_tools_);

@@ -27,7 +27,7 @@ class BodyTracker {
   /// The tracker is gone.
   void lose();
 
-  bool was_seen() const { return predictor_.has_sample() || has_last_; }
+  bool was_seen() const { return has_last_; }
   bool is_live() const { return is_live_; }
   SeenState state() const { return state_; }
   /// When it was seen last, s of our clock.

@@ -1,28 +1,18 @@
 #include "bench/recorded_motion.hpp"
 
-#include <cmath>
 #include <sstream>
 
 #include "bench/body_tracker.hpp"
 #include "bench/clock_map.hpp"
-#include "core/number_text.hpp"
 #include "core/units.hpp"
+#include "settings/settings_text.hpp"
 
 namespace vrda {
 namespace {
 
-std::size_t first_tool_of(const BenchFile& bench, BodyRole role)
-{
-  std::size_t first = 0;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(role); ++k) {
-    if (bench.bodies[k]) first += bench.bodies[k]->tool.empty() ? bench.bodies[k]->markers.size() : 1;
-  }
-  return first;
-}
-
 std::string hundredths(double value)
 {
-  return shortest(std::round(value * 100.0) / 100.0);
+  return rounded_text(value, 2);
 }
 
 }  // namespace
@@ -73,11 +63,11 @@ std::string prediction_text(const std::vector<BodyPrediction>& predictions)
   std::ostringstream text;
   for (const BodyPrediction& p : predictions) {
     const PredictionError &mm = p.error.shift_mm, &turn = p.error.turn_rad;
-    text << name_of(p.role) << " after " << shortest(p.horizon_ms) << " ms: held " << hundredths(mm.held.rms)
-         << " mm, " << hundredths(deg_from_rad(turn.held.rms)) << " deg; predicted "
-         << hundredths(mm.predicted.rms) << " mm, " << hundredths(deg_from_rad(turn.predicted.rms))
-         << " deg (root mean squares; 95 of 100 within " << hundredths(mm.predicted.percentile_95)
-         << " mm)\n";
+    text << name_of(p.role) << " after " << rounded_text(p.horizon_ms, 2) << " ms: held "
+         << hundredths(mm.held.rms) << " mm, " << hundredths(deg_from_rad(turn.held.rms))
+         << " deg; predicted " << hundredths(mm.predicted.rms) << " mm, "
+         << hundredths(deg_from_rad(turn.predicted.rms)) << " deg (root mean squares; 95 of 100 within "
+         << hundredths(mm.predicted.percentile_95) << " mm)\n";
   }
   return text.str();
 }

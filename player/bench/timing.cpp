@@ -5,7 +5,7 @@
 #include <ostream>
 #include <sstream>
 
-#include "core/number_text.hpp"
+#include "settings/settings_text.hpp"
 
 namespace vrda {
 namespace {
@@ -22,7 +22,7 @@ double spread_of(double sum, double sum_squares, double n)
 /// As short as it can be: a hundredth of a millisecond is nothing.
 std::string ms_text(double ms)
 {
-  return shortest(std::round(ms * 100.0) / 100.0);
+  return rounded_text(ms, 2);
 }
 
 void write_histogram(std::ostream& out, const char* name, const TimeHistogram& times)
@@ -129,9 +129,9 @@ std::string timing_text(const BenchTiming& timing)
 {
   std::ostringstream text;
   const double rate = timing.interval.mean_ms() > 0.0 ? 1000.0 / timing.interval.mean_ms() : 0.0;
-  text << timing.n_pictures << " pictures, " << shortest(std::round(rate * 10.0) / 10.0)
-       << " a second; from sample to picture " << ms_text(timing.latency.percentile_ms(0.5))
-       << " ms (median), " << ms_text(timing.latency.percentile_ms(0.99)) << " ms (99 of 100), "
+  text << timing.n_pictures << " pictures, " << rounded_text(rate, 1) << " a second; from sample to picture "
+       << ms_text(timing.latency.percentile_ms(0.5)) << " ms (median), "
+       << ms_text(timing.latency.percentile_ms(0.99)) << " ms (99 of 100), "
        << ms_text(timing.latency.longest_ms()) << " ms (longest); " << timing.n_samples << " samples, "
        << timing.n_missed << " missed, " << timing.n_late << " late, " << timing.n_lost << " lost";
   return text.str();

@@ -1,5 +1,6 @@
 #include "settings/settings_text.hpp"
 
+#include <cmath>
 #include <cstdio>
 
 #include "core/number_text.hpp"
@@ -29,6 +30,13 @@ std::string number_text(double value)
   std::string text = shortest(value);
   if (text.find_first_of(".ein") == std::string::npos) text += ".0";
   return text;
+}
+
+std::string rounded_text(double value, int decimals)
+{
+  double of_one = 1.0;
+  for (int k = 0; k < decimals; ++k) of_one *= 10.0;
+  return shortest(std::round(value * of_one) / of_one);
 }
 
 std::string list_text(std::span<const double> values)

@@ -14,4 +14,7 @@ std::string quoted_text(std::string_view text);
 std::string number_text(double value);
 std::string list_text(std::span<const double> values);
 
+/// The fewest digits that read as `value` rounded to that many decimals, at most 9.
+std::string rounded_text(double value, int decimals);
+
 }  // namespace vrda

@@ -178,6 +178,20 @@ const char* name_of(BodyRole role)
   return names[static_cast<std::size_t>(role)];
 }
 
+std::size_t n_tools(const BodySettings& body)
+{
+  return body.tool.empty() ? body.markers.size() : 1;
+}
+
+std::size_t first_tool_of(const BenchFile& bench, BodyRole role)
+{
+  std::size_t first = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(role); ++k) {
+    if (bench.bodies[k]) first += n_tools(*bench.bodies[k]);
+  }
+  return first;
+}
+
 BenchFile parsed_bench_file(const std::string& text, const std::string& path)
 {
   BenchFile bench = bench_in(SettingsTable::parsed(text, path));

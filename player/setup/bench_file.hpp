@@ -64,6 +64,11 @@ struct BenchFile {
   double prediction_ms = 0.0;   ///< how far ahead tracked bodies are predicted at first; 0: not
 };
 
+/// The tracker's tools of a body: itself, or its markers.
+std::size_t n_tools(const BodySettings& body);
+/// Row of the tracker's tools where those of a role begin.
+std::size_t first_tool_of(const BenchFile& bench, BodyRole role);
+
 /// Reads a TOML file as schemas/bench.md describes it. Throws InputError naming file and key.
 BenchFile read_bench_file(const std::string& path);
 /// The same from the text of a file; `path` is for errors.
