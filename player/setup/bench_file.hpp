@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "devices/devices.hpp"
+#include "setup/calibration_settings.hpp"
 #include "simulation/script.hpp"
 #include "stereo/layout.hpp"
 
@@ -55,7 +56,10 @@ struct BenchFile {
   LegKind leg = LegKind::two_bodies;
   HeadKind head = HeadKind::stage;
   std::array<std::optional<BodySettings>, n_body_roles> bodies;  ///< of the roles that leg and head want
-  std::optional<TrackerSettings> tracker;  ///< its tools: those of the bodies, in order, each once
+  /// Its tools: those of the bodies, in order, each once; with [calibration] its probe and marker behind
+  /// them.
+  std::optional<TrackerSettings> tracker;
+  CalibrationSettings calibration;
   std::optional<BoardSettings> board;
   double stage_mm_per_count = 0.005;
   std::string potentiometer;  ///< the parameter it drives, "selected": the one keys select; empty: none

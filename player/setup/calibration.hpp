@@ -1,9 +1,11 @@
 /// What calibration found: of the display, of the person, of the tracker and the leg.
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "setup/bench_file.hpp"
+#include "setup/calibration_record.hpp"
 #include "stereo/eye.hpp"
 
 namespace vrda {
@@ -27,6 +29,9 @@ struct Calibration {
   /// Of each role but the head: what takes stored vertices (of the moving object for the tibia, else of the
   /// reference) to the body.
   std::array<SixNumbers, n_body_roles> X_body_model;
+  double subject_scale = 1.0;  ///< of the model's lengths, motion included
+  std::map<CalibrationPart, CalibrationRecord>
+      records;  ///< of parts begun or done; kept as they are by whoever writes values
 };
 
 /// Of a bench that was never calibrated: windows wholly visible, sight in their middles, 880 px of distance,

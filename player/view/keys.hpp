@@ -9,6 +9,8 @@ namespace vrda {
 /// Printable keys are their character, letters in upper case.
 enum class Key : int {
   none = 0,
+  backspace = 8,
+  enter = 13,
   escape = 27,
   space = ' ',
   up = 256,

@@ -35,7 +35,7 @@ if(VRDA_PLAYER)
   find_package(glfw3 3.3 REQUIRED)
   find_package(meshoptimizer REQUIRED)
   find_package(PNG REQUIRED)
-  # Boost.Asio, of which nothing is linked.
+  # Boost.Asio and Boost.Math, of which nothing is linked.
   find_package(Boost 1.74 REQUIRED)
   # Its own CMake files name folders of the machine that built it.
   find_path(OPENIGTLINK_INCLUDE_DIR igtlMessageHeader.h PATH_SUFFIXES openigtlink REQUIRED)
@@ -53,6 +53,9 @@ if(VRDA_PLAYER)
   endif()
 endif()
 
+if(VRDA_PLAYER OR VRDA_TESTS)
+  find_package(NLopt REQUIRED)
+endif()
 if(VRDA_TESTS OR VRDA_BENCHMARKS)
   # Debian's own Python: it is the one that sees Debian's h5py and xarray.
   find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
@@ -68,5 +71,4 @@ if(VRDA_TESTS AND VRDA_PIPELINE)
 endif()
 if(VRDA_BENCHMARKS OR (VRDA_TESTS AND VRDA_PIPELINE))
   find_package(fcl REQUIRED)
-  find_package(NLopt REQUIRED)
 endif()

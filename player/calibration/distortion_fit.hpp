@@ -1,0 +1,61 @@
+/// The optics' distortion, from the nodes of a physical grid (thesis 8.2).
+#pragma once
+
+#include <span>
+
+#include "calibration/estimate.hpp"
+#include "stereo/eye.hpp"
+
+namespace vrda {
+
+/// A cross was drawn at `drawn_px` and seen on a node of a grid that stands perpendicular to the sight.
+struct GridMark {
+  Eigen::Vector2d node = Eigen::Vector2d::Zero();  ///< columns to the right, rows upwards, from the middle
+  Eigen::Vector2d drawn_px = Eigen::Vector2d::Zero();
+};
+
+/// Where a node is shown: at_px + spacing_px * R(turn) node, heights in widths of a pixel, y downwards.
+struct GridPlace {
+  Eigen::Vector2d at_px = Eigen::Vector2d::Zero();
+  double spacing_px = 0.0;
+  double turn_rad = 0.0;  ///< counter-clockwise
+};
+Eigen::Vector2d shown_px(const GridPlace& grid, double pixel_aspect, const Eigen::Vector2d& node);
+
+struct AspectPrior {
+  double value = 1.0, sd = 0.0;
+};
+
+/// The eight numbers of an adjusted grid, and of what a fit finds, in this order.
+struct GridValues {
+  double k1 = 0.0, k2 = 0.0;
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
+  GridPlace grid;
+};
+
+struct DistortionFit {
+  Distortion distortion;
+  GridPlace grid;
+  /// Too little distortion to tell where its centre is (a standard deviation above 20 px): it is held in the
+  /// middle of the visible part, and its variance is that of `held_centre_sd_px`.
+  bool is_centre_held = false;
+  double inverse_error_px = 0.0;  ///< largest distance of drawn_px(shown_px(p)) from p over the visible part
+  /// "k1", "k2", "centre_x", "centre_y" (px), "pixel_aspect", each after `name` and a point.
+  Estimate estimate;
+};
+
+inline constexpr double held_centre_sd_px = 5.0;
+
+/// By NLopt; the aspect is known from before to `aspect`, and better afterwards. `eye` gives window and
+/// visible part; unit_px is half the window's width. Throws InputError naming `file` and `name`: fewer than
+/// 12 marks, marks on a line, a mark more than 6 standard deviations and 3 px off (which: repeat it), no
+/// convergence, a distortion that folds within the visible part.
+DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, const AspectPrior& aspect,
+                             const std::string& name, const std::string& file);
+
+/// The same from grids that an operator adjusted until they covered the physical one, at least two of them:
+/// the mean, and the covariance of the mean by their spread.
+DistortionFit mean_distortion(std::span<const GridValues> adjusted, const Eye& eye, const AspectPrior& aspect,
+                              const std::string& name, const std::string& file);
+
+}  // namespace vrda

@@ -1,0 +1,51 @@
+#include "calibration/estimate.hpp"
+
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+
+namespace vrda {
+
+double t_95(double dof)
+{
+  constexpr double normal_95 = 1.959963984540054;
+  if (std::isinf(dof)) return normal_95;
+  return boost::math::quantile(boost::math::students_t(dof), 0.975);
+}
+
+double half_width_95(const Estimate& estimate, Eigen::Index k)
+{
+  return t_95(estimate.dof) * std::sqrt(estimate.covariance(k, k));
+}
+
+void append(Estimate& whole, const Estimate& part)
+{
+  const Eigen::Index n = whole.values.size(), m = part.values.size();
+  whole.dof = n == 0 ? part.dof : std::min(whole.dof, part.dof);
+  whole.names.insert(whole.names.end(), part.names.begin(), part.names.end());
+  whole.units.insert(whole.units.end(), part.units.begin(), part.units.end());
+  Eigen::VectorXd values(n + m);
+  values << whole.values, part.values;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n + m, n + m);
+  covariance.topLeftCorner(n, n) = whole.covariance;
+  covariance.bottomRightCorner(m, m) = part.covariance;
+  whole.values = values;
+  whole.covariance = covariance;
+  const auto square_sum = [](const Estimate& e) {
+    return e.residual_rms * e.residual_rms * static_cast<double>(e.residuals.size());
+  };
+  const double sum = square_sum(whole) + square_sum(part);
+  whole.residuals.insert(whole.residuals.end(), part.residuals.begin(), part.residuals.end());
+  whole.residual_unit = part.residual_unit;
+  if (!whole.residuals.empty())
+    whole.residual_rms = std::sqrt(sum / static_cast<double>(whole.residuals.size()));
+  whole.remarks.insert(whole.remarks.end(), part.remarks.begin(), part.remarks.end());
+}
+
+Eigen::Index index_of(const Estimate& estimate, const std::string& name)
+{
+  const auto found = std::find(estimate.names.begin(), estimate.names.end(), name);
+  return found == estimate.names.end() ? -1 : found - estimate.names.begin();
+}
+
+}  // namespace vrda

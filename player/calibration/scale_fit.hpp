@@ -1,0 +1,27 @@
+/// A subject's size, from distances between landmarks.
+#pragma once
+
+#include <span>
+
+#include "calibration/estimate.hpp"
+
+namespace vrda {
+
+struct LandmarkDistance {
+  std::string name;
+  double model_mm = 0.0, subject_mm = 0.0;
+};
+
+struct ScaleFit {
+  double scale = 1.0;
+  /// The distances ask for different scales: more than an even one explains at 1 in 1000, or more than 5 %
+  /// apart.
+  bool is_uneven = false;
+  Estimate estimate;  ///< "subject.scale"; residuals: subject's less scaled model's, mm
+};
+
+/// Least squares through the origin. Throws InputError naming `file`: fewer than three distances, one that is
+/// not above 0, a scale outside 0.5 to 2.
+ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::string& file);
+
+}  // namespace vrda

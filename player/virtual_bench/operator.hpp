@@ -1,0 +1,40 @@
+/// Somebody who does what the guide asks, with the noise of a hand and an eye.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "guide/drawing.hpp"
+#include "guide/session.hpp"
+#include "virtual_bench/truth.hpp"
+
+namespace vrda {
+
+/// Presses the keys and sends the samples that a real bench would: nothing else goes into the session.
+class VirtualOperator {
+ public:
+  VirtualOperator(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise);
+  ~VirtualOperator();
+
+  /// Does the task at hand to its end. A refusal is met by doing again what was asked.
+  void do_task(GuideSession& session);
+  /// Only the tracker, stage and what cannot be done with keys: samples for the task at hand, for somebody
+  /// who trains. Nothing where it wants none.
+  void send_samples(GuideSession& session);
+
+ private:
+  struct Inner;
+  std::unique_ptr<Inner> inner_;
+};
+
+/// Of the real things that the task at hand is aligned with, where that eye sees them, in px of the
+/// undistorted picture ("shown"): the edge of the visible part, the grid, the rectangle, the marker. For
+/// training and pictures.
+std::vector<GuideLine> real_things(const Task& task, const BenchFile& bench, const VirtualTruth& truth);
+
+/// Where lines of the frame buffer are seen: through the true optics, what lies beyond the visible part left
+/// out.
+std::vector<GuideLine> seen_lines(std::span<const GuideLine> drawn, const VirtualTruth& truth);
+
+}  // namespace vrda

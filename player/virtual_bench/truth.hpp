@@ -1,0 +1,46 @@
+/// A bench and a person that exist in numbers only: what calibration has to find.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "setup/calibration.hpp"
+
+namespace vrda {
+
+struct VirtualNoise {
+  double alignment_px = 0.5;  ///< of each coordinate of an alignment
+  double tracker_mm = 0.1;    ///< of each coordinate of a position
+  double tracker_deg = 0.03;  ///< of a turn about each axis
+  double touch_mm = 0.1;      ///< of where the tip rests on a point
+  double ruler_mm = 0.1;      ///< of screen sizes
+  double pupillometer_mm = 0.5;
+  double landmark_mm = 1.0;  ///< of a distance between landmarks
+};
+
+struct VirtualTruth {
+  std::uint64_t seed = 1;
+  /// Eyes (their `visible` is the whole pixels nearest to `edges_px`), places and scale as they really are.
+  Calibration calibration;
+  struct Edges {
+    double left = 0, right = 0, top = 0, bottom = 0;
+  };
+  std::array<Edges, 2> edges_px;  ///< borders of what is seen, parts of pixels
+  std::array<Eigen::Vector2d, 2> screen_mm;
+  Eigen::Vector3d z_rail_table = Eigen::Vector3d::UnitZ();  ///< unit; not quite square to X
+  double reference_plane_table_mm = 0.0;                    ///< z of the first rectangle
+  double grid_depth_mm = 800.0, grid_spacing_mm = 40.0;
+  Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
+  Pose X_tracker_leg = Pose::Identity();    ///< of the leg's (femur's) body, at rest
+  Pose X_tracker_shank = Pose::Identity();  ///< of the tibia's body
+  Pose X_tracker_headbody = Pose::Identity();
+};
+
+/// The same for the same seed. What the bench file states as known (alignment_sd_deg, sight_sd_px,
+/// eye_height_sd_mm) is drawn with just those standard deviations.
+VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed);
+
+/// A bench file of its own, for `calibrate --virtual` without --bench.
+const std::string& virtual_bench_text(HeadKind head = HeadKind::stage);
+
+}  // namespace vrda
