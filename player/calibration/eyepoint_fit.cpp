@@ -358,6 +358,7 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
   const double most_share = std::max(share.maxCoeff(), 1e-3);
   estimate.dof = dof / (most_share * most_share);
   std::vector<double> left;
+  left.reserve(seen.size());
   for (const SeenWidth& s : seen) left.push_back(left_px(s, *eyepoint));
   set_residuals(estimate, left, "px");
   estimate.remarks.push_back(
