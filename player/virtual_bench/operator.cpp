@@ -118,7 +118,7 @@ Standing VirtualOperator::Inner::standing(const GuideSession& session) const
   }
   if (task.kind != TaskKind::sweep) return at_rest(truth);
   if (task.tool == bench.calibration.probe) return pivoting(truth, way);
-  return task.index == 0 ? on_x_rail(truth, way) : on_z_rail(truth, way);
+  return task.name == "x rail" ? on_x_rail(truth, way) : on_z_rail(truth, way);
 }
 
 void VirtualOperator::Inner::send_frame(GuideSession& session)

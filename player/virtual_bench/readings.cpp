@@ -1,7 +1,5 @@
 #include "virtual_bench/readings.hpp"
 
-#include <cmath>
-
 #include "calibration/distortion_fit.hpp"
 #include "calibration/viewport_fit.hpp"
 #include "core/error.hpp"
@@ -111,27 +109,29 @@ std::vector<double> place(const AskedFor& asked, const VirtualTruth& truth, cons
   return values;
 }
 
-bool is_about(const Task& task, const char* word)
-{
-  return task.name.find(word) != std::string::npos;
-}
-
 double size_of_screen(const AskedFor& asked, const VirtualTruth& truth, const VirtualNoise& noise,
                       Draws& draws)
 {
-  const Eigen::Vector2d& size_mm = truth.screen_mm[asked.task.is_right ? 1 : 0];
-  return (is_about(asked.task, "width") ? size_mm.x() : size_mm.y()) + noise.ruler_mm * draws.normal();
+  return truth.screen_mm[asked.task.is_right ? 1 : 0][asked.task.index] + noise.ruler_mm * draws.normal();
 }
 
 double number_of_person(const AskedFor& asked, const VirtualTruth& truth, const VirtualNoise& noise,
                         Draws& draws)
 {
+  enum Asked { pupils, left_arm, right_arm, image };
   const EyePair& eyes = truth.calibration.eyes;
-  if (is_about(asked.task, "arm")) return std::abs(eye_of(eyes, asked.task.is_right).position_head_mm.x());
-  if (is_about(asked.task, "image")) return truth.calibration.image_distance_mm;
-  check(is_about(asked.task, "pupil"), "every number that is asked for can be read off");
-  return eyes.right.position_head_mm.x() - eyes.left.position_head_mm.x() +
-         noise.pupillometer_mm * draws.normal();
+  switch (asked.task.index) {
+    case pupils:
+      return eyes.right.position_head_mm.x() - eyes.left.position_head_mm.x() +
+             noise.pupillometer_mm * draws.normal();
+    case left_arm:
+      return -eyes.left.position_head_mm.x();
+    case right_arm:
+      return eyes.right.position_head_mm.x();
+    default:
+      check(asked.task.index == image, "every number that is asked for can be read off");
+      return truth.calibration.image_distance_mm;
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "core/trig.hpp"
 #include "core/units.hpp"
+#include "guide/tasks.hpp"
 #include "simulation/draws.hpp"
 #include "tracking/screw.hpp"
 #include "virtual_bench/alignment.hpp"
@@ -87,17 +88,13 @@ Standing pivoting(const VirtualTruth& truth, double way)
 
 Standing at_bullseye(const BenchFile& bench, const VirtualTruth& truth, int index)
 {
-  // Thirds of the view and of the depth, so that neighbours differ in all three.
-  constexpr int n_places = 9;
-  constexpr int places[n_places][3] = {{0, 0, 0},   {-1, 1, -1}, {1, -1, 1}, {1, 1, -1}, {-1, -1, 1},
-                                       {0, -1, -1}, {-1, 0, 1},  {1, 0, -1}, {0, 1, 1}};
   Draws draws = draws_of_hand(truth, 0, index);
-  const int* place = places[index % n_places];
-  const double depth_mm = 750.0 + 200.0 * place[2] + 40.0 * (draws.uniform() - 0.5);
+  const Eigen::Vector3d place = marker_place(index).cast<double>();
+  const double depth_mm = 750.0 + 200.0 * place.z() + 40.0 * (draws.uniform() - 0.5);
   const Eye& eye = truth.calibration.eyes.left;
   const Eigen::Vector2d tangent =
       Eigen::Vector2d(0.25 * eye.visible.width, 0.3 * eye.visible.height) / eye.distance_px;
-  const Eigen::Vector3d p_eyes_mm(place[0] * tangent.x() * depth_mm, place[1] * tangent.y() * depth_mm,
+  const Eigen::Vector3d p_eyes_mm(place.x() * tangent.x() * depth_mm, place.y() * tangent.y() * depth_mm,
                                   -depth_mm);
   Standing standing;
   Pose X_eyes_moved = Pose::Identity();

@@ -24,7 +24,7 @@ Standing on_z_rail(const VirtualTruth& truth, double way);
 /// The probe's tip rests on a point of the table, the probe turns by 40 degrees about two axes.
 Standing pivoting(const VirtualTruth& truth, double way);
 
-/// Place `index` of the marker, seen by both eyes: left to right, low to high, near to far; the head a little
+/// Place `index` of the marker (guide/tasks.hpp: marker_place), seen by both eyes; the head a little
 /// elsewhere each time.
 Standing at_bullseye(const BenchFile& bench, const VirtualTruth& truth, int index);
 
