@@ -214,15 +214,18 @@ Estimate estimate_of(const Distortion& d, const Eigen::MatrixXd& covariance, con
   estimate.values.resize(5);
   estimate.values << d.k1, d.k2, d.centre_px, d.pixel_aspect;
   estimate.covariance = covariance;
-  estimate.residual_unit = "px";
   return estimate;
 }
 
-double root_mean_square(const std::vector<double>& values)
+/// Root mean square over the visible part.
+double apart_rms_px(const Distortion& a, const Distortion& b, const Eye& eye)
 {
-  double sum = 0.0;
-  for (const double value : values) sum += value * value;
-  return std::sqrt(sum / static_cast<double>(values.size()));
+  double sum_sq = 0.0, n = 0.0;
+  at_lattice(eye.visible, [&](const Eigen::Vector2d& p) {
+    sum_sq += (shown_px(a, p) - shown_px(b, p)).squaredNorm();
+    n += 1.0;
+  });
+  return std::sqrt(sum_sq / n);
 }
 
 DistortionFit result_of(const GridProblem& problem, const GridFit& found, const std::string& name)
@@ -236,10 +239,11 @@ DistortionFit result_of(const GridProblem& problem, const GridFit& found, const 
   covariance.col(aspect_sds) *= problem.aspect.sd;
   result.estimate = estimate_of(result.distortion, covariance, name);
   result.estimate.dof = noise_dof(found.fit, n);
+  std::vector<double> left_px;
   for (Eigen::Index i = 0; i < n; ++i) {
-    result.estimate.residuals.push_back(found.noise_px * found.fit.residuals.segment<2>(2 * i).norm());
+    left_px.push_back(found.noise_px * found.fit.residuals.segment<2>(2 * i).norm());
   }
-  result.estimate.residual_rms = root_mean_square(result.estimate.residuals);
+  set_residuals(result.estimate, left_px, "px");
   result.estimate.remarks.push_back(name + ": the grid's marks scatter by " +
                                     rounded_text(found.noise_px, 2) + " px");
   return result;
@@ -319,15 +323,12 @@ DistortionFit mean_distortion(std::span<const GridValues> adjusted, const Eye& e
   result.inverse_error_px = inverse_error_px(result.distortion, eye);
   result.estimate = estimate_of(result.distortion, covariance, name);
   result.estimate.dof = static_cast<double>(n - 1);
+  std::vector<double> apart_px;
   for (const GridValues& v : adjusted) {
     const Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);
-    std::vector<double> apart_px;
-    at_lattice(eye.visible, [&](const Eigen::Vector2d& p) {
-      apart_px.push_back((shown_px(one, p) - shown_px(result.distortion, p)).norm());
-    });
-    result.estimate.residuals.push_back(root_mean_square(apart_px));
+    apart_px.push_back(apart_rms_px(one, result.distortion, eye));
   }
-  result.estimate.residual_rms = root_mean_square(result.estimate.residuals);
+  set_residuals(result.estimate, apart_px, "px");
   return result;
 }
 

@@ -6,7 +6,6 @@
 
 #include "calibration/aligned_marks.hpp"
 #include "calibration/least_squares.hpp"
-#include "calibration/place_estimate.hpp"
 #include "core/error.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
@@ -350,7 +349,7 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
   const Eigen::MatrixXd& C = solution.fit.covariance;
   Estimate estimate =
-      place_estimate(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_place, n_place>());
+      estimate_of_place(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_place, n_place>());
   for (const char* known : {"left.distance", "right.distance", "ipd", "depth_apart", "height_apart",
                             "left.sight_x", "left.sight_y", "right.sight_x", "right.sight_y"}) {
     estimate.names.emplace_back(known);
@@ -372,14 +371,11 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
   to_numbers.bottomRightCorner(n_known, problem.L.cols()) = problem.L;
   estimate.covariance = to_numbers * C * to_numbers.transpose();
   estimate.dof = noise_dof(solution.fit, n);
-  double square_sum = 0.0;
+  std::vector<double> left_px;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const double left_px = solution.sds_px[i] * solution.fit.residuals.segment<2>(2 * i).norm();
-    estimate.residuals.push_back(left_px);
-    square_sum += left_px * left_px;
+    left_px.push_back(solution.sds_px[i] * solution.fit.residuals.segment<2>(2 * i).norm());
   }
-  estimate.residual_unit = "px";
-  estimate.residual_rms = std::sqrt(square_sum / static_cast<double>(n));
+  set_residuals(estimate, left_px, "px");
   return estimate;
 }
 
