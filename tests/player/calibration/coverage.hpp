@@ -14,8 +14,8 @@ class Coverage {
   /// `error`: found less true of each number in its units, or of the first ones.
   void add(const Estimate& estimate, const Eigen::VectorXd& error);
   void add(const std::string& name, double error, double half_width);
-  /// Expects each number within its 95 % interval in 90 to 98 % of cases: of 400 honest ones 93 to 97 % are,
-  /// in 93 of 100 runs.
+  /// Expects each number within its 95 % interval in 90 to 98 % of cases: of 200 honest ones in 97 of 100
+  /// runs. Numbers of the left and of the right eye count as one.
   void expect_honest() const;
 
  private:
