@@ -1,0 +1,97 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "guide/parts.hpp"
+#include "guide/solve_part.hpp"
+#include "support/input_error.hpp"
+#include "trial.hpp"
+
+namespace vrda {
+namespace {
+
+using test::Trial;
+
+struct Procedure {
+  std::string name;
+  HeadKind head = HeadKind::stage;
+  std::string changed, into;  ///< of the bench file
+};
+
+const std::string calibration_head = "[calibration]\n";
+
+/// Every kind of task there is, somewhere.
+const std::vector<Procedure>& procedures()
+{
+  static const std::vector<Procedure> all{
+      {"OnAStage", HeadKind::stage, "", ""},
+      {"Tracked", HeadKind::tracker, "", ""},
+      {"GridsAndPlacesAdjusted", HeadKind::stage, calibration_head,
+       calibration_head + "distortion = \"adjust\"\nmodel = \"adjust\"\npupillometer = false\n"}};
+  return all;
+}
+
+class WholeProcedure : public testing::TestWithParam<Procedure> {
+ protected:
+  const BenchFile bench = test::virtual_bench(GetParam().head, GetParam().changed, GetParam().into);
+};
+
+TEST_P(WholeProcedure, EveryPartIsDoneAndTheFileReads)
+{
+  Trial trial(bench);
+  trial.do_all();
+  const Calibration& found = trial.session->calibration();
+  for (const CalibrationPart part : parts_of(bench)) {
+    SCOPED_TRACE(name_of(part));
+    ASSERT_TRUE(is_done(found, part));
+    EXPECT_EQ(found.records.at(part).date, "2026-11-22");
+  }
+  const std::string text = calibration_text(found, bench);
+  EXPECT_TRUE(calibration_text(parsed_calibration(text, "c.toml", bench), bench) == text);
+  EXPECT_LT(text.size(), 400000u);
+}
+
+TEST_P(WholeProcedure, AnInterruptionAfterEveryMarkChangesNoByte)
+{
+  Trial through(bench);
+  through.do_all();
+  Trial interrupted(bench);
+  const GuideOptions options = test::options_of(bench);
+  int n = 0;
+  while (interrupted.session->task() != nullptr) {
+    interrupted.do_task();
+    const std::string file = calibration_text(interrupted.session->calibration(), bench);
+    interrupted.session =
+        std::make_unique<GuideSession>(bench, parsed_calibration(file, "c.toml", bench), options);
+    ++n;
+  }
+  EXPECT_GT(n, 50);
+  EXPECT_TRUE(calibration_text(interrupted.session->calibration(), bench) ==
+              calibration_text(through.session->calibration(), bench));
+}
+
+TEST_P(WholeProcedure, SolvingAgainGivesTheSameWhateverWasChangedByHand)
+{
+  Trial trial(bench);
+  trial.do_all();
+  const Calibration& found = trial.session->calibration();
+  Calibration changed = found;
+  changed.eyes.left.distance_px += 3.0;
+  changed.eyes.right.distortion.k1 += 0.1;
+  changed.eyes.right.position_head_mm.x() += 2.0;
+  for (const CalibrationPart part : parts_of(bench)) {
+    if (part == CalibrationPart::rails) changed.X_tracker_table.shift_mm.x() += 10.0;
+    if (part == CalibrationPart::bullseye) changed.X_table_eyes = SixNumbers{};
+    if (part == CalibrationPart::head) changed.X_headbody_eyes = SixNumbers{};
+  }
+  changed.subject_scale = 0.5;
+  changed.records.at(CalibrationPart::viewport).estimate.reset();
+  // Texts of some hundred thousand letters: whether they are equal, no more.
+  EXPECT_TRUE(calibration_text(solved_again(bench, changed, "c.toml"), bench) ==
+              calibration_text(found, bench));
+}
+
+INSTANTIATE_TEST_SUITE_P(Benches, WholeProcedure, testing::ValuesIn(procedures()),
+                         [](const auto& row) { return row.param.name; });
+
+}  // namespace
+}  // namespace vrda
