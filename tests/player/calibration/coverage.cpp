@@ -16,7 +16,7 @@ void Coverage::add(const std::string& name, double error, double half_width)
 
 void Coverage::add(const Estimate& estimate, const Eigen::VectorXd& error)
 {
-  ASSERT_EQ(error.size(), estimate.values.size());
+  ASSERT_LE(error.size(), estimate.values.size());
   for (Eigen::Index k = 0; k < error.size(); ++k)
     add(estimate.names[static_cast<std::size_t>(k)], error(k), half_width_95(estimate, k));
 }
