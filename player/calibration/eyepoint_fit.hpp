@@ -37,6 +37,9 @@ struct EyepointOptions {
 struct EyepointFit {
   Eyepoint eyepoint;
   double noise_px = 0.0;  ///< of a side, from the residuals
+  /// Slope of distance and depth by k1, k2, centre_x, centre_y, pixel_aspect; zero where those are known.
+  /// With it the errors of both are told to go together.
+  Eigen::Matrix<double, 2, 5> by_distortion = Eigen::Matrix<double, 2, 5>::Zero();
   /// "distance" (px), "depth" (mm), each after `name` and a point. Noise of the marks, alignment and
   /// distortion together.
   Estimate estimate;

@@ -10,6 +10,7 @@
 #include "guide/eyes_so_far.hpp"
 #include "guide/marks.hpp"
 #include "guide/parts.hpp"
+#include "guide/solve_eyes.hpp"
 
 namespace vrda {
 namespace {
@@ -70,8 +71,11 @@ EyesPrior eyes_prior(const BenchFile& bench, const Calibration& begun, const std
   prior.sight_sd_px = settings.sight_sd_px;
   prior.height_apart_sd_mm = settings.eye_height_sd_mm;
   const Estimate& distortion = estimate_of(CalibrationPart::distortion, begun, path);
-  for (const bool is_right : {false, true})
-    prior.distortion_covariance[is_right ? 1 : 0] = known_covariance(distortion, distortion_names(is_right));
+  for (const bool is_right : {false, true}) {
+    const std::size_t k = is_right ? 1 : 0;
+    prior.distortion_covariance[k] = known_covariance(distortion, distortion_names(is_right));
+    prior.eyepoint_by_distortion[k] = eyepoint_of(bench, begun, is_right, path).fit.by_distortion;
+  }
   return prior;
 }
 
@@ -222,7 +226,7 @@ FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibra
     scale_variance = known_covariance(*subject->second.estimate, {"subject.scale"})(0, 0);
   }
   const Touched touched = touched_of(part, bench, begun, tip_probe_mm, scale);
-  FiducialFit fit = fit_fiducials(touched.points, name_of(part), path);
+  FiducialFit fit = fit_fiducials(touched.points, name_of(part), path, {scale_variance == 0.0});
   add_known_errors(fit, touched, known_covariance(probe, tip), scale_variance, scale);
   return fit;
 }
