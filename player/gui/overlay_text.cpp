@@ -149,9 +149,17 @@ void empty_overlay(Overlay& overlay, int width, int height)
   overlay.commands.push_back({{0.0F, 0.0F, static_cast<float>(width), static_cast<float>(height)}, 0, 0, 0});
 }
 
+void clip_overlay(Overlay& overlay, const OverlayBox& box)
+{
+  close_overlay(overlay);
+  const auto n = static_cast<std::uint32_t>(overlay.indices.size());
+  overlay.commands.push_back({{box.left_px, box.top_px, box.right_px, box.bottom_px}, n, 0, 0});
+}
+
 void close_overlay(Overlay& overlay)
 {
-  overlay.commands.back().n_indices = static_cast<std::uint32_t>(overlay.indices.size());
+  OverlayCommand& last = overlay.commands.back();
+  last.n_indices = static_cast<std::uint32_t>(overlay.indices.size()) - last.first_index;
 }
 
 }  // namespace vrda

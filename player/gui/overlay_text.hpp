@@ -46,6 +46,9 @@ class OverlayText {
 /// Makes it as large as the picture, with nothing in it yet; keeps its memory.
 void empty_overlay(Overlay& overlay, int width, int height);
 
+/// What is added from now on is cut off at the box.
+void clip_overlay(Overlay& overlay, const OverlayBox& box);
+
 /// What was added after empty_overlay() is drawn. Wanted once, before the overlay is.
 void close_overlay(Overlay& overlay);
 
