@@ -42,8 +42,8 @@ SixNumbers numbers_of(const Task& task, std::span<const double> values)
 
 }  // namespace
 
-PlacedModel::Shown::Shown(const BenchFile& bench, const Calibration& calibration, MotionModel scaled,
-                          const std::string& set)
+ModelOnBench::ModelOnBench(const BenchFile& bench, const Calibration& calibration, MotionModel scaled,
+                           const std::string& set)
     : scale(calibration.subject_scale),
       model(std::move(scaled)),
       motion(model, set),
@@ -67,8 +67,8 @@ void PlacedModel::place(const Calibration& calibration, CalibrationPart part, co
                         std::span<const double> values, std::int64_t now_ns, Renderer& renderer)
 {
   if (!shown_ || shown_->scale != calibration.subject_scale) {
-    shown_ =
-        std::make_unique<Shown>(bench_, calibration, scaled_model(model_, calibration.subject_scale), set_);
+    shown_ = std::make_unique<ModelOnBench>(bench_, calibration,
+                                            scaled_model(model_, calibration.subject_scale), set_);
     renderer.load(shown_->view.scene());
     renderer.load(shown_->view.warp());
   }

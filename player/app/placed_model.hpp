@@ -9,6 +9,21 @@
 
 namespace vrda {
 
+/// A joint as the bench shows it.
+struct ModelOnBench {
+  /// `scaled`: as large as the calibration's subject.
+  ModelOnBench(const BenchFile& bench, const Calibration& calibration, MotionModel scaled,
+               const std::string& set);
+  ModelOnBench(const ModelOnBench&) = delete;
+  ModelOnBench& operator=(const ModelOnBench&) = delete;
+
+  double scale;
+  MotionModel model;
+  Motion motion;
+  BenchState state;
+  BenchView view;
+};
+
 class PlacedModel {
  public:
   /// `model` at its own size, from `file`. Throws InputError where it has not the set.
@@ -24,19 +39,10 @@ class PlacedModel {
   const BenchView& view() const { return shown_->view; }
 
  private:
-  struct Shown {
-    Shown(const BenchFile& bench, const Calibration& calibration, MotionModel scaled, const std::string& set);
-    double scale;
-    MotionModel model;
-    Motion motion;
-    BenchState state;
-    BenchView view;
-  };
-
   BenchFile bench_;
   MotionModel model_;
   std::string set_;
-  std::unique_ptr<Shown> shown_;
+  std::unique_ptr<ModelOnBench> shown_;
 };
 
 }  // namespace vrda
