@@ -4,7 +4,26 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
+#include "core/units.hpp"
+#include "tracking/six_numbers.hpp"
+
 namespace vrda {
+
+Estimate estimate_of_place(const std::string& name, const Pose& X,
+                           const Eigen::Matrix<double, 6, 6>& covariance_mm_rad)
+{
+  const SixNumbers six = six_numbers_of(X);
+  Estimate estimate;
+  for (const char* number : {"shift_x", "shift_y", "shift_z", "turn_x", "turn_y", "turn_z"})
+    estimate.names.push_back(name + "." + number);
+  estimate.units = {"mm", "mm", "mm", "deg", "deg", "deg"};
+  Eigen::Matrix<double, 6, 1> unit = Eigen::Matrix<double, 6, 1>::Ones();
+  unit.tail<3>().setConstant(deg_from_rad(1.0));
+  estimate.values.resize(6);
+  estimate.values << six.shift_mm, six.turn_rad * deg_from_rad(1.0);
+  estimate.covariance = unit.asDiagonal() * covariance_mm_rad * unit.asDiagonal();
+  return estimate;
+}
 
 double t_95(double dof)
 {
@@ -40,6 +59,15 @@ void append(Estimate& whole, const Estimate& part)
   if (!whole.residuals.empty())
     whole.residual_rms = std::sqrt(sum / static_cast<double>(whole.residuals.size()));
   whole.remarks.insert(whole.remarks.end(), part.remarks.begin(), part.remarks.end());
+}
+
+void set_residuals(Estimate& estimate, const std::vector<double>& residuals, const std::string& unit)
+{
+  double sum_sq = 0.0;
+  for (const double residual : residuals) sum_sq += residual * residual;
+  estimate.residuals = residuals;
+  estimate.residual_unit = unit;
+  estimate.residual_rms = residuals.empty() ? 0.0 : std::sqrt(sum_sq / static_cast<double>(residuals.size()));
 }
 
 Eigen::Index index_of(const Estimate& estimate, const std::string& name)

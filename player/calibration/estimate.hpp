@@ -5,12 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh.hpp"
+
 namespace vrda {
 
 /// In the units of files and screens: mm, deg, px. Of a place (six names "table.shift_x" to "table.turn_z")
-/// the values are those of SixNumbers (setup/calibration.hpp); its covariance is that of the shift and of a
-/// small turn about the fixed axes, as a rotation vector: true = turned(error) * found, which has no angle at
-/// which it fails.
+/// the values are those of SixNumbers (tracking/six_numbers.hpp); its covariance is that of the shift and of
+/// a small turn about the fixed axes, as a rotation vector: true = turned(error) * found, which has no angle
+/// at which it fails.
 struct Estimate {
   std::vector<std::string> names;  ///< [n] "left.k1"
   std::vector<std::string> units;  ///< [n] "px"; empty: a plain number
@@ -23,6 +25,10 @@ struct Estimate {
   std::vector<std::string> remarks;  ///< for the operator, a line each: "the rails are 89.95 deg apart"
 };
 
+/// Of a place: names, units, values, and the covariance in mm and deg from that of (shift_mm, turn_rad).
+Estimate estimate_of_place(const std::string& name, const Pose& X,
+                           const Eigen::Matrix<double, 6, 6>& covariance_mm_rad);
+
 /// Student's t, two-sided: 1.96 for infinitely many degrees of freedom.
 double t_95(double dof);
 /// Half the width of the 95 % interval of number `k`.
@@ -31,6 +37,9 @@ double half_width_95(const Estimate& estimate, Eigen::Index k);
 /// Adds `part` behind `whole`: names, values, blocks of covariance, residuals (of one unit), remarks. The
 /// degrees of freedom are the smaller ones.
 void append(Estimate& whole, const Estimate& part);
+
+/// Stores `residuals` and their root mean square.
+void set_residuals(Estimate& estimate, const std::vector<double>& residuals, const std::string& unit);
 
 /// Number `name`, or -1.
 Eigen::Index index_of(const Estimate& estimate, const std::string& name);

@@ -40,7 +40,10 @@ struct Task {
   std::string instruction;  ///< for the screen, up to three lines
   bool is_right = false;    ///< of tasks for one eye
   bool is_across = false;   ///< scan_line: a column that is moved across; else a row
-  std::vector<Dial> dials;  ///< as they begin; empty for sweep, hold, stop and look
+  /// As they begin; empty for sweep, hold, stop and look. scan_line: the line; point: x, y as drawn (px);
+  /// sides: x of the left line, of the right one, as shown; bullseye: x, y as shown; grid: k1, k2, centre x, y
+  /// (px as drawn), at x, y, spacing (px as shown), turn (deg); number: it; place: three mm, three degrees.
+  std::vector<Dial> dials;
   int n_samples = 0;        ///< sweep, hold, bullseye: wanted from the tracker
   std::string tool;         ///< sweep, hold, bullseye: the tracker's tool to be seen
   /// grid, point: the physical grid's nodes; the one of a point.

@@ -15,8 +15,8 @@
 namespace vrda {
 namespace {
 
-/// Settings are some pages of text.
-constexpr std::size_t most_bytes = 1000000;
+/// Settings are some pages of text; a calibration keeps some ten thousand places besides.
+constexpr std::size_t most_bytes = 8000000;
 constexpr std::size_t longest_text = 4096;
 
 std::string text_of(const toml::array& list)
@@ -48,6 +48,21 @@ std::string found_at(const toml::table& table, std::string_view name)
   std::ostringstream text;
   text << toml::node_view<const toml::node>(node);
   return text.str();
+}
+
+/// The numbers of a list of up to `most`; nothing where it is no such list.
+std::optional<std::vector<double>> numbers_of(const toml::node* node, std::size_t most,
+                                              const NumberRange& range)
+{
+  const toml::array* list = node != nullptr ? node->as_array() : nullptr;
+  if (list == nullptr || list->size() > most) return std::nullopt;
+  std::vector<double> values;
+  for (const toml::node& item : *list) {
+    const std::optional<double> value = item.value<double>();
+    if (!value || !(*value >= range.least && *value <= range.most)) return std::nullopt;
+    values.push_back(*value);
+  }
+  return values;
 }
 
 }  // namespace
@@ -193,19 +208,10 @@ std::size_t SettingsTable::word(std::string_view name, const std::vector<std::st
 std::vector<double> SettingsTable::numbers(std::string_view name, std::size_t n,
                                            const NumberRange& range) const
 {
-  const auto wrong = [&] {
+  std::optional<std::vector<double>> values = numbers_of(node_->table->get(name), n, range);
+  if (!values || values->size() != n)
     refuse(name, found_at(*node_->table, name), std::to_string(n) + " numbers " + range_text(range));
-  };
-  const toml::node* node = node_->table->get(name);
-  const toml::array* list = node != nullptr ? node->as_array() : nullptr;
-  if (list == nullptr || list->size() != n) wrong();
-  std::vector<double> values;
-  for (const toml::node& item : *list) {
-    const std::optional<double> value = item.value<double>();
-    if (!value || !(*value >= range.least && *value <= range.most)) wrong();
-    values.push_back(*value);
-  }
-  return values;
+  return *std::move(values);
 }
 
 std::vector<std::vector<double>> SettingsTable::rows(std::string_view name, std::size_t n,
@@ -220,14 +226,41 @@ std::vector<std::vector<double>> SettingsTable::rows(std::string_view name, std:
   if (list == nullptr || list->empty()) wrong();
   std::vector<std::vector<double>> rows;
   for (const toml::node& item : *list) {
-    const toml::array* row = item.as_array();
-    if (row == nullptr || row->size() != n) wrong();
-    std::vector<double>& values = rows.emplace_back();
-    for (const toml::node& number : *row) {
-      const std::optional<double> value = number.value<double>();
-      if (!value || !(*value >= range.least && *value <= range.most)) wrong();
-      values.push_back(*value);
-    }
+    std::optional<std::vector<double>> row = numbers_of(&item, n, range);
+    if (!row || row->size() != n) wrong();
+    rows.push_back(*std::move(row));
+  }
+  return rows;
+}
+
+std::vector<double> SettingsTable::list(std::string_view name, std::size_t most,
+                                        const NumberRange& range) const
+{
+  std::optional<std::vector<double>> values = numbers_of(node_->table->get(name), most, range);
+  if (!values) {
+    refuse(name, found_at(*node_->table, name),
+           "a list of up to " + std::to_string(most) + " numbers " + range_text(range));
+  }
+  return *std::move(values);
+}
+
+std::vector<std::vector<double>> SettingsTable::lists(std::string_view name, std::size_t most,
+                                                      std::size_t most_across, const NumberRange& range) const
+{
+  const auto wrong = [&](const std::string& found) {
+    refuse(name, found,
+           "a list of up to " + std::to_string(most) + " rows, each of up to " + std::to_string(most_across) +
+               " numbers " + range_text(range));
+  };
+  const toml::node* node = node_->table->get(name);
+  const toml::array* list = node != nullptr ? node->as_array() : nullptr;
+  if (list == nullptr) wrong(found_at(*node_->table, name));
+  if (list->size() > most) wrong(std::to_string(list->size()) + " rows");
+  std::vector<std::vector<double>> rows;
+  for (const toml::node& item : *list) {
+    std::optional<std::vector<double>> row = numbers_of(&item, most_across, range);
+    if (!row) wrong("row " + std::to_string(rows.size() + 1) + ", which is none");
+    rows.push_back(*std::move(row));
   }
   return rows;
 }

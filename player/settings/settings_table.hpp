@@ -46,6 +46,11 @@ class SettingsTable {
   std::vector<double> numbers(std::string_view name, std::size_t n, const NumberRange& range) const;
   /// A list of rows of `n` numbers each; at least one row.
   std::vector<std::vector<double>> rows(std::string_view name, std::size_t n, const NumberRange& range) const;
+  /// A list of any length up to `most`.
+  std::vector<double> list(std::string_view name, std::size_t most, const NumberRange& range) const;
+  /// A list of up to `most` rows, each of up to `most_across` numbers.
+  std::vector<std::vector<double>> lists(std::string_view name, std::size_t most, std::size_t most_across,
+                                         const NumberRange& range) const;
   std::vector<std::string> texts(std::string_view name) const;
 
   SettingsTable table(std::string_view name) const;

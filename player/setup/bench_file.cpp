@@ -105,6 +105,17 @@ void add_bodies(const SettingsTable& root, BenchFile& bench)
   }
 }
 
+/// The probe and the marker: a tool that a body has already stays that one.
+void add_calibration(const SettingsTable& root, BenchFile& bench)
+{
+  bench.calibration = calibration_settings_of(root);
+  if (!bench.calibration.is_present) return;
+  std::vector<std::string>& tools = bench.tracker->tools;
+  for (const std::string& name : {bench.calibration.probe, bench.calibration.marker}) {
+    if (std::find(tools.begin(), tools.end(), name) == tools.end()) tools.push_back(name);
+  }
+}
+
 TrackerSettings tracker_of(const SettingsTable& root)
 {
   TrackerSettings settings;
@@ -156,7 +167,7 @@ BenchFile bench_in(const SettingsTable& root)
   BenchFile bench;
   bench.path = root.file();
   root.require_known({"title", "leg", "head", "prediction_ms", "display", "tracker", "body", "board",
-                      "filter", "simulation"});
+                      "filter", "simulation", "calibration"});
   bench.title = root.text("title");
   bench.display = display_of(root);
   bench.leg = static_cast<LegKind>(root.word("leg", {"rigid", "two-bodies"}));
@@ -165,6 +176,7 @@ BenchFile bench_in(const SettingsTable& root)
   bench.filter = filter_of(root);
   bench.tracker = tracker_of(root);
   add_bodies(root, bench);
+  add_calibration(root, bench);
   if (root.has("board")) bench.board = board_of(root.table("board"), bench);
   bench.simulation = simulation_of(root, bench);
   return bench;

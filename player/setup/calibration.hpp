@@ -7,17 +7,9 @@
 #include "setup/bench_file.hpp"
 #include "setup/calibration_record.hpp"
 #include "stereo/eye.hpp"
+#include "tracking/six_numbers.hpp"
 
 namespace vrda {
-
-/// A pose in six numbers that can be adjusted one by one: turned about the fixed axes x, then y, then z,
-/// then shifted.
-struct SixNumbers {
-  Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();
-};
-Pose pose_of(const SixNumbers& numbers);
-SixNumbers six_numbers_of(const Pose& pose);
 
 struct Calibration {
   EyePair eyes;

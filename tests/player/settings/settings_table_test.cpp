@@ -63,9 +63,13 @@ TEST(SettingsTable, WhatIsWrongIsNamed)
   const auto word = [](Table t) { t.word("v", words); };
   const auto numbers = [](Table t) { t.numbers("v", 2, range); };
   const auto rows = [](Table t) { t.rows("v", 2, range); };
+  const auto list = [](Table t) { t.list("v", 2, range); };
+  const auto lists = [](Table t) { t.lists("v", 2, 3, range); };
   const auto texts = [](Table t) { t.texts("v"); };
   const auto table = [](Table t) { t.table("v"); };
   const auto tables = [](Table t) { t.tables("v", 2); };
+  const std::string up_to_two = "a list of up to 2 numbers from -1.5 to 10";
+  const std::string up_to_three = "a list of up to 2 rows, each of up to 3 numbers from -1.5 to 10";
   struct Row {
     std::function<void(Table)> read;
     std::string text, found, wanted;
@@ -96,6 +100,14 @@ TEST(SettingsTable, WhatIsWrongIsNamed)
            Row{rows, "v = [[1, 2], [3]]", "[[ 1, 2 ], [ 3 ]]", "a list of rows of 2 numbers from -1.5 to 10"},
            Row{rows, "v = [1, 2]", "[1, 2]", "a list of rows of 2 numbers from -1.5 to 10"},
            Row{rows, "v = [[1, 11]]", "[[ 1, 11 ]]", "a list of rows of 2 numbers from -1.5 to 10"},
+           Row{list, "v = [1, 2, 3]", "[1, 2, 3]", up_to_two},
+           Row{list, "v = [nan]", "[nan]", up_to_two},
+           Row{list, "v = 1", "1", up_to_two},
+           Row{lists, "v = 1", "1", up_to_three},
+           Row{lists, "v = [[], [], []]", "3 rows", up_to_three},
+           Row{lists, "v = [[1], 2]", "row 2, which is none", up_to_three},
+           Row{lists, "v = [[1, 2, 3, 4]]", "row 1, which is none", up_to_three},
+           Row{lists, "v = [[11]]", "row 1, which is none", up_to_three},
            Row{texts, "v = [\"a\", 2]", "['a', 2]", "a list of texts in quotes"},
            Row{texts, "v = \"a\"", "'a'", "a list of texts in quotes"},
            Row{texts, "v = [\"\"]", "['']", "a list of texts in quotes"},
@@ -113,6 +125,15 @@ TEST(SettingsTable, WhatIsWrongIsNamed)
     EXPECT_EQ(facts.found, row.found);
     EXPECT_EQ(facts.wanted, row.wanted);
   }
+}
+
+TEST(SettingsTable, ListsMayBeShort)
+{
+  const SettingsTable table = SettingsTable::parsed("a = []\nb = [1]\nc = [[], [1, 2], [3]]", "x");
+  EXPECT_TRUE(table.list("a", 2, range).empty());
+  EXPECT_EQ(table.list("b", 2, range), std::vector<double>{1.0});
+  EXPECT_TRUE(table.lists("a", 2, 2, range).empty());
+  EXPECT_EQ(table.lists("c", 3, 2, range), (std::vector<std::vector<double>>{{}, {1.0, 2.0}, {3.0}}));
 }
 
 TEST(SettingsTable, TextsAreLinesOfBoundedLength)
@@ -149,8 +170,8 @@ TEST(SettingsTable, FilesThatAreNoneAreRefused)
   const InputError::Facts facts = test::input_error([&] { SettingsTable::read(missing, "a bench file"); });
   EXPECT_EQ(facts.file, missing);
   EXPECT_EQ(facts.wanted, "a bench file");
-  const std::string huge = scratch.write("huge.toml", std::string(1000001, '\n')).string();
-  EXPECT_EQ(test::input_error([&] { SettingsTable::read(huge, "x"); }).found, "more than 1000000 bytes");
+  const std::string huge = scratch.write("huge.toml", std::string(8000001, '\n')).string();
+  EXPECT_EQ(test::input_error([&] { SettingsTable::read(huge, "x"); }).found, "more than 8000000 bytes");
   const std::string wrong = scratch.write("wrong.toml", "a = 1\nb = = 2\n").string();
   const InputError::Facts syntax = test::input_error([&] { SettingsTable::read(wrong, "x"); });
   EXPECT_EQ(syntax.wanted, "valid TOML");

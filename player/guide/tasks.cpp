@@ -1,0 +1,51 @@
+#include "guide/tasks.hpp"
+
+#include "core/error.hpp"
+#include "guide/optics_tasks.hpp"
+#include "guide/tracking_tasks.hpp"
+
+namespace vrda {
+
+std::vector<Task> tasks_of(CalibrationPart part, const BenchFile& bench, const Calibration& calibration)
+{
+  switch (part) {
+    case CalibrationPart::viewport:
+      return viewport_tasks(bench);
+    case CalibrationPart::distortion:
+      return distortion_tasks(bench, calibration);
+    case CalibrationPart::rails:
+      return rail_tasks(bench);
+    case CalibrationPart::stop:
+      return stop_tasks();
+    case CalibrationPart::probe:
+      return probe_tasks(bench);
+    case CalibrationPart::eyepoints:
+      return eyepoint_tasks(bench, calibration);
+    case CalibrationPart::ipd:
+      return ipd_tasks(bench);
+    case CalibrationPart::subject:
+      return subject_tasks(bench);
+    case CalibrationPart::bullseye:
+    case CalibrationPart::head:
+      return bullseye_tasks(part, bench, calibration);
+    case CalibrationPart::leg:
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
+      return model_tasks(part, bench, calibration);
+  }
+  throw InternalError("every part has tasks");
+}
+
+TaskRound round_of(CalibrationPart part, const std::vector<Task>& tasks, std::size_t task)
+{
+  TaskRound round{0, tasks.size()};
+  const bool is_by_eye = part == CalibrationPart::viewport || part == CalibrationPart::distortion ||
+                         part == CalibrationPart::eyepoints;
+  if (!is_by_eye) return round;
+  const auto is_same = [&](std::size_t k) { return tasks[k].is_right == tasks[task].is_right; };
+  while (!is_same(round.begin)) ++round.begin;
+  while (!is_same(round.end - 1)) --round.end;
+  return round;
+}
+
+}  // namespace vrda

@@ -1,0 +1,176 @@
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <random>
+
+#include "bench_texts.hpp"
+#include "setup/calibration.hpp"
+#include "support/input_error.hpp"
+
+namespace vrda {
+namespace {
+
+Estimate random_estimate(std::mt19937_64& random, Eigen::Index n)
+{
+  std::normal_distribution<double> any;
+  Estimate estimate;
+  estimate.values.resize(n);
+  const Eigen::MatrixXd A = Eigen::MatrixXd::NullaryExpr(n, n, [&] { return any(random); });
+  estimate.covariance = A * A.transpose();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    estimate.names.push_back("number \"" + std::to_string(k) + "\"");
+    estimate.units.push_back(k % 2 == 0 ? "" : "mm");
+    estimate.values[k] = any(random);
+    estimate.residuals.push_back(any(random));
+  }
+  estimate.dof = n % 2 == 0 ? std::numeric_limits<double>::infinity() : 12.5;
+  if (n > 0) estimate.residual_unit = "px";
+  estimate.residual_rms = 0.25;
+  if (n > 2) estimate.remarks = {"a line", "another"};
+  return estimate;
+}
+
+CalibrationRecord random_record(std::mt19937_64& random, int number)
+{
+  std::normal_distribution<double> any;
+  CalibrationRecord record;
+  record.date = "2026-11-22";
+  record.is_outdated = number % 3 == 1;
+  for (int mark = 0; mark < number % 4; ++mark) {
+    CalibrationMark& made = record.marks.emplace_back();
+    made.task = "task " + std::to_string(mark);
+    // A row that is empty, too, as one of a look is.
+    for (int row = 0; row <= mark; ++row) {
+      made.rows.emplace_back();
+      for (int k = 0; k < row; ++k) made.rows.back().push_back(any(random));
+    }
+  }
+  if (number % 2 == 0) record.estimate = random_estimate(random, number);
+  return record;
+}
+
+void expect_equal(const Estimate& a, const Estimate& b)
+{
+  EXPECT_EQ(a.names, b.names);
+  EXPECT_EQ(a.units, b.units);
+  EXPECT_EQ(a.values, b.values);
+  EXPECT_EQ(a.covariance, b.covariance);
+  EXPECT_EQ(a.dof, b.dof);
+  EXPECT_EQ(a.residuals, b.residuals);
+  EXPECT_EQ(a.residual_unit, b.residual_unit);
+  EXPECT_EQ(a.residual_rms, b.residual_rms);
+  EXPECT_EQ(a.remarks, b.remarks);
+}
+
+void expect_equal(const CalibrationRecord& a, const CalibrationRecord& b)
+{
+  EXPECT_EQ(a.date, b.date);
+  EXPECT_EQ(a.is_outdated, b.is_outdated);
+  ASSERT_EQ(a.marks.size(), b.marks.size());
+  for (std::size_t k = 0; k < a.marks.size(); ++k) {
+    EXPECT_EQ(a.marks[k].task, b.marks[k].task);
+    EXPECT_EQ(a.marks[k].rows, b.marks[k].rows);
+  }
+  ASSERT_EQ(a.estimate.has_value(), b.estimate.has_value());
+  expect_equal(a.estimate.value_or(Estimate{}), b.estimate.value_or(Estimate{}));
+}
+
+TEST(CalibrationRecord, ReadsBackWhatWasWrittenToTheLastBit)
+{
+  std::mt19937_64 random(7);
+  const BenchFile bench = test::bench_of(test::bench_text());
+  Calibration made = nominal_calibration(bench);
+  made.subject_scale = 1.0 / 3.0;
+  for (std::size_t k = 0; k < n_calibration_parts; ++k)
+    made.records[static_cast<CalibrationPart>(k)] = random_record(random, static_cast<int>(k));
+  const std::string text = calibration_text(made, bench);
+  const Calibration read = parsed_calibration(text, "c.toml", bench);
+  EXPECT_EQ(read.subject_scale, made.subject_scale);
+  ASSERT_EQ(read.records.size(), n_calibration_parts);
+  for (const auto& [part, record] : made.records) {
+    SCOPED_TRACE(name_of(part));
+    expect_equal(read.records.at(part), record);
+  }
+  EXPECT_EQ(calibration_text(read, bench), text);
+}
+
+TEST(CalibrationRecord, AFileWithoutRecordsStillReads)
+{
+  const BenchFile bench = test::bench_of(test::bench_text());
+  std::string text = calibration_text(nominal_calibration(bench), bench);
+  const std::size_t at = text.find("subject_scale");
+  text.erase(at, text.find('\n', at) + 1 - at);
+  const Calibration read = parsed_calibration(text, "c.toml", bench);
+  EXPECT_EQ(read.subject_scale, 1.0);
+  EXPECT_TRUE(read.records.empty());
+}
+
+TEST(CalibrationRecord, PartsHaveNamesAndAFile)
+{
+  int n_bench = 0;
+  for (std::size_t k = 0; k < n_calibration_parts; ++k) {
+    const auto part = static_cast<CalibrationPart>(k);
+    EXPECT_EQ(calibration_part_named(name_of(part)), part);
+    n_bench += is_once_a_bench(part) ? 1 : 0;
+  }
+  EXPECT_EQ(n_bench, 5);
+  EXPECT_FALSE(calibration_part_named("all").has_value());
+}
+
+TEST(CalibrationRecord, WhatIsDamagedIsNamed)
+{
+  const BenchFile bench = test::bench_of(test::bench_text());
+  const std::string whole = calibration_text(nominal_calibration(bench), bench);
+  const std::string dated = "date = \"2026-11-22\"\n";
+  const std::string place = "per_person.ipd", head = "[" + place + "]\n" + dated;
+  const std::string result = head + "[" + place + ".result]\n";
+  const std::string names = "names = [\"ipd\"]\nunits = [\"mm\"]\n", values = names + "values = [64]\n";
+  const std::string mark = head + "[[" + place + ".mark]]\n", rest = "residuals = []\nresidual_rms = 0\n";
+  const std::string covariance = values + "covariance = [[0.25]]\n";
+  struct Row {
+    std::string text, field, found;
+  };
+  for (const Row& row : {
+           Row{"[per_bench.eyes]\n" + dated, "per_bench.eyes", "an unknown key"},
+           Row{"[per_bench.ipd]\n" + dated, "per_bench.ipd", "an unknown key"},
+           Row{"[per_person.rails]\n" + dated, "per_person.rails", "an unknown key"},
+           Row{"[per_person]\nipd = 1\n", "per_person.ipd", "no table"},
+           Row{"[" + place + "]\n", place + ".date", "nothing"},
+           Row{head + "outdated = 1\n", place + ".outdated", "1"},
+           Row{head + "marks = 1\n", place + ".marks", "an unknown key"},
+           Row{mark, place + ".mark.0.task", "nothing"},
+           Row{mark + "task = \"a\"\n", place + ".mark.0.rows", "nothing"},
+           Row{mark + "task = \"a\"\nrows = [[nan]]\n", place + ".mark.0.rows", "row 1, which is none"},
+           Row{mark + "task = \"a\"\nrows = [[1e10]]\n", place + ".mark.0.rows", "row 1, which is none"},
+           Row{mark + "task = \"a\"\nrows = [[1,2,3,4,5,6,7,8,9,10,11,12,13,14,15]]\n",
+               place + ".mark.0.rows", "row 1, which is none"},
+           Row{mark + "task = \"a\"\nrows = []\n[[" + place + ".mark]]\ntask = \"a\"\nrows = []\n",
+               place + ".mark.1.task", "'a' a second time"},
+           Row{result + "names = [\"ipd\"]\nunits = []\n", place + ".result.units", "0 units"},
+           Row{result + names + "values = [1, 2]\n", place + ".result.values", "[1, 2]"},
+           Row{result + names + "values = [nan]\n", place + ".result.values", "[nan]"},
+           Row{result + values + "covariance = [[1], [2]]\n", place + ".result.covariance", "2 rows"},
+           Row{result + values + "covariance = [[-1]]\n", place + ".result.covariance", "a variance below 0"},
+           Row{result + values + "covariance = [[nan]]\n", place + ".result.covariance", "[[\n    nan\n]]"},
+           Row{result + covariance + "dof = 0\n", place + ".result.dof", "0"},
+           Row{result + covariance + "dof = nan\n", place + ".result.dof", "nan"},
+           Row{result + covariance + "dof = inf\nresiduals = [inf]\n", place + ".result.residuals", "[inf]"},
+           Row{result + covariance + "dof = inf\nresiduals = []\nresidual_rms = -1\n",
+               place + ".result.residual_rms", "-1"},
+           Row{result + covariance + "dof = inf\n" + rest + "remarks = [1]\n", place + ".result.remarks",
+               "[1]"},
+       }) {
+    SCOPED_TRACE(row.text);
+    const InputError::Facts facts =
+        test::input_error([&] { parsed_calibration(whole + row.text, "c.toml", bench); });
+    EXPECT_EQ(facts.file, "c.toml");
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_EQ(facts.found, row.found);
+  }
+  const Calibration read =
+      parsed_calibration(whole + result + covariance + "dof = inf\n" + rest, "c.toml", bench);
+  EXPECT_EQ(read.records.at(CalibrationPart::ipd).estimate->values[0], 64.0);
+}
+
+}  // namespace
+}  // namespace vrda
