@@ -8,7 +8,7 @@
 namespace vrda {
 
 /// What numbers are drawn for.
-enum class DrawFor : std::uint64_t { frame, potentiometer };
+enum class DrawFor : std::uint64_t { frame, potentiometer, virtual_bench, virtual_hand, virtual_tracker };
 
 class Draws {
  public:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,9 +20,12 @@ class VirtualOperator {
 
   /// Does the task at hand to its end. A refusal is met by doing again what was asked.
   void do_task(GuideSession& session);
-  /// Only the tracker, stage and what cannot be done with keys: samples for the task at hand, for somebody
-  /// who trains. Nothing where it wants none.
+  int n_refusals() const;
+  /// For somebody who trains, once a picture: a frame of the tracker and the stage for the task at hand.
+  /// Meets zeroes_stage() as well. Nothing where no samples are wanted.
   void send_samples(GuideSession& session);
+  /// What ruler, tape or pupillometer say, of a number that is asked for; nothing of other tasks.
+  std::optional<double> reading(const GuideSession& session) const;
 
  private:
   struct Inner;

@@ -20,6 +20,10 @@ std::vector<TargetError> target_errors(const Calibration& found, const BenchFile
                                        const VirtualTruth& truth, const VirtualNoise& noise,
                                        std::uint64_t index = 0);
 
+/// As before calibration: nominal eyes, and where they are by a tape (10 mm, whole degrees); table, stage,
+/// leg and size as they truly are, or the numbers would be metres and say nothing of the display.
+Calibration uncalibrated(const BenchFile& bench, const VirtualTruth& truth);
+
 struct NumberStatistics {
   std::string part, name, unit;
   int n = 0, n_within = 0;       ///< of the 95 % intervals
@@ -28,10 +32,10 @@ struct NumberStatistics {
 };
 
 struct VirtualStatistics {
-  int n_benches = 0, n_refused = 0;  ///< refused: a part was asked to be done again
+  int n_benches = 0, n_refused = 0;  ///< refused: some marks were asked for again
   std::vector<NumberStatistics> numbers;
   std::vector<TargetError> before,
-      after;  ///< every target error, by the nominal calibration and the one found
+      after;  ///< every target error, by uncalibrated() and by the one found
 };
 
 /// Runs the whole procedure of `bench` on benches first_seed, first_seed + 1, ...; one thread each core, the

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "calibration/distortion_fit.hpp"
 #include "setup/calibration.hpp"
 
 namespace vrda {
@@ -28,8 +29,10 @@ struct VirtualTruth {
   std::array<Edges, 2> edges_px;  ///< borders of what is seen, parts of pixels
   std::array<Eigen::Vector2d, 2> screen_mm;
   Eigen::Vector3d z_rail_table = Eigen::Vector3d::UnitZ();  ///< unit; not quite square to X
-  double reference_plane_table_mm = 0.0;                    ///< z of the first rectangle
+  double z_rail_above_mm = 0.0;           ///< y of the table at which the z rail crosses the x rail
+  double reference_plane_table_mm = 0.0;  ///< z of the first rectangle
   double grid_depth_mm = 800.0, grid_spacing_mm = 40.0;
+  std::array<GridPlace, 2> grids;  ///< where each eye sees the grid
   Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
   Pose X_tracker_leg = Pose::Identity();    ///< of the leg's (femur's) body, at rest
   Pose X_tracker_shank = Pose::Identity();  ///< of the tibia's body

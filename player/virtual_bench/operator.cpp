@@ -1,0 +1,210 @@
+#include "virtual_bench/operator.hpp"
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+
+#include "core/error.hpp"
+#include "virtual_bench/readings.hpp"
+#include "virtual_bench/tracker_frame.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::int64_t frame_ns = 16'666'667;
+/// Of the encoder before it is zeroed.
+constexpr double stage_offset_mm = 37.0;
+
+/// FNV-1a, so that noise depends on the task it is of and not on what was done before.
+std::uint64_t number_of(const std::string& text)
+{
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  return hash;
+}
+
+void press(GuideSession& session, Key key, bool has_shift = false, bool has_control = false)
+{
+  session.take(KeyPress{key, has_shift, has_control});
+}
+
+/// A step, or ten or a hundred of them, whichever is not too far.
+void press_towards(GuideSession& session, Key key, long long n_steps)
+{
+  press(session, key, n_steps >= 10 && n_steps < 100, n_steps >= 100);
+}
+
+void select_dial(GuideSession& session, std::size_t k)
+{
+  const std::size_t n = session.values().size();
+  for (std::size_t step = 0; step < n && session.selected_dial() != k; ++step) press(session, Key::down);
+  check(session.selected_dial() == k, "the down key selects every dial in turn");
+}
+
+/// Presses keys until dial `k` is within half a step of `wanted`, or at the end of its range.
+void set_dial(GuideSession& session, const Task& task, std::size_t k, double wanted)
+{
+  const bool is_selected = task.dials.size() > 2;
+  if (is_selected) select_dial(session, k);
+  Key up = is_selected || k == 0 ? Key::right : Key::up, down = is_selected || k == 0 ? Key::left : Key::down;
+  const double step = task.dials[k].step;
+  constexpr int most_presses = 1000;
+  for (int n = 0; n < most_presses; ++n) {
+    const double before = session.values()[k];
+    const long long n_steps = std::llround((wanted - before) / step);
+    if (n_steps == 0) return;
+    press_towards(session, n_steps > 0 ? up : down, std::llabs(n_steps));
+    const double moved = session.values()[k] - before;
+    if (moved == 0.0) return;
+    // Of crosses the key that goes up makes y less.
+    if ((moved > 0.0) != (n_steps > 0)) std::swap(up, down);
+  }
+  check(false, "keys bring a dial where it is wanted");
+}
+
+}  // namespace
+
+struct VirtualOperator::Inner {
+  BenchFile bench;
+  VirtualTruth truth;
+  VirtualNoise noise;
+  std::map<std::string, int> n_done;  ///< by part and task
+  int n_refusals = 0;
+  std::uint64_t n_frames = 0;  ///< of the task at hand
+  std::int64_t time_ns = 0;
+  bool is_stage_zeroed = false;
+
+  static std::string key_of(const GuideSession& session)
+  {
+    return std::string(name_of(session.progress().part)) + "/" + session.task()->name;
+  }
+  /// Numbers of the task at hand, other ones when it is done again.
+  std::uint64_t draws_index(const GuideSession& session) const
+  {
+    const std::string key = key_of(session);
+    const auto done = n_done.find(key);
+    return number_of(key + "/" + std::to_string(done == n_done.end() ? 0 : done->second));
+  }
+  Draws hand(const GuideSession& session) const
+  {
+    return {truth.seed, DrawFor::virtual_hand, draws_index(session)};
+  }
+
+  Standing standing(const GuideSession& session) const;
+  void send_frame(GuideSession& session);
+  void meet_zeroing(GuideSession& session);
+  void take_samples(GuideSession& session);
+};
+
+Standing VirtualOperator::Inner::standing(const GuideSession& session) const
+{
+  const Task& task = *session.task();
+  const int n = std::max(2, task.n_samples);
+  const double way = std::min(1.0, static_cast<double>(session.progress().n_samples) / (n - 1));
+  if (task.kind == TaskKind::bullseye) return at_bullseye(bench, truth, task.index);
+  if (task.kind == TaskKind::hold) {
+    const CalibrationPart part = session.progress().part;
+    const bool is_tibia = part == CalibrationPart::tibia;
+    const std::vector<CalibrationPoint>& points =
+        is_tibia ? bench.calibration.tibia_points : bench.calibration.points;
+    Touched touched;
+    touched.role = is_tibia                         ? BodyRole::tibia
+                   : part == CalibrationPart::femur ? BodyRole::femur
+                                                    : BodyRole::leg;
+    touched.index = task.index;
+    touched.p_model_mm = points.at(static_cast<std::size_t>(task.index)).p_model_mm;
+    touched.off_mm = noise.touch_mm * hand(session).normal_vector();
+    return touching(truth, touched);
+  }
+  if (task.kind != TaskKind::sweep) return at_rest(truth);
+  if (task.tool == bench.calibration.probe) return pivoting(truth, way);
+  return task.name == "x rail" ? on_x_rail(truth, way) : on_z_rail(truth, way);
+}
+
+void VirtualOperator::Inner::send_frame(GuideSession& session)
+{
+  FrameFacts facts;
+  facts.time_ns = time_ns;
+  facts.tool = session.task()->tool;
+  // Of a session that goes on with a stage zeroed before.
+  const bool was_zeroed = session.calibration().records.contains(CalibrationPart::stop);
+  facts.is_stage_zeroed = is_stage_zeroed || was_zeroed;
+  facts.stage_offset_mm = facts.is_stage_zeroed ? 0.0 : stage_offset_mm;
+  Draws draws(truth.seed, DrawFor::virtual_tracker, draws_index(session) + n_frames);
+  for (const Sample& sample : tracker_frame(bench, truth, standing(session), facts, noise, draws))
+    session.take(sample);
+  time_ns += frame_ns;
+  ++n_frames;
+}
+
+void VirtualOperator::Inner::meet_zeroing(GuideSession& session)
+{
+  if (session.zeroes_stage()) is_stage_zeroed = true;
+}
+
+void VirtualOperator::Inner::take_samples(GuideSession& session)
+{
+  const std::uint64_t most_frames = 10 * static_cast<std::uint64_t>(session.task()->n_samples) + 100;
+  while (session.progress().is_taking && n_frames < most_frames) send_frame(session);
+  check(!session.progress().is_taking, "as many samples as are wanted end a task");
+}
+
+VirtualOperator::VirtualOperator(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
+    : inner_(std::make_unique<Inner>())
+{
+  inner_->bench = bench;
+  inner_->truth = truth;
+  inner_->noise = noise;
+}
+
+VirtualOperator::~VirtualOperator() = default;
+
+void VirtualOperator::do_task(GuideSession& session)
+{
+  check(session.task() != nullptr, "there is a task to be done");
+  const Task task = *session.task();
+  const std::string key = Inner::key_of(session);
+  constexpr int most_refusals = 20;
+  if (inner_->n_done[key] > most_refusals) {
+    throw InputError({inner_->bench.path, key,
+                      "more than " + std::to_string(most_refusals) + " refusals: " +
+                          (session.progress().words.empty() ? "" : session.progress().words.front()),
+                      "marks that the guide takes"});
+  }
+  inner_->n_frames = 0;
+  Draws hand = inner_->hand(session);
+  const AskedFor asked{task, session.progress().part, session.calibration()};
+  const std::vector<double> wanted = dial_values(asked, inner_->bench, inner_->truth, inner_->noise, hand);
+  for (std::size_t k = 0; k < wanted.size(); ++k) set_dial(session, task, k, wanted[k]);
+  const bool wants_samples = task.n_samples > 0;
+  if (wants_samples || task.kind == TaskKind::stop) inner_->send_frame(session);
+  press(session, Key::enter);
+  if (wants_samples) inner_->take_samples(session);
+  inner_->meet_zeroing(session);
+  ++inner_->n_done[key];
+  if (session.progress().is_refused) ++inner_->n_refusals;
+}
+
+int VirtualOperator::n_refusals() const
+{
+  return inner_->n_refusals;
+}
+
+void VirtualOperator::send_samples(GuideSession& session)
+{
+  inner_->meet_zeroing(session);
+  const Task* task = session.task();
+  if (task == nullptr || (task->n_samples == 0 && task->kind != TaskKind::stop)) return;
+  if (session.progress().n_samples == 0 && !session.progress().is_taking) inner_->n_frames = 0;
+  inner_->send_frame(session);
+}
+
+std::optional<double> VirtualOperator::reading(const GuideSession& session) const
+{
+  if (session.task() == nullptr) return std::nullopt;
+  Draws hand = inner_->hand(session);
+  return number_read({*session.task(), session.progress().part, session.calibration()}, inner_->bench,
+                     inner_->truth, inner_->noise, hand);
+}
+
+}  // namespace vrda

@@ -1,0 +1,208 @@
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/trig.hpp"
+#include "core/units.hpp"
+#include "virtual_bench/alignment.hpp"
+#include "virtual_bench/operator.hpp"
+#include "virtual_bench/standing.hpp"
+
+namespace vrda {
+namespace {
+
+using Line = std::vector<Eigen::Vector2d>;
+
+/// Straight lines are seen curved: so far apart at most are their points.
+constexpr double apart_px = 8.0;
+constexpr std::array<float, 3> real_colour = {1.0F, 0.75F, 0.3F}, aside_colour = {0.45F, 0.34F, 0.14F};
+
+/// The line with points at most `apart_px` from each other.
+Line with_points_between(const Line& line)
+{
+  Line dense;
+  for (std::size_t k = 0; k < line.size(); ++k) {
+    if (k > 0) {
+      const Eigen::Vector2d from = line[k - 1], way = line[k] - from;
+      const int n = std::max(1, static_cast<int>(std::ceil(way.norm() / apart_px)));
+      for (int i = 1; i < n; ++i) dense.emplace_back(from + way * i / n);
+    }
+    dense.push_back(line[k]);
+  }
+  return dense;
+}
+
+struct Share {
+  double from = 0.0, to = 1.0;
+};
+
+/// The part of a segment within the edges. Source: Liang, Barsky (1984) ACM Trans Graph 3:1-22.
+std::optional<Share> share_within(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                                  const VirtualTruth::Edges& edges)
+{
+  const Eigen::Vector2d way = to - from;
+  const double steps[4] = {-way.x(), way.x(), -way.y(), way.y()};
+  const double rooms[4] = {from.x() - edges.left, edges.right - from.x(), from.y() - edges.top,
+                           edges.bottom - from.y()};
+  Share share;
+  for (int k = 0; k < 4; ++k) {
+    if (steps[k] == 0.0 && rooms[k] < 0.0) return std::nullopt;
+    if (steps[k] < 0.0) share.from = std::max(share.from, rooms[k] / steps[k]);
+    if (steps[k] > 0.0) share.to = std::min(share.to, rooms[k] / steps[k]);
+  }
+  if (share.from > share.to) return std::nullopt;
+  return share;
+}
+
+/// The pieces of a line that lie within the edges.
+std::vector<Line> pieces_within(const Line& line, const VirtualTruth::Edges& edges)
+{
+  std::vector<Line> pieces;
+  bool goes_on = false;
+  for (std::size_t k = 1; k < line.size(); ++k) {
+    const std::optional<Share> share = share_within(line[k - 1], line[k], edges);
+    if (!share) {
+      goes_on = false;
+      continue;
+    }
+    const Eigen::Vector2d way = line[k] - line[k - 1];
+    if (!goes_on || share->from > 0.0) pieces.push_back({line[k - 1] + share->from * way});
+    pieces.back().push_back(line[k - 1] + share->to * way);
+    goes_on = share->to >= 1.0;
+  }
+  return pieces;
+}
+
+GuideLine thing(bool is_right, Line points, double width_px = 1.5)
+{
+  GuideLine line;
+  line.is_right = is_right;
+  line.points_px = std::move(points);
+  line.width_px = width_px;
+  line.colour = real_colour;
+  return line;
+}
+
+std::vector<GuideLine> visible_border(const Task& task, const VirtualTruth& truth)
+{
+  const VirtualTruth::Edges& e = truth.edges_px[task.is_right ? 1 : 0];
+  Line border = with_points_between(
+      {{e.left, e.top}, {e.right, e.top}, {e.right, e.bottom}, {e.left, e.bottom}, {e.left, e.top}});
+  const Distortion& optics = eye_of(truth.calibration.eyes, task.is_right).distortion;
+  for (Eigen::Vector2d& point : border) point = shown_px(optics, point);
+  return {thing(task.is_right, std::move(border))};
+}
+
+Line ring(const Eigen::Vector2d& middle_px, double radius_px)
+{
+  constexpr int n_points = 24;
+  Line points;
+  for (int k = 0; k <= n_points; ++k) {
+    const SinCos at = sin_cos(2.0 * pi * k / n_points);
+    points.emplace_back(middle_px + radius_px * Eigen::Vector2d(at.cos, at.sin));
+  }
+  return points;
+}
+
+std::vector<GuideLine> physical_grid(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
+{
+  const double aspect = eye_of(truth.calibration.eyes, task.is_right).pixel_aspect;
+  const GridPlace& grid = truth.grids[task.is_right ? 1 : 0];
+  const double x = 0.5 * (bench.calibration.grid_columns - 1), y = 0.5 * (bench.calibration.grid_rows - 1);
+  const auto at = [&](double column, double row) { return shown_px(grid, aspect, {column, row}); };
+  std::vector<GuideLine> lines;
+  for (int k = 0; k < bench.calibration.grid_columns; ++k)
+    lines.push_back(thing(task.is_right, {at(k - x, -y), at(k - x, y)}));
+  for (int k = 0; k < bench.calibration.grid_rows; ++k)
+    lines.push_back(thing(task.is_right, {at(-x, k - y), at(x, k - y)}));
+  if (task.kind == TaskKind::point) {
+    for (GuideLine& line : lines) line.colour = aside_colour;
+    constexpr double radius_px = 6.0;
+    lines.push_back(thing(task.is_right, ring(at(task.node.x(), task.node.y()), radius_px)));
+  }
+  return lines;
+}
+
+std::vector<GuideLine> rectangle(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
+{
+  const RectangleSides sides = rectangle_sides(bench, truth, static_cast<std::size_t>(task.index));
+  const double middle_mm = truth.calibration.X_table_eyes.shift_mm.y();
+  // Two thirds as high as it is wide.
+  const double half_mm = (sides.right_table_mm - sides.left_table_mm) / 3.0;
+  Line points;
+  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(sides.left_table_mm, -half_mm),
+                                        {sides.right_table_mm, -half_mm},
+                                        {sides.right_table_mm, half_mm},
+                                        {sides.left_table_mm, half_mm},
+                                        {sides.left_table_mm, -half_mm}})
+    points.push_back(seen_px(truth, task.is_right, {corner.x(), middle_mm + corner.y(), sides.z_table_mm}));
+  return {thing(task.is_right, std::move(points))};
+}
+
+std::vector<GuideLine> marker(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
+{
+  const Standing standing = at_bullseye(bench, truth, task.index);
+  const Eigen::Vector3d p_eyes_mm = standing.X_tracker_eyes.inverse() * standing.X_tracker_tool.translation();
+  const Eye& eye = eye_of(truth.calibration.eyes, task.is_right);
+  // A marker 8 mm across.
+  constexpr double radius_mm = 4.0;
+  const double radius_px = eye.distance_px * radius_mm / (eye.position_head_mm.z() - p_eyes_mm.z());
+  return {thing(task.is_right, ring(shown_px(eye, p_eyes_mm), radius_px))};
+}
+
+std::vector<GuideLine> test_object(const VirtualTruth& truth)
+{
+  std::vector<GuideLine> lines;
+  constexpr double half_mm = 0.5 * look_size_mm;
+  const double z_mm = -truth.calibration.image_distance_mm;
+  for (const bool is_right : {false, true}) {
+    const Eye& eye = eye_of(truth.calibration.eyes, is_right);
+    const auto at = [&](double x, double y) { return shown_px(eye, Eigen::Vector3d(x, y, z_mm)); };
+    lines.push_back(thing(is_right, {at(-half_mm, -half_mm), at(half_mm, -half_mm), at(half_mm, half_mm),
+                                     at(-half_mm, half_mm), at(-half_mm, -half_mm)}));
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::vector<GuideLine> real_things(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
+{
+  switch (task.kind) {
+    case TaskKind::scan_line:
+      return visible_border(task, truth);
+    case TaskKind::point:
+    case TaskKind::grid:
+      return physical_grid(task, bench, truth);
+    case TaskKind::sides:
+      return rectangle(task, bench, truth);
+    case TaskKind::bullseye:
+      return marker(task, bench, truth);
+    case TaskKind::look:
+      return test_object(truth);
+    case TaskKind::number:
+    case TaskKind::sweep:
+    case TaskKind::hold:
+    case TaskKind::place:
+    case TaskKind::stop:
+      break;
+  }
+  return {};
+}
+
+std::vector<GuideLine> seen_lines(std::span<const GuideLine> drawn, const VirtualTruth& truth)
+{
+  std::vector<GuideLine> seen;
+  for (const GuideLine& line : drawn) {
+    const Distortion& optics = eye_of(truth.calibration.eyes, line.is_right).distortion;
+    for (Line& piece :
+         pieces_within(with_points_between(line.points_px), truth.edges_px[line.is_right ? 1 : 0])) {
+      for (Eigen::Vector2d& point : piece) point = shown_px(optics, point);
+      GuideLine& part = seen.emplace_back(line);
+      part.points_px = std::move(piece);
+    }
+  }
+  return seen;
+}
+
+}  // namespace vrda

@@ -1,0 +1,133 @@
+#include "virtual_bench/standing.hpp"
+
+#include "core/trig.hpp"
+#include "core/units.hpp"
+#include "guide/tasks.hpp"
+#include "simulation/draws.hpp"
+#include "tracking/screw.hpp"
+#include "virtual_bench/alignment.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double sweep_mm = 300.0;
+
+Eigen::Vector3d even_vector(Draws& draws, double most)
+{
+  const double x = draws.uniform(), y = draws.uniform(), z = draws.uniform();
+  return most * (2.0 * Eigen::Vector3d(x, y, z) - Eigen::Vector3d::Ones());
+}
+
+/// Numbers of where a hand puts something, of `kind` and `index`.
+Draws draws_of_hand(const VirtualTruth& truth, std::uint64_t kind, int index)
+{
+  constexpr std::uint64_t first = 2000, most_indices = 1000;
+  return {truth.seed, DrawFor::virtual_bench,
+          first + kind * most_indices + static_cast<std::uint64_t>(index)};
+}
+
+void put_on_table(const VirtualTruth& truth, const Eigen::Vector3d& p_table_mm, Standing& standing)
+{
+  standing.X_tracker_tool = pose_of(truth.calibration.X_tracker_table);
+  standing.X_tracker_tool.translation() = standing.X_tracker_tool * p_table_mm;
+}
+
+void put_tip_at(const VirtualTruth& truth, const Eigen::Vector3d& tip_tracker_mm, const Eigen::Matrix3d& R,
+                Standing& standing)
+{
+  standing.X_tracker_tool.linear() = R;
+  standing.X_tracker_tool.translation() = tip_tracker_mm - R * truth.tip_probe_mm;
+}
+
+void put_head(const VirtualTruth& truth, const Pose& X_eyes_moved, double stage_mm, Standing& standing)
+{
+  standing.stage_mm = stage_mm;
+  standing.X_tracker_eyes = X_tracker_eyes(truth.calibration, stage_mm) * X_eyes_moved;
+  standing.X_tracker_headbody =
+      standing.X_tracker_eyes * pose_of(truth.calibration.X_headbody_eyes).inverse();
+}
+
+}  // namespace
+
+Standing at_rest(const VirtualTruth& truth)
+{
+  Standing standing;
+  put_head(truth, Pose::Identity(), 0.0, standing);
+  return standing;
+}
+
+Standing on_x_rail(const VirtualTruth& truth, double way)
+{
+  Standing standing;
+  put_head(truth, Pose::Identity(), sweep_mm * way, standing);
+  put_on_table(truth, {sweep_mm * (way - 0.5), 0.0, 0.0}, standing);
+  return standing;
+}
+
+Standing on_z_rail(const VirtualTruth& truth, double way)
+{
+  Standing standing = at_rest(truth);
+  put_on_table(truth,
+               Eigen::Vector3d(0.0, truth.z_rail_above_mm, 0.0) + sweep_mm * (way - 0.5) * truth.z_rail_table,
+               standing);
+  return standing;
+}
+
+Standing pivoting(const VirtualTruth& truth, double way)
+{
+  // Leans by 20 degrees in all directions: 40 degrees about x and about y.
+  constexpr double turns = 3.0, lean_deg = 20.0;
+  const SinCos round = sin_cos(2.0 * pi * turns * way);
+  const Eigen::Vector3d lean_rad = rad_from_deg(lean_deg) * Eigen::Vector3d(round.cos, round.sin, 0.0);
+  Standing standing = at_rest(truth);
+  const Pose X_tracker_table = pose_of(truth.calibration.X_tracker_table);
+  put_tip_at(truth, X_tracker_table * Eigen::Vector3d(100.0, 0.0, 100.0),
+             X_tracker_table.linear() * rotation_of(lean_rad), standing);
+  return standing;
+}
+
+Standing at_bullseye(const BenchFile& bench, const VirtualTruth& truth, int index)
+{
+  Draws draws = draws_of_hand(truth, 0, index);
+  const Eigen::Vector3d place = marker_place(index).cast<double>();
+  const double depth_mm = 750.0 + 200.0 * place.z() + 40.0 * (draws.uniform() - 0.5);
+  const Eye& eye = truth.calibration.eyes.left;
+  const Eigen::Vector2d tangent =
+      Eigen::Vector2d(0.25 * eye.visible.width, 0.3 * eye.visible.height) / eye.distance_px;
+  const Eigen::Vector3d p_eyes_mm(place.x() * tangent.x() * depth_mm, place.y() * tangent.y() * depth_mm,
+                                  -depth_mm);
+  Standing standing;
+  Pose X_eyes_moved = Pose::Identity();
+  double stage_mm = 0.0;
+  if (bench.head == HeadKind::stage) {
+    stage_mm = 60.0 + 160.0 * draws.uniform();
+  } else {
+    X_eyes_moved.linear() = rotation_of(even_vector(draws, rad_from_deg(8.0)));
+    X_eyes_moved.translation() = even_vector(draws, 40.0);
+  }
+  put_head(truth, X_eyes_moved, stage_mm, standing);
+  standing.X_tracker_tool.translation() = standing.X_tracker_eyes * (p_eyes_mm + even_vector(draws, 10.0));
+  return standing;
+}
+
+Standing touching(const VirtualTruth& truth, const Touched& touched)
+{
+  Draws draws = draws_of_hand(truth, 1 + static_cast<std::uint64_t>(touched.role), touched.index);
+  constexpr double lean_deg = 40.0;
+  const Pose X_body_model = pose_of(truth.calibration.X_body_model[static_cast<std::size_t>(touched.role)]);
+  const Eigen::Vector3d tip_mm = X_tracker_body(truth, touched.role) * X_body_model *
+                                     (truth.calibration.subject_scale * touched.p_model_mm) +
+                                 touched.off_mm;
+  Standing standing = at_rest(truth);
+  put_tip_at(truth, tip_mm, rotation_of(even_vector(draws, rad_from_deg(lean_deg))), standing);
+  return standing;
+}
+
+const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role)
+{
+  return role == BodyRole::tibia  ? truth.X_tracker_shank
+         : role == BodyRole::head ? truth.X_tracker_headbody
+                                  : truth.X_tracker_leg;
+}
+
+}  // namespace vrda

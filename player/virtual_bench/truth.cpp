@@ -1,0 +1,203 @@
+#include "virtual_bench/truth.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.hpp"
+#include "simulation/draws.hpp"
+#include "tracking/screw.hpp"
+
+namespace vrda {
+namespace {
+
+/// What numbers of the bench are drawn for, so that another way to draw one changes no other.
+enum class Group : std::uint64_t { left_display, right_display, person, table, rails, leg, head, probe };
+
+Draws draws_for(std::uint64_t seed, Group group)
+{
+  return {seed, DrawFor::virtual_bench, static_cast<std::uint64_t>(group)};
+}
+
+double between(Draws& draws, double least, double most)
+{
+  return least + (most - least) * draws.uniform();
+}
+
+Eigen::Vector3d vector_within(Draws& draws, double most)
+{
+  const double x = between(draws, -most, most), y = between(draws, -most, most),
+               z = between(draws, -most, most);
+  return {x, y, z};
+}
+
+/// Turned by up to `most_deg` about each axis one after another.
+Pose any_pose(Draws& draws, double most_deg, const Eigen::Vector3d& about_mm, double most_mm)
+{
+  SixNumbers six;
+  six.turn_rad = vector_within(draws, rad_from_deg(most_deg));
+  six.shift_mm = about_mm + vector_within(draws, most_mm);
+  return pose_of(six);
+}
+
+Viewport nearest_pixels(const VirtualTruth::Edges& edges)
+{
+  const auto whole = [](double px) { return static_cast<int>(std::lround(px)); };
+  return {whole(edges.left), whole(edges.top), whole(edges.right) - whole(edges.left),
+          whole(edges.bottom) - whole(edges.top)};
+}
+
+Eigen::Vector2d middle_px(const Viewport& v)
+{
+  return {v.x + 0.5 * v.width, v.y + 0.5 * v.height};
+}
+
+VirtualTruth::Edges drawn_edges(Draws& draws, const Viewport& window)
+{
+  // Off the window's borders by 2 to 6 % of its size, each by its own.
+  const auto share = [&](double size) { return between(draws, 0.02, 0.06) * size; };
+  VirtualTruth::Edges edges;
+  edges.left = window.x + share(window.width);
+  edges.right = window.x + window.width - share(window.width);
+  edges.top = window.y + share(window.height);
+  edges.bottom = window.y + window.height - share(window.height);
+  return edges;
+}
+
+/// One eye's display and optics.
+void add_display(const BenchFile& bench, bool is_right, VirtualTruth& truth)
+{
+  const std::size_t k = is_right ? 1 : 0;
+  Draws draws = draws_for(truth.seed, is_right ? Group::right_display : Group::left_display);
+  Eye& eye = is_right ? truth.calibration.eyes.right : truth.calibration.eyes.left;
+  eye.window = is_right ? bench.display.windows.right : bench.display.windows.left;
+  truth.edges_px[k] = drawn_edges(draws, eye.window);
+  eye.visible = nearest_pixels(truth.edges_px[k]);
+  eye.pixel_aspect = between(draws, 0.97, 1.03);
+  const double pixel_mm = between(draws, 95.0, 105.0) / eye.window.width;
+  const VirtualTruth::Edges& edges = truth.edges_px[k];
+  truth.screen_mm[k] =
+      pixel_mm * Eigen::Vector2d(edges.right - edges.left, (edges.bottom - edges.top) * eye.pixel_aspect);
+  const Eigen::Vector2d middle = middle_px(eye.visible);
+  const auto off = [&](double sd_px) -> Eigen::Vector2d {
+    const double x = draws.normal(), y = draws.normal();
+    return {sd_px * x, sd_px * y};
+  };
+  eye.sight_px = middle + off(bench.calibration.sight_sd_px);
+  eye.distance_px = between(draws, 840.0, 920.0);
+  eye.distortion.k1 = between(draws, 0.06, 0.15);
+  eye.distortion.k2 = between(draws, 0.0, 0.02);
+  constexpr double centre_sd_px = 3.0;
+  eye.distortion.centre_px = middle + off(centre_sd_px);
+  eye.distortion.unit_px = 0.5 * eye.window.width;
+  eye.distortion.pixel_aspect = eye.pixel_aspect;
+  constexpr double grid_off_px = 4.0;
+  truth.grids[k].at_px = eye.sight_px + off(grid_off_px);
+  truth.grids[k].turn_rad = rad_from_deg(0.5) * draws.normal();
+}
+
+/// A grid of whole 5 mm that nearly fills what both eyes see.
+void add_grid(const BenchFile& bench, VirtualTruth& truth)
+{
+  const CalibrationSettings& settings = bench.calibration;
+  constexpr double filled = 0.9, usual_distance_px = 880.0, step_mm = 5.0;
+  double spacing_px = usual_distance_px;
+  for (const Eye* eye : {&truth.calibration.eyes.left, &truth.calibration.eyes.right}) {
+    spacing_px = std::min({spacing_px, filled * eye->visible.width / std::max(1, settings.grid_columns - 1),
+                           filled * eye->visible.height / std::max(1, settings.grid_rows - 1)});
+  }
+  const double spacing_mm = spacing_px * truth.grid_depth_mm / usual_distance_px;
+  truth.grid_spacing_mm = std::max(1.0, std::floor(spacing_mm / step_mm)) * step_mm;
+  truth.grids[0].spacing_px =
+      truth.calibration.eyes.left.distance_px * truth.grid_spacing_mm / truth.grid_depth_mm;
+  truth.grids[1].spacing_px =
+      truth.calibration.eyes.right.distance_px * truth.grid_spacing_mm / truth.grid_depth_mm;
+}
+
+void add_person(const BenchFile& bench, VirtualTruth& truth)
+{
+  Draws draws = draws_for(truth.seed, Group::person);
+  Calibration& c = truth.calibration;
+  const double ipd_mm = between(draws, 58.0, 70.0);
+  constexpr double depth_apart_sd_mm = 2.0;
+  const double depth_apart_mm = depth_apart_sd_mm * draws.normal();
+  const double height_apart_mm = bench.calibration.eye_height_sd_mm * draws.normal();
+  c.eyes.left.position_head_mm = 0.5 * Eigen::Vector3d(-ipd_mm, height_apart_mm, depth_apart_mm);
+  c.eyes.right.position_head_mm = -c.eyes.left.position_head_mm;
+  c.subject_scale = between(draws, 0.93, 1.07);
+  // At the stop of its stage the head is left of the middle; a tracked one is about there.
+  const double x_mm = bench.head == HeadKind::stage ? -140.0 : 0.0;
+  Pose X_table_eyes = Pose::Identity();
+  X_table_eyes.linear() =
+      rotation_of(rad_from_deg(bench.calibration.alignment_sd_deg) * draws.normal_vector());
+  X_table_eyes.translation() = Eigen::Vector3d(x_mm, 250.0, 750.0) + 10.0 * draws.normal_vector();
+  c.X_table_eyes = six_numbers_of(X_table_eyes);
+  truth.reference_plane_table_mm = X_table_eyes.translation().z() - between(draws, 590.0, 610.0);
+}
+
+void add_table(VirtualTruth& truth)
+{
+  // A tracker two and a half metres away that sees the table from above and from one side.
+  Draws draws = draws_for(truth.seed, Group::table);
+  truth.calibration.X_tracker_table = six_numbers_of(any_pose(draws, 40.0, {0.0, 0.0, -2500.0}, 200.0));
+  Draws rails = draws_for(truth.seed, Group::rails);
+  const double off_square_rad = rad_from_deg(0.3) * rails.normal();
+  truth.z_rail_table = Eigen::Vector3d(0.0, 0.0, std::sqrt(1.0 - off_square_rad * off_square_rad)) +
+                       off_square_rad * Eigen::Vector3d::UnitX();
+  truth.z_rail_above_mm = between(rails, 5.0, 30.0);
+}
+
+void add_leg(const BenchFile& bench, VirtualTruth& truth)
+{
+  Draws draws = draws_for(truth.seed, Group::leg);
+  Calibration& c = truth.calibration;
+  // Anterior (X) towards the viewer, proximal (Y) up, about 800 mm in front of the eyes.
+  Pose X_table_model = Pose::Identity();
+  Eigen::Matrix3d facing;
+  facing << 0, 0, -1, 0, 1, 0, 1, 0, 0;
+  X_table_model.linear() = rotation_of(vector_within(draws, rad_from_deg(20.0))) * facing;
+  X_table_model.translation() =
+      Eigen::Vector3d(0.0, c.X_table_eyes.shift_mm.y(), c.X_table_eyes.shift_mm.z() - 800.0) +
+      vector_within(draws, 20.0);
+  for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia}) {
+    const double y_mm = role == BodyRole::tibia ? 120.0 : -120.0;
+    c.X_body_model[static_cast<std::size_t>(role)] =
+        six_numbers_of(any_pose(draws, 60.0, {-60.0, y_mm, 0.0}, 30.0));
+  }
+  const Pose X_tracker_model = pose_of(c.X_tracker_table) * X_table_model;
+  const auto body_at = [&](BodyRole role) -> Pose {
+    return X_tracker_model * pose_of(c.X_body_model[static_cast<std::size_t>(role)]).inverse();
+  };
+  truth.X_tracker_leg = body_at(bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur);
+  truth.X_tracker_shank = body_at(BodyRole::tibia);
+}
+
+void add_tracked_things(VirtualTruth& truth)
+{
+  Calibration& c = truth.calibration;
+  Draws head = draws_for(truth.seed, Group::head);
+  // The body is fastened above and before the eyes.
+  const Pose X_headbody_eyes = any_pose(head, 30.0, {0.0, -80.0, 60.0}, 30.0);
+  c.X_headbody_eyes = six_numbers_of(X_headbody_eyes);
+  truth.X_tracker_headbody = pose_of(c.X_tracker_table) * pose_of(c.X_table_eyes) * X_headbody_eyes.inverse();
+  Draws probe = draws_for(truth.seed, Group::probe);
+  truth.tip_probe_mm = Eigen::Vector3d(0.0, 0.0, -100.0) + vector_within(probe, 15.0);
+}
+
+}  // namespace
+
+VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed)
+{
+  VirtualTruth truth;
+  truth.seed = seed;
+  truth.calibration = nominal_calibration(bench);
+  add_display(bench, false, truth);
+  add_display(bench, true, truth);
+  add_grid(bench, truth);
+  add_person(bench, truth);
+  add_table(truth);
+  add_leg(bench, truth);
+  add_tracked_things(truth);
+  return truth;
+}
+
+}  // namespace vrda
