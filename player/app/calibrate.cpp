@@ -163,7 +163,7 @@ CalibrateEnd by_operator(const CalibrateOptions& options, const CalibrateSetup& 
   operate(session, person, kept, tasks);
   const Calibration& found = session.calibration();
   const std::vector<TargetError> before =
-      target_errors(nominal_calibration(setup.bench), setup.bench, truth, noise);
+      target_errors(uncalibrated(setup.bench, truth), setup.bench, truth, noise);
   const std::vector<TargetError> after = target_errors(found, setup.bench, truth, noise);
   if (options.has_json) {
     streams.data << "{\"seed\": " << options.seed << ", \"calibration\": ";

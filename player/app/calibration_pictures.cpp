@@ -11,6 +11,7 @@
 #include "render/png_file.hpp"
 #include "settings/settings_text.hpp"
 #include "store/read_apart.hpp"
+#include "virtual_bench/statistics.hpp"
 
 namespace vrda {
 namespace {
@@ -251,12 +252,12 @@ std::string write_overlay(const PictureRequest& request, const CalibrateOptions&
   const MotionModel model = read_motion_model_apart(options.model);
   const OverlayPictureOptions plan{chosen_set(model, options.model, options.set), 1.0};
   const Image before =
-      overlay_picture(request.bench, request.truth, nominal_calibration(request.bench), model, plan);
+      overlay_picture(request.bench, request.truth, uncalibrated(request.bench, request.truth), model, plan);
   const Image after = overlay_picture(request.bench, request.truth, request.found, model, plan);
   const int gap = static_cast<int>(gap_px), words = static_cast<int>(words_px);
   Sheet sheet(before.width + after.width + 3 * gap, before.height + 2 * gap + words);
   const int second = 2 * gap + before.width;
-  sheet.add_words({gap_px, gap_px}, "before: the nominal calibration; grey: the leg as it is", ink);
+  sheet.add_words({gap_px, gap_px}, "before: nominal eyes; grey is the leg as it is", ink);
   sheet.add_words({static_cast<double>(second), gap_px}, "after: the calibration found", ink);
   Image both = sheet.image();
   copy_into(both, before, gap, gap + words);

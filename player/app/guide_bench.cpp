@@ -2,6 +2,7 @@
 
 #include "bench/bench_panel.hpp"
 #include "devices/devices.hpp"
+#include "settings/settings_text.hpp"
 #include "virtual_bench/operator.hpp"
 
 namespace vrda {
@@ -68,6 +69,11 @@ class VirtualBench final : public GuideBench {
     for (const GuideLine& line :
          seen_lines(drawing_of(*session.task(), session.values(), session.calibration()), truth_))
       seen.lines.push_back(line);
+    if (const std::optional<double> reading = operator_.reading(session)) {
+      const std::vector<Dial>& dials = session.task()->dials;
+      seen.notes.push_back("You read " + rounded_text(*reading, 2) +
+                           (dials.empty() ? "" : " " + dials.front().unit));
+    }
     return seen;
   }
 

@@ -15,6 +15,7 @@ namespace vrda {
 struct GuideView {
   std::vector<GuideLine> lines;
   std::optional<std::array<ShownBox, 2>> boxes;  ///< where each eye's lines end; nothing: nowhere
+  std::vector<std::string> notes;                ///< what a ruler says
 };
 
 class GuideBench {

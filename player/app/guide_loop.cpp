@@ -135,6 +135,7 @@ void GuideLoop::show(GuideBench& before)
   GuideView view = before.view(session_);
   content_.lines = std::move(view.lines);
   content_.boxes = view.boxes;
+  content_.notes = std::move(view.notes);
   content_.troubles = task == nullptr ? std::vector<std::string>{} : before.troubles(*task);
   const bool has_model = task != nullptr && task->kind == TaskKind::place && model_;
   if (has_model) {

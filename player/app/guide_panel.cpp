@@ -162,6 +162,7 @@ std::vector<GuidePanel::Words> GuidePanel::words_of(const GuideSession& session,
   const GuideProgress& progress = session.progress();
   for (const std::string& line : progress.words)
     add_wrapped(words, line, progress.is_refused ? amber : green, width_px);
+  for (const std::string& note : content.notes) add_wrapped(words, note, ink, width_px);
   for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, amber, width_px);
   if (!content.message.empty()) add_wrapped(words, content.message, amber, width_px);
   add_wrapped(words, "H: keys", faint, width_px);

@@ -16,6 +16,7 @@ struct GuideContent {
   std::vector<GuideLine> lines;
   /// Where lines of the left and right eye are cut off; nothing: nowhere.
   std::optional<std::array<ShownBox, 2>> boxes;
+  std::vector<std::string> notes;     ///< of what stands there
   std::vector<std::string> troubles;  ///< of devices that the task at hand wants
   std::string message;                ///< what went wrong outside the procedure
   bool has_help = false;
