@@ -37,7 +37,7 @@ class LiveBench final : public GuideBench {
   GuideView view(const GuideSession& session) const override
   {
     if (session.task() == nullptr) return {};
-    return {drawing_of(*session.task(), session.values(), session.calibration()), std::nullopt};
+    return {drawing_of(*session.task(), session.values(), session.calibration()), std::nullopt, {}};
   }
 
  private:
