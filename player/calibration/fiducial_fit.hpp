@@ -33,7 +33,7 @@ struct FiducialFit {
 FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& name, const std::string& file);
 
 /// The mean of places that an operator adjusted (six numbers each, two or more attitudes), and its covariance
-/// by their spread.
+/// by their spread; residuals: distances of their shifts from the mean, mm. Throws InputError: fewer than two.
 FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, const std::string& file);
 
 }  // namespace vrda

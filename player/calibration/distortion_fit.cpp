@@ -1,0 +1,335 @@
+#include "calibration/distortion_fit.hpp"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "calibration/aligned_marks.hpp"
+#include "calibration/least_squares.hpp"
+#include "core/error.hpp"
+#include "core/trig.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda {
+namespace {
+
+/// The unknown numbers, in this order; the aspect in standard deviations of what is known of it, which also
+/// holds one that is known exactly.
+enum Number : Eigen::Index { k1, k2, centre_x, centre_y, aspect_sds, at_x, at_y, spacing, turn, n_numbers };
+
+constexpr double start_noise_px = 0.5;
+/// No hand aligns better; keeps weights finite where marks fit exactly.
+constexpr double least_noise_px = 1e-4;
+
+struct GridProblem {
+  std::span<const GridMark> marks;
+  const Eye& eye;
+  const AspectPrior& aspect;
+};
+
+Eigen::Vector2d middle_px(const Viewport& v)
+{
+  return {v.x + 0.5 * v.width, v.y + 0.5 * v.height};
+}
+
+Distortion distortion_of(const Eye& eye, double k1_value, double k2_value, const Eigen::Vector2d& centre_px,
+                         double aspect)
+{
+  return {k1_value, k2_value, centre_px, 0.5 * eye.window.width, aspect};
+}
+
+Distortion distortion_of(const GridProblem& problem, const Eigen::VectorXd& x)
+{
+  return distortion_of(problem.eye, x[k1], x[k2], {x[centre_x], x[centre_y]},
+                       problem.aspect.value + problem.aspect.sd * x[aspect_sds]);
+}
+
+GridPlace grid_of(const Eigen::VectorXd& x)
+{
+  return {{x[at_x], x[at_y]}, x[spacing], x[turn]};
+}
+
+/// Of the marks, in parts of `noise_px`; of the aspect; and of a centre that is held.
+Eigen::VectorXd residuals(const GridProblem& problem, double noise_px, bool is_held, const Eigen::VectorXd& x)
+{
+  const auto n = static_cast<Eigen::Index>(problem.marks.size());
+  const Distortion distortion = distortion_of(problem, x);
+  const GridPlace grid = grid_of(x);
+  Eigen::VectorXd r(2 * n + (is_held ? 3 : 1));
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const GridMark& mark = problem.marks[static_cast<std::size_t>(i)];
+    const Eigen::Vector2d shown = shown_px(grid, distortion.pixel_aspect, mark.node);
+    r.segment<2>(2 * i) = (drawn_px(distortion, shown) - mark.drawn_px) / noise_px;
+  }
+  r[2 * n] = x[aspect_sds];
+  if (is_held) {
+    r.tail<2>() = (distortion.centre_px - middle_px(problem.eye.visible)) / held_centre_sd_px;
+  }
+  return r;
+}
+
+/// Optics that do not distort, and the grid nearest to an even map of the nodes onto the marks.
+Eigen::VectorXd start_of(const GridProblem& problem)
+{
+  const auto n = static_cast<Eigen::Index>(problem.marks.size());
+  Eigen::MatrixXd nodes(n, 3), drawn(n, 2);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const GridMark& mark = problem.marks[static_cast<std::size_t>(i)];
+    nodes.row(i) << mark.node.transpose(), 1.0;
+    drawn.row(i) = mark.drawn_px.transpose();
+  }
+  const Eigen::Matrix<double, 3, 2> even =
+      nodes.jacobiSvd(Eigen::ComputeThinU | Eigen::ComputeThinV).solve(drawn);
+  const double aspect = problem.aspect.value;
+  const Eigen::Vector2d along(0.5 * (even(0, 0) - aspect * even(1, 1)),
+                              -0.5 * (aspect * even(0, 1) + even(1, 0)));
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(n_numbers);
+  x.segment<2>(centre_x) = middle_px(problem.eye.visible);
+  x.segment<2>(at_x) = even.row(2).transpose();
+  x[spacing] = along.norm();
+  x[turn] = arc_tangent2(along.y(), along.x());
+  return x;
+}
+
+struct GridFit {
+  LeastSquares fit;
+  double noise_px = start_noise_px;  ///< that the marks were weighed with
+};
+
+/// Weighs the marks by what they left of the fit before, until that is what they were weighed with.
+GridFit weighed_fit(const GridProblem& problem, const GridFit& before, bool is_held)
+{
+  constexpr int n_rounds = 3;
+  const auto n = static_cast<Eigen::Index>(problem.marks.size());
+  FitProblem least;
+  least.start = before.fit.x;
+  least.scale.resize(n_numbers);
+  least.scale << 0.01, 0.01, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.01;
+  GridFit now = before;
+  for (int round = 0; round < n_rounds; ++round) {
+    const double noise_px = now.noise_px;
+    least.residuals = [&](const Eigen::VectorXd& x) { return residuals(problem, noise_px, is_held, x); };
+    now.fit = fit_least_squares(least);
+    if (now.fit.status != LeastSquaresStatus::converged || round + 1 == n_rounds) break;
+    const double square_sum = now.fit.residuals.head(2 * n).squaredNorm();
+    now.noise_px = std::max(noise_px * std::sqrt(square_sum / noise_dof(now.fit, n)), least_noise_px);
+    least.start = now.fit.x;
+  }
+  return now;
+}
+
+/// Second singular value of places less their mean: how far they spread beside a line, as a length.
+double spread_beside_a_line(const Eigen::MatrixXd& places)
+{
+  const Eigen::MatrixXd from_mean = places.rowwise() - places.colwise().mean();
+  return from_mean.jacobiSvd().singularValues()[1] / std::sqrt(static_cast<double>(places.rows()));
+}
+
+void require_spread(std::span<const GridMark> marks, const std::string& name, const std::string& file)
+{
+  constexpr std::size_t fewest = 12;
+  if (marks.size() < fewest) {
+    throw InputError({file, name + ".distortion", std::to_string(marks.size()) + " marked nodes",
+                      "12 or more, all over the visible part"});
+  }
+  constexpr double least_nodes = 0.25, least_px = 5.0;  // two neighbouring rows spread by half a node
+  Eigen::MatrixXd nodes(marks.size(), 2), drawn(marks.size(), 2);
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    nodes.row(static_cast<Eigen::Index>(i)) = marks[i].node.transpose();
+    drawn.row(static_cast<Eigen::Index>(i)) = marks[i].drawn_px.transpose();
+  }
+  if (spread_beside_a_line(nodes) < least_nodes || spread_beside_a_line(drawn) < least_px) {
+    throw InputError({file, name + ".distortion", "marks that lie on a line",
+                      "nodes of several rows and columns, all over the visible part"});
+  }
+}
+
+void refuse_outlier(const GridProblem& problem, const GridFit& fit, const std::string& name,
+                    const std::string& file)
+{
+  constexpr double most_deviations = 6.0, most_off_px = 3.0;
+  const FurthestMark furthest = furthest_mark(fit.fit, static_cast<Eigen::Index>(problem.marks.size()));
+  const double off_px = fit.noise_px * furthest.off.norm();
+  if (furthest.deviations <= most_deviations || off_px <= most_off_px) return;
+  const Eigen::Vector2d& node = problem.marks[static_cast<std::size_t>(furthest.mark)].node;
+  throw InputError(
+      {file,
+       name + ".distortion: node (" + rounded_text(node.x(), 2) + ", " + rounded_text(node.y(), 2) + ")",
+       "a mark " + rounded_text(off_px, 1) + " px from where all the others say", "that node marked again"});
+}
+
+std::array<Eigen::Vector2d, 4> corners_px(const Viewport& v)
+{
+  const double left = v.x, right = v.x + v.width, top = v.y, bottom = v.y + v.height;
+  return {Eigen::Vector2d(left, top), {right, top}, {left, bottom}, {right, bottom}};
+}
+
+void require_unfolded(const Distortion& distortion, const Eye& eye, const std::string& name,
+                      const std::string& file)
+{
+  double furthest_px = 0.0;
+  for (const Eigen::Vector2d& corner : corners_px(eye.visible)) {
+    const Eigen::Vector2d from_centre = corner - distortion.centre_px;
+    furthest_px = std::max(
+        furthest_px, Eigen::Vector2d(from_centre.x(), distortion.pixel_aspect * from_centre.y()).norm());
+  }
+  const double fold_px = fold_radius_px(distortion);
+  if (fold_px > furthest_px) return;
+  throw InputError({file, name + ".distortion",
+                    "k1 " + rounded_text(distortion.k1, 4) + ", k2 " + rounded_text(distortion.k2, 4) +
+                        ", which fold at " + rounded_text(fold_px, 0) + " px",
+                    "optics that keep the order of pixels out to " + rounded_text(furthest_px, 0) +
+                        " px: marks nearer to the corners of the visible part"});
+}
+
+/// Places all over the visible part.
+template <typename Action>
+void at_lattice(const Viewport& v, Action action)
+{
+  constexpr int n = 21;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < n; ++i) {
+      action(Eigen::Vector2d(v.x + v.width * (i / (n - 1.0)), v.y + v.height * (j / (n - 1.0))));
+    }
+  }
+}
+
+double inverse_error_px(const Distortion& distortion, const Eye& eye)
+{
+  double largest = 0.0;
+  at_lattice(eye.visible, [&](const Eigen::Vector2d& p) {
+    largest = std::max(largest, (drawn_px(distortion, shown_px(distortion, p)) - p).norm());
+  });
+  return largest;
+}
+
+Estimate estimate_of(const Distortion& d, const Eigen::MatrixXd& covariance, const std::string& name)
+{
+  Estimate estimate;
+  estimate.names = {name + ".k1", name + ".k2", name + ".centre_x", name + ".centre_y",
+                    name + ".pixel_aspect"};
+  estimate.units = {"", "", "px", "px", ""};
+  estimate.values.resize(5);
+  estimate.values << d.k1, d.k2, d.centre_px, d.pixel_aspect;
+  estimate.covariance = covariance;
+  return estimate;
+}
+
+/// Root mean square over the visible part.
+double apart_rms_px(const Distortion& a, const Distortion& b, const Eye& eye)
+{
+  double sum_sq = 0.0, n = 0.0;
+  at_lattice(eye.visible, [&](const Eigen::Vector2d& p) {
+    sum_sq += (shown_px(a, p) - shown_px(b, p)).squaredNorm();
+    n += 1.0;
+  });
+  return std::sqrt(sum_sq / n);
+}
+
+DistortionFit result_of(const GridProblem& problem, const GridFit& found, const std::string& name)
+{
+  const auto n = static_cast<Eigen::Index>(problem.marks.size());
+  DistortionFit result;
+  result.distortion = distortion_of(problem, found.fit.x);
+  result.grid = grid_of(found.fit.x);
+  Eigen::MatrixXd covariance = found.fit.covariance.topLeftCorner<5, 5>();
+  covariance.row(aspect_sds) *= problem.aspect.sd;
+  covariance.col(aspect_sds) *= problem.aspect.sd;
+  result.estimate = estimate_of(result.distortion, covariance, name);
+  result.estimate.dof = noise_dof(found.fit, n);
+  std::vector<double> left_px;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    left_px.push_back(found.noise_px * found.fit.residuals.segment<2>(2 * i).norm());
+  }
+  set_residuals(result.estimate, left_px, "px");
+  result.estimate.remarks.push_back(name + ": the grid's marks scatter by " +
+                                    rounded_text(found.noise_px, 2) + " px");
+  return result;
+}
+
+bool is_centre_told(const GridFit& fit)
+{
+  constexpr double most_sd_px = 20.0;
+  const Eigen::MatrixXd& covariance = fit.fit.covariance;
+  return fit.fit.status == LeastSquaresStatus::converged &&
+         std::max(covariance(centre_x, centre_x), covariance(centre_y, centre_y)) < most_sd_px * most_sd_px;
+}
+
+}  // namespace
+
+Eigen::Vector2d shown_px(const GridPlace& grid, double pixel_aspect, const Eigen::Vector2d& node)
+{
+  const SinCos turned = sin_cos(grid.turn_rad);
+  const double right = turned.cos * node.x() - turned.sin * node.y();
+  const double up = turned.sin * node.x() + turned.cos * node.y();
+  return grid.at_px + grid.spacing_px * Eigen::Vector2d(right, -up / pixel_aspect);
+}
+
+DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, const AspectPrior& aspect,
+                             const std::string& name, const std::string& file)
+{
+  require_spread(marks, name, file);
+  const GridProblem problem{marks, eye, aspect};
+  GridFit start;
+  start.fit.x = start_of(problem);
+  // Without distortion there is no centre to be told: the search for it begins where one was held.
+  const GridFit held = weighed_fit(problem, start, true);
+  const GridFit free = weighed_fit(problem, held, false);
+  const bool is_held = !is_centre_told(free);
+  const GridFit& found = is_held ? held : free;
+  if (found.fit.status != LeastSquaresStatus::converged) {
+    throw InputError({file, name + ".distortion",
+                      std::string("a fit of the grid that ended so: ") + name_of(found.fit.status),
+                      "marks on the nodes that were asked for, all over the visible part"});
+  }
+  refuse_outlier(problem, found, name, file);
+  DistortionFit result = result_of(problem, found, name);
+  require_unfolded(result.distortion, eye, name, file);
+  result.is_centre_held = is_held;
+  result.inverse_error_px = inverse_error_px(result.distortion, eye);
+  if (is_held) {
+    result.estimate.remarks.push_back(name +
+                                      ": too little distortion to tell where its centre is; the "
+                                      "middle of the visible part is taken");
+  }
+  return result;
+}
+
+DistortionFit mean_distortion(std::span<const GridValues> adjusted, const Eye& eye, const AspectPrior& aspect,
+                              const std::string& name, const std::string& file)
+{
+  if (adjusted.size() < 2) {
+    throw InputError({file, name + ".distortion", std::to_string(adjusted.size()) + " adjusted grid",
+                      "two or more: their spread tells how good they are"});
+  }
+  const auto n = static_cast<Eigen::Index>(adjusted.size());
+  Eigen::MatrixXd rows(n, 8);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const GridValues& v = adjusted[static_cast<std::size_t>(i)];
+    rows.row(i) << v.k1, v.k2, v.centre_px.transpose(), v.grid.at_px.transpose(), v.grid.spacing_px,
+        v.grid.turn_rad;
+  }
+  const Eigen::VectorXd mean = rows.colwise().mean().transpose();
+  const Eigen::MatrixXd from_mean = (rows.rowwise() - mean.transpose()).leftCols<4>();
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(5, 5);
+  covariance.topLeftCorner<4, 4>() = from_mean.transpose() * from_mean / static_cast<double>(n * (n - 1));
+  covariance(4, 4) = aspect.sd * aspect.sd;
+  DistortionFit result;
+  result.distortion = distortion_of(eye, mean[0], mean[1], mean.segment<2>(2), aspect.value);
+  result.grid = {mean.segment<2>(4), mean[6], mean[7]};
+  require_unfolded(result.distortion, eye, name, file);
+  result.inverse_error_px = inverse_error_px(result.distortion, eye);
+  result.estimate = estimate_of(result.distortion, covariance, name);
+  result.estimate.dof = static_cast<double>(n - 1);
+  std::vector<double> apart_px;
+  for (const GridValues& v : adjusted) {
+    const Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);
+    apart_px.push_back(apart_rms_px(one, result.distortion, eye));
+  }
+  set_residuals(result.estimate, apart_px, "px");
+  return result;
+}
+
+}  // namespace vrda

@@ -1,0 +1,387 @@
+#include "calibration/eyepoint_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::size_t least_marks = 3;
+/// Depths closer together than a tracker or ruler tells apart.
+constexpr double least_depth_range_mm = 1.0;
+constexpr double outlier_sd = 5.0, outlier_px = 3.0;
+
+std::string text(double value, const char* unit)
+{
+  return rounded_text(value, 1) + " " + unit;
+}
+
+std::string name_of(const RectangleMark& mark, std::size_t k)
+{
+  return "mark " + std::to_string(k + 1) + ", the rectangle of " + text(mark.width_mm, "mm") + " at " +
+         text(mark.depth_mm, "mm");
+}
+
+/// A mark through the optics.
+struct SeenWidth {
+  double width_mm = 0.0, depth_mm = 0.0;
+  double left_px = 0.0, right_px = 0.0;  ///< columns as shown, from the sight
+  double noise_gain = std::sqrt(2.0);    ///< of the width's noise over that of a side as drawn
+};
+
+double px_of(const SeenWidth& seen)
+{
+  return seen.right_px - seen.left_px;
+}
+
+/// Columns shown to the right by a column drawn to the right.
+double magnification(const Distortion& distortion, const Eigen::Vector2d& drawn)
+{
+  constexpr double step_px = 0.5;
+  const Eigen::Vector2d step(step_px, 0.0);
+  return (shown_px(distortion, drawn + step).x() - shown_px(distortion, drawn - step).x()) / (2.0 * step_px);
+}
+
+SeenWidth seen_of(const RectangleMark& mark, const Eye& eye)
+{
+  SeenWidth seen;
+  seen.width_mm = mark.width_mm;
+  seen.depth_mm = mark.depth_mm;
+  seen.left_px = shown_px(eye.distortion, mark.left_drawn_px).x() - eye.sight_px.x();
+  seen.right_px = shown_px(eye.distortion, mark.right_drawn_px).x() - eye.sight_px.x();
+  seen.noise_gain = std::hypot(magnification(eye.distortion, mark.left_drawn_px),
+                               magnification(eye.distortion, mark.right_drawn_px));
+  return seen;
+}
+
+std::vector<SeenWidth> seen_of(std::span<const RectangleMark> marks, const Eye& eye)
+{
+  std::vector<SeenWidth> seen;
+  seen.reserve(marks.size());
+  for (const RectangleMark& mark : marks) seen.push_back(seen_of(mark, eye));
+  return seen;
+}
+
+/// As an eye would see it whose sight goes along the table's Z: turned by `turn_rad` about the vertical.
+SeenWidth turned(const SeenWidth& seen, double turn_rad, double distance_px)
+{
+  SeenWidth result = seen;
+  result.left_px = distance_px * std::tan(std::atan(seen.left_px / distance_px) + turn_rad);
+  result.right_px = distance_px * std::tan(std::atan(seen.right_px / distance_px) + turn_rad);
+  return result;
+}
+
+/// Of the width in px to distance and depth.
+Eigen::Vector2d slope_of(double width_mm, double depth_mm, const Eyepoint& about)
+{
+  const double from_eye_mm = about.depth_mm + depth_mm;
+  return {width_mm / from_eye_mm, -about.distance_px * width_mm / (from_eye_mm * from_eye_mm)};
+}
+
+double left_px(const SeenWidth& seen, const Eyepoint& eyepoint)
+{
+  return px_of(seen) - eyepoint.distance_px * seen.width_mm / (eyepoint.depth_mm + seen.depth_mm);
+}
+
+Eigen::Matrix2d information_of(std::span<const SeenWidth> seen, const Eyepoint& about)
+{
+  Eigen::Matrix2d N = Eigen::Matrix2d::Zero();
+  for (const SeenWidth& s : seen) {
+    const Eigen::Vector2d slope = slope_of(s.width_mm, s.depth_mm, about) / s.noise_gain;
+    N += slope * slope.transpose();
+  }
+  return N;
+}
+
+/// The inverse of a two by two matrix, if its columns tell two numbers apart.
+std::optional<Eigen::Matrix2d> inverse_of(const Eigen::Matrix2d& N)
+{
+  // Of columns scaled to length 1 the determinant is the square of the sine between them; below 1e-12 there
+  // is only rounding.
+  constexpr double least_sine_sq = 1e-12;
+  if (!(N.determinant() > least_sine_sq * N(0, 0) * N(1, 1))) return std::nullopt;
+  return N.inverse();
+}
+
+/// X (E + Z) = d L is linear in d and E. Biased by the noise in X, but near.
+std::optional<Eyepoint> started(std::span<const SeenWidth> seen)
+{
+  Eigen::Matrix2d N = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d b = Eigen::Vector2d::Zero();
+  for (const SeenWidth& s : seen) {
+    const Eigen::Vector2d row(s.width_mm, -px_of(s));
+    N += row * row.transpose();
+    b += row * (px_of(s) * s.depth_mm);
+  }
+  const std::optional<Eigen::Matrix2d> inverse = inverse_of(N);
+  if (!inverse) return std::nullopt;
+  const Eigen::Vector2d found = *inverse * b;
+  return Eyepoint{found(0), found(1)};
+}
+
+bool is_before(const Eyepoint& eyepoint, std::span<const SeenWidth> seen)
+{
+  const auto in_front = [&](const SeenWidth& s) { return eyepoint.depth_mm + s.depth_mm > 0.0; };
+  return eyepoint.distance_px > 0.0 && std::all_of(seen.begin(), seen.end(), in_front);
+}
+
+/// Gauss-Newton on the true residuals; nothing where the marks do not tell it.
+std::optional<Eyepoint> solved(std::span<const SeenWidth> seen)
+{
+  std::optional<Eyepoint> at = started(seen);
+  constexpr int most_steps = 50;
+  constexpr double resolution = 1e-13;
+  for (int step = 0; step < most_steps; ++step) {
+    if (!at || !is_before(*at, seen)) return std::nullopt;
+    const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(seen, *at));
+    if (!inverse) return std::nullopt;
+    Eigen::Vector2d b = Eigen::Vector2d::Zero();
+    for (const SeenWidth& s : seen)
+      b += slope_of(s.width_mm, s.depth_mm, *at) * (left_px(s, *at) / (s.noise_gain * s.noise_gain));
+    const Eigen::Vector2d change = *inverse * b;
+    at->distance_px += change(0);
+    at->depth_mm += change(1);
+    if (std::abs(change(0)) < resolution * at->distance_px) return is_before(*at, seen) ? at : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+double sum_sq(std::span<const SeenWidth> seen, const Eyepoint& eyepoint)
+{
+  double sum = 0.0;
+  for (const SeenWidth& s : seen) {
+    const double left = left_px(s, eyepoint) / s.noise_gain;
+    sum += left * left;
+  }
+  return sum;
+}
+
+void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
+                   const std::string& name, const std::string& file)
+{
+  if (marks.size() < least_marks) {
+    throw InputError({file, name, std::to_string(marks.size()) + " marks of rectangles",
+                      std::to_string(least_marks) + " or more, at two depths at least"});
+  }
+  double nearest_mm = std::numeric_limits<double>::infinity(), furthest_mm = -nearest_mm;
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    const bool is_rectangle =
+        marks[k].width_mm > 0.0 && std::isfinite(marks[k].width_mm) && std::isfinite(marks[k].depth_mm);
+    if (!is_rectangle) throw InputError({file, name, name_of(marks[k], k), "a width above 0, and a depth"});
+    if (!(px_of(seen[k]) > 0.0) || !std::isfinite(px_of(seen[k]))) {
+      throw InputError({file, name,
+                        name_of(marks[k], k) + ": sides that are crossed or equal, " +
+                            text(px_of(seen[k]), "px") + " apart",
+                        "the left line left of the right one: align it again"});
+    }
+    nearest_mm = std::min(nearest_mm, marks[k].depth_mm);
+    furthest_mm = std::max(furthest_mm, marks[k].depth_mm);
+  }
+  if (furthest_mm - nearest_mm < least_depth_range_mm) {
+    throw InputError({file, name,
+                      "rectangles at equal depths, " + text(furthest_mm - nearest_mm, "mm") + " apart",
+                      "different depths: add a rectangle 150 mm or more behind"});
+  }
+}
+
+/// By how far each mark lies from where the others put it, against their noise.
+void require_no_outlier(std::span<const RectangleMark> marks, std::span<const SeenWidth> seen,
+                        const std::string& name, const std::string& file)
+{
+  if (marks.size() < least_marks + 1) return;  // three without one tell nothing of noise
+  for (std::size_t k = 0; k < marks.size(); ++k) {
+    std::vector<SeenWidth> others(seen.begin(), seen.end());
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    const std::optional<Eyepoint> eyepoint = solved(others);
+    if (!eyepoint || !(eyepoint->depth_mm + seen[k].depth_mm > 0.0)) continue;
+    const double noise_px2 = sum_sq(others, *eyepoint) / (static_cast<double>(others.size()) - 2.0);
+    const Eigen::Vector2d slope = slope_of(seen[k].width_mm, seen[k].depth_mm, *eyepoint);
+    const double spread_px2 =
+        noise_px2 *
+        (seen[k].noise_gain * seen[k].noise_gain +
+         slope.dot(inverse_of(information_of(others, *eyepoint)).value_or(Eigen::Matrix2d::Zero()) * slope));
+    const double off_px = std::abs(left_px(seen[k], *eyepoint));
+    if (off_px > outlier_px && off_px > outlier_sd * std::sqrt(spread_px2)) {
+      throw InputError(
+          {file, name,
+           name_of(marks[k], k) + ": " + text(off_px, "px") + " from the width that the others ask for",
+           text(outlier_px, "px") + " at most: align it again"});
+    }
+  }
+}
+
+/// A rectangle behind the others, as wide as the widest looks, that would make the depth known well enough.
+std::string what_to_add(std::span<const SeenWidth> seen, const Eyepoint& about, double noise_px,
+                        double most_sd_mm)
+{
+  double widest_px = 0.0, furthest_mm = -std::numeric_limits<double>::infinity();
+  for (const SeenWidth& s : seen) {
+    widest_px = std::max(widest_px, px_of(s));
+    furthest_mm = std::max(furthest_mm, s.depth_mm);
+  }
+  constexpr double step_mm = 50.0, most_behind_mm = 1500.0;
+  constexpr int repeats = 3;
+  for (double behind_mm = step_mm; behind_mm <= most_behind_mm; behind_mm += step_mm) {
+    SeenWidth extra;
+    extra.depth_mm = furthest_mm + behind_mm;
+    extra.width_mm = widest_px * (about.depth_mm + extra.depth_mm) / about.distance_px;
+    std::vector<SeenWidth> with_extra(seen.begin(), seen.end());
+    with_extra.insert(with_extra.end(), repeats, extra);
+    const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(with_extra, about));
+    if (inverse && noise_px * std::sqrt((*inverse)(1, 1)) < most_sd_mm) {
+      return "add a rectangle about " + rounded_text(extra.width_mm, 0) + " mm wide at " +
+             rounded_text(extra.depth_mm, 0) + " mm, marked three times";
+    }
+  }
+  return "add rectangles further behind, and repeat all marks";
+}
+
+using Slope = Eigen::Matrix<double, 2, Eigen::Dynamic>;
+
+Eigen::Vector2d vector_of(const Eyepoint& eyepoint)
+{
+  return {eyepoint.distance_px, eyepoint.depth_mm};
+}
+
+/// By how much the fitted numbers change with one of what is taken for known; `seen_with(step)` sees the
+/// marks with that one changed.
+template <typename SeenWith>
+Eigen::Vector2d sensitivity(SeenWith seen_with, double step, const Eyepoint& nominal)
+{
+  const std::vector<SeenWidth> less = seen_with(-step), more = seen_with(step);
+  return (vector_of(solved(more).value_or(nominal)) - vector_of(solved(less).value_or(nominal))) /
+         (2.0 * step);
+}
+
+/// To k1, k2, the centre and the pixel aspect.
+Slope by_distortion(std::span<const RectangleMark> marks, const Eye& eye, const Eyepoint& nominal)
+{
+  constexpr std::array<double, 5> steps = {1e-4, 1e-4, 0.1, 0.1, 1e-4};
+  Slope slope(2, 5);
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const auto seen_with = [&](double step) {
+      Eye changed = eye;
+      Distortion& d = changed.distortion;
+      const std::array<double*, 5> numbers = {&d.k1, &d.k2, &d.centre_px.x(), &d.centre_px.y(),
+                                              &d.pixel_aspect};
+      *numbers[k] += step;
+      return seen_of(marks, changed);
+    };
+    slope.col(static_cast<Eigen::Index>(k)) = sensitivity(seen_with, steps[k], nominal);
+  }
+  return slope;
+}
+
+/// Alignment's and distortion's part of the covariance.
+Eigen::Matrix2d taken_for_known(std::span<const RectangleMark> marks, const Eye& eye,
+                                const EyepointOptions& options, const Eyepoint& nominal)
+{
+  constexpr double turn_step_rad = 1e-4;
+  const std::vector<SeenWidth> seen = seen_of(marks, eye);
+  const auto turned_by = [&](double turn_rad) {
+    std::vector<SeenWidth> result = seen;
+    for (SeenWidth& s : result) s = turned(s, turn_rad, nominal.distance_px);
+    return result;
+  };
+  const Eigen::Vector2d by_turn = sensitivity(turned_by, turn_step_rad, nominal);
+  Eigen::Matrix2d covariance =
+      options.alignment_sd_rad * options.alignment_sd_rad * by_turn * by_turn.transpose();
+  if (options.distortion_covariance.size() > 0) {
+    check(options.distortion_covariance.rows() == 5 && options.distortion_covariance.cols() == 5,
+          "a distortion's covariance is of five numbers");
+    const Slope slope = by_distortion(marks, eye, nominal);
+    covariance += slope * options.distortion_covariance * slope.transpose();
+  }
+  return covariance;
+}
+
+}  // namespace
+
+Eyepoint eyepoint_of_two(const RectangleMark& first, double first_px, const RectangleMark& second,
+                         double second_px)
+{
+  const double apart_mm = second.depth_mm - first.depth_mm;
+  const double denominator = first_px * second.width_mm - second_px * first.width_mm;
+  check(apart_mm != 0.0 && denominator != 0.0, "two rectangles are at different depths");
+  Eyepoint eyepoint;
+  eyepoint.distance_px = first_px * second_px * apart_mm / denominator;
+  eyepoint.depth_mm = first.width_mm * eyepoint.distance_px / first_px - first.depth_mm;
+  return eyepoint;
+}
+
+EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, const EyepointOptions& options,
+                         const std::string& name, const std::string& file)
+{
+  const std::vector<SeenWidth> seen = seen_of(marks, eye);
+  require_marks(marks, seen, name, file);
+  require_no_outlier(marks, seen, name, file);
+  const std::optional<Eyepoint> eyepoint = solved(seen);
+  if (!eyepoint) {
+    throw InputError({file, name, "widths that do not shrink with depth as they must",
+                      "rectangles at depths further apart: add one 150 mm or more behind"});
+  }
+  EyepointFit fit;
+  fit.eyepoint = *eyepoint;
+  const double dof = static_cast<double>(marks.size()) - 2.0;
+  fit.noise_px = std::sqrt(sum_sq(seen, *eyepoint) / dof);
+  const Eigen::Matrix2d by_noise =
+      fit.noise_px * fit.noise_px *
+      inverse_of(information_of(seen, *eyepoint)).value_or(Eigen::Matrix2d::Zero());
+  const double depth_sd_mm = std::sqrt(by_noise(1, 1));
+  if (!(depth_sd_mm <= options.most_depth_sd_mm)) {
+    throw InputError(
+        {file, name,
+         "a spread of depths that leaves the eye's to " + text(depth_sd_mm, "mm") + " (standard deviation)",
+         text(options.most_depth_sd_mm, "mm") +
+             " or less: " + what_to_add(seen, *eyepoint, fit.noise_px, options.most_depth_sd_mm)});
+  }
+  Estimate& estimate = fit.estimate;
+  estimate.names = {name + ".distance", name + ".depth"};
+  estimate.units = {"px", "mm"};
+  estimate.values = vector_of(*eyepoint);
+  estimate.covariance = by_noise + taken_for_known(marks, eye, options, *eyepoint);
+  // What was given is known: the noise's share of the variance decides (Welch and Satterthwaite), for the
+  // number of which it is larger.
+  const Eigen::Vector2d share = by_noise.diagonal().cwiseQuotient(
+      estimate.covariance.diagonal().cwiseMax(std::numeric_limits<double>::min()));
+  const double most_share = std::max(share.maxCoeff(), 1e-3);
+  estimate.dof = dof / (most_share * most_share);
+  std::vector<double> left;
+  for (const SeenWidth& s : seen) left.push_back(left_px(s, *eyepoint));
+  set_residuals(estimate, left, "px");
+  estimate.remarks.push_back(
+      name + " eye: " + text(eyepoint->depth_mm, "mm") + " before the first rectangle's plane, 95 %: +-" +
+      text(half_width_95(estimate, 1), "mm") + "; a side's noise " + rounded_text(fit.noise_px, 2) + " px");
+  return fit;
+}
+
+Eigen::Vector2d expected_eyepoint_sd(std::span<const RectangleMark> rectangles, const Eyepoint& about,
+                                     double noise_px)
+{
+  std::vector<SeenWidth> seen;
+  for (const RectangleMark& r : rectangles) {
+    seen.emplace_back();
+    seen.back().width_mm = r.width_mm;
+    seen.back().depth_mm = r.depth_mm;
+  }
+  const std::optional<Eigen::Matrix2d> inverse = inverse_of(information_of(seen, about));
+  if (!inverse) return Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
+  return noise_px * inverse->diagonal().cwiseSqrt();
+}
+
+double depth_error_mm(double depth_mm, double drawn_ipd_mm, double true_ipd_mm)
+{
+  check(drawn_ipd_mm > 0.0, "the eyes drawn for are apart");
+  // The eyes' lines converge as if `drawn_ipd_mm` apart: each goes by half of it over the depth.
+  return depth_mm * (true_ipd_mm / drawn_ipd_mm - 1.0);
+}
+
+}  // namespace vrda

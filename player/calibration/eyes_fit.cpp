@@ -1,0 +1,406 @@
+#include "calibration/eyes_fit.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "calibration/aligned_marks.hpp"
+#include "calibration/least_squares.hpp"
+#include "core/error.hpp"
+#include "core/trig.hpp"
+#include "core/units.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda {
+namespace {
+
+/// What is known of the eyes beforehand, in the order of the estimate.
+enum Known : Eigen::Index {
+  left_distance,
+  right_distance,
+  ipd,
+  depth_apart,
+  height_apart,
+  left_sight_x,
+  left_sight_y,
+  right_sight_x,
+  right_sight_y,
+  left_optics,                     // k1, k2, centre_x, centre_y, pixel_aspect
+  right_optics = left_optics + 5,  // the same
+  n_known = right_optics + 5
+};
+constexpr Eigen::Index n_place = 6;  // shift (mm), turn (rad) about the fixed axes
+
+constexpr double start_noise_px = 0.5;
+/// No hand aligns better; keeps weights finite where marks fit exactly.
+constexpr double least_noise_px = 1e-4;
+
+Eigen::VectorXd known_of(const EyePair& eyes)
+{
+  const Eigen::Vector3d apart = eyes.left.position_head_mm - eyes.right.position_head_mm;
+  Eigen::VectorXd known(+n_known);
+  known << eyes.left.distance_px, eyes.right.distance_px, -apart.x(), apart.z(), apart.y(),
+      eyes.left.sight_px, eyes.right.sight_px, Eigen::VectorXd::Zero(10);
+  for (const Known optics : {left_optics, right_optics}) {
+    const Eye& eye = optics == left_optics ? eyes.left : eyes.right;
+    known.segment<5>(optics) << eye.distortion.k1, eye.distortion.k2, eye.distortion.centre_px,
+        eye.pixel_aspect;
+  }
+  return known;
+}
+
+EyePair eyes_of(const EyePair& like, const Eigen::VectorXd& known)
+{
+  EyePair eyes = like;
+  const Eigen::Vector3d half_apart =
+      0.5 * Eigen::Vector3d(-known[ipd], known[height_apart], known[depth_apart]);
+  const auto set = [&](Eye& eye, Known distance, Known sight, Known optics) {
+    eye.distance_px = known[distance];
+    eye.sight_px = known.segment<2>(sight);
+    eye.distortion.k1 = known[optics];
+    eye.distortion.k2 = known[optics + 1];
+    eye.distortion.centre_px = known.segment<2>(optics + 2);
+    eye.pixel_aspect = eye.distortion.pixel_aspect = known[optics + 4];
+  };
+  set(eyes.left, left_distance, left_sight_x, left_optics);
+  set(eyes.right, right_distance, right_sight_x, right_optics);
+  eyes.left.position_head_mm = half_apart;
+  eyes.right.position_head_mm = -half_apart;
+  return eyes;
+}
+
+Eigen::MatrixXd covariance_of(const EyesPrior& prior)
+{
+  // left distance, depth, right distance, depth: an eye with more depth is further back, at more z
+  Eigen::Matrix<double, 3, 4> of_eyepoints = Eigen::Matrix<double, 3, 4>::Zero();
+  of_eyepoints(0, 0) = of_eyepoints(1, 2) = of_eyepoints(2, 1) = 1.0;
+  of_eyepoints(2, 3) = -1.0;
+  const Eigen::Matrix3d eyepoints = of_eyepoints * prior.eyepoint_covariance * of_eyepoints.transpose();
+  const std::array<Eigen::Index, 3> at = {left_distance, right_distance, depth_apart};
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n_known, n_known);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      covariance(at[i], at[j]) = eyepoints(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+  }
+  covariance(ipd, ipd) = prior.ipd_sd_mm * prior.ipd_sd_mm;
+  covariance(height_apart, height_apart) = prior.height_apart_sd_mm * prior.height_apart_sd_mm;
+  covariance.diagonal().segment<4>(left_sight_x).setConstant(prior.sight_sd_px * prior.sight_sd_px);
+  const std::array<Known, 2> optics = {left_optics, right_optics};
+  for (std::size_t eye = 0; eye < 2; ++eye) {
+    const Eigen::MatrixXd& known = prior.distortion_covariance[eye];
+    if (known.size() > 0) covariance.block<5, 5>(optics[eye], optics[eye]) = known;
+  }
+  return covariance;
+}
+
+/// L with L L^T = `covariance`, as many columns as it has directions: also of numbers that are known exactly.
+Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance)
+{
+  constexpr double least_share = 1e-12;  // of a correlation: rounding
+  const Eigen::VectorXd sd = covariance.diagonal().cwiseSqrt();
+  const Eigen::VectorXd per_sd = (sd.array() > 0.0).select(sd.cwiseInverse(), 0.0);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(per_sd.asDiagonal() * covariance *
+                                                             per_sd.asDiagonal());
+  const Eigen::VectorXd& share = eigen.eigenvalues();  // ascending
+  const Eigen::Index rank = (share.array() > least_share).count();
+  return sd.asDiagonal() * eigen.eigenvectors().rightCols(rank) * share.tail(rank).cwiseSqrt().asDiagonal();
+}
+
+/// Shifted, and turned by a rotation vector about the fixed axes.
+Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& by)
+{
+  const Eigen::Vector3d turn = by.tail<3>();
+  const double angle = turn.norm();
+  Pose result = X;
+  result.translation() += by.head<3>();
+  if (angle > 0.0) {
+    const SinCos half = sin_cos(0.5 * angle);
+    Eigen::Quaterniond q;
+    q.w() = half.cos;
+    q.vec() = half.sin / angle * turn;
+    result.linear() = (q * Eigen::Quaterniond(X.linear())).normalized().toRotationMatrix();
+  }
+  return result;
+}
+
+/// The search passes places that an eye cannot see: behind it a point counts as 1 mm before it.
+Eigen::Vector3d before_eye(const Eye& eye, const Eigen::Vector3d& p_head_mm)
+{
+  constexpr double nearest_mm = 1.0;
+  return {p_head_mm.x(), p_head_mm.y(), std::min(p_head_mm.z(), eye.position_head_mm.z() - nearest_mm)};
+}
+
+struct EyesProblem {
+  std::span<const BullseyeMark> marks;
+  const EyesPrior& prior;
+  Eigen::VectorXd known;  ///< [n_known] beforehand
+  Eigen::MatrixXd L;      ///< known less beforehand = L z, z of unit variance
+};
+
+const Eye& eye_of(const EyePair& eyes, const BullseyeMark& mark)
+{
+  return mark.is_right ? eyes.right : eyes.left;
+}
+
+/// Where the eyes are, how they are, and how good the marks are.
+struct EyesGuess {
+  Pose X_carrier_eyes;
+  Eigen::VectorXd z;  ///< of what was known
+  double noise_px = start_noise_px;
+};
+
+EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
+{
+  return eyes_of(problem.prior.eyes, problem.known + problem.L * z);
+}
+
+/// Of each mark: what the tracker's noise makes of it, in px.
+Eigen::VectorXd tracker_sds_px(const EyesProblem& problem, const EyesGuess& guess)
+{
+  const EyePair eyes = eyes_of(problem, guess.z);
+  const Pose X_eyes_carrier = guess.X_carrier_eyes.inverse();
+  Eigen::VectorXd sds(static_cast<Eigen::Index>(problem.marks.size()));
+  for (Eigen::Index i = 0; i < sds.size(); ++i) {
+    const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
+    const Eye& eye = eye_of(eyes, mark);
+    const double depth_mm =
+        eye.position_head_mm.z() - before_eye(eye, X_eyes_carrier * mark.p_carrier_mm).z();
+    sds[i] = eye.distance_px / depth_mm * mark.p_sd_mm;
+  }
+  return sds;
+}
+
+/// Of the marks, each in parts of its own standard deviation, then of what was known.
+Eigen::VectorXd residuals(const EyesProblem& problem, const Pose& X_start, const Eigen::VectorXd& sds_px,
+                          const Eigen::VectorXd& x)
+{
+  const Eigen::VectorXd z = x.tail(x.size() - n_place);
+  const EyePair eyes = eyes_of(problem, z);
+  const Pose X_eyes_carrier = moved(X_start, x.head<n_place>()).inverse();
+  const auto n = static_cast<Eigen::Index>(problem.marks.size());
+  Eigen::VectorXd r(2 * n + z.size());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
+    const Eye& eye = eye_of(eyes, mark);
+    const Eigen::Vector3d p_head_mm = before_eye(eye, X_eyes_carrier * mark.p_carrier_mm);
+    r.segment<2>(2 * i) = (drawn_px(eye, p_head_mm) - mark.drawn_px) / sds_px[i];
+  }
+  r.tail(z.size()) = z;
+  return r;
+}
+
+/// A place to start from: the one at which the markers are nearest to the lines of sight of their marks.
+/// Unlike distances on the screen, those across a line of sight have no place where they break off.
+Pose start_of(const EyesProblem& problem, const Pose& X_guess)
+{
+  const EyePair& eyes = problem.prior.eyes;
+  const auto n = static_cast<Eigen::Index>(problem.marks.size());
+  Eigen::Matrix2Xd tangents(2, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
+    const Eye& eye = eye_of(eyes, mark);
+    const Eigen::Vector2d aside = shown_px(eye.distortion, mark.drawn_px) - eye.sight_px;
+    tangents.col(i) = Eigen::Vector2d(aside.x(), -eye.pixel_aspect * aside.y()) / eye.distance_px;
+  }
+  FitProblem least;
+  least.start = Eigen::VectorXd::Zero(n_place);
+  least.scale.resize(n_place);
+  least.scale << 10.0, 10.0, 10.0, 0.01, 0.01, 0.01;
+  least.residuals = [&](const Eigen::VectorXd& x) {
+    const Pose X_eyes_carrier = moved(X_guess, x).inverse();
+    Eigen::VectorXd r(2 * n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
+      const Eigen::Vector3d p = X_eyes_carrier * mark.p_carrier_mm - eye_of(eyes, mark).position_head_mm;
+      r.segment<2>(2 * i) = p.head<2>() + p.z() * tangents.col(i);
+    }
+    return r;
+  };
+  return moved(X_guess, fit_least_squares(least).x);
+}
+
+/// The noise of an alignment that makes what the marks leave as large as it should be.
+double noise_px_of(const Eigen::VectorXd& left_px, const Eigen::VectorXd& tracker_px, double dof)
+{
+  const auto excess = [&](double noise_px) {
+    double sum = -dof;
+    for (Eigen::Index i = 0; i < tracker_px.size(); ++i) {
+      sum += left_px.segment<2>(2 * i).squaredNorm() / (noise_px * noise_px + tracker_px[i] * tracker_px[i]);
+    }
+    return sum;
+  };
+  double low = least_noise_px, high = least_noise_px;
+  while (excess(high) > 0.0) high *= 2.0;
+  if (high == low) return low;
+  constexpr int n_halvings = 40;
+  for (int i = 0; i < n_halvings; ++i) {
+    const double middle = 0.5 * (low + high);
+    (excess(middle) > 0.0 ? low : high) = middle;
+  }
+  return high;
+}
+
+struct EyesSolution {
+  LeastSquares fit;
+  EyesGuess guess;
+  Eigen::VectorXd sds_px;  ///< [n_marks] that the marks were weighed with
+};
+
+/// Weighs the marks by what they left of the fit before, until that is what they were weighed with.
+EyesSolution solved(const EyesProblem& problem, const Pose& X_guess)
+{
+  constexpr int n_rounds = 4;
+  const auto n = static_cast<Eigen::Index>(problem.marks.size());
+  EyesSolution solution;
+  solution.guess = {start_of(problem, X_guess), Eigen::VectorXd::Zero(problem.L.cols()), start_noise_px};
+  FitProblem least;
+  least.scale = Eigen::VectorXd::Ones(n_place + problem.L.cols());
+  least.scale.segment<3>(3).setConstant(0.01);
+  for (int round = 0; round < n_rounds; ++round) {
+    EyesGuess& guess = solution.guess;
+    const Eigen::VectorXd tracker_px = tracker_sds_px(problem, guess);
+    solution.sds_px = (tracker_px.array().square() + guess.noise_px * guess.noise_px).sqrt();
+    least.start = Eigen::VectorXd::Zero(least.scale.size());
+    least.start.tail(guess.z.size()) = guess.z;
+    const Pose X_start = guess.X_carrier_eyes;
+    least.residuals = [&](const Eigen::VectorXd& x) {
+      return residuals(problem, X_start, solution.sds_px, x);
+    };
+    solution.fit = fit_least_squares(least);
+    guess.X_carrier_eyes = moved(X_start, solution.fit.x.head<n_place>());
+    guess.z = solution.fit.x.tail(guess.z.size());
+    if (solution.fit.status != LeastSquaresStatus::converged || round + 1 == n_rounds) break;
+    Eigen::VectorXd left_px = solution.fit.residuals.head(2 * n);
+    for (Eigen::Index i = 0; i < n; ++i) left_px.segment<2>(2 * i) *= solution.sds_px[i];
+    guess.noise_px = noise_px_of(left_px, tracker_px, noise_dof(solution.fit, n));
+  }
+  return solution;
+}
+
+void require_marks(std::span<const BullseyeMark> marks, const std::string& name, const std::string& file)
+{
+  constexpr std::ptrdiff_t fewest = 6;
+  for (const bool is_right : {false, true}) {
+    const std::ptrdiff_t n = std::count_if(
+        marks.begin(), marks.end(), [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
+    if (n >= fewest) continue;
+    throw InputError({file, name + (is_right ? ": right eye" : ": left eye"),
+                      std::to_string(n) + " aligned bull's-eyes", "6 or more for each eye"});
+  }
+}
+
+double extent(const Eigen::VectorXd& along)
+{
+  return along.maxCoeff() - along.minCoeff();
+}
+
+/// Places in a plane facing the eyes do not tell a shift from a turn, nor those on a line a turn about it.
+void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, const std::string& name,
+                    const std::string& file)
+{
+  constexpr double least_mm = 50.0;
+  Eigen::MatrixX3d p(marks.size(), 3);
+  for (std::size_t i = 0; i < marks.size(); ++i) {
+    p.row(static_cast<Eigen::Index>(i)) = (X_guess.inverse() * marks[i].p_carrier_mm).transpose();
+  }
+  const auto refuse = [&](const std::string& how, double found_mm, const std::string& wanted) {
+    throw InputError(
+        {file, name + ": marker's places", how + " (" + rounded_text(found_mm, 0) + " mm)", wanted});
+  };
+  const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(from_mean.transpose() * from_mean);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> across(from_mean.leftCols<2>().transpose() *
+                                                              from_mean.leftCols<2>());
+  const double depth_mm = extent(p.col(2));
+  const double across_mm = extent(from_mean.leftCols<2>() * across.eigenvectors().col(1));
+  const double beside_mm = extent(from_mean * axes.eigenvectors().col(1));
+  if (depth_mm < least_mm) {
+    refuse("all at one depth", depth_mm, "some nearer and some further away, 50 mm apart or more");
+  }
+  if (across_mm < least_mm) {
+    refuse("all straight ahead", across_mm, "some to the left and some to the right, 50 mm apart or more");
+  }
+  if (beside_mm < least_mm) {
+    refuse("all on a line", beside_mm, "some beside it, 50 mm or more");
+  }
+}
+
+void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, const std::string& name,
+                    const std::string& file)
+{
+  constexpr double most_deviations = 6.0, most_off_px = 4.0;
+  const FurthestMark furthest = furthest_mark(solution.fit, static_cast<Eigen::Index>(problem.marks.size()));
+  const double off_px = solution.sds_px[furthest.mark] * furthest.off.norm();
+  if (furthest.deviations <= most_deviations || off_px <= most_off_px) return;
+  const auto end = problem.marks.begin() + furthest.mark;
+  const bool is_right = end->is_right;
+  const std::ptrdiff_t before = std::count_if(
+      problem.marks.begin(), end, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
+  throw InputError({file,
+                    name + ": bull's-eye " + std::to_string(before + 1) + " of the " +
+                        (is_right ? "right" : "left") + " eye",
+                    "a mark " + rounded_text(off_px, 1) + " px from where all the others say",
+                    "that one aligned again"});
+}
+
+Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, const std::string& name)
+{
+  const auto n = static_cast<Eigen::Index>(problem.marks.size());
+  const Eigen::MatrixXd& C = solution.fit.covariance;
+  Estimate estimate =
+      estimate_of_place(name, solution.guess.X_carrier_eyes, C.topLeftCorner<n_place, n_place>());
+  for (const char* known : {"left.distance", "right.distance", "ipd", "depth_apart", "height_apart",
+                            "left.sight_x", "left.sight_y", "right.sight_x", "right.sight_y"}) {
+    estimate.names.emplace_back(known);
+  }
+  estimate.units.insert(estimate.units.end(), {"px", "px", "mm", "mm", "mm", "px", "px", "px", "px"});
+  for (const std::string eye : {"left", "right"}) {
+    for (const char* number : {".k1", ".k2", ".centre_x", ".centre_y", ".pixel_aspect"}) {
+      estimate.names.push_back(eye + number);
+    }
+    estimate.units.insert(estimate.units.end(), {"", "", "px", "px", ""});
+  }
+  Eigen::VectorXd values(n_place + n_known);
+  values << estimate.values, problem.known + problem.L * solution.guess.z;
+  estimate.values = values;
+  // From what was searched to what is reported: degrees, and numbers for z.
+  Eigen::MatrixXd to_numbers = Eigen::MatrixXd::Zero(n_place + n_known, C.rows());
+  to_numbers.topLeftCorner<n_place, n_place>().setIdentity();
+  to_numbers.diagonal().segment<3>(3).setConstant(deg_from_rad(1.0));
+  to_numbers.bottomRightCorner(n_known, problem.L.cols()) = problem.L;
+  estimate.covariance = to_numbers * C * to_numbers.transpose();
+  estimate.dof = noise_dof(solution.fit, n);
+  std::vector<double> left_px;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    left_px.push_back(solution.sds_px[i] * solution.fit.residuals.segment<2>(2 * i).norm());
+  }
+  set_residuals(estimate, left_px, "px");
+  return estimate;
+}
+
+}  // namespace
+
+EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, const Pose& X_start,
+                 const std::string& name, const std::string& file)
+{
+  require_marks(marks, name, file);
+  require_spread(marks, X_start, name, file);
+  const EyesProblem problem{marks, prior, known_of(prior.eyes), root_of(covariance_of(prior))};
+  const EyesSolution solution = solved(problem, X_start);
+  if (solution.fit.status != LeastSquaresStatus::converged) {
+    throw InputError({file, name,
+                      std::string("a fit of the bull's-eyes that ended so: ") + name_of(solution.fit.status),
+                      "bull's-eyes aligned with the marker of the tracker, at places that differ"});
+  }
+  refuse_outlier(problem, solution, name, file);
+  EyesFit result;
+  result.X_carrier_eyes = solution.guess.X_carrier_eyes;
+  result.eyes = eyes_of(problem, solution.guess.z);
+  result.noise_px = solution.guess.noise_px;
+  result.estimate = estimate_of(problem, solution, name);
+  result.estimate.remarks.push_back("bull's-eyes scatter by " + rounded_text(result.noise_px, 2) + " px");
+  return result;
+}
+
+}  // namespace vrda

@@ -1,0 +1,285 @@
+#include "calibration/fiducial_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "settings/settings_text.hpp"
+#include "tracking/body_pose.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::size_t least_fiducials = 4;
+constexpr double outlier_sd = 5.0, outlier_mm = 5.0;
+/// A set that fits its mirror image no worse than by this factor does not tell which side it is of.
+constexpr double mirror_factor = 1.5;
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+std::string text(double mm)
+{
+  return rounded_text(mm, 2) + " mm";
+}
+
+/// Points of the model, and where they were touched; entries not to be used are empty.
+struct Touched {
+  std::vector<std::string> names;
+  RigidBody model;
+  MarkerRow body_mm;
+};
+
+Touched touched(std::span<const Fiducial> points, const std::string& file)
+{
+  Touched result;
+  for (const Fiducial& p : points) {
+    if (!p.p_model_mm.allFinite() || !p.p_body_mm.allFinite())
+      throw InputError({file, p.name, "a coordinate that is no number", "mm"});
+    if (p.is_target) continue;
+    result.names.push_back(p.name);
+    result.body_mm.emplace_back(p.p_body_mm);
+  }
+  const std::size_t n = result.names.size();
+  if (n < least_fiducials || n > static_cast<std::size_t>(most_markers)) {
+    throw InputError(
+        {file, "fiducials", std::to_string(n) + " to fit to",
+         std::to_string(least_fiducials) + " to " + std::to_string(most_markers) + ", besides targets"});
+  }
+  result.model.markers_mm.resize(static_cast<Eigen::Index>(n), 3);
+  Eigen::Index row = 0;
+  for (const Fiducial& p : points) {
+    if (!p.is_target) result.model.markers_mm.row(row++) = p.p_model_mm.transpose();
+  }
+  return result;
+}
+
+/// Whatever the residual: what is an outlier is decided here.
+PoseFit fit_of(const RigidBody& model, const MarkerRow& body_mm)
+{
+  FitOptions options;
+  options.outlier_mm = std::numeric_limits<double>::infinity();
+  return fit_pose(model, body_mm, options);
+}
+
+void require_spread(const MarkerCloud& cloud, const char* where, const std::string& file)
+{
+  if (!(cloud.spread_mm(1) >= least_spread_mm)) {
+    throw InputError(
+        {file, "fiducials",
+         "collinear " + std::string(where) + ": second singular value " + text(cloud.spread_mm(1)),
+         text(least_spread_mm) + " or more: add a fiducial off their line"});
+  }
+  if (!(cloud.spread_mm(2) >= least_spread_mm)) {
+    throw InputError({file, "fiducials",
+                      "coplanar " + std::string(where) + ": third singular value " +
+                          text(cloud.spread_mm(2)) + ", so that a mirrored model would fit as well",
+                      text(least_spread_mm) + " or more: add a fiducial off their plane"});
+  }
+}
+
+double mirrored_rms_mm(const Touched& points)
+{
+  RigidBody mirrored = points.model;
+  mirrored.markers_mm.col(2) *= -1.0;
+  return fit_of(mirrored, points.body_mm).residual_rms_mm;
+}
+
+[[noreturn]] void refuse_side(double rms_mm, double mirrored_mm, const std::string& wanted,
+                              const std::string& file)
+{
+  throw InputError({file, "fiducials",
+                    text(rms_mm) + " (rms) left as they are, " + text(mirrored_mm) + " mirrored", wanted});
+}
+
+/// Each fiducial by a fit to the others.
+struct LeftOut {
+  std::vector<double> error_mm;     ///< length
+  std::vector<double> expected_mm;  ///< a coordinate's standard deviation, by the noise of the others
+  std::vector<double> others_mm;    ///< their residual's rms; infinite: they do not spread
+};
+
+LeftOut left_out(const Touched& points)
+{
+  LeftOut result;
+  for (std::size_t k = 0; k < points.names.size(); ++k) {
+    MarkerRow others = points.body_mm;
+    others[k].reset();
+    const Eigen::Vector3d p_model = points.model.markers_mm.row(static_cast<Eigen::Index>(k)).transpose();
+    const PoseFit fit = fit_of(points.model, others);
+    if (fit.status != FitStatus::fitted) {
+      result.error_mm.push_back(0.0);
+      result.expected_mm.push_back(std::numeric_limits<double>::infinity());
+      result.others_mm.push_back(std::numeric_limits<double>::infinity());
+      continue;
+    }
+    const double noise = noise_mm(fit), target = target_error_mm(fit.cloud, noise, p_model);
+    result.error_mm.push_back((fit.X_tracker_body * p_model - *points.body_mm[k]).norm());
+    result.expected_mm.push_back(std::sqrt(noise * noise + target * target / 3.0));
+    result.others_mm.push_back(fit.residual_rms_mm);
+  }
+  return result;
+}
+
+/// The one without which the others agree best is the only one that can be told to be wrong.
+void require_no_outlier(const Touched& points, const LeftOut& out, const std::string& file)
+{
+  const auto best = std::min_element(out.others_mm.begin(), out.others_mm.end());
+  const auto k = static_cast<std::size_t>(best - out.others_mm.begin());
+  if (out.error_mm[k] > outlier_mm && out.error_mm[k] > outlier_sd * out.expected_mm[k]) {
+    throw InputError({file, points.names[k], text(out.error_mm[k]) + " from where the others put it",
+                      text(outlier_mm) + " at most: touch it again"});
+  }
+}
+
+/// Over the points that can be left out.
+double rms_of(const LeftOut& out)
+{
+  double sum_sq = 0.0;
+  int n = 0;
+  for (std::size_t k = 0; k < out.error_mm.size(); ++k) {
+    if (std::isinf(out.others_mm[k])) continue;
+    sum_sq += out.error_mm[k] * out.error_mm[k];
+    ++n;
+  }
+  return n == 0 ? 0.0 : std::sqrt(sum_sq / n);
+}
+
+/// Of shift and turn about the body's axes. Turns go about the points' centre m from the origin: a turn
+/// moves the origin by m x turn.
+Matrix6 covariance_of(const PoseFit& fit)
+{
+  const double noise = noise_mm(fit);
+  const PoseError error = expected_error(fit.cloud, noise);
+  const Eigen::Matrix3d axes_body = fit.X_tracker_body.linear() * fit.cloud.axes;
+  const Eigen::Matrix3d turn = axes_body * error.turn_rad.cwiseAbs2().asDiagonal() * axes_body.transpose();
+  const Eigen::Vector3d m = fit.X_tracker_body.linear() * fit.cloud.centre_mm;
+  Eigen::Matrix3d cross;
+  cross << 0, -m.z(), m.y(), m.z(), 0, -m.x(), -m.y(), m.x(), 0;
+  const double centre_mm2 = error.centre_mm * error.centre_mm / 3.0;
+  Matrix6 covariance;
+  covariance << centre_mm2 * Eigen::Matrix3d::Identity() + cross * turn * cross.transpose(), cross * turn,
+      turn * cross.transpose(), turn;
+  return covariance;
+}
+
+/// What the fit leaves at the points, those of one kind.
+std::vector<double> lengths_left(std::span<const Fiducial> points, const Pose& X_body_model, bool of_targets)
+{
+  std::vector<double> left;
+  for (const Fiducial& p : points) {
+    if (p.is_target == of_targets) left.push_back((X_body_model * p.p_model_mm - p.p_body_mm).norm());
+  }
+  return left;
+}
+
+double rms_of(const std::vector<double>& lengths)
+{
+  double sum_sq = 0.0;
+  for (const double length : lengths) sum_sq += length * length;
+  return lengths.empty() ? 0.0 : std::sqrt(sum_sq / static_cast<double>(lengths.size()));
+}
+
+/// A target was touched with the same noise as the fiducials.
+double expected_target_rms(std::span<const Fiducial> points, const PoseFit& fit)
+{
+  const double noise = noise_mm(fit);
+  std::vector<double> expected;
+  for (const Fiducial& p : points) {
+    if (p.is_target)
+      expected.push_back(std::hypot(std::sqrt(3.0) * noise, target_error_mm(fit.cloud, noise, p.p_model_mm)));
+  }
+  return rms_of(expected);
+}
+
+void add_remarks(FiducialFit& fit, bool has_targets)
+{
+  std::vector<std::string>& remarks = fit.estimate.remarks;
+  remarks.push_back("the fiducials fit to " + text(fit.fiducial_rms_mm) + " (rms), each by the others to " +
+                    text(fit.leave_one_out_rms_mm));
+  if (!has_targets) {
+    remarks.push_back("no target was held out: nothing shows the error away from the fiducials");
+    return;
+  }
+  remarks.push_back("the targets held out fit to " + text(fit.target_rms_mm) + " (rms), " +
+                    text(fit.expected_target_rms_mm) + " were to be expected");
+  if (fit.target_rms_mm > 2.0 * fit.expected_target_rms_mm && fit.target_rms_mm > 1.0)
+    remarks.push_back("twice what touching explains: the model's points are not where the body's are");
+}
+
+}  // namespace
+
+FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& name, const std::string& file)
+{
+  const Touched used = touched(points, file);
+  RigidBody as_touched = used.model;
+  for (std::size_t k = 0; k < used.names.size(); ++k)
+    as_touched.markers_mm.row(static_cast<Eigen::Index>(k)) = used.body_mm[k]->transpose();
+  require_spread(cloud_of(used.model, used.body_mm), "on the model", file);
+  const PoseFit pose = fit_of(used.model, used.body_mm);
+  // Before outliers: of a wrong side any point may look like one. After them: one makes any set fit badly.
+  const double rms_mm = pose.residual_rms_mm, mirrored_mm = mirrored_rms_mm(used);
+  if (rms_mm > mirror_factor * mirrored_mm)
+    refuse_side(rms_mm, mirrored_mm, "a model of the leg's own side, and its points in their order", file);
+  const LeftOut out = left_out(used);
+  require_no_outlier(used, out, file);
+  require_spread(cloud_of(as_touched, used.body_mm), "as touched", file);
+  if (!(mirrored_mm > mirror_factor * rms_mm))
+    refuse_side(rms_mm, mirrored_mm, "a worse fit mirrored: touch again, or add a fiducial off their plane",
+                file);
+
+  FiducialFit fit;
+  fit.X_body_model = pose.X_tracker_body;
+  fit.fiducial_rms_mm = pose.residual_rms_mm;
+  std::vector<double> left_mm = lengths_left(points, fit.X_body_model, false);
+  const std::vector<double> at_targets_mm = lengths_left(points, fit.X_body_model, true);
+  fit.target_rms_mm = rms_of(at_targets_mm);
+  fit.expected_target_rms_mm = expected_target_rms(points, pose);
+  fit.leave_one_out_rms_mm = rms_of(out);
+  fit.estimate = estimate_of_place(name, fit.X_body_model, covariance_of(pose));
+  fit.estimate.dof = 3.0 * static_cast<double>(used.names.size()) - 6.0;
+  left_mm.insert(left_mm.end(), at_targets_mm.begin(), at_targets_mm.end());
+  set_residuals(fit.estimate, left_mm, "mm");
+  add_remarks(fit, !at_targets_mm.empty());
+  return fit;
+}
+
+FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, const std::string& file)
+{
+  if (adjusted.size() < 2) {
+    throw InputError({file, name, std::to_string(adjusted.size()) + " adjusted places",
+                      "two or more: one does not show how well it can be adjusted"});
+  }
+  const double n = static_cast<double>(adjusted.size());
+  FiducialFit fit;
+  fit.X_body_model = adjusted.front();
+  // The rotation from which the others' turns cancel out; of turns within a degree or so of each other one
+  // round does it, of any within a quarter turn a dozen.
+  constexpr int most_rounds = 50;
+  constexpr double resolution_rad = 1e-14;
+  for (int round = 0; round < most_rounds; ++round) {
+    Eigen::Vector3d mean_turn = Eigen::Vector3d::Zero();
+    for (const Pose& X : adjusted)
+      mean_turn += turn_of(X.linear() * fit.X_body_model.linear().transpose()) / n;
+    fit.X_body_model.linear() = (rotation_of(mean_turn) * fit.X_body_model.linear()).eval();
+    if (mean_turn.norm() < resolution_rad) break;
+  }
+  fit.X_body_model.translation().setZero();
+  for (const Pose& X : adjusted) fit.X_body_model.translation() += X.translation() / n;
+
+  Matrix6 covariance = Matrix6::Zero();
+  std::vector<double> off_mm;
+  for (const Pose& X : adjusted) {
+    Eigen::Matrix<double, 6, 1> off;
+    off << X.translation() - fit.X_body_model.translation(),
+        turn_of(X.linear() * fit.X_body_model.linear().transpose());
+    covariance += off * off.transpose() / (n * (n - 1.0));
+    off_mm.push_back(off.head<3>().norm());
+  }
+  fit.estimate = estimate_of_place(name, fit.X_body_model, covariance);
+  fit.estimate.dof = n - 1.0;
+  set_residuals(fit.estimate, off_mm, "mm");
+  return fit;
+}
+
+}  // namespace vrda

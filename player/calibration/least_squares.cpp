@@ -1,0 +1,263 @@
+#include "calibration/least_squares.hpp"
+
+#include <nlopt.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <memory>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+/// Of `scale`: rounding (1e-16 / 1e-6) and curvature (1e-12) of a central difference are both small there.
+constexpr double difference_step = 1e-6;
+/// Reciprocal condition of J^T J: what the differences' own error (1e-10) no longer tells from none.
+constexpr double least_condition = 1e-14;
+/// Of a standard deviation: the step that may be left when a fit has converged; and the one that polishing
+/// aims for, which is the differences' rounding.
+constexpr double most_step_left = 1e-6;
+constexpr double least_step = 1e-10;
+/// Of `scale`: this near to a bound a number stands at it.
+constexpr double at_bound = 1e-9;
+
+bool is_bounded(const FitProblem& problem)
+{
+  return problem.least.size() > 0;
+}
+
+Eigen::VectorXd within_bounds(const FitProblem& problem, const Eigen::VectorXd& x)
+{
+  return is_bounded(problem) ? x.cwiseMax(problem.least).cwiseMin(problem.most).eval() : x;
+}
+
+Eigen::MatrixXd jacobian(const FitProblem& problem, const Eigen::VectorXd& x, Eigen::Index m)
+{
+  Eigen::MatrixXd J(m, x.size());
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(x.size());
+  for (Eigen::Index k = 0; k < x.size(); ++k) {
+    step[k] = difference_step * problem.scale[k];
+    const Eigen::VectorXd low = within_bounds(problem, x - step), high = within_bounds(problem, x + step);
+    step[k] = 0.0;
+    J.col(k) = (problem.residuals(high) - problem.residuals(low)) / (high[k] - low[k]);
+  }
+  return J;
+}
+
+/// What is known about the residuals around x.
+struct Place {
+  Eigen::VectorXd x, r;
+  Eigen::MatrixXd J;
+  /// x + P y: the residuals depend on each y alike, and where nothing is bounded on each by itself. It has no
+  /// column for what they do not tell.
+  Eigen::MatrixXd P;
+  Eigen::VectorXd step;    ///< by Gauss and Newton, to the least sum as far as it looks linear, within bounds
+  double step_sd = 0.0;    ///< its length in standard deviations
+  double condition = 0.0;  ///< reciprocal, of J^T J scaled by `scale`
+  bool is_at_bound = false;
+};
+
+/// Columns that make J P orthonormal, and the reciprocal condition of J^T J.
+void factorise(const FitProblem& problem, Place& at)
+{
+  const Eigen::Index n = at.x.size();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(at.J * problem.scale.asDiagonal(), Eigen::ComputeThinV);
+  const Eigen::VectorXd& size = svd.singularValues();
+  const double least = std::sqrt(least_condition) * size[0];
+  const Eigen::Index rank = (size.array() > least).count();
+  at.P =
+      problem.scale.asDiagonal() * svd.matrixV().leftCols(rank) * size.head(rank).cwiseInverse().asDiagonal();
+  const double ratio = size.size() < n || !(size[0] > 0.0) ? 0.0 : size[n - 1] / size[0];
+  at.condition = ratio * ratio;
+}
+
+void step_freely(Place& at)
+{
+  const Eigen::VectorXd y = (at.J * at.P).transpose() * at.r;
+  at.step = -at.P * y;
+  at.step_sd = y.norm();
+}
+
+/// Bounds are kept for each number, so P does not mix them; one at a bound that the step would leave stays.
+void step_within_bounds(const FitProblem& problem, Place& at)
+{
+  const Eigen::Index n = at.x.size();
+  Eigen::MatrixXd J = at.J * problem.scale.asDiagonal();
+  const Eigen::VectorXd uphill = J.transpose() * at.r;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double reach = at_bound * problem.scale[k];
+    const bool is_least = at.x[k] <= problem.least[k] + reach, is_most = at.x[k] >= problem.most[k] - reach;
+    if (is_least || is_most) at.is_at_bound = true;
+    if ((is_least && uphill[k] > 0.0) || (is_most && uphill[k] < 0.0)) J.col(k).setZero();
+  }
+  Eigen::JacobiSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  svd.setThreshold(std::sqrt(least_condition));
+  const Eigen::VectorXd scaled = svd.solve(-at.r);
+  at.step_sd = (J * scaled).norm();
+  at.step = within_bounds(problem, at.x + problem.scale.cwiseProduct(scaled)) - at.x;
+  const double largest = std::max(J.colwise().norm().maxCoeff(), std::numeric_limits<double>::min());
+  at.P = Eigen::MatrixXd::Zero(n, n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double size = J.col(k).norm();
+    at.P(k, k) = problem.scale[k] / (size > std::sqrt(least_condition) * largest ? size : largest);
+  }
+}
+
+Place look_around(const FitProblem& problem, const Eigen::VectorXd& x)
+{
+  Place at;
+  at.x = x;
+  at.r = problem.residuals(x);
+  at.J = jacobian(problem, x, at.r.size());
+  at.step = Eigen::VectorXd::Zero(x.size());
+  if (!at.r.allFinite() || !at.J.allFinite()) {
+    at.step_sd = std::numeric_limits<double>::infinity();
+    return at;
+  }
+  factorise(problem, at);
+  is_bounded(problem) ? step_within_bounds(problem, at) : step_freely(at);
+  return at;
+}
+
+bool is_within(const Place& at, double step)
+{
+  return at.step_sd <= step * (1.0 + at.r.norm());
+}
+
+bool is_converged(const Place& at)
+{
+  return is_within(at, most_step_left);
+}
+
+/// One run of NLopt from `from`, in y.
+struct Run {
+  const FitProblem& problem;
+  const Place& from;
+  nlopt_opt optimiser = nullptr;
+  std::exception_ptr thrown;
+};
+
+double half_square_sum(unsigned n, const double* y_data, double* gradient, void* data)
+{
+  Run& run = *static_cast<Run*>(data);
+  try {
+    const Eigen::Map<const Eigen::VectorXd> y(y_data, n);
+    const Eigen::VectorXd x = within_bounds(run.problem, run.from.x + run.from.P * y);
+    const Eigen::VectorXd r = run.problem.residuals(x);
+    if (gradient != nullptr) {
+      Eigen::Map<Eigen::VectorXd>(gradient, n) =
+          run.from.P.transpose() * (jacobian(run.problem, x, r.size()).transpose() * r);
+    }
+    const double value = 0.5 * r.squaredNorm();
+    return std::isfinite(value) ? value : HUGE_VAL;
+  } catch (...) {
+    run.thrown = std::current_exception();
+    nlopt_force_stop(run.optimiser);
+    return HUGE_VAL;
+  }
+}
+
+/// Where NLopt gets to. What it says of itself does not count: look_around() tells.
+Eigen::VectorXd minimised(const FitProblem& problem, const Place& from)
+{
+  constexpr int most_evaluations = 200;
+  constexpr double least_y = 1e-9;  // in standard deviations of y
+  const unsigned n = static_cast<unsigned>(from.P.cols());
+  Run run{problem, from, nullptr, nullptr};
+  const std::unique_ptr<std::remove_pointer_t<nlopt_opt>, decltype(&nlopt_destroy)> optimiser(
+      nlopt_create(NLOPT_LD_SLSQP, n), nlopt_destroy);
+  run.optimiser = optimiser.get();
+  check(run.optimiser != nullptr, "NLopt makes an optimiser");
+  nlopt_set_min_objective(run.optimiser, half_square_sum, &run);
+  nlopt_set_xtol_abs1(run.optimiser, least_y);
+  nlopt_set_maxeval(run.optimiser, most_evaluations);
+  if (is_bounded(problem)) {
+    const Eigen::VectorXd widths = from.P.diagonal();
+    const Eigen::VectorXd least = (problem.least - from.x).cwiseQuotient(widths).cwiseMin(0.0);
+    const Eigen::VectorXd most = (problem.most - from.x).cwiseQuotient(widths).cwiseMax(0.0);
+    nlopt_set_lower_bounds(run.optimiser, least.data());
+    nlopt_set_upper_bounds(run.optimiser, most.data());
+  }
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(n);
+  double value = 0.0;
+  const nlopt_result result = nlopt_optimize(run.optimiser, y.data(), &value);
+  if (run.thrown) std::rethrow_exception(run.thrown);
+  check(result != NLOPT_INVALID_ARGS && result != NLOPT_OUT_OF_MEMORY, "NLopt takes the problem");
+  return within_bounds(problem, from.x + from.P * y);
+}
+
+/// Steps of Gauss and Newton: near its least a sum of squares is too flat for its values to tell more than
+/// half the digits of x, its gradient tells them all.
+Place polished(const FitProblem& problem, Place at)
+{
+  constexpr int most_steps = 4;
+  for (int step = 0; step < most_steps && !is_within(at, least_step); ++step) {
+    Place next = look_around(problem, at.x + at.step);
+    if (!(next.step_sd < 0.5 * at.step_sd)) break;
+    at = std::move(next);
+  }
+  return at;
+}
+
+LeastSquaresStatus status_of(const Place& at)
+{
+  if (!is_converged(at)) return LeastSquaresStatus::iteration_limit;
+  if (at.condition < least_condition) return LeastSquaresStatus::undetermined;
+  return at.is_at_bound ? LeastSquaresStatus::at_a_bound : LeastSquaresStatus::converged;
+}
+
+}  // namespace
+
+const char* name_of(LeastSquaresStatus status)
+{
+  switch (status) {
+    case LeastSquaresStatus::converged:
+      return "converged";
+    case LeastSquaresStatus::at_a_bound:
+      return "at a bound";
+    case LeastSquaresStatus::iteration_limit:
+      return "iteration limit";
+    case LeastSquaresStatus::undetermined:
+      return "undetermined";
+  }
+  check(false, "every status of a fit has a name");
+  return "";
+}
+
+LeastSquares fit_least_squares(const FitProblem& problem)
+{
+  constexpr int most_rounds = 20;
+  const Eigen::Index n = problem.start.size();
+  check(n > 0 && problem.scale.size() == n && (problem.scale.array() > 0.0).all(),
+        "every number has a scale");
+  check(problem.least.size() == problem.most.size() && (!is_bounded(problem) || problem.least.size() == n),
+        "every number has bounds, or none has");
+  check(within_bounds(problem, problem.start) == problem.start, "a fit starts within its bounds");
+  Place at = look_around(problem, problem.start);
+  for (int round = 0; round < most_rounds && !is_converged(at) && at.P.cols() > 0; ++round) {
+    const double before = at.r.squaredNorm();
+    Place next = polished(problem, look_around(problem, minimised(problem, at)));
+    if (!(next.r.squaredNorm() <= before) && !is_converged(next)) break;
+    at = std::move(next);
+  }
+  LeastSquares fit;
+  fit.status = status_of(at);
+  fit.covariance = Eigen::MatrixXd::Zero(n, n);
+  if (at.condition >= least_condition) {
+    const Eigen::MatrixXd J = at.J * problem.scale.asDiagonal();
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinV);
+    const Eigen::MatrixXd root =
+        problem.scale.asDiagonal() * svd.matrixV() * svd.singularValues().cwiseInverse().asDiagonal();
+    fit.covariance = root * root.transpose();
+  }
+  fit.x = std::move(at.x);
+  fit.residuals = std::move(at.r);
+  fit.J = std::move(at.J);
+  return fit;
+}
+
+}  // namespace vrda

@@ -1,0 +1,71 @@
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "calibration/eyepoint_fit.hpp"
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+/// Middles of rectangles to the right of one eye's sight, and what is taken for known: the eyepoint's
+/// distance and depth, the sight.
+struct Middles {
+  Eigen::VectorXd right_mm, noise_mm2;
+  Eigen::Matrix<double, Eigen::Dynamic, 3> by_known;  ///< to distance, depth and sight
+  Eigen::Matrix3d known = Eigen::Matrix3d::Zero();    ///< covariance of the three
+};
+
+Middles middles_of(std::span<const RectangleMark> marks, const EyepointFit& fit, const Eye& eye,
+                   double sight_sd_px)
+{
+  const auto n = static_cast<Eigen::Index>(marks.size());
+  Middles middles;
+  middles.right_mm.resize(n);
+  middles.noise_mm2.resize(n);
+  middles.by_known.resize(n, 3);
+  const double distance_px = fit.eyepoint.distance_px;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const RectangleMark& mark = marks[static_cast<std::size_t>(k)];
+    const double middle_px = 0.5 * (shown_px(eye.distortion, mark.left_drawn_px).x() +
+                                    shown_px(eye.distortion, mark.right_drawn_px).x()) -
+                             eye.sight_px.x();
+    const double mm_by_px = (fit.eyepoint.depth_mm + mark.depth_mm) / distance_px;
+    middles.right_mm(k) = middle_px * mm_by_px;
+    middles.noise_mm2(k) = 0.5 * fit.noise_px * fit.noise_px * mm_by_px * mm_by_px;  // mean of two sides
+    middles.by_known.row(k) << -middles.right_mm(k) / distance_px, middle_px / distance_px, -mm_by_px;
+  }
+  middles.known.topLeftCorner<2, 2>() = fit.estimate.covariance;
+  middles.known(2, 2) = sight_sd_px * sight_sd_px;
+  return middles;
+}
+
+}  // namespace
+
+// A middle lies by a_left to the right of the left eye's sight and by a_right of the right one's, and the
+// distance between the eyes is a_left - a_right whatever the place of the rectangle. A sight that is off by s
+// adds s (E + Z) / d, which grows with depth, so all rectangles are taken together by generalised least
+// squares.
+PupilDistance pupil_distance(std::span<const RectangleMark> left, const EyepointFit& left_fit,
+                             const Eye& left_eye, std::span<const RectangleMark> right,
+                             const EyepointFit& right_fit, const Eye& right_eye, double sight_sd_px)
+{
+  check(left.size() == right.size() && !left.empty(), "both eyes have marks of the same rectangles");
+  for (std::size_t k = 0; k < left.size(); ++k)
+    check(left[k].width_mm == right[k].width_mm && left[k].depth_mm == right[k].depth_mm,
+          "both eyes have marks of the same rectangles");
+  const Middles l = middles_of(left, left_fit, left_eye, sight_sd_px);
+  const Middles r = middles_of(right, right_fit, right_eye, sight_sd_px);
+  Eigen::MatrixXd V =
+      l.by_known * l.known * l.by_known.transpose() + r.by_known * r.known * r.by_known.transpose();
+  V.diagonal() += l.noise_mm2 + r.noise_mm2;
+  // Without noise and with all known there is nothing to weigh by; a nanometre decides nothing otherwise.
+  constexpr double nothing_mm2 = 1e-12;
+  V.diagonal().array() += nothing_mm2;
+  const Eigen::VectorXd weights = V.ldlt().solve(Eigen::VectorXd::Ones(V.rows()));
+  PupilDistance result;
+  result.ipd_mm = weights.dot(l.right_mm - r.right_mm) / weights.sum();
+  result.sd_mm = 1.0 / std::sqrt(weights.sum());
+  return result;
+}
+
+}  // namespace vrda

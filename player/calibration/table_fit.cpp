@@ -1,0 +1,225 @@
+#include "calibration/table_fit.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "settings/settings_text.hpp"
+#include "tracking/screw.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::size_t least_places = 10;
+constexpr double least_sweep_mm = 50.0;
+constexpr double most_rms_mm = 2.0;
+constexpr double outlier_sd = 6.0, outlier_mm = 1.0;
+constexpr double least_apart_rad = rad_from_deg(45.0);
+constexpr double most_stage_error = 0.02;
+
+std::string text(double value, int decimals, const char* unit)
+{
+  return rounded_text(value, decimals) + " " + unit;
+}
+
+/// centre + s direction, the centre being the places' mean.
+struct Line {
+  Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< unit, the way it was swept
+};
+
+/// What a sweep leaves of its line.
+struct LineFit {
+  Line line;
+  std::vector<double> along_mm, off_mm;  ///< of each place: s, and the distance from the line
+  double along_sq_mm2 = 0.0;             ///< sum of squares
+  double off_sq_mm2 = 0.0;               ///< sum of squares
+  double dof = 0.0;                      ///< 2 n coordinates across, less a line's four
+};
+
+LineFit line_of(const std::vector<Eigen::Vector3d>& places)
+{
+  const double n = static_cast<double>(places.size());
+  LineFit fit;
+  for (const Eigen::Vector3d& p : places) fit.line.centre_mm += p / n;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : places)
+    scatter += (p - fit.line.centre_mm) * (p - fit.line.centre_mm).transpose();
+  fit.line.direction = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(scatter).eigenvectors().col(2);
+  double way = 0.0;
+  for (std::size_t k = 0; k < places.size(); ++k)
+    way +=
+        (static_cast<double>(k) - 0.5 * (n - 1.0)) * fit.line.direction.dot(places[k] - fit.line.centre_mm);
+  if (way < 0.0) fit.line.direction = -fit.line.direction;
+  for (const Eigen::Vector3d& p : places) {
+    const Eigen::Vector3d from_centre = p - fit.line.centre_mm;
+    fit.along_mm.push_back(fit.line.direction.dot(from_centre));
+    fit.off_mm.push_back((from_centre - fit.along_mm.back() * fit.line.direction).norm());
+    fit.along_sq_mm2 += fit.along_mm.back() * fit.along_mm.back();
+    fit.off_sq_mm2 += fit.off_mm.back() * fit.off_mm.back();
+  }
+  fit.dof = 2.0 * n - 4.0;
+  return fit;
+}
+
+/// Against the noise of the others, and without its own pull on the line.
+void require_no_outlier(const LineFit& fit, const std::string& field, const std::string& file)
+{
+  const double n = static_cast<double>(fit.off_mm.size());
+  for (std::size_t k = 0; k < fit.off_mm.size(); ++k) {
+    const double pull = 1.0 / n + fit.along_mm[k] * fit.along_mm[k] / fit.along_sq_mm2;
+    const double off_mm = fit.off_mm[k] / (1.0 - std::min(pull, 0.99));
+    const double others_mm2 = std::max(0.0, fit.off_sq_mm2 - fit.off_mm[k] * off_mm) / (fit.dof - 2.0);
+    if (off_mm > outlier_mm && off_mm > outlier_sd * std::sqrt(others_mm2)) {
+      throw InputError({file, field,
+                        "place " + std::to_string(k + 1) + " is " + text(off_mm, 2, "mm") + " off the line",
+                        "places within " + text(outlier_mm, 0, "mm") +
+                            ": sweep again, with the marker in sight all the way"});
+    }
+  }
+}
+
+LineFit required_line(const RailSweep& sweep, const std::string& field, const std::string& file)
+{
+  check(sweep.stage_mm.empty() || sweep.stage_mm.size() == sweep.p_tracker_mm.size(),
+        "the stage's way is known at every place or none");
+  const std::size_t n = sweep.p_tracker_mm.size();
+  if (n < least_places) {
+    throw InputError({file, field, std::to_string(n) + " places", std::to_string(least_places) + " or more"});
+  }
+  for (const Eigen::Vector3d& p : sweep.p_tracker_mm) {
+    if (!p.allFinite()) throw InputError({file, field, "a coordinate that is no number", "mm"});
+  }
+  LineFit fit = line_of(sweep.p_tracker_mm);
+  const auto [least, most] = std::minmax_element(fit.along_mm.begin(), fit.along_mm.end());
+  if (!(*most - *least >= least_sweep_mm)) {
+    throw InputError({file, field, "a sweep of " + text(*most - *least, 1, "mm"),
+                      text(least_sweep_mm, 0, "mm") + " or more, best the whole rail"});
+  }
+  require_no_outlier(fit, field, file);
+  const double rms_mm = std::sqrt(fit.off_sq_mm2 / static_cast<double>(n));
+  if (!(rms_mm <= most_rms_mm)) {
+    throw InputError({file, field, "places " + text(rms_mm, 2, "mm") + " (rms) off any line",
+                      text(most_rms_mm, 0, "mm") + " at most: move the marker along the rail only"});
+  }
+  return fit;
+}
+
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b)
+{
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+Pose table_of(const Line& x_rail, const Line& z_rail)
+{
+  const Eigen::Vector3d u = x_rail.direction.normalized(), w = z_rail.direction.normalized();
+  const Eigen::Vector3d z = (w - w.dot(u) * u).normalized();
+  Pose X = Pose::Identity();
+  X.linear() << u, z.cross(u), z;
+  // Nearest points: the way between them is square to both directions.
+  const Eigen::Vector3d between = z_rail.centre_mm - x_rail.centre_mm;
+  const double cos = u.dot(w);
+  X.translation() = x_rail.centre_mm + u * ((between.dot(u) - cos * between.dot(w)) / (1.0 - cos * cos));
+  return X;
+}
+
+/// Two unit vectors across a line.
+std::array<Eigen::Vector3d, 2> across(const Eigen::Vector3d& direction)
+{
+  const Eigen::Vector3d one = direction.unitOrthogonal();
+  return {one, direction.cross(one)};
+}
+
+/// Of shift and turn, from both lines' centres and directions across themselves, by central differences.
+Eigen::Matrix<double, 6, 6> covariance_of(const LineFit& x_fit, const LineFit& z_fit, double noise_mm2)
+{
+  Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();
+  const std::array<const LineFit*, 2> fits = {&x_fit, &z_fit};
+  for (std::size_t rail = 0; rail < fits.size(); ++rail) {
+    const double n = static_cast<double>(fits[rail]->off_mm.size());
+    const auto add = [&](const Eigen::Vector3d& centre_step, const Eigen::Vector3d& direction_step,
+                         double step, double variance) {
+      std::array<Pose, 2> ends;
+      for (std::size_t end = 0; end < ends.size(); ++end) {
+        std::array<Line, 2> lines = {x_fit.line, z_fit.line};
+        const double by = end == 0 ? -step : step;
+        lines[rail].centre_mm += by * centre_step;
+        lines[rail].direction += by * direction_step;
+        ends[end] = table_of(lines[0], lines[1]);
+      }
+      Eigen::Matrix<double, 6, 1> change;
+      change << ends[1].translation() - ends[0].translation(),
+          turn_of(ends[1].linear() * ends[0].linear().transpose());
+      change /= 2.0 * step;
+      sum += variance * change * change.transpose();
+    };
+    constexpr double step_mm = 1e-2, step_rad = 1e-5;
+    for (const Eigen::Vector3d& side : across(fits[rail]->line.direction)) {
+      add(side, Eigen::Vector3d::Zero(), step_mm, noise_mm2 / n);
+      add(Eigen::Vector3d::Zero(), side, step_rad, noise_mm2 / fits[rail]->along_sq_mm2);
+    }
+  }
+  return sum;
+}
+
+/// Slope of the marker's way over the encoder's.
+double stage_scale_of(const RailSweep& sweep, const LineFit& fit, const std::string& file)
+{
+  if (sweep.stage_mm.empty()) return 0.0;
+  double mean_mm = 0.0, with_marker = 0.0, with_stage = 0.0, marker_sq = fit.along_sq_mm2;
+  for (const double s : sweep.stage_mm) mean_mm += s / static_cast<double>(sweep.stage_mm.size());
+  for (std::size_t k = 0; k < sweep.stage_mm.size(); ++k) {
+    with_marker += (sweep.stage_mm[k] - mean_mm) * fit.along_mm[k];
+    with_stage += (sweep.stage_mm[k] - mean_mm) * (sweep.stage_mm[k] - mean_mm);
+  }
+  // Of the encoder's way over the marker's first: that of an encoder that stands still is 0, not infinite.
+  const double counted = with_marker / marker_sq;
+  const double scale = with_stage > 0.0 ? with_marker / with_stage : 0.0;
+  if (!(counted > 0.0)) {
+    throw InputError({file, "x_rail",
+                      "an encoder that counts " + rounded_text(counted, 3) + " mm a mm to the right",
+                      "1: the sign of stage_mm_per_count in the bench file, or a sweep from left to right"});
+  }
+  if (!(std::abs(scale - 1.0) <= most_stage_error)) {
+    throw InputError({file, "x_rail",
+                      "a marker that moves " + rounded_text(scale, 4) + " mm a mm of the encoder",
+                      "1 to within 2 %: stage_mm_per_count in the bench file"});
+  }
+  return scale;
+}
+
+}  // namespace
+
+TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::string& file)
+{
+  const LineFit x_fit = required_line(x_rail, "x_rail", file), z_fit = required_line(z_rail, "z_rail", file);
+  TableFit fit;
+  fit.rails_apart_rad = angle_between(x_fit.line.direction, z_fit.line.direction);
+  if (!(std::min(fit.rails_apart_rad, pi - fit.rails_apart_rad) >= least_apart_rad)) {
+    throw InputError({file, "z_rail", "rails " + text(deg_from_rad(fit.rails_apart_rad), 1, "deg") + " apart",
+                      "90 deg, 45 to 135 at least: sweep the other rail"});
+  }
+  fit.stage_scale = stage_scale_of(x_rail, x_fit, file);
+  fit.X_tracker_table = table_of(x_fit.line, z_fit.line);
+  // One tracker saw one marker on both: one noise.
+  const double dof = x_fit.dof + z_fit.dof;
+  const double noise_mm2 = (x_fit.off_sq_mm2 + z_fit.off_sq_mm2) / dof;
+  fit.rails_apart_sd_rad = std::sqrt(noise_mm2 * (1.0 / x_fit.along_sq_mm2 + 1.0 / z_fit.along_sq_mm2));
+
+  fit.estimate = estimate_of_place("table", fit.X_tracker_table, covariance_of(x_fit, z_fit, noise_mm2));
+  fit.estimate.dof = dof;
+  std::vector<double> off_mm = x_fit.off_mm;
+  off_mm.insert(off_mm.end(), z_fit.off_mm.begin(), z_fit.off_mm.end());
+  set_residuals(fit.estimate, off_mm, "mm");
+  fit.estimate.remarks.push_back("the rails are " + text(deg_from_rad(fit.rails_apart_rad), 3, "deg") +
+                                 " apart (95 %: +-" +
+                                 text(deg_from_rad(t_95(dof) * fit.rails_apart_sd_rad), 3, "deg") + ")");
+  if (fit.stage_scale > 0.0)
+    fit.estimate.remarks.push_back("the marker moves " + rounded_text(fit.stage_scale, 4) +
+                                   " mm a mm of the encoder");
+  return fit;
+}
+
+}  // namespace vrda

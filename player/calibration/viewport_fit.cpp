@@ -1,0 +1,224 @@
+#include "calibration/viewport_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double furthest_reading_px = 5.0;
+constexpr int least_side_px = 16;
+
+std::string text(double px)
+{
+  return rounded_text(px, 2) + " px";
+}
+
+double median(std::vector<double> values)
+{
+  std::sort(values.begin(), values.end());
+  const std::size_t half = values.size() / 2;
+  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+double mean(const std::vector<double>& values)
+{
+  double sum = 0.0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+void require_readings(const std::vector<double>& readings, const std::string& field, const std::string& file)
+{
+  if (readings.empty()) throw InputError({file, field, "no readings", "one or more: scan this edge"});
+  for (std::size_t k = 0; k < readings.size(); ++k) {
+    if (!std::isfinite(readings[k])) throw InputError({file, field, "a reading that is no number", "px"});
+    if (readings.size() == 1) break;
+    std::vector<double> others = readings;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
+    if (std::abs(readings[k] - median(others)) > furthest_reading_px) {
+      throw InputError({file, field,
+                        "reading " + std::to_string(k + 1) + " at " + text(readings[k]) +
+                            ", the others about " + text(median(others)),
+                        "readings within " + text(furthest_reading_px) + " of each other: scan it again"});
+    }
+  }
+}
+
+/// Left, right, top, bottom: borders between pixels, and how well they are known.
+struct Borders {
+  Eigen::Vector4d at_px = Eigen::Vector4d::Zero();
+  Eigen::Vector4d variance_px2 = Eigen::Vector4d::Zero();
+  double dof = 0.0;
+  std::vector<double> residuals_px;
+};
+
+Borders borders_of(const ViewportMarks& marks)
+{
+  Borders borders;
+  double sum_sq_px2 = 0.0;
+  for (std::size_t edge = 0; edge < n_edges; ++edge) {
+    // The first pixel of which at least half is seen has its middle behind the border, half a pixel on the
+    // mean: its near side is the border. The last one's far side is.
+    const bool is_last =
+        edge == static_cast<std::size_t>(Edge::right) || edge == static_cast<std::size_t>(Edge::bottom);
+    const double at_px = mean(marks.line_px[edge]);
+    borders.at_px(static_cast<Eigen::Index>(edge)) = at_px + (is_last ? 1.0 : 0.0);
+    for (const double reading : marks.line_px[edge]) {
+      borders.residuals_px.push_back(reading - at_px);
+      sum_sq_px2 += (reading - at_px) * (reading - at_px);
+    }
+  }
+  // A reading is rounded to whole pixels, which adds 1/12 px^2. Where the hand's noise scatters the readings,
+  // their spread has it already and it averages away; what their spread lacks of it stays whatever is
+  // repeated.
+  constexpr double rounding_px2 = 1.0 / 12.0;
+  borders.dof = static_cast<double>(borders.residuals_px.size()) - static_cast<double>(n_edges);
+  const double noise_px2 = borders.dof > 0.0 ? sum_sq_px2 / borders.dof : 0.0;
+  const double stays_px2 = std::max(0.0, rounding_px2 - noise_px2);
+  for (std::size_t edge = 0; edge < n_edges; ++edge) {
+    borders.variance_px2(static_cast<Eigen::Index>(edge)) =
+        stays_px2 + noise_px2 / static_cast<double>(marks.line_px[edge].size());
+  }
+  if (borders.dof == 0.0) borders.dof = std::numeric_limits<double>::infinity();
+  return borders;
+}
+
+void require_order(const Eigen::Vector4d& at_px, const std::string& name, const std::string& file)
+{
+  for (const Edge edge : {Edge::left, Edge::top}) {
+    const Edge opposite = edge == Edge::left ? Edge::right : Edge::bottom;
+    const double low_px = at_px(static_cast<int>(edge)), high_px = at_px(static_cast<int>(opposite));
+    const std::string field = name + "." + name_of(edge);
+    if (!(low_px < high_px)) {
+      throw InputError(
+          {file, field,
+           "crossed edges: at " + text(low_px) + ", and " + name_of(opposite) + " at " + text(high_px),
+           std::string(name_of(edge)) + " before " + name_of(opposite)});
+    }
+    if (high_px - low_px < least_side_px) {
+      throw InputError({file, field, text(high_px - low_px) + " up to " + name_of(opposite),
+                        std::to_string(least_side_px) + " px or more"});
+    }
+  }
+}
+
+void require_within(const Eigen::Vector4d& at_px, const Viewport& window, const std::string& name,
+                    const std::string& file)
+{
+  const std::array<double, n_edges> border_px = {
+      static_cast<double>(window.x), static_cast<double>(window.x + window.width),
+      static_cast<double>(window.y), static_cast<double>(window.y + window.height)};
+  for (std::size_t edge = 0; edge < n_edges; ++edge) {
+    const bool is_last = edge % 2 == 1;
+    const double beyond_px =
+        (at_px(static_cast<Eigen::Index>(edge)) - border_px[edge]) * (is_last ? 1.0 : -1.0);
+    // What rounds to the window's border is within it.
+    if (beyond_px < 0.5) continue;
+    throw InputError({file, name + "." + name_of(static_cast<Edge>(edge)),
+                      text(beyond_px) + " beyond the eye's window", "a part of the window"});
+  }
+}
+
+void require_size(const ViewportMarks& marks, const std::string& name, const std::string& file)
+{
+  const bool is_size = marks.screen_mm.allFinite() && marks.screen_mm.minCoeff() > 0.0;
+  if (!is_size) {
+    throw InputError(
+        {file, name + ".screen",
+         rounded_text(marks.screen_mm.x(), 2) + " x " + rounded_text(marks.screen_mm.y(), 2) + " mm",
+         "width and height of what is seen, by a ruler"});
+  }
+  if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm)) {
+    throw InputError(
+        {file, name + ".screen_sd", rounded_text(marks.screen_sd_mm, 3) + " mm", "0 mm or more"});
+  }
+}
+
+/// The aspect rests on the ruler more than on the readings, and the ruler is known. Its variance and
+/// covariances are scaled so that t_95 of the readings' degrees of freedom gives the interval of its own ones
+/// (Welch and Satterthwaite: those of the readings by the square of their share of the variance).
+double aspect_scale(double dof, double readings_share)
+{
+  constexpr double most_dof = 1e9;  // as good as infinite
+  const double own_dof = std::min(most_dof, dof / (readings_share * readings_share));
+  return t_95(own_dof) / t_95(std::min(most_dof, dof));
+}
+
+/// To a fit whose aspect is known.
+void add_estimate(ViewportFit& fit, const Borders& borders, const ViewportMarks& marks,
+                  const std::string& name)
+{
+  Estimate& estimate = fit.estimate;
+  for (const Edge edge : {Edge::left, Edge::right, Edge::top, Edge::bottom})
+    estimate.names.push_back(name + ".edge_" + name_of(edge));
+  estimate.names.push_back(name + ".pixel_aspect");
+  estimate.units = {"px", "px", "px", "px", ""};
+  estimate.values.resize(5);
+  estimate.values << borders.at_px, fit.pixel_aspect;
+  estimate.dof = borders.dof;
+  set_residuals(estimate, borders.residuals_px, "px");
+
+  // aspect = (screen y / (bottom - top)) / (screen x / (right - left))
+  const double width_px = borders.at_px(1) - borders.at_px(0),
+               height_px = borders.at_px(3) - borders.at_px(2);
+  Eigen::Vector4d by_border = {-1.0 / width_px, 1.0 / width_px, 1.0 / height_px, -1.0 / height_px};
+  by_border *= fit.pixel_aspect;
+  const Eigen::Vector4d with_border = borders.variance_px2.cwiseProduct(by_border);
+  const double by_marks = by_border.dot(with_border);
+  const double by_ruler = fit.pixel_aspect * fit.pixel_aspect * marks.screen_sd_mm * marks.screen_sd_mm *
+                          marks.screen_mm.cwiseAbs2().cwiseInverse().sum();
+  const double scale = aspect_scale(borders.dof, by_marks / (by_marks + by_ruler));
+  estimate.covariance = Eigen::MatrixXd::Zero(5, 5);
+  estimate.covariance.diagonal().head<4>() = borders.variance_px2;
+  estimate.covariance.block<4, 1>(0, 4) = scale * with_border;
+  estimate.covariance.block<1, 4>(4, 0) = scale * with_border.transpose();
+  estimate.covariance(4, 4) = scale * scale * (by_marks + by_ruler);
+  fit.pixel_aspect_sd = std::sqrt(by_marks + by_ruler);
+}
+
+}  // namespace
+
+const char* name_of(Edge edge)
+{
+  switch (edge) {
+    case Edge::left:
+      return "left";
+    case Edge::right:
+      return "right";
+    case Edge::top:
+      return "top";
+    case Edge::bottom:
+      return "bottom";
+  }
+  throw InternalError("an edge has a name");
+}
+
+ViewportFit fit_viewport(const ViewportMarks& marks, const Viewport& window, const std::string& name,
+                         const std::string& file)
+{
+  for (std::size_t edge = 0; edge < n_edges; ++edge)
+    require_readings(marks.line_px[edge], name + "." + name_of(static_cast<Edge>(edge)), file);
+  require_size(marks, name, file);
+  const Borders borders = borders_of(marks);
+  require_order(borders.at_px, name, file);
+  require_within(borders.at_px, window, name, file);
+
+  ViewportFit fit;
+  const Eigen::Vector2d low_px(borders.at_px(0), borders.at_px(2)),
+      high_px(borders.at_px(1), borders.at_px(3));
+  const Eigen::Vector2d size_px = high_px - low_px;
+  const Eigen::Vector2i low = low_px.array().round().matrix().cast<int>();
+  const Eigen::Vector2i high = high_px.array().round().matrix().cast<int>();
+  fit.visible = {low.x(), low.y(), high.x() - low.x(), high.y() - low.y()};
+  fit.centre_px = 0.5 * (low_px + high_px);
+  fit.pixel_aspect = (marks.screen_mm.y() / size_px.y()) / (marks.screen_mm.x() / size_px.x());
+  add_estimate(fit, borders, marks, name);
+  return fit;
+}
+
+}  // namespace vrda

@@ -1,0 +1,131 @@
+#include "guide/sample_taker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+double rounded(double value, double parts)
+{
+  const double number = std::round(value * parts) / parts;
+  // Zero has one sign in a file.
+  return number == 0.0 ? 0.0 : number;
+}
+
+void add_position(std::vector<double>& row, const Place& place)
+{
+  for (const double x : place.position_mm) row.push_back(rounded_mm(x));
+}
+
+void add_place(std::vector<double>& row, const Place& place)
+{
+  add_position(row, place);
+  for (const double x : place.rotation) row.push_back(rounded(x, 1e8));
+}
+
+bool is_finite(const Place& place)
+{
+  const auto finite = [](double x) { return std::isfinite(x); };
+  return std::all_of(std::begin(place.position_mm), std::end(place.position_mm), finite) &&
+         std::all_of(std::begin(place.rotation), std::end(place.rotation), finite);
+}
+
+double seconds(std::int64_t ns)
+{
+  return static_cast<double>(ns) * 1e-9;
+}
+
+}  // namespace
+
+double rounded_mm(double value)
+{
+  return rounded(value, 1e5);
+}
+
+SampleTaker::SampleTaker(const BenchFile& bench) : bench_(bench)
+{
+  for (std::size_t role = 0; role < n_body_roles; ++role) {
+    if (bench.bodies[role])
+      trackers_[role].emplace(*bench.bodies[role], first_tool_of(bench, static_cast<BodyRole>(role)));
+  }
+}
+
+void SampleTaker::begin(const Task& task, const std::optional<BodyRole>& role)
+{
+  const std::vector<std::string>& tools = bench_.tracker->tools;
+  const auto found = std::find(tools.begin(), tools.end(), task.tool);
+  check(found != tools.end(), "a task's tool is one of the tracker's");
+  tool_ = static_cast<std::size_t>(found - tools.begin());
+  kind_ = task.kind;
+  role_ = role;
+  rows_.clear();
+  is_taking_ = true;
+}
+
+void SampleTaker::zero_stage()
+{
+  stage_mm_ = 0.0;
+  is_stage_zeroed_ = true;
+}
+
+bool SampleTaker::take(const Sample& sample)
+{
+  switch (sample.kind) {
+    case SampleKind::stage:
+      stage_mm_ = rounded_mm(bench_.stage_mm_per_count * sample.count);
+      is_stage_zeroed_ = (sample.state & stage_zeroed) != 0;
+      return false;
+    case SampleKind::link:
+      if (static_cast<LinkState>(sample.state) == LinkState::up) return false;
+      if (static_cast<DeviceId>(sample.source) == DeviceId::board) stage_mm_.reset();
+      for (std::optional<BodyTracker>& tracker : trackers_) {
+        if (tracker && static_cast<DeviceId>(sample.source) == DeviceId::tracker) tracker->lose();
+      }
+      return false;
+    case SampleKind::place:
+      return take_place(sample);
+    case SampleKind::potentiometer:
+      return false;
+  }
+  return false;
+}
+
+const BodyTracker* SampleTaker::fresh_body(double time_s)
+{
+  BodyTracker& tracker = *trackers_[static_cast<std::size_t>(*role_)];
+  tracker.settle();
+  const double oldest_s = bench_.tracker->stale_after_ms / 1000.0;
+  return tracker.is_live() && std::abs(time_s - tracker.seen_s()) <= oldest_s ? &tracker : nullptr;
+}
+
+bool SampleTaker::take_place(const Sample& sample)
+{
+  const bool is_seen = static_cast<SeenState>(sample.state) == SeenState::seen && is_finite(sample.place);
+  const double time_s =
+      is_seen ? clock_.time_s(sample.device_ns, sample.arrival_ns) : seconds(sample.arrival_ns);
+  for (std::optional<BodyTracker>& tracker : trackers_) {
+    if (!tracker || !tracker->has_tool(sample.source)) continue;
+    if (tracker->has_come(sample.source)) tracker->settle();
+    tracker->take(sample, time_s);
+  }
+  if (!is_taking_ || !is_seen || sample.source != tool_) return false;
+  std::vector<double> row;
+  if (kind_ == TaskKind::bullseye) {
+    add_position(row, sample.place);
+  } else {
+    add_place(row, sample.place);
+  }
+  if (role_) {
+    const BodyTracker* body = fresh_body(time_s);
+    if (body == nullptr) return false;
+    add_place(row, place_of(body->last()));
+  }
+  if (kind_ == TaskKind::sweep && stage_mm_) row.push_back(*stage_mm_);
+  rows_.push_back(std::move(row));
+  return true;
+}
+
+}  // namespace vrda

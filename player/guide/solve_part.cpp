@@ -1,0 +1,231 @@
+#include "guide/solve_part.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "calibration/scale_fit.hpp"
+#include "core/error.hpp"
+#include "guide/eyes_so_far.hpp"
+#include "guide/marks.hpp"
+#include "guide/parts.hpp"
+#include "guide/solve_places.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda {
+namespace {
+
+using Part = CalibrationPart;
+
+Estimate both_eyes(Part part, const BenchFile& bench, const Calibration& begun, const std::string& path)
+{
+  Estimate estimate;
+  for (const bool is_right : {false, true}) {
+    if (part == Part::viewport) append(estimate, viewport_of(bench, begun, is_right, path).estimate);
+    if (part == Part::distortion) append(estimate, distortion_of(bench, begun, is_right, path).estimate);
+    if (part == Part::eyepoints) append(estimate, eyepoint_of(bench, begun, is_right, path).fit.estimate);
+  }
+  return estimate;
+}
+
+Estimate given(const std::string& name, const std::string& unit, double value, double sd)
+{
+  Estimate estimate;
+  estimate.names = {name};
+  estimate.units = {unit};
+  estimate.values = Eigen::VectorXd::Constant(1, value);
+  estimate.covariance = Eigen::MatrixXd::Constant(1, 1, sd * sd);
+  estimate.dof = std::numeric_limits<double>::infinity();
+  return estimate;
+}
+
+/// The number of a task of ipd; nothing where it is not asked for.
+std::optional<double> number_of(const Calibration& begun, const char* task)
+{
+  const CalibrationMark* mark = mark_of(begun.records.at(Part::ipd), task);
+  return mark == nullptr ? std::nullopt : std::optional<double>(mark->rows[0][0]);
+}
+
+Estimate measured_ipd(const BenchFile& bench, const Calibration& begun, const std::string& path)
+{
+  if (const std::optional<double> ipd_mm = number_of(begun, "pupillary distance"))
+    return given("ipd", "mm", *ipd_mm, bench.calibration.pupillometer_sd_mm);
+  const EyeRectangles left = eyepoint_of(bench, begun, false, path);
+  const EyeRectangles right = eyepoint_of(bench, begun, true, path);
+  const PupilDistance found = pupil_distance(left.marks, left.fit, left.eye, right.marks, right.fit, right.eye,
+                                             bench.calibration.sight_sd_px);
+  return given("ipd", "mm", found.ipd_mm, found.sd_mm);
+}
+
+Estimate solved_ipd(const BenchFile& bench, const Calibration& begun, const std::string& path)
+{
+  Estimate estimate = measured_ipd(bench, begun, path);
+  const double ipd_mm = estimate.values[0], depth_mm = *number_of(begun, "image distance");
+  const double arms_mm = *number_of(begun, "left arm") + *number_of(begun, "right arm");
+  constexpr double most_apart_mm = 1.0;
+  if (std::abs(arms_mm - ipd_mm) > most_apart_mm) {
+    estimate.remarks.push_back("the arms stand " + rounded_text(arms_mm, 1) + " mm apart, the eyes " +
+                               rounded_text(ipd_mm, 1) + " mm: move the arms");
+  }
+  estimate.remarks.push_back("if the eyes are 1 mm further apart than that, what lies at " +
+                             rounded_text(depth_mm, 0) + " mm is seen " +
+                             rounded_text(depth_error_mm(depth_mm, ipd_mm, ipd_mm + 1.0), 1) +
+                             " mm behind its place");
+  return estimate;
+}
+
+Estimate solved_subject(const BenchFile& bench, const Calibration& begun, const std::string& path)
+{
+  std::vector<LandmarkDistance> distances;
+  for (const MarkedTask& t : marked_tasks(Part::subject, bench, begun)) {
+    const CalibrationLandmarks& pair = bench.calibration.landmarks[static_cast<std::size_t>(t.task.index)];
+    distances.push_back({pair.name, pair.model_mm, t.mark->rows[0][0]});
+  }
+  const ScaleFit fit = fit_scale(distances, path);
+  if (fit.is_uneven) {
+    std::string ratios;
+    for (const LandmarkDistance& d : distances)
+      ratios += (ratios.empty() ? "" : ", ") + d.name + " " + rounded_text(d.subject_mm / d.model_mm, 3);
+    throw InputError({path, "subject", "distances that one scale does not fit: " + ratios,
+                      "distances of one scale: measure again, or run the pipeline anew with these landmarks "
+                      "(schemas/scaling.md)"});
+  }
+  return fit.estimate;
+}
+
+/// Puts a new viewport in; an old distortion that folds within it is forgotten.
+void put_viewport(Calibration& calibration, const Estimate& found)
+{
+  put_found(calibration.eyes, Part::viewport, found);
+  for (Eye* eye : {&calibration.eyes.left, &calibration.eyes.right}) {
+    try {
+      require_usable(*eye, "", "");
+    } catch (const InputError&) {
+      eye->distortion.k1 = eye->distortion.k2 = 0.0;
+    }
+  }
+}
+
+void solve_stop(CalibrationRecord& record)
+{
+  // Nothing is found: the stage stands at zero from now on.
+  record.estimate.emplace();
+  record.estimate->dof = std::numeric_limits<double>::infinity();
+}
+
+void solve_eyes(Part part, const BenchFile& bench, Calibration& c, const std::string& path)
+{
+  const EyesFit fit = eyes_of(part, bench, c, path);
+  c.eyes = fit.eyes;
+  (part == Part::head ? c.X_headbody_eyes : c.X_table_eyes) = six_numbers_of(fit.X_carrier_eyes);
+  c.records[part].estimate = fit.estimate;
+}
+
+void put_solved(Part part, const BenchFile& bench, Calibration& c, const std::string& path)
+{
+  CalibrationRecord& record = c.records.at(part);
+  switch (part) {
+    case Part::viewport:
+      record.estimate = both_eyes(part, bench, c, path);
+      return put_viewport(c, *record.estimate);
+    case Part::distortion:
+    case Part::eyepoints:
+      record.estimate = both_eyes(part, bench, c, path);
+      return put_found(c.eyes, part, *record.estimate);
+    case Part::ipd:
+      record.estimate = solved_ipd(bench, c, path);
+      c.image_distance_mm = *number_of(c, "image distance");
+      return put_found(c.eyes, part, *record.estimate);
+    case Part::rails:
+      record.estimate = table_of(bench, c, path).estimate;
+      c.X_tracker_table = six_numbers_of(place_in(*record.estimate, "table"));
+      c.stage_direction_table = Eigen::Vector3d::UnitX();
+      return;
+    case Part::stop:
+      return solve_stop(record);
+    case Part::probe:
+      record.estimate = pivot_of(bench, c, path).estimate;
+      return;
+    case Part::subject:
+      record.estimate = solved_subject(bench, c, path);
+      c.subject_scale = value_in(*record.estimate, "subject.scale");
+      return;
+    case Part::bullseye:
+    case Part::head:
+      return solve_eyes(part, bench, c, path);
+    case Part::leg:
+    case Part::femur:
+    case Part::tibia: {
+      const FiducialFit fit = model_of(part, bench, c, path);
+      c.X_body_model[static_cast<std::size_t>(role_of(part))] = six_numbers_of(fit.X_body_model);
+      record.estimate = fit.estimate;
+      return;
+    }
+  }
+}
+
+/// Decimals that show a 95 % interval to two digits.
+int decimals_of(double half_width)
+{
+  if (!(half_width > 0.0)) return 3;
+  return std::clamp(1 - static_cast<int>(std::floor(std::log10(half_width))), 0, 6);
+}
+
+}  // namespace
+
+Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                        const std::string& path)
+{
+  Calibration solved = begun;
+  put_solved(part, bench, solved, path);
+  require_usable(solved, path);
+  return solved;
+}
+
+void require_good_eye(CalibrationPart part, const BenchFile& bench, const Calibration& begun, bool is_right,
+                      const std::string& path)
+{
+  if (part == Part::viewport) viewport_of(bench, begun, is_right, path);
+  if (part == Part::distortion) distortion_of(bench, begun, is_right, path);
+  if (part == Part::eyepoints) eyepoint_of(bench, begun, is_right, path);
+}
+
+void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,
+                   const std::string& path)
+{
+  // Ten times the noise of an optical tracker at the end of a probe; more is a hand that moved.
+  constexpr double furthest_mm = 3.0;
+  std::vector<Eigen::Vector3d> places;
+  if (task.kind == TaskKind::bullseye) places = marker_places(mark);
+  if (task.kind == TaskKind::hold) {
+    for (const std::vector<double>& row : mark.rows)
+      places.push_back(pose_in(row, 7).inverse() * position_in(row));
+  }
+  const MeanPlace mean = mean_place(places);
+  if (mean.furthest_mm > furthest_mm) {
+    throw InputError({path, std::string(name_of(part)) + ", " + task.name,
+                      "samples up to " + rounded_text(mean.furthest_mm, 1) + " mm from their mean",
+                      "at most " + rounded_text(furthest_mm, 1) + " mm: hold it still, and take them again"});
+  }
+}
+
+std::vector<std::string> lines_of(const Estimate& estimate)
+{
+  std::vector<std::string> lines;
+  for (Eigen::Index k = 0; k < estimate.values.size(); ++k) {
+    const auto n = static_cast<std::size_t>(k);
+    const double half_width = half_width_95(estimate, k);
+    const int decimals = decimals_of(half_width);
+    lines.push_back(estimate.names[n] + " " + rounded_text(estimate.values[k], decimals) + " +- " +
+                    rounded_text(half_width, decimals) +
+                    (estimate.units[n].empty() ? "" : " " + estimate.units[n]));
+  }
+  if (!estimate.residuals.empty()) {
+    lines.push_back("residual " + rounded_text(estimate.residual_rms, 3) + " " + estimate.residual_unit +
+                    " (root mean square)");
+  }
+  lines.insert(lines.end(), estimate.remarks.begin(), estimate.remarks.end());
+  return lines;
+}
+
+}  // namespace vrda

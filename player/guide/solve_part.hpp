@@ -1,0 +1,28 @@
+/// From a part's marks to numbers of the calibration.
+#pragma once
+
+#include <string>
+
+#include "guide/task.hpp"
+
+namespace vrda {
+
+/// `begun` with the part's estimate in its record and what it found in the calibration's own fields. All of
+/// the part's tasks must have marks, and the parts that it rests on estimates. Throws InputError, of the fits
+/// and where the samples say that something moved.
+Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                        const std::string& path);
+
+/// The marks of one eye alone, of parts that are marked eye by eye: throws what solving them would.
+void require_good_eye(CalibrationPart part, const BenchFile& bench, const Calibration& begun, bool is_right,
+                      const std::string& path);
+
+/// The samples of one mark alone: throws InputError naming the task when something moved that had to rest.
+void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,
+                   const std::string& path);
+
+/// "left.k1 0.1023 +- 0.0012": a line for each number of an estimate with its 95 % interval, then its
+/// remarks.
+std::vector<std::string> lines_of(const Estimate& estimate);
+
+}  // namespace vrda

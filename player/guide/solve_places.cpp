@@ -1,0 +1,229 @@
+#include "guide/solve_places.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "guide/eyes_so_far.hpp"
+#include "guide/marks.hpp"
+#include "guide/parts.hpp"
+
+namespace vrda {
+namespace {
+
+using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+const CalibrationMark& mark_named(CalibrationPart part, const Calibration& begun, const char* task)
+{
+  const CalibrationMark* mark = mark_of(begun.records.at(part), task);
+  check(mark != nullptr, "a part is solved when all its tasks are done");
+  return *mark;
+}
+
+RailSweep sweep_of(const CalibrationMark& mark, bool is_on_stage)
+{
+  constexpr std::size_t stage_at = 7;
+  RailSweep sweep;
+  for (const std::vector<double>& row : mark.rows) {
+    sweep.p_tracker_mm.push_back(position_in(row));
+    if (is_on_stage && row.size() > stage_at) sweep.stage_mm.push_back(row[stage_at]);
+  }
+  // Known of every place, or of none.
+  if (sweep.stage_mm.size() != sweep.p_tracker_mm.size()) sweep.stage_mm.clear();
+  return sweep;
+}
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
+{
+  Eigen::Matrix3d m;
+  m << 0.0, -v.z(), v.y(), v.z(), 0.0, -v.x(), -v.y(), v.x(), 0.0;
+  return m;
+}
+
+/// Bull's-eyes tell where the eyes are in the tracker's frame, so that an error of the table (b, a: shift and
+/// turn in the tracker's axes) is one of the eyes on the table: with R, t of X_tracker_table and X_table_eyes
+/// the turn is -R^T a, the shift -R^T b - (R^T a) x t. mm and degrees.
+void add_table_error(Estimate& eyes, const Pose& X_table_eyes, const Pose& X_tracker_table,
+                     const Estimate& table)
+{
+  const Eigen::Matrix3d R_t = X_tracker_table.linear().transpose();
+  Matrix6d A = Matrix6d::Zero();
+  A.topLeftCorner<3, 3>() = -R_t;
+  A.topRightCorner<3, 3>() = rad_from_deg(1.0) * cross_matrix(X_table_eyes.translation()) * R_t;
+  A.bottomRightCorner<3, 3>() = -R_t;
+  eyes.covariance.topLeftCorner<6, 6>() += A * known_covariance(table, table.names) * A.transpose();
+}
+
+EyesPrior eyes_prior(const BenchFile& bench, const Calibration& begun, const std::string& path)
+{
+  const CalibrationSettings& settings = bench.calibration;
+  EyesPrior prior;
+  prior.eyes = eyes_before(CalibrationPart::bullseye, bench, begun);
+  prior.eyepoint_covariance = known_covariance(estimate_of(CalibrationPart::eyepoints, begun, path),
+                                               {"left.distance", "left.depth", "right.distance",
+                                                "right.depth"});
+  prior.ipd_sd_mm = std::sqrt(known_covariance(estimate_of(CalibrationPart::ipd, begun, path), {"ipd"})(0, 0));
+  prior.sight_sd_px = settings.sight_sd_px;
+  prior.height_apart_sd_mm = settings.eye_height_sd_mm;
+  const Estimate& distortion = estimate_of(CalibrationPart::distortion, begun, path);
+  for (const bool is_right : {false, true})
+    prior.distortion_covariance[is_right ? 1 : 0] = known_covariance(distortion, distortion_names(is_right));
+  return prior;
+}
+
+BullseyeMark bullseye_of(const MarkedTask& t, const Pose& X_carrier_seen, double stage_mm_is_x)
+{
+  const std::vector<double>& cross = t.mark->rows[0];
+  const MeanPlace mean = mean_place(marker_places(*t.mark));
+  BullseyeMark mark;
+  mark.is_right = t.task.is_right;
+  mark.drawn_px = {cross[0], cross[1]};
+  mark.p_carrier_mm = X_carrier_seen * mean.p_mm - stage_mm_is_x * cross[2] * Eigen::Vector3d::UnitX();
+  mark.p_sd_mm = mean.sd_mm / std::sqrt(static_cast<double>(t.mark->rows.size() - 1));
+  return mark;
+}
+
+/// Where each point was touched on the body, and how the probe was held.
+struct Touched {
+  std::vector<Fiducial> points;
+  std::vector<Eigen::Matrix3d> R_body_probe;
+};
+
+Touched touched_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                   const Eigen::Vector3d& tip_probe_mm, double scale)
+{
+  const std::vector<CalibrationPoint>& points = points_of(part, bench.calibration);
+  Touched touched;
+  for (const MarkedTask& t : marked_tasks(part, bench, begun)) {
+    const CalibrationPoint& point = points[static_cast<std::size_t>(t.task.index)];
+    std::vector<Eigen::Vector3d> tips;
+    for (const std::vector<double>& row : t.mark->rows)
+      tips.push_back(pose_in(row, 7).inverse() * (pose_in(row) * tip_probe_mm));
+    touched.points.push_back({point.name, scale * point.p_model_mm,
+                              mean_place(tips).p_mm, point.is_target});
+    const std::vector<double>& first = t.mark->rows[0];
+    touched.R_body_probe.push_back((pose_in(first, 7).inverse() * pose_in(first)).linear());
+  }
+  return touched;
+}
+
+/// An error of the tip moves every touched point by its own turn of it: the model's place follows as a fit to
+/// those small ways does. One of the scale moves the model's points along themselves.
+void add_known_errors(FiducialFit& fit, const Touched& touched, const Eigen::Matrix3d& tip_covariance,
+                      double scale_variance, double scale)
+{
+  // Ways of the fiducials -> (shift, turn): least squares of shift + turn x r = way, r from the body's origin
+  // to the point less the model's origin there.
+  std::vector<std::size_t> used;
+  for (std::size_t k = 0; k < touched.points.size(); ++k) {
+    if (!touched.points[k].is_target) used.push_back(k);
+  }
+  Matrix6d N = Matrix6d::Zero();
+  Eigen::Matrix<double, 6, 3> of_tip = Eigen::Matrix<double, 6, 3>::Zero();
+  Eigen::Matrix<double, 6, 1> of_scale = Eigen::Matrix<double, 6, 1>::Zero();
+  for (const std::size_t k : used) {
+    const Eigen::Vector3d r = fit.X_body_model.linear() * touched.points[k].p_model_mm;
+    Eigen::Matrix<double, 3, 6> G;
+    G << Eigen::Matrix3d::Identity(), -cross_matrix(r);
+    N += G.transpose() * G;
+    of_tip += G.transpose() * touched.R_body_probe[k];
+    of_scale += G.transpose() * r / scale;
+  }
+  const Eigen::LDLT<Matrix6d> solver(N);
+  Matrix6d units = Matrix6d::Identity();
+  units.bottomRightCorner<3, 3>() *= deg_from_rad(1.0);
+  const Eigen::Matrix<double, 6, 3> A = units * solver.solve(of_tip);
+  const Eigen::Matrix<double, 6, 1> b = units * solver.solve(of_scale);
+  fit.estimate.covariance.topLeftCorner<6, 6>() +=
+      A * tip_covariance * A.transpose() + scale_variance * b * b.transpose();
+}
+
+}  // namespace
+
+MeanPlace mean_place(const std::vector<Eigen::Vector3d>& places)
+{
+  MeanPlace mean;
+  for (const Eigen::Vector3d& p : places) mean.p_mm += p / static_cast<double>(places.size());
+  double sum_sq = 0.0;
+  for (const Eigen::Vector3d& p : places) {
+    sum_sq += (p - mean.p_mm).squaredNorm();
+    mean.furthest_mm = std::max(mean.furthest_mm, (p - mean.p_mm).norm());
+  }
+  if (places.size() > 1) mean.sd_mm = std::sqrt(sum_sq / (3.0 * static_cast<double>(places.size() - 1)));
+  return mean;
+}
+
+std::vector<Eigen::Vector3d> marker_places(const CalibrationMark& mark)
+{
+  constexpr std::size_t with_head = 10;
+  std::vector<Eigen::Vector3d> places;
+  for (std::size_t k = 1; k < mark.rows.size(); ++k) {
+    const std::vector<double>& row = mark.rows[k];
+    const Eigen::Vector3d p = position_in(row);
+    places.push_back(row.size() == with_head ? Eigen::Vector3d(pose_in(row, 3).inverse() * p) : p);
+  }
+  return places;
+}
+
+TableFit table_of(const BenchFile& bench, const Calibration& begun, const std::string& path)
+{
+  return fit_table(sweep_of(mark_named(CalibrationPart::rails, begun, "x rail"), has_stage(bench)),
+                   sweep_of(mark_named(CalibrationPart::rails, begun, "z rail"), false), path);
+}
+
+PivotFit pivot_of(const BenchFile&, const Calibration& begun, const std::string& path)
+{
+  std::vector<Pose> places;
+  for (const std::vector<double>& row : mark_named(CalibrationPart::probe, begun, "sweep").rows)
+    places.push_back(pose_in(row));
+  return fit_pivot(places, path);
+}
+
+EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                const std::string& path)
+{
+  const bool is_head = part == CalibrationPart::head;
+  const Pose X_tracker_table = 
+      is_head ? Pose::Identity() : place_in(estimate_of(CalibrationPart::rails, begun, path), "table");
+  std::vector<BullseyeMark> marks;
+  for (const MarkedTask& t : marked_tasks(part, bench, begun))
+    marks.push_back(bullseye_of(t, X_tracker_table.inverse(), is_head ? 0.0 : 1.0));
+  const Calibration nominal = nominal_calibration(bench);
+  const Pose X_start = pose_of(is_head ? nominal.X_headbody_eyes : nominal.X_table_eyes);
+  EyesFit fit = fit_eyes(marks, eyes_prior(bench, begun, path), X_start, is_head ? "head" : "eyes", path);
+  if (!is_head) {
+    add_table_error(fit.estimate, fit.X_carrier_eyes, X_tracker_table,
+                    estimate_of(CalibrationPart::rails, begun, path));
+  }
+  return fit;
+}
+
+FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                     const std::string& path)
+{
+  if (bench.calibration.is_model_adjusted) {
+    std::vector<Pose> places;
+    for (const MarkedTask& t : marked_tasks(part, bench, begun)) {
+      const std::vector<double>& v = t.mark->rows[0];
+      places.push_back(pose_of(SixNumbers{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}));
+    }
+    return mean_place(places, name_of(part), path);
+  }
+  const Estimate& probe = estimate_of(CalibrationPart::probe, begun, path);
+  const std::vector<std::string> tip{"probe.tip_x", "probe.tip_y", "probe.tip_z"};
+  const Eigen::Vector3d tip_probe_mm(value_in(probe, tip[0]), value_in(probe, tip[1]), value_in(probe, tip[2]));
+  const auto subject = begun.records.find(CalibrationPart::subject);
+  double scale = begun.subject_scale, scale_variance = 0.0;
+  if (subject != begun.records.end() && subject->second.estimate) {
+    scale = value_in(*subject->second.estimate, "subject.scale");
+    scale_variance = known_covariance(*subject->second.estimate, {"subject.scale"})(0, 0);
+  }
+  const Touched touched = touched_of(part, bench, begun, tip_probe_mm, scale);
+  FiducialFit fit = fit_fiducials(touched.points, name_of(part), path);
+  add_known_errors(fit, touched, known_covariance(probe, tip), scale_variance, scale);
+  return fit;
+}
+
+}  // namespace vrda

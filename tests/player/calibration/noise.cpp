@@ -1,0 +1,48 @@
+#include "noise.hpp"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace vrda::test {
+
+double Noise::uniform()
+{
+  constexpr double unit = 1.0 / 9007199254740992.0;  // 2^-53
+  return static_cast<double>(bits_() >> 11U) * unit;
+}
+
+double Noise::normal()
+{
+  double sum = -6.0;
+  for (int i = 0; i < 12; ++i) sum += uniform();
+  return sum;
+}
+
+Eigen::VectorXd Noise::normals(Eigen::Index n)
+{
+  Eigen::VectorXd values(n);
+  for (double& value : values) value = normal();
+  return values;
+}
+
+Eigen::VectorXd Noise::correlated(const Eigen::MatrixXd& covariance)
+{
+  const Eigen::MatrixXd L = covariance.llt().matrixL();
+  return L * normals(covariance.rows());
+}
+
+void Coverage::add(const Estimate& estimate, const Eigen::VectorXd& errors)
+{
+  if (n_ == 0) within_ = Eigen::VectorXi::Zero(errors.size());
+  for (Eigen::Index k = 0; k < errors.size(); ++k) {
+    within_[k] += std::abs(errors[k]) <= half_width_95(estimate, k) ? 1 : 0;
+  }
+  ++n_;
+}
+
+double Coverage::of(Eigen::Index number) const
+{
+  return static_cast<double>(within_[number]) / n_;
+}
+
+}  // namespace vrda::test
