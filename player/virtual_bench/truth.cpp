@@ -46,11 +46,6 @@ Viewport nearest_pixels(const VirtualTruth::Edges& edges)
           whole(edges.bottom) - whole(edges.top)};
 }
 
-Eigen::Vector2d middle_px(const Viewport& v)
-{
-  return {v.x + 0.5 * v.width, v.y + 0.5 * v.height};
-}
-
 VirtualTruth::Edges drawn_edges(Draws& draws, const Viewport& window)
 {
   // Off the window's borders by 2 to 6 % of its size, each by its own.
@@ -77,7 +72,7 @@ void add_display(const BenchFile& bench, bool is_right, VirtualTruth& truth)
   const VirtualTruth::Edges& edges = truth.edges_px[k];
   truth.screen_mm[k] =
       pixel_mm * Eigen::Vector2d(edges.right - edges.left, (edges.bottom - edges.top) * eye.pixel_aspect);
-  const Eigen::Vector2d middle = middle_px(eye.visible);
+  const Eigen::Vector2d middle = 0.5 * Eigen::Vector2d(edges.left + edges.right, edges.top + edges.bottom);
   const auto off = [&](double sd_px) -> Eigen::Vector2d {
     const double x = draws.normal(), y = draws.normal();
     return {sd_px * x, sd_px * y};

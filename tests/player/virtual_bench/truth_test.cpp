@@ -60,9 +60,10 @@ TEST(VirtualTruth, WhatIsStatedAsKnownIsDrawnWithThoseDeviations)
   for (std::uint64_t seed = 1; seed <= n; ++seed) {
     const VirtualTruth truth = virtual_truth(bench, seed);
     const Calibration& c = truth.calibration;
-    for (const Eye* eye : {&c.eyes.left, &c.eyes.right}) {
-      const Viewport& v = eye->visible;
-      sights += (eye->sight_px - Eigen::Vector2d(v.x + 0.5 * v.width, v.y + 0.5 * v.height)).squaredNorm();
+    for (std::size_t k = 0; k < 2; ++k) {
+      const VirtualTruth::Edges& e = truth.edges_px[k];
+      const Eigen::Vector2d middle = 0.5 * Eigen::Vector2d(e.left + e.right, e.top + e.bottom);
+      sights += ((k == 0 ? c.eyes.left : c.eyes.right).sight_px - middle).squaredNorm();
     }
     heights += std::pow(c.eyes.left.position_head_mm.y() - c.eyes.right.position_head_mm.y(), 2);
     turns += turn_of(pose_of(c.X_table_eyes).linear()).squaredNorm();

@@ -1,0 +1,173 @@
+#include "virtual_bench/operator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "support/input_error.hpp"
+#include "virtual_bench/statistics.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr VirtualNoise no_noise{0, 0, 0, 0, 0, 0, 0};
+
+BenchFile bench_of(HeadKind head, const std::string& lines = "")
+{
+  std::string text = virtual_bench_text(head);
+  const std::string table = "[calibration]\n";
+  text.insert(text.find(table) + table.size(), lines);
+  return parsed_bench_file(text, "virtual bench");
+}
+
+GuideOptions options_of(const BenchFile& bench)
+{
+  GuideOptions options;
+  options.parts = parts_of_step("all", bench);
+  options.date = "2026-11-22";
+  options.path = "calibration.toml";
+  return options;
+}
+
+Calibration calibrated(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
+{
+  GuideSession session(bench, nominal_calibration(bench), options_of(bench));
+  VirtualOperator hand(bench, truth, noise);
+  while (session.task() != nullptr) hand.do_task(session);
+  EXPECT_EQ(hand.n_refusals(), 0);
+  return session.calibration();
+}
+
+/// Largest error of a part's numbers.
+double largest_error(const Calibration& found, CalibrationPart part, const BenchFile& bench,
+                     const VirtualTruth& truth)
+{
+  const std::optional<Estimate>& estimate = found.records.at(part).estimate;
+  return errors_of(estimate.value(), part, bench, truth).lpNorm<Eigen::Infinity>();
+}
+
+TEST(VirtualOperator, WithoutNoiseEveryPartIsFoundToTheStepOfItsDials)
+{
+  for (const HeadKind head : {HeadKind::stage, HeadKind::tracker}) {
+    const BenchFile bench = bench_of(head);
+    for (const std::uint64_t seed : {1, 2, 3}) {
+      const VirtualTruth truth = virtual_truth(bench, seed);
+      const Calibration found = calibrated(bench, truth, no_noise);
+      // Whole columns and rows.
+      EXPECT_LT(largest_error(found, CalibrationPart::viewport, bench, truth), 0.5 + 1e-9);
+      // Steps of a quarter of a pixel are errors of up to an eighth, of which the median is less.
+      std::vector<TargetError> errors = target_errors(found, bench, truth, no_noise);
+      double sum_mm = 0.0;
+      for (const TargetError& error : errors) sum_mm += error.mm;
+      constexpr double eighth_mm = 0.125 * 800.0 / 880.0;
+      EXPECT_LT(sum_mm / static_cast<double>(errors.size()), eighth_mm);
+      // What only the tracker sees has no step at all; scales have that of the distances, 0.05 mm of 50.
+      constexpr double rounding = 1e-6;
+      EXPECT_LT(largest_error(found, CalibrationPart::probe, bench, truth), rounding);
+      EXPECT_LT(largest_error(found, CalibrationPart::subject, bench, truth), 1e-3);
+      if (head == HeadKind::stage) {
+        EXPECT_LT(largest_error(found, CalibrationPart::rails, bench, truth), rounding);
+      }
+    }
+  }
+}
+
+TEST(VirtualOperator, OneThatGoesOnElsewhereEndsAsOneThatWasNotInterrupted)
+{
+  const BenchFile bench =
+      bench_of(HeadKind::stage, "edge_repeats = 2\ngrid = [4, 3]\nrectangle_repeats = 1\n");
+  const VirtualTruth truth = virtual_truth(bench, 7);
+  const Calibration whole = calibrated(bench, truth, VirtualNoise{});
+  Calibration begun = nominal_calibration(bench);
+  int n_sessions = 0;
+  for (bool is_done = false; !is_done; ++n_sessions) {
+    GuideSession session(bench, begun, options_of(bench));
+    VirtualOperator hand(bench, truth, VirtualNoise{});
+    for (int n = 0; n < 7 && session.task() != nullptr; ++n) hand.do_task(session);
+    is_done = session.task() == nullptr;
+    begun = session.calibration();
+  }
+  EXPECT_GT(n_sessions, 10);
+  EXPECT_EQ(calibration_text(begun, bench), calibration_text(whole, bench));
+}
+
+TEST(VirtualOperator, AHandThatIsFarTooRestlessGivesUpInWords)
+{
+  const BenchFile bench = bench_of(HeadKind::stage);
+  const VirtualTruth truth = virtual_truth(bench, 7);
+  VirtualNoise noise;
+  noise.tracker_mm = 50.0;
+  GuideSession session(bench, nominal_calibration(bench), options_of(bench));
+  VirtualOperator hand(bench, truth, noise);
+  const InputError::Facts facts = test::input_error([&] {
+    while (session.task() != nullptr) hand.do_task(session);
+  });
+  EXPECT_EQ(facts.file, "virtual bench");
+  EXPECT_NE(facts.found.find("refusals"), std::string::npos);
+  EXPECT_GT(hand.n_refusals(), 10);
+}
+
+/// Least distance from the lines.
+double distance_from(const std::vector<GuideLine>& lines, const Eigen::Vector2d& p)
+{
+  double least = std::numeric_limits<double>::infinity();
+  for (const GuideLine& line : lines) {
+    for (std::size_t k = 1; k < line.points_px.size(); ++k) {
+      const Eigen::Vector2d from = line.points_px[k - 1], way = line.points_px[k] - from;
+      const double s = std::clamp(way.dot(p - from) / way.squaredNorm(), 0.0, 1.0);
+      least = std::min(least, (from + s * way - p).norm());
+    }
+  }
+  return least;
+}
+
+Eigen::Vector2d middle_of(const GuideLine& ring)
+{
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (std::size_t k = 1; k < ring.points_px.size(); ++k) sum += ring.points_px[k];
+  return sum / static_cast<double>(ring.points_px.size() - 1);
+}
+
+/// How far what a task's mark drew is seen beside the real thing.
+double off_px(const Task& task, const std::vector<double>& row, const VirtualTruth& truth,
+              const std::vector<GuideLine>& real)
+{
+  const Eye& eye = task.is_right ? truth.calibration.eyes.right : truth.calibration.eyes.left;
+  const Eigen::Vector2d seen = shown_px(eye.distortion, {row[0], row[1]});
+  // A node's ring is the last of the things.
+  if (task.kind != TaskKind::sides) return (seen - middle_of(real.back())).norm();
+  return std::max(distance_from(real, seen), distance_from(real, shown_px(eye.distortion, {row[2], row[3]})));
+}
+
+TEST(RealThings, AreWhereWhatIsDrawnIsSeenOnceItIsAligned)
+{
+  const BenchFile bench = bench_of(HeadKind::stage);
+  const VirtualTruth truth = virtual_truth(bench, 12);
+  GuideSession session(bench, nominal_calibration(bench), options_of(bench));
+  VirtualOperator hand(bench, truth, no_noise);
+  std::map<TaskKind, int> met;
+  // Half a step of a quarter of a pixel either way, shown up to half as large again; the marker's ring is
+  // where its middle is without perspective's few hundredths.
+  constexpr double aligned_px = 0.125 * 1.5 * 1.4142136 + 0.02;
+  while (session.task() != nullptr) {
+    const Task task = *session.task();
+    const CalibrationPart part = session.progress().part;
+    const std::vector<GuideLine> real = real_things(task, bench, truth);
+    hand.do_task(session);
+    ++met[task.kind];
+    if (task.kind != TaskKind::point && task.kind != TaskKind::sides && task.kind != TaskKind::bullseye) {
+      continue;
+    }
+    const std::vector<double> row = session.calibration().records.at(part).marks.back().rows.front();
+    EXPECT_LT(off_px(task, row, truth, real), aligned_px) << task.name;
+  }
+  EXPECT_EQ(met[TaskKind::point], 70);
+  EXPECT_EQ(met[TaskKind::sides], 24);
+  EXPECT_EQ(met[TaskKind::bullseye], 18);
+}
+
+}  // namespace
+}  // namespace vrda
