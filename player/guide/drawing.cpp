@@ -52,11 +52,11 @@ class Pen {
   /// A straight line of the undistorted picture, through the pre-distortion.
   void draw_shown(const Eigen::Vector2d& from, const Eigen::Vector2d& to)
   {
-    // Optics never bring neighbours that much nearer to each other that a piece of half the length would be
-    // too long as drawn; pieces that are get halved again.
+    // Pieces that are too long as drawn are halved.
     Points2d drawn{drawn_px(eye_.distortion, from)};
     const int n = std::max(1, static_cast<int>(std::ceil((to - from).norm() / longest_piece_px)));
-    for (int k = 0; k < n; ++k) add_piece(from + (to - from) * k / n, from + (to - from) * (k + 1) / n, drawn, 0);
+    for (int k = 0; k < n; ++k)
+      add_piece(from + (to - from) * k / n, from + (to - from) * (k + 1) / n, drawn, 0);
     draw(drawn);
   }
 
@@ -120,8 +120,8 @@ void draw_sides(Pen& pen, const Eye& eye, std::span<const double> x)
 void draw_bullseye(Pen& pen, const Eigen::Vector2d& at)
 {
   constexpr double open_px = 2.0, arm_px = 16.0;
-  for (const Eigen::Vector2d& way : {Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, 1),
-                                     Eigen::Vector2d(0, -1)})
+  for (const Eigen::Vector2d& way :
+       {Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0), Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)})
     pen.draw_shown(at + open_px * way, at + arm_px * way);
   constexpr int n = 48;
   for (const double radius_px : {6.0, 12.0}) {
@@ -145,8 +145,10 @@ void draw_grid(std::vector<GuideLine>& lines, const Eye& eye, const Task& task, 
   const auto shown = [&](double column, double row) {
     return shown_px(grid, eye.pixel_aspect, Eigen::Vector2d(column, row));
   };
-  for (double x = -corner.x(); x <= corner.x(); x += 1.0) pen.draw_shown(shown(x, -corner.y()), shown(x, corner.y()));
-  for (double y = -corner.y(); y <= corner.y(); y += 1.0) pen.draw_shown(shown(-corner.x(), y), shown(corner.x(), y));
+  for (double x = -corner.x(); x <= corner.x(); x += 1.0)
+    pen.draw_shown(shown(x, -corner.y()), shown(x, corner.y()));
+  for (double y = -corner.y(); y <= corner.y(); y += 1.0)
+    pen.draw_shown(shown(-corner.x(), y), shown(corner.x(), y));
 }
 
 void draw_look(std::vector<GuideLine>& lines, const Calibration& calibration)

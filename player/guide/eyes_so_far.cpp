@@ -1,6 +1,7 @@
 #include "guide/eyes_so_far.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
@@ -124,11 +125,9 @@ Eigen::MatrixXd known_covariance(const Estimate& estimate, const std::vector<std
       covariance(i, j) = estimate.covariance(a, b);
     }
   }
-  // Variance of Student's t: dof / (dof - 2).
-  constexpr double least_dof = 2.0;
-  if (std::isfinite(estimate.dof) && estimate.dof > least_dof)
-    covariance *= estimate.dof / (estimate.dof - least_dof);
-  return covariance;
+  // The normal distribution that has the same 95 % interval.
+  const double widening = t_95(estimate.dof) / t_95(std::numeric_limits<double>::infinity());
+  return widening * widening * covariance;
 }
 
 }  // namespace vrda

@@ -16,8 +16,8 @@ EyePair eyes_before(CalibrationPart part, const BenchFile& bench, const Calibrat
 /// The part's estimate. Throws InputError naming `path` where it has none.
 const Estimate& estimate_of(CalibrationPart part, const Calibration& calibration, const std::string& path);
 
-/// Block of an estimate's covariance that belongs to `names`, as whoever uses it as known has to take it:
-/// Student's t has more variance than the normal distribution.
+/// Block of an estimate's covariance that belongs to `names`, as whoever uses it as known has to take it: of
+/// the normal distribution with the same 95 % intervals.
 Eigen::MatrixXd known_covariance(const Estimate& estimate, const std::vector<std::string>& names);
 
 double value_in(const Estimate& estimate, const std::string& name);

@@ -33,7 +33,8 @@ Task scan_task(const Viewport& window, bool is_right, Edge edge, int repeat)
   const double least = task.is_across ? window.x : window.y;
   const double most = least + (task.is_across ? window.width : window.height) - 1.0;
   task.instruction = "Look with the " + eye_text(is_right) + " alone. Move the line to the " + side +
-                     " edge of what you see:\nthe " + (is_first ? "first" : "last") + (task.is_across ? " column" : " row") +
+                     " edge of what you see:\nthe " + (is_first ? "first" : "last") +
+                     (task.is_across ? " column" : " row") +
                      " of which at least half is still seen. Come from a new side each time.";
   task.dials = {dial(task.is_across ? "column" : "row", "px", is_first ? least : most, least, most, 1.0)};
   return task;
@@ -77,8 +78,8 @@ Task node_task(const Eye& eye, const CalibrationSettings& settings, bool is_righ
   task.node = {column - 0.5 * (settings.grid_columns - 1), row - 0.5 * (settings.grid_rows - 1)};
   const std::string place = rounded_text(task.node.x(), 1) + ", " + rounded_text(task.node.y(), 1);
   task.name = eye_text(is_right) + ", node " + place;
-  task.instruction = "Look with the " + eye_text(is_right) + " at the grid. Put the cross on the node at " + place +
-                     ":\ncolumns to the right of the middle one, rows above it.";
+  task.instruction = "Look with the " + eye_text(is_right) + " at the grid. Put the cross on the node at " +
+                     place + ":\ncolumns to the right of the middle one, rows above it.";
   const Eigen::Vector2d up(1.0, -1.0);
   const Eigen::Vector2d begin =
       middle_of(eye.visible) + likely_spacing_px(eye, settings) * task.node.cwiseProduct(up);
@@ -96,9 +97,10 @@ Task grid_task(const Eye& eye, const CalibrationSettings& settings, bool is_righ
   task.index = repeat;
   task.node = {settings.grid_columns, settings.grid_rows};
   task.name = eye_text(is_right) + ", grid " + std::to_string(repeat + 1);
-  task.instruction = "Look with the " + eye_text(is_right) +
-                     ". Make the drawn grid cover the real one everywhere:\nfirst place and spacing in the middle, "
-                     "then k1 for the edges, k2 for the corners.";
+  task.instruction =
+      "Look with the " + eye_text(is_right) +
+      ". Make the drawn grid cover the real one everywhere:\nfirst place and spacing in the middle, "
+      "then k1 for the edges, k2 for the corners.";
   const Eigen::Vector2d middle = middle_of(eye.visible);
   constexpr double most_k = 1.0, step_k = 0.001, step_deg = 0.02, step_spacing_px = 0.05;
   const Viewport& w = eye.window;
@@ -129,10 +131,10 @@ Task sides_task(const Calibration& calibration, const CalibrationSettings& setti
   task.is_right = is_right;
   task.index = static_cast<int>(rectangle);
   task.name = nth(eye_text(is_right) + ", rectangle " + std::to_string(rectangle + 1), repeat);
-  task.instruction = "Place the rectangle " + rounded_text(r.width_mm, 1) + " mm wide " +
-                     rounded_text(r.depth_mm, 1) + " mm behind the first one's plane.\nWith the " +
-                     eye_text(is_right) +
-                     ", put one line on each of its upright sides: left with Left and Right, right with Up and Down.";
+  task.instruction =
+      "Place the rectangle " + rounded_text(r.width_mm, 1) + " mm wide " + rounded_text(r.depth_mm, 1) +
+      " mm behind the first one's plane.\nWith the " + eye_text(is_right) +
+      ", put one line on each of its upright sides: left with Left and Right, right with Up and Down.";
   // As a usual eye at a usual place would see it.
   const Eye usual;
   const double half_px =
@@ -142,7 +144,8 @@ Task sides_task(const Calibration& calibration, const CalibrationSettings& setti
     return dial(name, "px", std::clamp(x, box.low_px.x(), box.high_px.x()), box.low_px.x(), box.high_px.x(),
                 step_px);
   };
-  task.dials = {side("left side", eye.sight_px.x() - half_px), side("right side", eye.sight_px.x() + half_px)};
+  task.dials = {side("left side", eye.sight_px.x() - half_px),
+                side("right side", eye.sight_px.x() + half_px)};
   return task;
 }
 
@@ -222,17 +225,19 @@ std::vector<Task> ipd_tasks(const BenchFile& bench)
   constexpr double usual_image_mm = 800.0, most_image_mm = 10000.0;
   std::vector<Task> tasks;
   if (bench.calibration.has_pupillometer) {
-    tasks.push_back(number_task("pupillary distance", 0,
-                                "Measure the distance between the pupils with the pupillometer, set to the image's "
-                                "distance.",
-                                dial("distance", "mm", usual_ipd_mm, least_ipd_mm, most_ipd_mm, step_mm)));
+    tasks.push_back(
+        number_task("pupillary distance", 0,
+                    "Measure the distance between the pupils with the pupillometer, set to the image's "
+                    "distance.",
+                    dial("distance", "mm", usual_ipd_mm, least_ipd_mm, most_ipd_mm, step_mm)));
   }
   const auto arm = [&](const char* name, int index, const char* side) {
-    return number_task(name, index,
-                       std::string("Move the ") + side +
-                           " arm until its optical axis stands before the pupil:\nhalf the pupillary distance "
-                           "from the middle. Read its scale.",
-                       dial("from the middle", "mm", 0.5 * usual_ipd_mm, 0.0, most_ipd_mm, step_mm));
+    return number_task(
+        name, index,
+        std::string("Move the ") + side +
+            " arm until its optical axis stands before the pupil:\nhalf the pupillary distance "
+            "from the middle. Read its scale.",
+        dial("from the middle", "mm", 0.5 * usual_ipd_mm, 0.0, most_ipd_mm, step_mm));
   };
   tasks.push_back(arm("left arm", 1, "left"));
   tasks.push_back(arm("right arm", 2, "right"));
@@ -243,7 +248,8 @@ std::vector<Task> ipd_tasks(const BenchFile& bench)
   look.kind = TaskKind::look;
   look.name = "look";
   look.instruction =
-      "With both eyes: a frame 100 mm wide is drawn at the image's distance. Hold a real one of that size\nthere: "
+      "With both eyes: a frame 100 mm wide is drawn at the image's distance. Hold a real one of that "
+      "size\nthere: "
       "do they stand at one depth? Enter: yes. R: measure again.";
   tasks.push_back(look);
   return tasks;

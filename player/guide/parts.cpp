@@ -8,33 +8,31 @@
 namespace vrda {
 namespace {
 
-using Part = CalibrationPart;
-
-bool is_model_part(Part part)
+bool is_model_part(CalibrationPart part)
 {
-  return part == Part::leg || part == Part::femur || part == Part::tibia;
+  return part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia;
 }
 
-bool is_part_of(Part part, const BenchFile& bench)
+bool is_part_of(CalibrationPart part, const BenchFile& bench)
 {
   const bool is_on_stage = bench.head == HeadKind::stage;
   const bool is_touched = !bench.calibration.is_model_adjusted;
   switch (part) {
-    case Part::rails:
-    case Part::bullseye:
+    case CalibrationPart::rails:
+    case CalibrationPart::bullseye:
       return is_on_stage;
-    case Part::stop:
+    case CalibrationPart::stop:
       return has_stage(bench);
-    case Part::probe:
+    case CalibrationPart::probe:
       return is_touched;
-    case Part::head:
+    case CalibrationPart::head:
       return !is_on_stage;
-    case Part::subject:
+    case CalibrationPart::subject:
       return !bench.calibration.landmarks.empty();
-    case Part::leg:
+    case CalibrationPart::leg:
       return bench.leg == LegKind::rigid;
-    case Part::femur:
-    case Part::tibia:
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
       return bench.leg == LegKind::two_bodies;
     default:
       return true;
@@ -42,25 +40,27 @@ bool is_part_of(Part part, const BenchFile& bench)
 }
 
 /// Whatever the bench has of it.
-std::vector<Part> may_rest_on(Part part, const BenchFile& bench)
+std::vector<CalibrationPart> may_rest_on(CalibrationPart part, const BenchFile& bench)
 {
   switch (part) {
-    case Part::distortion:
-      return {Part::viewport};
-    case Part::eyepoints:
-      return {Part::distortion};
-    case Part::ipd:
-      return {Part::eyepoints};
-    case Part::bullseye:
-      return {Part::rails, Part::stop, Part::eyepoints, Part::ipd};
-    case Part::head:
-      return {Part::eyepoints, Part::ipd};
-    case Part::leg:
-    case Part::femur:
-    case Part::tibia:
+    case CalibrationPart::distortion:
+      return {CalibrationPart::viewport};
+    case CalibrationPart::eyepoints:
+      return {CalibrationPart::distortion};
+    case CalibrationPart::ipd:
+      return {CalibrationPart::eyepoints};
+    case CalibrationPart::bullseye:
+      return {CalibrationPart::rails, CalibrationPart::stop, CalibrationPart::eyepoints,
+              CalibrationPart::ipd};
+    case CalibrationPart::head:
+      return {CalibrationPart::eyepoints, CalibrationPart::ipd};
+    case CalibrationPart::leg:
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
       // A model that is placed by eye is seen through everything else.
-      if (bench.calibration.is_model_adjusted) return {Part::subject, Part::bullseye, Part::head};
-      return {Part::probe, Part::subject};
+      if (bench.calibration.is_model_adjusted)
+        return {CalibrationPart::subject, CalibrationPart::bullseye, CalibrationPart::head};
+      return {CalibrationPart::probe, CalibrationPart::subject};
     default:
       return {};
   }
@@ -73,32 +73,32 @@ bool has_stage(const BenchFile& bench)
   return bench.head == HeadKind::stage && bench.board && bench.board->has_stage;
 }
 
-std::vector<Part> parts_of(const BenchFile& bench)
+std::vector<CalibrationPart> parts_of(const BenchFile& bench)
 {
-  std::vector<Part> parts;
+  std::vector<CalibrationPart> parts;
   for (std::size_t k = 0; k < n_calibration_parts; ++k) {
-    if (is_part_of(static_cast<Part>(k), bench)) parts.push_back(static_cast<Part>(k));
+    if (is_part_of(static_cast<CalibrationPart>(k), bench)) parts.push_back(static_cast<CalibrationPart>(k));
   }
   return parts;
 }
 
-std::vector<Part> rests_on(Part part, const BenchFile& bench)
+std::vector<CalibrationPart> rests_on(CalibrationPart part, const BenchFile& bench)
 {
-  std::vector<Part> parts = may_rest_on(part, bench);
-  std::erase_if(parts, [&](Part p) { return !is_part_of(p, bench); });
+  std::vector<CalibrationPart> parts = may_rest_on(part, bench);
+  std::erase_if(parts, [&](CalibrationPart p) { return !is_part_of(p, bench); });
   return parts;
 }
 
-bool is_done(const Calibration& calibration, Part part)
+bool is_done(const Calibration& calibration, CalibrationPart part)
 {
   const auto found = calibration.records.find(part);
   return found != calibration.records.end() && found->second.estimate && !found->second.is_outdated;
 }
 
-void outdate_after(Calibration& calibration, Part part, const BenchFile& bench)
+void outdate_after(Calibration& calibration, CalibrationPart part, const BenchFile& bench)
 {
-  for (const Part later : parts_of(bench)) {
-    const std::vector<Part> below = rests_on(later, bench);
+  for (const CalibrationPart later : parts_of(bench)) {
+    const std::vector<CalibrationPart> below = rests_on(later, bench);
     if (std::find(below.begin(), below.end(), part) == below.end()) continue;
     const auto record = calibration.records.find(later);
     if (record != calibration.records.end()) record->second.is_outdated = true;
@@ -106,17 +106,18 @@ void outdate_after(Calibration& calibration, Part part, const BenchFile& bench)
   }
 }
 
-std::vector<Part> parts_of_step(const std::string& step, const BenchFile& bench)
+std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchFile& bench)
 {
-  const std::vector<Part> all = parts_of(bench);
+  const std::vector<CalibrationPart> all = parts_of(bench);
   if (step == "all") return all;
-  std::vector<Part> wanted;
+  std::vector<CalibrationPart> wanted;
   std::vector<std::string> words{"all", "tracking"};
   for (std::size_t k = 0; k < n_calibration_parts; ++k) {
-    const auto part = static_cast<Part>(k);
+    const auto part = static_cast<CalibrationPart>(k);
     words.emplace_back(name_of(part));
-    const bool is_tracking = part == Part::rails || part == Part::stop || part == Part::probe ||
-                             part == Part::bullseye || is_model_part(part);
+    const bool is_tracking = part == CalibrationPart::rails || part == CalibrationPart::stop ||
+                             part == CalibrationPart::probe || part == CalibrationPart::bullseye ||
+                             is_model_part(part);
     if (step == words.back() || (step == "tracking" && is_tracking)) wanted.push_back(part);
   }
   if (wanted.empty())
@@ -124,15 +125,15 @@ std::vector<Part> parts_of_step(const std::string& step, const BenchFile& bench)
   if (wanted.size() == 1 && !is_part_of(wanted.front(), bench)) {
     require_wanted(wanted.front(), bench);
     std::string names;
-    for (const Part part : all) names += (names.empty() ? "" : ", ") + std::string(name_of(part));
+    for (const CalibrationPart part : all) names += (names.empty() ? "" : ", ") + std::string(name_of(part));
     throw InputError({"calibrate", "STEP", "'" + step + "', which " + bench.path + " has no use for",
                       "all, tracking, " + names});
   }
-  std::erase_if(wanted, [&](Part part) { return !is_part_of(part, bench); });
+  std::erase_if(wanted, [&](CalibrationPart part) { return !is_part_of(part, bench); });
   return wanted;
 }
 
-void require_wanted(Part part, const BenchFile& bench)
+void require_wanted(CalibrationPart part, const BenchFile& bench)
 {
   const CalibrationSettings& settings = bench.calibration;
   const auto refuse = [&](const std::string& key, const std::string& found, const std::string& wanted) {
@@ -140,7 +141,7 @@ void require_wanted(Part part, const BenchFile& bench)
   };
   if (!settings.is_present) refuse("calibration", "nothing", "a table [calibration]");
   constexpr std::size_t least_distances = 3, least_fiducials = 4;
-  if (part == Part::subject && settings.landmarks.size() < least_distances) {
+  if (part == CalibrationPart::subject && settings.landmarks.size() < least_distances) {
     refuse("calibration.landmarks", std::to_string(settings.landmarks.size()) + " distances",
            "three or more distances between landmarks");
   }
@@ -149,20 +150,21 @@ void require_wanted(Part part, const BenchFile& bench)
   const auto n = std::count_if(points.begin(), points.end(),
                                [](const CalibrationPoint& point) { return !point.is_target; });
   if (n < static_cast<std::ptrdiff_t>(least_fiducials)) {
-    refuse(part == Part::tibia ? "calibration.tibia_point" : "calibration.point",
+    refuse(part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
            std::to_string(n) + " points that are no targets", "four or more, not in one plane");
   }
 }
 
-BodyRole role_of(Part part)
+BodyRole role_of(CalibrationPart part)
 {
   check(is_model_part(part), "only models are placed on bodies");
-  return part == Part::leg ? BodyRole::leg : (part == Part::femur ? BodyRole::femur : BodyRole::tibia);
+  return part == CalibrationPart::leg ? BodyRole::leg
+                                      : (part == CalibrationPart::femur ? BodyRole::femur : BodyRole::tibia);
 }
 
-const std::vector<CalibrationPoint>& points_of(Part part, const CalibrationSettings& settings)
+const std::vector<CalibrationPoint>& points_of(CalibrationPart part, const CalibrationSettings& settings)
 {
-  return part == Part::tibia ? settings.tibia_points : settings.points;
+  return part == CalibrationPart::tibia ? settings.tibia_points : settings.points;
 }
 
 }  // namespace vrda

@@ -101,8 +101,8 @@ EyeRectangles eyepoint_of(const BenchFile& bench, const Calibration& begun, bool
   }
   EyepointOptions options;
   options.alignment_sd_rad = rad_from_deg(settings.alignment_sd_deg);
-  options.distortion_covariance = known_covariance(
-      estimate_of(CalibrationPart::distortion, begun, path), distortion_names(is_right));
+  options.distortion_covariance =
+      known_covariance(estimate_of(CalibrationPart::distortion, begun, path), distortion_names(is_right));
   found.fit = fit_eyepoint(found.marks, found.eye, options, side_text(is_right), path);
   return found;
 }

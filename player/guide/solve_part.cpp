@@ -15,15 +15,17 @@
 namespace vrda {
 namespace {
 
-using Part = CalibrationPart;
-
-Estimate both_eyes(Part part, const BenchFile& bench, const Calibration& begun, const std::string& path)
+Estimate both_eyes(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                   const std::string& path)
 {
   Estimate estimate;
   for (const bool is_right : {false, true}) {
-    if (part == Part::viewport) append(estimate, viewport_of(bench, begun, is_right, path).estimate);
-    if (part == Part::distortion) append(estimate, distortion_of(bench, begun, is_right, path).estimate);
-    if (part == Part::eyepoints) append(estimate, eyepoint_of(bench, begun, is_right, path).fit.estimate);
+    if (part == CalibrationPart::viewport)
+      append(estimate, viewport_of(bench, begun, is_right, path).estimate);
+    if (part == CalibrationPart::distortion)
+      append(estimate, distortion_of(bench, begun, is_right, path).estimate);
+    if (part == CalibrationPart::eyepoints)
+      append(estimate, eyepoint_of(bench, begun, is_right, path).fit.estimate);
   }
   return estimate;
 }
@@ -42,7 +44,7 @@ Estimate given(const std::string& name, const std::string& unit, double value, d
 /// The number of a task of ipd; nothing where it is not asked for.
 std::optional<double> number_of(const Calibration& begun, const char* task)
 {
-  const CalibrationMark* mark = mark_of(begun.records.at(Part::ipd), task);
+  const CalibrationMark* mark = mark_of(begun.records.at(CalibrationPart::ipd), task);
   return mark == nullptr ? std::nullopt : std::optional<double>(mark->rows[0][0]);
 }
 
@@ -52,8 +54,8 @@ Estimate measured_ipd(const BenchFile& bench, const Calibration& begun, const st
     return given("ipd", "mm", *ipd_mm, bench.calibration.pupillometer_sd_mm);
   const EyeRectangles left = eyepoint_of(bench, begun, false, path);
   const EyeRectangles right = eyepoint_of(bench, begun, true, path);
-  const PupilDistance found = pupil_distance(left.marks, left.fit, left.eye, right.marks, right.fit, right.eye,
-                                             bench.calibration.sight_sd_px);
+  const PupilDistance found = pupil_distance(left.marks, left.fit, left.eye, right.marks, right.fit,
+                                             right.eye, bench.calibration.sight_sd_px);
   return given("ipd", "mm", found.ipd_mm, found.sd_mm);
 }
 
@@ -77,7 +79,7 @@ Estimate solved_ipd(const BenchFile& bench, const Calibration& begun, const std:
 Estimate solved_subject(const BenchFile& bench, const Calibration& begun, const std::string& path)
 {
   std::vector<LandmarkDistance> distances;
-  for (const MarkedTask& t : marked_tasks(Part::subject, bench, begun)) {
+  for (const MarkedTask& t : marked_tasks(CalibrationPart::subject, bench, begun)) {
     const CalibrationLandmarks& pair = bench.calibration.landmarks[static_cast<std::size_t>(t.task.index)];
     distances.push_back({pair.name, pair.model_mm, t.mark->rows[0][0]});
   }
@@ -96,7 +98,7 @@ Estimate solved_subject(const BenchFile& bench, const Calibration& begun, const 
 /// Puts a new viewport in; an old distortion that folds within it is forgotten.
 void put_viewport(Calibration& calibration, const Estimate& found)
 {
-  put_found(calibration.eyes, Part::viewport, found);
+  put_found(calibration.eyes, CalibrationPart::viewport, found);
   for (Eye* eye : {&calibration.eyes.left, &calibration.eyes.right}) {
     try {
       require_usable(*eye, "", "");
@@ -113,49 +115,49 @@ void solve_stop(CalibrationRecord& record)
   record.estimate->dof = std::numeric_limits<double>::infinity();
 }
 
-void solve_eyes(Part part, const BenchFile& bench, Calibration& c, const std::string& path)
+void solve_eyes(CalibrationPart part, const BenchFile& bench, Calibration& c, const std::string& path)
 {
   const EyesFit fit = eyes_of(part, bench, c, path);
   c.eyes = fit.eyes;
-  (part == Part::head ? c.X_headbody_eyes : c.X_table_eyes) = six_numbers_of(fit.X_carrier_eyes);
+  (part == CalibrationPart::head ? c.X_headbody_eyes : c.X_table_eyes) = six_numbers_of(fit.X_carrier_eyes);
   c.records[part].estimate = fit.estimate;
 }
 
-void put_solved(Part part, const BenchFile& bench, Calibration& c, const std::string& path)
+void put_solved(CalibrationPart part, const BenchFile& bench, Calibration& c, const std::string& path)
 {
   CalibrationRecord& record = c.records.at(part);
   switch (part) {
-    case Part::viewport:
+    case CalibrationPart::viewport:
       record.estimate = both_eyes(part, bench, c, path);
       return put_viewport(c, *record.estimate);
-    case Part::distortion:
-    case Part::eyepoints:
+    case CalibrationPart::distortion:
+    case CalibrationPart::eyepoints:
       record.estimate = both_eyes(part, bench, c, path);
       return put_found(c.eyes, part, *record.estimate);
-    case Part::ipd:
+    case CalibrationPart::ipd:
       record.estimate = solved_ipd(bench, c, path);
       c.image_distance_mm = *number_of(c, "image distance");
       return put_found(c.eyes, part, *record.estimate);
-    case Part::rails:
+    case CalibrationPart::rails:
       record.estimate = table_of(bench, c, path).estimate;
       c.X_tracker_table = six_numbers_of(place_in(*record.estimate, "table"));
       c.stage_direction_table = Eigen::Vector3d::UnitX();
       return;
-    case Part::stop:
+    case CalibrationPart::stop:
       return solve_stop(record);
-    case Part::probe:
+    case CalibrationPart::probe:
       record.estimate = pivot_of(bench, c, path).estimate;
       return;
-    case Part::subject:
+    case CalibrationPart::subject:
       record.estimate = solved_subject(bench, c, path);
       c.subject_scale = value_in(*record.estimate, "subject.scale");
       return;
-    case Part::bullseye:
-    case Part::head:
+    case CalibrationPart::bullseye:
+    case CalibrationPart::head:
       return solve_eyes(part, bench, c, path);
-    case Part::leg:
-    case Part::femur:
-    case Part::tibia: {
+    case CalibrationPart::leg:
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia: {
       const FiducialFit fit = model_of(part, bench, c, path);
       c.X_body_model[static_cast<std::size_t>(role_of(part))] = six_numbers_of(fit.X_body_model);
       record.estimate = fit.estimate;
@@ -185,9 +187,9 @@ Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Cali
 void require_good_eye(CalibrationPart part, const BenchFile& bench, const Calibration& begun, bool is_right,
                       const std::string& path)
 {
-  if (part == Part::viewport) viewport_of(bench, begun, is_right, path);
-  if (part == Part::distortion) distortion_of(bench, begun, is_right, path);
-  if (part == Part::eyepoints) eyepoint_of(bench, begun, is_right, path);
+  if (part == CalibrationPart::viewport) viewport_of(bench, begun, is_right, path);
+  if (part == CalibrationPart::distortion) distortion_of(bench, begun, is_right, path);
+  if (part == CalibrationPart::eyepoints) eyepoint_of(bench, begun, is_right, path);
 }
 
 void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,

@@ -61,10 +61,11 @@ EyesPrior eyes_prior(const BenchFile& bench, const Calibration& begun, const std
   const CalibrationSettings& settings = bench.calibration;
   EyesPrior prior;
   prior.eyes = eyes_before(CalibrationPart::bullseye, bench, begun);
-  prior.eyepoint_covariance = known_covariance(estimate_of(CalibrationPart::eyepoints, begun, path),
-                                               {"left.distance", "left.depth", "right.distance",
-                                                "right.depth"});
-  prior.ipd_sd_mm = std::sqrt(known_covariance(estimate_of(CalibrationPart::ipd, begun, path), {"ipd"})(0, 0));
+  prior.eyepoint_covariance =
+      known_covariance(estimate_of(CalibrationPart::eyepoints, begun, path),
+                       {"left.distance", "left.depth", "right.distance", "right.depth"});
+  prior.ipd_sd_mm =
+      std::sqrt(known_covariance(estimate_of(CalibrationPart::ipd, begun, path), {"ipd"})(0, 0));
   prior.sight_sd_px = settings.sight_sd_px;
   prior.height_apart_sd_mm = settings.eye_height_sd_mm;
   const Estimate& distortion = estimate_of(CalibrationPart::distortion, begun, path);
@@ -101,8 +102,7 @@ Touched touched_of(CalibrationPart part, const BenchFile& bench, const Calibrati
     std::vector<Eigen::Vector3d> tips;
     for (const std::vector<double>& row : t.mark->rows)
       tips.push_back(pose_in(row, 7).inverse() * (pose_in(row) * tip_probe_mm));
-    touched.points.push_back({point.name, scale * point.p_model_mm,
-                              mean_place(tips).p_mm, point.is_target});
+    touched.points.push_back({point.name, scale * point.p_model_mm, mean_place(tips).p_mm, point.is_target});
     const std::vector<double>& first = t.mark->rows[0];
     touched.R_body_probe.push_back((pose_in(first, 7).inverse() * pose_in(first)).linear());
   }
@@ -185,7 +185,7 @@ EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration&
                 const std::string& path)
 {
   const bool is_head = part == CalibrationPart::head;
-  const Pose X_tracker_table = 
+  const Pose X_tracker_table =
       is_head ? Pose::Identity() : place_in(estimate_of(CalibrationPart::rails, begun, path), "table");
   std::vector<BullseyeMark> marks;
   for (const MarkedTask& t : marked_tasks(part, bench, begun))
@@ -213,7 +213,8 @@ FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibra
   }
   const Estimate& probe = estimate_of(CalibrationPart::probe, begun, path);
   const std::vector<std::string> tip{"probe.tip_x", "probe.tip_y", "probe.tip_z"};
-  const Eigen::Vector3d tip_probe_mm(value_in(probe, tip[0]), value_in(probe, tip[1]), value_in(probe, tip[2]));
+  const Eigen::Vector3d tip_probe_mm(value_in(probe, tip[0]), value_in(probe, tip[1]),
+                                     value_in(probe, tip[2]));
   const auto subject = begun.records.find(CalibrationPart::subject);
   double scale = begun.subject_scale, scale_variance = 0.0;
   if (subject != begun.records.end() && subject->second.estimate) {

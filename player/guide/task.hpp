@@ -23,9 +23,9 @@ enum class TaskKind {
   bullseye,  ///< a cross through the pre-distortion for one eye, on the marker; first row {x_px, y_px as
              ///< drawn, stage_mm}, then a row each sample {marker's position (3), head's place (7) where it
              ///< is tracked}
-  place,  ///< the model's six numbers; one row {shift_mm (3), turn_rad (3)} of the body's model
-  stop,   ///< the stage is at its stop: it is zeroed; one row {stage_mm before}
-  look    ///< the test object: is it where the real one is? one row {}
+  place,     ///< the model's six numbers; one row {shift_mm (3), turn_rad (3)} of the body's model
+  stop,      ///< the stage is at its stop: it is zeroed; one row {stage_mm before}
+  look       ///< the test object: is it where the real one is? one row {}
 };
 
 /// A number that keys and the potentiometer change.
@@ -41,11 +41,11 @@ struct Task {
   bool is_right = false;    ///< of tasks for one eye
   bool is_across = false;   ///< scan_line: a column that is moved across; else a row
   /// As they begin; empty for sweep, hold, stop and look. scan_line: the line; point: x, y as drawn (px);
-  /// sides: x of the left line, of the right one, as shown; bullseye: x, y as shown; grid: k1, k2, centre x, y
-  /// (px as drawn), at x, y, spacing (px as shown), turn (deg); number: it; place: three mm, three degrees.
+  /// sides: x of the left line, of the right one, as shown; bullseye: x, y as shown; grid: k1, k2, centre x,
+  /// y (px as drawn), at x, y, spacing (px as shown), turn (deg); number: it; place: three mm, three degrees.
   std::vector<Dial> dials;
-  int n_samples = 0;        ///< sweep, hold, bullseye: wanted from the tracker
-  std::string tool;         ///< sweep, hold, bullseye: the tracker's tool to be seen
+  int n_samples = 0;  ///< sweep, hold, bullseye: wanted from the tracker
+  std::string tool;   ///< sweep, hold, bullseye: the tracker's tool to be seen
   /// grid, point: the physical grid's nodes; the one of a point.
   Eigen::Vector2d node = Eigen::Vector2d::Zero();
   int index = 0;  ///< of the rectangle, point on the model, bull's-eye place that is meant

@@ -27,7 +27,9 @@ std::string place_text(int index)
   static constexpr std::array<const char*, 3> up{"low", "at eye level", "high"};
   static constexpr std::array<const char*, 3> depth{"near", "half way", "far"};
   const Eigen::Vector3i place = marker_place(index);
-  const auto word = [](const auto& words, int k) { return std::string(words[static_cast<std::size_t>(k + 1)]); };
+  const auto word = [](const auto& words, int k) {
+    return std::string(words[static_cast<std::size_t>(k + 1)]);
+  };
   return word(depth, place.z()) + ", " + word(across, place.x()) + ", " + word(up, place.y());
 }
 
@@ -44,10 +46,11 @@ Task bullseye_task(CalibrationPart part, const BenchFile& bench, const Calibrati
   task.n_samples = bench.calibration.hold_samples;
   task.name = eye_text(is_right) + ", place " + std::to_string(place + 1);
   const bool is_head = part == CalibrationPart::head;
-  task.instruction = std::string("Put the marker ") + place_text(place) +
-                     (is_head ? ", and hold the head another way than before." : "; the stage may be anywhere.") +
-                     "\nWith the " + eye_text(is_right) +
-                     ", put the cross on it, then Enter: keep still until the samples are taken.";
+  task.instruction =
+      std::string("Put the marker ") + place_text(place) +
+      (is_head ? ", and hold the head another way than before." : "; the stage may be anywhere.") +
+      "\nWith the " + eye_text(is_right) +
+      ", put the cross on it, then Enter: keep still until the samples are taken.";
   const ShownBox box = shown_box(eye);
   task.dials = {{"x", "px", eye.sight_px.x(), box.low_px.x(), box.high_px.x(), step_px},
                 {"y", "px", eye.sight_px.y(), box.low_px.y(), box.high_px.y(), step_px}};
@@ -61,9 +64,10 @@ Task place_task(const char* model, const SixNumbers& begin, int repeat)
   task.kind = TaskKind::place;
   task.index = repeat;
   task.name = "place " + std::to_string(repeat + 1);
-  task.instruction = std::string("Turn and move the model of the ") + model +
-                     " until it lies in the real one, seen from here;\nthen look from elsewhere, and correct. "
-                     "Up and Down select, Left and Right change.";
+  task.instruction =
+      std::string("Turn and move the model of the ") + model +
+      " until it lies in the real one, seen from here;\nthen look from elsewhere, and correct. "
+      "Up and Down select, Left and Right change.";
   const std::array<const char*, 3> axes{"x", "y", "z"};
   for (std::size_t k = 0; k < 3; ++k) {
     task.dials.push_back({std::string("shift ") + axes[k], "mm", begin.shift_mm[static_cast<Eigen::Index>(k)],
@@ -83,10 +87,10 @@ Eigen::Vector3i marker_place(int index)
 {
   // Every direction of space within the first four, the corners before the middles.
   static constexpr std::array<std::array<int, 3>, 27> places{
-      {{-1, -1, -1}, {1, 1, -1},  {1, -1, 1}, {-1, 1, 1},  {0, 0, 0},   {1, -1, -1}, {-1, 1, -1},
-       {-1, -1, 1},  {1, 1, 1},   {0, 0, -1}, {0, 0, 1},   {-1, 0, 0},  {1, 0, 0},   {0, -1, 0},
-       {0, 1, 0},    {-1, 0, -1}, {1, 0, 1},  {-1, 0, 1},  {1, 0, -1},  {0, -1, -1}, {0, 1, 1},
-       {0, -1, 1},   {0, 1, -1},  {-1, -1, 0}, {1, 1, 0}, {-1, 1, 0},  {1, -1, 0}}};
+      {{-1, -1, -1}, {1, 1, -1},  {1, -1, 1},  {-1, 1, 1}, {0, 0, 0},  {1, -1, -1}, {-1, 1, -1},
+       {-1, -1, 1},  {1, 1, 1},   {0, 0, -1},  {0, 0, 1},  {-1, 0, 0}, {1, 0, 0},   {0, -1, 0},
+       {0, 1, 0},    {-1, 0, -1}, {1, 0, 1},   {-1, 0, 1}, {1, 0, -1}, {0, -1, -1}, {0, 1, 1},
+       {0, -1, 1},   {0, 1, -1},  {-1, -1, 0}, {1, 1, 0},  {-1, 1, 0}, {1, -1, 0}}};
   const std::array<int, 3>& place = places[static_cast<std::size_t>(index) % places.size()];
   return {place[0], place[1], place[2]};
 }
@@ -95,12 +99,14 @@ std::vector<Task> rail_tasks(const BenchFile& bench)
 {
   const CalibrationSettings& settings = bench.calibration;
   const int n = settings.rail_samples;
-  return {sweep_task("x rail", settings.marker, n,
-                     "Fasten the marker to the stage. Enter, then move the stage slowly along its whole rail,\nfrom "
-                     "left to right, with the marker in the tracker's sight."),
-          sweep_task("z rail", settings.marker, n,
-                     "Fasten the marker to the slide of the rail along the table. Enter, then move it slowly along "
-                     "the whole rail,\ntowards the viewer.")};
+  return {sweep_task(
+              "x rail", settings.marker, n,
+              "Fasten the marker to the stage. Enter, then move the stage slowly along its whole rail,\nfrom "
+              "left to right, with the marker in the tracker's sight."),
+          sweep_task(
+              "z rail", settings.marker, n,
+              "Fasten the marker to the slide of the rail along the table. Enter, then move it slowly along "
+              "the whole rail,\ntowards the viewer.")};
 }
 
 std::vector<Task> stop_tasks()
@@ -114,9 +120,10 @@ std::vector<Task> stop_tasks()
 
 std::vector<Task> probe_tasks(const BenchFile& bench)
 {
-  return {sweep_task("sweep", bench.calibration.probe, bench.calibration.pivot_samples,
-                     "Rest the probe's tip in a small hole. Enter, then turn the probe about it,\nto and fro, to the "
-                     "left and right, by 40 degrees and more. The tip must not slip.")};
+  return {sweep_task(
+      "sweep", bench.calibration.probe, bench.calibration.pivot_samples,
+      "Rest the probe's tip in a small hole. Enter, then turn the probe about it,\nto and fro, to the "
+      "left and right, by 40 degrees and more. The tip must not slip.")};
 }
 
 std::vector<Task> bullseye_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& calibration)

@@ -1,0 +1,41 @@
+/// A task's numbers under the operator's keys and potentiometer.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "guide/task.hpp"
+#include "tracking/one_euro.hpp"
+#include "view/keys.hpp"
+
+namespace vrda {
+
+class Dials {
+ public:
+  Dials() : Dials(Task{}) {}
+  explicit Dials(const Task& task);
+
+  std::span<const double> values() const { return values_; }
+  std::size_t selected() const { return selected_; }
+
+  /// Arrow keys, as guide/session.hpp says; others mean nothing here.
+  void press(const KeyPress& press);
+  /// The potentiometer stands at `count`: 200 steps a turn from where it stood when the dial was selected.
+  void turn(int count, double time_s);
+
+ private:
+  void change(std::size_t dial, double steps);
+  void select(std::size_t dial);
+
+  std::vector<Dial> dials_;
+  bool is_cross_ = false;  ///< up is where y is less
+  std::vector<double> values_;
+  std::size_t selected_ = 0;
+  OneEuroFilter filter_;
+  std::optional<double> potentiometer_was_;
+  double value_was_ = 0.0;  ///< of the selected dial, at potentiometer_was_
+  double steps_was_ = 0.0;
+};
+
+}  // namespace vrda

@@ -1,0 +1,376 @@
+#include "guide/session.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "guide/dials.hpp"
+#include "guide/marks.hpp"
+#include "guide/parts.hpp"
+#include "guide/refusal.hpp"
+#include "guide/sample_taker.hpp"
+#include "guide/solve_part.hpp"
+#include "guide/task_row.hpp"
+#include "guide/tasks.hpp"
+#include "guide/words.hpp"
+
+namespace vrda {
+
+struct GuideSession::Inner {
+  Inner(const BenchFile& wanted_bench, const Calibration& begun, const GuideOptions& wanted)
+      : bench(wanted_bench), calibration(begun), options(wanted), taker(wanted_bench)
+  {
+    require_order();
+    next_part();
+  }
+
+  const Task* task() const { return at_task < tasks.size() ? &tasks[at_task] : nullptr; }
+  CalibrationRecord& record() { return calibration.records[progress.part]; }
+  CalibrationRecord record_so_far() const
+  {
+    const auto found = calibration.records.find(progress.part);
+    return is_fresh || found == calibration.records.end() ? CalibrationRecord{} : found->second;
+  }
+
+  void require_order() const;
+  void next_part();
+  void begin_part(CalibrationPart part);
+  void go_on();
+  void enter();
+  void finish(std::vector<std::vector<double>> rows);
+  void put(CalibrationMark mark);
+  void solve();
+  void refuse(const InputError& error, const std::vector<std::size_t>& doubted);
+  void refuse_to_begin(const std::string& why);
+  void forget(const std::vector<std::size_t>& which);
+  void back();
+  void again();
+  void press(const KeyPress& key);
+  void take_row();
+
+  BenchFile bench;
+  Calibration calibration;
+  GuideOptions options;
+  SampleTaker taker;
+  std::size_t n_begun = 0;  ///< parts of the options that were looked at
+  std::vector<Task> tasks;
+  std::size_t at_task = 0;
+  bool is_fresh = false;  ///< the part's old marks go with its first new one
+  Dials dials;
+  std::optional<Eigen::Vector3d> cross;  ///< of a bull's-eye that is being taken: x, y as drawn, stage
+  GuideProgress progress;
+  std::uint64_t revision = 0;
+  bool zeroes = false, is_left = false;
+};
+
+void GuideSession::Inner::require_order() const
+{
+  for (std::size_t k = 0; k < options.parts.size(); ++k) {
+    const CalibrationPart part = options.parts[k];
+    require_wanted(part, bench);
+    for (const CalibrationPart below : rests_on(part, bench)) {
+      const auto so_far = options.parts.begin() + static_cast<std::ptrdiff_t>(k);
+      if (is_done(calibration, below) || std::find(options.parts.begin(), so_far, below) != so_far) continue;
+      const bool was_done = calibration.records.contains(below) && calibration.records.at(below).is_outdated;
+      throw InputError(
+          {options.path, name_of(part),
+           std::string(name_of(below)) + (was_done ? ", which is outdated" : ", which is not done"),
+           std::string(name_of(below)) + " first, as " + name_of(part) + " rests on it"});
+    }
+  }
+}
+
+void GuideSession::Inner::next_part()
+{
+  tasks.clear();
+  at_task = 0;
+  while (n_begun < options.parts.size()) {
+    const CalibrationPart part = options.parts[n_begun++];
+    if (!options.is_anew && is_done(calibration, part)) continue;
+    begin_part(part);
+    return;
+  }
+}
+
+void GuideSession::Inner::begin_part(CalibrationPart part)
+{
+  progress.part = part;
+  const auto found = calibration.records.find(part);
+  const bool is_under_way = found != calibration.records.end() && !found->second.estimate;
+  is_fresh = found != calibration.records.end() && (options.is_anew || !is_under_way);
+  tasks = tasks_of(part, bench, calibration);
+  const CalibrationRecord so_far = record_so_far();
+  require_of_plan(so_far, tasks, part, options.path);
+  progress.n_tasks = static_cast<int>(tasks.size());
+  for (std::string& line : words_before(part, bench, calibration)) progress.words.push_back(std::move(line));
+  // Interrupted between its last mark and its solution.
+  if (next_task(tasks, so_far) == tasks.size()) return solve();
+  go_on();
+}
+
+void GuideSession::Inner::go_on()
+{
+  const CalibrationRecord so_far = record_so_far();
+  at_task = next_task(tasks, so_far);
+  progress.n_done = static_cast<int>(so_far.marks.size());
+  progress.n_samples = 0;
+  progress.is_taking = false;
+  taker.end();
+  dials = Dials(tasks[at_task]);
+}
+
+void GuideSession::Inner::refuse_to_begin(const std::string& why)
+{
+  progress.words = {why};
+  progress.is_refused = true;
+  ++revision;
+}
+
+void GuideSession::Inner::enter()
+{
+  const Task& asked = *task();
+  const bool is_on_stage = asked.kind == TaskKind::bullseye || asked.kind == TaskKind::stop;
+  if (is_on_stage && has_stage(bench)) {
+    if (!taker.stage_mm())
+      return refuse_to_begin("The stage's board has said nothing yet: is it switched on and plugged in?");
+    if (asked.kind == TaskKind::bullseye && !taker.is_stage_zeroed())
+      return refuse_to_begin("The stage was not set to zero since its board was switched on: do stop again.");
+  }
+  if (asked.n_samples > 0) {
+    if (asked.kind == TaskKind::bullseye) {
+      const Eigen::Vector2d drawn = drawn_cross(asked, dials.values(), calibration);
+      cross = {drawn.x(), drawn.y(), has_stage(bench) ? *taker.stage_mm() : 0.0};
+    }
+    taker.begin(asked, body_beside(progress.part, asked));
+    progress.is_taking = true;
+    progress.n_samples = 0;
+    progress.words.clear();
+    progress.is_refused = false;
+    return;
+  }
+  if (asked.kind == TaskKind::stop) {
+    zeroes = true;
+    const double before_mm = taker.stage_mm().value_or(0.0);
+    taker.zero_stage();
+    return finish({{before_mm}});
+  }
+  finish({row_of(asked, dials.values(), calibration)});
+}
+
+void GuideSession::Inner::take_row()
+{
+  progress.n_samples = static_cast<int>(taker.rows().size());
+  if (progress.n_samples < task()->n_samples) return;
+  std::vector<std::vector<double>> rows = taker.rows();
+  taker.end();
+  progress.is_taking = false;
+  if (cross && task()->kind == TaskKind::bullseye) {
+    constexpr double stage_moved_mm = 0.05;
+    const double now_mm = has_stage(bench) ? taker.stage_mm().value_or((*cross)[2]) : 0.0;
+    if (std::abs(now_mm - (*cross)[2]) > stage_moved_mm) {
+      return refuse_to_begin("The stage moved while samples were taken: hold it still, align again, Enter.");
+    }
+    rows.insert(rows.begin(), {(*cross)[0], (*cross)[1], (*cross)[2]});
+  }
+  cross.reset();
+  finish(std::move(rows));
+}
+
+void GuideSession::Inner::put(CalibrationMark mark)
+{
+  if (is_fresh) {
+    record() = {};
+    outdate_after(calibration, progress.part, bench);
+    is_fresh = false;
+  }
+  record().date = options.date;
+  put_mark(record(), tasks, std::move(mark));
+}
+
+void GuideSession::Inner::finish(std::vector<std::vector<double>> rows)
+{
+  const CalibrationMark mark{task()->name, std::move(rows)};
+  progress.words.clear();
+  progress.is_refused = false;
+  ++revision;
+  try {
+    require_still(progress.part, *task(), mark, options.path);
+  } catch (const InputError& error) {
+    refuse_to_begin(words_of(error));
+    return go_on();
+  }
+  const std::size_t done = at_task;
+  put(mark);
+  const std::vector<std::size_t> crossed = crossed_edges(tasks, record(), done);
+  if (!crossed.empty()) {
+    refuse(InputError({options.path, name_of(progress.part), crossed_text(tasks[done]),
+                       "left before right, and top before bottom: scan both again"}),
+           crossed);
+    return go_on();
+  }
+  if (next_task(tasks, record()) == tasks.size()) return solve();
+  const TaskRound round = round_of(progress.part, tasks, done);
+  const bool is_round_done = std::all_of(tasks.begin() + static_cast<std::ptrdiff_t>(round.begin),
+                                         tasks.begin() + static_cast<std::ptrdiff_t>(round.end),
+                                         [&](const Task& t) { return mark_of(record(), t.name) != nullptr; });
+  if (is_round_done) {
+    try {
+      require_good_eye(progress.part, bench, calibration, tasks[done].is_right, options.path);
+    } catch (const InputError& error) {
+      refuse(error, doubted_marks(error, progress.part, tasks, round));
+    }
+  }
+  go_on();
+}
+
+void GuideSession::Inner::solve()
+{
+  try {
+    calibration = solved_part(progress.part, bench, calibration, options.path);
+    record().is_outdated = false;
+    outdate_after(calibration, progress.part, bench);
+    ++revision;
+    progress.words = words_after(progress.part, *record().estimate);
+    progress.is_refused = false;
+    progress.n_done = progress.n_tasks;
+    progress.is_taking = false;
+    next_part();
+  } catch (const InputError& error) {
+    refuse(error, doubted_marks(error, progress.part, tasks, {0, tasks.size()}));
+    go_on();
+  }
+}
+
+void GuideSession::Inner::refuse(const InputError& error, const std::vector<std::size_t>& doubted)
+{
+  progress.words = {words_of(error)};
+  progress.is_refused = true;
+  forget(doubted);
+  ++revision;
+}
+
+void GuideSession::Inner::forget(const std::vector<std::size_t>& which)
+{
+  for (const std::size_t k : which) {
+    std::erase_if(record().marks, [&](const CalibrationMark& m) { return m.task == tasks[k].name; });
+  }
+}
+
+void GuideSession::Inner::back()
+{
+  if (progress.is_taking) return go_on();
+  if (at_task == 0 || is_fresh) return;
+  forget({at_task - 1});
+  progress.words.clear();
+  progress.is_refused = false;
+  ++revision;
+  go_on();
+}
+
+void GuideSession::Inner::again()
+{
+  if (!is_fresh && calibration.records.contains(progress.part)) {
+    record().marks.clear();
+    ++revision;
+  }
+  progress.words.clear();
+  progress.is_refused = false;
+  go_on();
+}
+
+void GuideSession::Inner::press(const KeyPress& key)
+{
+  if (key.key == Key::escape || key.key == key_of('Q')) {
+    is_left = true;
+    taker.end();
+    progress.is_taking = false;
+    return;
+  }
+  if (task() == nullptr) return;
+  if (key.key == key_of('R')) return again();
+  if (key.key == Key::backspace) return back();
+  // What is aligned stays so while samples of it are taken.
+  if (progress.is_taking) return;
+  if (key.key == Key::enter) return enter();
+  dials.press(key);
+}
+
+GuideSession::GuideSession(const BenchFile& bench, const Calibration& begun, const GuideOptions& options)
+    : inner_(std::make_unique<Inner>(bench, begun, options))
+{
+}
+
+GuideSession::~GuideSession() = default;
+
+const Task* GuideSession::task() const
+{
+  return inner_->task();
+}
+
+std::span<const double> GuideSession::values() const
+{
+  return inner_->dials.values();
+}
+
+std::size_t GuideSession::selected_dial() const
+{
+  return inner_->dials.selected();
+}
+
+const GuideProgress& GuideSession::progress() const
+{
+  return inner_->progress;
+}
+
+void GuideSession::take(const KeyPress& press)
+{
+  inner_->press(press);
+}
+
+void GuideSession::take(const Sample& sample)
+{
+  if (sample.kind == SampleKind::potentiometer && inner_->task() != nullptr && !inner_->progress.is_taking) {
+    inner_->dials.turn(sample.count, static_cast<double>(sample.arrival_ns) * 1e-9);
+    return;
+  }
+  if (inner_->taker.take(sample) && inner_->task() != nullptr) inner_->take_row();
+}
+
+bool GuideSession::zeroes_stage()
+{
+  return std::exchange(inner_->zeroes, false);
+}
+
+bool GuideSession::is_left() const
+{
+  return inner_->is_left;
+}
+
+const Calibration& GuideSession::calibration() const
+{
+  return inner_->calibration;
+}
+
+std::uint64_t GuideSession::revision() const
+{
+  return inner_->revision;
+}
+
+Calibration solved_again(const BenchFile& bench, const Calibration& calibration, const std::string& path)
+{
+  Calibration solved = calibration;
+  for (const CalibrationPart part : parts_of(bench)) {
+    const auto record = solved.records.find(part);
+    if (record == solved.records.end() || record->second.marks.empty()) continue;
+    const std::vector<Task> tasks = tasks_of(part, bench, solved);
+    require_of_plan(record->second, tasks, part, path);
+    if (next_task(tasks, record->second) < tasks.size()) continue;
+    solved = solved_part(part, bench, solved, path);
+  }
+  return solved;
+}
+
+}  // namespace vrda
