@@ -71,6 +71,9 @@ void GuideSession::Inner::require_order() const
   for (std::size_t k = 0; k < options.parts.size(); ++k) {
     const CalibrationPart part = options.parts[k];
     require_wanted(part, bench);
+    const auto record = calibration.records.find(part);
+    if (record != calibration.records.end() && !options.is_anew)
+      require_of_plan(record->second, tasks_of(part, bench, calibration), part, options.path);
     for (const CalibrationPart below : rests_on(part, bench)) {
       const auto so_far = options.parts.begin() + static_cast<std::ptrdiff_t>(k);
       if (is_done(calibration, below) || std::find(options.parts.begin(), so_far, below) != so_far) continue;
@@ -99,11 +102,11 @@ void GuideSession::Inner::begin_part(CalibrationPart part)
 {
   progress.part = part;
   const auto found = calibration.records.find(part);
-  const bool is_under_way = found != calibration.records.end() && !found->second.estimate;
+  const bool is_under_way =
+      found != calibration.records.end() && !found->second.estimate && !found->second.is_outdated;
   is_fresh = found != calibration.records.end() && (options.is_anew || !is_under_way);
   tasks = tasks_of(part, bench, calibration);
   const CalibrationRecord so_far = record_so_far();
-  require_of_plan(so_far, tasks, part, options.path);
   progress.n_tasks = static_cast<int>(tasks.size());
   for (std::string& line : words_before(part, bench, calibration)) progress.words.push_back(std::move(line));
   // Interrupted between its last mark and its solution.
@@ -199,8 +202,9 @@ void GuideSession::Inner::finish(std::vector<std::vector<double>> rows)
   try {
     require_still(progress.part, *task(), mark, options.path);
   } catch (const InputError& error) {
-    refuse_to_begin(words_of(error));
-    return go_on();
+    // The dials stay as they were aligned.
+    progress.n_samples = 0;
+    return refuse_to_begin(words_of(error));
   }
   const std::size_t done = at_task;
   put(mark);
@@ -362,9 +366,16 @@ std::uint64_t GuideSession::revision() const
 Calibration solved_again(const BenchFile& bench, const Calibration& calibration, const std::string& path)
 {
   Calibration solved = calibration;
+  const auto has_estimate = [&](CalibrationPart below) {
+    const auto found = solved.records.find(below);
+    return found != solved.records.end() && found->second.estimate;
+  };
   for (const CalibrationPart part : parts_of(bench)) {
     const auto record = solved.records.find(part);
     if (record == solved.records.end() || record->second.marks.empty()) continue;
+    // What it rests on is being done anew.
+    const std::vector<CalibrationPart> below = rests_on(part, bench);
+    if (!std::all_of(below.begin(), below.end(), has_estimate)) continue;
     const std::vector<Task> tasks = tasks_of(part, bench, solved);
     require_of_plan(record->second, tasks, part, path);
     if (next_task(tasks, record->second) < tasks.size()) continue;
