@@ -105,7 +105,7 @@ void require_of_plan(const CalibrationRecord& record, const std::vector<Task>& t
   }
 }
 
-Pose pose_in(std::span<const double> row, std::size_t at)
+Pose sampled_pose(std::span<const double> row, std::size_t at)
 {
   Place place;
   std::copy_n(row.begin() + static_cast<std::ptrdiff_t>(at), 3, place.position_mm);
@@ -113,7 +113,7 @@ Pose pose_in(std::span<const double> row, std::size_t at)
   return pose_of(place);
 }
 
-Eigen::Vector3d position_in(std::span<const double> row)
+Eigen::Vector3d sampled_position(std::span<const double> row)
 {
   return {row[0], row[1], row[2]};
 }

@@ -22,8 +22,8 @@ void require_of_plan(const CalibrationRecord& record, const std::vector<Task>& t
                      const std::string& path);
 
 /// Seven numbers of a row from `at` on.
-Pose pose_in(std::span<const double> row, std::size_t at = 0);
+Pose sampled_pose(std::span<const double> row, std::size_t at = 0);
 /// Three numbers of a row.
-Eigen::Vector3d position_in(std::span<const double> row);
+Eigen::Vector3d sampled_position(std::span<const double> row);
 
 }  // namespace vrda

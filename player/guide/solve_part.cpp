@@ -201,7 +201,7 @@ void require_still(CalibrationPart part, const Task& task, const CalibrationMark
   if (task.kind == TaskKind::bullseye) places = marker_places(mark);
   if (task.kind == TaskKind::hold) {
     for (const std::vector<double>& row : mark.rows)
-      places.push_back(pose_in(row, 7).inverse() * position_in(row));
+      places.push_back(sampled_pose(row, 7).inverse() * sampled_position(row));
   }
   const MeanPlace mean = mean_place(places);
   if (mean.furthest_mm > furthest_mm) {

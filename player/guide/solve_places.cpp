@@ -27,7 +27,7 @@ RailSweep sweep_of(const CalibrationMark& mark, bool is_on_stage)
   constexpr std::size_t stage_at = 7;
   RailSweep sweep;
   for (const std::vector<double>& row : mark.rows) {
-    sweep.p_tracker_mm.push_back(position_in(row));
+    sweep.p_tracker_mm.push_back(sampled_position(row));
     if (is_on_stage && row.size() > stage_at) sweep.stage_mm.push_back(row[stage_at]);
   }
   // Known of every place, or of none.
@@ -101,10 +101,10 @@ Touched touched_of(CalibrationPart part, const BenchFile& bench, const Calibrati
     const CalibrationPoint& point = points[static_cast<std::size_t>(t.task.index)];
     std::vector<Eigen::Vector3d> tips;
     for (const std::vector<double>& row : t.mark->rows)
-      tips.push_back(pose_in(row, 7).inverse() * (pose_in(row) * tip_probe_mm));
+      tips.push_back(sampled_pose(row, 7).inverse() * (sampled_pose(row) * tip_probe_mm));
     touched.points.push_back({point.name, scale * point.p_model_mm, mean_place(tips).p_mm, point.is_target});
     const std::vector<double>& first = t.mark->rows[0];
-    touched.R_body_probe.push_back((pose_in(first, 7).inverse() * pose_in(first)).linear());
+    touched.R_body_probe.push_back((sampled_pose(first, 7).inverse() * sampled_pose(first)).linear());
   }
   return touched;
 }
@@ -161,8 +161,8 @@ std::vector<Eigen::Vector3d> marker_places(const CalibrationMark& mark)
   std::vector<Eigen::Vector3d> places;
   for (std::size_t k = 1; k < mark.rows.size(); ++k) {
     const std::vector<double>& row = mark.rows[k];
-    const Eigen::Vector3d p = position_in(row);
-    places.push_back(row.size() == with_head ? Eigen::Vector3d(pose_in(row, 3).inverse() * p) : p);
+    const Eigen::Vector3d p = sampled_position(row);
+    places.push_back(row.size() == with_head ? Eigen::Vector3d(sampled_pose(row, 3).inverse() * p) : p);
   }
   return places;
 }
@@ -177,7 +177,7 @@ PivotFit pivot_of(const BenchFile&, const Calibration& begun, const std::string&
 {
   std::vector<Pose> places;
   for (const std::vector<double>& row : mark_named(CalibrationPart::probe, begun, "sweep").rows)
-    places.push_back(pose_in(row));
+    places.push_back(sampled_pose(row));
   return fit_pivot(places, path);
 }
 
