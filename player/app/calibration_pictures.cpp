@@ -93,9 +93,10 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
   scan.width_px = 2.0;
   scan.colour = amber;
   sheet.add_lines(frame, std::array{scan});
-  sheet.add_words(
-      frame.at_px + scale * Eigen::Vector2d(left.x, window.y + window.height) + Eigen::Vector2d(6.0, -22.0),
-      "scan line at column " + std::to_string(left.x), {255, 176, 46, 255});
+  const std::string words = "scan line at column " + std::to_string(left.x);
+  sheet.add_words(frame.at_px + scale * Eigen::Vector2d(window.x, window.y + 0.5 * window.height) -
+                      Eigen::Vector2d(sheet.width_px(words) + 8.0, 8.0),
+                  words, {255, 176, 46, 255});
   sheet.add_words({frame.at_px.x() + 12.0, frame.at_px.y() + 10.0},
                   "frame buffer " + std::to_string(display.width) + " x " + std::to_string(display.height),
                   faint);
@@ -204,7 +205,7 @@ struct AlignedSheet {
 std::vector<std::string> write_aligned(const PictureRequest& request, const std::string& folder,
                                        const AlignedSheet& plan)
 {
-  constexpr double scale = 0.5;
+  constexpr double scale = 0.42;
   std::vector<AlignedTask> tasks = aligned_tasks(request, plan.kind, plan.part);
   if (tasks.empty()) return {};
   tasks.resize(std::min(tasks.size(), plan.most));
@@ -250,7 +251,7 @@ void copy_into(Image& all, const Image& part, int x, int y)
 std::string write_overlay(const PictureRequest& request, const CalibrateOptions& options)
 {
   const MotionModel model = read_motion_model_apart(options.model);
-  const OverlayPictureOptions plan{chosen_set(model, options.model, options.set), 1.0};
+  const OverlayPictureOptions plan{chosen_set(model, options.model, options.set), 560};
   const Image before =
       overlay_picture(request.bench, request.truth, uncalibrated(request.bench, request.truth), model, plan);
   const Image after = overlay_picture(request.bench, request.truth, request.found, model, plan);

@@ -35,6 +35,21 @@ void send_truth(BenchState& state, const BenchFile& bench, const VirtualTruth& t
   }
 }
 
+/// Moves the stage until the middle between the eyes is before the origin of the leg's model.
+void send_stage(BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
+{
+  const Calibration& c = truth.calibration;
+  const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
+  const Pose X_tracker_model = truth.X_tracker_leg * pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
+  const Eigen::Vector3d p_table_mm = pose_of(c.X_tracker_table).inverse() * X_tracker_model.translation();
+  const double stage_mm = (p_table_mm - pose_of(c.X_table_eyes).translation()).dot(c.stage_direction_table);
+  Sample sample;
+  sample.kind = SampleKind::stage;
+  sample.state = stage_zeroed;
+  sample.count = static_cast<std::int32_t>(std::lround(stage_mm / bench.stage_mm_per_count));
+  state.take(sample);
+}
+
 /// One colour for all: a leg, not a picture of bones.
 void paint_grey(Scene& scene)
 {
@@ -46,6 +61,27 @@ void paint_grey(Scene& scene)
     drawable.material.mottling = 0.0F;
     drawable.colours.clear();
   }
+}
+
+/// The part of the undistorted picture that the leg lies in, with room around it.
+ShownBox box_of_leg(ModelOnBench& joint, const Eye& eye)
+{
+  constexpr double room_px = 40.0;
+  const BenchFrame& frame = joint.state.frame(0);
+  joint.view.place(frame, joint.state.values().calibration);
+  const Pose X_eyes_tracker = frame.X_tracker_eyes.inverse();
+  ShownBox box{Eigen::Vector2d::Constant(1e9), Eigen::Vector2d::Constant(-1e9)};
+  for (const Drawable& drawable : joint.view.scene().drawables) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto at = [&](int axis) {
+        return ((corner >> axis) & 1) == 0 ? drawable.box_mm.min_mm[axis] : drawable.box_mm.max_mm[axis];
+      };
+      const Eigen::Vector3d p_mesh_mm(at(0), at(1), at(2));
+      const Eigen::Vector2d p = shown_px(eye, X_eyes_tracker * drawable.X_world_mesh * p_mesh_mm);
+      box = {box.low_px.cwiseMin(p), box.high_px.cwiseMax(p)};
+    }
+  }
+  return {(box.low_px.array() - room_px).floor(), (box.high_px.array() + room_px).ceil()};
 }
 
 Image real_leg(ModelOnBench& joint, const Eye& eye, const ShownBox& box, double scale)
@@ -137,11 +173,14 @@ Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth, const C
     auto joint =
         std::make_unique<ModelOnBench>(bench, known, scaled_model(model, known.subject_scale), options.set);
     send_truth(joint->state, bench, truth);
+    if (bench.head == HeadKind::stage) send_stage(joint->state, bench, truth);
     return joint;
   };
   const Eye& eye = truth.calibration.eyes.left;
-  const ShownBox box = shown_box(eye);
-  Image seen = real_leg(*on_bench(truth.calibration), eye, box, options.scale);
+  const std::unique_ptr<ModelOnBench> real = on_bench(truth.calibration);
+  const ShownBox box = box_of_leg(*real, eye);
+  const double scale = options.height / (box.high_px.y() - box.low_px.y());
+  Image seen = real_leg(*real, eye, box, scale);
   add_display(seen, box, drawn_by_bench(*on_bench(calibration), bench), eye);
   return seen;
 }

@@ -10,12 +10,13 @@
 namespace vrda {
 
 struct OverlayPictureOptions {
-  std::string set;     ///< of the model
-  double scale = 1.0;  ///< px of the picture by px of the frame buffer
+  std::string set;   ///< of the model
+  int height = 560;  ///< px; the leg fills it
 };
 
-/// Through the left eye's true optics: the leg as it is, grey (the model itself, in the subject's true size),
-/// and added to it, since black is transparent, what a bench calibrated so draws.
+/// Through the left eye's true optics, with the stage before the leg: the leg as it is, grey (the model
+/// itself, in the subject's true size), and added to it, since black is transparent, what a bench calibrated
+/// so draws.
 Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth, const Calibration& calibration,
                       const MotionModel& model, const OverlayPictureOptions& options);
 

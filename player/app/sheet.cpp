@@ -26,9 +26,11 @@ Sheet::Sheet(int width, int height)
 
 OverlayBox Sheet::clip_of(const SheetFrame& frame) const
 {
+  // An outline about the whole is not cut in halves.
+  constexpr float rim_px = 2.0F;
   const Eigen::Vector2f low = placed(frame, frame.source.low_px).cast<float>();
   const Eigen::Vector2f high = placed(frame, frame.source.high_px).cast<float>();
-  return {low.x(), low.y(), high.x(), high.y()};
+  return {low.x() - rim_px, low.y() - rim_px, high.x() + rim_px, high.y() + rim_px};
 }
 
 void Sheet::add_lines(const SheetFrame& frame, std::span<const GuideLine> lines)
