@@ -8,6 +8,23 @@
 namespace vrda {
 namespace {
 
+ShownBox box_of(const Viewport& v)
+{
+  return {{v.x, v.y}, {v.x + v.width, v.y + v.height}};
+}
+
+/// Optics show more than a window's pixels: all that is seen, smaller, within the eye's window.
+void fit_into_window(GuideLine& line, const Eye& eye)
+{
+  const ShownBox seen = shown_box(eye), window = box_of(eye.window);
+  const Eigen::Vector2d seen_px = seen.high_px - seen.low_px, window_px = window.high_px - window.low_px;
+  constexpr double filled = 0.98;
+  const double scale = filled * window_px.cwiseQuotient(seen_px).minCoeff();
+  const Eigen::Vector2d from = 0.5 * (seen.low_px + seen.high_px),
+                        to = 0.5 * (window.low_px + window.high_px);
+  for (Eigen::Vector2d& p : line.points_px) p = to + scale * (p - from);
+}
+
 class LiveBench final : public GuideBench {
  public:
   explicit LiveBench(const BenchFile& bench) : bench_(bench), devices_(bench.tracker, bench.board) {}
@@ -63,12 +80,13 @@ class VirtualBench final : public GuideBench {
   {
     const EyePair& eyes = truth_.calibration.eyes;
     GuideView seen;
-    seen.boxes = {shown_box(eyes.left), shown_box(eyes.right)};
+    seen.boxes = {box_of(eyes.left.window), box_of(eyes.right.window)};
     if (session.task() == nullptr) return seen;
     seen.lines = real_things(*session.task(), bench_, truth_);
     for (const GuideLine& line :
          seen_lines(drawing_of(*session.task(), session.values(), session.calibration()), truth_))
       seen.lines.push_back(line);
+    for (GuideLine& line : seen.lines) fit_into_window(line, line.is_right ? eyes.right : eyes.left);
     if (const std::optional<double> reading = operator_.reading(session)) {
       const std::vector<Dial>& dials = session.task()->dials;
       seen.notes.push_back("You read " + rounded_text(*reading, 2) +

@@ -131,10 +131,14 @@ void GuidePanel::add_task(std::vector<Words>& words, const GuideSession& session
                   std::to_string(progress.n_tasks) + ", " + task.name,
               faint, width_px);
   add_wrapped(words, task.instruction, ink, width_px);
+  // Of one or two dials each has keys of its own; of more one is selected.
+  const bool is_selecting = task.dials.size() > 2;
   for (std::size_t k = 0; k < task.dials.size(); ++k) {
-    const bool is_selected = k == session.selected_dial();
-    add_wrapped(words, (is_selected ? "> " : "   ") + dial_text(task.dials[k], session.values()[k]),
-                is_selected ? green : ink, width_px);
+    const bool is_live = !is_selecting || k == session.selected_dial();
+    const std::string mark = !is_selecting ? (k == 0 ? "Left, Right: " : "Up, Down: ")
+                             : is_live     ? "> "
+                                           : "- ";
+    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? green : ink, width_px);
   }
   if (progress.is_taking) {
     add_wrapped(words,
