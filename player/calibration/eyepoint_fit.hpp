@@ -44,7 +44,8 @@ struct EyepointFit {
 
 /// Weighted least squares over all rectangles. `eye`: distortion, aspect, sight. Throws InputError naming
 /// `file` and `name`: fewer than three marks, equal depths or a spread too small for `most_depth_sd_mm` (with
-/// what to add), sides crossed or equal, a mark more than 5 standard deviations and 3 px off (which: repeat).
+/// what to add), sides crossed or equal, a mark more than 5 standard deviations (more of few marks) and 3 px
+/// from where the others put it (which: repeat).
 EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, const EyepointOptions& options,
                          const std::string& name, const std::string& file);
 
@@ -54,7 +55,8 @@ Eigen::Vector2d expected_eyepoint_sd(std::span<const RectangleMark> rectangles, 
                                      double noise_px);
 
 /// The distance between the eyes: of both eyes' marks of the same rectangles in the same order, each seen by
-/// an eye whose sight is known to `sight_sd_px`. sd in mm, from noise and sights.
+/// an eye whose sight is known to `sight_sd_px`. sd in mm, from noise, eyepoints and sights:
+/// 1.96 of it are the 95 % interval.
 struct PupilDistance {
   double ipd_mm = 0.0, sd_mm = 0.0;
 };

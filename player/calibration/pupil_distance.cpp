@@ -1,5 +1,7 @@
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "calibration/eyepoint_fit.hpp"
 #include "core/error.hpp"
@@ -57,7 +59,10 @@ PupilDistance pupil_distance(std::span<const RectangleMark> left, const Eyepoint
   const Middles r = middles_of(right, right_fit, right_eye, sight_sd_px);
   Eigen::MatrixXd V =
       l.by_known * l.known * l.by_known.transpose() + r.by_known * r.known * r.by_known.transpose();
-  V.diagonal() += l.noise_mm2 + r.noise_mm2;
+  // The noise comes from few marks, and sd_mm carries no degrees of freedom: as much more as Student's t has.
+  const double dof = std::max(1.0, static_cast<double>(left.size() + right.size()) - 4.0);
+  const double few = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
+  V.diagonal() += few * few * (l.noise_mm2 + r.noise_mm2);
   // Without noise and with all known there is nothing to weigh by; a nanometre decides nothing otherwise.
   constexpr double nothing_mm2 = 1e-12;
   V.diagonal().array() += nothing_mm2;
