@@ -212,8 +212,8 @@ void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
     out << padded(number.part, 12) << padded(number.name, 22)
         << padded(rounded_text(share_of(number), 1) + " %", 14)
         << padded(rounded_text(number.rms_error, decimals_for(number.rms_error)), 12)
-        << rounded_text(number.mean_half_width, decimals_for(number.mean_half_width)) << " " << number.unit
-        << "\n";
+        << rounded_text(number.mean_half_width, decimals_for(number.mean_half_width))
+        << (number.unit.empty() ? "" : " " + number.unit) << "\n";
   }
   write_targets(out, statistics.before, statistics.after);
 }
