@@ -4,10 +4,10 @@
 #include <chrono>
 #include <memory>
 #include <ostream>
-#include <thread>
 
 #include "app/bench_replay.hpp"
 #include "app/bench_show.hpp"
+#include "app/pace.hpp"
 #include "app/stop_signals.hpp"
 #include "bench/timing.hpp"
 #include "core/error.hpp"
@@ -19,28 +19,6 @@ namespace {
 constexpr double s_of_ns = 1e-9, ms_of_ns = 1e-6;
 constexpr std::size_t samples_at_once = 4096;  // beyond it the vector grows
 constexpr double report_interval_s = 0.25;     // of the panel's device lines
-
-/// Wakes at even times; where a picture took longer than its time the next comes at once. More than one that
-/// was missed is not made up for.
-class Pace {
- public:
-  explicit Pace(double rate_hz)
-      : period_(std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(1.0 / rate_hz)))
-  {
-  }
-  void wait()
-  {
-    next_ += period_;
-    const Clock::time_point now = Clock::now();
-    if (next_ + period_ < now) next_ = now;
-    std::this_thread::sleep_until(next_);
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  Clock::duration period_;
-  Clock::time_point next_ = Clock::now();
-};
 
 class LiveBench {
  public:

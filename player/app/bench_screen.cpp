@@ -14,13 +14,13 @@ class BenchWindow final : public BenchScreen {
   explicit BenchWindow(const WindowOptions& options) : window_(options) {}
 
   Renderer& renderer() override { return window_.renderer(); }
-  void show(const BenchView& view, const Overlay& words) override
+  void show(const Scene& scene, std::span<const Shot> shots, const Overlay& words) override
   {
-    window_.show(view.scene(), view.shots(), &words);
+    window_.show(scene, shots, &words);
   }
-  const Image& picture(const BenchView& view, const Overlay& words) override
+  const Image& picture(const Scene& scene, std::span<const Shot> shots, const Overlay& words) override
   {
-    return window_.renderer().draw(view.scene(), view.shots(), &words);
+    return window_.renderer().draw(scene, shots, &words);
   }
   const std::vector<KeyPress>& keys() override
   {
@@ -44,13 +44,13 @@ class BenchMemory final : public BenchScreen {
   explicit BenchMemory(const RenderOptions& options) : renderer_(make_offscreen_renderer(options)) {}
 
   Renderer& renderer() override { return *renderer_; }
-  void show(const BenchView& view, const Overlay& words) override
+  void show(const Scene& scene, std::span<const Shot> shots, const Overlay& words) override
   {
-    renderer_->present(view.scene(), view.shots(), &words);
+    renderer_->present(scene, shots, &words);
   }
-  const Image& picture(const BenchView& view, const Overlay& words) override
+  const Image& picture(const Scene& scene, std::span<const Shot> shots, const Overlay& words) override
   {
-    return renderer_->draw(view.scene(), view.shots(), &words);
+    return renderer_->draw(scene, shots, &words);
   }
   const std::vector<KeyPress>& keys() override { return keys_; }
   bool should_close() const override { return false; }

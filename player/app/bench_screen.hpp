@@ -2,9 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
-#include "app/bench_view.hpp"
+#include "render/renderer.hpp"
+#include "setup/bench_file.hpp"
 #include "view/keys.hpp"
 
 namespace vrda {
@@ -14,9 +17,9 @@ class BenchScreen {
   virtual ~BenchScreen() = default;
   virtual Renderer& renderer() = 0;
   /// Draws and shows; returns when the picture is finished.
-  virtual void show(const BenchView& view, const Overlay& words) = 0;
+  virtual void show(const Scene& scene, std::span<const Shot> shots, const Overlay& words) = 0;
   /// The same, and the picture as an image. Valid until the next.
-  virtual const Image& picture(const BenchView& view, const Overlay& words) = 0;
+  virtual const Image& picture(const Scene& scene, std::span<const Shot> shots, const Overlay& words) = 0;
   /// What was pressed since the last call.
   virtual const std::vector<KeyPress>& keys() = 0;
   virtual bool should_close() const = 0;

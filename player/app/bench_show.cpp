@@ -87,10 +87,10 @@ void BenchShow::show(BenchState& state, const BenchFrame& frame, std::uint64_t n
   view_.place(frame, state.values().calibration);
   const Overlay& words = view_.words(state, frame, panel_);
   if (!is_written(number)) {
-    screen_->show(view_, words);
+    screen_->show(view_.scene(), view_.shots(), words);
     return;
   }
-  const Image& picture = screen_->picture(view_, words);
+  const Image& picture = screen_->picture(view_.scene(), view_.shots(), words);
   if (!options_.pictures.empty()) write_png(picture, options_.pictures + "/" + numbered("picture_", number));
   if (video_) video_->add(picture);
 }
@@ -101,7 +101,7 @@ void BenchShow::save(BenchState& state, const BenchFrame& frame)
   while (std::filesystem::exists(numbered("bench_", number))) ++number;
   const std::string name = numbered("bench_", number);
   try {
-    write_png(screen_->picture(view_, view_.words(state, frame, panel_)), name);
+    write_png(screen_->picture(view_.scene(), view_.shots(), view_.words(state, frame, panel_)), name);
     panel_.message = "picture written: " + name;
   } catch (const InputError& error) {
     panel_.message = error.what();  // a full disk ends no session

@@ -6,6 +6,7 @@
 
 #include "app/bench_screen.hpp"
 #include "app/bench_setup.hpp"
+#include "app/bench_view.hpp"
 #include "app/show.hpp"
 #include "app/video_file.hpp"
 #include "recording/recording.hpp"

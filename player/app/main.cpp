@@ -6,6 +6,7 @@
 
 #include "app/bench_options.hpp"
 #include "app/bench_run.hpp"
+#include "app/calibrate.hpp"
 #include "app/follow.hpp"
 #include "app/follow_options.hpp"
 #include "app/show.hpp"
@@ -25,13 +26,15 @@ struct BenchChoice {
   vrda::BenchOptions options;
   vrda::DevicesOptions devices_options;
   vrda::SimulateOptions simulate_options;
-  const CLI::App *bench = nullptr, *devices = nullptr, *simulate = nullptr;
+  vrda::CalibrateOptions calibrate_options;
+  const CLI::App *bench = nullptr, *devices = nullptr, *simulate = nullptr, *calibrate = nullptr;
 
   void add_to(CLI::App& app)
   {
     bench = vrda::add_bench(app, options);
     devices = vrda::add_devices(app, devices_options);
     simulate = vrda::add_simulate(app, simulate_options);
+    calibrate = vrda::add_calibrate(app, calibrate_options);
   }
   /// Nothing: none of them was chosen.
   std::optional<int> run() const
@@ -48,6 +51,10 @@ struct BenchChoice {
       vrda::simulate(simulate_options, {std::cout, std::cerr});
       return done;
     }
+    if (calibrate->parsed()) {
+      const vrda::CalibrateEnd end = vrda::calibrate(calibrate_options, {std::cout, std::cerr});
+      return end == vrda::CalibrateEnd::finished ? done : interrupted;
+    }
     return std::nullopt;
   }
 };
@@ -60,8 +67,7 @@ int run(int argc, char** argv)
   app.footer(
       "Example:\n  vrda-player show knee.h5\n\n"
       "Exit codes: 0 done, 2 bad input, 3 some attitudes (or devices) have no answer, 4 stopped before the "
-      "run that was "
-      "followed ended, 5 a mistake of the program");
+      "run that was followed ended or the calibration was done, 5 a mistake of the program");
   vrda::ShowOptions options;
   vrda::add_show(app, options);
   vrda::WebOptions web_options;
@@ -79,9 +85,10 @@ int run(int argc, char** argv)
     return bad_input;
   }
   if (app.get_subcommands().empty()) {
-    std::cerr << "vrda-player: found no mode, wanted show, follow, web, bench, simulate or devices (see "
-                 "vrda-player "
-                 "--help)\n";
+    std::cerr
+        << "vrda-player: found no mode, wanted show, follow, web, bench, calibrate, simulate or devices (see "
+           "vrda-player "
+           "--help)\n";
     return bad_input;
   }
   if (web->parsed()) {

@@ -11,6 +11,11 @@ Key key_of_window(int key)
   switch (key) {
     case key_escape:
       return Key::escape;
+    case key_enter:
+    case key_keypad_enter:
+      return Key::enter;
+    case key_backspace:
+      return Key::backspace;
     case key_up:
       return Key::up;
     case key_down:

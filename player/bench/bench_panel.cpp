@@ -48,14 +48,6 @@ OverlayBox box_of(const Viewport& v)
           static_cast<float>(v.y + v.height)};
 }
 
-std::string device_text(const std::string& name, const DeviceReport& report)
-{
-  std::string text = name + " " + report.peer + ": " + name_of(report.link);
-  if (report.link == LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
-  if (!report.trouble.empty()) text += ", " + report.trouble;
-  return text;
-}
-
 }  // namespace
 
 std::optional<Viewport> operators_area(const DisplaySettings& display)
@@ -68,6 +60,14 @@ std::optional<Viewport> operators_area(const DisplaySettings& display)
   const Viewport& widest = strips[0].width >= strips[1].width ? strips[0] : strips[1];
   if (widest.width < least_width_px || widest.height < least_height_px) return std::nullopt;
   return widest;
+}
+
+std::string device_text(const std::string& name, const DeviceReport& report)
+{
+  std::string text = name + " " + report.peer + ": " + name_of(report.link);
+  if (report.link == LinkState::up) text += ", " + tenths(report.rate_hz) + " a second";
+  if (!report.trouble.empty()) text += ", " + report.trouble;
+  return text;
 }
 
 std::string mark_text(const std::string& name, const InputMark& mark)

@@ -43,6 +43,9 @@ class BenchPanel {
 /// The largest part beside all eyes' windows that a panel fits into.
 std::optional<Viewport> operators_area(const DisplaySettings& display);
 
+/// "tracker 127.0.0.1:18944: up, 100 a second".
+std::string device_text(const std::string& name, const DeviceReport& report);
+
 /// "tibia hidden for 1.2 s"; empty for an input that is live or not used.
 std::string mark_text(const std::string& name, const InputMark& mark);
 

@@ -2,6 +2,8 @@
 
 #include <imgui.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -19,6 +21,21 @@ void add_quad(Overlay& overlay, const OverlayBox& box, const OverlayBox& uv, con
   overlay.vertices.push_back({box.right_px, box.bottom_px, uv.right_px, uv.bottom_px, colour});
   overlay.vertices.push_back({box.left_px, box.bottom_px, uv.left_px, uv.bottom_px, colour});
   for (const std::uint32_t corner : {0U, 1U, 2U, 0U, 2U, 3U}) overlay.indices.push_back(first + corner);
+}
+
+/// Across the line at point `k`: what both pieces there are wide by 1 along it.
+Eigen::Vector2d across(std::span<const Eigen::Vector2d> points_px, std::size_t k)
+{
+  const auto normal = [&](std::size_t first) {
+    const Eigen::Vector2d way = points_px[first + 1] - points_px[first];
+    const double length = way.norm();
+    return length > 0.0 ? Eigen::Vector2d(-way.y() / length, way.x() / length) : Eigen::Vector2d::Zero();
+  };
+  const std::size_t last = points_px.size() - 1;
+  const Eigen::Vector2d before = normal(k == 0 ? 0 : k - 1), after = normal(k == last ? last - 1 : k);
+  const Eigen::Vector2d sum = before + after;
+  // |sum|^2 / 2 is 1 + the cosine of the turn; 0.5 at 120 degrees.
+  return sum / std::max(0.5, 0.5 * sum.squaredNorm());
 }
 
 }  // namespace
@@ -95,6 +112,35 @@ void OverlayText::add_area(Overlay& overlay, const OverlayBox& box, const Vertex
   add_quad(overlay, box, {white.x, white.y, white.x, white.y}, colour);
 }
 
+void OverlayText::add_line(Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
+                           const VertexColour& colour) const
+{
+  check(points_px.size() > 1, "a line has two points");
+  const ImVec2 white = inner_->atlas.TexUvWhitePixel;
+  // Covered from 0 to all over the pixel about each edge; what is narrower than a pixel is fainter instead.
+  const double inner_px = std::max(0.0, 0.5 * (width_px - 1.0)), outer_px = inner_px + 1.0;
+  const double covered = std::min(1.0, width_px);
+  VertexColour solid = colour, clear = colour;
+  solid[3] = static_cast<std::uint8_t>(std::lround(covered * colour[3]));
+  clear[3] = 0;
+  const std::array<std::pair<double, const VertexColour*>, 4> rows{
+      {{-outer_px, &clear}, {-inner_px, &solid}, {inner_px, &solid}, {outer_px, &clear}}};
+  const auto first = static_cast<std::uint32_t>(overlay.vertices.size());
+  for (std::size_t k = 0; k < points_px.size(); ++k) {
+    const Eigen::Vector2d n = across(points_px, k);
+    for (const auto& [way_px, tint] : rows) {
+      const Eigen::Vector2f at = (points_px[k] + way_px * n).cast<float>();
+      overlay.vertices.push_back({at.x(), at.y(), white.x, white.y, *tint});
+    }
+  }
+  for (std::uint32_t k = 0; k + 1 < points_px.size(); ++k) {
+    for (std::uint32_t row = 0; row < 3; ++row) {
+      const std::uint32_t a = first + 4 * k + row;
+      for (const std::uint32_t corner : {a, a + 1, a + 5, a, a + 5, a + 4}) overlay.indices.push_back(corner);
+    }
+  }
+}
+
 void empty_overlay(Overlay& overlay, int width, int height)
 {
   overlay.vertices.clear();
@@ -103,9 +149,17 @@ void empty_overlay(Overlay& overlay, int width, int height)
   overlay.commands.push_back({{0.0F, 0.0F, static_cast<float>(width), static_cast<float>(height)}, 0, 0, 0});
 }
 
+void clip_overlay(Overlay& overlay, const OverlayBox& box)
+{
+  close_overlay(overlay);
+  const auto n = static_cast<std::uint32_t>(overlay.indices.size());
+  overlay.commands.push_back({{box.left_px, box.top_px, box.right_px, box.bottom_px}, n, 0, 0});
+}
+
 void close_overlay(Overlay& overlay)
 {
-  overlay.commands.back().n_indices = static_cast<std::uint32_t>(overlay.indices.size());
+  OverlayCommand& last = overlay.commands.back();
+  last.n_indices = static_cast<std::uint32_t>(overlay.indices.size()) - last.first_index;
 }
 
 }  // namespace vrda

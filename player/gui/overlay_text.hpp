@@ -1,7 +1,9 @@
 /// Words and areas over the picture, without controls.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include "render/renderer.hpp"
@@ -31,6 +33,10 @@ class OverlayText {
   void add_words(Overlay& overlay, float left_px, float top_px, std::string_view words,
                  const VertexColour& colour) const;
   void add_area(Overlay& overlay, const OverlayBox& box, const VertexColour& colour) const;
+  /// Through two or more points, in pixels; its edges fade over a pixel, so that it stands where it is meant to
+  /// parts of a pixel. A turn of more than 120 degrees is cut short.
+  void add_line(Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
+                const VertexColour& colour) const;
 
  private:
   struct Inner;
@@ -39,6 +45,9 @@ class OverlayText {
 
 /// Makes it as large as the picture, with nothing in it yet; keeps its memory.
 void empty_overlay(Overlay& overlay, int width, int height);
+
+/// What is added from now on is cut off at the box.
+void clip_overlay(Overlay& overlay, const OverlayBox& box);
 
 /// What was added after empty_overlay() is drawn. Wanted once, before the overlay is.
 void close_overlay(Overlay& overlay);

@@ -1,0 +1,236 @@
+#include "app/calibrate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <ostream>
+#include <thread>
+
+#include "app/calibration_pictures.hpp"
+#include "app/calibration_report.hpp"
+#include "app/guide_loop.hpp"
+#include "core/error.hpp"
+#include "core/whole_file.hpp"
+#include "settings/settings_table.hpp"
+#include "store/read_apart.hpp"
+
+namespace vrda {
+namespace {
+
+/// Of a bench that exists in numbers: it has no day, and its files are equal whenever they are made.
+constexpr const char* virtual_date = "2000-01-01";
+
+std::string today()
+{
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  std::array<char, 16> text{};
+  const std::size_t n = std::strftime(text.data(), text.size(), "%Y-%m-%d", &local);
+  return {text.data(), n};
+}
+
+struct CalibrateSetup {
+  BenchFile bench;
+  Calibration begun;
+  std::vector<CalibrationPart> parts;  ///< asked for
+};
+
+[[noreturn]] void refuse(const char* option, const std::string& found, const char* wanted)
+{
+  throw InputError({option, "", found, wanted});
+}
+
+bool is_about_the_file(const CalibrateOptions& options)
+{
+  return options.step == "status" || options.step == "solve";
+}
+
+void require_options(const CalibrateOptions& options)
+{
+  if (!options.is_virtual) {
+    if (options.bench.empty()) refuse("--bench", "nothing", "a bench file (schemas/bench.md), or --virtual");
+    if (options.n_benches > 0) refuse("--benches", "no --virtual", "benches that exist in numbers");
+    if (options.has_tracked_head)
+      refuse("--head", "no --virtual", "--bench, which says what carries the display");
+    if (!options.pictures.empty() && options.script.empty())
+      refuse("--pictures", "no --virtual and no --script", "one of them");
+    if (options.is_headless && options.script.empty() && !is_about_the_file(options))
+      refuse("--headless", "no --script", "the keys to press: nobody sees it");
+  }
+  if (options.calibration.empty() && (!options.is_virtual || is_about_the_file(options)))
+    refuse("--calibration", "nothing", "the file that keeps what is found (schemas/calibration.md)");
+}
+
+CalibrateSetup read_setup(const CalibrateOptions& options)
+{
+  CalibrateSetup setup;
+  const HeadKind head = options.has_tracked_head ? HeadKind::tracker : HeadKind::stage;
+  setup.bench = options.bench.empty() ? parsed_bench_file(virtual_bench_text(head), "virtual bench")
+                                      : read_bench_file(options.bench);
+  setup.parts = parts_of_step(is_about_the_file(options) ? "all" : options.step, setup.bench);
+  const bool is_there = !options.calibration.empty() && std::filesystem::exists(options.calibration);
+  if (!is_there && is_about_the_file(options))
+    throw InputError({options.calibration, "", "no file", "a calibration that was begun"});
+  setup.begun =
+      is_there ? read_calibration(options.calibration, setup.bench) : nominal_calibration(setup.bench);
+  return setup;
+}
+
+void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, const Calibration& calibration,
+                 std::ostream& data)
+{
+  if (options.has_json) {
+    write_status_json(data, setup.bench, calibration, setup.parts);
+    data << "\n";
+  } else if (!options.is_quiet) {
+    write_status(data, calibration, setup.parts);
+  }
+}
+
+bool is_place_adjusted(const CalibrateSetup& setup)
+{
+  const auto is_place = [](CalibrationPart part) {
+    return part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia;
+  };
+  return setup.bench.calibration.is_model_adjusted &&
+         std::any_of(setup.parts.begin(), setup.parts.end(), is_place);
+}
+
+void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
+{
+  if (!is_place_adjusted(setup)) return;
+  if (options.is_virtual)
+    throw InputError({setup.bench.path, "calibration.model", "\"adjust\" on a virtual bench with a person",
+                      "\"fiducials\", or --headless"});
+  if (options.model.empty())
+    refuse("--model", "nothing",
+           "the motion model whose place is to be adjusted (calibration.model = \"adjust\")");
+}
+
+GuideOptions guide_options(const CalibrateOptions& options, const CalibrateSetup& setup)
+{
+  return {setup.parts, options.is_anew, options.is_virtual ? virtual_date : today(),
+          options.calibration.empty() ? "virtual bench" : options.calibration};
+}
+
+CalibrateEnd end_of(const GuideSession& session)
+{
+  return session.task() == nullptr ? CalibrateEnd::finished : CalibrateEnd::left;
+}
+
+CalibrateEnd by_hand(const CalibrateOptions& options, const CalibrateSetup& setup, const ShowStreams& streams)
+{
+  require_model(options, setup);
+  StopSignals stop;  // before the devices' threads begin, which keep its mask
+  GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
+  KeptCalibration kept(setup.bench, options.calibration, session.revision());
+  if (!options.pictures.empty()) std::filesystem::create_directories(options.pictures);
+  GuideLoop loop(options, setup.bench, session, kept, streams);
+  const std::unique_ptr<GuideBench> before =
+      options.is_virtual ? open_virtual_bench(setup.bench, options.seed) : open_live_bench(setup.bench);
+  loop.run(*before, stop);
+  write_parts(options, setup, session.calibration(), streams.data);
+  return end_of(session);
+}
+
+/// Whoever lives in numbers does every task.
+void operate(GuideSession& session, VirtualOperator& person, KeptCalibration& kept,
+             std::vector<Task>& tasks_done)
+{
+  constexpr int most_tasks = 100'000;
+  StopSignals stop;
+  for (int n = 0; session.task() != nullptr && !stop.came_within(std::chrono::milliseconds(0)); ++n) {
+    check(n < most_tasks, "a virtual operator comes to an end");
+    tasks_done.push_back(*session.task());
+    person.do_task(session);
+    kept.write(session);
+  }
+}
+
+CalibrateEnd by_operator(const CalibrateOptions& options, const CalibrateSetup& setup,
+                         const ShowStreams& streams)
+{
+  const VirtualNoise noise;
+  const VirtualTruth truth = virtual_truth(setup.bench, options.seed);
+  GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
+  KeptCalibration kept(setup.bench, options.calibration, session.revision());
+  VirtualOperator person(setup.bench, truth, noise);
+  std::vector<Task> tasks;
+  operate(session, person, kept, tasks);
+  const Calibration& found = session.calibration();
+  const std::vector<TargetError> before =
+      target_errors(uncalibrated(setup.bench, truth), setup.bench, truth, noise);
+  const std::vector<TargetError> after = target_errors(found, setup.bench, truth, noise);
+  if (options.has_json) {
+    streams.data << "{\"seed\": " << options.seed << ", \"calibration\": ";
+    write_status_json(streams.data, setup.bench, found, setup.parts);
+    streams.data << ", \"targets\": ";
+    write_targets_json(streams.data, before, after);
+    streams.data << "}\n";
+  } else if (!options.is_quiet) {
+    write_status(streams.data, found, setup.parts);
+    write_targets(streams.data, before, after);
+  }
+  if (!options.pictures.empty() && session.task() == nullptr) {
+    const PictureRequest request{setup.bench, truth, found, tasks};
+    for (const std::string& path : write_calibration_pictures(request, options))
+      if (!options.is_quiet) streams.talk << path << "\n";
+  }
+  return end_of(session);
+}
+
+void write_many(const CalibrateOptions& options, const CalibrateSetup& setup, std::ostream& data)
+{
+  const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const VirtualStatistics statistics =
+      virtual_statistics(setup.bench, VirtualNoise{}, options.seed, options.n_benches, n_threads);
+  if (options.has_json) {
+    write_statistics_json(data, statistics);
+    data << "\n";
+  } else {
+    write_statistics(data, statistics);
+  }
+}
+
+bool has_display()
+{
+  const auto is_set = [](const char* name) {
+    const char* value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
+}
+
+/// Keys come from a script, or from a person before a window.
+bool is_by_hand(const CalibrateOptions& options)
+{
+  if (!options.is_virtual || !options.script.empty()) return true;
+  return !options.is_headless && options.pictures.empty() && !options.has_json && has_display();
+}
+
+}  // namespace
+
+CalibrateEnd calibrate(const CalibrateOptions& options, const ShowStreams& streams)
+{
+  require_options(options);
+  CalibrateSetup setup = read_setup(options);
+  if (options.n_benches > 0) {
+    write_many(options, setup, streams.data);
+    return CalibrateEnd::finished;
+  }
+  if (options.step == "solve") {
+    setup.begun = solved_again(setup.bench, setup.begun, options.calibration);
+    write_whole(options.calibration, {calibration_text(setup.begun, setup.bench)});
+  }
+  if (is_about_the_file(options)) {
+    write_parts(options, setup, setup.begun, streams.data);
+    return CalibrateEnd::finished;
+  }
+  return is_by_hand(options) ? by_hand(options, setup, streams) : by_operator(options, setup, streams);
+}
+
+}  // namespace vrda

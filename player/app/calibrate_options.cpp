@@ -1,0 +1,95 @@
+// The options of `calibrate`.
+#include "app/calibrate_options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <map>
+
+#include "guide/session.hpp"
+
+namespace vrda {
+namespace {
+
+std::string keys_text()
+{
+  constexpr std::size_t column = 24;
+  std::string text = "Keys:\n";
+  for (const HelpLine& line : guide_key_lines()) {
+    std::string keys = line.keys;
+    keys.resize(std::max(column, keys.size() + 2), ' ');
+    text += "  " + keys + line.does + "\n";
+  }
+  return text;
+}
+
+void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
+{
+  calibrate->add_flag("--virtual", options.is_virtual,
+                      "A bench and a person that exist in numbers: in a window to train, without one they do "
+                      "every task themselves");
+  calibrate->add_option("--seed", options.seed, "Which virtual bench")->type_name("N")->capture_default_str();
+  const std::map<std::string, bool> heads{{"stage", false}, {"tracker", true}};
+  calibrate
+      ->add_option(
+          "--head", options.has_tracked_head,
+          "What carries the virtual bench's display, without --bench: stage or tracker (default stage)")
+      ->transform(CLI::CheckedTransformer(heads))
+      ->type_name("NAME")
+      ->option_text("NAME");
+  calibrate
+      ->add_option("--benches", options.n_benches,
+                   "So many virtual benches from --seed on: how often the truth lies within the intervals")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000));
+  calibrate
+      ->add_option("--pictures", options.pictures,
+                   "Folder for pictures of what a virtual bench found, or of each task of a script")
+      ->type_name("DIR");
+}
+
+}  // namespace
+
+CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
+{
+  CLI::App* calibrate = app.add_subcommand(
+      "calibrate", "Calibrate a bench and whoever looks through it, guided step by step, with intervals");
+  calibrate
+      ->add_option("STEP", options.step,
+                   "viewport, distortion, eyepoints, ipd, tracking, head, subject, all, or one part of them; "
+                   "status: what is known so far; solve: all anew from the marks in the file")
+      ->required();
+  calibrate->add_option("--bench", options.bench, "Display, tracker and board (schemas/bench.md)")
+      ->type_name("BENCH.toml");
+  calibrate
+      ->add_option(
+          "--calibration", options.calibration,
+          "What was found, kept after every mark (schemas/calibration.md); it goes on where it was left")
+      ->type_name("FILE.toml");
+  calibrate->add_flag("--anew", options.is_anew, "Parts that are done are done again");
+  calibrate
+      ->add_option("--model", options.model,
+                   "Motion model, where its place is adjusted by eye, and for pictures")
+      ->type_name("FILE.h5");
+  calibrate
+      ->add_option("--set", options.set, "Of the model: raw, degree_N, ... (default: what show shows first)")
+      ->type_name("SET");
+  calibrate->add_flag("--headless", options.is_headless, "Without a window");
+  calibrate
+      ->add_option("--script", options.script, "Keys from a file: lines \"press Right 12\", \"wait 0.5\"")
+      ->type_name("FILE");
+  calibrate->add_option("--samples", options.samples, "Samples a pixel")
+      ->type_name("1|2|4")
+      ->check(CLI::IsMember({1, 2, 4}))
+      ->option_text("1|2|4=1");
+  add_virtual(calibrate, options);
+  calibrate->add_flag("--json", options.has_json, "For programs");
+  calibrate->add_flag("--quiet", options.is_quiet, "Only warnings");
+  calibrate->footer(
+      keys_text() +
+      "Exit code 4: left before all that was asked for is done; the same command goes on there.\n"
+      "Examples:\n  vrda-player calibrate all --bench bench.toml --calibration anna.toml\n"
+      "  vrda-player calibrate status --bench bench.toml --calibration anna.toml\n"
+      "  vrda-player calibrate all --virtual");
+  return calibrate;
+}
+
+}  // namespace vrda

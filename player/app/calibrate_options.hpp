@@ -1,0 +1,33 @@
+/// The options of `calibrate`.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace vrda {
+
+struct CalibrateOptions {
+  std::string step;         ///< viewport, ..., all; status; solve
+  std::string bench;        ///< empty with is_virtual: the virtual bench's own
+  std::string calibration;  ///< empty with is_virtual: nothing is kept
+  bool is_anew = false;
+  std::string model, set;  ///< for places that are adjusted by eye, and pictures
+  bool is_headless = false;
+  std::string script;  ///< keys from a file
+  int samples = 1;     ///< a pixel
+  bool is_virtual = false;
+  std::uint64_t seed = 1;
+  bool has_tracked_head = false;  ///< of the virtual bench's own bench file
+  int n_benches = 0;              ///< 0: one, in full
+  std::string pictures;           ///< folder; empty: none
+  bool has_json = false;
+  bool is_quiet = false;
+};
+
+CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options);
+
+}  // namespace vrda

@@ -1,0 +1,281 @@
+// `calibrate` as its users meet it, on benches that exist in numbers.
+#include "app/calibrate.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "app/calibration_report.hpp"
+#include "app/key_script.hpp"
+#include "motion/support/models.hpp"
+#include "render/png_file.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+#include "virtual_bench/truth.hpp"
+
+namespace vrda {
+namespace {
+
+using testing::HasSubstr;
+
+struct Said {
+  CalibrateEnd end = CalibrateEnd::left;
+  std::string data, talk;
+};
+
+Said calibrated(const CalibrateOptions& options)
+{
+  std::ostringstream data, talk;
+  const CalibrateEnd end = calibrate(options, {data, talk});
+  return {end, data.str(), talk.str()};
+}
+
+InputError::Facts refusal(const CalibrateOptions& options)
+{
+  std::ostringstream data, talk;
+  return test::input_error([&] { calibrate(options, {data, talk}); });
+}
+
+class Calibrate : public testing::Test {
+ protected:
+  CalibrateOptions options(const std::string& step, const std::string& file = "calibration.toml") const
+  {
+    CalibrateOptions made;
+    made.step = step;
+    made.is_virtual = made.is_headless = true;
+    made.calibration = in_scratch(file);
+    return made;
+  }
+  std::string in_scratch(const std::string& name) const { return (scratch_.path() / name).string(); }
+  std::string written(const std::string& name, const std::string& text) const
+  {
+    return scratch_.write(name, text).string();
+  }
+
+  test::Scratch scratch_;
+};
+
+TEST(KeyScript, ALineAtATime)
+{
+  KeyScript script(parsed_key_script("# a trial\npress Shift+Left 3\nwait 0.5\n\npress H # help\n", "s.txt"));
+  const std::vector<KeyPress> first = script.keys(0.0);
+  ASSERT_EQ(first.size(), 3u);
+  EXPECT_EQ(first[2].key, Key::left);
+  EXPECT_TRUE(first[2].has_shift);
+  EXPECT_FALSE(first[2].has_control);
+  for (const double now_s : {0.1, 0.4, 0.59, 0.6}) EXPECT_TRUE(script.keys(now_s).empty()) << now_s;
+  EXPECT_FALSE(script.is_over());
+  ASSERT_EQ(script.keys(0.7).size(), 1u);
+  EXPECT_TRUE(script.is_over());
+  EXPECT_TRUE(script.keys(0.8).empty());
+}
+
+TEST(KeyScript, ALineThatIsNoneIsNamed)
+{
+  for (const std::string line :
+       {"push Enter", "press", "press Entre", "press Right 0", "press Right 1.5", "press Alt+Left", "wait",
+        "wait -1", "wait 1 2", "press Shift+Shift+Left", "press Right 20000", "press left"}) {
+    SCOPED_TRACE(line);
+    const InputError::Facts facts =
+        test::input_error([&] { parsed_key_script("press Enter\n\n" + line, "s.txt"); });
+    EXPECT_EQ(facts.file, "s.txt");
+    EXPECT_EQ(facts.field, "line 3");
+  }
+}
+
+TEST(CalibrationReport, AnIntervalLeavesTwoOfItsDigits)
+{
+  EXPECT_EQ(interval_text(879.9163, 1.4142, "px"), "879.9 +- 1.4 px");
+  EXPECT_EQ(interval_text(0.0214567, 0.000345, ""), "0.02146 +- 0.00035");
+  EXPECT_EQ(interval_text(-12.0, 35.0, "mm"), "-12 +- 35 mm");
+}
+
+TEST(CalibrationReport, QuantilesAreByRank)
+{
+  std::vector<TargetError> errors;
+  for (int k = 20; k > 0; --k) errors.push_back({0.1 * k, 1.0 * k});
+  const TargetSummary summary = summary_of(errors);
+  EXPECT_DOUBLE_EQ(summary.median_mm, 1.0);
+  EXPECT_DOUBLE_EQ(summary.most_of_ten_mm, 1.8);
+  EXPECT_DOUBLE_EQ(summary.largest_mm, 2.0);
+  EXPECT_DOUBLE_EQ(summary.median_arc_min, 10.0);
+  EXPECT_EQ(summary_of(std::span<const TargetError>()).median_mm, 0.0);
+}
+
+TEST_F(Calibrate, WhatIsWrongWithTheOptionsIsTold)
+{
+  CalibrateOptions real;
+  real.step = "all";
+  EXPECT_EQ(refusal(real).file, "--bench");
+  real.bench = written("bench.toml", virtual_bench_text());
+  EXPECT_EQ(refusal(real).file, "--calibration");
+  real.calibration = in_scratch("c.toml");
+  real.is_headless = true;
+  EXPECT_EQ(refusal(real).file, "--headless");
+  real.pictures = in_scratch("pictures");
+  EXPECT_EQ(refusal(real).file, "--pictures");
+  real.n_benches = 2;
+  EXPECT_EQ(refusal(real).file, "--benches");
+
+  EXPECT_THAT(refusal(options("viewprot")).found, HasSubstr("viewprot"));
+  EXPECT_EQ(refusal(options("status")).file, in_scratch("calibration.toml"));
+  CalibrateOptions scripted = options("viewport");
+  scripted.script = written("script.txt", "press Entre\n");
+  EXPECT_EQ(refusal(scripted).field, "line 1");
+}
+
+TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
+{
+  const Said all = calibrated(options("all"));
+  EXPECT_EQ(all.end, CalibrateEnd::finished);
+  EXPECT_THAT(all.data, HasSubstr("leg.shift_x"));
+  EXPECT_THAT(all.data, HasSubstr("  after   median "));
+  EXPECT_THAT(all.data, testing::Not(HasSubstr("to be done")));
+
+  CalibrateOptions status = options("status");
+  status.has_json = true;
+  const nlohmann::json told = nlohmann::json::parse(calibrated(status).data);
+  EXPECT_EQ(told["bench"], "Virtual");
+  EXPECT_TRUE(told["to_be_done"].empty());
+  EXPECT_EQ(told["parts"][0]["name"], "viewport");
+  EXPECT_EQ(told["parts"][0]["state"], "done");
+  EXPECT_EQ(told["parts"][0]["once"], "bench");
+  EXPECT_EQ(told["parts"][0]["date"], "2000-01-01");
+  EXPECT_EQ(told["parts"][0]["numbers"][0]["name"], "left.edge_left");
+  EXPECT_GT(told["parts"][0]["numbers"][0]["half_width_95"], 0.0);
+
+  // Solved anew from the marks alone it is the same, to the last digit.
+  const std::string before = test::read_bytes(options("all").calibration);
+  EXPECT_EQ(calibrated(options("solve")).end, CalibrateEnd::finished);
+  EXPECT_EQ(test::read_bytes(options("all").calibration), before);
+}
+
+TEST_F(Calibrate, TheVirtualBenchTellsItsErrors)
+{
+  CalibrateOptions one = options("all");
+  one.calibration.clear();
+  one.has_json = true;
+  one.has_tracked_head = true;
+  const nlohmann::json told = nlohmann::json::parse(calibrated(one).data);
+  EXPECT_EQ(told["seed"], 1);
+  EXPECT_EQ(told["targets"]["n"], 40);
+  const double before_mm = told["targets"]["before"]["mm"]["median"];
+  const double after_mm = told["targets"]["after"]["mm"]["median"];
+  EXPECT_GT(before_mm, 2.0);
+  EXPECT_LT(after_mm, 2.0);
+
+  one.n_benches = 2;
+  one.has_tracked_head = false;
+  const nlohmann::json many = nlohmann::json::parse(calibrated(one).data);
+  EXPECT_EQ(many["benches"], 2);
+  EXPECT_EQ(many["targets"]["n"], 80);
+  EXPECT_EQ(many["numbers"][0]["n"], 2);
+}
+
+TEST_F(Calibrate, LeftAndTakenUpAgainItIsTheSame)
+{
+  // The person in numbers does a part in one go; a script stops wherever it ends.
+  CalibrateOptions whole = options("viewport", "whole.toml"), pieces = options("viewport", "pieces.toml");
+  const std::string first = "press Right 20\npress Enter\npress Left 15\npress Enter\n";
+  const std::string second = "press Right 21\npress Enter\nwait 0.1\npress Left 16\npress Enter\n";
+  whole.script = written("whole.txt", first + second);
+  EXPECT_EQ(calibrated(whole).end, CalibrateEnd::left);
+  pieces.script = written("first.txt", first);
+  EXPECT_EQ(calibrated(pieces).end, CalibrateEnd::left);
+  EXPECT_NE(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
+  pieces.script = written("second.txt", second);
+  const Said again = calibrated(pieces);
+  EXPECT_EQ(again.end, CalibrateEnd::left);
+  EXPECT_THAT(again.data, HasSubstr("begun: 4 marks so far"));
+  EXPECT_THAT(again.data, HasSubstr("to be done: viewport"));
+  EXPECT_EQ(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
+}
+
+TEST_F(Calibrate, TheCalibrationOfAnotherBenchIsRefused)
+{
+  CalibrateOptions viewport = options("viewport");
+  EXPECT_EQ(calibrated(viewport).end, CalibrateEnd::finished);
+  std::string text = virtual_bench_text();
+  const std::string own = "title = \"Virtual\"", size = "width = 1280";
+  viewport.bench =
+      written("other.toml", std::string(text).replace(text.find(own), own.size(), "title = \"B\""));
+  EXPECT_EQ(refusal(viewport).file, viewport.calibration);
+  viewport.bench =
+      written("wide.toml", std::string(text).replace(text.find(size), size.size(), "width = 1600"));
+  EXPECT_EQ(refusal(viewport).file, viewport.calibration);
+}
+
+TEST_F(Calibrate, APlaceByEyeWantsTheModel)
+{
+  std::string text = virtual_bench_text();
+  const std::string table = "[calibration]\n";
+  text.insert(text.find(table) + table.size(), "model = \"adjust\"\n");
+  CalibrateOptions adjust = options("all");
+  adjust.bench = written("bench.toml", text);
+  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::finished);  // who lives in numbers needs no picture
+  adjust.is_anew = true;
+  adjust.script = written("script.txt", "press Enter\n");
+  EXPECT_EQ(refusal(adjust).field, "calibration.model");
+  adjust.is_virtual = false;
+  EXPECT_EQ(refusal(adjust).file, "--model");
+}
+
+/// Pixels of a part of a PNG picture that are not black.
+int n_lit(const Texture& picture, int left, int top, int right, int bottom)
+{
+  int n = 0;
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) {
+      const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
+                                  static_cast<std::size_t>(x));
+      n += picture.rgb[at] > 20 || picture.rgb[at + 1] > 20 || picture.rgb[at + 2] > 20 ? 1 : 0;
+    }
+  }
+  return n;
+}
+
+TEST_F(Calibrate, PicturesShowWhatWasFound)
+{
+  MotionModel model = test::model_of({});
+  test::add_bodies(model);
+  CalibrateOptions all = options("all");
+  all.model = in_scratch("knee.h5");
+  all.pictures = in_scratch("pictures");
+  write_motion_model(all.model, model);
+  const Said said = calibrated(all);
+  for (const std::string name : {"viewport", "distortion", "rectangles", "bullseye", "overlay"}) {
+    SCOPED_TRACE(name);
+    const std::string path = all.pictures + "/" + name + ".png";
+    EXPECT_THAT(said.talk, HasSubstr(path));
+    const Texture picture = read_png_texture(path);
+    EXPECT_GT(n_lit(picture, 0, 0, picture.width, picture.height), 1000);
+  }
+  // Figure 22 of the quarters: the left half of the frame buffer is nobody's; both eyes' parts are filled.
+  const Texture viewport = read_png_texture(all.pictures + "/viewport.png");
+  EXPECT_EQ(n_lit(viewport, 30, 300, 280, 700), 0);
+  EXPECT_EQ(n_lit(viewport, 520, 100, 860, 300), 340 * 200);
+  EXPECT_EQ(n_lit(viewport, 520, 450, 860, 680), 340 * 230);
+}
+
+TEST_F(Calibrate, AScriptShowsItsTasks)
+{
+  CalibrateOptions viewport = options("viewport");
+  viewport.script = written("script.txt", "press Right 20\npress Enter\nwait 0.1\n");
+  viewport.pictures = in_scratch("tasks");
+  const Said said = calibrated(viewport);
+  EXPECT_EQ(said.end, CalibrateEnd::left);
+  EXPECT_THAT(said.data, HasSubstr("task_0001.png"));
+  EXPECT_THAT(said.data, HasSubstr("task_0002.png"));
+  // Words in the operator's area, at the left of the quarters; lines in the left eye's window.
+  const Texture picture = read_png_texture(viewport.pictures + "/task_0001.png");
+  ASSERT_EQ(picture.width, 1280);
+  EXPECT_GT(n_lit(picture, 0, 0, 640, 200), 100);
+  EXPECT_GT(n_lit(picture, 640, 0, 1280, 512), 500);
+  EXPECT_EQ(n_lit(picture, 640, 520, 1280, 1024), 0);
+}
+
+}  // namespace
+}  // namespace vrda
