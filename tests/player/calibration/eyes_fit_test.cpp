@@ -252,13 +252,6 @@ struct Setting {
   MarkNoise noise;
 };
 
-/// "right.k1" for "left.k1"; of what is not an eye's, itself.
-std::string name_of_other_eye(const std::string& name)
-{
-  if (name.starts_with("left.")) return "right." + name.substr(5);
-  return name.starts_with("right.") ? "left." + name.substr(6) : name;
-}
-
 /// Truth is drawn from what is stated as known, so every number's interval must hold it in 95 % of cases
 /// (over 1500 seeds 94 to 97 %). Numbers of the left and the right eye are alike and counted together.
 TEST(EyesFits, IntervalsAreHonest)
