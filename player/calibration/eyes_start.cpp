@@ -46,9 +46,8 @@ void put_shift(const std::vector<Sight>& sights, const Eigen::Matrix3d& inverse,
   X_eyes_carrier.translation() = inverse * sum;
 }
 
-Placed placed_from(const std::vector<Sight>& sights, const Eigen::Matrix3d& turn)
+Placed placed_from(const std::vector<Sight>& sights, const Eigen::Matrix3d& turn, int n_iterations)
 {
-  constexpr int n_iterations = 150;
   const auto n = static_cast<Eigen::Index>(sights.size());
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const Sight& s : sights) sum += s.across;
@@ -103,14 +102,16 @@ Pose eyes_start(std::span<const BullseyeMark> marks, const EyePair& eyes)
   constexpr std::size_t least_marks = 3;
   if (marks.size() < least_marks) return Pose::Identity();
   const std::vector<Sight> sights = sights_of(marks, eyes);
+  // Some iterations show which attitudes lead anywhere.
+  constexpr int n_tried = 20, n_wanted = 200;
   Placed best;
   for (const Eigen::Matrix3d& turn : cube_turns()) {
-    const Placed placed = placed_from(sights, turn);
+    const Placed placed = placed_from(sights, turn, n_tried);
     const bool is_better =
         placed.is_in_front == best.is_in_front ? placed.error_mm2 < best.error_mm2 : placed.is_in_front;
     if (is_better) best = placed;
   }
-  return best.X_eyes_carrier.inverse();
+  return placed_from(sights, best.X_eyes_carrier.linear(), n_wanted).X_eyes_carrier.inverse();
 }
 
 }  // namespace vrda
