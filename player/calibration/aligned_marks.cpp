@@ -23,6 +23,22 @@ double noise_dof(const LeastSquares& fit, Eigen::Index n_marks)
   return dof;
 }
 
+double interval_dof(const LeastSquares& fit, Eigen::Index n_marks, const Eigen::MatrixXd& to_numbers)
+{
+  const Eigen::MatrixXd gain =
+      to_numbers * fit.covariance * fit.J.topRows(2 * n_marks).transpose();  // of numbers by marks
+  const Eigen::VectorXd by_marks = gain.rowwise().squaredNorm();
+  const Eigen::VectorXd all = (to_numbers * fit.covariance * to_numbers.transpose()).diagonal();
+  double shares = 0.0, n = 0.0;
+  for (Eigen::Index k = 0; k < all.size(); ++k) {
+    if (!(all[k] > 0.0)) continue;
+    shares += by_marks[k] / all[k];
+    n += 1.0;
+  }
+  const double share = n > 0.0 ? shares / n : 0.0;
+  return noise_dof(fit, n_marks) / (share * share);
+}
+
 FurthestMark furthest_mark(const LeastSquares& fit, Eigen::Index n_marks)
 {
   constexpr double alone = 1e-9;  // a mark that no other one says anything about

@@ -9,6 +9,12 @@ namespace vrda {
 /// determine (the trace of their part of the hat matrix); what was known before determines the rest.
 double noise_dof(const LeastSquares& fit, Eigen::Index n_marks);
 
+/// One for the intervals of all numbers `to_numbers` x [k, n]: the variance of what was known before is not
+/// uncertain as that of the noise is, so a number has more than noise_dof(), the more the smaller the marks'
+/// share of its variance. That of the mean share; infinite where the marks tell nothing. Source:
+/// Satterthwaite (1946) Biometrics Bulletin 2, of two variances one known.
+double interval_dof(const LeastSquares& fit, Eigen::Index n_marks, const Eigen::MatrixXd& to_numbers);
+
 /// How far a mark lies from where all the others say, in standard deviations of the others' noise.
 struct FurthestMark {
   Eigen::Index mark = 0;

@@ -106,7 +106,7 @@ GridFit weighed_fit(const GridProblem& problem, const GridFit& before, bool is_h
   FitProblem least;
   least.start = before.fit.x;
   least.scale.resize(n_numbers);
-  least.scale << 0.01, 0.01, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.01;
+  least.scale << 0.1, 0.1, 10.0, 10.0, 10.0, 10.0, 10.0, 10.0, 0.1;
   GridFit now = before;
   for (int round = 0; round < n_rounds; ++round) {
     const double noise_px = now.noise_px;

@@ -36,8 +36,8 @@ struct GridValues {
 struct DistortionFit {
   Distortion distortion;
   GridPlace grid;
-  /// Too little distortion to tell where its centre is (a standard deviation above 20 px): it is held in the
-  /// middle of the visible part, and its variance is that of `held_centre_sd_px`.
+  /// Too little distortion to tell where its centre is (a standard deviation above 20 px): it is held by
+  /// the middle of the visible part, from which it is known to differ by `held_centre_sd_px`.
   bool is_centre_held = false;
   double inverse_error_px = 0.0;  ///< largest distance of drawn_px(shown_px(p)) from p over the visible part
   /// "k1", "k2", "centre_x", "centre_y" (px), "pixel_aspect", each after `name` and a point.

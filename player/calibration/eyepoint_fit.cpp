@@ -202,14 +202,17 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     const std::optional<Eyepoint> eyepoint = solved(others);
     if (!eyepoint || !(eyepoint->depth_mm + seen[k].depth_mm > 0.0)) continue;
-    const double noise_px2 = sum_sq(others, *eyepoint) / (static_cast<double>(others.size()) - 2.0);
+    const double dof = static_cast<double>(others.size()) - 2.0;
+    const double noise_px2 = sum_sq(others, *eyepoint) / dof;
     const Eigen::Vector2d slope = slope_of(seen[k].width_mm, seen[k].depth_mm, *eyepoint);
     const double spread_px2 =
         noise_px2 *
         (seen[k].noise_gain * seen[k].noise_gain +
          slope.dot(inverse_of(information_of(others, *eyepoint)).value_or(Eigen::Matrix2d::Zero()) * slope));
     const double off_px = std::abs(left_px(seen[k], *eyepoint));
-    if (off_px > outlier_px && off_px > outlier_sd * std::sqrt(spread_px2)) {
+    // Noise from few marks may be far too small by chance: as many deviations more as Student's t has.
+    const double few = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
+    if (off_px > outlier_px && off_px > few * outlier_sd * std::sqrt(spread_px2)) {
       throw InputError(
           {file, name,
            name_of(marks[k], k) + ": " + text(off_px, "px") + " from the width that the others ask for",
@@ -357,6 +360,7 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
   const double most_share = std::max(share.maxCoeff(), 1e-3);
   estimate.dof = dof / (most_share * most_share);
   std::vector<double> left;
+  left.reserve(seen.size());
   for (const SeenWidth& s : seen) left.push_back(left_px(s, *eyepoint));
   set_residuals(estimate, left, "px");
   estimate.remarks.push_back(

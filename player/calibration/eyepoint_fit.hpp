@@ -47,7 +47,8 @@ struct EyepointFit {
 
 /// Weighted least squares over all rectangles. `eye`: distortion, aspect, sight. Throws InputError naming
 /// `file` and `name`: fewer than three marks, equal depths or a spread too small for `most_depth_sd_mm` (with
-/// what to add), sides crossed or equal, a mark more than 5 standard deviations and 3 px off (which: repeat).
+/// what to add), sides crossed or equal, a mark more than 5 standard deviations (more of few marks) and 3 px
+/// from where the others put it (which: repeat).
 EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, const EyepointOptions& options,
                          const std::string& name, const std::string& file);
 
@@ -56,14 +57,19 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
 Eigen::Vector2d expected_eyepoint_sd(std::span<const RectangleMark> rectangles, const Eyepoint& about,
                                      double noise_px);
 
-/// The distance between the eyes: of both eyes' marks of the same rectangles in the same order, each seen by
-/// an eye whose sight is known to `sight_sd_px`. sd in mm, from noise and sights.
+/// What was marked with one eye, and found of it.
+struct EyeRectangles {
+  std::vector<RectangleMark> marks;
+  Eye eye;  ///< with distortion
+  EyepointFit fit;
+};
+
 struct PupilDistance {
   double ipd_mm = 0.0, sd_mm = 0.0;
 };
-PupilDistance pupil_distance(std::span<const RectangleMark> left, const EyepointFit& left_fit,
-                             const Eye& left_eye, std::span<const RectangleMark> right,
-                             const EyepointFit& right_fit, const Eye& right_eye, double sight_sd_px);
+/// The distance between the eyes: both marked the same rectangles in the same order, and the sight of each is
+/// known to `sight_sd_px`. sd in mm, from noise, eyepoints and sights: 1.96 of it are the 95 % interval.
+PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& right, double sight_sd_px);
 
 /// How far behind its place (mm) something at `depth_mm` is perceived, drawn for eyes `drawn_ipd_mm` apart
 /// and seen by eyes `true_ipd_mm` apart.

@@ -164,18 +164,26 @@ EyePair eyes_of(const EyesProblem& problem, const Eigen::VectorXd& z)
   return eyes_of(problem.prior.eyes, problem.known + problem.L * z);
 }
 
-/// Of each mark: what the tracker's noise makes of it, in px.
+/// Of each mark: what the tracker's noise makes of it, in px of both coordinates, root mean square.
 Eigen::VectorXd tracker_sds_px(const EyesProblem& problem, const EyesGuess& guess)
 {
+  constexpr double step_mm = 0.5;  // optics and perspective are straight over that
   const EyePair eyes = eyes_of(problem, guess.z);
   const Pose X_eyes_carrier = guess.X_carrier_eyes.inverse();
   Eigen::VectorXd sds(static_cast<Eigen::Index>(problem.marks.size()));
   for (Eigen::Index i = 0; i < sds.size(); ++i) {
     const BullseyeMark& mark = problem.marks[static_cast<std::size_t>(i)];
     const Eye& eye = eye_of(eyes, mark);
-    const double depth_mm =
-        eye.position_head_mm.z() - before_eye(eye, X_eyes_carrier * mark.p_carrier_mm).z();
-    sds[i] = eye.distance_px / depth_mm * mark.p_sd_mm;
+    const Eigen::Vector3d p_head_mm = X_eyes_carrier * mark.p_carrier_mm;
+    double sum_sq = 0.0;  // (px / mm)^2
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d step = step_mm * Eigen::Vector3d::Unit(axis);
+      sum_sq += (drawn_px(eye, before_eye(eye, p_head_mm + step)) -
+                 drawn_px(eye, before_eye(eye, p_head_mm - step)))
+                    .squaredNorm() /
+                (4.0 * step_mm * step_mm);
+    }
+    sds[i] = mark.p_sd_mm * std::sqrt(0.5 * sum_sq);
   }
   return sds;
 }
@@ -215,7 +223,7 @@ Pose start_of(const EyesProblem& problem, const Pose& X_guess)
   FitProblem least;
   least.start = Eigen::VectorXd::Zero(n_place);
   least.scale.resize(n_place);
-  least.scale << 10.0, 10.0, 10.0, 0.01, 0.01, 0.01;
+  least.scale << 10.0, 10.0, 10.0, 0.1, 0.1, 0.1;
   least.residuals = [&](const Eigen::VectorXd& x) {
     const Pose X_eyes_carrier = moved(X_guess, x).inverse();
     Eigen::VectorXd r(2 * n);
@@ -382,7 +390,7 @@ Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, c
   to_numbers.diagonal().segment<3>(3).setConstant(deg_from_rad(1.0));
   to_numbers.bottomRightCorner(n_known, problem.L.cols()) = problem.L;
   estimate.covariance = to_numbers * C * to_numbers.transpose();
-  estimate.dof = noise_dof(solution.fit, n);
+  estimate.dof = interval_dof(solution.fit, n, to_numbers);
   std::vector<double> left_px;
   for (Eigen::Index i = 0; i < n; ++i) {
     left_px.push_back(solution.sds_px[i] * solution.fit.residuals.segment<2>(2 * i).norm());

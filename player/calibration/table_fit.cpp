@@ -180,7 +180,8 @@ double stage_scale_of(const RailSweep& sweep, const LineFit& fit, const std::str
   if (!(counted > 0.0)) {
     throw InputError({file, "x_rail",
                       "an encoder that counts " + rounded_text(counted, 3) + " mm a mm to the right",
-                      "1: the sign of stage_mm_per_count in the bench file, or a sweep from left to right"});
+                      "1: the sign of stage_mm_per_count in the bench file, an encoder that is read, a sweep "
+                      "from left to right"});
   }
   if (!(std::abs(scale - 1.0) <= most_stage_error)) {
     throw InputError({file, "x_rail",

@@ -20,6 +20,7 @@ struct TableFit {
   double rails_apart_rad = 0.0, rails_apart_sd_rad = 0.0;
   double stage_scale = 0.0;  ///< way of the marker by that of the encoder; 0: not known
   /// "table.shift_x" (mm) to "table.turn_z" (deg); residuals: distances of the places from their rail, mm.
+  /// The noise is pooled over both rails.
   Estimate estimate;
 };
 

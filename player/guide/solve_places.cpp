@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "calibration/eyes_start.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "guide/eyes_so_far.hpp"
@@ -194,9 +195,8 @@ EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration&
   std::vector<BullseyeMark> marks;
   for (const MarkedTask& t : marked_tasks(part, bench, begun))
     marks.push_back(bullseye_of(t, X_tracker_table.inverse(), is_head ? 0.0 : 1.0));
-  const Calibration nominal = nominal_calibration(bench);
-  const Pose X_start = pose_of(is_head ? nominal.X_headbody_eyes : nominal.X_table_eyes);
-  EyesFit fit = fit_eyes(marks, eyes_prior(bench, begun, path), X_start, is_head ? "head" : "eyes", path);
+  const EyesPrior prior = eyes_prior(bench, begun, path);
+  EyesFit fit = fit_eyes(marks, prior, eyes_start(marks, prior.eyes), is_head ? "head" : "eyes", path);
   if (!is_head) {
     add_table_error(fit.estimate, fit.X_carrier_eyes, X_tracker_table,
                     estimate_of(CalibrationPart::rails, begun, path));

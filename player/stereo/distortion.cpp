@@ -61,6 +61,7 @@ double drawn_radius(const Distortion& d, double shown)
     if (ahead == 0.0) break;
     (ahead < 0.0 ? low : high) = r;
     const double next = r - ahead / slope(d, r);
+    if (std::abs(next - r) <= resolution * r) break;  // the bracket need not close around it
     r = next > low && next < high ? next : 0.5 * (low + high);
   }
   return r;

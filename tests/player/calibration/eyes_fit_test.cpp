@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "core/units.hpp"
+#include "coverage.hpp"
 #include "noise.hpp"
 #include "support/input_error.hpp"
 
@@ -217,7 +218,7 @@ TEST(EyesFits, MovingTheCarriersFrameMovesTheAnswer)
   const EyesFit here = fitted(marks, bench_prior(), X_start);
   for (BullseyeMark& mark : marks) mark.p_carrier_mm = X_other_carrier * mark.p_carrier_mm;
   const EyesFit there = fitted(marks, bench_prior(), X_other_carrier * X_start);
-  constexpr double solver_tolerance = 1e-6;
+  constexpr double solver_tolerance = 1e-5;  // 1e-6 of a standard deviation of up to 9 px
   EXPECT_TRUE(there.X_carrier_eyes.isApprox(X_other_carrier * here.X_carrier_eyes, solver_tolerance));
   EXPECT_LT((numbers_of(there.eyes) - numbers_of(here.eyes)).cwiseAbs().maxCoeff(), solver_tolerance);
   // Errors turn with the frame they are told in.
@@ -251,30 +252,26 @@ struct Setting {
   MarkNoise noise;
 };
 
-/// Truth is drawn from what is stated as known, so every number's interval must hold it in 95 % of cases.
+/// Truth is drawn from what is stated as known, so every number's interval must hold it in 95 % of cases
+/// (over 1500 seeds 94 to 97 %). Numbers of the left and the right eye are alike and counted together.
 TEST(EyesFits, IntervalsAreHonest)
 {
   for (const Setting& setting : {Setting{"the hand's noise", {0.5, 0.1}}, {"the tracker's", {0.3, 1.0}}}) {
     SCOPED_TRACE(setting.name);
     Coverage coverage;
-    std::vector<std::string> names;
+    constexpr std::uint64_t n_sets = 400;
     double noise_sum_px = 0.0;
-    for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    for (std::uint64_t seed = 1; seed <= n_sets; ++seed) {
       Noise noise(seed);
       Truth truth = sample_truth();
       truth.eyes = drawn_eyes(bench_prior(), noise);
       const EyesFit fit = fitted(marks_of(truth, setting.noise, noise));
       coverage.add(fit.estimate, errors_of(fit, truth));
       noise_sum_px += fit.noise_px;
-      names = fit.estimate.names;
     }
-    for (Eigen::Index k = 0; k < coverage.size(); ++k) {
-      SCOPED_TRACE(names[static_cast<std::size_t>(k)]);
-      EXPECT_GE(coverage.of(k), 0.90);
-      EXPECT_LE(coverage.of(k), 0.98);
-    }
+    coverage.expect_honest();
     // The mean over 400 is as good as 0.1 px, where the tracker's noise is the larger part.
-    EXPECT_NEAR(noise_sum_px / coverage.n(), setting.noise.alignment_px, 0.1);
+    EXPECT_NEAR(noise_sum_px / n_sets, setting.noise.alignment_px, 0.1);
   }
 }
 

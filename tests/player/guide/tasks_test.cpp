@@ -1,0 +1,148 @@
+#include "guide/tasks.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <set>
+
+#include "guide/parts.hpp"
+#include "guide/session.hpp"
+#include "support/input_error.hpp"
+#include "trial.hpp"
+
+namespace vrda {
+namespace {
+
+std::vector<BenchFile> benches()
+{
+  const std::string head = "[calibration]\n";
+  return {test::virtual_bench(HeadKind::stage), test::virtual_bench(HeadKind::tracker),
+          test::virtual_bench(HeadKind::stage, head,
+                              head + "distortion = \"adjust\"\nmodel = \"adjust\"\npupillometer = false\n"
+                                     "bullseyes = 27\ngrid = [4, 6]\n")};
+}
+
+std::size_t lines_in(const std::string& text)
+{
+  return 1 + static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+TEST(GuideTasks, AreNamedOnceAndSayWhatIsWanted)
+{
+  std::set<TaskKind> kinds;
+  for (const BenchFile& bench : benches()) {
+    const Calibration nominal = nominal_calibration(bench);
+    for (const CalibrationPart part : parts_of(bench)) {
+      SCOPED_TRACE(name_of(part));
+      const std::vector<Task> tasks = tasks_of(part, bench, nominal);
+      ASSERT_FALSE(tasks.empty());
+      std::set<std::string> names;
+      for (const Task& task : tasks) {
+        SCOPED_TRACE(task.name);
+        kinds.insert(task.kind);
+        EXPECT_TRUE(names.insert(task.name).second);
+        EXPECT_FALSE(task.instruction.empty());
+        EXPECT_LE(lines_in(task.instruction), 3u);
+        for (const Dial& dial : task.dials) {
+          EXPECT_LE(dial.least, dial.value);
+          EXPECT_LE(dial.value, dial.most);
+          EXPECT_GT(dial.step, 0.0);
+        }
+        EXPECT_EQ(task.n_samples > 0, !task.tool.empty());
+      }
+    }
+  }
+  EXPECT_EQ(kinds.size(), 11u);
+}
+
+TEST(GuideTasks, AreAsManyAsTheBenchFileSays)
+{
+  const BenchFile bench = test::virtual_bench(HeadKind::stage);
+  const CalibrationSettings& c = bench.calibration;
+  const Calibration nominal = nominal_calibration(bench);
+  const auto n = [&](CalibrationPart part) {
+    return static_cast<int>(tasks_of(part, bench, nominal).size());
+  };
+  EXPECT_EQ(n(CalibrationPart::viewport), 2 * (4 * c.edge_repeats + 2));
+  EXPECT_EQ(n(CalibrationPart::distortion), 2 * c.grid_columns * c.grid_rows);
+  EXPECT_EQ(n(CalibrationPart::eyepoints), 2 * c.rectangle_repeats * static_cast<int>(c.rectangles.size()));
+  EXPECT_EQ(n(CalibrationPart::ipd), 5);
+  EXPECT_EQ(n(CalibrationPart::bullseye), 2 * c.bullseyes);
+  EXPECT_EQ(n(CalibrationPart::leg), static_cast<int>(c.points.size()));
+  EXPECT_EQ(n(CalibrationPart::subject), static_cast<int>(c.landmarks.size()));
+}
+
+TEST(GuideTasks, MarkersSpreadInEveryDirectionWithinTheFirstSix)
+{
+  std::set<std::array<int, 3>> all;
+  for (int k = 0; k < 27; ++k) {
+    const Eigen::Vector3i place = marker_place(k);
+    all.insert({place.x(), place.y(), place.z()});
+  }
+  EXPECT_EQ(all.size(), 27u);
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (int k = 0; k < 6; ++k) {
+    const Eigen::Vector3d place = marker_place(k).cast<double>();
+    spread += place * place.transpose();
+  }
+  // Of six places of which five are corners, each direction has nearly as much as any other.
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues()[0], 2.0);
+}
+
+TEST(GuideTasks, RoundsAreThoseOfAnEyeOrThePart)
+{
+  const BenchFile bench = test::virtual_bench(HeadKind::stage);
+  const Calibration nominal = nominal_calibration(bench);
+  for (const CalibrationPart part : parts_of(bench)) {
+    const std::vector<Task> tasks = tasks_of(part, bench, nominal);
+    const bool is_by_eye = part == CalibrationPart::viewport || part == CalibrationPart::distortion ||
+                           part == CalibrationPart::eyepoints;
+    const TaskRound first = round_of(part, tasks, 0), last = round_of(part, tasks, tasks.size() - 1);
+    EXPECT_EQ(first.begin, 0u);
+    EXPECT_EQ(first.end, is_by_eye ? tasks.size() / 2 : tasks.size());
+    EXPECT_EQ(last.begin, is_by_eye ? tasks.size() / 2 : 0u);
+    EXPECT_EQ(last.end, tasks.size());
+  }
+}
+
+using Parts = std::vector<CalibrationPart>;
+
+TEST(GuideParts, AreThoseThatMakeSenseOnTheBench)
+{
+  using enum CalibrationPart;
+  const std::vector<BenchFile> files = benches();
+  EXPECT_EQ(parts_of(files[0]),
+            (Parts{viewport, distortion, rails, stop, probe, eyepoints, ipd, subject, bullseye, leg}));
+  EXPECT_EQ(parts_of(files[1]), (Parts{viewport, distortion, probe, eyepoints, ipd, subject, head, leg}));
+  EXPECT_EQ(parts_of(files[2]),
+            (Parts{viewport, distortion, rails, stop, eyepoints, ipd, subject, bullseye, leg}));
+  EXPECT_EQ(parts_of_step("tracking", files[0]), (Parts{rails, stop, probe, bullseye, leg}));
+  EXPECT_EQ(parts_of_step("tracking", files[1]), (Parts{probe, leg}));
+  EXPECT_EQ(parts_of_step("head", files[1]), Parts{head});
+  EXPECT_EQ(parts_of_step("all", files[0]), parts_of(files[0]));
+  BenchFile two = files[0];
+  two.leg = LegKind::two_bodies;
+  two.board.reset();
+  EXPECT_EQ(parts_of_step("tracking", two), (Parts{rails, probe, bullseye, femur, tibia}));
+  EXPECT_EQ(rests_on(bullseye, two), (Parts{rails, eyepoints, ipd}));
+  EXPECT_EQ(rests_on(leg, files[2]), (Parts{subject, bullseye}));
+  EXPECT_EQ(rests_on(leg, files[0]), (Parts{probe, subject}));
+}
+
+TEST(GuideParts, AStepThatIsNoneIsNamed)
+{
+  const std::vector<BenchFile> files = benches();
+  const auto refused = [](const std::string& step, const BenchFile& bench) {
+    return test::input_error([&] { parts_of_step(step, bench); });
+  };
+  EXPECT_EQ(refused("viewprot", files[0]).found, "'viewprot'");
+  EXPECT_EQ(refused("viewprot", files[0]).wanted, "such a step as viewport");
+  EXPECT_EQ(refused("head", files[0]).field, "STEP");
+  EXPECT_EQ(refused("rails", files[1]).field, "STEP");
+  BenchFile without = files[0];
+  without.calibration.landmarks.clear();
+  EXPECT_EQ(refused("subject", without).field, "calibration.landmarks");
+}
+
+}  // namespace
+}  // namespace vrda
