@@ -20,7 +20,7 @@ void add_look(CLI::App& mode, LookOptions& look)
                                               {"smooth", DrawMode::smooth},
                                               {"textured", DrawMode::textured}};
   mode.add_option("--mode", look.mode, "wire, hidden-line, flat, smooth or textured (default textured)")
-      ->transform(named_choice(modes))
+      ->transform(named_choice(numbers_of(modes)))
       ->type_name("MODE")
       ->option_text("MODE");
   mode.add_option("--texture", look.texture,

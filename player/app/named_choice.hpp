@@ -1,33 +1,25 @@
 /// Options whose values have names.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <map>
 #include <string>
 
+namespace CLI {
+class Validator;
+}
+
 namespace vrda {
 
-/// From a name of `choices` to its value; any other is refused as "found X, wanted A, B or C".
+/// The values of an enum as numbers.
 template <typename Value>
-CLI::Validator named_choice(const std::map<std::string, Value>& choices)
+std::map<std::string, int> numbers_of(const std::map<std::string, Value>& choices)
 {
-  return CLI::Validator(
-      [choices](std::string& word) {
-        const auto chosen = choices.find(word);
-        if (chosen != choices.end()) {
-          word = std::to_string(static_cast<int>(chosen->second));
-          return std::string();
-        }
-        std::string error = "found '" + word + "', wanted ";
-        std::size_t i = 0;
-        for (const auto& [name, value] : choices) {
-          if (i > 0) error += i + 1 == choices.size() ? " or " : ", ";
-          error += name;
-          ++i;
-        }
-        return error;
-      },
-      "NAME");
+  std::map<std::string, int> numbers;
+  for (const auto& [name, value] : choices) numbers[name] = static_cast<int>(value);
+  return numbers;
 }
+
+/// From a name of `choices` to its number; any other is refused as "found X, wanted A, B or C".
+CLI::Validator named_choice(const std::map<std::string, int>& choices);
 
 }  // namespace vrda
