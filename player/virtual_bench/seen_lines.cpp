@@ -113,7 +113,8 @@ std::vector<GuideLine> physical_grid(const Task& task, const BenchFile& bench, c
   const double x = 0.5 * (bench.calibration.grid_columns - 1), y = 0.5 * (bench.calibration.grid_rows - 1);
   const auto at = [&](double column, double row) { return shown_px(grid, aspect, {column, row}); };
   std::vector<GuideLine> lines;
-  lines.reserve(static_cast<std::size_t>(bench.calibration.grid_columns + bench.calibration.grid_rows + 1));
+  const int n_lines = bench.calibration.grid_columns + bench.calibration.grid_rows + 1;
+  lines.reserve(static_cast<std::size_t>(n_lines));
   for (int k = 0; k < bench.calibration.grid_columns; ++k)
     lines.push_back(thing(task.is_right, {at(k - x, -y), at(k - x, y)}));
   for (int k = 0; k < bench.calibration.grid_rows; ++k)
