@@ -16,6 +16,8 @@ target_link_libraries(vrda_hdf5 INTERFACE ${HDF5_C_HL_LIBRARIES} ${HDF5_C_LIBRAR
 target_compile_definitions(vrda_hdf5 INTERFACE ${HDF5_DEFINITIONS})
 
 find_program(ESBUILD esbuild REQUIRED)
+# Debian's own Python: it is the one that sees Debian's fontTools, h5py and xarray.
+find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
 
 if(VRDA_PIPELINE)
   pkg_check_modules(bullet REQUIRED IMPORTED_TARGET bullet-float64)
@@ -57,8 +59,6 @@ if(VRDA_PLAYER OR VRDA_TESTS)
   find_package(NLopt REQUIRED)
 endif()
 if(VRDA_TESTS OR VRDA_BENCHMARKS)
-  # Debian's own Python: it is the one that sees Debian's h5py and xarray.
-  find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
   find_package(GTest REQUIRED)
   include(GoogleTest)
 endif()

@@ -13,7 +13,7 @@ function(vrda_room_root out)
   set(${out} ${program} PARENT_SCOPE)
 endfunction()
 
-# The player is small: what waits for people, files and lines is compiled for size. Not what sanitizers look at.
+# The player is small: what waits for people, files and lines is compiled for size, in the rooms it shares with the pipeline, too. Not what sanitizers look at.
 function(vrda_small target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Os>)
 endfunction()
