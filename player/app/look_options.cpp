@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
+#include "app/named_choice.hpp"
+
 namespace vrda {
 
 void add_look(CLI::App& mode, LookOptions& look)
@@ -18,7 +20,7 @@ void add_look(CLI::App& mode, LookOptions& look)
                                               {"smooth", DrawMode::smooth},
                                               {"textured", DrawMode::textured}};
   mode.add_option("--mode", look.mode, "wire, hidden-line, flat, smooth or textured (default textured)")
-      ->transform(CLI::CheckedTransformer(modes))
+      ->transform(named_choice(numbers_of(modes)))
       ->type_name("MODE")
       ->option_text("MODE");
   mode.add_option("--texture", look.texture,

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "app/look_options.hpp"
+#include "app/named_choice.hpp"
 #include "view/keys.hpp"
 
 namespace vrda {
@@ -55,18 +56,18 @@ void add_framing(CLI::App* show, ShowOptions& options)
   const std::map<std::string, Backdrop> backdrops{
       {"studio", Backdrop::studio}, {"night", Backdrop::night}, {"black", Backdrop::black}};
   show->add_option("--background", options.backdrop, "studio, night or black (default studio)")
-      ->transform(CLI::CheckedTransformer(backdrops))
+      ->transform(named_choice(numbers_of(backdrops)))
       ->type_name("NAME")
       ->option_text("NAME");
   const std::map<std::string, Held> held{{"moving", Held::moving}, {"reference", Held::reference}};
   show->add_option("--hold", options.held, "Object that stands still: moving or reference (default moving)")
-      ->transform(CLI::CheckedTransformer(held))
+      ->transform(named_choice(numbers_of(held)))
       ->type_name("NAME")
       ->option_text("NAME");
   const std::map<std::string, Framed> framed{{"joint", Framed::joint}, {"all", Framed::all}};
   show->add_option("--frame", options.framed,
                    "What the picture has room for: joint, or all of both objects (default joint)")
-      ->transform(CLI::CheckedTransformer(framed))
+      ->transform(named_choice(numbers_of(framed)))
       ->type_name("NAME")
       ->option_text("NAME");
 }

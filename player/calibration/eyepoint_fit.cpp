@@ -247,7 +247,7 @@ std::string what_to_add(std::span<const SeenWidth> seen, const Eyepoint& about, 
   return "add rectangles further behind, and repeat all marks";
 }
 
-using Slope = Eigen::Matrix<double, 2, Eigen::Dynamic>;
+using Slope = Eigen::Matrix<double, 2, 5>;
 
 Eigen::Vector2d vector_of(const Eyepoint& eyepoint)
 {
@@ -265,10 +265,10 @@ Eigen::Vector2d sensitivity(SeenWith seen_with, double step, const Eyepoint& nom
 }
 
 /// To k1, k2, the centre and the pixel aspect.
-Slope by_distortion(std::span<const RectangleMark> marks, const Eye& eye, const Eyepoint& nominal)
+Slope slope_by_distortion(std::span<const RectangleMark> marks, const Eye& eye, const Eyepoint& nominal)
 {
   constexpr std::array<double, 5> steps = {1e-4, 1e-4, 0.1, 0.1, 1e-4};
-  Slope slope(2, 5);
+  Slope slope;
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const auto seen_with = [&](double step) {
       Eye changed = eye;
@@ -285,7 +285,8 @@ Slope by_distortion(std::span<const RectangleMark> marks, const Eye& eye, const 
 
 /// Alignment's and distortion's part of the covariance.
 Eigen::Matrix2d taken_for_known(std::span<const RectangleMark> marks, const Eye& eye,
-                                const EyepointOptions& options, const Eyepoint& nominal)
+                                const EyepointOptions& options, const Slope& by_distortion,
+                                const Eyepoint& nominal)
 {
   constexpr double turn_step_rad = 1e-4;
   const std::vector<SeenWidth> seen = seen_of(marks, eye);
@@ -300,8 +301,7 @@ Eigen::Matrix2d taken_for_known(std::span<const RectangleMark> marks, const Eye&
   if (options.distortion_covariance.size() > 0) {
     check(options.distortion_covariance.rows() == 5 && options.distortion_covariance.cols() == 5,
           "a distortion's covariance is of five numbers");
-    const Slope slope = by_distortion(marks, eye, nominal);
-    covariance += slope * options.distortion_covariance * slope.transpose();
+    covariance += by_distortion * options.distortion_covariance * by_distortion.transpose();
   }
   return covariance;
 }
@@ -350,7 +350,9 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
   estimate.names = {name + ".distance", name + ".depth"};
   estimate.units = {"px", "mm"};
   estimate.values = vector_of(*eyepoint);
-  estimate.covariance = by_noise + taken_for_known(marks, eye, options, *eyepoint);
+  if (options.distortion_covariance.size() > 0)
+    fit.by_distortion = slope_by_distortion(marks, eye, *eyepoint);
+  estimate.covariance = by_noise + taken_for_known(marks, eye, options, fit.by_distortion, *eyepoint);
   // What was given is known: the noise's share of the variance decides (Welch and Satterthwaite), for the
   // number of which it is larger.
   const Eigen::Vector2d share = by_noise.diagonal().cwiseQuotient(

@@ -37,6 +37,9 @@ struct EyepointOptions {
 struct EyepointFit {
   Eyepoint eyepoint;
   double noise_px = 0.0;  ///< of a side, from the residuals
+  /// Slope of distance and depth by k1, k2, centre_x, centre_y, pixel_aspect; zero where those are known.
+  /// With it the errors of both are told to go together.
+  Eigen::Matrix<double, 2, 5> by_distortion = Eigen::Matrix<double, 2, 5>::Zero();
   /// "distance" (px), "depth" (mm), each after `name` and a point. Noise of the marks, alignment and
   /// distortion together.
   Estimate estimate;
@@ -54,15 +57,19 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
 Eigen::Vector2d expected_eyepoint_sd(std::span<const RectangleMark> rectangles, const Eyepoint& about,
                                      double noise_px);
 
-/// The distance between the eyes: of both eyes' marks of the same rectangles in the same order, each seen by
-/// an eye whose sight is known to `sight_sd_px`. sd in mm, from noise, eyepoints and sights:
-/// 1.96 of it are the 95 % interval.
+/// What was marked with one eye, and found of it.
+struct EyeRectangles {
+  std::vector<RectangleMark> marks;
+  Eye eye;  ///< with distortion
+  EyepointFit fit;
+};
+
 struct PupilDistance {
   double ipd_mm = 0.0, sd_mm = 0.0;
 };
-PupilDistance pupil_distance(std::span<const RectangleMark> left, const EyepointFit& left_fit,
-                             const Eye& left_eye, std::span<const RectangleMark> right,
-                             const EyepointFit& right_fit, const Eye& right_eye, double sight_sd_px);
+/// The distance between the eyes: both marked the same rectangles in the same order, and the sight of each is
+/// known to `sight_sd_px`. sd in mm, from noise, eyepoints and sights: 1.96 of it are the 95 % interval.
+PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& right, double sight_sd_px);
 
 /// How far behind its place (mm) something at `depth_mm` is perceived, drawn for eyes `drawn_ipd_mm` apart
 /// and seen by eyes `true_ipd_mm` apart.

@@ -89,7 +89,16 @@ Eigen::MatrixXd covariance_of(const EyesPrior& prior)
   const std::array<Known, 2> optics = {left_optics, right_optics};
   for (std::size_t eye = 0; eye < 2; ++eye) {
     const Eigen::MatrixXd& known = prior.distortion_covariance[eye];
-    if (known.size() > 0) covariance.block<5, 5>(optics[eye], optics[eye]) = known;
+    if (known.size() == 0) continue;
+    covariance.block<5, 5>(optics[eye], optics[eye]) = known;
+    const auto first = static_cast<Eigen::Index>(2 * eye);
+    const Eigen::Matrix<double, 3, 5> shared =
+        of_eyepoints.middleCols<2>(first) * prior.eyepoint_by_distortion[eye] * known;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto row = shared.row(static_cast<Eigen::Index>(i));
+      covariance.block<1, 5>(at[i], optics[eye]) = row;
+      covariance.block<5, 1>(optics[eye], at[i]) = row.transpose();
+    }
   }
   return covariance;
 }
@@ -263,8 +272,11 @@ EyesSolution solved(const EyesProblem& problem, const Pose& X_guess)
   EyesSolution solution;
   solution.guess = {start_of(problem, X_guess), Eigen::VectorXd::Zero(problem.L.cols()), start_noise_px};
   FitProblem least;
-  least.scale = Eigen::VectorXd::Constant(n_place + problem.L.cols(), 10.0);
-  least.scale.segment<3>(3).setConstant(0.1);
+  // Steps of differences: 1e-4 mm, 1e-6 rad, 1e-4 of a standard deviation. Places drawn are rounded to 1e-12
+  // px, which smaller steps would show where the marks' noise is small.
+  constexpr double much = 100.0;
+  least.scale = Eigen::VectorXd::Constant(n_place + problem.L.cols(), much);
+  least.scale.segment<3>(3).setConstant(0.01 * much);
   for (int round = 0; round < n_rounds; ++round) {
     EyesGuess& guess = solution.guess;
     const Eigen::VectorXd tracker_px = tracker_sds_px(problem, guess);

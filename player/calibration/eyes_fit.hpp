@@ -25,6 +25,9 @@ struct EyesPrior {
   EyePair eyes;
   Eigen::Matrix4d eyepoint_covariance =
       Eigen::Matrix4d::Zero();  ///< left distance, depth, right distance, depth
+  /// Slope of an eye's distance and depth by the numbers of its distortion: what both have in common.
+  std::array<Eigen::Matrix<double, 2, 5>, 2> eyepoint_by_distortion = {Eigen::Matrix<double, 2, 5>::Zero(),
+                                                                       Eigen::Matrix<double, 2, 5>::Zero()};
   double ipd_sd_mm = 0.5;
   double sight_sd_px = 3.0;         ///< of both coordinates of each eye's sight_px
   double height_apart_sd_mm = 1.0;  ///< of one eye above the other

@@ -145,11 +145,27 @@ double rms_of(const LeftOut& out)
   return n == 0 ? 0.0 : std::sqrt(sum_sq / n);
 }
 
+/// Standard deviation of a coordinate, less what another size of the model would explain: residuals r along
+/// the places c about their centre; 3 n numbers less six and one.
+double noise_of_any_size_mm(const Touched& points, const PoseFit& fit)
+{
+  double sum_sq = 0.0, along = 0.0, length_sq = 0.0;
+  for (std::size_t k = 0; k < points.names.size(); ++k) {
+    const Eigen::Vector3d p_model = points.model.markers_mm.row(static_cast<Eigen::Index>(k)).transpose();
+    const Eigen::Vector3d r = *points.body_mm[k] - fit.X_tracker_body * p_model;
+    const Eigen::Vector3d c = fit.X_tracker_body.linear() * (p_model - fit.cloud.centre_mm);
+    sum_sq += r.squaredNorm();
+    along += r.dot(c);
+    length_sq += c.squaredNorm();
+  }
+  const double left = std::max(0.0, sum_sq - along * along / length_sq);
+  return std::sqrt(left / (3.0 * static_cast<double>(points.names.size()) - 7.0));
+}
+
 /// Of shift and turn about the body's axes. Turns go about the points' centre m from the origin: a turn
 /// moves the origin by m x turn.
-Matrix6 covariance_of(const PoseFit& fit)
+Matrix6 covariance_of(const PoseFit& fit, double noise)
 {
-  const double noise = noise_mm(fit);
   const PoseError error = expected_error(fit.cloud, noise);
   const Eigen::Matrix3d axes_body = fit.X_tracker_body.linear() * fit.cloud.axes;
   const Eigen::Matrix3d turn = axes_body * error.turn_rad.cwiseAbs2().asDiagonal() * axes_body.transpose();
@@ -209,7 +225,8 @@ void add_remarks(FiducialFit& fit, bool has_targets)
 
 }  // namespace
 
-FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& name, const std::string& file)
+FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& name, const std::string& file,
+                          const FiducialOptions& options)
 {
   const Touched used = touched(points, file);
   RigidBody as_touched = used.model;
@@ -236,8 +253,9 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
   fit.target_rms_mm = rms_of(at_targets_mm);
   fit.expected_target_rms_mm = expected_target_rms(points, pose);
   fit.leave_one_out_rms_mm = rms_of(out);
-  fit.estimate = estimate_of_place(name, fit.X_body_model, covariance_of(pose));
-  fit.estimate.dof = 3.0 * static_cast<double>(used.names.size()) - 6.0;
+  const double noise = options.is_size_known ? noise_mm(pose) : noise_of_any_size_mm(used, pose);
+  fit.estimate = estimate_of_place(name, fit.X_body_model, covariance_of(pose, noise));
+  fit.estimate.dof = 3.0 * static_cast<double>(used.names.size()) - (options.is_size_known ? 6.0 : 7.0);
   left_mm.insert(left_mm.end(), at_targets_mm.begin(), at_targets_mm.end());
   set_residuals(fit.estimate, left_mm, "mm");
   add_remarks(fit, !at_targets_mm.empty());

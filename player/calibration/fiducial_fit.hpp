@@ -25,12 +25,19 @@ struct FiducialFit {
   Estimate estimate;
 };
 
+struct FiducialOptions {
+  /// Else the points may all be too far from each other by one factor: what that leaves is not taken for
+  /// noise.
+  bool is_size_known = true;
+};
+
 /// Closed form (Umeyama, proper rotations, no scale). Throws InputError naming `file` and the point: fewer
 /// than four fiducials, collinear ones (second singular value below 5 mm), coplanar ones (third below 5 mm: a
 /// mirrored leg would fit as well, so nothing would show a wrong side; says to add one off the plane), a set
 /// that fits its mirror image as well as itself (to a factor of 1.5) or better (the other side), a point more
 /// than 5 standard deviations and 5 mm off (which: touch it again).
-FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& name, const std::string& file);
+FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& name, const std::string& file,
+                          const FiducialOptions& options = {});
 
 /// The mean of places that an operator adjusted (six numbers each, two or more attitudes), and its covariance
 /// by their spread; residuals: distances of their shifts from the mean, mm. Throws InputError: fewer than

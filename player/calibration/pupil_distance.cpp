@@ -17,26 +17,26 @@ struct Middles {
   Eigen::Matrix3d known = Eigen::Matrix3d::Zero();    ///< covariance of the three
 };
 
-Middles middles_of(std::span<const RectangleMark> marks, const EyepointFit& fit, const Eye& eye,
-                   double sight_sd_px)
+Middles middles_of(const EyeRectangles& seen, double sight_sd_px)
 {
-  const auto n = static_cast<Eigen::Index>(marks.size());
+  const auto n = static_cast<Eigen::Index>(seen.marks.size());
   Middles middles;
   middles.right_mm.resize(n);
   middles.noise_mm2.resize(n);
   middles.by_known.resize(n, 3);
-  const double distance_px = fit.eyepoint.distance_px;
+  const double distance_px = seen.fit.eyepoint.distance_px;
   for (Eigen::Index k = 0; k < n; ++k) {
-    const RectangleMark& mark = marks[static_cast<std::size_t>(k)];
-    const double middle_px = 0.5 * (shown_px(eye.distortion, mark.left_drawn_px).x() +
-                                    shown_px(eye.distortion, mark.right_drawn_px).x()) -
-                             eye.sight_px.x();
-    const double mm_by_px = (fit.eyepoint.depth_mm + mark.depth_mm) / distance_px;
+    const RectangleMark& mark = seen.marks[static_cast<std::size_t>(k)];
+    const double middle_px = 0.5 * (shown_px(seen.eye.distortion, mark.left_drawn_px).x() +
+                                    shown_px(seen.eye.distortion, mark.right_drawn_px).x()) -
+                             seen.eye.sight_px.x();
+    const double mm_by_px = (seen.fit.eyepoint.depth_mm + mark.depth_mm) / distance_px;
     middles.right_mm(k) = middle_px * mm_by_px;
-    middles.noise_mm2(k) = 0.5 * fit.noise_px * fit.noise_px * mm_by_px * mm_by_px;  // mean of two sides
+    middles.noise_mm2(k) =
+        0.5 * seen.fit.noise_px * seen.fit.noise_px * mm_by_px * mm_by_px;  // mean of two sides
     middles.by_known.row(k) << -middles.right_mm(k) / distance_px, middle_px / distance_px, -mm_by_px;
   }
-  middles.known.topLeftCorner<2, 2>() = fit.estimate.covariance;
+  middles.known.topLeftCorner<2, 2>() = seen.fit.estimate.covariance;
   middles.known(2, 2) = sight_sd_px * sight_sd_px;
   return middles;
 }
@@ -47,20 +47,20 @@ Middles middles_of(std::span<const RectangleMark> marks, const EyepointFit& fit,
 // distance between the eyes is a_left - a_right whatever the place of the rectangle. A sight that is off by s
 // adds s (E + Z) / d, which grows with depth, so all rectangles are taken together by generalised least
 // squares.
-PupilDistance pupil_distance(std::span<const RectangleMark> left, const EyepointFit& left_fit,
-                             const Eye& left_eye, std::span<const RectangleMark> right,
-                             const EyepointFit& right_fit, const Eye& right_eye, double sight_sd_px)
+PupilDistance pupil_distance(const EyeRectangles& left, const EyeRectangles& right, double sight_sd_px)
 {
-  check(left.size() == right.size() && !left.empty(), "both eyes have marks of the same rectangles");
-  for (std::size_t k = 0; k < left.size(); ++k)
-    check(left[k].width_mm == right[k].width_mm && left[k].depth_mm == right[k].depth_mm,
+  check(left.marks.size() == right.marks.size() && !left.marks.empty(),
+        "both eyes have marks of the same rectangles");
+  for (std::size_t k = 0; k < left.marks.size(); ++k)
+    check(left.marks[k].width_mm == right.marks[k].width_mm &&
+              left.marks[k].depth_mm == right.marks[k].depth_mm,
           "both eyes have marks of the same rectangles");
-  const Middles l = middles_of(left, left_fit, left_eye, sight_sd_px);
-  const Middles r = middles_of(right, right_fit, right_eye, sight_sd_px);
+  const Middles l = middles_of(left, sight_sd_px);
+  const Middles r = middles_of(right, sight_sd_px);
   Eigen::MatrixXd V =
       l.by_known * l.known * l.by_known.transpose() + r.by_known * r.known * r.by_known.transpose();
   // The noise comes from few marks, and sd_mm carries no degrees of freedom: as much more as Student's t has.
-  const double dof = std::max(1.0, static_cast<double>(left.size() + right.size()) - 4.0);
+  const double dof = std::max(1.0, static_cast<double>(left.marks.size() + right.marks.size()) - 4.0);
   const double few = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
   V.diagonal() += few * few * (l.noise_mm2 + r.noise_mm2);
   // Without noise and with all known there is nothing to weigh by; a nanometre decides nothing otherwise.

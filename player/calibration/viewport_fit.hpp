@@ -23,7 +23,7 @@ struct ViewportMarks {
 struct ViewportFit {
   Viewport visible;  ///< whole pixels nearest to the edges
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();
-  double pixel_aspect = 1.0;  ///< height of a pixel by its width
+  double pixel_aspect = 1.0;     ///< height of a pixel by its width
   double pixel_aspect_sd = 0.0;  ///< of readings and ruler: what a later fit knows from before
   /// "edge_left", "edge_right", "edge_top", "edge_bottom" (px: the borders themselves), "pixel_aspect",
   /// each after `name` and a point. The noise of a reading is pooled over the four edges; without any
@@ -33,8 +33,8 @@ struct ViewportFit {
 };
 
 /// `name`: "left". Throws InputError naming `file` and the edge: no readings, crossed edges (left beyond
-/// right), a part beyond the window, fewer than 16 pixels between two, a reading more than 5 px from the others of its
-/// edge, a size that is none.
+/// right), a part beyond the window, fewer than 16 pixels between two, a reading more than 5 px from the
+/// others of its edge, a size that is none.
 ViewportFit fit_viewport(const ViewportMarks& marks, const Viewport& window, const std::string& name,
                          const std::string& file);
 

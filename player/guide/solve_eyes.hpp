@@ -13,11 +13,6 @@ ViewportFit viewport_of(const BenchFile& bench, const Calibration& begun, bool i
                         const std::string& path);
 DistortionFit distortion_of(const BenchFile& bench, const Calibration& begun, bool is_right,
                             const std::string& path);
-struct EyeRectangles {
-  std::vector<RectangleMark> marks;
-  Eye eye;  ///< with distortion
-  EyepointFit fit;
-};
 EyeRectangles eyepoint_of(const BenchFile& bench, const Calibration& begun, bool is_right,
                           const std::string& path);
 

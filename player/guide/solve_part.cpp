@@ -54,8 +54,7 @@ Estimate measured_ipd(const BenchFile& bench, const Calibration& begun, const st
     return given("ipd", "mm", *ipd_mm, bench.calibration.pupillometer_sd_mm);
   const EyeRectangles left = eyepoint_of(bench, begun, false, path);
   const EyeRectangles right = eyepoint_of(bench, begun, true, path);
-  const PupilDistance found = pupil_distance(left.marks, left.fit, left.eye, right.marks, right.fit,
-                                             right.eye, bench.calibration.sight_sd_px);
+  const PupilDistance found = pupil_distance(left, right, bench.calibration.sight_sd_px);
   return given("ipd", "mm", found.ipd_mm, found.sd_mm);
 }
 

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <numeric>
 
+#include "calibration/eyes_start.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "guide/eyes_so_far.hpp"
 #include "guide/marks.hpp"
 #include "guide/parts.hpp"
+#include "guide/solve_eyes.hpp"
 
 namespace vrda {
 namespace {
@@ -69,8 +71,11 @@ EyesPrior eyes_prior(const BenchFile& bench, const Calibration& begun, const std
   prior.sight_sd_px = settings.sight_sd_px;
   prior.height_apart_sd_mm = settings.eye_height_sd_mm;
   const Estimate& distortion = estimate_of(CalibrationPart::distortion, begun, path);
-  for (const bool is_right : {false, true})
-    prior.distortion_covariance[is_right ? 1 : 0] = known_covariance(distortion, distortion_names(is_right));
+  for (const bool is_right : {false, true}) {
+    const std::size_t k = is_right ? 1 : 0;
+    prior.distortion_covariance[k] = known_covariance(distortion, distortion_names(is_right));
+    prior.eyepoint_by_distortion[k] = eyepoint_of(bench, begun, is_right, path).fit.by_distortion;
+  }
   return prior;
 }
 
@@ -190,9 +195,8 @@ EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration&
   std::vector<BullseyeMark> marks;
   for (const MarkedTask& t : marked_tasks(part, bench, begun))
     marks.push_back(bullseye_of(t, X_tracker_table.inverse(), is_head ? 0.0 : 1.0));
-  const Calibration nominal = nominal_calibration(bench);
-  const Pose X_start = pose_of(is_head ? nominal.X_headbody_eyes : nominal.X_table_eyes);
-  EyesFit fit = fit_eyes(marks, eyes_prior(bench, begun, path), X_start, is_head ? "head" : "eyes", path);
+  const EyesPrior prior = eyes_prior(bench, begun, path);
+  EyesFit fit = fit_eyes(marks, prior, eyes_start(marks, prior.eyes), is_head ? "head" : "eyes", path);
   if (!is_head) {
     add_table_error(fit.estimate, fit.X_carrier_eyes, X_tracker_table,
                     estimate_of(CalibrationPart::rails, begun, path));
@@ -222,7 +226,7 @@ FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibra
     scale_variance = known_covariance(*subject->second.estimate, {"subject.scale"})(0, 0);
   }
   const Touched touched = touched_of(part, bench, begun, tip_probe_mm, scale);
-  FiducialFit fit = fit_fiducials(touched.points, name_of(part), path);
+  FiducialFit fit = fit_fiducials(touched.points, name_of(part), path, {scale_variance == 0.0});
   add_known_errors(fit, touched, known_covariance(probe, tip), scale_variance, scale);
   return fit;
 }

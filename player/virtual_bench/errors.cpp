@@ -165,8 +165,9 @@ std::vector<TargetError> target_errors(const Calibration& found, const BenchFile
   std::vector<TargetError> errors;
   for (int k = 0; k < 20; ++k) {
     // The corners, and three more along each of the upright edges.
-    const Eigen::Vector3d off_mm(k % 2 == 0 ? -80.0 : 80.0, 60.0 * (k / 4 - 2),
-                                 k / 2 % 2 == 0 ? -60.0 : 60.0);
+    const int height = k / 4 - 2;
+    const bool is_left = k % 2 == 0, is_behind = k / 2 % 2 == 0;
+    const Eigen::Vector3d off_mm(is_left ? -80.0 : 80.0, 60.0 * height, is_behind ? -60.0 : 60.0);
     const Eigen::Vector3d p_leg_mm = X_model_table * (X_table_model.translation() + off_mm);
     const Eigen::Vector3d p_true_mm =
         standing.X_tracker_eyes.inverse() * X_tracker_body(truth, role) * model_of(real) * p_leg_mm;

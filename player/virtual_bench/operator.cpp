@@ -125,13 +125,14 @@ void VirtualOperator::Inner::send_frame(GuideSession& session)
 {
   FrameFacts facts;
   facts.time_ns = time_ns;
+  facts.noise = noise;
   facts.tool = session.task()->tool;
   // Of a session that goes on with a stage zeroed before.
   const bool was_zeroed = session.calibration().records.contains(CalibrationPart::stop);
   facts.is_stage_zeroed = is_stage_zeroed || was_zeroed;
   facts.stage_offset_mm = facts.is_stage_zeroed ? 0.0 : stage_offset_mm;
   Draws draws(truth.seed, DrawFor::virtual_tracker, draws_index(session) + n_frames);
-  for (const Sample& sample : tracker_frame(bench, truth, standing(session), facts, noise, draws))
+  for (const Sample& sample : tracker_frame(bench, truth, standing(session), facts, draws))
     session.take(sample);
   time_ns += frame_ns;
   ++n_frames;

@@ -23,7 +23,8 @@ Line with_points_between(const Line& line)
   Line dense;
   for (std::size_t k = 0; k < line.size(); ++k) {
     if (k > 0) {
-      const Eigen::Vector2d from = line[k - 1], way = line[k] - from;
+      const Eigen::Vector2d& from = line[k - 1];
+      const Eigen::Vector2d way = line[k] - from;
       const int n = std::max(1, static_cast<int>(std::ceil(way.norm() / apart_px)));
       for (int i = 1; i < n; ++i) dense.emplace_back(from + way * i / n);
     }
@@ -97,6 +98,7 @@ Line ring(const Eigen::Vector2d& middle_px, double radius_px)
 {
   constexpr int n_points = 24;
   Line points;
+  points.reserve(n_points + 1);
   for (int k = 0; k <= n_points; ++k) {
     const SinCos at = sin_cos(2.0 * pi * k / n_points);
     points.emplace_back(middle_px + radius_px * Eigen::Vector2d(at.cos, at.sin));
@@ -111,6 +113,8 @@ std::vector<GuideLine> physical_grid(const Task& task, const BenchFile& bench, c
   const double x = 0.5 * (bench.calibration.grid_columns - 1), y = 0.5 * (bench.calibration.grid_rows - 1);
   const auto at = [&](double column, double row) { return shown_px(grid, aspect, {column, row}); };
   std::vector<GuideLine> lines;
+  const int n_lines = bench.calibration.grid_columns + bench.calibration.grid_rows + 1;
+  lines.reserve(static_cast<std::size_t>(n_lines));
   for (int k = 0; k < bench.calibration.grid_columns; ++k)
     lines.push_back(thing(task.is_right, {at(k - x, -y), at(k - x, y)}));
   for (int k = 0; k < bench.calibration.grid_rows; ++k)

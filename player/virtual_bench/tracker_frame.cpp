@@ -40,7 +40,7 @@ Pose measured(const Pose& X, const VirtualNoise& noise, Draws& draws)
 }
 
 std::vector<Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth, const Standing& standing,
-                                  const FrameFacts& facts, const VirtualNoise& noise, Draws& draws)
+                                  const FrameFacts& facts, Draws& draws)
 {
   std::vector<Sample> samples;
   Sample sample;
@@ -60,7 +60,7 @@ std::vector<Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& tr
     sample.source = static_cast<std::uint16_t>(k);
     sample.state = static_cast<std::uint8_t>(X ? SeenState::seen : SeenState::missing);
     // Drawn for hidden ones too: hiding one changes no other.
-    const Pose seen = measured(X.value_or(Pose::Identity()), noise, draws);
+    const Pose seen = measured(X.value_or(Pose::Identity()), facts.noise, draws);
     sample.place = X ? place_of(seen) : Place{};
     samples.push_back(sample);
   }

@@ -17,10 +17,11 @@ struct FrameFacts {
   /// Of the encoder, before it was zeroed at the stop.
   double stage_offset_mm = 0.0;
   bool is_stage_zeroed = false;
+  VirtualNoise noise;
 };
 
 /// The stage's count, then every tool of the tracker in its order; tools that nobody uses are not seen.
 std::vector<Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth, const Standing& standing,
-                                  const FrameFacts& facts, const VirtualNoise& noise, Draws& draws);
+                                  const FrameFacts& facts, Draws& draws);
 
 }  // namespace vrda

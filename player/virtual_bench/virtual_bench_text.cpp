@@ -74,12 +74,12 @@ struct Point {
 };
 
 constexpr Point points[] = {
-    {"patella, upper pole", "[48, 34, 2]", false},  {"patella, lower pole", "[50, -8, 4]", false},
+    {"patella, upper pole", "[44, 34, 2]", false},  {"patella, lower pole", "[46, -8, 4]", false},
     {"medial epicondyle", "[2, 12, -44]", false},   {"lateral epicondyle", "[-2, 10, 42]", false},
-    {"tibial tuberosity", "[44, -52, 6]", false},   {"fibula's head", "[-22, -38, 46]", false},
+    {"tibial tuberosity", "[40, -52, 6]", false},   {"fibula's head", "[-30, -38, 46]", false},
     {"medial plateau", "[14, -26, -42]", false},    {"lateral plateau", "[16, -28, 40]", false},
-    {"adductor tubercle", "[-10, 30, -42]", false}, {"thigh, front", "[42, 74, 0]", false},
-    {"thigh, back", "[-46, 66, -6]", false},        {"calf, back", "[-48, -64, 4]", false},
+    {"adductor tubercle", "[-18, 30, -42]", false}, {"thigh, front", "[38, 74, 0]", false},
+    {"thigh, back", "[-56, 66, -6]", false},        {"calf, back", "[-58, -64, 4]", false},
     {"thigh, inside", "[0, 60, -40]", true},        {"thigh, outside", "[4, 52, 42]", true},
     {"shin, inside", "[20, -66, -30]", true},       {"hollow of the knee", "[-44, -2, 2]", true}};
 

@@ -76,6 +76,17 @@ TEST_F(Program, HelpShowsAnExampleAndVersionIsTheProjects)
   EXPECT_EQ(version.data, "vrda-player " VRDA_VERSION "\n");
 }
 
+TEST_F(Program, NamesTheChoicesOfAnOption)
+{
+  const Outcome wrong = run("show " + file_ + " --offscreen " + folder_ + " --mode wireframe");
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.talk,
+              HasSubstr("--mode: found 'wireframe', wanted flat, hidden-line, smooth, textured or wire"));
+  EXPECT_EQ(
+      run("show " + file_ + " --offscreen " + folder_ + " --flexion 0 --mode wire --background night").code,
+      0);
+}
+
 TEST_F(Program, WritesPathsToStandardOutputAndTalkToStandardError)
 {
   const Outcome outcome = run("show '" + file_ + "' --offscreen '" + folder_ +

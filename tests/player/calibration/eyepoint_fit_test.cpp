@@ -209,23 +209,28 @@ TEST(EyepointFit, RefusesWidthsThatGrowWithDepth)
   EXPECT_FALSE(refusal(marks).wanted.empty());
 }
 
-/// A person whose sights are off by as much as is known of them.
-struct TwoEyes {
-  Eye left = sample_eye(-32.0), right = sample_eye(32.0);
-};
+/// What somebody with eyes at -32 and +32 mm marks, sights taken to be `sight_error_px` (left, right) off.
+std::array<EyeRectangles, 2> seen_by_two(const Hand& hand, const Eigen::Vector2d& sight_error_px,
+                                         std::mt19937_64& random)
+{
+  std::array<EyeRectangles, 2> both;
+  for (std::size_t k = 0; k < both.size(); ++k) {
+    const Eye truth = sample_eye(k == 0 ? -32.0 : 32.0);
+    both[k].marks = marks_of(truth, hand, random);
+    both[k].eye = truth;
+    both[k].eye.sight_px.x() += sight_error_px(static_cast<Eigen::Index>(k));
+    both[k].fit = fit_eyepoint(both[k].marks, both[k].eye, {}, k == 0 ? "left" : "right", "marks");
+  }
+  return both;
+}
 
 TEST(PupilDistance, RoundTripWithoutNoise)
 {
   std::mt19937_64 random(67);
-  const TwoEyes eyes;
   Hand hand;
   hand.noise_px = 0.0;
-  const std::vector<RectangleMark> left = marks_of(eyes.left, hand, random),
-                                   right = marks_of(eyes.right, hand, random);
-  const EyepointFit left_fit = fit_eyepoint(left, eyes.left, {}, "left", "marks");
-  const EyepointFit right_fit = fit_eyepoint(right, eyes.right, {}, "right", "marks");
-  EXPECT_NEAR(pupil_distance(left, left_fit, eyes.left, right, right_fit, eyes.right, 3.0).ipd_mm, 64.0,
-              1e-6);
+  const std::array<EyeRectangles, 2> both = seen_by_two(hand, Eigen::Vector2d::Zero(), random);
+  EXPECT_NEAR(pupil_distance(both[0], both[1], 3.0).ipd_mm, 64.0, 1e-6);
 }
 
 TEST(PupilDistance, ItsStandardDeviationIsHonest)
@@ -236,16 +241,9 @@ TEST(PupilDistance, ItsStandardDeviationIsHonest)
     SCOPED_TRACE(sight_sd_px);
     test::Coverage coverage;
     for (int set = 0; set < 800; ++set) {
-      TwoEyes known;
-      const TwoEyes truth;
-      known.left.sight_px.x() += sight_sd_px * normal(random);
-      known.right.sight_px.x() += sight_sd_px * normal(random);
-      const std::vector<RectangleMark> left = marks_of(truth.left, {}, random),
-                                       right = marks_of(truth.right, {}, random);
-      const EyepointFit left_fit = fit_eyepoint(left, known.left, {}, "left", "marks");
-      const EyepointFit right_fit = fit_eyepoint(right, known.right, {}, "right", "marks");
-      const PupilDistance found =
-          pupil_distance(left, left_fit, known.left, right, right_fit, known.right, sight_sd_px);
+      const double left_px = sight_sd_px * normal(random), right_px = sight_sd_px * normal(random);
+      const std::array<EyeRectangles, 2> both = seen_by_two({}, {left_px, right_px}, random);
+      const PupilDistance found = pupil_distance(both[0], both[1], sight_sd_px);
       coverage.add("ipd", found.ipd_mm - 64.0, 1.96 * found.sd_mm);
     }
     coverage.expect_honest();

@@ -1,7 +1,6 @@
 #include "noise.hpp"
 
 #include <Eigen/Cholesky>
-#include <cmath>
 
 namespace vrda::test {
 
@@ -29,20 +28,6 @@ Eigen::VectorXd Noise::correlated(const Eigen::MatrixXd& covariance)
 {
   const Eigen::MatrixXd L = covariance.llt().matrixL();
   return L * normals(covariance.rows());
-}
-
-void Coverage::add(const Estimate& estimate, const Eigen::VectorXd& errors)
-{
-  if (n_ == 0) within_ = Eigen::VectorXi::Zero(errors.size());
-  for (Eigen::Index k = 0; k < errors.size(); ++k) {
-    within_[k] += std::abs(errors[k]) <= half_width_95(estimate, k) ? 1 : 0;
-  }
-  ++n_;
-}
-
-double Coverage::of(Eigen::Index number) const
-{
-  return static_cast<double>(within_[number]) / n_;
 }
 
 }  // namespace vrda::test

@@ -1,11 +1,9 @@
-/// Noise for synthetic marks, and how often stated intervals hold the truth.
+/// Noise for synthetic marks.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
 #include <random>
-
-#include "calibration/estimate.hpp"
 
 namespace vrda::test {
 
@@ -21,20 +19,6 @@ class Noise {
 
  private:
   std::mt19937_64 bits_;
-};
-
-/// For each number of many estimates: how many of their 95 % intervals hold it.
-class Coverage {
- public:
-  void add(const Estimate& estimate, const Eigen::VectorXd& errors);
-  int n() const { return n_; }
-  /// Parts of 1.
-  double of(Eigen::Index number) const;
-  Eigen::Index size() const { return within_.size(); }
-
- private:
-  int n_ = 0;
-  Eigen::VectorXi within_;
 };
 
 }  // namespace vrda::test

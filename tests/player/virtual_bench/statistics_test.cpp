@@ -47,8 +47,8 @@ class HonestIntervals : public testing::TestWithParam<HeadKind> {};
 TEST_P(HonestIntervals, HoldTheTruthInNinetyToNinetyEightOfAHundredCases)
 {
   // Of 200 benches chance alone takes a number of an honest 95 % above 98 % in 2.6 % of cases, and there are
-  // some fifty; of 600 in 0.01 %.
-  constexpr int n_benches = 600, n_threads = 2;
+  // some fifty; of 400 in 0.2 %.
+  constexpr int n_benches = 400, n_threads = 2;
   const VirtualStatistics statistics =
       virtual_statistics(bench_of(GetParam()), VirtualNoise{}, 1, n_benches, n_threads);
   EXPECT_EQ(statistics.n_benches, n_benches);
@@ -62,10 +62,13 @@ TEST_P(HonestIntervals, HoldTheTruthInNinetyToNinetyEightOfAHundredCases)
   EXPECT_GT(median_mm(statistics.before), 5.0 * median_mm(statistics.after));
 }
 
+std::string head_text(const testing::TestParamInfo<HeadKind>& head)
+{
+  return head.param == HeadKind::stage ? "stage" : "tracker";
+}
+
 INSTANTIATE_TEST_SUITE_P(Heads, HonestIntervals, testing::Values(HeadKind::stage, HeadKind::tracker),
-                         [](const auto& info) {
-                           return info.param == HeadKind::stage ? "stage" : "tracker";
-                         });
+                         head_text);
 
 TEST(VirtualStatistics, AreTheSameForAnyNumberOfThreads)
 {

@@ -64,8 +64,9 @@ TEST(VirtualOperator, WithoutNoiseEveryPartIsFoundToTheStepOfItsDials)
       for (const TargetError& error : errors) sum_mm += error.mm;
       constexpr double eighth_mm = 0.125 * 800.0 / 880.0;
       EXPECT_LT(sum_mm / static_cast<double>(errors.size()), eighth_mm);
-      // What only the tracker sees has no step at all; scales have that of the distances, 0.05 mm of 50.
-      constexpr double rounding = 1e-6;
+      // What only the tracker sees has no step; its rows are kept to 1e-5 mm and 1e-8 of a quaternion, which
+      // is 1e-6 mm at the tip. Scales have the step of the distances, 0.05 mm of 50.
+      constexpr double rounding = 1e-5;
       EXPECT_LT(largest_error(found, CalibrationPart::probe, bench, truth), rounding);
       EXPECT_LT(largest_error(found, CalibrationPart::subject, bench, truth), 1e-3);
       if (head == HeadKind::stage) {
@@ -157,6 +158,7 @@ TEST(RealThings, AreWhereWhatIsDrawnIsSeenOnceItIsAligned)
     const CalibrationPart part = session.progress().part;
     const std::vector<GuideLine> real = real_things(task, bench, truth);
     hand.do_task(session);
+    ASSERT_EQ(hand.n_refusals(), 0);
     ++met[task.kind];
     if (task.kind != TaskKind::point && task.kind != TaskKind::sides && task.kind != TaskKind::bullseye) {
       continue;
