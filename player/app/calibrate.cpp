@@ -51,10 +51,12 @@ bool is_about_the_file(const CalibrateOptions& options)
 
 void require_options(const CalibrateOptions& options)
 {
+  if (options.head != "stage" && options.head != "tracker")
+    refuse("--head", "\"" + options.head + "\"", "stage or tracker");
   if (!options.is_virtual) {
     if (options.bench.empty()) refuse("--bench", "nothing", "a bench file (schemas/bench.md), or --virtual");
     if (options.n_benches > 0) refuse("--benches", "no --virtual", "benches that exist in numbers");
-    if (options.has_tracked_head)
+    if (options.head != "stage")
       refuse("--head", "no --virtual", "--bench, which says what carries the display");
     if (!options.pictures.empty() && options.script.empty())
       refuse("--pictures", "no --virtual and no --script", "one of them");
@@ -68,7 +70,7 @@ void require_options(const CalibrateOptions& options)
 CalibrateSetup read_setup(const CalibrateOptions& options)
 {
   CalibrateSetup setup;
-  const HeadKind head = options.has_tracked_head ? HeadKind::tracker : HeadKind::stage;
+  const HeadKind head = options.head == "tracker" ? HeadKind::tracker : HeadKind::stage;
   setup.bench = options.bench.empty() ? parsed_bench_file(virtual_bench_text(head), "virtual bench")
                                       : read_bench_file(options.bench);
   setup.parts = parts_of_step(is_about_the_file(options) ? "all" : options.step, setup.bench);

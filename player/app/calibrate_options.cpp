@@ -2,7 +2,6 @@
 #include "app/calibrate_options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <map>
 
 #include "guide/session.hpp"
 
@@ -27,14 +26,9 @@ void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
                       "A bench and a person that exist in numbers: in a window to train, without one they do "
                       "every task themselves");
   calibrate->add_option("--seed", options.seed, "Which virtual bench")->type_name("N")->capture_default_str();
-  const std::map<std::string, bool> heads{{"stage", false}, {"tracker", true}};
-  calibrate
-      ->add_option(
-          "--head", options.has_tracked_head,
-          "What carries the virtual bench's display, without --bench: stage or tracker (default stage)")
-      ->transform(CLI::CheckedTransformer(heads))
-      ->type_name("NAME")
-      ->option_text("NAME");
+  calibrate->add_option("--head", options.head, "What carries the virtual bench's display, without --bench")
+      ->type_name("stage|tracker")
+      ->capture_default_str();
   calibrate
       ->add_option("--benches", options.n_benches,
                    "So many virtual benches from --seed on: how often the truth lies within the intervals")

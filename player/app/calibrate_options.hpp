@@ -21,9 +21,9 @@ struct CalibrateOptions {
   int samples = 1;     ///< a pixel
   bool is_virtual = false;
   std::uint64_t seed = 1;
-  bool has_tracked_head = false;  ///< of the virtual bench's own bench file
-  int n_benches = 0;              ///< 0: one, in full
-  std::string pictures;           ///< folder; empty: none
+  std::string head = "stage";  ///< or "tracker": of the virtual bench's own bench file
+  int n_benches = 0;           ///< 0: one, in full
+  std::string pictures;        ///< folder; empty: none
   bool has_json = false;
   bool is_quiet = false;
 };

@@ -50,7 +50,8 @@ void write_part(std::ostream& out, CalibrationPart part, const CalibrationRecord
     out << "\n";
     return;
   }
-  if (state == "begun") out << ": " << record->marks.size() << " marks so far";
+  if (state == "begun")
+    out << ": " << record->marks.size() << (record->marks.size() == 1 ? " mark so far" : " marks so far");
   if (state == "outdated") out << ": a part that it rests on was done again";
   out << ", " << record->date << "\n";
   if (!record->estimate) return;

@@ -13,9 +13,11 @@ function(vrda_room_root out)
   set(${out} ${program} PARENT_SCOPE)
 endfunction()
 
-# The player is small: what waits for people, files and lines is compiled for size, in the rooms it shares with the pipeline, too. Not what sanitizers look at.
+# The player is small: what waits for people, files and lines is compiled for size, in the rooms it shares with the
+# pipeline, too. Not what sanitizers look at, which keep Eigen's own assertions: their texts name whole template instances.
 function(vrda_small target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Os>)
+  target_compile_definitions(${target} PRIVATE $<$<CONFIG:Release>:EIGEN_NO_DEBUG>)
 endfunction()
 
 # add_room(contact SOURCES a.cpp USES core HIDES PkgConfig::bullet); SMALL: compiled for size.

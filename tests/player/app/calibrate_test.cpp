@@ -125,6 +125,9 @@ TEST_F(Calibrate, WhatIsWrongWithTheOptionsIsTold)
   CalibrateOptions scripted = options("viewport");
   scripted.script = written("script.txt", "press Entre\n");
   EXPECT_EQ(refusal(scripted).field, "line 1");
+  CalibrateOptions headed = options("viewport");
+  headed.head = "hat";
+  EXPECT_EQ(refusal(headed).file, "--head");
 }
 
 TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
@@ -158,7 +161,7 @@ TEST_F(Calibrate, TheVirtualBenchTellsItsErrors)
   CalibrateOptions one = options("all");
   one.calibration.clear();
   one.has_json = true;
-  one.has_tracked_head = true;
+  one.head = "tracker";
   const nlohmann::json told = nlohmann::json::parse(calibrated(one).data);
   EXPECT_EQ(told["seed"], 1);
   EXPECT_EQ(told["targets"]["n"], 40);
@@ -168,7 +171,7 @@ TEST_F(Calibrate, TheVirtualBenchTellsItsErrors)
   EXPECT_LT(after_mm, 2.0);
 
   one.n_benches = 2;
-  one.has_tracked_head = false;
+  one.head = "stage";
   const nlohmann::json many = nlohmann::json::parse(calibrated(one).data);
   EXPECT_EQ(many["benches"], 2);
   EXPECT_EQ(many["targets"]["n"], 80);

@@ -125,5 +125,33 @@ TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
   EXPECT_EQ(program.wait().exit_code, 0);
 }
 
+/// In quarters of 1280 x 1024 the left half is the operator's, with a dark area.
+bool is_operators_area_there(const Image& image)
+{
+  return image.rgba[image.rgba.size() - 4 * width + 40] == 24;
+}
+
+TEST_F(InWindow, SomebodyTrainsAtAVirtualBenchAndLeaves)
+{
+  const std::string kept = (scratch_.path() / "calibration.toml").string();
+  test::Process program(
+      {VRDA_PLAYER_PROGRAM, {"calibrate", "all", "--virtual", "--calibration", kept}, {}, scratch_.path()});
+  ASSERT_TRUE(comes_true([&] { return is_operators_area_there(screen_.picture(width, height)); }))
+      << program.said();
+  Image before = screen_.picture(width, height);
+  type("shift+Right");
+  EXPECT_TRUE(changes_from(before));
+  EXPECT_FALSE(std::filesystem::exists(kept));
+  type("Return");
+  EXPECT_TRUE(comes_true([&] { return std::filesystem::exists(kept); }));
+  before = screen_.picture(width, height);
+  type("h");
+  EXPECT_TRUE(changes_from(before));
+  type("Escape");
+  const test::Ended ended = program.wait();
+  EXPECT_EQ(ended.exit_code, 4) << ended.err;
+  EXPECT_NE(ended.out.find("begun: 1 mark so far"), std::string::npos) << ended.out;
+}
+
 }  // namespace
 }  // namespace vrda
