@@ -30,7 +30,8 @@ struct TargetSummary {
   double median_arc_min = 0.0, most_of_ten_arc_min = 0.0, largest_arc_min = 0.0;
 };
 TargetSummary summary_of(std::span<const TargetError> errors);
-void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after);
+void write_targets(std::ostream& out, std::span<const TargetError> before,
+                   std::span<const TargetError> after);
 void write_targets_json(std::ostream& out, std::span<const TargetError> before,
                         std::span<const TargetError> after);
 

@@ -139,8 +139,8 @@ void GuideLoop::show(GuideBench& before)
   content_.troubles = task == nullptr ? std::vector<std::string>{} : before.troubles(*task);
   const bool has_model = task != nullptr && task->kind == TaskKind::place && model_;
   if (has_model) {
-    model_->place(session_.calibration(), session_.progress().part, *task, session_.values(), before.now_ns(),
-                  screen_->renderer());
+    model_->place(session_.calibration(), {session_.progress().part, *task, session_.values()},
+                  before.now_ns(), screen_->renderer());
     is_model_loaded_ = true;
   }
   const Scene& scene = is_model_loaded_ ? model_->view().scene() : nothing_;

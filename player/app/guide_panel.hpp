@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
+#include "gui/overlay_text.hpp"
 #include "guide/drawing.hpp"
 #include "guide/session.hpp"
-#include "gui/overlay_text.hpp"
 #include "stereo/eye.hpp"
 
 namespace vrda {

@@ -63,8 +63,8 @@ void PlacedModel::take(const Sample& sample)
   if (shown_) shown_->state.take(sample);
 }
 
-void PlacedModel::place(const Calibration& calibration, CalibrationPart part, const Task& task,
-                        std::span<const double> values, std::int64_t now_ns, Renderer& renderer)
+void PlacedModel::place(const Calibration& calibration, const PlaceTrial& trial, std::int64_t now_ns,
+                        Renderer& renderer)
 {
   if (!shown_ || shown_->scale != calibration.subject_scale) {
     shown_ = std::make_unique<ModelOnBench>(bench_, calibration,
@@ -74,7 +74,7 @@ void PlacedModel::place(const Calibration& calibration, CalibrationPart part, co
   }
   Calibration& tried = shown_->state.values().calibration;
   tried = calibration;
-  tried.X_body_model[static_cast<std::size_t>(role_of(part))] = numbers_of(task, values);
+  tried.X_body_model[static_cast<std::size_t>(role_of(trial.part))] = numbers_of(trial.task, trial.values);
   if (shown_->view.take(tried, bench_.path)) renderer.load(shown_->view.warp());
   shown_->view.place(shown_->state.frame(now_ns), tried);
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <memory>
-#include <optional>
+#include <span>
 
 #include "app/bench_view.hpp"
 #include "guide/task.hpp"
@@ -24,6 +24,13 @@ struct ModelOnBench {
   BenchView view;
 };
 
+/// A place under way: the task of a part, and its dials as they stand.
+struct PlaceTrial {
+  CalibrationPart part;
+  const Task& task;
+  std::span<const double> values;
+};
+
 class PlacedModel {
  public:
   /// `model` at its own size, from `file`. Throws InputError where it has not the set.
@@ -31,10 +38,10 @@ class PlacedModel {
 
   void take(const Sample& sample);
 
-  /// Puts it where `values` of the dials of `task`, of that part, would have it; loads into the renderer what
-  /// is new. Throws InputError where the eyes cannot be drawn for.
-  void place(const Calibration& calibration, CalibrationPart part, const Task& task,
-             std::span<const double> values, std::int64_t now_ns, Renderer& renderer);
+  /// Puts it where `trial` would have it; loads into the renderer what is new. Throws InputError where the
+  /// eyes cannot be drawn for.
+  void place(const Calibration& calibration, const PlaceTrial& trial, std::int64_t now_ns,
+             Renderer& renderer);
   /// Placed before.
   const BenchView& view() const { return shown_->view; }
 

@@ -33,8 +33,8 @@ class OverlayText {
   void add_words(Overlay& overlay, float left_px, float top_px, std::string_view words,
                  const VertexColour& colour) const;
   void add_area(Overlay& overlay, const OverlayBox& box, const VertexColour& colour) const;
-  /// Through two or more points, in pixels; its edges fade over a pixel, so that it stands where it is meant to
-  /// parts of a pixel. A turn of more than 120 degrees is cut short.
+  /// Through two or more points, in pixels; its edges fade over a pixel, so that it stands where it is meant
+  /// to parts of a pixel. A turn of more than 120 degrees is cut short.
   void add_line(Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
                 const VertexColour& colour) const;
 
