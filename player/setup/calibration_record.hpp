@@ -37,10 +37,10 @@ struct CalibrationMark {
 };
 
 struct CalibrationRecord {
-  std::string date;                    ///< "2026-11-22", of the last mark
+  std::string date;  ///< "2026-11-22", of the last mark
   /// In the order of the part's tasks; the first task without one is asked for next.
   std::vector<CalibrationMark> marks;
-  std::optional<Estimate> estimate;    ///< once it is solved
+  std::optional<Estimate> estimate;  ///< once it is solved
   /// A part that it rests on was done again since: to be done again, too.
   bool is_outdated = false;
 };
