@@ -11,6 +11,7 @@
 #include "core/error.hpp"
 #include "core/trig.hpp"
 #include "settings/settings_text.hpp"
+#include "stereo/warp_mesh.hpp"
 
 namespace vrda {
 namespace {
@@ -196,13 +197,35 @@ void at_lattice(const Viewport& v, Action action)
   }
 }
 
+/// The mesh that draws and the optics that show, one after the other, in the middles of triangles all over it.
 double inverse_error_px(const Distortion& distortion, const Eye& eye)
 {
-  double largest = 0.0;
-  at_lattice(eye.visible, [&](const Eigen::Vector2d& p) {
-    largest = std::max(largest, (drawn_px(distortion, shown_px(distortion, p)) - p).norm());
-  });
-  return largest;
+  Eye drawn_for = eye;
+  drawn_for.distortion = distortion;
+  drawn_for.pixel_aspect = distortion.pixel_aspect;
+  const ShownBox box = shown_box(drawn_for);
+  const WarpMesh mesh = warp_mesh(drawn_for, box);
+  // A prime: every seventh triangle is of all rows and columns, and of both halves of a cell.
+  constexpr std::size_t stride = 3 * 7;
+  double largest_sq = 0.0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += stride) {
+    Eigen::Vector2d drawn = Eigen::Vector2d::Zero(), looked_up = Eigen::Vector2d::Zero();
+    for (std::size_t corner = t; corner < t + 3; ++corner) {
+      const WarpVertex& vertex = mesh.vertices[mesh.triangles[corner]];
+      drawn += Eigen::Vector2d(vertex.x_px, vertex.y_px) / 3.0;
+      looked_up += Eigen::Vector2d(vertex.u, vertex.v) / 3.0;
+    }
+    const Eigen::Vector2d asked_for = box.low_px + looked_up.cwiseProduct(box.high_px - box.low_px);
+    largest_sq = std::max(largest_sq, (drawn_px(distortion, asked_for) - drawn).squaredNorm());
+  }
+  return std::sqrt(largest_sq);
+}
+
+void add_inverse_error(DistortionFit& fit, const Eye& eye, const std::string& name)
+{
+  fit.inverse_error_px = inverse_error_px(fit.distortion, eye);
+  fit.estimate.remarks.push_back(name + ": what is drawn and what the optics make of it differ by at most " +
+                                 rounded_text(fit.inverse_error_px, 3) + " px");
 }
 
 Estimate estimate_of(const Distortion& d, const Eigen::MatrixXd& covariance, const std::string& name)
@@ -288,7 +311,7 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, co
   DistortionFit result = result_of(problem, found, name);
   require_unfolded(result.distortion, eye, name, file);
   result.is_centre_held = is_held;
-  result.inverse_error_px = inverse_error_px(result.distortion, eye);
+  add_inverse_error(result, eye, name);
   if (is_held) {
     result.estimate.remarks.push_back(name +
                                       ": too little distortion to tell where its centre is; the "
@@ -320,7 +343,6 @@ DistortionFit mean_distortion(std::span<const GridValues> adjusted, const Eye& e
   result.distortion = distortion_of(eye, mean[0], mean[1], mean.segment<2>(2), aspect.value);
   result.grid = {mean.segment<2>(4), mean[6], mean[7]};
   require_unfolded(result.distortion, eye, name, file);
-  result.inverse_error_px = inverse_error_px(result.distortion, eye);
   result.estimate = estimate_of(result.distortion, covariance, name);
   result.estimate.dof = static_cast<double>(n - 1);
   std::vector<double> apart_px;
@@ -329,6 +351,7 @@ DistortionFit mean_distortion(std::span<const GridValues> adjusted, const Eye& e
     apart_px.push_back(apart_rms_px(one, result.distortion, eye));
   }
   set_residuals(result.estimate, apart_px, "px");
+  add_inverse_error(result, eye, name);
   return result;
 }
 

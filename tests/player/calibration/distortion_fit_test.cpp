@@ -13,6 +13,9 @@
 namespace vrda {
 namespace {
 
+/// Its mesh keeps warp_mesh() to 0.01 px of what is shown, in the middles of its edges.
+constexpr double mesh_px = 0.02;
+
 using test::Coverage;
 using test::input_error;
 using test::Noise;
@@ -98,7 +101,7 @@ TEST(DistortionFits, MarksWithoutNoiseGiveTheOpticsBack)
     EXPECT_LT((fit.grid.at_px - truth.grid.at_px).norm(), 1e-6);
     EXPECT_NEAR(fit.grid.spacing_px, truth.grid.spacing_px, 1e-6);
     EXPECT_NEAR(fit.grid.turn_rad, truth.grid.turn_rad, 1e-6);
-    EXPECT_LT(fit.inverse_error_px, 1e-9);
+    EXPECT_LT(fit.inverse_error_px, mesh_px);
     EXPECT_EQ(fit.estimate.names[2], "left.centre_x");
     EXPECT_EQ(fit.estimate.units[2], "px");
     EXPECT_EQ(fit.estimate.values, numbers_of(fit.distortion));
@@ -252,7 +255,7 @@ TEST(AdjustedGrids, TheirMeanAndItsCovarianceMatchTheClosedForm)
   EXPECT_EQ(fit.estimate.dof, 1.0);
   EXPECT_EQ(fit.distortion.pixel_aspect, 1.02);
   EXPECT_EQ(fit.grid.spacing_px, 80.0);
-  EXPECT_LT(fit.inverse_error_px, 1e-9);
+  EXPECT_LT(fit.inverse_error_px, mesh_px);
   ASSERT_EQ(fit.estimate.residuals.size(), 2U);
   EXPECT_NEAR(fit.estimate.residuals[0], fit.estimate.residuals[1], 1e-9);
   EXPECT_GT(fit.estimate.residuals[0], 0.1);
