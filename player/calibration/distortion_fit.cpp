@@ -197,7 +197,8 @@ void at_lattice(const Viewport& v, Action action)
   }
 }
 
-/// The mesh that draws and the optics that show, one after the other, in the middles of triangles all over it.
+/// The mesh that draws and the optics that show, one after the other, in the middles of triangles all over
+/// it.
 double inverse_error_px(const Distortion& distortion, const Eye& eye)
 {
   Eye drawn_for = eye;
