@@ -7,9 +7,9 @@
 #include "calibration/aligned_marks.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/error.hpp"
-#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
+#include "tracking/screw.hpp"
 
 namespace vrda {
 namespace {
@@ -119,17 +119,9 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance)
 /// Shifted, and turned by a rotation vector about the fixed axes.
 Pose moved(const Pose& X, const Eigen::Matrix<double, 6, 1>& by)
 {
-  const Eigen::Vector3d turn = by.tail<3>();
-  const double angle = turn.norm();
   Pose result = X;
   result.translation() += by.head<3>();
-  if (angle > 0.0) {
-    const SinCos half = sin_cos(0.5 * angle);
-    Eigen::Quaterniond q;
-    q.w() = half.cos;
-    q.vec() = half.sin / angle * turn;
-    result.linear() = (q * Eigen::Quaterniond(X.linear())).normalized().toRotationMatrix();
-  }
+  result.linear() = rotation_of(by.tail<3>()) * X.linear();
   return result;
 }
 
