@@ -46,7 +46,8 @@ class FakeMachine:
 
     def installed(self, *names):
         lines = "\\n".join(f"installed {name}" for name in names)
-        self.fake("dpkg-query", f"printf '{lines}\\nnot-installed zeta\\n'")
+        # The real one's exit code where it does not know one of the packages.
+        self.fake("dpkg-query", f"printf '{lines}\\nnot-installed zeta\\n'; exit 1")
 
     def calls(self, name=""):
         lines = self.log.read_text().splitlines() if self.log.exists() else []
