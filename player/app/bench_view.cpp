@@ -3,27 +3,10 @@
 namespace vrda {
 namespace {
 
-bool is_same(const Viewport& a, const Viewport& b)
-{
-  return a.x == b.x && a.y == b.y && a.width == b.width && a.height == b.height;
-}
-
-bool is_same(const Distortion& a, const Distortion& b)
-{
-  return a.k1 == b.k1 && a.k2 == b.k2 && a.centre_px == b.centre_px && a.unit_px == b.unit_px &&
-         a.pixel_aspect == b.pixel_aspect;
-}
-
 /// Whether both have the same warp: where the eye is makes no difference to it.
 bool has_same_warp(const Eye& a, const Eye& b)
 {
-  return is_same(a.visible, b.visible) && is_same(a.distortion, b.distortion);
-}
-
-bool has_same_numbers(const Eye& a, const Eye& b)
-{
-  return has_same_warp(a, b) && a.distance_px == b.distance_px && a.pixel_aspect == b.pixel_aspect &&
-         a.sight_px == b.sight_px && a.position_head_mm == b.position_head_mm;
+  return a.visible == b.visible && a.distortion == b.distortion;
 }
 
 }  // namespace
@@ -58,9 +41,7 @@ void BenchView::place(const BenchFrame& frame, const Calibration& calibration)
 
 bool BenchView::take(const Calibration& calibration, const std::string& path)
 {
-  const bool is_left_same = has_same_numbers(eyes_.left, calibration.eyes.left);
-  const bool is_right_same = has_same_numbers(eyes_.right, calibration.eyes.right);
-  if (is_left_same && is_right_same) return false;
+  if (eyes_ == calibration.eyes) return false;
   StereoPlan plan = stereo_plan(calibration.eyes, display_.width, display_.height, path);
   const bool has_new_warp = !has_same_warp(eyes_.left, calibration.eyes.left) ||
                             !has_same_warp(eyes_.right, calibration.eyes.right);

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "render/png_file.hpp"
 #include "settings/settings_text.hpp"
+#include "stereo/layout.hpp"
 #include "store/read_apart.hpp"
 #include "virtual_bench/statistics.hpp"
 
@@ -75,11 +76,9 @@ std::string write_viewport(const PictureRequest& request, const std::string& fol
     sheet.add_area(frame, box_of(eye.window), window_area);
     sheet.add_area(frame, box_of(seen), visible_area);
     sheet.add_lines(frame, std::array{outline_of(box_of(eye.window), grey), outline_of(box_of(seen), green)});
-    const Eigen::Vector2d centre(seen.x + 0.5 * seen.width, seen.y + 0.5 * seen.height);
+    const Eigen::Vector2d centre = middle_px(seen);
     sheet.add_lines(frame, cross_at(centre, 12.0, white, is_right));
-    const Eigen::Vector2d window_centre(eye.window.x + 0.5 * eye.window.width,
-                                        eye.window.y + 0.5 * eye.window.height);
-    sheet.add_lines(frame, cross_at(window_centre, 6.0, grey, is_right));
+    sheet.add_lines(frame, cross_at(middle_px(eye.window), 6.0, grey, is_right));
     const Eigen::Vector2d corner = frame.at_px + scale * Eigen::Vector2d(seen.x, seen.y);
     sheet.add_words(corner + Eigen::Vector2d(8.0, 6.0),
                     std::string(is_right ? "right" : "left") + " eye: visible " + size_text(seen), ink);

@@ -2,7 +2,6 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -11,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/trig.hpp"
 #include "settings/settings_text.hpp"
+#include "stereo/layout.hpp"
 #include "stereo/warp_mesh.hpp"
 
 namespace vrda {
@@ -29,11 +29,6 @@ struct GridProblem {
   const Eye& eye;
   const AspectPrior& aspect;
 };
-
-Eigen::Vector2d middle_px(const Viewport& v)
-{
-  return {v.x + 0.5 * v.width, v.y + 0.5 * v.height};
-}
 
 Distortion distortion_of(const Eye& eye, double k1_value, double k2_value, const Eigen::Vector2d& centre_px,
                          double aspect)
@@ -161,21 +156,10 @@ void refuse_outlier(const GridProblem& problem, const GridFit& fit, const std::s
        "a mark " + rounded_text(off_px, 1) + " px from where all the others say", "that node marked again"});
 }
 
-std::array<Eigen::Vector2d, 4> corners_px(const Viewport& v)
-{
-  const double left = v.x, right = v.x + v.width, top = v.y, bottom = v.y + v.height;
-  return {Eigen::Vector2d(left, top), {right, top}, {left, bottom}, {right, bottom}};
-}
-
 void require_unfolded(const Distortion& distortion, const Eye& eye, const std::string& name,
                       const std::string& file)
 {
-  double furthest_px = 0.0;
-  for (const Eigen::Vector2d& corner : corners_px(eye.visible)) {
-    const Eigen::Vector2d from_centre = corner - distortion.centre_px;
-    furthest_px = std::max(
-        furthest_px, Eigen::Vector2d(from_centre.x(), distortion.pixel_aspect * from_centre.y()).norm());
-  }
+  const double furthest_px = furthest_radius_px(distortion, eye.visible);
   const double fold_px = fold_radius_px(distortion);
   if (fold_px > furthest_px) return;
   throw InputError({file, name + ".distortion",

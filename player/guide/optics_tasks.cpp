@@ -2,6 +2,7 @@
 
 #include "calibration/viewport_fit.hpp"
 #include "settings/settings_text.hpp"
+#include "stereo/layout.hpp"
 
 namespace vrda {
 namespace {
@@ -57,11 +58,6 @@ Task screen_task(const Viewport& window, bool is_right, bool is_height)
   return task;
 }
 
-Eigen::Vector2d middle_of(const Viewport& v)
-{
-  return {v.x + 0.5 * v.width, v.y + 0.5 * v.height};
-}
-
 /// Spacing at which a grid of so many columns would fill most of the visible part.
 double likely_spacing_px(const Eye& eye, const CalibrationSettings& settings)
 {
@@ -82,7 +78,7 @@ Task node_task(const Eye& eye, const CalibrationSettings& settings, bool is_righ
                      place + ":\ncolumns to the right of the middle one, rows above it.";
   const Eigen::Vector2d up(1.0, -1.0);
   const Eigen::Vector2d begin =
-      middle_of(eye.visible) + likely_spacing_px(eye, settings) * task.node.cwiseProduct(up);
+      middle_px(eye.visible) + likely_spacing_px(eye, settings) * task.node.cwiseProduct(up);
   const Viewport& w = eye.window;
   task.dials = {dial("x", "px", begin.x(), w.x, w.x + w.width, step_px),
                 dial("y", "px", begin.y(), w.y, w.y + w.height, step_px)};
@@ -101,7 +97,7 @@ Task grid_task(const Eye& eye, const CalibrationSettings& settings, bool is_righ
       "Look with the " + eye_text(is_right) +
       ". Make the drawn grid cover the real one everywhere:\nfirst place and spacing in the middle, "
       "then k1 for the edges, k2 for the corners.";
-  const Eigen::Vector2d middle = middle_of(eye.visible);
+  const Eigen::Vector2d middle = middle_px(eye.visible);
   constexpr double most_k = 1.0, step_k = 0.001, step_deg = 0.02, step_spacing_px = 0.05;
   const Viewport& w = eye.window;
   const auto across = [&](const char* name, double value) {

@@ -31,6 +31,8 @@ struct RenderOptions {
 /// Part of the picture, in pixels from its top left corner.
 struct Viewport {
   int x = 0, y = 0, width = 0, height = 0;
+
+  bool operator==(const Viewport&) const = default;
 };
 
 /// One look at the scene. The camera's aspect is that of the viewport.

@@ -1,5 +1,7 @@
 #include "setup/calibration.hpp"
 
+#include "stereo/layout.hpp"
+
 namespace vrda {
 namespace {
 
@@ -9,7 +11,7 @@ Eye nominal_eye(const Viewport& window, double x_mm)
   Eye eye;
   eye.window = eye.visible = window;
   eye.distance_px = nominal_distance_px;
-  eye.sight_px = {window.x + 0.5 * window.width, window.y + 0.5 * window.height};
+  eye.sight_px = middle_px(window);
   eye.position_head_mm = {x_mm, 0.0, 0.0};
   eye.distortion.centre_px = eye.sight_px;
   eye.distortion.unit_px = 0.5 * window.width;

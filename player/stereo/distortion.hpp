@@ -13,6 +13,8 @@ struct Distortion {
   Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< of the frame buffer
   double unit_px = 320.0;                               ///< half the window's width
   double pixel_aspect = 1.0;                            ///< height of a pixel by its width
+
+  bool operator==(const Distortion&) const = default;
 };
 
 /// Where a pixel drawn at `drawn_px` is shown.

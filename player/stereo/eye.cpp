@@ -80,6 +80,17 @@ Eigen::Vector2d drawn_px(const Eye& eye, const Eigen::Vector3d& p_head_mm)
   return drawn_px(eye.distortion, shown_px(eye, p_head_mm));
 }
 
+double furthest_radius_px(const Distortion& distortion, const Viewport& v)
+{
+  double furthest_px = 0.0;
+  for (const Eigen::Vector2d& corner : corners_px(v)) {
+    const Eigen::Vector2d from_centre = corner - distortion.centre_px;
+    furthest_px =
+        std::max(furthest_px, std::hypot(from_centre.x(), distortion.pixel_aspect * from_centre.y()));
+  }
+  return furthest_px;
+}
+
 Eigen::Vector2d field_of_view_rad(const Eye& eye)
 {
   return {2.0 * std::atan(0.5 * eye.window.width / eye.distance_px),
@@ -101,12 +112,7 @@ void require_usable(const Eye& eye, const std::string& file, const std::string& 
                std::to_string(eye.visible.x) + ", " + std::to_string(eye.visible.y),
            "a rectangle within the eye's window");
   }
-  double furthest_px = 0.0;
-  for (const Eigen::Vector2d& corner : corners_px(eye.visible)) {
-    const Eigen::Vector2d from_centre = corner - eye.distortion.centre_px;
-    furthest_px =
-        std::max(furthest_px, std::hypot(from_centre.x(), eye.distortion.pixel_aspect * from_centre.y()));
-  }
+  const double furthest_px = furthest_radius_px(eye.distortion, eye.visible);
   const double fold_px = fold_radius_px(eye.distortion);
   if (!(fold_px > furthest_px)) {
     refuse("distortion",

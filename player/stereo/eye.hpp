@@ -17,11 +17,15 @@ struct Eye {
   Eigen::Vector2d sight_px = Eigen::Vector2d::Zero();  ///< where the direction straight ahead is shown
   Eigen::Vector3d position_head_mm = Eigen::Vector3d::Zero();  ///< X right, Y up, Z backwards
   Distortion distortion;
+
+  bool operator==(const Eye&) const = default;
 };
 
 /// Two eyes `ipd_mm` apart on the head's X axis: x = -ipd / 2 the left, +ipd / 2 the right.
 struct EyePair {
   Eye left, right;
+
+  bool operator==(const EyePair&) const = default;
 };
 void set_ipd(EyePair& eyes, double ipd_mm);
 
@@ -43,6 +47,9 @@ Eigen::Vector2d shown_px(const Eye& eye, const Eigen::Vector3d& p_head_mm);
 
 /// Where it must be drawn, so that the optics show it there.
 Eigen::Vector2d drawn_px(const Eye& eye, const Eigen::Vector3d& p_head_mm);
+
+/// Radius from the optics' centre to the furthest corner of `v`, as fold_radius_px() measures it.
+double furthest_radius_px(const Distortion& distortion, const Viewport& v);
 
 /// Full angles of the undistorted window, rad.
 Eigen::Vector2d field_of_view_rad(const Eye& eye);

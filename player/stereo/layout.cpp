@@ -61,4 +61,9 @@ Viewport within(const Viewport& inner, const Viewport& outer)
   return {left, top, right - left, bottom - top};
 }
 
+Eigen::Vector2d middle_px(const Viewport& v)
+{
+  return {v.x + 0.5 * v.width, v.y + 0.5 * v.height};
+}
+
 }  // namespace vrda

@@ -33,4 +33,7 @@ EyeWindows eye_windows(Layout layout, int width, int height, const std::string& 
 /// The part of `inner` that lies within `outer`; empty (no width) where they do not meet.
 Viewport within(const Viewport& inner, const Viewport& outer);
 
+/// In pixels of the frame buffer: of a viewport an odd number of pixels wide, the middle of a pixel.
+Eigen::Vector2d middle_px(const Viewport& v);
+
 }  // namespace vrda
