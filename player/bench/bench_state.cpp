@@ -15,6 +15,10 @@ constexpr double most_count = 1023.0;
 constexpr double steps_a_turn = 200.0;
 /// Counts: still within the converter's last bit, quick when turned.
 constexpr OneEuroOptions potentiometer_options{1.0, 0.05, 2.0};
+/// Counts: noise and the last of 10 bits leave the filtered count within one of where it rests.
+constexpr double turned_counts = 2.0;
+/// The filter, 0.16 s slow at rest, has caught up with the hand.
+constexpr double settles_s = 0.5;
 
 double seconds(std::int64_t ns)
 {
@@ -77,8 +81,9 @@ void BenchState::select(std::size_t parameter)
   check(parameter < parameters().size(), "a parameter that is selected is one of the list");
   selected_ = parameter;
   potentiometer_was_.reset();
-  if (potentiometer_.was_seen) potentiometer_was_ = potentiometer_count_;
-  selected_value_was_ = value_of(values_, parameter);
+  if (potentiometer_.was_seen) potentiometer_was_ = rest_count_ = potentiometer_count_;
+  turns_until_s_ = 0.0;
+  value_was_ = value_of(values_, driven_.value_or(parameter));
 }
 
 void BenchState::take(const Sample& sample)
@@ -132,6 +137,9 @@ void BenchState::take_potentiometer(const Sample& sample)
   const double time_s = seconds(sample.arrival_ns);
   potentiometer_ = {true, true, time_s, sample.count, 0};
   potentiometer_count_ = potentiometer_filter_.filtered(sample.count, time_s);
+  if (!potentiometer_was_) potentiometer_was_ = potentiometer_count_;
+  // At rest it leaves the parameter to the keys.
+  if (!is_turning(time_s)) return;
   const std::size_t parameter = driven_.value_or(selected_);
   const Parameter& facts = parameters()[parameter];
   if (is_angle_of_leg(parameter)) {
@@ -140,10 +148,19 @@ void BenchState::take_potentiometer(const Sample& sample)
     set_value(values_, parameter, least + share * (most - least));
     return;
   }
-  if (!potentiometer_was_) potentiometer_was_ = potentiometer_count_;
   const double steps = (potentiometer_count_ - *potentiometer_was_) / most_count * steps_a_turn;
   // Whole steps: what is not touched stays as it is.
-  set_value(values_, parameter, selected_value_was_ + std::round(steps) * facts.step);
+  set_value(values_, parameter, value_was_ + std::round(steps) * facts.step);
+}
+
+/// Once it has come, and from a move of some counts until it has settled.
+bool BenchState::is_turning(double time_s)
+{
+  if (!rest_count_ || std::abs(potentiometer_count_ - *rest_count_) >= turned_counts) {
+    rest_count_ = potentiometer_count_;
+    turns_until_s_ = time_s + settles_s;
+  }
+  return time_s < turns_until_s_;
 }
 
 double BenchState::least_of(std::size_t parameter) const

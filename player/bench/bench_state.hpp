@@ -75,6 +75,7 @@ class BenchState {
   void take_place(const Sample& sample);
   void take_link(const Sample& sample);
   void take_potentiometer(const Sample& sample);
+  bool is_turning(double time_s);
   void settle();
   void update_leg();
   double least_of(std::size_t parameter) const;
@@ -96,7 +97,9 @@ class BenchState {
   OneEuroFilter potentiometer_filter_;
   double potentiometer_count_ = 0.0;         ///< filtered
   std::optional<double> potentiometer_was_;  ///< where it stood when the parameter was selected
-  double selected_value_was_ = 0.0;
+  double value_was_ = 0.0;                   ///< of the parameter it drives, then
+  std::optional<double> rest_count_;         ///< where it rests, or was when it last was seen to turn
+  double turns_until_s_ = 0.0;
   std::size_t selected_ = 0;
   bool is_filtered_ = true;
   OneEuroAngles filter_;

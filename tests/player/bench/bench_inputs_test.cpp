@@ -3,6 +3,7 @@
 
 #include "../setup/bench_texts.hpp"
 #include "bench/bench_panel.hpp"
+#include "bench/controls.hpp"
 #include "bench_samples.hpp"
 
 namespace vrda {
@@ -81,6 +82,41 @@ TEST(BenchInputs, ThePotentiometerMovesAnyOtherParameterByItsSteps)
   turn_to(561, 1001);
   EXPECT_NEAR(value_of(bench.state.values(), aspect), 0.99, rounding);
   EXPECT_EQ(value_of(bench.state.values(), distance), 980.0);
+}
+
+TEST(BenchInputs, APotentiometerThatDrivesANamedParameterChangesThatOneAlone)
+{
+  SmallBench bench(test::rigid_text("prediction"));
+  const std::size_t prediction = parameter_named("prediction").value();
+  const std::size_t distance = parameter_named("left.distance").value();
+  bench.state.select(distance);
+  bench.state.values().prediction_ms = 20.0;
+  bench.state.select(distance);
+  bench.state.take(test::potentiometer_sample(100, ms_in_ns));
+  EXPECT_EQ(value_of(bench.state.values(), prediction), 20.0);
+  for (int k = 1; k <= 500; ++k) bench.state.take(test::potentiometer_sample(612, k * 10 * ms_in_ns));
+  EXPECT_EQ(value_of(bench.state.values(), prediction), 120.0);
+  EXPECT_EQ(value_of(bench.state.values(), distance), 880.0);
+}
+
+TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
+{
+  SmallBench bench(test::rigid_text("flexion"));
+  int k = 0;
+  const auto listen = [&](int count) {
+    // The last bit to and fro.
+    for (int n = 0; n < 500; ++n, ++k)
+      bench.state.take(test::potentiometer_sample(count + k % 2, k * 10 * ms_in_ns));
+    return bench.state.values().flexion_deg;
+  };
+  constexpr double count_deg = 90.0 / 1023.0;
+  EXPECT_NEAR(listen(341), 30.0, count_deg);
+  const double before_deg = bench.state.values().flexion_deg;
+  press_key(bench.state, {Key::right, true});
+  EXPECT_NEAR(bench.state.values().flexion_deg, before_deg + 10.0, 1e-3);
+  EXPECT_NEAR(listen(341), before_deg + 10.0, 1e-3);
+  EXPECT_NEAR(listen(682), 60.0, count_deg);
+  EXPECT_NEAR(listen(690), 690 * count_deg, count_deg);
 }
 
 TEST(BenchInputs, UsedOnesAreMarkedUntilTheyAreSeen)
