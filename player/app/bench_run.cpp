@@ -61,8 +61,9 @@ class LiveBench {
     show_.show(state_, frame, timing_.n_pictures);
     note_times(frame, now_ns);
     if (wishes.zeroes_stage) {
-      devices_.zero_stage();
-      show_.tell("the stage is zero here", now_s);
+      show_.tell(
+          devices_.zero_stage() ? "the stage is zero here" : "no stage answers: nothing is set to zero",
+          now_s);
     }
     if (wishes.writes_calibration) write_calibration(now_s);
     if (wishes.takes_picture) show_.save(state_, frame);

@@ -77,6 +77,15 @@ std::string mark_text(const std::string& name, const InputMark& mark)
   return name + " " + why(mark.state) + " for " + tenths(mark.age_s) + " s";
 }
 
+std::string stage_mark_text(const BenchFrame& frame)
+{
+  const InputMark& mark = frame.stage;
+  if (!mark.is_used) return {};
+  if (mark.state != SeenState::seen) return mark_text("stage", mark);
+  if (!frame.is_stage_zeroed) return "stage has no zero: Z at its stop";
+  return frame.has_stage_lost_counts ? "stage has lost counts: Z at its stop" : "";
+}
+
 BenchPanel::BenchPanel(const BenchFile& bench) : text_(text_px), display_(bench.display) {}
 
 const Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
@@ -102,8 +111,7 @@ const Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& fram
 void BenchPanel::add_marks(const Viewport& visible, const BenchFrame& frame)
 {
   float bottom_px = static_cast<float>(visible.y + visible.height) - margin_px - text_.line_px();
-  const auto add = [&](const std::string& name, const InputMark& mark) {
-    const std::string words = mark_text(name, mark);
+  const auto add = [&](const std::string& words) {
     if (words.empty()) return;
     const float left_px =
         static_cast<float>(visible.x) + 0.5F * (static_cast<float>(visible.width) - text_.width_px(words));
@@ -111,9 +119,9 @@ void BenchPanel::add_marks(const Viewport& visible, const BenchFrame& frame)
     bottom_px -= text_.line_px();
   };
   for (std::size_t role = 0; role < n_body_roles; ++role)
-    add(name_of(static_cast<BodyRole>(role)), frame.bodies[role]);
-  add("stage", frame.stage);
-  add("potentiometer", frame.potentiometer);
+    add(mark_text(name_of(static_cast<BodyRole>(role)), frame.bodies[role]));
+  add(stage_mark_text(frame));
+  add(mark_text("potentiometer", frame.potentiometer));
 }
 
 void BenchPanel::add_line(const Viewport& area, float& top_px, const std::string& words,
@@ -147,8 +155,7 @@ void BenchPanel::add_panel(const Viewport& area, const BenchState& state, const 
   line("flexion " + tenths(deg_from_rad(at.flexion_rad)) + ", varus " + tenths(deg_from_rad(at.varus_rad)) +
        ", theta " + tenths(deg_from_rad(frame.pose.theta_rad)) + " deg");
   if (frame.stage.is_used)
-    line("stage " + tenths(frame.stage_mm) + " mm" + (frame.is_stage_zeroed ? "" : ", never zeroed"),
-         frame.is_stage_zeroed ? ink : amber);
+    line("stage " + tenths(frame.stage_mm) + " mm", stage_mark_text(frame).empty() ? ink : amber);
   line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +
        tenths(state.values().prediction_ms) + " ms");
   line(device_text("tracker", content.tracker), content.tracker.link == LinkState::up ? ink : amber);

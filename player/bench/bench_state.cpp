@@ -96,7 +96,7 @@ void BenchState::take(const Sample& sample)
       take_potentiometer(sample);
       break;
     case SampleKind::stage:
-      stage_ = {true, true, seconds(sample.arrival_ns), sample.count, sample.state};
+      take_stage(sample);
       break;
     case SampleKind::link:
       take_link(sample);
@@ -129,13 +129,29 @@ void BenchState::take_link(const Sample& sample)
     }
   } else {
     stage_.is_live = potentiometer_.is_live = false;
+    stage_.is_heard = potentiometer_.is_heard = false;
   }
+}
+
+void BenchState::take_stage(const Sample& sample)
+{
+  // A board that started anew counts from where the stage is now: that says nothing of where it is.
+  const bool was_zeroed = stage_.was_seen && (stage_.flags & stage_zeroed) != 0;
+  const bool is_zeroed = (sample.state & stage_zeroed) != 0;
+  has_lost_zero_ = !is_zeroed && (has_lost_zero_ || was_zeroed);
+  stage_.is_heard = true;
+  stage_.is_live = !has_lost_zero_;
+  stage_.flags = sample.state;
+  if (has_lost_zero_) return;
+  stage_.was_seen = true;
+  stage_.time_s = seconds(sample.arrival_ns);
+  stage_.count = sample.count;
 }
 
 void BenchState::take_potentiometer(const Sample& sample)
 {
   const double time_s = seconds(sample.arrival_ns);
-  potentiometer_ = {true, true, time_s, sample.count, 0};
+  potentiometer_ = {true, true, true, time_s, sample.count, 0};
   potentiometer_count_ = potentiometer_filter_.filtered(sample.count, time_s);
   if (!potentiometer_was_) potentiometer_was_ = potentiometer_count_;
   // At rest it leaves the parameter to the keys.
@@ -250,7 +266,7 @@ InputMark BenchState::mark_of(const BodyTracker& tracker, double now_s) const
 InputMark BenchState::mark_of(const BoardInput& input, double now_s) const
 {
   return {true, input.is_live, input.was_seen, input.was_seen ? std::max(0.0, now_s - input.time_s) : 0.0,
-          input.is_live ? SeenState::seen : SeenState::stale};
+          input.is_heard ? SeenState::seen : SeenState::stale};
 }
 
 const BenchFrame& BenchState::frame(std::int64_t now_ns)
@@ -270,6 +286,7 @@ const BenchFrame& BenchState::frame(std::int64_t now_ns)
       bench_.board && bench_.board->has_potentiometer ? mark_of(potentiometer_, now_s) : InputMark{};
   shown_.stage_mm = stage_mm();
   shown_.is_stage_zeroed = (stage_.flags & stage_zeroed) != 0;
+  shown_.has_stage_lost_counts = (stage_.flags & stage_lost_counts) != 0;
   shown_.newest_arrival_ns = n_samples_ > 0 ? newest_arrival_ns_ : 0;
   shown_.n_samples = n_samples_;
   n_samples_ = 0;

@@ -20,8 +20,8 @@ struct InputMark {
   bool is_used = false;
   bool is_live = false;  ///< false: the last good value is shown
   bool was_seen = false;
-  double age_s = 0.0;  ///< of what is shown
-  SeenState state = SeenState::missing;
+  double age_s = 0.0;                    ///< of what is shown
+  SeenState state = SeenState::missing;  ///< of a stage that is not live `seen`: it counts from elsewhere
 };
 
 /// One picture's worth.
@@ -33,7 +33,7 @@ struct BenchFrame {
   std::array<InputMark, n_body_roles> bodies;
   InputMark stage, potentiometer;
   double stage_mm = 0.0;
-  bool is_stage_zeroed = false;
+  bool is_stage_zeroed = false, has_stage_lost_counts = false;
   std::int64_t newest_arrival_ns =
       0;              ///< of the tracker's samples that came since the picture before; 0: none
   int n_samples = 0;  ///< since the picture before
@@ -66,7 +66,7 @@ class BenchState {
 
  private:
   struct BoardInput {
-    bool is_live = false, was_seen = false;
+    bool is_live = false, was_seen = false, is_heard = false;
     double time_s = 0.0;
     std::int32_t count = 0;
     std::uint8_t flags = 0;
@@ -74,6 +74,7 @@ class BenchState {
   BodyTracker* body(BodyRole role);
   void take_place(const Sample& sample);
   void take_link(const Sample& sample);
+  void take_stage(const Sample& sample);
   void take_potentiometer(const Sample& sample);
   bool is_turning(double time_s);
   void settle();
@@ -93,6 +94,7 @@ class BenchState {
   std::array<std::optional<BodyTracker>, n_body_roles> trackers_;
   ClockMap tracker_clock_;
   BoardInput stage_, potentiometer_;
+  bool has_lost_zero_ = false;         ///< the stage, since it was zeroed last
   std::optional<std::size_t> driven_;  ///< by the potentiometer; nothing: the selected one
   OneEuroFilter potentiometer_filter_;
   double potentiometer_count_ = 0.0;         ///< filtered

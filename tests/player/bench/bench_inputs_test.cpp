@@ -31,6 +31,54 @@ TEST(BenchInputs, TheStageMovesTheEyesAlongItsDirectionByItsCounts)
   }
 }
 
+TEST(BenchInputs, AStageWhoseBoardStartedAnewStaysWhereItWasUntilItIsZeroed)
+{
+  SmallBench bench(test::two_bodies_text());
+  const auto at = [&](int count, int flags) {
+    bench.state.take(test::stage_sample(count, ms_in_ns, static_cast<std::uint8_t>(flags)));
+    return bench.state.frame(ms_in_ns);
+  };
+  const BenchFrame zeroed = at(4000, stage_zeroed);
+  EXPECT_TRUE(zeroed.stage.is_live);
+  EXPECT_EQ(stage_mark_text(zeroed), "");
+  bench.state.take(test::link_sample(DeviceId::board, LinkState::closed, ms_in_ns));
+  const BenchFrame silent = bench.state.frame(1001 * ms_in_ns);
+  EXPECT_EQ(stage_mark_text(silent), "stage silent for 1.0 s");
+  for (const int count : {0, -300, 17}) {
+    const BenchFrame anew = at(count, 0);
+    EXPECT_FALSE(anew.stage.is_live || anew.is_stage_zeroed);
+    EXPECT_EQ(anew.X_tracker_eyes.matrix(), zeroed.X_tracker_eyes.matrix());
+    EXPECT_EQ(anew.stage_mm, zeroed.stage_mm);
+    EXPECT_EQ(stage_mark_text(anew), "stage has no zero: Z at its stop");
+  }
+  const BenchFrame again = at(200, stage_zeroed);
+  EXPECT_TRUE(again.stage.is_live);
+  EXPECT_NEAR(again.stage_mm, 1.0, rounding);
+  EXPECT_EQ(stage_mark_text(again), "");
+}
+
+TEST(BenchInputs, AStageIsMarkedThatWasNeverZeroedOrHasLostCounts)
+{
+  SmallBench bench(test::two_bodies_text());
+  EXPECT_EQ(stage_mark_text(bench.state.frame(0)), "stage not seen yet");
+  struct Row {
+    int flags;
+    const char* mark;
+  };
+  for (const Row row : {Row{0, "stage has no zero: Z at its stop"},
+                        Row{stage_lost_counts, "stage has no zero: Z at its stop"},
+                        Row{stage_zeroed | stage_lost_counts, "stage has lost counts: Z at its stop"},
+                        Row{stage_zeroed, ""}}) {
+    bench.state.take(test::stage_sample(100, ms_in_ns, static_cast<std::uint8_t>(row.flags)));
+    const BenchFrame& frame = bench.state.frame(ms_in_ns);
+    EXPECT_EQ(stage_mark_text(frame), row.mark);
+    // What was counted since the start of a board that nobody zeroed still moves the eyes.
+    EXPECT_TRUE(frame.stage.is_live);
+    EXPECT_NEAR(frame.stage_mm, 0.5, rounding);
+  }
+  EXPECT_EQ(stage_mark_text(SmallBench(test::two_bodies_text("tracker")).state.frame(0)), "");
+}
+
 TEST(BenchInputs, AHeadOnTheTrackerStandsAtItsBody)
 {
   SmallBench bench(test::two_bodies_text("tracker"));
