@@ -6,6 +6,7 @@
 #include "settings/settings_table.hpp"
 #include "setup/parameters.hpp"
 #include "setup/simulation_settings.hpp"
+#include "setup/tool_name.hpp"
 
 namespace vrda {
 namespace {
@@ -50,7 +51,7 @@ DisplaySettings display_of(const SettingsTable& root)
 
 void add_markers(const SettingsTable& body, BodySettings& settings)
 {
-  settings.markers = body.texts("markers");
+  settings.markers = tool_names(body, "markers");
   if (settings.markers.size() < least_markers || settings.markers.size() > most_markers) {
     body.refuse("markers", std::to_string(settings.markers.size()) + " markers",
                 std::to_string(least_markers) + " to " + std::to_string(most_markers));
@@ -71,7 +72,7 @@ BodySettings body_of(const SettingsTable& bodies, const char* role)
     body.refuse("tool", body.has("tool") ? "tool and markers" : "neither tool nor markers", "one of them");
   }
   if (body.has("tool")) {
-    settings.tool = body.text("tool");
+    settings.tool = tool_name(body, "tool");
   } else {
     add_markers(body, settings);
   }

@@ -213,6 +213,31 @@ TEST(BenchFile, WhatIsWrongIsNamed)
             "a bench file (schemas/bench.md)");
 }
 
+TEST(BenchFile, NamesOfToolsAreAsLongAsMessagesHoldThem)
+{
+  const std::string fits(20, 'n'), cut(21, 'n'), shared = display_table + tracker_table;
+  const auto text = [&](const std::string& tool, const std::string& marker, const std::string& probe) {
+    return bench_head() + shared + "[body.femur]\ntool = \"" + tool +
+           "\"\n[body.tibia]\nmarkers = [\"a\", \"" + marker +
+           "\", \"c\"]\nmarkers_mm = [0, 0, 0, 50, 0, 0, 0, 40, 0]\n[calibration]\nprobe = \"" + probe +
+           "\"\n";
+  };
+  const BenchFile bench = test::bench_of(text(fits, "b", "probe"));
+  EXPECT_EQ(bench.tracker->tools.front(), fits);
+  struct Row {
+    std::string text, field;
+  };
+  for (const Row& row :
+       {Row{text(cut, "b", "p"), "body.femur.tool"}, Row{text("f", cut, "p"), "body.tibia.markers"},
+        Row{text("f", "b", cut), "calibration.probe"},
+        Row{text("f", "b", "p") + "marker = \"" + cut + "\"\n", "calibration.marker"}}) {
+    const InputError::Facts facts = test::input_error([&] { test::bench_of(row.text); });
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_EQ(facts.found, "'" + cut + "' of 21 bytes");
+    EXPECT_EQ(facts.wanted, "at most 20 bytes, as OpenIGTLink cuts them");
+  }
+}
+
 TEST(BenchFile, AnOcclusionOfAToolThatIsNoneIsRefused)
 {
   const InputError::Facts facts = test::input_error([] {
