@@ -121,10 +121,8 @@ class LiveBench {
     ++timing_.n_pictures;
     timing_.n_samples += samples_.size();
     for (const Sample& sample : samples_) {
-      const bool is_seen =
-          sample.kind == SampleKind::place && static_cast<SeenState>(sample.state) == SeenState::seen;
-      if (is_seen && sample.device_ns != 0 && sample.source < watches_.size())
-        watches_[sample.source].add(sample.device_ns, sample.arrival_ns);
+      if (sample.kind == SampleKind::place && sample.source < watches_.size())
+        watches_[sample.source].add(sample);
     }
   }
 
