@@ -60,6 +60,7 @@ class LiveBench {
     update_panel(now_s);
     show_.show(state_, frame, timing_.n_pictures);
     note_times(frame, now_ns);
+    warn(show_.take_warning());
     if (wishes.zeroes_stage) {
       show_.tell(
           devices_.zero_stage() ? "the stage is zero here" : "no stage answers: nothing is set to zero",
@@ -68,6 +69,11 @@ class LiveBench {
     if (wishes.writes_calibration) write_calibration(now_s);
     if (wishes.takes_picture) show_.save(state_, frame);
     is_over_ = wishes.quits || (options_.seconds && now_s >= *options_.seconds);
+  }
+
+  void warn(const std::string& words) const
+  {
+    if (!words.empty()) streams_.talk << "vrda-player: " << words << std::endl;
   }
 
   /// A disk that is full or gone ends the recording, not the bench.

@@ -64,7 +64,8 @@ BenchWishes take(BenchState& state, PanelContent& panel, std::span<const KeyPres
 BenchShow::BenchShow(const BenchOptions& options, const BenchSetup& setup)
     : options_(options),
       view_(setup.model, setup.bench, setup.calibration, options.look),
-      screen_(open_screen(options, setup))
+      screen_(open_screen(options, setup)),
+      watch_(setup.bench)
 {
   view_.load_into(screen_->renderer());
   panel_.has_panel = options.has_panel.value_or(!options.is_headless);
@@ -87,6 +88,7 @@ void BenchShow::show(BenchState& state, const BenchFrame& frame, std::uint64_t n
 {
   if (view_.take(state.values().calibration.eyes)) screen_->renderer().load(view_.warp());
   view_.place(frame, state.values().calibration);
+  panel_.trouble = watch_.trouble(*screen_);
   const Overlay& words = view_.words(state, frame, panel_);
   if (!is_written(number)) {
     screen_->show(view_.scene(), view_.shots(), words);

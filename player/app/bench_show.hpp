@@ -39,6 +39,8 @@ class BenchShow {
   /// Shown for some seconds.
   void tell(const std::string& message, double now_s);
   void forget_message(double now_s);
+  /// Of a window that is not as the bench file has it, told once; else empty.
+  std::string take_warning() { return watch_.take_warning(); }
 
  private:
   bool is_written(std::uint64_t number) const;
@@ -46,6 +48,7 @@ class BenchShow {
   const BenchOptions& options_;
   BenchView view_;
   std::unique_ptr<BenchScreen> screen_;
+  ScreenWatch watch_;
   PanelContent panel_;
   std::optional<VideoFile> video_;
   double message_until_s_ = 0.0;

@@ -150,6 +150,7 @@ void BenchPanel::add_panel(const Viewport& area, const BenchState& state, const 
     return;
   }
   line(state.bench().title, faint);
+  if (!content.trouble.empty()) line(content.trouble, amber);
   line("> " + parameter_text(state, state.selected()), green);
   const Attitude& at = frame.pose.attitude;
   line("flexion " + tenths(deg_from_rad(at.flexion_rad)) + ", varus " + tenths(deg_from_rad(at.varus_rad)) +

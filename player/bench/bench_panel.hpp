@@ -16,6 +16,7 @@ struct PanelContent {
   DeviceReport tracker, board;
   bool has_board = false;
   const BenchTiming* timing = nullptr;
+  std::string trouble;  ///< of the display; empty: none
   std::string message;  ///< the newest, for some seconds
 };
 

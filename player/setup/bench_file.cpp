@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/number_text.hpp"
 #include "settings/settings_table.hpp"
 #include "setup/parameters.hpp"
 #include "setup/simulation_settings.hpp"
@@ -30,11 +31,21 @@ Viewport window_of(const SettingsTable& display, const char* name, const Display
   return window;
 }
 
+std::array<int, 2> place_of(const SettingsTable& display)
+{
+  // Outputs may stand to the left of the first one, and above it.
+  const std::vector<double> v = display.numbers("at", 2, {-most_px, most_px});
+  const std::array<int, 2> at{static_cast<int>(v[0]), static_cast<int>(v[1])};
+  if (at[0] != v[0] || at[1] != v[1])
+    display.refuse("at", shortest(v[0]) + " and " + shortest(v[1]), "x and y in whole pixels");
+  return at;
+}
+
 DisplaySettings display_of(const SettingsTable& root)
 {
   DisplaySettings settings;
   const SettingsTable display = root.table("display");
-  display.require_known({"width", "height", "layout", "left_window", "right_window", "refresh_hz"});
+  display.require_known({"width", "height", "layout", "left_window", "right_window", "refresh_hz", "at"});
   settings.width = display.whole("width", {16, most_px});
   settings.height = display.whole("height", {16, most_px});
   settings.layout = static_cast<Layout>(display.word("layout", layout_names()));
@@ -46,6 +57,7 @@ DisplaySettings display_of(const SettingsTable& root)
     display.refuse("right_window", "a window over the left eye's", "one beside it: each eye has its own");
   }
   settings.refresh_hz = display.number_or("refresh_hz", settings.refresh_hz, {1.0, 1000.0});
+  if (display.has("at")) settings.at = place_of(display);
   return settings;
 }
 

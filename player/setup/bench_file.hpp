@@ -18,6 +18,8 @@ struct DisplaySettings {
   Layout layout = Layout::quarters;
   EyeWindows windows;  ///< those of the layout, or as the file has them
   double refresh_hz = 60.0;
+  /// Of the frame buffer's top left corner, px of the desktop; nothing: an ordinary window.
+  std::optional<std::array<int, 2>> at;
 };
 
 enum class LegKind {

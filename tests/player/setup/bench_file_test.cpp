@@ -79,6 +79,14 @@ TEST(BenchFile, WindowsAreThoseOfTheLayoutOrTheFiles)
   }
 }
 
+TEST(BenchFile, TheDisplayMayHaveAPlaceOnTheDesktop)
+{
+  const std::string quarters = "layout = \"quarters\"\n";
+  EXPECT_FALSE(test::bench_of(display(quarters)).display.at.has_value());
+  EXPECT_EQ(test::bench_of(display(quarters + "at = [-1280, 24]\n")).display.at,
+            (std::array<int, 2>{-1280, 24}));
+}
+
 TEST(BenchFile, BodiesAreThoseThatLegAndHeadWant)
 {
   const auto tools = [](const std::string& text) { return test::bench_of(text).tracker->tools; };
@@ -162,6 +170,8 @@ TEST(BenchFile, WhatIsWrongIsNamed)
       Row{bench_head() + "[display]\nwidth = 1280\nheight = 0.5\n", "display.height", "0.5"},
       Row{display("layout = \"anaglyph\"\n"), "display.layout", "'anaglyph'"},
       Row{display(quarters + "refresh_hz = 0\n"), "display.refresh_hz", "0"},
+      Row{display(quarters + "at = [1]\n"), "display.at", "[1]"},
+      Row{display(quarters + "at = [0, 0.5]\n"), "display.at", "0 and 0.5"},
       Row{display(quarters + "left_window = [1, 2, 3]\n"), "display.left_window", "[1, 2, 3]"},
       Row{display(quarters + "left_window = [0, 0, 0, 9]\n"), "display.left_window", beyond},
       Row{display(quarters + "left_window = [0, 0, 9.5, 9]\n"), "display.left_window", beyond},
