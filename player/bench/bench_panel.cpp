@@ -4,6 +4,7 @@
 #include <array>
 
 #include "bench/controls.hpp"
+#include "bench/fit_words.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
@@ -160,6 +161,13 @@ void BenchPanel::add_panel(const Viewport& area, const BenchState& state, const 
   line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +
        tenths(state.values().prediction_ms) + " ms");
   line(device_text("tracker", content.tracker), content.tracker.link == LinkState::up ? ink : amber);
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    const auto role = static_cast<BodyRole>(k);
+    const PoseFit* const fit = state.fit(role);
+    if (fit != nullptr)
+      line(std::string(name_of(role)) + ": " + fit_text(*fit),
+           fit->status == FitStatus::fitted ? ink : amber);
+  }
   if (content.has_board)
     line(device_text("board", content.board), content.board.link == LinkState::up ? ink : amber);
   if (!content.message.empty()) line(content.message, green);

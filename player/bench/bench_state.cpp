@@ -76,6 +76,12 @@ BodyTracker* BenchState::body(BodyRole role)
   return tracker ? &*tracker : nullptr;
 }
 
+const PoseFit* BenchState::fit(BodyRole role) const
+{
+  const std::optional<BodyTracker>& tracker = trackers_[static_cast<std::size_t>(role)];
+  return tracker && tracker->has_markers() ? &tracker->fit() : nullptr;
+}
+
 void BenchState::select(std::size_t parameter)
 {
   check(parameter < parameters().size(), "a parameter that is selected is one of the list");

@@ -63,6 +63,8 @@ class BenchState {
   void set_filter(bool is_on) { is_filtered_ = is_on; }
   bool is_filtered() const { return is_filtered_; }
   const BenchFile& bench() const { return bench_; }
+  /// Of a body of markers, the last one; nothing for a body that is a tool.
+  const PoseFit* fit(BodyRole role) const;
 
  private:
   struct BoardInput {

@@ -173,6 +173,38 @@ TEST_F(BenchProgram, DevicesAreListedWhileTheyAnswer)
   EXPECT_FALSE(std::filesystem::exists(board_));
 }
 
+TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
+{
+  const std::string head =
+      "title = \"Test\"\nleg = \"rigid\"\nhead = \"stage\"\n[display]\nwidth = 320\n"
+      "height = 256\nlayout = \"quarters\"\n[tracker]\nport = " +
+      std::to_string(port_) + "\n[board]\nport = \"" + board_ +
+      "\"\n[simulation]\nnoise_mm = 0.05\nnoise_deg = 0\n";
+  const std::string markers = "[body.leg]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n";
+  const std::string unmeasured = scratch_.write("unmeasured.toml", head + markers).string();
+  bench_ =
+      scratch_.write("bench.toml", head + markers + "markers_mm = [0, 0, 0, 90, 0, 0, 0, 60, 0, 0, 0, 50]\n")
+          .string();
+  simulate();
+  EXPECT_THAT(run({"devices", unmeasured, "--seconds", "1"}).out,
+              HasSubstr("body leg  no markers_mm yet: vrda-player body leg\n"));
+  EXPECT_EQ(run({"bench", model_, "--bench", unmeasured, "--headless", "--seconds", "1"}).exit_code, 2);
+  const test::Ended body = run({"body", "leg", "--bench", unmeasured, "--seconds", "3", "--quiet"});
+  ASSERT_EQ(body.exit_code, 0) << body.err;
+  EXPECT_EQ(body.err, "");
+  EXPECT_THAT(body.out, HasSubstr(markers + "markers_mm = ["));
+  EXPECT_THAT(body.out, HasSubstr(" mm (root mean square)\n"));
+  EXPECT_THAT(body.out, testing::Not(HasSubstr("not settled")));
+  const std::string measured = scratch_.write("measured.toml", head + body.out).string();
+  const test::Ended devices = run({"devices", measured, "--json", "--seconds", "1"});
+  ASSERT_EQ(devices.exit_code, 0) << devices.out;
+  EXPECT_THAT(devices.out,
+              HasSubstr("\"bodies\": [{\"role\": \"leg\", \"status\": \"fitted\", \"markers\": 4, "
+                        "\"residual_mm\": 0.0"));
+  EXPECT_THAT(run({"devices", measured, "--seconds", "1"}).out,
+              HasSubstr(" mm off at 4 markers, turns known to 0."));
+}
+
 TEST_F(BenchProgram, WhatIsWrongIsToldBeforeItRuns)
 {
   const std::string no_log = in_scratch("none.log");

@@ -43,7 +43,7 @@ TEST(BenchInputs, AStageWhoseBoardStartedAnewStaysWhereItWasUntilItIsZeroed)
   EXPECT_EQ(stage_mark_text(zeroed), "");
   bench.state.take(test::link_sample(DeviceId::board, LinkState::closed, ms_in_ns));
   const BenchFrame silent = bench.state.frame(1001 * ms_in_ns);
-  EXPECT_EQ(stage_mark_text(silent), "stage silent for 1.0 s");
+  EXPECT_EQ(stage_mark_text(silent), "stage silent for 1 s");
   for (const int count : {0, -300, 17}) {
     const BenchFrame anew = at(count, 0);
     EXPECT_FALSE(anew.stage.is_live || anew.is_stage_zeroed);

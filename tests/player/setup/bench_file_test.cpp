@@ -108,6 +108,19 @@ TEST(BenchFile, BodiesAreThoseThatLegAndHeadWant)
   EXPECT_FALSE(bench.board.has_value());
 }
 
+TEST(BenchFile, PlacesOfMarkersMayBeMissingBeforeTheyAreMeasured)
+{
+  const std::string text =
+      bench_head("rigid") + display_table + tracker_table + "[body.leg]\nmarkers = [\"a\", \"b\", \"c\"]\n";
+  const BenchFile bench = parsed_bench_file(text, "bench.toml", MarkerPlaces::may_be_missing);
+  EXPECT_EQ(bench.tracker->tools, (std::vector<std::string>{"a", "b", "c"}));
+  EXPECT_TRUE(bench.bodies[0]->markers_body_mm.empty());
+  const InputError::Facts facts = test::input_error([&] { test::bench_of(text); });
+  EXPECT_EQ(facts.field, "body.leg.markers_mm");
+  EXPECT_EQ(facts.found, "nothing");
+  EXPECT_EQ(facts.wanted, "x, y, z of each marker (vrda-player body leg measures them)");
+}
+
 TEST(BenchFile, EveryOtherKeyIsTaken)
 {
   const BenchFile bench = test::bench_of(
