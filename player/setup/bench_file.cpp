@@ -202,6 +202,7 @@ BenchFile bench_in(const SettingsTable& root, MarkerPlaces places)
   add_calibration(root, bench);
   if (root.has("board")) bench.board = board_of(root.table("board"), bench);
   bench.simulation = simulation_of(root, bench);
+  bench.simulation_address = simulation_address_of(root);
   return bench;
 }
 

@@ -66,6 +66,7 @@ struct BenchFile {
   double stage_mm_per_count = 0.005;
   std::string potentiometer;  ///< the parameter it drives, "selected": the one keys select; empty: none
   FilterSettings filter;
+  std::string simulation_address = "127.0.0.1";  ///< that `vrda-player simulate` listens on: a number
   SimulationScript simulation;  ///< what `vrda-player simulate` plays; bodies and tools as above
   double prediction_ms = 0.0;   ///< how far ahead tracked bodies are predicted at first; 0: not
 };

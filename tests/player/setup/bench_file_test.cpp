@@ -130,7 +130,8 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
       two_bodies +
       "[board]\nport = \"/dev/ttyUSB0\"\nbaud = 57600\nrate_hz = 50\nstage_mm_per_count = -0.01\n"
       "potentiometer = \"prediction\"\n[filter]\non = false\nleast_cutoff_hz = 3\nslope = 0.5\n[simulation]\n"
-      "seed = 7\nside = \"left\"\nrate_hz = 60\njitter_ms = 1\ndrop_rate = 0\nnoise_mm = 0\nnoise_deg = 0\n"
+      "address = \"0.0.0.0\"\nseed = 7\nside = \"left\"\nrate_hz = 60\njitter_ms = 1\ndrop_rate = "
+      "0\nnoise_mm = 0\nnoise_deg = 0\n"
       "loop = false\nstage = [[0, 0], [1, 5]]\npotentiometer = [[0, 0], [2, 1000]]\n"
       "potentiometer_noise_counts = 0\nfemur = [1, 2, 3, 90, 0, 0]\nsway_mm = 0\nsway_s = 1\n"
       "clock_offset_s = 5\nclock_drift_ppm = -3\n[[simulation.clock_step]]\nat_s = 3\nby_ms = -20\n");
@@ -148,6 +149,8 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
   EXPECT_EQ(bench.filter.least_cutoff_hz, 3.0);
   EXPECT_EQ(bench.filter.slope, 0.5);
   const SimulationScript& script = bench.simulation;
+  EXPECT_EQ(bench.simulation_address, "0.0.0.0");
+  EXPECT_EQ(test::bench_of(test::bench_text()).simulation_address, "127.0.0.1");
   EXPECT_EQ(script.seed, 7u);
   EXPECT_EQ(script.side, Side::left);
   EXPECT_EQ(script.rate_hz, 60.0);
@@ -219,6 +222,7 @@ TEST(BenchFile, WhatIsWrongIsNamed)
       Row{whole + "[filter]\non = 1\n", "filter.on", "1"},
       Row{whole + "[filter]\nleast_cutoff_hz = 0\n", "filter.least_cutoff_hz", "0"},
       Row{whole + "[simulation]\nspeed = 2\n", "simulation.speed", "an unknown key"},
+      Row{whole + "[simulation]\naddress = \"desk\"\n", "simulation.address", "'desk'"},
       Row{whole + "[simulation]\nside = \"up\"\n", "simulation.side", "'up'"},
       Row{whole + "[simulation]\nleg = [[0, 0]]\n", "simulation.leg", "[[ 0, 0 ]]"},
       Row{whole + "[[simulation.occlusion]]\ntool = \"femur\"\n", "simulation.occlusion.0.from_s", "nothing"},
