@@ -26,8 +26,6 @@ std::unique_ptr<BenchScreen> open_screen(const BenchOptions& options, const Benc
   return open_bench_window(setup.bench, setup.bench.title + " - vrda-player", options.samples);
 }
 
-}  // namespace
-
 /// Where keys or the potentiometer left eyes that cannot be drawn for.
 void put_back_unusable(BenchState& state, const EyePair& before, PanelContent& panel)
 {
@@ -41,6 +39,8 @@ void put_back_unusable(BenchState& state, const EyePair& before, PanelContent& p
     panel.message = error.facts().found + ": put back";
   }
 }
+
+}  // namespace
 
 BenchWishes take(BenchState& state, PanelContent& panel, std::span<const KeyPress> keys,
                  std::span<const Sample> samples)

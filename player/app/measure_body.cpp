@@ -1,7 +1,6 @@
 #include "app/measure_body.hpp"
 
 #include <chrono>
-#include <cmath>
 #include <ostream>
 #include <sstream>
 
@@ -9,7 +8,6 @@
 #include "bench/fit_words.hpp"
 #include "bench/marker_frames.hpp"
 #include "core/error.hpp"
-#include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda {

@@ -182,10 +182,14 @@ TEST(SampleWatch, AStreamThatGrowsQuickerIsFollowed)
 {
   SampleWatch watch;
   std::int64_t at = 0;
-  for (int k = 0; k < 100; ++k) watch.add(at += 20 * ms, at);
-  for (int k = 0; k < 100; ++k) watch.add(at += 10 * ms, at);
+  const auto step = [&](std::int64_t step_ms) {
+    at += step_ms * ms;
+    watch.add(at, at);
+  };
+  for (int k = 0; k < 100; ++k) step(20);
+  for (int k = 0; k < 100; ++k) step(10);
   EXPECT_EQ(watch.n_missed(), 0U);
-  watch.add(at += 20 * ms, at);
+  step(20);
   EXPECT_EQ(watch.n_missed(), 1U);
 }
 
