@@ -60,13 +60,20 @@ class LiveBench {
     update_panel(now_s);
     show_.show(state_, frame, timing_.n_pictures);
     note_times(frame, now_ns);
+    warn(show_.take_warning());
     if (wishes.zeroes_stage) {
-      devices_.zero_stage();
-      show_.tell("the stage is zero here", now_s);
+      show_.tell(
+          devices_.zero_stage() ? "the stage is zero here" : "no stage answers: nothing is set to zero",
+          now_s);
     }
     if (wishes.writes_calibration) write_calibration(now_s);
     if (wishes.takes_picture) show_.save(state_, frame);
     is_over_ = wishes.quits || (options_.seconds && now_s >= *options_.seconds);
+  }
+
+  void warn(const std::string& words) const
+  {
+    if (!words.empty()) streams_.talk << "vrda-player: " << words << std::endl;
   }
 
   /// A disk that is full or gone ends the recording, not the bench.
@@ -120,10 +127,8 @@ class LiveBench {
     ++timing_.n_pictures;
     timing_.n_samples += samples_.size();
     for (const Sample& sample : samples_) {
-      const bool is_seen =
-          sample.kind == SampleKind::place && static_cast<SeenState>(sample.state) == SeenState::seen;
-      if (is_seen && sample.device_ns != 0 && sample.source < watches_.size())
-        watches_[sample.source].add(sample.device_ns, sample.arrival_ns);
+      if (sample.kind == SampleKind::place && sample.source < watches_.size())
+        watches_[sample.source].add(sample);
     }
   }
 

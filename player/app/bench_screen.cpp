@@ -1,7 +1,8 @@
 #include "app/bench_screen.hpp"
 
+#include <utility>
+
 #include "app/window_key.hpp"
-#include "render/window.hpp"
 
 namespace vrda {
 namespace {
@@ -33,6 +34,7 @@ class BenchWindow final : public BenchScreen {
     return keys_;
   }
   bool should_close() const override { return window_.should_close(); }
+  std::optional<WindowPlace> place() const override { return window_.place(); }
 
  private:
   Window window_;
@@ -54,6 +56,7 @@ class BenchMemory final : public BenchScreen {
   }
   const std::vector<KeyPress>& keys() override { return keys_; }
   bool should_close() const override { return false; }
+  std::optional<WindowPlace> place() const override { return std::nullopt; }
 
  private:
   std::unique_ptr<Renderer> renderer_;
@@ -61,6 +64,44 @@ class BenchMemory final : public BenchScreen {
 };
 
 }  // namespace
+
+std::optional<InputError::Facts> misplaced(const BenchFile& bench, const std::optional<WindowPlace>& place)
+{
+  if (!place) return std::nullopt;
+  const auto text = [](int a, const char* between, int b) {
+    return std::to_string(a) + between + std::to_string(b);
+  };
+  const DisplaySettings& display = bench.display;
+  if (place->width != display.width || place->height != display.height) {
+    return InputError::Facts{bench.path, "display.width, display.height",
+                             "a frame buffer of " + text(place->width, " x ", place->height),
+                             text(display.width, " x ", display.height)};
+  }
+  if (display.at && (place->x != (*display.at)[0] || place->y != (*display.at)[1])) {
+    return InputError::Facts{bench.path, "display.at", "a window at " + text(place->x, ", ", place->y),
+                             text((*display.at)[0], ", ", (*display.at)[1])};
+  }
+  return std::nullopt;
+}
+
+const std::string& ScreenWatch::trouble(const BenchScreen& screen)
+{
+  constexpr int every = 30;  // pictures: a desktop takes a while to place a window, and to be asked
+  if (++n_calls_ % every != 0) return trouble_;
+  const std::optional<InputError::Facts> facts = misplaced(bench_, screen.place());
+  if (!facts) {
+    trouble_.clear();
+    return trouble_;
+  }
+  trouble_ = "found " + facts->found + ", wanted " + facts->wanted;
+  if (!std::exchange(was_warned_, true)) warning_ = InputError(*facts).what();
+  return trouble_;
+}
+
+std::string ScreenWatch::take_warning()
+{
+  return std::exchange(warning_, {});
+}
 
 std::unique_ptr<BenchScreen> open_bench_window(const BenchFile& bench, const std::string& title, int samples)
 {
@@ -70,6 +111,8 @@ std::unique_ptr<BenchScreen> open_bench_window(const BenchFile& bench, const std
   options.title = title;
   options.samples = samples;
   options.is_vsynced = false;
+  options.is_resizable = false;
+  options.at = bench.display.at;
   return std::make_unique<BenchWindow>(options);
 }
 

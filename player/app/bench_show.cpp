@@ -26,12 +26,27 @@ std::unique_ptr<BenchScreen> open_screen(const BenchOptions& options, const Benc
   return open_bench_window(setup.bench, setup.bench.title + " - vrda-player", options.samples);
 }
 
+/// Where keys or the potentiometer left eyes that cannot be drawn for.
+void put_back_unusable(BenchState& state, const EyePair& before, PanelContent& panel)
+{
+  Calibration& calibration = state.values().calibration;
+  if (calibration.eyes == before) return;
+  try {
+    require_usable(calibration, state.bench().path);
+  } catch (const InputError& error) {
+    calibration.eyes = before;
+    state.select(state.selected());  // keys and potentiometer go on from there
+    panel.message = error.facts().found + ": put back";
+  }
+}
+
 }  // namespace
 
 BenchWishes take(BenchState& state, PanelContent& panel, std::span<const KeyPress> keys,
                  std::span<const Sample> samples)
 {
   BenchWishes wishes;
+  const EyePair before = state.values().calibration.eyes;
   for (const KeyPress& press : keys) {
     const BenchRequest request = press_key(state, press);
     wishes.quits = wishes.quits || request == BenchRequest::quit;
@@ -42,15 +57,15 @@ BenchWishes take(BenchState& state, PanelContent& panel, std::span<const KeyPres
     if (request == BenchRequest::show_help) panel.has_help = !panel.has_help;
   }
   for (const Sample& sample : samples) state.take(sample);
+  put_back_unusable(state, before, panel);
   return wishes;
 }
 
 BenchShow::BenchShow(const BenchOptions& options, const BenchSetup& setup)
     : options_(options),
-      calibration_path_(options.calibration.empty() ? setup.bench.path : options.calibration),
       view_(setup.model, setup.bench, setup.calibration, options.look),
       screen_(open_screen(options, setup)),
-      drawn_(setup.calibration)
+      watch_(setup.bench)
 {
   view_.load_into(screen_->renderer());
   panel_.has_panel = options.has_panel.value_or(!options.is_headless);
@@ -69,22 +84,11 @@ bool BenchShow::is_written(std::uint64_t number) const
   return has_files && number % static_cast<std::uint64_t>(options_.every) == 0;
 }
 
-void BenchShow::follow_calibration(BenchState& state)
-{
-  Calibration& calibration = state.values().calibration;
-  try {
-    if (view_.take(calibration, calibration_path_)) screen_->renderer().load(view_.warp());
-    drawn_ = calibration;
-  } catch (const InputError& error) {
-    calibration = drawn_;
-    panel_.message = error.facts().found + ": put back";
-  }
-}
-
 void BenchShow::show(BenchState& state, const BenchFrame& frame, std::uint64_t number)
 {
-  follow_calibration(state);
+  if (view_.take(state.values().calibration.eyes)) screen_->renderer().load(view_.warp());
   view_.place(frame, state.values().calibration);
+  panel_.trouble = watch_.trouble(*screen_);
   const Overlay& words = view_.words(state, frame, panel_);
   if (!is_written(number)) {
     screen_->show(view_.scene(), view_.shots(), words);

@@ -18,7 +18,8 @@ struct BenchWishes {
   bool quits = false, zeroes_stage = false, writes_calibration = false, takes_picture = false;
 };
 
-/// Keys first, then samples: the same for a live round and its record.
+/// Keys first, then samples: the same for a live round and its record. Eyes that cannot be drawn for are put
+/// back to what they were before, and the panel tells it. Without keys and words allocates nothing.
 BenchWishes take(BenchState& state, PanelContent& panel, std::span<const KeyPress> keys,
                  std::span<const Sample> samples);
 
@@ -29,8 +30,7 @@ class BenchShow {
   BenchScreen& screen() { return *screen_; }
   PanelContent& panel() { return panel_; }
 
-  /// Draws picture `number` of the run; to files too where they are wanted. A calibration that cannot be
-  /// drawn for is put back and told on the panel.
+  /// Draws picture `number` of the run; to files too where they are wanted.
   void show(BenchState& state, const BenchFrame& frame, std::uint64_t number);
   /// The last picture again, into a new file of the current folder.
   void save(BenchState& state, const BenchFrame& frame);
@@ -39,17 +39,17 @@ class BenchShow {
   /// Shown for some seconds.
   void tell(const std::string& message, double now_s);
   void forget_message(double now_s);
+  /// Of a window that is not as the bench file has it, told once; else empty.
+  std::string take_warning() { return watch_.take_warning(); }
 
  private:
   bool is_written(std::uint64_t number) const;
-  void follow_calibration(BenchState& state);
 
   const BenchOptions& options_;
-  std::string calibration_path_;
   BenchView view_;
   std::unique_ptr<BenchScreen> screen_;
+  ScreenWatch watch_;
   PanelContent panel_;
-  Calibration drawn_;  ///< the last that could be
   std::optional<VideoFile> video_;
   double message_until_s_ = 0.0;
 };

@@ -13,7 +13,8 @@ bool has_same_warp(const Eye& a, const Eye& b)
 
 BenchView::BenchView(const MotionModel& model, const BenchFile& bench, const Calibration& calibration,
                      const LookOptions& look)
-    : display_(bench.display),
+    : file_(bench.path),
+      display_(bench.display),
       scene_(scene_of(model.reference, model.moving, Eigen::Vector3d::Zero())),
       eyes_(calibration.eyes),
       plan_(stereo_plan(calibration.eyes, bench.display.width, bench.display.height, bench.path)),
@@ -39,14 +40,12 @@ void BenchView::place(const BenchFrame& frame, const Calibration& calibration)
   shots_ = shots_of(plan_, calibration.eyes, frame.X_tracker_eyes, scene_);
 }
 
-bool BenchView::take(const Calibration& calibration, const std::string& path)
+bool BenchView::take(const EyePair& eyes)
 {
-  if (eyes_ == calibration.eyes) return false;
-  StereoPlan plan = stereo_plan(calibration.eyes, display_.width, display_.height, path);
-  const bool has_new_warp = !has_same_warp(eyes_.left, calibration.eyes.left) ||
-                            !has_same_warp(eyes_.right, calibration.eyes.right);
-  eyes_ = calibration.eyes;
-  plan_ = std::move(plan);
+  if (eyes_ == eyes) return false;
+  const bool has_new_warp = !has_same_warp(eyes_.left, eyes.left) || !has_same_warp(eyes_.right, eyes.right);
+  plan_ = stereo_plan(eyes, display_.width, display_.height, file_);
+  eyes_ = eyes;
   return has_new_warp;
 }
 

@@ -24,9 +24,8 @@ class BenchView {
   /// Puts joint and eyes where `frame` says. Allocates nothing.
   void place(const BenchFrame& frame, const Calibration& calibration);
 
-  /// After a change of the calibration: true when the warp was made anew and wants loading. Throws InputError
-  /// where an eye cannot be drawn for; the view stays as it was.
-  bool take(const Calibration& calibration, const std::string& path);
+  /// After a change of the eyes, which have to be usable: true when the warp was made anew and wants loading.
+  bool take(const EyePair& eyes);
   const Warp& warp() const { return plan_.warp; }
 
   const Overlay& words(const BenchState& state, const BenchFrame& frame, const PanelContent& content)
@@ -37,6 +36,7 @@ class BenchView {
   std::span<const Shot> shots() const { return shots_; }
 
  private:
+  std::string file_;  ///< of errors
   DisplaySettings display_;
   Scene scene_;
   EyePair eyes_;

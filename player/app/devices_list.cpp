@@ -8,22 +8,45 @@
 
 #include "app/bench_run.hpp"
 #include "app/stop_signals.hpp"
+#include "bench/body_tracker.hpp"
+#include "bench/fit_words.hpp"
 #include "settings/settings_text.hpp"
 #include "setup/bench_file.hpp"
 
 namespace vrda {
 namespace {
 
+constexpr double s_of_ns = 1e-9;
+
 /// The last of each input; nothing where it never came.
 struct LastValues {
+  explicit LastValues(const BenchFile& bench)
+  {
+    if (bench.tracker) tools.resize(bench.tracker->tools.size());
+    for (std::size_t k = 0; k < n_body_roles; ++k) {
+      if (bench.bodies[k] && !bench.bodies[k]->markers_body_mm.empty())
+        bodies[k].emplace(*bench.bodies[k], first_tool_of(bench, static_cast<BodyRole>(k)));
+    }
+  }
+
+  std::array<std::optional<BodyTracker>, n_body_roles> bodies;  ///< of markers
   std::vector<std::optional<Sample>> tools;
   std::optional<Sample> potentiometer, stage;
 
   void take(const Sample& sample)
   {
     if (sample.kind == SampleKind::place && sample.source < tools.size()) tools[sample.source] = sample;
+    if (sample.kind == SampleKind::place) take_marker(sample);
     if (sample.kind == SampleKind::potentiometer) potentiometer = sample;
     if (sample.kind == SampleKind::stage) stage = sample;
+  }
+  void take_marker(const Sample& sample)
+  {
+    for (std::optional<BodyTracker>& body : bodies) {
+      if (!body || !body->has_tool(sample.source)) continue;
+      if (body->has_come(sample.source)) body->settle();
+      body->take(sample, s_of_ns * static_cast<double>(sample.arrival_ns));
+    }
   }
 };
 
@@ -63,6 +86,14 @@ void write_table(std::ostream& out, const BenchFile& bench, const Devices& devic
     if (state == SeenState::seen) out << "  " << place_text(values.tools[k]->place) << " mm";
     out << "\n";
   }
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
+    const char* const role = name_of(static_cast<BodyRole>(k));
+    out << "  body " << role << "  "
+        << (values.bodies[k] ? fit_text(values.bodies[k]->fit())
+                             : "no markers_mm yet: vrda-player body " + std::string(role))
+        << "\n";
+  }
   if (!bench.board) return;
   write_report(out, "board", devices.report(DeviceId::board));
   if (values.potentiometer) out << "  potentiometer  " << values.potentiometer->count << " of 1023\n";
@@ -83,6 +114,16 @@ std::string json_of(const DeviceReport& report)
          ", \"lost\": " + std::to_string(report.n_lost) + ", \"trouble\": " + quoted_text(report.trouble);
 }
 
+std::string json_of(BodyRole role, const PoseFit& fit)
+{
+  const FitQuality quality = quality_of(fit);
+  return std::string("{\"role\": \"") + name_of(role) + "\", \"status\": \"" + name_of(fit.status) +
+         "\", \"markers\": " + std::to_string(quality.n_markers) +
+         ", \"residual_mm\": " + rounded_text(quality.residual_mm, 4) +
+         ", \"turn_sd_deg\": " + rounded_text(quality.turn_sd_deg, 4) +
+         ", \"middle_sd_mm\": " + rounded_text(quality.middle_sd_mm, 4) + "}";
+}
+
 void write_json(std::ostream& out, const BenchFile& bench, const Devices& devices, const LastValues& values)
 {
   out << "{\"tracker\": {" << json_of(devices.report(DeviceId::tracker)) << ", \"tools\": [";
@@ -94,6 +135,13 @@ void write_json(std::ostream& out, const BenchFile& bench, const Devices& device
     }
     out << "\"" << name_of(static_cast<SeenState>(values.tools[k]->state)) << "\", \"position_mm\": ["
         << place_text(values.tools[k]->place) << "]}";
+  }
+  out << "], \"bodies\": [";
+  const char* comma = "";
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    if (!values.bodies[k]) continue;
+    out << comma << json_of(static_cast<BodyRole>(k), values.bodies[k]->fit());
+    comma = ", ";
   }
   out << "]}";
   if (bench.board) {
@@ -108,11 +156,10 @@ void write_json(std::ostream& out, const BenchFile& bench, const Devices& device
 
 int list_devices(const DevicesOptions& options, const ShowStreams& streams)
 {
-  const BenchFile bench = read_bench_file(options.bench);
+  const BenchFile bench = read_bench_file(options.bench, MarkerPlaces::may_be_missing);
   StopSignals stop;
   Devices devices(bench.tracker, bench.board);
-  LastValues values;
-  if (bench.tracker) values.tools.resize(bench.tracker->tools.size());
+  LastValues values(bench);
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.seconds);
   while (std::chrono::steady_clock::now() < end && !stop.came_within(std::chrono::milliseconds(5))) {
     for (Sample sample; devices.take(sample);) values.take(sample);

@@ -50,6 +50,7 @@ GuideLoop::GuideLoop(const CalibrateOptions& options, const BenchFile& bench, Gu
       kept_(kept),
       streams_(streams),
       panel_(bench),
+      watch_(bench),
       script_(script_of(options))
 {
   nothing_.background = background_of(Backdrop::black);
@@ -137,6 +138,10 @@ void GuideLoop::show(GuideBench& before)
   content_.boxes = view.boxes;
   content_.notes = std::move(view.notes);
   content_.troubles = task == nullptr ? std::vector<std::string>{} : before.troubles(*task);
+  const std::string& trouble = watch_.trouble(*screen_);
+  if (!trouble.empty()) content_.troubles.push_back(trouble);
+  if (const std::string warning = watch_.take_warning(); !warning.empty())
+    streams_.talk << "vrda-player: " << warning << std::endl;
   const bool has_model = task != nullptr && task->kind == TaskKind::place && model_;
   if (has_model) {
     model_->place(session_.calibration(), {session_.progress().part, *task, session_.values()},

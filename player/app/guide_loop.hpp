@@ -59,6 +59,7 @@ class GuideLoop {
   std::optional<PlacedModel> model_;
   bool is_model_loaded_ = false;
   std::unique_ptr<BenchScreen> screen_;  ///< nothing: nobody looks
+  ScreenWatch watch_;
   KeyScript script_;
   std::uint64_t n_rounds_ = 0, told_revision_ = 0;
   std::string pictured_;  ///< the task of the last picture

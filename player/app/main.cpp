@@ -9,6 +9,7 @@
 #include "app/calibrate.hpp"
 #include "app/follow.hpp"
 #include "app/follow_options.hpp"
+#include "app/measure_body.hpp"
 #include "app/show.hpp"
 #include "app/show_options.hpp"
 #include "app/simulate.hpp"
@@ -25,14 +26,17 @@ enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, interrupted = 4
 struct BenchChoice {
   vrda::BenchOptions options;
   vrda::DevicesOptions devices_options;
+  vrda::MeasureBodyOptions body_options;
   vrda::SimulateOptions simulate_options;
   vrda::CalibrateOptions calibrate_options;
-  const CLI::App *bench = nullptr, *devices = nullptr, *simulate = nullptr, *calibrate = nullptr;
+  const CLI::App *bench = nullptr, *devices = nullptr, *body = nullptr, *simulate = nullptr,
+                 *calibrate = nullptr;
 
   void add_to(CLI::App& app)
   {
     bench = vrda::add_bench(app, options);
     devices = vrda::add_devices(app, devices_options);
+    body = vrda::add_measure_body(app, body_options);
     simulate = vrda::add_simulate(app, simulate_options);
     calibrate = vrda::add_calibrate(app, calibrate_options);
   }
@@ -46,6 +50,10 @@ struct BenchChoice {
     if (devices->parsed()) {
       const int n_silent = vrda::list_devices(devices_options, {std::cout, std::cerr});
       return n_silent > 0 ? unsolved_attitudes : done;
+    }
+    if (body->parsed()) {
+      vrda::measure_body(body_options, {std::cout, std::cerr});
+      return done;
     }
     if (simulate->parsed()) {
       vrda::simulate(simulate_options, {std::cout, std::cerr});
@@ -85,10 +93,9 @@ int run(int argc, char** argv)
     return bad_input;
   }
   if (app.get_subcommands().empty()) {
-    std::cerr
-        << "vrda-player: found no mode, wanted show, follow, web, bench, calibrate, simulate or devices (see "
-           "vrda-player "
-           "--help)\n";
+    std::cerr << "vrda-player: found no mode, wanted show, follow, web, bench, calibrate, body, simulate or "
+                 "devices "
+                 "(see vrda-player --help)\n";
     return bad_input;
   }
   if (web->parsed()) {

@@ -75,7 +75,7 @@ void PlacedModel::place(const Calibration& calibration, const PlaceTrial& trial,
   Calibration& tried = shown_->state.values().calibration;
   tried = calibration;
   tried.X_body_model[static_cast<std::size_t>(role_of(trial.part))] = numbers_of(trial.task, trial.values);
-  if (shown_->view.take(tried, bench_.path)) renderer.load(shown_->view.warp());
+  if (shown_->view.take(tried.eyes)) renderer.load(shown_->view.warp());
   shown_->view.place(shown_->state.frame(now_ns), tried);
 }
 

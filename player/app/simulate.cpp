@@ -88,14 +88,14 @@ void simulate(const SimulateOptions& options, const ShowStreams& streams)
   StopSignals stop;
   const std::unique_ptr<PtyBoard> board = open_board(bench, simulation);
   TrackerServerOptions server_options;
-  server_options.address = options.address;
+  server_options.address = options.address.empty() ? bench.simulation_address : options.address;
   server_options.port = bench.tracker->port;
   server_options.rate_hz = bench.simulation.rate_hz;
   server_options.jitter_ms = bench.simulation.jitter_ms;
   server_options.seed = bench.simulation.seed;
   const TrackerServer server(server_options,
                              [&](std::uint64_t tick) { return messages_of(simulation.frame(tick), sent); });
-  streams.data << "tracker " << options.address << ":" << server.port() << std::endl;
+  streams.data << "tracker " << server_options.address << ":" << server.port() << std::endl;
   if (board) streams.data << "board " << board->path() << std::endl;
   if (!options.is_quiet && !options.seconds) streams.talk << "Ctrl-C ends the simulation\n";
   const auto end =

@@ -14,8 +14,8 @@ namespace vrda {
 
 struct SimulateOptions {
   std::string bench;
-  std::string model;  ///< motion model that theta and the tibia's place come from; empty: none
-  std::string address = "127.0.0.1";
+  std::string model;              ///< motion model that theta and the tibia's place come from; empty: none
+  std::string address;            ///< empty: the bench file's
   std::optional<double> seconds;  ///< until Ctrl-C without
   bool is_quiet = false;
 };

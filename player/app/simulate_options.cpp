@@ -18,9 +18,9 @@ CLI::App* add_simulate(CLI::App& app, SimulateOptions& options)
       ->type_name("FILE.h5");
   simulate
       ->add_option("--address", options.address,
-                   "To listen on; others than 127.0.0.1 are reached from outside")
-      ->type_name("ADDRESS")
-      ->capture_default_str();
+                   "To listen on; others than 127.0.0.1 are reached from outside (default: the bench file's "
+                   "simulation.address, else 127.0.0.1)")
+      ->type_name("ADDRESS");
   simulate->add_option("--seconds", options.seconds, "How long (default: until Ctrl-C)")
       ->type_name("S")
       ->check(CLI::Range(0.1, 1e6));

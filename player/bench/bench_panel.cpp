@@ -4,6 +4,7 @@
 #include <array>
 
 #include "bench/controls.hpp"
+#include "bench/fit_words.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
@@ -77,6 +78,15 @@ std::string mark_text(const std::string& name, const InputMark& mark)
   return name + " " + why(mark.state) + " for " + tenths(mark.age_s) + " s";
 }
 
+std::string stage_mark_text(const BenchFrame& frame)
+{
+  const InputMark& mark = frame.stage;
+  if (!mark.is_used) return {};
+  if (mark.state != SeenState::seen) return mark_text("stage", mark);
+  if (!frame.is_stage_zeroed) return "stage has no zero: Z at its stop";
+  return frame.has_stage_lost_counts ? "stage has lost counts: Z at its stop" : "";
+}
+
 BenchPanel::BenchPanel(const BenchFile& bench) : text_(text_px), display_(bench.display) {}
 
 const Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& frame,
@@ -102,8 +112,7 @@ const Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& fram
 void BenchPanel::add_marks(const Viewport& visible, const BenchFrame& frame)
 {
   float bottom_px = static_cast<float>(visible.y + visible.height) - margin_px - text_.line_px();
-  const auto add = [&](const std::string& name, const InputMark& mark) {
-    const std::string words = mark_text(name, mark);
+  const auto add = [&](const std::string& words) {
     if (words.empty()) return;
     const float left_px =
         static_cast<float>(visible.x) + 0.5F * (static_cast<float>(visible.width) - text_.width_px(words));
@@ -111,9 +120,9 @@ void BenchPanel::add_marks(const Viewport& visible, const BenchFrame& frame)
     bottom_px -= text_.line_px();
   };
   for (std::size_t role = 0; role < n_body_roles; ++role)
-    add(name_of(static_cast<BodyRole>(role)), frame.bodies[role]);
-  add("stage", frame.stage);
-  add("potentiometer", frame.potentiometer);
+    add(mark_text(name_of(static_cast<BodyRole>(role)), frame.bodies[role]));
+  add(stage_mark_text(frame));
+  add(mark_text("potentiometer", frame.potentiometer));
 }
 
 void BenchPanel::add_line(const Viewport& area, float& top_px, const std::string& words,
@@ -142,16 +151,23 @@ void BenchPanel::add_panel(const Viewport& area, const BenchState& state, const 
     return;
   }
   line(state.bench().title, faint);
+  if (!content.trouble.empty()) line(content.trouble, amber);
   line("> " + parameter_text(state, state.selected()), green);
   const Attitude& at = frame.pose.attitude;
   line("flexion " + tenths(deg_from_rad(at.flexion_rad)) + ", varus " + tenths(deg_from_rad(at.varus_rad)) +
        ", theta " + tenths(deg_from_rad(frame.pose.theta_rad)) + " deg");
   if (frame.stage.is_used)
-    line("stage " + tenths(frame.stage_mm) + " mm" + (frame.is_stage_zeroed ? "" : ", never zeroed"),
-         frame.is_stage_zeroed ? ink : amber);
+    line("stage " + tenths(frame.stage_mm) + " mm", stage_mark_text(frame).empty() ? ink : amber);
   line(std::string("filter ") + (state.is_filtered() ? "on" : "off") + ", prediction " +
        tenths(state.values().prediction_ms) + " ms");
   line(device_text("tracker", content.tracker), content.tracker.link == LinkState::up ? ink : amber);
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    const auto role = static_cast<BodyRole>(k);
+    const PoseFit* const fit = state.fit(role);
+    if (fit != nullptr)
+      line(std::string(name_of(role)) + ": " + fit_text(*fit),
+           fit->status == FitStatus::fitted ? ink : amber);
+  }
   if (content.has_board)
     line(device_text("board", content.board), content.board.link == LinkState::up ? ink : amber);
   if (!content.message.empty()) line(content.message, green);

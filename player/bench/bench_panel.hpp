@@ -16,6 +16,7 @@ struct PanelContent {
   DeviceReport tracker, board;
   bool has_board = false;
   const BenchTiming* timing = nullptr;
+  std::string trouble;  ///< of the display; empty: none
   std::string message;  ///< the newest, for some seconds
 };
 
@@ -48,5 +49,8 @@ std::string device_text(const std::string& name, const DeviceReport& report);
 
 /// "tibia hidden for 1.2 s"; empty for an input that is live or not used.
 std::string mark_text(const std::string& name, const InputMark& mark);
+
+/// The same of the stage, which may also have no zero, or not have counted all of its way.
+std::string stage_mark_text(const BenchFrame& frame);
 
 }  // namespace vrda

@@ -15,6 +15,10 @@ constexpr double most_count = 1023.0;
 constexpr double steps_a_turn = 200.0;
 /// Counts: still within the converter's last bit, quick when turned.
 constexpr OneEuroOptions potentiometer_options{1.0, 0.05, 2.0};
+/// Counts: noise and the last of 10 bits leave the filtered count within one of where it rests.
+constexpr double turned_counts = 2.0;
+/// The filter, 0.16 s slow at rest, has caught up with the hand.
+constexpr double settles_s = 0.5;
 
 double seconds(std::int64_t ns)
 {
@@ -72,13 +76,20 @@ BodyTracker* BenchState::body(BodyRole role)
   return tracker ? &*tracker : nullptr;
 }
 
+const PoseFit* BenchState::fit(BodyRole role) const
+{
+  const std::optional<BodyTracker>& tracker = trackers_[static_cast<std::size_t>(role)];
+  return tracker && tracker->has_markers() ? &tracker->fit() : nullptr;
+}
+
 void BenchState::select(std::size_t parameter)
 {
   check(parameter < parameters().size(), "a parameter that is selected is one of the list");
   selected_ = parameter;
   potentiometer_was_.reset();
-  if (potentiometer_.was_seen) potentiometer_was_ = potentiometer_count_;
-  selected_value_was_ = value_of(values_, parameter);
+  if (potentiometer_.was_seen) potentiometer_was_ = rest_count_ = potentiometer_count_;
+  turns_until_s_ = 0.0;
+  value_was_ = value_of(values_, driven_.value_or(parameter));
 }
 
 void BenchState::take(const Sample& sample)
@@ -91,7 +102,7 @@ void BenchState::take(const Sample& sample)
       take_potentiometer(sample);
       break;
     case SampleKind::stage:
-      stage_ = {true, true, seconds(sample.arrival_ns), sample.count, sample.state};
+      take_stage(sample);
       break;
     case SampleKind::link:
       take_link(sample);
@@ -124,14 +135,33 @@ void BenchState::take_link(const Sample& sample)
     }
   } else {
     stage_.is_live = potentiometer_.is_live = false;
+    stage_.is_heard = potentiometer_.is_heard = false;
   }
+}
+
+void BenchState::take_stage(const Sample& sample)
+{
+  // A board that started anew counts from where the stage is now: that says nothing of where it is.
+  const bool was_zeroed = stage_.was_seen && (stage_.flags & stage_zeroed) != 0;
+  const bool is_zeroed = (sample.state & stage_zeroed) != 0;
+  has_lost_zero_ = !is_zeroed && (has_lost_zero_ || was_zeroed);
+  stage_.is_heard = true;
+  stage_.is_live = !has_lost_zero_;
+  stage_.flags = sample.state;
+  if (has_lost_zero_) return;
+  stage_.was_seen = true;
+  stage_.time_s = seconds(sample.arrival_ns);
+  stage_.count = sample.count;
 }
 
 void BenchState::take_potentiometer(const Sample& sample)
 {
   const double time_s = seconds(sample.arrival_ns);
-  potentiometer_ = {true, true, time_s, sample.count, 0};
+  potentiometer_ = {true, true, true, time_s, sample.count, 0};
   potentiometer_count_ = potentiometer_filter_.filtered(sample.count, time_s);
+  if (!potentiometer_was_) potentiometer_was_ = potentiometer_count_;
+  // At rest it leaves the parameter to the keys.
+  if (!is_turning(time_s)) return;
   const std::size_t parameter = driven_.value_or(selected_);
   const Parameter& facts = parameters()[parameter];
   if (is_angle_of_leg(parameter)) {
@@ -140,10 +170,19 @@ void BenchState::take_potentiometer(const Sample& sample)
     set_value(values_, parameter, least + share * (most - least));
     return;
   }
-  if (!potentiometer_was_) potentiometer_was_ = potentiometer_count_;
   const double steps = (potentiometer_count_ - *potentiometer_was_) / most_count * steps_a_turn;
   // Whole steps: what is not touched stays as it is.
-  set_value(values_, parameter, selected_value_was_ + std::round(steps) * facts.step);
+  set_value(values_, parameter, value_was_ + std::round(steps) * facts.step);
+}
+
+/// Once it has come, and from a move of some counts until it has settled.
+bool BenchState::is_turning(double time_s)
+{
+  if (!rest_count_ || std::abs(potentiometer_count_ - *rest_count_) >= turned_counts) {
+    rest_count_ = potentiometer_count_;
+    turns_until_s_ = time_s + settles_s;
+  }
+  return time_s < turns_until_s_;
 }
 
 double BenchState::least_of(std::size_t parameter) const
@@ -233,7 +272,7 @@ InputMark BenchState::mark_of(const BodyTracker& tracker, double now_s) const
 InputMark BenchState::mark_of(const BoardInput& input, double now_s) const
 {
   return {true, input.is_live, input.was_seen, input.was_seen ? std::max(0.0, now_s - input.time_s) : 0.0,
-          input.is_live ? SeenState::seen : SeenState::stale};
+          input.is_heard ? SeenState::seen : SeenState::stale};
 }
 
 const BenchFrame& BenchState::frame(std::int64_t now_ns)
@@ -253,6 +292,7 @@ const BenchFrame& BenchState::frame(std::int64_t now_ns)
       bench_.board && bench_.board->has_potentiometer ? mark_of(potentiometer_, now_s) : InputMark{};
   shown_.stage_mm = stage_mm();
   shown_.is_stage_zeroed = (stage_.flags & stage_zeroed) != 0;
+  shown_.has_stage_lost_counts = (stage_.flags & stage_lost_counts) != 0;
   shown_.newest_arrival_ns = n_samples_ > 0 ? newest_arrival_ns_ : 0;
   shown_.n_samples = n_samples_;
   n_samples_ = 0;

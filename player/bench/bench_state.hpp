@@ -20,8 +20,8 @@ struct InputMark {
   bool is_used = false;
   bool is_live = false;  ///< false: the last good value is shown
   bool was_seen = false;
-  double age_s = 0.0;  ///< of what is shown
-  SeenState state = SeenState::missing;
+  double age_s = 0.0;                    ///< of what is shown
+  SeenState state = SeenState::missing;  ///< of a stage that is not live `seen`: it counts from elsewhere
 };
 
 /// One picture's worth.
@@ -33,7 +33,7 @@ struct BenchFrame {
   std::array<InputMark, n_body_roles> bodies;
   InputMark stage, potentiometer;
   double stage_mm = 0.0;
-  bool is_stage_zeroed = false;
+  bool is_stage_zeroed = false, has_stage_lost_counts = false;
   std::int64_t newest_arrival_ns =
       0;              ///< of the tracker's samples that came since the picture before; 0: none
   int n_samples = 0;  ///< since the picture before
@@ -63,10 +63,12 @@ class BenchState {
   void set_filter(bool is_on) { is_filtered_ = is_on; }
   bool is_filtered() const { return is_filtered_; }
   const BenchFile& bench() const { return bench_; }
+  /// Of a body of markers, the last one; nothing for a body that is a tool.
+  const PoseFit* fit(BodyRole role) const;
 
  private:
   struct BoardInput {
-    bool is_live = false, was_seen = false;
+    bool is_live = false, was_seen = false, is_heard = false;
     double time_s = 0.0;
     std::int32_t count = 0;
     std::uint8_t flags = 0;
@@ -74,7 +76,9 @@ class BenchState {
   BodyTracker* body(BodyRole role);
   void take_place(const Sample& sample);
   void take_link(const Sample& sample);
+  void take_stage(const Sample& sample);
   void take_potentiometer(const Sample& sample);
+  bool is_turning(double time_s);
   void settle();
   void update_leg();
   double least_of(std::size_t parameter) const;
@@ -92,11 +96,14 @@ class BenchState {
   std::array<std::optional<BodyTracker>, n_body_roles> trackers_;
   ClockMap tracker_clock_;
   BoardInput stage_, potentiometer_;
+  bool has_lost_zero_ = false;         ///< the stage, since it was zeroed last
   std::optional<std::size_t> driven_;  ///< by the potentiometer; nothing: the selected one
   OneEuroFilter potentiometer_filter_;
   double potentiometer_count_ = 0.0;         ///< filtered
   std::optional<double> potentiometer_was_;  ///< where it stood when the parameter was selected
-  double selected_value_was_ = 0.0;
+  double value_was_ = 0.0;                   ///< of the parameter it drives, then
+  std::optional<double> rest_count_;         ///< where it rests, or was when it last was seen to turn
+  double turns_until_s_ = 0.0;
   std::size_t selected_ = 0;
   bool is_filtered_ = true;
   OneEuroAngles filter_;

@@ -16,6 +16,7 @@ class BodyTracker {
   /// The body's tools are those of the tracker from `first_tool` on, as BenchFile lists them.
   BodyTracker(const BodySettings& settings, std::size_t first_tool);
 
+  bool has_markers() const { return has_markers_; }
   bool has_tool(std::size_t tool) const { return tool >= first_tool_ && tool < first_tool_ + n_tools_; }
   /// Whether that one of its tools has come since the last settle(): another sample of it belongs to the next
   /// message.

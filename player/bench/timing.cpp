@@ -76,6 +76,33 @@ double TimeHistogram::percentile_ms(double share) const
   return longest_ms_;
 }
 
+/// Slowly, since gaps are rare. A clock that was set makes one short step, jitter of the stamps every other
+/// one; a quicker stream makes them in a row. True for a short step.
+bool SampleWatch::follow_pace(double step_ns)
+{
+  constexpr double forgotten = 0.02, shortest_share = 0.75, longest_share = 1.5;
+  constexpr int n_to_believe = 8;  // as of clocks (devices/tool_watch.hpp)
+  if (interval_ns_ == 0.0) interval_ns_ = step_ns;
+  if (step_ns >= shortest_share * interval_ns_) {
+    n_short_ = 0;
+    short_sum_ns_ = 0.0;
+    interval_ns_ += forgotten * (std::min(step_ns, longest_share * interval_ns_) - interval_ns_);
+    return false;
+  }
+  short_sum_ns_ += step_ns;
+  if (++n_short_ == n_to_believe) {
+    interval_ns_ = short_sum_ns_ / n_to_believe;
+    n_short_ = 0;
+    short_sum_ns_ = 0.0;
+  }
+  return true;
+}
+
+void SampleWatch::add(const Sample& sample)
+{
+  if (sample.device_ns != 0) add(sample.device_ns, sample.arrival_ns);
+}
+
 void SampleWatch::add(std::int64_t device_ns, std::int64_t arrival_ns)
 {
   const std::int64_t step_ns = device_ns - device_ns_;
@@ -84,16 +111,15 @@ void SampleWatch::add(std::int64_t device_ns, std::int64_t arrival_ns)
   device_ns_ = device_ns;
   // A clock that stepped: delays are met anew, and no gap can be told.
   constexpr std::int64_t longest_gap_ns = 1'000'000'000;
+  constexpr std::int64_t forgotten_share = 10'000;  // 0.1 ms a second
   if (is_first || step_ns <= 0 || step_ns > longest_gap_ns) {
     least_delay_ns_ = delay_ns;
     return;
   }
   const auto step = static_cast<double>(step_ns);
-  // Follows the stream's pace down at once, up slowly: gaps are rare.
-  constexpr double forgotten = 0.02;
-  interval_ns_ = interval_ns_ == 0.0 || step < interval_ns_
-                     ? step
-                     : interval_ns_ + forgotten * (std::min(step, 1.5 * interval_ns_) - interval_ns_);
+  // Drifting clocks, as of ClockMap; and a clock that was set back by less than an interval.
+  least_delay_ns_ += step_ns / forgotten_share;
+  if (follow_pace(step)) least_delay_ns_ = delay_ns;
   n_missed_ += static_cast<std::uint64_t>(std::max(0.0, std::round(step / interval_ns_) - 1.0));
   least_delay_ns_ = std::min(least_delay_ns_, delay_ns);
   const double late_ns = static_cast<double>(delay_ns - least_delay_ns_);

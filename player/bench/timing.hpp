@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "devices/sample.hpp"
+
 namespace vrda {
 
 /// Counts of times in bins of a quarter of a millisecond, up to 250 ms; longer ones in the last.
@@ -34,6 +36,8 @@ class TimeHistogram {
 /// One tool's stream: samples that never came, and those that came late, by the device's time stamps.
 class SampleWatch {
  public:
+  /// One that says that the tool is hidden came, too; without a stamp nothing can be told.
+  void add(const Sample& sample);
   void add(std::int64_t device_ns, std::int64_t arrival_ns);
   std::uint64_t n() const { return n_; }
   std::uint64_t n_missed() const { return n_missed_; }  ///< gaps of whole intervals between stamps
@@ -41,9 +45,13 @@ class SampleWatch {
   double jitter_ms() const;  ///< standard deviation of the delays between stamps and arrivals
 
  private:
+  bool follow_pace(double step_ns);
+
   std::uint64_t n_ = 0, n_missed_ = 0, n_late_ = 0;
   std::int64_t device_ns_ = 0, least_delay_ns_ = 0;
-  double interval_ns_ = 0.0;  ///< the shortest usual: gaps are measured by it
+  double interval_ns_ = 0.0;  ///< the usual one: gaps are measured by it
+  int n_short_ = 0;           ///< steps in a row that are much shorter, and their sum
+  double short_sum_ns_ = 0.0;
   double sum_ms_ = 0.0, sum_squares_ = 0.0;
   std::int64_t n_delays_ = 0;
 };

@@ -25,6 +25,7 @@ struct Devices::State {
   {
     if (tracker_) tracker.emplace(io, *tracker_, tracker_outlet);
     if (board_) board.emplace(io, *board_, board_outlet);
+    has_stage = board_ && board_->has_stage;
     thread = std::thread([this] { io.run(); });
   }
 
@@ -40,6 +41,7 @@ struct Devices::State {
   boost::asio::io_context io{1};  // outlives the clients, whose work it holds
   std::optional<TrackerClient> tracker;
   std::optional<BoardClient> board;
+  bool has_stage = false;
   std::thread thread;
 };
 
@@ -60,9 +62,11 @@ std::int64_t Devices::now_ns() const
   return state_->clock.now_ns();
 }
 
-void Devices::zero_stage()
+bool Devices::zero_stage()
 {
-  if (state_->board) state_->board->zero_stage();
+  if (!state_->has_stage || state_->board_outlet.report().link != LinkState::up) return false;
+  state_->board->zero_stage();
+  return true;
 }
 
 DeviceReport Devices::report(DeviceId device) const

@@ -54,8 +54,9 @@ class Devices {
   /// ns since the devices were made: the clock of arrivals.
   std::int64_t now_ns() const;
 
-  /// Asks the board to take the stage's present place for zero.
-  void zero_stage();
+  /// Asks the board to take the stage's present place for zero. False where there is no stage or its board is
+  /// not up: it was not asked.
+  bool zero_stage();
 
   DeviceReport report(DeviceId device) const;
 

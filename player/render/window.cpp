@@ -93,10 +93,18 @@ std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& opti
   // The renderer draws into a frame buffer of its own, with depth and samples.
   glfwWindowHint(GLFW_DEPTH_BITS, 0);
   glfwWindowHint(GLFW_STENCIL_BITS, 0);
+  glfwWindowHint(GLFW_RESIZABLE, options.is_resizable ? GLFW_TRUE : GLFW_FALSE);
+  glfwWindowHint(GLFW_DECORATED, options.at ? GLFW_FALSE : GLFW_TRUE);
+  // Placed before it is seen: a desktop keeps such a place.
+  glfwWindowHint(GLFW_VISIBLE, options.at ? GLFW_FALSE : GLFW_TRUE);
   std::unique_ptr<GLFWwindow, CloseWindow> window(
       glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr));
   if (window == nullptr)
     throw InputError({"window", "OpenGL", last_error(), "a driver with OpenGL 3.3, or --offscreen DIR"});
+  if (options.at) {
+    glfwSetWindowPos(window.get(), (*options.at)[0], (*options.at)[1]);
+    glfwShowWindow(window.get());
+  }
   return window;
 }
 
@@ -300,6 +308,14 @@ void Window::show(const Scene& scene, std::span<const Shot> shots, const Overlay
 {
   state_->renderer().present(scene, shots, overlay);
   glfwSwapBuffers(state_->window());
+}
+
+WindowPlace Window::place() const
+{
+  WindowPlace place;
+  glfwGetWindowPos(state_->window(), &place.x, &place.y);
+  glfwGetFramebufferSize(state_->window(), &place.width, &place.height);
+  return place;
 }
 
 bool Window::should_close() const

@@ -1,7 +1,9 @@
 /// A window on a screen, what happens in it, and the renderer that draws into it.
 #pragma once
 
+#include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +18,15 @@ struct WindowOptions {
   std::string title;
   int samples = 0;         ///< a pixel; 0: four with a graphics card, one where the processor draws
   bool is_vsynced = true;  ///< `show` waits for the screen
+  bool is_resizable = true;
+  /// Top left corner of the area drawn to, in screen coordinates of the desktop: a window without a frame,
+  /// there. Without, the desktop places it.
+  std::optional<std::array<int, 2>> at;
+};
+
+/// Where a window is, as WindowOptions has it; width and height in pixels.
+struct WindowPlace {
+  int x = 0, y = 0, width = 0, height = 0;
 };
 
 /// A key by the character on it in the US layout (capitals: 'A', '1', ' '), or one of these.
@@ -95,6 +106,8 @@ class Window {
   /// Draws a frame and brings it to the screen.
   void show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
 
+  /// Asks the desktop.
+  WindowPlace place() const;
   bool should_close() const;
   void close();  ///< from now on it should
   void set_title(const std::string& title);

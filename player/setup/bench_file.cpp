@@ -3,9 +3,11 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/number_text.hpp"
 #include "settings/settings_table.hpp"
 #include "setup/parameters.hpp"
 #include "setup/simulation_settings.hpp"
+#include "setup/tool_name.hpp"
 
 namespace vrda {
 namespace {
@@ -29,11 +31,21 @@ Viewport window_of(const SettingsTable& display, const char* name, const Display
   return window;
 }
 
+std::array<int, 2> place_of(const SettingsTable& display)
+{
+  // Outputs may stand to the left of the first one, and above it.
+  const std::vector<double> v = display.numbers("at", 2, {-most_px, most_px});
+  const std::array<int, 2> at{static_cast<int>(v[0]), static_cast<int>(v[1])};
+  if (at[0] != v[0] || at[1] != v[1])
+    display.refuse("at", shortest(v[0]) + " and " + shortest(v[1]), "x and y in whole pixels");
+  return at;
+}
+
 DisplaySettings display_of(const SettingsTable& root)
 {
   DisplaySettings settings;
   const SettingsTable display = root.table("display");
-  display.require_known({"width", "height", "layout", "left_window", "right_window", "refresh_hz"});
+  display.require_known({"width", "height", "layout", "left_window", "right_window", "refresh_hz", "at"});
   settings.width = display.whole("width", {16, most_px});
   settings.height = display.whole("height", {16, most_px});
   settings.layout = static_cast<Layout>(display.word("layout", layout_names()));
@@ -45,24 +57,35 @@ DisplaySettings display_of(const SettingsTable& root)
     display.refuse("right_window", "a window over the left eye's", "one beside it: each eye has its own");
   }
   settings.refresh_hz = display.number_or("refresh_hz", settings.refresh_hz, {1.0, 1000.0});
+  if (display.has("at")) settings.at = place_of(display);
   return settings;
 }
 
-void add_markers(const SettingsTable& body, BodySettings& settings)
+void add_places(const SettingsTable& body, BodySettings& settings)
 {
-  settings.markers = body.texts("markers");
-  if (settings.markers.size() < least_markers || settings.markers.size() > most_markers) {
-    body.refuse("markers", std::to_string(settings.markers.size()) + " markers",
-                std::to_string(least_markers) + " to " + std::to_string(most_markers));
-  }
   const std::vector<double> flat =
       body.numbers("markers_mm", 3 * settings.markers.size(), {-largest_mm, largest_mm});
   for (std::size_t k = 0; k < flat.size(); k += 3)
     settings.markers_body_mm.emplace_back(flat[k], flat[k + 1], flat[k + 2]);
+}
+
+void add_markers(const SettingsTable& body, const char* role, MarkerPlaces places, BodySettings& settings)
+{
+  settings.markers = tool_names(body, "markers");
+  if (settings.markers.size() < least_markers || settings.markers.size() > most_markers) {
+    body.refuse("markers", std::to_string(settings.markers.size()) + " markers",
+                std::to_string(least_markers) + " to " + std::to_string(most_markers));
+  }
+  if (body.has("markers_mm")) {
+    add_places(body, settings);
+  } else if (places == MarkerPlaces::needed) {
+    body.refuse("markers_mm", "nothing",
+                "x, y, z of each marker (vrda-player body " + std::string(role) + " measures them)");
+  }
   settings.marker_interval_ms = body.number_or("marker_interval_ms", 0.0, {0.0, 100.0});
 }
 
-BodySettings body_of(const SettingsTable& bodies, const char* role)
+BodySettings body_of(const SettingsTable& bodies, const char* role, MarkerPlaces places)
 {
   BodySettings settings;
   const SettingsTable body = bodies.table(role);
@@ -71,9 +94,9 @@ BodySettings body_of(const SettingsTable& bodies, const char* role)
     body.refuse("tool", body.has("tool") ? "tool and markers" : "neither tool nor markers", "one of them");
   }
   if (body.has("tool")) {
-    settings.tool = body.text("tool");
+    settings.tool = tool_name(body, "tool");
   } else {
-    add_markers(body, settings);
+    add_markers(body, role, places, settings);
   }
   return settings;
 }
@@ -87,14 +110,14 @@ std::vector<BodyRole> wanted_roles(const BenchFile& bench)
   return roles;
 }
 
-void add_bodies(const SettingsTable& root, BenchFile& bench)
+void add_bodies(const SettingsTable& root, MarkerPlaces places, BenchFile& bench)
 {
   const SettingsTable bodies = root.table("body");
   bodies.require_known({"leg", "femur", "tibia", "head"});
   std::vector<std::string>& tools = bench.tracker->tools;
   for (const BodyRole role : wanted_roles(bench)) {
     const BodySettings& body =
-        bench.bodies[static_cast<std::size_t>(role)].emplace(body_of(bodies, name_of(role)));
+        bench.bodies[static_cast<std::size_t>(role)].emplace(body_of(bodies, name_of(role), places));
     std::vector<std::string> names = body.markers;
     if (!body.tool.empty()) names.push_back(body.tool);
     for (const std::string& name : names) {
@@ -162,7 +185,7 @@ FilterSettings filter_of(const SettingsTable& root)
   return settings;
 }
 
-BenchFile bench_in(const SettingsTable& root)
+BenchFile bench_in(const SettingsTable& root, MarkerPlaces places)
 {
   BenchFile bench;
   bench.path = root.file();
@@ -175,10 +198,11 @@ BenchFile bench_in(const SettingsTable& root)
   bench.prediction_ms = root.number_or("prediction_ms", 0.0, {0.0, 200.0});
   bench.filter = filter_of(root);
   bench.tracker = tracker_of(root);
-  add_bodies(root, bench);
+  add_bodies(root, places, bench);
   add_calibration(root, bench);
   if (root.has("board")) bench.board = board_of(root.table("board"), bench);
   bench.simulation = simulation_of(root, bench);
+  bench.simulation_address = simulation_address_of(root);
   return bench;
 }
 
@@ -204,16 +228,16 @@ std::size_t first_tool_of(const BenchFile& bench, BodyRole role)
   return first;
 }
 
-BenchFile parsed_bench_file(const std::string& text, const std::string& path)
+BenchFile parsed_bench_file(const std::string& text, const std::string& path, MarkerPlaces places)
 {
-  BenchFile bench = bench_in(SettingsTable::parsed(text, path));
+  BenchFile bench = bench_in(SettingsTable::parsed(text, path), places);
   bench.text = text;
   return bench;
 }
 
-BenchFile read_bench_file(const std::string& path)
+BenchFile read_bench_file(const std::string& path, MarkerPlaces places)
 {
-  return parsed_bench_file(settings_file_text(path, "a bench file (schemas/bench.md)"), path);
+  return parsed_bench_file(settings_file_text(path, "a bench file (schemas/bench.md)"), path, places);
 }
 
 }  // namespace vrda

@@ -18,6 +18,8 @@ struct DisplaySettings {
   Layout layout = Layout::quarters;
   EyeWindows windows;  ///< those of the layout, or as the file has them
   double refresh_hz = 60.0;
+  /// Of the frame buffer's top left corner, px of the desktop; nothing: an ordinary window.
+  std::optional<std::array<int, 2>> at;
 };
 
 enum class LegKind {
@@ -38,7 +40,7 @@ const char* name_of(BodyRole role);
 struct BodySettings {
   std::string tool;                              ///< empty: markers
   std::vector<std::string> markers;              ///< tools of the tracker, labelled
-  std::vector<Eigen::Vector3d> markers_body_mm;  ///< where they are on the body
+  std::vector<Eigen::Vector3d> markers_body_mm;  ///< where they are on the body; empty: not measured yet
   double marker_interval_ms = 0.0;               ///< they fire one after another, that far apart
 };
 
@@ -64,6 +66,7 @@ struct BenchFile {
   double stage_mm_per_count = 0.005;
   std::string potentiometer;  ///< the parameter it drives, "selected": the one keys select; empty: none
   FilterSettings filter;
+  std::string simulation_address = "127.0.0.1";  ///< that `vrda-player simulate` listens on: a number
   SimulationScript simulation;  ///< what `vrda-player simulate` plays; bodies and tools as above
   double prediction_ms = 0.0;   ///< how far ahead tracked bodies are predicted at first; 0: not
 };
@@ -73,9 +76,13 @@ std::size_t n_tools(const BodySettings& body);
 /// Row of the tracker's tools where those of a role begin.
 std::size_t first_tool_of(const BenchFile& bench, BodyRole role);
 
+/// Whether a body of markers has to say where they are on it.
+enum class MarkerPlaces { needed, may_be_missing };
+
 /// Reads a TOML file as schemas/bench.md describes it. Throws InputError naming file and key.
-BenchFile read_bench_file(const std::string& path);
+BenchFile read_bench_file(const std::string& path, MarkerPlaces places = MarkerPlaces::needed);
 /// The same from the text of a file; `path` is for errors.
-BenchFile parsed_bench_file(const std::string& text, const std::string& path);
+BenchFile parsed_bench_file(const std::string& text, const std::string& path,
+                            MarkerPlaces places = MarkerPlaces::needed);
 
 }  // namespace vrda

@@ -4,6 +4,7 @@
 
 #include "core/number_text.hpp"
 #include "settings/settings_table.hpp"
+#include "setup/tool_name.hpp"
 
 namespace vrda {
 namespace {
@@ -103,8 +104,8 @@ void add_person(const SettingsTable& table, CalibrationSettings& settings)
 
 void add_tracking(const SettingsTable& table, CalibrationSettings& settings)
 {
-  settings.probe = table.text_or("probe", settings.probe);
-  settings.marker = table.text_or("marker", settings.marker);
+  settings.probe = tool_name_or(table, "probe", settings.probe);
+  settings.marker = tool_name_or(table, "marker", settings.marker);
   settings.rail_samples = table.whole_or("rail_samples", settings.rail_samples, {10, most_samples});
   settings.pivot_samples = table.whole_or("pivot_samples", settings.pivot_samples, {20, most_samples});
   settings.hold_samples = table.whole_or("hold_samples", settings.hold_samples, {2, 200});

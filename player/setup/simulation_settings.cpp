@@ -1,5 +1,9 @@
 #include "setup/simulation_settings.hpp"
 
+#include <arpa/inet.h>
+
+#include <array>
+
 #include "core/units.hpp"
 #include "setup/calibration.hpp"
 
@@ -79,6 +83,20 @@ SixNumbers six_at(const SettingsTable& table, const char* name)
 
 }  // namespace
 
+std::string simulation_address_of(const SettingsTable& root)
+{
+  const std::string nobody_beyond = "127.0.0.1";
+  if (!root.has("simulation")) return nobody_beyond;
+  const SettingsTable table = root.table("simulation");
+  const std::string address = table.text_or("address", nobody_beyond);
+  std::array<unsigned char, sizeof(in6_addr)> bytes{};
+  if (inet_pton(AF_INET, address.c_str(), bytes.data()) != 1 &&
+      inet_pton(AF_INET6, address.c_str(), bytes.data()) != 1)
+    table.refuse("address", "'" + address + "'",
+                 "the number of an address of this machine, or 0.0.0.0 for all");
+  return address;
+}
+
 SimulationScript simulation_of(const SettingsTable& root, const BenchFile& bench)
 {
   SimulationScript script;
@@ -91,9 +109,26 @@ SimulationScript simulation_of(const SettingsTable& root, const BenchFile& bench
   script.X_tracker_head = pose_of(nominal_calibration(bench).X_table_eyes);
   if (root.has("simulation")) {
     const SettingsTable table = root.table("simulation");
-    table.require_known({"seed", "side", "rate_hz", "jitter_ms", "drop_rate", "noise_mm", "noise_deg", "loop",
-                         "leg", "stage", "potentiometer", "potentiometer_noise_counts", "femur", "sway_mm",
-                         "sway_s", "occlusion", "clock_step", "clock_offset_s", "clock_drift_ppm"});
+    table.require_known({"address",
+                         "seed",
+                         "side",
+                         "rate_hz",
+                         "jitter_ms",
+                         "drop_rate",
+                         "noise_mm",
+                         "noise_deg",
+                         "loop",
+                         "leg",
+                         "stage",
+                         "potentiometer",
+                         "potentiometer_noise_counts",
+                         "femur",
+                         "sway_mm",
+                         "sway_s",
+                         "occlusion",
+                         "clock_step",
+                         "clock_offset_s",
+                         "clock_drift_ppm"});
     script.seed = static_cast<std::uint64_t>(table.whole_or("seed", 1, {0.0, 1e9}));
     if (table.has("side"))
       script.side = table.word("side", {"right", "left"}) == 0 ? Side::right : Side::left;

@@ -10,4 +10,7 @@ namespace vrda {
 /// Throws InputError naming file and key.
 SimulationScript simulation_of(const SettingsTable& root, const BenchFile& bench);
 
+/// Where the simulated tracker listens: beyond this machine only if the table says so.
+std::string simulation_address_of(const SettingsTable& root);
+
 }  // namespace vrda

@@ -120,6 +120,15 @@ void require_usable(const Eye& eye, const std::string& file, const std::string& 
                text(fold_px) + " px",
            "optics that keep the order of pixels out to " + text(furthest_px) + " px");
   }
+  const Eigen::Vector2d shown = shown_box(eye).high_px - shown_box(eye).low_px;
+  const Eigen::Vector2d most =
+      (most_shown_share * Eigen::Vector2d(eye.visible.width, eye.visible.height)).cwiseMin(most_shown_px);
+  if (!(shown.array() <= most.array()).all()) {
+    refuse("distortion",
+           "k1 " + text(eye.distortion.k1) + ", k2 " + text(eye.distortion.k2) + ", which ask for " +
+               text(shown.x()) + " x " + text(shown.y()) + " px",
+           "at most " + text(most.x()) + " x " + text(most.y()));
+  }
 }
 
 }  // namespace vrda

@@ -54,8 +54,14 @@ double furthest_radius_px(const Distortion& distortion, const Viewport& v);
 /// Full angles of the undistorted window, rad.
 Eigen::Vector2d field_of_view_rad(const Eye& eye);
 
-/// Throws InputError naming `file` and the eye when the visible part is empty, the optics fold within it, or
-/// a number makes no sense.
+/// The picture that is drawn before distortion has so many pixels a side at most: both eyes' together are as
+/// wide as OpenGL draws anywhere (16384).
+inline constexpr double most_shown_px = 8192.0;
+/// And so many times those of the visible part: beyond, the optics are a slip.
+inline constexpr double most_shown_share = 4.0;
+
+/// Throws InputError naming `file` and the eye when the visible part is empty, the optics fold within it or
+/// ask for too large a picture, or a number makes no sense.
 void require_usable(const Eye& eye, const std::string& file, const std::string& name);
 
 }  // namespace vrda

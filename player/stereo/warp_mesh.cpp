@@ -41,11 +41,12 @@ Cells cells_for(const Eye& eye, double error_px)
 {
   constexpr int most = 512;  // a pixel or two a cell
   const double shape = static_cast<double>(eye.visible.height) / eye.visible.width;
-  for (int across = 1; across <= most; across *= 2) {
-    const Cells cells{across, std::max(1, static_cast<int>(std::ceil(across * shape)))};
-    if (largest_error_px(eye, cells) <= error_px) return cells;
-  }
-  throw InternalError("a mesh of 512 cells across follows optics that do not fold");
+  const auto cells = [shape](int across) {
+    return Cells{across, std::max(1, static_cast<int>(std::ceil(across * shape)))};
+  };
+  int across = 1;
+  while (across < most && largest_error_px(eye, cells(across)) > error_px) across *= 2;
+  return cells(across);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -13,7 +14,11 @@
 #include <optional>
 #include <thread>
 
+#include "app/bench_show.hpp"
+#include "bench/bench_panel.hpp"
+#include "core/error.hpp"
 #include "motion/support/models.hpp"
+#include "recording/recording.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
@@ -171,6 +176,132 @@ TEST_F(BenchProgram, DevicesAreListedWhileTheyAnswer)
   simulator_->send(SIGTERM);
   EXPECT_EQ(simulator_->wait().err, "");
   EXPECT_FALSE(std::filesystem::exists(board_));
+}
+
+/// What a bench has shown so far, from the log that it writes; nothing before that has begun.
+std::vector<BenchFrame> shown_so_far(const std::string& log, const std::string& model)
+{
+  std::vector<BenchFrame> frames;
+  try {
+    const Recording recording = read_recording(log);
+    BenchOptions options;
+    options.file = model;
+    const BenchSetup setup = setup_of(recording, options);
+    BenchState state(setup.bench, setup.calibration, setup.motion, setup.frame);
+    for (const RecordedPicture& picture : recording.pictures) {
+      PanelContent panel;
+      take(state, panel, picture.keys, picture.samples);
+      frames.push_back(state.frame(picture.now_ns));
+    }
+  } catch (const InputError&) {
+    frames.clear();
+  }
+  return frames;
+}
+
+bool is_without_simulator(const BenchFrame& frame)
+{
+  return !frame.bodies[1].is_live && !frame.bodies[2].is_live && !frame.stage.is_live &&
+         !frame.potentiometer.is_live;
+}
+
+/// The last `n` of the frames, all there are of them, are as `claim` says.
+bool are_last(const std::vector<BenchFrame>& frames, std::size_t n, bool (*claim)(const BenchFrame&))
+{
+  return frames.size() >= n &&
+         std::all_of(frames.end() - static_cast<std::ptrdiff_t>(n), frames.end(), claim);
+}
+
+TEST_F(BenchProgram, GoesOnWithoutItsSimulatorAndFindsTheNextOne)
+{
+  constexpr std::size_t n_without = 30;
+  const std::string log = in_scratch("a.log");
+  simulate();
+  test::Process bench(
+      {VRDA_PLAYER_PROGRAM,
+       {"bench", model_, "--bench", bench_, "--headless", "--seconds", "1000", "--record", log},
+       {},
+       scratch_.path()});
+  std::vector<BenchFrame> frames;
+  const auto await = [&](std::size_t n, bool (*claim)(const BenchFrame&)) {
+    const auto end = std::chrono::steady_clock::now() + longest;
+    while (std::chrono::steady_clock::now() < end && bench.is_running()) {
+      frames = shown_so_far(log, model_);
+      if (are_last(frames, n, claim)) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return false;
+  };
+  ASSERT_TRUE(await(1, is_live)) << bench.said();
+  simulator_.reset();  // killed
+  ASSERT_TRUE(await(n_without, is_without_simulator)) << bench.said();
+  // The picture goes on with the last good poses, marked.
+  const BenchFrame& first = frames[frames.size() - n_without];
+  const BenchFrame& last = frames.back();
+  EXPECT_TRUE(last.bodies[1].was_seen && last.bodies[2].was_seen);
+  EXPECT_EQ(last.X_tracker_reference.matrix(), first.X_tracker_reference.matrix());
+  EXPECT_EQ(last.X_tracker_moving.matrix(), first.X_tracker_moving.matrix());
+  EXPECT_EQ(last.X_tracker_eyes.matrix(), first.X_tracker_eyes.matrix());
+  EXPECT_THAT(mark_text("femur", last.bodies[1]), testing::StartsWith("femur silent for "));
+  EXPECT_THAT(stage_mark_text(last), testing::StartsWith("stage silent for "));
+  simulate();
+  ASSERT_TRUE(await(1, is_live)) << bench.said();
+  EXPECT_NE(frames.back().X_tracker_moving.matrix(), last.X_tracker_moving.matrix());
+  bench.send(SIGTERM);
+  const test::Ended ended = bench.wait();
+  EXPECT_EQ(ended.exit_code, 0) << ended.err;
+}
+
+TEST_F(BenchProgram, TheSimulatorListensWhereTheBenchFileOrTheOptionSays)
+{
+  const auto said = [&](const std::string& simulation, std::vector<std::string> more) {
+    std::string text = test::read_bytes(bench_);
+    text.insert(text.find("leg = [["), simulation);
+    const std::string bench = scratch_.write("address.toml", text).string();
+    std::vector<std::string> arguments{"simulate", bench, "--quiet", "--seconds", "0.1"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const test::Ended ended = run(arguments);
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    return ended.out;
+  };
+  const std::string port = ":" + std::to_string(port_) + "\n";
+  EXPECT_THAT(said("", {}), HasSubstr("tracker 127.0.0.1" + port));
+  EXPECT_THAT(said("", {"--address", "127.0.0.2"}), HasSubstr("tracker 127.0.0.2" + port));
+  const std::string other = "address = \"127.0.0.3\"\n";
+  EXPECT_THAT(said(other, {}), HasSubstr("tracker 127.0.0.3" + port));
+  EXPECT_THAT(said(other, {"--address", "127.0.0.1"}), HasSubstr("tracker 127.0.0.1" + port));
+}
+
+TEST_F(BenchProgram, ABodyOfMarkersIsMeasuredAndThenTracked)
+{
+  const std::string head =
+      "title = \"Test\"\nleg = \"rigid\"\nhead = \"stage\"\n[display]\nwidth = 320\n"
+      "height = 256\nlayout = \"quarters\"\n[tracker]\nport = " +
+      std::to_string(port_) + "\n[board]\nport = \"" + board_ +
+      "\"\n[simulation]\nnoise_mm = 0.05\nnoise_deg = 0\n";
+  const std::string markers = "[body.leg]\nmarkers = [\"a\", \"b\", \"c\", \"d\"]\n";
+  const std::string unmeasured = scratch_.write("unmeasured.toml", head + markers).string();
+  bench_ =
+      scratch_.write("bench.toml", head + markers + "markers_mm = [0, 0, 0, 90, 0, 0, 0, 60, 0, 0, 0, 50]\n")
+          .string();
+  simulate();
+  EXPECT_THAT(run({"devices", unmeasured, "--seconds", "1"}).out,
+              HasSubstr("body leg  no markers_mm yet: vrda-player body leg\n"));
+  EXPECT_EQ(run({"bench", model_, "--bench", unmeasured, "--headless", "--seconds", "1"}).exit_code, 2);
+  const test::Ended body = run({"body", "leg", "--bench", unmeasured, "--seconds", "3", "--quiet"});
+  ASSERT_EQ(body.exit_code, 0) << body.err;
+  EXPECT_EQ(body.err, "");
+  EXPECT_THAT(body.out, HasSubstr(markers + "markers_mm = ["));
+  EXPECT_THAT(body.out, HasSubstr(" mm (root mean square)\n"));
+  EXPECT_THAT(body.out, testing::Not(HasSubstr("not settled")));
+  const std::string measured = scratch_.write("measured.toml", head + body.out).string();
+  const test::Ended devices = run({"devices", measured, "--json", "--seconds", "1"});
+  ASSERT_EQ(devices.exit_code, 0) << devices.out;
+  EXPECT_THAT(devices.out,
+              HasSubstr("\"bodies\": [{\"role\": \"leg\", \"status\": \"fitted\", \"markers\": 4, "
+                        "\"residual_mm\": 0.0"));
+  EXPECT_THAT(run({"devices", measured, "--seconds", "1"}).out,
+              HasSubstr(" mm off at 4 markers, turns known to 0."));
 }
 
 TEST_F(BenchProgram, WhatIsWrongIsToldBeforeItRuns)

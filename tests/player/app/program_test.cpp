@@ -146,7 +146,7 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
     std::string arguments, talk;
   };
   for (const Row& row :
-       {Row{"", "found no mode, wanted show, follow, web, bench, calibrate, simulate or devices"},
+       {Row{"", "found no mode, wanted show, follow, web, bench, calibrate, body, simulate or devices"},
         Row{"show a.h5 --samples 3", "--samples"}, Row{"dance", "dance"}, Row{"show", "FILE"},
         Row{"show '" + file_ + "'", "window"},
         Row{"show '" + file_ + "' --varus front" + pictures, "--varus"},

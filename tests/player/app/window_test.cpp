@@ -131,6 +131,52 @@ bool is_operators_area_there(const Image& image)
   return image.rgba[image.rgba.size() - 4 * width + 40] == 24;
 }
 
+constexpr int place_x = 220, place_y = 130;
+
+/// A bench nobody listens for, its display of 640 x 512 put to a place.
+std::string placed_bench_text()
+{
+  return "title = \"Placed\"\nleg = \"rigid\"\nhead = \"stage\"\n[display]\nwidth = 640\nheight = 512\n"
+         "layout = \"quarters\"\nat = [" +
+         std::to_string(place_x) + ", " + std::to_string(place_y) +
+         "]\n[tracker]\nport = 1\n[body.leg]\ntool = \"leg\"\n[calibration]\n";
+}
+
+/// Its left half is the operator's, with a dark area; around it the screen is bare.
+bool is_placed_bench_there(const Image& image)
+{
+  const auto red = [&](int x, int y) { return image.rgba[4 * static_cast<std::size_t>(y * width + x)]; };
+  const int bottom = place_y + 511 < height ? place_y + 511 : height - 1;
+  return red(place_x, place_y) == 24 && red(place_x, bottom) == 24 && red(place_x - 1, place_y) != 24 &&
+         red(place_x, place_y - 1) != 24;
+}
+
+TEST_F(InWindow, ABenchsDisplayStandsAtItsPlaceAndSaysWhenItIsNotAsItShouldBe)
+{
+  const std::string bench = scratch_.write("bench.toml", placed_bench_text()).string();
+  const std::string kept = (scratch_.path() / "calibration.toml").string();
+  struct Row {
+    std::vector<std::string> arguments;
+    std::string title;
+  };
+  for (const Row& row :
+       {Row{{"bench", file_, "--bench", bench, "--quiet"}, "Placed - vrda-player"},
+        Row{{"calibrate", "all", "--bench", bench, "--calibration", kept}, "Placed - calibrate"}}) {
+    SCOPED_TRACE(row.title);
+    test::Process program({VRDA_PLAYER_PROGRAM, row.arguments, {}, scratch_.path()});
+    ASSERT_TRUE(comes_true([&] { return is_placed_bench_there(screen_.picture(width, height)); }))
+        << program.said();
+    EXPECT_EQ(program.said().find("frame buffer"), std::string::npos);
+    // Keys go to the window under the pointer, in the middle of the screen.
+    mouse({"search", "--name", row.title, "windowsize", "600", "500"});
+    const std::string told =
+        bench + ": display.width, display.height: found a frame buffer of 600 x 500, wanted 640 x 512\n";
+    EXPECT_TRUE(comes_true([&] { return program.said().find(told) != std::string::npos; })) << program.said();
+    type("Escape");
+    EXPECT_NE(program.wait().exit_code, -1);
+  }
+}
+
 TEST_F(InWindow, SomebodyTrainsAtAVirtualBenchAndLeaves)
 {
   const std::string kept = (scratch_.path() / "calibration.toml").string();

@@ -3,6 +3,7 @@
 
 #include "../setup/bench_texts.hpp"
 #include "bench/bench_panel.hpp"
+#include "bench/controls.hpp"
 #include "bench_samples.hpp"
 
 namespace vrda {
@@ -28,6 +29,54 @@ TEST(BenchInputs, TheStageMovesTheEyesAlongItsDirectionByItsCounts)
     EXPECT_NEAR(frame.stage_mm, 0.005 * count, rounding);
     EXPECT_TRUE(frame.is_stage_zeroed);
   }
+}
+
+TEST(BenchInputs, AStageWhoseBoardStartedAnewStaysWhereItWasUntilItIsZeroed)
+{
+  SmallBench bench(test::two_bodies_text());
+  const auto at = [&](int count, int flags) {
+    bench.state.take(test::stage_sample(count, ms_in_ns, static_cast<std::uint8_t>(flags)));
+    return bench.state.frame(ms_in_ns);
+  };
+  const BenchFrame zeroed = at(4000, stage_zeroed);
+  EXPECT_TRUE(zeroed.stage.is_live);
+  EXPECT_EQ(stage_mark_text(zeroed), "");
+  bench.state.take(test::link_sample(DeviceId::board, LinkState::closed, ms_in_ns));
+  const BenchFrame silent = bench.state.frame(1001 * ms_in_ns);
+  EXPECT_EQ(stage_mark_text(silent), "stage silent for 1 s");
+  for (const int count : {0, -300, 17}) {
+    const BenchFrame anew = at(count, 0);
+    EXPECT_FALSE(anew.stage.is_live || anew.is_stage_zeroed);
+    EXPECT_EQ(anew.X_tracker_eyes.matrix(), zeroed.X_tracker_eyes.matrix());
+    EXPECT_EQ(anew.stage_mm, zeroed.stage_mm);
+    EXPECT_EQ(stage_mark_text(anew), "stage has no zero: Z at its stop");
+  }
+  const BenchFrame again = at(200, stage_zeroed);
+  EXPECT_TRUE(again.stage.is_live);
+  EXPECT_NEAR(again.stage_mm, 1.0, rounding);
+  EXPECT_EQ(stage_mark_text(again), "");
+}
+
+TEST(BenchInputs, AStageIsMarkedThatWasNeverZeroedOrHasLostCounts)
+{
+  SmallBench bench(test::two_bodies_text());
+  EXPECT_EQ(stage_mark_text(bench.state.frame(0)), "stage not seen yet");
+  struct Row {
+    int flags;
+    const char* mark;
+  };
+  for (const Row row : {Row{0, "stage has no zero: Z at its stop"},
+                        Row{stage_lost_counts, "stage has no zero: Z at its stop"},
+                        Row{stage_zeroed | stage_lost_counts, "stage has lost counts: Z at its stop"},
+                        Row{stage_zeroed, ""}}) {
+    bench.state.take(test::stage_sample(100, ms_in_ns, static_cast<std::uint8_t>(row.flags)));
+    const BenchFrame& frame = bench.state.frame(ms_in_ns);
+    EXPECT_EQ(stage_mark_text(frame), row.mark);
+    // What was counted since the start of a board that nobody zeroed still moves the eyes.
+    EXPECT_TRUE(frame.stage.is_live);
+    EXPECT_NEAR(frame.stage_mm, 0.5, rounding);
+  }
+  EXPECT_EQ(stage_mark_text(SmallBench(test::two_bodies_text("tracker")).state.frame(0)), "");
 }
 
 TEST(BenchInputs, AHeadOnTheTrackerStandsAtItsBody)
@@ -81,6 +130,41 @@ TEST(BenchInputs, ThePotentiometerMovesAnyOtherParameterByItsSteps)
   turn_to(561, 1001);
   EXPECT_NEAR(value_of(bench.state.values(), aspect), 0.99, rounding);
   EXPECT_EQ(value_of(bench.state.values(), distance), 980.0);
+}
+
+TEST(BenchInputs, APotentiometerThatDrivesANamedParameterChangesThatOneAlone)
+{
+  SmallBench bench(test::rigid_text("prediction"));
+  const std::size_t prediction = parameter_named("prediction").value();
+  const std::size_t distance = parameter_named("left.distance").value();
+  bench.state.select(distance);
+  bench.state.values().prediction_ms = 20.0;
+  bench.state.select(distance);
+  bench.state.take(test::potentiometer_sample(100, ms_in_ns));
+  EXPECT_EQ(value_of(bench.state.values(), prediction), 20.0);
+  for (int k = 1; k <= 500; ++k) bench.state.take(test::potentiometer_sample(612, k * 10 * ms_in_ns));
+  EXPECT_EQ(value_of(bench.state.values(), prediction), 120.0);
+  EXPECT_EQ(value_of(bench.state.values(), distance), 880.0);
+}
+
+TEST(BenchInputs, KeysChangeAnAngleForGoodWhileThePotentiometerRests)
+{
+  SmallBench bench(test::rigid_text("flexion"));
+  int k = 0;
+  const auto listen = [&](int count) {
+    // The last bit to and fro.
+    for (int n = 0; n < 500; ++n, ++k)
+      bench.state.take(test::potentiometer_sample(count + k % 2, k * 10 * ms_in_ns));
+    return bench.state.values().flexion_deg;
+  };
+  constexpr double count_deg = 90.0 / 1023.0;
+  EXPECT_NEAR(listen(341), 30.0, count_deg);
+  const double before_deg = bench.state.values().flexion_deg;
+  press_key(bench.state, {Key::right, true});
+  EXPECT_NEAR(bench.state.values().flexion_deg, before_deg + 10.0, 1e-3);
+  EXPECT_NEAR(listen(341), before_deg + 10.0, 1e-3);
+  EXPECT_NEAR(listen(682), 60.0, count_deg);
+  EXPECT_NEAR(listen(690), 690 * count_deg, count_deg);
 }
 
 TEST(BenchInputs, UsedOnesAreMarkedUntilTheyAreSeen)

@@ -113,10 +113,25 @@ TEST_F(Board, SetsTheStageToZero)
   start();
   stage_ = 300;
   EXPECT_TRUE(await_stage(300, 0));
-  devices_->zero_stage();
+  EXPECT_TRUE(devices_->zero_stage());
   EXPECT_TRUE(await_stage(0, stage_zeroed));
   stage_ = 200;
   EXPECT_TRUE(await_stage(-100, stage_zeroed));
+}
+
+TEST_F(Board, OnlyAStageThatIsUpIsSetToZero)
+{
+  start();
+  board_->unplug();
+  EXPECT_TRUE(take_until(*devices_, seen_, is_closed));
+  EXPECT_FALSE(devices_->zero_stage());
+  board_->plug();
+  BoardSettings settings = settings_for(*board_);
+  settings.has_stage = false;
+  devices_.emplace(std::nullopt, settings);
+  EXPECT_TRUE(take_until(*devices_, seen_, is_up));
+  EXPECT_FALSE(devices_->zero_stage());
+  EXPECT_FALSE(Devices(std::nullopt, std::nullopt).zero_stage());
 }
 
 TEST_F(Board, ReturnsAtTheSameLinkAfterTheTerminalHasGone)

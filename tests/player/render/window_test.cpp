@@ -102,6 +102,45 @@ TEST(Window, WhereTheProcessorDrawsASampleAPixelIsChosen)
   EXPECT_NE(chosen, drawn(4));
 }
 
+/// A part of it.
+Image cut_out(const Image& image, int x, int y)
+{
+  Image part{width, height, {}};
+  for (int row = y; row < y + height; ++row) {
+    const auto begin = image.rgba.begin() + 4 * (row * image.width + x);
+    part.rgba.insert(part.rgba.end(), begin, begin + 4 * width);
+  }
+  return part;
+}
+
+TEST(Window, ItStandsWhereItIsPut)
+{
+  const test::Screen screen;
+  const Scene scene = test::joint_scene();
+  const Shot shot{test::joint_camera(scene), {0, 0, width, height}};
+  WindowOptions options = quiet_window(1);
+  options.at = {311, 207};
+  options.is_resizable = false;
+  Window window(options);
+  window.renderer().load(scene);
+  window.events();
+  const WindowPlace place = window.place();
+  EXPECT_EQ(place.x, 311);
+  EXPECT_EQ(place.y, 207);
+  EXPECT_EQ(place.width, width);
+  EXPECT_EQ(place.height, height);
+  const Image drawn = window.renderer().draw(scene, {&shot, 1}, nullptr);
+  const auto differs = [&] {
+    return differing_share(drawn, cut_out(screen.picture(1280, 1024), 311, 207)) > 0.0;
+  };
+  EXPECT_TRUE(differs());
+  for (int i = 0; i < 600 && differs(); ++i) {
+    window.show(scene, {&shot, 1}, nullptr);
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  EXPECT_FALSE(differs());
+}
+
 TEST(Window, ItIsClosedWhenAsked)
 {
   const test::Screen screen;

@@ -79,6 +79,14 @@ TEST(BenchFile, WindowsAreThoseOfTheLayoutOrTheFiles)
   }
 }
 
+TEST(BenchFile, TheDisplayMayHaveAPlaceOnTheDesktop)
+{
+  const std::string quarters = "layout = \"quarters\"\n";
+  EXPECT_FALSE(test::bench_of(display(quarters)).display.at.has_value());
+  EXPECT_EQ(test::bench_of(display(quarters + "at = [-1280, 24]\n")).display.at,
+            (std::array<int, 2>{-1280, 24}));
+}
+
 TEST(BenchFile, BodiesAreThoseThatLegAndHeadWant)
 {
   const auto tools = [](const std::string& text) { return test::bench_of(text).tracker->tools; };
@@ -100,6 +108,19 @@ TEST(BenchFile, BodiesAreThoseThatLegAndHeadWant)
   EXPECT_FALSE(bench.board.has_value());
 }
 
+TEST(BenchFile, PlacesOfMarkersMayBeMissingBeforeTheyAreMeasured)
+{
+  const std::string text =
+      bench_head("rigid") + display_table + tracker_table + "[body.leg]\nmarkers = [\"a\", \"b\", \"c\"]\n";
+  const BenchFile bench = parsed_bench_file(text, "bench.toml", MarkerPlaces::may_be_missing);
+  EXPECT_EQ(bench.tracker->tools, (std::vector<std::string>{"a", "b", "c"}));
+  EXPECT_TRUE(bench.bodies[0]->markers_body_mm.empty());
+  const InputError::Facts facts = test::input_error([&] { test::bench_of(text); });
+  EXPECT_EQ(facts.field, "body.leg.markers_mm");
+  EXPECT_EQ(facts.found, "nothing");
+  EXPECT_EQ(facts.wanted, "x, y, z of each marker (vrda-player body leg measures them)");
+}
+
 TEST(BenchFile, EveryOtherKeyIsTaken)
 {
   const BenchFile bench = test::bench_of(
@@ -109,7 +130,8 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
       two_bodies +
       "[board]\nport = \"/dev/ttyUSB0\"\nbaud = 57600\nrate_hz = 50\nstage_mm_per_count = -0.01\n"
       "potentiometer = \"prediction\"\n[filter]\non = false\nleast_cutoff_hz = 3\nslope = 0.5\n[simulation]\n"
-      "seed = 7\nside = \"left\"\nrate_hz = 60\njitter_ms = 1\ndrop_rate = 0\nnoise_mm = 0\nnoise_deg = 0\n"
+      "address = \"0.0.0.0\"\nseed = 7\nside = \"left\"\nrate_hz = 60\njitter_ms = 1\ndrop_rate = "
+      "0\nnoise_mm = 0\nnoise_deg = 0\n"
       "loop = false\nstage = [[0, 0], [1, 5]]\npotentiometer = [[0, 0], [2, 1000]]\n"
       "potentiometer_noise_counts = 0\nfemur = [1, 2, 3, 90, 0, 0]\nsway_mm = 0\nsway_s = 1\n"
       "clock_offset_s = 5\nclock_drift_ppm = -3\n[[simulation.clock_step]]\nat_s = 3\nby_ms = -20\n");
@@ -127,6 +149,8 @@ TEST(BenchFile, EveryOtherKeyIsTaken)
   EXPECT_EQ(bench.filter.least_cutoff_hz, 3.0);
   EXPECT_EQ(bench.filter.slope, 0.5);
   const SimulationScript& script = bench.simulation;
+  EXPECT_EQ(bench.simulation_address, "0.0.0.0");
+  EXPECT_EQ(test::bench_of(test::bench_text()).simulation_address, "127.0.0.1");
   EXPECT_EQ(script.seed, 7u);
   EXPECT_EQ(script.side, Side::left);
   EXPECT_EQ(script.rate_hz, 60.0);
@@ -162,6 +186,8 @@ TEST(BenchFile, WhatIsWrongIsNamed)
       Row{bench_head() + "[display]\nwidth = 1280\nheight = 0.5\n", "display.height", "0.5"},
       Row{display("layout = \"anaglyph\"\n"), "display.layout", "'anaglyph'"},
       Row{display(quarters + "refresh_hz = 0\n"), "display.refresh_hz", "0"},
+      Row{display(quarters + "at = [1]\n"), "display.at", "[1]"},
+      Row{display(quarters + "at = [0, 0.5]\n"), "display.at", "0 and 0.5"},
       Row{display(quarters + "left_window = [1, 2, 3]\n"), "display.left_window", "[1, 2, 3]"},
       Row{display(quarters + "left_window = [0, 0, 0, 9]\n"), "display.left_window", beyond},
       Row{display(quarters + "left_window = [0, 0, 9.5, 9]\n"), "display.left_window", beyond},
@@ -196,6 +222,7 @@ TEST(BenchFile, WhatIsWrongIsNamed)
       Row{whole + "[filter]\non = 1\n", "filter.on", "1"},
       Row{whole + "[filter]\nleast_cutoff_hz = 0\n", "filter.least_cutoff_hz", "0"},
       Row{whole + "[simulation]\nspeed = 2\n", "simulation.speed", "an unknown key"},
+      Row{whole + "[simulation]\naddress = \"desk\"\n", "simulation.address", "'desk'"},
       Row{whole + "[simulation]\nside = \"up\"\n", "simulation.side", "'up'"},
       Row{whole + "[simulation]\nleg = [[0, 0]]\n", "simulation.leg", "[[ 0, 0 ]]"},
       Row{whole + "[[simulation.occlusion]]\ntool = \"femur\"\n", "simulation.occlusion.0.from_s", "nothing"},
@@ -211,6 +238,31 @@ TEST(BenchFile, WhatIsWrongIsNamed)
   EXPECT_EQ(test::input_error([&] { test::bench_of("titel = 1"); }).wanted, "such a key as title");
   EXPECT_EQ(test::input_error([] { read_bench_file("/nowhere/b.toml"); }).wanted,
             "a bench file (schemas/bench.md)");
+}
+
+TEST(BenchFile, NamesOfToolsAreAsLongAsMessagesHoldThem)
+{
+  const std::string fits(20, 'n'), cut(21, 'n'), shared = display_table + tracker_table;
+  const auto text = [&](const std::string& tool, const std::string& marker, const std::string& probe) {
+    return bench_head() + shared + "[body.femur]\ntool = \"" + tool +
+           "\"\n[body.tibia]\nmarkers = [\"a\", \"" + marker +
+           "\", \"c\"]\nmarkers_mm = [0, 0, 0, 50, 0, 0, 0, 40, 0]\n[calibration]\nprobe = \"" + probe +
+           "\"\n";
+  };
+  const BenchFile bench = test::bench_of(text(fits, "b", "probe"));
+  EXPECT_EQ(bench.tracker->tools.front(), fits);
+  struct Row {
+    std::string text, field;
+  };
+  for (const Row& row :
+       {Row{text(cut, "b", "p"), "body.femur.tool"}, Row{text("f", cut, "p"), "body.tibia.markers"},
+        Row{text("f", "b", cut), "calibration.probe"},
+        Row{text("f", "b", "p") + "marker = \"" + cut + "\"\n", "calibration.marker"}}) {
+    const InputError::Facts facts = test::input_error([&] { test::bench_of(row.text); });
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_EQ(facts.found, "'" + cut + "' of 21 bytes");
+    EXPECT_EQ(facts.wanted, "at most 20 bytes, as OpenIGTLink cuts them");
+  }
 }
 
 TEST(BenchFile, AnOcclusionOfAToolThatIsNoneIsRefused)

@@ -166,6 +166,46 @@ TEST(WarpMesh, WithoutDistortionIsOneCellAndAFinerBoundMakesMore)
   EXPECT_GT(warp_mesh(bent, shown_box(bent), 0.01).triangles.size(), coarse);
 }
 
+TEST(WarpMesh, OpticsTooStrongForTheBoundHaveTheFinestMesh)
+{
+  struct Row {
+    Viewport window;
+    double k1, k2;
+  };
+  for (const Row& row : {Row{{0, 0, 640, 480}, 0.0, 0.3}, Row{{0, 0, 960, 1080}, 0.3, 0.05}}) {
+    SCOPED_TRACE(testing::Message() << row.k1 << " " << row.k2);
+    Eye eye;
+    eye.window = eye.visible = row.window;
+    eye.sight_px = eye.distortion.centre_px = middle_px(row.window);
+    eye.distortion.unit_px = 0.5 * row.window.width;
+    eye.distortion.k1 = row.k1, eye.distortion.k2 = row.k2;
+    require_usable(eye, "bench.toml", "left");
+    const ShownBox box = shown_box(eye);
+    const WarpMesh mesh = warp_mesh(eye, box);
+    EXPECT_EQ(mesh.triangles.size() % (2 * 3 * 512), 0U);
+    // Furthest out, in the middle of cells, it is worst.
+    const double cell_px = row.window.width / 512.0;
+    for (const double cells : {0.5, 1.5, 40.5}) {
+      const Eigen::Vector2d drawn(cells * cell_px, 0.5 * cell_px);
+      EXPECT_LT((looked_up_px(mesh, box, drawn) - shown_px(eye.distortion, drawn)).norm(), after_px);
+    }
+  }
+}
+
+TEST(WarpMesh, IsMadeForEveryK1AndK2ThatKeysReach)
+{
+  int n_usable = 0;
+  for (double k1 = -1.0; k1 <= 1.0; k1 += 0.25) {
+    for (double k2 = -1.0; k2 <= 1.0; k2 += 0.25) {
+      const Eye eye = sample_eye(k1, k2);
+      if (fold_radius_px(eye.distortion) <= furthest_radius_px(eye.distortion, eye.visible)) continue;
+      ++n_usable;
+      EXPECT_FALSE(warp_mesh(eye, shown_box(eye)).triangles.empty()) << k1 << " " << k2;
+    }
+  }
+  EXPECT_GT(n_usable, 20);
+}
+
 TEST(Eye, UnusableOnesAreRefusedByName)
 {
   const auto refused = [](const Eye& eye) -> std::string {
@@ -178,6 +218,13 @@ TEST(Eye, UnusableOnesAreRefusedByName)
   };
   EXPECT_EQ(refused(sample_eye()), "");
   Eye eye = sample_eye(-0.5, 0.0);
+  EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
+  // A picture of 4.2 times the visible part's sides.
+  eye = sample_eye(1.0, 1.0);
+  EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
+  EXPECT_NE(refused(eye).find("at most 2360.000000 x 1760.000000"), std::string::npos) << refused(eye);
+  eye = sample_eye(0.01, 0.0);
+  eye.distortion.centre_px = {20000.0, 780.0};
   EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
   eye = sample_eye();
   eye.visible.width = 700;
