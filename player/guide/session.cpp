@@ -39,6 +39,7 @@ struct GuideSession::Inner {
   void next_part();
   void begin_part(CalibrationPart part);
   void go_on();
+  void show_look();
   void enter();
   void finish(std::vector<std::vector<double>> rows);
   void put(CalibrationMark mark);
@@ -60,6 +61,7 @@ struct GuideSession::Inner {
   std::size_t at_task = 0;
   bool is_fresh = false;  ///< the part's old marks go with its first new one
   Dials dials;
+  std::optional<Calibration> looked_at;  ///< what a look is drawn by
   std::optional<Eigen::Vector3d> cross;  ///< of a bull's-eye that is being taken: x, y as drawn, stage
   GuideProgress progress;
   std::uint64_t revision = 0;
@@ -90,6 +92,7 @@ void GuideSession::Inner::next_part()
 {
   tasks.clear();
   at_task = 0;
+  looked_at.reset();
   while (n_begun < options.parts.size()) {
     const CalibrationPart part = options.parts[n_begun++];
     if (!options.is_anew && is_done(calibration, part)) continue;
@@ -123,6 +126,18 @@ void GuideSession::Inner::go_on()
   progress.is_taking = false;
   taker.end();
   dials = Dials(tasks[at_task]);
+  looked_at.reset();
+  if (tasks[at_task].kind == TaskKind::look) show_look();
+}
+
+/// What was measured is to be looked at before it is confirmed, when the part is not solved yet.
+void GuideSession::Inner::show_look()
+{
+  try {
+    looked_at = solved_part(progress.part, bench, calibration, options.path);
+  } catch (const InputError& error) {
+    refuse_to_begin(words_of(error));
+  }
 }
 
 void GuideSession::Inner::refuse_to_begin(const std::string& why)
@@ -356,6 +371,11 @@ bool GuideSession::is_left() const
 const Calibration& GuideSession::calibration() const
 {
   return inner_->calibration;
+}
+
+const Calibration& GuideSession::drawn_by() const
+{
+  return inner_->looked_at ? *inner_->looked_at : inner_->calibration;
 }
 
 std::uint64_t GuideSession::revision() const

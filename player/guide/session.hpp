@@ -63,6 +63,8 @@ class GuideSession {
 
   /// With every mark, estimate and value so far.
   const Calibration& calibration() const;
+  /// What the task at hand is drawn by: of a look, eyes and image distance as the part's marks have them.
+  const Calibration& drawn_by() const;
   /// Grows with every mark, result and refusal: time to write the file.
   std::uint64_t revision() const;
 
