@@ -16,8 +16,15 @@
 #include "guide/task_row.hpp"
 #include "guide/tasks.hpp"
 #include "guide/words.hpp"
+#include "settings/settings_text.hpp"
 
 namespace vrda {
+namespace {
+
+constexpr const char* silent_stage =
+    "The stage's board has said nothing yet: is it switched on and plugged in?";
+
+}  // namespace
 
 struct GuideSession::Inner {
   Inner(const BenchFile& wanted_bench, const Calibration& begun, const GuideOptions& wanted)
@@ -49,6 +56,8 @@ struct GuideSession::Inner {
   void forget(const std::vector<std::size_t>& which);
   void back();
   void again();
+  void zero();
+  void zero_by_key();
   void press(const KeyPress& key);
   void take_row();
 
@@ -152,10 +161,11 @@ void GuideSession::Inner::enter()
   const Task& asked = *task();
   const bool is_on_stage = asked.kind == TaskKind::bullseye || asked.kind == TaskKind::stop;
   if (is_on_stage && has_stage(bench)) {
-    if (!taker.stage_mm())
-      return refuse_to_begin("The stage's board has said nothing yet: is it switched on and plugged in?");
+    if (!taker.stage_mm()) return refuse_to_begin(silent_stage);
     if (asked.kind == TaskKind::bullseye && !taker.is_stage_zeroed())
-      return refuse_to_begin("The stage was not set to zero since its board was switched on: do stop again.");
+      return refuse_to_begin(
+          "The stage was not set to zero since its board was switched on: push the stage against its stop and "
+          "press Z.");
   }
   if (asked.n_samples > 0) {
     if (asked.kind == TaskKind::bullseye) {
@@ -170,9 +180,8 @@ void GuideSession::Inner::enter()
     return;
   }
   if (asked.kind == TaskKind::stop) {
-    zeroes = true;
-    const double before_mm = taker.stage_mm().value_or(0.0);
-    taker.zero_stage();
+    const double before_mm = *taker.stage_mm();
+    zero();
     return finish({{before_mm}});
   }
   finish({row_of(asked, dials.values(), calibration)});
@@ -300,6 +309,23 @@ void GuideSession::Inner::again()
   go_on();
 }
 
+void GuideSession::Inner::zero()
+{
+  zeroes = true;
+  taker.zero_stage();
+}
+
+/// After a board that restarted: no part is done again for it, and no mark is lost.
+void GuideSession::Inner::zero_by_key()
+{
+  if (!has_stage(bench)) return;
+  if (!taker.stage_mm()) return refuse_to_begin(silent_stage);
+  progress.words = {"The stage is at zero here; it stood at " + rounded_text(*taker.stage_mm(), 2) + " mm."};
+  progress.is_refused = false;
+  ++revision;
+  zero();
+}
+
 void GuideSession::Inner::press(const KeyPress& key)
 {
   if (key.key == Key::escape || key.key == key_of('Q')) {
@@ -314,6 +340,7 @@ void GuideSession::Inner::press(const KeyPress& key)
   // What is aligned stays so while samples of it are taken.
   if (progress.is_taking) return;
   if (key.key == Key::enter) return enter();
+  if (key.key == key_of('Z')) return zero_by_key();
   dials.press(key);
 }
 

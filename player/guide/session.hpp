@@ -53,11 +53,12 @@ class GuideSession {
   /// Left and Right change the first dial, Up and Down the second (a cross moves with all four); of tasks of
   /// more than two dials Up and Down select, Left and Right change. A step; with Shift ten, with Control a
   /// hundred. Enter: it is aligned, or begins to take samples. Backspace: the task before again. R: the part
-  /// from its first task. Escape or Q: leave; everything done so far is kept.
+  /// from its first task. Z: the stage stands against its stop, which is zero. Escape or Q: leave; everything
+  /// done so far is kept.
   void take(const KeyPress& press);
   /// In the order of arrival.
   void take(const Sample& sample);
-  /// The stage is to be set to zero (a stop task was confirmed); true once.
+  /// The stage is to be set to zero (a stop task was confirmed, or Z pressed); true once.
   bool zeroes_stage();
   bool is_left() const;
 

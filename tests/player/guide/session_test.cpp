@@ -178,6 +178,7 @@ TEST(GuideSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
 {
   Trial trial(bench(), all_done(), anew("bullseye"));
   trial.somebody.send_samples(*trial.session);
+  trial.press('Z');
   trial.press(Key::right, true);
   const double x = trial.session->values()[0];
   trial.press(Key::enter);
@@ -216,6 +217,45 @@ TEST(GuideSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
   EXPECT_THAT(trial.words(), HasSubstr("The stage moved"));
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::bullseye));
+}
+
+/// A board that restarted between two places: nothing that is marked is lost.
+TEST(GuideSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.go_to(CalibrationPart::bullseye, "right eye, place 2");
+  const std::size_t n_marks = trial.record(CalibrationPart::bullseye).marks.size();
+  ASSERT_EQ(n_marks, 3u);
+  const CalibrationRecord stop = trial.record(CalibrationPart::stop);
+  trial.session->take(stage_sample(37.25, trial.bench, 0));
+  trial.press(Key::enter);
+  EXPECT_TRUE(trial.session->progress().is_refused);
+  EXPECT_THAT(trial.words(), HasSubstr("push the stage against its stop and press Z"));
+  EXPECT_FALSE(trial.session->zeroes_stage());
+  trial.press('Z');
+  EXPECT_TRUE(trial.session->zeroes_stage());
+  EXPECT_FALSE(trial.session->zeroes_stage());
+  EXPECT_FALSE(trial.session->progress().is_refused);
+  EXPECT_THAT(trial.words(), HasSubstr("it stood at 37.25 mm"));
+  EXPECT_TRUE(trial.is_asked(CalibrationPart::bullseye, "right eye, place 2"));
+  EXPECT_EQ(trial.record(CalibrationPart::bullseye).marks.size(), n_marks);
+  EXPECT_EQ(trial.record(CalibrationPart::stop).marks.at(0).rows, stop.marks.at(0).rows);
+  EXPECT_FALSE(trial.record(CalibrationPart::bullseye).is_outdated);
+  trial.press(Key::enter);
+  EXPECT_TRUE(trial.session->progress().is_taking);
+}
+
+TEST(GuideSession, ZWantsAStageWhoseBoardSpeaks)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.press('Z');
+  EXPECT_FALSE(trial.session->zeroes_stage());
+  EXPECT_THAT(trial.words(), HasSubstr("said nothing"));
+  const BenchFile tracked = test::virtual_bench(HeadKind::tracker);
+  Trial without(tracked);
+  without.press('Z');
+  EXPECT_FALSE(without.session->zeroes_stage());
+  EXPECT_TRUE(without.words().empty());
 }
 
 TEST(GuideSession, TheStopAsksOnceForAStageAtZero)
