@@ -129,7 +129,7 @@ CalibrateEnd by_hand(const CalibrateOptions& options, const CalibrateSetup& setu
   require_model(options, setup);
   StopSignals stop;  // before the devices' threads begin, which keep its mask
   GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
-  KeptCalibration kept(setup.bench, options.calibration, session.revision());
+  KeptCalibration kept(setup.bench, options.calibration);
   if (!options.pictures.empty()) std::filesystem::create_directories(options.pictures);
   GuideLoop loop(options, setup.bench, session, kept, streams);
   const std::unique_ptr<GuideBench> before =
@@ -145,6 +145,7 @@ void operate(GuideSession& session, VirtualOperator& person, KeptCalibration& ke
 {
   constexpr int most_tasks = 100'000;
   StopSignals stop;
+  kept.write(session);
   for (int n = 0; session.task() != nullptr && !stop.came_within(std::chrono::milliseconds(0)); ++n) {
     check(n < most_tasks, "a virtual operator comes to an end");
     tasks_done.push_back(*session.task());
@@ -159,7 +160,7 @@ CalibrateEnd by_operator(const CalibrateOptions& options, const CalibrateSetup& 
   const VirtualNoise noise;
   const VirtualTruth truth = virtual_truth(setup.bench, options.seed);
   GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
-  KeptCalibration kept(setup.bench, options.calibration, session.revision());
+  KeptCalibration kept(setup.bench, options.calibration);
   VirtualOperator person(setup.bench, truth, noise);
   std::vector<Task> tasks;
   operate(session, person, kept, tasks);

@@ -10,6 +10,7 @@
 #include "guide/dials.hpp"
 #include "guide/marks.hpp"
 #include "guide/parts.hpp"
+#include "guide/plan.hpp"
 #include "guide/refusal.hpp"
 #include "guide/sample_taker.hpp"
 #include "guide/solve_part.hpp"
@@ -30,7 +31,8 @@ struct GuideSession::Inner {
   Inner(const BenchFile& wanted_bench, const Calibration& begun, const GuideOptions& wanted)
       : bench(wanted_bench), calibration(begun), options(wanted), taker(wanted_bench)
   {
-    require_order();
+    if (options.is_anew) outdate_asked();
+    require_order(options.parts, bench, calibration, options.path);
     next_part();
   }
 
@@ -42,7 +44,7 @@ struct GuideSession::Inner {
     return is_fresh || found == calibration.records.end() ? CalibrationRecord{} : found->second;
   }
 
-  void require_order() const;
+  void outdate_asked();
   void next_part();
   void begin_part(CalibrationPart part);
   void go_on();
@@ -77,23 +79,14 @@ struct GuideSession::Inner {
   bool zeroes = false, is_left = false;
 };
 
-void GuideSession::Inner::require_order() const
+/// At once, and kept in the file: whoever goes on later need not say again what was to be done anew.
+void GuideSession::Inner::outdate_asked()
 {
-  for (std::size_t k = 0; k < options.parts.size(); ++k) {
-    const CalibrationPart part = options.parts[k];
-    require_wanted(part, bench);
+  for (const CalibrationPart part : options.parts) {
     const auto record = calibration.records.find(part);
-    if (record != calibration.records.end() && !options.is_anew)
-      require_of_plan(record->second, tasks_of(part, bench, calibration), part, options.path);
-    for (const CalibrationPart below : rests_on(part, bench)) {
-      const auto so_far = options.parts.begin() + static_cast<std::ptrdiff_t>(k);
-      if (is_done(calibration, below) || std::find(options.parts.begin(), so_far, below) != so_far) continue;
-      const bool was_done = calibration.records.contains(below) && calibration.records.at(below).is_outdated;
-      throw InputError(
-          {options.path, name_of(part),
-           std::string(name_of(below)) + (was_done ? ", which is outdated" : ", which is not done"),
-           std::string(name_of(below)) + " first, as " + name_of(part) + " rests on it"});
-    }
+    if (record == calibration.records.end() || record->second.is_outdated) continue;
+    record->second.is_outdated = true;
+    ++revision;
   }
 }
 
@@ -104,7 +97,7 @@ void GuideSession::Inner::next_part()
   looked_at.reset();
   while (n_begun < options.parts.size()) {
     const CalibrationPart part = options.parts[n_begun++];
-    if (!options.is_anew && is_done(calibration, part)) continue;
+    if (is_done(calibration, part)) continue;
     begin_part(part);
     return;
   }
@@ -116,7 +109,7 @@ void GuideSession::Inner::begin_part(CalibrationPart part)
   const auto found = calibration.records.find(part);
   const bool is_under_way =
       found != calibration.records.end() && !found->second.estimate && !found->second.is_outdated;
-  is_fresh = found != calibration.records.end() && (options.is_anew || !is_under_way);
+  is_fresh = found != calibration.records.end() && !is_under_way;
   tasks = tasks_of(part, bench, calibration);
   const CalibrationRecord so_far = record_so_far();
   progress.n_tasks = static_cast<int>(tasks.size());
@@ -213,8 +206,10 @@ void GuideSession::Inner::put(CalibrationMark mark)
     outdate_after(calibration, progress.part, bench);
     is_fresh = false;
   }
-  record().date = options.date;
-  put_mark(record(), tasks, std::move(mark));
+  CalibrationRecord& now = record();
+  if (now.marks.empty()) now.made_with = bench_numbers_of(progress.part, bench);
+  now.date = options.date;
+  put_mark(now, tasks, std::move(mark));
 }
 
 void GuideSession::Inner::finish(std::vector<std::vector<double>> rows)
@@ -408,27 +403,6 @@ const Calibration& GuideSession::drawn_by() const
 std::uint64_t GuideSession::revision() const
 {
   return inner_->revision;
-}
-
-Calibration solved_again(const BenchFile& bench, const Calibration& calibration, const std::string& path)
-{
-  Calibration solved = calibration;
-  const auto has_estimate = [&](CalibrationPart below) {
-    const auto found = solved.records.find(below);
-    return found != solved.records.end() && found->second.estimate;
-  };
-  for (const CalibrationPart part : parts_of(bench)) {
-    const auto record = solved.records.find(part);
-    if (record == solved.records.end() || record->second.marks.empty()) continue;
-    // What it rests on is being done anew.
-    const std::vector<CalibrationPart> below = rests_on(part, bench);
-    if (!std::all_of(below.begin(), below.end(), has_estimate)) continue;
-    const std::vector<Task> tasks = tasks_of(part, bench, solved);
-    require_of_plan(record->second, tasks, part, path);
-    if (next_task(tasks, record->second) < tasks.size()) continue;
-    solved = solved_part(part, bench, solved, path);
-  }
-  return solved;
 }
 
 }  // namespace vrda

@@ -14,7 +14,7 @@ namespace vrda {
 
 struct GuideOptions {
   std::vector<CalibrationPart> parts;  ///< to be done, in order
-  bool is_anew = false;                ///< parts that are done are done again
+  bool is_anew = false;                ///< their records are outdated at once: they are done from the first task
   std::string date;                    ///< of today
   std::string path;                    ///< of the calibration file, for messages
 };
@@ -66,7 +66,7 @@ class GuideSession {
   const Calibration& calibration() const;
   /// What the task at hand is drawn by: of a look, eyes and image distance as the part's marks have them.
   const Calibration& drawn_by() const;
-  /// Grows with every mark, result and refusal: time to write the file.
+  /// Grows from 0 with every mark, result and refusal: time to write the file.
   std::uint64_t revision() const;
 
  private:

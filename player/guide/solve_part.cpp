@@ -183,6 +183,21 @@ Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Cali
   return solved;
 }
 
+void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                           const std::string& path)
+{
+  const bool is_seen = part == CalibrationPart::bullseye || part == CalibrationPart::head;
+  const bool is_from_rectangles = part == CalibrationPart::ipd && !bench.calibration.has_pupillometer;
+  if (!is_seen && !is_from_rectangles) return;
+  try {
+    for (const bool is_right : {false, true}) eyepoint_of(bench, begun, is_right, path);
+  } catch (const InputError& error) {
+    const InputError::Facts& facts = error.facts();
+    throw InputError({facts.file, "per_person.eyepoints: " + facts.field, facts.found,
+                      facts.wanted + ". Do eyepoints anew, as " + name_of(part) + " rests on them"});
+  }
+}
+
 void require_good_eye(CalibrationPart part, const BenchFile& bench, const Calibration& begun, bool is_right,
                       const std::string& path)
 {

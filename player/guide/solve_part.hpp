@@ -13,6 +13,11 @@ namespace vrda {
 Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                         const std::string& path);
 
+/// What solving `part` takes from marks of earlier parts: throws InputError naming that part, when they do
+/// not give it. To be asked before the part is begun, as its own marks are not to blame.
+void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                           const std::string& path);
+
 /// The marks of one eye alone, of parts that are marked eye by eye: throws what solving them would.
 void require_good_eye(CalibrationPart part, const BenchFile& bench, const Calibration& begun, bool is_right,
                       const std::string& path);
