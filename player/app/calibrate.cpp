@@ -14,6 +14,7 @@
 #include "app/guide_loop.hpp"
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
+#include "guide/bench_parts.hpp"
 #include "settings/settings_table.hpp"
 #include "store/read_apart.hpp"
 
@@ -63,8 +64,27 @@ void require_options(const CalibrateOptions& options)
     if (options.is_headless && options.script.empty() && !is_about_the_file(options))
       refuse("--headless", "no --script", "the keys to press: nobody sees it");
   }
+  if (!options.bench_from.empty()) {
+    if (is_about_the_file(options)) refuse("--bench-from", "\"" + options.step + "\"", "a step that is done, best person");
+    if (options.calibration.empty())
+      refuse("--bench-from", "no --calibration", "the file of the person who is calibrated");
+  }
   if (options.calibration.empty() && (!options.is_virtual || is_about_the_file(options)))
     refuse("--calibration", "nothing", "the file that keeps what is found (schemas/calibration.md)");
+}
+
+/// With the bench's parts of another person's file; what was begun so goes on.
+Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& bench, bool is_there)
+{
+  const Calibration other = read_calibration(options.bench_from, bench);
+  if (is_there) {
+    const Calibration begun = read_calibration(options.calibration, bench);
+    require_same_bench_parts(begun, options.calibration, other, options.bench_from);
+    return begun;
+  }
+  const Calibration begun = begun_from(other, bench, options.bench_from);
+  write_whole(options.calibration, {calibration_text(begun, bench)});
+  return begun;
 }
 
 CalibrateSetup read_setup(const CalibrateOptions& options)
@@ -77,6 +97,10 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
   const bool is_there = !options.calibration.empty() && std::filesystem::exists(options.calibration);
   if (!is_there && is_about_the_file(options))
     throw InputError({options.calibration, "", "no file", "a calibration that was begun"});
+  if (!options.bench_from.empty()) {
+    setup.begun = begun_from_other(options, setup.bench, is_there);
+    return setup;
+  }
   setup.begun =
       is_there ? read_calibration(options.calibration, setup.bench) : nominal_calibration(setup.bench);
   return setup;

@@ -111,14 +111,17 @@ std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchF
   const std::vector<CalibrationPart> all = parts_of(bench);
   if (step == "all") return all;
   std::vector<CalibrationPart> wanted;
-  std::vector<std::string> words{"all", "tracking"};
+  std::vector<std::string> words{"all", "bench", "person", "tracking"};
   for (std::size_t k = 0; k < n_calibration_parts; ++k) {
     const auto part = static_cast<CalibrationPart>(k);
     words.emplace_back(name_of(part));
     const bool is_tracking = part == CalibrationPart::rails || part == CalibrationPart::stop ||
                              part == CalibrationPart::probe || part == CalibrationPart::bullseye ||
                              is_model_part(part);
-    if (step == words.back() || (step == "tracking" && is_tracking)) wanted.push_back(part);
+    const bool is_group = (step == "tracking" && is_tracking) ||
+                          (step == "bench" && is_once_a_bench(part)) ||
+                          (step == "person" && !is_once_a_bench(part));
+    if (step == words.back() || is_group) wanted.push_back(part);
   }
   if (wanted.empty())
     throw InputError({"calibrate", "STEP", "'" + step + "'", "such a step as " + nearest_word(step, words)});
@@ -127,7 +130,7 @@ std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchF
     std::string names;
     for (const CalibrationPart part : all) names += (names.empty() ? "" : ", ") + std::string(name_of(part));
     throw InputError({"calibrate", "STEP", "'" + step + "', which " + bench.path + " has no use for",
-                      "all, tracking, " + names});
+                      "all, bench, person, tracking, " + names});
   }
   std::erase_if(wanted, [&](CalibrationPart part) { return !is_part_of(part, bench); });
   return wanted;

@@ -30,8 +30,8 @@ struct GuideProgress {
   bool is_refused = false;  ///< the words are a refusal; marks to be done again have been taken away
 };
 
-/// Parts named by a step of the command line ("viewport", "tracking", "head", "all", or a part itself) that
-/// make sense on that bench. Throws InputError naming the step.
+/// Parts named by a step of the command line ("all", "bench" and "person" for those once a bench and once a
+/// person, "tracking", or a part itself) that make sense on that bench. Throws InputError naming the step.
 std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchFile& bench);
 
 class GuideSession {
