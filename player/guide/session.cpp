@@ -241,7 +241,7 @@ void GuideSession::Inner::finish(std::vector<std::vector<double>> rows)
                                          [&](const Task& t) { return mark_of(record(), t.name) != nullptr; });
   if (is_round_done) {
     try {
-      require_good_eye(progress.part, bench, calibration, tasks[done].is_right, options.path);
+      progress.words = round_remarks(progress.part, bench, calibration, tasks[done], options.path);
     } catch (const InputError& error) {
       refuse(error, doubted_marks(error, progress.part, tasks, round));
     }

@@ -198,12 +198,16 @@ void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const C
   }
 }
 
-void require_good_eye(CalibrationPart part, const BenchFile& bench, const Calibration& begun, bool is_right,
-                      const std::string& path)
+std::vector<std::string> round_remarks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                                       const Task& done, const std::string& path)
 {
-  if (part == CalibrationPart::viewport) viewport_of(bench, begun, is_right, path);
-  if (part == CalibrationPart::distortion) distortion_of(bench, begun, is_right, path);
-  if (part == CalibrationPart::eyepoints) eyepoint_of(bench, begun, is_right, path);
+  if (part == CalibrationPart::viewport)
+    return viewport_of(bench, begun, done.is_right, path).estimate.remarks;
+  if (part == CalibrationPart::distortion)
+    return distortion_of(bench, begun, done.is_right, path).estimate.remarks;
+  if (part == CalibrationPart::eyepoints)
+    return eyepoint_of(bench, begun, done.is_right, path).fit.estimate.remarks;
+  return {};
 }
 
 void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,

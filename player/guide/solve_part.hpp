@@ -18,9 +18,10 @@ Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Cali
 void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                            const std::string& path);
 
-/// The marks of one eye alone, of parts that are marked eye by eye: throws what solving them would.
-void require_good_eye(CalibrationPart part, const BenchFile& bench, const Calibration& begun, bool is_right,
-                      const std::string& path);
+/// The marks of one round alone, which ends with `done`: throws what solving them would, and returns what is
+/// to be said of them.
+std::vector<std::string> round_remarks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                                       const Task& done, const std::string& path);
 
 /// The samples of one mark alone: throws InputError naming the task when something moved that had to rest.
 void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,

@@ -5,6 +5,7 @@
 
 #include <functional>
 
+#include "calibration/eyepoint_fit.hpp"
 #include "guide/parts.hpp"
 #include "guide/solve_part.hpp"
 #include "support/input_error.hpp"
@@ -117,6 +118,37 @@ TEST(GuideSession, AMarkFarOffIsAskedForAgainAlone)
     EXPECT_TRUE(is_done(trial.session->calibration(), row.part));
     EXPECT_EQ(trial.record(row.part).marks.size(), all_done().records.at(row.part).marks.size());
   }
+}
+
+/// Both eyes' result is known with the part; of the first one, while there is time to place rectangles better.
+TEST(GuideSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
+{
+  Trial trial(bench(), all_done(), anew("eyepoints"));
+  EXPECT_THAT(trial.words(), HasSubstr("half a pixel of noise an eye's distance will be known to about +-"));
+  trial.go_to(CalibrationPart::eyepoints, "right eye, rectangle 1, 1");
+  EXPECT_FALSE(trial.session->progress().is_refused);
+  const std::vector<std::string>& remarks =
+      all_done().records.at(CalibrationPart::eyepoints).estimate->remarks;
+  ASSERT_EQ(remarks.size(), 2u);
+  EXPECT_THAT(remarks[0], testing::StartsWith("left eye: "));
+  EXPECT_EQ(trial.session->progress().words.size(), 1u);
+  EXPECT_THAT(trial.words(), testing::MatchesRegex(
+                                 "left eye: [0-9.]+ mm before the first rectangle's plane, 95 %: "
+                                 ".-[0-9.]+ mm; a side's noise [0-9.]+ px\n"));
+  trial.do_task();
+  EXPECT_TRUE(trial.words().empty());
+}
+
+/// Of a reading that is too large what is drawn lies in front, as the true distance is the smaller one.
+TEST(GuideSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
+{
+  const std::optional<Estimate>& ipd = all_done().records.at(CalibrationPart::ipd).estimate;
+  const double read_mm = ipd->values[0], depth_mm = all_done().image_distance_mm;
+  EXPECT_GT(depth_error_mm(depth_mm, read_mm, read_mm + 1.0), 0.0);
+  EXPECT_LT(depth_error_mm(depth_mm, read_mm + 1.0, read_mm), 0.0);
+  EXPECT_NEAR(depth_error_mm(800.0, 65.0, 64.0), -12.3, 0.05);
+  EXPECT_THAT(ipd->remarks.back(), HasSubstr("if the eyes are 1 mm further apart than that, what lies at "));
+  EXPECT_THAT(ipd->remarks.back(), testing::EndsWith(" mm behind its place"));
 }
 
 TEST(GuideSession, APointTouchedBesideIsAskedForAgainAlone)
