@@ -207,6 +207,7 @@ std::vector<std::string> round_remarks(CalibrationPart part, const BenchFile& be
     return distortion_of(bench, begun, done.is_right, path).estimate.remarks;
   if (part == CalibrationPart::eyepoints)
     return eyepoint_of(bench, begun, done.is_right, path).fit.estimate.remarks;
+  if (part == CalibrationPart::rails) require_good_rail(done, bench, begun, path);
   return {};
 }
 

@@ -179,6 +179,15 @@ void send_still(GuideSession& session, const BenchFile& file, const std::string&
   session.take(sample);
 }
 
+Sample stage_sample(double at_mm, const BenchFile& file, std::uint8_t flags)
+{
+  Sample sample;
+  sample.kind = SampleKind::stage;
+  sample.state = flags;
+  sample.count = static_cast<std::int32_t>(std::lround(at_mm / file.stage_mm_per_count));
+  return sample;
+}
+
 TEST(GuideSession, AProbeThatNobodyTurnsIsRefused)
 {
   Trial trial(bench(), "probe");
@@ -189,6 +198,34 @@ TEST(GuideSession, AProbeThatNobodyTurnsIsRefused)
   EXPECT_THAT(trial.words(), HasSubstr("deg"));
   EXPECT_TRUE(trial.is_asked(CalibrationPart::probe, "sweep"));
   EXPECT_FALSE(is_done(trial.session->calibration(), CalibrationPart::probe));
+}
+
+/// Before anybody fastens the marker to the other rail.
+TEST(GuideSession, AFirstRailThatIsNoneIsRefusedAtOnce)
+{
+  struct Row {
+    std::string name, words;
+    double way_mm, bend_mm, stage_mm;  ///< of the whole sweep
+  };
+  for (const Row& row : {Row{"short", "a sweep of 30", 30, 0, 30}, Row{"bent", "off any line", 300, 40, 300},
+                         Row{"the other way", "an encoder that counts", 300, 0, -300},
+                         Row{"another gear", "mm a mm of the encoder", 300, 0, 200}}) {
+    SCOPED_TRACE(row.name);
+    Trial trial(bench(), "rails");
+    trial.session->take(stage_sample(0.0, trial.bench, 0));
+    trial.press(Key::enter);
+    const double n = trial.session->task()->n_samples - 1.0;
+    for (int k = 0; trial.session->progress().is_taking; ++k) {
+      const double s = k / n;
+      trial.session->take(stage_sample(row.stage_mm * s, trial.bench, 0));
+      send_still(*trial.session, trial.bench, "marker",
+                 Pose(Eigen::Translation3d(row.way_mm * s, row.bend_mm * s * s, -2000)));
+    }
+    EXPECT_TRUE(trial.session->progress().is_refused);
+    EXPECT_THAT(trial.words(), HasSubstr(row.words));
+    EXPECT_TRUE(trial.is_asked(CalibrationPart::rails, "x rail"));
+    EXPECT_TRUE(trial.record(CalibrationPart::rails).marks.empty());
+  }
 }
 
 TEST(GuideSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgain)
@@ -222,15 +259,6 @@ TEST(GuideSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
   EXPECT_THAT(trial.words(), HasSubstr("hold it still"));
   EXPECT_TRUE(trial.is_asked(CalibrationPart::bullseye, "left eye, place 1"));
   EXPECT_EQ(trial.session->values()[0], x);
-}
-
-Sample stage_sample(double at_mm, const BenchFile& file, std::uint8_t flags)
-{
-  Sample sample;
-  sample.kind = SampleKind::stage;
-  sample.state = flags;
-  sample.count = static_cast<std::int32_t>(std::lround(at_mm / file.stage_mm_per_count));
-  return sample;
 }
 
 TEST(GuideSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
