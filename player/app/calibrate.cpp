@@ -15,6 +15,7 @@
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
 #include "guide/bench_parts.hpp"
+#include "guide/parts.hpp"
 #include "settings/settings_table.hpp"
 #include "store/read_apart.hpp"
 
@@ -65,7 +66,8 @@ void require_options(const CalibrateOptions& options)
       refuse("--headless", "no --script", "the keys to press: nobody sees it");
   }
   if (!options.bench_from.empty()) {
-    if (is_about_the_file(options)) refuse("--bench-from", "\"" + options.step + "\"", "a step that is done, best person");
+    if (is_about_the_file(options))
+      refuse("--bench-from", "\"" + options.step + "\"", "a step that is done, best person");
     if (options.calibration.empty())
       refuse("--bench-from", "no --calibration", "the file of the person who is calibrated");
   }
@@ -119,19 +121,24 @@ void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, c
 
 bool is_place_adjusted(const CalibrateSetup& setup)
 {
-  const auto is_place = [](CalibrationPart part) {
-    return part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia;
-  };
   return setup.bench.calibration.is_model_adjusted &&
-         std::any_of(setup.parts.begin(), setup.parts.end(), is_place);
+         std::any_of(setup.parts.begin(), setup.parts.end(), is_model_part);
 }
 
 void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
 {
   if (!is_place_adjusted(setup)) return;
-  if (options.is_virtual)
-    throw InputError({setup.bench.path, "calibration.model", "\"adjust\" on a virtual bench with a person",
-                      "\"fiducials\", or --headless"});
+  if (options.is_virtual) {
+    // There the leg is a way from point to point, and so is the model.
+    for (const CalibrationPart part : setup.parts) {
+      if (!is_model_part(part) || points_of(part, setup.bench.calibration).size() > 1) continue;
+      throw InputError({setup.bench.path,
+                        part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
+                        "fewer than two points, with calibration.model = \"adjust\"",
+                        "points of the leg, by which a virtual bench shows where it is"});
+    }
+    return;
+  }
   if (options.model.empty())
     refuse("--model", "nothing",
            "the motion model whose place is to be adjusted (calibration.model = \"adjust\")");

@@ -49,7 +49,8 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
   calibrate
       ->add_option("STEP", options.step,
                    "viewport, distortion, eyepoints, ipd, tracking, head, subject, or one part of them; all; "
-                   "bench, person: what is once a bench, once a person; status: what is known so far; solve: all anew from the marks in the file")
+                   "bench, person: what is once a bench, once a person; status: what is known so far; solve: "
+                   "all anew from the marks in the file")
       ->required();
   calibrate->add_option("--bench", options.bench, "Display, tracker and board (schemas/bench.md)")
       ->type_name("BENCH.toml");

@@ -8,11 +8,6 @@
 namespace vrda {
 namespace {
 
-bool is_model_part(CalibrationPart part)
-{
-  return part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia;
-}
-
 bool is_part_of(CalibrationPart part, const BenchFile& bench)
 {
   const bool is_on_stage = bench.head == HeadKind::stage;
@@ -68,6 +63,11 @@ std::vector<CalibrationPart> may_rest_on(CalibrationPart part, const BenchFile& 
 
 }  // namespace
 
+bool is_model_part(CalibrationPart part)
+{
+  return part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia;
+}
+
 bool has_stage(const BenchFile& bench)
 {
   return bench.head == HeadKind::stage && bench.board && bench.board->has_stage;
@@ -118,8 +118,7 @@ std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchF
     const bool is_tracking = part == CalibrationPart::rails || part == CalibrationPart::stop ||
                              part == CalibrationPart::probe || part == CalibrationPart::bullseye ||
                              is_model_part(part);
-    const bool is_group = (step == "tracking" && is_tracking) ||
-                          (step == "bench" && is_once_a_bench(part)) ||
+    const bool is_group = (step == "tracking" && is_tracking) || (step == "bench" && is_once_a_bench(part)) ||
                           (step == "person" && !is_once_a_bench(part));
     if (step == words.back() || is_group) wanted.push_back(part);
   }

@@ -1,4 +1,5 @@
-/// Whether what is asked for can be begun: order, marks that belong to the bench file, what earlier marks say.
+/// Whether what is asked for can be begun: order, marks that belong to the bench file, what earlier marks
+/// say.
 #pragma once
 
 #include "guide/task.hpp"
@@ -15,8 +16,8 @@ void require_of_plan(CalibrationPart part, const BenchFile& bench, const Calibra
                      const std::string& path);
 
 /// The same of `parts`, to be done in that order, and of all that they rest on, on and on. Throws InputError
-/// when one is asked for before one it rests on, when the bench file lacks what it wants (which key), and when
-/// the marks of earlier parts do not give what solving it takes from them.
+/// when one is asked for before one it rests on, when the bench file lacks what it wants (which key), and
+/// when the marks of earlier parts do not give what solving it takes from them.
 void require_order(const std::vector<CalibrationPart>& parts, const BenchFile& bench,
                    const Calibration& begun, const std::string& path);
 

@@ -157,7 +157,8 @@ void GuideSession::Inner::enter()
     if (!taker.stage_mm()) return refuse_to_begin(silent_stage);
     if (asked.kind == TaskKind::bullseye && !taker.is_stage_zeroed())
       return refuse_to_begin(
-          "The stage was not set to zero since its board was switched on: push the stage against its stop and "
+          "The stage was not set to zero since its board was switched on: push the stage against its stop "
+          "and "
           "press Z.");
   }
   if (asked.n_samples > 0) {

@@ -14,9 +14,9 @@ namespace vrda {
 
 struct GuideOptions {
   std::vector<CalibrationPart> parts;  ///< to be done, in order
-  bool is_anew = false;                ///< their records are outdated at once: they are done from the first task
-  std::string date;                    ///< of today
-  std::string path;                    ///< of the calibration file, for messages
+  bool is_anew = false;  ///< their records are outdated at once: they are done from the first task
+  std::string date;      ///< of today
+  std::string path;      ///< of the calibration file, for messages
 };
 
 /// How far it is.

@@ -80,7 +80,8 @@ std::vector<double> numbers_of(const Viewport& v)
 void require_window(const SettingsTable& display, const char* name, const Viewport& window)
 {
   if (!display.has(name)) return;
-  const std::vector<double> made_for = display.numbers(name, 4, {0.0, largest_px}), wanted = numbers_of(window);
+  const std::vector<double> made_for = display.numbers(name, 4, {0.0, largest_px}),
+                            wanted = numbers_of(window);
   if (made_for == wanted) return;
   display.refuse(name, "a calibration of the window " + list_text(made_for),
                  "one of this bench's window, " + list_text(wanted) + ": calibrate anew");

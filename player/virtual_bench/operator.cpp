@@ -132,8 +132,7 @@ void VirtualOperator::Inner::send_frame(GuideSession& session, const Standing& s
   facts.is_stage_zeroed = is_stage_zeroed;
   facts.stage_offset_mm = facts.is_stage_zeroed ? 0.0 : stage_offset_mm;
   Draws draws(truth.seed, DrawFor::virtual_tracker, draws_index(session) + n_frames);
-  for (const Sample& sample : tracker_frame(bench, truth, stands, facts, draws))
-    session.take(sample);
+  for (const Sample& sample : tracker_frame(bench, truth, stands, facts, draws)) session.take(sample);
   time_ns += frame_ns;
   ++n_frames;
 }
@@ -157,8 +156,7 @@ void VirtualOperator::Inner::zero_stage(GuideSession& session)
 void VirtualOperator::Inner::take_samples(GuideSession& session)
 {
   const std::uint64_t most_frames = 10 * static_cast<std::uint64_t>(session.task()->n_samples) + 100;
-  while (session.progress().is_taking && n_frames < most_frames)
-    send_frame(session, standing(session));
+  while (session.progress().is_taking && n_frames < most_frames) send_frame(session, standing(session));
   check(!session.progress().is_taking, "as many samples as are wanted end a task");
 }
 

@@ -294,7 +294,9 @@ TEST_F(Calibrate, APlaceByEyeWantsTheModel)
   EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::finished);  // who lives in numbers needs no picture
   adjust.is_anew = true;
   adjust.script = written("script.txt", "press Enter\n");
-  EXPECT_EQ(refusal(adjust).field, "calibration.model");
+  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::left);  // whoever trains sees points
+  adjust.bench = written("bare.toml", text.substr(0, text.find("\n[[calibration.point]]")));
+  EXPECT_EQ(refusal(adjust).field, "calibration.point");
   adjust.is_virtual = false;
   EXPECT_EQ(refusal(adjust).file, "--model");
 }

@@ -127,8 +127,7 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
     SCOPED_TRACE(step);
     const InputError::Facts facts = refused(other, begun, step);
     EXPECT_EQ(facts.field, "per_person.eyepoints");
-    EXPECT_EQ(facts.found,
-              "marks made when calibration.rectangles had 150.0 where it now has 175.0");
+    EXPECT_EQ(facts.found, "marks made when calibration.rectangles had 150.0 where it now has 175.0");
     EXPECT_THAT(facts.wanted, HasSubstr("do eyepoints anew"));
   }
   EXPECT_THAT(test::input_error([&] { solved_again(other, begun, "c.toml"); }).found,

@@ -96,7 +96,8 @@ TEST(GuideSession, AMarkFarOffIsAskedForAgainAlone)
   }
 }
 
-/// Both eyes' result is known with the part; of the first one, while there is time to place rectangles better.
+/// Both eyes' result is known with the part; of the first one, while there is time to place rectangles
+/// better.
 TEST(GuideSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
 {
   Trial trial(bench(), all_done(), anew("eyepoints"));
@@ -108,9 +109,9 @@ TEST(GuideSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
   ASSERT_EQ(remarks.size(), 2u);
   EXPECT_THAT(remarks[0], testing::StartsWith("left eye: "));
   EXPECT_EQ(trial.session->progress().words.size(), 1u);
-  EXPECT_THAT(trial.words(), testing::MatchesRegex(
-                                 "left eye: [0-9.]+ mm before the first rectangle's plane, 95 %: "
-                                 ".-[0-9.]+ mm; a side's noise [0-9.]+ px\n"));
+  EXPECT_THAT(trial.words(),
+              testing::MatchesRegex("left eye: [0-9.]+ mm before the first rectangle's plane, 95 %: "
+                                    ".-[0-9.]+ mm; a side's noise [0-9.]+ px\n"));
   trial.do_task();
   EXPECT_TRUE(trial.words().empty());
 }
