@@ -14,6 +14,8 @@
 #include "app/guide_loop.hpp"
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
+#include "guide/bench_parts.hpp"
+#include "guide/parts.hpp"
 #include "settings/settings_table.hpp"
 #include "store/read_apart.hpp"
 
@@ -63,8 +65,28 @@ void require_options(const CalibrateOptions& options)
     if (options.is_headless && options.script.empty() && !is_about_the_file(options))
       refuse("--headless", "no --script", "the keys to press: nobody sees it");
   }
+  if (!options.bench_from.empty()) {
+    if (is_about_the_file(options))
+      refuse("--bench-from", "\"" + options.step + "\"", "a step that is done, best person");
+    if (options.calibration.empty())
+      refuse("--bench-from", "no --calibration", "the file of the person who is calibrated");
+  }
   if (options.calibration.empty() && (!options.is_virtual || is_about_the_file(options)))
     refuse("--calibration", "nothing", "the file that keeps what is found (schemas/calibration.md)");
+}
+
+/// With the bench's parts of another person's file; what was begun so goes on.
+Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& bench, bool is_there)
+{
+  const Calibration other = read_calibration(options.bench_from, bench);
+  if (is_there) {
+    const Calibration begun = read_calibration(options.calibration, bench);
+    require_same_bench_parts(begun, options.calibration, other, options.bench_from);
+    return begun;
+  }
+  const Calibration begun = begun_from(other, bench, options.bench_from);
+  write_whole(options.calibration, {calibration_text(begun, bench)});
+  return begun;
 }
 
 CalibrateSetup read_setup(const CalibrateOptions& options)
@@ -77,6 +99,10 @@ CalibrateSetup read_setup(const CalibrateOptions& options)
   const bool is_there = !options.calibration.empty() && std::filesystem::exists(options.calibration);
   if (!is_there && is_about_the_file(options))
     throw InputError({options.calibration, "", "no file", "a calibration that was begun"});
+  if (!options.bench_from.empty()) {
+    setup.begun = begun_from_other(options, setup.bench, is_there);
+    return setup;
+  }
   setup.begun =
       is_there ? read_calibration(options.calibration, setup.bench) : nominal_calibration(setup.bench);
   return setup;
@@ -95,19 +121,24 @@ void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, c
 
 bool is_place_adjusted(const CalibrateSetup& setup)
 {
-  const auto is_place = [](CalibrationPart part) {
-    return part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia;
-  };
   return setup.bench.calibration.is_model_adjusted &&
-         std::any_of(setup.parts.begin(), setup.parts.end(), is_place);
+         std::any_of(setup.parts.begin(), setup.parts.end(), is_model_part);
 }
 
 void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
 {
   if (!is_place_adjusted(setup)) return;
-  if (options.is_virtual)
-    throw InputError({setup.bench.path, "calibration.model", "\"adjust\" on a virtual bench with a person",
-                      "\"fiducials\", or --headless"});
+  if (options.is_virtual) {
+    // There the leg is a way from point to point, and so is the model.
+    for (const CalibrationPart part : setup.parts) {
+      if (!is_model_part(part) || points_of(part, setup.bench.calibration).size() > 1) continue;
+      throw InputError({setup.bench.path,
+                        part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
+                        "fewer than two points, with calibration.model = \"adjust\"",
+                        "points of the leg, by which a virtual bench shows where it is"});
+    }
+    return;
+  }
   if (options.model.empty())
     refuse("--model", "nothing",
            "the motion model whose place is to be adjusted (calibration.model = \"adjust\")");
@@ -129,7 +160,7 @@ CalibrateEnd by_hand(const CalibrateOptions& options, const CalibrateSetup& setu
   require_model(options, setup);
   StopSignals stop;  // before the devices' threads begin, which keep its mask
   GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
-  KeptCalibration kept(setup.bench, options.calibration, session.revision());
+  KeptCalibration kept(setup.bench, options.calibration);
   if (!options.pictures.empty()) std::filesystem::create_directories(options.pictures);
   GuideLoop loop(options, setup.bench, session, kept, streams);
   const std::unique_ptr<GuideBench> before =
@@ -145,6 +176,7 @@ void operate(GuideSession& session, VirtualOperator& person, KeptCalibration& ke
 {
   constexpr int most_tasks = 100'000;
   StopSignals stop;
+  kept.write(session);
   for (int n = 0; session.task() != nullptr && !stop.came_within(std::chrono::milliseconds(0)); ++n) {
     check(n < most_tasks, "a virtual operator comes to an end");
     tasks_done.push_back(*session.task());
@@ -159,7 +191,7 @@ CalibrateEnd by_operator(const CalibrateOptions& options, const CalibrateSetup& 
   const VirtualNoise noise;
   const VirtualTruth truth = virtual_truth(setup.bench, options.seed);
   GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
-  KeptCalibration kept(setup.bench, options.calibration, session.revision());
+  KeptCalibration kept(setup.bench, options.calibration);
   VirtualOperator person(setup.bench, truth, noise);
   std::vector<Task> tasks;
   operate(session, person, kept, tasks);

@@ -48,8 +48,9 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
       "calibrate", "Calibrate a bench and whoever looks through it, guided step by step, with intervals");
   calibrate
       ->add_option("STEP", options.step,
-                   "viewport, distortion, eyepoints, ipd, tracking, head, subject, all, or one part of them; "
-                   "status: what is known so far; solve: all anew from the marks in the file")
+                   "viewport, distortion, eyepoints, ipd, tracking, head, subject, or one part of them; all; "
+                   "bench, person: what is once a bench, once a person; status: what is known so far; solve: "
+                   "all anew from the marks in the file")
       ->required();
   calibrate->add_option("--bench", options.bench, "Display, tracker and board (schemas/bench.md)")
       ->type_name("BENCH.toml");
@@ -58,7 +59,12 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
           "--calibration", options.calibration,
           "What was found, kept after every mark (schemas/calibration.md); it goes on where it was left")
       ->type_name("FILE.toml");
-  calibrate->add_flag("--anew", options.is_anew, "Parts that are done are done again");
+  calibrate
+      ->add_option("--bench-from", options.bench_from,
+                   "Another person's calibration, whose once-per-bench parts a new FILE begins with")
+      ->type_name("FILE.toml");
+  calibrate->add_flag("--anew", options.is_anew,
+                      "STEP's parts from their first tasks; once begun so, it goes on without --anew");
   calibrate
       ->add_option("--model", options.model,
                    "Motion model, where its place is adjusted by eye, and for pictures")
@@ -81,6 +87,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
       keys_text() +
       "Exit code 4: left before all that was asked for is done; the same command goes on there.\n"
       "Examples:\n  vrda-player calibrate all --bench bench.toml --calibration anna.toml\n"
+      "  vrda-player calibrate person --bench bench.toml --calibration bob.toml --bench-from anna.toml\n"
       "  vrda-player calibrate status --bench bench.toml --calibration anna.toml\n"
       "  vrda-player calibrate all --virtual");
   return calibrate;

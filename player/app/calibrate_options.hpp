@@ -11,9 +11,10 @@ class App;
 namespace vrda {
 
 struct CalibrateOptions {
-  std::string step;         ///< viewport, ..., all; status; solve
+  std::string step;         ///< viewport, ..., all, bench, person; status; solve
   std::string bench;        ///< empty with is_virtual: the virtual bench's own
   std::string calibration;  ///< empty with is_virtual: nothing is kept
+  std::string bench_from;   ///< calibration of another person; empty: none
   bool is_anew = false;
   std::string model, set;  ///< for places that are adjusted by eye, and pictures
   bool is_headless = false;

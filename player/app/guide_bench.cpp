@@ -53,8 +53,7 @@ class LiveBench final : public GuideBench {
   }
   GuideView view(const GuideSession& session) const override
   {
-    if (session.task() == nullptr) return {};
-    return {drawing_of(*session.task(), session.values(), session.calibration()), std::nullopt, {}};
+    return {drawing_of(session), std::nullopt, {}};
   }
 
  private:
@@ -83,9 +82,7 @@ class VirtualBench final : public GuideBench {
     seen.boxes = {box_of(eyes.left.window), box_of(eyes.right.window)};
     if (session.task() == nullptr) return seen;
     seen.lines = real_things(*session.task(), bench_, truth_);
-    for (const GuideLine& line :
-         seen_lines(drawing_of(*session.task(), session.values(), session.calibration()), truth_))
-      seen.lines.push_back(line);
+    for (const GuideLine& line : seen_lines(drawn(session), truth_)) seen.lines.push_back(line);
     for (GuideLine& line : seen.lines) fit_into_window(line, line.is_right ? eyes.right : eyes.left);
     if (const std::optional<double> reading = operator_.reading(session)) {
       const std::vector<Dial>& dials = session.task()->dials;
@@ -96,6 +93,13 @@ class VirtualBench final : public GuideBench {
   }
 
  private:
+  std::vector<GuideLine> drawn(const GuideSession& session) const
+  {
+    const GuideProgress& progress = session.progress();
+    if (session.task()->kind != TaskKind::place) return drawing_of(session);
+    return drawn_points({progress.part, session.values(), session.drawn_by()}, bench_, truth_);
+  }
+
   const BenchFile& bench_;
   VirtualTruth truth_;
   VirtualOperator operator_;

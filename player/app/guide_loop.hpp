@@ -18,17 +18,14 @@ namespace vrda {
 /// The calibration's file, written whole whenever the session has something new. An empty path keeps nothing.
 class KeptCalibration {
  public:
-  KeptCalibration(const BenchFile& bench, std::string path, std::uint64_t revision)
-      : bench_(bench), path_(std::move(path)), revision_(revision)
-  {
-  }
+  KeptCalibration(const BenchFile& bench, std::string path) : bench_(bench), path_(std::move(path)) {}
   /// Throws InputError where it cannot be written; the next call tries again.
   void write(const GuideSession& session);
 
  private:
   const BenchFile& bench_;
   std::string path_;
-  std::uint64_t revision_;
+  std::uint64_t revision_ = 0;  ///< of what it was begun with
 };
 
 class GuideLoop {

@@ -323,13 +323,16 @@ DistortionFit mean_distortion(std::span<const GridValues> adjusted, const Eye& e
   const Eigen::MatrixXd from_mean = (rows.rowwise() - mean.transpose()).leftCols<4>();
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(5, 5);
   covariance.topLeftCorner<4, 4>() = from_mean.transpose() * from_mean / static_cast<double>(n * (n - 1));
-  covariance(4, 4) = aspect.sd * aspect.sd;
+  // The aspect is given, not measured by their spread: half its interval is to be 1.96 deviations of it.
+  const double dof = static_cast<double>(n - 1);
+  const double narrowing = t_95(std::numeric_limits<double>::infinity()) / t_95(dof);
+  covariance(4, 4) = narrowing * narrowing * aspect.sd * aspect.sd;
   DistortionFit result;
   result.distortion = distortion_of(eye, mean[0], mean[1], mean.segment<2>(2), aspect.value);
   result.grid = {mean.segment<2>(4), mean[6], mean[7]};
   require_unfolded(result.distortion, eye, name, file);
   result.estimate = estimate_of(result.distortion, covariance, name);
-  result.estimate.dof = static_cast<double>(n - 1);
+  result.estimate.dof = dof;
   std::vector<double> apart_px;
   for (const GridValues& v : adjusted) {
     const Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);

@@ -193,6 +193,11 @@ double stage_scale_of(const RailSweep& sweep, const LineFit& fit, const std::str
 
 }  // namespace
 
+void require_rail(const RailSweep& sweep, const std::string& field, const std::string& file)
+{
+  stage_scale_of(sweep, required_line(sweep, field, file), file);
+}
+
 TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::string& file)
 {
   const LineFit x_fit = required_line(x_rail, "x_rail", file), z_fit = required_line(z_rail, "z_rail", file);

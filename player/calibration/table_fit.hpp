@@ -24,6 +24,10 @@ struct TableFit {
   Estimate estimate;
 };
 
+/// What fit_table() wants of one sweep alone, and of the encoder's way along the x rail. Throws InputError
+/// naming `file` and `field`, "x_rail" or "z_rail".
+void require_rail(const RailSweep& sweep, const std::string& field, const std::string& file);
+
 /// `x_rail` swept from left to right, `z_rail` towards the viewer. Directions by total least squares.
 /// Throws InputError naming `file`: fewer than 10 places, a sweep shorter than 50 mm, one that is no line
 /// (rms above 2 mm), rails less than 45 degrees apart, an encoder that counts the other way or differs by

@@ -8,6 +8,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "guide/optics_tasks.hpp"
+#include "guide/session.hpp"
 
 namespace vrda {
 namespace {
@@ -202,6 +203,12 @@ std::vector<GuideLine> drawing_of(const Task& task, std::span<const double> valu
       break;
   }
   return lines;
+}
+
+std::vector<GuideLine> drawing_of(const GuideSession& session)
+{
+  if (session.task() == nullptr) return {};
+  return drawing_of(*session.task(), session.values(), session.drawn_by());
 }
 
 }  // namespace vrda

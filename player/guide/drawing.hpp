@@ -9,6 +9,8 @@
 
 namespace vrda {
 
+class GuideSession;
+
 struct GuideLine {
   bool is_right = false;                   ///< whose window it is drawn in
   std::vector<Eigen::Vector2d> points_px;  ///< of the frame buffer, pre-distorted; two or more
@@ -22,6 +24,9 @@ struct GuideLine {
 /// of `look_size_mm` at the image distance.
 std::vector<GuideLine> drawing_of(const Task& task, std::span<const double> values,
                                   const Calibration& calibration);
+
+/// Of the session's task at hand, by what the session draws it by; nothing where there is none.
+std::vector<GuideLine> drawing_of(const GuideSession& session);
 
 inline constexpr double look_size_mm = 100.0;
 

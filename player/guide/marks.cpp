@@ -88,10 +88,9 @@ void put_mark(CalibrationRecord& record, const std::vector<Task>& tasks, Calibra
   record.marks.insert(later, std::move(mark));
 }
 
-void require_of_plan(const CalibrationRecord& record, const std::vector<Task>& tasks, CalibrationPart part,
-                     const std::string& path)
+void require_of_tasks(const CalibrationRecord& record, const std::vector<Task>& tasks,
+                      const std::string& place, const std::string& path)
 {
-  const std::string place = std::string(is_once_a_bench(part) ? "per_bench." : "per_person.") + name_of(part);
   for (const CalibrationMark& mark : record.marks) {
     const auto at = static_cast<std::size_t>(place_of_task(tasks, mark.task));
     if (at == tasks.size()) {

@@ -16,10 +16,10 @@ std::size_t next_task(const std::vector<Task>& tasks, const CalibrationRecord& r
 /// Puts `mark` where its task stands among `tasks`, in place of an earlier one.
 void put_mark(CalibrationRecord& record, const std::vector<Task>& tasks, CalibrationMark mark);
 
-/// Throws InputError naming `path` and the part when a mark belongs to no task, or its rows are not such as
-/// the task makes.
-void require_of_plan(const CalibrationRecord& record, const std::vector<Task>& tasks, CalibrationPart part,
-                     const std::string& path);
+/// Throws InputError naming `path` and `place`, the record's, when a mark belongs to no task, or its rows are
+/// not such as the task makes.
+void require_of_tasks(const CalibrationRecord& record, const std::vector<Task>& tasks,
+                      const std::string& place, const std::string& path);
 
 /// Seven numbers of a row from `at` on.
 Pose sampled_pose(std::span<const double> row, std::size_t at = 0);

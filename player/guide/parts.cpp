@@ -8,11 +8,6 @@
 namespace vrda {
 namespace {
 
-bool is_model_part(CalibrationPart part)
-{
-  return part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia;
-}
-
 bool is_part_of(CalibrationPart part, const BenchFile& bench)
 {
   const bool is_on_stage = bench.head == HeadKind::stage;
@@ -68,6 +63,11 @@ std::vector<CalibrationPart> may_rest_on(CalibrationPart part, const BenchFile& 
 
 }  // namespace
 
+bool is_model_part(CalibrationPart part)
+{
+  return part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia;
+}
+
 bool has_stage(const BenchFile& bench)
 {
   return bench.head == HeadKind::stage && bench.board && bench.board->has_stage;
@@ -111,14 +111,16 @@ std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchF
   const std::vector<CalibrationPart> all = parts_of(bench);
   if (step == "all") return all;
   std::vector<CalibrationPart> wanted;
-  std::vector<std::string> words{"all", "tracking"};
+  std::vector<std::string> words{"all", "bench", "person", "tracking"};
   for (std::size_t k = 0; k < n_calibration_parts; ++k) {
     const auto part = static_cast<CalibrationPart>(k);
     words.emplace_back(name_of(part));
     const bool is_tracking = part == CalibrationPart::rails || part == CalibrationPart::stop ||
                              part == CalibrationPart::probe || part == CalibrationPart::bullseye ||
                              is_model_part(part);
-    if (step == words.back() || (step == "tracking" && is_tracking)) wanted.push_back(part);
+    const bool is_group = (step == "tracking" && is_tracking) || (step == "bench" && is_once_a_bench(part)) ||
+                          (step == "person" && !is_once_a_bench(part));
+    if (step == words.back() || is_group) wanted.push_back(part);
   }
   if (wanted.empty())
     throw InputError({"calibrate", "STEP", "'" + step + "'", "such a step as " + nearest_word(step, words)});
@@ -127,7 +129,7 @@ std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchF
     std::string names;
     for (const CalibrationPart part : all) names += (names.empty() ? "" : ", ") + std::string(name_of(part));
     throw InputError({"calibrate", "STEP", "'" + step + "', which " + bench.path + " has no use for",
-                      "all, tracking, " + names});
+                      "all, bench, person, tracking, " + names});
   }
   std::erase_if(wanted, [&](CalibrationPart part) { return !is_part_of(part, bench); });
   return wanted;

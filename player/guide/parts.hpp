@@ -26,6 +26,8 @@ std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchF
 /// Throws InputError naming the bench file's key when it lacks what the part wants.
 void require_wanted(CalibrationPart part, const BenchFile& bench);
 
+/// leg, femur or tibia
+bool is_model_part(CalibrationPart part);
 /// Whose body's model a part places.
 BodyRole role_of(CalibrationPart part);
 /// The points that it touches.

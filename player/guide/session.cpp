@@ -10,20 +10,29 @@
 #include "guide/dials.hpp"
 #include "guide/marks.hpp"
 #include "guide/parts.hpp"
+#include "guide/plan.hpp"
 #include "guide/refusal.hpp"
 #include "guide/sample_taker.hpp"
 #include "guide/solve_part.hpp"
 #include "guide/task_row.hpp"
 #include "guide/tasks.hpp"
 #include "guide/words.hpp"
+#include "settings/settings_text.hpp"
 
 namespace vrda {
+namespace {
+
+constexpr const char* silent_stage =
+    "The stage's board has said nothing yet: is it switched on and plugged in?";
+
+}  // namespace
 
 struct GuideSession::Inner {
   Inner(const BenchFile& wanted_bench, const Calibration& begun, const GuideOptions& wanted)
       : bench(wanted_bench), calibration(begun), options(wanted), taker(wanted_bench)
   {
-    require_order();
+    if (options.is_anew) outdate_asked();
+    require_order(options.parts, bench, calibration, options.path);
     next_part();
   }
 
@@ -35,10 +44,11 @@ struct GuideSession::Inner {
     return is_fresh || found == calibration.records.end() ? CalibrationRecord{} : found->second;
   }
 
-  void require_order() const;
+  void outdate_asked();
   void next_part();
   void begin_part(CalibrationPart part);
   void go_on();
+  void show_look();
   void enter();
   void finish(std::vector<std::vector<double>> rows);
   void put(CalibrationMark mark);
@@ -48,6 +58,8 @@ struct GuideSession::Inner {
   void forget(const std::vector<std::size_t>& which);
   void back();
   void again();
+  void zero();
+  void zero_by_key();
   void press(const KeyPress& key);
   void take_row();
 
@@ -60,29 +72,21 @@ struct GuideSession::Inner {
   std::size_t at_task = 0;
   bool is_fresh = false;  ///< the part's old marks go with its first new one
   Dials dials;
+  std::optional<Calibration> looked_at;  ///< what a look is drawn by
   std::optional<Eigen::Vector3d> cross;  ///< of a bull's-eye that is being taken: x, y as drawn, stage
   GuideProgress progress;
   std::uint64_t revision = 0;
   bool zeroes = false, is_left = false;
 };
 
-void GuideSession::Inner::require_order() const
+/// At once, and kept in the file: whoever goes on later need not say again what was to be done anew.
+void GuideSession::Inner::outdate_asked()
 {
-  for (std::size_t k = 0; k < options.parts.size(); ++k) {
-    const CalibrationPart part = options.parts[k];
-    require_wanted(part, bench);
+  for (const CalibrationPart part : options.parts) {
     const auto record = calibration.records.find(part);
-    if (record != calibration.records.end() && !options.is_anew)
-      require_of_plan(record->second, tasks_of(part, bench, calibration), part, options.path);
-    for (const CalibrationPart below : rests_on(part, bench)) {
-      const auto so_far = options.parts.begin() + static_cast<std::ptrdiff_t>(k);
-      if (is_done(calibration, below) || std::find(options.parts.begin(), so_far, below) != so_far) continue;
-      const bool was_done = calibration.records.contains(below) && calibration.records.at(below).is_outdated;
-      throw InputError(
-          {options.path, name_of(part),
-           std::string(name_of(below)) + (was_done ? ", which is outdated" : ", which is not done"),
-           std::string(name_of(below)) + " first, as " + name_of(part) + " rests on it"});
-    }
+    if (record == calibration.records.end() || record->second.is_outdated) continue;
+    record->second.is_outdated = true;
+    ++revision;
   }
 }
 
@@ -90,9 +94,10 @@ void GuideSession::Inner::next_part()
 {
   tasks.clear();
   at_task = 0;
+  looked_at.reset();
   while (n_begun < options.parts.size()) {
     const CalibrationPart part = options.parts[n_begun++];
-    if (!options.is_anew && is_done(calibration, part)) continue;
+    if (is_done(calibration, part)) continue;
     begin_part(part);
     return;
   }
@@ -104,7 +109,7 @@ void GuideSession::Inner::begin_part(CalibrationPart part)
   const auto found = calibration.records.find(part);
   const bool is_under_way =
       found != calibration.records.end() && !found->second.estimate && !found->second.is_outdated;
-  is_fresh = found != calibration.records.end() && (options.is_anew || !is_under_way);
+  is_fresh = found != calibration.records.end() && !is_under_way;
   tasks = tasks_of(part, bench, calibration);
   const CalibrationRecord so_far = record_so_far();
   progress.n_tasks = static_cast<int>(tasks.size());
@@ -123,6 +128,18 @@ void GuideSession::Inner::go_on()
   progress.is_taking = false;
   taker.end();
   dials = Dials(tasks[at_task]);
+  looked_at.reset();
+  if (tasks[at_task].kind == TaskKind::look) show_look();
+}
+
+/// What was measured is to be looked at before it is confirmed, when the part is not solved yet.
+void GuideSession::Inner::show_look()
+{
+  try {
+    looked_at = solved_part(progress.part, bench, calibration, options.path);
+  } catch (const InputError& error) {
+    refuse_to_begin(words_of(error));
+  }
 }
 
 void GuideSession::Inner::refuse_to_begin(const std::string& why)
@@ -137,10 +154,12 @@ void GuideSession::Inner::enter()
   const Task& asked = *task();
   const bool is_on_stage = asked.kind == TaskKind::bullseye || asked.kind == TaskKind::stop;
   if (is_on_stage && has_stage(bench)) {
-    if (!taker.stage_mm())
-      return refuse_to_begin("The stage's board has said nothing yet: is it switched on and plugged in?");
+    if (!taker.stage_mm()) return refuse_to_begin(silent_stage);
     if (asked.kind == TaskKind::bullseye && !taker.is_stage_zeroed())
-      return refuse_to_begin("The stage was not set to zero since its board was switched on: do stop again.");
+      return refuse_to_begin(
+          "The stage was not set to zero since its board was switched on: push the stage against its stop "
+          "and "
+          "press Z.");
   }
   if (asked.n_samples > 0) {
     if (asked.kind == TaskKind::bullseye) {
@@ -155,9 +174,8 @@ void GuideSession::Inner::enter()
     return;
   }
   if (asked.kind == TaskKind::stop) {
-    zeroes = true;
-    const double before_mm = taker.stage_mm().value_or(0.0);
-    taker.zero_stage();
+    const double before_mm = *taker.stage_mm();
+    zero();
     return finish({{before_mm}});
   }
   finish({row_of(asked, dials.values(), calibration)});
@@ -189,8 +207,10 @@ void GuideSession::Inner::put(CalibrationMark mark)
     outdate_after(calibration, progress.part, bench);
     is_fresh = false;
   }
-  record().date = options.date;
-  put_mark(record(), tasks, std::move(mark));
+  CalibrationRecord& now = record();
+  if (now.marks.empty()) now.made_with = bench_numbers_of(progress.part, bench);
+  now.date = options.date;
+  put_mark(now, tasks, std::move(mark));
 }
 
 void GuideSession::Inner::finish(std::vector<std::vector<double>> rows)
@@ -222,7 +242,7 @@ void GuideSession::Inner::finish(std::vector<std::vector<double>> rows)
                                          [&](const Task& t) { return mark_of(record(), t.name) != nullptr; });
   if (is_round_done) {
     try {
-      require_good_eye(progress.part, bench, calibration, tasks[done].is_right, options.path);
+      progress.words = round_remarks(progress.part, bench, calibration, tasks[done], options.path);
     } catch (const InputError& error) {
       refuse(error, doubted_marks(error, progress.part, tasks, round));
     }
@@ -285,6 +305,23 @@ void GuideSession::Inner::again()
   go_on();
 }
 
+void GuideSession::Inner::zero()
+{
+  zeroes = true;
+  taker.zero_stage();
+}
+
+/// After a board that restarted: no part is done again for it, and no mark is lost.
+void GuideSession::Inner::zero_by_key()
+{
+  if (!has_stage(bench)) return;
+  if (!taker.stage_mm()) return refuse_to_begin(silent_stage);
+  progress.words = {"The stage is at zero here; it stood at " + rounded_text(*taker.stage_mm(), 2) + " mm."};
+  progress.is_refused = false;
+  ++revision;
+  zero();
+}
+
 void GuideSession::Inner::press(const KeyPress& key)
 {
   if (key.key == Key::escape || key.key == key_of('Q')) {
@@ -299,6 +336,7 @@ void GuideSession::Inner::press(const KeyPress& key)
   // What is aligned stays so while samples of it are taken.
   if (progress.is_taking) return;
   if (key.key == Key::enter) return enter();
+  if (key.key == key_of('Z')) return zero_by_key();
   dials.press(key);
 }
 
@@ -358,30 +396,14 @@ const Calibration& GuideSession::calibration() const
   return inner_->calibration;
 }
 
+const Calibration& GuideSession::drawn_by() const
+{
+  return inner_->looked_at ? *inner_->looked_at : inner_->calibration;
+}
+
 std::uint64_t GuideSession::revision() const
 {
   return inner_->revision;
-}
-
-Calibration solved_again(const BenchFile& bench, const Calibration& calibration, const std::string& path)
-{
-  Calibration solved = calibration;
-  const auto has_estimate = [&](CalibrationPart below) {
-    const auto found = solved.records.find(below);
-    return found != solved.records.end() && found->second.estimate;
-  };
-  for (const CalibrationPart part : parts_of(bench)) {
-    const auto record = solved.records.find(part);
-    if (record == solved.records.end() || record->second.marks.empty()) continue;
-    // What it rests on is being done anew.
-    const std::vector<CalibrationPart> below = rests_on(part, bench);
-    if (!std::all_of(below.begin(), below.end(), has_estimate)) continue;
-    const std::vector<Task> tasks = tasks_of(part, bench, solved);
-    require_of_plan(record->second, tasks, part, path);
-    if (next_task(tasks, record->second) < tasks.size()) continue;
-    solved = solved_part(part, bench, solved, path);
-  }
-  return solved;
 }
 
 }  // namespace vrda

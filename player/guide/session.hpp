@@ -14,9 +14,9 @@ namespace vrda {
 
 struct GuideOptions {
   std::vector<CalibrationPart> parts;  ///< to be done, in order
-  bool is_anew = false;                ///< parts that are done are done again
-  std::string date;                    ///< of today
-  std::string path;                    ///< of the calibration file, for messages
+  bool is_anew = false;  ///< their records are outdated at once: they are done from the first task
+  std::string date;      ///< of today
+  std::string path;      ///< of the calibration file, for messages
 };
 
 /// How far it is.
@@ -30,8 +30,8 @@ struct GuideProgress {
   bool is_refused = false;  ///< the words are a refusal; marks to be done again have been taken away
 };
 
-/// Parts named by a step of the command line ("viewport", "tracking", "head", "all", or a part itself) that
-/// make sense on that bench. Throws InputError naming the step.
+/// Parts named by a step of the command line ("all", "bench" and "person" for those once a bench and once a
+/// person, "tracking", or a part itself) that make sense on that bench. Throws InputError naming the step.
 std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchFile& bench);
 
 class GuideSession {
@@ -53,17 +53,20 @@ class GuideSession {
   /// Left and Right change the first dial, Up and Down the second (a cross moves with all four); of tasks of
   /// more than two dials Up and Down select, Left and Right change. A step; with Shift ten, with Control a
   /// hundred. Enter: it is aligned, or begins to take samples. Backspace: the task before again. R: the part
-  /// from its first task. Escape or Q: leave; everything done so far is kept.
+  /// from its first task. Z: the stage stands against its stop, which is zero. Escape or Q: leave; everything
+  /// done so far is kept.
   void take(const KeyPress& press);
   /// In the order of arrival.
   void take(const Sample& sample);
-  /// The stage is to be set to zero (a stop task was confirmed); true once.
+  /// The stage is to be set to zero (a stop task was confirmed, or Z pressed); true once.
   bool zeroes_stage();
   bool is_left() const;
 
   /// With every mark, estimate and value so far.
   const Calibration& calibration() const;
-  /// Grows with every mark, result and refusal: time to write the file.
+  /// What the task at hand is drawn by: of a look, eyes and image distance as the part's marks have them.
+  const Calibration& drawn_by() const;
+  /// Grows from 0 with every mark, result and refusal: time to write the file.
   std::uint64_t revision() const;
 
  private:

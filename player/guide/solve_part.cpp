@@ -183,12 +183,32 @@ Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Cali
   return solved;
 }
 
-void require_good_eye(CalibrationPart part, const BenchFile& bench, const Calibration& begun, bool is_right,
-                      const std::string& path)
+void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                           const std::string& path)
 {
-  if (part == CalibrationPart::viewport) viewport_of(bench, begun, is_right, path);
-  if (part == CalibrationPart::distortion) distortion_of(bench, begun, is_right, path);
-  if (part == CalibrationPart::eyepoints) eyepoint_of(bench, begun, is_right, path);
+  const bool is_seen = part == CalibrationPart::bullseye || part == CalibrationPart::head;
+  const bool is_from_rectangles = part == CalibrationPart::ipd && !bench.calibration.has_pupillometer;
+  if (!is_seen && !is_from_rectangles) return;
+  try {
+    for (const bool is_right : {false, true}) eyepoint_of(bench, begun, is_right, path);
+  } catch (const InputError& error) {
+    const InputError::Facts& facts = error.facts();
+    throw InputError({facts.file, "per_person.eyepoints: " + facts.field, facts.found,
+                      facts.wanted + ". Do eyepoints anew, as " + name_of(part) + " rests on them"});
+  }
+}
+
+std::vector<std::string> round_remarks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                                       const Task& done, const std::string& path)
+{
+  if (part == CalibrationPart::viewport)
+    return viewport_of(bench, begun, done.is_right, path).estimate.remarks;
+  if (part == CalibrationPart::distortion)
+    return distortion_of(bench, begun, done.is_right, path).estimate.remarks;
+  if (part == CalibrationPart::eyepoints)
+    return eyepoint_of(bench, begun, done.is_right, path).fit.estimate.remarks;
+  if (part == CalibrationPart::rails) require_good_rail(done, bench, begun, path);
+  return {};
 }
 
 void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,

@@ -13,9 +13,15 @@ namespace vrda {
 Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                         const std::string& path);
 
-/// The marks of one eye alone, of parts that are marked eye by eye: throws what solving them would.
-void require_good_eye(CalibrationPart part, const BenchFile& bench, const Calibration& begun, bool is_right,
-                      const std::string& path);
+/// What solving `part` takes from marks of earlier parts: throws InputError naming that part, when they do
+/// not give it. To be asked before the part is begun, as its own marks are not to blame.
+void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                           const std::string& path);
+
+/// The marks of one round alone, which ends with `done`: throws what solving them would, and returns what is
+/// to be said of them.
+std::vector<std::string> round_remarks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                                       const Task& done, const std::string& path);
 
 /// The samples of one mark alone: throws InputError naming the task when something moved that had to rest.
 void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,

@@ -172,6 +172,14 @@ std::vector<Eigen::Vector3d> marker_places(const CalibrationMark& mark)
   return places;
 }
 
+void require_good_rail(const Task& done, const BenchFile& bench, const Calibration& begun,
+                       const std::string& path)
+{
+  const bool is_x = done.name == "x rail";
+  const CalibrationMark& mark = mark_named(CalibrationPart::rails, begun, done.name.c_str());
+  require_rail(sweep_of(mark, is_x && has_stage(bench)), is_x ? "x_rail" : "z_rail", path);
+}
+
 TableFit table_of(const BenchFile& bench, const Calibration& begun, const std::string& path)
 {
   return fit_table(sweep_of(mark_named(CalibrationPart::rails, begun, "x rail"), has_stage(bench)),

@@ -38,6 +38,7 @@ std::vector<Task> tasks_of(CalibrationPart part, const BenchFile& bench, const C
 
 TaskRound round_of(CalibrationPart part, const std::vector<Task>& tasks, std::size_t task)
 {
+  if (part == CalibrationPart::rails) return {task, task + 1};
   TaskRound round{0, tasks.size()};
   const bool is_by_eye = part == CalibrationPart::viewport || part == CalibrationPart::distortion ||
                          part == CalibrationPart::eyepoints;

@@ -18,7 +18,7 @@ std::vector<Task> tasks_of(CalibrationPart part, const BenchFile& bench, const C
 /// a row from the first spread in every direction.
 Eigen::Vector3i marker_place(int index);
 
-/// Tasks that are looked at together once they are done: those of an eye, or all of the part.
+/// Tasks that are looked at together once they are done: those of an eye, a rail's, or all of the part.
 struct TaskRound {
   std::size_t begin = 0, end = 0;
 };

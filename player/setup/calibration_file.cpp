@@ -69,10 +69,28 @@ std::string display_text(const DisplaySettings& display)
          layout_names()[static_cast<std::size_t>(display.layout)];
 }
 
+std::vector<double> numbers_of(const Viewport& v)
+{
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.width),
+          static_cast<double>(v.height)};
+}
+
+/// Marks and coefficients are in pixels of the eye's window: of another one they mean something else. A file
+/// that does not tell its windows is taken as it is.
+void require_window(const SettingsTable& display, const char* name, const Viewport& window)
+{
+  if (!display.has(name)) return;
+  const std::vector<double> made_for = display.numbers(name, 4, {0.0, largest_px}),
+                            wanted = numbers_of(window);
+  if (made_for == wanted) return;
+  display.refuse(name, "a calibration of the window " + list_text(made_for),
+                 "one of this bench's window, " + list_text(wanted) + ": calibrate anew");
+}
+
 void require_display(const SettingsTable& root, const BenchFile& bench)
 {
   const SettingsTable table = root.table("display");
-  table.require_known({"width", "height", "layout"});
+  table.require_known({"width", "height", "layout", "left_window", "right_window"});
   DisplaySettings made_for;
   made_for.width = table.whole("width", {16, 16384});
   made_for.height = table.whole("height", {16, 16384});
@@ -81,6 +99,8 @@ void require_display(const SettingsTable& root, const BenchFile& bench)
     root.refuse("display", "a calibration of " + display_text(made_for),
                 "one of this bench's display, " + display_text(bench.display) + ": calibrate anew");
   }
+  require_window(table, "left_window", bench.display.windows.left);
+  require_window(table, "right_window", bench.display.windows.right);
 }
 
 Calibration calibration_in(const SettingsTable& root, const BenchFile& bench)
@@ -157,6 +177,8 @@ std::string calibration_text(const Calibration& calibration, const BenchFile& be
        << "  # of the model's lengths\n\n[display]\nwidth = " << bench.display.width
        << "\nheight = " << bench.display.height
        << "\nlayout = " << quoted_text(layout_names()[static_cast<std::size_t>(bench.display.layout)])
+       << "\nleft_window = " << list_text(numbers_of(bench.display.windows.left))
+       << "  # px: x, y, width, height\nright_window = " << list_text(numbers_of(bench.display.windows.right))
        << "\n";
   add_eye(text, "left", calibration.eyes.left);
   add_eye(text, "right", calibration.eyes.right);

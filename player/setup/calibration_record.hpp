@@ -40,8 +40,11 @@ struct CalibrationRecord {
   std::string date;  ///< "2026-11-22", of the last mark
   /// In the order of the part's tasks; the first task without one is asked for next.
   std::vector<CalibrationMark> marks;
+  /// Numbers of the bench file that the marks belong to (guide/plan.hpp); empty: there are none, or the file
+  /// does not tell.
+  std::vector<double> made_with;
   std::optional<Estimate> estimate;  ///< once it is solved
-  /// A part that it rests on was done again since: to be done again, too.
+  /// To be done again: it was asked for anew, or a part that it rests on was done again since.
   bool is_outdated = false;
 };
 

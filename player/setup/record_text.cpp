@@ -16,6 +16,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double largest = 1e9;
 /// More than any plan of tasks has, than any task takes, than a row of any kind holds.
 constexpr std::size_t most_marks = 5000, most_rows = 5000, most_across = 14;
+constexpr std::size_t most_bench_numbers = 20000;
 constexpr std::size_t most_numbers = 100, most_residuals = 20000, most_remarks = 100;
 /// A plain number's unit, as a list of texts cannot hold an empty one.
 constexpr const char* plain_unit = "1";
@@ -89,10 +90,12 @@ Estimate estimate_in(const SettingsTable& table)
 
 CalibrationRecord record_in(const SettingsTable& table)
 {
-  table.require_known({"date", "outdated", "mark", "result"});
+  table.require_known({"date", "outdated", "made_with", "mark", "result"});
   CalibrationRecord record;
   record.date = table.text("date");
   record.is_outdated = table.flag_or("outdated", false);
+  if (table.has("made_with"))
+    record.made_with = table.list("made_with", most_bench_numbers, {-largest, largest});
   record.marks = marks_in(table);
   if (table.has("result")) record.estimate = estimate_in(table.table("result"));
   return record;
@@ -169,7 +172,8 @@ std::string records_text(const CalibrationRecords& records)
     const std::string place =
         std::string(is_once_a_bench(part) ? bench_table : person_table) + "." + name_of(part);
     text << "\n[" << place << "]\ndate = " << quoted_text(record.date) << "\n";
-    if (record.is_outdated) text << "outdated = true  # a part that it rests on was done again since\n";
+    if (record.is_outdated) text << "outdated = true  # to be done again\n";
+    if (!record.made_with.empty()) text << "made_with = " << list_text(record.made_with) << "\n";
     if (record.estimate) add_estimate(text, place, *record.estimate);
     for (const CalibrationMark& mark : record.marks) {
       text << "\n[[" << place << ".mark]]\ntask = " << quoted_text(mark.task)

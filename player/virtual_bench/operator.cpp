@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "guide/parts.hpp"
 #include "virtual_bench/readings.hpp"
 #include "virtual_bench/tracker_frame.hpp"
 
@@ -91,8 +92,9 @@ struct VirtualOperator::Inner {
   }
 
   Standing standing(const GuideSession& session) const;
-  void send_frame(GuideSession& session);
+  void send_frame(GuideSession& session, const Standing& stands);
   void meet_zeroing(GuideSession& session);
+  void zero_stage(GuideSession& session);
   void take_samples(GuideSession& session);
 };
 
@@ -121,19 +123,16 @@ Standing VirtualOperator::Inner::standing(const GuideSession& session) const
   return task.name == "x rail" ? on_x_rail(truth, way) : on_z_rail(truth, way);
 }
 
-void VirtualOperator::Inner::send_frame(GuideSession& session)
+void VirtualOperator::Inner::send_frame(GuideSession& session, const Standing& stands)
 {
   FrameFacts facts;
   facts.time_ns = time_ns;
   facts.noise = noise;
   facts.tool = session.task()->tool;
-  // Of a session that goes on with a stage zeroed before.
-  const bool was_zeroed = session.calibration().records.contains(CalibrationPart::stop);
-  facts.is_stage_zeroed = is_stage_zeroed || was_zeroed;
+  facts.is_stage_zeroed = is_stage_zeroed;
   facts.stage_offset_mm = facts.is_stage_zeroed ? 0.0 : stage_offset_mm;
   Draws draws(truth.seed, DrawFor::virtual_tracker, draws_index(session) + n_frames);
-  for (const Sample& sample : tracker_frame(bench, truth, standing(session), facts, draws))
-    session.take(sample);
+  for (const Sample& sample : tracker_frame(bench, truth, stands, facts, draws)) session.take(sample);
   time_ns += frame_ns;
   ++n_frames;
 }
@@ -143,10 +142,21 @@ void VirtualOperator::Inner::meet_zeroing(GuideSession& session)
   if (session.zeroes_stage()) is_stage_zeroed = true;
 }
 
+/// In a session that goes on with a board that was switched on since: the stage at its stop, and Z. What is
+/// drawn for the task is that of one that was not interrupted.
+void VirtualOperator::Inner::zero_stage(GuideSession& session)
+{
+  if (session.task()->kind != TaskKind::bullseye || !has_stage(bench) || is_stage_zeroed) return;
+  send_frame(session, at_rest(truth));
+  press(session, vrda::key_of('Z'));
+  meet_zeroing(session);
+  n_frames = 0;
+}
+
 void VirtualOperator::Inner::take_samples(GuideSession& session)
 {
   const std::uint64_t most_frames = 10 * static_cast<std::uint64_t>(session.task()->n_samples) + 100;
-  while (session.progress().is_taking && n_frames < most_frames) send_frame(session);
+  while (session.progress().is_taking && n_frames < most_frames) send_frame(session, standing(session));
   check(!session.progress().is_taking, "as many samples as are wanted end a task");
 }
 
@@ -173,12 +183,13 @@ void VirtualOperator::do_task(GuideSession& session)
                       "marks that the guide takes"});
   }
   inner_->n_frames = 0;
+  inner_->zero_stage(session);
   Draws hand = inner_->hand(session);
   const AskedFor asked{task, session.progress().part, session.calibration()};
   const std::vector<double> wanted = dial_values(asked, inner_->bench, inner_->truth, inner_->noise, hand);
   for (std::size_t k = 0; k < wanted.size(); ++k) set_dial(session, task, k, wanted[k]);
   const bool wants_samples = task.n_samples > 0;
-  if (wants_samples || task.kind == TaskKind::stop) inner_->send_frame(session);
+  if (wants_samples || task.kind == TaskKind::stop) inner_->send_frame(session, inner_->standing(session));
   press(session, Key::enter);
   if (wants_samples) inner_->take_samples(session);
   inner_->meet_zeroing(session);
@@ -197,7 +208,7 @@ void VirtualOperator::send_samples(GuideSession& session)
   const Task* task = session.task();
   if (task == nullptr || (task->n_samples == 0 && task->kind != TaskKind::stop)) return;
   if (session.progress().n_samples == 0 && !session.progress().is_taking) inner_->n_frames = 0;
-  inner_->send_frame(session);
+  inner_->send_frame(session, inner_->standing(session));
 }
 
 std::optional<double> VirtualOperator::reading(const GuideSession& session) const

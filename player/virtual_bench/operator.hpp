@@ -33,9 +33,19 @@ class VirtualOperator {
 };
 
 /// Of the real things that the task at hand is aligned with, where that eye sees them, in px of the
-/// undistorted picture ("shown"): the edge of the visible part, the grid, the rectangle, the marker. For
-/// training and pictures.
+/// undistorted picture ("shown"): the edge of the visible part, the grid, the rectangle, the marker, the
+/// leg's points one after another. For training and pictures.
 std::vector<GuideLine> real_things(const Task& task, const BenchFile& bench, const VirtualTruth& truth);
+
+/// A model that is being placed by eye.
+struct PlacedPoints {
+  CalibrationPart part = CalibrationPart::leg;
+  std::span<const double> values;  ///< of the task's dials: mm and degrees
+  const Calibration& found;        ///< by which the guide draws
+};
+/// Its points one after another, in the frame buffer, with the head and the body at rest.
+std::vector<GuideLine> drawn_points(const PlacedPoints& placed, const BenchFile& bench,
+                                    const VirtualTruth& truth);
 
 /// Where lines of the frame buffer are seen: through the true optics, what lies beyond the visible part left
 /// out.

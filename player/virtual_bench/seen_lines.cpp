@@ -2,8 +2,10 @@
 #include <cmath>
 #include <optional>
 
+#include "core/error.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
+#include "guide/parts.hpp"
 #include "virtual_bench/alignment.hpp"
 #include "virtual_bench/operator.hpp"
 #include "virtual_bench/standing.hpp"
@@ -168,7 +170,73 @@ std::vector<GuideLine> test_object(const VirtualTruth& truth)
   return lines;
 }
 
+/// From point to point of a model of that size, dense enough to be seen bent.
+std::vector<Eigen::Vector3d> way_mm(const std::vector<CalibrationPoint>& points, double scale)
+{
+  constexpr int n_pieces = 16;
+  std::vector<Eigen::Vector3d> way;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Eigen::Vector3d& to_mm = points[k].p_model_mm;
+    const Eigen::Vector3d& from_mm = points[k == 0 ? 0 : k - 1].p_model_mm;
+    const int n = k == 0 ? 1 : n_pieces;
+    for (int i = 1; i <= n; ++i) way.emplace_back(scale * (from_mm + (to_mm - from_mm) * i / n));
+  }
+  return way;
+}
+
+std::vector<GuideLine> leg(const BenchFile& bench, const VirtualTruth& truth)
+{
+  const Calibration& c = truth.calibration;
+  const Pose X_eyes_tracker = at_rest(truth).X_tracker_eyes.inverse();
+  std::vector<GuideLine> lines;
+  for (const CalibrationPart part : parts_of(bench)) {
+    if (!is_model_part(part)) continue;
+    const BodyRole role = role_of(part);
+    const Pose X_eyes_model = X_eyes_tracker * X_tracker_body(truth, role) *
+                              pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
+    for (const bool is_right : {false, true}) {
+      Line line;
+      for (const Eigen::Vector3d& p_mm : way_mm(points_of(part, bench.calibration), c.subject_scale))
+        line.push_back(shown_px(eye_of(c.eyes, is_right), Eigen::Vector3d(X_eyes_model * p_mm)));
+      lines.push_back(thing(is_right, std::move(line)));
+    }
+  }
+  return lines;
+}
+
 }  // namespace
+
+std::vector<GuideLine> drawn_points(const PlacedPoints& placed, const BenchFile& bench,
+                                    const VirtualTruth& truth)
+{
+  check(placed.values.size() == 6, "a place has six dials");
+  const Eigen::Vector3d turn_deg(placed.values[3], placed.values[4], placed.values[5]);
+  const Pose X_body_model = pose_of(
+      SixNumbers{{placed.values[0], placed.values[1], placed.values[2]}, turn_deg * rad_from_deg(1.0)});
+  const Calibration& found = placed.found;
+  const Pose X_tracker_head = bench.head == HeadKind::stage
+                                  ? X_tracker_eyes(found, 0.0)
+                                  : at_rest(truth).X_tracker_headbody * pose_of(found.X_headbody_eyes);
+  const Pose X_eyes_model =
+      X_tracker_head.inverse() * X_tracker_body(truth, role_of(placed.part)) * X_body_model;
+  std::vector<GuideLine> lines;
+  for (const bool is_right : {false, true}) {
+    GuideLine& line = lines.emplace_back();
+    line.is_right = is_right;
+    line.width_px = 1.5;
+    const Eye& eye = eye_of(found.eyes, is_right);
+    for (const Eigen::Vector3d& p_mm :
+         way_mm(points_of(placed.part, bench.calibration), found.subject_scale)) {
+      const Eigen::Vector3d p_eyes_mm = X_eyes_model * p_mm;
+      // What dials bring beside the head or behind it is not drawn.
+      constexpr double nearest_mm = 50.0;
+      if (eye.position_head_mm.z() - p_eyes_mm.z() > nearest_mm)
+        line.points_px.push_back(drawn_px(eye, p_eyes_mm));
+    }
+    if (line.points_px.size() < 2) lines.pop_back();
+  }
+  return lines;
+}
 
 std::vector<GuideLine> real_things(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
 {
@@ -184,10 +252,11 @@ std::vector<GuideLine> real_things(const Task& task, const BenchFile& bench, con
       return marker(task, bench, truth);
     case TaskKind::look:
       return test_object(truth);
+    case TaskKind::place:
+      return leg(bench, truth);
     case TaskKind::number:
     case TaskKind::sweep:
     case TaskKind::hold:
-    case TaskKind::place:
     case TaskKind::stop:
       break;
   }

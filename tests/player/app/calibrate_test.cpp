@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -197,6 +198,78 @@ TEST_F(Calibrate, LeftAndTakenUpAgainItIsTheSame)
   EXPECT_EQ(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
 }
 
+/// Of a text, from one word up to the next other one.
+std::string between(const std::string& text, const std::string& from, const std::string& to)
+{
+  const std::size_t begin = text.find(from), end = text.find(to, begin);
+  return text.substr(begin, end - begin);
+}
+
+TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
+{
+  CalibrateOptions anna = options("bench", "anna.toml"), bob = options("person", "bob.toml");
+  bob.bench_from = anna.calibration;
+  EXPECT_EQ(refusal(bob).file, anna.calibration);  // there is none yet
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  const std::string bench_alone = test::read_bytes(anna.calibration);
+  EXPECT_THAT(bench_alone, testing::Not(HasSubstr("[per_person")));
+  anna.step = "person";
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+
+  // One task of the first part of a person, by a script.
+  bob.script = written("script.txt", "press Enter\nwait 0.1\n");
+  EXPECT_EQ(calibrated(bob).end, CalibrateEnd::left);
+  const std::string annas = test::read_bytes(anna.calibration), bobs = test::read_bytes(bob.calibration);
+  EXPECT_EQ(between(bobs, "[per_bench", "[per_person"), between(annas, "[per_bench", "[per_person"));
+  EXPECT_THAT(bobs, HasSubstr("[[per_person.eyepoints.mark]]"));
+  for (const char* part : {"ipd", "subject", "bullseye", "leg"})
+    EXPECT_THAT(bobs, testing::Not(HasSubstr(std::string("[per_person.") + part)));
+  EXPECT_THAT(bobs, HasSubstr("subject_scale = 1.0"));
+  EXPECT_THAT(annas, testing::Not(HasSubstr("subject_scale = 1.0 ")));
+  for (const std::string& table : {std::string("[eyes]"), std::string("[leg]")})
+    EXPECT_NE(between(bobs, table, "\n\n"), between(annas, table, "\n\n"));
+  // As after the bench's parts alone: not even what bull's-eyes found better is hers.
+  for (const std::string& table : {std::string("[left]"), std::string("[right]"), std::string("[table]")})
+    EXPECT_EQ(between(bobs, table, "\n\n"), between(bench_alone, table, "\n\n"));
+
+  // The same command goes on, and so does the one without --bench-from.
+  bob.script.clear();
+  EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
+  bob.bench_from.clear();
+  EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
+  // Hers is another bench now.
+  anna.step = "probe";
+  anna.is_anew = true;
+  anna.seed = 2;
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  bob.bench_from = anna.calibration;
+  EXPECT_EQ(refusal(bob).file, bob.calibration);
+  EXPECT_EQ(refusal(bob).field, "per_bench");
+}
+
+TEST_F(Calibrate, WhatTheNextPersonIsBegunFromMustBeDoneAndOfThisBench)
+{
+  CalibrateOptions anna = options("viewport", "anna.toml"), bob = options("person", "bob.toml");
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  bob.bench_from = anna.calibration;
+  EXPECT_EQ(refusal(bob).file, anna.calibration);
+  EXPECT_EQ(refusal(bob).field, "per_bench.distortion");
+  EXPECT_EQ(refusal(bob).found, "nothing");
+  anna.step = "bench";
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  const std::string own = "title = \"Virtual\"";
+  std::string text = virtual_bench_text();
+  bob.bench = written("other.toml", text.replace(text.find(own), own.size(), "title = \"B\""));
+  EXPECT_EQ(refusal(bob).field, "bench");
+  bob.bench.clear();
+  bob.step = "status";
+  EXPECT_EQ(refusal(bob).file, "--bench-from");
+  bob.step = "person";
+  bob.calibration.clear();
+  EXPECT_EQ(refusal(bob).found, "no --calibration");
+  EXPECT_FALSE(std::filesystem::exists(in_scratch("bob.toml")));
+}
+
 TEST_F(Calibrate, TheCalibrationOfAnotherBenchIsRefused)
 {
   CalibrateOptions viewport = options("viewport");
@@ -221,7 +294,9 @@ TEST_F(Calibrate, APlaceByEyeWantsTheModel)
   EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::finished);  // who lives in numbers needs no picture
   adjust.is_anew = true;
   adjust.script = written("script.txt", "press Enter\n");
-  EXPECT_EQ(refusal(adjust).field, "calibration.model");
+  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::left);  // whoever trains sees points
+  adjust.bench = written("bare.toml", text.substr(0, text.find("\n[[calibration.point]]")));
+  EXPECT_EQ(refusal(adjust).field, "calibration.point");
   adjust.is_virtual = false;
   EXPECT_EQ(refusal(adjust).file, "--model");
 }

@@ -251,7 +251,8 @@ TEST(AdjustedGrids, TheirMeanAndItsCovarianceMatchTheClosedForm)
   const DistortionFit fit = mean_distortion(both, bench_eye(), {1.02, 0.001}, "left", file);
   EXPECT_NEAR(fit.distortion.k1, 0.11, 1e-15);
   EXPECT_NEAR(fit.estimate.covariance(0, 0), 1e-4, 1e-15);  // 2 * 0.01^2 / (2 - 1) / 2
-  EXPECT_NEAR(fit.estimate.covariance(4, 4), 1e-6, 1e-15);
+  // Half the aspect's interval is 1.96 of its given deviations, not the 12.7 of two grids.
+  EXPECT_NEAR(half_width_95(fit.estimate, 4), 1.959964 * 0.001, 1e-9);
   EXPECT_EQ(fit.estimate.dof, 1.0);
   EXPECT_EQ(fit.distortion.pixel_aspect, 1.02);
   EXPECT_EQ(fit.grid.spacing_px, 80.0);
@@ -266,9 +267,10 @@ TEST(AdjustedGrids, TheirIntervalsAreHonest)
   Coverage coverage;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     Noise noise(seed);
-    const DistortionFit fit =
-        mean_distortion(adjusted_grids(3, noise), bench_eye(), {1.02, 0.001}, "left", file);
-    coverage.add(fit.estimate, (numbers_of(fit.distortion) - numbers_of(sample_truth().distortion)).head(4));
+    AspectPrior aspect{1.02, 0.001};
+    aspect.value += aspect.sd * noise.normal();
+    const DistortionFit fit = mean_distortion(adjusted_grids(3, noise), bench_eye(), aspect, "left", file);
+    coverage.add(fit.estimate, numbers_of(fit.distortion) - numbers_of(sample_truth().distortion));
   }
   coverage.expect_honest();
 }

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdlib>
+
 #include "guide/optics_tasks.hpp"
 #include "guide/parts.hpp"
 #include "guide/tasks.hpp"
@@ -9,6 +12,8 @@
 
 namespace vrda {
 namespace {
+
+using test::Trial;
 
 /// Of what clipping leaves.
 constexpr double rounding_px = 1e-9;
@@ -122,6 +127,82 @@ TEST(GuideDrawing, SidesAreUprightAsShown)
       EXPECT_NEAR(shown_px(eye.distortion, p).x(), sides[k], chord_px);
     const double height = lines[k].points_px.back().y() - lines[k].points_px.front().y();
     EXPECT_NEAR(height, eye.visible.height, 1.0);
+  }
+}
+
+/// Sets the number at hand and confirms it.
+void give(Trial& trial, double wanted)
+{
+  const double step = trial.session->task()->dials[0].step;
+  const long n = std::lround((wanted - trial.session->values()[0]) / step);
+  for (long k = 0; k < std::labs(n); ++k) trial.press(n > 0 ? Key::right : Key::left);
+  trial.press(Key::enter);
+}
+
+/// The test object is to be seen by what was just measured, before it is confirmed.
+TEST(GuideDrawing, ALookIsDrawnByTheMarksOfItsPart)
+{
+  Trial trial(test::virtual_bench(HeadKind::stage));
+  trial.go_to(CalibrationPart::ipd, "pupillary distance");
+  struct Row {
+    double ipd_mm, image_mm;
+  };
+  for (const Row& row : {Row{59.0, 900.0}, Row{69.0, 700.0}}) {
+    SCOPED_TRACE(row.ipd_mm);
+    give(trial, row.ipd_mm);
+    give(trial, 0.5 * row.ipd_mm);
+    give(trial, 0.5 * row.ipd_mm);
+    give(trial, row.image_mm);
+    ASSERT_TRUE(trial.is_asked(CalibrationPart::ipd, "look"));
+    // The calibration itself waits for the confirmation.
+    const Calibration& now = trial.session->calibration();
+    EXPECT_FALSE(now.records.at(CalibrationPart::ipd).estimate);
+    const std::vector<GuideLine> lines = drawing_of(*trial.session);
+    ASSERT_EQ(lines.size(), 8u);
+    for (const bool is_right : {false, true}) {
+      Eye eye = eye_of(now, is_right);
+      eye.position_head_mm.x() = (is_right ? 0.5 : -0.5) * row.ipd_mm;
+      const Eigen::Vector3d corner(-0.5 * look_size_mm, -0.5 * look_size_mm, -row.image_mm);
+      constexpr double step_of_dial_px = 1e-6;
+      EXPECT_LT((lines[is_right ? 4 : 0].points_px[0] - drawn_px(eye, corner)).norm(), step_of_dial_px);
+    }
+    trial.press('R');
+    EXPECT_TRUE(trial.is_asked(CalibrationPart::ipd, "pupillary distance"));
+  }
+}
+
+/// As a person in training sees it: both frames as large, and as far apart from eye to eye.
+TEST(GuideDrawing, WithoutNoiseTheLookIsSeenWhereTheRealOneIs)
+{
+  const BenchFile bench = test::virtual_bench(HeadKind::stage);
+  Trial trial(bench);
+  VirtualOperator steady(bench, trial.truth, VirtualNoise{0, 0, 0, 0, 0, 0, 0});
+  while (!trial.is_asked(CalibrationPart::ipd, "look")) steady.do_task(*trial.session);
+  const std::vector<GuideLine> seen = seen_lines(drawing_of(*trial.session), trial.truth);
+  const std::vector<GuideLine> real = real_things(*trial.session->task(), bench, trial.truth);
+  ASSERT_EQ(real.size(), 2u);
+  std::array<double, 2> width_px{}, middle_px{};
+  for (const bool is_right : {false, true}) {
+    double low = 1e9, high = -1e9;
+    for (const GuideLine& line : seen) {
+      for (const Eigen::Vector2d& p : line.points_px) {
+        if (line.is_right != is_right) continue;
+        low = std::min(low, p.x());
+        high = std::max(high, p.x());
+      }
+    }
+    const std::vector<Eigen::Vector2d>& corners = real[is_right ? 1 : 0].points_px;
+    const Eye& eye = eye_of(trial.truth.calibration, is_right);
+    width_px[is_right] = (high - low) - (corners[1].x() - corners[0].x());
+    // The sight's place is the bull's-eye's to find: seen from it, what is drawn lies where it should.
+    middle_px[is_right] = 0.5 * (low + high) - eye_of(trial.session->drawn_by(), is_right).sight_px.x() -
+                          (0.5 * (corners[0].x() + corners[1].x()) - eye.sight_px.x());
+  }
+  // A distance of 880 px is found to a step of a quarter of a pixel at each side: 0.3 % of 110 px.
+  constexpr double step_px = 0.4;
+  for (const std::size_t k : {0U, 1U}) {
+    EXPECT_NEAR(width_px[k], 0.0, step_px);
+    EXPECT_NEAR(middle_px[k], 0.0, step_px);
   }
 }
 

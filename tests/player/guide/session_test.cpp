@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "calibration/eyepoint_fit.hpp"
 #include "guide/parts.hpp"
 #include "guide/solve_part.hpp"
 #include "support/input_error.hpp"
@@ -11,33 +12,11 @@
 namespace vrda {
 namespace {
 
+using test::all_done;
+using test::anew;
+using test::bench;
 using test::Trial;
 using testing::HasSubstr;
-
-const BenchFile& bench()
-{
-  static const BenchFile read = test::virtual_bench(HeadKind::stage);
-  return read;
-}
-
-/// All parts done, once for all tests.
-const Calibration& all_done()
-{
-  static const Calibration done = [] {
-    Trial trial(bench());
-    trial.do_all();
-    return trial.session->calibration();
-  }();
-  return done;
-}
-
-/// `part` alone, as whoever does it again.
-GuideOptions anew(const std::string& part)
-{
-  GuideOptions options = test::options_of(bench(), part);
-  options.is_anew = true;
-  return options;
-}
 
 TEST(GuideSession, BeginsWithTheFirstTaskAndCountsThem)
 {
@@ -117,6 +96,38 @@ TEST(GuideSession, AMarkFarOffIsAskedForAgainAlone)
   }
 }
 
+/// Both eyes' result is known with the part; of the first one, while there is time to place rectangles
+/// better.
+TEST(GuideSession, AnEyeThatIsDoneSaysHowWellItIsKnown)
+{
+  Trial trial(bench(), all_done(), anew("eyepoints"));
+  EXPECT_THAT(trial.words(), HasSubstr("half a pixel of noise an eye's distance will be known to about +-"));
+  trial.go_to(CalibrationPart::eyepoints, "right eye, rectangle 1, 1");
+  EXPECT_FALSE(trial.session->progress().is_refused);
+  const std::vector<std::string>& remarks =
+      all_done().records.at(CalibrationPart::eyepoints).estimate->remarks;
+  ASSERT_EQ(remarks.size(), 2u);
+  EXPECT_THAT(remarks[0], testing::StartsWith("left eye: "));
+  EXPECT_EQ(trial.session->progress().words.size(), 1u);
+  EXPECT_THAT(trial.words(),
+              testing::MatchesRegex("left eye: [0-9.]+ mm before the first rectangle's plane, 95 %: "
+                                    ".-[0-9.]+ mm; a side's noise [0-9.]+ px\n"));
+  trial.do_task();
+  EXPECT_TRUE(trial.words().empty());
+}
+
+/// Of a reading that is too large what is drawn lies in front, as the true distance is the smaller one.
+TEST(GuideSession, TheWordsOfAWrongPupillaryDistanceHaveItsSign)
+{
+  const std::optional<Estimate>& ipd = all_done().records.at(CalibrationPart::ipd).estimate;
+  const double read_mm = ipd->values[0], depth_mm = all_done().image_distance_mm;
+  EXPECT_GT(depth_error_mm(depth_mm, read_mm, read_mm + 1.0), 0.0);
+  EXPECT_LT(depth_error_mm(depth_mm, read_mm + 1.0, read_mm), 0.0);
+  EXPECT_NEAR(depth_error_mm(800.0, 65.0, 64.0), -12.3, 0.05);
+  EXPECT_THAT(ipd->remarks.back(), HasSubstr("if the eyes are 1 mm further apart than that, what lies at "));
+  EXPECT_THAT(ipd->remarks.back(), testing::EndsWith(" mm behind its place"));
+}
+
 TEST(GuideSession, APointTouchedBesideIsAskedForAgainAlone)
 {
   Trial trial(bench(), all_done(), anew("leg"));
@@ -145,6 +156,15 @@ void send_still(GuideSession& session, const BenchFile& file, const std::string&
   session.take(sample);
 }
 
+Sample stage_sample(double at_mm, const BenchFile& file, std::uint8_t flags)
+{
+  Sample sample;
+  sample.kind = SampleKind::stage;
+  sample.state = flags;
+  sample.count = static_cast<std::int32_t>(std::lround(at_mm / file.stage_mm_per_count));
+  return sample;
+}
+
 TEST(GuideSession, AProbeThatNobodyTurnsIsRefused)
 {
   Trial trial(bench(), "probe");
@@ -155,6 +175,34 @@ TEST(GuideSession, AProbeThatNobodyTurnsIsRefused)
   EXPECT_THAT(trial.words(), HasSubstr("deg"));
   EXPECT_TRUE(trial.is_asked(CalibrationPart::probe, "sweep"));
   EXPECT_FALSE(is_done(trial.session->calibration(), CalibrationPart::probe));
+}
+
+/// Before anybody fastens the marker to the other rail.
+TEST(GuideSession, AFirstRailThatIsNoneIsRefusedAtOnce)
+{
+  struct Row {
+    std::string name, words;
+    double way_mm, bend_mm, stage_mm;  ///< of the whole sweep
+  };
+  for (const Row& row : {Row{"short", "a sweep of 30", 30, 0, 30}, Row{"bent", "off any line", 300, 40, 300},
+                         Row{"the other way", "an encoder that counts", 300, 0, -300},
+                         Row{"another gear", "mm a mm of the encoder", 300, 0, 200}}) {
+    SCOPED_TRACE(row.name);
+    Trial trial(bench(), "rails");
+    trial.session->take(stage_sample(0.0, trial.bench, 0));
+    trial.press(Key::enter);
+    const double n = trial.session->task()->n_samples - 1.0;
+    for (int k = 0; trial.session->progress().is_taking; ++k) {
+      const double s = k / n;
+      trial.session->take(stage_sample(row.stage_mm * s, trial.bench, 0));
+      send_still(*trial.session, trial.bench, "marker",
+                 Pose(Eigen::Translation3d(row.way_mm * s, row.bend_mm * s * s, -2000)));
+    }
+    EXPECT_TRUE(trial.session->progress().is_refused);
+    EXPECT_THAT(trial.words(), HasSubstr(row.words));
+    EXPECT_TRUE(trial.is_asked(CalibrationPart::rails, "x rail"));
+    EXPECT_TRUE(trial.record(CalibrationPart::rails).marks.empty());
+  }
 }
 
 TEST(GuideSession, RailsThatAreParallelAreRefusedAndTheOtherOneIsSweptAgain)
@@ -178,6 +226,7 @@ TEST(GuideSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
 {
   Trial trial(bench(), all_done(), anew("bullseye"));
   trial.somebody.send_samples(*trial.session);
+  trial.press('Z');
   trial.press(Key::right, true);
   const double x = trial.session->values()[0];
   trial.press(Key::enter);
@@ -187,15 +236,6 @@ TEST(GuideSession, WhatMovedWhileItHadToRestIsRefusedAndTheDialsStay)
   EXPECT_THAT(trial.words(), HasSubstr("hold it still"));
   EXPECT_TRUE(trial.is_asked(CalibrationPart::bullseye, "left eye, place 1"));
   EXPECT_EQ(trial.session->values()[0], x);
-}
-
-Sample stage_sample(double at_mm, const BenchFile& file, std::uint8_t flags)
-{
-  Sample sample;
-  sample.kind = SampleKind::stage;
-  sample.state = flags;
-  sample.count = static_cast<std::int32_t>(std::lround(at_mm / file.stage_mm_per_count));
-  return sample;
 }
 
 TEST(GuideSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
@@ -216,6 +256,45 @@ TEST(GuideSession, ABullseyeWantsAStageThatIsThereZeroedAndAtRest)
   EXPECT_THAT(trial.words(), HasSubstr("The stage moved"));
   trial.do_all();
   EXPECT_TRUE(is_done(trial.session->calibration(), CalibrationPart::bullseye));
+}
+
+/// A board that restarted between two places: nothing that is marked is lost.
+TEST(GuideSession, AStageThatLostItsZeroIsZeroedByKeyAndEveryMarkIsKept)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.go_to(CalibrationPart::bullseye, "right eye, place 2");
+  const std::size_t n_marks = trial.record(CalibrationPart::bullseye).marks.size();
+  ASSERT_EQ(n_marks, 3u);
+  const CalibrationRecord stop = trial.record(CalibrationPart::stop);
+  trial.session->take(stage_sample(37.25, trial.bench, 0));
+  trial.press(Key::enter);
+  EXPECT_TRUE(trial.session->progress().is_refused);
+  EXPECT_THAT(trial.words(), HasSubstr("push the stage against its stop and press Z"));
+  EXPECT_FALSE(trial.session->zeroes_stage());
+  trial.press('Z');
+  EXPECT_TRUE(trial.session->zeroes_stage());
+  EXPECT_FALSE(trial.session->zeroes_stage());
+  EXPECT_FALSE(trial.session->progress().is_refused);
+  EXPECT_THAT(trial.words(), HasSubstr("it stood at 37.25 mm"));
+  EXPECT_TRUE(trial.is_asked(CalibrationPart::bullseye, "right eye, place 2"));
+  EXPECT_EQ(trial.record(CalibrationPart::bullseye).marks.size(), n_marks);
+  EXPECT_EQ(trial.record(CalibrationPart::stop).marks.at(0).rows, stop.marks.at(0).rows);
+  EXPECT_FALSE(trial.record(CalibrationPart::bullseye).is_outdated);
+  trial.press(Key::enter);
+  EXPECT_TRUE(trial.session->progress().is_taking);
+}
+
+TEST(GuideSession, ZWantsAStageWhoseBoardSpeaks)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.press('Z');
+  EXPECT_FALSE(trial.session->zeroes_stage());
+  EXPECT_THAT(trial.words(), HasSubstr("said nothing"));
+  const BenchFile tracked = test::virtual_bench(HeadKind::tracker);
+  Trial without(tracked);
+  without.press('Z');
+  EXPECT_FALSE(without.session->zeroes_stage());
+  EXPECT_TRUE(without.words().empty());
 }
 
 TEST(GuideSession, TheStopAsksOnceForAStageAtZero)
@@ -243,92 +322,6 @@ TEST(GuideSession, ASubjectOfAnotherShapeAsksForANewRun)
   EXPECT_EQ(trial.session->progress().n_done, 0);
   trial.do_all();
   EXPECT_NEAR(trial.session->calibration().subject_scale, trial.truth.calibration.subject_scale, 0.05);
-}
-
-TEST(GuideSession, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
-{
-  Trial trial(bench(), all_done(), anew("distortion"));
-  EXPECT_TRUE(calibration_text(trial.session->calibration(), bench()) ==
-              calibration_text(all_done(), bench()));
-  trial.do_task();
-  const Calibration& now = trial.session->calibration();
-  for (const CalibrationPart part :
-       {CalibrationPart::eyepoints, CalibrationPart::ipd, CalibrationPart::bullseye})
-    EXPECT_TRUE(now.records.at(part).is_outdated) << name_of(part);
-  for (const CalibrationPart part : {CalibrationPart::viewport, CalibrationPart::rails, CalibrationPart::stop,
-                                     CalibrationPart::probe, CalibrationPart::subject, CalibrationPart::leg})
-    EXPECT_FALSE(now.records.at(part).is_outdated) << name_of(part);
-  EXPECT_EQ(now.records.at(CalibrationPart::distortion).marks.size(), 1u);
-  EXPECT_FALSE(is_done(now, CalibrationPart::distortion));
-  trial.do_all();
-  // Everything again asks for just what is outdated.
-  Trial rest(bench(), trial.session->calibration(), test::options_of(bench()));
-  EXPECT_EQ(rest.session->progress().part, CalibrationPart::eyepoints);
-  std::set<CalibrationPart> asked;
-  while (rest.session->task() != nullptr) {
-    asked.insert(rest.session->progress().part);
-    rest.do_task();
-  }
-  EXPECT_EQ(asked, (std::set<CalibrationPart>{CalibrationPart::eyepoints, CalibrationPart::ipd,
-                                              CalibrationPart::bullseye}));
-}
-
-TEST(GuideSession, APartBeforeOneThatItRestsOnIsRefused)
-{
-  const auto field_of = [](const Calibration& begun, const std::string& step) {
-    return test::input_error([&] { GuideSession(bench(), begun, test::options_of(bench(), step)); });
-  };
-  const Calibration nominal = nominal_calibration(bench());
-  EXPECT_EQ(field_of(nominal, "distortion").field, "distortion");
-  EXPECT_EQ(field_of(nominal, "distortion").found, "viewport, which is not done");
-  EXPECT_EQ(field_of(nominal, "ipd").found, "eyepoints, which is not done");
-  EXPECT_EQ(field_of(nominal, "leg").found, "probe, which is not done");
-  Calibration old = all_done();
-  old.records.at(CalibrationPart::rails).is_outdated = true;
-  old.records.at(CalibrationPart::bullseye).is_outdated = true;
-  EXPECT_EQ(field_of(old, "bullseye").found, "rails, which is outdated");
-  GuideSession(bench(), nominal, test::options_of(bench(), "viewport"));
-}
-
-TEST(GuideSession, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
-{
-  const BenchFile other =
-      test::virtual_bench(HeadKind::stage, "[calibration]\n", "[calibration]\nedge_repeats = 3\n");
-  Calibration begun = nominal_calibration(bench());
-  begun.records[CalibrationPart::viewport] = all_done().records.at(CalibrationPart::viewport);
-  begun.records[CalibrationPart::viewport].estimate.reset();
-  const InputError::Facts facts =
-      test::input_error([&] { GuideSession(other, begun, test::options_of(other, "viewport")); });
-  EXPECT_EQ(facts.field, "per_bench.viewport");
-  EXPECT_THAT(facts.found, HasSubstr("'left eye, left edge, 4'"));
-  GuideOptions options = test::options_of(other, "viewport");
-  options.is_anew = true;
-  EXPECT_NE(GuideSession(other, begun, options).task(), nullptr);
-  Calibration damaged = all_done();
-  damaged.records.at(CalibrationPart::rails).estimate.reset();
-  damaged.records.at(CalibrationPart::rails).marks[0].rows[3].pop_back();
-  damaged.records.at(CalibrationPart::rails).marks[0].rows[3].pop_back();
-  EXPECT_THAT(
-      test::input_error([&] { GuideSession(bench(), damaged, test::options_of(bench(), "rails")); }).found,
-      HasSubstr("rows of 'x rail'"));
-}
-
-TEST(GuideSession, ABenchFileWithoutWhatIsWantedIsNamedByKey)
-{
-  const BenchFile bare = [] {
-    BenchFile file = bench();
-    file.calibration.points.resize(3);
-    file.calibration.landmarks.resize(2);
-    return file;
-  }();
-  const auto wanted = [&](const BenchFile& file, const std::string& step) {
-    return test::input_error([&] { GuideSession(file, all_done(), test::options_of(file, step)); });
-  };
-  EXPECT_EQ(wanted(bare, "leg").field, "calibration.point");
-  EXPECT_EQ(wanted(bare, "subject").field, "calibration.landmarks");
-  BenchFile none = bench();
-  none.calibration = CalibrationSettings();
-  EXPECT_EQ(wanted(none, "viewport").field, "calibration");
 }
 
 }  // namespace

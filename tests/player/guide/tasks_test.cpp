@@ -55,6 +55,18 @@ TEST(GuideTasks, AreNamedOnceAndSayWhatIsWanted)
   EXPECT_EQ(kinds.size(), 11u);
 }
 
+TEST(GuideParts, AreOnceABenchOrOnceAPerson)
+{
+  for (const BenchFile& file : benches()) {
+    std::vector<CalibrationPart> both = parts_of_step("bench", file);
+    EXPECT_EQ(both.back() < CalibrationPart::eyepoints, true);
+    const std::vector<CalibrationPart> person = parts_of_step("person", file);
+    EXPECT_EQ(person.front(), CalibrationPart::eyepoints);
+    both.insert(both.end(), person.begin(), person.end());
+    EXPECT_EQ(both, parts_of_step("all", file));
+  }
+}
+
 TEST(GuideTasks, AreAsManyAsTheBenchFileSays)
 {
   const BenchFile bench = test::virtual_bench(HeadKind::stage);

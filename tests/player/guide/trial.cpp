@@ -26,6 +26,29 @@ GuideOptions options_of(const BenchFile& bench, const std::string& step)
   return options;
 }
 
+const BenchFile& bench()
+{
+  static const BenchFile read = virtual_bench(HeadKind::stage);
+  return read;
+}
+
+const Calibration& all_done()
+{
+  static const Calibration done = [] {
+    Trial trial(bench());
+    trial.do_all();
+    return trial.session->calibration();
+  }();
+  return done;
+}
+
+GuideOptions anew(const std::string& step)
+{
+  GuideOptions options = options_of(bench(), step);
+  options.is_anew = true;
+  return options;
+}
+
 Trial::Trial(const BenchFile& wanted, const std::string& step)
     : Trial(wanted, nominal_calibration(wanted), options_of(wanted, step))
 {

@@ -14,6 +14,13 @@ BenchFile virtual_bench(HeadKind head, const std::string& changed = "", const st
 /// Everything, or the parts of a step.
 GuideOptions options_of(const BenchFile& bench, const std::string& step = "all");
 
+/// On a stage.
+const BenchFile& bench();
+/// All its parts done, once for all tests.
+const Calibration& all_done();
+/// `step` of it, as whoever does it again.
+GuideOptions anew(const std::string& step);
+
 struct Trial {
   explicit Trial(const BenchFile& wanted, const std::string& step = "all");
   Trial(const BenchFile& wanted, const Calibration& begun, const GuideOptions& options);

@@ -36,6 +36,7 @@ CalibrationRecord random_record(std::mt19937_64& random, int number)
   CalibrationRecord record;
   record.date = "2026-11-22";
   record.is_outdated = number % 3 == 1;
+  for (int k = 0; k < number % 5; ++k) record.made_with.push_back(any(random));
   for (int mark = 0; mark < number % 4; ++mark) {
     CalibrationMark& made = record.marks.emplace_back();
     made.task = "task " + std::to_string(mark);
@@ -66,6 +67,7 @@ void expect_equal(const CalibrationRecord& a, const CalibrationRecord& b)
 {
   EXPECT_EQ(a.date, b.date);
   EXPECT_EQ(a.is_outdated, b.is_outdated);
+  EXPECT_EQ(a.made_with, b.made_with);
   ASSERT_EQ(a.marks.size(), b.marks.size());
   for (std::size_t k = 0; k < a.marks.size(); ++k) {
     EXPECT_EQ(a.marks[k].task, b.marks[k].task);
@@ -137,6 +139,7 @@ TEST(CalibrationRecord, WhatIsDamagedIsNamed)
            Row{"[per_person]\nipd = 1\n", "per_person.ipd", "no table"},
            Row{"[" + place + "]\n", place + ".date", "nothing"},
            Row{head + "outdated = 1\n", place + ".outdated", "1"},
+           Row{head + "made_with = [nan]\n", place + ".made_with", "[nan]"},
            Row{head + "marks = 1\n", place + ".marks", "an unknown key"},
            Row{mark, place + ".mark.0.task", "nothing"},
            Row{mark + "task = \"a\"\n", place + ".mark.0.rows", "nothing"},

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <random>
 
 #include "bench_texts.hpp"
@@ -152,6 +153,37 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   const std::size_t at = text.find(from);
   EXPECT_NE(at, std::string::npos) << from;
   return text.replace(at, from.size(), to);
+}
+
+/// A window that still holds what is visible: coefficients in parts of its width would be read as others.
+TEST(Calibration, OneOfAnotherWindowIsRefused)
+{
+  BenchFile bench = test::bench_of(test::bench_text());
+  Calibration made = nominal_calibration(bench);
+  Viewport& visible = made.eyes.right.visible;
+  visible = {visible.x + 40, visible.y + 20, visible.width - 80, visible.height - 40};
+  const std::string text = calibration_text(made, bench);
+  const Viewport before = bench.display.windows.right;
+  Viewport& window = bench.display.windows.right;
+  window = {before.x + 20, before.y, before.width - 40, before.height};
+  const auto list = [](const Viewport& v) {
+    const std::array<int, 4> numbers{v.x, v.y, v.width, v.height};
+    std::string words;
+    for (const int n : numbers) words += (words.empty() ? "[" : ", ") + std::to_string(n) + ".0";
+    return words + "]";
+  };
+  const InputError::Facts facts = test::input_error([&] { parsed_calibration(text, "c.toml", bench); });
+  EXPECT_EQ(facts.file, "c.toml");
+  EXPECT_EQ(facts.field, "display.right_window");
+  EXPECT_EQ(facts.found, "a calibration of the window " + list(before));
+  EXPECT_EQ(facts.wanted, "one of this bench's window, " + list(window) + ": calibrate anew");
+  // A file of before windows were kept.
+  std::string silent = text;
+  for (const char* name : {"left_window", "right_window"}) {
+    const std::size_t at = silent.find(name);
+    silent.erase(at, silent.find('\n', at) + 1 - at);
+  }
+  EXPECT_EQ(parsed_calibration(silent, "c.toml", bench).eyes.right.visible.x, visible.x);
 }
 
 TEST(Calibration, WhatIsWrongIsNamed)

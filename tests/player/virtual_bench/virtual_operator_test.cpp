@@ -7,6 +7,8 @@
 #include <limits>
 #include <map>
 
+#include "core/units.hpp"
+#include "guide/tasks.hpp"
 #include "support/input_error.hpp"
 #include "virtual_bench/statistics.hpp"
 
@@ -169,6 +171,41 @@ TEST(RealThings, AreWhereWhatIsDrawnIsSeenOnceItIsAligned)
   EXPECT_EQ(met[TaskKind::point], 70);
   EXPECT_EQ(met[TaskKind::sides], 24);
   EXPECT_EQ(met[TaskKind::bullseye], 18);
+}
+
+/// Calibrated as it truly is, and placed where it truly is, the model's points are seen on the leg's.
+TEST(RealThings, TheLegIsWhereAModelIsSeenThatIsPlacedRightly)
+{
+  for (const HeadKind head : {HeadKind::stage, HeadKind::tracker}) {
+    const BenchFile bench = bench_of(head, "model = \"adjust\"\n");
+    const VirtualTruth truth = virtual_truth(bench, 5);
+    const SixNumbers& six = truth.calibration.X_body_model[static_cast<std::size_t>(BodyRole::leg)];
+    std::vector<double> values(six.shift_mm.begin(), six.shift_mm.end());
+    for (const double turn_rad : six.turn_rad) values.push_back(turn_rad * deg_from_rad(1.0));
+    const Task task = tasks_of(CalibrationPart::leg, bench, truth.calibration).front();
+    const std::vector<GuideLine> real = real_things(task, bench, truth);
+    ASSERT_EQ(real.size(), 2u);
+    constexpr double rounding_px = 1e-6;
+    const auto furthest_px = [&](const std::vector<GuideLine>& drawn) {
+      double furthest = 0.0;
+      for (std::size_t eye = 0; eye < 2; ++eye) {
+        const Distortion& optics =
+            eye == 1 ? truth.calibration.eyes.right.distortion : truth.calibration.eyes.left.distortion;
+        EXPECT_EQ(drawn[eye].is_right, real[eye].is_right);
+        for (std::size_t k = 0; k < real[eye].points_px.size(); ++k) {
+          const Eigen::Vector2d seen = shown_px(optics, drawn[eye].points_px.at(k));
+          furthest = std::max(furthest, (seen - real[eye].points_px[k]).norm());
+        }
+      }
+      return furthest;
+    };
+    EXPECT_LT(furthest_px(drawn_points({CalibrationPart::leg, values, truth.calibration}, bench, truth)),
+              rounding_px);
+    // Beside it by 10 mm, at 800 mm and 880 px some 11 px.
+    values[0] += 10.0;
+    EXPECT_NEAR(furthest_px(drawn_points({CalibrationPart::leg, values, truth.calibration}, bench, truth)),
+                11.0, 6.0);
+  }
 }
 
 }  // namespace

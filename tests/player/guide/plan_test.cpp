@@ -1,0 +1,196 @@
+// What may be asked for, in which order, and whose marks still belong to the bench file.
+#include "guide/plan.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+
+#include "guide/parts.hpp"
+#include "support/input_error.hpp"
+#include "trial.hpp"
+
+namespace vrda {
+namespace {
+
+using test::all_done;
+using test::anew;
+using test::bench;
+using test::Trial;
+using testing::HasSubstr;
+
+TEST(GuidePlan, APartDoneAgainOutdatesWhatRestsOnItWithItsFirstMark)
+{
+  Trial trial(bench(), all_done(), anew("distortion"));
+  Calibration outdated = all_done();
+  outdated.records.at(CalibrationPart::distortion).is_outdated = true;
+  EXPECT_TRUE(calibration_text(trial.session->calibration(), bench()) == calibration_text(outdated, bench()));
+  trial.do_task();
+  const Calibration& now = trial.session->calibration();
+  for (const CalibrationPart part :
+       {CalibrationPart::eyepoints, CalibrationPart::ipd, CalibrationPart::bullseye})
+    EXPECT_TRUE(now.records.at(part).is_outdated) << name_of(part);
+  for (const CalibrationPart part : {CalibrationPart::viewport, CalibrationPart::rails, CalibrationPart::stop,
+                                     CalibrationPart::probe, CalibrationPart::subject, CalibrationPart::leg})
+    EXPECT_FALSE(now.records.at(part).is_outdated) << name_of(part);
+  EXPECT_EQ(now.records.at(CalibrationPart::distortion).marks.size(), 1u);
+  EXPECT_FALSE(is_done(now, CalibrationPart::distortion));
+  trial.do_all();
+  // Everything again asks for just what is outdated.
+  Trial rest(bench(), trial.session->calibration(), test::options_of(bench()));
+  EXPECT_EQ(rest.session->progress().part, CalibrationPart::eyepoints);
+  std::set<CalibrationPart> asked;
+  while (rest.session->task() != nullptr) {
+    asked.insert(rest.session->progress().part);
+    rest.do_task();
+  }
+  EXPECT_EQ(asked, (std::set<CalibrationPart>{CalibrationPart::eyepoints, CalibrationPart::ipd,
+                                              CalibrationPart::bullseye}));
+}
+
+/// Wherever doing parts anew is interrupted, the plain command goes on: what is done is not asked for again,
+/// what is under way keeps its marks.
+TEST(GuidePlan, WhatIsDoneAnewGoesOnWithoutSayingSoAgain)
+{
+  GuideOptions both = anew("subject");
+  both.parts = {CalibrationPart::stop, CalibrationPart::probe, CalibrationPart::subject};
+  GuideOptions plain = both;
+  plain.is_anew = false;
+  Trial trial(bench(), all_done(), both);
+  EXPECT_GT(trial.session->revision(), 0u);  // of an interruption before the first task
+  int n_tasks = 0;
+  for (; trial.session->task() != nullptr; ++n_tasks) {
+    trial.do_task();
+    const std::string file = calibration_text(trial.session->calibration(), bench());
+    trial.session =
+        std::make_unique<GuideSession>(bench(), parsed_calibration(file, "c.toml", bench()), plain);
+  }
+  EXPECT_EQ(n_tasks, 2 + static_cast<int>(bench().calibration.landmarks.size()));
+  for (const CalibrationPart part : both.parts)
+    EXPECT_TRUE(is_done(trial.session->calibration(), part)) << name_of(part);
+}
+
+TEST(GuidePlan, APartBeforeOneThatItRestsOnIsRefused)
+{
+  const auto field_of = [](const Calibration& begun, const std::string& step) {
+    return test::input_error([&] { GuideSession(bench(), begun, test::options_of(bench(), step)); });
+  };
+  const Calibration nominal = nominal_calibration(bench());
+  EXPECT_EQ(field_of(nominal, "distortion").field, "distortion");
+  EXPECT_EQ(field_of(nominal, "distortion").found, "viewport, which is not done");
+  EXPECT_EQ(field_of(nominal, "ipd").found, "eyepoints, which is not done");
+  EXPECT_EQ(field_of(nominal, "leg").found, "probe, which is not done");
+  Calibration old = all_done();
+  old.records.at(CalibrationPart::rails).is_outdated = true;
+  old.records.at(CalibrationPart::bullseye).is_outdated = true;
+  EXPECT_EQ(field_of(old, "bullseye").found, "rails, which is outdated");
+  GuideSession(bench(), nominal, test::options_of(bench(), "viewport"));
+}
+
+TEST(GuidePlan, ARecordOfAnotherPlanIsRefusedUnlessThePartIsDoneAnew)
+{
+  const BenchFile other =
+      test::virtual_bench(HeadKind::stage, "[calibration]\n", "[calibration]\nedge_repeats = 3\n");
+  Calibration begun = nominal_calibration(bench());
+  begun.records[CalibrationPart::viewport] = all_done().records.at(CalibrationPart::viewport);
+  begun.records[CalibrationPart::viewport].estimate.reset();
+  const InputError::Facts facts =
+      test::input_error([&] { GuideSession(other, begun, test::options_of(other, "viewport")); });
+  EXPECT_EQ(facts.field, "per_bench.viewport");
+  EXPECT_THAT(facts.found, HasSubstr("'left eye, left edge, 4'"));
+  GuideOptions options = test::options_of(other, "viewport");
+  options.is_anew = true;
+  EXPECT_NE(GuideSession(other, begun, options).task(), nullptr);
+  Calibration damaged = all_done();
+  damaged.records.at(CalibrationPart::rails).estimate.reset();
+  damaged.records.at(CalibrationPart::rails).marks[0].rows[3].pop_back();
+  damaged.records.at(CalibrationPart::rails).marks[0].rows[3].pop_back();
+  EXPECT_THAT(
+      test::input_error([&] { GuideSession(bench(), damaged, test::options_of(bench(), "rails")); }).found,
+      HasSubstr("rows of 'x rail'"));
+}
+
+/// With five bull's-eyes done, and a rectangle of the bench file changed.
+TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
+{
+  Trial trial(bench(), all_done(), anew("bullseye"));
+  trial.go_to(CalibrationPart::bullseye, "right eye, place 3");
+  const Calibration begun = trial.session->calibration();
+  ASSERT_EQ(begun.records.at(CalibrationPart::bullseye).marks.size(), 5u);
+  BenchFile other = bench();
+  other.calibration.rectangles[1].depth_mm += 25.0;
+  const auto refused = [&](const BenchFile& file, const Calibration& so_far, const std::string& step) {
+    return test::input_error([&] { GuideSession(file, so_far, test::options_of(file, step)); });
+  };
+  for (const char* step : {"bullseye", "ipd", "eyepoints", "all"}) {
+    SCOPED_TRACE(step);
+    const InputError::Facts facts = refused(other, begun, step);
+    EXPECT_EQ(facts.field, "per_person.eyepoints");
+    EXPECT_EQ(facts.found, "marks made when calibration.rectangles had 150.0 where it now has 175.0");
+    EXPECT_THAT(facts.wanted, HasSubstr("do eyepoints anew"));
+  }
+  EXPECT_THAT(test::input_error([&] { solved_again(other, begun, "c.toml"); }).found,
+              HasSubstr("calibration.rectangles"));
+  // Of points and distances, too; what does not rest on them goes on.
+  BenchFile touched = bench();
+  touched.calibration.points[2].p_model_mm.y() += 1.0;
+  touched.calibration.landmarks[0].model_mm += 1.0;
+  EXPECT_EQ(refused(touched, all_done(), "leg").field, "per_person.leg");
+  EXPECT_EQ(refused(touched, all_done(), "subject").field, "per_person.subject");
+  BenchFile geared = bench();
+  geared.stage_mm_per_count *= 2.0;
+  EXPECT_EQ(refused(geared, begun, "bullseye").field, "per_person.bullseye");
+  EXPECT_NE(GuideSession(touched, begun, test::options_of(touched, "bullseye")).task(), nullptr);
+  // Of a file that does not tell its numbers, what bull's-eyes take from the rectangles is tried.
+  Calibration silent = begun;
+  silent.records.at(CalibrationPart::eyepoints).made_with.clear();
+  for (CalibrationRectangle& r : other.calibration.rectangles) r.depth_mm = 0.0;
+  const InputError::Facts flat = refused(other, silent, "bullseye");
+  EXPECT_THAT(flat.field, HasSubstr("per_person.eyepoints: left"));
+  EXPECT_THAT(flat.wanted, HasSubstr("Do eyepoints anew, as bullseye rests on them"));
+}
+
+TEST(GuidePlan, MarksOfAnEarlierPartThatAreDamagedAreNamed)
+{
+  const auto rows_of = [](Calibration& c) -> std::vector<std::vector<double>>& {
+    return c.records.at(CalibrationPart::eyepoints).marks[3].rows;
+  };
+  Calibration shorter = all_done(), empty = all_done();
+  rows_of(shorter)[0].pop_back();
+  rows_of(empty).clear();
+  for (Calibration& damaged : {std::ref(shorter), std::ref(empty)}) {
+    damaged.records.at(CalibrationPart::bullseye) = {};
+    const InputError::Facts facts =
+        test::input_error([&] { GuideSession(bench(), damaged, test::options_of(bench(), "bullseye")); });
+    EXPECT_EQ(facts.field, "per_person.eyepoints");
+    EXPECT_THAT(facts.found, HasSubstr("rows of 'left eye, rectangle"));
+    // Solving does not look at them only where it solves them.
+    damaged.records.at(CalibrationPart::distortion).estimate.reset();
+    damaged.records.at(CalibrationPart::distortion).marks.pop_back();
+    damaged.records.at(CalibrationPart::bullseye) = all_done().records.at(CalibrationPart::bullseye);
+    EXPECT_EQ(test::input_error([&] { solved_again(bench(), damaged, "c.toml"); }).field,
+              "per_person.eyepoints");
+  }
+}
+
+TEST(GuidePlan, ABenchFileWithoutWhatIsWantedIsNamedByKey)
+{
+  const BenchFile bare = [] {
+    BenchFile file = bench();
+    file.calibration.points.resize(3);
+    file.calibration.landmarks.resize(2);
+    return file;
+  }();
+  const auto wanted = [&](const BenchFile& file, const std::string& step) {
+    return test::input_error([&] { GuideSession(file, all_done(), test::options_of(file, step)); });
+  };
+  EXPECT_EQ(wanted(bare, "leg").field, "calibration.point");
+  EXPECT_EQ(wanted(bare, "subject").field, "calibration.landmarks");
+  BenchFile none = bench();
+  none.calibration = CalibrationSettings();
+  EXPECT_EQ(wanted(none, "viewport").field, "calibration");
+}
+
+}  // namespace
+}  // namespace vrda
