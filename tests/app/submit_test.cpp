@@ -7,12 +7,13 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
-#include "app/scenes.hpp"
+#include "app/fake_slurm.hpp"
 
 namespace vrda {
 namespace {
 
 namespace fs = std::filesystem;
+using test::FakeSlurm;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -197,69 +198,6 @@ TEST(Task, RefusesWhatIsNoneOfTheSubmission)
   EXPECT_EQ(task({"--kind", "shard", "--shard", "2"}).exit_code, 0);
 }
 
-// Programs of Slurm's names that note down how they were called; sbatch runs the script at once when asked.
-class FakeSlurm : public testing::Test {
- protected:
-  FakeSlurm()
-  {
-    program("sbatch", R"(
-echo "sbatch $*" >> "$fake/calls"
-id=$(($(cat "$fake/last" 2>/dev/null || echo 100) + 1)); echo $id > "$fake/last"
-if [ "$id" = "${refused:-}" ]; then echo 'sbatch: error: Job violates policy' >&2; exit 1; fi
-echo $id
-[ -n "${runs:-}" ] || exit 0
-array=
-while [[ $1 == --* ]]; do
-  case $1 in --array=*) array=${1#--array=}; array=${array%\%*} ;; --output=*) log=${1#--output=} ;; esac
-  shift
-done
-export SLURM_JOB_ID=$id SLURM_CPUS_PER_TASK=1
-if [ -z "$array" ]; then bash "$@" >> "${log}" 2>&1; exit 0; fi
-export SLURM_ARRAY_JOB_ID=$id
-for part in ${array//,/ }; do
-  for SLURM_ARRAY_TASK_ID in $(seq ${part%-*} ${part#*-}); do
-    export SLURM_ARRAY_TASK_ID
-    bash "$@" >> "${log//%a/$SLURM_ARRAY_TASK_ID}" 2>&1
-  done
-done
-exit 0)");
-    program("squeue", "cat \"$fake/queue\" 2>/dev/null; true");
-    program("scontrol", "echo 'MaxArraySize = 11'; echo 'MaxJobCount = 40'");
-    program("scancel", "echo \"scancel $*\" >> \"$fake/calls\"");
-  }
-
-  void program(const std::string& name, const std::string& body)
-  {
-    fs::permissions(scratch_.write("bin/" + name, "#!/bin/bash\n" + body + "\n"), fs::perms::owner_all);
-  }
-
-  test::Ended run(std::vector<std::string> words, const std::map<std::string, std::string>& environment = {})
-  {
-    test::Command command = test::vrda(std::move(words));
-    command.environment = environment;
-    command.environment["fake"] = scratch_.path().string();
-    command.environment["PATH"] = (scratch_.path() / "bin").string() + ":/usr/bin:/bin";
-    return test::run(command);
-  }
-
-  test::Ended submit(const std::vector<std::string>& more,
-                     const std::map<std::string, std::string>& environment = {})
-  {
-    std::vector<std::string> words{"submit", job_.string(), "-o",    folder_.string(),
-                                   "--time", "10",          "--mem", "200M"};
-    words.insert(words.end(), more.begin(), more.end());
-    return run(words, environment);
-  }
-
-  void queue(const std::string& lines) { scratch_.write("queue", lines); }
-  std::string calls() const { return test::text_of(scratch_.path() / "calls"); }
-  void forget_calls() const { fs::remove(scratch_.path() / "calls"); }
-
-  test::Scratch scratch_;
-  fs::path job_ = test::small_knee_job(scratch_, "right");
-  fs::path folder_ = scratch_.path() / "it's a \"folder\"";
-};
-
 TEST_F(FakeSlurm, SubmitPrintsTheIdsOfJobsThatWaitForEachOther)
 {
   const test::Ended ended = submit({"--shards", "3", "--max-parallel", "2", "--partition", "batch"});
@@ -316,16 +254,6 @@ TEST_F(FakeSlurm, ResumeSubmitsOnlyWhatIsMissing)
   EXPECT_THAT(calls(), testing::StartsWith("scancel 103\nsbatch"));
   EXPECT_THAT(test::text_of(folder_ / "scripts/shard.sbatch"), HasSubstr("#SBATCH --time=20\n"));
   EXPECT_EQ(test::sha256_of_file(folder_ / "knee_right.h5"), whole_run(scratch_, job_));
-}
-
-TEST_F(FakeSlurm, ARefusalIsOneLineAndLeavesNothing)
-{
-  const test::Ended ended = submit({"--shards", "3"}, {{"refused", "102"}});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
-  EXPECT_THAT(ended.err, HasSubstr("Job violates policy"));
-  EXPECT_THAT(calls(), HasSubstr("scancel 101\n"));
-  EXPECT_FALSE(fs::exists(folder_));
 }
 
 TEST_F(FakeSlurm, CampaignsAreArraysThatSlurmTakes)
