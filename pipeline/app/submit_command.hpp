@@ -34,6 +34,7 @@ struct ResumeOptions {
   bool is_local = false;
   int n_workers = 0;
   bool as_json = false;
+  std::vector<std::string> absent_hosts;  ///< gone with the local processes that ran there
 };
 
 /// Hands out the tasks that are missing and says why each is; never one that is queued or running.

@@ -109,6 +109,40 @@ TEST(SubmitLocal, AFailureSaysWhyAndIsMendedByResume)
   EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
 }
 
+// A state as a process leaves it that went down with its machine.
+TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgainWhenThatIsSaid)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right"), folder = scratch.path() / "sub";
+  fs::create_directories(folder / "knee_right.h5.shard-2-of-3.journal");
+  ASSERT_EQ(
+      test::run_vrda({"submit", job.string(), "--shards", "3", "--local", "-o", folder.string()}).exit_code,
+      2);
+  fs::remove(folder / "knee_right.h5.shard-2-of-3.journal");
+  const fs::path file = folder / "tasks/knee_right.shard-2-of-3.json";
+  auto state = nlohmann::json::parse(test::text_of(file));
+  state["state"] = "running";
+  state["host"] = "node17";
+  state["pid"] = 4711;
+  scratch.write("sub/tasks/knee_right.shard-2-of-3.json", state.dump());
+  EXPECT_THAT(test::run_vrda({"status", folder.string()}).out,
+              testing::ContainsRegex("shard 2 of 3      running      2 of 10        "
+                                     "on node17, which cannot be asked from here\n"));
+  for (const std::string other : {"node18", "node19"}) {
+    const test::Ended refused = test::run_vrda({"resume", folder.string(), "--local", "--without", other});
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_EQ(refused.err, "vrda: " + file.string() +
+                               ": host: found shard 2 of 3 that runs as process 4711 on node17, wanted its "
+                               "end, or if its host is gone with it: vrda resume " +
+                               folder.string() + " --without node17\n");
+  }
+  const test::Ended resumed =
+      test::run_vrda({"resume", folder.string(), "--local", "--without", "node18", "--without", "node17"});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(resumed.err, HasSubstr("shard 2 of 3: lost: node17 is gone with it\n"));
+  EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
+}
+
 TEST(SubmitLocal, ACampaignMakesEveryCaseAndItsIndex)
 {
   const test::Scratch scratch;
