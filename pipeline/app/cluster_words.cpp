@@ -114,6 +114,11 @@ void ClusterWords::add_resume(const Add& add, std::function<ExitCode()>& chosen)
   resume_.slurm.cpus = 0;  // as it was
   add_slurm_options(c, resume_.slurm);
   add_local_options(c, resume_.is_local, resume_.n_workers, resume_.is_dry, resume_.as_json);
+  c.add_option("--without", resume_.absent_hosts,
+               "A host that is gone with its local processes: their tasks are missing; may be repeated")
+      ->type_name("HOST")
+      ->allow_extra_args(false)
+      ->take_all();
   c.callback([this, &chosen] { chosen = [this] { return resume_command(resume_); }; });
 }
 

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "app/hand_out.hpp"
@@ -39,14 +40,15 @@ SlurmOptions changed(SlurmOptions slurm, const SlurmOptions& given)
   return slurm;
 }
 
-// Processes of a local run that was killed are told to end, and do so within a step.
-bool has_own_processes(const StatusView& status)
+std::vector<TaskView> local_tasks_under_way(const StatusView& status)
 {
-  return std::any_of(status.cases.begin(), status.cases.end(), [](const CaseView& c) {
-    return std::any_of(c.tasks.begin(), c.tasks.end(), [](const TaskView& task) {
-      return task.standing == TaskStanding::running && task.slurm_job.empty();
-    });
-  });
+  std::vector<TaskView> all;
+  const auto look_at = [&](const TaskView& task) {
+    if (task.standing == TaskStanding::running && task.slurm_job.empty()) all.push_back(task);
+  };
+  for (const CaseView& c : status.cases) std::for_each(c.tasks.begin(), c.tasks.end(), look_at);
+  if (status.index) look_at(*status.index);
+  return all;
 }
 
 void say_reasons(const std::vector<std::string>& reasons)
@@ -61,7 +63,28 @@ struct Found {
   StatusView status;
 };
 
-Found look(const std::string& folder, const Submission& submission)
+// Names the first task, and every host that --without would have to.
+[[noreturn]] void refuse_under_way(const std::string& folder, const Submission& submission,
+                                   const Sightings& seen, const std::vector<TaskView>& tasks)
+{
+  const TaskId& first = tasks.front().task;
+  const ProcessId& process = seen.states.at(first).process;
+  std::string found = text_of(first, submission) + " that runs as process " + std::to_string(process.pid) +
+                      " on " + process.host;
+  if (tasks.size() > 1) found += " (and " + std::to_string(tasks.size() - 1) + " other tasks that run)";
+  std::set<std::string> hosts;
+  for (const TaskView& task : tasks) {
+    if (task.is_elsewhere) hosts.insert(task.host);
+  }
+  std::string wanted = "its end";
+  if (!hosts.empty()) wanted += ", or if its host is gone with it: vrda resume " + folder;
+  for (const std::string& host : hosts) wanted += " --without " + host;
+  throw InputError({task_file_of(folder, submission, first), "host", found, wanted});
+}
+
+// Processes here of a local run that was killed are told to end, and do so within a step. Those of other
+// hosts cannot be asked, however long one waits.
+Found look(const std::string& folder, const Submission& submission, const ResumeOptions& options)
 {
   constexpr std::chrono::seconds patience{60};
   const auto begin = std::chrono::steady_clock::now();
@@ -72,10 +95,14 @@ Found look(const std::string& folder, const Submission& submission)
     if (!found.seen.is_slurm_known) {
       throw InputError({folder, "", "tasks of which Slurm does not tell: " + remark, "Slurm's answer"});
     }
+    found.seen.absent_hosts = {options.absent_hosts.begin(), options.absent_hosts.end()};
     found.status = status_of(folder, submission, found.seen);
-    if (!has_own_processes(found.status)) return found;
-    if (std::chrono::steady_clock::now() - begin > patience) {
-      throw InputError({folder, "", "local processes that still run", "their end"});
+    std::vector<TaskView> tasks = local_tasks_under_way(found.status);
+    if (tasks.empty()) return found;
+    const auto here = std::stable_partition(tasks.begin(), tasks.end(),
+                                            [](const TaskView& task) { return task.is_elsewhere; });
+    if (here != tasks.begin() || std::chrono::steady_clock::now() - begin > patience) {
+      refuse_under_way(folder, submission, found.seen, tasks);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
@@ -128,7 +155,7 @@ ExitCode resume_command(const ResumeOptions& options)
   const std::string folder = fs::absolute(options.folder).lexically_normal().string();
   Submission submission = read_submission(folder);
   const SubmissionLock lock(folder);
-  const Found found = look(folder, submission);
+  const Found found = look(folder, submission, options);
   if (!options.is_local && !options.is_dry) release_held(found.seen);
   const Missing missing = missing_of(folder, submission, found.status, found.seen);
   if (missing.work.is_nothing()) return say_nothing_is_missing(folder, missing, options.as_json);

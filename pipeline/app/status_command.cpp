@@ -40,7 +40,8 @@ void print_task(const TaskView& task, const Submission& submission)
   pad(amount_column);
   line += amount_text(task);
   pad(rest_column);
-  if (task.standing == TaskStanding::running && !task.host.empty()) line += task.host;
+  const bool is_told = task.is_elsewhere;  // the reason names the host
+  if (task.standing == TaskStanding::running && !is_told) line += task.host;
   if (task.standing != TaskStanding::running && !task.slurm_job.empty()) line += task.slurm_job;
   line += rate_text_of(task);
   if (!task.reason.empty()) line += (line.back() == ' ' ? "" : "  ") + task.reason;

@@ -11,6 +11,7 @@
 #include "cluster/campaign.hpp"
 #include "cluster/local_run.hpp"
 #include "cluster/slurm_scripts.hpp"
+#include "cluster/submitted.hpp"
 #include "core/error.hpp"
 #include "load/case.hpp"
 #include "load/job.hpp"
@@ -96,7 +97,7 @@ void make_folders(const std::string& folder)
     make_folder(one);
 }
 
-// Slurm took nothing: the same command with other options is a new one.
+// Where Slurm took nothing, the same command with other options is a new one.
 void take_back(const std::string& folder)
 {
   std::error_code ignored;
@@ -126,7 +127,7 @@ ExitCode submit_command(const SubmitOptions& options)
   try {
     return hand_out(folder, submission, work, how);
   } catch (const InputError&) {
-    if (!options.is_local) take_back(folder);
+    if (!options.is_local && read_submitted(folder).empty()) take_back(folder);
     throw;
   }
 }

@@ -23,7 +23,8 @@ struct SubmitOptions {
 };
 
 /// Writes the submission's folder and hands out all of its tasks. Throws InputError when the folder holds a
-/// submission or a motion model that would be replaced; when Slurm refuses, nothing of it is left.
+/// submission or a motion model that would be replaced; when Slurm refuses the first job, nothing of it is
+/// left, when it refuses a later one, what it took goes on and vrda resume adds the rest.
 ExitCode submit_command(const SubmitOptions& options);
 
 struct ResumeOptions {
@@ -33,6 +34,7 @@ struct ResumeOptions {
   bool is_local = false;
   int n_workers = 0;
   bool as_json = false;
+  std::vector<std::string> absent_hosts;  ///< gone with the local processes that ran there
 };
 
 /// Hands out the tasks that are missing and says why each is; never one that is queued or running.

@@ -13,6 +13,19 @@
 #include "core/whole_file.hpp"
 
 namespace vrda {
+namespace {
+
+// Nobody would know of it.
+void cancel_unnoted(const std::string& id)
+{
+  try {
+    cancel_jobs({id});
+  } catch (const InputError&) {
+    // The first message is the one that matters, and names the job.
+  }
+}
+
+}  // namespace
 
 void write_scripts(const std::string& folder, const Submission& submission,
                    const std::vector<PlannedJob>& jobs)
@@ -35,16 +48,17 @@ std::vector<SubmittedJob> hand_over(const std::string& folder, const Submission&
   try {
     for (const PlannedJob& job : jobs) {
       ids.push_back(submit_job(sbatch_words(folder, submission, job, ids), folder));
-      submitted.push_back({ids.back(), utc_text(std::chrono::system_clock::now()), job});
-      append_submitted(folder, submitted.back());
+      const SubmittedJob one{ids.back(), utc_text(std::chrono::system_clock::now()), job};
+      append_submitted(folder, one);
+      submitted.push_back(one);
     }
-  } catch (const InputError&) {
-    try {
-      cancel_jobs(ids);
-    } catch (const InputError&) {
-      // The first message is the one that matters; status shows what stayed.
-    }
-    throw;
+  } catch (const InputError& error) {
+    if (ids.size() > submitted.size()) cancel_unnoted(ids.back());
+    if (submitted.empty()) throw;
+    InputError::Facts facts = error.facts();
+    facts.wanted += "; " + std::to_string(submitted.size()) + " of " + std::to_string(jobs.size()) +
+                    " jobs were submitted before and go on, vrda resume " + folder + " submits the others";
+    throw InputError(facts);
   }
   return submitted;
 }

@@ -15,7 +15,8 @@ void write_scripts(const std::string& folder, const Submission& submission,
                    const std::vector<PlannedJob>& jobs);
 
 /// Submits the jobs, whose scripts stand, and notes each down at once. When Slurm refuses one, those
-/// submitted before are cancelled again and its InputError goes on.
+/// submitted before go on; its InputError names `vrda resume` then, which adds what is missing. A job that
+/// cannot be noted down is cancelled.
 std::vector<SubmittedJob> hand_over(const std::string& folder, const Submission& submission,
                                     const std::vector<PlannedJob>& jobs);
 

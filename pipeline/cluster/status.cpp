@@ -6,14 +6,17 @@
 #include <filesystem>
 #include <fstream>
 
+#include "cluster/case_spec.hpp"
 #include "cluster/solved_count.hpp"
 #include "core/error.hpp"
+#include "load/file_bytes.hpp"
 
 namespace vrda {
 namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
 constexpr std::array<const char*, 7> standing_names{"waiting", "queued",      "running", "done",
                                                     "failed",  "interrupted", "lost"};
 
@@ -84,7 +87,9 @@ class Viewer {
     const bool is_of_this_job = own != nullptr && own->slurm_job == queue.job;
     const std::string hint = is_held_after_failed_launch(row) ? "; vrda resume releases it" : "";
     if (is_queued(row)) return set(view, TaskStanding::queued, row.reason + hint);
+    view.is_job_running = queue.per_task > 1 && is_running(row);
     if (is_of_this_job && own->phase == TaskPhase::done) return stand_by_state(view, own, &queue);
+    if (view.is_job_running) return stand_among_cases(view, is_of_this_job ? own : nullptr, row);
     if (is_running(row)) {
       if (!row.node.empty()) view.host = row.node;
       return set(view, TaskStanding::running, row.state == "RUNNING" ? what_it_waits_for(own) : row.state);
@@ -93,11 +98,24 @@ class Viewer {
     if (own != nullptr && !is_of_this_job && own->slurm_job.empty()) return stand_by_state(view, own, &queue);
     if (is_of_this_job && own->phase == TaskPhase::failed)
       return set(view, TaskStanding::failed, own->reason);
+    // Its state may not be seen yet over a network.
+    if (row.state == "COMPLETED") return stand_when_done(view, "");
     const bool never_can_begin = row.reason.find("Dependency") != std::string::npos;
     const std::string why = never_can_begin ? row.state + ": what it waited for did not end well"
                                             : with_reason(row.state, row.reason);
     const bool is_in_order = is_of_this_job && own->phase == TaskPhase::interrupted;
     set(view, is_in_order ? TaskStanding::interrupted : TaskStanding::failed, why);
+  }
+
+  // The row is of the whole task, which makes its cases one after the other.
+  static void stand_among_cases(TaskView& view, const TaskState* own, const SlurmRow& row)
+  {
+    if (own != nullptr && own->phase == TaskPhase::failed)
+      return set(view, TaskStanding::failed, own->reason);
+    if (own == nullptr || own->phase != TaskPhase::running)
+      return set(view, TaskStanding::queued, "behind other cases of its task");
+    if (!row.node.empty()) view.host = row.node;
+    set(view, TaskStanding::running, row.state == "RUNNING" ? own->reason : row.state);
   }
 
   void stand_by_state(TaskView& view, const TaskState* own, const SlurmTask* queue)
@@ -110,7 +128,7 @@ class Viewer {
     }
     switch (own->phase) {
       case TaskPhase::done:
-        return stand_when_done(view, *own);
+        return stand_when_done(view, own->reason);
       case TaskPhase::failed:
         return set(view, TaskStanding::failed, own->reason);
       case TaskPhase::interrupted:
@@ -127,14 +145,14 @@ class Viewer {
   }
 
   // Its result must still be there: a journal until it is merged.
-  void stand_when_done(TaskView& view, const TaskState& own)
+  void stand_when_done(TaskView& view, const std::string& reason)
   {
     const bool has_journal = view.task.kind == TaskKind::spine || view.task.kind == TaskKind::shard;
     std::error_code ignored;
     if (has_journal && !fs::exists(journals_of(folder_, submission_, view.task).front(), ignored)) {
       return set(view, TaskStanding::lost, "its journal is gone");
     }
-    set(view, TaskStanding::done, own.reason);
+    set(view, TaskStanding::done, reason);
   }
 
   void stand_while_running(TaskView& view, const TaskState& own, const SlurmTask* queue)
@@ -146,9 +164,16 @@ class Viewer {
       return set(view, TaskStanding::lost, said.empty() ? "Slurm no longer knows the job" : said);
     }
     const std::optional<bool> lives = is_alive(own.process);
-    if (!lives) return set(view, TaskStanding::running, "as far as " + host_name() + " knows");
+    if (!lives) return stand_elsewhere(view, own.process.host);
     if (*lives) return set(view, TaskStanding::running, own.reason);
     set(view, TaskStanding::lost, "process " + std::to_string(own.process.pid) + " is gone");
+  }
+
+  void stand_elsewhere(TaskView& view, const std::string& host)
+  {
+    if (seen_.absent_hosts.count(host) > 0) return set(view, TaskStanding::lost, host + " is gone with it");
+    view.is_elsewhere = true;
+    set(view, TaskStanding::running, "on " + host + ", which cannot be asked from here");
   }
 
   void count(TaskView& view, const TaskState* own)
@@ -197,6 +222,21 @@ class Viewer {
   const Sightings& seen_;
   SolvedCounter counter_;
 };
+
+// As a merge leaves it that was killed while it cleared up: the next one only does that.
+bool is_merged(const std::string& output)
+{
+  std::error_code ignored;
+  const std::string case_file = case_file_of(output);
+  if (!fs::exists(output, ignored) || !fs::exists(case_file, ignored)) return false;
+  try {
+    const std::string sha256 = read_case_file(case_file).merged_sha256;
+    return !sha256.empty() &&
+           sha256 == sha256_of(file_bytes(output, {output, "", "", "a motion model"}, largest_model_bytes));
+  } catch (const InputError&) {
+    return false;  // the merge says what is wrong
+  }
+}
 
 TaskStanding standing_of(const std::vector<TaskView>& tasks)
 {
@@ -277,13 +317,16 @@ StatusView status_of(const std::string& folder, const Submission& submission, co
   for (std::int32_t k = 0; k < static_cast<std::int32_t>(submission.cases.size()); ++k) {
     CaseView view;
     view.case_number = k;
-    view.is_made = is_made(folder, submission.cases[static_cast<std::size_t>(k)]);
+    const SubmittedCase& submitted = submission.cases[static_cast<std::size_t>(k)];
+    view.is_made = is_made(folder, submitted);
     if (submission.n_shards == 1) {
       view.tasks.push_back(viewer.view({TaskKind::run, k, 0}, view.is_made));
     } else {
-      view.tasks.push_back(viewer.view({TaskKind::spine, k, 0}, view.is_made));
+      view.is_merged = !view.is_made && is_merged(output_of(folder, submitted));
+      const bool is_solved = view.is_made || view.is_merged;
+      view.tasks.push_back(viewer.view({TaskKind::spine, k, 0}, is_solved));
       for (std::int32_t s = 1; s <= submission.n_shards; ++s) {
-        view.tasks.push_back(viewer.view({TaskKind::shard, k, s}, view.is_made));
+        view.tasks.push_back(viewer.view({TaskKind::shard, k, s}, is_solved));
       }
       view.tasks.push_back(viewer.view({TaskKind::merge, k, 0}, view.is_made));
     }

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -37,12 +38,15 @@ struct TaskView {
   std::int64_t n_total = 0;          ///< 0: not known
   std::optional<double> per_second;  ///< since this start
   std::optional<double> seconds_left;
+  bool is_elsewhere = false;    ///< runs, as its state says, but on a host that cannot be asked from here
+  bool is_job_running = false;  ///< Slurm still runs the job that made it and makes other cases after it
 };
 
 struct CaseView {
   std::int32_t case_number = 0;
   TaskStanding standing = TaskStanding::waiting;
   bool is_made = false;         ///< the motion model stands
+  bool is_merged = false;       ///< so it does, but what it was made of is not all cleared up
   std::vector<TaskView> tasks;  ///< spine, shards, merge; or run
 };
 
@@ -56,7 +60,8 @@ struct StatusView {
 struct Sightings {
   std::map<TaskId, TaskState> states;
   std::map<TaskId, SlurmTask> slurm;
-  bool is_slurm_known = true;  ///< false: Slurm could not be asked
+  bool is_slurm_known = true;          ///< false: Slurm could not be asked
+  std::set<std::string> absent_hosts;  ///< gone with their local processes, says who knows
 };
 
 /// Everything read but the journals; asks Slurm when anything was submitted to it. Does not throw when Slurm

@@ -123,6 +123,7 @@ std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
       SlurmTask task{job, found == row_of.end() ? SlurmRow{} : *found->second, ""};
       for (const TaskId& id : tasks_of(submission, submitted.job, number)) {
         const bool is_shared = id.kind == TaskKind::run;
+        task.per_task = submitted.job.per_task;
         task.log = is_shared ? log_of_runs(submitted.job.offset, std::to_string(number))
                              : file_stem_of(id, submission) + ".log";
         tasks[id] = task;

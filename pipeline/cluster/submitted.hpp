@@ -1,6 +1,7 @@
 /// What was handed to Slurm: DIR/submitted.jsonl, one line a job, in order.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -25,9 +26,10 @@ std::vector<SubmittedJob> read_submitted(const std::string& folder);
 
 /// One task as Slurm has it.
 struct SlurmTask {
-  std::string job;    ///< "13_3" or "12", of the last job that had this task
-  SlurmRow row;       ///< its state is empty when Slurm has forgotten the job
-  std::string log{};  ///< name of its log; of cases that share a task the same
+  std::string job;            ///< "13_3" or "12", of the last job that had this task
+  SlurmRow row;               ///< its state is empty when Slurm has forgotten the job
+  std::string log{};          ///< name of its log; of cases that share a task the same
+  std::int32_t per_task = 1;  ///< cases that share it
 };
 
 /// Of each task that was ever submitted, the last time it was.

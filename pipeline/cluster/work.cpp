@@ -85,6 +85,33 @@ std::vector<std::size_t> append_runs(std::vector<PlannedJob>& jobs, const std::v
   return appended;
 }
 
+// sbatch by sbatch Slurm would find out half-way.
+void require_room(const Submission& submission, const std::vector<PlannedJob>& jobs, std::int32_t per_task,
+                  const SlurmLimits& limits)
+{
+  const std::int64_t room = limits.max_job_count;
+  std::int64_t n_jobs = 0;
+  for (const PlannedJob& job : jobs) n_jobs += std::max<std::int64_t>(1, std::ssize(job.numbers));
+  if (n_jobs <= room) return;
+  const std::int64_t n_cases = std::ssize(submission.cases);
+  const std::int64_t for_cases = std::max<std::int64_t>(1, room - (submission.has_index() ? 1 : 0));
+  const std::string of_cases = " for " + std::to_string(n_cases) + (n_cases == 1 ? " case, " : " cases, ") +
+                               std::to_string(n_jobs) + " jobs at once";
+  const std::string wanted = "at most " + std::to_string(room) + ", Slurm's MaxJobCount, as with ";
+  if (submission.n_shards == 1) {
+    const std::int64_t fitting = (n_cases + for_cases - 1) / for_cases;
+    throw InputError({"--cases-per-task", "", std::to_string(per_task) + of_cases,
+                      wanted + "--cases-per-task " + std::to_string(fitting)});
+  }
+  constexpr std::int64_t spine_and_merge = 2;
+  const std::int64_t n_shards = std::max<std::int64_t>(1, for_cases / n_cases - spine_and_merge);
+  const std::int64_t n_fitting = for_cases / (submission.n_shards + spine_and_merge);
+  const bool has_other_way = n_cases > 1 && n_fitting > 0;
+  throw InputError({"--shards", "", std::to_string(submission.n_shards) + of_cases,
+                    wanted + "--shards " + std::to_string(n_shards) +
+                        (has_other_way ? ", or " + std::to_string(n_fitting) + " cases at a time" : "")});
+}
+
 }  // namespace
 
 Work all_work(const Submission& submission)
@@ -137,8 +164,8 @@ std::vector<PlannedJob> jobs_of_work(const Submission& submission, const Work& w
       last.push_back(append_jobs(jobs, c));
     }
   }
-  const std::vector<std::size_t> arrays =
-      append_runs(jobs, runs, cases_per_task(submission, limits), largest_number);
+  const std::int32_t per_task = cases_per_task(submission, limits);
+  const std::vector<std::size_t> arrays = append_runs(jobs, runs, per_task, largest_number);
   last.insert(last.end(), arrays.begin(), arrays.end());
   if (work.needs_index) {
     PlannedJob index;
@@ -147,6 +174,7 @@ std::vector<PlannedJob> jobs_of_work(const Submission& submission, const Work& w
     index.after_ids = work.cases_under_way;
     jobs.push_back(index);
   }
+  require_room(submission, jobs, per_task, limits);
   return jobs;
 }
 

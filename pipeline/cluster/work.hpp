@@ -59,8 +59,8 @@ struct PlannedJob {
   std::vector<std::string> after_ids;  ///< and jobs under way
 };
 
-/// The jobs in the order of their submission. Throws InputError naming the option when Slurm's limits leave
-/// no room.
+/// The jobs in the order of their submission. Throws InputError naming the option, and what would fit, when
+/// Slurm's limits leave no room.
 std::vector<PlannedJob> jobs_of_work(const Submission& submission, const Work& work,
                                      const SlurmLimits& limits);
 

@@ -7,12 +7,13 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
-#include "app/scenes.hpp"
+#include "app/fake_slurm.hpp"
 
 namespace vrda {
 namespace {
 
 namespace fs = std::filesystem;
+using test::FakeSlurm;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -108,6 +109,40 @@ TEST(SubmitLocal, AFailureSaysWhyAndIsMendedByResume)
   EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
 }
 
+// A state as a process leaves it that went down with its machine.
+TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgainWhenThatIsSaid)
+{
+  const test::Scratch scratch;
+  const fs::path job = test::small_knee_job(scratch, "right"), folder = scratch.path() / "sub";
+  fs::create_directories(folder / "knee_right.h5.shard-2-of-3.journal");
+  ASSERT_EQ(
+      test::run_vrda({"submit", job.string(), "--shards", "3", "--local", "-o", folder.string()}).exit_code,
+      2);
+  fs::remove(folder / "knee_right.h5.shard-2-of-3.journal");
+  const fs::path file = folder / "tasks/knee_right.shard-2-of-3.json";
+  auto state = nlohmann::json::parse(test::text_of(file));
+  state["state"] = "running";
+  state["host"] = "node17";
+  state["pid"] = 4711;
+  scratch.write("sub/tasks/knee_right.shard-2-of-3.json", state.dump());
+  EXPECT_THAT(test::run_vrda({"status", folder.string()}).out,
+              testing::ContainsRegex("shard 2 of 3      running      2 of 10        "
+                                     "on node17, which cannot be asked from here\n"));
+  for (const std::string other : {"node18", "node19"}) {
+    const test::Ended refused = test::run_vrda({"resume", folder.string(), "--local", "--without", other});
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_EQ(refused.err, "vrda: " + file.string() +
+                               ": host: found shard 2 of 3 that runs as process 4711 on node17, wanted its "
+                               "end, or if its host is gone with it: vrda resume " +
+                               folder.string() + " --without node17\n");
+  }
+  const test::Ended resumed =
+      test::run_vrda({"resume", folder.string(), "--local", "--without", "node18", "--without", "node17"});
+  EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_THAT(resumed.err, HasSubstr("shard 2 of 3: lost: node17 is gone with it\n"));
+  EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
+}
+
 TEST(SubmitLocal, ACampaignMakesEveryCaseAndItsIndex)
 {
   const test::Scratch scratch;
@@ -197,69 +232,6 @@ TEST(Task, RefusesWhatIsNoneOfTheSubmission)
   EXPECT_EQ(task({"--kind", "shard", "--shard", "2"}).exit_code, 0);
 }
 
-// Programs of Slurm's names that note down how they were called; sbatch runs the script at once when asked.
-class FakeSlurm : public testing::Test {
- protected:
-  FakeSlurm()
-  {
-    program("sbatch", R"(
-echo "sbatch $*" >> "$fake/calls"
-id=$(($(cat "$fake/last" 2>/dev/null || echo 100) + 1)); echo $id > "$fake/last"
-if [ "$id" = "${refused:-}" ]; then echo 'sbatch: error: Job violates policy' >&2; exit 1; fi
-echo $id
-[ -n "${runs:-}" ] || exit 0
-array=
-while [[ $1 == --* ]]; do
-  case $1 in --array=*) array=${1#--array=}; array=${array%\%*} ;; --output=*) log=${1#--output=} ;; esac
-  shift
-done
-export SLURM_JOB_ID=$id SLURM_CPUS_PER_TASK=1
-if [ -z "$array" ]; then bash "$@" >> "${log}" 2>&1; exit 0; fi
-export SLURM_ARRAY_JOB_ID=$id
-for part in ${array//,/ }; do
-  for SLURM_ARRAY_TASK_ID in $(seq ${part%-*} ${part#*-}); do
-    export SLURM_ARRAY_TASK_ID
-    bash "$@" >> "${log//%a/$SLURM_ARRAY_TASK_ID}" 2>&1
-  done
-done
-exit 0)");
-    program("squeue", "cat \"$fake/queue\" 2>/dev/null; true");
-    program("scontrol", "echo 'MaxArraySize = 11'; echo 'MaxJobCount = 40'");
-    program("scancel", "echo \"scancel $*\" >> \"$fake/calls\"");
-  }
-
-  void program(const std::string& name, const std::string& body)
-  {
-    fs::permissions(scratch_.write("bin/" + name, "#!/bin/bash\n" + body + "\n"), fs::perms::owner_all);
-  }
-
-  test::Ended run(std::vector<std::string> words, const std::map<std::string, std::string>& environment = {})
-  {
-    test::Command command = test::vrda(std::move(words));
-    command.environment = environment;
-    command.environment["fake"] = scratch_.path().string();
-    command.environment["PATH"] = (scratch_.path() / "bin").string() + ":/usr/bin:/bin";
-    return test::run(command);
-  }
-
-  test::Ended submit(const std::vector<std::string>& more,
-                     const std::map<std::string, std::string>& environment = {})
-  {
-    std::vector<std::string> words{"submit", job_.string(), "-o",    folder_.string(),
-                                   "--time", "10",          "--mem", "200M"};
-    words.insert(words.end(), more.begin(), more.end());
-    return run(words, environment);
-  }
-
-  void queue(const std::string& lines) { scratch_.write("queue", lines); }
-  std::string calls() const { return test::text_of(scratch_.path() / "calls"); }
-  void forget_calls() const { fs::remove(scratch_.path() / "calls"); }
-
-  test::Scratch scratch_;
-  fs::path job_ = test::small_knee_job(scratch_, "right");
-  fs::path folder_ = scratch_.path() / "it's a \"folder\"";
-};
-
 TEST_F(FakeSlurm, SubmitPrintsTheIdsOfJobsThatWaitForEachOther)
 {
   const test::Ended ended = submit({"--shards", "3", "--max-parallel", "2", "--partition", "batch"});
@@ -316,16 +288,6 @@ TEST_F(FakeSlurm, ResumeSubmitsOnlyWhatIsMissing)
   EXPECT_THAT(calls(), testing::StartsWith("scancel 103\nsbatch"));
   EXPECT_THAT(test::text_of(folder_ / "scripts/shard.sbatch"), HasSubstr("#SBATCH --time=20\n"));
   EXPECT_EQ(test::sha256_of_file(folder_ / "knee_right.h5"), whole_run(scratch_, job_));
-}
-
-TEST_F(FakeSlurm, ARefusalIsOneLineAndLeavesNothing)
-{
-  const test::Ended ended = submit({"--shards", "3"}, {{"refused", "102"}});
-  EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
-  EXPECT_THAT(ended.err, HasSubstr("Job violates policy"));
-  EXPECT_THAT(calls(), HasSubstr("scancel 101\n"));
-  EXPECT_FALSE(fs::exists(folder_));
 }
 
 TEST_F(FakeSlurm, CampaignsAreArraysThatSlurmTakes)

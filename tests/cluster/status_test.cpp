@@ -6,72 +6,18 @@
 #include <cmath>
 #include <filesystem>
 
-#include "cluster/missing.hpp"
-#include "cluster/shard.hpp"
-#include "cluster/submission_scenes.hpp"
+#include "cluster/sharded_case.hpp"
 
 namespace vrda {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::ElementsAre;
+using test::merge;
+using test::shard;
+using test::spine;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
-const TaskId spine{TaskKind::spine, 0, 0};
-const TaskId merge{TaskKind::merge, 0, 0};
-
-TaskId shard(std::int32_t number)
-{
-  return {TaskKind::shard, 0, number};
-}
-
-// One case in three shards.
-class Status : public testing::Test {
- protected:
-  Status() : submission_(test::one_case(3)), folder_(test::folder_with(scratch_, submission_)) {}
-
-  TaskView view_of(const TaskId& task) const
-  {
-    const StatusView status = status_of(folder_, submission_, seen_);
-    for (const TaskView& view : status.cases.front().tasks) {
-      if (view.task == task) return view;
-    }
-    ADD_FAILURE() << "no such task";
-    return {};
-  }
-
-  std::string output() const { return output_of(folder_, submission_.cases[0]); }
-
-  void write_spine() const { test::write_journal(spine_journal_of(output()), {0, 1, 2, 3, 4, 5, 6}, 1, 0); }
-  // Its row cells; the spine has column 0.
-  void write_shard(std::int32_t number, std::size_t n_rows) const
-  {
-    std::vector<std::int32_t> rows = rows_of({number, 3}, 7);
-    rows.resize(n_rows);
-    test::write_journal(shard_journal_of(output(), {number, 3}), rows, 5);
-  }
-
-  void all_but_the_merge_is_done()
-  {
-    write_spine();
-    seen_.states[spine] = test::state_of(TaskPhase::done, "");
-    for (const std::int32_t k : {1, 2, 3}) {
-      write_shard(k, rows_of({k, 3}, 7).size());
-      seen_.states[shard(k)] = test::state_of(TaskPhase::done, "");
-    }
-  }
-
-  Missing missing() const
-  {
-    return missing_of(folder_, submission_, status_of(folder_, submission_, seen_), seen_);
-  }
-
-  test::Scratch scratch_;
-  Submission submission_;
-  std::string folder_;
-  Sightings seen_;
-};
+class Status : public test::ShardedCase {};
 
 TEST_F(Status, StandsAsQueueAndStateSay)
 {
@@ -98,6 +44,9 @@ TEST_F(Status, StandsAsQueueAndStateSay)
       {"failed", TaskPhase::failed, "FAILED", TaskStanding::failed, "its own reason"},
       {"about to end", TaskPhase::done, "COMPLETING", TaskStanding::done, ""},
       {"too many unsolved", TaskPhase::done, "FAILED", TaskStanding::done, ""},
+      {"done, its state not yet seen", {}, "COMPLETED", TaskStanding::done, ""},
+      {"done, an older state seen", TaskPhase::running, "COMPLETED", TaskStanding::done, ""},
+      {"failed, whatever Slurm says", TaskPhase::failed, "COMPLETED", TaskStanding::failed, "its own reason"},
       {"done and forgotten", TaskPhase::done, "", TaskStanding::done, ""},
       {"failed and forgotten", TaskPhase::failed, "", TaskStanding::failed, "its own reason"},
       {"interrupted and forgotten", TaskPhase::interrupted, "", TaskStanding::interrupted, ""},
@@ -150,8 +99,41 @@ TEST_F(Status, ALocalProcessThatIsGoneIsLost)
   EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::running);
   seen_.states[shard(1)].process.started += 1;
   EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::lost);
-  seen_.states[shard(1)].process.host = "another";
+}
+
+TEST_F(Status, AProcessOfAnotherHostRunsUntilTheHostIsSaidToBeGone)
+{
+  seen_.states[shard(1)] = test::state_of(TaskPhase::running, "");
+  seen_.states[shard(1)].process.host = "node17";
+  const auto expect_running = [&] {
+    const TaskView view = view_of(shard(1));
+    EXPECT_EQ(view.standing, TaskStanding::running);
+    EXPECT_EQ(view.reason, "on node17, which cannot be asked from here");
+    EXPECT_TRUE(view.is_elsewhere);
+  };
+  expect_running();
+  seen_.absent_hosts = {"node18"};
+  expect_running();
+  seen_.absent_hosts = {"node17", "node18"};
+  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::lost);
+  EXPECT_EQ(view_of(shard(1)).reason, "node17 is gone with it");
+  EXPECT_FALSE(view_of(shard(1)).is_elsewhere);
+  const Missing found = missing();
+  ASSERT_EQ(found.work.cases.size(), 1U);
+  EXPECT_THAT(found.work.cases[0].shards, testing::Contains(1));
+  // What runs here, or by Slurm, is another matter.
+  seen_.states[shard(1)] = test::state_of(TaskPhase::running, "");
+  seen_.absent_hosts = {host_name()};
   EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::running);
+}
+
+TEST_F(Status, ACompletedTaskWithoutItsJournalIsNotDone)
+{
+  seen_.slurm[shard(1)] = {"13_1", {"13", 1, "COMPLETED", "n1", "None"}};
+  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::lost);
+  EXPECT_EQ(view_of(shard(1)).reason, "its journal is gone");
+  write_shard(1, 3);
+  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::done);
 }
 
 TEST_F(Status, ALostTaskQuotesSlurmFromItsLog)
@@ -271,114 +253,6 @@ TEST(StatusText, DurationsReadAsTimes)
   EXPECT_EQ(duration_text(3.5 * 86400.0), "3 days");
   EXPECT_EQ(duration_text(1e12), "over 100 days");
   EXPECT_EQ(duration_text(std::nan("")), "over 100 days");
-}
-
-TEST_F(Status, OnlyTheMergeIsMissing)
-{
-  all_but_the_merge_is_done();
-  const Missing found = missing();
-  ASSERT_EQ(found.work.cases.size(), 1U);
-  EXPECT_FALSE(found.work.cases[0].needs_spine);
-  EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
-  EXPECT_THAT(found.reasons, ElementsAre("merge: waiting"));
-}
-
-TEST_F(Status, AJournalThatIsGoneOrShortIsMissingWhateverItsStateSays)
-{
-  all_but_the_merge_is_done();
-  fs::remove(shard_journal_of(output(), {2, 3}));
-  write_shard(3, 1);
-  const Missing found = missing();
-  ASSERT_EQ(found.work.cases.size(), 1U);
-  EXPECT_THAT(found.work.cases[0].shards, ElementsAre(2, 3));
-  EXPECT_FALSE(found.work.cases[0].needs_spine);
-  EXPECT_THAT(found.reasons, ElementsAre("shard 2 of 3: lost: its journal is gone",
-                                         "shard 3 of 3: its journal is not whole", "merge: waiting"));
-}
-
-TEST_F(Status, ALostSpineIsMissing)
-{
-  all_but_the_merge_is_done();
-  fs::remove(spine_journal_of(output()));
-  const Missing found = missing();
-  ASSERT_EQ(found.work.cases.size(), 1U);
-  EXPECT_TRUE(found.work.cases[0].needs_spine);
-  // Its cells were part of every shard's rows.
-  EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
-}
-
-TEST_F(Status, WhatIsUnderWayIsNotSubmittedAgain)
-{
-  all_but_the_merge_is_done();
-  seen_.states[shard(1)] = test::state_of(TaskPhase::failed, "13_1", "bad luck");
-  seen_.slurm[shard(1)] = {"13_1", {"13", 1, "FAILED", "n1", "NonZeroExitCode"}};
-  seen_.slurm[shard(2)] = {"13_2", {"13", 2, "RUNNING", "n1", ""}};
-  seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "Dependency"}};
-  const Missing found = missing();
-  ASSERT_EQ(found.work.cases.size(), 1U);
-  EXPECT_THAT(found.work.cases[0].shards, ElementsAre(1));
-  EXPECT_THAT(found.work.cases[0].shards_under_way, ElementsAre("13_2"));
-  EXPECT_EQ(found.n_under_way, 2);
-  // The merge in the queue would not wait for the new shard.
-  EXPECT_THAT(found.to_cancel, ElementsAre("14"));
-  EXPECT_THAT(found.reasons, ElementsAre("shard 1 of 3: failed: bad luck"));
-  const std::vector<PlannedJob> jobs = jobs_of_work(submission_, found.work, {});
-  ASSERT_EQ(jobs.size(), 2U);
-  EXPECT_THAT(jobs[1].after, ElementsAre(0U));
-  EXPECT_THAT(jobs[1].after_ids, ElementsAre("13_2"));
-}
-
-TEST_F(Status, NothingIsMissingWhileAllIsUnderWay)
-{
-  seen_.slurm[spine] = {"12", {"12", 0, "RUNNING", "n1", ""}};
-  for (const std::int32_t k : {1, 2, 3}) {
-    seen_.slurm[shard(k)] = {"13_" + std::to_string(k), {"13", k, "PENDING", "", "Dependency"}};
-  }
-  seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "Dependency"}};
-  const Missing found = missing();
-  EXPECT_TRUE(found.work.is_nothing());
-  EXPECT_EQ(found.n_under_way, 5);
-}
-
-TEST_F(Status, AQueuedMergeThatNeverCanBeginIsCancelled)
-{
-  all_but_the_merge_is_done();
-  seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "DependencyNeverSatisfied"}};
-  const Missing found = missing();
-  EXPECT_EQ(found.work.cases.size(), 1U);
-  EXPECT_THAT(found.to_cancel, ElementsAre("14"));
-}
-
-TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
-{
-  const test::Scratch scratch;
-  const Submission submission = test::campaign(4, 1);
-  const std::string folder = test::folder_with(scratch, submission);
-  scratch.write("submission/case-1/case-1.h5", "model");
-  Sightings seen;
-  seen.slurm[{TaskKind::run, 1, 0}] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
-  seen.states[{TaskKind::run, 2, 0}] = test::state_of(TaskPhase::failed, "", "bad mesh");
-  seen.slurm[{TaskKind::index, -1, 0}] = {"21", {"21", 0, "PENDING", "", "Dependency"}};
-  const auto missing = [&] {
-    return missing_of(folder, submission, status_of(folder, submission, seen), seen);
-  };
-  const Missing found = missing();
-  ASSERT_EQ(found.work.cases.size(), 2U);
-  EXPECT_EQ(found.work.cases[0].case_number, 2);
-  EXPECT_EQ(found.work.cases[1].case_number, 3);
-  EXPECT_TRUE(found.work.needs_index);
-  EXPECT_THAT(found.work.cases_under_way, ElementsAre("20_2"));
-  EXPECT_THAT(found.to_cancel, ElementsAre("21"));
-  EXPECT_THAT(found.reasons, ElementsAre("case-3 run: failed: bad mesh", "case-4 run: waiting"));
-  for (const int k : {2, 3, 4}) {
-    const std::string name = "case-" + std::to_string(k);
-    scratch.write("submission/" + name + "/" + name + ".h5", "model");
-  }
-  EXPECT_TRUE(missing().work.is_nothing());
-  seen.slurm.clear();
-  EXPECT_TRUE(missing().work.needs_index);
-  seen.states[{TaskKind::index, -1, 0}] = test::state_of(TaskPhase::done, "");
-  EXPECT_TRUE(missing().work.is_nothing());
 }
 
 }  // namespace

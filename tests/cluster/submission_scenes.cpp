@@ -87,4 +87,16 @@ void write_journal(const std::string& path, const std::vector<std::int32_t>& row
   writer.close();
 }
 
+void write_free_spine(const std::string& path, std::int32_t n_steps)
+{
+  JournalWriter writer = JournalWriter::create(path, std::string(64, 'a'));
+  for (std::int32_t i = 0; i < n_steps; ++i) {
+    StepRecord record;
+    record.key = {StepKind::free_spine, i, 0};
+    record.status = StepStatus::stable;
+    writer.append(record);
+  }
+  writer.close();
+}
+
 }  // namespace vrda::test

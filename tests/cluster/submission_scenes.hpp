@@ -22,4 +22,7 @@ TaskState state_of(TaskPhase phase, const std::string& slurm_job, const std::str
 void write_journal(const std::string& path, const std::vector<std::int32_t>& rows, std::int32_t n_varus,
                    std::int32_t spine_column = -1);
 
+/// The journal of a spine with varus left free, of so many steps.
+void write_free_spine(const std::string& path, std::int32_t n_steps);
+
 }  // namespace vrda::test

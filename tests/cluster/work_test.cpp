@@ -106,6 +106,60 @@ TEST(Work, MoreShardsThanAnArrayTakesAreRefused)
   EXPECT_THAT(facts.wanted, HasSubstr("at most 1000"));
 }
 
+// The index is one job, each case a spine, its shards and a merge.
+TEST(Work, MoreJobsThanTheQueueTakesAreRefusedWithWhatWouldFit)
+{
+  struct Row {
+    std::int32_t n_cases, n_shards;
+    SlurmLimits limits;
+    const char *found, *wanted;
+  };
+  for (const Row& row :
+       {Row{1100, 8, {}, "8 for 1100 cases, 11001 jobs at once", "--shards 7, or 999 cases at a time"},
+        Row{4, 3, {11, 20}, "3 for 4 cases, 21 jobs at once", "--shards 2, or 3 cases at a time"},
+        Row{10, 2, {11, 20}, "2 for 10 cases, 41 jobs at once", "--shards 1, or 4 cases at a time"}}) {
+    SCOPED_TRACE(row.found);
+    const Submission submission = test::campaign(row.n_cases, row.n_shards);
+    const auto facts = test::input_error([&] { jobs_of_work(submission, all_work(submission), row.limits); });
+    EXPECT_EQ(facts.file, "--shards");
+    EXPECT_EQ(facts.found, row.found);
+    EXPECT_EQ(facts.wanted, "at most " + std::to_string(row.limits.max_job_count) +
+                                ", Slurm's MaxJobCount, as with " + row.wanted);
+  }
+  const Submission alone = test::one_case(30);
+  EXPECT_EQ(test::input_error([&] {
+              jobs_of_work(alone, all_work(alone), {101, 20});
+            }).wanted,
+            "at most 20, Slurm's MaxJobCount, as with --shards 18");
+}
+
+TEST(Work, WhatWouldFitDoes)
+{
+  struct Row {
+    Submission submission;
+    SlurmLimits limits;
+  };
+  for (const Row& row : {Row{test::campaign(1100, 7), {}}, Row{test::campaign(999, 8), {}},
+                         Row{test::campaign(4, 2), {11, 20}}, Row{test::campaign(3, 3), {11, 20}},
+                         Row{test::one_case(18), {101, 20}}}) {
+    SCOPED_TRACE(row.submission.cases.size());
+    EXPECT_NO_THROW(jobs_of_work(row.submission, all_work(row.submission), row.limits));
+  }
+}
+
+TEST(Work, TooFewCasesATaskAreRefused)
+{
+  Submission submission = test::campaign(100, 1);
+  submission.slurm.cases_per_task = 2;
+  const SlurmLimits limits{11, 20};
+  const auto facts = test::input_error([&] { jobs_of_work(submission, all_work(submission), limits); });
+  EXPECT_EQ(facts.file, "--cases-per-task");
+  EXPECT_EQ(facts.found, "2 for 100 cases, 51 jobs at once");
+  EXPECT_EQ(facts.wanted, "at most 20, Slurm's MaxJobCount, as with --cases-per-task 6");
+  submission.slurm.cases_per_task = 6;
+  EXPECT_NO_THROW(jobs_of_work(submission, all_work(submission), limits));
+}
+
 TEST(Work, LocalTasksComeAfterThoseTheyNeed)
 {
   const Submission submission = test::campaign(2, 3);

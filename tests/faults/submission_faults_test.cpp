@@ -1,6 +1,8 @@
 // A submission of local processes, one of which dies or fails: resumed, it ends in the bytes of one run.
 #include <gmock/gmock.h>
 
+#include <fstream>
+
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
 
@@ -79,7 +81,44 @@ TEST_P(SubmissionFaults, WhicheverProcessDiesOrFailsTheRestIsMadeByResume)
   EXPECT_GT(n_disturbed, 12);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SubmissionFaults, testing::Values(search()), name_of);
+// Every task is done but the merge; then a bit of a journal flips, or its end is lost.
+TEST_P(SubmissionFaults, ADamagedJournalIsMendedByResume)
+{
+  const std::string wanted = sha256_of_file(folder_ / "a.h5");
+  fs::remove_all(folder_);
+  ASSERT_EQ(test::run(submit()).exit_code, 0);
+  fs::remove(model());
+  const auto task = [&](const std::vector<std::string>& words) {
+    std::vector<std::string> all{"task", folder_, "--kind"};
+    all.insert(all.end(), words.begin(), words.end());
+    return test::run(vrda(all));
+  };
+  ASSERT_EQ(task({"spine"}).exit_code, 0);
+  ASSERT_EQ(task({"shard", "--shard", "1"}).exit_code, 0);
+  ASSERT_EQ(task({"shard", "--shard", "2"}).exit_code, 0);
+  const fs::path kept = scratch_.path() / "kept";
+  fs::copy(folder_, kept, fs::copy_options::recursive);
+  for (const std::string which : {".spine.journal", ".shard-2-of-2.journal"}) {
+    const std::string bytes = read_bytes(kept / (model().filename() += which));
+    const std::size_t at = bytes.size() * 3 / 4;  // behind the header, before the last step's end
+    std::string flipped = bytes;
+    flipped[at] = static_cast<char>(flipped[at] ^ 16);
+    for (const std::string& damaged : {flipped, bytes.substr(0, at)}) {
+      SCOPED_TRACE(which + (damaged == flipped ? " flipped" : " cut"));
+      fs::remove_all(folder_);
+      fs::copy(kept, folder_, fs::copy_options::recursive);
+      std::ofstream(model() += which, std::ios::binary) << damaged;
+      const Ended merged = task({"merge"});
+      EXPECT_EQ(merged.exit_code, 2) << merged.err;
+      EXPECT_FALSE(fs::exists(model()));
+      const Ended after = go_on();
+      EXPECT_EQ(after.exit_code, 0) << after.err;
+      expect_made(wanted);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SubmissionFaults, testing::Values(search(), equilibrium()), name_of);
 
 }  // namespace
 }  // namespace vrda::test

@@ -163,11 +163,17 @@ class Scenario(unittest.TestCase):
         self.wait_for_all(made)
         self.assertTrue(made.model.exists(), made.logs())
         self.assertEqual(cluster.sha256(made.model), sha or self.plain, made.logs())
+        self.assert_no_step_twice(made)
         # Journals and whatever helped to write them are gone; nothing waits to be removed by hand.
         left = sorted(path.name for path in made.folder.iterdir())
         self.assertEqual(left, [made.model.name, f"{made.model.name}.run.json", "logs", "scripts", "submission.json", "submission.lock",
                                 "submitted.jsonl", "tasks"])
         self.assertIn("nothing is missing", made.vrda("resume", made.folder).stderr)
+
+    def assert_no_step_twice(self, made):
+        """Into no result did an attitude come by two journals: nothing was solved that was there."""
+        for log in (made.folder / "logs").iterdir():
+            self.assertNotIn("in more than one journal", log.read_text(errors="replace"), log)
 
     def hold_all(self, made, **options):
         """As many shards as there are processors run, and none can end before the gate is open."""
@@ -304,6 +310,7 @@ class Submissions(Scenario):
         self.assertEqual(made.states()[2], "interrupted")
         self.assertEqual(made.vrda("resume", made.folder, "--local").returncode, 0)
         self.assertEqual(cluster.sha256(made.model), self.plain)
+        self.assert_no_step_twice(made)
 
     @unittest.skipIf(os.getuid() != 0, "only root becomes another user; others test this as they are")
     def test_an_ordinary_user(self):
@@ -394,6 +401,7 @@ class LostNodes(Scenario):
             self.assertEqual([cluster.sha256(model) for model in models], [plain] * 2, cut.logs())
         for name in ("index.csv", "index.h5"):
             self.assertEqual(cluster.sha256(whole.folder / name), cluster.sha256(cut.folder / name))
+        self.assert_no_step_twice(cut)
         self.assertEqual([case["state"] for case in cut.status()["cases"]], ["done"] * 2)
 
 

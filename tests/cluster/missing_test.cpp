@@ -1,0 +1,304 @@
+#include "cluster/missing.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "cluster/case_spec.hpp"
+#include "cluster/sharded_case.hpp"
+#include "load/file_bytes.hpp"
+
+namespace vrda {
+namespace {
+
+namespace fs = std::filesystem;
+using test::merge;
+using test::shard;
+using test::spine;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class MissingOfCase : public test::ShardedCase {};
+
+TEST_F(MissingOfCase, OnlyTheMergeIsMissing)
+{
+  all_but_the_merge_is_done();
+  const Missing found = missing();
+  ASSERT_EQ(found.work.cases.size(), 1U);
+  EXPECT_FALSE(found.work.cases[0].needs_spine);
+  EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
+  EXPECT_THAT(found.reasons, ElementsAre("merge: waiting"));
+}
+
+TEST_F(MissingOfCase, AJournalThatIsGoneOrShortIsMissingWhateverItsStateSays)
+{
+  all_but_the_merge_is_done();
+  fs::remove(shard_journal_of(output(), {2, 3}));
+  write_shard(3, 1);
+  const Missing found = missing();
+  ASSERT_EQ(found.work.cases.size(), 1U);
+  EXPECT_THAT(found.work.cases[0].shards, ElementsAre(2, 3));
+  EXPECT_FALSE(found.work.cases[0].needs_spine);
+  EXPECT_THAT(found.reasons, ElementsAre("shard 2 of 3: lost: its journal is gone",
+                                         "shard 3 of 3: its journal is not whole", "merge: waiting"));
+}
+
+TEST_F(MissingOfCase, ALostSpineIsMissing)
+{
+  all_but_the_merge_is_done();
+  fs::remove(spine_journal_of(output()));
+  const Missing found = missing();
+  ASSERT_EQ(found.work.cases.size(), 1U);
+  EXPECT_TRUE(found.work.cases[0].needs_spine);
+  // Its cells were part of every shard's rows.
+  EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
+}
+
+// How many steps a spine with varus left free has is known to itself only.
+TEST_F(MissingOfCase, AFreeSpineIsBegunAgainOnceTheMergeHasFailed)
+{
+  all_but_the_merge_is_done();
+  fs::remove(spine_journal_of(output()));
+  test::write_free_spine(spine_journal_of(output()), 3);
+  struct Row {
+    const char* name;
+    std::optional<TaskPhase> phase;  // of the merge's state, of job 14
+    const char* queue;               // of the merge, now job 20 or nothing
+    bool needs_spine;
+  };
+  for (const Row& row :
+       {Row{"never begun", {}, nullptr, false}, Row{"failed", TaskPhase::failed, nullptr, true},
+        Row{"interrupted", TaskPhase::interrupted, nullptr, false},
+        Row{"failed, and could not begin again", TaskPhase::failed, "DependencyNeverSatisfied", false}}) {
+    SCOPED_TRACE(row.name);
+    seen_.states.erase(merge);
+    seen_.slurm.erase(merge);
+    if (row.phase)
+      seen_.states[merge] = test::state_of(*row.phase, row.queue == nullptr ? "" : "14", "no spine");
+    if (row.queue != nullptr) seen_.slurm[merge] = {"20", {"20", 0, "PENDING", "", row.queue}};
+    const Missing found = missing();
+    ASSERT_EQ(found.work.cases.size(), 1U);
+    EXPECT_EQ(found.work.cases[0].needs_spine, row.needs_spine);
+    EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
+  }
+  // A shard that is begun again finds it out, too, and mends it.
+  seen_.slurm.clear();
+  write_shard(2, 1);
+  ASSERT_EQ(missing().work.cases.size(), 1U);
+  EXPECT_FALSE(missing().work.cases[0].needs_spine);
+  EXPECT_THAT(missing().work.cases[0].shards, ElementsAre(2));
+}
+
+TEST_F(MissingOfCase, AMergeKilledWhileItClearedUpIsAllThatIsMissing)
+{
+  all_but_the_merge_is_done();
+  fs::remove(spine_journal_of(output()));
+  fs::remove(shard_journal_of(output(), {1, 3}));
+  scratch_.write("submission/knee.h5", "model");
+  seen_.states[merge] = test::state_of(TaskPhase::failed, "", "ended by signal 9");
+  const auto note = [&](const std::string& sha256) {
+    write_case_file(case_file_of(output()), {submission_.cases[0].spec, sha256});
+  };
+  note(sha256_of("model"));
+  const Missing found = missing();
+  ASSERT_EQ(found.work.cases.size(), 1U);
+  EXPECT_FALSE(found.work.cases[0].needs_spine);
+  EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
+  EXPECT_THAT(found.reasons, ElementsAre("merge: failed: ended by signal 9"));
+  EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::done);
+  // Of another model, or of none, the note is not believed.
+  for (const std::string& other : {sha256_of("another"), std::string()}) {
+    note(other);
+    ASSERT_EQ(missing().work.cases.size(), 1U);
+    EXPECT_TRUE(missing().work.cases[0].needs_spine);
+    EXPECT_THAT(missing().work.cases[0].shards, ElementsAre(1));
+  }
+}
+
+TEST_F(MissingOfCase, WhatIsUnderWayIsNotSubmittedAgain)
+{
+  all_but_the_merge_is_done();
+  seen_.states[shard(1)] = test::state_of(TaskPhase::failed, "13_1", "bad luck");
+  seen_.slurm[shard(1)] = {"13_1", {"13", 1, "FAILED", "n1", "NonZeroExitCode"}};
+  seen_.slurm[shard(2)] = {"13_2", {"13", 2, "RUNNING", "n1", ""}};
+  seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "Dependency"}};
+  const Missing found = missing();
+  ASSERT_EQ(found.work.cases.size(), 1U);
+  EXPECT_THAT(found.work.cases[0].shards, ElementsAre(1));
+  EXPECT_THAT(found.work.cases[0].shards_under_way, ElementsAre("13_2"));
+  EXPECT_EQ(found.n_under_way, 2);
+  // The merge in the queue would not wait for the new shard.
+  EXPECT_THAT(found.to_cancel, ElementsAre("14"));
+  EXPECT_THAT(found.reasons, ElementsAre("shard 1 of 3: failed: bad luck"));
+  const std::vector<PlannedJob> jobs = jobs_of_work(submission_, found.work, {});
+  ASSERT_EQ(jobs.size(), 2U);
+  EXPECT_THAT(jobs[1].after, ElementsAre(0U));
+  EXPECT_THAT(jobs[1].after_ids, ElementsAre("13_2"));
+}
+
+TEST_F(MissingOfCase, NothingIsMissingWhileAllIsUnderWay)
+{
+  seen_.slurm[spine] = {"12", {"12", 0, "RUNNING", "n1", ""}};
+  for (const std::int32_t k : {1, 2, 3}) {
+    seen_.slurm[shard(k)] = {"13_" + std::to_string(k), {"13", k, "PENDING", "", "Dependency"}};
+  }
+  seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "Dependency"}};
+  const Missing found = missing();
+  EXPECT_TRUE(found.work.is_nothing());
+  EXPECT_EQ(found.n_under_way, 5);
+}
+
+TEST_F(MissingOfCase, AQueuedMergeThatNeverCanBeginIsCancelled)
+{
+  all_but_the_merge_is_done();
+  seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "DependencyNeverSatisfied"}};
+  const Missing found = missing();
+  EXPECT_EQ(found.work.cases.size(), 1U);
+  EXPECT_THAT(found.to_cancel, ElementsAre("14"));
+}
+
+TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
+{
+  const test::Scratch scratch;
+  const Submission submission = test::campaign(4, 1);
+  const std::string folder = test::folder_with(scratch, submission);
+  scratch.write("submission/case-1/case-1.h5", "model");
+  Sightings seen;
+  seen.slurm[{TaskKind::run, 1, 0}] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
+  seen.states[{TaskKind::run, 2, 0}] = test::state_of(TaskPhase::failed, "", "bad mesh");
+  seen.slurm[{TaskKind::index, -1, 0}] = {"21", {"21", 0, "PENDING", "", "Dependency"}};
+  const auto missing = [&] {
+    return missing_of(folder, submission, status_of(folder, submission, seen), seen);
+  };
+  const Missing found = missing();
+  ASSERT_EQ(found.work.cases.size(), 2U);
+  EXPECT_EQ(found.work.cases[0].case_number, 2);
+  EXPECT_EQ(found.work.cases[1].case_number, 3);
+  EXPECT_TRUE(found.work.needs_index);
+  EXPECT_THAT(found.work.cases_under_way, ElementsAre("20_2"));
+  EXPECT_THAT(found.to_cancel, ElementsAre("21"));
+  EXPECT_THAT(found.reasons, ElementsAre("case-3 run: failed: bad mesh", "case-4 run: waiting"));
+  // One that runs may have passed by what is made only now: the next one comes after it.
+  seen.slurm[{TaskKind::index, -1, 0}].row.state = "RUNNING";
+  const Missing beside_index = missing();
+  EXPECT_TRUE(beside_index.work.needs_index);
+  EXPECT_THAT(beside_index.work.cases_under_way, ElementsAre("20_2", "21"));
+  EXPECT_THAT(beside_index.to_cancel, IsEmpty());
+  EXPECT_EQ(beside_index.n_under_way, 2);
+  for (const int k : {2, 3, 4}) {
+    const std::string name = "case-" + std::to_string(k);
+    scratch.write("submission/" + name + "/" + name + ".h5", "model");
+  }
+  EXPECT_TRUE(missing().work.is_nothing());
+  seen.slurm.clear();
+  EXPECT_TRUE(missing().work.needs_index);
+  seen.states[{TaskKind::index, -1, 0}] = test::state_of(TaskPhase::done, "");
+  EXPECT_TRUE(missing().work.is_nothing());
+}
+
+// As when the index that should have followed was refused by Slurm, or killed before it began.
+TEST(MissingOfCampaign, AnIndexOlderThanACaseIsMadeAnew)
+{
+  const test::Scratch scratch;
+  const Submission submission = test::campaign(2, 1);
+  const std::string folder = test::folder_with(scratch, submission);
+  const TaskId first{TaskKind::run, 0, 0}, second{TaskKind::run, 1, 0}, index{TaskKind::index, -1, 0};
+  Sightings seen;
+  seen.states[first] = seen.states[second] = seen.states[index] = test::state_of(TaskPhase::done, "");
+  const auto missing = [&] {
+    return missing_of(folder, submission, status_of(folder, submission, seen), seen);
+  };
+  scratch.write("submission/case-1/case-1.h5", "model");
+  seen.slurm[second] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
+  seen.states[second].phase = TaskPhase::running;
+  EXPECT_TRUE(missing().work.needs_index);
+  EXPECT_THAT(missing().work.cases_under_way, ElementsAre("20_2"));
+  scratch.write("submission/case-2/case-2.h5", "model");
+  seen.slurm.clear();
+  seen.states[second].phase = TaskPhase::done;
+  struct Row {
+    const char *ended, *begun;
+    bool is_outdated;
+  };
+  for (const Row& row : {Row{"2026-03-01T10:00:00Z", "2026-03-01T10:00:00Z", false},
+                         Row{"2026-03-01T10:00:01Z", "2026-03-01T10:00:00Z", true},
+                         // By a clock that was set anew since.
+                         Row{"9999-03-01T10:00:01Z", "2026-03-01T10:00:00Z", false}}) {
+    SCOPED_TRACE(row.ended);
+    seen.states[second].ended = row.ended;
+    seen.states[index].begun = row.begun;
+    const Missing found = missing();
+    EXPECT_EQ(found.work.needs_index, row.is_outdated);
+    EXPECT_THAT(found.work.cases, IsEmpty());
+  }
+  seen.states[second].ended = "2026-03-01T10:00:01Z";
+  EXPECT_THAT(missing().reasons, ElementsAre("index: done, but older than its cases"));
+}
+
+// Four cases a task, one task: made, failed, running, not begun; the fifth is another task's.
+class SharedTask : public testing::Test {
+ protected:
+  SharedTask()
+  {
+    submission_.slurm.cases_per_task = 4;
+    SubmittedJob job{"20", "", {}};
+    job.job.numbers = {1, 2};
+    job.job.per_task = 4;
+    seen_.slurm = tasks_in_slurm(submission_, {job},
+                                 {{"20", 1, "RUNNING", "n1", "None"}, {"20", 2, "PENDING", "", "Priority"}});
+    scratch_.write("submission/case-1/case-1.h5", "model");
+    seen_.states[run(0)] = test::state_of(TaskPhase::done, "20_1");
+    seen_.states[run(1)] = test::state_of(TaskPhase::failed, "20_1", "bad mesh");
+    seen_.states[run(2)] = test::state_of(TaskPhase::running, "20_1");
+    // Of an earlier job: it says nothing of this one.
+    seen_.states[run(3)] = test::state_of(TaskPhase::failed, "13_1", "of old");
+  }
+
+  static TaskId run(std::int32_t number) { return {TaskKind::run, number, 0}; }
+
+  test::Scratch scratch_;
+  Submission submission_ = test::campaign(5, 1);
+  std::string folder_ = test::folder_with(scratch_, submission_);
+  Sightings seen_;
+};
+
+TEST_F(SharedTask, EachCaseStandsForItself)
+{
+  const StatusView status = status_of(folder_, submission_, seen_);
+  struct Row {
+    TaskStanding standing;
+    const char* reason;
+  };
+  const std::vector<Row> rows{{TaskStanding::done, ""},
+                              {TaskStanding::failed, "bad mesh"},
+                              {TaskStanding::running, ""},
+                              {TaskStanding::queued, "behind other cases of its task"},
+                              {TaskStanding::queued, "Priority"}};
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    SCOPED_TRACE(k);
+    const TaskView& view = status.cases[k].tasks.front();
+    EXPECT_STREQ(name_of(view.standing), name_of(rows[k].standing));
+    EXPECT_EQ(view.reason, rows[k].reason);
+  }
+  EXPECT_EQ(status.cases[2].tasks.front().host, "n1");
+}
+
+TEST_F(SharedTask, NoneOfItsCasesIsSubmittedAgainBeforeItEnds)
+{
+  const auto missing = [&] {
+    return missing_of(folder_, submission_, status_of(folder_, submission_, seen_), seen_);
+  };
+  const Missing found = missing();
+  EXPECT_THAT(found.work.cases, IsEmpty());
+  EXPECT_EQ(found.n_under_way, 4);
+  EXPECT_THAT(found.work.cases_under_way, ElementsAre("20_1", "20_2"));
+  for (const std::int32_t k : {0, 1, 2, 3}) seen_.slurm[run(k)].row.state = "FAILED";
+  const Missing then = missing();
+  ASSERT_EQ(then.work.cases.size(), 3U);
+  EXPECT_EQ(then.work.cases[0].case_number, 1);
+  EXPECT_EQ(then.n_under_way, 1);
+}
+
+}  // namespace
+}  // namespace vrda
