@@ -1,6 +1,7 @@
 /// What was handed to Slurm: DIR/submitted.jsonl, one line a job, in order.
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
@@ -25,14 +26,19 @@ std::vector<SubmittedJob> read_submitted(const std::string& folder);
 
 /// One task as Slurm has it.
 struct SlurmTask {
-  std::string job;    ///< "13_3" or "12", of the last job that had this task
-  SlurmRow row;       ///< its state is empty when Slurm has forgotten the job
-  std::string log{};  ///< name of its log; of cases that share a task the same
+  std::string job;            ///< "13_3" or "12", of the last job that had this task
+  SlurmRow row;               ///< its state is empty when Slurm has forgotten the job
+  std::string log{};          ///< name of its log; of cases that share a task the same
+  std::int32_t per_task = 1;  ///< cases that share it
 };
 
 /// Of each task that was ever submitted, the last time it was.
 std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
                                            const std::vector<SubmittedJob>& jobs,
                                            const std::vector<SlurmRow>& rows);
+
+/// Throws InputError whose file is "--cases-per-task" unless runs queued or under way have `asked` cases a
+/// task: a task is a span of case numbers, and spans of two lengths would share cases.
+void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t asked);
 
 }  // namespace vrda
