@@ -163,6 +163,7 @@ ExitCode resume_command(const ResumeOptions& options)
   const bool is_changed = !(slurm == submission.slurm);
   submission.slurm = slurm;
   require_options(options, submission, missing);
+  if (options.slurm.cases_per_task > 0) require_same_span(found.seen.slurm, options.slurm.cases_per_task);
   say_reasons(missing.reasons);
   const HandOutOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
   if (options.is_dry) return hand_out(folder, submission, missing.work, how);

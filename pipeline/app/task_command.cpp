@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -118,6 +119,7 @@ class Task {
     if (id_.kind == TaskKind::merge) {
       MergeOptions merge;
       merge.output = output;
+      merge.n_shards = submission_.n_shards;
       merge.job_file = c.spec.job_file;
       merge.data_directory = c.spec.data_directory;
       merge.overrides = c.spec.overrides;
@@ -247,6 +249,21 @@ ExitCode note_ended(const std::string& folder, const Submission& submission, con
   return ExitCode::done;
 }
 
+// Of a case that failed before Slurm began this very task again, for the sake of those it shares it with: it
+// would fail again, and take their time.
+std::optional<ExitCode> failure_before_restart(const std::string& folder, const Submission& submission,
+                                               const TaskId& id)
+{
+  const TaskState own = begun_now(0);
+  if (own.slurm_job.empty() || own.n_restarts == 0) return std::nullopt;
+  const std::optional<TaskState> state = read_task_state(folder, submission, id);
+  const bool has_failed = state && state->phase == TaskPhase::failed && state->slurm_job == own.slurm_job &&
+                          state->n_restarts < own.n_restarts;
+  if (!has_failed) return std::nullopt;
+  const bool is_ours = state->exit_code == static_cast<std::int32_t>(ExitCode::our_mistake);
+  return is_ours ? ExitCode::our_mistake : ExitCode::bad_input;
+}
+
 // Of two, the one that says more: our mistake, bad input, too many unsolved.
 ExitCode worse_of(ExitCode a, ExitCode b)
 {
@@ -269,6 +286,11 @@ ExitCode task_command(const TaskOptions& options)
   if (options.ended > 0) return note_ended(folder, submission, tasks, options.ended);
   ExitCode code = ExitCode::done;
   for (const TaskId& id : tasks) {
+    if (const auto before = failure_before_restart(folder, submission, id); before && tasks.size() > 1) {
+      say(file_stem_of(id, submission) + " failed before this restart; the other cases go on");
+      code = worse_of(code, *before);
+      continue;
+    }
     const ExitCode one =
         is_interrupted() ? ExitCode::interrupted : Task(folder, submission, id, options.n_cpus).run();
     if (one == ExitCode::interrupted) return one;

@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -69,14 +70,29 @@ std::vector<char*> pointers_to(const std::vector<std::string>& words)
   return pointers;
 }
 
-// But for variables of that prefix, except `spared`.
-std::vector<std::string> environment_without(std::string_view prefix, std::string_view spared)
+// What a user has set for Slurm's programs, which would overrule or filter what we ask them for; and, within
+// a job of Slurm's, what tells of that: sbatch hands all of it on to the new one.
+constexpr std::array<std::string_view, 6> others_prefixes{
+    "SBATCH_", "SQUEUE_", "SCANCEL_", "SLURM_JOB", "SLURM_ARRAY_", "SLURM_RESTART_COUNT="};
+constexpr std::string_view wanted_by_sbatch = "SBATCH_EXPORT=";
+
+std::vector<std::string> environment_for_slurm()
 {
   std::vector<std::string> kept;
   for (char** entry = environ; *entry != nullptr; ++entry) {
     const std::string text = *entry;
-    const bool is_spared = !spared.empty() && text.starts_with(spared);
-    if (!text.starts_with(prefix) || is_spared) kept.push_back(text);
+    const bool is_others = std::any_of(others_prefixes.begin(), others_prefixes.end(),
+                                       [&](std::string_view prefix) { return text.starts_with(prefix); });
+    if (!is_others || text.starts_with(wanted_by_sbatch)) kept.push_back(text);
+  }
+  return kept;
+}
+
+std::vector<std::string> environment_without_slurm()
+{
+  std::vector<std::string> kept;
+  for (char** entry = environ; *entry != nullptr; ++entry) {
+    if (!std::string_view(*entry).starts_with("SLURM")) kept.emplace_back(*entry);
   }
   return kept;
 }
@@ -121,7 +137,7 @@ int waited(pid_t pid)
 Said run_program(const std::vector<std::string>& words, const std::string& folder)
 {
   Pipe out = make_pipe(words.front()), err = make_pipe(words.front());
-  const std::vector<std::string> environment = environment_without("SBATCH_", "SBATCH_EXPORT=");
+  const std::vector<std::string> environment = environment_for_slurm();
   const std::vector<char*> arguments = pointers_to(words), variables = pointers_to(environment);
   const pid_t pid = fork();
   if (pid < 0) fail(words.front(), "no process");
@@ -149,7 +165,7 @@ pid_t start_program(const std::vector<std::string>& words, const std::string& lo
 {
   const Descriptor file(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (file.get() < 0) fail(log, "a log that cannot be opened");
-  const std::vector<std::string> environment = environment_without("SLURM", "");
+  const std::vector<std::string> environment = environment_without_slurm();
   const std::vector<char*> arguments = pointers_to(words), variables = pointers_to(environment);
   const pid_t parent = getpid();
   const pid_t pid = fork();

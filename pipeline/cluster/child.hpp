@@ -15,9 +15,11 @@ struct Said {
   std::string err;
 };
 
-/// Runs `words` in `folder` (empty: here) to the end, without standard input. SBATCH_... of the environment
-/// are left out, which would overrule what a script asks for, but for SBATCH_EXPORT. Throws InputError when
-/// the system refuses a process.
+/// Runs `words` in `folder` (empty: here) to the end, without standard input. Left out of the environment are
+/// options for Slurm's programs (SBATCH_... but for SBATCH_EXPORT, SQUEUE_..., SCANCEL_...), which would
+/// overrule what is asked for, and what tells of a job that this is a part of (SLURM_JOB..., SLURM_ARRAY_...,
+/// SLURM_RESTART_COUNT), which a new job would take for its own. Throws InputError when the system refuses a
+/// process.
 Said run_program(const std::vector<std::string>& words, const std::string& folder);
 
 /// Starts `words` with both outputs appended to the file `log`, in a process group of its own; it gets

@@ -1,7 +1,6 @@
 #include "cluster/local_run.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +13,8 @@
 #include "cluster/child.hpp"
 #include "cluster/task_state.hpp"
 #include "core/error.hpp"
+#include "journal/file_lock.hpp"
+#include "journal/open_file.hpp"
 
 namespace vrda {
 namespace {
@@ -203,17 +204,16 @@ LocalOutcome run_local(const std::string& folder, const Submission& submission,
 SubmissionLock::SubmissionLock(const std::string& folder)
 {
   const std::string path = (fs::path(folder) / "submission.lock").string();
-  descriptor_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return;
-  const std::string reason = std::strerror(errno);
-  const bool is_taken = descriptor_ >= 0 && errno == EWOULDBLOCK;
-  if (descriptor_ >= 0) close(descriptor_);
-  if (is_taken) {
+  OpenFile file(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (file.get() < 0) {
+    throw InputError({path, "", std::string("a lock that cannot be taken (") + std::strerror(errno) + ")",
+                      "a folder that can be written"});
+  }
+  if (!lock_without_waiting(file.get(), path)) {
     throw InputError({folder, "", "a submission that another vrda submit or resume is working on",
                       "its end, or its interruption"});
   }
-  throw InputError(
-      {path, "", "a lock that cannot be taken (" + reason + ")", "a folder that can be written"});
+  descriptor_ = file.release();
 }
 
 SubmissionLock::~SubmissionLock()

@@ -133,4 +133,16 @@ std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
   return tasks;
 }
 
+void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t asked)
+{
+  for (const auto& [id, task] : tasks) {
+    const bool is_under_way = is_queued(task.row) || is_running(task.row);
+    if (id.kind != TaskKind::run || !is_under_way || task.per_task == asked) continue;
+    const std::string there = std::to_string(task.per_task);
+    throw InputError({"--cases-per-task", "",
+                      std::to_string(asked) + ", while tasks of " + there + " are queued or running",
+                      there + "; another number once they have ended (scancel ends them)"});
+  }
+}
+
 }  // namespace vrda

@@ -37,4 +37,8 @@ std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
                                            const std::vector<SubmittedJob>& jobs,
                                            const std::vector<SlurmRow>& rows);
 
+/// Throws InputError whose file is "--cases-per-task" unless runs queued or under way have `asked` cases a
+/// task: a task is a span of case numbers, and spans of two lengths would share cases.
+void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t asked);
+
 }  // namespace vrda

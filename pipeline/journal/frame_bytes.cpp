@@ -39,11 +39,11 @@ FrameHeader header_in(std::string_view bytes, const FrameFormat& format)
   const bool is_whole = key_bytes <= longest_key && bytes.size() >= fixed + key_bytes + 4;
   const std::size_t end = is_whole ? fixed + key_bytes : 0;
   if (!is_whole || u32_at(bytes, end) != crc_of(bytes.substr(0, end))) {
-    return {"", 0, "header", "a damaged header", "a whole header, or --fresh to start over"};
+    return {"", 0, "header", "a damaged header", std::string("a whole header, or ") + way_to_start_over};
   }
   if (found_version != format.version) {
     return {"", 0, "format version", std::to_string(found_version),
-            std::to_string(format.version) + ", or --fresh to start over"};
+            std::to_string(format.version) + ", or " + way_to_start_over};
   }
   return {std::string(bytes.substr(fixed, key_bytes)), end + 4, "", "", ""};
 }

@@ -19,6 +19,10 @@ std::string header_bytes(const std::string& key, const FrameFormat& format);
 /// Of any format: a key is short.
 inline constexpr std::size_t longest_header_bytes = 8 + 8 + 4096 + 4;
 
+/// What to do about a file that nothing can go on with; of vrda's commands only `run` has the option.
+inline constexpr const char* way_to_start_over =
+    "the file removed to start over (vrda run --fresh; or by hand, then vrda resume)";
+
 /// The header at the beginning of a file.
 struct FrameHeader {
   std::string key;          ///< of the job that wrote it

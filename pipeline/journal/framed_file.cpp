@@ -1,7 +1,6 @@
 #include "journal/framed_file.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "journal/file_lock.hpp"
 #include "journal/open_file.hpp"
 
 namespace vrda {
@@ -22,11 +22,6 @@ constexpr const char* wanted_writable = "a journal that can be written and free 
 [[noreturn]] void fail(const std::string& path, const std::string& what, const char* wanted)
 {
   throw InputError({path, "", what + " (" + std::strerror(errno) + ")", wanted});
-}
-
-bool is_locked_by_us(int descriptor)
-{
-  return flock(descriptor, LOCK_EX | LOCK_NB) == 0;
 }
 
 [[noreturn]] void fail_in_use(const std::string& path)
@@ -74,6 +69,19 @@ nlink_t n_names_of(int descriptor)
 
 enum class Creation { replace, only_new };
 
+/// Locks the file with the second name just opened. Where there are no locks nothing is left of it: nobody
+/// else gets as far as to write it.
+bool is_locked_by_us(int descriptor, const std::string& temporary, const std::string& path)
+{
+  try {
+    return lock_without_waiting(descriptor, path);
+  } catch (const InputError&) {
+    struct stat facts {};
+    if (fstat(descriptor, &facts) == 0 && facts.st_size == 0) std::remove(temporary.c_str());
+    throw;
+  }
+}
+
 /// Writes `bytes` under a second name and renames: all of them stand at `path` or nothing does. Returns the
 /// open and locked file; nothing while another process does the same, or where `only_new` finds a file.
 std::optional<int> try_write_new(const std::string& path, const std::string& bytes, Creation creation)
@@ -82,12 +90,15 @@ std::optional<int> try_write_new(const std::string& path, const std::string& byt
   // Not cut when it is opened: it may be another's until it is locked.
   OpenFile descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
-  if (!is_locked_by_us(descriptor.get()) || !is_at(descriptor.get(), temporary)) return std::nullopt;
+  if (!is_locked_by_us(descriptor.get(), temporary, path) || !is_at(descriptor.get(), temporary)) {
+    return std::nullopt;
+  }
   // Asked only now: while the second name is ours nobody else creates the file, and while the old one is
   // locked by us nobody goes on with it.
   const OpenFile old(open(path.c_str(), O_RDWR | O_CLOEXEC));
-  const bool is_taken = creation == Creation::only_new ? access(path.c_str(), F_OK) == 0
-                                                       : old.get() >= 0 && !is_locked_by_us(old.get());
+  const bool is_taken = creation == Creation::only_new
+                            ? access(path.c_str(), F_OK) == 0
+                            : old.get() >= 0 && !lock_without_waiting(old.get(), path);
   if (is_taken) {
     std::remove(temporary.c_str());
     return std::nullopt;
@@ -178,7 +189,7 @@ std::optional<FrameWriter> FrameWriter::try_lock(const std::string& path, const 
   OpenFile descriptor(open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be opened", wanted_writable);
   struct stat facts {};
-  if (!is_locked_by_us(descriptor.get()) || !is_at(descriptor.get(), path) ||
+  if (!lock_without_waiting(descriptor.get(), path) || !is_at(descriptor.get(), path) ||
       fstat(descriptor.get(), &facts) != 0) {
     return std::nullopt;
   }

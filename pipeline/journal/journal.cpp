@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <optional>
 #include <utility>
 
@@ -46,7 +47,7 @@ void require_key(const std::string& found, const std::string& path, const std::s
 {
   if (found == wanted) return;
   throw InputError({path, "key", "the journal of another job (" + found + ")",
-                    wanted + "; use --fresh to start over, or another output"});
+                    wanted + ", or " + way_to_start_over + ", or another output"});
 }
 
 JournalWriter JournalWriter::create(const std::string& path, const std::string& key)
@@ -61,13 +62,19 @@ std::optional<OpenJournal> JournalWriter::try_open(const std::string& path, cons
     if (!created) return std::nullopt;
     return OpenJournal{JournalWriter(std::move(*created)), {key, {}, 0, 0, {}}};
   }
-  std::optional<FrameWriter> locked = FrameWriter::try_lock(path, format);
-  // Under the lock nobody appends; another job's is refused whoever writes it.
-  JournalContent content = read_journal(path);
-  require_key(content.key, path, key);
-  if (!locked) return std::nullopt;
-  locked->cut(content.valid_bytes);
-  return OpenJournal{JournalWriter(std::move(*locked)), std::move(content)};
+  try {
+    std::optional<FrameWriter> locked = FrameWriter::try_lock(path, format);
+    // Under the lock nobody appends; another job's is refused whoever writes it.
+    JournalContent content = read_journal(path);
+    require_key(content.key, path, key);
+    if (!locked) return std::nullopt;
+    locked->cut(content.valid_bytes);
+    return OpenJournal{JournalWriter(std::move(*locked)), std::move(content)};
+  } catch (const InputError&) {
+    // Whoever wrote it may have made its model just now, and removed it.
+    if (access(path.c_str(), F_OK) == 0 || errno != ENOENT) throw;
+    return std::nullopt;
+  }
 }
 
 OpenJournal JournalWriter::open(const std::string& path, const std::string& key)

@@ -46,7 +46,7 @@ class JournalWriter {
   static JournalWriter create(const std::string& path, const std::string& key);
 
   /// Goes on with the journal at `path`, or starts one; a dropped tail is cut off. Nothing while another
-  /// process writes it. Throws like read_journal() and require_key().
+  /// process writes it, or when that has just removed it. Throws like read_journal() and require_key().
   static std::optional<OpenJournal> try_open(const std::string& path, const std::string& key);
   /// The same, but throws InputError while another process writes it.
   static OpenJournal open(const std::string& path, const std::string& key);

@@ -26,9 +26,15 @@ namespace {
 
 constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
 
-std::vector<std::string> journals_beside(const std::string& output)
+// A network disk may list a folder as it was a minute ago; asked for a file by its name, it looks.
+std::vector<std::string> journals_beside(const std::string& output, std::int32_t n_shards)
 {
   std::vector<std::string> journals = shard_journals_beside(output);
+  const std::set<std::string> listed(journals.begin(), journals.end());
+  for (std::int32_t number = 1; number <= n_shards; ++number) {
+    const std::string journal = shard_journal_of(output, {number, n_shards});
+    if (listed.count(journal) == 0 && access(journal.c_str(), F_OK) == 0) journals.push_back(journal);
+  }
   const std::string spine = spine_journal_of(output);
   if (access(spine.c_str(), F_OK) == 0) journals.insert(journals.begin(), spine);
   return journals;
@@ -134,7 +140,7 @@ ExitCode merge_command(const MergeOptions& options)
 {
   const std::string& output = options.output;
   const std::vector<std::string> journals =
-      options.journals.empty() ? journals_beside(output) : options.journals;
+      options.journals.empty() ? journals_beside(output, options.n_shards) : options.journals;
   make_folder_of(output);
   require_replaceable(output, "a motion model");
   if (!options.keeps_journals && is_only_to_clear_up(output)) {

@@ -1,6 +1,7 @@
 /// `vrda merge`: journals of shards -> motion model.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct MergeOptions {
   std::vector<std::string> overrides;
   int n_threads = 0;  ///< for smoothing; 0: as many as there are processors
   bool keeps_journals = false;
+  std::int32_t n_shards = 0;  ///< known: their journals are looked for by name, too; 0: not known
 };
 
 /// The same bytes as a run in one piece. Throws InputError naming the attitudes and shards that are missing;

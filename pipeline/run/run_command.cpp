@@ -1,5 +1,7 @@
 #include "run/run_command.hpp"
 
+#include <unistd.h>
+
 #include "assemble/assemble.hpp"
 #include "assemble/assemble_trace.hpp"
 #include "assemble/prepare.hpp"
@@ -61,6 +63,12 @@ ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLo
                       record);
 }
 
+// Found under the lock of a journal in which nothing stands: who had it before made the model and removed it.
+bool is_made_meanwhile(const RunOptions& options, const StepLog& log, const std::string& output)
+{
+  return options.patience && log.known.empty() && access(output.c_str(), F_OK) == 0;
+}
+
 // Nothing when interrupted.
 std::optional<StepLog> opened_log(const RunOptions& options, const std::string& output,
                                   const std::string& key)
@@ -83,6 +91,11 @@ ExitCode whole_run(const RunOptions& options)
   std::optional<StepLog> opened = opened_log(options, output, key);
   if (!opened) return ExitCode::interrupted;
   StepLog& log = *opened;
+  if (is_made_meanwhile(options, log, output)) {
+    remove_needless({log.path, start_file_of(output)});
+    say(output + " is made already");
+    return ExitCode::done;
+  }
   if (options.writes_trace) {
     log.traces.emplace(open_trace_log(trace_journal_of(output), key, log.path, log.known));
   }

@@ -21,10 +21,12 @@ struct RunOptions {
   bool is_fresh = false;      ///< drop a journal found
   bool writes_trace = false;  ///< every move of every search, beside the output
   std::string progress = "auto";
-  bool only_spine = false;           ///< solve the spine into a journal of its own, for shards
-  std::optional<Shard> shard;        ///< solve these rows only, into a journal of their own
-  std::function<void()> begun;       ///< told before the first step of the spine, and of the rows
-  std::optional<Patience> patience;  ///< absent: a shard waits a minute, a whole run not at all
+  bool only_spine = false;      ///< solve the spine into a journal of its own, for shards
+  std::optional<Shard> shard;   ///< solve these rows only, into a journal of their own
+  std::function<void()> begun;  ///< told before the first step of the spine, and of the rows
+  /// Absent: a shard waits a minute, a whole run not at all. With it a whole run ends well, too, where
+  /// another one made the model meanwhile.
+  std::optional<Patience> patience;
 };
 
 /// The whole job, or with `only_spine` or `shard` a part of it for `vrda merge`.

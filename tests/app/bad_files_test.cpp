@@ -151,7 +151,8 @@ TEST_F(BadFiles, AJournalThatPromisesGigabytes)
   for (const std::string& bytes :
        {header + u32(0xffffffffU) + "key", header + u32(4096) + std::string(100, 'a')}) {
     scratch_.write("out.h5.journal", bytes);
-    test::expect_refused(job_, output_, {"out.h5.journal: header: found a damaged header", "--fresh"});
+    test::expect_refused(job_, output_,
+                         {"out.h5.journal: header: found a damaged header", "--fresh", "vrda resume"});
   }
 }
 

@@ -307,6 +307,41 @@ TEST_F(FakeSlurm, CampaignsAreArraysThatSlurmTakes)
   EXPECT_THAT(calls(), HasSubstr("--dependency=afterany:101:102"));
 }
 
+TEST_F(FakeSlurm, ResumeKeepsTheCasesOfATaskWhileTasksAreUnderWay)
+{
+  std::string text = "[campaign]\ntitle = \"Some\"\n";
+  for (const std::string name : {"a", "b", "c"})
+    text += "[[campaign.subject]]\nname = \"" + name + "\"\njob = \"knee_right.toml\"\n";
+  job_ = scratch_.write("some.toml", text);
+  ASSERT_EQ(submit({}).out, "cases 101_[1-3], index 102\n");
+  queue("101|1|FAILED|n1|NonZeroExitCode\n101|2|RUNNING|n1|None\n101|3|PENDING||Priority\n");
+  forget_calls();
+  const test::Ended refused = run({"resume", folder_.string(), "--cases-per-task", "2"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(test::n_lines(refused.err), 1) << refused.err;
+  EXPECT_THAT(refused.err, HasSubstr("--cases-per-task: found 2, while tasks of 1 are queued or running"));
+  EXPECT_EQ(calls(), "");
+  EXPECT_EQ(run({"resume", folder_.string(), "--cases-per-task", "1"}).out, "cases 103_[1], index 104\n");
+}
+
+// sbatch hands its environment on to the job.
+TEST_F(FakeSlurm, JobsSubmittedWithinAnArrayAreNoneOfIts)
+{
+  ASSERT_EQ(submit({"--shards", "2"}, {{"runs", "yes"},
+                                       {"SLURM_JOB_ID", "99"},
+                                       {"SLURM_ARRAY_JOB_ID", "98"},
+                                       {"SLURM_ARRAY_TASK_ID", "1"},
+                                       {"SLURM_RESTART_COUNT", "1"}})
+                .exit_code,
+            0);
+  for (const auto& [task, job] : {std::pair{"spine", "101"}, {"shard-1-of-2", "102_1"}, {"merge", "103"}}) {
+    const auto state = nlohmann::json::parse(
+        test::text_of(folder_ / "tasks" / ("knee_right." + std::string(task) + ".json")));
+    EXPECT_EQ(state["slurm_job"], job);
+    EXPECT_EQ(state["restarts"], 0);
+  }
+}
+
 TEST_F(FakeSlurm, ADryRunWritesNothing)
 {
   const test::Ended ended = submit({"--shards", "3", "--dry-run"});

@@ -130,15 +130,22 @@ TEST(Child, SaysWhatAProgramSaid)
   EXPECT_EQ(run_program({"/bin/bash", "-c", "kill -KILL $$"}, "").exit_code, -1);
 }
 
+// A user's for Slurm's programs, and those of a job of Slurm's that this may be a part of.
 TEST(Child, KeepsOptionsOfTheEnvironmentFromSlurm)
 {
-  setenv("SBATCH_PARTITION", "other", 1);
-  setenv("SBATCH_EXPORT", "ALL", 1);
+  const std::vector<std::string> dropped{"SBATCH_PARTITION",    "SQUEUE_STATES",       "SCANCEL_STATE",
+                                         "SLURM_JOB_ID",        "SLURM_JOBID",         "SLURM_ARRAY_JOB_ID",
+                                         "SLURM_ARRAY_TASK_ID", "SLURM_RESTART_COUNT", "SLURM_JOB_NODELIST"};
+  const std::vector<std::string> kept{"SBATCH_EXPORT", "SLURM_CONF", "SLURM_CLUSTERS", "SLURM_JWT"};
+  for (const auto& names : {dropped, kept}) {
+    for (const std::string& name : names) setenv(name.c_str(), "set", 1);
+  }
   const Said said = run_program({"/usr/bin/env"}, "");
-  unsetenv("SBATCH_PARTITION");
-  unsetenv("SBATCH_EXPORT");
-  EXPECT_THAT(said.out, Not(HasSubstr("SBATCH_PARTITION")));
-  EXPECT_THAT(said.out, HasSubstr("SBATCH_EXPORT=ALL"));
+  for (const auto& names : {dropped, kept}) {
+    for (const std::string& name : names) unsetenv(name.c_str());
+  }
+  for (const std::string& name : dropped) EXPECT_THAT(said.out, Not(HasSubstr(name + "="))) << name;
+  for (const std::string& name : kept) EXPECT_THAT(said.out, HasSubstr(name + "=set")) << name;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "cluster/submission_scenes.hpp"
 #include "cluster/submitted.hpp"
+#include "support/input_error.hpp"
 
 namespace vrda {
 namespace {
@@ -106,6 +107,27 @@ TEST(Submitted, EachTaskHasItsLastJob)
   EXPECT_EQ(tasks.at({TaskKind::run, 4, 0}).job, "20_3");
   EXPECT_EQ(tasks.at({TaskKind::run, 4, 0}).row.state, "");
   EXPECT_EQ(tasks.at({TaskKind::run, 3, 0}).log, "run-0.2.log");
+}
+
+TEST(Submitted, WhileRunsAreUnderWayTasksKeepTheirNumberOfCases)
+{
+  const Submission submission = test::campaign(5, 1);
+  PlannedJob job;
+  job.kind = TaskKind::run;
+  job.numbers = {1, 2, 3};
+  job.per_task = 2;
+  const auto tasks_when = [&](const std::string& state) {
+    return tasks_in_slurm(submission, {{"20", "", job}},
+                          {{"20", 1, "FAILED", "n1", ""}, {"20", 2, state, "", ""}});
+  };
+  for (const std::string state : {"PENDING", "RUNNING"}) {
+    const auto facts = test::input_error([&] { require_same_span(tasks_when(state), 3); });
+    EXPECT_EQ(facts.file, "--cases-per-task");
+    EXPECT_THAT(facts.found, "3, while tasks of 2 are queued or running");
+    EXPECT_THAT(facts.wanted, testing::StartsWith("2;"));
+    EXPECT_NO_THROW(require_same_span(tasks_when(state), 2));
+  }
+  EXPECT_NO_THROW(require_same_span(tasks_when("COMPLETED"), 3));
 }
 
 }  // namespace

@@ -16,12 +16,12 @@
 namespace vrda::test {
 namespace {
 
-enum class Action { count, kill, torn, cut_short, full, enospc, eio, hold, clock };
+enum class Action { count, kill, torn, cut_short, full, enospc, eio, enolck, hold, clock };
 
-constexpr const char* call_words[] = {"write", "fsync", "rename", "truncate",
-                                      "open",  "close", "unlink", "read"};
-constexpr const char* action_words[] = {"count",  "kill", "torn", "short", "full",
-                                        "enospc", "eio",  "hold", "clock"};
+constexpr const char* call_words[] = {"write", "fsync",  "rename", "truncate", "open",
+                                      "close", "unlink", "read",   "list",     "lock"};
+constexpr const char* action_words[] = {"count",  "kill", "torn",   "short", "full",
+                                        "enospc", "eio",  "enolck", "hold",  "clock"};
 
 /// Ends a process whose gate never opens, so that a test that died leaves none behind.
 constexpr long longest_hold_s = 600;
@@ -164,6 +164,8 @@ Verdict act(const Plan& plan, Call call, long k)
       return {Fate::fail, ENOSPC};
     case Action::eio:
       return {Fate::fail, EIO};
+    case Action::enolck:
+      return {Fate::fail, ENOLCK};
     case Action::hold:
       hold(plan.gate);
       return {};
@@ -190,7 +192,7 @@ bool is_watching()
 Verdict verdict_on(Call call, const char* path, const char* other_path)
 {
   const Plan& plan = plan_of_process();
-  const bool is_meant = plan.is_any_call ? call != Call::read : call == plan.call;
+  const bool is_meant = plan.is_any_call ? call <= Call::unlink : call == plan.call;
   if (plan.file == nullptr || !is_meant) return {};
   if (std::strstr(path, plan.file) == nullptr && std::strstr(other_path, plan.file) == nullptr) return {};
   const long k = ++n_calls;

@@ -6,8 +6,8 @@
 
 namespace vrda::test {
 
-/// Kinds of calls; all but reads change what stands on a disk.
-enum class Call { write, fsync, rename, truncate, open, close, unlink, read };
+/// Kinds of calls; those up to `unlink` change what stands on a disk.
+enum class Call { write, fsync, rename, truncate, open, close, unlink, read, list, lock };
 
 /// What becomes of one call.
 enum class Fate { pass, half, half_then_die, fail };

@@ -1,7 +1,9 @@
 // Stands between a program and the C library (LD_PRELOAD) and lets single system calls go wrong as
 // fault_plan.hpp says. Calls go on to the next library in line, so a sanitizer's own still see them.
+#include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -194,6 +196,18 @@ int ftruncate_next(const char* name, int descriptor, off_t size)
               [&] { return next<int(int, off_t)>(name)(descriptor, size); });
 }
 
+/// An entry that fails is left out: the listing is one of before the file was made.
+template <typename Entry>
+Entry* listed(const char* name, DIR* folder)
+{
+  for (;;) {
+    Entry* const entry = next<Entry*(DIR*)>(name)(folder);
+    if (entry == nullptr || !is_watching()) return entry;
+    const Name path(dirfd(folder), entry->d_name);
+    if (verdict_on(Call::list, path.text()).fate != Fate::fail) return entry;
+  }
+}
+
 }  // namespace
 
 extern "C" {
@@ -250,6 +264,20 @@ int ftruncate(int descriptor, off_t size) noexcept
 int ftruncate64(int descriptor, off_t size) noexcept
 {
   return ftruncate_next("ftruncate64", descriptor, size);
+}
+
+int flock(int descriptor, int how) noexcept
+{
+  return done(Call::lock, Name(descriptor), [&] { return next<int(int, int)>("flock")(descriptor, how); });
+}
+
+dirent* readdir(DIR* folder)
+{
+  return listed<dirent>("readdir", folder);
+}
+dirent64* readdir64(DIR* folder)
+{
+  return listed<dirent64>("readdir64", folder);
 }
 
 int rename(const char* from, const char* to) noexcept

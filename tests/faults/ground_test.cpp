@@ -49,6 +49,26 @@ TEST_P(Ground, AJournalThatCanOnlyBeReadIsLeftAloneAndGoneOnFromLater)
   EXPECT_EQ(n_steps_recalled(), 3);
 }
 
+// Such locks are no other run's: nothing is to be waited for.
+TEST_P(Ground, AFileSystemWithoutLocksIsOneLine)
+{
+  const Fault without{"enolck", "lock", "1+"};
+  const std::string said = journal() +
+                           ": found a lock that cannot be taken (No locks available), wanted a file system "
+                           "with flock (Lustre: mounted with -o flock)";
+  const Ended anew = run_anew(without);
+  expect_refused(anew);
+  EXPECT_THAT(anew.err, HasSubstr(said));
+  EXPECT_THAT(names(), IsEmpty());
+  run({"kill", "write", "5", "a.h5.journal"});
+  const std::string before = read_bytes(journal());
+  const Ended again = run(without);
+  expect_refused(again);
+  EXPECT_THAT(again.err, HasSubstr(said));
+  EXPECT_EQ(read_bytes(journal()), before);
+  expect_finishes();
+}
+
 TEST_P(Ground, AResultThatCanOnlyBeReadStays)
 {
   if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();

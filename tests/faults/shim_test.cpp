@@ -83,6 +83,20 @@ TEST_F(Shim, FailsOnceOrFromThereOn)
   EXPECT_FALSE(fs::exists(file_));
 }
 
+TEST_F(Shim, LeavesEntriesOutOfListingsAndRefusesLocks)
+{
+  scratch_.write("blocks", "");
+  scratch_.write("other", "");
+  const std::string folder = scratch_.path().string();
+  const Ended listed = run(with_fault({"/bin/ls", {folder}, {}, {}}, {"eio", "list", "1+", "/blocks"}));
+  EXPECT_EQ(listed.out, "other\n");
+  const Command lock{"/usr/bin/flock", {"--nonblock", file_.string(), "/bin/true"}, {}, {}};
+  const Ended locked = run(with_fault(lock, {"enolck", "lock", "1+", "/blocks"}));
+  EXPECT_NE(locked.exit_code, 0);
+  EXPECT_NE(locked.err.find("No locks available"), std::string::npos) << locked.err;
+  EXPECT_EQ(run(with_fault(lock, {"enolck", "lock", "1+", "/other"})).exit_code, 0);
+}
+
 TEST_F(Shim, OnlyTheFirstProcessHasAFaultThatComesOnce)
 {
   Command command = with_fault(blocks(), {"kill", "write", "2", "/blocks"});

@@ -118,6 +118,19 @@ TEST_P(SubmissionFaults, ADamagedJournalIsMendedByResume)
   }
 }
 
+TEST_P(SubmissionFaults, AFileSystemWithoutLocksIsOneLine)
+{
+  const std::string wanted = sha256_of_file(folder_ / "a.h5");
+  fs::remove_all(folder_);
+  const Ended ended = test::run(with_fault(submit(), in_folder({"enolck", "lock", "1+", "submission.lock"})));
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
+  EXPECT_THAT(ended.err, HasSubstr("submission.lock: found a lock that cannot be taken (No locks available), "
+                                   "wanted a file system with flock (Lustre: mounted with -o flock)"));
+  EXPECT_EQ(go_on().exit_code, 0);
+  expect_made(wanted);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, SubmissionFaults, testing::Values(search(), equilibrium()), name_of);
 
 }  // namespace

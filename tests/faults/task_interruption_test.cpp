@@ -24,10 +24,25 @@ class TaskInterruption : public FaultyRun {
  protected:
   TaskInterruption() : wanted_(sha256_of_file(folder_ / "a.h5")) {}
 
-  void submit(const std::string& n_shards, const std::string& time)
+  void submit(const std::string& n_shards, const std::string& time) { submit(job_, n_shards, time); }
+
+  /// Two whole cases, `a` and `b`, each the job's.
+  void submit_two(const std::string& time)
+  {
+    std::string campaign = "[campaign]\ntitle = \"Two\"\n";
+    for (const std::string name : {"a", "b"}) {
+      campaign +=
+          "[[campaign.subject]]\nname = \"" + name + "\"\njob = \"" + job_.filename().string() + "\"\n";
+    }
+    submit(scratch_.write("two.toml", campaign), "1", time);
+    for (const std::string name : {"a", "b"}) fs::remove(model_of(name));
+  }
+
+  void submit(const fs::path& job, const std::string& n_shards, const std::string& time)
   {
     std::vector<std::string> words = command().arguments;  // run JOB -o FILE --quiet --threads 1 --set ...
     words[0] = "submit";
+    words[1] = job;
     words[3] = folder_;
     words.erase(words.begin() + 5, words.begin() + 7);
     words.insert(words.end(), {"--shards", n_shards, "--local", "--workers", "1", "--time", time});
@@ -47,8 +62,23 @@ class TaskInterruption : public FaultyRun {
     return command;
   }
 
+  static Command begun_again(Command command, int n_restarts)
+  {
+    command.environment["SLURM_RESTART_COUNT"] = std::to_string(n_restarts);
+    return command;
+  }
+
   /// Told twice to end, as by Slurm and by the script, at the fault's call.
   Ended told_at(const Command& command, const Fault& fault)
+  {
+    return met_at(command, fault, [](const Process& process) {
+      process.send(SIGTERM);
+      process.send(SIGTERM);
+    });
+  }
+
+  template <typename Meanwhile>
+  Ended met_at(const Command& command, const Fault& fault, const Meanwhile& meanwhile)
   {
     const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
     fs::remove(gate);
@@ -59,16 +89,19 @@ class TaskInterruption : public FaultyRun {
     while (process.is_running() && !fs::exists(held))
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
     EXPECT_TRUE(process.is_running()) << "never came to " << fault.call << " of " << fault.file;
-    process.send(SIGTERM);
-    process.send(SIGTERM);
+    meanwhile(process);
     scratch_.write("gate", "");
     return process.wait();
   }
 
   void expect_state(const std::string& task, const std::string& state, const std::string& reason) const
   {
-    const auto json =
-        nlohmann::json::parse(text_of(folder_ / "tasks" / (job_.stem().string() + "." + task + ".json")));
+    expect_state_of(job_.stem().string() + "." + task, state, reason);
+  }
+
+  void expect_state_of(const std::string& stem, const std::string& state, const std::string& reason) const
+  {
+    const auto json = nlohmann::json::parse(text_of(folder_ / "tasks" / (stem + ".json")));
     EXPECT_EQ(json["state"], state);
     EXPECT_EQ(json["slurm_job"], "101");
     EXPECT_THAT(json["reason"].get<std::string>(), HasSubstr(reason));
@@ -80,6 +113,7 @@ class TaskInterruption : public FaultyRun {
     EXPECT_EQ(ended.exit_code, 0) << ended.err;
   }
 
+  fs::path model_of(const std::string& name) const { return folder_ / name / (name + ".h5"); }
   fs::path model() const { return folder_ / job_.stem() += ".h5"; }
   std::string name_of_model(const std::string& ending) const { return model().filename().string() + ending; }
 
@@ -99,6 +133,31 @@ TEST_P(TaskInterruption, ATimeLimitWithoutAStepIsAFailure)
   EXPECT_THAT(ended.err,
               HasSubstr("--time: found 1 in which no step was solved, wanted a longer time limit"));
   expect_state("spine", "failed", "no step was solved");
+  // Begun again by hand: what it is alone with is not passed over.
+  expect_done(begun_again(task("spine"), 1));
+}
+
+TEST_P(TaskInterruption, ACaseThatFailedLeavesTheNextStartToTheOthersOfItsTask)
+{
+  submit_two("1");
+  Command both = task("run");
+  both.arguments.insert(both.arguments.end(), {"--first", "1", "--count", "2"});
+  Fault fault = while_loading;
+  fault.file = "a/a.h5.start.h5";
+  // The first has failed and the second not begun: Slurm is asked to begin the task again.
+  EXPECT_EQ(told_at(both, fault).exit_code, 4);
+  expect_state_of("a.run", "failed", "no step was solved");
+  const Ended again = test::run(begun_again(both, 1));
+  EXPECT_EQ(again.exit_code, 2) << again.err;
+  EXPECT_THAT(again.err, HasSubstr("a.run failed before this restart"));
+  expect_state_of("a.run", "failed", "--time: found 1 in which no step was solved");
+  expect_state_of("b.run", "done", "");
+  EXPECT_FALSE(fs::exists(model_of("a")));
+  EXPECT_EQ(sha256_of_file(model_of("b")), wanted_);
+  // Another job, as vrda resume submits it.
+  both.environment["SLURM_JOB_ID"] = "102";
+  expect_done(both);
+  EXPECT_EQ(sha256_of_file(model_of("a")), wanted_);
 }
 
 // With a limit of ten minutes it was preempted, and may do better the next time.
@@ -166,6 +225,34 @@ TEST_P(TaskInterruption, AMergeEndsAtOnceAndLeavesTheJournals)
   }
 }
 
+// As a network disk lists a folder, up to a minute late.
+TEST_P(TaskInterruption, AMergeFindsJournalsThatAreNotListedYet)
+{
+  submit("2", "10");
+  for (const Command& each : {task("spine"), task("shard", "1"), task("shard", "2")}) expect_done(each);
+  const std::string second = name_of_model(".shard-2-of-2.journal"), bytes = read_bytes(folder_ / second);
+  const Command merge = with_fault(task("merge"), in_folder({"eio", "list", "1+", name_of_model(".shard-")}));
+  fs::remove(folder_ / second);
+  const Ended refused = test::run(merge);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("no journal of shard 2 of 2"));
+  scratch_.write("out/" + second, bytes);
+  expect_done(merge);
+  EXPECT_EQ(sha256_of_file(model()), wanted_);
+  EXPECT_THAT(names(), testing::Not(testing::Contains(testing::EndsWith(".journal"))));
+}
+
+// It would wait for ever for a process that is not there.
+TEST_P(TaskInterruption, WithoutLocksATaskFails)
+{
+  submit("2", "10");
+  const Ended ended = test::run(with_fault(task("shard", "1"), in_folder({"enolck", "lock", "1+"})));
+  EXPECT_EQ(ended.exit_code, 2);
+  expect_state("shard-1-of-2", "failed",
+               name_of_model(".spine.journal") + ": found a lock that cannot be taken (No locks available)");
+  expect_done(task("shard", "1"));
+}
+
 // Its predecessor, on a node that only seems dead: a whole case waits like a shard.
 TEST_P(TaskInterruption, AWholeCaseWaitsForWhoWritesItsJournal)
 {
@@ -183,6 +270,45 @@ TEST_P(TaskInterruption, AWholeCaseWaitsForWhoWritesItsJournal)
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   expect_state("run", "done", "");
   EXPECT_EQ(sha256_of_file(model()), wanted_);
+}
+
+// What the predecessor made counts, though its journal is gone.
+TEST_P(TaskInterruption, AWholeCaseThatItsPredecessorMadeIsNotSolvedAgain)
+{
+  submit("1", "10");
+  const std::string journal = name_of_model(".journal");
+  const fs::path kept = scratch_.path() / "kept.h5";
+  expect_done(task("run"));
+  fs::rename(model(), kept);
+  const auto predecessor_ends = [&] {
+    fs::copy_file(kept, model());
+    fs::remove(folder_ / journal);
+    fs::remove(model().string() + ".run.json");
+  };
+  const auto expect_untouched = [&](const Ended& ended) {
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_THAT(ended.err, HasSubstr("is made already"));
+    expect_state("run", "done", "");
+    EXPECT_FALSE(fs::exists(model().string() + ".run.json"));  // which says how it was solved
+    EXPECT_FALSE(fs::exists(folder_ / journal));
+    EXPECT_EQ(sha256_of_file(model()), wanted_);
+    fs::remove(model());
+  };
+  EXPECT_EQ(told_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
+  const int lock = open((folder_ / journal).c_str(), O_RDWR | O_CLOEXEC);
+  EXPECT_EQ(flock(lock, LOCK_EX), 0);
+  Process waiting(task("run"));
+  while (waiting.is_running() && waiting.said().find("waiting for the run") == std::string::npos)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  EXPECT_TRUE(waiting.is_running());
+  predecessor_ends();
+  close(lock);
+  expect_untouched(waiting.wait());
+
+  // Between its look for the journal and the opening.
+  EXPECT_EQ(told_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
+  expect_untouched(
+      met_at(task("run"), {"hold", "open", "1", journal}, [&](const Process&) { predecessor_ends(); }));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TaskInterruption, testing::Values(equilibrium()), name_of);

@@ -232,6 +232,7 @@ TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
   EXPECT_NE(facts.found.find(key), std::string::npos);
   EXPECT_NE(facts.wanted.find(other_key), std::string::npos);
   EXPECT_NE(facts.wanted.find("--fresh"), std::string::npos);
+  EXPECT_NE(facts.wanted.find("vrda resume"), std::string::npos);  // which has no --fresh
 }
 
 TEST(Journal, WhatIsNoJournalIsRefused)

@@ -295,6 +295,19 @@ class Submissions(Scenario):
         self.submit(made)  # what failed is not in the way
         self.assert_done(made)
 
+    def test_a_submission_from_within_an_array(self):
+        """Its jobs take neither the task nor the restarts of that for their own, though sbatch hands on all variables."""
+        made = self.submission(shards=3)
+        words = ["submit", made.job, "-o", made.folder, "--shards", 3, "--partition", "batch", "--time", 10, "--mem", "200M", *made.grid]
+        script = "export SLURM_RESTART_COUNT=1; exec " + shlex.join(map(str, [programs / VRDA.name, *words]))
+        asked = machine.run("sbatch", "--array=1", "--output=/dev/null", "--mem=50M", "--wrap", script)
+        self.assertEqual((asked.returncode, asked.stderr), (0, ""))
+        self.assert_done(made)
+        for kind in ("spine", "merge"):
+            state = cluster.read_json((made.folder / "tasks" / f"{JOB.stem}.{kind}.json").read_text())
+            self.assertRegex(state["slurm_job"], r"^\d+$")
+            self.assertEqual(state["restarts"], 0)
+
     def test_local_processes_within_a_job(self):
         """They are no tasks of Slurm's, though they have its variables around them."""
         made = self.submission(shards=3)
