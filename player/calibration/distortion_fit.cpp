@@ -1,5 +1,7 @@
 #include "calibration/distortion_fit.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -236,6 +238,19 @@ double apart_rms_px(const Distortion& a, const Distortion& b, const Eye& eye)
   return std::sqrt(sum_sq / n);
 }
 
+void add_scatter(DistortionFit& fit, const std::string& what, const std::string& name)
+{
+  fit.estimate.remarks.push_back(name + ": the " + what + " scatter by " + rounded_text(fit.noise_px, 2) +
+                                 " px");
+}
+
+void add_held_centre(DistortionFit& fit, const std::string& name)
+{
+  fit.estimate.remarks.push_back(name +
+                                 ": too little distortion to tell where its centre is; the "
+                                 "middle of the visible part is taken");
+}
+
 DistortionFit result_of(const GridProblem& problem, const GridFit& found, const std::string& name)
 {
   const auto n = static_cast<Eigen::Index>(problem.marks.size());
@@ -252,17 +267,70 @@ DistortionFit result_of(const GridProblem& problem, const GridFit& found, const 
     left_px.push_back(found.noise_px * found.fit.residuals.segment<2>(2 * i).norm());
   }
   set_residuals(result.estimate, left_px, "px");
-  result.estimate.remarks.push_back(name + ": the grid's marks scatter by " +
-                                    rounded_text(found.noise_px, 2) + " px");
+  result.noise_px = found.noise_px;
+  add_scatter(result, "grid's marks", name);
   return result;
 }
 
+/// A centre that is known worse than that is not told.
+constexpr double most_centre_sd_px = 20.0;
+
 bool is_centre_told(const GridFit& fit)
 {
-  constexpr double most_sd_px = 20.0;
   const Eigen::MatrixXd& covariance = fit.fit.covariance;
   return fit.fit.status == LeastSquaresStatus::converged &&
-         std::max(covariance(centre_x, centre_x), covariance(centre_y, centre_y)) < most_sd_px * most_sd_px;
+         std::max(covariance(centre_x, centre_x), covariance(centre_y, centre_y)) <
+             most_centre_sd_px * most_centre_sd_px;
+}
+
+using Vector8d = Eigen::Matrix<double, 8, 1>;
+using Matrix8d = Eigen::Matrix<double, 8, 8>;
+
+Vector8d numbers_of(const GridValues& v)
+{
+  Vector8d numbers;
+  numbers << v.k1, v.k2, v.centre_px, v.grid.at_px, v.grid.spacing_px, v.grid.turn_rad;
+  return numbers;
+}
+
+/// Where the nodes are drawn, by the eight numbers and by the aspect, which is the last column.
+Eigen::MatrixXd nodes_by_numbers(const AdjustedGrids& adjusted, const Eye& eye, const Vector8d& numbers,
+                                 double aspect)
+{
+  const auto drawn = [&](const Vector8d& v, double a) {
+    const Distortion distortion = distortion_of(eye, v[0], v[1], v.segment<2>(2), a);
+    const GridPlace grid{v.segment<2>(4), v[6], v[7]};
+    Eigen::VectorXd px(2 * adjusted.columns * adjusted.rows);
+    Eigen::Index at = 0;
+    for (int row = 0; row < adjusted.rows; ++row) {
+      for (int column = 0; column < adjusted.columns; ++column, at += 2) {
+        const Eigen::Vector2d node(column - 0.5 * (adjusted.columns - 1), row - 0.5 * (adjusted.rows - 1));
+        px.segment<2>(at) = drawn_px(distortion, shown_px(grid, a, node));
+      }
+    }
+    return px;
+  };
+  // Central differences: what they leave is a millionth.
+  constexpr double step_k = 1e-4, step_px = 1e-2, step_rad = 1e-5, step_aspect = 1e-5;
+  Vector8d steps;
+  steps << step_k, step_k, step_px, step_px, step_px, step_px, step_px, step_rad;
+  Eigen::MatrixXd J(2 * adjusted.columns * adjusted.rows, 9);
+  for (Eigen::Index k = 0; k < 8; ++k) {
+    const Vector8d step = steps[k] * Vector8d::Unit(k);
+    J.col(k) = (drawn(numbers + step, aspect) - drawn(numbers - step, aspect)) / (2.0 * steps[k]);
+  }
+  J.col(8) =
+      (drawn(numbers, aspect + step_aspect) - drawn(numbers, aspect - step_aspect)) / (2.0 * step_aspect);
+  return J;
+}
+
+/// The larger one of its coordinates'; infinite where nothing tells it.
+double centre_variance(const Matrix8d& N, double variance)
+{
+  const Eigen::FullPivLU<Matrix8d> solver(N);
+  if (!solver.isInvertible()) return std::numeric_limits<double>::infinity();
+  const Vector8d variances = variance * solver.inverse().diagonal();
+  return variances.segment<2>(centre_x).maxCoeff();
 }
 
 }  // namespace
@@ -297,49 +365,60 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, co
   require_unfolded(result.distortion, eye, name, file);
   result.is_centre_held = is_held;
   add_inverse_error(result, eye, name);
-  if (is_held) {
-    result.estimate.remarks.push_back(name +
-                                      ": too little distortion to tell where its centre is; the "
-                                      "middle of the visible part is taken");
-  }
+  if (is_held) add_held_centre(result, name);
   return result;
 }
 
-DistortionFit mean_distortion(std::span<const GridValues> adjusted, const Eye& eye, const AspectPrior& aspect,
+DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, const AspectPrior& aspect,
                               const std::string& name, const std::string& file)
 {
-  if (adjusted.size() < 2) {
-    throw InputError({file, name + ".distortion", std::to_string(adjusted.size()) + " adjusted grid",
+  if (adjusted.values.size() < 2) {
+    throw InputError({file, name + ".distortion", std::to_string(adjusted.values.size()) + " adjusted grid",
                       "two or more: their spread tells how good they are"});
   }
-  const auto n = static_cast<Eigen::Index>(adjusted.size());
-  Eigen::MatrixXd rows(n, 8);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const GridValues& v = adjusted[static_cast<std::size_t>(i)];
-    rows.row(i) << v.k1, v.k2, v.centre_px.transpose(), v.grid.at_px.transpose(), v.grid.spacing_px,
-        v.grid.turn_rad;
-  }
-  const Eigen::VectorXd mean = rows.colwise().mean().transpose();
-  const Eigen::MatrixXd from_mean = (rows.rowwise() - mean.transpose()).leftCols<4>();
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(5, 5);
-  covariance.topLeftCorner<4, 4>() = from_mean.transpose() * from_mean / static_cast<double>(n * (n - 1));
-  // The aspect is given, not measured by their spread: half its interval is to be 1.96 deviations of it.
-  const double dof = static_cast<double>(n - 1);
-  const double narrowing = t_95(std::numeric_limits<double>::infinity()) / t_95(dof);
-  covariance(4, 4) = narrowing * narrowing * aspect.sd * aspect.sd;
+  const auto n = static_cast<double>(adjusted.values.size());
+  Vector8d mean = Vector8d::Zero();
+  for (const GridValues& v : adjusted.values) mean += numbers_of(v) / n;
+  const Eigen::MatrixXd J = nodes_by_numbers(adjusted, eye, mean, aspect.value);
+  const Eigen::MatrixXd by_numbers = J.leftCols<8>();
+  Matrix8d N = by_numbers.transpose() * by_numbers;
+  double square_sum = 0.0;
+  for (const GridValues& v : adjusted.values)
+    square_sum += (by_numbers * (numbers_of(v) - mean)).squaredNorm();
+  const double dof = 8.0 * (n - 1.0);
+
   DistortionFit result;
+  result.noise_px = std::max(std::sqrt(square_sum / dof), least_noise_px);
+  const double variance = result.noise_px * result.noise_px / n;
+  result.is_centre_held = !(centre_variance(N, variance) < most_centre_sd_px * most_centre_sd_px);
+  if (result.is_centre_held) {
+    mean.segment<2>(centre_x) = middle_px(eye.visible);
+    N.diagonal().segment<2>(centre_x).array() += variance / (held_centre_sd_px * held_centre_sd_px);
+  }
+  const Eigen::LDLT<Matrix8d> solver(N);
+  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
+  covariance.topLeftCorner<4, 4>() = variance * solver.solve(Matrix8d::Identity()).topLeftCorner<4, 4>();
+  // The aspect is given, not measured by their spread: half an interval is to be 1.96 deviations of what
+  // comes from it. One that is too large makes all grids' numbers differ by `by_aspect`.
+  Eigen::Matrix<double, 5, 1> by_aspect;
+  by_aspect << Vector8d(-solver.solve(by_numbers.transpose() * J.col(8))).head<4>(), 1.0;
+  by_aspect *= aspect.sd * t_95(std::numeric_limits<double>::infinity()) / t_95(dof);
+  covariance += by_aspect * by_aspect.transpose();
+
   result.distortion = distortion_of(eye, mean[0], mean[1], mean.segment<2>(2), aspect.value);
   result.grid = {mean.segment<2>(4), mean[6], mean[7]};
   require_unfolded(result.distortion, eye, name, file);
   result.estimate = estimate_of(result.distortion, covariance, name);
   result.estimate.dof = dof;
   std::vector<double> apart_px;
-  for (const GridValues& v : adjusted) {
+  for (const GridValues& v : adjusted.values) {
     const Distortion one = distortion_of(eye, v.k1, v.k2, v.centre_px, aspect.value);
     apart_px.push_back(apart_rms_px(one, result.distortion, eye));
   }
   set_residuals(result.estimate, apart_px, "px");
+  add_scatter(result, "adjusted grids", name);
   add_inverse_error(result, eye, name);
+  if (result.is_centre_held) add_held_centre(result, name);
   return result;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "calibration/estimate.hpp"
 #include "stereo/eye.hpp"
@@ -33,9 +34,16 @@ struct GridValues {
   GridPlace grid;
 };
 
+/// Grids that an operator adjusted until they covered the physical one, of so many nodes.
+struct AdjustedGrids {
+  std::vector<GridValues> values;
+  int columns = 0, rows = 0;
+};
+
 struct DistortionFit {
   Distortion distortion;
   GridPlace grid;
+  double noise_px = 0.0;  ///< of a coordinate of a mark; of adjusted grids, of one at every node
   /// Too little distortion to tell where its centre is (a standard deviation above 20 px): it is held by
   /// the middle of the visible part, from which it is known to differ by `held_centre_sd_px`.
   bool is_centre_held = false;
@@ -55,9 +63,10 @@ inline constexpr double held_centre_sd_px = 5.0;
 DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, const AspectPrior& aspect,
                              const std::string& name, const std::string& file);
 
-/// The same from grids that an operator adjusted until they covered the physical one, at least two of them:
-/// the mean, and the covariance of the mean by their spread.
-DistortionFit mean_distortion(std::span<const GridValues> adjusted, const Eye& eye, const AspectPrior& aspect,
+/// The same from grids that were adjusted, at least two of them: their mean. They are taken to scatter as
+/// fits to marks of all their nodes do, which gives the covariance its shape; their spread gives its size,
+/// with eight degrees of freedom for each grid but one. An aspect that is off turns up in all of them alike.
+DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, const AspectPrior& aspect,
                               const std::string& name, const std::string& file);
 
 }  // namespace vrda

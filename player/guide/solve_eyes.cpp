@@ -64,17 +64,18 @@ DistortionFit distortion_of(const BenchFile& bench, const Calibration& begun, bo
   const std::string aspect = name + ".pixel_aspect";
   const AspectPrior prior{value_in(viewport, aspect), std::sqrt(known_covariance(viewport, {aspect})(0, 0))};
   std::vector<GridMark> nodes;
-  std::vector<GridValues> grids;
+  const CalibrationSettings& settings = bench.calibration;
+  AdjustedGrids grids{{}, settings.grid_columns, settings.grid_rows};
   for (const MarkedTask& t : tasks_of_eye(CalibrationPart::distortion, bench, begun, is_right)) {
     const std::vector<double>& v = t.mark->rows[0];
     if (t.task.kind == TaskKind::point) {
       nodes.push_back({t.task.node, {v[0], v[1]}});
     } else {
-      grids.push_back({v[0], v[1], {v[2], v[3]}, {{v[4], v[5]}, v[6], v[7]}});
+      grids.values.push_back({v[0], v[1], {v[2], v[3]}, {{v[4], v[5]}, v[6], v[7]}});
     }
   }
   const Eye& eye = side_of(eyes, is_right);
-  if (bench.calibration.is_grid_adjusted) return mean_distortion(grids, eye, prior, name, path);
+  if (settings.is_grid_adjusted) return mean_distortion(grids, eye, prior, name, path);
   return fit_distortion(nodes, eye, prior, name, path);
 }
 

@@ -225,41 +225,106 @@ TEST(DistortionFits, OpticsThatFoldAreRefused)
   EXPECT_THAT(facts.found, HasSubstr("which fold at"));
 }
 
-std::vector<GridValues> adjusted_grids(int n, Noise& noise)
+GridValues values_of(const DistortionFit& fit)
 {
-  const Truth truth = sample_truth();
-  std::vector<GridValues> grids;
-  for (int i = 0; i < n; ++i) {
-    GridValues grid;
-    grid.k1 = truth.distortion.k1 + 0.004 * noise.normal();
-    grid.k2 = truth.distortion.k2 + 0.002 * noise.normal();
-    grid.centre_px = truth.distortion.centre_px + Eigen::Vector2d(noise.normals(2));
-    grid.grid = truth.grid;
-    grids.push_back(grid);
-  }
+  return {fit.distortion.k1, fit.distortion.k2, fit.distortion.centre_px, fit.grid};
+}
+
+/// Of somebody who matches all nodes as well as the eight numbers can, with the aspect that is drawn by.
+AdjustedGrids adjusted_grids(int n, const Truth& truth, double drawn_aspect, Noise& noise)
+{
+  AdjustedGrids grids{{}, 7, 5};
+  for (int i = 0; i < n; ++i)
+    grids.values.push_back(values_of(fitted(marks_of(truth, 0.5, noise), {drawn_aspect, 0.0})));
   return grids;
 }
 
-TEST(AdjustedGrids, TheirMeanAndItsCovarianceMatchTheClosedForm)
+DistortionFit mean_of(const AdjustedGrids& grids, const AspectPrior& aspect = {1.02, 0.001})
 {
-  GridValues a, b;
-  a.k1 = 0.10;
-  b.k1 = 0.12;
-  a.centre_px = b.centre_px = middle_px();
-  a.grid = b.grid = {middle_px(), 80.0, 0.01};
-  const std::vector<GridValues> both = {a, b};
-  const DistortionFit fit = mean_distortion(both, bench_eye(), {1.02, 0.001}, "left", file);
-  EXPECT_NEAR(fit.distortion.k1, 0.11, 1e-15);
-  EXPECT_NEAR(fit.estimate.covariance(0, 0), 1e-4, 1e-15);  // 2 * 0.01^2 / (2 - 1) / 2
-  // Half the aspect's interval is 1.96 of its given deviations, not the 12.7 of two grids.
-  EXPECT_NEAR(half_width_95(fit.estimate, 4), 1.959964 * 0.001, 1e-9);
-  EXPECT_EQ(fit.estimate.dof, 1.0);
-  EXPECT_EQ(fit.distortion.pixel_aspect, 1.02);
+  return mean_distortion(grids, bench_eye(), aspect, "left", file);
+}
+
+/// Two grids that differ by a turn alone: noise^2 = 2 (turn * spacing)^2 sum |node|^2 / 8, as nodes move
+/// across the way from the grid's middle. Without distortion and with square pixels they are drawn where they
+/// are shown.
+TEST(AdjustedGrids, TheirMeanAndTheirNoiseMatchTheClosedForm)
+{
+  GridValues a;
+  a.centre_px = middle_px();
+  a.grid = {middle_px(), 80.0, 0.01};
+  GridValues b = a;
+  constexpr double turn_rad = 1e-3;
+  a.grid.turn_rad -= turn_rad;
+  b.grid.turn_rad += turn_rad;
+  const DistortionFit fit = mean_of({{a, b}, 7, 5}, {1.0, 0.001});
+  double nodes_sq = 0.0;
+  for (int row = -2; row <= 2; ++row) {
+    for (int column = -3; column <= 3; ++column) nodes_sq += row * row + column * column;
+  }
+  EXPECT_NEAR(fit.noise_px, turn_rad * 80.0 * std::sqrt(2.0 * nodes_sq / 8.0), 1e-6);
+  EXPECT_EQ(fit.estimate.dof, 8.0);
+  EXPECT_NEAR(fit.grid.turn_rad, 0.01, 1e-15);
   EXPECT_EQ(fit.grid.spacing_px, 80.0);
-  EXPECT_LT(fit.inverse_error_px, mesh_px);
-  ASSERT_EQ(fit.estimate.residuals.size(), 2U);
-  EXPECT_NEAR(fit.estimate.residuals[0], fit.estimate.residuals[1], 1e-9);
-  EXPECT_GT(fit.estimate.residuals[0], 0.1);
+  // Nothing tells a centre.
+  EXPECT_TRUE(fit.is_centre_held);
+  EXPECT_EQ(fit.distortion.centre_px, middle_px());
+  EXPECT_NEAR(fit.estimate.covariance(2, 2), held_centre_sd_px * held_centre_sd_px, 1e-6);
+  EXPECT_THAT(fit.estimate.remarks.back(), HasSubstr("too little distortion"));
+}
+
+/// Of the aspect it is 1.96 of its given deviations, however few grids there are.
+TEST(AdjustedGrids, TheIntervalOfAnAspectIsThatOfWhatIsKnownOfIt)
+{
+  for (const int n : {2, 3, 10}) {
+    Noise noise(40);
+    const DistortionFit fit = mean_of(adjusted_grids(n, sample_truth(), 1.02, noise));
+    EXPECT_EQ(fit.estimate.dof, 8.0 * (n - 1));
+    EXPECT_NEAR(half_width_95(fit.estimate, 4), 1.959964 * 0.001, 1e-8);
+    EXPECT_EQ(fit.distortion.pixel_aspect, 1.02);
+    EXPECT_FALSE(fit.is_centre_held);
+    EXPECT_LT(fit.inverse_error_px, mesh_px);
+    EXPECT_EQ(fit.estimate.residuals.size(), static_cast<std::size_t>(n));
+    EXPECT_NEAR(fit.distortion.k1, sample_truth().distortion.k1, 0.05);
+  }
+}
+
+/// Each grid is a fit to its nodes: the mean of n has an n-th of a fit's covariance, and a wrong aspect
+/// shifts all of them by as much as it shifts a fit.
+TEST(AdjustedGrids, TheirCovarianceIsThatOfFitsToTheirNodes)
+{
+  // Without noise, where a fit is as straight as its derivatives say.
+  Noise noise(41);
+  const std::vector<GridMark> marks = marks_of(sample_truth(), 0.0, noise);
+  const DistortionFit fit = fitted(marks, {1.02, 0.0});
+  const DistortionFit less = fitted(marks, {1.0195, 0.0}), more = fitted(marks, {1.0205, 0.0});
+  GridValues a = values_of(fit), b = a;
+  a.grid.turn_rad -= 1e-3;
+  b.grid.turn_rad += 1e-3;
+  const DistortionFit exact = mean_of({{a, b}, 7, 5}, {1.02, 0.0});
+  const Eigen::MatrixXd of_fit =
+      fit.estimate.covariance.topLeftCorner<4, 4>() / (fit.noise_px * fit.noise_px);
+  const Eigen::MatrixXd of_mean =
+      2.0 * exact.estimate.covariance.topLeftCorner<4, 4>() / (exact.noise_px * exact.noise_px);
+  constexpr double differences = 1e-4;  // both by differences of places on the screen
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    for (Eigen::Index l = 0; l < 4; ++l) {
+      EXPECT_NEAR(of_mean(k, l), of_fit(k, l), differences * std::sqrt(of_fit(k, k) * of_fit(l, l)))
+          << k << ", " << l;
+    }
+  }
+  const double sd = 0.001;
+  const DistortionFit known = mean_of({{a, b}, 7, 5}, {1.02, sd});
+  const double given = sd * 1.959964 / t_95(8.0);
+  const Eigen::VectorXd by_aspect = (numbers_of(more.distortion) - numbers_of(less.distortion)) / 1e-3;
+  for (Eigen::Index k = 0; k < 4; ++k) {
+    // By differences over a thousandth, and by a search that ends within 1e-6.
+    const double wanted = by_aspect[k] * given * given;
+    EXPECT_NEAR(known.estimate.covariance(k, 4), wanted, 0.01 * std::abs(wanted) + 1e-12) << k;
+    EXPECT_NEAR(known.estimate.covariance(k, k) - exact.estimate.covariance(k, k),
+                by_aspect[k] * by_aspect[k] * given * given,
+                0.02 * by_aspect[k] * by_aspect[k] * given * given + 1e-12)
+        << k;
+  }
 }
 
 TEST(AdjustedGrids, TheirIntervalsAreHonest)
@@ -267,10 +332,11 @@ TEST(AdjustedGrids, TheirIntervalsAreHonest)
   Coverage coverage;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     Noise noise(seed);
-    AspectPrior aspect{1.02, 0.001};
-    aspect.value += aspect.sd * noise.normal();
-    const DistortionFit fit = mean_distortion(adjusted_grids(3, noise), bench_eye(), aspect, "left", file);
-    coverage.add(fit.estimate, numbers_of(fit.distortion) - numbers_of(sample_truth().distortion));
+    Truth truth = sample_truth();
+    const AspectPrior aspect{1.02, 0.001};
+    truth.distortion.pixel_aspect = aspect.value + aspect.sd * noise.normal();
+    const DistortionFit fit = mean_of(adjusted_grids(3, truth, aspect.value, noise), aspect);
+    coverage.add(fit.estimate, numbers_of(fit.distortion) - numbers_of(truth.distortion));
   }
   coverage.expect_honest();
 }
@@ -278,17 +344,11 @@ TEST(AdjustedGrids, TheirIntervalsAreHonest)
 TEST(AdjustedGrids, OneIsNotEnoughAndFoldsAreRefused)
 {
   Noise noise(7);
-  std::vector<GridValues> grids = adjusted_grids(1, noise);
-  EXPECT_EQ(input_error([&] {
-              mean_distortion(grids, bench_eye(), {1.02, 0.001}, "left", file);
-            }).found,
-            "1 adjusted grid");
-  grids = adjusted_grids(3, noise);
-  for (GridValues& grid : grids) grid.k1 = -0.3;
-  EXPECT_THAT(input_error([&] {
-                mean_distortion(grids, bench_eye(), {1.02, 0.001}, "left", file);
-              }).found,
-              HasSubstr("fold"));
+  AdjustedGrids grids = adjusted_grids(1, sample_truth(), 1.02, noise);
+  EXPECT_EQ(input_error([&] { mean_of(grids); }).found, "1 adjusted grid");
+  grids = adjusted_grids(3, sample_truth(), 1.02, noise);
+  for (GridValues& grid : grids.values) grid.k1 = -0.3;
+  EXPECT_THAT(input_error([&] { mean_of(grids); }).found, HasSubstr("fold"));
 }
 
 }  // namespace

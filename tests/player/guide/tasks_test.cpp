@@ -101,7 +101,7 @@ TEST(GuideTasks, MarkersSpreadInEveryDirectionWithinTheFirstSix)
   EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvalues()[0], 2.0);
 }
 
-TEST(GuideTasks, RoundsAreThoseOfAnEyeOrThePart)
+TEST(GuideTasks, RoundsAreThoseOfAnEyeARailOrThePart)
 {
   const BenchFile bench = test::virtual_bench(HeadKind::stage);
   const Calibration nominal = nominal_calibration(bench);
@@ -109,10 +109,11 @@ TEST(GuideTasks, RoundsAreThoseOfAnEyeOrThePart)
     const std::vector<Task> tasks = tasks_of(part, bench, nominal);
     const bool is_by_eye = part == CalibrationPart::viewport || part == CalibrationPart::distortion ||
                            part == CalibrationPart::eyepoints;
+    const bool is_halved = is_by_eye || part == CalibrationPart::rails;
     const TaskRound first = round_of(part, tasks, 0), last = round_of(part, tasks, tasks.size() - 1);
     EXPECT_EQ(first.begin, 0u);
-    EXPECT_EQ(first.end, is_by_eye ? tasks.size() / 2 : tasks.size());
-    EXPECT_EQ(last.begin, is_by_eye ? tasks.size() / 2 : 0u);
+    EXPECT_EQ(first.end, is_halved ? tasks.size() / 2 : tasks.size());
+    EXPECT_EQ(last.begin, is_halved ? tasks.size() / 2 : 0u);
     EXPECT_EQ(last.end, tasks.size());
   }
 }
