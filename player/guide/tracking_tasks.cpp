@@ -59,7 +59,8 @@ Task bullseye_task(CalibrationPart part, const BenchFile& bench, const Calibrati
 
 Task place_task(const char* model, const SixNumbers& begin, int repeat)
 {
-  constexpr double most_mm = 10000.0, step_mm = 0.5, step_deg = 0.1;
+  // Well below a hand's scatter: three places that round to one number would seem to be exact.
+  constexpr double most_mm = 10000.0, step_mm = 0.1, step_deg = 0.1;
   Task task;
   task.kind = TaskKind::place;
   task.index = repeat;

@@ -347,7 +347,10 @@ TEST(AdjustedGrids, OneIsNotEnoughAndFoldsAreRefused)
   AdjustedGrids grids = adjusted_grids(1, sample_truth(), 1.02, noise);
   EXPECT_EQ(input_error([&] { mean_of(grids); }).found, "1 adjusted grid");
   grids = adjusted_grids(3, sample_truth(), 1.02, noise);
-  for (GridValues& grid : grids.values) grid.k1 = -0.3;
+  for (GridValues& grid : grids.values) {
+    grid.k1 = -0.3;
+    grid.k2 = 0.0;
+  }
   EXPECT_THAT(input_error([&] { mean_of(grids); }).found, HasSubstr("fold"));
 }
 
