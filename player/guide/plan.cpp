@@ -34,6 +34,12 @@ std::string place_of(CalibrationPart part)
   return std::string(is_once_a_bench(part) ? "per_bench." : "per_person.") + name_of(part);
 }
 
+/// Samples of the stage are kept in mm: its scale is in them.
+bool has_numbers_in_rows(CalibrationPart part)
+{
+  return part == CalibrationPart::bullseye;
+}
+
 void require_numbers(const CalibrationRecord& record, CalibrationPart part, const BenchFile& bench,
                      const std::string& path)
 {
@@ -46,10 +52,13 @@ void require_numbers(const CalibrationRecord& record, CalibrationPart part, cons
     return at == list.end() ? "nothing" : number_text(*at);
   };
   const std::string key = key_of_numbers(part);
-  throw InputError({path, place_of(part),
-                    "marks made when " + key + " had " + text(then, differ.first) + " where it now has " +
-                        text(now, differ.second),
-                    "those of " + bench.path + ": put its numbers back, or do " + name_of(part) + " anew"});
+  const std::string mended =
+      has_numbers_in_rows(part) ? "" : "; if they were wrong and are right now, calibrate solve";
+  throw InputError(
+      {path, place_of(part),
+       "marks made when " + key + " had " + text(then, differ.first) + " where it now has " +
+           text(now, differ.second),
+       "those of " + bench.path + ": put its numbers back, or do " + name_of(part) + " anew" + mended});
 }
 
 bool is_left_as_it_is(CalibrationPart part, const Calibration& begun)
@@ -103,6 +112,12 @@ void require_of_plan(CalibrationPart part, const BenchFile& bench, const Calibra
   const CalibrationRecord& record = begun.records.at(part);
   require_of_tasks(record, tasks_of(part, bench, begun), place_of(part), path);
   require_numbers(record, part, bench, path);
+}
+
+void take_numbers(CalibrationRecord& record, CalibrationPart part, const BenchFile& bench)
+{
+  if (!record.made_with.empty() && !has_numbers_in_rows(part))
+    record.made_with = bench_numbers_of(part, bench);
 }
 
 void require_order(const std::vector<CalibrationPart>& parts, const BenchFile& bench,

@@ -15,6 +15,10 @@ std::vector<double> bench_numbers_of(CalibrationPart part, const BenchFile& benc
 void require_of_plan(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                      const std::string& path);
 
+/// For marks that are solved anew: they belong to the bench file's numbers as they are now, unless samples
+/// hold them.
+void take_numbers(CalibrationRecord& record, CalibrationPart part, const BenchFile& bench);
+
 /// The same of `parts`, to be done in that order, and of all that they rest on, on and on. Throws InputError
 /// when one is asked for before one it rests on, when the bench file lacks what it wants (which key), and
 /// when the marks of earlier parts do not give what solving it takes from them.

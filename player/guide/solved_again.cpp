@@ -19,6 +19,7 @@ Calibration solved_again(const BenchFile& bench, const Calibration& calibration,
   for (const CalibrationPart part : parts_of(bench)) {
     const auto record = solved.records.find(part);
     if (record == solved.records.end() || record->second.marks.empty()) continue;
+    take_numbers(record->second, part, bench);
     // Parts that rest on this one read its marks, too, whether it is solved or not.
     require_of_plan(part, bench, solved, path);
     // What it rests on is being done anew.

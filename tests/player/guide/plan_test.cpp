@@ -130,8 +130,12 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
     EXPECT_EQ(facts.found, "marks made when calibration.rectangles had 150.0 where it now has 175.0");
     EXPECT_THAT(facts.wanted, HasSubstr("do eyepoints anew"));
   }
-  EXPECT_THAT(test::input_error([&] { solved_again(other, begun, "c.toml"); }).found,
-              HasSubstr("calibration.rectangles"));
+  // A number that was wrong when the marks were made, and is right now.
+  Calibration mistyped = all_done();
+  mistyped.records.at(CalibrationPart::eyepoints).made_with[3] += 25.0;
+  EXPECT_THAT(refused(bench(), mistyped, "bullseye").wanted, HasSubstr("calibrate solve"));
+  const Calibration mended = solved_again(bench(), mistyped, "c.toml");
+  EXPECT_EQ(calibration_text(mended, bench()), calibration_text(all_done(), bench()));
   // Of points and distances, too; what does not rest on them goes on.
   BenchFile touched = bench();
   touched.calibration.points[2].p_model_mm.y() += 1.0;
@@ -141,6 +145,9 @@ TEST(GuidePlan, NumbersOfTheBenchFileThatChangedAreToldBeforeAnythingIsAsked)
   BenchFile geared = bench();
   geared.stage_mm_per_count *= 2.0;
   EXPECT_EQ(refused(geared, begun, "bullseye").field, "per_person.bullseye");
+  // The stage's scale is in its samples.
+  EXPECT_EQ(test::input_error([&] { solved_again(geared, all_done(), "c.toml"); }).field,
+            "per_person.bullseye");
   EXPECT_NE(GuideSession(touched, begun, test::options_of(touched, "bullseye")).task(), nullptr);
   // Of a file that does not tell its numbers, what bull's-eyes take from the rectangles is tried.
   Calibration silent = begun;
