@@ -66,8 +66,10 @@ CLI::App* add_bench(CLI::App& app, BenchOptions& options)
       ->type_name("1|2|4")
       ->check(CLI::IsMember({1, 2, 4}))
       ->option_text("1|2|4=1");
-  bench->add_flag("--panel,!--no-panel", options.has_panel,
-                  "Begin with the operator's panel (default: in a window)");
+  // As a function: a flag that stores its value does so, as false, when it is absent, too.
+  bench->add_flag_function(
+      "--panel,!--no-panel", [&options](std::int64_t given) { options.has_panel = given > 0; },
+      "Begin with the operator's panel (default: in a window)");
   add_look(*bench, options.look);
   bench->add_flag("--quiet", options.is_quiet, "Only warnings");
   bench->footer(

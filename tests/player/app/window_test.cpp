@@ -126,9 +126,15 @@ TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
 }
 
 /// In quarters of 1280 x 1024 the left half is the operator's, with a dark area.
+bool is_operators_area_at(const Image& image, int x, int y)
+{
+  constexpr int red = 24;
+  return image.rgba[static_cast<std::size_t>(4 * (y * width + x))] == red;
+}
+
 bool is_operators_area_there(const Image& image)
 {
-  return image.rgba[image.rgba.size() - 4 * width + 40] == 24;
+  return is_operators_area_at(image, 10, height - 1);
 }
 
 constexpr int place_x = 220, place_y = 130;
@@ -168,6 +174,9 @@ TEST_F(InWindow, ABenchsDisplayStandsAtItsPlaceAndSaysWhenItIsNotAsItShouldBe)
     test::Process program({VRDA_PLAYER_PROGRAM, row.arguments, {}, scratch_.path()});
     ASSERT_TRUE(comes_true([&] { return is_at_its_place(row.title); })) << program.said();
     EXPECT_EQ(program.said().find("frame buffer"), std::string::npos);
+    EXPECT_TRUE(comes_true([&] {
+      return is_operators_area_at(screen_.picture(width, height), place_x + 10, place_y + 500);
+    }));
     // Keys go to the window under the pointer, in the middle of the screen.
     mouse({"search", "--name", row.title, "windowsize", "600", "500"});
     const std::string told =
