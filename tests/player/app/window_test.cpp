@@ -174,9 +174,8 @@ TEST_F(InWindow, ABenchsDisplayStandsAtItsPlaceAndSaysWhenItIsNotAsItShouldBe)
     test::Process program({VRDA_PLAYER_PROGRAM, row.arguments, {}, scratch_.path()});
     ASSERT_TRUE(comes_true([&] { return is_at_its_place(row.title); })) << program.said();
     EXPECT_EQ(program.said().find("frame buffer"), std::string::npos);
-    EXPECT_TRUE(comes_true([&] {
-      return is_operators_area_at(screen_.picture(width, height), place_x + 10, place_y + 500);
-    }));
+    EXPECT_TRUE(comes_true(
+        [&] { return is_operators_area_at(screen_.picture(width, height), place_x + 10, place_y + 300); }));
     // Keys go to the window under the pointer, in the middle of the screen.
     mouse({"search", "--name", row.title, "windowsize", "600", "500"});
     const std::string told =
