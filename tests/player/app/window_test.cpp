@@ -8,6 +8,7 @@
 
 #include "motion/support/models.hpp"
 #include "player/render/screen.hpp"
+#include "setup/calibration.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
@@ -184,6 +185,27 @@ TEST_F(InWindow, ABenchsDisplayStandsAtItsPlaceAndSaysWhenItIsNotAsItShouldBe)
     type("Escape");
     EXPECT_NE(program.wait().exit_code, -1);
   }
+}
+
+TEST_F(InWindow, WhatKeysAdjustedIsWrittenToTheCalibrationOnRequest)
+{
+  const std::string bench = scratch_.write("bench.toml", placed_bench_text()).string();
+  const std::string kept = (scratch_.path() / "anna.toml").string();
+  test::Process program(
+      {VRDA_PLAYER_PROGRAM, {"bench", file_, "--bench", bench, "--calibration", kept, "--quiet"}, {}, {}});
+  ASSERT_TRUE(comes_true([&] { return is_at_its_place("Placed - vrda-player"); })) << program.said();
+  type("i");
+  type("shift+Right");
+  EXPECT_FALSE(std::filesystem::exists(kept));
+  type("w");
+  EXPECT_TRUE(comes_true([&] { return std::filesystem::exists(kept); })) << program.said();
+  type("Escape");
+  EXPECT_EQ(program.wait().exit_code, 0);
+  const BenchFile file = read_bench_file(bench);
+  Calibration wanted = nominal_calibration(file);
+  constexpr double nominal_mm = 64.0, ten_steps_mm = 2.5;
+  set_ipd(wanted.eyes, nominal_mm + ten_steps_mm);
+  EXPECT_EQ(read_calibration(kept, file).eyes, wanted.eyes);
 }
 
 TEST_F(InWindow, SomebodyTrainsAtAVirtualBenchAndLeaves)
