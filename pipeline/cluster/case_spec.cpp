@@ -6,6 +6,7 @@
 #include "cluster/file_text.hpp"
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
+#include "load/file_bytes.hpp"
 
 namespace vrda {
 namespace {
@@ -53,6 +54,20 @@ CaseFile read_case_file(const std::string& path)
   } catch (const nlohmann::json::exception&) {
     throw InputError({path, "", "something that is no case file", wanted});
   }
+}
+
+std::string sha256_of_model(const std::string& output)
+{
+  return sha256_of(file_bytes(output, {output, "", "", "a motion model"}, largest_model_bytes));
+}
+
+bool is_only_to_clear_up(const std::string& output)
+{
+  std::error_code ignored;
+  const std::string case_file = case_file_of(output);
+  if (!fs::exists(case_file, ignored) || !fs::exists(output, ignored)) return false;
+  const std::string sha256 = read_case_file(case_file).merged_sha256;
+  return !sha256.empty() && sha256 == sha256_of_model(output);
 }
 
 }  // namespace vrda

@@ -1,6 +1,7 @@
 /// One motion model to make: what `vrda run` is told.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -30,5 +31,15 @@ struct CaseFile {
 /// Both throw InputError naming the file.
 void write_case_file(const std::string& path, const CaseFile& content);
 CaseFile read_case_file(const std::string& path);
+
+/// Larger motion models are refused, not read.
+constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
+
+/// Throws InputError when there is no such file.
+std::string sha256_of_model(const std::string& output);
+
+/// Whether a merge was killed while it cleared up: the model is whole by its case file, journals may be gone.
+/// Throws InputError naming a case file or model that cannot be read.
+bool is_only_to_clear_up(const std::string& output);
 
 }  // namespace vrda

@@ -4,6 +4,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "cluster/case_spec.hpp"
 #include "cluster/file_text.hpp"
 #include "cluster/shard.hpp"
 #include "core/error.hpp"
@@ -18,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
 constexpr double no_answer = std::numeric_limits<double>::quiet_NaN();
 
 bool is_there(const std::string& path)

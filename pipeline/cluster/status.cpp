@@ -9,14 +9,12 @@
 #include "cluster/case_spec.hpp"
 #include "cluster/solved_count.hpp"
 #include "core/error.hpp"
-#include "load/file_bytes.hpp"
 
 namespace vrda {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
 constexpr std::array<const char*, 7> standing_names{"waiting", "queued",      "running", "done",
                                                     "failed",  "interrupted", "lost"};
 
@@ -223,16 +221,10 @@ class Viewer {
   SolvedCounter counter_;
 };
 
-// As a merge leaves it that was killed while it cleared up: the next one only does that.
 bool is_merged(const std::string& output)
 {
-  std::error_code ignored;
-  const std::string case_file = case_file_of(output);
-  if (!fs::exists(output, ignored) || !fs::exists(case_file, ignored)) return false;
   try {
-    const std::string sha256 = read_case_file(case_file).merged_sha256;
-    return !sha256.empty() &&
-           sha256 == sha256_of(file_bytes(output, {output, "", "", "a motion model"}, largest_model_bytes));
+    return is_only_to_clear_up(output);
   } catch (const InputError&) {
     return false;  // the merge says what is wrong
   }

@@ -13,7 +13,6 @@
 #include "cluster/collect.hpp"
 #include "cluster/shard.hpp"
 #include "core/error.hpp"
-#include "load/file_bytes.hpp"
 #include "run/announced_case.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
@@ -23,8 +22,6 @@
 
 namespace vrda {
 namespace {
-
-constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
 
 // A network disk may list a folder as it was a minute ago; asked for a file by its name, it looks.
 std::vector<std::string> journals_beside(const std::string& output, std::int32_t n_shards)
@@ -103,20 +100,6 @@ void clear_up(const std::string& output, const std::vector<std::string>& journal
   remove_needless(needless);
 }
 
-std::string sha256_of_file(const std::string& file)
-{
-  return sha256_of(file_bytes(file, {file, "", "", "a motion model"}, largest_model_bytes));
-}
-
-// A merge that was killed while it cleared up: its model is whole, some journals are gone.
-bool is_only_to_clear_up(const std::string& output)
-{
-  const std::string case_file = case_file_of(output);
-  if (access(case_file.c_str(), F_OK) != 0 || access(output.c_str(), F_OK) != 0) return false;
-  const std::string sha256 = read_case_file(case_file).merged_sha256;
-  return !sha256.empty() && sha256 == sha256_of_file(output);
-}
-
 // Nothing of its making is left, so there is nothing to hold it against.
 bool is_merged(const std::string& output, const std::vector<std::string>& journals)
 {
@@ -130,7 +113,7 @@ void note_merged(const std::string& output)
   const std::string case_file = case_file_of(output);
   if (access(case_file.c_str(), F_OK) != 0) return;
   CaseFile content = read_case_file(case_file);
-  content.merged_sha256 = sha256_of_file(output);
+  content.merged_sha256 = sha256_of_model(output);
   write_case_file(case_file, content);
 }
 
