@@ -9,13 +9,20 @@
 
 namespace vrda {
 
+std::vector<std::string> names_of_place(const std::string& name)
+{
+  std::vector<std::string> names;
+  for (const char* number : {".shift_x", ".shift_y", ".shift_z", ".turn_x", ".turn_y", ".turn_z"})
+    names.push_back(name + number);
+  return names;
+}
+
 Estimate estimate_of_place(const std::string& name, const Pose& X,
                            const Eigen::Matrix<double, 6, 6>& covariance_mm_rad)
 {
   const SixNumbers six = six_numbers_of(X);
   Estimate estimate;
-  for (const char* number : {"shift_x", "shift_y", "shift_z", "turn_x", "turn_y", "turn_z"})
-    estimate.names.push_back(name + "." + number);
+  estimate.names = names_of_place(name);
   estimate.units = {"mm", "mm", "mm", "deg", "deg", "deg"};
   Eigen::Matrix<double, 6, 1> unit = Eigen::Matrix<double, 6, 1>::Ones();
   unit.tail<3>().setConstant(deg_from_rad(1.0));

@@ -25,6 +25,8 @@ struct Estimate {
   std::vector<std::string> remarks;  ///< for the operator, a line each: "the rails are 89.95 deg apart"
 };
 
+/// "name.shift_x" to "name.turn_z"
+std::vector<std::string> names_of_place(const std::string& name);
 /// Of a place: names, units, values, and the covariance in mm and deg from that of (shift_mm, turn_rad).
 Estimate estimate_of_place(const std::string& name, const Pose& X,
                            const Eigen::Matrix<double, 6, 6>& covariance_mm_rad);

@@ -60,9 +60,8 @@ const char* side_text(bool is_right)
 
 std::vector<std::string> distortion_names(bool is_right)
 {
-  std::vector<std::string> names;
-  for (const char* name : {".k1", ".k2", ".centre_x", ".centre_y", ".pixel_aspect"})
-    names.push_back(std::string(side_text(is_right)) + name);
+  std::vector<std::string> names = numbers_read_of(CalibrationPart::distortion);
+  std::erase_if(names, [&](const std::string& name) { return !name.starts_with(side_text(is_right)); });
   return names;
 }
 

@@ -55,7 +55,8 @@ void add_table_error(Estimate& eyes, const Pose& X_table_eyes, const Pose& X_tra
   A.topLeftCorner<3, 3>() = -R_t;
   A.topRightCorner<3, 3>() = rad_from_deg(1.0) * cross_matrix(X_table_eyes.translation()) * R_t;
   A.bottomRightCorner<3, 3>() = -R_t;
-  eyes.covariance.topLeftCorner<6, 6>() += A * known_covariance(table, table.names) * A.transpose();
+  eyes.covariance.topLeftCorner<6, 6>() +=
+      A * known_covariance(table, names_of_place("table")) * A.transpose();
 }
 
 EyesPrior eyes_prior(const BenchFile& bench, const Calibration& begun, const std::string& path)

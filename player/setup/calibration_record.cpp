@@ -24,6 +24,35 @@ std::optional<CalibrationPart> calibration_part_named(const std::string& name)
   return static_cast<CalibrationPart>(found - names.begin());
 }
 
+std::vector<std::string> numbers_read_of(CalibrationPart part)
+{
+  const auto of_each_eye = [](const std::vector<std::string>& numbers) {
+    std::vector<std::string> named;
+    for (const char* side : {"left.", "right."}) {
+      for (const std::string& number : numbers) named.push_back(side + number);
+    }
+    return named;
+  };
+  switch (part) {
+    case CalibrationPart::viewport:
+      return of_each_eye({"edge_left", "edge_right", "edge_top", "edge_bottom", "pixel_aspect"});
+    case CalibrationPart::distortion:
+      return of_each_eye({"k1", "k2", "centre_x", "centre_y", "pixel_aspect"});
+    case CalibrationPart::eyepoints:
+      return of_each_eye({"distance", "depth"});
+    case CalibrationPart::ipd:
+      return {"ipd"};
+    case CalibrationPart::rails:
+      return names_of_place("table");
+    case CalibrationPart::probe:
+      return {"probe.tip_x", "probe.tip_y", "probe.tip_z"};
+    case CalibrationPart::subject:
+      return {"subject.scale"};
+    default:
+      return {};
+  }
+}
+
 bool is_once_a_bench(CalibrationPart part)
 {
   return part < CalibrationPart::eyepoints;

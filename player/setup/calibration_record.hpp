@@ -30,6 +30,9 @@ const char* name_of(CalibrationPart part);
 std::optional<CalibrationPart> calibration_part_named(const std::string& name);
 bool is_once_a_bench(CalibrationPart part);
 
+/// Names of the numbers that other parts read from what this one found; often none.
+std::vector<std::string> numbers_read_of(CalibrationPart part);
+
 /// One finished task: rows of numbers as the task's kind says (guide/task.hpp).
 struct CalibrationMark {
   std::string task;  ///< its name, which is unique in its part

@@ -88,7 +88,16 @@ Estimate estimate_in(const SettingsTable& table)
   return estimate;
 }
 
-CalibrationRecord record_in(const SettingsTable& table)
+/// Other parts find their numbers by name.
+void require_numbers_read(const SettingsTable& table, const Estimate& estimate, CalibrationPart part)
+{
+  for (const std::string& name : numbers_read_of(part)) {
+    if (index_of(estimate, name) < 0)
+      table.refuse("names", "no '" + name + "'", "the numbers that " + std::string(name_of(part)) + " finds");
+  }
+}
+
+CalibrationRecord record_in(const SettingsTable& table, CalibrationPart part)
 {
   table.require_known({"date", "outdated", "made_with", "mark", "result"});
   CalibrationRecord record;
@@ -97,7 +106,11 @@ CalibrationRecord record_in(const SettingsTable& table)
   if (table.has("made_with"))
     record.made_with = table.list("made_with", most_bench_numbers, {-largest, largest});
   record.marks = marks_in(table);
-  if (table.has("result")) record.estimate = estimate_in(table.table("result"));
+  if (table.has("result")) {
+    const SettingsTable result = table.table("result");
+    record.estimate = estimate_in(result);
+    require_numbers_read(result, *record.estimate, part);
+  }
   return record;
 }
 
@@ -114,7 +127,7 @@ void add_records(const SettingsTable& root, const char* name, CalibrationRecords
   for (std::size_t k = 0; k < n_calibration_parts; ++k) {
     const auto part = static_cast<CalibrationPart>(k);
     if (is_once_a_bench(part) != is_bench || !table.has(name_of(part))) continue;
-    records[part] = record_in(table.table(name_of(part)));
+    records[part] = record_in(table.table(name_of(part)), part);
   }
 }
 

@@ -10,15 +10,19 @@
 namespace vrda {
 namespace {
 
-Estimate random_estimate(std::mt19937_64& random, Eigen::Index n)
+/// With `named` first.
+Estimate random_estimate(std::mt19937_64& random, const std::vector<std::string>& named, Eigen::Index n_more)
 {
   std::normal_distribution<double> any;
   Estimate estimate;
+  const auto n_named = static_cast<Eigen::Index>(named.size());
+  const Eigen::Index n = n_named + n_more;
   estimate.values.resize(n);
   const Eigen::MatrixXd A = Eigen::MatrixXd::NullaryExpr(n, n, [&] { return any(random); });
   estimate.covariance = A * A.transpose();
   for (Eigen::Index k = 0; k < n; ++k) {
-    estimate.names.push_back("number \"" + std::to_string(k) + "\"");
+    estimate.names.push_back(k < n_named ? named[static_cast<std::size_t>(k)]
+                                         : "number \"" + std::to_string(k) + "\"");
     estimate.units.push_back(k % 2 == 0 ? "" : "mm");
     estimate.values[k] = any(random);
     estimate.residuals.push_back(any(random));
@@ -30,8 +34,9 @@ Estimate random_estimate(std::mt19937_64& random, Eigen::Index n)
   return estimate;
 }
 
-CalibrationRecord random_record(std::mt19937_64& random, int number)
+CalibrationRecord random_record(std::mt19937_64& random, CalibrationPart part)
 {
+  const int number = static_cast<int>(part);
   std::normal_distribution<double> any;
   CalibrationRecord record;
   record.date = "2026-11-22";
@@ -46,7 +51,7 @@ CalibrationRecord random_record(std::mt19937_64& random, int number)
       for (int k = 0; k < row; ++k) made.rows.back().push_back(any(random));
     }
   }
-  if (number % 2 == 0) record.estimate = random_estimate(random, number);
+  if (number % 2 == 0) record.estimate = random_estimate(random, numbers_read_of(part), number);
   return record;
 }
 
@@ -83,8 +88,10 @@ TEST(CalibrationRecord, ReadsBackWhatWasWrittenToTheLastBit)
   const BenchFile bench = test::bench_of(test::bench_text());
   Calibration made = nominal_calibration(bench);
   made.subject_scale = 1.0 / 3.0;
-  for (std::size_t k = 0; k < n_calibration_parts; ++k)
-    made.records[static_cast<CalibrationPart>(k)] = random_record(random, static_cast<int>(k));
+  for (std::size_t k = 0; k < n_calibration_parts; ++k) {
+    const auto part = static_cast<CalibrationPart>(k);
+    made.records[part] = random_record(random, part);
+  }
   const std::string text = calibration_text(made, bench);
   const Calibration read = parsed_calibration(text, "c.toml", bench);
   EXPECT_EQ(read.subject_scale, made.subject_scale);
@@ -162,6 +169,10 @@ TEST(CalibrationRecord, WhatIsDamagedIsNamed)
                place + ".result.residual_rms", "-1"},
            Row{result + covariance + "dof = inf\n" + rest + "remarks = [1]\n", place + ".result.remarks",
                "[1]"},
+           Row{result +
+                   "names = [\"pd\"]\nunits = [\"mm\"]\nvalues = [64]\ncovariance = [[0.25]]\ndof = inf\n" +
+                   rest,
+               place + ".result.names", "no 'ipd'"},
        }) {
     SCOPED_TRACE(row.text);
     const InputError::Facts facts =
