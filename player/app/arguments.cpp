@@ -7,12 +7,14 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "core/number_text.hpp"
 #include "motion/poses.hpp"
 
 namespace vrda {
 namespace {
 
-constexpr double most_angles = 10000.0;      // a series nobody waits for
+constexpr double most_angles = 10000.0;  // a series nobody waits for
+constexpr double least_step_deg = 1e-3;
 constexpr double largest_angle_deg = 360.0;  // more is a slip
 constexpr int smallest_side = 16,
               largest_side = 4096;  // pixels; the largest takes half a gigabyte at four samples
@@ -71,7 +73,9 @@ AngleRange parsed_angles(const std::string& option, const std::string& text)
   if (values.size() == 1) return {values[0], values[0], 1.0};
   if (values.size() != 3) throw InputError({option, "", "\"" + text + "\"", form});
   const AngleRange range{values[0], values[1], values[2]};
-  if (range.step_deg <= 0.0) throw InputError({option, "STEP", parts[2], "a step above 0"});
+  // Labels have three decimals.
+  if (range.step_deg < least_step_deg)
+    throw InputError({option, "STEP", parts[2], "a step of 0.001 or more"});
   if (range.last_deg < range.first_deg) {
     throw InputError({option, "", "\"" + text + "\"", "A at most B (a series runs upwards)"});
   }
@@ -79,6 +83,17 @@ AngleRange parsed_angles(const std::string& option, const std::string& text)
     throw InputError({option, "STEP", parts[2], "at most 10000 angles"});
   }
   return range;
+}
+
+void require_angle(const std::string& option, double angle_deg)
+{
+  if (!(std::abs(angle_deg) <= largest_angle_deg))
+    throw InputError({option, "", shortest(angle_deg), "-360 to 360 degrees"});
+}
+
+std::string refusal_of_nothing(const std::string& text)
+{
+  return text.empty() ? "found nothing, wanted a name" : "";
 }
 
 std::vector<double> angles_deg(const AngleRange& range)

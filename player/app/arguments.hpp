@@ -19,8 +19,14 @@ struct AngleRange {
 std::vector<std::string> split(const std::string& text, char separator);
 
 /// "A:B:STEP" or one angle "A", in degrees. Throws InputError on anything else, a reversed range, a step
-/// that is not positive, or more than 10,000 angles.
+/// below 0.001, or more than 10,000 angles.
 AngleRange parsed_angles(const std::string& option, const std::string& text);
+
+/// Throws InputError unless it is a number from -360 to 360.
+void require_angle(const std::string& option, double angle_deg);
+
+/// For CLI::Option::check: what is wrong with an empty name, else nothing.
+std::string refusal_of_nothing(const std::string& text);
 
 /// first, first + step, ... up to last (within a millionth of a step).
 std::vector<double> angles_deg(const AngleRange& range);

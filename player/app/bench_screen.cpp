@@ -28,7 +28,7 @@ class BenchWindow final : public BenchScreen {
     keys_.clear();
     for (const InputEvent& event : window_.events()) {
       if (event.kind != InputKind::key_press) continue;
-      const Key key = key_of_window(event.key);
+      const Key key = key_of_window(event.key, event.has_shift);
       if (key != Key::none) keys_.push_back({key, event.has_shift, event.has_control});
     }
     return keys_;
@@ -113,6 +113,7 @@ std::unique_ptr<BenchScreen> open_bench_window(const BenchFile& bench, const std
   options.is_vsynced = false;
   options.is_resizable = false;
   options.at = bench.display.at;
+  options.instead = "--headless";
   return std::make_unique<BenchWindow>(options);
 }
 

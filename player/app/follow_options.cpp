@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/arguments.hpp"
 #include "app/look_options.hpp"
 
 namespace vrda {
@@ -13,7 +14,8 @@ CLI::App* add_follow(CLI::App& app, FollowOptions& options)
   follow
       ->add_option("--offscreen", options.folder,
                    "Folder for pictures named step_NUMBER.png and finished.png")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check(refusal_of_nothing);
   follow->add_option("--every", options.every_s, "A picture every so many seconds in which something came")
       ->type_name("SECONDS");
   follow->add_option("--each", options.each, "A picture each so many steps")->type_name("N");
@@ -45,6 +47,8 @@ CLI::App* add_follow(CLI::App& app, FollowOptions& options)
       ->type_name("WxH");
   follow->add_flag("--quiet", options.is_quiet, "No progress");
   follow->footer(
+      "Keys of the window: Space pauses, or plays the result; R resets the views; Q or Esc ends it.\n"
+      "Mouse: as of show.\n"
       "Reads the start file and the journals beside it and never writes there: on this machine or over a\n"
       "shared folder. Ends when the result is there, or with Ctrl-C.\n"
       "Example:\n  vrda-player follow knee.h5.start.h5 --offscreen pictures --every 10 --views front,side");

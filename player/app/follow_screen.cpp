@@ -15,9 +15,11 @@
 namespace vrda {
 namespace {
 
-constexpr std::size_t most_views = 16;  // smaller tiles show nothing
+constexpr std::size_t most_views = 16;                        // smaller tiles show nothing
+constexpr double most_turn_deg = 360.0, most_shift_mm = 1e4;  // more is a slip
 
-std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::string& text)
+/// Numbers from -most to most.
+std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::string& text, double most)
 {
   std::vector<Eigen::Vector3d> triples;
   if (text.empty()) return triples;
@@ -29,9 +31,13 @@ std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::st
       double& value = triple[static_cast<Eigen::Index>(i)];
       const char* const end = numbers[i].data() + numbers[i].size();
       const auto read = std::from_chars(numbers[i].data(), end, value);
-      is_sound = read.ec == std::errc() && read.ptr == end && std::isfinite(value);
+      is_sound = read.ec == std::errc() && read.ptr == end && std::abs(value) <= most;
     }
-    if (!is_sound) throw InputError({option, "", "\"" + part + "\"", "X,Y,Z;X,Y,Z;... a triple a view"});
+    if (!is_sound) {
+      throw InputError(
+          {option, "", "\"" + part + "\"",
+           "X,Y,Z;X,Y,Z;... a triple a view, numbers from -" + shortest(most) + " to " + shortest(most)});
+    }
     triples.push_back(triple);
   }
   return triples;
@@ -40,8 +46,8 @@ std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::st
 /// As ORIENTATION_MODEL and SHIFT_MODEL; what one of them leaves out is zero.
 std::vector<RunView> turned_views(const FollowOptions& options, Side side)
 {
-  std::vector<Eigen::Vector3d> turns_deg = triples_of("--orient", options.orient);
-  std::vector<Eigen::Vector3d> shifts_mm = triples_of("--shift", options.shift);
+  std::vector<Eigen::Vector3d> turns_deg = triples_of("--orient", options.orient, most_turn_deg);
+  std::vector<Eigen::Vector3d> shifts_mm = triples_of("--shift", options.shift, most_shift_mm);
   const std::size_t n = std::max(turns_deg.size(), shifts_mm.size());
   turns_deg.resize(n, Eigen::Vector3d::Zero());
   shifts_mm.resize(n, Eigen::Vector3d::Zero());

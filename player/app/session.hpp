@@ -68,6 +68,9 @@ class Session {
   const Overlay& overlay() const { return gui_.overlay(); }
   const PlayerState& state() const { return state_; }
   const JointPose& pose() const { return readout_.pose; }
+  bool is_varus_free() const { return range_.is_varus_free; }
+  /// What was told last, whether it still stands or not.
+  const std::string& told() const { return message_; }
   const Gaze& gaze() const { return gaze_; }
 
   /// True once after the user asked for it.

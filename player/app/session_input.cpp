@@ -12,7 +12,7 @@ constexpr int frames_after_input = 3;  // buttons of the interface answer within
 
 void Session::take_key(const InputEvent& event)
 {
-  const KeyPress press{key_of_window(event.key), event.has_shift, event.has_control};
+  const KeyPress press{key_of_window(event.key, event.has_shift), event.has_shift, event.has_control};
   const bool is_held = event.key == held_key_;
   held_key_ = event.key;
   if (!is_held || goes_on_while_held(action_of(press))) press_key(press);

@@ -22,7 +22,7 @@ namespace {
 
 constexpr double default_steps = 6.0;         // seven stills, 15 degrees apart over 0 to 90
 constexpr double default_speed_deg_s = 30.0;  // as a knee is bent to be looked at
-constexpr int most_frames_per_s = 120;        // screens show no more
+constexpr int default_frames_per_s = 25, most_frames_per_s = 120;  // screens show no more
 
 /// Two attitudes nearer than this are one still.
 constexpr double same_angle_rad = rad_from_deg(1e-6);
@@ -87,7 +87,8 @@ void tell_clamped(const Motion& motion, const JointPose& pose, const Attitude& w
   }
 }
 
-Plan plan_of(const Motion& motion, const ShowOptions& options, std::ostream& talk)
+/// Tells what lies outside the range, and of stills what has no answer.
+Plan plan_of(const Motion& motion, const ShowOptions& options, bool is_of_stills, std::ostream& talk)
 {
   Plan plan;
   std::optional<double> last_flexion_rad, last_told_varus_rad;
@@ -104,6 +105,7 @@ Plan plan_of(const Motion& motion, const ShowOptions& options, std::ostream& tal
       plan.poses.push_back(pose);
       continue;
     }
+    if (!is_of_stills) continue;
     ++plan.n_unsolved;
     talk << "flexion " << plain(flexion_rad) << ", varus " << plain(pose.attitude.varus_rad)
          << ": no picture, a cell around it is not solved (" << name_of(pose.status) << ")\n";
@@ -159,21 +161,46 @@ FilmOptions film_options(const ShowOptions& options)
   return film;
 }
 
-/// The poses of a film that plays at a speed; where nothing is solved the joint stands still.
-std::vector<JointPose> played_poses(const Motion& motion, const ShowOptions& options)
+int frames_per_s(const ShowOptions& options)
+{
+  return options.frames_per_s.value_or(default_frames_per_s);
+}
+
+struct PlayedFilm {
+  std::vector<JointPose> poses;  ///< a frame each
+  int n_unsolved = 0;            ///< stretches without an answer
+};
+
+/// At a speed. Where nothing is solved the joint stands still; every such stretch is told.
+PlayedFilm played_film(const Motion& motion, const ShowOptions& options, std::ostream& talk)
 {
   AngleRange range = wanted_range(motion, options);
-  range.step_deg = options.speed_deg_s.value_or(default_speed_deg_s) / options.frames_per_s;
-  std::vector<JointPose> poses;
+  range.step_deg = options.speed_deg_s.value_or(default_speed_deg_s) / frames_per_s(options);
+  PlayedFilm film;
+  std::optional<double> first_rad;
+  double last_rad = 0.0;
+  const auto tell_stretch = [&] {
+    if (!first_rad) return;
+    ++film.n_unsolved;
+    talk << "flexion " << plain(*first_rad);
+    if (last_rad > *first_rad) talk << " to " << plain(last_rad);
+    talk << ": cells around it are not solved, "
+         << (film.poses.empty() ? "the film leaves it out\n" : "the film stands still\n");
+    first_rad.reset();
+  };
   for (const Attitude& wanted : wanted_attitudes(motion, options, range)) {
     const JointPose pose = motion.at(wanted);
     if (pose.status == PoseStatus::solved) {
-      poses.push_back(pose);
-    } else if (!poses.empty()) {
-      poses.push_back(poses.back());
+      tell_stretch();
+      film.poses.push_back(pose);
+      continue;
     }
+    last_rad = pose.attitude.flexion_rad;
+    if (!first_rad) first_rad = last_rad;
+    if (!film.poses.empty()) film.poses.push_back(film.poses.back());
   }
-  return poses;
+  tell_stretch();
+  return film;
 }
 
 std::vector<JointPose> poses_of(const std::vector<Still>& stills)
@@ -192,21 +219,30 @@ void write_video(const ShowOptions& options, PictureMaker& maker, std::vector<Jo
     for (std::size_t i = poses.size() - 1; i-- > 1;) poses.push_back(poses[i]);
   }
   const PictureSize size = parsed_size(options.size);
-  VideoFile video({options.video, size.width, size.height, options.frames_per_s});
+  VideoFile video({options.video, size.width, size.height, frames_per_s(options)});
   for (const JointPose& pose : poses) video.add(maker.tiled(pose));
   video.finish();
   streams.data << options.video << std::endl;
   if (!options.is_quiet) {
     streams.talk << options.video << ": " << poses.size() << (poses.size() == 1 ? " frame, " : " frames, ")
-                 << options.frames_per_s << " a second\n";
+                 << frames_per_s(options) << " a second\n";
   }
 }
 
 void require_video_options(const ShowOptions& options)
 {
-  if (!options.video.empty()) require_video_name(options.video);
-  if (options.frames_per_s < 1 || options.frames_per_s > most_frames_per_s)
-    throw InputError({"--fps", "", std::to_string(options.frames_per_s), "1 to 120"});
+  const auto refuse_without = [](const char* option) {
+    throw InputError({option, "", "no --video", "the film that it is for"});
+  };
+  if (options.video.empty()) {
+    if (options.frames_per_s) refuse_without("--fps");
+    if (options.speed_deg_s) refuse_without("--speed");
+    if (options.is_to_and_fro) refuse_without("--to-and-fro");
+    return;
+  }
+  require_video_name(options.video);
+  if (frames_per_s(options) < 1 || frames_per_s(options) > most_frames_per_s)
+    throw InputError({"--fps", "", std::to_string(frames_per_s(options)), "1 to 120"});
   if (options.speed_deg_s && !(*options.speed_deg_s >= 0.1 && *options.speed_deg_s <= 3600.0))
     throw InputError({"--speed", "", std::to_string(*options.speed_deg_s), "0.1 to 3600 degrees a second"});
 }
@@ -243,24 +279,24 @@ ShowSummary show_poses(const ShowOptions& options, const MotionModel& model,
 {
   const std::string set = chosen_set(model, options.file, options.set);
   const Motion motion(model, set);
-  const Plan plan = plan_of(motion, options, streams.talk);
-  const bool has_stills = !options.folder.empty();
+  const bool has_stills = !options.folder.empty(), has_film = !options.video.empty();
+  const bool is_played = has_film && (options.speed_deg_s || !options.flexion);
+  const Plan plan = plan_of(motion, options, has_stills || !is_played, streams.talk);
+  PlayedFilm film;
+  if (is_played) film = played_film(motion, options, streams.talk);
+  // A frame an angle; or solved at the angles of the stills alone.
+  if (film.poses.empty()) film.poses = plan.poses;
   const std::size_t n_views = has_stills ? parsed_views(options.views).size() : 0;
-  const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved};
+  const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!options.varus_deg && !motion.has_spine()) {
     streams.talk << "no balanced cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
                  << " for every flexion\n";
   }
-  if (plan.poses.empty()) return summary;
-  PictureMaker maker(options, model, {set, true}, plan.poses, std::move(renderer));
+  const std::vector<JointPose>& framed = plan.poses.empty() ? film.poses : plan.poses;
+  if (framed.empty()) return summary;
+  PictureMaker maker(options, model, {set, true}, framed, std::move(renderer));
   if (has_stills) write_stills(options, maker, stills_of(plan.poses), streams.data);
-  if (!options.video.empty()) {
-    const bool is_played = options.speed_deg_s || !options.flexion;
-    std::vector<JointPose> poses = is_played ? played_poses(motion, options) : plan.poses;
-    // Solved at the angles of the stills alone.
-    if (poses.empty()) poses = plan.poses;
-    write_video(options, maker, poses, streams);
-  }
+  if (has_film) write_video(options, maker, film.poses, streams);
   if (!options.is_quiet) {
     streams.talk << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
                  << set << ", " << plan.poses.size() << (plan.poses.size() == 1 ? " attitude" : " attitudes")
@@ -278,6 +314,7 @@ ShowSummary show(const ShowOptions& options, const ShowStreams& streams)
   parsed_layers(options.look.layers);
   require_trace_options(options);
   require_video_options(options);
+  if (options.varus_deg) require_angle("--varus", *options.varus_deg);
   ModelReading reading(options.file);
   const bool has_window = options.folder.empty() && options.video.empty();
   std::unique_ptr<Renderer> renderer = has_window ? nullptr : warm_renderer(options);

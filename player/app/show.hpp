@@ -23,7 +23,7 @@ struct ShowOptions {
   std::string folder;                  ///< of the stills; without it and a video a window is opened
   std::optional<std::string> flexion;  ///< A:B:STEP; default the measured range in six steps
   std::optional<double> varus_deg;     ///< default the balanced varus of each flexion
-  std::string set;                     ///< default the smoothed set of highest degree, else raw
+  std::string set;                     ///< default the first of set_names()
   std::string views = "oblique";
   std::string size = "1280x960";
   int samples = 4;            ///< a pixel; 1 is fastest and has jagged edges
@@ -34,9 +34,9 @@ struct ShowOptions {
   Held held = Held::moving;
   Framed framed = Framed::joint;
   LookOptions look;
-  bool has_numbers = false;  ///< angles and gaps over the pictures
-  std::string video;         ///< a film of all views side by side
-  int frames_per_s = 25;
+  bool has_numbers = false;           ///< angles and gaps over the pictures
+  std::string video;                  ///< a film of all views side by side
+  std::optional<int> frames_per_s;    ///< of the film; default 25
   std::optional<double> speed_deg_s;  ///< of the film; default 30, but a frame an angle with `flexion`
   bool is_to_and_fro = false;         ///< the film comes back to where it began
   bool is_quiet = false;
@@ -49,7 +49,7 @@ struct ShowStreams {
 
 struct ShowSummary {
   int n_stills = 0;    ///< written
-  int n_unsolved = 0;  ///< attitudes without an answer, and so without pictures
+  int n_unsolved = 0;  ///< attitudes without an answer and so without pictures; stretches of a film
 };
 
 /// Throws InputError for everything a user can put right.

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <map>
 
+#include "app/arguments.hpp"
 #include "app/look_options.hpp"
 #include "app/named_choice.hpp"
 #include "view/keys.hpp"
@@ -30,10 +31,9 @@ void add_video(CLI::App* show, ShowOptions& options)
 {
   show->add_option("--video", options.video,
                    "Film of all views side by side, written by ffmpeg: .mp4, .webm or .gif")
-      ->type_name("FILE");
-  show->add_option("--fps", options.frames_per_s, "Frames of the film a second")
-      ->type_name("N")
-      ->capture_default_str();
+      ->type_name("FILE")
+      ->check(refusal_of_nothing);
+  show->add_option("--fps", options.frames_per_s, "Frames of the film a second (default 25)")->type_name("N");
   show->add_option("--speed", options.speed_deg_s,
                    "Of the film, degrees a second (default 30; with --flexion a frame an angle)")
       ->type_name("N");
@@ -81,7 +81,8 @@ CLI::App* add_show(CLI::App& app, ShowOptions& options)
   show->add_option("FILE", options.file, "Motion model (.h5)")->required();
   show->add_option("--offscreen", options.folder,
                    "Folder for stills named VIEW_flexion_ANGLE.png, instead of a window")
-      ->type_name("DIR");
+      ->type_name("DIR")
+      ->check(refusal_of_nothing);
   show->add_option("--flexion", options.flexion,
                    "Angles in degrees (default: the measured range in six steps); a window begins at A")
       ->type_name("A:B:STEP");
@@ -89,7 +90,9 @@ CLI::App* add_show(CLI::App& app, ShowOptions& options)
                    "Angle in degrees, adduction positive (default: for each flexion the varus at which both "
                    "compartments balance, linear between the flexions solved)")
       ->type_name("ANGLE");
-  show->add_option("--set", options.set, "raw or degree_N (default: the highest degree there is, else raw)")
+  show->add_option("--set", options.set,
+                   "raw, degree_N, degree_N_recontacted or zero_varus (default: the highest degree, "
+                   "recontacted where there is that; else raw)")
       ->type_name("SET");
   show->add_option("--views", options.views,
                    "front, back, left, right, medial, lateral (or side), top, oblique, inverted (oblique, "

@@ -20,13 +20,12 @@ constexpr double least_frame_s = 1.0 / 120.0;  // where the screen sets no pace
 
 void require_window_options(const ShowOptions& options)
 {
-  const auto refuse = [](const char* option) {
+  if (!options.trace.empty()) {
     throw InputError(
-        {option, "", "no --offscreen and no --video", "either of them: a window shows no such series"});
-  };
-  if (!options.trace.empty()) refuse("--trace");
-  if (options.speed_deg_s) refuse("--speed");
-  if (options.is_to_and_fro) refuse("--to-and-fro");
+        {"--trace", "", "no --offscreen and no --video", "either of them: a window shows no such series"});
+  }
+  if (parsed_views(options.views).size() > 1)
+    throw InputError({"--views", "", options.views, "one view: a window begins with it"});
 }
 
 SessionOptions session_options(const ShowOptions& options, const std::string& set)

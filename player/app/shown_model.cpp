@@ -10,10 +10,24 @@
 namespace vrda {
 namespace {
 
-bool is_reached(const Session& session, double flexion_rad)
+bool is_reached(double wanted_rad, double shown_rad)
 {
   constexpr double rounding_rad = 1e-9;
-  return std::abs(session.state().timeline.flexion_rad - flexion_rad) < rounding_rad;
+  return std::abs(wanted_rad - shown_rad) < rounding_rad;
+}
+
+/// What of the attitude asked for is not shown; empty where all of it is.
+std::string what_is_not_shown(const SessionOptions& asked, const Session& session)
+{
+  const bool is_flexion_shown =
+      !asked.flexion_rad || is_reached(*asked.flexion_rad, session.state().timeline.flexion_rad);
+  const bool is_varus_shown =
+      !asked.varus_rad || is_reached(*asked.varus_rad, session.pose().attitude.varus_rad);
+  if (is_flexion_shown && is_varus_shown) return {};
+  if (!is_varus_shown && session.is_varus_free()) return "varus was free and is shown as it was found";
+  const std::string which = is_varus_shown ? "flexion" : is_flexion_shown ? "varus" : "flexion and varus";
+  return "the " + which + " asked for " + (is_varus_shown || is_flexion_shown ? "lies" : "lie") +
+         " outside the measured range";
 }
 
 }  // namespace
@@ -35,8 +49,8 @@ void ShownModel::show(MotionModel model, const SessionOptions& options)
   made->load_into(renderer_);
   session_ = std::move(made);
   title_ = own.title;
-  if (own.flexion_rad && !is_reached(*session_, *own.flexion_rad))
-    session_->tell("the flexion asked for lies outside the measured range");
+  const std::string remark = what_is_not_shown(own, *session_);
+  if (!remark.empty()) session_->tell(remark);
 }
 
 bool ShownModel::open(const std::string& file)

@@ -65,6 +65,7 @@ std::vector<std::string> arguments_for(const VideoOptions& options, const std::s
                                      "-hide_banner",
                                      "-loglevel",
                                      "error",
+                                     "-xerror",  // or a disk that is full at the end goes unnoticed
                                      "-y",
                                      "-f",
                                      "rawvideo",

@@ -4,7 +4,7 @@
 
 namespace vrda {
 
-Key key_of_window(int key)
+Key key_of_window(int key, bool has_shift)
 {
   constexpr int keypad_minus = 333, keypad_plus = 334, last_f = key_f1 + 5, f11 = key_f1 + 10;
   if (key >= key_f1 && key <= last_f) return static_cast<Key>(static_cast<int>(Key::f1) + key - key_f1);
@@ -38,6 +38,8 @@ Key key_of_window(int key)
       return key_of('-');
     case keypad_plus:
       return key_of('+');
+    case '/':
+      return key_of(has_shift ? '?' : '/');
     default:
       return key > ' ' - 1 && key < 127 ? static_cast<Key>(key) : Key::none;
   }

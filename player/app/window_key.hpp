@@ -5,7 +5,8 @@
 
 namespace vrda {
 
-/// Of InputEvent::key; Key::none for one that nothing listens to.
-Key key_of_window(int key);
+/// Of InputEvent::key, which is the character without shift, and has_shift; Key::none for one that nothing
+/// listens to.
+Key key_of_window(int key, bool has_shift);
 
 }  // namespace vrda

@@ -259,7 +259,14 @@ void RunWatch::look_at_result(WatchNews& news)
   std::optional<MotionModel> result = read_if_there(output_);
   if (!result) return;
   result_ = version;
-  if (result->job.resolved != model_.job.resolved || (result->status == pending).any()) {
+  const bool is_whole = !(result->status == pending).any();
+  if (is_whole && result->job.resolved != model_.job.resolved && !start &&
+      version->changed_ns >= start_->changed_ns) {
+    // Another job began and ended here between two looks.
+    begin(with_pending_cells(*result));
+    news.is_anew = true;
+    news.steps.clear();
+  } else if (!is_whole || result->job.resolved != model_.job.resolved) {
     remark(output_ + ": the result of another job, left aside", news);
     return;
   }

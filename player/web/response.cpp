@@ -106,7 +106,9 @@ Response model(const std::optional<ByteRange>& range, const Site& site)
 bool is_own_host(const std::string& host, int port)
 {
   const std::string own_port = ":" + std::to_string(port);
-  return host == "127.0.0.1" + own_port || host == "localhost" + own_port;
+  // Browsers leave out a port that is the scheme's own.
+  const bool is_plain = port == 80 && (host == "127.0.0.1" || host == "localhost");
+  return is_plain || host == "127.0.0.1" + own_port || host == "localhost" + own_port;
 }
 
 }  // namespace

@@ -7,15 +7,25 @@ function tooLarge(name, size) {
   return `${name}: the file has ${Math.round(size / bytesOfMb)} MB, wanted at most ${largestFileMb} MB: this page holds it in memory. vrda-player show has no such limit.`;
 }
 
-/// `load(bytes, name)` for a file that can be read, `complain(message)` for one that cannot.
+/// `load(bytes, name, isLatest)` for a file that can be read, `complain(message)` for one that cannot. Of files
+/// that were asked for one after the other only the last counts, however long each takes to read.
 export function watchFiles({ input, overlay, load, complain }) {
+  let latest = 0;
+  const request = () => {
+    const own = ++latest;
+    return () => own === latest;
+  };
   const open = async (file) => {
     if (!file) return;
     if (file.size > largestFileMb * bytesOfMb) return complain(tooLarge(file.name, file.size));
+    const isLatest = request();
     try {
-      await load(new Uint8Array(await file.arrayBuffer()), file.name);
+      const bytes = new Uint8Array(await file.arrayBuffer());
+      if (isLatest()) await load(bytes, file.name, isLatest);
     } catch (error) {
+      if (!isLatest()) return;
       complain(`${file.name}: cannot be read (${error.message})`);
+      document.documentElement.dataset.state = "ready";
     }
   };
   input.addEventListener("change", async () => {
@@ -33,11 +43,11 @@ export function watchFiles({ input, overlay, load, complain }) {
     open(event.dataTransfer.files[0]);
   });
   const served = new URLSearchParams(location.search).get("model");
-  if (served) fetchModel(served, load, complain);
+  if (served) fetchModel(served, request(), load, complain);
 }
 
 /// Only from the server of the page itself.
-async function fetchModel(path, load, complain) {
+async function fetchModel(path, isLatest, load, complain) {
   const address = new URL(path, location.href);
   let name = address.pathname.split("/").at(-1);
   if (address.origin !== location.origin || address.protocol === "file:") return complain(`${name}: found another place, wanted a file of this page's own server`);
@@ -49,8 +59,10 @@ async function fetchModel(path, load, complain) {
     if (told) name = decodeURIComponent(told[1]);
     const size = Number(answer.headers.get("Content-Length"));
     if (size > largestFileMb * bytesOfMb) throw new Error(tooLarge(name, size));
-    await load(new Uint8Array(await answer.arrayBuffer()), name);
+    const bytes = new Uint8Array(await answer.arrayBuffer());
+    if (isLatest()) await load(bytes, name, isLatest);
   } catch (error) {
+    if (!isLatest()) return;
     complain(`${name}: cannot be fetched (${error.message})`);
     document.documentElement.dataset.state = "ready";
   }

@@ -167,14 +167,15 @@ function show(model, name) {
 }
 
 /// Shows the file's bytes, or says what is wrong with them; what was shown before stays.
-async function load(bytes, name) {
+async function load(bytes, name, isLatest) {
   document.documentElement.dataset.state = "loading";
   try {
-    show(await readMotionModel(bytes), name);
+    const model = await readMotionModel(bytes);
+    if (isLatest()) show(model, name);
   } catch (error) {
-    complain(`${name}: ${error.message}`);
+    if (isLatest()) complain(`${name}: ${error.message}`);
   }
-  document.documentElement.dataset.state = "ready";
+  if (isLatest()) document.documentElement.dataset.state = "ready";
 }
 
 function complain(message) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/error.hpp"
 
 namespace vrda {
@@ -43,9 +45,9 @@ TEST(Arguments, ReversedEndlessAndHugeSeriesAreNamed)
   struct Row {
     std::string text, found, wanted;
   };
-  for (const Row& row :
-       {Row{"90:0:15", "\"90:0:15\"", "A at most B"}, Row{"0:90:0", "0", "a step above 0"},
-        Row{"0:90:-5", "-5", "a step above 0"}, Row{"0:90:0.001", "0.001", "at most 10000 angles"}}) {
+  for (const Row& row : {Row{"90:0:15", "\"90:0:15\"", "A at most B"}, Row{"0:90:0", "0", "0.001 or more"},
+                         Row{"0:90:-5", "-5", "0.001 or more"}, Row{"0:1:0.0009", "0.0009", "0.001 or more"},
+                         Row{"0:90:0.001", "0.001", "at most 10000 angles"}}) {
     SCOPED_TRACE(row.text);
     try {
       parsed_angles("--flexion", row.text);
@@ -55,6 +57,14 @@ TEST(Arguments, ReversedEndlessAndHugeSeriesAreNamed)
       EXPECT_THAT(error.facts().wanted, HasSubstr(row.wanted));
     }
   }
+}
+
+TEST(Arguments, AnAngleIsANumberWithinATurn)
+{
+  for (const double angle_deg : {-360.0, 0.0, 12.5, 360.0})
+    EXPECT_NO_THROW(require_angle("--varus", angle_deg));
+  for (const double angle_deg : {std::nan(""), 361.0, -1e300, HUGE_VAL})
+    EXPECT_THROW(require_angle("--varus", angle_deg), InputError) << angle_deg;
 }
 
 TEST(Arguments, SizesAreTwoNumbersWithinBounds)

@@ -105,6 +105,14 @@ TEST_F(AtWindow, ArrowsStepWithinTheRange)
   EXPECT_NEAR(deg_from_rad(session_.pose().attitude.varus_rad), 1.0, 1e-9);
 }
 
+TEST_F(AtWindow, AQuestionMarkIsASlashWithShift)
+{
+  key('/');
+  EXPECT_FALSE(session_.state().shows_help);
+  key('/', true);
+  EXPECT_TRUE(session_.state().shows_help);
+}
+
 TEST_F(AtWindow, AHeldKeyStepsOnAndSwitchesOnce)
 {
   InputEvent held;

@@ -263,8 +263,28 @@ TEST_F(Show, AFilmWithoutAnyAnswerOnItsWayHasThePosesOfTheStills)
   given.speed_deg_s = 37.0;
   given.is_to_and_fro = true;
   given.video = (scratch_.path() / "film.gif").string();
-  EXPECT_EQ(run(given).n_unsolved, 2);
+  EXPECT_EQ(run(given).n_unsolved, 1);
+  EXPECT_THAT(talk_.str(), HasSubstr("flexion 18 to 20.96: cells around it are not solved"));
   EXPECT_THAT(talk_.str(), HasSubstr("film.gif: 1 frame,"));
+}
+
+TEST_F(Show, AFilmTellsWhereItStandsStill)
+{
+  MotionModel model = small_model();
+  test::unsolve(model, 1, 1);
+  write_motion_model(file_, model);
+  ShowOptions given = options();
+  given.folder.clear();
+  given.set = "raw";
+  given.varus_deg = 0.0;
+  given.flexion = "0:30:30";  // angles of stills, which are solved
+  given.speed_deg_s = 25.0;
+  given.frames_per_s = 10;
+  given.video = (scratch_.path() / "film.gif").string();
+  EXPECT_EQ(run(given).n_unsolved, 1);
+  EXPECT_THAT(talk_.str(),
+              HasSubstr("flexion 2.5 to 17.5: cells around it are not solved, the film stands still"));
+  EXPECT_THAT(talk_.str(), HasSubstr("film.gif: 13 frames"));
 }
 
 TEST_F(Show, StillsAndAFilmComeTogether)
@@ -329,21 +349,28 @@ INSTANTIATE_TEST_SUITE_P(
                             o.trace = "a.trace.h5";
                           },
                           "--trace", "", "no --offscreen", "either of them"},
-                    Wrong{"SpeedOfAWindow",
+                    Wrong{"SpeedWithoutAFilm", [](ShowOptions& o) { o.speed_deg_s = 20.0; }, "--speed", "",
+                          "no --video", "the film"},
+                    Wrong{"ThereAndBackWithoutAFilm", [](ShowOptions& o) { o.is_to_and_fro = true; },
+                          "--to-and-fro", "", "no --video", "the film"},
+                    Wrong{"FpsWithoutAFilm", [](ShowOptions& o) { o.frames_per_s = 25; }, "--fps", "",
+                          "no --video", "the film"},
+                    Wrong{"Varus", [](ShowOptions& o) { o.varus_deg = std::nan(""); }, "--varus", "", "nan",
+                          "-360 to 360"},
+                    Wrong{"ViewsOfAWindow",
                           [](ShowOptions& o) {
                             o.folder.clear();
-                            o.speed_deg_s = 20.0;
+                            o.views = "front,lateral";
                           },
-                          "--speed", "", "no --offscreen", "either of them"},
-                    Wrong{"ThereAndBackInAWindow",
-                          [](ShowOptions& o) {
-                            o.folder.clear();
-                            o.is_to_and_fro = true;
-                          },
-                          "--to-and-fro", "", "no --offscreen", "either of them"},
+                          "--views", "", "front,lateral", "one view"},
                     Wrong{"FilmOfNoKnownForm", [](ShowOptions& o) { o.video = "a.avi"; }, "--video", "",
                           "a.avi", ".mp4, .webm or .gif"},
-                    Wrong{"Fps", [](ShowOptions& o) { o.frames_per_s = 0; }, "--fps", "", "0", "1 to 120"},
+                    Wrong{"Fps",
+                          [](ShowOptions& o) {
+                            o.video = "a.mp4";
+                            o.frames_per_s = 0;
+                          },
+                          "--fps", "", "0", "1 to 120"},
                     Wrong{"Speed",
                           [](ShowOptions& o) {
                             o.video = "a.mp4";

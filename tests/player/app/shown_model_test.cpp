@@ -62,5 +62,27 @@ TEST_F(Dropped, AnythingElseIsOneMessageAndTheJointStays)
   EXPECT_EQ(shown_.file(), "first.h5");
 }
 
+TEST(ShownAttitude, WhatLiesOutsideTheRangeIsTold)
+{
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({320, 240, 1});
+  struct Row {
+    std::optional<double> flexion_deg, varus_deg;
+    const char* told;
+  };
+  const double within_deg = 1.0, beyond_deg = 170.0;
+  for (const Row& row :
+       {Row{{}, {}, ""}, Row{within_deg, 0.0, ""},
+        Row{beyond_deg, 0.0, "the flexion asked for lies outside the measured range"},
+        Row{within_deg, beyond_deg, "the varus asked for lies outside the measured range"},
+        Row{beyond_deg, -beyond_deg, "the flexion and varus asked for lie outside the measured range"}}) {
+    SessionOptions options;
+    options.set = "raw";
+    if (row.flexion_deg) options.flexion_rad = rad_from_deg(*row.flexion_deg);
+    if (row.varus_deg) options.varus_rad = rad_from_deg(*row.varus_deg);
+    ShownModel shown("first.h5", titled("first"), options, *renderer);
+    EXPECT_EQ(shown.session().told(), row.told);
+  }
+}
+
 }  // namespace
 }  // namespace vrda

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <random>
 
 #include "core/error.hpp"
 #include "support/process.hpp"
 #include "support/scratch.hpp"
+#include "support/small_disk.hpp"
 
 namespace vrda {
 namespace {
@@ -84,6 +86,33 @@ TEST_F(Video, HasEveryFrameInItsColourInEachForm)
       EXPECT_NEAR(static_cast<unsigned char>(raw[i * frame_bytes + frame_bytes / 2]),
                   20.0 * static_cast<double>(i), 12.0);
     }
+  }
+}
+
+TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
+{
+  if (!test::mount_refusal().empty()) GTEST_SKIP() << test::mount_refusal();
+  constexpr std::uintmax_t n_bytes = 16384;
+  const test::SmallDisk disk(scratch_.path(), n_bytes);
+  for (const char* name : {"film.mp4", "film.webm", "film.gif"}) {
+    SCOPED_TRACE(name);
+    scratch_.write(name, "the film before");
+    VideoFile video({path(name), 160, 120, 25});
+    // Noise, which no coding makes small; the disk is full before the end, for some forms only at it.
+    std::mt19937 random(3);
+    Image image = plain_image(160, 120, 0);
+    EXPECT_THROW(
+        {
+          for (int i = 0; i < 40; ++i) {
+            for (std::uint8_t& byte : image.rgba) byte = static_cast<std::uint8_t>(random());
+            video.add(image);
+          }
+          video.finish();
+        },
+        InputError);
+    EXPECT_EQ(test::read_bytes(path(name)), "the film before");
+    EXPECT_EQ(n_files(), 1u);
+    std::filesystem::remove(path(name));
   }
 }
 

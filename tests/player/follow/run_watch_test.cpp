@@ -287,6 +287,30 @@ TEST_F(Watch, IsFinishedWithTheResultOfThisRunAlone)
   EXPECT_THAT(watch.look().steps, IsEmpty());
 }
 
+TEST_F(Watch, AnotherJobThatBeganAndEndedBetweenTwoLooksIsTheOneFollowed)
+{
+  RunWatch watch(start_);
+  journal().append(step(StepKind::row, 0, 1));
+  watch.look();
+  fs::remove(journal_of(output_));
+  fs::remove(start_);
+  const MotionModel other = plan(40);
+  write_motion_model(output_, other);
+  // Older than the start file: what an earlier run left.
+  const fs::file_time_type written = fs::last_write_time(output_);
+  fs::last_write_time(output_, written - std::chrono::hours(1));
+  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("the result of another job")));
+  EXPECT_EQ(watch.phase(), RunPhase::running);
+  fs::last_write_time(output_, written);
+  const WatchNews news = watch.look();
+  EXPECT_TRUE(news.is_anew);
+  EXPECT_THAT(news.steps, IsEmpty());
+  EXPECT_THAT(news.remarks, IsEmpty());
+  EXPECT_EQ(watch.phase(), RunPhase::finished);
+  EXPECT_EQ(watch.model().job.resolved, other.job.resolved);
+  EXPECT_EQ(watch.n_done(), 9);
+}
+
 TEST_F(Watch, ARunThatIsOverIsFinishedAtOnce)
 {
   write_motion_model(output_, plan());

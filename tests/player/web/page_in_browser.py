@@ -265,6 +265,27 @@ class WebPage(unittest.TestCase):
             self.whole(page, "phone")
             self.is_quiet(page)
 
+    def test_of_two_files_the_one_asked_for_last_counts(self):
+        with Page(CHROMIUM) as page:
+            page.visit(f"file://{PAGE}")
+            # The first takes until the second is shown, as a large one on a slow disk would.
+            page.browser.value("""(() => {
+                const read = File.prototype.arrayBuffer;
+                const isFirst = { value: true };
+                File.prototype.arrayBuffer = function () {
+                    if (!isFirst.value) return read.call(this);
+                    isFirst.value = false;
+                    return new Promise((go) => { window.goOn = () => go(read.call(this)); });
+                };
+            })()""")
+            page.browser.give("#file", self.models["left"])
+            self.assertEqual(page.give(self.models["grid"]), "")
+            facts = page.text("facts")
+            self.assertTrue(facts.startswith(self.models["grid"].name), facts)
+            page.browser.value("window.goOn()")
+            page.browser.settle()
+            self.assertEqual(page.text("facts"), facts)
+
     def test_bad_files_leave_the_page_usable(self):
         with Page(CHROMIUM) as page:
             page.visit(f"file://{PAGE}")

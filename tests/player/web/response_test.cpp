@@ -105,6 +105,12 @@ TEST(WebResponse, RefusesOtherHostsAndMethods)
     EXPECT_EQ(asked("/model.h5", "", "GET", host).status, 403) << host;
   }
   EXPECT_EQ(asked("/", "", "GET", "localhost:8123").status, 302);
+  Site plain = site;
+  plain.port = 80;
+  for (const char* host : {"localhost", "127.0.0.1", "127.0.0.1:80"}) {
+    const std::string head = std::string("GET / HTTP/1.1\r\nHost: ") + host;
+    EXPECT_EQ(response_to(parsed_request(head), plain).status, 302) << host;
+  }
   for (const std::string method : {"HEAD", "POST", "PUT", "DELETE", "OPTIONS", "get"}) {
     EXPECT_EQ(asked("/", "", method).status, 405) << method;
     EXPECT_THAT(asked("/", "", method).head, HasSubstr("Allow: GET\r\n"));
