@@ -36,14 +36,14 @@ std::string last_error()
 /// GLFW as a whole, open as long as a window is.
 class Library {
  public:
-  Library()
+  explicit Library(const std::string& instead)
   {
     if (glfwInit() == GLFW_TRUE) return;
     const char* const display = std::getenv("DISPLAY");
     const bool is_named = display != nullptr && *display != '\0';
     throw InputError({"window", "display",
                       is_named ? "DISPLAY=" + std::string(display) + " (" + last_error() + ")" : "no DISPLAY",
-                      "a screen: set DISPLAY, or use --offscreen DIR"});
+                      "a screen: set DISPLAY, or use " + instead});
   }
   ~Library() { glfwTerminate(); }
   Library(const Library&) = delete;
@@ -100,7 +100,7 @@ std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& opti
   std::unique_ptr<GLFWwindow, CloseWindow> window(
       glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr));
   if (window == nullptr)
-    throw InputError({"window", "OpenGL", last_error(), "a driver with OpenGL 3.3, or --offscreen DIR"});
+    throw InputError({"window", "OpenGL", last_error(), "a driver with OpenGL 3.3, or " + options.instead});
   if (options.at) {
     glfwSetWindowPos(window.get(), (*options.at)[0], (*options.at)[1]);
     glfwShowWindow(window.get());
@@ -112,7 +112,7 @@ std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& opti
 
 class Window::State {
  public:
-  explicit State(const WindowOptions& options) : window_(opened_window(options))
+  explicit State(const WindowOptions& options) : library_(options.instead), window_(opened_window(options))
   {
     events_.reserve(events_at_once);
     glfwMakeContextCurrent(window_.get());

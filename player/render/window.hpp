@@ -19,6 +19,8 @@ struct WindowOptions {
   int samples = 0;         ///< a pixel; 0: four with a graphics card, one where the processor draws
   bool is_vsynced = true;  ///< `show` waits for the screen
   bool is_resizable = true;
+  /// What a message offers where there is no screen or no OpenGL.
+  std::string instead = "--offscreen DIR";
   /// Top left corner of the area drawn to, in screen coordinates of the desktop: a window without a frame,
   /// there. Without, the desktop places it.
   std::optional<std::array<int, 2>> at;
