@@ -70,10 +70,10 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   fit.spread_rad = spread_of(X_tracker_probe);
   if (!(fit.spread_rad >= least_spread_rad)) {
     throw InputError({file, "probe",
-                      "turns of " + rounded_text(deg_from_rad(fit.spread_rad), 1) +
-                          " deg about the axis that they tell least of",
+                      "swings of " + rounded_text(deg_from_rad(fit.spread_rad), 1) +
+                          " deg (rms) about the axis that the probe turned about least",
                       rounded_text(deg_from_rad(least_spread_rad), 0) +
-                          " deg or more: rest the tip and tilt the probe to all sides"});
+                          " deg or more: rest the tip and tilt the probe to all sides, by 40 deg and more"});
   }
   Matrix6 N = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
@@ -100,9 +100,10 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
                       "a tip that moves by " + rounded_text(estimate.residual_rms, 2) + " mm (rms)",
                       rounded_text(most_rms_mm, 0) + " mm at most: it slipped; rest it in a hole and again"});
   }
-  estimate.remarks.push_back("the probe was turned by " + rounded_text(deg_from_rad(fit.spread_rad), 0) +
-                             " deg, its tip stayed within " + rounded_text(estimate.residual_rms, 2) +
-                             " mm (rms)");
+  estimate.remarks.push_back(
+      "the probe swung by " + rounded_text(deg_from_rad(fit.spread_rad), 0) +
+      " deg (rms) about the axis it turned about least; " + rounded_text(deg_from_rad(least_spread_rad), 0) +
+      " are wanted; its tip stayed within " + rounded_text(estimate.residual_rms, 2) + " mm (rms)");
   return fit;
 }
 

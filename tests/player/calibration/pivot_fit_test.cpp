@@ -110,6 +110,18 @@ TEST(PivotFit, ASpreadIsTheHalfAngleOfACone)
   EXPECT_NEAR(fit_pivot(poses, "marks").spread_rad, half_rad, 1e-9);
 }
 
+TEST(PivotFit, SaysWhatItsNumberOfDegreesIs)
+{
+  // To 35 degrees on every side: that many the probe was turned by, but its swing is less.
+  std::mt19937_64 random(35);
+  const PivotFit fit = fit_pivot(poses_of({}, random), "marks");
+  const std::string swing = std::to_string(std::lround(deg_from_rad(fit.spread_rad)));
+  ASSERT_EQ(fit.estimate.remarks.size(), 1u);
+  EXPECT_TRUE(fit.estimate.remarks[0].starts_with(
+      "the probe swung by " + swing + " deg (rms) about the axis it turned about least; 10 are wanted"))
+      << fit.estimate.remarks[0];
+}
+
 TEST(PivotFit, Refuses)
 {
   std::mt19937_64 random(34);
@@ -121,7 +133,7 @@ TEST(PivotFit, Refuses)
   EXPECT_EQ(refusal(few).found, "19 poses");
   Sweep still;
   still.tilt_rad = 0.0;
-  EXPECT_NE(refusal(still).found.find("turns of 0 deg"), std::string::npos) << refusal(still).found;
+  EXPECT_NE(refusal(still).found.find("swings of 0 deg (rms)"), std::string::npos) << refusal(still).found;
   Sweep little;
   little.tilt_rad = rad_from_deg(8.0);
   EXPECT_NE(refusal(little).wanted.find("tilt the probe"), std::string::npos);
@@ -140,7 +152,8 @@ TEST(PivotFit, RefusesTurnsAboutOneAxis)
     X.translation() = true_pivot_mm - X.linear() * true_tip_mm;
     poses.push_back(X);
   }
-  EXPECT_NE(input_error([&] { fit_pivot(poses, "marks"); }).found.find("turns of 0 deg"), std::string::npos);
+  EXPECT_NE(input_error([&] { fit_pivot(poses, "marks"); }).found.find("swings of 0 deg (rms)"),
+            std::string::npos);
 }
 
 }  // namespace
