@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <optional>
 #include <ostream>
 #include <sstream>
@@ -12,6 +13,7 @@
 #include "bench/recorded_motion.hpp"
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
+#include "settings/settings_text.hpp"
 
 namespace vrda {
 namespace {
@@ -150,6 +152,17 @@ class Replay {
   double began_at_s_ = 0.0;
 };
 
+void require_from(const BenchOptions& options, const std::vector<RecordedPicture>& pictures)
+{
+  const double last_s = static_cast<double>(pictures.back().now_ns - pictures.front().now_ns) * s_of_ns;
+  if (options.from_s <= last_s) return;
+  // Rounded down: what the message wants is there.
+  constexpr double tenths = 10.0;
+  throw InputError(
+      {"--from", "", rounded_text(options.from_s, 1),
+       "a second of the recording, 0 to " + rounded_text(std::floor(tenths * last_s) / tenths, 1)});
+}
+
 }  // namespace
 
 void replay_bench(const BenchOptions& options, const ShowStreams& streams)
@@ -163,6 +176,7 @@ void replay_bench(const BenchOptions& options, const ShowStreams& streams)
   }
   if (recording.pictures.empty())
     throw InputError({options.replay, "", "no picture", "a recording of at least one"});
+  require_from(options, recording.pictures);
   const BenchSetup setup = setup_of(recording, options);
   Replay replay(options, setup, recording);
   const std::size_t n_shown = replay.run();

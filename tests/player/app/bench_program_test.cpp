@@ -144,6 +144,10 @@ TEST_F(BenchProgram, AReplayShowsTheSamePictures)
     EXPECT_TRUE(replayed.at(name) == bytes) << name;
   }
 
+  const test::Ended late = run({"bench", model_, "--replay", log, "--headless", "--from", "60"});
+  EXPECT_EQ(late.exit_code, 2);
+  EXPECT_THAT(late.err, HasSubstr("--from: found 60, wanted a second of the recording, 0 to "));
+
   const test::Ended taken =
       run({"bench", model_, "--bench", bench_, "--headless", "--seconds", "1", "--record", log});
   EXPECT_EQ(taken.exit_code, 2);
