@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <ostream>
 #include <thread>
+#include <utility>
 
 #include "app/calibration_pictures.hpp"
 #include "app/calibration_report.hpp"
@@ -51,6 +51,21 @@ bool is_about_the_file(const CalibrateOptions& options)
   return options.step == "status" || options.step == "solve";
 }
 
+/// Many benches are calibrated in full, by nobody, and leave statistics alone.
+void require_options_of_many(const CalibrateOptions& options)
+{
+  if (options.n_benches == 0) return;
+  if (options.step != "all") refuse("--benches", "\"" + options.step + "\"", "all, of each bench");
+  const std::pair<const char*, const std::string*> unused[] = {{"--calibration", &options.calibration},
+                                                               {"--script", &options.script},
+                                                               {"--pictures", &options.pictures}};
+  for (const auto& [name, value] : unused) {
+    if (!value->empty())
+      refuse("--benches", std::string(name) + " \"" + *value + "\"",
+             "one of both: many benches leave statistics, and nothing else");
+  }
+}
+
 void require_options(const CalibrateOptions& options)
 {
   if (options.head != "stage" && options.head != "tracker")
@@ -64,6 +79,10 @@ void require_options(const CalibrateOptions& options)
       refuse("--pictures", "no --virtual and no --script", "one of them");
     if (options.is_headless && options.script.empty() && !is_about_the_file(options))
       refuse("--headless", "no --script", "the keys to press: nobody sees it");
+  } else {
+    require_options_of_many(options);
+    if (!options.pictures.empty() && options.script.empty() && !options.is_headless)
+      refuse("--pictures", "no --headless and no --script", "one of them");
   }
   if (!options.bench_from.empty()) {
     if (is_about_the_file(options))
@@ -89,12 +108,20 @@ Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& b
   return begun;
 }
 
+/// Each seed is a bench and a person of its own: what was found on one is of no use on another, nor on the
+/// bench that the file describes.
+std::string virtual_title(const CalibrateOptions& options, const std::string& title)
+{
+  return title + (options.bench.empty() ? "" : ", virtual") + ", seed " + std::to_string(options.seed);
+}
+
 CalibrateSetup read_setup(const CalibrateOptions& options)
 {
   CalibrateSetup setup;
   const HeadKind head = options.head == "tracker" ? HeadKind::tracker : HeadKind::stage;
   setup.bench = options.bench.empty() ? parsed_bench_file(virtual_bench_text(head), "virtual bench")
                                       : read_bench_file(options.bench);
+  if (options.is_virtual) setup.bench.title = virtual_title(options, setup.bench.title);
   setup.parts = parts_of_step(is_about_the_file(options) ? "all" : options.step, setup.bench);
   const bool is_there = !options.calibration.empty() && std::filesystem::exists(options.calibration);
   if (!is_there && is_about_the_file(options))
@@ -199,15 +226,16 @@ CalibrateEnd by_operator(const CalibrateOptions& options, const CalibrateSetup& 
   const std::vector<TargetError> before =
       target_errors(uncalibrated(setup.bench, truth), setup.bench, truth, noise);
   const std::vector<TargetError> after = target_errors(found, setup.bench, truth, noise);
+  const std::vector<CalibrationPart> missing = missing_parts(found, parts_of(setup.bench));
   if (options.has_json) {
     streams.data << "{\"seed\": " << options.seed << ", \"calibration\": ";
     write_status_json(streams.data, setup.bench, found, setup.parts);
     streams.data << ", \"targets\": ";
-    write_targets_json(streams.data, before, after);
+    write_targets_json(streams.data, before, after, missing);
     streams.data << "}\n";
   } else if (!options.is_quiet) {
     write_status(streams.data, found, setup.parts);
-    write_targets(streams.data, before, after);
+    write_targets(streams.data, before, after, missing);
   }
   if (!options.pictures.empty() && session.task() == nullptr) {
     const PictureRequest request{setup.bench, truth, found, tasks};
@@ -230,20 +258,10 @@ void write_many(const CalibrateOptions& options, const CalibrateSetup& setup, st
   }
 }
 
-bool has_display()
-{
-  const auto is_set = [](const char* name) {
-    const char* value = std::getenv(name);
-    return value != nullptr && *value != '\0';
-  };
-  return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
-}
-
 /// Keys come from a script, or from a person before a window.
 bool is_by_hand(const CalibrateOptions& options)
 {
-  if (!options.is_virtual || !options.script.empty()) return true;
-  return !options.is_headless && options.pictures.empty() && !options.has_json && has_display();
+  return !options.is_virtual || !options.script.empty() || !options.is_headless;
 }
 
 }  // namespace

@@ -22,21 +22,26 @@ std::string keys_text()
 
 void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
 {
-  calibrate->add_flag("--virtual", options.is_virtual,
-                      "A bench and a person that exist in numbers: in a window to train, without one they do "
-                      "every task themselves");
-  calibrate->add_option("--seed", options.seed, "Which virtual bench")->type_name("N")->capture_default_str();
+  calibrate->add_flag(
+      "--virtual", options.is_virtual,
+      "A bench and a person that exist in numbers: in a window to train, with --headless they "
+      "do every task themselves");
+  calibrate->add_option("--seed", options.seed, "Which virtual bench; a calibration is of one seed")
+      ->type_name("N")
+      ->capture_default_str();
   calibrate->add_option("--head", options.head, "What carries the virtual bench's display, without --bench")
       ->type_name("stage|tracker")
       ->capture_default_str();
   calibrate
       ->add_option("--benches", options.n_benches,
-                   "So many virtual benches from --seed on: how often the truth lies within the intervals")
+                   "So many virtual benches from --seed on: how often the truth lies within the intervals; "
+                   "nothing else is kept")
       ->type_name("N")
       ->check(CLI::Range(1, 100000));
   calibrate
       ->add_option("--pictures", options.pictures,
-                   "Folder for pictures of what a virtual bench found, or of each task of a script")
+                   "Folder for pictures of what a virtual bench found (--headless), or of each task of a "
+                   "script")
       ->type_name("DIR");
 }
 

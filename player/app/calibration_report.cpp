@@ -86,6 +86,21 @@ std::string json_of(const Estimate& estimate)
   return text + "]";
 }
 
+std::string names_of(std::span<const CalibrationPart> parts)
+{
+  std::string text;
+  for (const CalibrationPart part : parts) text += (text.empty() ? "" : ", ") + std::string(name_of(part));
+  return text;
+}
+
+std::string json_of(std::span<const CalibrationPart> parts)
+{
+  std::string text = "[";
+  for (const CalibrationPart part : parts)
+    text += (text.size() > 1 ? ", \"" : "\"") + std::string(name_of(part)) + "\"";
+  return text + "]";
+}
+
 struct Quantiles {
   double median = 0.0, most_of_ten = 0.0, largest = 0.0;
 };
@@ -150,10 +165,7 @@ void write_status(std::ostream& out, const Calibration& calibration, std::span<c
 {
   for (const CalibrationPart part : parts) write_part(out, part, record_of(calibration, part));
   const std::vector<CalibrationPart> missing = missing_parts(calibration, parts);
-  if (missing.empty()) return;
-  out << "to be done:";
-  for (std::size_t k = 0; k < missing.size(); ++k) out << (k == 0 ? " " : ", ") << name_of(missing[k]);
-  out << "\n";
+  if (!missing.empty()) out << "to be done: " << names_of(missing) << "\n";
 }
 
 void write_status_json(std::ostream& out, const BenchFile& bench, const Calibration& calibration,
@@ -170,11 +182,7 @@ void write_status_json(std::ostream& out, const BenchFile& bench, const Calibrat
     if (record != nullptr && record->estimate) out << ", " << json_of(*record->estimate);
     out << "}";
   }
-  out << "], \"to_be_done\": [";
-  const std::vector<CalibrationPart> missing = missing_parts(calibration, parts);
-  for (std::size_t k = 0; k < missing.size(); ++k)
-    out << (k == 0 ? "\"" : ", \"") << name_of(missing[k]) << "\"";
-  out << "]}";
+  out << "], \"to_be_done\": " << json_of(missing_parts(calibration, parts)) << "}";
 }
 
 TargetSummary summary_of(std::span<const TargetError> errors)
@@ -189,18 +197,24 @@ TargetSummary summary_of(std::span<const TargetError> errors)
           angles.median,  angles.most_of_ten,  angles.largest};
 }
 
-void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after)
+void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
+                   std::span<const CalibrationPart> missing)
 {
-  out << "overlay error at " << after.size() << " targets (mm across the sight, arc minutes)\n";
+  out << "overlay error at " << before.size() << " targets (mm across the sight, arc minutes)\n";
   write_summary(out, "before", before);
-  write_summary(out, "after", after);
+  if (missing.empty()) {
+    write_summary(out, "after", after);
+  } else {
+    out << "  " << padded("after", 8) << "known when these are done: " << names_of(missing) << "\n";
+  }
 }
 
 void write_targets_json(std::ostream& out, std::span<const TargetError> before,
-                        std::span<const TargetError> after)
+                        std::span<const TargetError> after, std::span<const CalibrationPart> missing)
 {
-  out << "{\"n\": " << after.size() << ", \"before\": " << json_of(summary_of(before))
-      << ", \"after\": " << json_of(summary_of(after)) << "}";
+  out << "{\"n\": " << before.size() << ", \"before\": " << json_of(summary_of(before))
+      << ", \"after\": " << (missing.empty() ? json_of(summary_of(after)) : "null")
+      << ", \"to_be_done\": " << json_of(missing) << "}";
 }
 
 void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
@@ -216,7 +230,7 @@ void write_statistics(std::ostream& out, const VirtualStatistics& statistics)
         << rounded_text(number.mean_half_width, decimals_for(number.mean_half_width))
         << (number.unit.empty() ? "" : " " + number.unit) << "\n";
   }
-  write_targets(out, statistics.before, statistics.after);
+  write_targets(out, statistics.before, statistics.after, {});
 }
 
 void write_statistics_json(std::ostream& out, const VirtualStatistics& statistics)
@@ -232,7 +246,7 @@ void write_statistics_json(std::ostream& out, const VirtualStatistics& statistic
         << ", \"mean_half_width_95\": " << json_number(number.mean_half_width) << "}";
   }
   out << "], \"targets\": ";
-  write_targets_json(out, statistics.before, statistics.after);
+  write_targets_json(out, statistics.before, statistics.after, {});
   out << "}";
 }
 

@@ -30,10 +30,11 @@ struct TargetSummary {
   double median_arc_min = 0.0, most_of_ten_arc_min = 0.0, largest_arc_min = 0.0;
 };
 TargetSummary summary_of(std::span<const TargetError> errors);
-void write_targets(std::ostream& out, std::span<const TargetError> before,
-                   std::span<const TargetError> after);
+/// `missing`: parts of the bench that are to be done. With any, `after` says nothing, and is left out (null).
+void write_targets(std::ostream& out, std::span<const TargetError> before, std::span<const TargetError> after,
+                   std::span<const CalibrationPart> missing);
 void write_targets_json(std::ostream& out, std::span<const TargetError> before,
-                        std::span<const TargetError> after);
+                        std::span<const TargetError> after, std::span<const CalibrationPart> missing);
 
 void write_statistics(std::ostream& out, const VirtualStatistics& statistics);
 void write_statistics_json(std::ostream& out, const VirtualStatistics& statistics);

@@ -3,6 +3,8 @@
 #include <exception>
 #include <iostream>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "app/bench_options.hpp"
 #include "app/bench_run.hpp"
@@ -67,6 +69,19 @@ struct BenchChoice {
   }
 };
 
+/// An option that a mode does not know is named before one that it misses: CLI11 tells them the other way
+/// round.
+void parse(CLI::App& app, int argc, char** argv)
+{
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::RequiredError&) {
+    const std::vector<std::string> unknown = app.remaining(true);
+    if (unknown.empty()) throw;
+    throw CLI::ExtrasError(unknown);
+  }
+}
+
 int run(int argc, char** argv)
 {
   CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
@@ -85,7 +100,7 @@ int run(int argc, char** argv)
   BenchChoice bench;
   bench.add_to(app);
   try {
-    app.parse(argc, argv);
+    parse(app, argc, argv);
   } catch (const CLI::Success& asked) {
     return app.exit(asked);
   } catch (const CLI::ParseError& error) {

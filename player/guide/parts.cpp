@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
 
 namespace vrda {
 namespace {
@@ -61,6 +60,14 @@ std::vector<CalibrationPart> may_rest_on(CalibrationPart part, const BenchFile& 
   }
 }
 
+/// All that may be asked for of the bench, for a message.
+std::string step_names(const BenchFile& bench)
+{
+  std::string names = "all, bench, person, tracking, status, solve";
+  for (const CalibrationPart part : parts_of(bench)) names += ", " + std::string(name_of(part));
+  return names;
+}
+
 }  // namespace
 
 bool is_model_part(CalibrationPart part)
@@ -111,25 +118,21 @@ std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchF
   const std::vector<CalibrationPart> all = parts_of(bench);
   if (step == "all") return all;
   std::vector<CalibrationPart> wanted;
-  std::vector<std::string> words{"all", "bench", "person", "tracking"};
   for (std::size_t k = 0; k < n_calibration_parts; ++k) {
     const auto part = static_cast<CalibrationPart>(k);
-    words.emplace_back(name_of(part));
     const bool is_tracking = part == CalibrationPart::rails || part == CalibrationPart::stop ||
                              part == CalibrationPart::probe || part == CalibrationPart::bullseye ||
                              is_model_part(part);
     const bool is_group = (step == "tracking" && is_tracking) || (step == "bench" && is_once_a_bench(part)) ||
                           (step == "person" && !is_once_a_bench(part));
-    if (step == words.back() || is_group) wanted.push_back(part);
+    if (step == name_of(part) || is_group) wanted.push_back(part);
   }
   if (wanted.empty())
-    throw InputError({"calibrate", "STEP", "'" + step + "'", "such a step as " + nearest_word(step, words)});
+    throw InputError({"calibrate", "STEP", "'" + step + "'", "one of " + step_names(bench)});
   if (wanted.size() == 1 && !is_part_of(wanted.front(), bench)) {
     require_wanted(wanted.front(), bench);
-    std::string names;
-    for (const CalibrationPart part : all) names += (names.empty() ? "" : ", ") + std::string(name_of(part));
     throw InputError({"calibrate", "STEP", "'" + step + "', which " + bench.path + " has no use for",
-                      "all, bench, person, tracking, " + names});
+                      "one of " + step_names(bench)});
   }
   std::erase_if(wanted, [&](CalibrationPart part) { return !is_part_of(part, bench); });
   return wanted;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -122,6 +123,8 @@ TEST_F(Calibrate, WhatIsWrongWithTheOptionsIsTold)
   EXPECT_EQ(refusal(real).file, "--benches");
 
   EXPECT_THAT(refusal(options("viewprot")).found, HasSubstr("viewprot"));
+  EXPECT_THAT(refusal(options("viewprot")).wanted,
+              HasSubstr("all, bench, person, tracking, status, solve, viewport, distortion, rails"));
   EXPECT_EQ(refusal(options("status")).file, in_scratch("calibration.toml"));
   CalibrateOptions scripted = options("viewport");
   scripted.script = written("script.txt", "press Entre\n");
@@ -129,6 +132,46 @@ TEST_F(Calibrate, WhatIsWrongWithTheOptionsIsTold)
   CalibrateOptions headed = options("viewport");
   headed.head = "hat";
   EXPECT_EQ(refusal(headed).file, "--head");
+  CalibrateOptions pictured = options("viewport");
+  pictured.is_headless = false;
+  pictured.pictures = in_scratch("pictures");
+  EXPECT_EQ(refusal(pictured).file, "--pictures");
+}
+
+TEST_F(Calibrate, WhatManyBenchesWouldNotDoIsRefused)
+{
+  const auto refused = [&](const std::function<void(CalibrateOptions&)>& add) {
+    CalibrateOptions many = options("all");
+    many.calibration.clear();
+    many.n_benches = 2;
+    add(many);
+    const InputError::Facts facts = refusal(many);
+    EXPECT_EQ(facts.file, "--benches");
+    return facts.found;
+  };
+  EXPECT_THAT(refused([](CalibrateOptions& o) { o.calibration = "q.toml"; }), HasSubstr("--calibration"));
+  EXPECT_THAT(refused([](CalibrateOptions& o) { o.script = "keys.txt"; }), HasSubstr("--script"));
+  EXPECT_THAT(refused([](CalibrateOptions& o) { o.pictures = "p"; }), HasSubstr("--pictures"));
+  EXPECT_THAT(refused([](CalibrateOptions& o) { o.step = "viewport"; }), HasSubstr("viewport"));
+}
+
+TEST_F(Calibrate, TheErrorAfterwardsIsToldOnceAllPartsAreDone)
+{
+  const Said text = calibrated(options("viewport"));
+  EXPECT_THAT(text.data, HasSubstr("  before  median "));
+  EXPECT_THAT(text.data, HasSubstr("  after   known when these are done: distortion, rails, stop, probe, "));
+  EXPECT_THAT(text.data, testing::Not(HasSubstr("after   median")));
+  CalibrateOptions bench = options("bench");
+  bench.has_json = true;
+  const nlohmann::json some = nlohmann::json::parse(calibrated(bench).data)["targets"];
+  EXPECT_EQ(some["n"], 40);
+  EXPECT_TRUE(some["before"].is_object());
+  EXPECT_TRUE(some["after"].is_null());
+  EXPECT_EQ(some["to_be_done"], nlohmann::json({"eyepoints", "ipd", "subject", "bullseye", "leg"}));
+  bench.step = "person";
+  const nlohmann::json all = nlohmann::json::parse(calibrated(bench).data)["targets"];
+  EXPECT_TRUE(all["after"].is_object());
+  EXPECT_TRUE(all["to_be_done"].empty());
 }
 
 TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
@@ -142,7 +185,7 @@ TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
   CalibrateOptions status = options("status");
   status.has_json = true;
   const nlohmann::json told = nlohmann::json::parse(calibrated(status).data);
-  EXPECT_EQ(told["bench"], "Virtual");
+  EXPECT_EQ(told["bench"], "Virtual, seed 1");
   EXPECT_TRUE(told["to_be_done"].empty());
   EXPECT_EQ(told["parts"][0]["name"], "viewport");
   EXPECT_EQ(told["parts"][0]["state"], "done");
@@ -237,11 +280,11 @@ TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
   EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
   bob.bench_from.clear();
   EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
-  // Hers is another bench now.
-  anna.step = "probe";
+  // Hers is another bench now: an edge was read anew, elsewhere.
+  anna.step = "viewport";
   anna.is_anew = true;
-  anna.seed = 2;
-  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  anna.script = written("anew.txt", "press Right 20\npress Enter\nwait 0.1\n");
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::left);
   bob.bench_from = anna.calibration;
   EXPECT_EQ(refusal(bob).file, bob.calibration);
   EXPECT_EQ(refusal(bob).field, "per_bench");
@@ -273,15 +316,43 @@ TEST_F(Calibrate, WhatTheNextPersonIsBegunFromMustBeDoneAndOfThisBench)
 TEST_F(Calibrate, TheCalibrationOfAnotherBenchIsRefused)
 {
   CalibrateOptions viewport = options("viewport");
+  const std::string text = virtual_bench_text();
+  viewport.bench = written("own.toml", text);
   EXPECT_EQ(calibrated(viewport).end, CalibrateEnd::finished);
-  std::string text = virtual_bench_text();
   const std::string own = "title = \"Virtual\"", size = "width = 1280";
   viewport.bench =
       written("other.toml", std::string(text).replace(text.find(own), own.size(), "title = \"B\""));
   EXPECT_EQ(refusal(viewport).file, viewport.calibration);
+  EXPECT_EQ(refusal(viewport).field, "bench");
   viewport.bench =
       written("wide.toml", std::string(text).replace(text.find(size), size.size(), "width = 1600"));
   EXPECT_EQ(refusal(viewport).file, viewport.calibration);
+  EXPECT_EQ(refusal(viewport).field, "display");
+}
+
+TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
+{
+  CalibrateOptions first = options("bench");
+  EXPECT_EQ(calibrated(first).end, CalibrateEnd::finished);
+  CalibrateOptions second = first, person = options("person", "bob.toml");
+  second.seed = person.seed = 2;
+  person.bench_from = first.calibration;
+  for (const CalibrateOptions& other : {second, person}) {
+    SCOPED_TRACE(other.step);
+    const InputError::Facts facts = refusal(other);
+    EXPECT_EQ(facts.file, first.calibration);
+    EXPECT_EQ(facts.field, "bench");
+    EXPECT_EQ(facts.found, "'Virtual, seed 1'");
+    EXPECT_THAT(facts.wanted, HasSubstr("'Virtual, seed 2'"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(person.calibration));
+  // Nor is what was found in numbers a real bench's.
+  CalibrateOptions real = options("viewport", "real.toml");
+  real.bench = written("bench.toml", virtual_bench_text());
+  EXPECT_EQ(calibrated(real).end, CalibrateEnd::finished);
+  real.is_virtual = false;
+  real.step = "status";
+  EXPECT_EQ(refusal(real).found, "'Virtual, virtual, seed 1'");
 }
 
 TEST_F(Calibrate, APlaceByEyeWantsTheModel)
@@ -298,6 +369,7 @@ TEST_F(Calibrate, APlaceByEyeWantsTheModel)
   adjust.bench = written("bare.toml", text.substr(0, text.find("\n[[calibration.point]]")));
   EXPECT_EQ(refusal(adjust).field, "calibration.point");
   adjust.is_virtual = false;
+  adjust.calibration = in_scratch("real.toml");
   EXPECT_EQ(refusal(adjust).file, "--model");
 }
 

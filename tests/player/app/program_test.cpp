@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 
 #include "motion/support/models.hpp"
 #include "store/motion_model_file.hpp"
@@ -142,13 +143,24 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
   const std::string empty = scratch_.write("empty.h5", "").string();
   const std::string deadly = scratch_.write("deadly.h5", deadly_for_hdf5(whole)).string();
   const std::string pictures = " --offscreen '" + folder_ + "'";
+  const std::string kept = (scratch_.path() / "calibration.toml").string();
   struct Row {
     std::string arguments, talk;
   };
   for (const Row& row :
        {Row{"", "found no mode, wanted show, follow, web, bench, calibrate, body, simulate or devices"},
-        Row{"show a.h5 --samples 3", "--samples"}, Row{"dance", "dance"}, Row{"show", "FILE"},
-        Row{"show '" + file_ + "'", "window"},
+        Row{"show a.h5 --samples 3", "--samples"},
+        Row{"dance", "dance"},
+        Row{"show", "FILE"},
+        Row{"show '" + file_ + "'",
+            "window: display: found no DISPLAY, wanted a screen: set DISPLAY, or use --offscreen DIR"},
+        Row{"calibrate all --virtual --calibration '" + kept + "'",
+            "window: display: found no DISPLAY, wanted a screen: set DISPLAY, or use --headless"},
+        Row{"show --bogus", "not expected: --bogus"},
+        Row{"bench --bogus 3", "--bogus"},
+        Row{"devices --bogus", "--bogus"},
+        Row{"calibrate foo --virtual --headless",
+            "'foo', wanted one of all, bench, person, tracking, status, solve, viewport"},
         Row{"show '" + file_ + "' --varus front" + pictures, "--varus"},
         Row{"show '" + file_ + "' --colour red" + pictures, "--colour"},
         Row{"show '" + file_ + "' --background red" + pictures, "--background"},
@@ -156,8 +168,10 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
         Row{"show '" + file_ + "' --set degree_7" + pictures,
             "sample.h5: --set: found degree_7, wanted degree_1, raw"},
         Row{"show absent.h5" + pictures, "absent.h5: found No such file"},
-        Row{"show '" + text + "'" + pictures, text}, Row{"show '" + cut + "'" + pictures, cut},
-        Row{"show '" + empty + "'" + pictures, empty}, Row{"show '" + absurd[0] + "'" + pictures, absurd[0]},
+        Row{"show '" + text + "'" + pictures, text},
+        Row{"show '" + cut + "'" + pictures, cut},
+        Row{"show '" + empty + "'" + pictures, empty},
+        Row{"show '" + absurd[0] + "'" + pictures, absurd[0]},
         Row{"show '" + absurd[1] + "'" + pictures, absurd[1]},
         Row{"show '" + absurd[2] + "'" + pictures, absurd[2]},
         Row{"show '" + deadly + "'" + pictures, deadly},
@@ -170,6 +184,7 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
     EXPECT_THAT(outcome.talk, HasSubstr(row.talk));
     EXPECT_EQ(std::count(outcome.talk.begin(), outcome.talk.end(), '\n'), 1) << outcome.talk;
   }
+  EXPECT_FALSE(std::filesystem::exists(kept));
 }
 
 }  // namespace
