@@ -149,7 +149,9 @@ TEST(GuideParts, AStepThatIsNoneIsNamed)
     return test::input_error([&] { parts_of_step(step, bench); });
   };
   EXPECT_EQ(refused("viewprot", files[0]).found, "'viewprot'");
-  EXPECT_EQ(refused("viewprot", files[0]).wanted, "such a step as viewport");
+  EXPECT_EQ(refused("viewprot", files[0]).wanted,
+            "one of all, bench, person, tracking, status, solve, viewport, distortion, rails, stop, probe, "
+            "eyepoints, ipd, subject, bullseye, leg");
   EXPECT_EQ(refused("head", files[0]).field, "STEP");
   EXPECT_EQ(refused("rails", files[1]).field, "STEP");
   BenchFile without = files[0];
