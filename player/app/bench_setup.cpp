@@ -36,6 +36,15 @@ std::string seal_of_file(const std::string& path)
   return text;
 }
 
+/// A bench that is shown waits for no probe and no marker: what is told of the tracker is of the bodies.
+void leave_out_calibration_tools(BenchFile& bench)
+{
+  if (!bench.tracker) return;
+  std::size_t n_of_bodies = 0;
+  for (const std::optional<BodySettings>& body : bench.bodies) n_of_bodies += body ? n_tools(*body) : 0;
+  bench.tracker->tools.resize(n_of_bodies);
+}
+
 struct Texts {
   std::string bench_path, bench, calibration_path, calibration;
 };
@@ -43,6 +52,7 @@ struct Texts {
 BenchSetup made_setup(const Texts& texts, const std::string& model_path, const std::string& set)
 {
   BenchFile bench = parsed_bench_file(texts.bench, texts.bench_path);
+  leave_out_calibration_tools(bench);
   Calibration calibration = texts.calibration.empty()
                                 ? nominal_calibration(bench)
                                 : parsed_calibration(texts.calibration, texts.calibration_path, bench);

@@ -155,6 +155,16 @@ class BenchReplay : public testing::Test {
   std::optional<BenchSetup> setup_;
 };
 
+TEST_F(BenchReplay, WhatCalibrationAloneTracksIsNotWaitedFor)
+{
+  EXPECT_EQ(setup_->bench.tracker->tools, (std::vector<std::string>{"leg"}));
+  BenchOptions options = options_;
+  options.bench = scratch_.write("calibrated.toml", setup_->bench.text + "[calibration]\n").string();
+  const BenchSetup calibrated = read_bench_setup(options);
+  EXPECT_TRUE(calibrated.bench.calibration.is_present);
+  EXPECT_EQ(calibrated.bench.tracker->tools, setup_->bench.tracker->tools);
+}
+
 TEST_F(BenchReplay, FromWithinAndAtAnySpeedShowsThePicturesOfAWholeOne)
 {
   const std::string log = in_scratch("a.log");

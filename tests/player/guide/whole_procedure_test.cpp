@@ -50,6 +50,20 @@ TEST_P(WholeProcedure, EveryPartIsDoneAndTheFileReads)
   EXPECT_LT(text.size(), 400000u);
 }
 
+TEST(WholeProcedureOfTheExample, IsDone)
+{
+  const BenchFile desk = read_bench_file(VRDA_JOBS "/bench-desk.toml");
+  Trial trial(desk);
+  trial.do_all();
+  for (const CalibrationPart part : parts_of(desk)) {
+    SCOPED_TRACE(name_of(part));
+    EXPECT_TRUE(is_done(trial.session->calibration(), part));
+  }
+  for (const CalibrationPart part :
+       {CalibrationPart::femur, CalibrationPart::tibia, CalibrationPart::subject})
+    EXPECT_FALSE(trial.record(part).marks.empty()) << name_of(part);
+}
+
 TEST_P(WholeProcedure, AnInterruptionAfterEveryMarkChangesNoByte)
 {
   Trial through(bench);

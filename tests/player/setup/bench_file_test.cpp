@@ -38,7 +38,8 @@ TEST(BenchFile, TheExampleIsADesk)
   ASSERT_TRUE(bench.tracker.has_value());
   EXPECT_EQ(bench.tracker->host, "127.0.0.1");
   EXPECT_EQ(bench.tracker->port, 18944);
-  EXPECT_EQ(bench.tracker->tools, (std::vector<std::string>{"femur", "tibia"}));
+  EXPECT_EQ(bench.tracker->tools, (std::vector<std::string>{"femur", "tibia", "probe", "marker"}));
+  EXPECT_TRUE(bench.calibration.is_present);
   ASSERT_TRUE(bench.board.has_value());
   EXPECT_EQ(bench.board->port, "/tmp/vrda-desk-board");
   EXPECT_TRUE(bench.board->has_stage);
