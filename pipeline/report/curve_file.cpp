@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/error.hpp"
+#include "exports/csv_tables.hpp"
 #include "load/file_bytes.hpp"
 #include "load/words.hpp"
 
@@ -27,7 +28,9 @@ bool is_passed_over(std::string_view name)
 {
   const bool is_matrix_entry = name.size() == 3 && name[0] == 'T' && name[1] >= '1' && name[1] <= '3' &&
                                name[2] >= '1' && name[2] <= '4';
-  return is_matrix_entry || name == "frame" || name == "time_s" || name == "femur_rel_tibia_prox_mm" ||
+  static const std::vector<std::string> exported = flexion_csv_columns();
+  return is_matrix_entry || std::find(exported.begin(), exported.end(), name) != exported.end() ||
+         name == "frame" || name == "time_s" || name == "femur_rel_tibia_prox_mm" ||
          name == "femur_rel_tibia_ant_mm" || name == "femur_rel_tibia_lat_mm";
 }
 

@@ -18,8 +18,8 @@ struct CurveFile {
 /// of internal_deg, varus_deg, ant_mm, prox_mm, lat_mm (degrees and mm; the tibia in the femur's frame,
 /// translations of the tibial origin along the femoral axes; internal, adduction, anterior, proximal, lateral
 /// positive). An empty field is no answer. Columns known to mean something else (frame, time_s, T11 to T34,
-/// femur_rel_tibia_..._mm) are passed over. Throws InputError for any other column, a row that is too short
-/// or long, and what is no number.
+/// femur_rel_tibia_..._mm, and what else vrda export writes) are passed over. Throws InputError for any other
+/// column, a row that is too short or long, and what is no number.
 CurveFile read_curve_file(const std::string& file);
 
 /// The same of text; `file` is for the name and for errors.

@@ -188,6 +188,23 @@ TEST_F(ReportCommand, RefusesFilesWithoutAnAnswer)
   expect_refused({pending}, {"pending.h5", "12"});
 }
 
+TEST_F(ReportCommand, AnExportedTableStandsForAPublishedCurve)
+{
+  const std::string file = solved_knee("right");
+  const std::string csv = (scratch_.path() / "exported.csv").string();
+  ASSERT_EQ(test::run_vrda({"export", file, "--to", "csv", "--set", "degree_2", "-o", csv}).exit_code, 0);
+  const test::Ended ended = report({file, "-o", folder(), "--json", "--quick", "--against", csv});
+  ASSERT_EQ(ended.exit_code, 0) << ended.err;
+  const json differences = json::parse(ended.out).at("differences");
+  const auto exported = std::find_if(differences.begin(), differences.end(), [](const json& d) {
+    return d.at("curve") == "degree_2" && d.at("against") == "exported";
+  });
+  ASSERT_NE(exported, differences.end());
+  constexpr double rounding = 1e-9;  // of mm and degrees that went through radians and text
+  EXPECT_EQ(exported->at("by_quantity").size(), 5u);
+  for (const json& d : exported->at("by_quantity")) EXPECT_LT(d.at("largest").get<double>(), rounding) << d;
+}
+
 TEST_F(ReportCommand, RefusesCurvesItDoesNotKnow)
 {
   const std::string file = solved_knee("right");

@@ -79,6 +79,14 @@ TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
   }
 }
 
+TEST(CsvTables, TheColumnsHaveTheNamesThatAreTold)
+{
+  std::string header;
+  for (const std::string& name : flexion_csv_columns()) header += (header.empty() ? "" : ",") + name;
+  const std::string text = flexion_csv(flexion_motion(test::model_of(plan_of("right")), "knee.h5", {}));
+  EXPECT_EQ(text.substr(0, text.find('\n')), header);
+}
+
 TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
 {
   const auto rows_of = [](const std::string& side) {

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "exports/csv_tables.hpp"
+#include "store/sample_model.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
@@ -34,6 +36,19 @@ TEST(CurveFile, ReadsTheColumnsOfThePublishedCurves)
   ASSERT_EQ(file.curve.of(Quantity::varus).size(), 2u);
   EXPECT_EQ(file.curve.of(Quantity::varus)[0], 0.5);
   EXPECT_TRUE(std::isnan(file.curve.of(Quantity::varus)[1]));
+}
+
+TEST(CurveFile, ReadsWhatIsExported)
+{
+  const FlexionMotion motion = flexion_motion(test::sample_model(), "knee.h5", {});
+  const CurveFile file = curve_from_text("knee.csv", flexion_csv(motion));
+  ASSERT_EQ(file.curve.flexion_deg.size(), motion.frames.size());
+  for (const Quantity quantity : {Quantity::internal, Quantity::varus, Quantity::origin_anterior,
+                                  Quantity::origin_proximal, Quantity::origin_lateral}) {
+    EXPECT_EQ(file.curve.of(quantity).size(), motion.frames.size());
+  }
+  // The surfaces and the Grood-Suntay translations are no columns of a curve.
+  EXPECT_THAT(file.curve.of(Quantity::anterior), IsEmpty());
 }
 
 TEST(CurveFile, RefusesWhatItWouldHaveToGuess)
