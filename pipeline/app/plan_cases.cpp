@@ -120,10 +120,7 @@ std::vector<PlannedCase> planned_cases(const Campaign& campaign)
     try {
       cases.push_back(planner.planned(one));
     } catch (const InputError& error) {
-      if (campaign.axes.empty()) throw;
-      InputError::Facts facts = error.facts();
-      facts.file = "case " + one.spec.name + ": " + facts.file;
-      throw InputError(facts);
+      throw fault_of_case(campaign, one, error);
     }
   }
   return cases;

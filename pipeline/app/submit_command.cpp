@@ -38,6 +38,15 @@ std::string program_for_tasks()
   return fs::absolute(program).lexically_normal().string();
 }
 
+Job job_of(const Campaign& campaign, const CampaignCase& one)
+{
+  try {
+    return read_job(one.spec.job_file, one.spec.overrides);
+  } catch (const InputError& error) {
+    throw fault_of_case(campaign, one, error);
+  }
+}
+
 Submission submission_of(const SubmitOptions& options)
 {
   const Campaign campaign = campaign_of(options.job_file, options.data_directory, options.overrides);
@@ -49,7 +58,7 @@ Submission submission_of(const SubmitOptions& options)
   submission.slurm = options.slurm;
   const bool is_single = campaign.axes.empty() && campaign.cases.size() == 1;
   for (const CampaignCase& c : campaign.cases) {
-    const Job job = read_job(c.spec.job_file, c.spec.overrides);
+    const Job job = job_of(campaign, c);
     SubmittedCase submitted;
     submitted.spec = c.spec;
     submitted.levels = c.levels;

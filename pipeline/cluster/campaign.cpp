@@ -23,6 +23,7 @@ const std::set<std::string> names_taken{"logs", "scripts", "tasks"};
 
 struct Level {
   std::string name;
+  std::string key;                     // "campaign.size.1"
   std::string job;                     // absolute, or empty
   std::string data;                    // absolute, or empty
   std::vector<std::string> overrides;  // "key.path=value"
@@ -89,6 +90,7 @@ Level level_of(const Source& source, const std::string& key, const JobValue& tab
 {
   Level level;
   level.name = *table.find("name")->text();
+  level.key = "campaign." + key;
   if (const std::string job = text_or_empty(table, "job"); !job.empty()) level.job = source.beside(job);
   if (const std::string data = text_or_empty(table, "data"); !data.empty()) level.data = source.beside(data);
   if (const JobValue* settings = table.find("set")) {
@@ -236,7 +238,7 @@ bool is_excluded(const std::vector<Axis>& axes, const Chosen& chosen,
 
 CampaignCase case_of(const CaseSpec& base, const Chosen& chosen, const std::vector<std::string>& overrides)
 {
-  CampaignCase result{base, {}};
+  CampaignCase result{base, {}, {}};
   std::string name;
   for (const Level* level : chosen) {
     name += (name.empty() ? "" : "_") + level->name;
@@ -245,6 +247,7 @@ CampaignCase case_of(const CaseSpec& base, const Chosen& chosen, const std::vect
     if (!level->data.empty()) result.spec.data_directory = level->data;
     result.spec.overrides.insert(result.spec.overrides.end(), level->overrides.begin(),
                                  level->overrides.end());
+    result.set_at.insert(result.set_at.end(), level->overrides.size(), level->key + ".set");
   }
   if (!name.empty()) result.spec.name = name;
   result.spec.overrides.insert(result.spec.overrides.end(), overrides.begin(), overrides.end());
@@ -275,6 +278,15 @@ std::size_t n_combinations(const Source& source, const std::vector<Axis>& axes)
   return n;
 }
 
+// Where a level sets the key, one that holds it or a part of it; empty: none does.
+std::string place_of(const CampaignCase& one, const std::string& key)
+{
+  for (std::size_t k = 0; k < one.set_at.size(); ++k) {
+    if (do_overlap(key_of(one.spec.overrides[k]), key)) return one.set_at[k] + "." + key;
+  }
+  return "";
+}
+
 void check_names(const Source& source, const std::vector<CampaignCase>& cases)
 {
   std::set<std::string> names = names_taken;
@@ -296,7 +308,7 @@ Campaign campaign_of(const std::string& job_or_campaign, const std::string& data
                                        largest_campaign_bytes);
   const JobDocument document{job_or_campaign, parse_toml(bytes, job_or_campaign), {}};
   const JobValue* table = document.root.find("campaign");
-  if (table == nullptr) return {"", {}, {{base, {}}}};
+  if (table == nullptr) return {job_or_campaign, "", {}, {{base, {}, {}}}};
 
   check_campaign(document);
   const Source source{job_or_campaign};
@@ -305,7 +317,7 @@ Campaign campaign_of(const std::string& job_or_campaign, const std::string& data
   check_keys_apart(source, axes);
   check_overrides(axes, overrides);
   const std::vector<Combination> left_out = excluded(source, axes, *table);
-  Campaign campaign{text_or_empty(*table, "title"), {}, {}};
+  Campaign campaign{job_or_campaign, text_or_empty(*table, "title"), {}, {}};
   for (const Axis& axis : axes) campaign.axes.push_back(axis.name);
   const std::size_t n = n_combinations(source, axes);
   const CaseSpec plain{base.name, base.job_file, base.data_directory, {}};
@@ -316,6 +328,26 @@ Campaign campaign_of(const std::string& job_or_campaign, const std::string& data
   if (campaign.cases.empty()) source.refuse("exclude", "every case left out", "at least one case to run");
   if (!axes.empty()) check_names(source, campaign.cases);
   return campaign;
+}
+
+InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, const InputError& error)
+{
+  if (campaign.axes.empty()) return error;
+  InputError::Facts facts = error.facts();
+  // As JobDocument::source_of() names what an override gave: levels are overrides, which nobody typed.
+  constexpr std::string_view with_override = " with --set ";
+  const std::size_t with = facts.file.find(with_override);
+  if (facts.file == "--set") {
+    if (const std::string place = place_of(one, facts.field); !place.empty()) {
+      facts.file = campaign.file;
+      facts.field = place;
+    }
+  } else if (with != std::string::npos) {
+    const std::string place = place_of(one, facts.file.substr(with + with_override.size()));
+    if (!place.empty()) facts.file = facts.file.substr(0, with) + " with " + campaign.file + ": " + place;
+  }
+  facts.file = "case " + one.spec.name + ": " + facts.file;
+  return InputError(facts);
 }
 
 }  // namespace vrda

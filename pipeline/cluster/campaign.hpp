@@ -5,15 +5,19 @@
 #include <vector>
 
 #include "cluster/case_spec.hpp"
+#include "core/error.hpp"
 
 namespace vrda {
 
 struct CampaignCase {
   CaseSpec spec;
   std::vector<std::string> levels;  ///< [axes] names
+  /// Of the first of spec.overrides, those that levels give: where, "campaign.size.1.set".
+  std::vector<std::string> set_at = {};
 };
 
 struct Campaign {
+  std::string file;  ///< as it was given
   std::string title;
   std::vector<std::string> axes;    ///< in the order written: "subject", "method", ...
   std::vector<CampaignCase> cases;  ///< the last axis fastest
@@ -24,5 +28,9 @@ struct Campaign {
 /// last in every case. Opens no mesh. Throws InputError naming file, key, found and wanted.
 Campaign campaign_of(const std::string& job_or_campaign, const std::string& data_directory,
                      const std::vector<std::string>& overrides);
+
+/// What is wrong with a case, told as a fault of the campaign's file where a level's settings are wrong.
+/// Names the case where there are several.
+InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, const InputError& error);
 
 }  // namespace vrda

@@ -115,7 +115,10 @@ TEST(Plan, ABadCaseIsNamed)
           .string();
   const test::Ended ended = test::run_vrda({"plan", file});
   EXPECT_EQ(ended.exit_code, 2);
-  EXPECT_THAT(ended.err, AllOf(HasSubstr("case ball_search_coarse_free"), HasSubstr("grid.varus")));
+  EXPECT_THAT(ended.err, AllOf(HasSubstr("case ball_search_coarse_free: "),
+                               HasSubstr("small.toml with " + file +
+                                         ": campaign.ligaments.1.set.grid.varus: grid.varus: "),
+                               Not(HasSubstr("--set"))));
   EXPECT_EQ(test::n_lines(ended.err), 1);
   EXPECT_THAT(ended.out, IsEmpty());
   // Meshes are looked at too.
@@ -124,6 +127,33 @@ TEST(Plan, ABadCaseIsNamed)
   const test::Ended gone = test::run_vrda({"plan", sound});
   EXPECT_EQ(gone.exit_code, 2);
   EXPECT_THAT(gone.err, AllOf(HasSubstr("case ball_rest_coarse"), HasSubstr("dish.stl")));
+}
+
+TEST(Plan, AWrongValueOfALevelIsToldAsTheCampaigns)
+{
+  const test::Scratch scratch;
+  const std::string file =
+      small_campaign(scratch,
+                     "[[campaign.scaling]]\nname = \"adult\"\n[[campaign.scaling]]\nname = \"small\"\n"
+                     "set = { scaling = { factor = 93 } }\n")
+          .string();
+  for (const std::string command : {"plan", "submit"}) {
+    SCOPED_TRACE(command);
+    std::vector<std::string> words{command, file};
+    if (command == "submit")
+      words.insert(words.end(), {"--local", "-o", (scratch.path() / "results").string()});
+    const test::Ended ended = test::run_vrda(words);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_EQ(test::n_lines(ended.err), 1);
+    EXPECT_THAT(ended.err, testing::StartsWith("vrda: case ball_rest_coarse_small: " + file +
+                                               ": campaign.scaling.1.set.scaling.factor: found 93, wanted "));
+    EXPECT_THAT(ended.err, Not(HasSubstr("--set")));
+  }
+  // What the command line gives is still its own.
+  const test::Ended typed =
+      test::run_vrda({"plan", small_campaign(scratch).string(), "--set", "scaling.factor=93"});
+  EXPECT_EQ(typed.exit_code, 2);
+  EXPECT_THAT(typed.err, HasSubstr("case ball_rest_coarse: --set: scaling.factor: found 93"));
 }
 
 TEST(Plan, CasesThatAreTheSameAreTold)
