@@ -42,11 +42,12 @@ void CommaTable::refuse(const TableLine& line, const std::string& column, const 
   throw InputError({file_, column.empty() ? place : place + ", " + column, found, wanted});
 }
 
-void CommaTable::refuse_unknown(std::string_view name, const std::vector<std::string>& known) const
+void CommaTable::refuse_unknown(std::string_view name, const std::vector<std::string>& known,
+                                const std::string& in_words) const
 {
   constexpr std::size_t longest = 100;  // of what is compared with known names
   refuse(header(), "", "the unknown column " + quoted(name),
-         "known ones; the nearest is " + quoted(nearest_word(std::string(name.substr(0, longest)), known)));
+         in_words + "; the nearest is " + quoted(nearest_word(std::string(name.substr(0, longest)), known)));
 }
 
 void CommaTable::refuse_number(const TableLine& line, const std::string& column, std::string_view field) const

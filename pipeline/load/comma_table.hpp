@@ -36,8 +36,9 @@ class CommaTable {
   /// Throws InputError naming the file, the line and, where there is one, the column.
   [[noreturn]] void refuse(const TableLine& line, const std::string& column, const std::string& found,
                            const std::string& wanted) const;
-  /// Names the nearest known column.
-  [[noreturn]] void refuse_unknown(std::string_view name, const std::vector<std::string>& known) const;
+  /// Tells the known columns, as `in_words` lists them, and the nearest of `known`.
+  [[noreturn]] void refuse_unknown(std::string_view name, const std::vector<std::string>& known,
+                                   const std::string& in_words) const;
   [[noreturn]] void refuse_number(const TableLine& line, const std::string& column,
                                   std::string_view field) const;
 

@@ -103,6 +103,8 @@ TEST(LigamentTableErrors, NameTheLineAndTheColumn)
            BadTable{replaced(header, "stiffness_n", "stifness_n") + row, "line 1",
                     "\"stifness_n_per_strain\"", "\"stiffness_n_per_strain\""},
            {replaced(header, "femur_y_mm", "femur_y"), "line 1", "\"femur_y\"", "\"femur_y_m"},
+           {replaced(header, "wrap", "ax"), "line 1", "\"ax\"",
+            "name, bundle, wrap, reference_x_mm, _y_mm, _z_mm"},
            {replaced(header, "femur_y_mm,", "") + row, "line 1, reference_y_mm", "no such column", "one"},
            {replaced(header, "stiffness_n_per_strain,", ""), "line 1, stiffness", "no such column", "one"},
            {replaced(header, "slack_length_mm,", ""), "line 1, slack_length_mm", "no such column",
