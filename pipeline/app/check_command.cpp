@@ -1,11 +1,14 @@
 #include "app/check_command.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "assemble/prepare.hpp"
+#include "core/number_text.hpp"
 #include "core/units.hpp"
+#include "load/job.hpp"
 #include "proximity/directional_gap.hpp"
 #include "run/scaling_text.hpp"
 
@@ -84,10 +87,93 @@ Json axis_json(const std::vector<double>& values)
   return {{"from_deg", values.front()}, {"to_deg", values.back()}, {"count", values.size()}};
 }
 
-Json understood(const Case& job_case)
+Json grid_json(const Case& job_case, const SweepPlan& plan)
+{
+  return {{"flexion", axis_json(job_case.grid.flexion_deg)},
+          {"varus", job_case.is_varus_free ? Json() : axis_json(job_case.grid.varus_deg)},
+          {"varus_is_free", job_case.is_varus_free},
+          {"attitudes", plan.flexion_rad.size() * plan.varus_rad.size()}};
+}
+
+bool is_search(const Case& job_case)
+{
+  return job_case.method == "stability-search";
+}
+
+Json steps_json(const Case& job_case)
+{
+  if (!is_search(job_case)) return {};
+  const SearchOptions& s = job_case.search;
+  return {{"translation_mm", s.translation_step_mm},
+          {"translation_resolution_mm", s.translation_resolution_mm},
+          {"rotation_deg", deg_from_rad(s.rotation_step_rad)},
+          {"rotation_resolution_deg", deg_from_rad(s.rotation_resolution_rad)}};
+}
+
+Json equilibrium_json(const Case& job_case)
+{
+  if (is_search(job_case)) return {};
+  return {{"tolerance_mm", job_case.equilibrium.tolerance_mm},
+          {"max_iterations", job_case.equilibrium.max_iterations},
+          {"contact_resolution_mm", job_case.equilibrium.contact_resolution_mm},
+          {"restarts", job_case.spine.n_restarts},
+          {"band_moment_nmm", job_case.spine.band_moment_nmm}};
+}
+
+// Bundles in the order of their first fibres.
+Json ligaments_json(const Ligaments& ligaments)
+{
+  if (ligaments.fibres.empty()) return {};
+  Json bundles = Json::array(), wraps = Json::array();
+  for (const Wrap& wrap : ligaments.wraps) {
+    wraps.push_back({{"name", wrap.name},
+                     {"shape", wrap.shape == WrapShape::cylinder ? "cylinder" : "ellipsoid"},
+                     {"body", wrap.body == WrapBody::reference ? "reference" : "moving"},
+                     {"fibres", 0}});
+  }
+  for (const Fibre& fibre : ligaments.fibres) {
+    auto bundle = std::find_if(bundles.begin(), bundles.end(),
+                               [&](const Json& b) { return b["name"] == fibre.bundle; });
+    if (bundle == bundles.end())
+      bundle = bundles.insert(bundles.end(), Json{{"name", fibre.bundle}, {"fibres", 0}});
+    (*bundle)["fibres"] = (*bundle)["fibres"].get<int>() + 1;
+    if (fibre.wrap < 0) continue;
+    Json& n_round = wraps[static_cast<std::size_t>(fibre.wrap)]["fibres"];
+    n_round = n_round.get<int>() + 1;
+  }
+  return {{"fibres", ligaments.fibres.size()},
+          {"bundles", bundles},
+          {"wraps", wraps},
+          {"transition_strain", ligaments.transition_strain}};
+}
+
+// A number or a list; over flexion as the job writes it, a row an angle.
+Json over_flexion_json(const OverFlexion& setting)
+{
+  Json rows = Json::array(), angles_deg = Json::array();
+  for (Eigen::Index i = 0; i < setting.value.rows(); ++i) {
+    const Eigen::VectorXd row = setting.value.row(i).transpose();
+    rows.push_back(row.size() == 1 ? Json(row[0]) : Json(std::vector<double>(row.begin(), row.end())));
+  }
+  if (rows.size() == 1) return rows[0];
+  for (const double flexion_rad : setting.flexion_rad) angles_deg.push_back(deg_from_rad(flexion_rad));
+  return {{"flexion_deg", angles_deg}, {"value", rows}};
+}
+
+// As the job has it; only the point goes with the subject's size.
+Json push_json(const PushJob& push, const Case& job_case)
+{
+  return {{"delta", over_flexion_json(push.delta)},
+          {"force_n", over_flexion_json(push.force_n)},
+          {"lateral_force_n", over_flexion_json(push.lateral_force_n)},
+          {"moment_nmm", over_flexion_json(push.moment_nmm)},
+          {"varus_moment_nmm", over_flexion_json(push.varus_moment_nmm)},
+          {"point_mm", numbers(job_case.push_point_mm)}};
+}
+
+Json understood(const Case& job_case, const PushJob& push)
 {
   const SweepPlan plan = plan_of(job_case);
-  const SearchOptions& s = job_case.search;
   Json components = Json::array();
   for (const ComponentSurvey& c : job_case.survey) components.push_back(component_json(c));
   return {{"title", job_case.title},
@@ -99,16 +185,12 @@ Json understood(const Case& job_case)
           {"scaling", scaling_json(job_case.scaling)},
           {"scaling_note", scaling_line(job_case)},
           {"components", components},
-          {"initial_pose", initial_pose_of(joint_of(job_case, job_case.frame), plan, s)},
-          {"grid",
-           {{"flexion", axis_json(job_case.grid.flexion_deg)},
-            {"varus", axis_json(job_case.grid.varus_deg)},
-            {"attitudes", plan.flexion_rad.size() * plan.varus_rad.size()}}},
-          {"steps",
-           {{"translation_mm", s.translation_step_mm},
-            {"translation_resolution_mm", s.translation_resolution_mm},
-            {"rotation_deg", deg_from_rad(s.rotation_step_rad)},
-            {"rotation_resolution_deg", deg_from_rad(s.rotation_resolution_rad)}}},
+          {"initial_pose", initial_pose_of(joint_of(job_case, job_case.frame), plan, job_case.search)},
+          {"ligaments", ligaments_json(job_case.ligaments)},
+          {"push", push_json(push, job_case)},
+          {"grid", grid_json(job_case, plan)},
+          {"steps", steps_json(job_case)},
+          {"equilibrium", equilibrium_json(job_case)},
           {"smooth_degrees", job_case.smooth_degrees},
           {"smooth_recontact", job_case.smooth_recontact},
           {"smooth_robust", job_case.smooth_robust},
@@ -136,8 +218,85 @@ void print_component(const Json& c)
 
 void print_axis(const char* name, const Json& axis)
 {
+  if (axis.is_null()) {
+    std::printf("  %-8s free\n", name);
+    return;
+  }
   std::printf("  %-8s %g to %g degrees, %ld values\n", name, axis["from_deg"].get<double>(),
               axis["to_deg"].get<double>(), axis["count"].get<long>());
+}
+
+void print_ligaments(const Json& l)
+{
+  if (l.is_null()) {
+    std::printf("ligaments: none\n");
+    return;
+  }
+  std::printf("ligaments: %d fibres in %zu bundles, %zu wraps\n", l["fibres"].get<int>(), l["bundles"].size(),
+              l["wraps"].size());
+  for (const Json& bundle : l["bundles"]) {
+    std::printf("  %-18s %d fibres\n", bundle["name"].get<std::string>().c_str(),
+                bundle["fibres"].get<int>());
+  }
+  for (const Json& wrap : l["wraps"]) {
+    std::printf("  %-18s %s on the %s object, for %d fibres\n", wrap["name"].get<std::string>().c_str(),
+                wrap["shape"].get<std::string>().c_str(), wrap["body"].get<std::string>().c_str(),
+                wrap["fibres"].get<int>());
+  }
+}
+
+std::string text_of(const Json& number_or_list)
+{
+  if (!number_or_list.is_array()) return shortest(number_or_list.get<double>());
+  std::string text;
+  for (const Json& number : number_or_list)
+    text += (text.empty() ? "[" : " ") + shortest(number.get<double>());
+  return text + "]";
+}
+
+// "20 N", or its first and last row over flexion.
+void print_load(const char* name, const Json& load, const char* unit)
+{
+  std::string text;
+  if (!load.is_object()) {
+    text = text_of(load) + unit;
+  } else {
+    const Json& angles_deg = load["flexion_deg"];
+    const Json& rows = load["value"];
+    text = text_of(rows.front()) + unit + " at " + shortest(angles_deg.front().get<double>()) +
+           " degrees of flexion to " + text_of(rows.back()) + unit + " at " +
+           shortest(angles_deg.back().get<double>()) + ", in " + std::to_string(rows.size()) + " rows";
+  }
+  std::printf("  %-18s %s\n", name, text.c_str());
+}
+
+void print_push(const Json& u)
+{
+  const Json& p = u["push"];
+  std::printf("push\n");
+  print_load("delta", p["delta"], "");
+  if (u["equilibrium"].is_null()) return;  // the search goes along Delta without a force
+  print_load("force", p["force_n"], " N along delta");
+  print_load("lateral force", p["lateral_force_n"], " N anterior and right");
+  print_load("moment", p["moment_nmm"], " N mm about delta");
+  print_load("varus moment", p["varus_moment_nmm"], " N mm");
+  print_load("point", p["point_mm"], " mm from the rotation centre");
+}
+
+void print_method(const Json& u)
+{
+  if (const Json& s = u["steps"]; !s.is_null()) {
+    std::printf("  translation %g mm to %g mm, rotation %g to %g degrees\n",
+                s["translation_mm"].get<double>(), s["translation_resolution_mm"].get<double>(),
+                s["rotation_deg"].get<double>(), s["rotation_resolution_deg"].get<double>());
+    return;
+  }
+  const Json& e = u["equilibrium"];
+  std::printf("  tolerance %g mm in at most %d iterations, contact resolution %g mm\n",
+              e["tolerance_mm"].get<double>(), e["max_iterations"].get<int>(),
+              e["contact_resolution_mm"].get<double>());
+  std::printf("  along the spine %d restarts a flexion, band of rotation under %g N mm\n",
+              e["restarts"].get<int>(), e["band_moment_nmm"].get<double>());
 }
 
 void print(const Json& u)
@@ -163,13 +322,12 @@ void print(const Json& u)
     std::printf("initial pose: %.3f mm along Delta to the first touch\n",
                 start["travel_along_delta_mm"].get<double>());
   }
+  print_ligaments(u["ligaments"]);
+  print_push(u);
   std::printf("plan: %ld attitudes\n", u["grid"]["attitudes"].get<long>());
   print_axis("flexion", u["grid"]["flexion"]);
   print_axis("varus", u["grid"]["varus"]);
-  const Json& s = u["steps"];
-  std::printf("  translation %g mm to %g mm, rotation %g to %g degrees\n", s["translation_mm"].get<double>(),
-              s["translation_resolution_mm"].get<double>(), s["rotation_deg"].get<double>(),
-              s["rotation_resolution_deg"].get<double>());
+  print_method(u);
   for (const Json& w : u["warnings"]) std::printf("warning: %s\n", w.get<std::string>().c_str());
 }
 
@@ -178,7 +336,8 @@ void print(const Json& u)
 ExitCode check_command(const CheckOptions& options)
 {
   const Case job_case = of_subject(load_case(options.job_file, {options.data_directory, options.overrides}));
-  Json result = understood(job_case);
+  const Job job = parse_job(options.job_file, job_case.job_text, options.overrides);
+  Json result = understood(job_case, job.push);
   if (result["initial_pose"]["overlapping"].get<bool>()) {
     result["warnings"].push_back(
         "the objects overlap in the initial pose; initial.translation_mm may want a larger shift");

@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/word_checks.hpp"
+
 namespace vrda {
 namespace {
 
@@ -20,14 +22,14 @@ void add_slurm_options(CLI::App& c, SlurmOptions& slurm)
       ->envname("SBATCH_PARTITION");
   c.add_option("--time", slurm.time, "Time limit of a task, as sbatch takes it: 30 (minutes), 2:00:00");
   c.add_option("--mem", slurm.memory, "Memory of a task: 500M, 2G");
-  c.add_option("--cpus", slurm.cpus, "Processors, and threads, of a task")->check(CLI::Range(1, 1024));
+  c.add_option("--cpus", slurm.cpus, "Processors, and threads, of a task")->check(whole_number(1, 1024));
   c.add_option("--account", slurm.account, "Slurm's account")->envname("SBATCH_ACCOUNT");
   c.add_option("--qos", slurm.qos, "Slurm's quality of service")->envname("SBATCH_QOS");
   c.add_option("--max-parallel", slurm.max_parallel, "Tasks of one array at once; default: no limit")
-      ->check(CLI::Range(1, most_tasks));
+      ->check(whole_number(1, most_tasks));
   c.add_option("--cases-per-task", slurm.cases_per_task,
                "Cases that a task makes one after the other; default: as few as Slurm's queue has room for")
-      ->check(CLI::Range(1, most_tasks));
+      ->check(whole_number(1, most_tasks));
   c.add_option_function<std::vector<std::string>>(
        "--extra",
        [&slurm](const std::vector<std::string>& lines) {
@@ -43,7 +45,7 @@ void add_local_options(CLI::App& c, bool& is_local, int& n_workers, bool& is_dry
   c.add_flag("--local", is_local,
              "By processes of this machine, without Slurm; returns when they have ended");
   c.add_option("--workers", n_workers, "Local processes at once; default: one a processor")
-      ->check(CLI::Range(1, 1024));
+      ->check(whole_number(1, 1024));
   c.add_flag("--dry-run", is_dry, "Print the scripts and the sbatch commands, write nothing");
   c.add_flag("--json", as_json, "Print JSON");
 }
@@ -71,7 +73,7 @@ void ClusterWords::add_plan(const Add& add, std::function<ExitCode()>& chosen)
       ->allow_extra_args(false)
       ->take_all();
   c.add_option("--shards", plan_.n_shards, "Tasks that each case is to be cut into")
-      ->check(CLI::Range(1, most_tasks));
+      ->check(whole_number(1, most_tasks));
   c.add_flag("--json", plan_.as_json, "Print JSON");
   c.callback([this, &chosen] { chosen = [this] { return plan_command(plan_); }; });
 }
@@ -82,7 +84,7 @@ void ClusterWords::add_index(const Add& add, std::function<ExitCode()>& chosen)
                     "vrda index results/campaign-example");
   c.add_option("folder", index_.folder, "Folder of the submission")->required();
   c.add_option("--cpus", index_.n_processes, "Processes that read motion models; default: one a processor")
-      ->check(CLI::Range(1, 1024));
+      ->check(whole_number(1, 1024));
   c.add_flag("--json", index_.as_json, "Print JSON");
   c.callback([this, &chosen] { chosen = [this] { return index_command(index_); }; });
 }
@@ -99,7 +101,7 @@ void ClusterWords::add_submit(const Add& add, std::function<ExitCode()>& chosen)
       ->allow_extra_args(false)
       ->take_all();
   c.add_option("--shards", submit_.n_shards, "Tasks that each case is cut into")
-      ->check(CLI::Range(1, most_tasks))
+      ->check(whole_number(1, most_tasks))
       ->capture_default_str();
   add_slurm_options(c, submit_.slurm);
   add_local_options(c, submit_.is_local, submit_.n_workers, submit_.is_dry, submit_.as_json);
@@ -140,11 +142,12 @@ void ClusterWords::add_task(const Add& add, std::function<ExitCode()>& chosen)
   c.add_option("--kind", task_.kind, "spine, shard, merge, run or index")->required();
   CLI::Option* name = c.add_option("--case", task_.case_name, "Name of the case");
   c.add_option("--first", task_.first, "Number of the case, from 1")->excludes(name);
-  c.add_option("--count", task_.count, "Cases to run one after the other")->check(CLI::PositiveNumber);
+  c.add_option("--count", task_.count, "Cases to run one after the other")
+      ->check(whole_number(1, most_tasks));
   c.add_option("--shard", task_.shard, "Number of the shard, from 1");
-  c.add_option("--cpus", task_.n_cpus, "Threads")->check(CLI::Range(1, 1024));
+  c.add_option("--cpus", task_.n_cpus, "Threads")->check(whole_number(1, 1024));
   c.add_option("--ended", task_.ended, "Only note down that it was ended, with this exit code of its script")
-      ->check(CLI::Range(129, 255));
+      ->check(whole_number(129, 255));
   c.callback([this, &chosen] { chosen = [this] { return task_command(task_); }; });
 }
 

@@ -20,6 +20,7 @@
 #include "app/shape_command.hpp"
 #include "app/smooth_command.hpp"
 #include "app/trace_command.hpp"
+#include "app/word_checks.hpp"
 #include "core/error.hpp"
 #include "run/merge_command.hpp"
 #include "run/run_command.hpp"
@@ -87,7 +88,8 @@ struct Commands {
     c.add_option("--set", run.overrides, "key=value, over the job file; may be repeated")
         ->allow_extra_args(false)
         ->take_all();
-    c.add_option("--threads", run.n_threads, "Workers; default: one a processor")->check(CLI::Range(1, 1024));
+    c.add_option("--threads", run.n_threads, "Workers; default: one a processor")
+        ->check(vrda::whole_number(1, 1024));
     c.add_flag("--fresh", run.is_fresh, "Drop what a journal holds and start over");
     CLI::Option* spine =
         c.add_flag("--spine", run.only_spine, "Solve the spine alone, into NAME.h5.spine.journal");
@@ -120,7 +122,7 @@ struct Commands {
         ->allow_extra_args(false)
         ->take_all();
     c.add_option("--threads", merge.n_threads, "Workers for smoothing; default: one a processor")
-        ->check(CLI::Range(1, 1024));
+        ->check(vrda::whole_number(1, 1024));
     c.add_flag("--keep", merge.keeps_journals, "Leave the journals where they are");
     c.callback([this] { chosen = [this] { return merge_command(merge); }; });
   }
@@ -166,12 +168,12 @@ struct Commands {
     c.add_option("file", smooth.file, "Motion model (HDF5)")->required();
     c.add_option("--degree", smooth.degree, "Total degree of the polynomials")
         ->required()
-        ->check(CLI::Range(1, 12));
+        ->check(vrda::whole_number(1, 12));
     c.add_flag("--robust", smooth.is_robust, "Weigh attitudes far off less (Huber)");
     c.add_flag("--recontact", smooth.is_recontacted,
                "Find the travel along Delta into contact at every attitude");
     c.add_option("--threads", smooth.n_threads, "Workers; default: one a processor")
-        ->check(CLI::Range(1, 1024));
+        ->check(vrda::whole_number(1, 1024));
     c.add_flag("--json", smooth.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return smooth_command(smooth); }; });
   }
@@ -185,10 +187,10 @@ struct Commands {
     c.add_option("--set", audit.set, "raw, degree_N, degree_N_recontacted, zero_varus or all")
         ->capture_default_str();
     c.add_option("--refine", audit.refine, "Parts each cell of the grid is cut into, along each axis")
-        ->check(CLI::Range(1, 100))
+        ->check(vrda::whole_number(1, 100))
         ->capture_default_str();
     c.add_option("--threads", audit.n_threads, "Workers; default: one a processor")
-        ->check(CLI::Range(1, 1024));
+        ->check(vrda::whole_number(1, 1024));
     c.add_flag("--json", audit.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return audit_command(audit); }; });
   }
@@ -198,8 +200,10 @@ struct Commands {
     CLI::App& c = add("trace", "Summarise the searches of a trace, or print their moves as CSV.",
                       "vrda trace results/knee-generic/knee-generic.trace.h5 --flexion 45 --csv");
     c.add_option("file", trace.file, "Trace (HDF5), written by vrda run --trace")->required();
-    c.add_option("--flexion", trace.filter.flexion_deg, "Only searches at this flexion of the grid, degrees");
-    c.add_option("--varus", trace.filter.varus_deg, "Only searches at this varus of the grid, degrees");
+    c.add_option("--flexion", trace.filter.flexion_deg, "Only searches at this flexion of the grid, degrees")
+        ->check(vrda::any_number());
+    c.add_option("--varus", trace.filter.varus_deg, "Only searches at this varus of the grid, degrees")
+        ->check(vrda::any_number());
     c.add_flag("--contact-only", trace.contact_only, "Only moves in contact");
     CLI::Option* csv = c.add_flag("--csv", trace.as_csv, "Print the moves as CSV");
     c.add_flag("--json", trace.as_json, "Print JSON")->excludes(csv);
@@ -243,10 +247,10 @@ struct Commands {
     c.add_option("--degrees", compare.degrees, "A range or a list: 1..12 or 2,4,6")->capture_default_str();
     c.add_option("--refine", compare.refine,
                  "Parts of a grid step at which gap and penetration are measured; 0: not at all")
-        ->check(CLI::Range(0, 16))
+        ->check(vrda::whole_number(0, 16))
         ->capture_default_str();
     c.add_option("--threads", compare.n_threads, "Workers; default: one a processor")
-        ->check(CLI::Range(1, 1024));
+        ->check(vrda::whole_number(1, 1024));
     c.add_flag("--robust", compare.is_robust, "Fit with Huber's weights, which outliers pull less");
     c.add_flag("--recontact", compare.is_recontacted,
                "Compare the motions moved back into contact along Delta");
@@ -263,7 +267,7 @@ struct Commands {
     c.add_option("file", e.file, "Motion model (HDF5)")->required();
     c.add_option("--to", e.format, "sto or mot (OpenSim), csv, gltf (.glb) or vtk (.pvd, ParaView)")
         ->required()
-        ->check(CLI::IsMember({"sto", "mot", "csv", "gltf", "vtk"}));
+        ->check(vrda::one_of({"sto", "mot", "csv", "gltf", "vtk"}));
     c.add_option("-o,--output", e.output, "File to write, with the extension of the format")->required();
     c.add_option("--set", e.set, "raw, degree_N, ...; default: the set that vrda-player shows");
     c.add_option("--flexion", e.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
@@ -279,7 +283,7 @@ struct Commands {
     c.add_flag("--degrees", e.in_degrees, "Angles of sto and mot in degrees; default: radians");
     c.add_option("--rate", e.degrees_per_second,
                  "Flexion a second, degrees: what time is in sto, mot and gltf")
-        ->check(CLI::Range(1e-3, 1e6))
+        ->check(vrda::number(1e-3, 1e6))
         ->capture_default_str();
     c.add_flag("--full", e.every_cell, "csv: one row a cell of the grid, with every number it has");
     c.add_flag("--json", e.as_json, "Print JSON");
@@ -322,7 +326,7 @@ struct Commands {
     c.add_option("file", config.file, "The configuration")->required();
     c.add_option("-o,--output", config.output, "Job file (TOML) to write")->required();
     c.add_option("--unit", config.unit, "Unit of its lengths and of the meshes: m, cm or mm")
-        ->check(CLI::IsMember({"m", "cm", "mm"}))
+        ->check(vrda::one_of({"m", "cm", "mm"}))
         ->capture_default_str();
     c.callback([this] { chosen = [this] { return convert_config_command(config); }; });
   }
@@ -378,11 +382,14 @@ int run_program(int argc, char** argv)
   Commands commands;
   try {
     commands.app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    if (commands.app.exit(error) != 0) return as_int(ExitCode::bad_input);
+  } catch (const CLI::Success& asked) {
+    commands.app.exit(asked);
     std::cout.flush();
     require_printed();
     return as_int(ExitCode::done);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "vrda: %s\n", vrda::usage_message(commands.app, error).c_str());
+    return as_int(ExitCode::bad_input);
   }
   if (commands.is_quiet) vrda::be_quiet();
   const ExitCode code = commands.chosen();

@@ -8,6 +8,7 @@
 
 #include "audit/audit.hpp"
 #include "core/compartment.hpp"
+#include "motion/poses.hpp"
 #include "run/json_number.hpp"
 #include "run/scaling_text.hpp"
 #include "run/solved_model.hpp"
@@ -124,6 +125,19 @@ Json equilibrium_json(const MotionModel& model)
           {"flexions_with_several_optima", n_several}};
 }
 
+// Of free varus what was found; the grid's one column says nothing.
+Json grid_json(const MotionModel& model)
+{
+  const bool is_varus_free = Motion(model, "raw").is_varus_free();
+  const auto axis = [](const std::vector<double>& values) {
+    return Json{values.front(), values.back(), values.size()};
+  };
+  return {{"flexion_deg", axis(model.flexion_deg)},
+          {"varus_deg", is_varus_free ? Json() : axis(model.varus_deg)},
+          {"varus_is_free", is_varus_free},
+          {"varus_found_deg", is_varus_free ? range_json(model.varus_solved_deg) : Json()}};
+}
+
 Json summary_of(const MotionModel& model)
 {
   const AuditFigures measured = figures_of(audit(model, "raw", 1, threads_or_all(0)));
@@ -135,9 +149,7 @@ Json summary_of(const MotionModel& model)
           {"joint", model.joint},
           {"side", model.side},
           {"method", model.method},
-          {"grid",
-           {{"flexion_deg", {model.flexion_deg.front(), model.flexion_deg.back(), model.flexion_deg.size()}},
-            {"varus_deg", {model.varus_deg.front(), model.varus_deg.back(), model.varus_deg.size()}}}},
+          {"grid", grid_json(model)},
           {"scaling", scaling_json(model.job.scaling)},
           {"status", statuses},
           {"triangles",
@@ -176,6 +188,17 @@ void print_axis(const char* name, const Json& axis)
               axis[2].get<int>());
 }
 
+void print_varus(const Json& grid)
+{
+  if (!grid["varus_is_free"].get<bool>()) {
+    print_axis("varus", grid["varus_deg"]);
+    return;
+  }
+  const Json& found = grid["varus_found_deg"];
+  std::printf("  %-8s free, found from %s to %s degrees\n", "varus", text_of(found["min"]).c_str(),
+              text_of(found["max"]).c_str());
+}
+
 void print_equilibrium(const MotionModel& model, const Json& s)
 {
   if (!model.equilibrium) return;
@@ -202,7 +225,7 @@ void print(const MotionModel& model, const Json& s)
                                                     : "at this size");
   }
   print_axis("flexion", s["grid"]["flexion_deg"]);
-  print_axis("varus", s["grid"]["varus_deg"]);
+  print_varus(s["grid"]);
   std::printf("%s\n", status_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {
     const auto n = (model.status == static_cast<std::int8_t>(status)).count();

@@ -11,8 +11,11 @@
 namespace vrda {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
+using testing::StartsWith;
 
 TEST(Commands, HelpNamesEveryCommandWithAnExample)
 {
@@ -41,6 +44,47 @@ TEST(Commands, WrongUsageExitsWithTwo)
   EXPECT_EQ(test::run_vrda({"run", "a.toml", "--threads", "0"}).exit_code, 2);
 }
 
+TEST(Commands, WrongUsageIsOneLineThatNamesTheProgramAndTheWord)
+{
+  struct Row {
+    std::vector<std::string> words;
+    const char* told;
+    const char* help;
+  };
+  const std::string model = "a.h5";
+  for (const Row& row : {
+           Row{{"foo"}, "command: found \"foo\", wanted run, merge, ", " (see vrda --help)\n"},
+           Row{{}, "command: found nothing, wanted run, merge, ", " (see vrda --help)\n"},
+           Row{{"convert", "foo"},
+               "command: found \"foo\", wanted object, mesh or config",
+               " (see vrda convert --help)\n"},
+           Row{{"smooth", model, "--degree", "13"},
+               "--degree: found \"13\", wanted a whole number from 1 to 12",
+               " (see vrda smooth --help)\n"},
+           Row{{"smooth", model, "--degree", "two"}, "--degree: found \"two\", wanted a whole number", "\n"},
+           Row{{"export", model, "--to", "sto", "-o", "a.sto", "--rate", "0"},
+               "--rate: found \"0\", wanted a number from 0.001 to 1e+06",
+               "\n"},
+           Row{{"export", model, "--to", "stl", "-o", "a.stl"},
+               "--to: found \"stl\", wanted sto, mot, csv, gltf or vtk",
+               "\n"},
+           Row{{"trace", model, "--flexion", "up"}, "--flexion: found \"up\", wanted a number", "\n"},
+           Row{{"plan", "a.toml", "--shards", "0"}, "--shards: found \"0\", wanted a whole number", "\n"},
+           Row{{"run"}, "job is required", " (see vrda run --help)\n"},
+           Row{{"run", "a.toml", "--thraeds", "2"},
+               "run: found \"--thraeds\", wanted an option of it; the nearest is \"--threads\"",
+               " (see vrda run --help)\n"},
+           Row{{"info", model, "b.h5"}, "info: found \"b.h5\", wanted no further word", "\n"},
+       }) {
+    SCOPED_TRACE(testing::PrintToString(row.words));
+    const test::Ended ended = test::run_vrda(row.words);
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_THAT(ended.out, IsEmpty());
+    EXPECT_EQ(test::n_lines(ended.err), 1);
+    EXPECT_THAT(ended.err, AllOf(StartsWith("vrda: "), HasSubstr(row.told), testing::EndsWith(row.help)));
+  }
+}
+
 TEST(Commands, CheckSaysWhatItUnderstood)
 {
   const test::Scratch scratch;
@@ -58,6 +102,63 @@ TEST(Commands, CheckSaysWhatItUnderstood)
   // 0.2 mm.
   EXPECT_NEAR(json.at("initial_pose").at("travel_along_delta_mm").get<double>(), 34.0 - 13.0 / 80.0, 0.3);
   EXPECT_EQ(json.at("initial_pose").at("overlapping"), false);
+}
+
+TEST(Commands, CheckSaysWhatHoldsAndLoadsTheJoint)
+{
+  const std::string job = (test::source_directory() / "jobs/knee-generic.toml").string();
+  const std::vector<std::string> more{"--set", "grid.varus=free",
+                                      "--set", "push.force_n={ flexion_deg = [0, 90], value = [20, 40] }",
+                                      "--set", "push.varus_moment_nmm=-300",
+                                      "--set", "solver.equilibrium.tolerance_mm=2e-4"};
+  std::vector<std::string> words{"check", job};
+  words.insert(words.end(), more.begin(), more.end());
+  const test::Ended text = test::run_vrda(words);
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, AllOf(HasSubstr("varus    free\n"), Not(HasSubstr("0 to 0")),
+                              HasSubstr("20 N along delta at 0 degrees of flexion to 40 N along delta at 90"),
+                              HasSubstr("-300 N mm\n"), HasSubstr("tolerance 0.0002 mm"),
+                              HasSubstr("contact resolution 0.01 mm"), Not(HasSubstr("translation 1 mm"))));
+  words.emplace_back("--json");
+  const auto json = nlohmann::json::parse(test::run_vrda(words).out);
+  const nlohmann::json& ligaments = json.at("ligaments");
+  int n_fibres = 0;
+  for (const nlohmann::json& bundle : ligaments.at("bundles")) {
+    n_fibres += bundle.at("fibres").get<int>();
+    EXPECT_THAT(text.out, HasSubstr(bundle.at("name").get<std::string>()));
+  }
+  EXPECT_GT(n_fibres, 0);
+  EXPECT_EQ(ligaments.at("fibres"), n_fibres);
+  EXPECT_THAT(text.out, HasSubstr("ligaments: " + std::to_string(n_fibres) + " fibres in " +
+                                  std::to_string(ligaments.at("bundles").size()) + " bundles, " +
+                                  std::to_string(ligaments.at("wraps").size()) + " wraps\n"));
+  EXPECT_TRUE(json.at("grid").at("varus").is_null());
+  EXPECT_EQ(json.at("grid").at("varus_is_free"), true);
+  EXPECT_EQ(json.at("push").at("force_n").at("value"), nlohmann::json({20.0, 40.0}));
+  EXPECT_NEAR(json.at("push").at("force_n").at("flexion_deg").at(1).get<double>(), 90.0, 1e-12);
+  EXPECT_EQ(json.at("push").at("varus_moment_nmm"), -300.0);
+  EXPECT_EQ(json.at("push").at("lateral_force_n"), nlohmann::json({0.0, 0.0}));
+  EXPECT_EQ(json.at("equilibrium").at("tolerance_mm"), 2e-4);
+  EXPECT_TRUE(json.at("steps").is_null());
+}
+
+TEST(Commands, CheckOfASearchHasItsStepsAndNoLoads)
+{
+  const test::Scratch scratch;
+  const std::string job = test::small_job(scratch).string();
+  const std::vector<std::string> words{"check", job, "--set", "solver.method=stability-search"};
+  const test::Ended text = test::run_vrda(words);
+  EXPECT_EQ(text.exit_code, 0) << text.err;
+  EXPECT_THAT(text.out, AllOf(HasSubstr("ligaments: none\n"), HasSubstr("translation 1 mm to "),
+                              Not(HasSubstr("tolerance")), Not(HasSubstr(" N along delta"))));
+  std::vector<std::string> as_json = words;
+  as_json.emplace_back("--json");
+  const auto json = nlohmann::json::parse(test::run_vrda(as_json).out);
+  EXPECT_TRUE(json.at("equilibrium").is_null());
+  EXPECT_TRUE(json.at("ligaments").is_null());
+  EXPECT_EQ(json.at("steps").at("translation_mm"), 1.0);
+  EXPECT_EQ(json.at("grid").at("varus_is_free"), false);
+  EXPECT_EQ(json.at("grid").at("varus").at("count"), 5);
 }
 
 TEST(Commands, SetMayStandBeforeTheJob)
@@ -136,10 +237,31 @@ TEST(Commands, InfoMeasuresAgainAndValidateIsContent)
   EXPECT_LE(json.at("remeasured").at("largest_gap_mm").get<double>(), 0.1);
   EXPECT_EQ(json.at("screw_home").at("spine").size(), 7u);
   EXPECT_EQ(json.at("smoothed").at(0).at("degree"), 2);
+  EXPECT_EQ(json.at("grid").at("varus_is_free"), false);
+  EXPECT_EQ(json.at("grid").at("varus_deg").at(2), 5);
   const test::Ended validate = test::run_vrda({"validate", output});
   EXPECT_EQ(validate.exit_code, 0);
   EXPECT_THAT(validate.out, IsEmpty());
   EXPECT_THAT(validate.err, HasSubstr("keeps to the specification"));
+}
+
+TEST(Commands, InfoOfFreeVarusTellsWhatWasFound)
+{
+  const test::Scratch scratch;
+  const std::string output = (scratch.path() / "free.h5").string();
+  ASSERT_EQ(test::run_vrda({"run", test::small_knee_job(scratch, "right").string(), "-o", output, "--set",
+                            "solver.method=equilibrium", "--set", "grid.varus=free"})
+                .exit_code,
+            0);
+  const test::Ended info = test::run_vrda({"info", output});
+  EXPECT_EQ(info.exit_code, 0);
+  EXPECT_THAT(info.out, AllOf(HasSubstr("  varus    free, found from "), Not(HasSubstr("0 to 0 degrees"))));
+  const auto grid = nlohmann::json::parse(test::run_vrda({"info", output, "--json"}).out).at("grid");
+  EXPECT_TRUE(grid.at("varus_deg").is_null());
+  EXPECT_EQ(grid.at("varus_is_free"), true);
+  const MotionModel model = read_motion_model(output);
+  EXPECT_EQ(grid.at("varus_found_deg").at("min"), model.varus_solved_deg.minCoeff());
+  EXPECT_EQ(grid.at("varus_found_deg").at("max"), model.varus_solved_deg.maxCoeff());
 }
 
 TEST(Commands, ValidateListsWhatIsWrongWhere)

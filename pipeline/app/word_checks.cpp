@@ -1,0 +1,109 @@
+#include "app/word_checks.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include "core/error.hpp"
+#include "core/nearest_word.hpp"
+#include "core/number_text.hpp"
+
+namespace vrda {
+namespace {
+
+// `description` stands in the help.
+CLI::Validator in_our_words(const CLI::Validator& check, const std::string& wanted,
+                            const std::string& description)
+{
+  return {[check, wanted](std::string& word) {
+            return check(word).empty() ? "" : "found \"" + word + "\", wanted " + wanted;
+          },
+          description};
+}
+
+CLI::Validator in_our_words(const CLI::Validator& check, const std::string& wanted)
+{
+  return in_our_words(check, wanted, check.get_description());
+}
+
+// "a, b or c".
+std::string alternatives(const std::vector<std::string>& words)
+{
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) text += i + 1 == words.size() ? " or " : ", ";
+    text += words[i];
+  }
+  return text;
+}
+
+// The command that was reached: the program, `convert`, `convert mesh`.
+const CLI::App& innermost(const CLI::App& app)
+{
+  const std::vector<CLI::App*> chosen = app.get_subcommands();
+  return chosen.empty() ? app : innermost(*chosen.back());
+}
+
+std::string unknown_command(const CLI::App& app)
+{
+  std::vector<std::string> known;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    known.push_back(command->get_name());
+  const std::vector<std::string> words = app.remaining();
+  const std::string found = words.empty() ? "nothing" : "\"" + words.front() + "\"";
+  return InputError({"command", "", found, alternatives(known)}).what();
+}
+
+// A word that no command on the way to `app` has a place for.
+std::string unknown_word(const CLI::App& app, const std::string& word)
+{
+  if (!word.starts_with('-'))
+    return InputError({app.get_name(), "", '"' + word + '"', "no further word"}).what();
+  std::vector<std::string> known;
+  for (const CLI::Option* option :
+       app.get_options([](const CLI::Option* o) { return !o->get_lnames().empty(); }))
+    known.push_back("--" + option->get_lnames().front());
+  return InputError({app.get_name(), "", '"' + word + '"',
+                     "an option of it; the nearest is \"" + nearest_word(word, known) + '"'})
+      .what();
+}
+
+std::string full_name(const CLI::App& app)
+{
+  return (app.get_parent() == nullptr ? "" : full_name(*app.get_parent()) + " ") + app.get_name();
+}
+
+}  // namespace
+
+CLI::Validator whole_number(int least, int most)
+{
+  return in_our_words(CLI::Range(least, most),
+                      "a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+}
+
+CLI::Validator number(double least, double most)
+{
+  return in_our_words(CLI::Range(least, most), "a number from " + shortest(least) + " to " + shortest(most));
+}
+
+CLI::Validator any_number()
+{
+  return in_our_words(CLI::Number, "a number", "");
+}
+
+CLI::Validator one_of(const std::vector<std::string>& words)
+{
+  return in_our_words(CLI::IsMember(words), alternatives(words));
+}
+
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error)
+{
+  const CLI::App& reached = innermost(app);
+  std::string what = error.what();
+  if (reached.get_require_subcommand_min() > 0) {
+    what = unknown_command(reached);
+  } else if (const std::vector<std::string> left = reached.remaining(); !left.empty()) {
+    what = unknown_word(reached, left.front());
+  }
+  return what + " (see " + full_name(reached) + " --help)";
+}
+
+}  // namespace vrda
