@@ -69,11 +69,12 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   PivotFit fit;
   fit.spread_rad = spread_of(X_tracker_probe);
   if (!(fit.spread_rad >= least_spread_rad)) {
-    throw InputError({file, "probe",
-                      "swings of " + rounded_text(deg_from_rad(fit.spread_rad), 1) +
-                          " deg (rms) about the axis that the probe turned about least",
-                      rounded_text(deg_from_rad(least_spread_rad), 0) +
-                          " deg or more: rest the tip and tilt the probe to all sides, by 40 deg and more"});
+    throw InputError(
+        {file, "probe",
+         "swings of " + rounded_text(deg_from_rad(fit.spread_rad), 1) +
+             " deg (rms) about the axis that the probe turned about least",
+         rounded_text(deg_from_rad(least_spread_rad), 0) +
+             " deg or more: rest the tip and tilt the probe to all sides, by 40 deg from one to the other"});
   }
   Matrix6 N = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
