@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdlib>
 #include <ctime>
 #include <filesystem>
 #include <ostream>
@@ -258,6 +259,21 @@ void write_many(const CalibrateOptions& options, const CalibrateSetup& setup, st
   }
 }
 
+bool has_screen()
+{
+  const auto is_set = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
+}
+
+/// Without a screen there is nobody to do it either. Not into a file, which a person may have begun.
+bool is_left_to_numbers(const CalibrateOptions& options)
+{
+  return options.is_virtual && options.script.empty() && options.calibration.empty() && !has_screen();
+}
+
 /// Keys come from a script, or from a person before a window.
 bool is_by_hand(const CalibrateOptions& options)
 {
@@ -282,7 +298,10 @@ CalibrateEnd calibrate(const CalibrateOptions& options, const ShowStreams& strea
     write_parts(options, setup, setup.begun, streams.data);
     return CalibrateEnd::finished;
   }
-  return is_by_hand(options) ? by_hand(options, setup, streams) : by_operator(options, setup, streams);
+  if (!is_by_hand(options)) return by_operator(options, setup, streams);
+  if (!is_left_to_numbers(options)) return by_hand(options, setup, streams);
+  if (!options.is_quiet) streams.talk << "no screen: every task is done as by --headless\n";
+  return by_operator(options, setup, streams);
 }
 
 }  // namespace vrda

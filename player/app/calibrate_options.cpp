@@ -22,10 +22,9 @@ std::string keys_text()
 
 void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
 {
-  calibrate->add_flag(
-      "--virtual", options.is_virtual,
-      "A bench and a person that exist in numbers: in a window to train, with --headless they "
-      "do every task themselves");
+  calibrate->add_flag("--virtual", options.is_virtual,
+                      "A bench and a person that exist in numbers: in a window to train, with --headless (or "
+                      "without a screen, where no --calibration is kept) they do every task themselves");
   calibrate->add_option("--seed", options.seed, "Which virtual bench; a calibration is of one seed")
       ->type_name("N")
       ->capture_default_str();

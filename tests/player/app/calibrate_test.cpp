@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -328,6 +329,20 @@ TEST_F(Calibrate, TheCalibrationOfAnotherBenchIsRefused)
       written("wide.toml", std::string(text).replace(text.find(size), size.size(), "width = 1600"));
   EXPECT_EQ(refusal(viewport).file, viewport.calibration);
   EXPECT_EQ(refusal(viewport).field, "display");
+}
+
+TEST_F(Calibrate, WithoutAScreenNumbersDoWhatNobodyKeeps)
+{
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  CalibrateOptions shown = options("viewport");
+  shown.is_headless = false;
+  EXPECT_THAT(refusal(shown).wanted, HasSubstr("--headless"));
+  shown.calibration.clear();
+  const Said said = calibrated(shown);
+  EXPECT_EQ(said.end, CalibrateEnd::finished);
+  EXPECT_THAT(said.data, HasSubstr("viewport    done"));
+  EXPECT_THAT(said.talk, HasSubstr("no screen"));
 }
 
 TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
