@@ -12,6 +12,8 @@ logs=$root/build/logs
 
 # The same object code in another checkout of the same text is found in the compiler cache.
 export CCACHE_BASEDIR=$root
+# What it wants to be told before it keeps what was compiled with precompiled headers.
+export CCACHE_SLOPPINESS=pch_defines,time_macros
 
 # fail REASON [CODE]: one line on standard error, and out.
 fail() {

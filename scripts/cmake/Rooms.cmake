@@ -52,6 +52,7 @@ function(add_room_test name)
   set(target test_${name})
   add_executable(${target} ${TEST_SOURCES})
   target_link_libraries(${target} PRIVATE ${TEST_USES} test_support GTest::gmock GTest::gtest_main vrda_flags)
+  target_precompile_headers(${target} REUSE_FROM test_precompiled)
   gtest_discover_tests(${target} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${TEST_TIMEOUT})
 endfunction()
 

@@ -1,0 +1,1 @@
+// Nothing: the program's headers are what is compiled (CMakeLists.txt).
