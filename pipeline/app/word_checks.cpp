@@ -24,17 +24,6 @@ CLI::Validator in_our_words(const CLI::Validator& check, const std::string& want
   return in_our_words(check, wanted, check.get_description());
 }
 
-// "a, b or c".
-std::string alternatives(const std::vector<std::string>& words)
-{
-  std::string text;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (i > 0) text += i + 1 == words.size() ? " or " : ", ";
-    text += words[i];
-  }
-  return text;
-}
-
 // The command that was reached: the program, `convert`, `convert mesh`.
 const CLI::App& innermost(const CLI::App& app)
 {

@@ -29,4 +29,14 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
   return best == known.end() ? "" : *best;
 }
 
+std::string alternatives(const std::vector<std::string>& words)
+{
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) text += i + 1 == words.size() ? " or " : ", ";
+    text += words[i];
+  }
+  return text;
+}
+
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// What a misspelt name may have meant.
+/// What a misspelt name may have meant, and which there are.
 #pragma once
 
 #include <string>
@@ -12,5 +12,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 
 /// The word of `known` nearest to `word`, the earlier of two; empty when there is none.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
+
+/// "a, b or c".
+std::string alternatives(const std::vector<std::string>& words);
 
 }  // namespace vrda

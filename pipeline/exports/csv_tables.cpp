@@ -124,57 +124,55 @@ void add_smoothed(Columns& columns, const MotionModel& model)
   }
 }
 
-constexpr std::array flexion_columns{
-    "flexion_deg",          "varus_deg",          "internal_deg", "ant_mm", "prox_mm", "lat_mm",
-    "attitude_flexion_deg", "attitude_varus_deg", "tx_mm",        "ty_mm",  "tz_mm",   "theta_deg",
-    "anterior_mm",          "proximal_mm",        "lateral_mm"};
+using Value = std::pair<const char*, double>;
 
-// In the order of the columns.
-std::array<double, flexion_columns.size()> values_of(const FlexionMotion& motion, const FlexionFrame& frame)
+std::array<Value, 15> values_of(const FlexionMotion& motion, const FlexionFrame& frame)
 {
   const Clinical& c = frame.clinical;
   const JointPose& pose = frame.pose;
   const Eigen::Vector3d t_mm = pose.X_reference_moving.translation();
   const Eigen::Vector3d moved_mm = pose.X_world_moving * motion.rotation_centre_mm;
   const double to_lateral = motion.side == Side::left ? -1.0 : 1.0;
-  return {deg_from_rad(c.flexion_rad),
-          deg_from_rad(c.varus_rad),
-          deg_from_rad(c.internal_rotation_rad),
-          t_mm.x(),
-          t_mm.y(),
-          to_lateral * t_mm.z(),
-          frame.flexion_deg,
-          deg_from_rad(pose.attitude.varus_rad),
-          moved_mm.x(),
-          moved_mm.y(),
-          moved_mm.z(),
-          deg_from_rad(pose.theta_rad),
-          c.anterior_mm,
-          c.proximal_mm,
-          c.lateral_mm};
+  return {{{"flexion_deg", deg_from_rad(c.flexion_rad)},
+           {"varus_deg", deg_from_rad(c.varus_rad)},
+           {"internal_deg", deg_from_rad(c.internal_rotation_rad)},
+           {"ant_mm", t_mm.x()},
+           {"prox_mm", t_mm.y()},
+           {"lat_mm", to_lateral * t_mm.z()},
+           {"attitude_flexion_deg", frame.flexion_deg},
+           {"attitude_varus_deg", deg_from_rad(pose.attitude.varus_rad)},
+           {"tx_mm", moved_mm.x()},
+           {"ty_mm", moved_mm.y()},
+           {"tz_mm", moved_mm.z()},
+           {"theta_deg", deg_from_rad(pose.theta_rad)},
+           {"anterior_mm", c.anterior_mm},
+           {"proximal_mm", c.proximal_mm},
+           {"lateral_mm", c.lateral_mm}}};
 }
 
 }  // namespace
 
+std::vector<std::string> flexion_csv_columns()
+{
+  std::vector<std::string> names;
+  for (const auto& [name, value] : values_of({}, {})) names.emplace_back(name);
+  return names;
+}
+
 std::string flexion_csv(const FlexionMotion& motion)
 {
   std::string text;
-  for (const char* name : flexion_columns) text += std::string(text.empty() ? "" : ",") + name;
+  for (const std::string& name : flexion_csv_columns()) text += (text.empty() ? "" : ",") + name;
   text += "\n";
   for (const FlexionFrame& frame : motion.frames) {
     const char* comma = "";
-    for (const double value : values_of(motion, frame)) {
+    for (const auto& [name, value] : values_of(motion, frame)) {
       text += comma + field(value);
       comma = ",";
     }
     text += "\n";
   }
   return text;
-}
-
-std::vector<std::string> flexion_csv_columns()
-{
-  return {flexion_columns.begin(), flexion_columns.end()};
 }
 
 std::string cells_csv(const MotionModel& model)

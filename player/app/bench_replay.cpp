@@ -22,6 +22,12 @@ constexpr double s_of_ns = 1e-9;
 constexpr double slowest = 0.05, fastest = 100.0;
 constexpr double leap_s = 5.0;
 
+/// Since the first picture.
+double seconds_of(const std::vector<RecordedPicture>& pictures, std::size_t n)
+{
+  return static_cast<double>(pictures[n].now_ns - pictures.front().now_ns) * s_of_ns;
+}
+
 /// The state at any picture of a recording. Going back begins anew: the state follows from all that came
 /// before.
 class ReplayState {
@@ -95,14 +101,10 @@ class Replay {
  private:
   using Clock = std::chrono::steady_clock;
 
-  double seconds_of(std::size_t n) const
-  {
-    return static_cast<double>(pictures_[n].now_ns - pictures_.front().now_ns) * s_of_ns;
-  }
   std::size_t index_at(double s) const
   {
     std::size_t n = 0;
-    while (n < pictures_.size() && seconds_of(n) < s) ++n;
+    while (n < pictures_.size() && seconds_of(pictures_, n) < s) ++n;
     return n;
   }
   void draw(std::size_t n) { show_.show(state_.state(), state_.at(n), n); }
@@ -111,17 +113,18 @@ class Replay {
   void rebase()
   {
     began_ = Clock::now();
-    began_at_s_ = next_ < pictures_.size() ? seconds_of(next_) : 0.0;
+    began_at_s_ = next_ < pictures_.size() ? seconds_of(pictures_, next_) : 0.0;
   }
   void wait_for(std::size_t n)
   {
     if (speed_ <= 0.0) return;
-    const std::chrono::duration<double> due((seconds_of(n) - began_at_s_) / speed_);
+    const std::chrono::duration<double> due((seconds_of(pictures_, n) - began_at_s_) / speed_);
     std::this_thread::sleep_until(began_ + std::chrono::duration_cast<Clock::duration>(due));
   }
   void leap(double s)
   {
-    const double at_s = next_ < pictures_.size() ? seconds_of(next_) : seconds_of(pictures_.size() - 1);
+    const double at_s =
+        next_ < pictures_.size() ? seconds_of(pictures_, next_) : seconds_of(pictures_, pictures_.size() - 1);
     next_ = std::min(index_at(std::max(0.0, at_s + s)), pictures_.size() - 1);
     is_dirty_ = true;
     rebase();
@@ -154,7 +157,7 @@ class Replay {
 
 void require_from(const BenchOptions& options, const std::vector<RecordedPicture>& pictures)
 {
-  const double last_s = static_cast<double>(pictures.back().now_ns - pictures.front().now_ns) * s_of_ns;
+  const double last_s = seconds_of(pictures, pictures.size() - 1);
   if (options.from_s <= last_s) return;
   // Rounded down: what the message wants is there.
   constexpr double tenths = 10.0;

@@ -40,9 +40,8 @@ std::string seal_of_file(const std::string& path)
 void leave_out_calibration_tools(BenchFile& bench)
 {
   if (!bench.tracker) return;
-  std::size_t n_of_bodies = 0;
-  for (const std::optional<BodySettings>& body : bench.bodies) n_of_bodies += body ? n_tools(*body) : 0;
-  bench.tracker->tools.resize(n_of_bodies);
+  // They stand behind those of the last role.
+  bench.tracker->tools.resize(first_tool_of(bench, static_cast<BodyRole>(n_body_roles)));
 }
 
 struct Texts {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <ostream>
 
+#include "guide/parts.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda {
@@ -84,13 +85,6 @@ std::string json_of(const Estimate& estimate)
   for (std::size_t k = 0; k < estimate.remarks.size(); ++k)
     text += (k == 0 ? "" : ", ") + quoted_text(estimate.remarks[k]);
   return text + "]";
-}
-
-std::string names_of(std::span<const CalibrationPart> parts)
-{
-  std::string text;
-  for (const CalibrationPart part : parts) text += (text.empty() ? "" : ", ") + std::string(name_of(part));
-  return text;
 }
 
 std::string json_of(std::span<const CalibrationPart> parts)

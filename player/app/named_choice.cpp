@@ -1,20 +1,18 @@
 #include "app/named_choice.hpp"
 
 #include <CLI/CLI.hpp>
+#include <vector>
+
+#include "core/nearest_word.hpp"
 
 namespace vrda {
 namespace {
 
 std::string refusal(const std::string& word, const std::map<std::string, int>& choices)
 {
-  std::string text = "found '" + word + "', wanted ";
-  std::size_t i = 0;
-  for (const auto& [name, value] : choices) {
-    if (i > 0) text += i + 1 == choices.size() ? " or " : ", ";
-    text += name;
-    ++i;
-  }
-  return text;
+  std::vector<std::string> names;
+  for (const auto& [name, value] : choices) names.push_back(name);
+  return "found '" + word + "', wanted " + alternatives(names);
 }
 
 }  // namespace

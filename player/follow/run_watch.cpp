@@ -39,11 +39,12 @@ RunWatch::RunWatch(const std::string& start_file, bool with_moves)
                       "OUTPUT.start.h5, which vrda run writes beside its output"});
   }
   // A run that is over has taken its start file away.
+  WatchNews unused;
   start_ = version_of(start_file_);
   if (start_) {
-    begin(read_motion_model_apart(start_file_));
+    begin(read_motion_model_apart(start_file_), unused);
   } else if (std::optional<MotionModel> result = read_if_there(output_)) {
-    begin(with_pending_cells(*result));
+    begin(with_pending_cells(*result), unused);
     model_ = std::move(*result);
     phase_ = RunPhase::finished;
     n_done_ = n_cells();
@@ -92,19 +93,17 @@ void RunWatch::look_at_start(WatchNews& news)
   std::optional<MotionModel> model = read_if_there(start_file_);
   if (!model) return;
   start_ = version;
-  news.is_anew = true;
-  begin(std::move(*model));
+  begin(std::move(*model), news);
 }
 
-void RunWatch::begin(MotionModel model)
+void RunWatch::begin(MotionModel model, WatchNews& news)
 {
   if ((model.status != pending).any()) {
     throw InputError({start_file_, "/status", "solved attitudes", "a start file: every attitude pending"});
   }
   model_ = std::move(model);
   scale_ = model_.job.scaling && model_.job.scaling->keeps_steps ? model_.job.scaling->factor.x() : 1.0;
-  WatchNews unused;
-  start_over(unused);
+  start_over(news);
 }
 
 void RunWatch::start_over(WatchNews& news)
@@ -259,17 +258,14 @@ void RunWatch::look_at_result(WatchNews& news)
   std::optional<MotionModel> result = read_if_there(output_);
   if (!result) return;
   result_ = version;
-  const bool is_whole = !(result->status == pending).any();
-  if (is_whole && result->job.resolved != model_.job.resolved && !start &&
-      version->changed_ns >= start_->changed_ns) {
-    // Another job began and ended here between two looks.
-    begin(with_pending_cells(*result));
-    news.is_anew = true;
-    news.steps.clear();
-  } else if (!is_whole || result->job.resolved != model_.job.resolved) {
+  const bool is_own = result->job.resolved == model_.job.resolved;
+  // Another job began and ended here between two looks.
+  const bool is_of_next = !is_own && !start && version->changed_ns >= start_->changed_ns;
+  if (!(is_own || is_of_next) || (result->status == pending).any()) {
     remark(output_ + ": the result of another job, left aside", news);
     return;
   }
+  if (is_of_next) begin(with_pending_cells(*result), news);
   model_ = std::move(*result);
   phase_ = RunPhase::finished;
   n_done_ = n_cells();

@@ -78,7 +78,7 @@ class RunWatch {
 
   void look_at_start(WatchNews& news);
   void look_at_result(WatchNews& news);
-  void begin(MotionModel pending);
+  void begin(MotionModel pending, WatchNews& news);
   void start_over(WatchNews& news);
   void find_journals();
   void read_moves(WatchNews& news);

@@ -74,11 +74,10 @@ double value_in(const Estimate& estimate, const std::string& name)
 
 Pose place_in(const Estimate& estimate, const std::string& name)
 {
-  const auto three = [&](const char* what) {
-    return Eigen::Vector3d(value_in(estimate, name + what + "x"), value_in(estimate, name + what + "y"),
-                           value_in(estimate, name + what + "z"));
-  };
-  return pose_of(SixNumbers{three(".shift_"), three(".turn_") * rad_from_deg(1.0)});
+  Eigen::Matrix<double, 6, 1> six;
+  Eigen::Index k = 0;
+  for (const std::string& number : names_of_place(name)) six[k++] = value_in(estimate, number);
+  return pose_of(SixNumbers{six.head<3>(), six.tail<3>() * rad_from_deg(1.0)});
 }
 
 void put_found(EyePair& eyes, CalibrationPart part, const Estimate& found)

@@ -63,12 +63,17 @@ std::vector<CalibrationPart> may_rest_on(CalibrationPart part, const BenchFile& 
 /// All that may be asked for of the bench, for a message.
 std::string step_names(const BenchFile& bench)
 {
-  std::string names = "all, bench, person, tracking, status, solve";
-  for (const CalibrationPart part : parts_of(bench)) names += ", " + std::string(name_of(part));
-  return names;
+  return "all, bench, person, tracking, status, solve, " + names_of(parts_of(bench));
 }
 
 }  // namespace
+
+std::string names_of(std::span<const CalibrationPart> parts)
+{
+  std::string text;
+  for (const CalibrationPart part : parts) text += (text.empty() ? "" : ", ") + std::string(name_of(part));
+  return text;
+}
 
 bool is_model_part(CalibrationPart part)
 {

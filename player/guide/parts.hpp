@@ -1,6 +1,7 @@
 /// The parts of the procedure: which a bench has, and what each rests on.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,9 @@ std::vector<CalibrationPart> parts_of_step(const std::string& step, const BenchF
 
 /// Throws InputError naming the bench file's key when it lacks what the part wants.
 void require_wanted(CalibrationPart part, const BenchFile& bench);
+
+/// Their names, "rails, stop".
+std::string names_of(std::span<const CalibrationPart> parts);
 
 /// leg, femur or tibia
 bool is_model_part(CalibrationPart part);

@@ -225,7 +225,7 @@ FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibra
     return mean_place(places, name_of(part), path);
   }
   const Estimate& probe = estimate_of(CalibrationPart::probe, begun, path);
-  const std::vector<std::string> tip{"probe.tip_x", "probe.tip_y", "probe.tip_z"};
+  const std::vector<std::string> tip = numbers_read_of(CalibrationPart::probe);
   const Eigen::Vector3d tip_probe_mm(value_in(probe, tip[0]), value_in(probe, tip[1]),
                                      value_in(probe, tip[2]));
   const auto subject = begun.records.find(CalibrationPart::subject);

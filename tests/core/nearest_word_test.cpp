@@ -15,5 +15,13 @@ TEST(EditDistance, CountsInsertionsDeletionsAndReplacements)
   EXPECT_EQ(nearest_word("x", {}), "");
 }
 
+TEST(Alternatives, AreAList)
+{
+  EXPECT_EQ(alternatives({}), "");
+  EXPECT_EQ(alternatives({"a"}), "a");
+  EXPECT_EQ(alternatives({"a", "b"}), "a or b");
+  EXPECT_EQ(alternatives({"a", "b", "c"}), "a, b or c");
+}
+
 }  // namespace
 }  // namespace vrda
