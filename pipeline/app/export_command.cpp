@@ -231,7 +231,7 @@ ExitCode export_command(const ExportOptions& options)
   const fs::path output = options.output;
   const fs::path folder = output.parent_path();
   if (options.every_cell) {
-    if (!(model.status == static_cast<std::int8_t>(StepStatus::stable)).any()) {
+    if (!(model.status == status_stable).any()) {
       throw InputError({options.file, "status", "no stable cell", "at least one to export"});
     }
     if (!folder.empty()) make_folder(folder.string());

@@ -141,7 +141,7 @@ Json grid_json(const MotionModel& model)
 Json summary_of(const MotionModel& model)
 {
   const AuditFigures measured = figures_of(audit(model, "raw", 1, threads_or_all(0)));
-  const auto n_stable = (model.status == static_cast<std::int8_t>(StepStatus::stable)).count();
+  const auto n_stable = (model.status == status_stable).count();
   const bool has_gap = n_stable > 0 && measured.n_nothing_ahead == 0;
   Json statuses = Json::object();
   for (const auto& [name, n] : cells_by_status(model)) statuses[name] = n;
@@ -174,7 +174,7 @@ Json summary_of(const MotionModel& model)
           {"smoothed", smoothed_json(model)}};
 }
 
-std::string text_of(const Json& number)
+std::string short_text(const Json& number)
 {
   if (number.is_null()) return "none";
   char text[32];
@@ -182,7 +182,7 @@ std::string text_of(const Json& number)
   return text;
 }
 
-void print_axis(const char* name, const Json& axis)
+void print_extent(const char* name, const Json& axis)
 {
   std::printf("  %-8s %g to %g degrees, %d values\n", name, axis[0].get<double>(), axis[1].get<double>(),
               axis[2].get<int>());
@@ -191,12 +191,12 @@ void print_axis(const char* name, const Json& axis)
 void print_varus(const Json& grid)
 {
   if (!grid["varus_is_free"].get<bool>()) {
-    print_axis("varus", grid["varus_deg"]);
+    print_extent("varus", grid["varus_deg"]);
     return;
   }
   const Json& found = grid["varus_found_deg"];
-  std::printf("  %-8s free, found from %s to %s degrees\n", "varus", text_of(found["min"]).c_str(),
-              text_of(found["max"]).c_str());
+  std::printf("  %-8s free, found from %s to %s degrees\n", "varus", short_text(found["min"]).c_str(),
+              short_text(found["max"]).c_str());
 }
 
 void print_equilibrium(const MotionModel& model, const Json& s)
@@ -204,12 +204,12 @@ void print_equilibrium(const MotionModel& model, const Json& s)
   if (!model.equilibrium) return;
   const Json& e = s["equilibrium"];
   std::printf("equilibrium: worst gap %s mm, largest balance residual %s N, %d fibres\n",
-              text_of(e["worst_gap_mm"]).c_str(), text_of(e["largest_balance_residual_n"]).c_str(),
+              short_text(e["worst_gap_mm"]).c_str(), short_text(e["largest_balance_residual_n"]).c_str(),
               s["fibres"].get<int>());
   if (model.has_compartments) {
     std::printf("  largest share of the contact force along Delta: medial %s, lateral %s\n",
-                text_of(e["largest_share"]["medial"]).c_str(),
-                text_of(e["largest_share"]["lateral"]).c_str());
+                short_text(e["largest_share"]["medial"]).c_str(),
+                short_text(e["largest_share"]["lateral"]).c_str());
   }
   std::printf("  flexions with several optima: %d\n", e["flexions_with_several_optima"].get<int>());
 }
@@ -224,7 +224,7 @@ void print(const MotionModel& model, const Json& s)
                                                     ? "at factor 1, their results scaled"
                                                     : "at this size");
   }
-  print_axis("flexion", s["grid"]["flexion_deg"]);
+  print_extent("flexion", s["grid"]["flexion_deg"]);
   print_varus(s["grid"]);
   std::printf("%s\n", status_line(model).c_str());
   for (const StepStatus status : all_step_statuses) {
@@ -234,30 +234,30 @@ void print(const MotionModel& model, const Json& s)
     }
   }
   std::printf("iterations: %s a step, at most %d; %s queries a step\n",
-              text_of(s["iterations"]["mean"]).c_str(), s["iterations"]["largest"].get<int>(),
-              text_of(s["iterations"]["queries_mean"]).c_str());
+              short_text(s["iterations"]["mean"]).c_str(), s["iterations"]["largest"].get<int>(),
+              short_text(s["iterations"]["queries_mean"]).c_str());
   std::printf("surfaces (world, raw)\n");
   for (const auto& [name, range] : s["surfaces"].items()) {
-    std::printf("  %-10s %s to %s\n", name.c_str(), text_of(range["min"]).c_str(),
-                text_of(range["max"]).c_str());
+    std::printf("  %-10s %s to %s\n", name.c_str(), short_text(range["min"]).c_str(),
+                short_text(range["max"]).c_str());
   }
   if (model.joint == "knee") {
     std::printf("screw-home along the spine: internal rotation over a range of %s degrees\n",
-                text_of(s["screw_home"]["range_deg"]).c_str());
+                short_text(s["screw_home"]["range_deg"]).c_str());
   }
   const Json& r = s["remeasured"];
   std::printf(
       "measured again at every stable attitude: largest penetration %s mm (%d overlapping), largest gap %s "
       "mm, "
       "resolution %s mm\n",
-      text_of(r["largest_penetration_mm"]).c_str(), r["overlapping_attitudes"].get<int>(),
-      text_of(r["largest_gap_mm"]).c_str(), text_of(r["resolution_mm"]).c_str());
+      short_text(r["largest_penetration_mm"]).c_str(), r["overlapping_attitudes"].get<int>(),
+      short_text(r["largest_gap_mm"]).c_str(), short_text(r["resolution_mm"]).c_str());
   print_equilibrium(model, s);
   for (const Json& set : s["smoothed"]) {
     std::printf("smoothed, degree %d\n", set["degree"].get<int>());
     for (const auto& [name, surface] : set["surfaces"].items()) {
       std::printf("  %-10s RMS %s, largest residual %s, %d cells\n", name.c_str(),
-                  text_of(surface["rms"]).c_str(), text_of(surface["largest_residual"]).c_str(),
+                  short_text(surface["rms"]).c_str(), short_text(surface["largest_residual"]).c_str(),
                   surface["cells"].get<int>());
     }
   }

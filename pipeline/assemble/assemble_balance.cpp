@@ -23,9 +23,9 @@ Eigen::Vector3d force_n(const ContactForce& f)
   return f.along_delta_n * f.normal_solver / -f.normal_solver.y();
 }
 
-class Assembly {
+class BalanceAssembly {
  public:
-  Assembly(MotionModel& model, const Case& job_case) : model_(model), case_(job_case) {}
+  BalanceAssembly(MotionModel& model, const Case& job_case) : model_(model), case_(job_case) {}
 
   void add(const StepRecord& r)
   {
@@ -159,7 +159,7 @@ LigamentRows ligament_rows(const Ligaments& canonical)
 
 void add_balance(MotionModel& model, const Case& job_case, const SweepResult& result)
 {
-  Assembly assembly(model, job_case);
+  BalanceAssembly assembly(model, job_case);
   for (const StepRecord& r : result.cells) assembly.add(r);
   if (model.equilibrium) {
     model.equilibrium->forces = force_rows(model, result.cells);

@@ -41,9 +41,9 @@ float single_deg(double angle_rad)
   return static_cast<float>(deg_from_rad(angle_rad));
 }
 
-class Assembly {
+class TraceAssembly {
  public:
-  Assembly(const Case& job_case, Trace& trace)
+  TraceAssembly(const Case& job_case, Trace& trace)
       : case_(job_case), scale_(job_case.steps_scale), frame_(job_case.frame), trace_(trace)
   {
   }
@@ -129,7 +129,7 @@ Trace trace_of(const Case& job_case, const std::string& job_key,
   trace.job.resolved = job_case.resolved_job;
   for (const LoadedInput& input : job_case.inputs) trace.job.inputs.push_back({input.name, input.sha256});
   const std::vector<Entry> entries = ordered(searches, spine_column);
-  Assembly assembly(job_case, trace);
+  TraceAssembly assembly(job_case, trace);
   assembly.make_room(entries);
   for (const Entry& entry : entries) assembly.add(entry);
   return trace;

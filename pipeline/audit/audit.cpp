@@ -1,7 +1,6 @@
 #include "audit/audit.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "audit/attitude_rows.hpp"
 #include "core/error.hpp"
@@ -31,7 +30,7 @@ AuditPose pose_of(const Motion& motion, const Attitude& attitude)
 AuditPose stored_pose(const MotionModel& model, Eigen::Index flexion, Eigen::Index varus)
 {
   AuditPose pose;
-  pose.has_pose = model.status(flexion, varus) == static_cast<std::int8_t>(StepStatus::stable);
+  pose.has_pose = model.status(flexion, varus) == status_stable;
   if (!pose.has_pose) return pose;
   pose.attitude = {rad_from_deg(model.flexion_deg[static_cast<std::size_t>(flexion)]),
                    rad_from_deg(model.varus_solved_deg(flexion, varus))};
@@ -64,7 +63,6 @@ void set_state(AuditSet& out, Eigen::Index i, Eigen::Index j, const PoseAudit& f
 
 AuditSet unmeasured(const MotionModel& model, const std::string& set, int refine)
 {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   AuditSet out;
   out.name = set;
   out.refine = refine;

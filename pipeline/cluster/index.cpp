@@ -1,7 +1,6 @@
 #include "cluster/index.hpp"
 
 #include <filesystem>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "cluster/case_spec.hpp"
@@ -9,6 +8,7 @@
 #include "cluster/shard.hpp"
 #include "core/error.hpp"
 #include "core/number_text.hpp"
+#include "core/units.hpp"
 #include "core/whole_file.hpp"
 #include "load/file_bytes.hpp"
 #include "store/index_table.hpp"
@@ -18,8 +18,6 @@ namespace vrda {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double no_answer = std::numeric_limits<double>::quiet_NaN();
 
 bool is_there(const std::string& path)
 {
@@ -103,9 +101,7 @@ void add_numbers(std::vector<IndexColumn>& columns, const std::vector<IndexRow>&
 {
   for (std::size_t k = 0; k < index_numbers().size(); ++k) {
     const IndexNumber& number = index_numbers()[k];
-    const auto value = [k](const IndexRow& row) {
-      return row.numbers.empty() ? no_answer : row.numbers.at(k);
-    };
+    const auto value = [k](const IndexRow& row) { return row.numbers.empty() ? nan : row.numbers.at(k); };
     columns.push_back(
         {number.name, number.units, number.long_name, each<double>(rows, value), FlagSet::none});
   }
@@ -145,7 +141,7 @@ IndexTable times_of(const std::vector<IndexRow>& rows)
       text_column("host", "", rows, [](const auto& r) { return r.times ? r.times->host : ""; }));
   const auto add = [&](const char* name, const auto& of) {
     const auto value = [&](const IndexRow& row) {
-      return row.times ? static_cast<double>(of(*row.times)) : no_answer;
+      return row.times ? static_cast<double>(of(*row.times)) : nan;
     };
     columns.push_back({name, "", "", each<double>(rows, value), FlagSet::none});
   };

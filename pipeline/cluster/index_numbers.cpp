@@ -1,16 +1,14 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "cluster/index.hpp"
 #include "core/compartment.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "motion/poses.hpp"
 
 namespace vrda {
 namespace {
-
-constexpr double no_answer = std::numeric_limits<double>::quiet_NaN();
 
 /// What the columns are taken from.
 struct Subject {
@@ -24,7 +22,7 @@ struct Subject {
 
 bool is_stable(const MotionModel& model, Eigen::Index cell)
 {
-  return model.status.data()[cell] == static_cast<std::int8_t>(StepStatus::stable);
+  return model.status.data()[cell] == status_stable;
 }
 
 std::vector<Eigen::Index> spine_of(const MotionModel& model)
@@ -48,13 +46,13 @@ double count_of(std::int64_t n)
 
 double n_stable(const MotionModel& model)
 {
-  return count_of((model.status == static_cast<std::int8_t>(StepStatus::stable)).count());
+  return count_of((model.status == status_stable).count());
 }
 
 // Largest and smallest number that is one; NaN without any.
 double largest(const double* values, Eigen::Index n)
 {
-  double result = no_answer;
+  double result = nan;
   for (Eigen::Index k = 0; k < n; ++k) {
     if (std::isfinite(values[k]) && !(values[k] <= result)) result = values[k];
   }
@@ -82,7 +80,7 @@ std::vector<double> along_curve(const Subject& s, const OfZero& of_zero, const O
     if (s.model.zero_varus) {
       values.push_back(of_zero(*s.model.zero_varus, i));
     } else {
-      values.push_back(s.spine[i] < 0 ? no_answer : of_cell(s.spine[i]));
+      values.push_back(s.spine[i] < 0 ? nan : of_cell(s.spine[i]));
     }
   }
   return values;
@@ -107,26 +105,25 @@ std::vector<double> bearing(const Subject& s, const std::vector<double> ZeroVaru
                             const std::vector<double> ContactPaths::*of_cell)
 {
   const auto at = [](const std::vector<double>& points, std::size_t k) {
-    return points.empty() ? no_answer : points[3 * k];
+    return points.empty() ? nan : points[3 * k];
   };
   return along_curve(
       s, [&](const ZeroVarus& zero, std::size_t i) { return at(zero.*of_zero, i); },
       [&](Eigen::Index c) {
-        return s.model.contact_paths ? at(*s.model.contact_paths.*of_cell, static_cast<std::size_t>(c))
-                                     : no_answer;
+        return s.model.contact_paths ? at(*s.model.contact_paths.*of_cell, static_cast<std::size_t>(c)) : nan;
       });
 }
 
 double first_of(const std::vector<double>& values)
 {
   const auto found = std::find_if(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
-  return found == values.end() ? no_answer : *found;
+  return found == values.end() ? nan : *found;
 }
 
 double last_of(const std::vector<double>& values)
 {
   const auto found = std::find_if(values.rbegin(), values.rend(), [](double v) { return std::isfinite(v); });
-  return found == values.rend() ? no_answer : *found;
+  return found == values.rend() ? nan : *found;
 }
 
 double range_of(std::vector<double> values)
@@ -145,18 +142,18 @@ double mean_of(const std::vector<double>& values)
     sum += value;
     ++n;
   }
-  return n == 0 ? no_answer : sum / count_of(static_cast<std::int64_t>(n));
+  return n == 0 ? nan : sum / count_of(static_cast<std::int64_t>(n));
 }
 
 double determined_fraction(const MotionModel& model)
 {
   const double n = n_stable(model);
-  return n > 0.0 ? count_of((model.theta_determined == 1).count()) / n : no_answer;
+  return n > 0.0 ? count_of((model.theta_determined == 1).count()) / n : nan;
 }
 
 double width(const Points& vertices_mm)
 {
-  return vertices_mm.rows() == 0 ? no_answer : vertices_mm.col(2).maxCoeff() - vertices_mm.col(2).minCoeff();
+  return vertices_mm.rows() == 0 ? nan : vertices_mm.col(2).maxCoeff() - vertices_mm.col(2).minCoeff();
 }
 
 double audited(const MotionModel& model, const std::string& name, double AuditSummary::*figure)
@@ -164,13 +161,13 @@ double audited(const MotionModel& model, const std::string& name, double AuditSu
   for (const AuditSet& audit : model.audits) {
     if (audit.name == name) return summary_of(audit).*figure;
   }
-  return no_answer;
+  return nan;
 }
 
 // The medial part of the contact forces along the force of the push, mean over the spine.
 double medial_share(const Subject& s)
 {
-  if (!s.model.equilibrium || !s.model.has_compartments) return no_answer;
+  if (!s.model.equilibrium || !s.model.has_compartments) return nan;
   const ForceRows& forces = s.model.equilibrium->forces;
   std::vector<double> shares;
   for (const Eigen::Index cell : s.spine) {
@@ -183,14 +180,14 @@ double medial_share(const Subject& s)
       if (forces.compartment[row] == static_cast<std::int8_t>(Compartment::medial))
         medial_n += forces.along_delta_n[row];
     }
-    shares.push_back(all_n > 0.0 ? medial_n / all_n : no_answer);
+    shares.push_back(all_n > 0.0 ? medial_n / all_n : nan);
   }
   return mean_of(shares);
 }
 
 double several_optima(const MotionModel& model)
 {
-  if (!model.equilibrium) return no_answer;
+  if (!model.equilibrium) return nan;
   const std::vector<std::int32_t>& n = model.equilibrium->spine.n_optima;
   return count_of(std::count_if(n.begin(), n.end(), [](std::int32_t k) { return k > 1; }));
 }
@@ -200,7 +197,7 @@ using Figure = double SmoothedSurface::*;
 // Of the three translations together.
 double smoothed_translation(const Subject& s, Figure figure)
 {
-  if (s.smoothed == nullptr) return no_answer;
+  if (s.smoothed == nullptr) return nan;
   double sum = 0.0;
   for (const SmoothedSurface& surface : s.smoothed->surfaces) {
     const bool is_translation = surface.name == "tx" || surface.name == "ty" || surface.name == "tz";
@@ -211,11 +208,11 @@ double smoothed_translation(const Subject& s, Figure figure)
 
 double smoothed_theta(const Subject& s, Figure figure)
 {
-  if (s.smoothed == nullptr) return no_answer;
+  if (s.smoothed == nullptr) return nan;
   for (const SmoothedSurface& surface : s.smoothed->surfaces) {
     if (surface.name == "theta") return surface.*figure;
   }
-  return no_answer;
+  return nan;
 }
 
 using Measure = double (*)(const Subject&);
@@ -237,9 +234,9 @@ std::vector<Column> grid_columns()
       {{"flexion_last_deg", "degree", "last flexion of the grid"},
        [](const Subject& s) { return s.model.flexion_deg.back(); }},
       {{"varus_first_deg", "degree", "first varus of the grid; none where varus was free"},
-       [](const Subject& s) { return s.is_varus_free ? no_answer : s.model.varus_deg.front(); }},
+       [](const Subject& s) { return s.is_varus_free ? nan : s.model.varus_deg.front(); }},
       {{"varus_last_deg", "degree", "last varus of the grid; none where varus was free"},
-       [](const Subject& s) { return s.is_varus_free ? no_answer : s.model.varus_deg.back(); }},
+       [](const Subject& s) { return s.is_varus_free ? nan : s.model.varus_deg.back(); }},
       {{"attitudes", "1", "attitudes of the grid"},
        [](const Subject& s) { return count_of(s.model.status.size()); }},
       {{"solved", "1", "attitudes with a stable pose"}, [](const Subject& s) { return n_stable(s.model); }},
@@ -275,14 +272,10 @@ std::vector<Column> scaling_columns()
       {{"scale_right", "1", "factor that the joint was scaled by from left to right"},
        [](const Subject& s) { return factor_along(s, 2); }},
       {{"scale_error", "1", "standard error of a factor fitted to landmarks"},
-       [](const Subject& s) {
-         return s.model.job.scaling ? s.model.job.scaling->standard_error : no_answer;
-       }},
+       [](const Subject& s) { return s.model.job.scaling ? s.model.job.scaling->standard_error : nan; }},
       {{"landmark_residual_mm", "mm",
         "root mean square that such a factor leaves of the landmarks' distances"},
-       [](const Subject& s) {
-         return s.model.job.scaling ? s.model.job.scaling->residual_rms_mm : no_answer;
-       }},
+       [](const Subject& s) { return s.model.job.scaling ? s.model.job.scaling->residual_rms_mm : nan; }},
   };
 }
 
@@ -297,11 +290,11 @@ std::vector<Column> quality_columns()
        [](const Subject& s) { return audited(s.model, "raw", &AuditSummary::largest_gap_mm); }},
       {{"worst_gap_mm", "mm", "smallest gap that the equilibrium's certificate found; negative is overlap"},
        [](const Subject& s) {
-         return s.model.equilibrium ? smallest(s.model.equilibrium->worst_gap_mm) : no_answer;
+         return s.model.equilibrium ? smallest(s.model.equilibrium->worst_gap_mm) : nan;
        }},
       {{"balance_residual_n", "N", "largest force left unbalanced by the equilibrium"},
        [](const Subject& s) {
-         if (!s.model.equilibrium) return no_answer;
+         if (!s.model.equilibrium) return nan;
          const GridD& residual_n = s.model.equilibrium->balance_residual_n;
          return largest(residual_n.data(), residual_n.size());
        }},
@@ -337,9 +330,7 @@ std::vector<Column> curve_columns()
       {{"medial_share", "1", "medial part of the contact forces along Delta, mean over the spine"},
        medial_share},
       {{"largest_tension_n", "N", "largest tension of a fibre"},
-       [](const Subject& s) {
-         return s.model.ligaments ? largest(s.model.ligaments->tension_n) : no_answer;
-       }},
+       [](const Subject& s) { return s.model.ligaments ? largest(s.model.ligaments->tension_n) : nan; }},
   };
 }
 
@@ -347,7 +338,7 @@ std::vector<Column> smooth_columns()
 {
   return {
       {{"smooth_degree", "1", "degree of the smoothed set that is shown first"},
-       [](const Subject& s) { return s.smoothed == nullptr ? no_answer : count_of(s.smoothed->degree); }},
+       [](const Subject& s) { return s.smoothed == nullptr ? nan : count_of(s.smoothed->degree); }},
       {{"smooth_rms_mm", "mm", "root mean square residual of that set's translations"},
        [](const Subject& s) { return smoothed_translation(s, &SmoothedSurface::rms); }},
       {{"smooth_rms_deg", "degree", "root mean square residual of that set's theta"},
@@ -400,7 +391,7 @@ std::vector<double> index_numbers_of(const MotionModel& model, double model_byte
   std::vector<double> numbers;
   for (const Column& column : columns()) {
     const double number = column.measure(subject);
-    numbers.push_back(std::isfinite(number) ? number : no_answer);
+    numbers.push_back(std::isfinite(number) ? number : nan);
   }
   return numbers;
 }

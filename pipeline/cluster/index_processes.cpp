@@ -10,16 +10,16 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace vrda {
 namespace {
 
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 
 // A process that makes every n-th row, and the memory it leaves them in, a line each.
 struct Worker {
@@ -121,7 +121,7 @@ IndexRow row_of_text(const std::string& text)
   row.sha256 = json.at("sha256");
   row.file = json.at("file");
   for (const Json& number : json.at("numbers")) {
-    row.numbers.push_back(number.is_null() ? std::numeric_limits<double>::quiet_NaN() : number.get<double>());
+    row.numbers.push_back(number.is_null() ? nan : number.get<double>());
   }
   if (json.contains("times")) {
     const Json& t = json.at("times");

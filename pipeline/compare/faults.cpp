@@ -1,18 +1,16 @@
 #include "compare/faults.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace vrda {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
 bool is_stable(const MotionModel& model, Eigen::Index i, Eigen::Index j)
 {
-  return model.status(i, j) == static_cast<std::int8_t>(StepStatus::stable);
+  return model.status(i, j) == status_stable;
 }
 
 /// The one, two or four cells around attitude (i, j) of the finer grid are solved.

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace vrda {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 constexpr double standard_errors = 2.0;
 /// Square of a millionth of what is perceptible: 0.1 nanometres.
 constexpr double rounding_sq = 1e-12;
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 double mean(const std::vector<double>& values)
 {

@@ -10,7 +10,7 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // Sine below which two edges count as parallel: the square root of the rounding unit, where the error of
 // their cross product's direction meets that of leaving it out.
-constexpr double parallel_edges = 1e-8;
+constexpr double parallel_sine = 1e-8;
 
 Eigen::Vector3d edge(const Corners& t, std::size_t k)
 {
@@ -97,7 +97,7 @@ void offer_edges(const Corners& reference, std::size_t i, const Corners& moving,
   const Eigen::Vector3d d = edge(reference, i), e = edge(moving, k), w = moving[k] - reference[i];
   const Eigen::Vector3d across = d.cross(e);
   const double across_sq = across.squaredNorm();
-  if (!(across_sq > parallel_edges * parallel_edges * d.squaredNorm() * e.squaredNorm())) return;
+  if (!(across_sq > parallel_sine * parallel_sine * d.squaredNorm() * e.squaredNorm())) return;
   const double s = across.dot(w.cross(e)) / across_sq, t = across.dot(w.cross(d)) / across_sq;
   if (s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0) nearest.offer(reference[i] + s * d, moving[k] + t * e);
 }
@@ -116,7 +116,7 @@ double separation_mm(const Corners& a, const Corners& b)
     parting.along(normal_b.cross(edge(parting.b(), i)), 0.0);
     for (std::size_t k = 0; k < 3; ++k) {
       const Eigen::Vector3d e = edge(parting.b(), k);
-      parting.along(d.cross(e), parallel_edges * d.norm() * e.norm());
+      parting.along(d.cross(e), parallel_sine * d.norm() * e.norm());
     }
   }
   return parting.most_mm();

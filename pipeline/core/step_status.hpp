@@ -14,6 +14,10 @@ enum class StepStatus : std::int8_t {
   unbounded = 4,        ///< no rest: slides off however small the steps
 };
 
+/// As stored.
+inline constexpr auto status_pending = static_cast<std::int8_t>(StepStatus::pending);
+inline constexpr auto status_stable = static_cast<std::int8_t>(StepStatus::stable);
+
 inline constexpr StepStatus all_step_statuses[] = {StepStatus::pending,         StepStatus::stable,
                                                    StepStatus::no_contact,      StepStatus::no_clearance,
                                                    StepStatus::iteration_limit, StepStatus::unbounded};

@@ -9,6 +9,7 @@
 
 #include "core/draw_mesh.hpp"
 #include "core/material.hpp"
+#include "core/units.hpp"
 #include "exports/number_bytes.hpp"
 
 namespace vrda {
@@ -17,7 +18,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Quaternion = std::array<float, 4>;  ///< x, y, z, w: the order of glTF
 
-constexpr double metres_per_mm = 1e-3;
 constexpr int type_float = 5126, type_uint32 = 5125;
 constexpr int target_vertices = 34962, target_indices = 34963;
 

@@ -6,8 +6,6 @@
 namespace vrda {
 namespace {
 
-constexpr double metres_per_mm = 1e-3;
-
 /// The first line of the header: one line that is not taken for a key or for the header's end.
 std::string name_line(const FlexionMotion& motion)
 {

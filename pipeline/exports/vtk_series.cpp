@@ -157,7 +157,7 @@ Eigen::Index cell_of(const MotionModel& model, const FlexionFrame& frame)
   constexpr double same_deg = 1e-9;  // degrees become radians and back on the way here
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
     const Eigen::Index i = cell / model.status.cols();
-    if (model.status.data()[cell] != static_cast<std::int8_t>(StepStatus::stable)) continue;
+    if (model.status.data()[cell] != status_stable) continue;
     if (std::abs(model.flexion_deg[static_cast<std::size_t>(i)] - frame.flexion_deg) > same_deg) continue;
     const double varus_deg = deg_from_rad(frame.pose.attitude.varus_rad);
     if (std::abs(model.varus_solved_deg.data()[cell] - varus_deg) <= same_deg) return cell;

@@ -13,14 +13,14 @@ namespace vrda {
 namespace {
 
 /// A record of a hundred contacts takes 7 kB; a frame that claims 16 MiB is damaged.
-constexpr FrameFormat format{"VRDAJRNL", 1, std::uint32_t{1} << 24, "record"};
+constexpr FrameFormat step_format{"VRDAJRNL", 1, std::uint32_t{1} << 24, "record"};
 
 }  // namespace
 
 JournalContent parse_journal(const std::string& path, std::string_view bytes)
 {
   JournalContent content;
-  FrameFacts facts = parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
+  FrameFacts facts = parse_frames(path, bytes, step_format, [&](std::string_view frame) -> std::string {
     std::optional<StepRecord> record = record_of(frame);
     if (!record) return "a record that is no motion step";
     content.records.push_back(std::move(*record));
@@ -40,7 +40,7 @@ JournalContent read_journal(const std::string& path)
 
 FrameTail journal_tail(const std::string& path)
 {
-  return FrameTail(path, format);
+  return FrameTail(path, step_format);
 }
 
 void require_key(const std::string& found, const std::string& path, const std::string& wanted)
@@ -52,18 +52,18 @@ void require_key(const std::string& found, const std::string& path, const std::s
 
 JournalWriter JournalWriter::create(const std::string& path, const std::string& key)
 {
-  return JournalWriter(FrameWriter::create(path, key, format));
+  return JournalWriter(FrameWriter::create(path, key, step_format));
 }
 
 std::optional<OpenJournal> JournalWriter::try_open(const std::string& path, const std::string& key)
 {
   if (access(path.c_str(), F_OK) != 0) {
-    std::optional<FrameWriter> created = FrameWriter::try_create(path, key, format);
+    std::optional<FrameWriter> created = FrameWriter::try_create(path, key, step_format);
     if (!created) return std::nullopt;
     return OpenJournal{JournalWriter(std::move(*created)), {key, {}, 0, 0, {}}};
   }
   try {
-    std::optional<FrameWriter> locked = FrameWriter::try_lock(path, format);
+    std::optional<FrameWriter> locked = FrameWriter::try_lock(path, step_format);
     // Under the lock nobody appends; another job's is refused whoever writes it.
     JournalContent content = read_journal(path);
     require_key(content.key, path, key);

@@ -19,7 +19,7 @@ constexpr double least_distance = 1e-9, largest_number = 1e12;
 enum Column : std::size_t { c_name, c_ax, c_ay, c_az, c_bx, c_by, c_bz, c_subject, n_columns };
 const std::array<std::string, n_columns> column_names{"name", "ax", "ay", "az",
                                                       "bx",   "by", "bz", "subject_mm"};
-constexpr const char* columns_in_words = "name, ax, ay, az, bx, by, bz and subject_mm";
+constexpr const char* landmark_columns = "name, ax, ay, az, bx, by, bz and subject_mm";
 
 class Landmarks {
  public:
@@ -31,7 +31,7 @@ class Landmarks {
       const auto n = std::count(columns_.begin(), columns_.end(), column);
       if (n == 1) continue;
       table_.refuse(table_.header(), column_names[column], n == 0 ? "no such column" : "a second such column",
-                    std::string("each of ") + columns_in_words + " once");
+                    std::string("each of ") + landmark_columns + " once");
     }
   }
 
@@ -60,7 +60,7 @@ class Landmarks {
   {
     const auto found = std::find(column_names.begin(), column_names.end(), name);
     if (found == column_names.end())
-      table_.refuse_unknown(name, {column_names.begin(), column_names.end()}, columns_in_words);
+      table_.refuse_unknown(name, {column_names.begin(), column_names.end()}, landmark_columns);
     return static_cast<std::size_t>(found - column_names.begin());
   }
 

@@ -38,7 +38,7 @@ struct Unit {
 constexpr std::array<Unit, 3> units{{{"_mm", 1.0}, {"_cm", 10.0}, {"_m", 1000.0}}};
 
 // known_columns() in short.
-constexpr const char* columns_in_words =
+constexpr const char* fibre_columns =
     "name, bundle, wrap, reference_x_mm, _y_mm, _z_mm (or femur_...), moving_x_mm, _y_mm, _z_mm (or "
     "tibia_...), "
     "stiffness_n_per_strain (or stiffness_n), slack_length_mm or reference_strain, lengths also in _cm or _m";
@@ -138,7 +138,7 @@ class Fibres {
       if (column.name == name) return column;
       names.push_back(column.name);
     }
-    table_.refuse_unknown(name, names, columns_in_words);
+    table_.refuse_unknown(name, names, fibre_columns);
   }
 
   double number_in(const TableLine& line, const ColumnName& column, std::string_view field) const

@@ -236,9 +236,9 @@ class Values {
   std::size_t at_;
 };
 
-class Body {
+class PlyBody {
  public:
-  Body(const std::string& file, const std::string& bytes, const Header& header)
+  PlyBody(const std::string& file, const std::string& bytes, const Header& header)
       : file_(file), n_bytes_(bytes.size()), values_(bytes, header)
   {
   }
@@ -354,7 +354,7 @@ RawMesh read_ply(const std::string& file, const std::string& bytes)
 {
   const Header header = HeaderReader(file, bytes).read();
   check_properties(file, header);
-  Body body(file, bytes, header);
+  PlyBody body(file, bytes, header);
   for (const Element& element : header.elements) body.read(element);
   bool has_normals = true;
   for (const char* axis : {"nx", "ny", "nz"}) {

@@ -47,7 +47,7 @@ RawSurfaces raw_surfaces(const MotionModel& model)
   for (std::size_t i = 0; i < n_flexion; ++i) {
     for (std::size_t j = 0; j < n_varus; ++j) {
       const auto row = static_cast<Eigen::Index>(i), column = static_cast<Eigen::Index>(j);
-      if (model.status(row, column) != static_cast<std::int8_t>(StepStatus::stable)) continue;
+      if (model.status(row, column) != status_stable) continue;
       RawNode& node = surfaces.nodes[i * n_varus + j];
       node.is_solved = true;
       node.value = {model.tx_mm(row, column), model.ty_mm(row, column), model.tz_mm(row, column),

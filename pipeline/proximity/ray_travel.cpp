@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
+#include "proximity/gap_kernel.hpp"
 
 namespace vrda {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+using gap_rules::infinity;
 /// Barycentric: a ray through a shared edge must meet at least one of both triangles.
-constexpr double edge_slack = 1e-12;
+constexpr double ray_edge_slack = 1e-12;
 /// Boxes are that much wider: a ray along a side of one, or a flat one, must not be lost.
-constexpr double hair_mm = 1e-9;
+constexpr double box_margin_mm = 1e-9;
 /// Halving the triangles at each node, a tree of all that 32 bits count is no deeper.
 constexpr std::size_t deepest = 64;
 
@@ -31,8 +31,8 @@ bool meets_box(const BoxTree::Node& node, const Eigen::Vector3d& from_mm, const 
   double enter_mm = 0.0, leave_mm = longest_mm;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto axis = static_cast<Eigen::Index>(k);
-    const double a = (node.min_mm[k] - hair_mm - from_mm[axis]) * inverse[axis];
-    const double b = (node.max_mm[k] + hair_mm - from_mm[axis]) * inverse[axis];
+    const double a = (node.min_mm[k] - box_margin_mm - from_mm[axis]) * inverse[axis];
+    const double b = (node.max_mm[k] + box_margin_mm - from_mm[axis]) * inverse[axis];
     enter_mm = std::max(enter_mm, std::min(a, b));
     leave_mm = std::min(leave_mm, std::max(a, b));
   }
@@ -47,7 +47,8 @@ double triangle_travel_mm(const Mesh& mesh, Eigen::Index t, const Ray& ray)
   const double facing = a.dot(across);  // minus the direction times the doubled area's normal
   if (!(facing > 0.0)) return infinity;
   const Eigen::Vector3d start = ray.from_mm - p[0];
-  const double u = start.dot(across), least = -edge_slack * facing, most = (1.0 + edge_slack) * facing;
+  const double u = start.dot(across), least = -ray_edge_slack * facing,
+               most = (1.0 + ray_edge_slack) * facing;
   if (u < least || u > most) return infinity;
   const Eigen::Vector3d q = start.cross(a);
   const double v = ray.direction.dot(q);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "core/clinical.hpp"
@@ -16,7 +15,6 @@
 namespace vrda {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
 /// One flexion's pose, with the numbers of the surfaces.

@@ -20,10 +20,7 @@ struct Row {
 
   Eigen::Index n_columns() const { return model.status.cols(); }
   double varus_deg(Eigen::Index j) const { return model.varus_deg[static_cast<std::size_t>(j)]; }
-  bool is_solved(Eigen::Index j) const
-  {
-    return model.status(flexion, j) == static_cast<std::int8_t>(StepStatus::stable);
-  }
+  bool is_solved(Eigen::Index j) const { return model.status(flexion, j) == status_stable; }
   bool touches_with_both(Eigen::Index j) const
   {
     return model.contact_medial(flexion, j) == 1 && model.contact_lateral(flexion, j) == 1;

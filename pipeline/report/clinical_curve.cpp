@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/clinical.hpp"
@@ -12,7 +11,6 @@
 namespace vrda {
 namespace {
 
-constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 // Flexions of two files that differ by rounding alone are the same.
 constexpr double same_flexion_deg = 1e-9;
 
@@ -26,7 +24,7 @@ ClinicalCurve empty_curve(const MotionModel& model, std::string name)
   ClinicalCurve curve;
   curve.name = std::move(name);
   curve.flexion_deg = model.flexion_deg;
-  curve.values.fill(std::vector<double>(model.flexion_deg.size(), not_known));
+  curve.values.fill(std::vector<double>(model.flexion_deg.size(), nan));
   return curve;
 }
 
@@ -104,7 +102,7 @@ double value_at(const std::vector<std::pair<double, double>>& points, double fle
 {
   if (points.empty() || flexion_deg < points.front().first - same_flexion_deg ||
       flexion_deg > points.back().first + same_flexion_deg)
-    return not_known;
+    return nan;
   const auto after = std::lower_bound(points.begin(), points.end(), flexion_deg,
                                       [](const auto& point, double x) { return point.first < x; });
   if (after == points.begin()) return points.front().second;
@@ -121,7 +119,7 @@ std::vector<Eigen::Index> solved_spine(const MotionModel& model)
   std::vector<Eigen::Index> cells(model.flexion_deg.size(), -1);
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
     for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
-      if (model.is_spine(i, j) == 1 && model.status(i, j) == static_cast<std::int8_t>(StepStatus::stable))
+      if (model.is_spine(i, j) == 1 && model.status(i, j) == status_stable)
         cells[static_cast<std::size_t>(i)] = i * model.status.cols() + j;
     }
   }
@@ -149,7 +147,7 @@ CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& othe
     if (std::isfinite(delta)) deltas.push_back(delta);
   }
   result.n = deltas.size();
-  if (deltas.empty()) return {0, not_known, not_known, not_known, not_known};
+  if (deltas.empty()) return {0, nan, nan, nan, nan};
   const double n = static_cast<double>(deltas.size());
   for (const double delta : deltas) result.mean += delta / n;
   double sum_sq = 0.0, sum_about_mean_sq = 0.0;

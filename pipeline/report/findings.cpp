@@ -6,12 +6,12 @@
 #include <limits>
 
 #include "compare/perceptible.hpp"
+#include "core/units.hpp"
 #include "report/clinical_curve.hpp"
 
 namespace vrda {
 namespace {
 
-constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 // The certificate of an equilibrium (DESIGN.md 5.3) allows this share of the push.
 constexpr double residual_share = 1e-2;
 // Poses of a spine a few degrees of flexion apart that turn by more do not belong together.
@@ -19,7 +19,7 @@ constexpr double jump_deg = 3.0;
 
 double largest(const double* values, Eigen::Index n)
 {
-  double result = not_known;
+  double result = nan;
   for (Eigen::Index k = 0; k < n; ++k) {
     if (!(values[k] <= result)) result = std::isfinite(values[k]) ? values[k] : result;
   }
@@ -47,13 +47,13 @@ double range_of(const std::vector<double>& values)
     least = std::min(least, value);
     most = std::max(most, value);
   }
-  return most >= least ? most - least : not_known;
+  return most >= least ? most - least : nan;
 }
 
 double largest_jump(const MotionModel& model)
 {
   const std::vector<Eigen::Index> spine = solved_spine(model);
-  double result = not_known;
+  double result = nan;
   for (std::size_t i = 1; i < spine.size(); ++i) {
     if (spine[i - 1] < 0 || spine[i] < 0) continue;
     const double jump = std::fabs(model.theta_deg.data()[spine[i]] - model.theta_deg.data()[spine[i - 1]]);
@@ -71,7 +71,7 @@ void add_equilibrium(const MotionModel& model, Numbers& numbers)
   numbers.balance_residual_n = largest(e.balance_residual_n.data(), e.balance_residual_n.size());
   const GridD opposite = -e.worst_gap_mm;
   numbers.worst_gap_mm = -largest(opposite.data(), opposite.size());
-  numbers.push_n = model.push.force_n.rows() > 0 ? model.push.force_n.rowwise().norm().maxCoeff() : not_known;
+  numbers.push_n = model.push.force_n.rows() > 0 ? model.push.force_n.rowwise().norm().maxCoeff() : nan;
 }
 
 using Lines = std::vector<std::string>;
@@ -183,7 +183,7 @@ Numbers numbers_of(const MotionModel& model)
 {
   Numbers numbers;
   numbers.n_cells = model.status.size();
-  numbers.n_stable = (model.status == static_cast<std::int8_t>(StepStatus::stable)).count();
+  numbers.n_stable = (model.status == status_stable).count();
   const auto n_undetermined = (model.theta_determined == 0).count();
   if (numbers.n_stable > 0)
     numbers.theta_undetermined_share =
@@ -195,11 +195,11 @@ Numbers numbers_of(const MotionModel& model)
   }
   numbers.screw_home_range_deg = range_of(internal_deg);
   numbers.largest_spine_jump_deg = largest_jump(model);
-  numbers.balance_residual_n = numbers.worst_gap_mm = numbers.push_n = not_known;
-  numbers.largest_optima_spread_deg = not_known;
+  numbers.balance_residual_n = numbers.worst_gap_mm = numbers.push_n = nan;
+  numbers.largest_optima_spread_deg = nan;
   if (model.equilibrium) add_equilibrium(model, numbers);
-  numbers.largest_strain = model.ligaments ? largest(model.ligaments->strain) : not_known;
-  numbers.largest_tension_n = model.ligaments ? largest(model.ligaments->tension_n) : not_known;
+  numbers.largest_strain = model.ligaments ? largest(model.ligaments->strain) : nan;
+  numbers.largest_tension_n = model.ligaments ? largest(model.ligaments->tension_n) : nan;
   return numbers;
 }
 

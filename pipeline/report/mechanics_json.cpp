@@ -5,13 +5,13 @@
 #include <limits>
 
 #include "core/compartment.hpp"
+#include "core/units.hpp"
 #include "report/clinical_curve.hpp"
 #include "report/outline.hpp"
 
 namespace vrda {
 namespace {
 
-constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 // Beyond the heights at which a body bears: enough of it for a rim, not its shaft.
 constexpr double rim_mm = 12.0;
 
@@ -21,7 +21,7 @@ std::vector<double> along_spine(const MotionModel& model, const std::vector<doub
   std::vector<double> rows;
   for (const Eigen::Index cell : solved_spine(model)) {
     for (std::size_t k = 0; k < 3; ++k)
-      rows.push_back(cell < 0 ? not_known : cells[3 * static_cast<std::size_t>(cell) + k]);
+      rows.push_back(cell < 0 ? nan : cells[3 * static_cast<std::size_t>(cell) + k]);
   }
   return rows;
 }
@@ -75,7 +75,7 @@ Mesh whole_mesh(const Body& body)
 /// Force along Delta of one cell by compartment: none, medial, lateral.
 std::array<double, 3> forces_of_cell(const ForceRows& forces, Eigen::Index cell)
 {
-  if (cell < 0) return {not_known, not_known, not_known};
+  if (cell < 0) return {nan, nan, nan};
   std::array<double, 3> sums{};
   const auto c = static_cast<std::size_t>(cell);
   for (std::int64_t k = forces.row_start[c]; k < forces.row_start[c + 1]; ++k) {
@@ -108,7 +108,7 @@ Json bundle_json(const LigamentRows& ligaments, const Bundle& bundle, const std:
   const std::size_t n_fibres = ligaments.name.size();
   std::vector<double> strain, tension_n;
   for (const Eigen::Index cell : spine) {
-    double most = not_known, sum_n = cell < 0 ? not_known : 0.0;
+    double most = nan, sum_n = cell < 0 ? nan : 0.0;
     for (const std::size_t fibre : bundle.fibres) {
       if (cell < 0) break;
       const std::size_t k = static_cast<std::size_t>(cell) * n_fibres + fibre;
@@ -192,7 +192,7 @@ Json spine_json(const MotionModel& model)
   for (std::size_t i = 0; i < cells.size(); ++i) {
     // The band is of theta; where varus and flexion hardly differ, so does internal rotation.
     const double shift_deg =
-        cells[i] < 0 ? not_known : model.clinical.internal_rotation_deg.data()[cells[i]] - spine.theta_deg[i];
+        cells[i] < 0 ? nan : model.clinical.internal_rotation_deg.data()[cells[i]] - spine.theta_deg[i];
     low_deg.push_back(spine.theta_low_deg[i] + shift_deg);
     high_deg.push_back(spine.theta_high_deg[i] + shift_deg);
   }

@@ -105,7 +105,7 @@ bool is_merged(const std::string& output, const std::vector<std::string>& journa
 {
   if (!journals.empty() || access(case_file_of(output).c_str(), F_OK) == 0) return false;
   if (access(output.c_str(), F_OK) != 0) return false;
-  return (read_motion_model(output).status != static_cast<std::int8_t>(StepStatus::pending)).all();
+  return (read_motion_model(output).status != status_pending).all();
 }
 
 void note_merged(const std::string& output)

@@ -12,7 +12,7 @@ namespace vrda {
 MotionModel read_solved_model(const std::string& file)
 {
   MotionModel model = read_motion_model(file);
-  const auto n_stable = (model.status == static_cast<std::int8_t>(StepStatus::stable)).count();
+  const auto n_stable = (model.status == status_stable).count();
   if (n_stable == 0) throw InputError({file, "/status", status_line(model), "at least one stable attitude"});
   return model;
 }

@@ -13,7 +13,7 @@ std::map<std::string, int> cells_by_status(const MotionModel& model)
 
 double unsolved_fraction(const MotionModel& model)
 {
-  const auto stable = (model.status == static_cast<std::int8_t>(StepStatus::stable)).count();
+  const auto stable = (model.status == status_stable).count();
   return 1.0 - static_cast<double>(stable) / static_cast<double>(model.status.size());
 }
 

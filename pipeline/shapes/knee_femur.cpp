@@ -11,9 +11,9 @@ namespace vrda {
 namespace {
 
 // Above this height the femur is only drawn.
-constexpr double cut_mm = 16.0;
+constexpr double femur_cut_mm = 16.0;
 // How far the drawn shaft reaches into the condylar part: three triangles past its rounded end.
-constexpr double overlap_mm = 20.0;
+constexpr double femur_overlap_mm = 20.0;
 constexpr double shaft_top_mm = 115.0;
 
 struct Ball {
@@ -107,21 +107,21 @@ double condyles(const Eigen::Vector3d& p)
   return std::min(flat_m, flat_l);
 }
 
-constexpr double cell_at_resolution_1_mm = 5.05;  // gives about 1,516 triangles below the cut
+constexpr double femur_cell_mm = 5.05;  // gives about 1,516 triangles below the cut
 
-LevelSetOptions options(double resolution)
+LevelSetOptions femur_options(double resolution)
 {
   LevelSetOptions chosen;
-  chosen.cell_mm = cell_at_resolution_1_mm / resolution;
+  chosen.cell_mm = femur_cell_mm / resolution;
   return chosen;
 }
 
 LevelSet condylar_part()
 {
   const Field lower = [](const Eigen::Vector3d& p) {
-    return smooth_max(femur_field(p), p.y() - cut_mm, 2.0);
+    return smooth_max(femur_field(p), p.y() - femur_cut_mm, 2.0);
   };
-  return {lower, {{-45, -48, -60}, {55, cut_mm + 10, 60}}};
+  return {lower, {{-45, -48, -60}, {55, femur_cut_mm + 10, 60}}};
 }
 
 }  // namespace
@@ -166,17 +166,17 @@ BoneMeshes femur_meshes(double resolution, double drawn_resolution)
 {
   const LevelSet lower = condylar_part();
   const Field upper = [](const Eigen::Vector3d& p) {
-    const double above_cut = smooth_max(femur_field(p), cut_mm - overlap_mm - p.y(), 2.0);
+    const double above_cut = smooth_max(femur_field(p), femur_cut_mm - femur_overlap_mm - p.y(), 2.0);
     return smooth_max(above_cut, p.y() - shaft_top_mm, 2.0);
   };
-  const Box box_mm{{-45, cut_mm - overlap_mm - 10, -60}, {55, shaft_top_mm + 10, 60}};
-  const LevelSetOptions drawn = options(drawn_resolution);
+  const Box box_mm{{-45, femur_cut_mm - femur_overlap_mm - 10, -60}, {55, shaft_top_mm + 10, 60}};
+  const LevelSetOptions drawn = femur_options(drawn_resolution);
   auto [contact, shaft] = adjoining_level_set_meshes(lower, {upper, box_mm}, drawn);
   if (resolution != drawn_resolution) {
-    contact = level_set_mesh(lower.field, lower.box_mm, options(resolution));
+    contact = level_set_mesh(lower.field, lower.box_mm, femur_options(resolution));
   }
   sink_into_contact_part(
-      shaft, [](const Eigen::Vector3d& p) { return cut_mm - p.y(); }, drawn.cell_mm);
+      shaft, [](const Eigen::Vector3d& p) { return femur_cut_mm - p.y(); }, drawn.cell_mm);
   return {std::move(contact), std::move(shaft)};
 }
 

@@ -8,10 +8,10 @@
 namespace vrda {
 namespace {
 
-constexpr double cut_mm = -50.0;     // below it the tibia is only drawn
-constexpr double overlap_mm = 17.0;  // of the drawn shaft: up to the rims of the plateaus
+constexpr double tibia_cut_mm = -50.0;     // below it the tibia is only drawn
+constexpr double tibia_overlap_mm = 17.0;  // of the drawn shaft: up to the rims of the plateaus
 constexpr double shaft_end_mm = -145.0;
-constexpr double cell_at_resolution_1_mm = 3.95;
+constexpr double tibia_cell_mm = 3.95;
 
 // A dish along one axis: curvature rise / reach^2 at the bottom, slope rise / reach far out.
 double dish(double offset_mm, double rise_mm, double reach_mm)
@@ -86,19 +86,19 @@ double tuberosity(const Eigen::Vector3d& p)
   return d.norm() - 8.5;
 }
 
-LevelSetOptions options(double resolution)
+LevelSetOptions tibia_options(double resolution)
 {
   LevelSetOptions chosen;
-  chosen.cell_mm = cell_at_resolution_1_mm / resolution;
+  chosen.cell_mm = tibia_cell_mm / resolution;
   return chosen;
 }
 
 LevelSet plateau_part()
 {
   const Field upper = [](const Eigen::Vector3d& p) {
-    return smooth_max(tibia_field(p), cut_mm - p.y(), 2.0);
+    return smooth_max(tibia_field(p), tibia_cut_mm - p.y(), 2.0);
   };
-  return {upper, {{-40, cut_mm - 10, -60}, {50, 0, 60}}};
+  return {upper, {{-40, tibia_cut_mm - 10, -60}, {50, 0, 60}}};
 }
 
 }  // namespace
@@ -145,17 +145,17 @@ BoneMeshes tibia_meshes(double resolution, double drawn_resolution)
 {
   const LevelSet upper = plateau_part();
   const Field lower = [](const Eigen::Vector3d& p) {
-    const double below_cut = smooth_max(tibia_field(p), p.y() - cut_mm - overlap_mm, 2.0);
+    const double below_cut = smooth_max(tibia_field(p), p.y() - tibia_cut_mm - tibia_overlap_mm, 2.0);
     return smooth_max(below_cut, shaft_end_mm - p.y(), 2.0);
   };
-  const Box box_mm{{-40, shaft_end_mm - 10, -60}, {50, cut_mm + overlap_mm + 10, 60}};
-  const LevelSetOptions drawn = options(drawn_resolution);
+  const Box box_mm{{-40, shaft_end_mm - 10, -60}, {50, tibia_cut_mm + tibia_overlap_mm + 10, 60}};
+  const LevelSetOptions drawn = tibia_options(drawn_resolution);
   auto [contact, shaft] = adjoining_level_set_meshes(upper, {lower, box_mm}, drawn);
   if (resolution != drawn_resolution) {
-    contact = level_set_mesh(upper.field, upper.box_mm, options(resolution));
+    contact = level_set_mesh(upper.field, upper.box_mm, tibia_options(resolution));
   }
   sink_into_contact_part(
-      shaft, [](const Eigen::Vector3d& p) { return p.y() - cut_mm; }, drawn.cell_mm);
+      shaft, [](const Eigen::Vector3d& p) { return p.y() - tibia_cut_mm; }, drawn.cell_mm);
   return {std::move(contact), std::move(shaft)};
 }
 

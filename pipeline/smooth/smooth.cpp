@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "smooth/design.hpp"
 #include "smooth/huber.hpp"
 
@@ -16,7 +16,6 @@ namespace {
 
 /// A cell whose own datum decides its fitted value this far cannot be left out: rounding alone.
 constexpr double saturated_leverage = 1.0 - 1e-10;
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// One least-squares problem: tx, ty, tz and mostly theta share theirs.
 struct Problem {
@@ -36,7 +35,7 @@ std::vector<Cell> cells_of(const SmoothInput& input, bool theta_only)
   std::vector<Cell> cells;
   for (Eigen::Index i = 0; i < input.status.rows(); ++i) {
     for (Eigen::Index j = 0; j < input.status.cols(); ++j) {
-      const bool is_stable = input.status(i, j) == static_cast<std::int8_t>(StepStatus::stable);
+      const bool is_stable = input.status(i, j) == status_stable;
       if (is_stable && (!theta_only || input.theta_determined(i, j) == 1)) cells.push_back({i, j});
     }
   }
@@ -159,7 +158,7 @@ bool is_varus_free(const MotionModel& model)
 {
   if (model.varus_deg.size() != 1) return false;
   for (Eigen::Index i = 0; i < model.status.rows(); ++i) {
-    const bool is_stable = model.status(i, 0) == static_cast<std::int8_t>(StepStatus::stable);
+    const bool is_stable = model.status(i, 0) == status_stable;
     if (is_stable && model.varus_solved_deg(i, 0) != model.varus_deg.front()) return true;
   }
   return false;

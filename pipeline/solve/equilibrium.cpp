@@ -12,7 +12,7 @@ using namespace equilibrium_rules;
 namespace {
 
 // Travel left in the end, as a share of the tolerance: keeps the final pose from overlapping by rounding.
-constexpr double standoff_share = 0.1;
+constexpr double tolerance_share_left = 0.1;
 // Stiffness of the pull to the seed, as a share of the push per mm: 30 mm away it weighs 3e-5 of the push.
 constexpr double spring_share_per_mm = 1e-6;
 // Falls of the potential below this share of push times tolerance are rounding; what the spring alone gains
@@ -68,7 +68,7 @@ EquilibriumSolver::Run::Run(State& tools, const Task& task)
       planner_(forces_, {seed_, spring_share_per_mm * push_n_})
 {
   plan_options_.is_free[about_varus] = task.is_varus_free;
-  plan_options_.standoff_mm = standoff_share * tolerance_mm_;
+  plan_options_.standoff_mm = tolerance_share_left * tolerance_mm_;
   plan_options_.tolerance_mm = tolerance_mm_;
   plan_options_.reach_mm = tools.reach_mm;
   plan_options_.force_tolerance_n = 1e-6 * push_n_;

@@ -8,7 +8,7 @@
 namespace vrda {
 namespace {
 
-constexpr Eigen::Index n = 5;
+constexpr Eigen::Index n_unknowns = 5;
 // A normal whose part across the active ones is shorter than this share of it depends on them.
 constexpr double dependent_share = 1e-11;
 // Every change of the active set raises the dual value, so the true number is some tens; rounding must not
@@ -19,12 +19,12 @@ constexpr int most_changes = 400;
 QpMatrix cholesky(const QpMatrix& H)
 {
   QpMatrix L = QpMatrix::Zero();
-  for (Eigen::Index j = 0; j < n; ++j) {
+  for (Eigen::Index j = 0; j < n_unknowns; ++j) {
     double pivot = H(j, j);
     for (Eigen::Index k = 0; k < j; ++k) pivot -= L(j, k) * L(j, k);
     check(pivot > 0.0, "quadratic programme: H is not positive definite");
     L(j, j) = std::sqrt(pivot);
-    for (Eigen::Index i = j + 1; i < n; ++i) {
+    for (Eigen::Index i = j + 1; i < n_unknowns; ++i) {
       double sum = H(i, j);
       for (Eigen::Index k = 0; k < j; ++k) sum -= L(i, k) * L(j, k);
       L(i, j) = sum / L(j, j);
@@ -37,7 +37,7 @@ QpMatrix cholesky(const QpMatrix& H)
 QpMatrix inverse_transposed(const QpMatrix& L)
 {
   QpMatrix J = QpMatrix::Zero();  // upper triangular
-  for (Eigen::Index j = 0; j < n; ++j) {
+  for (Eigen::Index j = 0; j < n_unknowns; ++j) {
     J(j, j) = 1.0 / L(j, j);
     for (Eigen::Index i = j - 1; i >= 0; --i) {
       double sum = 0.0;
@@ -98,9 +98,9 @@ class DualMethod {
     while (n_left_-- > 0) {
       const QpVector d = J_.transpose() * normal;
       const QpVector r = dual_direction(d);
-      const double across = d.tail(n - n_active_).squaredNorm();
+      const double across = d.tail(n_unknowns - n_active_).squaredNorm();
       const bool is_dependent =
-          n_active_ == n || across <= dependent_share * dependent_share * d.squaredNorm();
+          n_active_ == n_unknowns || across <= dependent_share * dependent_share * d.squaredNorm();
       const Eigen::Index leaving = first_to_leave(r);
       const double t_dual = leaving < 0 ? std::numeric_limits<double>::infinity() : u_(leaving) / r(leaving);
       const double t_primal =
@@ -109,7 +109,7 @@ class DualMethod {
       if (!std::isfinite(t)) return false;
       u_.head(n_active_) -= t * r.head(n_active_);
       multiplier += t;
-      if (!is_dependent) x_ += t * (J_.rightCols(n - n_active_) * d.tail(n - n_active_));
+      if (!is_dependent) x_ += t * (J_.rightCols(n_unknowns - n_active_) * d.tail(n_unknowns - n_active_));
       if (t_primal <= t_dual) {
         add(row, multiplier, d);
         return true;
@@ -142,7 +142,7 @@ class DualMethod {
 
   void add(std::size_t row, double multiplier, QpVector d)
   {
-    for (Eigen::Index k = n - 1; k > n_active_; --k) turn_columns(k - 1, d(k - 1), d(k), d);
+    for (Eigen::Index k = n_unknowns - 1; k > n_active_; --k) turn_columns(k - 1, d(k - 1), d(k), d);
     R_.col(n_active_).head(n_active_ + 1) = d.head(n_active_ + 1);
     active_[static_cast<std::size_t>(n_active_)] = row;
     u_(n_active_) = multiplier;
@@ -192,7 +192,7 @@ class DualMethod {
   QpMatrix R_ = QpMatrix::Zero();  // upper triangular: J^T N = [R; 0]
   QpVector x_;
   QpVector u_ = QpVector::Zero();
-  std::array<std::size_t, n> active_{};
+  std::array<std::size_t, n_unknowns> active_{};
   Eigen::Index n_active_ = 0;
   int n_left_ = most_changes;
 };

@@ -1,15 +1,11 @@
 #include "store/contact_paths.hpp"
 
-#include <limits>
-
 #include "core/compartment.hpp"
 #include "core/frames.hpp"
 #include "core/units.hpp"
 
 namespace vrda {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 struct CellPoints {
   Eigen::Vector3d medial_world_mm = Eigen::Vector3d::Constant(nan);
@@ -65,7 +61,7 @@ ContactPaths contact_paths_of(const MotionModel& model)
   ContactPaths paths{nowhere, nowhere, nowhere, nowhere};
   SolverFrame frame{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, {}};
   for (std::size_t cell = 0; cell < n_cells; ++cell) {
-    if (model.status.data()[cell] != static_cast<std::int8_t>(StepStatus::stable)) continue;
+    if (model.status.data()[cell] != status_stable) continue;
     const std::size_t flexion = cell / n_varus;
     frame.delta = model.push.delta.row(static_cast<Eigen::Index>(flexion)).transpose();
     const Eigen::Matrix3d R_reference_world_solver =

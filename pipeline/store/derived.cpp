@@ -8,7 +8,7 @@
 namespace vrda {
 namespace {
 
-double largest_number(const GridD& values)
+double largest_known(const GridD& values)
 {
   double largest = std::numeric_limits<double>::quiet_NaN();
   for (Eigen::Index k = 0; k < values.size(); ++k) {
@@ -22,7 +22,7 @@ double largest_number(const GridD& values)
 
 AuditSummary summary_of(const AuditSet& audit)
 {
-  return {largest_number(audit.penetration_mm), largest_number(audit.gap_mm)};
+  return {largest_known(audit.penetration_mm), largest_known(audit.gap_mm)};
 }
 
 std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit)

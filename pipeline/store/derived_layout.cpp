@@ -6,8 +6,6 @@
 namespace vrda {
 namespace {
 
-constexpr ValueKind float64 = ValueKind::float64;
-
 std::string dataset_of(const std::string& name)
 {
   return name == "varus" ? "varus_solved" : name;
@@ -29,12 +27,12 @@ void add_set(FileLayout& layout, const FileShape& shape, const SmoothedShape& se
     const char* units = name == "theta" || name == "varus" ? "degree" : "mm";
     const std::string path = smoothed_path(set.degree, name);
     layout.datasets.push_back(
-        numbers(path, float64, grid_dimensions(), units, "smoothed surface on the grid"));
-    layout.datasets.push_back(
-        numbers(coefficients_path(set.degree, name), float64, term, units, "coefficients of the terms"));
+        numbers(path, ValueKind::float64, grid_dimensions(), units, "smoothed surface on the grid"));
+    layout.datasets.push_back(numbers(coefficients_path(set.degree, name), ValueKind::float64, term, units,
+                                      "coefficients of the terms"));
     layout.attributes.push_back({path, "n_cells", ValueKind::int32, 1});
     for (const char* measure : {"rms", "largest_residual", "leave_one_out_rms", "condition_number"}) {
-      layout.attributes.push_back({path, measure, float64, 1});
+      layout.attributes.push_back({path, measure, ValueKind::float64, 1});
     }
   }
   if (!set.has_recontact) return;
@@ -113,15 +111,15 @@ void add_audit(FileLayout& layout, const AuditShape& shape)
   const std::string flexion = group + "/flexion", varus = group + "/varus";
   layout.groups.push_back(group);
   layout.attributes.push_back({group, "refine", ValueKind::int32, 1});
-  layout.attributes.push_back({group, "largest_penetration", float64, 1});
-  layout.attributes.push_back({group, "largest_gap", float64, 1});
+  layout.attributes.push_back({group, "largest_penetration", ValueKind::float64, 1});
+  layout.attributes.push_back({group, "largest_gap", ValueKind::float64, 1});
   layout.dimensions.push_back({flexion, shape.n_flexion});
   layout.dimensions.push_back({varus, shape.n_varus});
   const Dimensions grid{flexion, varus};
   layout.datasets.insert(
       layout.datasets.end(),
-      {numbers(flexion, float64, {flexion}, "degree", "flexion of the attitude"),
-       numbers(varus, float64, {varus}, "degree", "varus of the attitude, adduction positive"),
+      {numbers(flexion, ValueKind::float64, {flexion}, "degree", "flexion of the attitude"),
+       numbers(varus, ValueKind::float64, {varus}, "degree", "varus of the attitude, adduction positive"),
        codes(group + "/state", grid, FlagSet::audit_state, "what the audit found"),
        answers(group + "/gap", grid, "mm", "travel along Delta to the next touch"),
        answers(group + "/penetration", grid, "mm", "travel back along Delta to the first touch from afar")});

@@ -18,7 +18,7 @@
 namespace vrda {
 namespace {
 
-constexpr const char* wanted_room = "room in memory";
+constexpr const char* wanted_memory = "room in memory";
 
 /// Smaller datasets stay contiguous: a chunk's index alone takes about this much.
 constexpr std::size_t smallest_compressed_bytes = 4096;
@@ -48,30 +48,31 @@ H5Id file_type(ValueKind kind)
 
 H5Handle text_type(const H5Place& place)
 {
-  H5Handle type = own_h5(H5Tcopy(H5T_C_S1), place, wanted_room);
-  check_h5(H5Tset_size(type.id(), H5T_VARIABLE), place, wanted_room);
-  check_h5(H5Tset_cset(type.id(), H5T_CSET_UTF8), place, wanted_room);
+  H5Handle type = own_h5(H5Tcopy(H5T_C_S1), place, wanted_memory);
+  check_h5(H5Tset_size(type.id(), H5T_VARIABLE), place, wanted_memory);
+  check_h5(H5Tset_cset(type.id(), H5T_CSET_UTF8), place, wanted_memory);
   return type;
 }
 
 H5Handle extent(const std::vector<std::int64_t>& shape, const H5Place& place)
 {
-  if (shape.empty()) return own_h5(H5Screate(H5S_SCALAR), place, wanted_room);
+  if (shape.empty()) return own_h5(H5Screate(H5S_SCALAR), place, wanted_memory);
   const std::vector<hsize_t> sizes(shape.begin(), shape.end());
-  return own_h5(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), place, wanted_room);
+  return own_h5(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), place,
+                wanted_memory);
 }
 
 void no_times_and_ordered(H5Id properties, const H5Place& place)
 {
-  check_h5(H5Pset_obj_track_times(properties, false), place, wanted_room);
+  check_h5(H5Pset_obj_track_times(properties, false), place, wanted_memory);
   check_h5(H5Pset_attr_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
-           wanted_room);
+           wanted_memory);
 }
 
 void order_links(H5Id properties, const H5Place& place)
 {
   check_h5(H5Pset_link_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
-           wanted_room);
+           wanted_memory);
 }
 
 std::size_t count_of(const std::vector<std::int64_t>& shape)
@@ -89,10 +90,10 @@ void compress(H5Id properties, const std::vector<std::int64_t>& shape, std::size
   const std::size_t n_rows = std::max<std::size_t>(1, largest_chunk_bytes / row_bytes);
   std::vector<hsize_t> chunk(shape.begin(), shape.end());
   chunk[0] = std::min<hsize_t>(chunk[0], n_rows);
-  check_h5(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()), place, wanted_room);
-  check_h5(H5Pset_shuffle(properties), place, wanted_room);
-  check_h5(H5Pset_deflate(properties, deflate_level), place, wanted_room);
-  check_h5(H5Pset_fletcher32(properties), place, wanted_room);
+  check_h5(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()), place, wanted_memory);
+  check_h5(H5Pset_shuffle(properties), place, wanted_memory);
+  check_h5(H5Pset_deflate(properties, deflate_level), place, wanted_memory);
+  check_h5(H5Pset_fletcher32(properties), place, wanted_memory);
 }
 
 std::string last_name(const std::string& path)
@@ -107,7 +108,7 @@ constexpr double the_nan = std::numeric_limits<double>::quiet_NaN();
 int memory_file(const std::string& path)
 {
   const int descriptor = memfd_create("vrda", MFD_CLOEXEC);
-  if (descriptor < 0) throw InputError({path, "", std::strerror(errno), wanted_room});
+  if (descriptor < 0) throw InputError({path, "", std::strerror(errno), wanted_memory});
   return descriptor;
 }
 
@@ -123,7 +124,7 @@ std::string bytes_of_file(int descriptor, const std::string& path)
     if (n <= 0) break;
     n_read += static_cast<std::size_t>(n);
   }
-  if (!is_known || n_read < bytes.size()) throw InputError({path, "", std::strerror(errno), wanted_room});
+  if (!is_known || n_read < bytes.size()) throw InputError({path, "", std::strerror(errno), wanted_memory});
   return bytes;
 }
 
@@ -132,15 +133,16 @@ std::string bytes_of_file(int descriptor, const std::string& path)
 H5Writer::H5Writer(const std::string& path) : file_name_(path), memory_(memory_file(path))
 {
   silence_h5();
-  const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_room);
+  const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_memory);
   // The usual driver asks for the real path of a link, which a file without a name does not have.
-  check_h5(H5Pset_fapl_stdio(access.id()), place(""), wanted_room);
-  check_h5(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), place(""), wanted_room);
-  const H5Handle creation = own_h5(H5Pcreate(H5P_FILE_CREATE), place(""), wanted_room);
+  check_h5(H5Pset_fapl_stdio(access.id()), place(""), wanted_memory);
+  check_h5(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), place(""), wanted_memory);
+  const H5Handle creation = own_h5(H5Pcreate(H5P_FILE_CREATE), place(""), wanted_memory);
   no_times_and_ordered(creation.id(), place(""));
   order_links(creation.id(), place(""));
   const std::string name = "/proc/self/fd/" + std::to_string(memory_);
-  file_ = own_h5(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation.id(), access.id()), place(""), wanted_room);
+  file_ =
+      own_h5(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, creation.id(), access.id()), place(""), wanted_memory);
 }
 
 H5Writer::~H5Writer()
@@ -151,28 +153,28 @@ H5Writer::~H5Writer()
 
 H5Handle H5Writer::open(const std::string& object) const
 {
-  return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), wanted_room);
+  return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), wanted_memory);
 }
 
 void H5Writer::create_group(const std::string& path)
 {
-  const H5Handle creation = own_h5(H5Pcreate(H5P_GROUP_CREATE), place(path), wanted_room);
+  const H5Handle creation = own_h5(H5Pcreate(H5P_GROUP_CREATE), place(path), wanted_memory);
   no_times_and_ordered(creation.id(), place(path));
   order_links(creation.id(), place(path));
   own_h5(H5Gcreate2(file_.id(), path.c_str(), H5P_DEFAULT, creation.id(), H5P_DEFAULT), place(path),
-         wanted_room);
+         wanted_memory);
 }
 
 void H5Writer::create_dimension(const DimensionSpec& dimension)
 {
   const H5Place here = place(dimension.path);
   {
-    const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_room);
+    const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
     no_times_and_ordered(creation.id(), here);
     const H5Handle space = extent({dimension.size}, here);
     own_h5(H5Dcreate2(file_.id(), dimension.path.c_str(), H5T_IEEE_F32BE, space.id(), H5P_DEFAULT,
                       creation.id(), H5P_DEFAULT),
-           here, wanted_room);
+           here, wanted_memory);
   }
   // The name by which the netCDF library knows that there is a dimension here and no variable.
   char name[80];
@@ -184,7 +186,7 @@ void H5Writer::create_dimension(const DimensionSpec& dimension)
 void H5Writer::make_scale(const std::string& path, const std::string& name)
 {
   const H5Handle object = open(path);
-  check_h5(H5DSset_scale(object.id(), name.c_str()), place(path), wanted_room);
+  check_h5(H5DSset_scale(object.id(), name.c_str()), place(path), wanted_memory);
   scales_.push_back(path);
 }
 
@@ -198,11 +200,11 @@ void H5Writer::attach_scales(const DatasetSpec& spec)
   std::vector<hvl_t> lists(spec.dimensions.size());
   for (std::size_t axis = 0; axis < spec.dimensions.size(); ++axis) {
     const std::string& scale = spec.dimensions[axis];
-    check_h5(H5Rcreate(&references[axis], file_.id(), scale.c_str(), H5R_OBJECT, -1), here, wanted_room);
+    check_h5(H5Rcreate(&references[axis], file_.id(), scale.c_str(), H5R_OBJECT, -1), here, wanted_memory);
     lists[axis] = {1, &references[axis]};
     users_[scale].push_back({spec.path, static_cast<std::int32_t>(axis)});
   }
-  const H5Handle type = own_h5(H5Tvlen_create(H5T_STD_REF_OBJ), here, wanted_room);
+  const H5Handle type = own_h5(H5Tvlen_create(H5T_STD_REF_OBJ), here, wanted_memory);
   write_raw_attribute(spec.path, "DIMENSION_LIST", {type.id(), lists.data(), lists.size()});
 }
 
@@ -217,12 +219,12 @@ void H5Writer::write_reference_list(const std::string& scale, const std::vector<
   std::vector<Entry> entries;
   for (const Use& use : uses) {
     Entry entry{0, use.axis, 0};
-    check_h5(H5Rcreate(&entry.dataset, file_.id(), use.dataset.c_str(), H5R_OBJECT, -1), here, wanted_room);
+    check_h5(H5Rcreate(&entry.dataset, file_.id(), use.dataset.c_str(), H5R_OBJECT, -1), here, wanted_memory);
     entries.push_back(entry);
   }
-  const H5Handle type = own_h5(H5Tcreate(H5T_COMPOUND, sizeof(Entry)), here, wanted_room);
-  check_h5(H5Tinsert(type.id(), "dataset", HOFFSET(Entry, dataset), H5T_STD_REF_OBJ), here, wanted_room);
-  check_h5(H5Tinsert(type.id(), "dimension", HOFFSET(Entry, axis), H5T_STD_I32LE), here, wanted_room);
+  const H5Handle type = own_h5(H5Tcreate(H5T_COMPOUND, sizeof(Entry)), here, wanted_memory);
+  check_h5(H5Tinsert(type.id(), "dataset", HOFFSET(Entry, dataset), H5T_STD_REF_OBJ), here, wanted_memory);
+  check_h5(H5Tinsert(type.id(), "dimension", HOFFSET(Entry, axis), H5T_STD_I32LE), here, wanted_memory);
   write_raw_attribute(scale, "REFERENCE_LIST", {type.id(), entries.data(), entries.size()});
 }
 
@@ -232,24 +234,24 @@ void H5Writer::write_raw(const DatasetSpec& spec, const std::vector<std::int64_t
   check(memory.size == count_of(shape), "a motion model's values must fill their dataset");
   const H5Place here = place(spec.path);
   const bool is_text = spec.kind == ValueKind::text;
-  const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_room);
+  const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
   no_times_and_ordered(creation.id(), here);
   const std::size_t element_bytes = H5Tget_size(memory.type);
   if (!is_text && memory.size * element_bytes >= smallest_compressed_bytes) {
     compress(creation.id(), shape, element_bytes, here);
   }
   if (spec.may_be_nan) {
-    check_h5(H5Pset_fill_value(creation.id(), H5T_NATIVE_DOUBLE, &the_nan), here, wanted_room);
+    check_h5(H5Pset_fill_value(creation.id(), H5T_NATIVE_DOUBLE, &the_nan), here, wanted_memory);
   }
   {
     const H5Handle space = extent(shape, here);
     const H5Handle dataset =
         own_h5(H5Dcreate2(file_.id(), spec.path.c_str(), is_text ? memory.type : file_type(spec.kind),
                           space.id(), H5P_DEFAULT, creation.id(), H5P_DEFAULT),
-               here, wanted_room);
+               here, wanted_memory);
     if (memory.size > 0) {
       check_h5(H5Dwrite(dataset.id(), memory.type, H5S_ALL, H5S_ALL, H5P_DEFAULT, memory.data), here,
-               wanted_room);
+               wanted_memory);
     }
   }
   if (spec.dimensions.size() == 1 && spec.dimensions[0] == spec.path) {
@@ -320,8 +322,8 @@ void H5Writer::write_raw_attribute(const std::string& object, const std::string&
   const H5Handle space = extent({static_cast<std::int64_t>(memory.size)}, here);
   const H5Handle attribute =
       own_h5(H5Acreate2(owner.id(), name.c_str(), memory.type, space.id(), H5P_DEFAULT, H5P_DEFAULT), here,
-             wanted_room);
-  check_h5(H5Awrite(attribute.id(), memory.type, memory.data), here, wanted_room);
+             wanted_memory);
+  check_h5(H5Awrite(attribute.id(), memory.type, memory.data), here, wanted_memory);
 }
 
 void H5Writer::write_attribute(const std::string& object, const std::string& name, const std::string& value)
@@ -356,7 +358,7 @@ std::string H5Writer::bytes()
     const auto found = users_.find(scale);
     if (found != users_.end()) write_reference_list(scale, found->second);
   }
-  check_h5(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), place(""), wanted_room);
+  check_h5(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), place(""), wanted_memory);
   file_.reset();
   return bytes_of_file(memory_, file_name_);
 }

@@ -44,7 +44,7 @@ FileLayout layout_of_table(const IndexTable& table)
   return layout;
 }
 
-std::string quoted(const std::string& text)
+std::string csv_cell(const std::string& text)
 {
   if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
   std::string out = "\"";
@@ -67,7 +67,7 @@ std::string word_of(FlagSet flags, std::int8_t code)
 std::string field_of(const IndexColumn& column, std::size_t row)
 {
   if (const auto* texts = std::get_if<std::vector<std::string>>(&column.values))
-    return quoted(texts->at(row));
+    return csv_cell(texts->at(row));
   if (const auto* codes = std::get_if<std::vector<std::int8_t>>(&column.values))
     return word_of(column.flags, codes->at(row));
   const double number = std::get<std::vector<double>>(column.values).at(row);

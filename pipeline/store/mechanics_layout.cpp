@@ -5,21 +5,19 @@
 namespace vrda {
 namespace {
 
-constexpr ValueKind float64 = ValueKind::float64;
-
 void add_push(FileLayout& layout)
 {
   layout.groups.emplace_back("/push");
-  layout.attributes.push_back({"/push", "point_mm", float64, 3});
-  layout.datasets.insert(
-      layout.datasets.end(),
-      {numbers("/push/delta", float64, {"/flexion", "/xyz"}, "1",
-               "unit direction Delta in which the moving object is pushed, world W"),
-       numbers("/push/force", float64, {"/flexion", "/xyz"}, "N",
-               "force on the moving object, along Delta and across it, world W"),
-       numbers("/push/moment", float64, {"/flexion"}, "N mm",
-               "moment on the moving object about Delta, right-knee sign"),
-       numbers("/push/varus_moment", float64, {"/flexion"}, "N mm", "moment on the moving object in varus")});
+  layout.attributes.push_back({"/push", "point_mm", ValueKind::float64, 3});
+  layout.datasets.insert(layout.datasets.end(),
+                         {numbers("/push/delta", ValueKind::float64, {"/flexion", "/xyz"}, "1",
+                                  "unit direction Delta in which the moving object is pushed, world W"),
+                          numbers("/push/force", ValueKind::float64, {"/flexion", "/xyz"}, "N",
+                                  "force on the moving object, along Delta and across it, world W"),
+                          numbers("/push/moment", ValueKind::float64, {"/flexion"}, "N mm",
+                                  "moment on the moving object about Delta, right-knee sign"),
+                          numbers("/push/varus_moment", ValueKind::float64, {"/flexion"}, "N mm",
+                                  "moment on the moving object in varus")});
 }
 
 void add_contact_paths(FileLayout& layout)
@@ -49,10 +47,11 @@ void add_forces(FileLayout& layout, const FileShape& shape)
       layout.datasets.end(),
       {numbers("/equilibrium/forces/row_start", ValueKind::int64, {"/equilibrium/forces/cell_bound"}, "1",
                "first force of each cell, cells in the order of the grid, then the number of forces"),
-       numbers("/equilibrium/forces/point", float64, vectors, "mm", "where the force acts, world W"),
-       numbers("/equilibrium/forces/normal", float64, vectors, "1",
+       numbers("/equilibrium/forces/point", ValueKind::float64, vectors, "mm",
+               "where the force acts, world W"),
+       numbers("/equilibrium/forces/normal", ValueKind::float64, vectors, "1",
                "unit direction of the force on the moving object, world W"),
-       numbers("/equilibrium/forces/along_delta", float64, force, "N",
+       numbers("/equilibrium/forces/along_delta", ValueKind::float64, force, "N",
                "part of the force against Delta: what it takes of the push"),
        numbers("/equilibrium/forces/triangle_reference", ValueKind::int32, force, "1",
                "row of /bodies/reference/triangles"),
@@ -89,7 +88,7 @@ void add_free_spine(FileLayout& layout)
 void add_equilibrium(FileLayout& layout, const FileShape& shape)
 {
   layout.groups.emplace_back("/equilibrium");
-  layout.attributes.push_back({"/equilibrium", "band_moment_nmm", float64, 1});
+  layout.attributes.push_back({"/equilibrium", "band_moment_nmm", ValueKind::float64, 1});
   layout.datasets.insert(
       layout.datasets.end(),
       {surface("/equilibrium/energy", "N mm", "energy of the ligaments less the work of the loads"),
@@ -122,17 +121,17 @@ void add_wraps(FileLayout& layout, const LigamentShape& shape)
       {numbers("/ligaments/wrap_name", ValueKind::text, wrap, "", "names of the wrapping surfaces"),
        codes("/ligaments/wrap_shape", wrap, FlagSet::wrap_shape, "shape of the wrapping surface"),
        codes("/ligaments/wrap_body", wrap, FlagSet::body, "body that the wrapping surface is fixed to"),
-       numbers("/ligaments/X_body_wrap", float64, {"/ligaments/wrapping", "/row", "/column"}, "mm",
+       numbers("/ligaments/X_body_wrap", ValueKind::float64, {"/ligaments/wrapping", "/row", "/column"}, "mm",
                "pose taking points of the wrapping surface to canonical axes of its body; the rotation in "
                "columns 0 to 2 has no unit"),
-       numbers("/ligaments/wrap_radii", float64, {"/ligaments/wrapping", "/xyz"}, "mm",
+       numbers("/ligaments/wrap_radii", ValueKind::float64, {"/ligaments/wrapping", "/xyz"}, "mm",
                "half-axes of an ellipsoid; radius, radius and half length of a cylinder along its Z")});
 }
 
 void add_ligaments(FileLayout& layout, const LigamentShape& shape)
 {
   layout.groups.emplace_back("/ligaments");
-  layout.attributes.push_back({"/ligaments", "transition_strain", float64, 1});
+  layout.attributes.push_back({"/ligaments", "transition_strain", ValueKind::float64, 1});
   layout.dimensions.push_back({"/ligaments/fibre", shape.n_fibres});
   const Dimensions fibre{"/ligaments/fibre"};
   const Dimensions vectors{"/ligaments/fibre", "/xyz"};
@@ -141,12 +140,12 @@ void add_ligaments(FileLayout& layout, const LigamentShape& shape)
       layout.datasets.end(),
       {numbers("/ligaments/name", ValueKind::text, fibre, "", "names of the fibres"),
        numbers("/ligaments/bundle", ValueKind::text, fibre, "", "ligament that the fibre belongs to"),
-       numbers("/ligaments/reference", float64, vectors, "mm",
+       numbers("/ligaments/reference", ValueKind::float64, vectors, "mm",
                "attachment to the reference body, its canonical axes"),
-       numbers("/ligaments/moving", float64, vectors, "mm",
+       numbers("/ligaments/moving", ValueKind::float64, vectors, "mm",
                "attachment to the moving body, its canonical axes"),
-       numbers("/ligaments/stiffness", float64, fibre, "N", "force per unit strain"),
-       numbers("/ligaments/slack_length", float64, fibre, "mm", "length of zero strain"),
+       numbers("/ligaments/stiffness", ValueKind::float64, fibre, "N", "force per unit strain"),
+       numbers("/ligaments/slack_length", ValueKind::float64, fibre, "mm", "length of zero strain"),
        numbers("/ligaments/wrap", ValueKind::int32, fibre, "1", "row of wrap_name, -1 for none")});
   add_wraps(layout, shape);
   layout.datasets.insert(

@@ -10,7 +10,7 @@ namespace {
 
 bool is_stable(std::int8_t status)
 {
-  return status == static_cast<std::int8_t>(StepStatus::stable);
+  return status == status_stable;
 }
 
 /// The status of every cell, or of every flexion of the free spine.

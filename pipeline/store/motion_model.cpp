@@ -1,4 +1,5 @@
 #include "store/motion_model.hpp"
+#include "core/units.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +9,7 @@
 namespace vrda {
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr std::int8_t pending_code = static_cast<std::int8_t>(StepStatus::pending);
+constexpr std::int8_t pending_code = status_pending;
 
 struct GridSize {
   Eigen::Index n_flexion = 0, n_varus = 0;

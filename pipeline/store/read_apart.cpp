@@ -12,7 +12,7 @@
 namespace vrda {
 namespace {
 
-constexpr const char* wanted_model = "an intact motion model or trace (HDF5)";
+constexpr const char* an_intact_file = "an intact motion model or trace (HDF5)";
 
 /// What an answer begins with.
 enum class Kind : std::int8_t { value, input_error, internal_error };
@@ -39,7 +39,7 @@ std::string answered(const std::string& path, const Read& read)
   } catch (const InputError& error) {
     return answer_of(error.facts());
   } catch (const std::bad_alloc&) {
-    return answer_of({path, "", "more than memory is allowed to hold", wanted_model});
+    return answer_of({path, "", "more than memory is allowed to hold", an_intact_file});
   } catch (const std::exception& error) {
     return answer_of(Kind::internal_error, {error.what()});
   }
@@ -66,7 +66,7 @@ std::string whole(const SeparateAnswer& answer, const std::string& path)
 {
   if (answer.is_whole) return answer.text;
   throw InputError(
-      {path, "", "a file that HDF5 cannot read (it ended with " + answer.text + ")", wanted_model});
+      {path, "", "a file that HDF5 cannot read (it ended with " + answer.text + ")", an_intact_file});
 }
 
 }  // namespace

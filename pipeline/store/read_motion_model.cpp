@@ -97,14 +97,14 @@ void complete_first_version(MotionModel& model)
   model.push = constant_push(model.delta, model.flexion_deg.size());
   model.varus_solved_deg = GridD(model.tx_mm.rows(), model.tx_mm.cols());
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
-    const bool is_stable = model.status.data()[cell] == static_cast<std::int8_t>(StepStatus::stable);
+    const bool is_stable = model.status.data()[cell] == status_stable;
     const auto varus = static_cast<std::size_t>(cell % model.status.cols());
     model.varus_solved_deg.data()[cell] =
         is_stable ? model.varus_deg[varus] : std::numeric_limits<double>::quiet_NaN();
   }
 }
 
-MotionModel read_values(const H5Reader& reader, const Structure& structure)
+MotionModel read_model_values(const H5Reader& reader, const Structure& structure)
 {
   MotionModel model;
   model.title = text(reader, "/", "title");
@@ -142,7 +142,7 @@ MotionModel read_motion_model(const std::string& path)
   std::vector<Finding> findings = structure.findings;
   MotionModel model;
   if (findings.empty()) {
-    model = read_values(reader, structure);
+    model = read_model_values(reader, structure);
     findings = findings_of(reader, model);
   }
   if (findings.empty()) {
@@ -159,7 +159,7 @@ std::vector<Finding> validate_motion_model(const std::string& path)
   const Structure structure = structure_of(reader);
   if (!structure.findings.empty()) return structure.findings;
   try {
-    return findings_of(reader, read_values(reader, structure));
+    return findings_of(reader, read_model_values(reader, structure));
   } catch (const InputError& error) {
     // A damaged chunk shows only when its values are read.
     return {{error.facts().field, error.facts().found, error.facts().wanted}};

@@ -19,14 +19,14 @@ constexpr std::int64_t largest_dimension = std::numeric_limits<std::int32_t>::ma
 
 constexpr const char* readable = "values that can be read, filtered by gzip, shuffle and fletcher32 only";
 
-std::string text_of(const std::vector<std::int64_t>& shape)
+std::string shape_text(const std::vector<std::int64_t>& shape)
 {
   std::string text = "[";
   for (const std::int64_t size : shape) text += (text.size() > 1 ? ", " : "") + std::to_string(size);
   return text + "]";
 }
 
-std::string text_of(const std::optional<ValueKind>& kind)
+std::string kind_text(const std::optional<ValueKind>& kind)
 {
   return kind ? name_of(*kind) : "another type";
 }
@@ -128,7 +128,7 @@ class StructureCheck {
     if (facts.scale_name.empty()) find(path, "no dimension scale", "a dimension scale");
     if (facts.shape.size() == 1 && facts.shape[0] >= 0 && facts.shape[0] <= largest_dimension)
       return facts.shape[0];
-    find(path, "shape " + text_of(facts.shape), "one axis of at most 2147483647 entries");
+    find(path, "shape " + shape_text(facts.shape), "one axis of at most 2147483647 entries");
     return 0;
   }
 
@@ -249,13 +249,13 @@ class StructureCheck {
     }
     const DatasetFacts facts = reader_.facts(spec.path);
     if (is_elsewhere(spec.path, facts)) return;
-    if (facts.kind != spec.kind) find(spec.path, text_of(facts.kind), name_of(spec.kind));
+    if (facts.kind != spec.kind) find(spec.path, kind_text(facts.kind), name_of(spec.kind));
     std::vector<std::int64_t> shape;
     for (const std::string& dimension : spec.dimensions) {
       shape.push_back(dimension_size(result_.layout, result_.shape, dimension));
     }
     if (facts.shape != shape) {
-      find(spec.path, "shape " + text_of(facts.shape), "shape " + text_of(shape));
+      find(spec.path, "shape " + shape_text(facts.shape), "shape " + shape_text(shape));
     } else if (!facts.storage_problem.empty()) {
       find(spec.path, facts.storage_problem, readable);
     } else {
@@ -320,7 +320,7 @@ class StructureCheck {
     if (!value) {
       find(where, "nothing", wanted);
     } else if (value->kind != spec.kind) {
-      find(where, text_of(value->kind), wanted);
+      find(where, kind_text(value->kind), wanted);
     } else if (const std::size_t size = value->numbers.size() + value->texts.size();
                size != static_cast<std::size_t>(spec.size)) {
       find(where, std::to_string(size) + " of " + name_of(spec.kind), wanted);

@@ -39,7 +39,7 @@ std::string bytes_of(const std::string& path, const Trace& trace)
   return writer.bytes();
 }
 
-Trace read_values(const H5Reader& reader, const Structure& structure)
+Trace read_trace_values(const H5Reader& reader, const Structure& structure)
 {
   Trace trace;
   trace.title = text(reader, "/", "title");
@@ -77,7 +77,7 @@ Trace read_trace(const std::string& path)
   std::vector<Finding> findings = structure.findings;
   Trace trace;
   if (findings.empty()) {
-    trace = read_values(reader, structure);
+    trace = read_trace_values(reader, structure);
     findings = check_values(trace);
   }
   if (findings.empty()) return trace;
@@ -90,7 +90,7 @@ std::vector<Finding> validate_trace(const std::string& path)
   const Structure structure = trace_structure_of(reader);
   if (!structure.findings.empty()) return structure.findings;
   try {
-    return check_values(read_values(reader, structure));
+    return check_values(read_trace_values(reader, structure));
   } catch (const InputError& error) {
     // A damaged chunk shows only when its values are read.
     return {{error.facts().field, error.facts().found, error.facts().wanted}};

@@ -15,7 +15,7 @@ namespace {
 /// Rounding to float32 takes at most 6e-8 of a number; twice that, and as much in mm or degrees near 0.
 constexpr double single_precision = 1.2e-7;
 
-constexpr auto stable = static_cast<std::int8_t>(StepStatus::stable);
+constexpr auto stable = status_stable;
 
 std::string quoted(const std::string& text)
 {
@@ -223,7 +223,7 @@ class BesideCheck {
                      std::to_string(model_.status(i, j)));
       return false;
     }
-    if (trace_.searches.status[s] != stable) return true;
+    if (trace_.searches.status[s] != status_stable) return true;
     const MoveRange range = moves_of(trace_, s);
     if (range.first < range.end && is_at(range.end - 1, i, j)) return true;
     findings_.find("/moves/translation", "another end of the search" + entry, "the pose of its cell");

@@ -43,10 +43,7 @@ class ValueCheck {
   }
 
  private:
-  bool is_stable(std::size_t cell) const
-  {
-    return model_.status.data()[cell] == static_cast<std::int8_t>(StepStatus::stable);
-  }
+  bool is_stable(std::size_t cell) const { return model_.status.data()[cell] == status_stable; }
 
   static bool is_sha256(const std::string& text)
   {

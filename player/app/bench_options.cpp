@@ -4,25 +4,10 @@
 #include <CLI/CLI.hpp>
 
 #include "app/look_options.hpp"
+#include "app/named_choice.hpp"
 #include "bench/controls.hpp"
 
 namespace vrda {
-namespace {
-
-std::string keys_text()
-{
-  constexpr std::size_t column = 16;
-  std::string text = "Keys:\n";
-  for (const HelpLine& line : bench_key_lines()) {
-    std::string keys = line.keys;
-    keys.resize(std::max(column, keys.size() + 2), ' ');
-    text += "  " + keys + line.does + "\n";
-  }
-  return text;
-}
-
-}  // namespace
-
 CLI::App* add_bench(CLI::App& app, BenchOptions& options)
 {
   CLI::App* bench = app.add_subcommand(
@@ -73,7 +58,7 @@ CLI::App* add_bench(CLI::App& app, BenchOptions& options)
   add_look(*bench, options.look);
   bench->add_flag("--quiet", options.is_quiet, "Only warnings");
   bench->footer(
-      keys_text() +
+      keys_text(bench_key_lines(), 16) +
       "While a recording plays: Space pauses, Left and Right leap by 5 s, + and - change the speed.\n"
       "Examples:\n  vrda-player bench knee.h5 --bench bench.toml --calibration anna.toml\n"
       "  vrda-player bench knee.h5 --replay monday.log --headless --video monday.mp4");

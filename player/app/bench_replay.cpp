@@ -12,20 +12,20 @@
 #include "app/stop_signals.hpp"
 #include "bench/recorded_motion.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "core/whole_file.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda {
 namespace {
 
-constexpr double s_of_ns = 1e-9;
 constexpr double slowest = 0.05, fastest = 100.0;
 constexpr double leap_s = 5.0;
 
 /// Since the first picture.
 double seconds_of(const std::vector<RecordedPicture>& pictures, std::size_t n)
 {
-  return static_cast<double>(pictures[n].now_ns - pictures.front().now_ns) * s_of_ns;
+  return static_cast<double>(pictures[n].now_ns - pictures.front().now_ns) * s_per_ns;
 }
 
 /// The state at any picture of a recording. Going back begins anew: the state follows from all that came

@@ -11,18 +11,18 @@
 #include "app/stop_signals.hpp"
 #include "bench/timing.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "core/whole_file.hpp"
 
 namespace vrda {
 namespace {
 
-constexpr double s_of_ns = 1e-9, ms_of_ns = 1e-6;
 constexpr std::size_t samples_at_once = 4096;  // beyond it the vector grows
 constexpr double report_interval_s = 0.25;     // of the panel's device lines
 
-class LiveBench {
+class BenchRun {
  public:
-  LiveBench(const BenchOptions& options, const BenchSetup& setup, const ShowStreams& streams)
+  BenchRun(const BenchOptions& options, const BenchSetup& setup, const ShowStreams& streams)
       : options_(options),
         setup_(setup),
         streams_(streams),
@@ -53,7 +53,7 @@ class LiveBench {
     samples_.clear();
     for (Sample sample; devices_.take(sample);) samples_.push_back(sample);
     const std::int64_t now_ns = devices_.now_ns();
-    const double now_s = static_cast<double>(now_ns) * s_of_ns;
+    const double now_s = static_cast<double>(now_ns) * s_per_ns;
     record(now_ns, keys);
     const BenchWishes wishes = take(state_, show_.panel(), keys, samples_);
     const BenchFrame& frame = state_.frame(now_ns);
@@ -84,7 +84,7 @@ class LiveBench {
       recorder_->add(now_ns, keys, samples_);
     } catch (const InputError& error) {
       streams_.talk << "vrda-player: " << error.what() << "; the recording ends here\n";
-      show_.tell("the recording ended: " + error.facts().found, static_cast<double>(now_ns) * s_of_ns);
+      show_.tell("the recording ended: " + error.facts().found, static_cast<double>(now_ns) * s_per_ns);
       recorder_.reset();
     }
   }
@@ -114,7 +114,7 @@ class LiveBench {
   void note_times(const BenchFrame& frame, std::int64_t begun_ns)
   {
     const std::int64_t finished_ns = devices_.now_ns();
-    const auto ms = [](std::int64_t ns) { return static_cast<double>(ns) * ms_of_ns; };
+    const auto ms = [](std::int64_t ns) { return static_cast<double>(ns) * ms_per_ns; };
     timing_.drawing.add(ms(finished_ns - begun_ns));
     if (timing_.n_pictures > 0) timing_.interval.add(ms(finished_ns - finished_ns_));
     finished_ns_ = finished_ns;
@@ -202,7 +202,7 @@ void run_bench(const BenchOptions& options, const ShowStreams& streams)
                                                  : options.calibration + ": not there yet")
                  << ": the nominal one of a bench that was never calibrated\n";
   }
-  LiveBench bench(options, setup, streams);
+  BenchRun bench(options, setup, streams);
   bench.run();
 }
 

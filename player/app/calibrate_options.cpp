@@ -3,22 +3,11 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/named_choice.hpp"
 #include "guide/session.hpp"
 
 namespace vrda {
 namespace {
-
-std::string keys_text()
-{
-  constexpr std::size_t column = 24;
-  std::string text = "Keys:\n";
-  for (const HelpLine& line : guide_key_lines()) {
-    std::string keys = line.keys;
-    keys.resize(std::max(column, keys.size() + 2), ' ');
-    text += "  " + keys + line.does + "\n";
-  }
-  return text;
-}
 
 void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
 {
@@ -88,7 +77,7 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
   calibrate->add_flag("--json", options.has_json, "For programs");
   calibrate->add_flag("--quiet", options.is_quiet, "Only warnings");
   calibrate->footer(
-      keys_text() +
+      keys_text(guide_key_lines(), 24) +
       "Exit code 4: left before all that was asked for is done; the same command goes on there.\n"
       "Examples:\n  vrda-player calibrate all --bench bench.toml --calibration anna.toml\n"
       "  vrda-player calibrate person --bench bench.toml --calibration bob.toml --bench-from anna.toml\n"

@@ -18,17 +18,11 @@ namespace vrda {
 namespace {
 
 using Colour = std::array<float, 3>;
-constexpr VertexColour ink{226, 230, 235, 255}, faint{150, 157, 166, 255}, window_area{30, 34, 40, 255},
-    visible_area{24, 56, 40, 255};
+constexpr VertexColour window_area{30, 34, 40, 255}, visible_area{24, 56, 40, 255};
 constexpr Colour grey{0.45F, 0.48F, 0.52F}, green{0.38F, 0.85F, 0.5F}, amber{1.0F, 0.69F, 0.18F},
     white{0.9F, 0.92F, 0.95F}, blue{0.4F, 0.65F, 1.0F};
 constexpr double line_px = 1.5;
 constexpr double words_px = 24.0, gap_px = 16.0;  // of a sheet: a line of words, between frames
-
-ShownBox box_of(const Viewport& v)
-{
-  return {{v.x, v.y}, {v.x + v.width, v.y + v.height}};
-}
 
 std::vector<GuideLine> cross_at(const Eigen::Vector2d& p, double arm_px, const Colour& colour, bool is_right)
 {

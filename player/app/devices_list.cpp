@@ -10,13 +10,12 @@
 #include "app/stop_signals.hpp"
 #include "bench/body_tracker.hpp"
 #include "bench/fit_words.hpp"
+#include "core/units.hpp"
 #include "settings/settings_text.hpp"
 #include "setup/bench_file.hpp"
 
 namespace vrda {
 namespace {
-
-constexpr double s_of_ns = 1e-9;
 
 /// The last of each input; nothing where it never came.
 struct LastValues {
@@ -45,7 +44,7 @@ struct LastValues {
     for (std::optional<BodyTracker>& body : bodies) {
       if (!body || !body->has_tool(sample.source)) continue;
       if (body->has_come(sample.source)) body->settle();
-      body->take(sample, s_of_ns * static_cast<double>(sample.arrival_ns));
+      body->take(sample, s_per_ns * static_cast<double>(sample.arrival_ns));
     }
   }
 };

@@ -19,7 +19,6 @@ namespace {
 using std::chrono::steady_clock;
 
 // Often enough that a step is seen as it comes, rare enough for a network disk.
-constexpr std::chrono::milliseconds between_looks{200};
 
 double seconds_since(steady_clock::time_point then)
 {

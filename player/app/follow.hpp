@@ -1,6 +1,7 @@
 /// The mode `follow`: a run while it computes.
 #pragma once
 
+#include <chrono>
 #include <iosfwd>
 #include <string>
 
@@ -8,6 +9,8 @@
 #include "follow/run_screen.hpp"
 
 namespace vrda {
+
+inline constexpr std::chrono::milliseconds between_looks{200};
 
 /// With contacts and normals.
 LookOptions follow_look();

@@ -20,7 +20,6 @@
 namespace vrda {
 namespace {
 
-constexpr std::chrono::milliseconds between_looks{200};
 constexpr double frame_s = 1.0 / 60.0;
 constexpr double idle_wait_s = 0.1;  // nothing moves: steps that come are seen soon enough
 // Steps come in bursts; each is played within this time, so that moves are seen without falling behind.

@@ -8,11 +8,6 @@
 namespace vrda {
 namespace {
 
-ShownBox box_of(const Viewport& v)
-{
-  return {{v.x, v.y}, {v.x + v.width, v.y + v.height}};
-}
-
 /// Optics show more than a window's pixels: all that is seen, smaller, within the eye's window.
 void fit_into_window(GuideLine& line, const Eye& eye)
 {

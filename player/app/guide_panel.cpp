@@ -9,18 +9,11 @@
 namespace vrda {
 namespace {
 
-constexpr double text_px = 15.0;
 constexpr float margin_px = 12.0F;
-constexpr VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
-    amber{255, 176, 46, 255}, green{96, 200, 120, 255};
+constexpr VertexColour paper{24, 27, 32, 255}, warning_colour{255, 176, 46, 255},
+    done_colour{96, 200, 120, 255};
 
-OverlayBox box_of(const Viewport& v)
-{
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.x + v.width),
-          static_cast<float>(v.y + v.height)};
-}
-
-OverlayBox box_of(const ShownBox& box)
+OverlayBox overlay_box(const ShownBox& box)
 {
   const Eigen::Vector2f low = box.low_px.cast<float>(), high = box.high_px.cast<float>();
   return {low.x(), low.y(), high.x(), high.y()};
@@ -57,7 +50,7 @@ OverlayBox pixels_of(const GuideLine& line)
           static_cast<float>(std::round(high.x())), static_cast<float>(std::round(high.y()))};
 }
 
-int decimals_of(double step)
+int decimals_of_step(double step)
 {
   constexpr int most = 6;
   int n = 0;
@@ -69,7 +62,7 @@ int decimals_of(double step)
 
 std::string dial_text(const Dial& dial, double value)
 {
-  return dial.name + " " + rounded_text(value, decimals_of(dial.step)) +
+  return dial.name + " " + rounded_text(value, decimals_of_step(dial.step)) +
          (dial.unit.empty() ? "" : " " + dial.unit);
 }
 
@@ -87,7 +80,7 @@ GuidePanel::GuidePanel(const BenchFile& bench) : text_(text_px), display_(bench.
 void GuidePanel::add_lines(const GuideContent& content)
 {
   for (const bool is_right : {false, true}) {
-    if (content.boxes) clip_overlay(overlay_, box_of((*content.boxes)[is_right ? 1 : 0]));
+    if (content.boxes) clip_overlay(overlay_, overlay_box((*content.boxes)[is_right ? 1 : 0]));
     for (const GuideLine& line : content.lines)
       if (line.is_right == is_right) add_guide_line(overlay_, text_, line);
   }
@@ -138,13 +131,14 @@ void GuidePanel::add_task(std::vector<Words>& words, const GuideSession& session
     const std::string mark = !is_selecting ? (k == 0 ? "Left, Right: " : "Up, Down: ")
                              : is_live     ? "> "
                                            : "- ";
-    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? green : ink, width_px);
+    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? done_colour : ink,
+                width_px);
   }
   if (progress.is_taking) {
     add_wrapped(words,
                 std::to_string(progress.n_samples) + " of " + std::to_string(task.n_samples) +
                     " samples of " + task.tool,
-                green, width_px);
+                done_colour, width_px);
   }
 }
 
@@ -161,14 +155,14 @@ std::vector<GuidePanel::Words> GuidePanel::words_of(const GuideSession& session,
   if (session.task() != nullptr) {
     add_task(words, session, width_px);
   } else {
-    add_wrapped(words, "All that was asked for is done. Enter: leave", green, width_px);
+    add_wrapped(words, "All that was asked for is done. Enter: leave", done_colour, width_px);
   }
   const GuideProgress& progress = session.progress();
   for (const std::string& line : progress.words)
-    add_wrapped(words, line, progress.is_refused ? amber : green, width_px);
+    add_wrapped(words, line, progress.is_refused ? warning_colour : done_colour, width_px);
   for (const std::string& note : content.notes) add_wrapped(words, note, ink, width_px);
-  for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, amber, width_px);
-  if (!content.message.empty()) add_wrapped(words, content.message, amber, width_px);
+  for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, warning_colour, width_px);
+  if (!content.message.empty()) add_wrapped(words, content.message, warning_colour, width_px);
   add_wrapped(words, "H: keys", faint, width_px);
   return words;
 }
@@ -179,7 +173,7 @@ const Overlay& GuidePanel::drawn(const GuideSession& session, const GuideContent
   add_lines(content);
   const std::optional<Viewport> area = operators_area(display_);
   const Viewport home = area ? *area : inner(session.calibration().eyes.left.visible);
-  if (area) text_.add_area(overlay_, box_of(home), paper);
+  if (area) text_.add_area(overlay_, overlay_box(home), paper);
   const std::vector<Words> words =
       words_of(session, content, static_cast<float>(home.width) - 2.0F * margin_px);
   const float height_px = text_.line_px() * static_cast<float>(words.size());

@@ -11,6 +11,10 @@
 
 namespace vrda {
 
+/// Letters and colours of what stands beside the eyes' views, and of sheets.
+inline constexpr double text_px = 15.0;
+inline constexpr VertexColour ink{226, 230, 235, 255}, faint{150, 157, 166, 255};
+
 struct GuideContent {
   /// In pixels of the picture; those under the others first.
   std::vector<GuideLine> lines;

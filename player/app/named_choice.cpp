@@ -1,6 +1,7 @@
 #include "app/named_choice.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <vector>
 
 #include "core/nearest_word.hpp"
@@ -26,6 +27,17 @@ CLI::Validator named_choice(const std::map<std::string, int>& choices)
             return std::string();
           },
           "NAME"};
+}
+
+std::string keys_text(std::span<const HelpLine> lines, std::size_t column)
+{
+  std::string text = "Keys:\n";
+  for (const HelpLine& line : lines) {
+    std::string keys = line.keys;
+    keys.resize(std::max(column, keys.size() + 2), ' ');
+    text += "  " + keys + line.does + "\n";
+  }
+  return text;
 }
 
 }  // namespace vrda

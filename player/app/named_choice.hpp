@@ -1,8 +1,11 @@
-/// Options whose values have names.
+/// Options whose values have names, and keys in help texts.
 #pragma once
 
 #include <map>
+#include <span>
 #include <string>
+
+#include "view/keys.hpp"
 
 namespace CLI {
 class Validator;
@@ -21,5 +24,8 @@ std::map<std::string, int> numbers_of(const std::map<std::string, Value>& choice
 
 /// From a name of `choices` to its number; any other is refused as "found X, wanted A, B or C".
 CLI::Validator named_choice(const std::map<std::string, int>& choices);
+
+/// "Keys:" and a line each, what they do from `column` on.
+std::string keys_text(std::span<const HelpLine> lines, std::size_t column);
 
 }  // namespace vrda

@@ -53,9 +53,9 @@ void send_stage(BenchState& state, const BenchFile& bench, const VirtualTruth& t
 /// One colour for all: a leg, not a picture of bones.
 void paint_grey(Scene& scene)
 {
-  const Eigen::Vector3f grey(0.10F, 0.115F, 0.14F);
+  const Eigen::Vector3f shade(0.10F, 0.115F, 0.14F);
   for (Drawable& drawable : scene.drawables) {
-    drawable.material.colour = grey;
+    drawable.material.colour = shade;
     drawable.material.opacity = 1.0F;
     drawable.material.specular = 0.02F;
     drawable.material.mottling = 0.0F;

@@ -18,14 +18,6 @@ LookOptions plain_look()
   return look;
 }
 
-BodyRole role_of(CalibrationPart part)
-{
-  check(part == CalibrationPart::leg || part == CalibrationPart::femur || part == CalibrationPart::tibia,
-        "a model is placed on a leg");
-  if (part == CalibrationPart::leg) return BodyRole::leg;
-  return part == CalibrationPart::femur ? BodyRole::femur : BodyRole::tibia;
-}
-
 /// Dials in the order of SixNumbers.
 SixNumbers numbers_of(const Task& task, std::span<const double> values)
 {

@@ -9,9 +9,9 @@
 namespace vrda {
 namespace {
 
-constexpr int framed_places = 7;         // of the motion: its outline changes slowly
-constexpr double message_s = 4.0;        // long enough to read a path
-constexpr double most_elapsed_s = 0.25;  // a program that was stopped goes on where it was
+constexpr int framed_places = 7;           // of the motion: its outline changes slowly
+constexpr double session_message_s = 4.0;  // long enough to read a path
+constexpr double most_elapsed_s = 0.25;    // a program that was stopped goes on where it was
 
 std::vector<PlayedSet> played_sets(const MotionModel& model)
 {
@@ -272,7 +272,7 @@ const Image& Session::picture(Renderer& renderer)
 void Session::tell(const std::string& message)
 {
   message_ = message;
-  message_left_s_ = message_s;
+  message_left_s_ = session_message_s;
 }
 
 }  // namespace vrda

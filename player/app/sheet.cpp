@@ -5,8 +5,7 @@
 namespace vrda {
 namespace {
 
-constexpr double text_px = 15.0;
-constexpr int smoothing_samples = 1;  // lines are smooth by themselves
+constexpr int samples_of_sheet = 1;  // lines are smooth by themselves
 
 Eigen::Vector2d placed(const SheetFrame& frame, const Eigen::Vector2d& p_px)
 {
@@ -16,7 +15,7 @@ Eigen::Vector2d placed(const SheetFrame& frame, const Eigen::Vector2d& p_px)
 }  // namespace
 
 Sheet::Sheet(int width, int height)
-    : renderer_(make_offscreen_renderer({width, height, smoothing_samples, 0.0})), text_(text_px)
+    : renderer_(make_offscreen_renderer({width, height, samples_of_sheet, 0.0})), text_(text_px)
 {
   nothing_.background = background_of(Backdrop::black);
   renderer_->load(nothing_);

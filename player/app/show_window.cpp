@@ -15,7 +15,7 @@
 namespace vrda {
 namespace {
 
-constexpr double idle_wait_s = 0.25;           // a paused picture wants no work
+constexpr double paused_wait_s = 0.25;         // a paused picture wants no work
 constexpr double least_frame_s = 1.0 / 120.0;  // where the screen sets no pace
 
 void require_window_options(const ShowOptions& options)
@@ -107,7 +107,7 @@ void show_in_window(const ShowOptions& options, MotionModel model, const std::st
   Stopwatch stopwatch;
   while (!shown.session().state().is_done && !window.should_close()) {
     const bool is_idle = window.is_iconified() || shown.session().is_idle();
-    const double wait_s = is_idle ? idle_wait_s : std::max(0.0, least_frame_s - stopwatch.running_s());
+    const double wait_s = is_idle ? paused_wait_s : std::max(0.0, least_frame_s - stopwatch.running_s());
     take_events(window, shown, wait_s);
     Session& session = shown.session();
     session.resize(window.renderer().width(), window.renderer().height());

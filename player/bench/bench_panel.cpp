@@ -43,13 +43,13 @@ const char* name_of(LinkState state)
   return names[static_cast<std::size_t>(state)];
 }
 
-OverlayBox box_of(const Viewport& v)
+}  // namespace
+
+OverlayBox overlay_box(const Viewport& v)
 {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.x + v.width),
           static_cast<float>(v.y + v.height)};
 }
-
-}  // namespace
 
 std::optional<Viewport> operators_area(const DisplaySettings& display)
 {
@@ -97,7 +97,7 @@ const Overlay& BenchPanel::drawn(const BenchState& state, const BenchFrame& fram
   const std::optional<Viewport> area = operators_area(display_);
   if (content.has_panel || content.has_help) {
     if (area) {
-      text_.add_area(overlay_, box_of(*area), paper);
+      text_.add_area(overlay_, overlay_box(*area), paper);
       add_panel(*area, state, frame, content);
     } else {
       add_panel(eyes.left.visible, state, frame, content);

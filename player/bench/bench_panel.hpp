@@ -41,6 +41,8 @@ class BenchPanel {
   DisplaySettings display_;
 };
 
+OverlayBox overlay_box(const Viewport& v);
+
 /// The largest part beside all eyes' windows that a panel fits into.
 std::optional<Viewport> operators_area(const DisplaySettings& display);
 

@@ -9,7 +9,6 @@
 namespace vrda {
 namespace {
 
-constexpr double s_of_ns = 1e-9;
 constexpr double most_count = 1023.0;
 /// Of the potentiometer's travel: relative parameters move by so many of their steps.
 constexpr double steps_a_turn = 200.0;
@@ -22,7 +21,7 @@ constexpr double settles_s = 0.5;
 
 double seconds(std::int64_t ns)
 {
-  return static_cast<double>(ns) * s_of_ns;
+  return static_cast<double>(ns) * s_per_ns;
 }
 
 bool is_angle_of_leg(std::size_t parameter)

@@ -1,11 +1,12 @@
 #include "bench/clock_map.hpp"
 
+#include "core/units.hpp"
+
 #include <algorithm>
 
 namespace vrda {
 namespace {
 
-constexpr double s_of_ns = 1e-9;
 constexpr std::int64_t step_ns = 1'000'000'000;
 constexpr std::int64_t drift_divisor = 10'000;  // 0.1 ms a second
 
@@ -14,7 +15,7 @@ constexpr std::int64_t drift_divisor = 10'000;  // 0.1 ms a second
 double ClockMap::time_s(std::int64_t device_ns, std::int64_t arrival_ns)
 {
   if (device_ns == 0) {
-    time_s_ = std::max(time_s_, static_cast<double>(arrival_ns) * s_of_ns);
+    time_s_ = std::max(time_s_, static_cast<double>(arrival_ns) * s_per_ns);
     return time_s_;
   }
   const std::int64_t offset_ns = arrival_ns - device_ns;
@@ -30,7 +31,7 @@ double ClockMap::time_s(std::int64_t device_ns, std::int64_t arrival_ns)
   device_ns_ = device_ns;
   arrival_ns_ = arrival_ns;
   const std::int64_t ours_ns = std::min(device_ns + offset_ns_, arrival_ns);
-  time_s_ = std::max(time_s_, static_cast<double>(ours_ns) * s_of_ns);
+  time_s_ = std::max(time_s_, static_cast<double>(ours_ns) * s_per_ns);
   return time_s_;
 }
 

@@ -5,12 +5,11 @@
 #include <ostream>
 #include <sstream>
 
+#include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda {
 namespace {
-
-constexpr double ms_of_ns = 1e-6;
 
 double spread_of(double sum, double sum_squares, double n)
 {
@@ -124,7 +123,7 @@ void SampleWatch::add(std::int64_t device_ns, std::int64_t arrival_ns)
   least_delay_ns_ = std::min(least_delay_ns_, delay_ns);
   const double late_ns = static_cast<double>(delay_ns - least_delay_ns_);
   if (late_ns > 0.5 * interval_ns_) ++n_late_;
-  const double late_ms = late_ns * ms_of_ns;
+  const double late_ms = late_ns * ms_per_ns;
   sum_ms_ += late_ms;
   sum_squares_ += late_ms * late_ms;
   ++n_delays_;

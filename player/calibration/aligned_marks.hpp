@@ -5,6 +5,11 @@
 
 namespace vrda {
 
+/// Noise of an alignment by eye that fits begin with.
+inline constexpr double start_noise_px = 0.5;
+/// No hand aligns better; keeps weights finite where marks fit exactly.
+inline constexpr double least_noise_px = 1e-4;
+
 /// Degrees of freedom of the marks' noise: their coordinates less the share of the fitted numbers that they
 /// determine (the trace of their part of the hat matrix); what was known before determines the rest.
 double noise_dof(const LeastSquares& fit, Eigen::Index n_marks);

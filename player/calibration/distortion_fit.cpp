@@ -22,10 +22,6 @@ namespace {
 /// holds one that is known exactly.
 enum Number : Eigen::Index { k1, k2, centre_x, centre_y, aspect_sds, at_x, at_y, spacing, turn, n_numbers };
 
-constexpr double start_noise_px = 0.5;
-/// No hand aligns better; keeps weights finite where marks fit exactly.
-constexpr double least_noise_px = 1e-4;
-
 struct GridProblem {
   std::span<const GridMark> marks;
   const Eye& eye;

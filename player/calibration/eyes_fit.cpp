@@ -31,10 +31,6 @@ enum Known : Eigen::Index {
 };
 constexpr Eigen::Index n_place = 6;  // shift (mm), turn (rad) about the fixed axes
 
-constexpr double start_noise_px = 0.5;
-/// No hand aligns better; keeps weights finite where marks fit exactly.
-constexpr double least_noise_px = 1e-4;
-
 Eigen::VectorXd known_of(const EyePair& eyes)
 {
   const Eigen::Vector3d apart = eyes.left.position_head_mm - eyes.right.position_head_mm;

@@ -12,13 +12,13 @@ namespace vrda {
 namespace {
 
 constexpr std::size_t least_fiducials = 4;
-constexpr double outlier_sd = 5.0, outlier_mm = 5.0;
+constexpr double fiducial_outlier_sd = 5.0, fiducial_outlier_mm = 5.0;
 /// A set that fits its mirror image no worse than by this factor does not tell which side it is of.
 constexpr double mirror_factor = 1.5;
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-std::string text(double mm)
+std::string mm_text(double mm)
 {
   return rounded_text(mm, 2) + " mm";
 }
@@ -67,14 +67,14 @@ void require_spread(const MarkerCloud& cloud, const char* where, const std::stri
   if (!(cloud.spread_mm(1) >= least_spread_mm)) {
     throw InputError(
         {file, "fiducials",
-         "collinear " + std::string(where) + ": second singular value " + text(cloud.spread_mm(1)),
-         text(least_spread_mm) + " or more: add a fiducial off their line"});
+         "collinear " + std::string(where) + ": second singular value " + mm_text(cloud.spread_mm(1)),
+         mm_text(least_spread_mm) + " or more: add a fiducial off their line"});
   }
   if (!(cloud.spread_mm(2) >= least_spread_mm)) {
     throw InputError({file, "fiducials",
                       "coplanar " + std::string(where) + ": third singular value " +
-                          text(cloud.spread_mm(2)) + ", so that a mirrored model would fit as well",
-                      text(least_spread_mm) + " or more: add a fiducial off their plane"});
+                          mm_text(cloud.spread_mm(2)) + ", so that a mirrored model would fit as well",
+                      mm_text(least_spread_mm) + " or more: add a fiducial off their plane"});
   }
 }
 
@@ -89,7 +89,8 @@ double mirrored_rms_mm(const Touched& points)
                               const std::string& file)
 {
   throw InputError({file, "fiducials",
-                    text(rms_mm) + " (rms) left as they are, " + text(mirrored_mm) + " mirrored", wanted});
+                    mm_text(rms_mm) + " (rms) left as they are, " + mm_text(mirrored_mm) + " mirrored",
+                    wanted});
 }
 
 /// Each fiducial by a fit to the others.
@@ -126,9 +127,9 @@ void require_no_outlier(const Touched& points, const LeftOut& out, const std::st
 {
   const auto best = std::min_element(out.others_mm.begin(), out.others_mm.end());
   const auto k = static_cast<std::size_t>(best - out.others_mm.begin());
-  if (out.error_mm[k] > outlier_mm && out.error_mm[k] > outlier_sd * out.expected_mm[k]) {
-    throw InputError({file, points.names[k], text(out.error_mm[k]) + " from where the others put it",
-                      text(outlier_mm) + " at most: touch it again"});
+  if (out.error_mm[k] > fiducial_outlier_mm && out.error_mm[k] > fiducial_outlier_sd * out.expected_mm[k]) {
+    throw InputError({file, points.names[k], mm_text(out.error_mm[k]) + " from where the others put it",
+                      mm_text(fiducial_outlier_mm) + " at most: touch it again"});
   }
 }
 
@@ -211,14 +212,14 @@ double expected_target_rms(std::span<const Fiducial> points, const PoseFit& fit)
 void add_remarks(FiducialFit& fit, bool has_targets)
 {
   std::vector<std::string>& remarks = fit.estimate.remarks;
-  remarks.push_back("the fiducials fit to " + text(fit.fiducial_rms_mm) + " (rms), each by the others to " +
-                    text(fit.leave_one_out_rms_mm));
+  remarks.push_back("the fiducials fit to " + mm_text(fit.fiducial_rms_mm) +
+                    " (rms), each by the others to " + mm_text(fit.leave_one_out_rms_mm));
   if (!has_targets) {
     remarks.push_back("no target was held out: nothing shows the error away from the fiducials");
     return;
   }
-  remarks.push_back("the targets held out fit to " + text(fit.target_rms_mm) + " (rms), " +
-                    text(fit.expected_target_rms_mm) + " were to be expected");
+  remarks.push_back("the targets held out fit to " + mm_text(fit.target_rms_mm) + " (rms), " +
+                    mm_text(fit.expected_target_rms_mm) + " were to be expected");
   if (fit.target_rms_mm > 2.0 * fit.expected_target_rms_mm && fit.target_rms_mm > 1.0)
     remarks.push_back("twice what touching explains: the model's points are not where the body's are");
 }

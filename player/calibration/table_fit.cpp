@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::size_t least_places = 10;
 constexpr double least_sweep_mm = 50.0;
-constexpr double most_rms_mm = 2.0;
-constexpr double outlier_sd = 6.0, outlier_mm = 1.0;
+constexpr double most_rail_rms_mm = 2.0;
+constexpr double rail_outlier_sd = 6.0, rail_outlier_mm = 1.0;
 constexpr double least_apart_rad = rad_from_deg(45.0);
 constexpr double most_stage_error = 0.02;
 
@@ -72,10 +72,10 @@ void require_no_outlier(const LineFit& fit, const std::string& field, const std:
     const double pull = 1.0 / n + fit.along_mm[k] * fit.along_mm[k] / fit.along_sq_mm2;
     const double off_mm = fit.off_mm[k] / (1.0 - std::min(pull, 0.99));
     const double others_mm2 = std::max(0.0, fit.off_sq_mm2 - fit.off_mm[k] * off_mm) / (fit.dof - 2.0);
-    if (off_mm > outlier_mm && off_mm > outlier_sd * std::sqrt(others_mm2)) {
+    if (off_mm > rail_outlier_mm && off_mm > rail_outlier_sd * std::sqrt(others_mm2)) {
       throw InputError({file, field,
                         "place " + std::to_string(k + 1) + " is " + text(off_mm, 2, "mm") + " off the line",
-                        "places within " + text(outlier_mm, 0, "mm") +
+                        "places within " + text(rail_outlier_mm, 0, "mm") +
                             ": sweep again, with the marker in sight all the way"});
     }
   }
@@ -100,9 +100,9 @@ LineFit required_line(const RailSweep& sweep, const std::string& field, const st
   }
   require_no_outlier(fit, field, file);
   const double rms_mm = std::sqrt(fit.off_sq_mm2 / static_cast<double>(n));
-  if (!(rms_mm <= most_rms_mm)) {
+  if (!(rms_mm <= most_rail_rms_mm)) {
     throw InputError({file, field, "places " + text(rms_mm, 2, "mm") + " (rms) off any line",
-                      text(most_rms_mm, 0, "mm") + " at most: move the marker along the rail only"});
+                      text(most_rail_rms_mm, 0, "mm") + " at most: move the marker along the rail only"});
   }
   return fit;
 }

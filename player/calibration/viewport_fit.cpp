@@ -13,7 +13,7 @@ namespace {
 constexpr double furthest_reading_px = 5.0;
 constexpr int least_side_px = 16;
 
-std::string text(double px)
+std::string px_text(double px)
 {
   return rounded_text(px, 2) + " px";
 }
@@ -42,9 +42,9 @@ void require_readings(const std::vector<double>& readings, const std::string& fi
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     if (std::abs(readings[k] - median(others)) > furthest_reading_px) {
       throw InputError({file, field,
-                        "reading " + std::to_string(k + 1) + " at " + text(readings[k]) +
-                            ", the others about " + text(median(others)),
-                        "readings within " + text(furthest_reading_px) + " of each other: scan it again"});
+                        "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) +
+                            ", the others about " + px_text(median(others)),
+                        "readings within " + px_text(furthest_reading_px) + " of each other: scan it again"});
     }
   }
 }
@@ -97,11 +97,11 @@ void require_order(const Eigen::Vector4d& at_px, const std::string& name, const 
     if (!(low_px < high_px)) {
       throw InputError(
           {file, field,
-           "crossed edges: at " + text(low_px) + ", and " + name_of(opposite) + " at " + text(high_px),
+           "crossed edges: at " + px_text(low_px) + ", and " + name_of(opposite) + " at " + px_text(high_px),
            std::string(name_of(edge)) + " before " + name_of(opposite)});
     }
     if (high_px - low_px < least_side_px) {
-      throw InputError({file, field, text(high_px - low_px) + " up to " + name_of(opposite),
+      throw InputError({file, field, px_text(high_px - low_px) + " up to " + name_of(opposite),
                         std::to_string(least_side_px) + " px or more"});
     }
   }
@@ -120,7 +120,7 @@ void require_within(const Eigen::Vector4d& at_px, const Viewport& window, const 
     // What rounds to the window's border is within it.
     if (beyond_px < 0.5) continue;
     throw InputError({file, name + "." + name_of(static_cast<Edge>(edge)),
-                      text(beyond_px) + " beyond the eye's window", "a part of the window"});
+                      px_text(beyond_px) + " beyond the eye's window", "a part of the window"});
   }
 }
 

@@ -45,8 +45,9 @@ struct Devices::State {
   std::thread thread;
 };
 
-Devices::Devices(const std::optional<TrackerSettings>& tracker, const std::optional<BoardSettings>& board)
-    : state_(std::make_unique<State>(tracker, board))
+Devices::Devices(const std::optional<TrackerSettings>& tracker_settings,
+                 const std::optional<BoardSettings>& board_settings)
+    : state_(std::make_unique<State>(tracker_settings, board_settings))
 {
 }
 

@@ -37,11 +37,6 @@ std::uint64_t mixed(std::uint64_t x)
   return x ^ (x >> 31);
 }
 
-bool is_list(const IgtlMessage& message)
-{
-  return message.kind == IgtlKind::tdata || message.kind == IgtlKind::qtdata;
-}
-
 /// One client. What it asks is read; what it is told goes out one write after the other. Lives until its last
 /// one has ended.
 class Session : public std::enable_shared_from_this<Session> {

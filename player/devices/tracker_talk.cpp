@@ -5,11 +5,6 @@
 namespace vrda {
 namespace {
 
-bool is_list(const IgtlMessage& message)
-{
-  return message.kind == IgtlKind::tdata || message.kind == IgtlKind::qtdata;
-}
-
 bool has_places(const IgtlMessage& message)
 {
   return is_list(message) || message.kind == IgtlKind::transform || message.kind == IgtlKind::position;

@@ -4,12 +4,6 @@
 #include "core/number_text.hpp"
 
 namespace vrda {
-namespace {
-
-constexpr auto pending = static_cast<std::int8_t>(StepStatus::pending);
-
-}  // namespace
-
 const std::vector<std::string>& step_choice_names()
 {
   static const std::vector<std::string> names{"stable", "contact", "all"};
@@ -21,7 +15,7 @@ RunState::RunState(const MotionModel& model, StepChoice choice)
       title_(model.title),
       flexion_deg_(model.flexion_deg),
       varus_deg_(model.varus_deg),
-      status_(GridB::Constant(model.status.rows(), model.status.cols(), pending))
+      status_(GridB::Constant(model.status.rows(), model.status.cols(), status_pending))
 {
 }
 
@@ -45,7 +39,7 @@ bool RunState::take(const SeenStep& step)
   if (is_at_cell) current_ = GridCell{step.key.flexion, step.key.varus};
   if (step.kind == SeenKind::cell) {
     std::int8_t& status = status_(step.key.flexion, step.key.varus);
-    n_done_ += status == pending ? 1 : 0;
+    n_done_ += status == status_pending ? 1 : 0;
     status = static_cast<std::int8_t>(step.status);
   }
   if (!is_chosen(step)) return false;
@@ -57,7 +51,7 @@ bool RunState::take(const SeenStep& step)
 void RunState::finish(const MotionModel& result)
 {
   status_ = result.status;
-  n_done_ = static_cast<int>((status_ != pending).count());
+  n_done_ = static_cast<int>((status_ != status_pending).count());
   current_.reset();
   shown_.reset();
   is_finished_ = true;

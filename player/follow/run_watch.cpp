@@ -17,8 +17,6 @@
 namespace vrda {
 namespace {
 
-constexpr auto pending = static_cast<std::int8_t>(StepStatus::pending);
-
 bool is_cell(const StepKey& key)
 {
   return key.kind == StepKind::spine || key.kind == StepKind::row;
@@ -98,7 +96,7 @@ void RunWatch::look_at_start(WatchNews& news)
 
 void RunWatch::begin(MotionModel model, WatchNews& news)
 {
-  if ((model.status != pending).any()) {
+  if ((model.status != status_pending).any()) {
     throw InputError({start_file_, "/status", "solved attitudes", "a start file: every attitude pending"});
   }
   model_ = std::move(model);
@@ -261,7 +259,7 @@ void RunWatch::look_at_result(WatchNews& news)
   const bool is_own = result->job.resolved == model_.job.resolved;
   // Another job began and ended here between two looks.
   const bool is_of_next = !is_own && !start && version->changed_ns >= start_->changed_ns;
-  if (!(is_own || is_of_next) || (result->status == pending).any()) {
+  if (!(is_own || is_of_next) || (result->status == status_pending).any()) {
     remark(output_ + ": the result of another job, left aside", news);
     return;
   }

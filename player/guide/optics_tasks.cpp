@@ -8,7 +8,7 @@ namespace vrda {
 namespace {
 
 /// Finer than anybody sees, coarse enough for keys.
-constexpr double step_px = 0.25, step_mm = 0.05;
+constexpr double dial_step_px = 0.25, dial_step_mm = 0.05;
 
 Dial dial(const char* name, const char* unit, double value, double least, double most, double step)
 {
@@ -54,7 +54,7 @@ Task screen_task(const Viewport& window, bool is_right, bool is_height)
   task.instruction = "Measure with a ruler, on the screen of the " + eye_text(is_right) + ", the " + what +
                      "\nof the part that is seen, from edge to edge.";
   const double begin_mm = usual_pixel_mm * (is_height ? window.height : window.width);
-  task.dials = {dial(what, "mm", begin_mm, 1.0, most_mm, step_mm)};
+  task.dials = {dial(what, "mm", begin_mm, 1.0, most_mm, dial_step_mm)};
   return task;
 }
 
@@ -80,8 +80,8 @@ Task node_task(const Eye& eye, const CalibrationSettings& settings, bool is_righ
   const Eigen::Vector2d begin =
       middle_px(eye.visible) + likely_spacing_px(eye, settings) * task.node.cwiseProduct(up);
   const Viewport& w = eye.window;
-  task.dials = {dial("x", "px", begin.x(), w.x, w.x + w.width, step_px),
-                dial("y", "px", begin.y(), w.y, w.y + w.height, step_px)};
+  task.dials = {dial("x", "px", begin.x(), w.x, w.x + w.width, dial_step_px),
+                dial("y", "px", begin.y(), w.y, w.y + w.height, dial_step_px)};
   return task;
 }
 
@@ -101,10 +101,10 @@ Task grid_task(const Eye& eye, const CalibrationSettings& settings, bool is_righ
   constexpr double most_k = 1.0, step_k = 0.001, step_deg = 0.02, step_spacing_px = 0.05;
   const Viewport& w = eye.window;
   const auto across = [&](const char* name, double value) {
-    return dial(name, "px", value, w.x, w.x + w.width, step_px);
+    return dial(name, "px", value, w.x, w.x + w.width, dial_step_px);
   };
   const auto down = [&](const char* name, double value) {
-    return dial(name, "px", value, w.y, w.y + w.height, step_px);
+    return dial(name, "px", value, w.y, w.y + w.height, dial_step_px);
   };
   task.dials = {dial("k1", "", 0.0, -most_k, most_k, step_k),
                 dial("k2", "", 0.0, -most_k, most_k, step_k),
@@ -138,7 +138,7 @@ Task sides_task(const Calibration& calibration, const CalibrationSettings& setti
   const ShownBox box = shown_box(eye);
   const auto side = [&](const char* name, double x) {
     return dial(name, "px", std::clamp(x, box.low_px.x(), box.high_px.x()), box.low_px.x(), box.high_px.x(),
-                step_px);
+                dial_step_px);
   };
   task.dials = {side("left side", eye.sight_px.x() - half_px),
                 side("right side", eye.sight_px.x() + half_px)};
@@ -225,7 +225,7 @@ std::vector<Task> ipd_tasks(const BenchFile& bench)
         number_task("pupillary distance", 0,
                     "Measure the distance between the pupils with the pupillometer, set to the image's "
                     "distance.",
-                    dial("distance", "mm", usual_ipd_mm, least_ipd_mm, most_ipd_mm, step_mm)));
+                    dial("distance", "mm", usual_ipd_mm, least_ipd_mm, most_ipd_mm, dial_step_mm)));
   }
   const auto arm = [&](const char* name, int index, const char* side) {
     return number_task(
@@ -233,7 +233,7 @@ std::vector<Task> ipd_tasks(const BenchFile& bench)
         std::string("Move the ") + side +
             " arm until its optical axis stands before the pupil:\nhalf the pupillary distance "
             "from the middle. Read its scale.",
-        dial("from the middle", "mm", 0.5 * usual_ipd_mm, 0.0, most_ipd_mm, step_mm));
+        dial("from the middle", "mm", 0.5 * usual_ipd_mm, 0.0, most_ipd_mm, dial_step_mm));
   };
   tasks.push_back(arm("left arm", 1, "left"));
   tasks.push_back(arm("right arm", 2, "right"));
@@ -260,7 +260,7 @@ std::vector<Task> subject_tasks(const BenchFile& bench)
         landmarks[k].name.c_str(), static_cast<int>(k),
         "Measure on the subject: " + landmarks[k].name + ".\nThe model has " +
             rounded_text(landmarks[k].model_mm, 1) + " mm.",
-        dial("distance", "mm", landmarks[k].model_mm, 0.1, 10.0 * landmarks[k].model_mm, step_mm));
+        dial("distance", "mm", landmarks[k].model_mm, 0.1, 10.0 * landmarks[k].model_mm, dial_step_mm));
     tasks.push_back(task);
   }
   return tasks;

@@ -18,7 +18,7 @@
 namespace vrda {
 namespace {
 
-using Bytes = std::span<const std::uint8_t>;
+using ByteView = std::span<const std::uint8_t>;
 
 static_assert(sizeof(igtl_header) == igtl_head_bytes);
 
@@ -53,13 +53,13 @@ std::string text_of(const char* at, std::size_t most)
   return text;
 }
 
-std::string text_of(Bytes bytes)
+std::string text_of(ByteView bytes)
 {
   return text_of(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
 /// Big-endian.
-std::uint64_t number_at(Bytes bytes, std::size_t at, std::size_t n)
+std::uint64_t number_at(ByteView bytes, std::size_t at, std::size_t n)
 {
   std::uint64_t value = 0;
   for (const std::uint8_t byte : bytes.subspan(at, n)) value = value << 8 | byte;
@@ -77,7 +77,7 @@ std::int64_t ns_of(std::uint64_t timestamp)
 
 /// A body without what header version 2 puts around it.
 struct Stripped {
-  Bytes content;
+  ByteView content;
   bool is_seen = true;  ///< as the meta data have it
 };
 
@@ -91,7 +91,7 @@ bool says_seen(const std::string& key, const std::string& value)
 
 /// Entries of 8 bytes (size of the key, encoding, size of the value) behind their number; keys and values
 /// behind one another. Nothing where they do not fit.
-std::optional<bool> seen_by_meta_data(Bytes entries, Bytes values)
+std::optional<bool> seen_by_meta_data(ByteView entries, ByteView values)
 {
   if (entries.empty()) return true;
   if (entries.size() < 2) return std::nullopt;
@@ -109,7 +109,7 @@ std::optional<bool> seen_by_meta_data(Bytes entries, Bytes values)
 }
 
 /// Extended header, content, meta data's entries, meta data.
-std::optional<Stripped> stripped(int version, Bytes body)
+std::optional<Stripped> stripped(int version, ByteView body)
 {
   if (version == 1) return Stripped{body};
   constexpr std::size_t least_extended = 12;
@@ -117,8 +117,8 @@ std::optional<Stripped> stripped(int version, Bytes body)
   const std::size_t n_extended = number_at(body, 0, 2), n_entries = number_at(body, 2, 2),
                     n_values = number_at(body, 4, 4);
   if (n_extended < least_extended || n_extended + n_entries + n_values > body.size()) return std::nullopt;
-  Bytes rest = body.subspan(n_extended);
-  const Bytes values = rest.last(n_values);
+  ByteView rest = body.subspan(n_extended);
+  const ByteView values = rest.last(n_values);
   rest = rest.first(rest.size() - n_values);
   const std::optional<bool> is_seen = seen_by_meta_data(rest.last(n_entries), values);
   if (!is_seen) return std::nullopt;
@@ -155,7 +155,7 @@ IgtlTool tool_of(std::string name, const Eigen::Vector3d& position_mm, const Eig
   return tool;
 }
 
-std::optional<IgtlMessage> read_transform(Bytes content, IgtlMessage message)
+std::optional<IgtlMessage> read_transform(ByteView content, IgtlMessage message)
 {
   if (content.size() != IGTL_TRANSFORM_SIZE) return std::nullopt;
   igtl_float32 numbers[12];
@@ -166,7 +166,7 @@ std::optional<IgtlMessage> read_transform(Bytes content, IgtlMessage message)
 }
 
 /// Sizes: position alone; three of the quaternion's numbers, of which the fourth follows; all.
-std::optional<IgtlMessage> read_position(Bytes content, IgtlMessage message)
+std::optional<IgtlMessage> read_position(ByteView content, IgtlMessage message)
 {
   igtl_position place{};
   static_assert(sizeof place == IGTL_POSITION_MESSAGE_DEFAULT_SIZE);
@@ -196,7 +196,7 @@ std::optional<IgtlMessage> read_position(Bytes content, IgtlMessage message)
   return message;
 }
 
-std::optional<IgtlMessage> read_tdata(Bytes content, IgtlMessage message)
+std::optional<IgtlMessage> read_tdata(ByteView content, IgtlMessage message)
 {
   if (content.size() % IGTL_TDATA_ELEMENT_SIZE != 0) return std::nullopt;
   for (; !content.empty(); content = content.subspan(IGTL_TDATA_ELEMENT_SIZE)) {
@@ -211,7 +211,7 @@ std::optional<IgtlMessage> read_tdata(Bytes content, IgtlMessage message)
   return message;
 }
 
-std::optional<IgtlMessage> read_qtdata(Bytes content, IgtlMessage message)
+std::optional<IgtlMessage> read_qtdata(ByteView content, IgtlMessage message)
 {
   if (content.size() % IGTL_QTDATA_ELEMENT_SIZE != 0) return std::nullopt;
   for (; !content.empty(); content = content.subspan(IGTL_QTDATA_ELEMENT_SIZE)) {
@@ -230,7 +230,7 @@ std::optional<IgtlMessage> read_qtdata(Bytes content, IgtlMessage message)
 }
 
 /// Code, sub-code (8 bytes), name of the error (20), text.
-std::optional<IgtlMessage> read_status(Bytes content, IgtlMessage message)
+std::optional<IgtlMessage> read_status(ByteView content, IgtlMessage message)
 {
   constexpr std::size_t fixed_bytes = 30;
   if (content.size() < fixed_bytes) return std::nullopt;
@@ -240,7 +240,7 @@ std::optional<IgtlMessage> read_status(Bytes content, IgtlMessage message)
   return message;
 }
 
-std::optional<IgtlMessage> read_start(Bytes content, IgtlMessage message)
+std::optional<IgtlMessage> read_start(ByteView content, IgtlMessage message)
 {
   if (content.size() != IGTL_STT_TDATA_SIZE) return std::nullopt;
   message.interval_ms = static_cast<std::int32_t>(static_cast<std::uint32_t>(number_at(content, 0, 4)));
@@ -248,7 +248,7 @@ std::optional<IgtlMessage> read_start(Bytes content, IgtlMessage message)
   return message;
 }
 
-std::optional<IgtlMessage> read_content(Bytes content, IgtlMessage message)
+std::optional<IgtlMessage> read_content(ByteView content, IgtlMessage message)
 {
   switch (message.kind) {
     case IgtlKind::transform:
@@ -276,7 +276,7 @@ std::optional<IgtlMessage> read_content(Bytes content, IgtlMessage message)
 
 }  // namespace
 
-IgtlHead head_of(Bytes bytes)
+IgtlHead head_of(ByteView bytes)
 {
   check(bytes.size() == igtl_head_bytes, "a whole head");
   igtl_header header;
@@ -292,7 +292,7 @@ IgtlHead head_of(Bytes bytes)
   return head;
 }
 
-std::uint64_t igtl_crc(Bytes bytes, std::uint64_t before)
+std::uint64_t igtl_crc(ByteView bytes, std::uint64_t before)
 {
   // The library reads only.
   return crc64(const_cast<std::uint8_t*>(bytes.data()), bytes.size(), before);
@@ -312,7 +312,7 @@ const char* type_of(IgtlKind kind)
   return "";
 }
 
-std::optional<IgtlMessage> message_of(const IgtlHead& head, Bytes body)
+std::optional<IgtlMessage> message_of(const IgtlHead& head, ByteView body)
 {
   const std::optional<IgtlKind> kind = kind_of(head.type);
   const std::optional<Stripped> inner = stripped(head.version, body);

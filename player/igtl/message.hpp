@@ -45,6 +45,12 @@ struct IgtlMessage {
   std::int32_t interval_ms = 0;  ///< of start_tdata: between two messages, 0 for as often as can be
 };
 
+/// Whether it holds the places of several tools.
+inline bool is_list(const IgtlMessage& message)
+{
+  return message.kind == IgtlKind::tdata || message.kind == IgtlKind::qtdata;
+}
+
 /// Header, body and checksum. A tool that is missing is left out of lists; in a transform or position it
 /// takes header version 2. A tool that is not a place is written with a number that is none.
 std::vector<std::uint8_t> bytes_of(const IgtlMessage& message);

@@ -70,7 +70,7 @@ ContactLayer::Signs ContactLayer::signs_of(const MotionModel& model, const Rows&
   signs.start.push_back(0);
   const std::size_t n_cells = rows.row_start.empty() ? 0 : rows.row_start.size() - 1;
   for (std::size_t cell = 0; cell < n_cells; ++cell) {
-    const bool is_solved = model.status.data()[cell] == static_cast<std::int8_t>(StepStatus::stable);
+    const bool is_solved = model.status.data()[cell] == status_stable;
     const auto i = static_cast<std::size_t>(cell / model.varus_deg.size());
     const auto first = static_cast<std::size_t>(rows.row_start[cell]),
                last = static_cast<std::size_t>(rows.row_start[cell + 1]);

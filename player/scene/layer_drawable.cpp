@@ -20,7 +20,7 @@ std::vector<std::size_t> telling_cells(const MotionModel& model)
 {
   std::vector<std::size_t> spine, all;
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
-    if (model.status.data()[cell] != static_cast<std::int8_t>(StepStatus::stable)) continue;
+    if (model.status.data()[cell] != status_stable) continue;
     all.push_back(static_cast<std::size_t>(cell));
     if (model.is_spine.size() > 0 && model.is_spine.data()[cell] == 1)
       spine.push_back(static_cast<std::size_t>(cell));

@@ -10,6 +10,9 @@
 
 namespace vrda {
 
+/// No length or coordinate of a bench is larger.
+inline constexpr double largest_mm = 1e5;
+
 /// The text of a file of settings. Throws InputError when there is none or it is longer than such files are;
 /// `what` completes "wanted ...".
 std::string settings_file_text(const std::string& path, const std::string& what);

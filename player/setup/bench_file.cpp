@@ -12,7 +12,7 @@
 namespace vrda {
 namespace {
 
-constexpr double largest_mm = 1e5, most_px = 16384;
+constexpr double most_px = 16384;
 constexpr std::size_t least_markers = 3, most_markers = 64;
 
 Viewport window_of(const SettingsTable& display, const char* name, const DisplaySettings& settings)

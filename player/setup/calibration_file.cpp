@@ -12,7 +12,7 @@ namespace vrda {
 namespace {
 
 constexpr int version = 1;
-constexpr double largest_mm = 1e5, largest_px = 1e6, full_turn_deg = 360.0;
+constexpr double largest_px = 1e6, full_turn_deg = 360.0;
 /// A direction of the file is this near to a unit vector, or was no direction.
 constexpr double unit_tolerance = 1e-3;
 

@@ -6,7 +6,7 @@
 namespace vrda {
 namespace {
 
-constexpr std::array<const char*, n_calibration_parts> names{
+constexpr std::array<const char*, n_calibration_parts> part_names{
     "viewport", "distortion", "rails", "stop", "probe", "eyepoints", "ipd",
     "subject",  "bullseye",   "head",  "leg",  "femur", "tibia"};
 
@@ -14,14 +14,14 @@ constexpr std::array<const char*, n_calibration_parts> names{
 
 const char* name_of(CalibrationPart part)
 {
-  return names[static_cast<std::size_t>(part)];
+  return part_names[static_cast<std::size_t>(part)];
 }
 
 std::optional<CalibrationPart> calibration_part_named(const std::string& name)
 {
-  const auto found = std::find(names.begin(), names.end(), name);
-  if (found == names.end()) return std::nullopt;
-  return static_cast<CalibrationPart>(found - names.begin());
+  const auto found = std::find(part_names.begin(), part_names.end(), name);
+  if (found == part_names.end()) return std::nullopt;
+  return static_cast<CalibrationPart>(found - part_names.begin());
 }
 
 std::vector<std::string> numbers_read_of(CalibrationPart part)

@@ -9,7 +9,7 @@
 namespace vrda {
 namespace {
 
-constexpr double largest_mm = 1e4;
+constexpr double largest_target_mm = 1e4;
 constexpr std::size_t most_rectangles = 20, most_points = 100;
 /// Enough for every fit, and a file that stays small.
 constexpr double most_repeats = 20, most_samples = 2000;
@@ -18,7 +18,8 @@ std::vector<CalibrationRectangle> rectangles_of(const SettingsTable& table)
 {
   std::vector<CalibrationRectangle> rectangles;
   std::set<double> depths_mm;
-  for (const std::vector<double>& row : table.rows("rectangles", 2, {-largest_mm, largest_mm})) {
+  for (const std::vector<double>& row :
+       table.rows("rectangles", 2, {-largest_target_mm, largest_target_mm})) {
     if (!(row[0] >= 1.0)) {
       table.refuse("rectangles", "a width of " + shortest(row[0]) + " mm",
                    "rows of width and depth; widths of at least 1 mm");
@@ -53,7 +54,7 @@ std::vector<CalibrationPoint> points_of(const SettingsTable& table, const char* 
     CalibrationPoint point;
     point.name = item.text("name");
     require_one_name(item, points, point.name);
-    const std::vector<double> v = item.numbers("mm", 3, {-largest_mm, largest_mm});
+    const std::vector<double> v = item.numbers("mm", 3, {-largest_target_mm, largest_target_mm});
     point.p_model_mm = {v[0], v[1], v[2]};
     point.is_target = item.flag_or("target", false);
     points.push_back(point);
@@ -66,7 +67,7 @@ std::vector<CalibrationLandmarks> landmarks_of(const SettingsTable& table)
   std::vector<CalibrationLandmarks> landmarks;
   for (const SettingsTable& item : table.tables("landmarks", most_points)) {
     item.require_known({"name", "model_mm"});
-    CalibrationLandmarks pair{item.text("name"), item.number("model_mm", {1.0, largest_mm})};
+    CalibrationLandmarks pair{item.text("name"), item.number("model_mm", {1.0, largest_target_mm})};
     require_one_name(item, landmarks, pair.name);
     landmarks.push_back(pair);
   }

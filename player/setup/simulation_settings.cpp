@@ -10,7 +10,7 @@
 namespace vrda {
 namespace {
 
-constexpr double longest_s = 1e6, largest_mm = 1e5;
+constexpr double longest_s = 1e6;
 constexpr std::size_t most_tables = 1000;
 
 SimulatedBody simulated(const BodySettings& settings, const char* name)

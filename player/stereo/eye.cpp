@@ -23,6 +23,11 @@ std::array<Eigen::Vector2d, 4> corners_px(const Viewport& v)
 
 }  // namespace
 
+ShownBox box_of(const Viewport& viewport)
+{
+  return {{viewport.x, viewport.y}, {viewport.x + viewport.width, viewport.y + viewport.height}};
+}
+
 void set_ipd(EyePair& eyes, double ipd_mm)
 {
   eyes.left.position_head_mm.x() = -0.5 * ipd_mm;

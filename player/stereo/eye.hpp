@@ -34,6 +34,7 @@ struct ShownBox {
   Eigen::Vector2d low_px = Eigen::Vector2d::Zero();   ///< left, top
   Eigen::Vector2d high_px = Eigen::Vector2d::Zero();  ///< right, bottom
 };
+ShownBox box_of(const Viewport& viewport);
 
 /// Everything of the undistorted picture that the visible part shows.
 ShownBox shown_box(const Eye& eye);

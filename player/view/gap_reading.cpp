@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "core/units.hpp"
 
 namespace vrda {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 /// A place on an ascending axis: between `row` and the next by `part` of the way.
 struct Place {

@@ -4,7 +4,9 @@ add_library(vrda_flags INTERFACE)
 target_compile_features(vrda_flags INTERFACE cxx_std_20)
 # No contraction into fused multiply-adds: the same bytes on every x86-64 processor.
 target_compile_options(vrda_flags INTERFACE
-  -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off)
+  -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off
+  # In a unity source, .cpp files are included: GCC takes their anonymous namespaces for those of headers.
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 
 # The root of a room's includes: "core/mesh.hpp" for pipeline/core/mesh.hpp.
 function(vrda_room_root out)

@@ -4,12 +4,11 @@
 
 #include <cmath>
 
-#include "assemble/prepare.hpp"
 #include "app/scenes.hpp"
+#include "assemble/prepare.hpp"
 #include "run/summary.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::assemble_test {
 
 TEST(Assemble, EveryCellOfTheStartFileIsPending)
 {
@@ -66,5 +65,4 @@ TEST(Assemble, TheFingerprintFollowsTheJobAndItsMeshes)
   EXPECT_NE(fingerprint_of(load_case(job.string())), before);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::assemble_test

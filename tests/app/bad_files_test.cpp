@@ -7,8 +7,7 @@
 #include "store/motion_model_file.hpp"
 #include "support/absurd_models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::bad_files_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -234,5 +233,4 @@ TEST_F(BadFiles, OutputsWithoutRoomAreNamed)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::bad_files_test

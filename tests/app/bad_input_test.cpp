@@ -7,8 +7,7 @@
 #include "app/scenes.hpp"
 #include "journal/journal.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::bad_input_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -71,8 +70,8 @@ TEST_F(BadInput, VerticesFacesCountsThatLie)
 TEST_F(BadInput, NanVertex)
 {
   std::string bytes = test::read_bytes(scratch_.path() / "ball.stl");
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  std::memcpy(bytes.data() + 84 + 12, &nan, sizeof nan);
+  constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(bytes.data() + 84 + 12, &not_a_number, sizeof not_a_number);
   scratch_.write("ball.stl", bytes);
   expect_refused({"ball.stl", "found", "wanted"});
 }
@@ -234,5 +233,4 @@ TEST_F(BadInput, NotAMotionModel)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::bad_input_test

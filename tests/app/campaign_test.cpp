@@ -8,8 +8,7 @@
 #include "app/scenes.hpp"
 #include "support/real_knees.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::campaign_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -278,5 +277,4 @@ TEST(Index, AFolderWithoutASubmissionIsNamed)
   EXPECT_THAT(ended.err, HasSubstr("submission.json"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::campaign_test

@@ -8,8 +8,7 @@
 #include "store/sample_model.hpp"
 #include "support/real_knees.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::commands_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -310,5 +309,4 @@ TEST(Commands, ShapeWritesLigamentsThatAJobCanRead)
   EXPECT_FALSE(std::filesystem::exists(folder + "2"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::commands_test

@@ -10,8 +10,7 @@
 #include "store/motion_model_file.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::compare_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -188,5 +187,4 @@ TEST(CompareCommand, AJobThatFailedEverywhereHasNothingToCompare)
   expect_one_line(knee.compare({}), "wanted at least one stable attitude");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::compare_test

@@ -5,15 +5,14 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "assemble/prepare.hpp"
 #include "app/scenes.hpp"
+#include "assemble/prepare.hpp"
 #include "convert/mesh_writer.hpp"
 #include "load/axis_map.hpp"
 #include "load/job.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::convert_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -323,5 +322,4 @@ TEST(ConvertMesh, AFullDeviceIsOneMessage)
                      {"full.ply", "permission to write"});
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::convert_test

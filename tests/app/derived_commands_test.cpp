@@ -9,8 +9,7 @@
 #include "audit/pose_meter.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::derived_commands_test {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
@@ -172,5 +171,4 @@ TEST_F(DerivedCommands, WhatCannotBeDoneIsOneLineAndChangesNothing)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::derived_commands_test

@@ -8,12 +8,11 @@
 #include <cstdio>
 
 #include "app/scenes.hpp"
-#include "run/summary.hpp"
 #include "audit/audit.hpp"
+#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::equilibrium_test {
 
 namespace fs = std::filesystem;
 using testing::Each;
@@ -206,5 +205,4 @@ TEST(EquilibriumRun, ASearchThatCannotBeTracedIsRefused)
   EXPECT_THAT(turning.err, HasSubstr("push.delta: found directions that differ over flexion with --trace"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::equilibrium_test

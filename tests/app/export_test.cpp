@@ -8,8 +8,7 @@
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::export_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -156,5 +155,4 @@ TEST_F(Export, AnOutputThatCannotBeWrittenIsRefused)
   EXPECT_EQ(test::n_lines(inside.err), 1) << inside.err;
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::export_test

@@ -10,19 +10,18 @@
 #include <random>
 #include <thread>
 
+#include "app/scenes.hpp"
 #include "assemble/case_solver.hpp"
 #include "assemble/prepare.hpp"
-#include "run/run_command.hpp"
-#include "app/scenes.hpp"
-#include "run/summary.hpp"
 #include "audit/audit.hpp"
 #include "core/units.hpp"
 #include "proximity/instruction_set.hpp"
+#include "run/run_command.hpp"
+#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/real_knees.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::generic_knee_test {
 
 namespace fs = std::filesystem;
 
@@ -136,7 +135,7 @@ TEST(GenericKnee, ByEquilibriumEveryAttitudeTouchesExactlyAndIsBalanced)
     EXPECT_GE(model.equilibrium->worst_gap_mm.minCoeff(), 0.0);
     for (std::size_t i = 0; i < model.flexion_deg.size(); ++i) {
       SCOPED_TRACE(model.flexion_deg[i]);
-      EXPECT_EQ(model.equilibrium->spine.status[i], static_cast<std::int8_t>(StepStatus::stable));
+      EXPECT_EQ(model.equilibrium->spine.status[i], status_stable);
       EXPECT_LT(std::abs(model.equilibrium->spine.varus_deg[i]), 5.0);
     }
   }
@@ -265,5 +264,4 @@ TEST_P(GenericKneeHash, IsOneForThreadsProcessorFeaturesAndKills)
 INSTANTIATE_TEST_SUITE_P(GenericKnee, GenericKneeHash, testing::Values("equilibrium", "search"),
                          [](const auto& method) { return method.param; });
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::generic_knee_test

@@ -5,14 +5,13 @@
 #include <algorithm>
 
 #include "app/scenes.hpp"
-#include "run/summary.hpp"
 #include "audit/audit.hpp"
 #include "audit/pose_meter.hpp"
+#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/real_knees.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::jobs_test {
 
 using testing::IsEmpty;
 
@@ -116,5 +115,4 @@ INSTANTIATE_TEST_SUITE_P(Jobs, RealKnee,
                            return name;
                          });
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::jobs_test

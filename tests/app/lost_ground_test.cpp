@@ -14,8 +14,7 @@
 #include "store/trace_file.hpp"
 #include "support/small_disk.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::lost_ground_test {
 
 namespace fs = std::filesystem;
 using testing::ElementsAre;
@@ -222,5 +221,4 @@ TEST_F(LostGround, WhereNothingCanBePutBackTheMessageSaysSo)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::lost_ground_test

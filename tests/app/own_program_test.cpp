@@ -4,8 +4,7 @@
 
 #include <filesystem>
 
-namespace vrda {
-namespace {
+namespace vrda::own_program_test {
 
 namespace fs = std::filesystem;
 
@@ -24,5 +23,4 @@ TEST(OwnProgram, IsTheLauncherWhereALoaderRunsIt)
   EXPECT_EQ(program_to_start("/ld-linux/vrda", "vrda"), "/ld-linux/vrda");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::own_program_test

@@ -11,8 +11,7 @@
 #include "store/read_apart.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::player_poses_test {
 
 // mm and entries of a rotation: products of three rotations on coordinates of some hundreds err by 1e-12; the
 // player promises this.
@@ -82,8 +81,7 @@ int expect_raw(const MotionModel& model)
   const Motion motion(model, "raw");
   int n = 0;
   for (const Cell& cell : cells(model)) {
-    const bool is_stable =
-        model.status(cell.row, cell.column) == static_cast<std::int8_t>(StepStatus::stable);
+    const bool is_stable = model.status(cell.row, cell.column) == status_stable;
     const JointPose pose = shown(motion, model, cell);
     EXPECT_EQ(pose.status == PoseStatus::solved, is_stable);
     if (!is_stable) continue;
@@ -173,5 +171,4 @@ TEST(PlayerPoses, AreThePipelinesAtEveryAttitudeOfEverySet)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::player_poses_test

@@ -4,8 +4,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::progress_test {
 
 TEST(Progress, RateAndRemainingTime)
 {
@@ -35,5 +34,4 @@ TEST(Progress, StylesByName)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::progress_test

@@ -9,8 +9,7 @@
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::reduce_test {
 
 using nlohmann::json;
 using testing::HasSubstr;
@@ -189,5 +188,4 @@ TEST_F(Reduce, AFileThatIsNoMotionModelIsRefused)
   EXPECT_EQ(test::run_vrda({"reduce", (scratch_.path() / "none.h5").string()}).exit_code, 2);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::reduce_test

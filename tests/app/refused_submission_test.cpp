@@ -4,8 +4,7 @@
 
 #include "app/fake_slurm.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::refused_submission_test {
 
 namespace fs = std::filesystem;
 using test::FakeSlurm;
@@ -73,5 +72,4 @@ TEST_F(FakeSlurm, MoreJobsThanTheQueueTakesAreRefusedBeforeTheFirst)
   EXPECT_FALSE(fs::exists(folder_));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::refused_submission_test

@@ -11,8 +11,7 @@
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::report_test {
 
 using nlohmann::json;
 using testing::HasSubstr;
@@ -215,5 +214,4 @@ TEST_F(ReportCommand, RefusesCurvesItDoesNotKnow)
   expect_refused({file, "--against", (scratch_.path() / "absent.csv").string()}, {"absent.csv"});
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::report_test

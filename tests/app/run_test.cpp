@@ -7,8 +7,7 @@
 #include "app/scenes.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::run_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -186,5 +185,4 @@ TEST(Run, ProgressIsPlainLinesOffATerminalAndSilentOnDemand)
   EXPECT_THAT(test::run_vrda({"run", job, "-o", output, "--progress", "bar"}).err, HasSubstr("####"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::run_test

@@ -4,21 +4,20 @@
 #include <cmath>
 #include <csignal>
 
+#include "app/scenes.hpp"
 #include "assemble/assemble.hpp"
 #include "assemble/case_solver.hpp"
 #include "assemble/prepare.hpp"
 #include "assemble/scaled_result.hpp"
-#include "app/scenes.hpp"
-#include "run/summary.hpp"
 #include "audit/audit.hpp"
 #include "core/number_text.hpp"
+#include "run/summary.hpp"
 #include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::scaling_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -450,5 +449,4 @@ TEST(ScaledRun, WhatCannotBeScaledIsRefusedBeforeAnythingIsWritten)
   test::expect_refused(job, output, {"marks.csv", "line 2, subject_mm", "-1", "above 0"});
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::scaling_test

@@ -10,8 +10,7 @@
 #include "journal/journal.hpp"
 #include "store/motion_model_file.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::shard_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -254,5 +253,4 @@ TEST(ShardWords, TheJobOfAMergeMayBeNamed)
   EXPECT_THAT(validate_motion_model(output), IsEmpty());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::shard_test

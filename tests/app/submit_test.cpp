@@ -9,8 +9,7 @@
 
 #include "app/fake_slurm.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::submit_test {
 
 namespace fs = std::filesystem;
 using test::FakeSlurm;
@@ -454,5 +453,4 @@ TEST_F(HeldSpine, AKilledTaskIsNotedDownByItsScript)
               HasSubstr("ended by signal 9: killed, as when memory runs out"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::submit_test

@@ -14,8 +14,7 @@
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::trace_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -286,5 +285,4 @@ TEST(TraceCommand, UnsolvedSearchesAreThereToo)
   EXPECT_GT(n_limits, 0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::trace_test

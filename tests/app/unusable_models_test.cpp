@@ -5,8 +5,7 @@
 #include "app/scenes.hpp"
 #include "store/changed_file.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::unusable_models_test {
 
 namespace fs = std::filesystem;
 using testing::AnyOf;
@@ -96,5 +95,4 @@ TEST_F(UnusableModels, OfObjectsThatNeverMet)
                        HasSubstr("no stable cell"), HasSubstr("no flexion with a pose")));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::unusable_models_test

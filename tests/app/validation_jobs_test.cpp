@@ -12,8 +12,7 @@
 #include "store/trace_file.hpp"
 #include "support/real_knees.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::validation_jobs_test {
 
 constexpr double resolution_mm = 0.1, resolution_deg = 0.1;  // of every job
 
@@ -151,5 +150,4 @@ TEST(ValidationJobs, TheCapSitsInTheSink)
   EXPECT_GT(scene.count(MoveKind::translate), 0) << "from beside the middle";
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::validation_jobs_test

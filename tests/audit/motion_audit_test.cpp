@@ -11,8 +11,7 @@
 #include "store/sample_model.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::motion_audit_test {
 
 constexpr double rounding_mm = 1e-10;  // coordinates of hundreds of mm
 
@@ -252,5 +251,4 @@ TEST(Recontact, LeavesAHoleWhereNothingIsAhead)
   EXPECT_TRUE(recontact(model, model.smoothed.front(), 1).isNaN().all());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::motion_audit_test

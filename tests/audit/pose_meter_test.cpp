@@ -10,8 +10,7 @@
 #include "solve/stability_search.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::pose_meter_test {
 
 constexpr double rounding_mm = 1e-10;  // coordinates of hundreds of mm
 
@@ -168,5 +167,4 @@ TEST(PoseMeter, AgreesWithThePlainWayAlsoWhereAPoseTurnsNotAboutDeltaAlone)
   EXPECT_GT(n_nothing_ahead, 20);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::pose_meter_test

@@ -36,7 +36,7 @@ MotionModel thesis_sized()
   for (int i = 0; i <= 90; ++i) model.flexion_deg.push_back(i);
   for (int j = -10; j <= 10; ++j) model.varus_deg.push_back(j);
   model = with_pending_cells(model);
-  model.status.setConstant(static_cast<std::int8_t>(StepStatus::stable));
+  model.status.setConstant(status_stable);
   for (GridD* grid : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) {
     for (Eigen::Index cell = 0; cell < grid->size(); ++cell)
       grid->data()[cell] = 0.001 * static_cast<double>(cell % 97);

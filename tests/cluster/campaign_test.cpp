@@ -9,8 +9,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::campaign_test {
 
 using test::input_error;
 using testing::ElementsAre;
@@ -192,7 +191,10 @@ TEST(Campaign, RefusalsNameKeyFoundAndWanted)
   };
   for (const Refusal& row : rows) {
     SCOPED_TRACE(row.text);
-    const InputError::Facts facts = refused(std::string(joint) + "[campaign]\n" + row.text);
+    std::string campaign = joint;
+    campaign += "[campaign]\n";
+    campaign += row.text;
+    const InputError::Facts facts = refused(campaign);
     EXPECT_EQ(facts.field, row.field);
     EXPECT_THAT(facts.found, HasSubstr(row.found));
     EXPECT_THAT(facts.wanted, HasSubstr(row.wanted));
@@ -237,5 +239,4 @@ TEST(Campaign, ACampaignAloneIsNoJobToRun)
   EXPECT_THAT(facts.wanted, HasSubstr("vrda submit"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::campaign_test

@@ -7,8 +7,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::case_spec_test {
 
 TEST(CaseSpec, IsNamedAfterItsJobAndKnowsWholePaths)
 {
@@ -42,5 +41,4 @@ TEST(CaseSpec, OtherFilesAreRefused)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::case_spec_test

@@ -12,8 +12,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::collect_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -226,5 +225,4 @@ TEST(CollectJournals, AnglesAreToldInRanges)
   EXPECT_EQ(angles_text({0, 2, 5}, degrees), "0, 1 and 2.5");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::collect_test

@@ -8,8 +8,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::cost_test {
 
 SweepPlan plan_of(SpineRule rule, int n_flexion, int n_varus)
 {
@@ -205,5 +204,4 @@ TEST(Cost, RunsMeasuredLieWithinTheSpread)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::cost_test

@@ -13,8 +13,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::index_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -215,5 +214,4 @@ TEST(Index, ThePageDescribesEveryColumn)
     EXPECT_THAT(page, HasSubstr(std::string("| `") + text + "` |"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::index_test

@@ -10,8 +10,7 @@
 #include "cluster/submission_scenes.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::local_run_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -148,5 +147,4 @@ TEST(Child, KeepsOptionsOfTheEnvironmentFromSlurm)
   for (const std::string& name : kept) EXPECT_THAT(said.out, HasSubstr(name + "=set")) << name;
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::local_run_test

@@ -9,8 +9,7 @@
 #include "cluster/sharded_case.hpp"
 #include "load/file_bytes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::missing_test {
 
 namespace fs = std::filesystem;
 using test::merge;
@@ -300,5 +299,4 @@ TEST_F(SharedTask, NoneOfItsCasesIsSubmittedAgainBeforeItEnds)
   EXPECT_EQ(then.n_under_way, 1);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::missing_test

@@ -6,8 +6,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::shard_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -79,5 +78,4 @@ TEST(Shard, JournalsBesideAnOutputAreFoundInOrder)
             scratch.path() / "none");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::shard_test

@@ -11,8 +11,7 @@
 #include "support/input_error.hpp"
 #include "support/process.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::slurm_scripts_test {
 
 namespace fs = std::filesystem;
 using testing::Contains;
@@ -305,5 +304,4 @@ TEST_F(Wrapper, ASignalThatVrdaCouldNotAnswerIsNotedDown)
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::slurm_scripts_test

@@ -7,8 +7,7 @@
 #include "cluster/submitted.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::slurm_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -130,5 +129,4 @@ TEST(Submitted, WhileRunsAreUnderWayTasksKeepTheirNumberOfCases)
   EXPECT_NO_THROW(require_same_span(tasks_when("COMPLETED"), 3));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::slurm_test

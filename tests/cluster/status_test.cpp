@@ -8,8 +8,7 @@
 
 #include "cluster/sharded_case.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::status_test {
 
 namespace fs = std::filesystem;
 using test::merge;
@@ -255,5 +254,4 @@ TEST(StatusText, DurationsReadAsTimes)
   EXPECT_EQ(duration_text(std::nan("")), "over 100 days");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::status_test

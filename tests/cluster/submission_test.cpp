@@ -6,8 +6,7 @@
 #include "cluster/submission_scenes.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::submission_test {
 
 using testing::HasSubstr;
 
@@ -86,5 +85,4 @@ TEST(Submission, ACaseIsMadeWhenNothingOfItsMakingIsLeft)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::submission_test

@@ -9,8 +9,7 @@
 #include "cluster/submission_scenes.hpp"
 #include "support/process.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::task_state_test {
 
 TEST(TaskState, ComesBackAsItWasWritten)
 {
@@ -99,5 +98,4 @@ TEST(TaskState, TimesAreInUtc)
             "1970-01-02T00:00:00Z");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::task_state_test

@@ -8,8 +8,7 @@
 #include "cluster/submission_scenes.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::work_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -176,5 +175,4 @@ TEST(Work, LocalTasksComeAfterThoseTheyNeed)
   EXPECT_THAT(tasks.back().after, ElementsAre(4U, 9U));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::work_test

@@ -8,8 +8,7 @@
 #include "compare/perceptible.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::compare_test {
 
 using test::input_error;
 using test::noisy_model;
@@ -154,5 +153,4 @@ TEST(Compare, VarusCountsAsAnAngleWhereItWasFree)
   EXPECT_EQ(comparison.recommendation.degree, 2);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::compare_test

@@ -3,14 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
 
-namespace vrda {
-namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+namespace vrda::faults_test {
 
 MotionModel solved_model(int n_flexion, int n_varus)
 {
@@ -93,5 +90,4 @@ TEST(Faults, WithoutAnAttitudeAreNotNumbers)
   EXPECT_THROW(faults_of(model, audit), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::faults_test

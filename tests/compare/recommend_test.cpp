@@ -7,8 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::recommend_test {
 
 using testing::HasSubstr;
 
@@ -85,5 +84,4 @@ TEST(Recommend, KeepsItsPromises)
   EXPECT_THROW(recommend({{1, {1.0}}, {2, {1.0, 2.0}}}), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::recommend_test

@@ -3,8 +3,7 @@
 #include "compare/compare.hpp"
 #include "compare/noisy_joint.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::recommended_degree_test {
 
 constexpr int n_cases = 100;
 /// Promised: 95 of 100 cases.
@@ -74,5 +73,4 @@ TEST(RecommendedDegree, RobustIsNotMisledByGrossErrors)
   EXPECT_LE(n_plain, 2);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::recommended_degree_test

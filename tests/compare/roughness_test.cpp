@@ -7,8 +7,7 @@
 
 #include "smooth/smooth.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::roughness_test {
 
 /// Sums of some hundred products of numbers near 1.
 constexpr double rounding = 1e-11;
@@ -108,5 +107,4 @@ TEST(Roughness, AnAxisWithOneValueAddsNothing)
               rounding);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::roughness_test

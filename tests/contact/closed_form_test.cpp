@@ -9,8 +9,7 @@
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::closed_form_test {
 
 constexpr double exact_mm = 1e-9;
 constexpr int n_placements = 400;
@@ -277,5 +276,4 @@ TEST(ClosedForm, NormalsInterpolatedOnASphereAreRadialAnywhere)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::closed_form_test

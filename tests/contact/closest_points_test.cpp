@@ -9,8 +9,7 @@
 #include "contact/random_triangles.hpp"
 #include "support/triangle_distance.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::closest_points_test {
 
 // Rounding of coordinates up to 100 mm, a hundred times over.
 constexpr double rounding_mm = 1e-12;
@@ -129,5 +128,4 @@ TEST(Separation, AndDistanceDoNotDependOnTheOrder)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::closest_points_test

@@ -7,8 +7,7 @@
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::contacts_test {
 
 constexpr double exact_mm = 1e-9;
 constexpr double standoff_mm = 0.01;
@@ -199,5 +198,4 @@ TEST(Collision, AHintIsTriedFirstAndChangesNothingElse)
   EXPECT_FALSE(find_collision(upper, lower, {{1, -5, 1}, 0.2}, narrow_phase, *hit).has_value());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::contacts_test

@@ -5,8 +5,7 @@
 #include "core/frames.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::features_test {
 
 TEST(SurfaceFeatures, ABoxBendsByARightAngleAtItsEdgesAndNotOnItsDiagonals)
 {
@@ -52,5 +51,4 @@ TEST(SurfaceFeatures, PointsAreFoundOnTheirFeature)
   EXPECT_EQ(features.edge_of(0, 2), features.edge_of(1, 0)) << "the shared diagonal";
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::features_test

@@ -11,8 +11,7 @@
 #include "contact/contacts.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::gap_query_test {
 
 // Below this the boolean answer is the narrow phase's rounding.
 constexpr double resolution_mm = 1e-7;
@@ -127,5 +126,4 @@ TEST(TravelAtMost, IsNoLessThanTheTravel)
   EXPECT_GT(n_known, 20);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::gap_query_test

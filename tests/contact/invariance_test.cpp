@@ -10,8 +10,7 @@
 #include "proximity/directional_gap.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::invariance_test {
 
 constexpr int n_poses = 1500;
 
@@ -130,5 +129,4 @@ TEST(ContactInvariance, NumberingChangesNoPointNormalOrDistance)
   EXPECT_GT(n_touching, n_poses / 4);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::invariance_test

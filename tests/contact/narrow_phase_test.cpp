@@ -8,8 +8,7 @@
 #include "contact/random_triangles.hpp"
 #include "support/triangle_distance.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::narrow_phase_test {
 
 // Distances within 1e-3 mm are exact; Bullet's, further off, are this good for triangles of 3 mm however
 // parallel.
@@ -87,5 +86,4 @@ TEST(NarrowPhase, TheCheapTestNeverPartsWhatIsWithinTheBand)
   EXPECT_GT(n_separated, 2000);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::narrow_phase_test

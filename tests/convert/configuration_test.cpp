@@ -4,8 +4,7 @@
 
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::configuration_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -163,5 +162,4 @@ TEST(ConfigurationErrors, Values)
   expect_refused({"RENDER fill", "RENDER full", "line 15", "\"full\"", "fill or wire"});
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::configuration_test

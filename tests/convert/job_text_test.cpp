@@ -8,8 +8,7 @@
 #include "load/axis_map.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::job_text_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -140,5 +139,4 @@ TEST(JobText, WhateverAConfigurationMayBeItIsRefusedWithItsLineOrLoads)
   EXPECT_GT(n_refused, 200);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::job_text_test

@@ -8,8 +8,7 @@
 #include "support/input_error.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::mesh_writer_test {
 
 using testing::HasSubstr;
 
@@ -174,5 +173,4 @@ TEST(MeshWriter, PolygonsOfManyCornersNeedALongerCountInPly)
   EXPECT_EQ(faces_of(through("a.ply", mesh)), faces_of(mesh));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::mesh_writer_test

@@ -5,8 +5,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::object_set_test {
 
 using testing::HasSubstr;
 
@@ -143,5 +142,4 @@ TEST(ObjectSetErrors, EmptyFilesAndTooManyComponents)
   EXPECT_THAT(facts.wanted, HasSubstr("at most 1000"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::object_set_test

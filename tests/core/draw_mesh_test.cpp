@@ -6,8 +6,7 @@
 
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::draw_mesh_test {
 
 constexpr double single_rounding = 1e-6;  // of a unit vector in single precision
 
@@ -71,5 +70,4 @@ TEST(DrawMesh, AMeshFarFromItsOriginLosesNothing)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::draw_mesh_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda {
-namespace {
+namespace vrda::error_test {
 
 TEST(InputError, NamesFileFieldFoundAndWanted)
 {
@@ -28,5 +27,4 @@ TEST(InputError, CutsAFactThatIsNoMessage)
   EXPECT_NE(text.find("k...: found b, wanted c"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::error_test

@@ -6,8 +6,7 @@
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::frames_test {
 
 constexpr double rounding = 1e-12;  // mm or rad, coordinates of hundreds of mm
 
@@ -130,5 +129,4 @@ TEST(Clinical, AMirroredPoseGivesTheSameBits)
   EXPECT_EQ(r.lateral_mm, l.lateral_mm);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::frames_test

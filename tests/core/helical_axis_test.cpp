@@ -8,8 +8,7 @@
 #include "core/trig.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::helical_axis_test {
 
 // Products of rotations acting on coordinates of a few hundred mm.
 constexpr double rounding_mm = 1e-12;
@@ -158,5 +157,4 @@ TEST(InstantCentre, LiesOnTheAxisOfATurnAboutZ)
   EXPECT_LT((*centre - Eigen::Vector2d(3.0, 9.0)).norm(), rounding_mm / screw.rotation_rad);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::helical_axis_test

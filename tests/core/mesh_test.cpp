@@ -6,8 +6,7 @@
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::mesh_test {
 
 TEST(Mesh, BoxHasItsClosedFormMeasures)
 {
@@ -61,5 +60,4 @@ TEST(Mesh, AppendShiftsTheIndices)
   EXPECT_EQ(two.normals.rows(), two.vertices_mm.rows());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::mesh_test

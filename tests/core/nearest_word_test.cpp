@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda {
-namespace {
+namespace vrda::nearest_word_test {
 
 TEST(EditDistance, CountsInsertionsDeletionsAndReplacements)
 {
@@ -23,5 +22,4 @@ TEST(Alternatives, AreAList)
   EXPECT_EQ(alternatives({"a", "b", "c"}), "a, b or c");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::nearest_word_test

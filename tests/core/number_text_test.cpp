@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda {
-namespace {
+namespace vrda::number_text_test {
 
 TEST(NumberText, NumbersAreWrittenInTheFewestDigits)
 {
@@ -13,5 +12,4 @@ TEST(NumberText, NumbersAreWrittenInTheFewestDigits)
   EXPECT_EQ(shortest(0.1 + 0.2), "0.30000000000000004");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::number_text_test

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace vrda {
-namespace {
+namespace vrda::trig_test {
 
 // One unit in the last place of a result near 1, doubled for the reference's own rounding.
 constexpr double two_ulp = 4.5e-16;
@@ -50,5 +49,4 @@ TEST(Trig, ExactAtTheAxesAndOdd)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::trig_test

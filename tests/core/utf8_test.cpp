@@ -4,8 +4,7 @@
 
 #include <string>
 
-namespace vrda {
-namespace {
+namespace vrda::utf8_test {
 
 TEST(Utf8, TakesEveryCharacter)
 {
@@ -31,5 +30,4 @@ TEST(Utf8, RefusesAllElse)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::utf8_test

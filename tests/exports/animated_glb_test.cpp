@@ -14,8 +14,7 @@
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::animated_glb_test {
 
 using testing::UnorderedElementsAre;
 
@@ -192,5 +191,4 @@ TEST(AnimatedGlb, EqualModelsGiveEqualBytes)
   EXPECT_NE(Read(first).scene, nullptr);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::animated_glb_test

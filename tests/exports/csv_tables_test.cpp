@@ -7,8 +7,7 @@
 
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::csv_tables_test {
 
 using Rows = std::vector<std::map<std::string, std::string>>;
 
@@ -124,5 +123,4 @@ TEST(CsvTables, EveryCellStandsWithItsStatusAndNothingWhereItHasNoAnswer)
   EXPECT_EQ(std::stod(solved.at("degree_2_theta_deg")), model.smoothed[0].surfaces[3].values(6, 0));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::csv_tables_test

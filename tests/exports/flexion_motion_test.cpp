@@ -7,8 +7,7 @@
 #include "motion/support/models.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::flexion_motion_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -130,5 +129,4 @@ TEST(FlexionMotion, AModelWithoutOnePoseIsRefused)
   EXPECT_EQ(facts.found, "no attitude with a pose");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::flexion_motion_test

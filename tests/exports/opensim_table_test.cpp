@@ -9,8 +9,7 @@
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::opensim_table_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -116,5 +115,4 @@ TEST(OpenSimTable, ATitleCannotBreakTheHeader)
   EXPECT_EQ(table.rows.size(), motion.frames.size());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::opensim_table_test

@@ -11,8 +11,7 @@
 #include "journal/journal.hpp"
 #include "support/small_disk.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::ground_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -135,5 +134,4 @@ TEST_P(Ground, ASecondRunWhileTheFirstBeginsIsRefusedAndHarmsNothing)
 
 INSTANTIATE_TEST_SUITE_P(All, Ground, testing::ValuesIn(one_method()), name_of);
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::ground_test

@@ -10,8 +10,7 @@
 #include "journal/journal.hpp"
 #include "journal/little_endian.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::journal_damage_test {
 
 using testing::HasSubstr;
 
@@ -138,5 +137,4 @@ TEST_P(JournalDamage, ARunSaysWhenTheHeaderIsDamagedAndLeavesTheJournal)
 
 INSTANTIATE_TEST_SUITE_P(All, JournalDamage, testing::Values(search(), equilibrium()), name_of);
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::journal_damage_test

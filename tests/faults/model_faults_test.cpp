@@ -6,8 +6,7 @@
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::model_faults_test {
 
 namespace fs = std::filesystem;
 using testing::ElementsAre;
@@ -54,5 +53,4 @@ TEST_P(ModelFaults, TheOldModelStandsOrTheNewOne)
 
 INSTANTIATE_TEST_SUITE_P(All, ModelFaults, testing::Values(equilibrium()), name_of);
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::model_faults_test

@@ -4,8 +4,7 @@
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::run_errors_test {
 
 using testing::EndsWith;
 using testing::HasSubstr;
@@ -149,5 +148,4 @@ TEST_P(RunErrorsOneWay, AJournalThatCannotBeOpenedOrCutIsNamed)
 INSTANTIATE_TEST_SUITE_P(All, RunErrors, testing::ValuesIn(every_method()), name_of);
 INSTANTIATE_TEST_SUITE_P(All, RunErrorsOneWay, testing::ValuesIn(one_method()), name_of);
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::run_errors_test

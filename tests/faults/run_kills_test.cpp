@@ -7,8 +7,7 @@
 #include "faults/faulty_run.hpp"
 #include "journal/journal.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::run_kills_test {
 
 using testing::HasSubstr;
 
@@ -85,5 +84,4 @@ TEST_P(RunKillsOneWay, TwoThreadsLoseNothingEither)
 INSTANTIATE_TEST_SUITE_P(All, RunKillsOneWay, testing::ValuesIn(one_method()), name_of);
 INSTANTIATE_TEST_SUITE_P(All, RunKills, testing::ValuesIn(every_method()), name_of);
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::run_kills_test

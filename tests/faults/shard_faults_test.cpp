@@ -13,8 +13,7 @@
 #include "journal/little_endian.hpp"
 #include "journal/record_bytes.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::shard_faults_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -311,5 +310,4 @@ std::vector<Setting> parted()
 INSTANTIATE_TEST_SUITE_P(All, ShardFaults, testing::ValuesIn(parted()), name_of);
 INSTANTIATE_TEST_SUITE_P(All, ShardErrors, testing::Values(search()), name_of);
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::shard_faults_test

@@ -7,8 +7,7 @@
 
 #include "faults/faulty_run.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::shim_test {
 
 namespace fs = std::filesystem;
 
@@ -145,5 +144,4 @@ TEST_F(Shim, WordsItDoesNotKnowAreRefused)
   }
 }
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::shim_test

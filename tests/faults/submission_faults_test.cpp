@@ -6,8 +6,7 @@
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::submission_faults_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -133,5 +132,4 @@ TEST_P(SubmissionFaults, AFileSystemWithoutLocksIsOneLine)
 
 INSTANTIATE_TEST_SUITE_P(All, SubmissionFaults, testing::Values(search(), equilibrium()), name_of);
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::submission_faults_test

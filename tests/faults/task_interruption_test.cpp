@@ -13,8 +13,7 @@
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::task_interruption_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -313,5 +312,4 @@ TEST_P(TaskInterruption, AWholeCaseThatItsPredecessorMadeIsNotSolvedAgain)
 
 INSTANTIATE_TEST_SUITE_P(All, TaskInterruption, testing::Values(equilibrium()), name_of);
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::task_interruption_test

@@ -11,8 +11,7 @@
 #include "journal/record_bytes.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::frame_tail_test {
 
 const std::string key(64, 'a');
 const std::string other_key(64, 'b');
@@ -186,5 +185,4 @@ TEST_F(Tail, ALongJournalComesInSeveralLooks)
   expect(tail_.look(), false, frames_of(1000, 1000, 100000));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::frame_tail_test

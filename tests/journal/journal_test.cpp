@@ -19,8 +19,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::journal_test {
 
 using test::input_error;
 
@@ -482,5 +481,4 @@ TEST(StepKey, IsOrderedByKindThenFlexionThenVarus)
   EXPECT_LT((StepKey{StepKind::row, 1, 0}), (StepKey{StepKind::row, 1, 1}));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::journal_test

@@ -8,8 +8,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::trace_journal_test {
 
 const std::string key(64, 'a');
 
@@ -131,5 +130,4 @@ TEST(TraceJournal, ASecondWriterIsRefused)
             std::string::npos);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::trace_journal_test

@@ -6,8 +6,7 @@
 
 #include "ligament/differences.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::ligaments_test {
 
 using test::Place;
 
@@ -161,5 +160,4 @@ TEST(SolverLigaments, OfAMirroredJointAreTheSameToTheLastBit)
   EXPECT_EQ(a.hessian, b.hessian);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::ligaments_test

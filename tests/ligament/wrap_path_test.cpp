@@ -9,8 +9,7 @@
 #include "core/units.hpp"
 #include "ligament/chain.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::wrap_path_test {
 
 // The promise of ellipsoid_path: what its integration leaves.
 constexpr double integration_mm = 1e-8;
@@ -295,5 +294,4 @@ TEST(WrapPath, IsLongerThanTheLine)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::wrap_path_test

@@ -4,8 +4,7 @@
 #include "ligament/differences.hpp"
 #include "ligament/fibre_path.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::wrapped_fibres_test {
 
 using test::Place;
 
@@ -171,5 +170,4 @@ TEST(WrappedFibres, AStraightWayIsEvenlyDivided)
   EXPECT_THROW(fibre_way(fibre, ligaments.wraps, {}, points_mm), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::wrapped_fibres_test

@@ -5,8 +5,7 @@
 #include "load/mesh_text.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::axis_map_test {
 
 using testing::HasSubstr;
 
@@ -91,5 +90,4 @@ align = { rotation_deg = [90, 0, 90], translation_mm = [1, 2, 3] }
   EXPECT_LT((map({0, 1, 0}) - Eigen::Vector3d(2, 1003, 1)).norm(), rounding_mm);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::axis_map_test

@@ -8,8 +8,7 @@
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::case_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -364,5 +363,4 @@ TEST(Jobs, TheGenericKneeHasBothCompartmentsOnEitherSide)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::case_test

@@ -5,8 +5,7 @@
 #include "load/shells.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::clean_mesh_test {
 
 RawMesh raw_of(const Mesh& mesh)
 {
@@ -180,5 +179,4 @@ TEST(Shells, AreConnectedOverEdgesNotOverCorners)
   EXPECT_DOUBLE_EQ(shells[1].signed_volume, 8.0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::clean_mesh_test

@@ -4,8 +4,7 @@
 
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::condyles_test {
 
 Mesh moved(const Mesh& mesh, const Eigen::Vector3d& by_mm)
 {
@@ -46,5 +45,4 @@ TEST(Condyles, ABoxHasNone)
   EXPECT_FALSE(condyle_spheres(Mesh{}).has_value());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::condyles_test

@@ -9,8 +9,7 @@
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::job_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -452,5 +451,4 @@ TEST(Job, ACampaignIsCheckedAndLeftOutOfTheResolvedJob)
   EXPECT_EQ(facts_of_job(campaign).field, "reference");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::job_test

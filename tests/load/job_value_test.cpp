@@ -5,8 +5,7 @@
 #include "load/job_schema.hpp"
 #include "load/mesh_text.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::job_value_test {
 
 using testing::HasSubstr;
 
@@ -112,5 +111,4 @@ TEST(Override, BadOnesAreRefused)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::job_value_test

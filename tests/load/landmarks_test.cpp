@@ -6,8 +6,7 @@
 
 #include "load/mesh_text.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::landmarks_test {
 
 using testing::HasSubstr;
 
@@ -116,5 +115,4 @@ TEST(Landmarks, TheFitKeepsItsInvariances)
   EXPECT_NEAR(twice.standard_error, 2 * fit.standard_error, rounding);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::landmarks_test

@@ -10,8 +10,7 @@
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::ligaments_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -399,5 +398,4 @@ TEST(RealKnees, LigamentsOfSmith2019HaveTheirSourcesReferenceStrains)
   EXPECT_EQ(n_wrapped, 16);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::ligaments_test

@@ -9,8 +9,7 @@
 #include "load/raw_mesh.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::mesh_file_test {
 
 using testing::HasSubstr;
 
@@ -266,8 +265,8 @@ TEST(MeshFileErrors, VerticesThatAreNotFinite)
   expect_refused(
       {"v.obj", "3 1\n0 0 0\n1 0 0\n0 1.5e9 0\n" + faces, "vertex 2", "(0, 1.5e+09, 0)", "at most 1e9"});
   std::string stl = test::binary_stl(odd_box());
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  std::memcpy(stl.data() + 84 + 50 + 12 + 24, &nan, sizeof nan);  // facet 1, third corner
+  constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(stl.data() + 84 + 50 + 12 + 24, &not_a_number, sizeof not_a_number);  // facet 1, third corner
   expect_refused({"a.stl", stl, "vertex 5", "nan", "finite"});
   expect_refused({"a.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "vertex 1", "nan", "finite"});
 }
@@ -324,5 +323,4 @@ TEST(MeshFileErrors, APolygonOfAThousandAndOneCornersIsRefused)
   expect_refused({"v.obj", bytes + face + "\n", "line 1003", "1001 corners", "1000"});
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::mesh_file_test

@@ -6,8 +6,7 @@
 
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::ply_file_test {
 
 // Two triangles with everything a header may announce beside them, in any of the formats.
 struct Ply {
@@ -142,5 +141,4 @@ TEST(PlyFile, AnElementWithoutPropertiesTakesNoTime)
   EXPECT_EQ(read_ply("a.ply", bytes).vertices.rows(), 0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::ply_file_test

@@ -6,8 +6,7 @@
 
 #include "core/frames.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::polygon_test {
 
 // Rounding of a handful of products of coordinates up to 10.
 constexpr double rounding = 1e-12;
@@ -114,5 +113,4 @@ TEST(Polygon, ATriangleStaysAndALineGivesNothing)
   EXPECT_TRUE(triangulated(flat({{0, 0}, {1, 0}, {2, 0}, {3, 0}})).empty());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::polygon_test

@@ -5,8 +5,7 @@
 #include "load/case.hpp"
 #include "load/condyles.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::real_knees_test {
 
 using testing::Contains;
 using testing::ElementsAre;
@@ -140,5 +139,4 @@ TEST(RealKnees, TheWrongSideIsNoticed)
   EXPECT_THAT(load_knee("pymskt-dess", {"side=left"}).warnings, Contains(HasSubstr("as in a right knee")));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::real_knees_test

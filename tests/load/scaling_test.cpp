@@ -10,8 +10,7 @@
 #include "support/meshes.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::scaling_test {
 
 using testing::AllOf;
 using testing::ElementsAre;
@@ -319,5 +318,4 @@ TEST(Scaling, ALeftJointIsTheMirroredRightOne)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::scaling_test

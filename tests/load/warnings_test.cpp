@@ -5,8 +5,7 @@
 #include "support/meshes.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::warnings_test {
 
 using testing::AllOf;
 using testing::Contains;
@@ -133,5 +132,4 @@ TEST(Warnings, NamesThatContradictTheSide)
               ElementsAre(AllOf(HasSubstr("the job says left"), HasSubstr("as in a right knee"))));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::warnings_test

@@ -5,8 +5,7 @@
 #include "motion/support/models.hpp"
 #include "support/allocation_count.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::allocation_test {
 
 TEST(MotionAllocation, AnEvaluationAllocatesNothing)
 {
@@ -47,5 +46,4 @@ TEST(MotionAllocation, AnEvaluationAllocatesNothing)
   EXPECT_GE(test::allocations_of_program() - before, 1);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::allocation_test

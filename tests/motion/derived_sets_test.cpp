@@ -9,8 +9,7 @@
 #include "motion/poses.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::derived_sets_test {
 
 using test::model_of;
 using test::ModelPlan;
@@ -192,5 +191,4 @@ TEST(SetNames, ShowFirstWhatNeitherOverlapsNorGapes)
   EXPECT_THROW(Motion(model, "zero_varus"), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::derived_sets_test

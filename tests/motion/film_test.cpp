@@ -9,8 +9,7 @@
 #include "support/input_error.hpp"
 #include "support/traces.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::film_test {
 
 using testing::HasSubstr;
 
@@ -119,5 +118,4 @@ TEST(Film, ItsLastPoseIsTheModelsOnBothSides)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::film_test

@@ -7,8 +7,7 @@
 #include "motion/poses.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::pose_rates_test {
 
 using test::model_of;
 using test::ModelPlan;
@@ -256,5 +255,4 @@ TEST(PoseRates, AreZeroWithoutAPoseAndWhereAnAxisHasOneValue)
   EXPECT_NE(single.by_varus.numbers, PoseNumbers{});
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::pose_rates_test

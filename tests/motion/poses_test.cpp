@@ -8,8 +8,7 @@
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::poses_test {
 
 using test::model_of;
 using test::ModelPlan;
@@ -315,5 +314,4 @@ TEST(Motion, TheSameQuestionGetsTheSameBits)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::poses_test

@@ -7,8 +7,7 @@
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::raw_surfaces_test {
 
 using test::model_of;
 using test::ModelPlan;
@@ -153,5 +152,4 @@ TEST(RawSurfaces, AMisshapenModelIsABrokenPromise)
   EXPECT_THROW(raw_surfaces(small), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::raw_surfaces_test

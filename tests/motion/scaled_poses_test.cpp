@@ -6,8 +6,7 @@
 #include "motion/support/models.hpp"
 #include "store/scaled_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::scaled_poses_test {
 
 constexpr double factor = 1.07;
 constexpr double rounding_mm = 1e-9;  // of numbers up to 200 mm, some tens of operations
@@ -51,5 +50,4 @@ TEST(ScaledPoses, AreThoseOfAJointMadeAtThatSize)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::scaled_poses_test

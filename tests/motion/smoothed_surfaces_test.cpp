@@ -6,8 +6,7 @@
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::smoothed_surfaces_test {
 
 constexpr double rounding = 1e-13;  // a handful of operations on numbers near one
 
@@ -82,5 +81,4 @@ TEST(SmoothedSurfaces, AMisshapenSetIsABrokenPromise)
   EXPECT_THROW(smoothed_surfaces(model, wild), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::smoothed_surfaces_test

@@ -19,8 +19,7 @@
 #include "support/real_knees.hpp"
 #include "third_measure.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::collision_test {
 
 using test::Zone;
 
@@ -235,5 +234,4 @@ TEST(ThirdMeasure, TellsDepthAndDistanceOfACornerAtAFace)
   EXPECT_TRUE(std::isinf(test::third_measure(above, below, {{0.3, -1e-3, 0.2}, 0.4}).from_touch_mm));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::collision_test

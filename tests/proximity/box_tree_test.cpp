@@ -10,8 +10,7 @@
 #include "proximity/placed.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::box_tree_test {
 
 bool holds(const BoxTree::Node& node, const Eigen::Vector3d& p)
 {
@@ -100,5 +99,4 @@ TEST(BoxTree, EmptyTreesHaveNoPairs)
                                  [](const TrianglePair&) { return true; }));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::box_tree_test

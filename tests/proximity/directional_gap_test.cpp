@@ -8,8 +8,7 @@
 #include "core/units.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::directional_gap_test {
 
 constexpr double rounding_mm = 1e-12;
 
@@ -151,5 +150,4 @@ TEST(DirectionalGap, VerticalSheetsMeetByTheirEdges)
   EXPECT_NEAR(gap_of(make_tree_mesh(wall), moving, {}).travel_mm, 3.0, rounding_mm);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::directional_gap_test

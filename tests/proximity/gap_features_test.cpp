@@ -9,8 +9,7 @@
 #include "proximity/gap_query.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::gap_features_test {
 
 using test::GapBodies;
 using test::GapRandom;
@@ -187,5 +186,4 @@ TEST(GapFeatures, AtAKinkTheLeastOfAllLinearisationsHolds)
   EXPECT_GT(n_up, 10);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::gap_features_test

@@ -10,8 +10,7 @@
 #include "proximity/instruction_set.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::gap_query_test {
 
 using test::GapBodies;
 using test::GapRandom;
@@ -228,5 +227,4 @@ TEST(GapQuery, NothingFacesAnEmptyTree)
   EXPECT_EQ(query.n_queries(), 2);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::gap_query_test

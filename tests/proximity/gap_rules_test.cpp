@@ -6,8 +6,7 @@
 #include "proximity/gap_query.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::gap_rules_test {
 
 constexpr double rounding_mm = 1e-12;
 
@@ -141,5 +140,4 @@ TEST(GapRules, NearlyParallelEdgesAreMeasuredAtOnePoint)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::gap_rules_test

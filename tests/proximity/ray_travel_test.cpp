@@ -7,8 +7,7 @@
 
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::ray_travel_test {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double rounding_mm = 1e-12;  // of coordinates up to 100 mm
@@ -97,5 +96,4 @@ TEST(RayTravel, NothingInTheWayOfAnEmptyMesh)
   EXPECT_EQ(ray_travel_mm({}, {}, {{0, 0, 0}, {0, 1, 0}, 10}), infinity);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::ray_travel_test

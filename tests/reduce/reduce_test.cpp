@@ -11,8 +11,7 @@
 #include "motion/poses.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::reduce_test {
 
 using test::model_of;
 using test::ModelPlan;
@@ -376,5 +375,4 @@ TEST(Reduce, OneFlexionHasNoSteps)
   EXPECT_TRUE(z.instant_centre_mm.empty());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::reduce_test

@@ -3,12 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "core/frames.hpp"
+#include "core/helical_axis.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
-#include "core/helical_axis.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::rolling_test {
 
 constexpr double rounding_mm = 1e-12;
 constexpr double radius_mm = 22.0;
@@ -101,5 +100,4 @@ TEST(Rolling, OppositeWaysShareNothing)
   EXPECT_NEAR(rolling.sliding_mm, 1.0 + chord_mm(turn_rad), rounding_mm);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::rolling_test

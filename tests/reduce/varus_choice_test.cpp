@@ -4,8 +4,7 @@
 
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::varus_choice_test {
 
 using test::model_of;
 using test::ModelPlan;
@@ -145,5 +144,4 @@ TEST(VarusChoice, AFreeVarusIsTaken)
   EXPECT_EQ(choices[2].source, ZeroVarusSource::none);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::varus_choice_test

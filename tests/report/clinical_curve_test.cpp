@@ -8,8 +8,7 @@
 
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::clinical_curve_test {
 
 using testing::ElementsAre;
 
@@ -138,5 +137,4 @@ TEST(ClinicalCurves, ASmoothedSetRunsAtTheVarusWhereTheCompartmentsBalance)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::clinical_curve_test

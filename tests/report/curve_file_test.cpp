@@ -10,8 +10,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::curve_file_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -92,5 +91,4 @@ TEST(CurveFile, RefusesAFileThatIsNotThere)
   EXPECT_EQ(read_curve_file(there).curve.name, "curve");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::curve_file_test

@@ -9,8 +9,7 @@
 
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::findings_test {
 
 using testing::AllOf;
 using testing::Contains;
@@ -155,5 +154,4 @@ TEST(Findings, NumbersAreThoseOfTheModel)
   EXPECT_NEAR(search.largest_spine_jump_deg, 0.2, 1e-12);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::findings_test

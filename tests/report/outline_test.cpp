@@ -6,8 +6,7 @@
 
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::outline_test {
 
 constexpr double rounding = 1e-9;
 
@@ -40,5 +39,4 @@ TEST(Outline, CountsTrianglesWithinTheHeightsOnly)
   EXPECT_TRUE(outline(Mesh{}, {.from_mm = -1, .to_mm = 1}).empty());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::outline_test

@@ -9,8 +9,7 @@
 #include "report/json.hpp"
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::page_test {
 
 Report sample_report(const test::SampleOptions& options = {})
 {
@@ -176,5 +175,4 @@ TEST(PageData, ComparesEveryCurveWithEveryFileAndTheFirstModel)
   EXPECT_EQ(n_raw, 2);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::page_test

@@ -9,8 +9,7 @@
 #include "core/units.hpp"
 #include "shapes/knee.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::condyle_test {
 
 TEST(Condyle, SupportSlopeAndRadiusMatchDifferences)
 {
@@ -99,5 +98,4 @@ TEST(CondyleSurface, UndersideTouchesTheSurface)
   EXPECT_NEAR(surface.underside_mm(-p.slope_mm, condyle.z_mm), -p.value_mm, 1e-11);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::condyle_test

@@ -11,8 +11,7 @@
 #include "core/units.hpp"
 #include "shapes/envelopes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::knee_test {
 
 Shape knee(double resolution, const std::string& side = "right")
 {
@@ -251,5 +250,4 @@ TEST(Knee, RollingCondylesTurnTheTibiaInwardAndKeepBothTouchingNearZeroVarus)
   EXPECT_NEAR(turn_deg(90.0) - turn_deg(0.0), 12.5, 7.5);                             // 5 to 20 degrees
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::knee_test

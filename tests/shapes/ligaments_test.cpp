@@ -9,8 +9,7 @@
 #include "shapes/knee.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::ligaments_test {
 
 using testing::HasSubstr;
 
@@ -117,5 +116,4 @@ TEST(KneeLigamentErrors, AShapeWithoutLigamentsAndAnUnknownParameter)
   EXPECT_EQ(side.field, "side");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::ligaments_test

@@ -12,8 +12,7 @@
 #include "core/units.hpp"
 #include "shapes/envelopes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::shapes_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -234,5 +233,4 @@ TEST(CapInSink, InLineTheTipsMeetAndTheSlopesLieOnEachOther)
   EXPECT_NEAR(apart_mm(shape), 0.0, 1e-12);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::shapes_test

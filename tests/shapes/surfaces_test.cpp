@@ -7,8 +7,7 @@
 #include "shapes/smooth_ops.hpp"
 #include "shapes/surface.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::surfaces_test {
 
 void expect_closed_and_outward(const Mesh& mesh)
 {
@@ -120,5 +119,4 @@ TEST(Surface, AHoleGoesThroughTheBlock)
   EXPECT_NEAR(signed_volume_mm3(block_mesh(block)), 64.0 - 16.0, 1e-12);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::surfaces_test

@@ -7,8 +7,7 @@
 #include <cmath>
 #include <random>
 
-namespace vrda {
-namespace {
+namespace vrda::huber_test {
 
 /// A few dozen operations on numbers near 1, weighted by numbers down to a hundredth.
 constexpr double rounding = 1e-11;
@@ -150,5 +149,4 @@ TEST(HuberFit, SaysWhenTheStepsRanOut)
   EXPECT_EQ(fit.coefficients.size(), 5u);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::huber_test

@@ -8,8 +8,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::least_squares_test {
 
 /// A few dozen operations on numbers near 1.
 constexpr double rounding = 1e-12;
@@ -86,5 +85,4 @@ TEST(PivotedQr, KeepsItsPromises)
   EXPECT_THROW(condition_number(deficient), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::least_squares_test

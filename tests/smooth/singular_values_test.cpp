@@ -7,8 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::singular_values_test {
 
 /// Of the largest singular value: sums over a few dozen products.
 constexpr double rounding = 1e-13;
@@ -58,5 +57,4 @@ TEST(SingularRange, OfASingularMatrixEndsAtNothing)
   EXPECT_THROW(singular_range(Eigen::MatrixXd::Ones(2, 3)), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::singular_values_test

@@ -5,8 +5,7 @@
 
 #include "smooth/smooth.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::smooth_fit_test {
 
 /// As in smooth_test.cpp: a few terms times epsilon times condition (below 100) times data (below 100).
 constexpr double fit_tolerance = 1e-11;
@@ -67,7 +66,7 @@ TEST(SmoothFit, LeftOutErrorsAreThoseOfRefitsCellByCell)
   for (Eigen::Index k = 0; k < input.status.size(); k += 5) {
     ASSERT_EQ(input.status.data()[k], 0);
     SmoothInput without = input;
-    without.status.data()[k] = static_cast<std::int8_t>(StepStatus::pending);
+    without.status.data()[k] = status_pending;
     const SmoothedSet refit = smooth(without, 4);
     EXPECT_NEAR(whole.left_out[1].data()[k], input.ty_mm.data()[k] - refit.surfaces[1].values.data()[k],
                 fit_tolerance);
@@ -147,5 +146,4 @@ TEST(SmoothFit, TheLargestDegreeAskedForIsTriedFirst)
   EXPECT_EQ(largest_degree(input, -1), -1);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::smooth_fit_test

@@ -1,17 +1,16 @@
 #include "smooth/smooth.hpp"
+#include "core/units.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include "core/error.hpp"
 #include "store/evaluate_smoothed.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::smooth_test {
 
 using test::input_error;
 
@@ -122,7 +121,6 @@ TEST(Smooth, FailedCellsDoNotMatter)
   SmoothInput input = blank(axis(19, 0, 5), axis(9, -8, 2));
   fill_with_polynomial(input, 4);
   const GridD wanted = input.ty_mm;
-  const double nan = std::numeric_limits<double>::quiet_NaN();
   for (Eigen::Index k = 0; k < input.status.size(); k += 7) {
     input.status.data()[k] =
         static_cast<std::int8_t>(k % 2 == 0 ? StepStatus::no_contact : StepStatus::pending);
@@ -160,7 +158,7 @@ TEST(Smooth, LeaveOneOutIsThatOfRefits)
   for (Eigen::Index k = 0; k < input.status.size(); ++k) {
     if (input.status.data()[k] != 0) continue;
     SmoothInput without = input;
-    without.status.data()[k] = static_cast<std::int8_t>(StepStatus::pending);
+    without.status.data()[k] = status_pending;
     const double error = input.tx_mm.data()[k] - smooth(without, degree).surfaces[0].values.data()[k];
     sum_sq += error * error;
     ++n;
@@ -264,5 +262,4 @@ TEST(Smooth, ADegreeOutOfRangeIsRefused)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::smooth_test

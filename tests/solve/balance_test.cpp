@@ -8,8 +8,7 @@
 
 #include "solve/pins.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::balance_test {
 
 constexpr std::array<bool, 5> all_free{true, true, true, true, true};
 const Grip grip{{0, 0, 0}, 20};
@@ -92,5 +91,4 @@ TEST(Balance, NothingTouchingLeavesThePush)
   EXPECT_NEAR(held_by(u, {}, grip, all_free).residual_n, 20, 1e-12);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::balance_test

@@ -8,8 +8,7 @@
 
 #include "solve/pins.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::cross_check_test {
 
 constexpr double radius_mm = 1.0;  // about the start
 constexpr double lever_mm = 20.0;
@@ -93,5 +92,4 @@ TEST(CrossCheck, SubplexFindsNoBetterPlaceNearTheEquilibrium)
   EXPECT_GE(n_reached, n_cases / 2);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::cross_check_test

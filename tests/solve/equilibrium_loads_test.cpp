@@ -7,8 +7,7 @@
 #include "core/units.hpp"
 #include "solve/pins.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::equilibrium_loads_test {
 
 const EquilibriumOptions options;
 constexpr double standoff_mm = 1e-5;
@@ -167,5 +166,4 @@ TEST(EquilibriumLoads, ForcesAndMomentsBalanceOfTheRecordAlone)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::equilibrium_loads_test

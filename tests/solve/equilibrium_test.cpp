@@ -11,8 +11,7 @@
 #include "solve/pins.hpp"
 #include "solve/stability_search.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::equilibrium_test {
 
 const EquilibriumOptions options;
 // Travel left in the end: a tenth of the tolerance.
@@ -276,5 +275,4 @@ TEST(Equilibrium, StandsAtLeastAsFarAlongDeltaAsTheSearch)
   EXPECT_GT(n_higher, 6);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::equilibrium_test

@@ -5,8 +5,7 @@
 #include "core/error.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::joint_test {
 
 TEST(Joint, ThicknessIsThatOfThePlate)
 {
@@ -45,5 +44,4 @@ TEST(Joint, BrokenPromisesAreInternalErrors)
   EXPECT_THROW(make_joint({test::ball(5), {}}, {test::ball(5), {}}, {Compartment::medial}), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::joint_test

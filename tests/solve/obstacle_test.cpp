@@ -8,8 +8,7 @@
 #include "solve/pins.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::obstacle_test {
 
 // Central differences of 1e-5: travels of 10 mm carry 1e-15 of rounding each, second differences of a sine
 // 1e-10 of itself.
@@ -128,5 +127,4 @@ TEST(Obstacle, AnUprightOneNeverTouches)
   EXPECT_EQ(clearance_bend(o, Rotations({}, 0.0)).norm(), 0.0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::obstacle_test

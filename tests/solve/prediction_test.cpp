@@ -8,8 +8,7 @@
 #include "core/trig.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::prediction_test {
 
 Contact contact(const Eigen::Vector3d& point, const Eigen::Vector3d& direction)
 {
@@ -194,5 +193,4 @@ TEST(PredictClimb, IsTheBestOfAllMotions)
   EXPECT_GT(n_crowds, 50);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::prediction_test

@@ -5,8 +5,7 @@
 #include <Eigen/Dense>
 #include <random>
 
-namespace vrda {
-namespace {
+namespace vrda::quadratic_program_test {
 
 // Coordinates of size 1 to 100, half-spaces kept to 1e-11, Hessians of condition up to 1e6.
 constexpr double rounding = 1e-7;
@@ -188,5 +187,4 @@ TEST(QuadraticProgram, DegenerateCornersOfAContactAreFound)
   EXPECT_GT(n_supported, 150);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::quadratic_program_test

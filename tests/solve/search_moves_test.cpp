@@ -9,8 +9,7 @@
 #include "solve/stability_search.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::search_moves_test {
 
 // A sheet y = -(x^2 + z^2) / 80 seen from below: a ball pushed up ends in its middle. `narrowing` > 1 makes
 // it a trough along X.
@@ -271,5 +270,4 @@ TEST(SearchMoves, WatchingChangesNothing)
   EXPECT_EQ(alone.iterations, w.result.iterations);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::search_moves_test

@@ -11,8 +11,7 @@
 #include "proximity/directional_gap.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::stability_search_test {
 
 // A sheet y = height(x, z) seen from below (normals down) or above.
 Mesh surface(double size_mm, int n, bool faces_down, const std::function<double(double, double)>& height)
@@ -251,5 +250,4 @@ TEST(StabilitySearch, CompartmentsReportTheirGapsAndFlags)
   EXPECT_FALSE(r.theta_determined);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::stability_search_test

@@ -6,8 +6,7 @@
 #include "core/units.hpp"
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::contact_paths_test {
 
 // Products of rotations acting on coordinates of hundreds of mm.
 constexpr double rounding_mm = 1e-11;
@@ -111,5 +110,4 @@ TEST(ContactPaths, UnsolvedCellsHaveNone)
   EXPECT_TRUE(at(paths.medial_reference_mm, 4).array().isFinite().all());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::contact_paths_test

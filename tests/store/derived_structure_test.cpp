@@ -10,8 +10,7 @@
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::derived_structure_test {
 
 using test::expect_first;
 using test::remove;
@@ -173,5 +172,4 @@ TEST(DerivedStructure, AbsurdSizesAreRefusedBeforeAnythingIsAllocated)
   expect_first(findings, "/audit/raw/flexion", "too large for the 0 bytes stored", "can be read");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::derived_structure_test

@@ -1,19 +1,16 @@
 // What is put into a motion model beside the raw surfaces finds its place there.
 #include "store/derived.hpp"
+#include "core/units.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "store/equal_models.hpp"
 #include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+namespace vrda::derived_test {
 
 std::vector<std::string> names_of(const std::vector<AuditSet>& audits)
 {
@@ -121,5 +118,4 @@ TEST(WithSmoothed, AZeroVarusMotionMadeOfAnotherGoesWithItsAudit)
   EXPECT_FALSE(with_smoothed(model, set).zero_varus.has_value());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::derived_test

@@ -7,8 +7,7 @@
 #include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::derived_validate_test {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -191,5 +190,4 @@ TEST(ValidateDerived, AuditValues)
                  [](AuditSet& a) { a.penetration_mm(1, 0) = nan; });
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::derived_validate_test

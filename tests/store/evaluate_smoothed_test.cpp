@@ -6,8 +6,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::evaluate_smoothed_test {
 
 /// A dozen operations on numbers near 1.
 constexpr double rounding = 1e-14;
@@ -87,5 +86,4 @@ TEST(EvaluateSmoothed, AnAxisWithOneValueHasNoSlope)
   EXPECT_THROW(axis_ranges({}, {0.0}), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::evaluate_smoothed_test

@@ -10,8 +10,7 @@
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::first_version_test {
 
 void set_codes(hid_t file, const char* object, const std::vector<std::int8_t>& values)
 {
@@ -132,5 +131,4 @@ TEST(SecondVersion, WhatVersionOneTwoAddedIsIgnoredInIt)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::first_version_test

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "core/units.hpp"
 #include "store/changed_file.hpp"
 #include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"
@@ -22,8 +23,7 @@
 #include "support/scratch.hpp"
 #include "support/traces.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::hostile_file_test {
 
 using test::expect_first;
 using test::findings_after;
@@ -31,7 +31,6 @@ using test::NewDataset;
 using test::replace;
 using ::testing::HasSubstr;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A file made by `action` from a whole one, and what reading it apart tells.
@@ -425,5 +424,4 @@ TEST(HostileFile, AxesHaveAtLeastOneValue)
   EXPECT_EQ(read_motion_model_apart(path).flexion_deg.size(), 1u);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::hostile_file_test

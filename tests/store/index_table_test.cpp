@@ -12,8 +12,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::index_table_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -74,5 +73,4 @@ TEST(IndexTable, AFolderThatIsNotThereIsNamed)
   EXPECT_THAT(test::input_error([&] { write_index_file(path, test::sample_index()); }).file, HasSubstr(path));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::index_table_test

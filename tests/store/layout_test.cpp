@@ -13,8 +13,7 @@
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::layout_test {
 
 FileShape full_shape()
 {
@@ -191,5 +190,4 @@ TEST(Layout, EveryDatasetFindsItsDimensions)
   EXPECT_THROW(dimension_size(layout, shape, "/nothing"), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::layout_test

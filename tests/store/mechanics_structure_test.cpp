@@ -6,8 +6,7 @@
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::mechanics_structure_test {
 
 using test::expect_first;
 using test::remove;
@@ -91,5 +90,4 @@ TEST(MechanicsStructure, AbsurdSizesAreRefusedBeforeAnythingIsAllocated)
   expect_first(forces, "/equilibrium/forces/point", "too large for the 0 bytes stored", "can be read");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::mechanics_structure_test

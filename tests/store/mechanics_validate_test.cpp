@@ -3,13 +3,12 @@
 
 #include <limits>
 
+#include "core/units.hpp"
 #include "store/changed_file.hpp"
 #include "store/sample_model.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::mechanics_validate_test {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 const char* const where_stable = "where status is stable, NaN elsewhere";
 
@@ -182,5 +181,4 @@ TEST(ValidateMechanics, FibreStates)
                   [](MotionModel& m) { m.ligaments->is_wrapped[25] = 0; }});
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::mechanics_validate_test

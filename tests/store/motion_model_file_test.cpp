@@ -15,8 +15,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::motion_model_file_test {
 
 using test::expect_equal;
 using test::input_error;
@@ -57,7 +56,7 @@ TEST(MotionModelFile, StartFileIsAValidModelWithEveryCellPending)
   EXPECT_TRUE(validate_motion_model(path).empty());
   const MotionModel read = read_motion_model(path);
   expect_equal(read, start);
-  EXPECT_TRUE((read.status == static_cast<std::int8_t>(StepStatus::pending)).all());
+  EXPECT_TRUE((read.status == status_pending).all());
   EXPECT_EQ(read.contacts.row_start, std::vector<std::int64_t>(13, 0));
 }
 
@@ -201,5 +200,4 @@ TEST(MotionModelFile, WhatIsNoMotionModelIsRefused)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::motion_model_file_test

@@ -11,8 +11,7 @@
 #include "store/sample_model.hpp"
 #include "support/traces.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::plain_bytes_test {
 
 std::vector<MotionModel> samples()
 {
@@ -85,5 +84,4 @@ TEST(PlainBytes, ChangedAnywhereTheyGiveAModelOrAnInputError)
   EXPECT_GT(n_refused, 400);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::plain_bytes_test

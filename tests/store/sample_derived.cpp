@@ -1,12 +1,11 @@
 #include "store/sample_derived.hpp"
 
+#include "core/units.hpp"
+
 #include <algorithm>
-#include <limits>
 
 namespace vrda::test {
 namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 struct Row {
   std::size_t i = 0;
@@ -100,7 +99,7 @@ ZeroVarus sample_zero_varus(const MotionModel& model)
   motion.set = "degree_1";
   for (std::size_t i = 0; i < n; ++i) {
     const Row row{i, i * n_varus};
-    if (model.status.data()[row.cell] != static_cast<std::int8_t>(StepStatus::stable)) continue;
+    if (model.status.data()[row.cell] != status_stable) continue;
     put_varus(motion, model, row);
     put_numbers(motion, model, row);
     const bool has_pose_before =

@@ -48,7 +48,7 @@ void solve_cell(MotionModel& model, Eigen::Index i, Eigen::Index j)
   model.clinical.anterior_mm(i, j) = clinical.anterior_mm;
   model.clinical.proximal_mm(i, j) = clinical.proximal_mm;
   model.clinical.lateral_mm(i, j) = clinical.lateral_mm;
-  model.status(i, j) = static_cast<std::int8_t>(StepStatus::stable);
+  model.status(i, j) = status_stable;
   model.iterations(i, j) = static_cast<std::int32_t>(10 + i);
   model.queries(i, j) = static_cast<std::int32_t>(30 + j);
   model.residual_mm(i, j) = 0.01;
@@ -115,7 +115,7 @@ SmoothedSet sample_smoothed(const MotionModel& model)
 
 bool is_stable(const MotionModel& model, std::size_t cell)
 {
-  return model.status.data()[cell] == static_cast<std::int8_t>(StepStatus::stable);
+  return model.status.data()[cell] == status_stable;
 }
 
 PushRows turning_push(std::int32_t n_flexion)
@@ -159,7 +159,7 @@ FreeSpine sample_spine(FreeSpine spine)
 {
   for (std::size_t i = 0; i + 1 < spine.status.size(); ++i) {  // the last one slides off
     const double x = static_cast<double>(i);
-    spine.status[i] = static_cast<std::int8_t>(StepStatus::stable);
+    spine.status[i] = status_stable;
     spine.varus_deg[i] = -0.3 + 0.01 * x;
     spine.tx_mm[i] = 0.1 * x;
     spine.ty_mm[i] = -40.0 + 0.02 * x;

@@ -13,8 +13,7 @@
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::scaled_model_test {
 
 MotionModel whole_model()
 {
@@ -89,5 +88,4 @@ TEST(ScaledModel, NoSizeIsOurMistake)
   EXPECT_THROW(scaled_model(whole_model(), 0.0), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::scaled_model_test

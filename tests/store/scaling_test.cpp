@@ -2,18 +2,15 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <limits>
 
+#include "core/units.hpp"
 #include "store/changed_file.hpp"
 #include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
-
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+namespace vrda::scaling_test {
 
 /// By 1.036 after two pairs of landmarks (3 and 4 mm of model, 3.3 and 4 of subject).
 MotionModel scaled_model()
@@ -122,5 +119,4 @@ TEST(StoredScaling, ItsValuesAgree)
                                            [](MotionModel& m) { m.job.scaling->keeps_steps = true; }});
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::scaling_test

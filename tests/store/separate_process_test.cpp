@@ -12,8 +12,7 @@
 #include <new>
 #include <vector>
 
-namespace vrda {
-namespace {
+namespace vrda::separate_process_test {
 
 using ::testing::HasSubstr;
 
@@ -131,5 +130,4 @@ TEST(SeparateProcess, HasNoMoreMemoryThanAllowed)
 }
 #endif
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::separate_process_test

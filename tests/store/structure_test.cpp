@@ -13,8 +13,7 @@
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::structure_test {
 
 using test::change;
 using test::expect_first;
@@ -278,5 +277,4 @@ TEST(DamagedFile, ACorruptChunkWithoutASealIsAFinding)
   expect_first(findings, "/X_reference_moving", "HDF5 error", "intact");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::structure_test

@@ -23,8 +23,7 @@
 #include "support/scratch.hpp"
 #include "support/traces.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::trace_test {
 
 using test::input_error;
 using testing::ElementsAre;
@@ -170,7 +169,7 @@ TEST(TraceFile, ValuesThatBreakARuleAreNamed)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.trace.h5";
-  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  constexpr float not_a_number = std::numeric_limits<float>::quiet_NaN();
   for (const Row& row : {
            Row{"/@side", "\"\"", "right", [](Trace& t) { t.side = ""; }},
            Row{"/@approach_step_mm", "-1", "positive", [](Trace& t) { t.approach_step_mm = -1; }},
@@ -179,7 +178,8 @@ TEST(TraceFile, ValuesThatBreakARuleAreNamed)
            Row{"/searches/node", "3 at entry 1", "spine_probe spine row",
                [](Trace& t) { t.searches.node[1] = 3; }},
            Row{"/searches/status", "9 at entry 2", "stable", [](Trace& t) { t.searches.status[2] = 9; }},
-           Row{"/searches/seed_theta", "nan", "finite", [](Trace& t) { t.searches.seed_theta_deg[0] = nan; }},
+           Row{"/searches/seed_theta", "nan", "finite",
+               [](Trace& t) { t.searches.seed_theta_deg[0] = not_a_number; }},
            Row{"/searches/move_start", "-1 at entry 1", "never falling",
                [](Trace& t) { t.searches.move_start[1] = -1; }},
            Row{"/searches/move_start", "87 at entry 13", "number of moves at the end",
@@ -191,7 +191,8 @@ TEST(TraceFile, ValuesThatBreakARuleAreNamed)
            Row{"/moves/iteration", "1 at entry 6", "never fall", [](Trace& t) { t.moves.iteration[6] = 1; }},
            Row{"/moves/kind", "5 at entry 0", "retreat approach bisect rotate translate",
                [](Trace& t) { t.moves.kind[0] = 5; }},
-           Row{"/moves/translation", "nan", "finite", [](Trace& t) { t.moves.translation_mm(2, 1) = nan; }},
+           Row{"/moves/translation", "nan", "finite",
+               [](Trace& t) { t.moves.translation_mm(2, 1) = not_a_number; }},
            Row{"/moves/collides", "1 at entry 0", "bisection", [](Trace& t) { t.moves.collides[0] = 1; }},
            Row{"/moves/in_contact", "1 at entry 6", "approach", [](Trace& t) { t.moves.in_contact[6] = 1; }},
            Row{"/moves/is_cycle", "1 at entry 0", "in contact", [](Trace& t) { t.moves.is_cycle[0] = 1; }},
@@ -303,5 +304,4 @@ TEST(TraceLayout, IsThePageOfTheSpecification)
   EXPECT_THAT(page, HasSubstr(std::string("`") + trace_format_name + "`"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::trace_test

@@ -9,8 +9,7 @@
 #include "store/sample_model.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::validate_test {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -180,5 +179,4 @@ TEST(Validate, EveryBrokenRuleIsListed)
   EXPECT_EQ(places, (std::vector<std::string>{"/@side", "/tx", "/contacts/compartment"}));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::validate_test

@@ -9,8 +9,7 @@
 #include "core/units.hpp"
 #include "sweep/sweep.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::free_spine_test {
 
 StepRecord end_at(double theta_deg, double energy_nmm, StepStatus status = StepStatus::stable)
 {
@@ -199,5 +198,4 @@ TEST(FreeSpine, AFlexionWithoutRestIsSteppedOver)
   EXPECT_EQ(result.free_spine[3].chosen.status, StepStatus::stable);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::free_spine_test

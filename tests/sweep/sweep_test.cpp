@@ -13,8 +13,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::sweep_test {
 
 SweepPlan plan_of(int n_flexion, int n_varus)
 {
@@ -249,5 +248,4 @@ TEST(Sweep, AStepThatCannotBeKeptStopsTheOthersAfterTheStepInHand)
   EXPECT_LT(n_solved, n_cells / 2);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::sweep_test

@@ -6,8 +6,7 @@
 
 #include "validation/scene_case.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::ball_test {
 
 // Half the angle between neighbouring corners of the ball's icosahedron: its facets are this over the
 // subdivision.
@@ -147,5 +146,4 @@ TEST(BallInDish, AnalyticNormalsNeverTurnTheBall)
   report(tally);
 }
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::ball_test

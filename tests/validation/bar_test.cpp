@@ -12,8 +12,7 @@
 #include "core/units.hpp"
 #include "validation/scene_case.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::bar_test {
 
 // A bar under two pyramids whose bases lie along X. Lengths in mm.
 struct BarCase {
@@ -295,5 +294,4 @@ TEST(BarOnPyramids, AFlatTopRestsOnATip)
   report(tally);
 }
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::bar_test

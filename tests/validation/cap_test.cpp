@@ -6,8 +6,7 @@
 #include "core/units.hpp"
 #include "validation/scene_case.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::cap_test {
 
 struct CapCase {
   ShapeRequest request;
@@ -151,5 +150,4 @@ TEST(CapInSink, TriangleCentresDoNotTurnTheCapAsTheThesisFound)
   report(tally);
 }
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::cap_test

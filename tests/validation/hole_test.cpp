@@ -7,8 +7,7 @@
 #include "core/units.hpp"
 #include "validation/scene_case.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::hole_test {
 
 enum class Stretch { none, along_delta, every_way };
 
@@ -129,5 +128,4 @@ TEST(BallOverHole, ALongEllipsoidFallsThroughExactlyWhenItFits)
   expect_hole_sorts("ellipsoid over a square hole", 403, Stretch::every_way);
 }
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::hole_test

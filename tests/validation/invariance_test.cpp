@@ -13,8 +13,7 @@
 #include "core/units.hpp"
 #include "validation/scene_case.hpp"
 
-namespace vrda::test {
-namespace {
+namespace vrda::test::invariance_test {
 
 struct RestCase {
   ShapeRequest request;
@@ -293,5 +292,4 @@ TEST(Invariance, FlatFacesMayBeCutIntoMore)
   expect_same_rest({"same rest with every triangle cut in four", 504, subdivided});
 }
 
-}  // namespace
-}  // namespace vrda::test
+}  // namespace vrda::test::invariance_test

@@ -53,7 +53,7 @@ void solve(MotionModel& model, const Cell& cell, const PoseNumbers& numbers)
        {&MotionModel::contact_medial, &MotionModel::contact_lateral, &MotionModel::theta_determined}) {
     at(model.*grid, cell) = 1;
   }
-  at(model.status, cell) = static_cast<std::int8_t>(StepStatus::stable);
+  at(model.status, cell) = status_stable;
 }
 
 GridD grid_values(const MotionModel& model, const SmoothedSet& set, const SmoothedSurface& surface)

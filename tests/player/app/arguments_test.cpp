@@ -7,8 +7,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::arguments_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -118,5 +117,4 @@ TEST(Arguments, LabelsSortLikeTheirAngles)
   EXPECT_LT(angle_label(9, {10}), angle_label(10, {9}));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::arguments_test

@@ -23,8 +23,7 @@
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::bench_program_test {
 
 using testing::HasSubstr;
 
@@ -340,5 +339,4 @@ TEST_F(BenchProgram, WhatIsWrongIsToldBeforeItRuns)
   EXPECT_EQ(run({"simulate", no_log}).exit_code, 2);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::bench_program_test

@@ -17,8 +17,7 @@
 #include "support/allocation_count.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::bench_show_test {
 
 using test::ms_in_ns;
 
@@ -202,5 +201,4 @@ TEST_F(BenchReplay, ABenchFrameAllocatesNothingThoughTheCalibrationKeepsItsMarks
   EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the count counts";
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::bench_show_test

@@ -19,8 +19,7 @@
 #include "support/scratch.hpp"
 #include "virtual_bench/truth.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::calibrate_test {
 
 using testing::HasSubstr;
 
@@ -442,5 +441,4 @@ TEST_F(Calibrate, AScriptShowsItsTasks)
   EXPECT_EQ(n_lit(picture, 640, 520, 1280, 1024), 0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::calibrate_test

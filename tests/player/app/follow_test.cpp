@@ -18,8 +18,7 @@
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::follow_test {
 
 namespace fs = std::filesystem;
 using testing::EndsWith;
@@ -248,5 +247,4 @@ TEST_F(Follow, FillsInTheGridInAWindow)
   EXPECT_EQ(program.wait().exit_code, 0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::follow_test

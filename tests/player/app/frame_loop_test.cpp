@@ -13,8 +13,7 @@
 #include "store/read_apart.hpp"
 #include "support/allocation_count.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::frame_loop_test {
 
 constexpr double frame_s = 1.0 / 60.0;
 // The motion plays over and back within these, in every mode.
@@ -91,5 +90,4 @@ TEST(FrameLoop, AllocatesNothingAndKeepsItsMemory)
   EXPECT_EQ(test::allocations_of_thread(), counted + 1);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::frame_loop_test

@@ -7,8 +7,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::look_test {
 
 Scene some_scene()
 {
@@ -105,5 +104,4 @@ TEST(Look, WhatIsWrongIsNamed)
   EXPECT_EQ(test::input_error([&] { dress(scene, look); }).file, "none.toml");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::look_test

@@ -10,8 +10,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::measure_body_test {
 
 using testing::HasSubstr;
 
@@ -120,5 +119,4 @@ TEST(MeasureBody, WhatCannotBeMeasuredIsTold)
   EXPECT_EQ(refusal("femur").found, "no body of markers");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::measure_body_test

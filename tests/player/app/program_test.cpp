@@ -13,8 +13,7 @@
 #include "support/absurd_models.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::program_test {
 
 using testing::HasSubstr;
 using testing::StartsWith;
@@ -187,5 +186,4 @@ TEST_F(Program, EndsWithTwoAndOneLineOnBadInput)
   EXPECT_FALSE(std::filesystem::exists(kept));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::program_test

@@ -4,8 +4,7 @@
 #include "motion/support/models.hpp"
 #include "support/allocation_count.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::session_allocation_test {
 
 constexpr double frame_s = 1.0 / 60.0;
 
@@ -57,5 +56,4 @@ TEST(SessionAllocation, PlayingTurningAndSwitchingSetsAllocateNothing)
   EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the count counts";
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::session_allocation_test

@@ -5,8 +5,7 @@
 
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::session_test {
 
 constexpr double frame_s = 1.0 / 60.0;
 constexpr int width = 800, height = 600;
@@ -307,5 +306,4 @@ TEST_F(AtWindow, ThePictureHasNoControls)
   EXPECT_GT(picture.rgba[corner], 120);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::session_test

@@ -13,8 +13,7 @@
 #include "store/motion_model_file.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::show_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -400,5 +399,4 @@ INSTANTIATE_TEST_SUITE_P(
                           "--offscreen", "", "a folder that can be written"}),
     [](const testing::TestParamInfo<Wrong>& row) { return row.param.name; });
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::show_test

@@ -16,8 +16,7 @@
 #include "support/scratch.hpp"
 #include "support/traces.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::show_trace_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -140,5 +139,4 @@ TEST_F(ShowTrace, TheTraceOfAnotherJobIsRefused)
   EXPECT_THAT(facts.wanted, HasSubstr("knee.h5"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::show_trace_test

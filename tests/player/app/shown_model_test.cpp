@@ -7,8 +7,7 @@
 #include "store/motion_model_file.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::shown_model_test {
 
 constexpr double frame_s = 1.0 / 60.0;
 
@@ -84,5 +83,4 @@ TEST(ShownAttitude, WhatLiesOutsideTheRangeIsTold)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::shown_model_test

@@ -11,8 +11,7 @@
 #include "support/scratch.hpp"
 #include "support/small_disk.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::video_file_test {
 
 using testing::HasSubstr;
 
@@ -178,5 +177,4 @@ TEST_F(Video, AFolderThatIsNotThereIsSaid)
   EXPECT_THAT(error.facts().found, HasSubstr("No such file"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::video_file_test

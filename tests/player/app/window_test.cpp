@@ -13,8 +13,7 @@
 #include "support/process.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::window_test {
 
 constexpr int width = 800, height = 600;
 
@@ -230,5 +229,4 @@ TEST_F(InWindow, SomebodyTrainsAtAVirtualBenchAndLeaves)
   EXPECT_NE(ended.out.find("begun: 1 mark so far"), std::string::npos) << ended.out;
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::window_test

@@ -6,8 +6,7 @@
 #include "bench/controls.hpp"
 #include "bench_samples.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::bench_inputs_test {
 
 using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
 
@@ -190,5 +189,4 @@ TEST(BenchInputs, WhatIsNotLiveIsToldInWords)
   EXPECT_NE(mark_text("tibia", {true, false, false, 0.0, SeenState::missing}), "");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::bench_inputs_test

@@ -8,8 +8,7 @@
 
 #include "bench_samples.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::bench_panel_test {
 
 using test::ms_in_ns;
 using Colour = std::array<int, 3>;
@@ -134,5 +133,4 @@ TEST_F(Panel, TroubleOfTheDisplayIsALineOfIt)
   EXPECT_GT(n_amber_in(picture(), operators_), 50);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::bench_panel_test

@@ -7,8 +7,7 @@
 #include "motion/support/models.hpp"
 #include "support/allocation_count.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::bench_state_test {
 
 using test::SmallBench, test::distance_of, test::ms_in_ns, test::some_pose;
 
@@ -277,5 +276,4 @@ TEST(BenchState, AllocatesNothingAndTheSameSamplesGiveTheSameFrames)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::bench_state_test

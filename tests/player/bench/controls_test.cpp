@@ -7,8 +7,7 @@
 
 #include "bench_samples.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::controls_test {
 
 class Controls : public testing::Test {
  protected:
@@ -166,5 +165,4 @@ TEST_F(Controls, ParametersAreToldWithTheirUnit)
   EXPECT_EQ(parameter_text(bench_.state, k1), "left.k1 0.021");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::controls_test

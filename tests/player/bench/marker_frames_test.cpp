@@ -10,8 +10,7 @@
 #include "bench_samples.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::marker_frames_test {
 
 using test::ms_in_ns;
 
@@ -106,5 +105,4 @@ TEST(BenchState, TellsTheFitOfABodyOfMarkersAlone)
   EXPECT_LT(bench.state.fit(BodyRole::leg)->residual_rms_mm, 1e-9);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::marker_frames_test

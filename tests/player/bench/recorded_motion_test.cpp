@@ -4,8 +4,7 @@
 
 #include "bench_samples.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::recorded_motion_test {
 
 /// Two samples a picture, on their way for 3 ms.
 Recording recording_of(const Pose& start, const Screw& a_second)
@@ -45,5 +44,4 @@ TEST(RecordedMotion, IsEveryPoseAtItsTime)
   EXPECT_NE(prediction_text(predictions).find("leg after 33 ms"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::recorded_motion_test

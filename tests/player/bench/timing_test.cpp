@@ -12,8 +12,7 @@
 #include "bench_samples.hpp"
 #include "devices/tracker_talk.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::timing_test {
 
 constexpr std::int64_t ms = 1'000'000;
 constexpr double rounding_s = 1e-12;
@@ -229,5 +228,4 @@ TEST(BenchTiming, IsToldInNumbersAndWords)
       "(longest); 120 samples, 3 missed, 0 late, 0 lost");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::timing_test

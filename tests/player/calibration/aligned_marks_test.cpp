@@ -7,8 +7,7 @@
 
 #include "noise.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::aligned_marks_test {
 
 constexpr double solver_tolerance = 1e-8;
 
@@ -99,5 +98,4 @@ TEST(AlignedMarks, TheFurthestMarkIsJudgedByAFitToTheOthers)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::aligned_marks_test

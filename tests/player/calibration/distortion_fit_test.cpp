@@ -10,8 +10,7 @@
 #include "noise.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::distortion_fit_test {
 
 /// Its mesh keeps warp_mesh() to 0.01 px of what is shown, in the middles of its edges.
 constexpr double mesh_px = 0.02;
@@ -354,5 +353,4 @@ TEST(AdjustedGrids, OneIsNotEnoughAndFoldsAreRefused)
   EXPECT_THAT(input_error([&] { mean_of(grids); }).found, HasSubstr("fold"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::distortion_fit_test

@@ -8,8 +8,7 @@
 #include "tracking/screw.hpp"
 #include "tracking/six_numbers.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::estimate_test {
 
 TEST(StudentsT, IsThatOfTheTables)
 {
@@ -80,5 +79,4 @@ TEST(Estimate, OfAPlaceIsInTheUnitsOfFiles)
   EXPECT_NEAR(estimate.covariance(4, 4), deg_from_rad(1.0) * deg_from_rad(1.0), 1e-9);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::estimate_test

@@ -10,8 +10,7 @@
 #include "coverage.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::eyepoint_fit_test {
 
 using test::input_error;
 
@@ -257,5 +256,4 @@ TEST(PupilDistance, AWrongOneIsSeenAsAWrongDepth)
   EXPECT_LT(depth_error_mm(800.0, 66.0, 64.0), 0.0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::eyepoint_fit_test

@@ -11,8 +11,7 @@
 #include "noise.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::eyes_fit_test {
 
 using test::Coverage;
 using test::input_error;
@@ -344,5 +343,4 @@ TEST(EyesFits, MarksThatNoEyesCanHaveMadeEndInAMessage)
   EXPECT_THAT(input_error([&] { fitted(marks); }).found, HasSubstr("iteration limit"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::eyes_fit_test

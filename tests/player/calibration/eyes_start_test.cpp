@@ -4,8 +4,7 @@
 
 #include <random>
 
-namespace vrda {
-namespace {
+namespace vrda::eyes_start_test {
 
 EyePair some_eyes()
 {
@@ -69,5 +68,4 @@ TEST(EyesStart, OfTwoMarksIsNowhere)
   EXPECT_TRUE(eyes_start(std::vector<BullseyeMark>(2), some_eyes()).isApprox(Pose::Identity()));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::eyes_start_test

@@ -10,8 +10,7 @@
 #include "player/tracking/moves.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::fiducial_fit_test {
 
 using test::input_error;
 using test::place_error;
@@ -198,5 +197,4 @@ TEST(MeanPlace, OfTwoIsHalfwayAndOfOneIsRefused)
   EXPECT_EQ(input_error([&] { mean_place({adjusted.data(), 1}, "leg", "marks"); }).field, "leg");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::fiducial_fit_test

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace vrda {
-namespace {
+namespace vrda::least_squares_test {
 
 using Eigen::VectorXd;
 
@@ -152,5 +151,4 @@ TEST(LeastSquares, EveryStatusHasAName)
   EXPECT_STREQ(name_of(LeastSquaresStatus::undetermined), "undetermined");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::least_squares_test

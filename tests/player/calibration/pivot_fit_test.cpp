@@ -10,8 +10,7 @@
 #include "player/tracking/moves.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::pivot_fit_test {
 
 using test::input_error;
 
@@ -156,5 +155,4 @@ TEST(PivotFit, RefusesTurnsAboutOneAxis)
             std::string::npos);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::pivot_fit_test

@@ -7,8 +7,7 @@
 #include "coverage.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::scale_fit_test {
 
 using test::input_error;
 
@@ -75,5 +74,4 @@ TEST(ScaleFit, Refuses)
   EXPECT_EQ(refusal(distances_of(10.0)).field, "landmarks");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::scale_fit_test

@@ -11,8 +11,7 @@
 #include "player/tracking/moves.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::table_fit_test {
 
 using test::input_error;
 using test::place_error;
@@ -177,5 +176,4 @@ TEST(TableFit, RefusesAnEncoderThatCountsOtherwise)
   EXPECT_EQ(fit_table(unknown.x, unknown.z, "marks").stage_scale, 0.0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::table_fit_test

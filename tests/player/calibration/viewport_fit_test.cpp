@@ -9,8 +9,7 @@
 #include "coverage.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::viewport_fit_test {
 
 using test::input_error;
 
@@ -171,5 +170,4 @@ TEST(ViewportFit, RefusesSizesThatAreNone)
   EXPECT_EQ(refusal(marks).field, "left.screen_sd");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::viewport_fit_test

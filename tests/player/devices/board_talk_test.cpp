@@ -7,8 +7,7 @@ extern "C" {
 #include "firmware/crc16.h"
 }
 
-namespace vrda {
-namespace {
+namespace vrda::board_talk_test {
 
 using Bytes = std::vector<std::uint8_t>;
 constexpr std::int64_t ms = 1'000'000;
@@ -158,5 +157,4 @@ TEST(BoardTalk, SetsZeroOnceItIsAnswered)
   EXPECT_EQ(asking.due(1000 * ms).find('Z'), std::string::npos) << "it was not up";
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::board_talk_test

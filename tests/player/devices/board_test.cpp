@@ -16,8 +16,7 @@ extern "C" {
 #include "firmware/crc16.h"
 }
 
-namespace vrda {
-namespace {
+namespace vrda::board_test {
 
 using test::is_link;
 using test::take_until;
@@ -233,5 +232,4 @@ TEST_F(Board, AFileIsNotReplacedByALink)
   EXPECT_THROW(PtyBoard(options((scratch_.path() / "no folder/board").string())), InputError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::board_test

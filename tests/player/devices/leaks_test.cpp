@@ -13,8 +13,7 @@
 #include "devices/tracker_server.hpp"
 #include "player/devices/waiting.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::leaks_test {
 
 using test::is_link;
 using test::take_until;
@@ -158,5 +157,4 @@ TEST(Loopback, NothingListensBeyondThisMachineUnlessTheAddressSaysSo)
   EXPECT_EQ(listeners(everywhere.port()), std::vector<std::string>{"00000000"});
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::leaks_test

@@ -6,8 +6,7 @@
 
 #include "devices/outlet.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::sample_queue_test {
 
 Sample reading(std::int32_t count)
 {
@@ -117,5 +116,4 @@ TEST(RateMeter, IsExactForSteadyReadings)
   EXPECT_EQ(meter.rate_hz(now_ns + 3'000'000'000), 0.0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::sample_queue_test

@@ -9,8 +9,7 @@ extern "C" {
 #include "firmware/board.h"
 }
 
-namespace vrda {
-namespace {
+namespace vrda::serial_frames_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -112,5 +111,4 @@ TEST(SerialFrames, DroppedBytesAndNoiseLeaveTheOtherFrames)
   EXPECT_GT(frames.n_noises(), static_cast<std::uint64_t>(n_spoilt) * 2 / 5);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::serial_frames_test

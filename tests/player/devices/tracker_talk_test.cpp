@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda {
-namespace {
+namespace vrda::tracker_talk_test {
 
 constexpr std::int64_t ms = 1'000'000;
 
@@ -148,5 +147,4 @@ TEST(TrackerTalk, AClockSetBackIsStaleUntilItIsBelieved)
   EXPECT_EQ(told(talk.hear(femur(100), 9)), "0 seen");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::tracker_talk_test

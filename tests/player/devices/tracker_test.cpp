@@ -9,8 +9,7 @@
 #include "devices/tracker_server.hpp"
 #include "player/devices/waiting.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::tracker_test {
 
 using test::is_link;
 using test::is_place;
@@ -300,5 +299,4 @@ TEST(TrackerServer, RefusesAddressesAndPortsItCannotListenOn)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::tracker_test

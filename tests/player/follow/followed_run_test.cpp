@@ -6,10 +6,10 @@
 #include <filesystem>
 #include <thread>
 
+#include "app/scenes.hpp"
 #include "assemble/assemble.hpp"
 #include "assemble/case_solver.hpp"
 #include "assemble/prepare.hpp"
-#include "app/scenes.hpp"
 #include "follow/run_watch.hpp"
 #include "journal/journal.hpp"
 #include "journal/run_files.hpp"
@@ -17,8 +17,7 @@
 #include "store/motion_model_file.hpp"
 #include "store/solved_cells.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::followed_run_test {
 
 namespace fs = std::filesystem;
 
@@ -159,5 +158,4 @@ TEST(FollowedRun, ShardsThatAreMergedAreFollowedToTheirResult)
   EXPECT_EQ(watch.phase(), RunPhase::finished);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::followed_run_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda {
-namespace {
+namespace vrda::job_views_test {
 
 TEST(JobViews, AreThoseOfTheJob)
 {
@@ -41,5 +40,4 @@ TEST(JobViews, WhatIsNotOfTheFormStaysAtItsDefault)
   EXPECT_EQ(job.views[0].orientation_deg, Eigen::Vector3d::Zero());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::job_views_test

@@ -6,8 +6,7 @@
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::run_screen_test {
 
 MotionModel model()
 {
@@ -168,5 +167,4 @@ TEST_F(Screen, AnotherSizeAndAnotherRunAreLoadedAgain)
   EXPECT_GT(count(image, {160, 0, 160, 240}, colour_of(StepStatus::stable)), 1000);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::run_screen_test

@@ -5,8 +5,7 @@
 
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::run_state_test {
 
 using testing::ElementsAre;
 
@@ -90,5 +89,4 @@ TEST(RunState, AFinishedRunShowsTheResult)
   EXPECT_FALSE(state.panel().current);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::run_state_test

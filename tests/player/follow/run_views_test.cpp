@@ -5,8 +5,7 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::run_views_test {
 
 /// Rounding of a handful of products.
 constexpr double rounding = 1e-12;
@@ -83,5 +82,4 @@ TEST(RunViews, ZoomMakesThePictureLarger)
   EXPECT_NEAR(near.half_height_tangent, 0.5 * plain.half_height_tangent, rounding);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::run_views_test

@@ -16,8 +16,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::run_watch_test {
 
 namespace fs = std::filesystem;
 using test::input_error;
@@ -350,5 +349,4 @@ TEST_F(Watch, RefusesWhatIsNoStartFile)
   EXPECT_THAT(input_error([&] { RunWatch watch(start_); }).wanted, HasSubstr("every attitude pending"));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::run_watch_test

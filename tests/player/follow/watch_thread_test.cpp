@@ -11,8 +11,7 @@
 #include "store/motion_model_file.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::watch_thread_test {
 
 constexpr std::chrono::milliseconds pause{1};
 
@@ -95,5 +94,4 @@ TEST_F(ThreadedWatch, WhatEndsTheThreadIsThrownToWhomAsks)
   EXPECT_THROW(taken_until(thread, [](const WatchArrivals&) { return false; }), InputError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::watch_thread_test

@@ -6,8 +6,7 @@
 #include "gui/gui.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::gui_picture_test {
 
 constexpr int width = 800, height = 600;
 
@@ -83,5 +82,4 @@ TEST(GuiPicture, WithoutPanelAndNumbersThereIsOnlyTheScene)
   EXPECT_EQ(n_bright(drawn.picture(state), {0, 0, width, height}, 254), width * height);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::gui_picture_test

@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace vrda {
-namespace {
+namespace vrda::gui_test {
 
 constexpr double frame_s = 1.0 / 60.0;
 
@@ -324,5 +323,4 @@ TEST(Gui, TwoInterfacesDoNotDisturbEachOther)
   EXPECT_GT(one.gui_.overlay().vertices.size(), other.gui_.overlay().vertices.size());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::gui_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda {
-namespace {
+namespace vrda::dials_test {
 
 Task task_of(TaskKind kind, std::size_t n_dials)
 {
@@ -80,5 +79,4 @@ TEST(GuideDials, ATurnOfThePotentiometerIsTwoHundredSteps)
   EXPECT_EQ(dials.values()[0], 10.25);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::dials_test

@@ -10,8 +10,7 @@
 #include "guide/tasks.hpp"
 #include "trial.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::drawing_test {
 
 using test::Trial;
 
@@ -222,5 +221,4 @@ TEST(GuideDrawing, TheTestObjectStandsAtTheImagesDistanceForBothEyes)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::drawing_test

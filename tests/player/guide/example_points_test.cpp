@@ -8,8 +8,7 @@
 #include "setup/bench_file.hpp"
 #include "shapes/knee.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::example_points_test {
 
 /// Facets of 5 mm on what is rounded by 9.5 mm lie up to 5^2 / (8 * 9.5) mm inside; fields are distances but
 /// for their slopes, which differ from 1 by a tenth there.
@@ -58,5 +57,4 @@ TEST(ExampleBench, ItsDistancesAreThoseOfItsPoints)
     EXPECT_NEAR(settings.landmarks[k].model_mm, wanted[k], rounded_mm) << settings.landmarks[k].name;
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::example_points_test

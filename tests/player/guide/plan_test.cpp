@@ -11,8 +11,7 @@
 #include "support/input_error.hpp"
 #include "trial.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::plan_test {
 
 using test::all_done;
 using test::anew;
@@ -199,5 +198,4 @@ TEST(GuidePlan, ABenchFileWithoutWhatIsWantedIsNamedByKey)
   EXPECT_EQ(wanted(none, "viewport").field, "calibration");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::plan_test

@@ -4,8 +4,7 @@
 
 #include "../setup/bench_texts.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::sample_taker_test {
 
 /// Of numbers kept to ten nanometres.
 constexpr double kept_mm = 1e-5;
@@ -121,5 +120,4 @@ TEST(SampleTaker, ABullseyeHasTheMarkersPositionAndTheHeadsPlaceWhereItIsTracked
   EXPECT_EQ(taker.rows()[0].size(), 10u);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::sample_taker_test

@@ -9,8 +9,7 @@
 #include "support/input_error.hpp"
 #include "trial.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::session_test {
 
 using test::all_done;
 using test::anew;
@@ -324,5 +323,4 @@ TEST(GuideSession, ASubjectOfAnotherShapeAsksForANewRun)
   EXPECT_NEAR(trial.session->calibration().subject_scale, trial.truth.calibration.subject_scale, 0.05);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::session_test

@@ -10,8 +10,7 @@
 #include "support/input_error.hpp"
 #include "trial.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::tasks_test {
 
 std::vector<BenchFile> benches()
 {
@@ -159,5 +158,4 @@ TEST(GuideParts, AStepThatIsNoneIsNamed)
   EXPECT_EQ(refused("subject", without).field, "calibration.landmarks");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::tasks_test

@@ -6,8 +6,7 @@
 #include "support/input_error.hpp"
 #include "trial.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::whole_procedure_test {
 
 using test::Trial;
 
@@ -107,5 +106,4 @@ TEST_P(WholeProcedure, SolvingAgainGivesTheSameWhateverWasChangedByHand)
 INSTANTIATE_TEST_SUITE_P(Benches, WholeProcedure, testing::ValuesIn(procedures()),
                          [](const auto& row) { return row.param.name; });
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::whole_procedure_test

@@ -10,8 +10,7 @@
 #include "igtl/message.hpp"
 #include "igtl/stream.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::message_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -249,5 +248,4 @@ TEST(IgtlMessage, ReadsStatusAndRequests)
   EXPECT_EQ(read(packed(stop, "Tracker")).at(0).kind, IgtlKind::stop_tdata);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::message_test

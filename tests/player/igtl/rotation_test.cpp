@@ -4,8 +4,7 @@
 
 #include <limits>
 
-namespace vrda {
-namespace {
+namespace vrda::rotation_test {
 
 // Dyadic cosine and sine would not be a rotation; 3-4-5 is one to rounding.
 Eigen::Matrix3d rotation()
@@ -68,5 +67,4 @@ TEST(UnitQuaternion, IsMadeOfUnitLengthOrRefused)
   EXPECT_FALSE(unit_quaternion({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.6, 0.0}));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::rotation_test

@@ -7,8 +7,7 @@
 
 #include "igtl/content.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::stream_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -276,5 +275,4 @@ TEST(IgtlStream, GarbageBreaksItOrWaits)
   EXPECT_EQ(n_broken, 1000);  // a version of 1 or 2 comes by chance once in 32,768
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::stream_test

@@ -11,8 +11,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::recording_test {
 
 constexpr FrameFormat format{"VRDABREC", 1, 1U << 24, "picture"};
 
@@ -198,5 +197,4 @@ TEST(Recording, WhatWasAddedIsThereWithoutAnEnd)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::recording_test

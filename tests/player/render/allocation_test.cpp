@@ -3,8 +3,7 @@
 #include "pictures.hpp"
 #include "support/allocation_count.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::allocation_test {
 
 class RendererAllocation : public testing::TestWithParam<int> {};  // samples: translucent parts differ
 
@@ -38,5 +37,4 @@ TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
 
 INSTANTIATE_TEST_SUITE_P(OneAndMoreSamples, RendererAllocation, testing::Values(1, 4));
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::allocation_test

@@ -7,8 +7,7 @@
 #include "pictures.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::detail_test {
 
 DrawMesh mesh_of(const Mesh& mesh)
 {
@@ -89,5 +88,4 @@ TEST(Closed, OneTriangleLessOrTurnedInsideOutIsOpen)
   EXPECT_FALSE(is_closed(mesh));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::detail_test

@@ -8,8 +8,7 @@
 #include "pictures.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::modes_test {
 
 using test::at;
 using test::code_tolerance;
@@ -241,5 +240,4 @@ TEST(Resize, DrawsAsIfMadeSo)
   EXPECT_EQ(renderer->draw(scene, camera).rgba, test::drawn(scene, camera).rgba);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::modes_test

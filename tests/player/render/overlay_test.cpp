@@ -6,8 +6,7 @@
 #include "core/error.hpp"
 #include "pictures.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::overlay_test {
 
 using test::at;
 using test::Codes;
@@ -128,5 +127,4 @@ TEST(Overlay, AFontComesFirst)
   EXPECT_THROW(renderer->load(OverlayFont{2, 2, {1, 2, 3}}), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::overlay_test

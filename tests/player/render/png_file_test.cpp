@@ -8,8 +8,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::png_file_test {
 
 /// Odd sizes, so that a wrong stride shows; every byte differs from its neighbours.
 Image pattern()
@@ -113,5 +112,4 @@ TEST(PngFile, ATextureThatIsNoPictureIsRefused)
   EXPECT_EQ(refused(whole).found, "4097 x 1 pixels");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::png_file_test

@@ -9,8 +9,7 @@
 #include "pictures.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::renderer_test {
 
 using namespace test;
 
@@ -198,5 +197,4 @@ TEST(Renderer, AnImpossibleSizeIsNamed)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::renderer_test

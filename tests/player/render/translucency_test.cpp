@@ -8,8 +8,7 @@
 #include "pictures.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::translucency_test {
 
 constexpr int width = 320, height = 240;
 constexpr double distance_mm = 200.0;
@@ -195,5 +194,4 @@ TEST(Translucency, WallsOfOneDrawableCountOnceEachInTheirPlace)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::translucency_test

@@ -14,8 +14,7 @@
 #include "screen.hpp"
 #include "support/process.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::window_test {
 
 constexpr int width = 640, height = 480;
 
@@ -261,5 +260,4 @@ TEST(Window, WithoutAScreenThatIsSaid)
   unsetenv("DISPLAY");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::window_test

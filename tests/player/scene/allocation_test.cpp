@@ -3,8 +3,7 @@
 #include "player/scene/layer_models.hpp"
 #include "support/allocation_count.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::allocation_test {
 
 TEST(LayersAllocation, AFrameOfEveryLayerAllocatesNothing)
 {
@@ -27,5 +26,4 @@ TEST(LayersAllocation, AFrameOfEveryLayerAllocatesNothing)
   EXPECT_GE(test::allocations_of_program() - before, 1);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::allocation_test

@@ -5,8 +5,7 @@
 #include "core/error.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::camera_test {
 
 constexpr double rounding = 1e-10;  // of picture coordinates of order one
 
@@ -141,5 +140,4 @@ TEST(Camera, TheDepthRangeStaysSaneWithThingsBehindTheCamera)
   EXPECT_GT(inside.far_mm, inside.near_mm);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::camera_test

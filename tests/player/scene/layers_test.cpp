@@ -8,8 +8,7 @@
 #include "scene/ligament_layer.hpp"
 #include "scene/solids.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::layers_test {
 
 using test::drawable_of;
 using test::layered_model;
@@ -341,5 +340,4 @@ TEST(LayerSet, NamesAndLayersGoTogether)
   EXPECT_THROW(name_of(Layer::bodies), InternalError);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::layers_test

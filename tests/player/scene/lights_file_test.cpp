@@ -5,8 +5,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::lights_file_test {
 
 const std::string hemisphere = "[hemisphere]\nsky = [0.2, 0.2, 0.2]\nground = [0.1, 0.1, 0.1]\n";
 
@@ -80,5 +79,4 @@ TEST(LightsFile, AFileThatIsNotThereOrEndlessIsRefused)
   EXPECT_EQ(test::input_error([&] { read_lights(huge); }).found, "more than 8000000 bytes");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::lights_file_test

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda {
-namespace {
+namespace vrda::palette_test {
 
 Legend legend()
 {
@@ -63,5 +62,4 @@ TEST(Palette, EncodingAndDecodingAreARoundTrip)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::palette_test

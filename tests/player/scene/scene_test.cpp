@@ -5,8 +5,7 @@
 #include "core/error.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::scene_test {
 
 constexpr double rounding = 1e-11;        // mm, products of poses with coordinates of hundreds
 constexpr double single_rounding = 1e-5;  // mm, single precision at tens of mm
@@ -127,5 +126,4 @@ TEST(Scene, EveryBackdropHasColoursAndBlackIsBlack)
   EXPECT_LE(studio_lighting().lights.size(), most_lights);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::scene_test

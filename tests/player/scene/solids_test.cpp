@@ -8,8 +8,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::solids_test {
 
 constexpr double single_rounding_mm = 1e-4;  // single precision at 100 mm, summed
 
@@ -153,5 +152,4 @@ TEST(Solids, SeveralOfAKindStandOneAfterTheOther)
     EXPECT_EQ(mesh.triangles[t] / ball_size().n_vertices, t / ball_size().n_indices);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::solids_test

@@ -7,8 +7,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::settings_table_test {
 
 constexpr NumberRange range{-1.5, 10.0};
 const std::vector<std::string> words{"red", "green"};
@@ -179,5 +178,4 @@ TEST(SettingsTable, FilesThatAreNoneAreRefused)
   EXPECT_EQ(SettingsTable::read(scratch.write("a.toml", "v = 1").string(), "x").number("v", range), 1.0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::settings_table_test

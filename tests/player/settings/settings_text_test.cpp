@@ -9,8 +9,7 @@
 
 #include "settings/settings_table.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::settings_text_test {
 
 constexpr NumberRange all{-std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
 
@@ -49,5 +48,4 @@ TEST(SettingsText, QuotedWordsReadBack)
   EXPECT_EQ(vrda::quoted_text("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::settings_text_test

@@ -7,8 +7,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::bench_file_test {
 
 using test::bench_head, test::display_table, test::tracker_table, test::two_bodies, test::board_table;
 
@@ -276,5 +275,4 @@ TEST(BenchFile, AnOcclusionOfAToolThatIsNoneIsRefused)
   EXPECT_NE((facts.field + facts.found).find("patella"), std::string::npos);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::bench_file_test

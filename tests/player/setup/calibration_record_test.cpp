@@ -7,8 +7,7 @@
 #include "setup/calibration.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::calibration_record_test {
 
 /// With `named` first.
 Estimate random_estimate(std::mt19937_64& random, const std::vector<std::string>& named, Eigen::Index n_more)
@@ -186,5 +185,4 @@ TEST(CalibrationRecord, WhatIsDamagedIsNamed)
   EXPECT_EQ(read.records.at(CalibrationPart::ipd).estimate->values[0], 64.0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::calibration_record_test

@@ -6,8 +6,7 @@
 #include "setup/bench_file.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::calibration_settings_test {
 
 BenchFile bench_with(const std::string& lines)
 {
@@ -130,5 +129,4 @@ TEST(CalibrationSettings, WhatIsWrongIsNamed)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::calibration_settings_test

@@ -11,8 +11,7 @@
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::calibration_test {
 
 /// Of a turn in degrees and back, and of a pose of some metres.
 constexpr double rounding = 1e-12;
@@ -225,5 +224,4 @@ TEST(Calibration, WhatIsWrongIsNamed)
   EXPECT_EQ(folding.field, "left.distortion");
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::calibration_test

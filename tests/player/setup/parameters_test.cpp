@@ -7,8 +7,7 @@
 
 #include "bench_texts.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::parameters_test {
 
 /// Of a turn in degrees and back.
 constexpr double rounding = 1e-10;
@@ -107,5 +106,4 @@ TEST(Parameters, TheDistanceBetweenTheEyesKeepsTheirMiddle)
   EXPECT_EQ(values.calibration.eyes.right.position_head_mm.x(), 32.0);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::parameters_test

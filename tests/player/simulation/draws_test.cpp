@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda {
-namespace {
+namespace vrda::draws_test {
 
 TEST(Draws, DependOnWhatTheyAreForAlone)
 {
@@ -42,5 +41,4 @@ TEST(Draws, HaveTheirMeanVarianceAndRange)
   EXPECT_NEAR(uniform_sum / n, 0.5, 5.0 / std::sqrt(12.0 * n));
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::draws_test

@@ -4,8 +4,7 @@
 
 #include <algorithm>
 
-namespace vrda {
-namespace {
+namespace vrda::key_path_test {
 
 constexpr double rounding = 1e-12;
 
@@ -57,5 +56,4 @@ TEST(KeyPath, NeverLeavesTheRangeBetweenTwoKeysAndHasNoCorner)
   EXPECT_GT(n_inside, 7900);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::key_path_test

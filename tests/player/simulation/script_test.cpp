@@ -8,8 +8,7 @@
 #include "simulation/simulation.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::script_test {
 
 TEST(Script, TheDefaultIsUsable)
 {
@@ -83,5 +82,4 @@ TEST(Script, EveryFieldThatMakesNoSenseIsNamed)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::script_test

@@ -14,8 +14,7 @@ extern "C" {
 #include "firmware/quadrature.h"
 }
 
-namespace vrda {
-namespace {
+namespace vrda::simulation_test {
 
 constexpr double rounding_mm = 1e-9;
 constexpr double rounding_rad = 1e-12;
@@ -298,5 +297,4 @@ TEST(Simulation, ThePotentiometerIsNoisyWithinItsRange)
   EXPECT_GT(n_high, 150);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::simulation_test

@@ -7,8 +7,7 @@
 #include "tracking/one_euro.hpp"
 #include "tracking/prediction.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::tracked_leg_test {
 
 const SolverFrame right_leg{Side::right, Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitY()};
 
@@ -162,5 +161,4 @@ TEST(TrackedLeg, TheFilterLagsByItsDelayAndTakesNoiseAway)
   EXPECT_LT(filtered_sq, 0.5 * raw_sq);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::tracked_leg_test

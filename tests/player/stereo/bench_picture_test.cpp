@@ -10,8 +10,7 @@
 #include "stereo/stereo_view.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::bench_picture_test {
 
 using namespace test;
 
@@ -184,5 +183,4 @@ TEST(BenchPicture, SwappingTheEyesAndMovingTheStageMovesPointsByTheComputedAmoun
   EXPECT_NEAR(swapped.x() - there.x(), -880.0 * 64.0 / 800.0, promised_px);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::bench_picture_test

@@ -10,8 +10,7 @@
 #include "stereo/layout.hpp"
 #include "stereo/warp_mesh.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::stereo_test {
 
 using namespace test;
 
@@ -263,5 +262,4 @@ TEST(Layout, NoWindowOverlapsTheOtherOrLeavesTheFrameBuffer)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::stereo_test

@@ -9,8 +9,7 @@
 #include "moves.hpp"
 #include "support/allocation_count.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::body_pose_test {
 
 using test::distance_mm;
 using test::leg_body;
@@ -330,5 +329,4 @@ TEST(FitFired, WithoutARecentPoseItIsThePlainFit)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::body_pose_test

@@ -6,8 +6,7 @@
 #include "support/input_error.hpp"
 #include "tracking/body_pose.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::build_body_test {
 
 using test::input_error;
 using test::leg_body;
@@ -187,5 +186,4 @@ TEST(BuildBody, AnIterationThatIsCutShortSaysSo)
   EXPECT_EQ(build_body(frames, "body", options).status, BuildStatus::iteration_limit);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::build_body_test

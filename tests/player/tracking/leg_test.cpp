@@ -6,8 +6,7 @@
 #include "core/units.hpp"
 #include "moves.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::leg_test {
 
 constexpr double rounding_rad = 1e-14;
 
@@ -79,5 +78,4 @@ TEST(LegAngles, DoNotDependOnWhereTheTrackerStandsNorHowTheBodiesSit)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::leg_test

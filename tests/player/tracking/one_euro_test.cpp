@@ -5,8 +5,7 @@
 #include "core/units.hpp"
 #include "moves.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::one_euro_test {
 
 TEST(OneEuro, LagsARampByTheStatedDelayAtAnyRate)
 {
@@ -125,5 +124,4 @@ TEST(OneEuroPlace, TimesThatDoNotAscend)
   EXPECT_EQ(filter.filtered(first, 9.0).matrix(), first.matrix());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::one_euro_test

@@ -6,8 +6,7 @@
 #include "moves.hpp"
 #include "support/allocation_count.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::prediction_test {
 
 TEST(PlacePredictor, ConstantTwistIsPredictedExactly)
 {
@@ -166,5 +165,4 @@ TEST(PredictionError, OfASwingIsThatOfItsAcceleration)
   EXPECT_NEAR(error.predicted.rms / (a_mm * w * w * h * (h + T) / 2.0 / std::sqrt(2.0)), 1.0, 0.13);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::prediction_test

@@ -6,8 +6,7 @@
 #include "core/units.hpp"
 #include "moves.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::screw_test {
 
 /// A dozen operations on numbers of 1000 mm.
 constexpr double rounding_mm = 5e-12;
@@ -63,5 +62,4 @@ TEST(Screw, MidwayIsTheHelicalAxisOfCore)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::screw_test

@@ -7,8 +7,7 @@
 
 #include "core/units.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::gap_reading_test {
 
 constexpr double rounding_mm = 1e-12;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -109,5 +108,4 @@ TEST(GapReading, WhatTheFileDoesNotSayIsNotSaid)
   EXPECT_EQ(GapReader(other, "raw").at(at_deg(5, 0)).source, GapSource::none);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::gap_reading_test

@@ -7,8 +7,7 @@
 #include "core/trig.hpp"
 #include "motion/support/models.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::gaze_test {
 
 constexpr double rounding_mm = 1e-9;  // of places some 1000 mm away
 constexpr double rounding_px = 1e-8;
@@ -188,5 +187,4 @@ TEST(Gaze, WhatIsHiddenBehindTheCameraOrALayerIsNotUnderThePointer)
   EXPECT_FALSE(point_under(layer, gaze.camera, viewport, {440, 320}).has_value());
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::gaze_test

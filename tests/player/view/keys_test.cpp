@@ -5,8 +5,7 @@
 
 #include <set>
 
-namespace vrda {
-namespace {
+namespace vrda::keys_test {
 
 TEST(Keys, DoWhatTheIssueSays)
 {
@@ -68,5 +67,4 @@ TEST(Keys, TheHelpIsWhole)
   EXPECT_EQ(mouse_help().size(), 5u);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::keys_test

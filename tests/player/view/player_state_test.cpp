@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace vrda {
-namespace {
+namespace vrda::player_state_test {
 
 PlayerState sample_state()
 {
@@ -121,5 +120,4 @@ TEST(PlayerState, KeysOfViewsNameThem)
   EXPECT_EQ(view_of(Action::quit), std::nullopt);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::player_state_test

@@ -4,8 +4,7 @@
 
 #include <random>
 
-namespace vrda {
-namespace {
+namespace vrda::timeline_test {
 
 constexpr double rounding_rad = 1e-9;
 
@@ -108,5 +107,4 @@ TEST(Timeline, SpeedsClimbAndFallThroughTheSameStepsWithinLimits)
   EXPECT_EQ(timeline.speed_rad_s, slowest_rad_s);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::timeline_test

@@ -5,8 +5,7 @@
 #include "virtual_bench/operator.hpp"
 #include "virtual_bench/statistics.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::alignment_test {
 
 /// Newton's method and the secant end within it.
 constexpr double solved_px = 1e-7;
@@ -183,5 +182,4 @@ TEST(TargetErrors, OfTheTruthAreNoneAndOfAShiftItsLength)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::alignment_test

@@ -9,8 +9,7 @@
 
 #include "core/error.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::statistics_test {
 
 BenchFile bench_of(HeadKind head)
 {
@@ -156,5 +155,4 @@ TEST(VirtualStatistics, AreTheSameForAnyNumberOfThreads)
   for (std::size_t k = 0; k < one.after.size(); ++k) EXPECT_EQ(one.after[k].mm, three.after[k].mm);
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::statistics_test

@@ -8,8 +8,7 @@
 #include "tracking/screw.hpp"
 #include "virtual_bench/standing.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::truth_test {
 
 BenchFile bench_of(HeadKind head)
 {
@@ -126,5 +125,4 @@ TEST(Standing, TouchedPointsAreThoseOfTheScaledModel)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::truth_test

@@ -12,8 +12,7 @@
 #include "support/input_error.hpp"
 #include "virtual_bench/statistics.hpp"
 
-namespace vrda {
-namespace {
+namespace vrda::virtual_operator_test {
 
 constexpr VirtualNoise no_noise{0, 0, 0, 0, 0, 0, 0};
 
@@ -208,5 +207,4 @@ TEST(RealThings, TheLegIsWhereAModelIsSeenThatIsPlacedRightly)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::virtual_operator_test

@@ -6,8 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace vrda {
-namespace {
+namespace vrda::response_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -136,5 +135,4 @@ TEST(WebResponse, EveryHeadIsWhole)
   }
 }
 
-}  // namespace
-}  // namespace vrda
+}  // namespace vrda::response_test
