@@ -122,14 +122,14 @@ std::vector<std::string> set_names(const MotionModel& model)
   for (const SmoothedSet& set : model.smoothed) sets.push_back(&set);
   std::sort(sets.begin(), sets.end(),
             [](const SmoothedSet* a, const SmoothedSet* b) { return a->degree > b->degree; });
-  std::vector<std::string> names;
+  std::vector<std::string> listed;
   for (const SmoothedSet* set : sets) {
-    if (set->recontact_mm) names.push_back(name_of(*set) + recontacted);
-    names.push_back(name_of(*set));
+    if (set->recontact_mm) listed.push_back(name_of(*set) + recontacted);
+    listed.push_back(name_of(*set));
   }
-  names.emplace_back("raw");
-  if (has_pose(model.zero_varus)) names.emplace_back("zero_varus");
-  return names;
+  listed.emplace_back("raw");
+  if (has_pose(model.zero_varus)) listed.emplace_back("zero_varus");
+  return listed;
 }
 
 Motion::Motion(const MotionModel& model)

@@ -7,7 +7,7 @@
 namespace vrda {
 namespace {
 
-constexpr std::int64_t step_ns = 1'000'000'000;
+constexpr std::int64_t clock_step_ns = 1'000'000'000;
 constexpr std::int64_t drift_divisor = 10'000;  // 0.1 ms a second
 
 }  // namespace
@@ -20,7 +20,7 @@ double ClockMap::time_s(std::int64_t device_ns, std::int64_t arrival_ns)
   }
   const std::int64_t offset_ns = arrival_ns - device_ns;
   const bool is_back = has_offset_ && device_ns < device_ns_;
-  const bool is_far_ahead = has_offset_ && offset_ns < offset_ns_ - step_ns;
+  const bool is_far_ahead = has_offset_ && offset_ns < offset_ns_ - clock_step_ns;
   if (!has_offset_ || is_back || is_far_ahead) {
     offset_ns_ = offset_ns;
     has_offset_ = true;

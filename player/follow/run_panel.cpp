@@ -10,7 +10,7 @@ namespace vrda {
 namespace {
 
 constexpr VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{150, 157, 166, 255},
-    frame{255, 255, 255, 255};
+    frame_colour{255, 255, 255, 255};
 constexpr float margin_px = 12.0F;
 constexpr float largest_cell_px = 48.0F;
 constexpr float ruled_from_px = 5.0F;  // smaller cells have no gaps between them
@@ -113,10 +113,10 @@ class PanelDrawing {
     constexpr float line_px = 2.0F;
     const OverlayBox out{box.left_px - line_px, box.top_px - line_px, box.right_px + line_px,
                          box.bottom_px + line_px};
-    text_.add_area(overlay_, {out.left_px, out.top_px, out.right_px, box.top_px}, frame);
-    text_.add_area(overlay_, {out.left_px, box.bottom_px, out.right_px, out.bottom_px}, frame);
-    text_.add_area(overlay_, {out.left_px, box.top_px, box.left_px, box.bottom_px}, frame);
-    text_.add_area(overlay_, {box.right_px, box.top_px, out.right_px, box.bottom_px}, frame);
+    text_.add_area(overlay_, {out.left_px, out.top_px, out.right_px, box.top_px}, frame_colour);
+    text_.add_area(overlay_, {out.left_px, box.bottom_px, out.right_px, out.bottom_px}, frame_colour);
+    text_.add_area(overlay_, {out.left_px, box.top_px, box.left_px, box.bottom_px}, frame_colour);
+    text_.add_area(overlay_, {box.right_px, box.top_px, out.right_px, box.bottom_px}, frame_colour);
   }
 
   void label_flexion(const MapPlace& place)

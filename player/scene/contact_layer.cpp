@@ -13,7 +13,7 @@ namespace vrda {
 namespace {
 
 // Of a knee, mm: seen between condyle and plateau without hiding either.
-constexpr double ball_radius_mm = 1.3, shaft_radius_mm = 0.55;
+constexpr double ball_radius_mm = 1.3, normal_radius_mm = 0.55;
 constexpr double plain_arrow_mm = 9.0, longest_arrow_mm = 26.0, shortest_arrow_mm = 3.0;
 constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
 
@@ -141,7 +141,7 @@ void ContactLayer::update_arrows(Drawable& drawable)
   for (std::size_t row = arrows_.start[arrows_.cell]; row < arrows_.start[arrows_.cell + 1]; ++row) {
     const std::size_t vertex = (row - arrows_.start[arrows_.cell]) * arrow_size().n_vertices;
     set_arrow(drawable.mesh, vertex, arrows_.tip_mm[row] - arrows_.arrow_mm[row], arrows_.tip_mm[row],
-              scale_ * shaft_radius_mm);
+              scale_ * normal_radius_mm);
   }
 }
 

@@ -162,14 +162,14 @@ void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& 
   const double head_radius_mm =
       std::min(head_by_shaft * radius_mm, most_of_arrow * length_mm / head_slimness);
   const double shaft_radius_mm = head_radius_mm / head_by_shaft;
-  const Eigen::Vector3d neck_mm = to_mm - head_slimness * head_radius_mm * frame.along;
+  const Eigen::Vector3d arrow_neck_mm = to_mm - head_slimness * head_radius_mm * frame.along;
   std::size_t vertex = set_end(mesh, first_vertex, frame, {from_mm, shaft_radius_mm, 0.0, -1.0});
   vertex = set_ring(mesh, vertex, frame, {from_mm, shaft_radius_mm});
-  vertex = set_ring(mesh, vertex, frame, {neck_mm, shaft_radius_mm});
-  vertex = set_end(mesh, vertex, frame, {neck_mm, head_radius_mm, 0.0, -1.0});
+  vertex = set_ring(mesh, vertex, frame, {arrow_neck_mm, shaft_radius_mm});
+  vertex = set_end(mesh, vertex, frame, {arrow_neck_mm, head_radius_mm, 0.0, -1.0});
   // A cone's normal: across its slope, which falls by the radius over head_slimness radii.
   constexpr double outward = 0.933, forward = 0.359;
-  vertex = set_ring(mesh, vertex, frame, {neck_mm, head_radius_mm, outward, forward});
+  vertex = set_ring(mesh, vertex, frame, {arrow_neck_mm, head_radius_mm, outward, forward});
   set_ring(mesh, vertex, frame, {to_mm, 0.0, outward, forward});
 }
 

@@ -44,18 +44,31 @@ function(add_room name)
   endif()
 endfunction()
 
-# add_room_test(contact SOURCES a_test.cpp USES pipeline::contact): one test program a room. TIMEOUT in seconds is for
-# a test that may take longer than ten minutes under the sanitizers on a busy machine.
+# add_room_test(contact SOURCES a_test.cpp USES pipeline::contact): one test program a room, run as one process, or as
+# SHARDS of them side by side where its tests take long. TIMEOUT in seconds is for a test that may take longer than ten
+# minutes under the sanitizers on a busy machine. A higher COST (roughly its seconds) starts earlier.
 function(add_room_test name)
-  cmake_parse_arguments(TEST "" "TIMEOUT" "SOURCES;USES" ${ARGN})
+  cmake_parse_arguments(TEST "" "TIMEOUT;SHARDS;COST" "SOURCES;USES" ${ARGN})
   if(NOT TEST_TIMEOUT)
     set(TEST_TIMEOUT 600)
+  endif()
+  if(NOT TEST_SHARDS)
+    set(TEST_SHARDS 1)
+  endif()
+  if(NOT TEST_COST)
+    set(TEST_COST 1)
   endif()
   set(target test_${name})
   add_executable(${target} ${TEST_SOURCES})
   target_link_libraries(${target} PRIVATE ${TEST_USES} test_support GTest::gmock GTest::gtest_main vrda_flags)
   target_precompile_headers(${target} REUSE_FROM test_precompiled)
-  gtest_discover_tests(${target} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT ${TEST_TIMEOUT})
+  foreach(shard RANGE 1 ${TEST_SHARDS})
+    # scripts/count_tests replaces each by the tests of its file.
+    set(test room.${name}.${shard})
+    add_test(NAME ${test} COMMAND ${SYSTEM_PYTHON} ${CMAKE_SOURCE_DIR}/scripts/run_room $<TARGET_FILE:${target}> ${name}
+      ${CMAKE_BINARY_DIR}/rooms/${test}.xml --timeout ${TEST_TIMEOUT} --shard ${shard}/${TEST_SHARDS})
+    set_tests_properties(${test} PROPERTIES TIMEOUT 5400 COST ${TEST_COST})
+  endforeach()
 endfunction()
 
 # add_program(vrda SOURCES main.cpp USES pipeline::app CLI11::CLI11): a program, and its manual page beside it. SMALL as of a room.

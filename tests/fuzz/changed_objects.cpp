@@ -15,10 +15,10 @@ extern "C" std::uint32_t H5_checksum_metadata(const void* data, std::size_t size
 namespace vrda::test {
 namespace {
 
-constexpr std::size_t change_bytes = 8;
+constexpr std::size_t object_change_bytes = 8;
 
 /// What a change of a recipe names.
-struct Change {
+struct ObjectChange {
   std::uint8_t kind = 0;
   std::string object, other;
   std::uint8_t a = 0, b = 0, c = 0;
@@ -63,7 +63,7 @@ hid_t type_number(std::uint8_t number)
 }
 
 /// Chunks, filters, fill values and files elsewhere.
-H5Handle creation_of(const Change& change, const std::vector<hsize_t>& shape)
+H5Handle creation_of(const ObjectChange& change, const std::vector<hsize_t>& shape)
 {
   H5Handle creation(H5Pcreate(H5P_DATASET_CREATE));
   const hid_t id = creation.id();
@@ -83,7 +83,7 @@ H5Handle creation_of(const Change& change, const std::vector<hsize_t>& shape)
 }
 
 /// Another dataset in the place of the object. Nothing is written to most; some are as large as numbers go.
-void put_dataset(H5Id file, const Change& change)
+void put_dataset(H5Id file, const ObjectChange& change)
 {
   cut(file, change.object);
   std::vector<hsize_t> shape(change.a % 5);
@@ -96,7 +96,7 @@ void put_dataset(H5Id file, const Change& change)
 }
 
 /// A dataset of the same shape and another type, with values.
-void put_type(H5Id file, const Change& change)
+void put_type(H5Id file, const ObjectChange& change)
 {
   const H5Handle old(H5Dopen2(file, change.object.c_str(), H5P_DEFAULT));
   const H5Handle space(H5Dget_space(old.id()));
@@ -106,7 +106,7 @@ void put_type(H5Id file, const Change& change)
 }
 
 /// Every value, or a single one: in files with compressed values no flip of bits gets there.
-void put_value(H5Id file, const Change& change)
+void put_value(H5Id file, const ObjectChange& change)
 {
   const H5Handle dataset(H5Dopen2(file, change.object.c_str(), H5P_DEFAULT));
   const H5Handle space(H5Dget_space(dataset.id()));
@@ -123,7 +123,7 @@ void put_value(H5Id file, const Change& change)
   H5Dwrite(dataset.id(), H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
 }
 
-void put_attribute(H5Id file, const Change& change)
+void put_attribute(H5Id file, const ObjectChange& change)
 {
   const H5Handle object(H5Oopen(file, change.object.c_str(), H5P_DEFAULT));
   char name[256] = {};
@@ -144,7 +144,7 @@ void put_attribute(H5Id file, const Change& change)
   if (H5Tget_class(type.id()) != H5T_STRING) H5Awrite(attribute.id(), H5T_NATIVE_DOUBLE, values.data());
 }
 
-void apply(H5Id file, const Change& change)
+void apply(H5Id file, const ObjectChange& change)
 {
   const char* object = change.object.c_str();
   const char* other = change.other.c_str();
@@ -211,7 +211,7 @@ std::string with_changed_objects(const std::string& bytes, const std::vector<std
 {
   const H5Handle file = opened(bytes);
   if (file.id() < 0) return bytes;
-  for (std::size_t at = 0; at + change_bytes <= size; at += change_bytes) {
+  for (std::size_t at = 0; at + object_change_bytes <= size; at += object_change_bytes) {
     std::array<std::uint16_t, 2> objects{};
     std::memcpy(objects.data(), recipe + at + 1, sizeof objects);
     apply(file.id(), {recipe[at], paths[objects[0] % paths.size()], paths[objects[1] % paths.size()],

@@ -51,6 +51,27 @@ class CountTests(unittest.TestCase):
         self.assertEqual(self.count(PASSED + DISABLED, options=["--no-skips"]),
                          (0, ["disabled: core.Limit", "1 passed, 0 failed, 0 skipped"]))
 
+    def test_a_room_is_replaced_by_its_tests(self):
+        room = '<testcase name="room.core.1" status="run" time="3"/>'
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder, "tests.xml")
+            path.write_text(f"<testsuite>{room}</testsuite>")
+            rooms = pathlib.Path(folder, "rooms")
+            rooms.mkdir()
+            pathlib.Path(rooms, "room.core.1.xml").write_text(f"<testsuite>{PASSED}{FAILED}{SKIPPED}</testsuite>")
+            done = subprocess.run([sys.executable, SCRIPT, path], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(done.stdout.splitlines()[-1], "1 passed, 1 failed, 1 skipped")
+
+    def test_a_room_without_its_file_has_failed(self):
+        self.assertEqual(self.count('<testcase name="room.core.1" status="run" time="3"/>')[1][-1],
+                         "0 passed, 1 failed, 0 skipped")
+
+    def test_the_slowest_are_named(self):
+        cases = "".join(f'<testcase name="core.T{n}" status="run" time="{n}"/>' for n in range(30))
+        lines = self.count(cases)[1]
+        self.assertEqual([line.split()[-1] for line in lines[:-1]], [f"core.T{n}" for n in range(29, 9, -1)])
+
     def test_no_test_is_a_failure(self):
         self.assertEqual(self.count(""), (1, ["0 passed, 0 failed, 0 skipped"]))
         self.assertEqual(self.count(SKIPPED)[0], 1)

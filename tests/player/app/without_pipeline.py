@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """vrda-player configures and builds without the pipeline's rooms, and shows its help.
 
-usage: without_pipeline.py CMAKE SOURCE FOLDER CXX_FLAGS
-FOLDER is to build in, and goes afterwards. As deep as that of the release build and with its CXX_FLAGS, so that ccache knows the
+usage: without_pipeline.py CMAKE SOURCE FOLDER
+FOLDER is to build in, and goes afterwards. As deep as that of the release build and of its preset, so that ccache knows the
 objects.
 """
 import pathlib
@@ -18,20 +18,18 @@ def run(*command):
     return done.stdout
 
 
-def build(cmake, source, folder, flags):
-    run(cmake, "-S", source, "-B", folder, "-G", "Ninja", "-DVRDA_PIPELINE=OFF", "-DVRDA_TESTS=OFF",
-        "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS_RELEASE={flags}", "-DCMAKE_CXX_COMPILER=g++",
-        "-DCMAKE_C_COMPILER_LAUNCHER=ccache", "-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
+def build(cmake, source, folder):
+    run(cmake, "-S", source, "-B", folder, "--preset", "release", "-DVRDA_PIPELINE=OFF", "-DVRDA_TESTS=OFF")
     run(cmake, "--build", folder, "--parallel", "2", "--target", "vrda-player")
     if "Example:" not in run(pathlib.Path(folder) / "vrda-player", "--help"):
         sys.exit("vrda-player --help says nothing")
 
 
 def main():
-    cmake, source, folder, flags = sys.argv[1:]
+    cmake, source, folder = sys.argv[1:]
     shutil.rmtree(folder, ignore_errors=True)
     try:
-        build(cmake, source, folder, flags)
+        build(cmake, source, folder)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
