@@ -8,6 +8,7 @@
 #include "audit/audit.hpp"
 #include "core/error.hpp"
 #include "motion/poses.hpp"
+#include "run/run_output.hpp"
 #include "run/solved_model.hpp"
 #include "store/motion_model_file.hpp"
 
@@ -87,6 +88,8 @@ void print(const std::vector<AuditSet>& sets)
 
 ExitCode audit_command(const AuditOptions& options)
 {
+  const std::optional<OutputLock> lock = locked_output(options.file, "vrda audit");
+  if (!lock) return ExitCode::interrupted;
   MotionModel model = read_solved_model(options.file);
   std::vector<AuditSet> measured;
   for (const std::string& set : chosen_sets(model, options)) {

@@ -8,6 +8,7 @@
 #include "convert/mesh_writer.hpp"
 #include "convert/object_set.hpp"
 #include "core/error.hpp"
+#include "core/whole_file.hpp"
 #include "load/axis_map.hpp"
 #include "load/clean_mesh.hpp"
 #include "load/file_bytes.hpp"
@@ -42,8 +43,8 @@ void print_table(const std::vector<TableRow>& rows)
 TableRow written_component(const ObjectComponent& component, const fs::path& folder)
 {
   const std::string stem = (folder / component.name).string();
-  write_file(stem + ".obj", vertices_faces_bytes(component.mesh));
-  write_file(stem + ".normals", vertex_normals_bytes(component.mesh));
+  write_whole(stem + ".obj", {vertices_faces_bytes(component.mesh)});
+  write_whole(stem + ".normals", {vertex_normals_bytes(component.mesh)});
   const CleanMesh clean = clean_mesh(component.mesh, Winding::outward, Side::right);
   say(stem + ".obj, " + stem + ".normals: " + std::to_string(component.mesh.vertices.rows()) + " vertices");
   if (clean.n_degenerate > 0) {
@@ -92,7 +93,7 @@ ExitCode convert_mesh_command(const ConvertMeshOptions& options)
     throw InputError({options.output, "output", "the input itself", "another file"});
   std::string bytes = file_bytes(options.input, {options.input, "", "", "a mesh file"}, largest_mesh_bytes);
   const RawMesh mesh = with_shared_vertices(read_mesh(options.input, std::move(bytes)));
-  write_file(options.output, mesh_bytes(options.output, mesh));
+  write_whole(options.output, {mesh_bytes(options.output, mesh)});
   std::printf("%s\n", options.output.c_str());
   say(std::to_string(mesh.vertices.rows()) + " vertices, " + std::to_string(mesh.size.size()) + " faces");
   return ExitCode::done;
@@ -112,7 +113,7 @@ ExitCode convert_config_command(const ConvertConfigOptions& options)
       job_text(configuration, {file.stem().string(), file.filename().string(),
                                models.lexically_relative(job_folder).generic_string(), options.unit});
   checked_job({options.output, parse_toml(text, options.output), {}});  // a name may be no UTF-8
-  write_file(options.output, text);
+  write_whole(options.output, {text});
   std::printf("%s\n", options.output.c_str());
   warn_of_missing_models(configuration, models);
   return ExitCode::done;

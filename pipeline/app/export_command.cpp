@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/number_text.hpp"
+#include "core/whole_file.hpp"
 #include "exports/animated_glb.hpp"
 #include "exports/csv_tables.hpp"
 #include "exports/opensim_table.hpp"
@@ -167,7 +168,7 @@ std::vector<std::string> write_series(const MotionModel& model, const FlexionMot
   const auto write = [&](const FlexionFrame& frame, int part, const std::string& name,
                          const std::string& bytes) {
     const std::string path = (output.parent_path() / name).string();
-    write_file(path, bytes);
+    write_whole(path, {bytes});
     files.push_back(path);
     entries.push_back({frame.flexion_deg, part, name});
   };
@@ -178,7 +179,7 @@ std::vector<std::string> write_series(const MotionModel& model, const FlexionMot
     const std::string contacts = motion.set == "raw" ? contacts_vtp(model, frame) : "";
     if (!contacts.empty()) write(frame, 1, piece_name(output, "_contacts", k), contacts);
   }
-  write_file(output.string(), series_pvd(entries));
+  write_whole(output.string(), {series_pvd(entries)});
   files.insert(files.begin(), output.string());
   return files;
 }
@@ -235,7 +236,7 @@ ExitCode export_command(const ExportOptions& options)
       throw InputError({options.file, "status", "no stable cell", "at least one to export"});
     }
     if (!folder.empty()) make_folder(folder.string());
-    write_file(options.output, cells_csv(model));
+    write_whole(options.output, {cells_csv(model)});
     print(options, nullptr, {options.output});
     return ExitCode::done;
   }
@@ -246,7 +247,7 @@ ExitCode export_command(const ExportOptions& options)
   } else {
     const std::string bytes = file_of(options, model, motion);
     if (!folder.empty()) make_folder(folder.string());
-    write_file(options.output, bytes);
+    write_whole(options.output, {bytes});
   }
   say_left_out(motion);
   say(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");

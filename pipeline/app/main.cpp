@@ -90,7 +90,8 @@ struct Commands {
         ->take_all();
     c.add_option("--threads", run.n_threads, "Workers; default: one a processor")
         ->check(vrda::whole_number(1, 1024));
-    c.add_flag("--fresh", run.is_fresh, "Drop what a journal holds and start over");
+    c.add_flag("--fresh", run.is_fresh, "Start over: drop what a journal holds, solve a finished job again");
+    c.add_flag("--replace", run.may_replace, "Replace the result of another job");
     CLI::Option* spine =
         c.add_flag("--spine", run.only_spine, "Solve the spine alone, into NAME.h5.spine.journal");
     c.add_option_function<std::string>(
@@ -124,6 +125,7 @@ struct Commands {
     c.add_option("--threads", merge.n_threads, "Workers for smoothing; default: one a processor")
         ->check(vrda::whole_number(1, 1024));
     c.add_flag("--keep", merge.keeps_journals, "Leave the journals where they are");
+    c.add_flag("--replace", merge.may_replace, "Replace the result of another job");
     c.callback([this] { chosen = [this] { return merge_command(merge); }; });
   }
 

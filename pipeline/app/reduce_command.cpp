@@ -10,6 +10,7 @@
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "run/json_number.hpp"
+#include "run/run_output.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda {
@@ -203,6 +204,8 @@ std::string counts_line(const ZeroVarus& z)
 
 ExitCode reduce_command(const ReduceOptions& options)
 {
+  const std::optional<OutputLock> lock = locked_output(options.file, "vrda reduce");
+  if (!lock) return ExitCode::interrupted;
   MotionModel model = read_motion_model(options.file);
   require_set(model, options);
   require_reducible(model, options.file);

@@ -9,6 +9,7 @@
 #include "app/player_stills.hpp"
 #include "audit/audit.hpp"
 #include "compare/compare.hpp"
+#include "core/whole_file.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
 #include "report/findings.hpp"
@@ -126,7 +127,7 @@ ExitCode report_command(const ReportOptions& options)
   }
   make_folder(options.folder);
   const std::string file = (std::filesystem::path(options.folder) / "index.html").string();
-  write_file(file, report_page(report));
+  write_whole(file, {report_page(report)});
   std::printf("%s\n", options.as_json ? report_json(report).c_str() : file.c_str());
   return ExitCode::done;
 }

@@ -6,6 +6,7 @@
 
 #include "convert/mesh_writer.hpp"
 #include "core/error.hpp"
+#include "core/whole_file.hpp"
 #include "run/output_file.hpp"
 #include "shapes/shapes.hpp"
 
@@ -47,7 +48,7 @@ ExitCode shape_command(const ShapeOptions& options)
   for (const std::vector<ShapePart>* parts : {&shape.reference, &shape.moving}) {
     for (const ShapePart& part : *parts) {
       const fs::path path = fs::path(options.folder) / (part.name + ".stl");
-      write_file(path.string(), stl_bytes(part.mesh, "vrda shape, mm"));
+      write_whole(path.string(), {stl_bytes(part.mesh, "vrda shape, mm")});
       std::printf("%s\n", path.c_str());
       say(part.name + ": " + std::to_string(part.mesh.triangles.rows()) + " triangles, " + part.material +
           (part.has_contact ? "" : ", drawn only"));
@@ -55,7 +56,7 @@ ExitCode shape_command(const ShapeOptions& options)
   }
   if (options.has_ligaments) {
     const fs::path path = fs::path(options.folder) / "ligaments.csv";
-    write_file(path.string(), table);
+    write_whole(path.string(), {table});
     std::printf("%s\n", path.c_str());
     say("ligaments: " + std::to_string(generate_fibres(request).size()) + " fibres");
   }

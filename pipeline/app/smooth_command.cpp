@@ -9,6 +9,7 @@
 
 #include "audit/recontact.hpp"
 #include "run/json_number.hpp"
+#include "run/run_output.hpp"
 #include "run/solved_model.hpp"
 #include "smooth/smooth.hpp"
 #include "store/motion_model_file.hpp"
@@ -96,6 +97,8 @@ void print(const SmoothedSet& set)
 
 ExitCode smooth_command(const SmoothCommandOptions& options)
 {
+  const std::optional<OutputLock> lock = locked_output(options.file, "vrda smooth");
+  if (!lock) return ExitCode::interrupted;
   MotionModel model = read_solved_model(options.file);
   SmoothFit fit = smooth_fit(smooth_input(model, options.file), options.degree, {options.is_robust});
   if (std::find(fit.is_converged.begin(), fit.is_converged.end(), false) != fit.is_converged.end())

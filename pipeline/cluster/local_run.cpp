@@ -13,8 +13,7 @@
 #include "cluster/child.hpp"
 #include "cluster/task_state.hpp"
 #include "core/error.hpp"
-#include "journal/file_lock.hpp"
-#include "journal/open_file.hpp"
+#include "core/open_file.hpp"
 
 namespace vrda {
 namespace {

@@ -1,18 +1,26 @@
 #include "core/whole_file.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <optional>
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/open_file.hpp"
 
 namespace vrda {
 namespace {
+
+namespace fs = std::filesystem;
 
 /// Takes errno for the reason.
 [[noreturn]] void fail(const std::string& path, const std::string& what)
@@ -21,37 +29,59 @@ namespace {
       {path, "", what + " (" + std::strerror(errno) + ")", "a folder that can be written and free space"});
 }
 
-/// Closes itself; the destructor leaves errno alone, which a message may be about.
-class Descriptor {
- public:
-  explicit Descriptor(int value) : value_(value) {}
-  ~Descriptor()
-  {
-    const int kept = errno;
-    if (value_ >= 0) ::close(value_);
-    errno = kept;
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int get() const { return value_; }
-  /// Some file systems tell of a full disk only here.
-  bool close() { return ::close(std::exchange(value_, -1)) == 0; }
-
- private:
-  int value_;
-};
-
-/// Removes the temporary file unless it got its final name.
+/// A temporary file under a name of its own, locked for as long as its writer lives. Removes itself unless it
+/// was renamed.
 class Temporary {
  public:
-  explicit Temporary(std::string path) : path_(std::move(path)) {}
-  ~Temporary() { std::remove(path_.c_str()); }
+  /// A few writers of one file may be under way at once; the temporaries of dead ones are removed.
+  explicit Temporary(const std::string& target)
+  {
+    constexpr int n_names = 8;
+    for (int n = 0; n < n_names; ++n) remove_dead(name_of(target, n));
+    for (int n = 0; n < n_names; ++n) {
+      path_ = name_of(target, n);
+      file_.emplace(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+      if (!file_->is_open() && errno != EEXIST) fail(target, "an output that cannot be created");
+      // Between creation and lock another writer may have taken it for a dead one's. Without locks (some
+      // network file systems) none is ever taken for dead.
+      const bool is_ours = file_->is_open() &&
+                           (flock(file_->get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
+                           is_at(file_->get(), path_);
+      if (is_ours) return;
+      file_.reset();
+    }
+    throw InputError({target, "", std::to_string(n_names) + " processes that write it", "their end"});
+  }
+  ~Temporary()
+  {
+    if (!is_renamed_) std::remove(path_.c_str());
+  }
   Temporary(const Temporary&) = delete;
   Temporary& operator=(const Temporary&) = delete;
-  const std::string& path() const { return path_; }
+
+  int descriptor() const { return file_->get(); }
+  bool rename_to(const std::string& target)
+  {
+    is_renamed_ = std::rename(path_.c_str(), target.c_str()) == 0;
+    return is_renamed_;
+  }
 
  private:
+  static std::string name_of(const std::string& target, int n)
+  {
+    return target + ".partial" + (n == 0 ? "" : "-" + std::to_string(n));
+  }
+
+  static void remove_dead(const std::string& path)
+  {
+    const OpenFile file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    if (file.is_open() && flock(file.get(), LOCK_EX | LOCK_NB) == 0 && is_at(file.get(), path))
+      std::remove(path.c_str());
+  }
+
   std::string path_;
+  std::optional<OpenFile> file_;
+  bool is_renamed_ = false;
 };
 
 bool is_written(int descriptor, std::string_view bytes)
@@ -65,31 +95,132 @@ bool is_written(int descriptor, std::string_view bytes)
   return true;
 }
 
+void write_pieces(int descriptor, const std::string& path, std::initializer_list<std::string_view> pieces)
+{
+  if (std::all_of(pieces.begin(), pieces.end(),
+                  [&](std::string_view piece) { return is_written(descriptor, piece); }))
+    return;
+  std::size_t n_bytes = 0;
+  for (const std::string_view piece : pieces) n_bytes += piece.size();
+  fail(path, "an output of " + std::to_string(n_bytes) + " bytes that cannot be written");
+}
+
+/// Some file systems report a full disk only when a file is closed. Ours stays open, since its lock says that
+/// its writer lives.
+bool is_closed_well(int descriptor)
+{
+  const int second = dup(descriptor);
+  return second >= 0 && close(second) == 0;
+}
+
 /// The new name has reached the disk, too.
 void sync_folder(const std::string& path)
 {
   const std::size_t slash = path.rfind('/');
   const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const Descriptor descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (descriptor.get() < 0 || fsync(descriptor.get()) != 0) fail(path, "a folder that cannot be flushed");
+  const OpenFile descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (!descriptor.is_open() || fsync(descriptor.get()) != 0) fail(path, "a folder that cannot be flushed");
+}
+
+/// The first bytes of a file.
+std::string head_of(const std::string& path)
+{
+  std::array<char, 512> bytes{};
+  const OpenFile file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  const ssize_t n = file.is_open() ? read(file.get(), bytes.data(), bytes.size()) : -1;
+  if (n < 0) fail(path, "a file to replace that cannot be read");
+  return std::string(bytes.data(), static_cast<std::size_t>(n));
+}
+
+void require_replaceable(const std::string& path, const std::string& target, const struct stat& old,
+                         std::string_view first_piece)
+{
+  constexpr mode_t write_bits = S_IWUSR | S_IWGRP | S_IWOTH;
+  // Root may write such a file, too, but its owner has said that nobody should.
+  if ((old.st_mode & write_bits) == 0 || access(target.c_str(), W_OK) != 0) {
+    throw InputError({path, "", "a file without write permission",
+                      "write permission (chmod u+w), or another name for the output"});
+  }
+  const std::string head = head_of(target);
+  const std::string_view found = kind_of_file(head), made = kind_of_file(first_piece);
+  if (found.empty() || made.empty() || found == made) return;
+  throw InputError({path, "", std::string(found) + " where " + std::string(made) + " goes",
+                    "a new name, or a file of the same kind to replace"});
+}
+
+void keep_owner_and_mode(int descriptor, const std::string& path, const struct stat& old)
+{
+  struct stat made {};
+  if (fstat(descriptor, &made) != 0) fail(path, "an output that cannot be read back");
+  const bool has_owner = made.st_uid == old.st_uid && made.st_gid == old.st_gid;
+  if (!has_owner && fchown(descriptor, old.st_uid, old.st_gid) != 0) {
+    throw InputError({path, "",
+                      std::string("a file of another owner or group (") + std::strerror(errno) + ")",
+                      "its owner to write it, or another name for the output"});
+  }
+  constexpr mode_t permissions = S_ISUID | S_ISGID | S_ISVTX | S_IRWXU | S_IRWXG | S_IRWXO;
+  if (fchmod(descriptor, old.st_mode & permissions) != 0) fail(path, "an output whose mode cannot be kept");
+}
+
+void write_through(const std::string& path, std::initializer_list<std::string_view> pieces)
+{
+  const OpenFile file(open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file.is_open()) fail(path, "an output that cannot be opened");
+  write_pieces(file.get(), path, pieces);
+  if (!is_closed_well(file.get())) fail(path, "an output that cannot be written");
 }
 
 }  // namespace
 
+std::string link_target(const std::string& path)
+{
+  constexpr int most_links = 40;  // as the system
+  std::string target = path;
+  std::error_code error;
+  for (int n = 0; n < most_links; ++n) {
+    if (!fs::is_symlink(fs::symlink_status(target, error))) return target;
+    const fs::path next = fs::read_symlink(target, error);
+    target = next.is_absolute() ? next.string() : (fs::path(target).parent_path() / next).string();
+  }
+  throw InputError({path, "", "symbolic links that lead to themselves", "a file or a link to one"});
+}
+
+std::string_view kind_of_file(std::string_view head)
+{
+  using namespace std::string_view_literals;
+  struct Magic {
+    std::string_view bytes, kind;
+  };
+  constexpr std::array magics{Magic{"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"},
+                              Magic{"\x89PNG"sv, "a PNG picture"}, Magic{"glTF"sv, "a glTF file"},
+                              Magic{"VRDA"sv, "a journal or recording"}};
+  constexpr std::size_t n_looked_at = 512;
+  if (head.empty()) return "";
+  head = head.substr(0, n_looked_at);
+  for (const Magic& magic : magics)
+    if (head.substr(0, magic.bytes.size()) == magic.bytes) return magic.kind;
+  const std::size_t first = head.find_first_not_of(" \t\r\n");
+  if (first != std::string_view::npos && head[first] == '<') return "an HTML or XML file";  // VTK: then bytes
+  if (head.find('\0') != std::string_view::npos) return "a binary file";
+  return first != std::string_view::npos && head[first] == '{' ? "a JSON file" : "a text file";
+}
+
 void write_whole(const std::string& path, std::initializer_list<std::string_view> pieces)
 {
-  const Temporary temporary(path + ".partial");
-  Descriptor file(open(temporary.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-  if (file.get() < 0) fail(path, "an output that cannot be created");
-  const bool are_written = std::all_of(pieces.begin(), pieces.end(),
-                                       [&](std::string_view piece) { return is_written(file.get(), piece); });
-  if (!are_written || fsync(file.get()) != 0 || !file.close()) {
-    std::size_t n_bytes = 0;
-    for (const std::string_view piece : pieces) n_bytes += piece.size();
-    fail(path, "an output of " + std::to_string(n_bytes) + " bytes that cannot be written");
-  }
-  if (std::rename(temporary.path().c_str(), path.c_str()) != 0) fail(path, "a file that cannot be replaced");
-  sync_folder(path);
+  const std::string target = link_target(path);
+  struct stat old {};
+  const bool is_there = stat(target.c_str(), &old) == 0;
+  if (is_there && S_ISDIR(old.st_mode)) throw InputError({path, "", "a folder", "a name for a file"});
+  if (is_there && !S_ISREG(old.st_mode)) return write_through(path, pieces);
+  if (is_there) require_replaceable(path, target, old, pieces.size() == 0 ? "" : *pieces.begin());
+
+  Temporary temporary(target);
+  if (is_there) keep_owner_and_mode(temporary.descriptor(), path, old);
+  write_pieces(temporary.descriptor(), path, pieces);
+  if (fsync(temporary.descriptor()) != 0 || !is_closed_well(temporary.descriptor()))
+    fail(path, "an output that cannot be written");
+  if (!temporary.rename_to(target)) fail(path, "a file that cannot be replaced");
+  sync_folder(target);
 }
 
 }  // namespace vrda

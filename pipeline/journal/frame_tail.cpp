@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cerrno>
 
-#include "journal/open_file.hpp"
+#include "core/open_file.hpp"
 
 namespace vrda {
 namespace {

@@ -11,8 +11,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "journal/file_lock.hpp"
-#include "journal/open_file.hpp"
+#include "core/open_file.hpp"
 
 namespace vrda {
 namespace {
@@ -30,13 +29,6 @@ constexpr const char* wanted_writable = "a journal that can be written and free 
 }
 
 /// Whether `path` leads to the open file: between opening and locking another process may have renamed it.
-bool is_at(int descriptor, const std::string& path)
-{
-  struct stat open_file {
-  }, at_path{};
-  return fstat(descriptor, &open_file) == 0 && stat(path.c_str(), &at_path) == 0 &&
-         open_file.st_dev == at_path.st_dev && open_file.st_ino == at_path.st_ino;
-}
 
 /// Returns the number of bytes written: all, unless the system refuses (errno says why).
 std::size_t write_all(int descriptor, std::string_view bytes)

@@ -14,6 +14,7 @@
 #include "cluster/shard.hpp"
 #include "core/error.hpp"
 #include "run/announced_case.hpp"
+#include "run/existing_result.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 #include "run/solved_model.hpp"
@@ -117,6 +118,18 @@ void note_merged(const std::string& output)
   write_case_file(case_file, content);
 }
 
+/// The model is whole; where that cannot be noted, its journals stay for a merge that can end.
+void note_and_clear_up(const std::string& output, const std::vector<std::string>& journals)
+{
+  try {
+    note_merged(output);
+  } catch (const InputError& error) {
+    warn(error.what());
+    return;
+  }
+  clear_up(output, journals);
+}
+
 }  // namespace
 
 ExitCode merge_command(const MergeOptions& options)
@@ -125,6 +138,8 @@ ExitCode merge_command(const MergeOptions& options)
   const std::vector<std::string> journals =
       options.journals.empty() ? journals_beside(output, options.n_shards) : options.journals;
   make_folder_of(output);
+  const std::optional<OutputLock> lock = locked_output(output, "vrda merge");
+  if (!lock) return ExitCode::interrupted;
   require_replaceable(output, "a motion model");
   if (!options.keeps_journals && is_only_to_clear_up(output)) {
     clear_up(output, journals);
@@ -137,6 +152,12 @@ ExitCode merge_command(const MergeOptions& options)
   }
   const CaseSpec spec = case_of(options, journals);
   const Case job_case = announced_case(spec.job_file, {spec.data_directory, spec.overrides});
+  if (const auto model = finished_result(job_case, output, options.may_replace)) {
+    say(output + ": this job is merged already");
+    const ExitCode code = keep_result(job_case, *model, output, {}, threads_or_all(options.n_threads));
+    if (!options.keeps_journals) note_and_clear_up(output, journals);
+    return code;
+  }
 
   const int n_threads = threads_or_all(options.n_threads);
   const CollectedSteps collected = collect(journals, fingerprint_of(job_case));
@@ -153,14 +174,7 @@ ExitCode merge_command(const MergeOptions& options)
     return ExitCode::interrupted;
   }
   const ExitCode code = write_result(job_case, *model, output, {}, record);
-  if (options.keeps_journals) return code;
-  try {
-    note_merged(output);
-  } catch (const InputError& error) {
-    warn(error.what());  // the model is whole; its journals stay for a merge that can end
-    return code;
-  }
-  clear_up(output, journals);
+  if (!options.keeps_journals) note_and_clear_up(output, journals);
   return code;
 }
 

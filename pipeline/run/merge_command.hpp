@@ -17,6 +17,7 @@ struct MergeOptions {
   std::vector<std::string> overrides;
   int n_threads = 0;  ///< for smoothing; 0: as many as there are processors
   bool keeps_journals = false;
+  bool may_replace = false;   ///< the result of another job
   std::int32_t n_shards = 0;  ///< known: their journals are looked for by name, too; 0: not known
 };
 

@@ -1,5 +1,6 @@
 #include "run/result.hpp"
 
+#include <unistd.h>
 #include <algorithm>
 #include <cstdio>
 #include <utility>
@@ -48,6 +49,28 @@ void add_zero_varus(MotionModel& model)
   if (n_reduced(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
 }
 
+/// The model is whole; times and host are not worth failing for.
+void write_record(const RunRecord& record, const std::string& output)
+{
+  try {
+    record.write(run_record_of(output));
+  } catch (const InputError& error) {
+    warn(error.what());
+  }
+}
+
+/// Done, or that more attitudes are unsolved than the job allows, with a warning.
+ExitCode outcome_of(const Case& job_case, const MotionModel& model, const std::string& output)
+{
+  say(status_line(model));
+  std::printf("%s\n", output.c_str());
+  const double unsolved = unsolved_fraction(model);
+  if (unsolved <= job_case.unsolved_fraction) return ExitCode::done;
+  warn(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) + ", wanted at most " +
+       std::to_string(job_case.unsolved_fraction));
+  return ExitCode::too_many_unsolved;
+}
+
 }  // namespace
 
 std::optional<MotionModel> result_of(const Case& job_case, const SweepResult& result,
@@ -66,18 +89,17 @@ ExitCode write_result(const Case& job_case, const MotionModel& model, const std:
 {
   write_motion_model(output, model);
   remove_needless(needless);
-  try {  // last: on a full disk there is room again
-    record.write(run_record_of(output));
-  } catch (const InputError& error) {
-    warn(error.what());  // the model is whole; times and host are not worth failing for
-  }
-  say(status_line(model));
-  std::printf("%s\n", output.c_str());
-  const double unsolved = unsolved_fraction(model);
-  if (unsolved <= job_case.unsolved_fraction) return ExitCode::done;
-  warn(output + ": limits.unsolved_fraction: found " + std::to_string(unsolved) + ", wanted at most " +
-       std::to_string(job_case.unsolved_fraction));
-  return ExitCode::too_many_unsolved;
+  write_record(record, output);  // last: on a full disk there is room again
+  return outcome_of(job_case, model, output);
+}
+
+ExitCode keep_result(const Case& job_case, const MotionModel& model, const std::string& output,
+                     const std::vector<std::string>& needless, int n_threads)
+{
+  remove_needless(needless);
+  if (access(run_record_of(output).c_str(), F_OK) != 0)
+    write_record(RunRecord(n_threads, static_cast<int>(model.status.size())), output);
+  return outcome_of(job_case, model, output);
 }
 
 }  // namespace vrda

@@ -21,6 +21,11 @@ std::optional<MotionModel> result_of(const Case& job_case, const SweepResult& re
                                      const std::string& output, int n_threads,
                                      const std::function<bool()>& is_stopped);
 
+/// Ends a command whose result is at `output` already, as write_result does, with what a killed run has left
+/// to do: needless files go, and a record is written where there is none.
+ExitCode keep_result(const Case& job_case, const MotionModel& model, const std::string& output,
+                     const std::vector<std::string>& needless, int n_threads);
+
 /// Writes the model, then removes the journals and start file it makes needless, then leaves `record` beside
 /// it. Prints the output's path. Too many unsolved attitudes are an exit code, not an error.
 ExitCode write_result(const Case& job_case, const MotionModel& model, const std::string& output,

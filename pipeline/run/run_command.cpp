@@ -7,6 +7,7 @@
 #include "assemble/prepare.hpp"
 #include "core/error.hpp"
 #include "run/announced_case.hpp"
+#include "run/existing_result.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
 #include "run/run_record.hpp"
@@ -47,6 +48,13 @@ void write_trace_of(const Case& job_case, const SweepResult& result, const std::
   say("trace of " + std::to_string(content.searches.size()) + " searches: " + path);
 }
 
+/// Beside a whole model. The steps go first: a journal of steps without their traces could not be gone on
+/// from with --trace.
+std::vector<std::string> needless_of(const StepLog& log, const std::string& output)
+{
+  return {log.path, trace_journal_of(output), start_file_of(output)};
+}
+
 ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLog& log,
                          const std::string& output)
 {
@@ -58,15 +66,17 @@ ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLo
   if (log.traces) write_trace_of(job_case, result, output);
   const std::optional<MotionModel> model = result_of(job_case, result, output, n_threads, is_interrupted);
   if (!model) return say_interrupted(log);
-  // The steps go first: a journal of steps without their traces could not be gone on from with --trace.
-  return write_result(job_case, *model, output, {log.path, trace_journal_of(output), start_file_of(output)},
-                      record);
+  return write_result(job_case, *model, output, needless_of(log, output), record);
 }
 
-// Found under the lock of a journal in which nothing stands: who had it before made the model and removed it.
-bool is_made_meanwhile(const RunOptions& options, const StepLog& log, const std::string& output)
+/// The result that is there already, of this job and with the trace that is asked for. Throws where it is
+/// another's.
+std::optional<MotionModel> finished_before(const Case& job_case, const RunOptions& options,
+                                           const std::string& output)
 {
-  return options.patience && log.known.empty() && access(output.c_str(), F_OK) == 0;
+  std::optional<MotionModel> model = finished_result(job_case, output, options.may_replace);
+  const bool has_trace = !options.writes_trace || access(trace_name(output).c_str(), F_OK) == 0;
+  return options.is_fresh || !has_trace ? std::nullopt : std::move(model);
 }
 
 // Nothing when interrupted.
@@ -85,16 +95,18 @@ ExitCode whole_run(const RunOptions& options)
   if (options.writes_trace) require_traceable(job_case, options.job_file);
   const std::string output = output_of(options.output, options.job_file);
   make_folder_of(output);
-  require_replaceable(output, "a motion model");
+  finished_before(job_case, options, output);  // refuses another job's before anything is written
   if (options.writes_trace) require_replaceable(trace_name(output), "a trace");
   const std::string key = fingerprint_of(job_case);
   std::optional<StepLog> opened = opened_log(options, output, key);
   if (!opened) return ExitCode::interrupted;
   StepLog& log = *opened;
-  if (is_made_meanwhile(options, log, output)) {
-    remove_needless({log.path, start_file_of(output)});
-    say(output + " is made already");
-    return ExitCode::done;
+  const std::optional<OutputLock> lock = locked_output(output, "vrda run");
+  if (!lock) return ExitCode::interrupted;
+  // Asked again under both locks: another run may have made it meanwhile.
+  if (const auto model = finished_before(job_case, options, output)) {
+    say(output + ": this job is finished; --fresh solves it again");
+    return keep_result(job_case, *model, output, needless_of(log, output), threads_or_all(options.n_threads));
   }
   if (options.writes_trace) {
     log.traces.emplace(open_trace_log(trace_journal_of(output), key, log.path, log.known));

@@ -18,14 +18,14 @@ struct RunOptions {
   std::string data_directory;
   std::vector<std::string> overrides;
   int n_threads = 0;          ///< 0: as many as there are processors
-  bool is_fresh = false;      ///< drop a journal found
+  bool is_fresh = false;      ///< drop a journal found, and solve a finished job again
+  bool may_replace = false;   ///< the result of another job
   bool writes_trace = false;  ///< every move of every search, beside the output
   std::string progress = "auto";
   bool only_spine = false;      ///< solve the spine into a journal of its own, for shards
   std::optional<Shard> shard;   ///< solve these rows only, into a journal of their own
   std::function<void()> begun;  ///< told before the first step of the spine, and of the rows
-  /// Absent: a shard waits a minute, a whole run not at all. With it a whole run ends well, too, where
-  /// another one made the model meanwhile.
+  /// Absent: a shard waits a minute, a whole run not at all.
   std::optional<Patience> patience;
 };
 

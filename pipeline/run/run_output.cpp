@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "store/motion_model_file.hpp"
+#include "talk/interrupt.hpp"
 #include "talk/talk.hpp"
 
 namespace vrda {
@@ -57,6 +58,14 @@ void require_replaceable(const std::string& output, const std::string& what)
   if (head != hdf5) throw InputError({output, "output", "a file that is not HDF5", wanted});
   if (access(output.c_str(), W_OK) != 0)
     throw InputError({output, "output", "a file without write permission", wanted});
+}
+
+std::optional<OutputLock> locked_output(const std::string& output, const std::string& command)
+{
+  const auto say_holder = [&](const std::string& holder) {
+    say(output + ": waiting for " + holder + ", which writes it");
+  };
+  return OutputLock::take(output, command, {say_holder, is_interrupted});
 }
 
 void remove_needless(const std::vector<std::string>& files)

@@ -1,9 +1,11 @@
 /// Where a run writes: everything stands beside its output.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/output_lock.hpp"
 #include "journal/run_files.hpp"
 
 namespace vrda {
@@ -23,6 +25,10 @@ void make_folder_of(const std::string& file);
 /// What stands where a motion model or a trace will go must be one itself, never a job, a mesh or a folder:
 /// InputError. `what` names it.
 void require_replaceable(const std::string& output, const std::string& what);
+
+/// The lock of `output` for `command` ("vrda smooth"), under which it is read, changed and written. Reports
+/// which process is waited for. Nothing when interrupted.
+std::optional<OutputLock> locked_output(const std::string& output, const std::string& command);
 
 /// Removes, in this order, files that a result makes needless. The first that cannot be removed is a warning,
 /// and those behind it stay too: the same command still finds all that it needs to go on.

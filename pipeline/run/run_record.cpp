@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "cluster/task_state.hpp"
-#include "run/output_file.hpp"
+#include "core/whole_file.hpp"
 
 namespace vrda {
 namespace {
@@ -46,7 +46,7 @@ void RunRecord::write(const std::string& path) const
                                          {"steps_recalled", n_recalled_},
                                          {"host", host_name()},
                                          {"processors", std::thread::hardware_concurrency()}};
-  write_file(path, record.dump(2) + '\n');
+  write_whole(path, {record.dump(2) + '\n'});
 }
 
 }  // namespace vrda

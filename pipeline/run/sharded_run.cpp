@@ -11,6 +11,7 @@
 #include "cluster/collect.hpp"
 #include "core/error.hpp"
 #include "run/announced_case.hpp"
+#include "run/existing_result.hpp"
 #include "run/run_output.hpp"
 #include "run/solve_part.hpp"
 #include "run/step_log.hpp"
@@ -41,7 +42,7 @@ ShardedRun prepared(const RunOptions& options)
   ShardedRun run{announced_case(options.job_file, {options.data_directory, options.overrides}),
                  output_of(options.output, options.job_file), ""};
   make_folder_of(run.output);
-  require_replaceable(run.output, "a motion model");
+  finished_result(run.job_case, run.output, options.may_replace);  // refuses that of another job
   run.key = fingerprint_of(run.job_case);
   watch_for_interrupts();
   return run;

@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <span>
 
 #include "core/error.hpp"
@@ -98,12 +99,26 @@ std::string bytes_of(const std::string& path, const MotionModel& model)
   return writer.bytes();
 }
 
+/// Journals are removed on the strength of this file: what the disk holds counts.
+void require_written(const std::string& path, std::size_t n_bytes)
+{
+  std::error_code error;
+  const std::uintmax_t n_found = std::filesystem::file_size(path, error);
+  if (error || n_found != n_bytes) {
+    throw InputError({path, "", error ? error.message() : std::to_string(n_found) + " bytes on the disk",
+                      "the " + std::to_string(n_bytes) + " bytes just written"});
+  }
+  require_sound(path);
+}
+
 }  // namespace
 
 void write_motion_model(const std::string& path, const MotionModel& model)
 {
   const std::string content = bytes_of(path, model);
-  write_whole(path, {content, seal_of(content)});
+  const std::string seal = seal_of(content);
+  write_whole(path, {content, seal});
+  require_written(path, content.size() + seal.size());
 }
 
 }  // namespace vrda

@@ -45,8 +45,8 @@ struct SolvedKnee {
   SolvedKnee() { EXPECT_EQ(run({}).exit_code, 0); }
   test::Ended run(const std::vector<std::string>& more)
   {
-    std::vector<std::string> words{"run", test::small_knee_job(scratch, "right").string(), "-o", file,
-                                   "--fresh"};
+    std::vector<std::string> words{
+        "run", test::small_knee_job(scratch, "right").string(), "-o", file, "--fresh", "--replace"};
     words.insert(words.end(), more.begin(), more.end());
     return test::run_vrda(words);
   }

@@ -291,7 +291,7 @@ TEST(ConvertMesh, BadInputIsOneMessage)
                      {"b.fbx", "\".fbx\"", ".vf, .stl, .ply"});
   expect_one_message(convert(good, good), {"a.vf: output: found the input itself"});
   expect_one_message(convert(good, (scratch.path() / "none" / "b.ply").string()),
-                     {"b.ply", "permission to write"});
+                     {"b.ply", "a folder that can be written"});
   expect_one_message(convert("nowhere.vf", output), {"nowhere.vf", "a mesh file"});
   const std::string past = scratch.write("p.vf", "3 1\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n").string();
   expect_one_message(convert(past, output), {"p.vf: line 5: found index 7"});
@@ -319,7 +319,7 @@ TEST(ConvertMesh, AFullDeviceIsOneMessage)
   const fs::path full = scratch.path() / "full.ply";
   fs::create_symlink("/dev/full", full);
   expect_one_message(test::run_vrda({"convert", "mesh", good, full.string()}),
-                     {"full.ply", "permission to write"});
+                     {"full.ply", "No space left on device"});
 }
 
 }  // namespace vrda::convert_test

@@ -180,9 +180,10 @@ TEST(Run, ProgressIsPlainLinesOffATerminalAndSilentOnDemand)
   const test::Scratch scratch;
   const std::string job = test::small_job(scratch).string(), output = (scratch.path() / "small.h5").string();
   EXPECT_THAT(test::run_vrda({"run", job, "-o", output}).err, HasSubstr("15/15 attitudes"));
-  EXPECT_THAT(test::run_vrda({"run", job, "-o", output, "--progress", "none"}).err,
+  EXPECT_THAT(test::run_vrda({"run", job, "-o", output, "--progress", "none", "--fresh"}).err,
               testing::Not(HasSubstr("15/15")));
-  EXPECT_THAT(test::run_vrda({"run", job, "-o", output, "--progress", "bar"}).err, HasSubstr("####"));
+  EXPECT_THAT(test::run_vrda({"run", job, "-o", output, "--progress", "bar", "--fresh"}).err,
+              HasSubstr("####"));
 }
 
 }  // namespace vrda::run_test

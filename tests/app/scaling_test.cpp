@@ -32,7 +32,7 @@ constexpr double rounding_deg = 1e-10;
 std::vector<std::string> words(const fs::path& job, const fs::path& output,
                                const std::vector<std::string>& settings)
 {
-  std::vector<std::string> all{"run", job.string(), "-o", output.string(), "--progress", "none"};
+  std::vector<std::string> all{"run", job.string(), "-o", output.string(), "--progress", "none", "--replace"};
   for (const std::string& setting : settings) all.insert(all.end(), {"--set", setting});
   return all;
 }
@@ -383,6 +383,7 @@ TEST(ScaledRun, ShardsOfOneSizeServeAnother)
                                           output.string() + ".spine.journal",
                                           output.string() + ".shard-1-of-2.journal",
                                           output.string() + ".shard-2-of-2.journal",
+                                          "--replace",
                                           "-o",
                                           merged.string(),
                                           "--job",

@@ -124,7 +124,14 @@ class ShardFaults : public FaultyRun {
     return ended.err;
   }
 
-  void expect_same(const Files& wanted) const { EXPECT_TRUE(essence(files()) == essence(wanted)); }
+  void expect_same(const Files& wanted) const
+  {
+    std::vector<std::string> names, wanted_names;
+    for (const auto& [name, bytes] : files()) names.push_back(name);
+    for (const auto& [name, bytes] : wanted) wanted_names.push_back(name);
+    EXPECT_EQ(names, wanted_names);
+    EXPECT_TRUE(essence(files()) == essence(wanted));
+  }
 
   const Stage& spine() const { return stages_[0]; }
   const Stage& shard() const { return stages_[1]; }

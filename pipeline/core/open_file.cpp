@@ -1,6 +1,8 @@
-#include "journal/file_lock.hpp"
+#include "core/open_file.hpp"
 
 #include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
@@ -8,6 +10,21 @@
 #include "core/error.hpp"
 
 namespace vrda {
+
+OpenFile::~OpenFile()
+{
+  const int kept = errno;
+  if (value_ >= 0) ::close(value_);
+  errno = kept;
+}
+
+bool is_at(int descriptor, const std::string& path)
+{
+  struct stat opened {
+  }, named{};
+  return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &named) == 0 && opened.st_dev == named.st_dev &&
+         opened.st_ino == named.st_ino;
+}
 
 bool lock_without_waiting(int descriptor, const std::string& path)
 {
