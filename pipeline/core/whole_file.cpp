@@ -136,7 +136,7 @@ void require_replaceable(const std::string& path, const std::string& target, con
                          std::string_view first_piece)
 {
   constexpr mode_t write_bits = S_IWUSR | S_IWGRP | S_IWOTH;
-  // Root may write such a file, too, but its owner has said that nobody should.
+  // Root could write such a file as well, but its owner has forbidden every write.
   if ((old.st_mode & write_bits) == 0 || access(target.c_str(), W_OK) != 0) {
     throw InputError({path, "", "a file without write permission",
                       "write permission (chmod u+w), or another name for the output"});
