@@ -75,7 +75,7 @@ MotionModel solved(const test::Scratch& scratch, std::vector<std::string> words)
 {
   const std::string output = (scratch.path() / "knee.h5").string();
   words.insert(words.begin(), "run");
-  words.insert(words.end(), {"-o", output, "--progress", "none"});
+  words.insert(words.end(), {"-o", output, "--replace", "--progress", "none"});
   const test::Ended ended = test::run_vrda(words);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_THAT(validate_motion_model(output), testing::IsEmpty());
