@@ -24,6 +24,8 @@
 #include "core/error.hpp"
 #include "run/merge_command.hpp"
 #include "run/run_command.hpp"
+#include "store/read_apart.hpp"
+#include "store/seal.hpp"
 #include "talk/talk.hpp"
 
 namespace {
@@ -74,6 +76,15 @@ struct Commands {
     CLI::App& command = *parent.add_subcommand(name, what);
     command.footer("Example:\n  " + example);
     command.add_flag("-q,--quiet", is_quiet, "Warnings and errors only");
+    return command;
+  }
+
+  /// A command that opens motion models.
+  CLI::App& add_reading(const std::string& name, const std::string& what, const std::string& example)
+  {
+    CLI::App& command = add(name, what, example);
+    command.add_flag_callback("--unsealed", [] { vrda::accept_unsealed_files(); },
+                              "Read files without a seal too: those that another program wrote or changed");
     return command;
   }
 
@@ -144,8 +155,8 @@ struct Commands {
 
   void add_info()
   {
-    CLI::App& c = add("info", "Summarise a motion model; gaps and penetrations are measured again.",
-                      "vrda info results/knee-generic/knee-generic.h5");
+    CLI::App& c = add_reading("info", "Summarise a motion model; gaps and penetrations are measured again.",
+                              "vrda info results/knee-generic/knee-generic.h5");
     c.add_option("file", info.file, "Motion model (HDF5)")->required();
     c.add_flag("--json", info.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return info_command(info); }; });
@@ -154,8 +165,8 @@ struct Commands {
   void add_validate()
   {
     CLI::App& c =
-        add("validate", "Check a file against schemas/motion-model.md or, a trace, schemas/trace.md.",
-            "vrda validate results/knee-generic/knee-generic.h5");
+        add_reading("validate", "Check a file against schemas/motion-model.md or, a trace, schemas/trace.md.",
+                    "vrda validate results/knee-generic/knee-generic.h5");
     c.add_option("file", validate.file, "Motion model or trace (HDF5)")->required();
     c.add_flag("--json", validate.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return validate_command(validate); }; });
@@ -163,10 +174,11 @@ struct Commands {
 
   void add_smooth()
   {
-    CLI::App& c = add("smooth",
-                      "Add smoothed surfaces of a degree to a motion model, in place of those it has of that "
-                      "degree.",
-                      "vrda smooth results/knee-generic/knee-generic.h5 --degree 6 --recontact");
+    CLI::App& c =
+        add_reading("smooth",
+                    "Add smoothed surfaces of a degree to a motion model, in place of those it has of that "
+                    "degree.",
+                    "vrda smooth results/knee-generic/knee-generic.h5 --degree 6 --recontact");
     c.add_option("file", smooth.file, "Motion model (HDF5)")->required();
     c.add_option("--degree", smooth.degree, "Total degree of the polynomials")
         ->required()
@@ -182,9 +194,9 @@ struct Commands {
 
   void add_audit()
   {
-    CLI::App& c =
-        add("audit", "Measure gap and penetration of the motions in a motion model; add what is found to it.",
-            "vrda audit results/knee-generic/knee-generic.h5 --set degree_6 --refine 4");
+    CLI::App& c = add_reading(
+        "audit", "Measure gap and penetration of the motions in a motion model; add what is found to it.",
+        "vrda audit results/knee-generic/knee-generic.h5 --set degree_6 --refine 4");
     c.add_option("file", audit.file, "Motion model (HDF5)")->required();
     c.add_option("--set", audit.set, "raw, degree_N, degree_N_recontacted, zero_varus or all")
         ->capture_default_str();
@@ -199,8 +211,8 @@ struct Commands {
 
   void add_trace()
   {
-    CLI::App& c = add("trace", "Summarise the searches of a trace, or print their moves as CSV.",
-                      "vrda trace results/knee-generic/knee-generic.trace.h5 --flexion 45 --csv");
+    CLI::App& c = add_reading("trace", "Summarise the searches of a trace, or print their moves as CSV.",
+                              "vrda trace results/knee-generic/knee-generic.trace.h5 --flexion 45 --csv");
     c.add_option("file", trace.file, "Trace (HDF5), written by vrda run --trace")->required();
     c.add_option("--flexion", trace.filter.flexion_deg, "Only searches at this flexion of the grid, degrees")
         ->check(vrda::any_number());
@@ -215,10 +227,10 @@ struct Commands {
   void add_reduce()
   {
     CLI::App& c =
-        add("reduce",
-            "Add the flexion-only motion, both condyles bearing, to a motion model; print it as CSV "
-            "with axes of rotation, rolling and sliding.",
-            "vrda reduce results/knee-generic/knee-generic.h5 --set degree_6");
+        add_reading("reduce",
+                    "Add the flexion-only motion, both condyles bearing, to a motion model; print it as CSV "
+                    "with axes of rotation, rolling and sliding.",
+                    "vrda reduce results/knee-generic/knee-generic.h5 --set degree_6");
     c.add_option("file", reduce.file, "Motion model (HDF5)")->required();
     c.add_option("--set", reduce.set, "Whose poses: raw, degree_N, ...")->capture_default_str();
     c.add_flag("--json", reduce.as_json, "Print JSON");
@@ -227,8 +239,8 @@ struct Commands {
 
   void add_report()
   {
-    CLI::App& c = add("report", "Write motion models as one HTML page with plots, DIR/index.html.",
-                      "vrda report results/knee-generic/knee-generic.h5 -o report");
+    CLI::App& c = add_reading("report", "Write motion models as one HTML page with plots, DIR/index.html.",
+                              "vrda report results/knee-generic/knee-generic.h5 -o report");
     c.add_option("files", report.files, "Motion models (HDF5); several are compared")->required();
     c.add_option("-o,--output", report.folder, "Folder to write to")->required();
     c.add_option("--against", report.against, "Curve over flexion (CSV) to compare with; may be repeated")
@@ -242,9 +254,9 @@ struct Commands {
 
   void add_compare()
   {
-    CLI::App& c =
-        add("compare", "Set smoothing degrees side by side and recommend one; the file stays as it is.",
-            "vrda compare results/knee-generic/knee-generic.h5 --degrees 1..12");
+    CLI::App& c = add_reading(
+        "compare", "Set smoothing degrees side by side and recommend one; the file stays as it is.",
+        "vrda compare results/knee-generic/knee-generic.h5 --degrees 1..12");
     c.add_option("file", compare.file, "Motion model (HDF5)")->required();
     c.add_option("--degrees", compare.degrees, "A range or a list: 1..12 or 2,4,6")->capture_default_str();
     c.add_option("--refine", compare.refine,
@@ -263,9 +275,9 @@ struct Commands {
   void add_export()
   {
     vrda::ExportOptions& e = exported;
-    CLI::App& c =
-        add("export", "Write the motion of a motion model for OpenSim, ParaView, tables or any glTF viewer.",
-            "vrda export results/knee-generic/knee-generic.h5 --to gltf -o knee.glb");
+    CLI::App& c = add_reading(
+        "export", "Write the motion of a motion model for OpenSim, ParaView, tables or any glTF viewer.",
+        "vrda export results/knee-generic/knee-generic.h5 --to gltf -o knee.glb");
     c.add_option("file", e.file, "Motion model (HDF5)")->required();
     c.add_option("--to", e.format, "sto or mot (OpenSim), csv, gltf (.glb) or vtk (.pvd, ParaView)")
         ->required()
@@ -394,6 +406,9 @@ int run_program(int argc, char** argv)
     return as_int(ExitCode::bad_input);
   }
   if (commands.is_quiet) vrda::be_quiet();
+  vrda::on_unconfined_reading([](const std::string& why) {
+    vrda::warn("this system does not confine the process that reads HDF5 (" + why + "); its limits hold");
+  });
   const ExitCode code = commands.chosen();
   require_printed();
   return as_int(code);

@@ -8,13 +8,13 @@
 
 #include "audit/audit.hpp"
 #include "core/compartment.hpp"
+#include "core/error.hpp"
 #include "motion/poses.hpp"
 #include "run/json_number.hpp"
 #include "run/scaling_text.hpp"
 #include "run/solved_model.hpp"
 #include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/trace_file.hpp"
 
 namespace vrda {
 namespace {
@@ -279,15 +279,12 @@ ExitCode info_command(const InfoOptions& options)
 
 ExitCode validate_command(const InfoOptions& options)
 {
-  const std::vector<Finding> findings =
-      is_trace(options.file) ? validate_trace(options.file) : validate_motion_model(options.file);
+  const std::vector<Finding> findings = validate_hdf5(options.file);
   Json list = Json::array();
   for (const Finding& f : findings) {
     list.push_back({{"where", f.where}, {"found", f.found}, {"wanted", f.wanted}});
-    if (!options.as_json) {
-      std::printf("%s: %s: found %s, wanted %s\n", options.file.c_str(), f.where.c_str(), f.found.c_str(),
-                  f.wanted.c_str());
-    }
+    // As an error would: one printable line, whatever the file says.
+    if (!options.as_json) std::puts(InputError({options.file, f.where, f.found, f.wanted}).what());
   }
   if (options.as_json) std::printf("%s\n", list.dump(2).c_str());
   if (findings.empty()) say(options.file + ": keeps to the specification");

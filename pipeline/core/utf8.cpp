@@ -19,6 +19,16 @@ std::size_t n_following(unsigned char first)
   return first >= 0xf0 && first < 0xf8 ? 3 : 4;
 }
 
+/// Bytes of the control character that begins at `at`; 0 where none does.
+std::size_t control_bytes(std::string_view text, std::size_t at)
+{
+  const auto byte = static_cast<unsigned char>(text[at]);
+  if (byte < 0x20 || byte == 0x7f) return 1;
+  if (byte != 0xc2 || at + 1 == text.size()) return 0;
+  const auto next = static_cast<unsigned char>(text[at + 1]);
+  return next >= 0x80 && next < 0xa0 ? 2 : 0;
+}
+
 }  // namespace
 
 bool is_utf8(std::string_view bytes)
@@ -38,6 +48,30 @@ bool is_utf8(std::string_view bytes)
     if (character < smallest[n] || character > 0x10ffff || is_surrogate) return false;
   }
   return true;
+}
+
+bool has_control_characters(std::string_view text, std::string_view allowed)
+{
+  for (std::size_t at = 0; at < text.size(); ++at)
+    if (control_bytes(text, at) > 0 && allowed.find(text[at]) == std::string_view::npos) return true;
+  return false;
+}
+
+std::string printable(std::string_view text)
+{
+  constexpr std::string_view hex = "0123456789abcdef";
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t n_control = control_bytes(text, at);
+    if (n_control == 0) out += text[at++];
+    for (const std::size_t end = at + n_control; at < end; ++at) {
+      const auto byte = static_cast<unsigned char>(text[at]);
+      out += "\\x";
+      out += hex[byte >> 4U];
+      out += hex[byte & 15U];
+    }
+  }
+  return out;
 }
 
 }  // namespace vrda

@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/nearest_word.hpp"
+#include "core/utf8.hpp"
 
 namespace vrda {
 
@@ -28,6 +29,7 @@ void CommaTable::require_rows(std::size_t most) const
 
 std::vector<std::string_view> CommaTable::fields(const TableLine& row) const
 {
+  if (has_control_characters(row.text, "\t\r")) refuse(row, "", "control characters", "text");
   std::vector<std::string_view> fields = fields_in(row.text);
   if (fields.size() == n_columns_) return fields;
   refuse(row, "", std::to_string(fields.size()) + " fields",

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/utf8.hpp"
 #include "load/job_value.hpp"
 
 namespace vrda {
@@ -51,7 +52,11 @@ JobValue value_of(const toml::node& node, const Reading& at)
   if (const toml::array* array = node.as_array()) return list_of(*array, at);
   if (const auto* flag = node.as_boolean()) return {flag->get()};
   if (const auto* integer = node.as_integer()) return {integer->get()};
-  if (const auto* text = node.as_string()) return {text->get()};
+  if (const auto* text = node.as_string()) {
+    if (has_control_characters(text->get()))
+      throw InputError({at.file, at.key, "a text with control characters", "one without"});
+    return {text->get()};
+  }
   if (const auto* number = node.as_floating_point()) {
     if (!std::isfinite(number->get())) {
       throw InputError({at.file, at.key, std::isnan(number->get()) ? "nan" : "inf", "a finite number"});

@@ -2,19 +2,15 @@
 
 #include <hdf5.h>
 #include <hdf5_hl.h>
-#include <sys/stat.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <memory>
 #include <new>
 #include <string_view>
 
 #include "core/error.hpp"
 #include "core/utf8.hpp"
-#include "store/seal.hpp"
 
 namespace vrda {
 namespace {
@@ -72,26 +68,6 @@ std::optional<std::uint64_t> count_within(const std::vector<std::int64_t>& shape
   return count;
 }
 
-/// The HDF5 content begins with the file: nothing stands before it (a "user block") that we would not check.
-void require_signature(const std::string& path, std::uint64_t file_bytes)
-{
-  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw InputError({path, "", std::strerror(errno), wanted_model});
-  std::string head(signature.size(), '\0');
-  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
-  if (stream && head == signature) return;
-  throw InputError({path, "", std::to_string(file_bytes) + " bytes that are no HDF5 file", wanted_model});
-}
-
-std::uint64_t size_of_file(const std::string& path)
-{
-  struct stat status = {};
-  if (stat(path.c_str(), &status) != 0) throw InputError({path, "", std::strerror(errno), wanted_model});
-  if (!S_ISREG(status.st_mode)) throw InputError({path, "", "no regular file", wanted_model});
-  return static_cast<std::uint64_t>(status.st_size);
-}
-
 /// Memory of the texts that HDF5 reads. Gives them back when it goes, whether or not the reading failed.
 class TextMemory {
  public:
@@ -128,6 +104,8 @@ std::vector<std::string> copies(const std::vector<char*>& texts, const H5Place& 
     result.emplace_back(text == nullptr ? "" : text);
     if (!is_utf8(result.back()))
       throw InputError({place.file, place.object, "\"" + result.back() + "\"", "text in UTF-8"});
+    if (has_control_characters(result.back(), "\t\n\r"))
+      throw InputError({place.file, place.object, "control characters in a text", "text alone"});
   }
   return result;
 }
@@ -179,19 +157,22 @@ herr_t has_address(hid_t, unsigned, hid_t scale, void* wanted)
 
 }  // namespace
 
-H5Reader::H5Reader(const std::string& path) : file_name_(path), file_bytes_(size_of_file(path))
+H5Reader::H5Reader(const Hdf5Content& content) : file_name_(content.file), file_bytes_(content.bytes.size())
 {
   silence_h5();
-  require_signature(path, file_bytes_);
-  require_sound(path);
   // A filter that HDF5 does not know would make it look for a library to load.
   check_h5(H5PLset_loading_state(0), place(""), wanted_model);
   const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_model);
-  // Models are renamed into place whole, never changed in place: no lock, so that read-only disks work.
-  check_h5(H5Pset_file_locking(access.id(), false, true), place(""), wanted_model);
+  // HDF5 meets the bytes whose seal was checked, and no file.
+  check_h5(H5Pset_fapl_core(access.id(), content.bytes.size(), false), place(""), wanted_model);
+  // It copies the bytes and does not change them.
+  check_h5(H5Pset_file_image(access.id(), const_cast<char*>(content.bytes.data()), content.bytes.size()),
+           place(""), wanted_model);
   // Every dataset is read once and whole: no memory of its chunks, which would last as long as it is open.
   check_h5(H5Pset_cache(access.id(), 0, 0, 0, 0.0), place(""), wanted_model);
-  file_ = own_h5(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.id()), place(""), wanted_model);
+  // A name that no file has, which HDF5 insists on; one each, since by it HDF5 tells open files apart.
+  const std::string name = "/dev/null/" + content.file;
+  file_ = own_h5(H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.id()), place(""), wanted_model);
   objects_["/"] = ObjectKind::group;
   walk("/", 0);
 }

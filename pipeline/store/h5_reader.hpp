@@ -12,6 +12,7 @@
 #include "store/finding.hpp"
 #include "store/h5_handle.hpp"
 #include "store/layout.hpp"
+#include "store/seal.hpp"
 
 namespace vrda {
 
@@ -34,9 +35,9 @@ struct AttributeValue {
 
 class H5Reader {
  public:
-  /// Throws InputError naming the file when it is absent, truncated or no HDF5 file. HDF5 loads no plugins
-  /// any more in this process.
-  explicit H5Reader(const std::string& path);
+  /// Throws InputError naming the file when HDF5 cannot open its content. HDF5 loads no plugins any more in
+  /// this process.
+  explicit H5Reader(const Hdf5Content& content);
 
   const std::string& file_name() const { return file_name_; }
   /// Every group and dataset by its path; "/" too.

@@ -1,12 +1,18 @@
 #include "store/read_apart.hpp"
 
+#include <sys/stat.h>
+
+#include <algorithm>
 #include <new>
+#include <utility>
 
 #include "core/error.hpp"
+#include "store/confinement.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/parse_hdf5.hpp"
 #include "store/plain_bytes.hpp"
 #include "store/plain_stream.hpp"
-#include "store/separate_process.hpp"
+#include "store/seal.hpp"
 #include "store/trace_file.hpp"
 
 namespace vrda {
@@ -17,41 +23,53 @@ constexpr const char* an_intact_file = "an intact motion model or trace (HDF5)";
 /// What an answer begins with.
 enum class Kind : std::int8_t { value, input_error, internal_error };
 
-std::string answer_of(Kind kind, const std::vector<std::string>& texts)
+std::function<void(const std::string&)>& unconfined_listener()
 {
-  PlainWriter stream;
-  stream.pass(static_cast<std::int8_t>(kind));
-  for (const std::string& text : texts) stream.pass(text);
-  return stream.take();
+  static std::function<void(const std::string&)> listener;
+  return listener;
 }
 
-std::string answer_of(const InputError::Facts& facts)
+/// In the separate process: what `parse` makes of the file's content, or what went wrong. Throws nothing.
+template <typename Parse>
+std::string answered(const std::string& path, const Parse& parse)
 {
-  return answer_of(Kind::input_error, {facts.file, facts.field, facts.found, facts.wanted});
-}
-
-/// The plain bytes that `read` gives, or what went wrong. Throws nothing.
-template <typename Read>
-std::string answered(const std::string& path, const Read& read)
-{
+  std::string why_unconfined;
+  const auto answer = [&](Kind kind, const std::vector<std::string>& texts) {
+    PlainWriter stream;
+    stream.pass(why_unconfined);
+    stream.pass(static_cast<std::int8_t>(kind));
+    for (const std::string& text : texts) stream.pass(text);
+    return stream.take();
+  };
+  const auto refusal = [&](const InputError::Facts& facts) {
+    return answer(Kind::input_error, {facts.file, facts.field, facts.found, facts.wanted});
+  };
   try {
-    return answer_of(Kind::value, {}) + read();
+    const Hdf5Content content = read_hdf5(path);
+    why_unconfined = confine_this_process();
+    const std::string value = parse(content);
+    return answer(Kind::value, {}) + value;
   } catch (const InputError& error) {
-    return answer_of(error.facts());
+    return refusal(error.facts());
   } catch (const std::bad_alloc&) {
-    return answer_of({path, "", "more than memory is allowed to hold", an_intact_file});
+    return refusal({path, "", "more than memory is allowed to hold", an_intact_file});
   } catch (const std::exception& error) {
-    return answer_of(Kind::internal_error, {error.what()});
+    return answer(Kind::internal_error, {error.what()});
   }
 }
 
-/// The plain bytes in an answer; throws what stands there instead.
+/// Where the values begin in an answer; throws what stands there instead.
 std::string_view value_of(const std::string& answer, const std::string& path)
 {
   PlainReader stream(answer, path);
+  std::string why_unconfined;
+  stream.pass(why_unconfined);
+  if (!why_unconfined.empty() && unconfined_listener())
+    std::exchange(unconfined_listener(), {})(why_unconfined);
   std::int8_t kind = 0;
   stream.pass(kind);
-  if (kind == static_cast<std::int8_t>(Kind::value)) return std::string_view(answer).substr(1);
+  if (kind == static_cast<std::int8_t>(Kind::value))
+    return std::string_view(answer).substr(answer.size() - stream.left());
   InputError::Facts facts;
   if (kind == static_cast<std::int8_t>(Kind::input_error)) {
     for (std::string* text : {&facts.file, &facts.field, &facts.found, &facts.wanted}) stream.pass(*text);
@@ -69,12 +87,41 @@ std::string whole(const SeparateAnswer& answer, const std::string& path)
       {path, "", "a file that HDF5 cannot read (it ended with " + answer.text + ")", an_intact_file});
 }
 
+template <typename Parse>
+std::string answer_about(const std::string& path, const Parse& parse)
+{
+  const auto work = [&] { return answered(path, parse); };
+  return whole(answer_apart(work, path, reading_limits(path)), path);
+}
+
 }  // namespace
+
+ProcessLimits reading_limits(const std::string& path)
+{
+  struct stat status = {};
+  const std::uint64_t size =
+      stat(path.c_str(), &status) == 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+  ProcessLimits limits;
+  limits.memory_bytes = std::max(limits.memory_bytes, 8 * size);
+  limits.answer_bytes = std::max(limits.answer_bytes, 4 * size);
+  return limits;
+}
+
+void on_unconfined_reading(std::function<void(const std::string&)> tell)
+{
+  unconfined_listener() = std::move(tell);
+}
+
+ModelReading::ModelReading(const std::string& path) : ModelReading(path, reading_limits(path)) {}
 
 ModelReading::ModelReading(const std::string& path, const ProcessLimits& limits)
     : path_(path),
-      work_([&path] { return answered(path, [&] { return plain_bytes(read_motion_model(path)); }); }, path,
-            limits)
+      work_(
+          [&path] {
+            return answered(
+                path, [](const Hdf5Content& content) { return plain_bytes(parse_motion_model(content)); });
+          },
+          path, limits)
 {
 }
 
@@ -84,16 +131,33 @@ MotionModel ModelReading::model()
   return motion_model_of(value_of(answer, path_), path_);
 }
 
-MotionModel read_motion_model_apart(const std::string& path, const ProcessLimits& limits)
+MotionModel read_motion_model(const std::string& path)
 {
-  return ModelReading(path, limits).model();
+  return ModelReading(path).model();
 }
 
-Trace read_trace_apart(const std::string& path, const ProcessLimits& limits)
+Trace read_trace(const std::string& path)
 {
-  const auto read = [&] { return answered(path, [&] { return plain_bytes(read_trace(path)); }); };
-  const std::string answer = whole(answer_apart(read, path, limits), path);
+  const std::string answer =
+      answer_about(path, [](const Hdf5Content& content) { return plain_bytes(parse_trace(content)); });
   return trace_of(value_of(answer, path), path);
+}
+
+std::vector<Finding> validate_hdf5(const std::string& path)
+{
+  const std::string answer = answer_about(path, [](const Hdf5Content& content) {
+    PlainWriter stream;
+    for (const Finding& finding : findings_in(content))
+      for (const std::string* text : {&finding.where, &finding.found, &finding.wanted}) stream.pass(*text);
+    return stream.take();
+  });
+  PlainReader stream(value_of(answer, path), path);
+  std::vector<Finding> findings;
+  while (stream.left() > 0) {
+    Finding& finding = findings.emplace_back();
+    for (std::string* text : {&finding.where, &finding.found, &finding.wanted}) stream.pass(*text);
+  }
+  return findings;
 }
 
 }  // namespace vrda

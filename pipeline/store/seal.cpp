@@ -1,15 +1,17 @@
 #include "store/seal.hpp"
 
-#include <array>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <atomic>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <string_view>
-#include <vector>
 
 #include "core/error.hpp"
+#include "core/open_file.hpp"
 
 namespace vrda {
 namespace {
@@ -18,31 +20,7 @@ constexpr std::string_view magic = "VRDASEAL";
 constexpr std::size_t seal_bytes = 16;
 constexpr const char* wanted_intact = "an intact motion model or trace (HDF5)";
 
-/// CRC-32 of ISO 3309, the one of zlib and PNG, a byte at a time.
-class Crc32 {
- public:
-  Crc32()
-  {
-    for (std::uint32_t n = 0; n < table_.size(); ++n) {
-      std::uint32_t value = n;
-      for (int bit = 0; bit < 8; ++bit) value = (value & 1u) != 0u ? 0xedb88320u ^ (value >> 1) : value >> 1;
-      table_[n] = value;
-    }
-  }
-
-  void add(std::string_view bytes)
-  {
-    for (const char byte : bytes) {
-      state_ = table_[(state_ ^ static_cast<unsigned char>(byte)) & 0xffu] ^ (state_ >> 8);
-    }
-  }
-
-  std::uint32_t value() const { return ~state_; }
-
- private:
-  std::array<std::uint32_t, 256> table_{};
-  std::uint32_t state_ = 0xffffffffu;
-};
+std::atomic<bool> accepts_unsealed = false;
 
 std::uint64_t little_endian(std::string_view bytes)
 {
@@ -51,76 +29,80 @@ std::uint64_t little_endian(std::string_view bytes)
   return value;
 }
 
-std::string read_at(std::ifstream& stream, std::uint64_t offset, std::size_t n_bytes)
-{
-  std::string bytes(n_bytes, '\0');
-  stream.clear();
-  stream.seekg(static_cast<std::streamoff>(offset));
-  stream.read(bytes.data(), static_cast<std::streamsize>(n_bytes));
-  bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  return bytes;
-}
-
-/// Checksum of the first `n_bytes` of the file.
-std::uint32_t checksum(const std::string& path, std::uint64_t n_bytes)
-{
-  std::ifstream stream(path, std::ios::binary);
-  Crc32 crc;
-  std::vector<char> block(std::size_t{1} << 20);
-  std::uint64_t left = n_bytes;
-  while (left > 0) {
-    const std::uint64_t wanted = left < block.size() ? left : block.size();
-    stream.read(block.data(), static_cast<std::streamsize>(wanted));
-    if (static_cast<std::uint64_t>(stream.gcount()) != wanted) {
-      throw InputError({path, "", "a file that cannot be read to its end", wanted_intact});
-    }
-    crc.add({block.data(), static_cast<std::size_t>(wanted)});
-    left -= wanted;
-  }
-  return crc.value();
-}
-
-std::string seal_with(std::uint32_t crc)
-{
-  std::string bytes(magic);
-  for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(crc >> shift & 0xffu));
-  bytes.resize(seal_bytes, '\0');
-  return bytes;
-}
-
 /// Where the HDF5 content ends, as its superblock (version 2 or 3) says; 0 for another version.
-std::uint64_t content_end(std::ifstream& stream)
+std::uint64_t content_end(std::string_view bytes)
 {
-  const std::string superblock = read_at(stream, 0, 36);
-  if (superblock.size() < 36 || (superblock[8] != 2 && superblock[8] != 3)) return 0;
-  return little_endian(std::string_view(superblock).substr(28, 8));
+  if (bytes.size() < 36 || (bytes[8] != 2 && bytes[8] != 3)) return 0;
+  return little_endian(bytes.substr(28, 8));
+}
+
+std::string bytes_of_file(const std::string& file)
+{
+  const auto refuse = [&](const std::string& found) { throw InputError({file, "", found, wanted_intact}); };
+  const OpenFile open_file(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe without a writer
+  struct stat status = {};
+  if (!open_file.is_open() || fstat(open_file.get(), &status) != 0) refuse(std::strerror(errno));
+  if (!S_ISREG(status.st_mode)) refuse("no regular file");
+  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  for (std::size_t n_read = 0; n_read < bytes.size();) {
+    const ssize_t n = read(open_file.get(), bytes.data() + n_read, bytes.size() - n_read);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) refuse(std::string("a read error (") + std::strerror(errno) + ")");
+    if (n == 0) refuse("a file that became shorter while it was read");
+    n_read += static_cast<std::size_t>(n);
+  }
+  return bytes;
+}
+
+/// The HDF5 content begins with the file: nothing stands before it (a "user block") that we would not check.
+void require_signature(const std::string& file, std::string_view bytes)
+{
+  constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
+  if (bytes.substr(0, signature.size()) == signature) return;
+  throw InputError({file, "", std::to_string(bytes.size()) + " bytes that are no HDF5 file", wanted_intact});
+}
+
+void require_whole(const std::string& file, std::string_view bytes)
+{
+  const std::uint64_t end = content_end(bytes);
+  if (end == 0 || end == bytes.size()) return;
+  const char* problem = bytes.size() < end ? " bytes, a truncated file" : " bytes, a damaged end";
+  throw InputError({file, "", std::to_string(bytes.size()) + problem,
+                    wanted_intact + std::string(" of ") + std::to_string(end) + " bytes"});
 }
 
 }  // namespace
 
 std::string seal_of(std::string_view content)
 {
-  Crc32 crc;
-  crc.add(content);
-  return seal_with(crc.value());
+  // CRC-32 of ISO 3309.
+  const uLong crc = crc32_z(0, reinterpret_cast<const Bytef*>(content.data()), content.size());
+  std::string bytes(magic);
+  for (int shift = 0; shift < 32; shift += 8) bytes.push_back(static_cast<char>(crc >> shift & 0xffu));
+  bytes.resize(seal_bytes, '\0');
+  return bytes;
 }
 
-void require_sound(const std::string& path)
+void accept_unsealed_files(bool accepts)
 {
-  const std::uint64_t size = std::filesystem::file_size(path);
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw InputError({path, "", std::strerror(errno), wanted_intact});
-  const std::uint64_t sealed = size < seal_bytes ? 0 : size - seal_bytes;
-  const std::string tail = read_at(stream, sealed, seal_bytes);
-  if (tail.substr(0, magic.size()) == magic) {
-    if (tail == seal_with(checksum(path, sealed))) return;
-    throw InputError({path, "", "a damaged file (its checksum does not match)", wanted_intact});
+  accepts_unsealed = accepts;
+}
+
+Hdf5Content read_hdf5(const std::string& file)
+{
+  std::string bytes = bytes_of_file(file);
+  require_signature(file, bytes);
+  const std::size_t sealed = bytes.size() < seal_bytes ? 0 : bytes.size() - seal_bytes;
+  const std::string tail = bytes.substr(sealed);
+  if (tail.compare(0, magic.size(), magic) == 0) {
+    bytes.resize(sealed);
+    if (tail == seal_of(bytes)) return {file, std::move(bytes)};
+    throw InputError({file, "", "a damaged file (its checksum does not match)", wanted_intact});
   }
-  const std::uint64_t end = content_end(stream);
-  if (end == 0 || end == size) return;
-  throw InputError({path, "",
-                    std::to_string(size) + " bytes, " + (size < end ? "a truncated file" : "a damaged end"),
-                    wanted_intact + std::string(" of ") + std::to_string(end) + " bytes"});
+  require_whole(file, bytes);
+  if (accepts_unsealed) return {file, std::move(bytes)};
+  throw InputError({file, "", "a file without a seal, written or changed by another program",
+                    "a sealed motion model or trace, or the option --unsealed"});
 }
 
 }  // namespace vrda

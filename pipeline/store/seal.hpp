@@ -9,12 +9,21 @@
 
 namespace vrda {
 
+/// An HDF5 file in memory, without its seal.
+struct Hdf5Content {
+  std::string file;  ///< its name, for messages
+  std::string bytes;
+};
+
 /// The seal of a file with this HDF5 content, to stand behind it.
 std::string seal_of(std::string_view content);
 
-/// Throws InputError when the file is damaged: its seal does not match, or it is shorter or longer than its
-/// HDF5 content and seal. A file without a seal passes when it ends where its HDF5 content does: another
-/// program changed it, and only HDF5's own checks remain.
-void require_sound(const std::string& path);
+/// Whether this process also takes files without a seal, those that another program wrote or changed; at first it
+/// does not.
+void accept_unsealed_files(bool accepts = true);
+
+/// The whole file. Throws InputError when it is absent, no regular HDF5 file, or damaged: its seal does not
+/// match, or there is none and files without one are not accepted.
+Hdf5Content read_hdf5(const std::string& file);
 
 }  // namespace vrda

@@ -15,21 +15,10 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "store/sanitized.hpp"
 
 namespace vrda {
 namespace {
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool is_sanitized = true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-constexpr bool is_sanitized = true;
-#else
-constexpr bool is_sanitized = false;
-#endif
-#else
-constexpr bool is_sanitized = false;
-#endif
 
 constexpr int done = 0, not_written = 1;
 
@@ -50,12 +39,15 @@ void limit(int what, std::uint64_t value)
   setrlimit(static_cast<__rlimit_resource_t>(what), &both);  // one that is stricter already stays
 }
 
-void restrict_this_process(const ProcessLimits& limits)
+/// `answer` is the file that takes the answer: the only one of this process's that stays open.
+void restrict_this_process(const ProcessLimits& limits, int answer)
 {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
+  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, limits.processor_s);
   limit(RLIMIT_FSIZE, limits.answer_bytes);
+  limit(RLIMIT_NPROC, 0);
   if (!is_sanitized) limit(RLIMIT_AS, mapped_bytes() + limits.memory_bytes);
   // The C library tells the terminal about the heap that it finds destroyed; the message is ours to give.
   const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
@@ -63,6 +55,8 @@ void restrict_this_process(const ProcessLimits& limits)
     dup2(nowhere, STDOUT_FILENO);
     dup2(nowhere, STDERR_FILENO);
   }
+  close_range(STDERR_FILENO + 1, static_cast<unsigned>(answer) - 1, 0);
+  close_range(static_cast<unsigned>(answer) + 1, ~0U, 0);
   if (is_sanitized) return;  // their handlers tell what happened
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGXFSZ, SIGINT, SIGTERM})
     std::signal(signal, SIG_DFL);
@@ -123,7 +117,7 @@ SeparateWork::SeparateWork(const std::function<std::string()>& work, std::string
     throw InputError({subject_, "", std::strerror(error), wanted_room});
   }
   if (child_ > 0) return;
-  restrict_this_process(limits_);
+  restrict_this_process(limits_, file_);
   _exit(write_all(file_, work()) ? done : not_written);
 }
 

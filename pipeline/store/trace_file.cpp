@@ -4,7 +4,6 @@
 
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
-#include "store/dataset_reader.hpp"
 #include "store/dataset_writer.hpp"
 #include "store/seal.hpp"
 #include "store/trace_binding.hpp"
@@ -39,19 +38,6 @@ std::string bytes_of(const std::string& path, const Trace& trace)
   return writer.bytes();
 }
 
-Trace read_trace_values(const H5Reader& reader, const Structure& structure)
-{
-  Trace trace;
-  trace.title = text(reader, "/", "title");
-  trace.side = text(reader, "/", "side");
-  trace.job_key = text(reader, "/", "job_key");
-  trace.approach_step_mm = number(reader, "/", "approach_step_mm");
-  trace.translation_resolution_mm = number(reader, "/", "translation_resolution_mm");
-  trace.rotation_resolution_deg = number(reader, "/", "rotation_resolution_deg");
-  visit_trace(trace, DatasetReader(reader, structure.layout, structure.shape));
-  return trace;
-}
-
 }  // namespace
 
 std::string trace_name(const std::string& motion_model_file)
@@ -70,33 +56,6 @@ void write_trace(const std::string& path, const Trace& trace)
   write_whole(path, {content, seal_of(content)});
 }
 
-Trace read_trace(const std::string& path)
-{
-  const H5Reader reader(path);
-  const Structure structure = trace_structure_of(reader);
-  std::vector<Finding> findings = structure.findings;
-  Trace trace;
-  if (findings.empty()) {
-    trace = read_trace_values(reader, structure);
-    findings = check_values(trace);
-  }
-  if (findings.empty()) return trace;
-  throw InputError({path, findings[0].where, findings[0].found, findings[0].wanted});
-}
-
-std::vector<Finding> validate_trace(const std::string& path)
-{
-  const H5Reader reader(path);
-  const Structure structure = trace_structure_of(reader);
-  if (!structure.findings.empty()) return structure.findings;
-  try {
-    return check_values(read_trace_values(reader, structure));
-  } catch (const InputError& error) {
-    // A damaged chunk shows only when its values are read.
-    return {{error.facts().field, error.facts().found, error.facts().wanted}};
-  }
-}
-
 void require_beside(const Trace& trace, const std::string& trace_file, const MotionModel& model,
                     const std::string& model_file)
 {
@@ -104,12 +63,6 @@ void require_beside(const Trace& trace, const std::string& trace_file, const Mot
   if (findings.empty()) return;
   throw InputError({trace_file, findings[0].where, findings[0].found,
                     findings[0].wanted + ", the trace of " + model_file});
-}
-
-bool is_trace(const std::string& path)
-{
-  const std::optional<AttributeValue> format = H5Reader(path).attribute("/", "format");
-  return format && format->texts == std::vector<std::string>{trace_format_name};
 }
 
 }  // namespace vrda

@@ -108,7 +108,7 @@ void require_written(const std::string& path, std::size_t n_bytes)
     throw InputError({path, "", error ? error.message() : std::to_string(n_found) + " bytes on the disk",
                       "the " + std::to_string(n_bytes) + " bytes just written"});
   }
-  require_sound(path);
+  read_hdf5(path);
 }
 
 }  // namespace

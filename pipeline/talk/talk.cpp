@@ -3,6 +3,8 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "core/utf8.hpp"
+
 namespace vrda {
 namespace {
 
@@ -24,11 +26,11 @@ void be_quiet()
 }
 void say(const std::string& line)
 {
-  talker().info(line);
+  talker().info(printable(line));
 }
 void warn(const std::string& line)
 {
-  talker().warn("warning: " + line);
+  talker().warn("warning: " + printable(line));
 }
 
 }  // namespace vrda

@@ -16,6 +16,7 @@ enum class ExitCode : int {
 /// Silences say(); warnings and errors stay.
 void be_quiet();
 
+/// One line each; control characters are printed as \x1b.
 void say(const std::string& line);
 void warn(const std::string& line);
 

@@ -17,6 +17,8 @@
 #include "app/simulate.hpp"
 #include "app/web_options.hpp"
 #include "core/error.hpp"
+#include "store/read_apart.hpp"
+#include "store/seal.hpp"
 #include "web/server.hpp"
 
 namespace {
@@ -85,6 +87,13 @@ void parse(CLI::App& app, int argc, char** argv)
 int run(int argc, char** argv)
 {
   CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
+  app.add_flag_callback(
+      "--unsealed", [] { vrda::accept_unsealed_files(); },
+      "Before the mode: read files without a seal too, which another program wrote or changed");
+  vrda::on_unconfined_reading([](const std::string& why) {
+    std::cerr << "vrda-player: this system does not confine the process that reads HDF5 (" << why
+              << "); its limits hold\n";
+  });
   app.set_version_flag("--version", "vrda-player " VRDA_VERSION);
   app.require_subcommand(0, 1);
   app.footer(

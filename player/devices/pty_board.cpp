@@ -57,14 +57,17 @@ InputError refused(const std::string& field, const std::string& wanted)
   return InputError({"simulated board", field, std::strerror(errno), wanted});
 }
 
-/// A link of that name is replaced in one step, so that nobody finds none.
+/// A link to a terminal, which a board that was killed leaves, is replaced in one step, so that nobody finds
+/// none.
 void make_link(const std::string& link, const std::string& target)
 {
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::file_status there = fs::symlink_status(link, error);
-  if (fs::exists(there) && !fs::is_symlink(there))
-    throw InputError({"simulated board", link, "a file", "a name for a link to the terminal"});
+  const std::string leads_to = fs::is_symlink(there) ? fs::read_symlink(link, error).string() : "";
+  if (fs::exists(there) && leads_to.rfind("/dev/pts/", 0) != 0)
+    throw InputError({"simulated board", link, leads_to.empty() ? "a file" : "a link to " + leads_to,
+                      "a name for a link to the terminal"});
   const std::string beside = link + ".new";
   fs::remove(beside, error);
   fs::create_symlink(target, beside, error);
@@ -127,8 +130,10 @@ struct PtyBoard::State {
     if (terminal.number() < 0) return;
     far_end.close();
     terminal.close();
+    // Another board may have made it its own meanwhile.
     std::error_code ignored;
-    if (!options.link.empty()) std::filesystem::remove(options.link, ignored);
+    if (!options.link.empty() && std::filesystem::read_symlink(options.link, ignored) == path)
+      std::filesystem::remove(options.link, ignored);
   }
 
   /// Signals of a count: 00, 10, 11, 01 and round again.

@@ -24,8 +24,8 @@ struct PtyBoardOptions {
 /// encoder.
 class PtyBoard {
  public:
-  /// Throws InputError where no terminal or link can be made; a link that is in the way is replaced, a file
-  /// is not.
+  /// Throws InputError where no terminal or link can be made; a link to a terminal that is in the way is
+  /// replaced, any other link and a file are not.
   explicit PtyBoard(const PtyBoardOptions& options);
   ~PtyBoard();
   PtyBoard(const PtyBoard&) = delete;

@@ -206,7 +206,7 @@ TEST_F(BadFiles, AClosedStandardOutputNeverEndsUpInAFile)
       with_output("run '" + job_.string() + "' -o '" + output_.string() + "' --quiet", "<&- >&-");
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_THAT(ended.err, HasSubstr("standard output"));
-  EXPECT_THAT(validate_motion_model(output_.string()), testing::IsEmpty());
+  EXPECT_THAT(validate_hdf5(output_.string()), testing::IsEmpty());
 }
 
 TEST_F(BadFiles, OutputsWithoutRoomAreNamed)

@@ -35,7 +35,7 @@ MotionModel solved(const test::Scratch& scratch, const fs::path& job,
   const fs::path output = scratch.path() / ("solved_" + std::to_string(n++) + ".h5");
   const test::Ended ended = test::run_vrda(words(job, output, more));
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(validate_motion_model(output.string()), IsEmpty());
+  EXPECT_THAT(validate_hdf5(output.string()), IsEmpty());
   return read_motion_model(output.string());
 }
 

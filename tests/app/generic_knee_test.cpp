@@ -78,7 +78,7 @@ MotionModel solved(const test::Scratch& scratch, std::vector<std::string> words)
   words.insert(words.end(), {"-o", output, "--replace", "--progress", "none"});
   const test::Ended ended = test::run_vrda(words);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(validate_motion_model(output), testing::IsEmpty());
+  EXPECT_THAT(validate_hdf5(output), testing::IsEmpty());
   const MotionModel model = read_motion_model(output);
   EXPECT_EQ(model.status.rows(), 91);
   EXPECT_EQ(model.status.cols(), 21);

@@ -26,7 +26,7 @@ MotionModel solved(const test::Scratch& scratch, const std::string& job, std::ve
   words.insert(words.begin(), {"run", file, "-o", output, "--progress", "none", "--fresh"});
   const test::Ended ended = test::run_vrda(words);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(validate_motion_model(output), IsEmpty());
+  EXPECT_THAT(validate_hdf5(output), IsEmpty());
   return read_motion_model(output);
 }
 

@@ -27,7 +27,7 @@ TEST(Run, WritesTheModelAndCleansUp)
   const auto record = nlohmann::json::parse(test::read_bytes(output.string() + ".run.json"));
   EXPECT_GT(record["seconds"].get<double>(), 0.0);
   EXPECT_EQ(record["steps_recalled"], 0);
-  EXPECT_THAT(validate_motion_model(output.string()), IsEmpty());
+  EXPECT_THAT(validate_hdf5(output.string()), IsEmpty());
 }
 
 TEST(Run, TheDefaultOutputIsNamedAfterTheJob)
@@ -76,7 +76,7 @@ TEST(Run, KilledThreeTimesItGoesOnAndGivesTheSameBytes)
     ASSERT_TRUE(fs::exists(journal));
     EXPECT_FALSE(fs::exists(killed));
     written = fs::file_size(journal);
-    EXPECT_THAT(validate_motion_model(killed.string() + ".start.h5"), IsEmpty());
+    EXPECT_THAT(validate_hdf5(killed.string() + ".start.h5"), IsEmpty());
   }
   const test::Ended last = test::run_vrda({"run", job, "-o", killed.string()});
   EXPECT_EQ(last.exit_code, 0);

@@ -47,7 +47,7 @@ Solved solved(const fs::path& job, const std::vector<std::string>& settings)
   const fs::path output = job.parent_path() / "solved.h5";
   const test::Ended ended = test::run_vrda(words(job, output, settings));
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_THAT(validate_motion_model(output.string()), testing::IsEmpty());
+  EXPECT_THAT(validate_hdf5(output.string()), testing::IsEmpty());
   return {read_motion_model(output.string()), ended.err};
 }
 

@@ -250,7 +250,7 @@ TEST(ShardWords, TheJobOfAMergeMayBeNamed)
   const test::Ended merged = test::run_vrda({"merge", "-o", output, "--job", job, "--keep"});
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
   EXPECT_TRUE(fs::exists(spine_journal_of(output)));
-  EXPECT_THAT(validate_motion_model(output), IsEmpty());
+  EXPECT_THAT(validate_hdf5(output), IsEmpty());
 }
 
 }  // namespace vrda::shard_test

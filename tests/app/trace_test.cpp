@@ -44,7 +44,7 @@ TEST(Trace, StandsBesideTheModelAndNothingElseStays)
   ASSERT_EQ(run.ended.exit_code, 0) << run.ended.err;
   EXPECT_THAT(run.ended.err, HasSubstr(run.trace_file()));
   EXPECT_FALSE(fs::exists(run.file.string() + ".trace.journal"));
-  EXPECT_THAT(validate_trace(run.trace_file()), IsEmpty());
+  EXPECT_THAT(validate_hdf5(run.trace_file()), IsEmpty());
   EXPECT_EQ(test::run_vrda({"validate", run.trace_file()}).exit_code, 0);
   EXPECT_NO_THROW(require_beside(read_trace(run.trace_file()), run.trace_file(),
                                  read_motion_model(run.file.string()), ""));
@@ -156,7 +156,7 @@ TEST(Trace, StepsSolvedWithoutTraceAreOneMessageAndFreshIsTheWay)
   EXPECT_THAT(refused.err, HasSubstr("--fresh"));
   EXPECT_EQ(read_journal(output + ".journal").records.size(), n_known) << "nothing of the run is lost";
   EXPECT_EQ(test::run_vrda({"run", job, "-o", output, "--trace", "--fresh"}).exit_code, 0);
-  EXPECT_THAT(validate_trace(trace_name(output)), IsEmpty());
+  EXPECT_THAT(validate_hdf5(trace_name(output)), IsEmpty());
 }
 
 TEST(Trace, ADamagedJournalOfTracesIsSaidAndTheRunCanGoOnWithoutIt)

@@ -83,7 +83,7 @@ TEST(TwoWriters, NoCommittedChangeIsLostInTwoHundredInterleavingsAndKills)
     }
     const test::Ended one_ended = one.wait(), other_ended = other.wait();
     ASSERT_EQ(other_ended.exit_code, 0) << other_ended.err;
-    ASSERT_THAT(validate_motion_model(file.string()), IsEmpty());
+    ASSERT_THAT(validate_hdf5(file.string()), IsEmpty());
     const MotionModel model = read_motion_model(file.string());
     EXPECT_EQ(0, std::memcmp(model.X_reference_moving.data(), raw.X_reference_moving.data(),
                              raw.X_reference_moving.size() * sizeof(double)));

@@ -30,4 +30,14 @@ TEST(Utf8, RefusesAllElse)
   }
 }
 
+TEST(Printable, ShowsControlCharactersOfAsciiAndLatin1AndLeavesTheRest)
+{
+  EXPECT_EQ(printable("a\x1b[31m\n\x7f\xc2\x9b\xc2\xa0\xc3\xa9\xc2"),
+            "a\\x1b[31m\\x0a\\x7f\\xc2\\x9b\xc2\xa0\xc3\xa9\xc2");
+  EXPECT_TRUE(has_control_characters("a\xc2\x9b"));
+  EXPECT_TRUE(has_control_characters("a\tb"));
+  EXPECT_FALSE(has_control_characters("a\tb\n", "\t\n"));
+  EXPECT_FALSE(has_control_characters("genou \xC3\xA9tal\xC3\xB3n"));
+}
+
 }  // namespace vrda::utf8_test

@@ -19,7 +19,7 @@
 #include "fuzz/shared_coverage.hpp"
 #include "fuzz/use_model.hpp"
 #include "motion/film.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/parse_hdf5.hpp"
 #include "store/plain_bytes.hpp"
 #include "store/read_apart.hpp"
 #include "store/separate_process.hpp"
@@ -110,13 +110,13 @@ void use(const MotionModel& model, std::size_t k)
   }
 }
 
-/// Both halves of read_motion_model_apart, and what the player does then.
+/// Both halves of read_motion_model, and what the player does then.
 void read_and_use(bool is_trace, std::size_t k)
 {
   if (is_trace) {
-    use(trace_of(plain_bytes(read_trace(file_name())), "a.trace.h5"));
+    use(trace_of(plain_bytes(parse_trace(read_hdf5(file_name()))), "a.trace.h5"));
   } else {
-    use(motion_model_of(plain_bytes(read_motion_model(file_name())), "a.h5"), k);
+    use(motion_model_of(plain_bytes(parse_motion_model(read_hdf5(file_name()))), "a.h5"), k);
   }
 }
 
@@ -178,9 +178,9 @@ std::string outcome_alone(bool is_trace, std::size_t k)
   const Outcome outcome = outcome_of([&] {
     try {
       if (is_trace) {
-        use(read_trace_apart(file_name(), limits));
+        use(read_trace(file_name()));
       } else {
-        use(read_motion_model_apart(file_name(), limits), k);
+        use(ModelReading(file_name(), limits).model(), k);
       }
     } catch (const InputError& error) {
       const std::size_t at = error.facts().found.find("it ended with ");

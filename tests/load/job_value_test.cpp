@@ -4,6 +4,7 @@
 
 #include "load/job_schema.hpp"
 #include "load/mesh_text.hpp"
+#include "support/input_error.hpp"
 
 namespace vrda::job_value_test {
 
@@ -109,6 +110,14 @@ TEST(Override, BadOnesAreRefused)
     EXPECT_THAT(facts.found, HasSubstr(row.found));
     EXPECT_FALSE(facts.wanted.empty());
   }
+}
+
+TEST(ParseToml, RefusesTextThatSteersATerminal)
+{
+  const InputError::Facts facts =
+      test::input_error([] { parse_toml("[a]\ntitle = \"\\u001b[31mred\"\n", "knee.toml"); });
+  EXPECT_EQ(facts.field, "a.title");
+  EXPECT_EQ(facts.found, "a text with control characters");
 }
 
 }  // namespace vrda::job_value_test

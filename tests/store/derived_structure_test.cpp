@@ -85,7 +85,7 @@ TEST(DerivedStructure, AZeroVarusMotionIsWholeOrAbsent)
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::with_derived(test::sample_model()));
   test::change(path, [](hid_t file) { remove(file, "/zero_varus"); });
-  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_TRUE(validate_hdf5(path).empty());
   EXPECT_FALSE(read_motion_model(path).zero_varus.has_value());
 }
 
@@ -109,7 +109,7 @@ TEST(DerivedStructure, AnAuditIsWholeOrAbsent)
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::with_derived(test::sample_model()));
   test::change(path, [](hid_t file) { remove(file, "/audit/raw"); });
-  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_TRUE(validate_hdf5(path).empty());
   EXPECT_EQ(read_motion_model(path).audits.size(), 3u);
 }
 

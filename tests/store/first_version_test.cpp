@@ -46,7 +46,7 @@ TEST(FirstVersion, IsReadWithThePushOfItsDeltaAndTheVarusOfItsAxis)
     const MotionModel model = test::sample_model(options);
     write_motion_model(path, model);
     test::change(path, [&](hid_t file) { make_first_version(file, has_compartments); });
-    for (const Finding& finding : validate_motion_model(path)) {
+    for (const Finding& finding : validate_hdf5(path)) {
       ADD_FAILURE() << finding.where << ": " << finding.found << ", wanted " << finding.wanted;
     }
     // The sample's push is constant, its varus that of the axis, and its paths those of the contacts.
@@ -55,7 +55,7 @@ TEST(FirstVersion, IsReadWithThePushOfItsDeltaAndTheVarusOfItsAxis)
     // So it can be written again, as a file of today.
     const std::string again = scratch.path() / "again.h5";
     write_motion_model(again, read);
-    EXPECT_TRUE(validate_motion_model(again).empty());
+    EXPECT_TRUE(validate_hdf5(again).empty());
   }
 }
 
@@ -88,7 +88,7 @@ TEST(FirstVersion, WhatALaterMinorVersionAddsToItIsIgnored)
     test::make_group(file, "/ligaments");
     test::make_group(file, "/equilibrium");
   });
-  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_TRUE(validate_hdf5(path).empty());
   EXPECT_FALSE(read_motion_model(path).ligaments.has_value());
 }
 
@@ -109,7 +109,7 @@ TEST(SecondVersion, IsReadAsItIs)
     write_motion_model(path, model);
     write_motion_model(today, model);
     test::change(path, make_second_version);
-    EXPECT_TRUE(validate_motion_model(path).empty());
+    EXPECT_TRUE(validate_hdf5(path).empty());
     const MotionModel read = read_motion_model(path);
     test::expect_equal(read, model);
     // Written again it is a file of today, to the byte.
@@ -126,7 +126,7 @@ TEST(SecondVersion, WhatVersionOneTwoAddedIsIgnoredInIt)
     const MotionModel model = test::sample_model({4, n_varus, true, true, n_varus > 1});
     write_motion_model(path, test::with_derived(model));
     test::change(path, make_second_version);
-    EXPECT_TRUE(validate_motion_model(path).empty());
+    EXPECT_TRUE(validate_hdf5(path).empty());
     test::expect_equal(read_motion_model(path), model);
   }
 }

@@ -14,6 +14,7 @@
 #include "store/changed_file.hpp"
 #include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/parse_hdf5.hpp"
 #include "store/read_apart.hpp"
 #include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
@@ -39,13 +40,13 @@ InputError::Facts told_of(const test::Scratch& scratch, const std::function<void
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::sample_model());
   test::change(path, action);
-  return test::input_error([&] { read_motion_model_apart(path); });
+  return test::input_error([&] { read_motion_model(path); });
 }
 
 InputError::Facts told_of_bytes(const test::Scratch& scratch, const std::string& bytes)
 {
   const std::string path = scratch.write("knee.h5", bytes);
-  return test::input_error([&] { read_motion_model_apart(path); });
+  return test::input_error([&] { read_motion_model(path); });
 }
 
 /// Of the largest process that this one has waited for; grows only.
@@ -61,14 +62,14 @@ TEST(ReadApart, GivesTheSameModelAndTheSameErrors)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::with_derived(test::sample_model()));
-  test::expect_equal(read_motion_model(path), read_motion_model_apart(path));
+  test::expect_equal(parse_motion_model(read_hdf5(path)), read_motion_model(path));
   const std::string trace = trace_name(path);
   write_trace(trace, test::trace_beside(test::sample_model()));
-  EXPECT_EQ(read_trace_apart(trace).moves.theta_deg, read_trace(trace).moves.theta_deg);
+  EXPECT_EQ(read_trace(trace).moves.theta_deg, parse_trace(read_hdf5(trace)).moves.theta_deg);
   for (const std::string& wrong :
        {trace, std::string("absent.h5"), scratch.write("text.h5", "no model").string()}) {
-    const InputError::Facts here = test::input_error([&] { read_motion_model(wrong); });
-    const InputError::Facts apart = test::input_error([&] { read_motion_model_apart(wrong); });
+    const InputError::Facts here = test::input_error([&] { parse_motion_model(read_hdf5(wrong)); });
+    const InputError::Facts apart = test::input_error([&] { read_motion_model(wrong); });
     EXPECT_EQ(apart.file, wrong);
     EXPECT_EQ(apart.field, here.field);
     EXPECT_EQ(apart.found, here.found);
@@ -198,9 +199,20 @@ TEST(HostileFile, TextsThatAreAllTheSameBytesOfTheFileAreBounded)
   constexpr std::size_t element_bytes = 16;  // length, address of the heap, index
   const std::string first = bytes.substr(address, element_bytes);
   for (std::size_t k = 1; k < 2000; ++k) bytes.replace(address + k * element_bytes, element_bytes, first);
+  bytes.resize(bytes.size() - seal_of("").size());
+  bytes += seal_of(bytes);
   const InputError::Facts facts = told_of_bytes(scratch, bytes);
   EXPECT_EQ(facts.field, "/job/input_name");
   EXPECT_THAT(facts.found, HasSubstr("HDF5 error"));
+}
+
+TEST(HostileFile, TextThatSteersATerminalIsRefused)
+{
+  const test::Scratch scratch;
+  const InputError::Facts facts =
+      told_of(scratch, [](hid_t file) { test::set_text(file, "/", "title", "a \x1b[31mred knee"); });
+  EXPECT_EQ(facts.field, "/@title");
+  EXPECT_EQ(facts.found, "control characters in a text");
 }
 
 TEST(HostileFile, ThatCrashesHdf5IsOneMessage)
@@ -357,7 +369,7 @@ TEST(HostileFile, TextMustBeUtf8)
   MotionModel model = test::sample_model();
   model.moving.components[0].name = "\xFF";
   write_motion_model(path, model);
-  const InputError::Facts name = test::input_error([&] { read_motion_model_apart(path); });
+  const InputError::Facts name = test::input_error([&] { read_motion_model(path); });
   EXPECT_EQ(name.field, "/bodies/moving/component_name");
   EXPECT_EQ(name.wanted, "text in UTF-8");
 }
@@ -397,7 +409,7 @@ TEST(HostileFile, ValuesThatWouldBeIndexedOrDrawnAreChecked)
     MotionModel model = test::sample_model();
     model.smoothed[0].surfaces[1].coefficients[0] = wrong;
     write_motion_model(path, model);
-    const InputError::Facts facts = test::input_error([&] { read_motion_model_apart(path); });
+    const InputError::Facts facts = test::input_error([&] { read_motion_model(path); });
     EXPECT_EQ(facts.field, "/smoothed/degree_1/coefficients_ty");
     EXPECT_THAT(facts.wanted, HasSubstr("finite"));
   }
@@ -421,7 +433,7 @@ TEST(HostileFile, AxesHaveAtLeastOneValue)
   MotionModel model = test::sample_model(one);
   model.smoothed.clear();
   write_motion_model(path, model);
-  EXPECT_EQ(read_motion_model_apart(path).flexion_deg.size(), 1u);
+  EXPECT_EQ(read_motion_model(path).flexion_deg.size(), 1u);
 }
 
 }  // namespace vrda::hostile_file_test

@@ -31,7 +31,7 @@ TEST(IndexTable, TheFileGivesBackEveryColumn)
   const std::string path = scratch.path() / "index.h5";
   const IndexTable table = test::sample_index();
   write_index_file(path, table);
-  const H5Reader reader(path);
+  const H5Reader reader({path, test::read_bytes(path)});
   EXPECT_THAT(reader.refused(), testing::IsEmpty());
   EXPECT_THAT(read_back<std::string>(reader, "/case", 3), ElementsAre("a_rest", "a_search", "b_rest"));
   EXPECT_THAT(read_back<std::string>(reader, "/remark", 3),

@@ -39,7 +39,7 @@ TEST(MotionModelFile, GivesBackWhatWasWritten)
     if (options.n_flexion == 1) model.smoothed.clear();  // the sample's set has a term of flexion
     for (const MotionModel& wanted : {model, test::with_derived(model)}) {
       write_motion_model(path, wanted);
-      for (const Finding& finding : validate_motion_model(path)) {
+      for (const Finding& finding : validate_hdf5(path)) {
         ADD_FAILURE() << finding.where << ": " << finding.found << ", wanted " << finding.wanted;
       }
       expect_equal(read_motion_model(path), wanted);
@@ -53,7 +53,7 @@ TEST(MotionModelFile, StartFileIsAValidModelWithEveryCellPending)
   const std::string path = scratch.path() / "knee.start.h5";
   const MotionModel start = with_pending_cells(test::with_derived(test::sample_model()));
   write_motion_model(path, start);
-  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_TRUE(validate_hdf5(path).empty());
   const MotionModel read = read_motion_model(path);
   expect_equal(read, start);
   EXPECT_TRUE((read.status == status_pending).all());
@@ -68,7 +68,7 @@ TEST(MotionModelFile, AStartFileKeepsThePushAndTheFibres)
     const MotionModel model = test::sample_model({4, 3, true, true, true, true, 5, n_wraps});
     const MotionModel start = with_pending_cells(model);
     write_motion_model(path, start);
-    EXPECT_TRUE(validate_motion_model(path).empty());
+    EXPECT_TRUE(validate_hdf5(path).empty());
     const MotionModel read = read_motion_model(path);
     expect_equal(read, start);
     EXPECT_EQ(read.push.delta, model.push.delta);
@@ -122,7 +122,7 @@ TEST(MotionModelFile, ReplacesAFileAndLeavesNothingElse)
   const test::Scratch scratch;
   const std::string path = (scratch.path() / "knee.h5").string();
   for (int n = 0; n < 2; ++n) write_motion_model(path, test::sample_model());
-  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_TRUE(validate_hdf5(path).empty());
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(scratch.path()), {}), 1);
 }
 
@@ -196,7 +196,7 @@ TEST(MotionModelFile, WhatIsNoMotionModelIsRefused)
     EXPECT_EQ(facts.file, file);
     EXPECT_NE(facts.found.find("no HDF5 file"), std::string::npos);
     EXPECT_NE(facts.wanted.find("motion model"), std::string::npos);
-    EXPECT_THROW(validate_motion_model(file), InputError);
+    EXPECT_THROW(validate_hdf5(file), InputError);
   }
 }
 

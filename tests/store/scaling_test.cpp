@@ -41,7 +41,7 @@ TEST(StoredScaling, GoesThroughAFileUnchanged)
   const std::string path = scratch.path() / "knee.h5", again = scratch.path() / "again.h5";
   for (const MotionModel& model : {scaled_model(), stretched_model()}) {
     write_motion_model(path, model);
-    EXPECT_THAT(validate_motion_model(path), testing::IsEmpty());
+    EXPECT_THAT(validate_hdf5(path), testing::IsEmpty());
     const MotionModel read = read_motion_model(path);
     test::expect_equal(read, model);
     write_motion_model(again, read);
@@ -55,7 +55,7 @@ TEST(StoredScaling, OlderFilesAreValidWithoutIt)
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::sample_model());
   test::change(path, [](hid_t file) { test::set_text(file, "/", "format_version", "1.2"); });
-  EXPECT_THAT(validate_motion_model(path), testing::IsEmpty());
+  EXPECT_THAT(validate_hdf5(path), testing::IsEmpty());
   test::expect_equal(read_motion_model(path), test::sample_model());
 }
 

@@ -1,16 +1,24 @@
 #include "store/separate_process.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <iostream>
+#include <memory>
 #include <new>
 #include <vector>
+
+#include "store/confinement.hpp"
 
 namespace vrda::separate_process_test {
 
@@ -43,19 +51,20 @@ TEST(SeparateProcess, LeavesThisOneAlone)
 
 TEST(SeparateProcess, GoesOnWhileThisOneDoes)
 {
-  std::array<int, 2> ends{};
-  ASSERT_EQ(pipe(ends.data()), 0);
+  void* const memory =
+      mmap(nullptr, sizeof(std::atomic<char>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(memory, MAP_FAILED);
+  auto& byte = *new (memory) std::atomic<char>('\0');
   SeparateWork work(
       [&] {
-        char byte = 0;
-        return read(ends[0], &byte, 1) == 1 ? std::string(1, byte) : std::string("nothing");
+        while (byte == '\0') usleep(1000);
+        return std::string(1, byte);
       },
       "x");
   // Work that was done before this line would still wait for it.
-  ASSERT_EQ(write(ends[1], "y", 1), 1);
+  byte = 'y';
   EXPECT_EQ(work.answer().text, "y");
-  close(ends[0]);
-  close(ends[1]);
+  munmap(memory, sizeof(std::atomic<char>));
 }
 
 TEST(SeparateProcess, ThatNobodyWaitsForIsEnded)
@@ -89,6 +98,47 @@ TEST(SeparateProcess, ThatEndsBadlySaysHow)
     EXPECT_EQ(answer.text, row.how);
   }
 }
+
+TEST(SeparateProcess, HasNoneOfTheOpenFiles)
+{
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const SeparateAnswer answer = answer_apart(
+      [&] { return std::string(write(ends[1], "x", 1) < 0 && errno == EBADF ? "none" : "open"); }, "x");
+  EXPECT_EQ(answer.text, "none");
+  close(ends[0]);
+  close(ends[1]);
+}
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// Each of these works before and is refused after.
+TEST(Confinement, OpensNoFileAndNoSocketStartsNoProgramAndRunsNoNewCode)
+{
+  const auto tried = [] {
+    std::string done;
+    const auto note = [&](const char* what, bool is_done) { done += is_done ? what : ""; };
+    note("open ", open("/dev/null", O_RDONLY) >= 0);
+    note("socket ", socket(AF_UNIX, SOCK_STREAM, 0) >= 0);
+    const pid_t child = fork();
+    if (child == 0) _exit(execl("/bin/true", "true", nullptr));
+    int status = -1;
+    note("exec ", child > 0 && waitpid(child, &status, 0) == child && status == 0);
+    note("code ",
+         mmap(nullptr, 4096, PROT_READ | PROT_EXEC, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0) != MAP_FAILED);
+    note("memory ", std::make_unique<char[]>(std::size_t{8} << 20) != nullptr);
+    return done;
+  };
+  const SeparateAnswer answer = answer_apart(
+      [&] {
+        const std::string before =
+            "no_new_privs=" + std::to_string(prctl(PR_GET_NO_NEW_PRIVS, 0, 0, 0, 0)) + " " + tried();
+        const std::string why = confine_this_process();
+        return before + "then " + why + tried();
+      },
+      "x");
+  EXPECT_EQ(answer.text, "no_new_privs=1 open socket exec code memory then memory ");
+}
+#endif
 
 TEST(SeparateProcess, HasLimits)
 {

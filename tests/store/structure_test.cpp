@@ -11,6 +11,8 @@
 #include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/sample_model.hpp"
+#include "store/seal.hpp"
+#include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::structure_test {
@@ -34,7 +36,7 @@ TEST(Structure, AnUnchangedFileReopenedForWritingStaysValid)
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::sample_model());
   change(path, [](hid_t file) { set_text(file, "/", "title", "renamed"); });
-  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_TRUE(validate_hdf5(path).empty());
   EXPECT_EQ(read_motion_model(path).title, "renamed");
 }
 
@@ -47,7 +49,7 @@ TEST(Structure, UnknownObjectsOfALaterMinorVersionAreIgnored)
     make_group(file, "/later");
     set_text(file, "/", "format_version", "1.7");
   });
-  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_TRUE(validate_hdf5(path).empty());
 }
 
 TEST(Structure, FormatAndVersion)
@@ -209,7 +211,7 @@ void expect_refused(const test::Scratch& scratch, const std::string& bytes)
 {
   const std::string file = scratch.write("damaged.h5", bytes);
   try {
-    validate_motion_model(file);
+    validate_hdf5(file);
     ADD_FAILURE() << "no InputError";
   } catch (const InputError& error) {
     EXPECT_EQ(error.facts().file, file);
@@ -245,16 +247,19 @@ TEST(DamagedFile, IsRefusedWhereverTheDamageIs)
   expect_refused(scratch, whole + "x");
 }
 
-TEST(DamagedFile, WithoutItsSealAWholeFileIsStillRead)
+TEST(DamagedFile, WithoutItsSealAWholeFileIsReadWhenAskedFor)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::sample_model());
   std::filesystem::resize_file(path, std::filesystem::file_size(path) - 16);
-  EXPECT_TRUE(validate_motion_model(path).empty());
+  EXPECT_THAT(test::input_error([&] { validate_hdf5(path); }).wanted, HasSubstr("--unsealed"));
+  accept_unsealed_files();
+  EXPECT_TRUE(validate_hdf5(path).empty());
+  accept_unsealed_files(false);
 }
 
-TEST(DamagedFile, ACorruptChunkWithoutASealIsAFinding)
+TEST(DamagedFile, ACorruptChunkUnderARightSealIsAFinding)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
@@ -272,8 +277,8 @@ TEST(DamagedFile, ACorruptChunkWithoutASealIsAFinding)
   H5Dclose(dataset);
   H5Fclose(file);
   bytes[address + size / 2] = static_cast<char>(bytes[address + size / 2] ^ 1);
-  const std::string damaged = scratch.write("damaged.h5", bytes);
-  const std::vector<Finding> findings = validate_motion_model(damaged);
+  const std::string damaged = scratch.write("damaged.h5", bytes + seal_of(bytes));
+  const std::vector<Finding> findings = validate_hdf5(damaged);
   expect_first(findings, "/X_reference_moving", "HDF5 error", "intact");
 }
 

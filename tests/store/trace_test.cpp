@@ -13,6 +13,7 @@
 
 #include "core/error.hpp"
 #include "core/search_move.hpp"
+#include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/page_paths.hpp"
 #include "store/sample_model.hpp"
@@ -82,7 +83,7 @@ TEST(TraceFile, GivesBackWhatWasWritten)
   for (const Trace& trace : {test::trace_beside(test::sample_model({91, 21, true, true, true})),
                              sample_trace(), test::trace_beside(nothing)}) {
     write_trace(path, trace);
-    EXPECT_TRUE(validate_trace(path).empty());
+    EXPECT_TRUE(validate_hdf5(path).empty());
     expect_equal(read_trace(path), trace);
   }
 }
@@ -110,8 +111,6 @@ TEST(TraceFile, IsNoMotionModelNorTheOtherWayRound)
   const std::string trace = scratch.path() / "knee.trace.h5", model = scratch.path() / "knee.h5";
   write_trace(trace, sample_trace());
   write_motion_model(model, test::sample_model());
-  EXPECT_TRUE(is_trace(trace));
-  EXPECT_FALSE(is_trace(model));
   EXPECT_EQ(input_error([&] { read_trace(model); }).field, "/@format");
   EXPECT_EQ(input_error([&] { read_motion_model(trace); }).field, "/@format");
 }
@@ -140,18 +139,13 @@ TEST(TraceFile, AMissingDatasetOrOneOfAnotherTypeIsNamed)
   const std::string path = scratch.path() / "knee.trace.h5";
   for (const bool replaced : {false, true}) {
     write_trace(path, sample_trace());
-    const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-    ASSERT_GE(file, 0);
-    ASSERT_GE(H5Ldelete(file, "/moves/theta", H5P_DEFAULT), 0);
-    if (replaced) {
-      const hsize_t size = n_moves;
-      const hid_t space = H5Screate_simple(1, &size, nullptr);
-      const hid_t dataset =
-          H5Dcreate2(file, "/moves/theta", H5T_IEEE_F64LE, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
-      H5Dclose(dataset);
-      H5Sclose(space);
-    }
-    ASSERT_GE(H5Fclose(file), 0);
+    test::change(path, [&](hid_t file) {
+      if (replaced) {
+        test::replace(file, {"/moves/theta", {n_moves}});
+      } else {
+        test::remove(file, "/moves/theta");
+      }
+    });
     const InputError::Facts facts = input_error([&] { read_trace(path); });
     EXPECT_EQ(facts.field, "/moves/theta");
     EXPECT_EQ(facts.found, replaced ? "float64" : "nothing");
@@ -210,7 +204,7 @@ TEST(TraceFile, ValuesThatBreakARuleAreNamed)
     Trace trace = sample_trace();
     row.damage(trace);
     write_trace(path, trace);
-    const std::vector<Finding> findings = validate_trace(path);
+    const std::vector<Finding> findings = validate_hdf5(path);
     ASSERT_EQ(findings.size(), 1u);
     EXPECT_EQ(findings[0].where, row.where);
     EXPECT_THAT(findings[0].found + ", wanted " + findings[0].wanted, HasSubstr(row.found));

@@ -175,7 +175,7 @@ TEST(Validate, EveryBrokenRuleIsListed)
   model.contacts.compartment[0] = -7;
   write_motion_model(path, model);
   std::vector<std::string> places;
-  for (const Finding& finding : validate_motion_model(path)) places.push_back(finding.where);
+  for (const Finding& finding : validate_hdf5(path)) places.push_back(finding.where);
   EXPECT_EQ(places, (std::vector<std::string>{"/@side", "/tx", "/contacts/compartment"}));
 }
 

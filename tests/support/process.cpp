@@ -63,6 +63,10 @@ void Process::reap(int options)
   if (is_reaped_ || wait4(pid_, &status_, options, &used) != pid_) return;
   is_reaped_ = true;
   peak_kb_ = used.ru_maxrss;
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_usec);
+  };
+  processor_s_ = seconds(used.ru_utime) + seconds(used.ru_stime);
 }
 
 bool Process::is_running()
@@ -84,7 +88,8 @@ std::string Process::said() const
 Ended Process::wait()
 {
   reap(0);
-  return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, read_bytes(out_), read_bytes(err_), peak_kb_};
+  return {WIFEXITED(status_) ? WEXITSTATUS(status_) : -1, read_bytes(out_), read_bytes(err_), peak_kb_,
+          processor_s_};
 }
 
 Ended run(const Command& command)

@@ -14,7 +14,8 @@ struct Ended {
   int exit_code = -1;  ///< -1: ended by a signal
   std::string out;
   std::string err;
-  long peak_kb = 0;  ///< largest memory it held
+  long peak_kb = 0;          ///< largest memory that it or a process it waited for held
+  double processor_s = 0.0;  ///< that it and those took
 };
 
 struct Command {
@@ -46,6 +47,7 @@ class Process {
   int status_ = 0;
   bool is_reaped_ = false;
   long peak_kb_ = 0;
+  double processor_s_ = 0.0;
   std::filesystem::path out_;
   std::filesystem::path err_;
 };

@@ -1,3 +1,5 @@
+#include "store/parse_hdf5.hpp"
+
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -6,7 +8,10 @@
 #include "store/binding.hpp"
 #include "store/contact_paths.hpp"
 #include "store/dataset_reader.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/h5_reader.hpp"
+#include "store/trace_binding.hpp"
+#include "store/trace_layout.hpp"
+#include "store/trace_values.hpp"
 #include "store/value_findings.hpp"
 #include "store/values.hpp"
 
@@ -133,11 +138,24 @@ std::vector<Finding> findings_of(const H5Reader& reader, const MotionModel& mode
   return findings;
 }
 
+Trace read_trace_values(const H5Reader& reader, const Structure& structure)
+{
+  Trace trace;
+  trace.title = text(reader, "/", "title");
+  trace.side = text(reader, "/", "side");
+  trace.job_key = text(reader, "/", "job_key");
+  trace.approach_step_mm = number(reader, "/", "approach_step_mm");
+  trace.translation_resolution_mm = number(reader, "/", "translation_resolution_mm");
+  trace.rotation_resolution_deg = number(reader, "/", "rotation_resolution_deg");
+  visit_trace(trace, DatasetReader(reader, structure.layout, structure.shape));
+  return trace;
+}
+
 }  // namespace
 
-MotionModel read_motion_model(const std::string& path)
+MotionModel parse_motion_model(const Hdf5Content& content)
 {
-  const H5Reader reader(path);
+  const H5Reader reader(content);
   const Structure structure = structure_of(reader);
   std::vector<Finding> findings = structure.findings;
   MotionModel model;
@@ -150,16 +168,33 @@ MotionModel read_motion_model(const std::string& path)
     if (model.has_compartments && !model.contact_paths) model.contact_paths = contact_paths_of(model);
     return model;
   }
-  throw InputError({path, findings[0].where, findings[0].found, findings[0].wanted});
+  throw InputError({content.file, findings[0].where, findings[0].found, findings[0].wanted});
 }
 
-std::vector<Finding> validate_motion_model(const std::string& path)
+Trace parse_trace(const Hdf5Content& content)
 {
-  const H5Reader reader(path);
-  const Structure structure = structure_of(reader);
+  const H5Reader reader(content);
+  const Structure structure = trace_structure_of(reader);
+  std::vector<Finding> findings = structure.findings;
+  Trace trace;
+  if (findings.empty()) {
+    trace = read_trace_values(reader, structure);
+    findings = check_values(trace);
+  }
+  if (findings.empty()) return trace;
+  throw InputError({content.file, findings[0].where, findings[0].found, findings[0].wanted});
+}
+
+std::vector<Finding> findings_in(const Hdf5Content& content)
+{
+  const H5Reader reader(content);
+  const std::optional<AttributeValue> format = reader.attribute("/", "format");
+  const bool is_trace = format && format->texts == std::vector<std::string>{trace_format_name};
+  const Structure structure = is_trace ? trace_structure_of(reader) : structure_of(reader);
   if (!structure.findings.empty()) return structure.findings;
   try {
-    return findings_of(reader, read_model_values(reader, structure));
+    return is_trace ? check_values(read_trace_values(reader, structure))
+                    : findings_of(reader, read_model_values(reader, structure));
   } catch (const InputError& error) {
     // A damaged chunk shows only when its values are read.
     return {{error.facts().field, error.facts().found, error.facts().wanted}};
