@@ -16,7 +16,8 @@ CLI::App* add_web(CLI::App& app, WebOptions& options)
   web->add_flag("--open", options.is_open, "Open the page in the desktop's browser");
   web->add_flag("--quiet", options.is_quiet, "Only the address");
   web->footer(
-      "Prints the page's address and serves until Ctrl-C. Other machines are not answered.\n"
+      "Prints the page's address and serves until Ctrl-C. The address holds a token: keep it to yourself.\n"
+      "Neither other machines are answered nor requests without the token.\n"
       "Example:\n  vrda-player web knee.h5 --open");
   return web;
 }

@@ -1,49 +1,38 @@
 #include "web/response.hpp"
 
 #include <algorithm>
+#include <charconv>
+#include <string_view>
+
+#include "web/token.hpp"
 
 namespace vrda {
 namespace {
 
-const char* reason_of(int status)
+using Fields = std::vector<std::pair<std::string, std::string>>;
+
+/// What every answer says: nothing is kept, shown in another page's frame or read by it.
+Fields fields_of(std::uint64_t n_bytes, const Fields& more)
 {
-  switch (status) {
-    case 200:
-      return "OK";
-    case 206:
-      return "Partial Content";
-    case 302:
-      return "Found";
-    case 400:
-      return "Bad Request";
-    case 403:
-      return "Forbidden";
-    case 404:
-      return "Not Found";
-    case 405:
-      return "Method Not Allowed";
-    default:
-      return "Range Not Satisfiable";
-  }
+  Fields fields{{"Content-Length", std::to_string(n_bytes)},
+                {"Cache-Control", "no-store"},
+                {"X-Content-Type-Options", "nosniff"},
+                {"Cross-Origin-Resource-Policy", "same-origin"},
+                {"Referrer-Policy", "no-referrer"},
+                {"Content-Security-Policy", "frame-ancestors 'none'"},
+                {"Connection", "close"}};
+  fields.insert(fields.end(), more.begin(), more.end());
+  return fields;
 }
 
-/// First line and what every answer says: nothing is kept, shown in another page's frame or read by it.
-std::string head_of(int status, std::uint64_t n_bytes, const std::string& more)
-{
-  return "HTTP/1.1 " + std::to_string(status) + " " + reason_of(status) + "\r\n" +
-         "Content-Length: " + std::to_string(n_bytes) + "\r\n" + more +
-         "Cache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n"
-         "Cross-Origin-Resource-Policy: same-origin\r\nReferrer-Policy: no-referrer\r\n"
-         "Content-Security-Policy: frame-ancestors 'none'\r\nConnection: close\r\n\r\n";
-}
-
-Response told(int status, const std::string& text, const std::string& more = "")
+Response text_response(unsigned status, const std::string& text, Fields more = {})
 {
   Response response;
   response.status = status;
   response.text = text + "\n";
   response.n_bytes = response.text.size();
-  response.head = head_of(status, response.n_bytes, "Content-Type: text/plain; charset=utf-8\r\n" + more);
+  more.emplace_back("Content-Type", "text/plain; charset=utf-8");
+  response.fields = fields_of(response.n_bytes, more);
   return response;
 }
 
@@ -52,8 +41,8 @@ Response page(const Site& site)
   Response response;
   response.content = Content::page;
   response.n_bytes = site.page_size;
-  response.head =
-      head_of(200, site.page_size, "Content-Type: text/html; charset=utf-8\r\nContent-Encoding: gzip\r\n");
+  response.fields =
+      fields_of(site.page_size, {{"Content-Type", "text/html; charset=utf-8"}, {"Content-Encoding", "gzip"}});
   return response;
 }
 
@@ -77,52 +66,103 @@ std::string percent_encoded(const std::string& text)
   return result;
 }
 
+/// Bytes `first` to `last`, both included; what the header left out is empty.
+struct ByteRange {
+  std::optional<std::uint64_t> first;
+  std::optional<std::uint64_t> last;  ///< without `first`: so many bytes at the end
+};
+
+/// False where the text is not a number; true and nothing where it is empty.
+bool read_number(std::string_view text, std::optional<std::uint64_t>& number)
+{
+  if (text.empty()) return true;
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return false;
+  number = value;
+  return true;
+}
+
+std::optional<ByteRange> parsed_range(std::string_view value)
+{
+  constexpr std::string_view unit = "bytes=";
+  const std::size_t dash = value.find('-');
+  if (!value.starts_with(unit) || dash == std::string_view::npos) return std::nullopt;
+  ByteRange range;
+  if (!read_number(value.substr(unit.size(), dash - unit.size()), range.first)) return std::nullopt;
+  if (!read_number(value.substr(dash + 1), range.last)) return std::nullopt;
+  if (!range.first && !range.last) return std::nullopt;
+  if (range.first && range.last && *range.last < *range.first) return std::nullopt;
+  return range;
+}
+
 Response model(const std::optional<ByteRange>& range, const Site& site)
 {
   const std::uint64_t size = *site.model_size;
+  const std::string of_size = "/" + std::to_string(size);
   Response response;
   response.content = Content::model;
   response.n_bytes = size;
-  std::string more =
-      "Content-Type: application/x-hdf5\r\nAccept-Ranges: bytes\r\nContent-Disposition: inline; "
-      "filename*=UTF-8''" +
-      percent_encoded(site.model_name) + "\r\n";
+  Fields more{
+      {"Content-Type", "application/x-hdf5"},
+      {"Accept-Ranges", "bytes"},
+      {"Content-Disposition", "inline; filename*=UTF-8''" + percent_encoded(site.model_name)},
+  };
   if (range) {
     const std::uint64_t wanted_last = range->last.value_or(size);
     response.first_byte = range->first ? *range->first : size - std::min(size, wanted_last);
     const std::uint64_t end = range->first && wanted_last < size ? wanted_last + 1 : size;
     if (response.first_byte >= end)
-      return told(416, "found a range beyond the end",
-                  "Content-Range: bytes */" + std::to_string(size) + "\r\n");
+      return text_response(416, "found a range beyond the end", {{"Content-Range", "bytes *" + of_size}});
     response.status = 206;
     response.n_bytes = end - response.first_byte;
-    more += "Content-Range: bytes " + std::to_string(response.first_byte) + "-" + std::to_string(end - 1) +
-            "/" + std::to_string(size) + "\r\n";
+    more.emplace_back("Content-Range", "bytes " + std::to_string(response.first_byte) + "-" +
+                                           std::to_string(end - 1) + of_size);
   }
-  response.head = head_of(response.status, response.n_bytes, more);
+  response.fields = fields_of(response.n_bytes, more);
   return response;
 }
 
-bool is_own_host(const std::string& host, int port)
+bool is_own_host(std::string_view host, int port)
 {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
   const std::string own_port = ":" + std::to_string(port);
+  const std::string_view name =
+      host.substr(0, host.ends_with(own_port) ? host.size() - own_port.size() : host.size());
   // Browsers leave out a port that is the scheme's own.
-  const bool is_plain = port == 80 && (host == "127.0.0.1" || host == "localhost");
-  return is_plain || host == "127.0.0.1" + own_port || host == "localhost" + own_port;
+  if (name.size() == host.size() && port != 80) return false;
+  return std::ranges::equal(name, std::string_view("localhost"), {}, lower) || name == "127.0.0.1";
 }
 
 }  // namespace
 
-Response response_to(const std::optional<Request>& request, const Site& site)
+Response response_to(const Request& request, const Site& site)
 {
-  if (!request) return told(400, "found no request that could be read");
-  if (!is_own_host(request->host, site.port))
-    return told(403, "found another host, wanted 127.0.0.1 or localhost with this server's port");
-  if (request->method != "GET") return told(405, "found another method, wanted GET", "Allow: GET\r\n");
-  if (request->target == "/") return told(302, page_target, std::string("Location: ") + page_target + "\r\n");
-  if (request->target == page_target) return page(site);
-  if (request->target == model_target && site.model_size) return model(request->range, site);
-  return told(404, "not found");
+  if (request.host.empty() || !request.target.starts_with('/')) return bad_request();
+  if (!is_own_host(request.host, site.port))
+    return text_response(403, "found another host, wanted 127.0.0.1 or localhost with this server's port");
+  const std::string_view path = std::string_view(request.target).substr(1);
+  const std::string_view token = path.substr(0, path.find_first_of("/?"));
+  if (!is_same_token(token, site.token))
+    return text_response(403, "found no token or another one, wanted the address that the server printed");
+  if (request.method != "GET")
+    return text_response(405, "found another method, wanted GET", {{"Allow", "GET"}});
+  const std::string_view target = path.substr(token.size());
+  if (target.empty() || target == "/")
+    return text_response(302, page_target, {{"Location", "/" + site.token + page_target}});
+  if (target == page_target) return page(site);
+  if (target == model_target && site.model_size) return model(parsed_range(request.range), site);
+  return text_response(404, "not found");
+}
+
+Response bad_request()
+{
+  return text_response(400, "found no request that could be read");
+}
+
+Response request_timeout()
+{
+  return text_response(408, "found no whole request in time");
 }
 
 }  // namespace vrda

@@ -1,193 +1,326 @@
+// The only file that sees Boost.Beast: its headers take the compiler long.
 #include "web/server.hpp"
 
-#include <arpa/inet.h>
-#include <fcntl.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/signalfd.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <cerrno>
-#include <cstring>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/file_posix.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/write.hpp>
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <ostream>
-#include <vector>
+#include <sstream>
 
 #include "core/error.hpp"
 #include "store/read_apart.hpp"
-#include "web/connection.hpp"
+#include "web/browser.hpp"
 #include "web/page_file.hpp"
-
-extern char** environ;
+#include "web/response.hpp"
+#include "web/token.hpp"
 
 namespace vrda {
 namespace {
 
-/// A browser opens six at most; more wait their turn.
-constexpr std::size_t most_connections = 32;
-/// A connection that says and takes nothing for so long is given up.
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = boost::beast::http;
+using asio::ip::tcp;
+using boost::system::error_code;
+using Clock = std::chrono::steady_clock;
+
+/// From accept to the whole request, and from the end of the answer to the client's end.
+constexpr std::chrono::seconds request_limit{10};
+/// A client that takes nothing of its answer for so long is given up.
 constexpr std::chrono::seconds longest_silence{20};
-constexpr int poll_ms = 1000;
+constexpr std::chrono::milliseconds accept_pause{100};
+/// Of those that wait for their client, and again of those that are being answered; a browser opens six.
+constexpr std::size_t most_sessions = 32;
+/// A browser's own stay below 2 KB.
+constexpr std::uint32_t longest_request_head = 16384;
+constexpr std::size_t read_size = 4096, piece_size = 65536;
+/// Of what comes after the request; who sends more is cut off.
+constexpr std::size_t most_drained = 1U << 20U;
 
-InputError refused(const WebOptions& options)
-{
-  return InputError({"--port", "", std::to_string(options.port) + ": " + std::strerror(errno),
-                     "a port from 1024 to 65535 that nothing listens on, or 0 for a free one"});
-}
-
-Descriptor listening(const WebOptions& options)
-{
-  Descriptor socket(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
-  const int yes = 1;
-  setsockopt(socket.number(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(options.port));
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const auto* any = reinterpret_cast<const sockaddr*>(&address);
-  if (!socket.is_open() || bind(socket.number(), any, sizeof address) != 0 ||
-      listen(socket.number(), 16) != 0)
-    throw refused(options);
-  return socket;
-}
-
-int port_of(const Descriptor& socket)
-{
-  sockaddr_in address{};
-  socklen_t size = sizeof address;
-  check(getsockname(socket.number(), reinterpret_cast<sockaddr*>(&address), &size) == 0,
-        "a listening socket has a port");
-  return ntohs(address.sin_port);
-}
-
-/// SIGINT and SIGTERM as something to read, for as long as it lives.
-class EndSignals {
- public:
-  EndSignals()
-  {
-    sigemptyset(&signals_);
-    sigaddset(&signals_, SIGINT);
-    sigaddset(&signals_, SIGTERM);
-    sigprocmask(SIG_BLOCK, &signals_, &before_);
-    descriptor_ = Descriptor(signalfd(-1, &signals_, SFD_NONBLOCK | SFD_CLOEXEC));
-    check(descriptor_.is_open(), "the end of the server can be asked for");
-  }
-  ~EndSignals()
-  {
-    // Those that came meanwhile are answered by the end itself.
-    const timespec none{};
-    while (sigtimedwait(&signals_, nullptr, &none) > 0) {
-    }
-    sigprocmask(SIG_SETMASK, &before_, nullptr);
-  }
-  EndSignals(const EndSignals&) = delete;
-  EndSignals& operator=(const EndSignals&) = delete;
-  int descriptor() const { return descriptor_.number(); }
-
- private:
-  sigset_t signals_{}, before_{};
-  Descriptor descriptor_;
+struct Answer {
+  Response response;
+  beast::file_posix model;  ///< open at its first byte where the response sends the model
 };
 
-/// The model as it is now, opened where the request asks for it.
-Answer answer_to(const std::optional<Request>& request, const WebOptions& options, int port)
+std::string head_of(const Response& response)
 {
-  Site site;
-  site.port = port;
-  site.page_size = compressed_page().size();
-  site.model_name = std::filesystem::path(options.file).filename().string();
-  Answer answer;
-  Descriptor model(open(options.file.c_str(), O_RDONLY | O_CLOEXEC));
-  struct stat facts {};
-  if (model.is_open() && fstat(model.number(), &facts) == 0 && S_ISREG(facts.st_mode))
-    site.model_size = static_cast<std::uint64_t>(facts.st_size);
-  answer.response = response_to(request, site);
-  if (answer.response.content == Content::model) answer.model = std::move(model);
-  return answer;
+  http::response<http::empty_body> message;
+  message.result(response.status);
+  for (const auto& [name, value] : response.fields) message.set(name, value);
+  std::ostringstream head;
+  head << message.base();
+  return head.str();
 }
 
-void open_browser(const std::string& address, std::ostream& talk)
+std::optional<Request> request_of(const http::request<http::empty_body>& message)
 {
-  std::string program = "xdg-open", argument = address;
-  char* arguments[] = {program.data(), argument.data(), nullptr};
-  pid_t pid = 0;
-  // The end of a child is nobody's business here.
-  signal(SIGCHLD, SIG_IGN);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t none;
-  sigemptyset(&none);
-  posix_spawnattr_setsigmask(&attributes, &none);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK);
-  if (posix_spawnp(&pid, program.c_str(), nullptr, &attributes, arguments, environ) != 0)
-    talk << "no xdg-open: open " << address << " in a browser\n";
-  posix_spawnattr_destroy(&attributes);
+  if (message.count(http::field::host) != 1) return std::nullopt;
+  return Request{message.method_string().to_string(), message.target().to_string(),
+                 message[http::field::host].to_string(), message[http::field::range].to_string()};
 }
 
-class Server {
+/// Beast waits for more where a line ends by LF alone, and where the first one is too short.
+bool is_malformed(std::string_view unread)
+{
+  for (std::size_t k = 0; k < unread.size(); ++k) {
+    if (unread[k] == '\n' && (k == 0 || unread[k - 1] != '\r')) return true;
+  }
+  return unread.find("\r\n\r\n") != std::string_view::npos;
+}
+
+/// One connection: reads one request, sends one answer, waits for the client's end. Each wait has a limit.
+/// Lives as long as something is under way on it.
+class Session : public std::enable_shared_from_this<Session> {
  public:
-  Server(const WebOptions& options, Descriptor listener)
-      : options_(options), listener_(std::move(listener)), port_(port_of(listener_))
+  using Answering = std::function<Answer(const Request&)>;
+
+  Session(tcp::socket socket, Answering answering)
+      : socket_(std::move(socket)), timer_(socket_.get_executor()), answering_(std::move(answering))
   {
+    parser_.header_limit(longest_request_head);
+    parser_.body_limit(boost::none);  // no body is read
   }
 
-  int port() const { return port_; }
-
-  void run(const EndSignals& end)
+  void start()
   {
-    while (true) {
-      std::vector<pollfd> waiting = what_to_wait_for(end);
-      poll(waiting.data(), waiting.size(), poll_ms);
-      if (waiting[0].revents != 0) return;
-      for (std::size_t k = 0; k < connections_.size(); ++k) {
-        if (waiting[k + 2].revents != 0) go_on(connections_[k]);
-      }
-      drop_finished();
-      if (waiting[1].revents != 0) accept_one();
-    }
+    limit(request_limit);
+    read();
   }
+
+  void end()
+  {
+    phase_ = Phase::ended;
+    timer_.cancel();
+    error_code ignored;
+    socket_.close(ignored);
+  }
+
+  bool is_open() const { return phase_ != Phase::ended; }
+  bool is_answering() const { return phase_ == Phase::answering; }
+
+  /// When its client last took something of the answer; before that, when it came.
+  Clock::time_point waits_since() const { return waits_since_; }
 
  private:
-  std::vector<pollfd> what_to_wait_for(const EndSignals& end) const
-  {
-    const short for_new = connections_.size() < most_connections ? POLLIN : 0;
-    std::vector<pollfd> waiting{{end.descriptor(), POLLIN, 0}, {listener_.number(), for_new, 0}};
-    for (const Connection& connection : connections_) {
-      const short wanted = connection.wants_to_write() ? POLLOUT : POLLIN;
-      waiting.push_back({connection.socket(), wanted, 0});
-    }
-    return waiting;
-  }
+  enum class Phase { requesting, answering, draining, ended };
 
-  void go_on(Connection& connection)
+  void limit(Clock::duration time)
   {
-    connection.go_on(
-        [this](const std::optional<Request>& request) { return answer_to(request, options_, port_); });
-  }
-
-  void drop_finished()
-  {
-    const auto now = std::chrono::steady_clock::now();
-    std::erase_if(connections_, [now](const Connection& connection) {
-      return connection.is_done() || now - connection.last_moved() > longest_silence;
+    timer_.expires_after(time);
+    timer_.async_wait([this, self = shared_from_this()](const error_code& error) {
+      // A limit that was reached just before the next one was set is void.
+      if (error || timer_.expiry() > Clock::now()) return;
+      if (phase_ == Phase::requesting) return answer({request_timeout(), {}});
+      end();
     });
   }
 
-  void accept_one()
+  void read()
   {
-    Descriptor socket(accept4(listener_.number(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
-    if (socket.is_open()) connections_.emplace_back(std::move(socket));
+    socket_.async_read_some(buffer_.prepare(read_size),
+                            [this, self = shared_from_this()](const error_code& error, std::size_t n) {
+                              if (phase_ != Phase::requesting) return;
+                              if (error && error != asio::error::eof) return end();
+                              buffer_.commit(n);
+                              parse(error == asio::error::eof);
+                            });
   }
 
-  const WebOptions& options_;
-  Descriptor listener_;
-  int port_;
-  std::vector<Connection> connections_;
+  void parse(bool is_at_end)
+  {
+    error_code error;
+    buffer_.consume(parser_.put(buffer_.data(), error));
+    if (parser_.is_header_done()) {
+      const std::optional<Request> request = request_of(parser_.get());
+      return answer(request ? answering_(*request) : Answer{bad_request(), {}});
+    }
+    if (is_at_end && !parser_.got_some()) return end();
+    const std::string_view unread(static_cast<const char*>(buffer_.data().data()), buffer_.size());
+    if (is_at_end || error != http::error::need_more || is_malformed(unread))
+      return answer({bad_request(), {}});
+    read();
+  }
+
+  void answer(Answer answer)
+  {
+    phase_ = Phase::answering;
+    waits_since_ = Clock::now();
+    error_code ignored;
+    socket_.cancel(ignored);  // a read under way
+    answer_ = std::move(answer);
+    piece_ = head_of(answer_.response);
+    unsent_ = piece_;
+    send();
+  }
+
+  /// The next of the answer's content; empty at the end, and where the file has become shorter.
+  std::string_view next_piece()
+  {
+    const Response& response = answer_.response;
+    const std::size_t wanted = std::min<std::uint64_t>(piece_size, response.n_bytes - n_taken_);
+    if (response.content == Content::model) {
+      error_code ignored;
+      piece_.resize(wanted);
+      piece_.resize(answer_.model.read(piece_.data(), wanted, ignored));
+    } else {
+      const std::string_view whole = response.content == Content::page ? compressed_page() : response.text;
+      piece_ = whole.substr(n_taken_, wanted);
+    }
+    n_taken_ += piece_.size();
+    return piece_;
+  }
+
+  void send()
+  {
+    if (unsent_.empty()) unsent_ = next_piece();
+    if (unsent_.empty()) return finish();
+    limit(longest_silence);
+    socket_.async_write_some(asio::buffer(unsent_),
+                             [this, self = shared_from_this()](const error_code& error, std::size_t n) {
+                               if (error) return end();
+                               waits_since_ = Clock::now();
+                               unsent_.remove_prefix(n);
+                               send();
+                             });
+  }
+
+  void finish()
+  {
+    phase_ = Phase::draining;
+    error_code ignored;
+    socket_.shutdown(tcp::socket::shutdown_send, ignored);
+    limit(request_limit);
+    drain();
+  }
+
+  /// Closing a socket with something unread in it would take the answer back from the client.
+  void drain()
+  {
+    piece_.resize(read_size);
+    socket_.async_read_some(asio::buffer(piece_),
+                            [this, self = shared_from_this()](const error_code& error, std::size_t n) {
+                              n_drained_ += n;
+                              if (error || n_drained_ > most_drained) return end();
+                              drain();
+                            });
+  }
+
+  tcp::socket socket_;
+  asio::steady_timer timer_;
+  Answering answering_;
+  Phase phase_ = Phase::requesting;
+  Clock::time_point waits_since_ = Clock::now();
+  beast::flat_buffer buffer_;
+  http::request_parser<http::empty_body> parser_;
+  Answer answer_;
+  std::string piece_;          ///< of the answer, or of what is drained
+  std::string_view unsent_;    ///< of piece_
+  std::uint64_t n_taken_ = 0;  ///< bytes of the content that went into pieces
+  std::size_t n_drained_ = 0;
+};
+
+class Server {
+ public:
+  explicit Server(const WebOptions& options) : file_(options.file)
+  {
+    const tcp::endpoint endpoint(asio::ip::address_v4::loopback(), static_cast<std::uint16_t>(options.port));
+    error_code error;
+    acceptor_.open(endpoint.protocol(), error);
+    if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+    if (!error) acceptor_.bind(endpoint, error);
+    if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
+    if (error)
+      throw InputError({"--port", "", std::to_string(options.port) + ": " + error.message(),
+                        "a port from 1024 to 65535 that nothing listens on, or 0 for a free one"});
+    site_.port = acceptor_.local_endpoint().port();
+    site_.token = random_token();
+    site_.page_size = compressed_page().size();
+    site_.model_name = file_.filename().string();
+  }
+
+  std::string address() const
+  {
+    return "http://127.0.0.1:" + std::to_string(site_.port) + "/" + site_.token + "/";
+  }
+
+  /// Until SIGINT or SIGTERM.
+  void run()
+  {
+    signals_.async_wait([this](const error_code&, int) { io_.stop(); });
+    accept();
+    io_.run();
+  }
+
+ private:
+  void accept()
+  {
+    acceptor_.async_accept([this](const error_code& error, tcp::socket socket) {
+      if (error) return accept_later();
+      const auto session = std::make_shared<Session>(
+          std::move(socket), [this](const Request& request) { return answer_to(request); });
+      make_room(false);
+      sessions_.push_back(session);
+      session->start();
+      accept();
+    });
+  }
+
+  /// Where descriptors are short.
+  void accept_later()
+  {
+    pause_.expires_after(accept_pause);
+    pause_.async_wait([this](const error_code&) { accept(); });
+  }
+
+  /// The model as it is now, open where it is asked for.
+  Answer answer_to(const Request& request)
+  {
+    Answer answer;
+    Site site = site_;
+    std::error_code no_file;
+    error_code error;
+    if (std::filesystem::is_regular_file(file_, no_file))
+      answer.model.open(file_.c_str(), beast::file_mode::scan, error);
+    if (answer.model.is_open()) site.model_size = answer.model.size(error);
+    answer.response = response_to(request, site);
+    // A refusal is short: it takes nobody's place.
+    if (answer.response.content != Content::text) make_room(true);
+    if (answer.response.content == Content::model) answer.model.seek(answer.response.first_byte, error);
+    return answer;
+  }
+
+  /// Where one session of a kind more would be too many, ends the one that has waited longest for its client.
+  void make_room(bool is_answering)
+  {
+    std::vector<std::shared_ptr<Session>> rivals;
+    std::erase_if(sessions_, [&](const std::weak_ptr<Session>& one) {
+      const std::shared_ptr<Session> session = one.lock();
+      if (!session || !session->is_open()) return true;
+      if (session->is_answering() == is_answering) rivals.push_back(session);
+      return false;
+    });
+    if (rivals.size() < most_sessions) return;
+    const auto since = [](const auto& session) { return session->waits_since(); };
+    (*std::ranges::min_element(rivals, {}, since))->end();
+  }
+
+  std::filesystem::path file_;
+  Site site_;
+  std::vector<std::weak_ptr<Session>> sessions_;
+  asio::io_context io_{1};
+  asio::signal_set signals_{io_, SIGINT, SIGTERM};
+  tcp::acceptor acceptor_{io_};
+  asio::steady_timer pause_{io_};
 };
 
 }  // namespace
@@ -196,14 +329,15 @@ void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk
 {
   // Says what is wrong with the file before anyone opens a page.
   read_motion_model_apart(options.file);
-  const EndSignals end;
-  Server server(options, listening(options));
-  const std::string address = "http://127.0.0.1:" + std::to_string(server.port()) + "/";
+  Server server(options);
+  const std::string address = server.address();
   data << address << std::endl;
   if (!options.is_quiet)
     talk << options.file << ": open the address above in a browser; Ctrl-C ends" << std::endl;
-  if (options.is_open) open_browser(address, talk);
-  server.run(end);
+  std::optional<BrowserVisit> visit;
+  if (options.is_open) visit.emplace(address);
+  if (visit && !visit->has_begun()) talk << "no browser: open " << address << " in one" << std::endl;
+  server.run();
 }
 
 }  // namespace vrda

@@ -38,7 +38,7 @@ if(VRDA_PLAYER)
   find_package(glfw3 3.3 REQUIRED)
   find_package(meshoptimizer REQUIRED)
   find_package(PNG REQUIRED)
-  # Boost.Asio and Boost.Math, of which nothing is linked.
+  # Boost.Asio, Boost.Beast and Boost.Math, of which nothing is linked.
   find_package(Boost 1.74 REQUIRED)
   # Its own CMake files name folders of the machine that built it.
   find_path(OPENIGTLINK_INCLUDE_DIR igtlMessageHeader.h PATH_SUFFIXES openigtlink REQUIRED)

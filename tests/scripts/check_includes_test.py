@@ -65,6 +65,7 @@ class CheckIncludes(unittest.TestCase):
         code, lines = self.findings({"pipeline/load/a.cpp": "#include <H5Tpublic.h>\n"})
         self.assertEqual((code, len(lines)), (1, 1))
         self.assertIn("wanted HDF5 in pipeline/load only", lines[0])
+        self.assert_one("player/scene/a.cpp", "#include <boost/beast/http.hpp>\n", 1, "boost/beast", "Boost.Asio in player/web and devices only")
         self.assert_one("player/scene/a.cpp", "#include <newlib/x.hpp>\n#include <gtest/gtest.h>\n", 2, "gtest", "tests only")
 
     def test_functions_that_differ_by_processor(self):

@@ -2,74 +2,52 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
+#include <cstdlib>
+#include <cstring>
+#include <set>
 #include <string>
-#include <vector>
+
+#include "web/token.hpp"
 
 namespace vrda::response_test {
 
 using testing::HasSubstr;
 using testing::Not;
-using testing::StartsWith;
 
-const Site site{8123, 1000, "my knee é.h5", 5000};
+const std::string token = "0123456789abcdef0123456789abcdef";
+const Site site{8123, token, 1000, "my knee é.h5", 5000};
 
-Response asked(const std::string& target, const std::string& more = "", const std::string& method = "GET",
+Response asked(const std::string& target, const std::string& range = "", const std::string& method = "GET",
                const std::string& host = "127.0.0.1:8123")
 {
-  const std::string head = method + " " + target + " HTTP/1.1\r\nHost: " + host + more;
-  return response_to(parsed_request(head), site);
+  return response_to({method, "/" + token + target, host, range}, site);
 }
 
-TEST(WebRequest, ReadsWhatBrowsersSend)
+std::string field_of(const Response& response, const std::string& name)
 {
-  const auto request = parsed_request(
-      "GET /model.h5?x=1 HTTP/1.1\r\nHOST:  LocalHost:80 \r\nAccept: */*\r\nRange: bytes=10-19");
-  ASSERT_TRUE(request);
-  EXPECT_EQ(request->method, "GET");
-  EXPECT_EQ(request->target, "/model.h5?x=1");
-  EXPECT_EQ(request->host, "localhost:80");
-  ASSERT_TRUE(request->range);
-  EXPECT_EQ(request->range->first, 10U);
-  EXPECT_EQ(request->range->last, 19U);
-}
-
-TEST(WebRequest, RefusesWhatIsNone)
-{
-  for (const std::string head :
-       {"", "GET", "GET / HTTP/1.1", "GET / HTTP/2.0\r\nHost: a", "GET / FTP\r\nHost: a",
-        " / HTTP/1.1\r\nHost: a", "GET x HTTP/1.1\r\nHost: a", "GET / HTTP/1.1\r\nHost: a\r\nHost: b",
-        "GET / HTTP/1.1\r\nHost:", "GET / HTTP/1.1\r\nHost : a", "GET / HTTP/1.1\r\nHost: a\r\nno colon",
-        "GET / HTTP/1.1\r\nHost: a\r\n: x", "GET /\x01 HTTP/1.1\r\nHost: a",
-        "GET / HTTP/1.1\r\nHost: a\nX: b", "GET / HTTP/1.1 \r\nHost: a"}) {
-    EXPECT_FALSE(parsed_request(head)) << head;
+  for (const auto& [own, value] : response.fields) {
+    if (own == name) return value;
   }
-  EXPECT_FALSE(parsed_request(std::string("GET / HTTP/1.1\r\nHost: a\0b", 25)));
-}
-
-TEST(WebRequest, LeavesOutARangeThatIsNone)
-{
-  for (const std::string range : {"bytes=", "bytes=-", "bytes=5-2", "bytes=a-b", "bytes=0-1,3-4", "lines=0-1",
-                                  "bytes=5", "bytes=-1-2", "bytes=99999999999999999999-"}) {
-    const auto request = parsed_request("GET / HTTP/1.1\r\nHost: a\r\nRange: " + range);
-    ASSERT_TRUE(request) << range;
-    EXPECT_FALSE(request->range) << range;
-  }
+  return "none";
 }
 
 TEST(WebResponse, ServesThePageAndTheModelAndNothingElse)
 {
   EXPECT_EQ(asked("/").status, 302);
-  EXPECT_THAT(asked("/").head, HasSubstr("Location: /?model=model.h5\r\n"));
+  EXPECT_EQ(field_of(asked("/"), "Location"), "/" + token + "/?model=model.h5");
+  EXPECT_EQ(asked("").status, 302);
   const Response page = asked("/?model=model.h5");
   EXPECT_EQ(page.status, 200);
   EXPECT_EQ(page.content, Content::page);
   EXPECT_EQ(page.n_bytes, 1000U);
-  EXPECT_THAT(page.head, HasSubstr("Content-Encoding: gzip\r\n"));
+  EXPECT_EQ(field_of(page, "Content-Encoding"), "gzip");
   const Response model = asked("/model.h5");
   EXPECT_EQ(model.content, Content::model);
   EXPECT_EQ(model.n_bytes, 5000U);
-  EXPECT_THAT(model.head, HasSubstr("filename*=UTF-8''my%20knee%20%C3%A9.h5\r\n"));
+  EXPECT_EQ(field_of(model, "Content-Disposition"), "inline; filename*=UTF-8''my%20knee%20%C3%A9.h5");
   for (const std::string target : {"/../etc/passwd", "/model.h5/..", "//model.h5", "/%6dodel.h5",
                                    "/model.h5?", "/etc/passwd", "/index.html"}) {
     EXPECT_EQ(asked(target).status, 404) << target;
@@ -85,15 +63,23 @@ TEST(WebResponse, OfARange)
   for (const Row row : {Row{"0-0", 0, 1}, Row{"10-19", 10, 10}, Row{"4990-", 4990, 10},
                         Row{"4990-9000", 4990, 10}, Row{"-10", 4990, 10}, Row{"-9000", 0, 5000}}) {
     SCOPED_TRACE(row.range);
-    const Response part = asked("/model.h5", std::string("\r\nRange: bytes=") + row.range);
+    const Response part = asked("/model.h5", std::string("bytes=") + row.range);
     EXPECT_EQ(part.status, 206);
     EXPECT_EQ(part.first_byte, row.first);
     EXPECT_EQ(part.n_bytes, row.n);
-    EXPECT_THAT(part.head, HasSubstr("Content-Range: bytes " + std::to_string(row.first) + "-" +
-                                     std::to_string(row.first + row.n - 1) + "/5000\r\n"));
+    EXPECT_EQ(field_of(part, "Content-Range"),
+              "bytes " + std::to_string(row.first) + "-" + std::to_string(row.first + row.n - 1) + "/5000");
   }
   for (const std::string range : {"5000-", "9000-9001", "-0"}) {
-    EXPECT_EQ(asked("/model.h5", "\r\nRange: bytes=" + range).status, 416) << range;
+    EXPECT_EQ(asked("/model.h5", "bytes=" + range).status, 416) << range;
+  }
+}
+
+TEST(WebResponse, IgnoresWhatIsNotOneRange)
+{
+  for (const std::string range : {"bytes=", "bytes=-", "bytes=5-2", "bytes=a-b", "bytes=0-1,3-4", "lines=0-1",
+                                  "bytes=5", "bytes=-1-2", "bytes=99999999999999999999-"}) {
+    EXPECT_EQ(asked("/model.h5", range).status, 200) << range;
   }
 }
 
@@ -107,31 +93,100 @@ TEST(WebResponse, RefusesOtherHostsAndMethods)
   Site plain = site;
   plain.port = 80;
   for (const char* host : {"localhost", "127.0.0.1", "127.0.0.1:80"}) {
-    const std::string head = std::string("GET / HTTP/1.1\r\nHost: ") + host;
-    EXPECT_EQ(response_to(parsed_request(head), plain).status, 302) << host;
+    EXPECT_EQ(response_to({"GET", "/" + token + "/", host, ""}, plain).status, 302) << host;
   }
   for (const std::string method : {"HEAD", "POST", "PUT", "DELETE", "OPTIONS", "get"}) {
     EXPECT_EQ(asked("/", "", method).status, 405) << method;
-    EXPECT_THAT(asked("/", "", method).head, HasSubstr("Allow: GET\r\n"));
+    EXPECT_EQ(field_of(asked("/", "", method), "Allow"), "GET");
   }
-  EXPECT_EQ(response_to(std::nullopt, site).status, 400);
+  EXPECT_EQ(asked("/", "", "GET", "LOCALHOST:8123").status, 302);
+  EXPECT_EQ(asked("/", "", "GET", "").status, 400);
+  EXPECT_EQ(response_to({"GET", "x", "localhost:8123", ""}, site).status, 400);
+}
+
+// Whoever does not know the token learns nothing: the answer is the same with and without a file.
+TEST(WebResponse, RefusesAllWithoutTheToken)
+{
+  Site gone = site;
+  gone.model_size.reset();
+  std::string last_digit = token, first_digit = token;
+  last_digit.back() = 'e';
+  first_digit.front() = '1';
+  for (const std::string& wrong :
+       {std::string(), last_digit, first_digit, token + "0", token.substr(1), " " + token}) {
+    for (const std::string target : {"", "/", "/?model=model.h5", "/model.h5", "/none"}) {
+      for (const std::string method : {"GET", "POST"}) {
+        SCOPED_TRACE(method + " /" + wrong + target);
+        const Request request{method, "/" + wrong + target, "127.0.0.1:8123", "bytes=0-1"};
+        const Response refused = response_to(request, site), without_file = response_to(request, gone);
+        EXPECT_EQ(refused.status, 403);
+        EXPECT_EQ(refused.content, Content::text);
+        EXPECT_EQ(refused.text, without_file.text);
+        EXPECT_EQ(refused.fields, without_file.fields);
+        EXPECT_THAT(refused.text, Not(HasSubstr("knee")));
+      }
+    }
+  }
+  EXPECT_EQ(response_to({"GET", "/model.h5?" + token, "127.0.0.1:8123", ""}, site).status, 403);
+  EXPECT_EQ(response_to({"GET", "//" + token + "/model.h5", "127.0.0.1:8123", ""}, site).status, 403);
+}
+
+TEST(WebToken, IsLongAndNeverTheSame)
+{
+  std::set<std::string> tokens;
+  for (int k = 0; k < 1000; ++k) tokens.insert(random_token());
+  EXPECT_EQ(tokens.size(), 1000U);
+  EXPECT_THAT(tokens, testing::Each(testing::MatchesRegex("[0-9a-f]{32}")));
+}
+
+TEST(WebToken, IsRecognised)
+{
+  EXPECT_TRUE(is_same_token(token, token));
+  EXPECT_FALSE(is_same_token("", token));
+  for (std::size_t k = 0; k < token.size(); ++k) {
+    std::string wrong = token;
+    wrong[k] = 'x';
+    EXPECT_FALSE(is_same_token(wrong, token)) << k;
+  }
+}
+
+// Half of the text must not be read: who stops at the first difference never reads it, who compares all ends
+// here.
+TEST(WebTokenDeathTest, IsComparedToItsEndWhateverItsBeginning)
+{
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  void* place = mmap(nullptr, 2 * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  ASSERT_NE(place, MAP_FAILED);
+  char* given = static_cast<char*>(place);
+  std::memset(given, 'x', 2 * page);
+  ASSERT_EQ(mprotect(given + page, page, PROT_NONE), 0);
+  const std::string secret(2 * page, 'a');
+  EXPECT_DEATH(std::exit(is_same_token({given, 2 * page}, secret) ? 1 : 0), "");
+  munmap(place, 2 * page);
 }
 
 TEST(WebResponse, WithoutAModelFile)
 {
   Site gone = site;
   gone.model_size.reset();
-  EXPECT_EQ(response_to(parsed_request("GET /model.h5 HTTP/1.1\r\nHost: localhost:8123"), gone).status, 404);
+  EXPECT_EQ(response_to({"GET", "/" + token + "/model.h5", "localhost:8123", ""}, gone).status, 404);
 }
 
-TEST(WebResponse, EveryHeadIsWhole)
+TEST(WebResponse, EveryHeaderIsWhole)
 {
-  for (const std::string target : {"/", "/?model=model.h5", "/model.h5", "/none"}) {
-    const std::string head = asked(target).head;
-    EXPECT_THAT(head, StartsWith("HTTP/1.1 "));
-    EXPECT_THAT(head, HasSubstr("Content-Length: " + std::to_string(asked(target).n_bytes) + "\r\n"));
-    EXPECT_THAT(head, HasSubstr("X-Content-Type-Options: nosniff\r\n"));
-    EXPECT_EQ(head.find("\r\n\r\n"), head.size() - 4);
+  for (const Response& response :
+       {asked("/"), asked("/?model=model.h5"), asked("/model.h5"), asked("/model.h5", "bytes=0-0"),
+        asked("/model.h5", "bytes=5000-"), asked("/none"), asked("", "", "GET", "evil.example"),
+        bad_request(), request_timeout()}) {
+    SCOPED_TRACE(response.status);
+    EXPECT_EQ(field_of(response, "Content-Length"), std::to_string(response.n_bytes));
+    EXPECT_EQ(field_of(response, "Cache-Control"), "no-store");
+    EXPECT_EQ(field_of(response, "X-Content-Type-Options"), "nosniff");
+    EXPECT_EQ(field_of(response, "Cross-Origin-Resource-Policy"), "same-origin");
+    EXPECT_EQ(field_of(response, "Referrer-Policy"), "no-referrer");
+    EXPECT_EQ(field_of(response, "Content-Security-Policy"), "frame-ancestors 'none'");
+    EXPECT_EQ(field_of(response, "Connection"), "close");
+    EXPECT_NE(field_of(response, "Content-Type"), "none");
   }
 }
 

@@ -3,14 +3,21 @@
 
 usage: server_test.py VRDA PLAYER CHROMIUM JOB PAGE
 """
+import contextlib
 import gzip
+import os
 import pathlib
+import select
 import signal
 import socket
+import ssl
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 import unittest
+import urllib.parse
 
 from web_scenes import Page, make_models
 
@@ -21,10 +28,11 @@ READY = "document.documentElement?.dataset.state === 'ready' && !document.getEle
 class Served:
     """A server of one file. Use it in a `with`; leaving it ends the server by SIGINT."""
 
-    def __init__(self, file, *words):
-        self.process = subprocess.Popen([PLAYER, "web", file, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    def __init__(self, file, *words, env=None):
+        self.process = subprocess.Popen([PLAYER, "web", file, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env)
         self.address = self.process.stdout.readline().strip()
-        self.port = int(self.address.rstrip("/").rsplit(":", 1)[-1])
+        url = urllib.parse.urlsplit(self.address)
+        self.port, self.below = url.port, url.path.rstrip("/")  # the path of the token
 
     def __enter__(self):
         return self
@@ -38,22 +46,55 @@ class Served:
         self.process.communicate(timeout=20)
         return self.process.returncode
 
-    def open(self):
-        return socket.create_connection(("127.0.0.1", self.port), timeout=20)
+    def open(self, sent=b""):
+        line = socket.create_connection(("127.0.0.1", self.port), timeout=20)
+        line.sendall(sent)
+        return line
 
-    def ask(self, target, more="", method="GET", host=None):
+    def request(self, target, more="", method="GET", host=None, below=None):
+        """Its bytes; `below` another path than the token's."""
+        path = (self.below if below is None else below) + target
+        return f"{method} {path} HTTP/1.1\r\nHost: {host or f'127.0.0.1:{self.port}'}\r\n{more}\r\n".encode()
+
+    def ask(self, target, *words, **how):
         """Status, head and body of an answer."""
-        with self.open() as line:
-            line.sendall(f"{method} {target} HTTP/1.1\r\nHost: {host or f'127.0.0.1:{self.port}'}\r\n{more}\r\n".encode())
+        with self.open(self.request(target, *words, **how)) as line:
             return answer(line)
+
+    def sockets(self):
+        """How many the server has open."""
+        links = []
+        for link in pathlib.Path(f"/proc/{self.process.pid}/fd").iterdir():
+            with contextlib.suppress(FileNotFoundError):
+                links.append(os.readlink(link))
+        return sum(link.startswith("socket:") for link in links)
+
+
+def received(line):
+    """All until the server ends the connection."""
+    pieces = []
+    with contextlib.suppress(ConnectionResetError):
+        while piece := line.recv(1 << 16):
+            pieces.append(piece)
+    return b"".join(pieces)
 
 
 def answer(line):
-    whole = b""
-    while piece := line.recv(1 << 16):
-        whole += piece
-    head, _, body = whole.partition(b"\r\n\r\n")
+    head, _, body = received(line).partition(b"\r\n\r\n")
     return int(head.split()[1]), head.decode(), body
+
+
+def client_hello():
+    """What a browser sends that was told https."""
+    sent = ssl.MemoryBIO()
+    with contextlib.suppress(ssl.SSLWantReadError):
+        ssl.create_default_context().wrap_bio(ssl.MemoryBIO(), sent, server_hostname="localhost").do_handshake()
+    return sent.read()
+
+
+def is_silent(line):
+    """Open, and nothing came."""
+    return not select.select([line], [], [], 0)[0]
 
 
 class Server(unittest.TestCase):
@@ -73,7 +114,7 @@ class Server(unittest.TestCase):
         with Served(self.model) as served:
             status, head, _ = served.ask("/")
             self.assertEqual(status, 302)
-            self.assertIn("Location: /?model=model.h5", head)
+            self.assertIn(f"Location: {served.below}/?model=model.h5", head)
             status, _, body = served.ask("/?model=model.h5")
             self.assertEqual((status, gzip.decompress(body)), (200, pathlib.Path(PAGE).read_bytes()))
             status, _, body = served.ask("/model.h5")
@@ -100,10 +141,111 @@ class Server(unittest.TestCase):
                     line.sendall(nonsense)
                     self.assertEqual(answer(line)[0], 400)
             gone = served.open()
-            gone.sendall(f"GET /model.h5 HTTP/1.1\r\nHost: 127.0.0.1:{served.port}\r\n\r\n".encode())
+            gone.sendall(served.request("/model.h5"))
             gone.close()  # before the answer
             self.assertEqual(served.ask("/model.h5")[2], self.model.read_bytes())
             for line in (*silent, half):
+                line.close()
+
+    def test_nobody_is_served_without_the_token(self):
+        with Served(self.model) as served, Served(self.model) as other:
+            self.assertRegex(served.below, "^/[0-9a-f]{32}$")
+            self.assertNotEqual(served.below, other.below)
+            said = set()
+            for below in ("", other.below, served.below[:-1], served.below + "0", "/"):
+                for target in ("", "/", "/?model=model.h5", "/model.h5", "/none"):
+                    with self.subTest(below + target):
+                        status, head, body = served.ask(target or "/", below=below)
+                        self.assertEqual(status, 403)
+                        said.add((head, body))
+            self.assertEqual(len(said), 1)  # nothing about the file, nor whether there is one
+            self.assertNotIn(b"knee", said.pop()[1])
+
+    def test_what_is_no_request_is_answered_at_once(self):
+        """400 while the client still waits, not 408 when its time is over."""
+        with Served(self.model) as served:
+            host = f"Host: 127.0.0.1:{served.port}".encode()
+            line = b"GET " + served.below.encode() + b"/ HTTP/1.1\r\n"
+            for nonsense in (client_hello(), b"\x80\x2e\x01\0\x02", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", b"GET / HTTP/0.9\r\n", b"GET / FTP\r\n\r\n", b" / HTTP/1.1\r\n",
+                             b"GET / HTTP/1.1 \r\n", b"GET /\x01 HTTP/1.1\r\n", b"GET x HTTP/1.1\r\n" + host + b"\r\n\r\n", b"\n", b"GET / HTTP/1.1\n", b"GET / HTTP/1.1\n" + host + b"\n\n",
+                             line + host + b"\n\n", line + host + b"\n", line + b"\n", line + host + b"\r\nX: y\n", line + host + b"\r\n" + host + b"\r\n\r\n", line + b"Host:\r\n\r\n",
+                             line + b"Host : a\r\n\r\n", line + host + b"\r\nno colon\r\n\r\n", line + host + b"\r\n: x\r\n\r\n", line + host + b"\r\nX: \0b\r\n\r\n",
+                             line + host + b"\r\nX: " + b"y" * 20000, line + host + b"\r\nContent-Length: x\r\n\r\n"):
+                with self.subTest(nonsense[:60]), served.open(nonsense) as silent:
+                    self.assertEqual(answer(silent)[0], 400)
+            for piecemeal in (b"\x16\x03\x01", b"GET / HTTP/1.1\nHost: a\n"):
+                with self.subTest(piecemeal), served.open() as slow:
+                    for byte in piecemeal:
+                        with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+                            slow.sendall(bytes([byte]))
+                    self.assertEqual(answer(slow)[0], 400)
+            with served.open(line + host) as cut:
+                cut.shutdown(socket.SHUT_WR)
+                self.assertEqual(answer(cut)[0], 400)
+
+    def test_a_request_has_10_seconds(self):
+        with Served(self.model) as served:
+            request = served.request("/", more="X: y\r\n")
+            silent, half, steady, slow = served.open(), served.open(request[:-1]), served.open(), served.open()
+            silent.settimeout(60)
+            half.settimeout(60)
+            for k in range(len(request)):  # in 3 seconds
+                slow.sendall(request[k:k + 1])
+                time.sleep(3 / len(request))
+            self.assertEqual(answer(slow)[0], 302)
+            # Each byte comes soon after the one before; together they would take two minutes.
+            steady.sendall(request[:-2])
+            for _ in range(240):
+                steady.sendall(b"z")
+                if select.select([steady], [], [], 0.5)[0]:
+                    break
+            self.assertFalse(is_silent(steady))
+            for line in (silent, half, steady):
+                self.assertEqual(answer(line)[0], 408)
+                line.close()
+            slow.close()
+
+    def test_slow_requests_give_way(self):
+        with Served(self.model) as served:
+            slow = [served.open(b"GET / HTTP/1.1\r\nX: ") for _ in range(34)]
+            self.assertEqual(served.ask("/model.h5")[2], self.model.read_bytes())
+            # The good one was answered before the slow ones' time was over: the first gave way.
+            self.assertTrue(is_silent(slow[-1]))
+            self.assertEqual(received(slow[0]), b"")
+            slow += [served.open() for _ in range(200)]
+            self.assertEqual(served.ask("/model.h5")[2], self.model.read_bytes())
+            self.assertTrue(is_silent(slow[-1]))
+            self.assertLess(served.sockets(), 60)
+            for line in slow:
+                line.close()
+
+    def test_slow_readers_give_way(self):
+        copy = self.root / "large.h5"
+        copy.write_bytes(self.model.read_bytes())
+        with Served(copy) as served:
+            whole = os.urandom(1 << 16) * 512  # more than sockets hold
+            copy.write_bytes(whole)
+            slow = [served.open(served.request("/model.h5")) for _ in range(34)]
+            self.assertEqual(served.ask("/model.h5")[2], whole)
+            self.assertEqual(answer(slow[-1])[2], whole)
+            self.assertLess(len(received(slow[0])), len(whole))  # dropped
+            # The oldest, but not the slowest.
+            steady, taken = served.open(served.request("/model.h5")), []
+
+            def take():
+                while piece := steady.recv(1 << 16):
+                    taken.append(piece)
+                    time.sleep(0.005)
+
+            reader = threading.Thread(target=take)
+            reader.start()
+            for _ in range(40):
+                slow.append(served.open(served.request("/model.h5")))
+                time.sleep(0.05)
+            self.assertLess(served.sockets(), 60)
+            reader.join()
+            self.assertTrue(b"".join(taken).endswith(whole))
+            for line in (steady, *slow):
                 line.close()
 
     def test_a_new_run_shows_after_a_reload(self):
@@ -131,6 +273,24 @@ class Server(unittest.TestCase):
                 self.assertEqual((done.returncode, done.stdout), (2, ""))
                 self.assertIn(said, done.stderr)
                 self.assertEqual(len(done.stderr.splitlines()), 1)
+
+    def test_the_browser_is_opened_without_the_token_on_its_command_line(self):
+        """Command lines are open to all: it is given a file that only this user may read."""
+        fake, kept = self.root / "xdg-open", self.root / "kept"
+        fake.write_text(f"#!/bin/sh\nprintf '%s\\n' \"$@\" \"$(stat -c %a \"$1\")\" >'{kept}.new'\nmv '{kept}.new' '{kept}'\n")
+        fake.chmod(0o755)
+        folder = self.root / "temporary"
+        folder.mkdir()
+        surroundings = {**os.environ, "PATH": f"{self.root}:{os.environ['PATH']}", "TMPDIR": str(folder)}
+        with Served(self.model, "--open", env=surroundings) as served, Page(CHROMIUM) as page:
+            while not kept.exists():
+                time.sleep(0.05)
+            file, mode = kept.read_text().splitlines()
+            self.assertEqual(mode, "600")
+            self.assertNotIn(served.below[1:], file)
+            page.browser.visit(f"file://{file}", READY)
+            self.assertEqual(page.browser.value("location.href"), f"{served.address}?model=model.h5")
+        self.assertEqual(list(folder.iterdir()), [])
 
     def test_in_a_browser(self):
         with Served(self.model) as served, Page(CHROMIUM) as page:
