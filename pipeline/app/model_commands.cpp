@@ -73,6 +73,17 @@ Json unsolved_json(const MotionModel& model)
   return list;
 }
 
+Json doubtful_json(const MotionModel& model)
+{
+  Json list = Json::array();
+  for (const DoubtfulCell& cell : doubtful_cells(model)) {
+    list.push_back({{"flexion_deg", cell.flexion_deg},
+                    {"varus_deg", cell.varus_deg},
+                    {"plausibility", name_of(cell.plausibility)}});
+  }
+  return list;
+}
+
 Json iterations_json(const MotionModel& model)
 {
   const double n = static_cast<double>(model.iterations.size());
@@ -156,6 +167,7 @@ Json summary_of(const MotionModel& model)
            {{"reference", model.reference.contact.mesh.triangles.rows()},
             {"moving", model.moving.contact.mesh.triangles.rows()}}},
           {"unsolved", unsolved_json(model)},
+          {"doubtful", doubtful_json(model)},
           {"iterations", iterations_json(model)},
           {"surfaces",
            {{"tx_mm", range_json(model.tx_mm)},
@@ -214,6 +226,16 @@ void print_equilibrium(const MotionModel& model, const Json& s)
   std::printf("  flexions with several optima: %d\n", e["flexions_with_several_optima"].get<int>());
 }
 
+void print_doubtful(const MotionModel& model)
+{
+  if (doubtful_cells(model).empty()) return;
+  std::printf("of the stable attitudes: %s\n", plausibility_line(model).c_str());
+  for (const Plausibility plausibility : doubtful_plausibilities) {
+    if ((model.plausibility == static_cast<std::int8_t>(plausibility)).any())
+      std::printf("  %s: %s\n", name_of(plausibility), meaning_of(plausibility));
+  }
+}
+
 void print(const MotionModel& model, const Json& s)
 {
   std::printf("%s: %s, %s side, %s\n", model.title.c_str(), model.joint.c_str(), model.side.c_str(),
@@ -233,6 +255,7 @@ void print(const MotionModel& model, const Json& s)
       std::printf("  %s: %s\n", name_of(status), meaning_of(status));
     }
   }
+  print_doubtful(model);
   std::printf("iterations: %s a step, at most %d; %s queries a step\n",
               short_text(s["iterations"]["mean"]).c_str(), s["iterations"]["largest"].get<int>(),
               short_text(s["iterations"]["queries_mean"]).c_str());

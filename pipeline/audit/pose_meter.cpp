@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/error.hpp"
 #include "core/trig.hpp"
 
 namespace vrda {
@@ -70,6 +71,15 @@ void PoseMeter::place(const Attitude& attitude, const Pose& X_reference_moving)
     tilted_query_.emplace(scene_.reference_gap, GapTree(transformed(scene_.moving.mesh, X_turned)));
   }
   query().set_attitude(attitude);
+  attitude_ = attitude;
+}
+
+// Takes time, so only where it stands otherwise.
+void PoseMeter::turn_reference(const Attitude& attitude)
+{
+  if (attitude.flexion_rad == attitude_.flexion_rad && attitude.varus_rad == attitude_.varus_rad) return;
+  query_.set_attitude(attitude);
+  attitude_ = attitude;
 }
 
 MovingPose PoseMeter::shifted(double shift_mm) const
@@ -109,6 +119,30 @@ double PoseMeter::retreat_mm()
   }
   // Without facing pairs in the way (an open sheet struck from behind) the touch is asked for from below all.
   return afar_mm < 0.0 ? most_mm : std::max(0.0, most_mm - touch_mm(-most_mm));
+}
+
+std::optional<MovingPose> PoseMeter::solver_pose() const
+{
+  return tilted_query_ ? std::nullopt : std::optional(pose_);
+}
+
+double PoseMeter::travel_near_mm(const Attitude& attitude, const MovingPose& pose, double range_mm)
+{
+  check(!tilted_query_, "poses near one that turns about Delta alone");
+  turn_reference(attitude);
+  // Of facing pairs the first touch from afar is the cheapest answer. One far behind is the rim of a socket.
+  const double afar_mm = query_.travel_mm(pose);
+  if (std::abs(afar_mm) <= range_mm) return afar_mm;
+  MovingPose behind = pose;
+  behind.translation_mm.y() -= range_mm;
+  const double travel_mm = query_.touch(behind).travel_mm;
+  if (travel_mm <= 2.0 * range_mm) return travel_mm - range_mm;
+  // What overlaps there passes the touch that it came from and sees the next one.
+  Pose X = pose_of(behind);
+  X.prerotate(Eigen::Matrix3d(reference_rotation(attitude).transpose()));
+  const bool is_blocked =
+      find_collision(scene_.reference, scene_.moving, RigidPlacement(X), narrow_phase_, hint_).has_value();
+  return is_blocked ? -range_mm : travel_mm - range_mm;
 }
 
 PoseAudit PoseMeter::measure(const Attitude& attitude, const Pose& X_reference_moving, Judge judge)

@@ -46,6 +46,14 @@ class PoseMeter {
 
   PoseAudit measure(const Attitude& attitude, const Pose& X_reference_moving, Judge judge);
 
+  /// Signed travel along Delta into contact from `pose` (in S), near one that was measured: looks ahead from
+  /// `range_mm` behind it; minus that where the objects overlap there too.
+  double travel_near_mm(const Attitude& attitude, const MovingPose& pose, double range_mm);
+
+  /// The pose measured last, in S; nothing where it turns not about Delta alone.
+  std::optional<MovingPose> solver_pose() const;
+  const AuditScene& scene() const { return scene_; }
+
   /// Signed travel along Delta from the pose into contact, short of it by `contact_margin_mm` (or, where that
   /// still overlaps, by a multiple): back to where it is free when the pose overlaps, on to the next touch
   /// when it is free. NaN where nothing is in the way.
@@ -53,6 +61,7 @@ class PoseMeter {
 
  private:
   void place(const Attitude& attitude, const Pose& X_reference_moving);
+  void turn_reference(const Attitude& attitude);
   bool is_overlapping(double shift_mm, Judge judge);
   bool is_reached_from_below(double shift_mm);
   double touch_mm(double shift_mm);
@@ -64,6 +73,7 @@ class PoseMeter {
   NarrowPhase narrow_phase_;
   GapQuery query_;
   std::optional<GapQuery> tilted_query_;  ///< of a pose that turns not about Delta alone: a tree of its own
+  Attitude attitude_;                     ///< of the query
   MovingPose pose_;                       ///< S, at the attitude placed
   Pose X_zero_;                           ///< moving to reference, S at zero attitude
   Eigen::Vector3d delta_zero_;            ///< Delta there

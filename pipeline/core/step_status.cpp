@@ -19,6 +19,8 @@ const char* name_of(StepStatus status)
       return "iteration_limit";
     case StepStatus::unbounded:
       return "unbounded";
+    case StepStatus::overlapping:
+      return "overlapping";
   }
   throw InternalError("a step status without a name");
 }
@@ -38,6 +40,8 @@ const char* meaning_of(StepStatus status)
       return "did not come to rest within max_steps or max_iterations";
     case StepStatus::unbounded:
       return "no place of rest: the loads carry it off the reference";
+    case StepStatus::overlapping:
+      return "came to rest, but the meshes overlap there: see what vrda check says of their winding";
   }
   throw InternalError("a step status without a meaning");
 }

@@ -12,15 +12,16 @@ enum class StepStatus : std::int8_t {
   no_clearance = 2,     ///< no free pose along -Delta
   iteration_limit = 3,  ///< max_steps or max_iterations reached
   unbounded = 4,        ///< no rest: slides off however small the steps
+  overlapping = 5,      ///< came to rest, but measured again the meshes overlap
 };
 
 /// As stored.
 inline constexpr auto status_pending = static_cast<std::int8_t>(StepStatus::pending);
 inline constexpr auto status_stable = static_cast<std::int8_t>(StepStatus::stable);
 
-inline constexpr StepStatus all_step_statuses[] = {StepStatus::pending,         StepStatus::stable,
-                                                   StepStatus::no_contact,      StepStatus::no_clearance,
-                                                   StepStatus::iteration_limit, StepStatus::unbounded};
+inline constexpr StepStatus all_step_statuses[] = {
+    StepStatus::pending,         StepStatus::stable,    StepStatus::no_contact, StepStatus::no_clearance,
+    StepStatus::iteration_limit, StepStatus::unbounded, StepStatus::overlapping};
 
 const char* name_of(StepStatus status);
 /// What it means, in a few words.

@@ -59,6 +59,10 @@ void add_attitude(Columns& columns, const MotionModel& model)
   columns.push_back({"status", [&model](Eigen::Index cell) {
                        return std::string(name_of(static_cast<StepStatus>(model.status.data()[cell])));
                      }});
+  columns.push_back({"plausibility", [&model](Eigen::Index cell) {
+                       return std::string(
+                           name_of(static_cast<Plausibility>(model.plausibility.data()[cell])));
+                     }});
 }
 
 void add_raw(Columns& columns, const MotionModel& model)

@@ -92,6 +92,16 @@ void add_unsolved(const MotionModel& model, Lines& lines)
              static_cast<long long>(n_missing), spine.size()));
 }
 
+void add_doubtful(const MotionModel& model, Lines& lines)
+{
+  for (const Plausibility plausibility : doubtful_plausibilities) {
+    const auto n = (model.plausibility == static_cast<std::int8_t>(plausibility)).count();
+    if (n == 0) continue;
+    lines.push_back(line("%lld stable attitudes are doubtful, %s: %s.", static_cast<long long>(n),
+                         name_of(plausibility), meaning_of(plausibility)));
+  }
+}
+
 void add_raw_extremes(const ReportModel& entry, Lines& lines)
 {
   if (entry.raw.largest_penetration_mm > perceptible_mm)
@@ -209,6 +219,7 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
   const Numbers numbers = numbers_of(model);
   Lines lines;
   add_unsolved(model, lines);
+  add_doubtful(model, lines);
   add_raw_extremes(entry, lines);
   if (numbers.balance_residual_n > residual_share * numbers.push_n)
     lines.push_back(

@@ -38,6 +38,15 @@ Json statuses_json(const MotionModel& model)
   return list;
 }
 
+Json plausibilities_json()
+{
+  Json list = Json::array();
+  for (const Plausibility plausibility : all_plausibilities) {
+    list.push_back({{"code", static_cast<std::int8_t>(plausibility)}, {"name", name_of(plausibility)}});
+  }
+  return list;
+}
+
 Json numbers_json(const ReportModel& entry)
 {
   const Numbers n = numbers_of(entry.model);
@@ -311,6 +320,8 @@ Json model_json(const ReportModel& entry, const ModelJsonOptions& options)
   json["spine"] = spine_json(model);
   if (!options.is_whole) return json;
   json["status_grid"] = flags_json(model.status);
+  json["plausibility_grid"] = flags_json(model.plausibility);
+  json["plausibilities"] = plausibilities_json();
   json["contact_grid"] = contacts_json(model);
   json["theta_determined_grid"] = flags_json(model.theta_determined);
   json["surfaces"] = surfaces_json(model);

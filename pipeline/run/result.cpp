@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "assemble/assemble.hpp"
+#include "audit/plausibility.hpp"
 #include "audit/recontact.hpp"
 #include "core/error.hpp"
+#include "core/number_text.hpp"
 #include "reduce/reduce.hpp"
 #include "run/run_output.hpp"
 #include "run/summary.hpp"
@@ -18,6 +20,23 @@ namespace vrda {
 namespace {
 
 using IsStopped = std::function<bool()>;
+
+// Measured again from meshes and poses: what overlaps is not solved, what is doubtful is marked.
+MotionModel judged_model_of(const Case& job_case, const SweepResult& result, int n_threads)
+{
+  MotionModel model = motion_model_of(job_case, result);
+  PoseVerdicts verdicts = pose_verdicts(model, job_case.ligaments, n_threads);
+  if ((verdicts.is_overlapping == 1).any()) {
+    SweepResult accepted = result;
+    for (StepRecord& cell : accepted.cells) {
+      if (verdicts.is_overlapping(cell.key.flexion, cell.key.varus) == 1)
+        cell.status = StepStatus::overlapping;
+    }
+    model = motion_model_of(job_case, accepted);
+  }
+  model.plausibility = std::move(verdicts.plausibility);
+  return model;
+}
 
 // In part when stopped.
 void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output, int n_threads,
@@ -59,10 +78,22 @@ void write_record(const RunRecord& record, const std::string& output)
   }
 }
 
+// Which stable poses to look at twice, and where.
+void warn_of_doubtful(const MotionModel& model, const std::string& output)
+{
+  const std::vector<DoubtfulCell> cells = doubtful_cells(model);
+  if (cells.empty()) return;
+  warn(output + ": /plausibility: " + plausibility_line(model) + " of " +
+       std::to_string((model.status == status_stable).count()) + " stable attitudes, the first at flexion " +
+       shortest(cells[0].flexion_deg) + ", varus " + shortest(cells[0].varus_deg) +
+       " degrees; vrda info lists what they mean, vrda info --json where they are");
+}
+
 /// Done, or that more attitudes are unsolved than the job allows, with a warning.
 ExitCode outcome_of(const Case& job_case, const MotionModel& model, const std::string& output)
 {
   say(status_line(model));
+  warn_of_doubtful(model, output);
   std::printf("%s\n", output.c_str());
   const double unsolved = unsolved_fraction(model);
   if (unsolved <= job_case.unsolved_fraction) return ExitCode::done;
@@ -77,7 +108,7 @@ std::optional<MotionModel> result_of(const Case& job_case, const SweepResult& re
                                      const std::string& output, int n_threads, const IsStopped& is_stopped)
 {
   check(result.is_complete, "a result has every attitude");
-  MotionModel model = motion_model_of(job_case, result);
+  MotionModel model = judged_model_of(job_case, result, n_threads);
   add_smoothed(model, job_case, output, n_threads, is_stopped);
   if (is_stopped()) return std::nullopt;
   add_zero_varus(model);

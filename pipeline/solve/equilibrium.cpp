@@ -43,13 +43,6 @@ double mean_area_mm2(const Mesh& mesh)
 
 }  // namespace
 
-Grip grip_of(const Mesh& moving)
-{
-  const Box box = bounding_box(moving);
-  const Eigen::Vector3d middle = 0.5 * (box.min_mm + box.max_mm), size = box.max_mm - box.min_mm;
-  return {{middle.x(), 0.0, middle.z()}, std::max(0.5 * std::max(size.x(), size.z()), 1e-6)};
-}
-
 double band_of(const Mesh& reference, const Mesh& moving)
 {
   const double of_reference = mean_area_mm2(reference), of_moving = mean_area_mm2(moving);

@@ -15,9 +15,6 @@ namespace equilibrium_rules {
 inline constexpr double first_radius_mm = 0.9;
 }  // namespace equilibrium_rules
 
-/// Middle and lever of the moving object.
-Grip grip_of(const Mesh& moving);
-
 /// How much further than the first touch features are asked for in the beginning, mm. Follows the facets, so
 /// that coarse and fine meshes show about as many; a step then follows what it sees. What lies beyond comes
 /// as cuts of rejected steps. Measured: twice as many save an iteration in eight and cost more than that.

@@ -3,7 +3,10 @@
 /// lever are millimetres, so that one trust radius fits all.
 #pragma once
 
+#include <algorithm>
+
 #include "core/coordinates.hpp"
+#include "core/mesh.hpp"
 
 namespace vrda {
 
@@ -12,6 +15,13 @@ struct Grip {
   Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< middle of the object, in its own frame
   double lever_mm = 1.0;                               ///< half its larger horizontal extent
 };
+
+inline Grip grip_of(const Mesh& moving)
+{
+  const Box box = bounding_box(moving);
+  const Eigen::Vector3d middle = 0.5 * (box.min_mm + box.max_mm), size = box.max_mm - box.min_mm;
+  return {{middle.x(), 0.0, middle.z()}, std::max(0.5 * std::max(size.x(), size.z()), 1e-6)};
+}
 
 struct Place {
   Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< where the pivot stands, S

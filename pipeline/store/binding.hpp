@@ -78,6 +78,7 @@ void visit_root(Model& model, const FileShape& shape, Visitor& visit)
   visit("/theta", model.theta_deg);
   visit("/X_reference_moving", model.X_reference_moving);
   visit("/status", model.status);
+  if (shape.minor_version >= 4) visit("/plausibility", model.plausibility);
   visit("/iterations", model.iterations);
   visit("/queries", model.queries);
   visit("/residual", model.residual_mm);

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "core/plausibility.hpp"
 #include "core/search_move.hpp"
 #include "store/dataset_specs.hpp"
 #include "store/derived_layout.hpp"
@@ -11,6 +12,12 @@
 
 namespace vrda {
 namespace {
+
+FlagSet statuses_of(std::int32_t minor_version)
+{
+  if (minor_version == 0) return FlagSet::search_status;
+  return minor_version < 4 ? FlagSet::solver_status : FlagSet::status;
+}
 
 void add_root(FileLayout& layout, const FileShape& shape)
 {
@@ -33,9 +40,14 @@ void add_root(FileLayout& layout, const FileShape& shape)
         "no unit",
         true,
         FlagSet::none},
-       flag_surface("/status", shape.minor_version == 0 ? FlagSet::search_status : FlagSet::status,
-                    "how the motion step ended"),
-       numbers("/iterations", ValueKind::int32, grid_dimensions(), "1", "iterations of the motion step"),
+       flag_surface("/status", statuses_of(shape.minor_version), "how the motion step ended")});
+  if (shape.minor_version >= 4) {
+    layout.datasets.push_back(flag_surface("/plausibility", FlagSet::plausibility,
+                                           "what measuring the stable pose again finds against it"));
+  }
+  layout.datasets.insert(
+      layout.datasets.end(),
+      {numbers("/iterations", ValueKind::int32, grid_dimensions(), "1", "iterations of the motion step"),
        numbers("/queries", ValueKind::int32, grid_dimensions(), "1",
                "collision and gap queries of the motion step"),
        surface("/residual", "mm", "last translation that the solver predicted"),
@@ -196,6 +208,9 @@ const char* name_of(ValueKind kind)
 
 namespace {
 
+constexpr StepStatus solver_statuses[] = {StepStatus::pending,         StepStatus::stable,
+                                          StepStatus::no_contact,      StepStatus::no_clearance,
+                                          StepStatus::iteration_limit, StepStatus::unbounded};
 constexpr StepStatus search_statuses[] = {StepStatus::pending, StepStatus::stable, StepStatus::no_contact,
                                           StepStatus::no_clearance, StepStatus::iteration_limit};
 
@@ -219,6 +234,10 @@ FlagTable flag_table(FlagSet set)
       break;
     case FlagSet::status:
       return table_of(all_step_statuses);
+    case FlagSet::solver_status:
+      return table_of(solver_statuses);
+    case FlagSet::plausibility:
+      return table_of(all_plausibilities);
     case FlagSet::search_status:
       return table_of(search_statuses);
     case FlagSet::move_kind:

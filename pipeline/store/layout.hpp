@@ -10,7 +10,7 @@
 namespace vrda {
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.3";
+inline constexpr const char* format_version = "1.4";
 /// CF 1.9 is the first to allow 64-bit integers (row_start).
 inline constexpr const char* conventions = "CF-1.9";
 
@@ -21,7 +21,9 @@ const char* name_of(ValueKind kind);
 enum class FlagSet {
   none,
   status,
-  search_status,  ///< without `unbounded`: of a trace's searches, and of motion models of version 1.0
+  solver_status,  ///< without `overlapping`: of the free spine, and of motion models of versions 1.1 to 1.3
+  search_status,  ///< without `unbounded` too: of a trace's searches, and of motion models of version 1.0
+  plausibility,
   answer,
   yes_no,
   compartment,
@@ -98,8 +100,8 @@ struct LigamentShape {
 struct FileShape {
   /// Of format_version. 0 knows no push, contact paths, equilibrium, ligaments or solved varus; 1 neither
   /// zero-varus motion, audits nor more than the polynomials of tx, ty, tz and theta of a smoothed set; 2 no
-  /// scaling.
-  std::int32_t minor_version = 3;
+  /// scaling; 3 neither `plausibility` nor the status `overlapping`.
+  std::int32_t minor_version = 4;
   std::int64_t n_flexion = 0;
   std::int64_t n_varus = 0;
   bool has_compartments = false;

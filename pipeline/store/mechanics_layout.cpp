@@ -68,7 +68,7 @@ void add_free_spine(FileLayout& layout)
   layout.groups.push_back(group);
   layout.datasets.insert(
       layout.datasets.end(),
-      {codes(group + "/status", flexion, FlagSet::status, "how the motion step with free varus ended"),
+      {codes(group + "/status", flexion, FlagSet::solver_status, "how the motion step with free varus ended"),
        answers(group + "/varus", flexion, "degree", "varus at rest, adduction positive"),
        answers(group + "/tx", flexion, "mm", "translation along X of the world frame W"),
        answers(group + "/ty", flexion, "mm", "translation along Y of the world frame W"),

@@ -176,7 +176,7 @@ class MechanicsCheck {
   {
     const std::string group = "/equilibrium/spine";
     const Statuses rows{spine.status.data(), spine.status.size()};
-    findings_.codes(group + "/status", rows.data, rows.size, flag_table(FlagSet::status).values);
+    findings_.codes(group + "/status", rows.data, rows.size, flag_table(FlagSet::solver_status).values);
     answers(group + "/varus", spine.varus_deg.data(), rows);
     answers(group + "/tx", spine.tx_mm.data(), rows);
     answers(group + "/ty", spine.ty_mm.data(), rows);

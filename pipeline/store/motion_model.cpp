@@ -113,6 +113,7 @@ MotionModel with_pending_cells(MotionModel model)
     *grid = GridB::Constant(size.n_flexion, size.n_varus, -1);
   }
   model.status = GridB::Constant(size.n_flexion, size.n_varus, pending_code);
+  model.plausibility = GridB::Constant(size.n_flexion, size.n_varus, plausibility_not_judged);
   model.is_spine = GridB::Zero(size.n_flexion, size.n_varus);
   model.iterations = GridI::Zero(size.n_flexion, size.n_varus);
   model.queries = GridI::Zero(size.n_flexion, size.n_varus);

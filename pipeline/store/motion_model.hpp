@@ -10,6 +10,7 @@
 
 #include "core/body.hpp"
 #include "core/frames.hpp"
+#include "core/plausibility.hpp"
 #include "core/scaling.hpp"
 #include "core/step_status.hpp"
 #include "store/derived.hpp"
@@ -134,6 +135,7 @@ struct MotionModel {
   GridD tx_mm, ty_mm, tz_mm, theta_deg;
   std::vector<double> X_reference_moving;  ///< [n_flexion, n_varus, 4, 4] row-major
   GridB status;                            ///< StepStatus
+  GridB plausibility;                      ///< Plausibility
   GridI iterations, queries;
   GridD residual_mm;                    ///< last translation predicted by the solver
   GridD gap_medial_mm, gap_lateral_mm;  ///< directional gap left; NaN where nothing faces

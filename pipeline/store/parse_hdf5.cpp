@@ -127,6 +127,9 @@ MotionModel read_model_values(const H5Reader& reader, const Structure& structure
   open_scaling(model, reader, structure.shape);
   visit_datasets(model, structure.shape, DatasetReader(reader, structure.layout, structure.shape));
   if (structure.shape.minor_version == 0) complete_first_version(model);
+  if (structure.shape.minor_version < 4) {
+    model.plausibility = GridB::Constant(model.status.rows(), model.status.cols(), plausibility_not_judged);
+  }
   if (!model.has_compartments) set_no_compartments(model);
   return model;
 }

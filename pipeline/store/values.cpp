@@ -111,6 +111,7 @@ class ValueCheck {
   void check_cells()
   {
     findings_.codes("/status", model_.status.data(), n_cells_, flag_table(FlagSet::status).values);
+    check_plausibility();
     answers("/tx", model_.tx_mm);
     answers("/ty", model_.ty_mm);
     answers("/tz", model_.tz_mm);
@@ -133,6 +134,16 @@ class ValueCheck {
     gaps("/gap_lateral_mm", model_.gap_lateral_mm);
     answers("/contact_medial", model_.contact_medial);
     answers("/contact_lateral", model_.contact_lateral);
+  }
+
+  void check_plausibility()
+  {
+    const std::int8_t* values = model_.plausibility.data();
+    findings_.codes("/plausibility", values, n_cells_, flag_table(FlagSet::plausibility).values);
+    findings_.each(
+        "/plausibility", n_cells_, "-1 where status is not stable",
+        [&](std::size_t cell) { return !is_stable(cell) && values[cell] != plausibility_not_judged; },
+        [&](std::size_t cell) { return std::to_string(values[cell]); });
   }
 
   void check_poses()

@@ -183,6 +183,8 @@ VertexColour colour_of(StepStatus status)
       return {240, 228, 66, 255};
     case StepStatus::unbounded:
       return {204, 121, 167, 255};
+    case StepStatus::overlapping:
+      return {0, 114, 178, 255};
   }
   throw InternalError("a status without a colour");
 }

@@ -133,6 +133,7 @@ void expect_equal_cells(const MotionModel& a, const MotionModel& b)
   expect_equal(a.gap_lateral_mm, b.gap_lateral_mm, "gap_lateral_mm");
   expect_equal(a.contact_medial, b.contact_medial, "contact_medial");
   expect_equal(a.contact_lateral, b.contact_lateral, "contact_lateral");
+  expect_equal(a.plausibility, b.plausibility, "plausibility");
   expect_equal(a.theta_determined, b.theta_determined, "theta_determined");
   expect_equal(a.is_spine, b.is_spine, "is_spine");
   expect_equal(a.varus_solved_deg, b.varus_solved_deg, "varus_solved");

@@ -12,27 +12,16 @@
 
 namespace vrda::first_version_test {
 
-void set_codes(hid_t file, const char* object, const std::vector<std::int8_t>& values)
-{
-  ASSERT_GE(H5Adelete_by_name(file, object, "flag_values", H5P_DEFAULT), 0);
-  const hsize_t n = values.size();
-  const hid_t space = H5Screate_simple(1, &n, nullptr);
-  const hid_t attribute = H5Acreate_by_name(file, object, "flag_values", H5T_STD_I8LE, space, H5P_DEFAULT,
-                                            H5P_DEFAULT, H5P_DEFAULT);
-  ASSERT_GE(H5Awrite(attribute, H5T_STD_I8LE, values.data()), 0);
-  H5Aclose(attribute);
-  H5Sclose(space);
-}
-
 /// What version 1.0 wrote of the model in `file`.
 void make_first_version(hid_t file, bool has_compartments)
 {
+  test::remove_plausibility(file);
   test::set_text(file, "/", "format_version", "1.0");
   test::remove(file, "/push");
   test::remove(file, "/varus_solved");
   ASSERT_GE(H5Adelete_by_name(file, "/smoothed/degree_1", "is_robust", H5P_DEFAULT), 0);
   if (has_compartments) test::remove(file, "/contact_paths");
-  set_codes(file, "/status", {-1, 0, 1, 2, 3});
+  test::set_codes(file, "/status", {-1, 0, 1, 2, 3});
   test::set_text(file, "/status", "flag_meanings", "pending stable no_contact no_clearance iteration_limit");
 }
 
@@ -43,7 +32,7 @@ TEST(FirstVersion, IsReadWithThePushOfItsDeltaAndTheVarusOfItsAxis)
     const std::string path = scratch.path() / "knee.h5";
     test::SampleOptions options;
     options.has_compartments = has_compartments;
-    const MotionModel model = test::sample_model(options);
+    const MotionModel model = test::without_plausibility(test::sample_model(options));
     write_motion_model(path, model);
     test::change(path, [&](hid_t file) { make_first_version(file, has_compartments); });
     for (const Finding& finding : validate_hdf5(path)) {
@@ -73,7 +62,7 @@ TEST(FirstVersion, ItsStatusHasNoUnbounded)
 {
   const std::vector<Finding> findings = test::findings_after(test::sample_model(), [](hid_t file) {
     make_first_version(file, true);
-    set_codes(file, "/status", {-1, 0, 1, 2, 3, 4});
+    test::set_codes(file, "/status", {-1, 0, 1, 2, 3, 4});
   });
   test::expect_first(findings, "/status@flag_values", "other values", "iteration_limit");
 }
@@ -95,6 +84,7 @@ TEST(FirstVersion, WhatALaterMinorVersionAddsToItIsIgnored)
 /// What version 1.1 wrote of the model in `file`.
 void make_second_version(hid_t file)
 {
+  test::remove_plausibility(file);
   test::set_text(file, "/", "format_version", "1.1");
   ASSERT_GE(H5Adelete_by_name(file, "/smoothed/degree_1", "is_robust", H5P_DEFAULT), 0);
 }
@@ -105,7 +95,7 @@ TEST(SecondVersion, IsReadAsItIs)
   const std::string path = scratch.path() / "knee.h5", today = scratch.path() / "today.h5";
   const test::SampleOptions variants[] = {{4, 3, true, true, true, true, 5, 2}, {4, 1}};
   for (const test::SampleOptions& options : variants) {
-    const MotionModel model = test::sample_model(options);
+    const MotionModel model = test::without_plausibility(test::sample_model(options));
     write_motion_model(path, model);
     write_motion_model(today, model);
     test::change(path, make_second_version);
@@ -123,12 +113,33 @@ TEST(SecondVersion, WhatVersionOneTwoAddedIsIgnoredInIt)
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
   for (const std::int32_t n_varus : {3, 1}) {
-    const MotionModel model = test::sample_model({4, n_varus, true, true, n_varus > 1});
+    const MotionModel model =
+        test::without_plausibility(test::sample_model({4, n_varus, true, true, n_varus > 1}));
     write_motion_model(path, test::with_derived(model));
     test::change(path, make_second_version);
     EXPECT_TRUE(validate_hdf5(path).empty());
     test::expect_equal(read_motion_model(path), model);
   }
+}
+
+TEST(FourthVersion, PosesOfAnOlderFileAreNotJudged)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::sample_model());
+  test::change(path, [](hid_t file) {
+    test::remove_plausibility(file);
+    test::set_text(file, "/", "format_version", "1.3");
+  });
+  EXPECT_TRUE(validate_hdf5(path).empty());
+  test::expect_equal(read_motion_model(path), test::without_plausibility(test::sample_model()));
+}
+
+TEST(FourthVersion, AFileOfTodayNeedsPlausibility)
+{
+  test::expect_first(
+      test::findings_after(test::sample_model(), [](hid_t file) { test::remove(file, "/plausibility"); }),
+      "/plausibility", "nothing", "a dataset");
 }
 
 }  // namespace vrda::first_version_test

@@ -34,9 +34,16 @@ FileShape full_shape()
   return shape;
 }
 
-FileShape version_one_two()
+FileShape version_one_three()
 {
   FileShape shape = full_shape();
+  shape.minor_version = 3;
+  return shape;
+}
+
+FileShape version_one_two()
+{
+  FileShape shape = version_one_three();
   shape.minor_version = 2;
   shape.n_landmarks.reset();
   return shape;
@@ -106,6 +113,7 @@ TEST(Layout, TheCodesAreThoseOfThePage)
 {
   const std::string page = test::read_bytes(test::source_directory() / "schemas" / "motion-model.md");
   EXPECT_THAT(page, ::testing::HasSubstr(listed(flag_table(FlagSet::status), ", ")));
+  EXPECT_THAT(page, ::testing::HasSubstr(listed(flag_table(FlagSet::plausibility), ", ")));
   EXPECT_THAT(page, ::testing::HasSubstr(listed(flag_table(FlagSet::audit_state), ", ")));
   const FlagTable source = flag_table(FlagSet::zero_varus_source);
   EXPECT_EQ(source.values, (std::vector<std::int8_t>{-1, 0, 1, 2}));
@@ -141,7 +149,7 @@ TEST(Layout, VersionOneZeroIsThatOfOneOneWithoutWhatCameLater)
   EXPECT_EQ(added, (std::set<std::string>{"/varus_solved", "/push", "/contact_paths", "/equilibrium",
                                           "/ligaments"}));
   EXPECT_EQ(flag_table(FlagSet::search_status).values, (std::vector<std::int8_t>{-1, 0, 1, 2, 3}));
-  EXPECT_EQ(flag_table(FlagSet::status).values, (std::vector<std::int8_t>{-1, 0, 1, 2, 3, 4}));
+  EXPECT_EQ(flag_table(FlagSet::solver_status).values, (std::vector<std::int8_t>{-1, 0, 1, 2, 3, 4}));
 }
 
 TEST(Layout, VersionOneTwoAddsWhatIsMadeOfTheSurfaces)
@@ -167,13 +175,23 @@ TEST(Layout, VersionOneThreeAddsHowTheJobScales)
 {
   const std::set<std::string> old = dataset_paths(version_one_two());
   std::set<std::string> added;
-  for (const std::string& path : dataset_paths(full_shape())) {
+  for (const std::string& path : dataset_paths(version_one_three())) {
     if (old.count(path) == 0) added.insert(path.substr(0, path.rfind('/')));
   }
   EXPECT_EQ(added, std::set<std::string>{"/job/scaling"});
   FileShape plain = version_one_two();
   plain.minor_version = 3;
   EXPECT_EQ(dataset_paths(plain), old) << "where the job does not scale";
+}
+
+TEST(Layout, VersionOneFourAddsPlausibilityAndAStatus)
+{
+  std::set<std::string> wanted = dataset_paths(version_one_three());
+  wanted.insert("/plausibility");
+  EXPECT_EQ(dataset_paths(full_shape()), wanted);
+  EXPECT_EQ(flag_table(FlagSet::status).values, (std::vector<std::int8_t>{-1, 0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(listed(flag_table(FlagSet::plausibility), " "),
+            "-1 not_judged 0 nothing_found 1 nothing_ahead 2 unstable_balance");
 }
 
 TEST(Layout, EveryDatasetFindsItsDimensions)

@@ -49,6 +49,7 @@ void solve_cell(MotionModel& model, Eigen::Index i, Eigen::Index j)
   model.clinical.proximal_mm(i, j) = clinical.proximal_mm;
   model.clinical.lateral_mm(i, j) = clinical.lateral_mm;
   model.status(i, j) = status_stable;
+  model.plausibility(i, j) = static_cast<std::int8_t>((i + j) % 3);
   model.iterations(i, j) = static_cast<std::int32_t>(10 + i);
   model.queries(i, j) = static_cast<std::int32_t>(30 + j);
   model.residual_mm(i, j) = 0.01;

@@ -74,6 +74,11 @@ TEST(Validate, Cells)
                   [](MotionModel& m) { m.contact_lateral(1, 2) = 1; }});
   expect_finding({"/theta_determined", "2 at entry 0 (the first of 3)", "0 or 1",
                   [](MotionModel& m) { m.theta_determined.row(0) = 2; }});
+  expect_finding(
+      {"/plausibility", "7", "a code of flag_values", [](MotionModel& m) { m.plausibility(0, 0) = 7; }});
+  expect_finding({"/plausibility", "1", "-1 where status is not stable", [](MotionModel& m) {
+                    m.plausibility = (m.status == 0).select(m.plausibility, std::int8_t{1});
+                  }});
   expect_finding({"/is_spine", "several", "at most one", [](MotionModel& m) { m.is_spine(3, 2) = 1; }});
   expect_finding({"/is_spine", "9", "0 to 1", [](MotionModel& m) { m.is_spine(3, 2) = 9; }});
 }

@@ -2,8 +2,12 @@
 import { choice, el, section } from "./dom.js";
 import { axis, figure } from "./plot.js";
 
-const STATUS_COLORS = { "-1": "#9aa3ad", 0: "#3f8f72", 1: "#d98a1f", 2: "#b23a48", 3: "#7b4fa3", 4: "#274690" };
+const STATUS_COLORS = { "-1": "#9aa3ad", 0: "#3f8f72", 1: "#d98a1f", 2: "#b23a48", 3: "#7b4fa3", 4: "#274690", 5: "#8a5a2b" };
+const PLAUSIBILITY_COLORS = { "-1": "#9aa3ad", 0: "#3f8f72", 1: "#b23a48", 2: "#d98a1f" };
 
+function plausibilityKinds(model) {
+  return model.plausibilities.map((p) => ({ code: p.code, name: p.name, color: PLAUSIBILITY_COLORS[p.code] ?? "#000000" }));
+}
 function statusKinds(model) {
   return model.statuses.filter((s) => s.cells > 0).map((s) => ({ code: s.code, name: s.name, color: STATUS_COLORS[s.code] ?? "#000000" }));
 }
@@ -14,6 +18,7 @@ const ROTATION_KINDS = [{ code: -1, name: "no pose", color: "#9aa3ad" }, { code:
 
 function maps(model) {
   const list = [["status", "status", { grid: model.status_grid, kinds: statusKinds(model) }]];
+  list.push(["plausibility", "plausibility of stable poses", { grid: model.plausibility_grid, kinds: plausibilityKinds(model) }]);
   if (model.contact_grid) list.push(["contact", "compartments that touch", { grid: model.contact_grid, kinds: CONTACT_KINDS }]);
   list.push(["rotation", "rotation determined by contact", { grid: model.theta_determined_grid, kinds: ROTATION_KINDS }]);
   return list;

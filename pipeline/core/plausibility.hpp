@@ -1,0 +1,34 @@
+/// What measuring a stable pose again finds against it. The values are those of the motion model's
+/// `plausibility`.
+#pragma once
+
+#include <cstdint>
+
+namespace vrda {
+
+enum class Plausibility : std::int8_t {
+  not_judged = -1,       ///< no stable pose, or a file from before version 1.4
+  nothing_found = 0,     ///< nothing speaks against the pose
+  nothing_ahead = 1,     ///< nothing to rest against within the contact resolution
+  unstable_balance = 2,  ///< the energy falls both ways along one direction
+};
+
+/// As stored.
+inline constexpr auto plausibility_not_judged = static_cast<std::int8_t>(Plausibility::not_judged);
+
+inline constexpr Plausibility all_plausibilities[] = {Plausibility::not_judged, Plausibility::nothing_found,
+                                                      Plausibility::nothing_ahead,
+                                                      Plausibility::unstable_balance};
+/// Those that speak against a pose.
+inline constexpr Plausibility doubtful_plausibilities[] = {Plausibility::nothing_ahead,
+                                                           Plausibility::unstable_balance};
+inline bool is_doubtful(Plausibility plausibility)
+{
+  return plausibility > Plausibility::nothing_found;
+}
+
+const char* name_of(Plausibility plausibility);
+/// What it means, in a few words.
+const char* meaning_of(Plausibility plausibility);
+
+}  // namespace vrda

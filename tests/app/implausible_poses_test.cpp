@@ -1,0 +1,132 @@
+// What `vrda run` says of poses that came to rest where they cannot: meshes wound against each other, plates
+// balanced on an edge.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <utility>
+
+#include "app/scenes.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda::implausible_poses_test {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string wavefront_text(const Mesh& mesh)
+{
+  std::ostringstream text;
+  text.precision(17);
+  text << "# made by a test\n";
+  for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v)
+    text << "v " << mesh.vertices_mm(v, 0) << ' ' << mesh.vertices_mm(v, 1) << ' ' << mesh.vertices_mm(v, 2)
+         << '\n';
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t)
+    text << "f " << mesh.triangles(t, 0) + 1 << ' ' << mesh.triangles(t, 1) + 1 << ' '
+         << mesh.triangles(t, 2) + 1 << '\n';
+  return text.str();
+}
+
+/// A sheet that looks down but for a square in its middle, which the solver does not see from below.
+Mesh sheet_wound_against_itself(double size_mm, double square_mm)
+{
+  Mesh mesh = test::sheet(size_mm, 12);
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    Eigen::RowVector3d middle = Eigen::RowVector3d::Zero();
+    for (int k = 0; k < 3; ++k) middle += mesh.vertices_mm.row(mesh.triangles(t, k)) / 3.0;
+    const bool is_in_square = 2.0 * std::max(std::abs(middle.x()), std::abs(middle.z())) < square_mm;
+    if (!is_in_square) std::swap(mesh.triangles(t, 1), mesh.triangles(t, 2));
+  }
+  return mesh;
+}
+
+std::string job_of(const test::Scratch& scratch, const Mesh& reference, const Mesh& moving,
+                   const std::string& start_mm)
+{
+  scratch.write("reference.obj", wavefront_text(reference));
+  scratch.write("moving.obj", wavefront_text(moving));
+  return scratch.write("job.toml", R"(title = "Two meshes"
+joint = "other"
+side = "right"
+[reference]
+name = "reference"
+[[reference.component]]
+name = "reference"
+file = "reference.obj"
+[moving]
+name = "moving"
+initial = { translation_mm = )" + start_mm +
+                                       R"(, theta_deg = 0 }
+[[moving.component]]
+name = "moving"
+file = "moving.obj"
+[grid]
+flexion = { from = 0, to = 5, step = 5 }
+varus = { from = -5, to = 5, step = 5 }
+[limits]
+unsolved_fraction = 0.9
+[smooth]
+degrees = []
+)");
+}
+
+nlohmann::json info_of(const std::string& file)
+{
+  return nlohmann::json::parse(test::run_vrda({"info", file, "--json"}).out);
+}
+
+TEST(ImplausiblePoses, ABallThroughASheetThatIsWoundAgainstItselfIsOverlappingAndUnsolved)
+{
+  const test::Scratch scratch;
+  const std::string job =
+      job_of(scratch, sheet_wound_against_itself(60, 20), test::ball(15), "[0.5, -30, 0.3]");
+  EXPECT_THAT(test::run_vrda({"check", job}).err + test::run_vrda({"check", job}).out,
+              HasSubstr("faces wound against each other"));
+  const std::string output = scratch.path() / "out.h5";
+  const test::Ended run = test::run_vrda({"run", job, "-o", output});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("6 attitudes: 6 overlapping"));
+  EXPECT_THAT(run.err, HasSubstr("limits.unsolved_fraction: found 1"));
+  const nlohmann::json info = info_of(output);
+  EXPECT_EQ(info["status"], nlohmann::json({{"overlapping", 6}}));
+  EXPECT_EQ(info["remeasured"]["overlapping_attitudes"], 0);
+  EXPECT_EQ(test::run_vrda({"validate", output}).exit_code, 0);
+}
+
+TEST(ImplausiblePoses, PlatesBesideEachOtherHaveNothingAheadAndTheRunSaysWhere)
+{
+  const test::Scratch scratch;
+  const std::string job = job_of(scratch, test::box({-15, 0, 0}, {30, 10, 30}),
+                                 test::box({15, 0, 0}, {30, 10, 30}), "[0, -60, 0]");
+  const std::string output = scratch.path() / "out.h5";
+  const test::Ended run = test::run_vrda({"run", job, "-o", output});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("/plausibility: "));
+  EXPECT_THAT(run.err, HasSubstr("nothing_ahead of "));
+  const nlohmann::json doubtful = info_of(output)["doubtful"];
+  ASSERT_FALSE(doubtful.empty());
+  EXPECT_EQ(doubtful[0]["plausibility"], "nothing_ahead");
+  EXPECT_THAT(test::run_vrda({"info", output}).out, HasSubstr("nothing lies ahead along Delta"));
+  // Merged from shards it is the same file, and whoever asks again is told again.
+  const std::string parts = scratch.path() / "parts.h5";
+  for (const char* shard : {"1/2", "2/2"})
+    ASSERT_EQ(test::run_vrda({"run", job, "--shard", shard, "-o", parts}).exit_code, 0);
+  EXPECT_THAT(test::run_vrda({"merge", "-o", parts}).err, HasSubstr("nothing_ahead of "));
+  EXPECT_EQ(test::sha256_of_file(parts), test::sha256_of_file(output));
+}
+
+TEST(ImplausiblePoses, ABallInADishIsNotDoubted)
+{
+  const test::Scratch scratch;
+  const std::string job = test::small_job(scratch);
+  const std::string output = scratch.path() / "out.h5";
+  const test::Ended run = test::run_vrda({"run", job, "-o", output});
+  EXPECT_THAT(run.err, Not(HasSubstr("/plausibility")));
+  EXPECT_TRUE(info_of(output)["doubtful"].empty());
+}
+
+}  // namespace vrda::implausible_poses_test

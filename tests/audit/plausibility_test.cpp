@@ -1,0 +1,129 @@
+// Poses given by hand on boxes and balls, measured again.
+#include "audit/plausibility.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/units.hpp"
+#include "store/solved_cells.hpp"
+#include "support/meshes.hpp"
+
+namespace vrda::plausibility_test {
+
+/// `mesh` turned about Z by an angle, its ridge then along Z.
+Mesh turned_about_z(const Mesh& mesh, double angle_rad)
+{
+  Pose X = Pose::Identity();
+  X.linear() = rotation_z(angle_rad);
+  return transformed(mesh, X);
+}
+
+/// One attitude with the reference's mesh where it is and the moving one shifted by `at_mm`, stable.
+MotionModel posed_model(const Mesh& reference, const Mesh& moving, const Eigen::Vector3d& at_mm)
+{
+  MotionModel model;
+  model.joint = "other";
+  model.side = "right";
+  model.method = "stability-search";
+  model.has_compartments = false;
+  model.contact_resolution_mm = 0.1;
+  model.flexion_deg = model.varus_deg = {0.0};
+  model.reference.contact.mesh = reference;
+  model.moving.contact.mesh = moving;
+  model = with_pending_cells(std::move(model));
+  StepRecord record;
+  record.status = StepStatus::stable;
+  record.pose.translation_mm = at_mm;
+  set_cell(model, record);
+  return model;
+}
+
+struct Verdict {
+  bool is_overlapping;
+  Plausibility plausibility;
+};
+
+Verdict verdict_of(const MotionModel& model)
+{
+  const PoseVerdicts verdicts = pose_verdicts(model, {}, 1);
+  return {verdicts.is_overlapping(0, 0) == 1, static_cast<Plausibility>(verdicts.plausibility(0, 0))};
+}
+
+void expect_plausibility(const MotionModel& model, Plausibility plausibility)
+{
+  const Verdict verdict = verdict_of(model);
+  EXPECT_FALSE(verdict.is_overlapping);
+  EXPECT_STREQ(name_of(verdict.plausibility), name_of(plausibility));
+}
+
+constexpr double apart_mm = 1e-3;  // the search's stand-off
+const Mesh block = test::box({0, 0, 0}, {30, 10, 30});
+const Mesh ridge = turned_about_z(test::box({0, 0, 0}, {30, 30, 30}), pi / 4.0);
+const double ridge_mm = 15.0 * std::sqrt(2.0);
+
+TEST(Plausibility, FindsNothingAgainstABlockUnderABlock)
+{
+  expect_plausibility(posed_model(block, block, {3, -10 - apart_mm, 2}), Plausibility::nothing_found);
+}
+
+TEST(Plausibility, AGapBeyondTheResolutionHasNothingAhead)
+{
+  expect_plausibility(posed_model(block, block, {3, -10 - 0.2, 2}), Plausibility::nothing_ahead);
+  expect_plausibility(posed_model(block, block, {40, -10 - apart_mm, 2}), Plausibility::nothing_ahead);
+}
+
+TEST(Plausibility, APlateBalancedOnItsEdgeHasNothingAhead)
+{
+  // The sides are flush: what bears is a line. Half a resolution of width is as little, two are enough.
+  expect_plausibility(posed_model(block, block, {30, -10 - apart_mm, 0}), Plausibility::nothing_ahead);
+  expect_plausibility(posed_model(block, block, {29.95, -10 - apart_mm, 0}), Plausibility::nothing_ahead);
+  expect_plausibility(posed_model(block, block, {29.8, -10 - apart_mm, 0}), Plausibility::nothing_found);
+}
+
+TEST(Plausibility, ARidgeOnARidgeAndAPoleOnAPoleAreInUnstableBalance)
+{
+  expect_plausibility(posed_model(ridge, ridge, {0, -2.0 * ridge_mm - apart_mm, 0}),
+                      Plausibility::unstable_balance);
+  const Mesh ball = test::ball(20);
+  expect_plausibility(posed_model(ball, ball, {0, -40 - apart_mm, 0}), Plausibility::unstable_balance);
+}
+
+TEST(Plausibility, AShareOfTheResolutionOffARidgeItSlidesOneWayOnly)
+{
+  // Both flanks at 45 degrees: from here one way leads down by as much as the other leads up.
+  const double off_mm = 1.0;
+  expect_plausibility(posed_model(ridge, ridge, {off_mm, -2.0 * ridge_mm + off_mm - apart_mm, 0}),
+                      Plausibility::nothing_ahead);
+}
+
+TEST(Plausibility, ARidgeInAGrooveIsHeldAndABallMayTurnIntoAHigherPose)
+{
+  // Two slabs that lean against each other; their undersides meet at 45 degrees, 5 sqrt(2) below the top.
+  Mesh groove = turned_about_z(test::box({15, 0, 0}, {30, 10, 60}), -pi / 4.0);
+  append(groove, turned_about_z(test::box({-15, 0, 0}, {30, 10, 60}), pi / 4.0));
+  const double apex_mm = -5.0 * std::sqrt(2.0);
+  expect_plausibility(posed_model(groove, ridge, {0, apex_mm - ridge_mm - apart_mm, 0}),
+                      Plausibility::nothing_found);
+  // The ball of facets touches by its two widest vertices and is narrower turned either way.
+  expect_plausibility(posed_model(groove, test::ball(6), {0, apex_mm - 6.0 * std::sqrt(2.0) - apart_mm, 0}),
+                      Plausibility::unstable_balance);
+}
+
+TEST(Plausibility, OverlapIsFoundAndNotJudgedFurther)
+{
+  const Verdict verdict = verdict_of(posed_model(block, block, {3, -8, 2}));
+  EXPECT_TRUE(verdict.is_overlapping);
+  EXPECT_EQ(verdict.plausibility, Plausibility::not_judged);
+}
+
+TEST(Plausibility, CellsThatAreNotStableAreNotJudged)
+{
+  MotionModel model = posed_model(block, block, {3, -8, 2});
+  model = with_pending_cells(std::move(model));
+  const Verdict verdict = verdict_of(model);
+  EXPECT_FALSE(verdict.is_overlapping);
+  EXPECT_EQ(verdict.plausibility, Plausibility::not_judged);
+}
+
+}  // namespace vrda::plausibility_test
