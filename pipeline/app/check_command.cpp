@@ -38,6 +38,49 @@ Json initial_pose_of(const Joint& joint, const SweepPlan& plan, const SearchOpti
   return result;
 }
 
+std::string list_text(const Eigen::Vector3d& v)
+{
+  std::string text;
+  for (const double value : v)
+    text += (text.empty() ? "[" : ", ") + shortest(std::round(100.0 * value) / 100.0 + 0.0);
+  return text + "]";
+}
+
+// The axis nearest to the direction from the moving object to the reference.
+Eigen::Vector3d towards_reference(const Case& job_case)
+{
+  const Box reference = bounding_box(job_case.reference.contact.mesh);
+  const Box moving = bounding_box(job_case.moving.contact.mesh);
+  const Eigen::Vector3d way_mm = reference.min_mm + reference.max_mm - moving.min_mm - moving.max_mm;
+  Eigen::Index k = 0;
+  way_mm.cwiseAbs().maxCoeff(&k);
+  return Eigen::Vector3d::Unit(k) * (way_mm[k] < 0.0 ? -1.0 : 1.0);
+}
+
+// An initial pose from which the first step is no approach.
+void warn_of_start(const Case& job_case, const Json& start, Json& warnings)
+{
+  const Json& travel = start["travel_along_delta_mm"];
+  const Eigen::Vector3d& delta = job_case.frame.delta;
+  if (start["overlapping"].get<bool>()) {
+    constexpr double clearance_mm = 5.0;
+    std::string remedy = "a larger shift against push.delta";
+    if (!travel.is_null()) {
+      const Eigen::Vector3d clear_mm =
+          job_case.initial.translation_mm + (travel.get<double>() - clearance_mm) * delta;
+      remedy = "moving.initial.translation_mm = " + list_text(clear_mm);
+    }
+    warnings.push_back(
+        "moving.initial.translation_mm: the objects overlap in the initial pose; clear of it is " + remedy);
+  } else if (travel.is_null()) {
+    warnings.push_back(
+        "push.delta: nothing of the reference lies along Delta from the initial pose, so no attitude can be "
+        "solved; the reference lies towards push.delta = " +
+        list_text(towards_reference(job_case)) +
+        "; the start is moving.initial.translation_mm, the outside of open sheets winding");
+  }
+}
+
 // Enough to say that a component is not sound; the exact number says little more.
 constexpr std::size_t most_overlaps = 100;
 
@@ -338,15 +381,7 @@ ExitCode check_command(const CheckOptions& options)
   const Case job_case = of_subject(load_case(options.job_file, {options.data_directory, options.overrides}));
   const Job job = parse_job(options.job_file, job_case.job_text, options.overrides);
   Json result = understood(job_case, job.push);
-  if (result["initial_pose"]["overlapping"].get<bool>()) {
-    result["warnings"].push_back(
-        "the objects overlap in the initial pose; initial.translation_mm may want a larger shift");
-  }
-  if (!result["initial_pose"]["overlapping"].get<bool>() &&
-      result["initial_pose"]["travel_along_delta_mm"].is_null()) {
-    result["warnings"].push_back(
-        "nothing of the reference lies along Delta from the initial pose: no attitude can be solved");
-  }
+  warn_of_start(job_case, result["initial_pose"], result["warnings"]);
   warn_of_self_overlaps(job_case.reference, result["warnings"]);
   warn_of_self_overlaps(job_case.moving, result["warnings"]);
   if (options.as_json) {

@@ -2,14 +2,17 @@
 
 #include "core/error.hpp"
 #include "core/number_text.hpp"
+#include "load/anatomy_warnings.hpp"
 #include "load/axis_map.hpp"
 #include "load/case_ligaments.hpp"
 #include "load/case_warnings.hpp"
 #include "load/compartments.hpp"
 #include "load/component_source.hpp"
+#include "load/fibre_warnings.hpp"
 #include "load/job.hpp"
 #include "load/job_value.hpp"
 #include "load/scaling.hpp"
+#include "load/unit_check.hpp"
 
 namespace vrda {
 namespace {
@@ -112,6 +115,7 @@ Case case_of_joint(const Job& job, const std::string& data_directory, const Case
 
 Case load_case(const std::string& job_file, const LoadOptions& options)
 {
+  using Warnings = std::vector<std::string>;
   const Job job = read_job(job_file, options.overrides);
   Case loaded = settings_of(job);
   const AxisMap map = axis_map(job);
@@ -120,13 +124,17 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   ComponentSource source(job, options.data_directory);
   loaded.reference = loaded_body(job.reference, source, loaded);
   loaded.moving = loaded_body(job.moving, source, loaded);
+  check_unit(job, loaded.survey);  // before fibres, which a wrong unit puts beside their bones
   check_attachments(ligaments, loaded.reference, loaded.moving);
   loaded.ligaments = ligaments.ligaments;
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
+  const Warnings of_place = anatomy_warnings(job, map, loaded);
+  const Warnings of_fibres = fibre_warnings(ligaments, loaded.reference, loaded.moving);
   take_up_scaling(loaded, job, scaling);
   loaded.warnings = case_warnings(job, of_subject(loaded));
-  loaded.warnings.insert(loaded.warnings.end(), scaling.warnings.begin(), scaling.warnings.end());
+  for (const Warnings& more : {of_place, of_fibres, scaling.warnings})
+    loaded.warnings.insert(loaded.warnings.end(), more.begin(), more.end());
   return loaded;
 }
 

@@ -1,6 +1,7 @@
 #include "load/case_ligaments.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.hpp"
 #include "core/nearest_word.hpp"
@@ -15,16 +16,10 @@
 namespace vrda {
 namespace {
 
-std::string comma(const std::string& place, const std::string& key)
-{
-  // A line of a table, or a key of the job.
-  return place.starts_with("line ") ? place + ", " + key : place + "." + key;
-}
-
 [[noreturn]] void refuse(const FibreJob& fibre, const std::string& key, const std::string& found,
                          const std::string& wanted)
 {
-  throw InputError({fibre.source, comma(fibre.field, key), found, wanted});
+  throw InputError({fibre.source, key_of_fibre(fibre, key), found, wanted});
 }
 
 void check_names(const std::vector<FibreJob>& fibres)
@@ -170,7 +165,27 @@ void check_inside(const Eigen::Vector3d& p_mm, const FibreJob& fibre, const Body
              in_mm(box.min_mm) + " to " + in_mm(box.max_mm) + " mm");
 }
 
+// Fibres of a joint in another unit than mm are shorter than any, by 10 or 1000; one without length says
+// nothing.
+void check_fibre_unit(const LoadedLigaments& loaded)
+{
+  constexpr double shortest_mm = 1.0;
+  double longest_mm = 0.0;
+  for (const Fibre& fibre : loaded.ligaments.fibres)
+    longest_mm = std::max(longest_mm, (fibre.reference_mm - fibre.moving_mm).norm());
+  if (longest_mm == 0.0 || longest_mm >= shortest_mm) return;
+  refuse(
+      loaded.jobs.front(), "reference_mm",
+      "attachments whose longest fibre measures " + shortest(std::round(1e4 * longest_mm) / 1e4) + " mm",
+      "attachments in mm, whatever frame.unit says; of a table in m the columns are reference_x_m and so on");
+}
+
 }  // namespace
+
+std::string key_of_fibre(const FibreJob& fibre, const std::string& key)
+{
+  return fibre.field.starts_with("line ") ? fibre.field + ", " + key : fibre.field + "." + key;
+}
 
 LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory, const AxisMap& map)
 {
@@ -189,6 +204,7 @@ LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory
 
 void check_attachments(const LoadedLigaments& loaded, const Body& reference, const Body& moving)
 {
+  check_fibre_unit(loaded);
   for (std::size_t i = 0; i < loaded.jobs.size(); ++i) {
     const Fibre& fibre = loaded.ligaments.fibres[i];
     check_inside(fibre.reference_mm, loaded.jobs[i], reference, "reference_mm");

@@ -18,8 +18,12 @@ struct LoadedLigaments {
 /// key.
 LoadedLigaments load_ligaments(const Job& job, const std::string& data_directory, const AxisMap& map);
 
-/// Throws InputError when an attachment lies outside its object: outside the bounding box of all its
-/// components, drawn ones too, grown on each side by half its longest edge.
+/// "ligaments.fibre.3.stiffness_n" of a fibre in the job, "line 7, stiffness_n" of one in a table.
+std::string key_of_fibre(const FibreJob& fibre, const std::string& key);
+
+/// Throws InputError when all fibres are shorter than 1 mm (attachments in m), or an attachment lies outside
+/// its object: outside the bounding box of all its components, drawn ones too, grown on each side by half its
+/// longest edge.
 void check_attachments(const LoadedLigaments& loaded, const Body& reference, const Body& moving);
 
 }  // namespace vrda

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/number_text.hpp"
-#include "load/condyles.hpp"
+#include "load/unit_check.hpp"
 
 namespace vrda {
 namespace {
@@ -115,98 +115,130 @@ void warn_of_edges(const ComponentSurvey& component, Warnings& warnings)
   }
 }
 
-double diagonal_mm(const Box& box)
+std::string measured(const ComponentSurvey& component)
 {
-  return (box.max_mm - box.min_mm).norm();
+  return named(component) + ": its bounding box measures " +
+         shortest(std::round(diagonal_mm(component.box) * 1000.0) / 1000.0) + " mm across";
 }
 
-// The unit that would make a component of this size one of a joint's usual size.
-std::string likelier_unit(const std::string& unit, double size_mm, double least_mm, double most_mm)
+std::string unit_remedy(const Job& job, const std::string& unit)
 {
-  struct Unit {
-    const char* word;
-    double mm;
-  };
-  constexpr Unit units[] = {{"mm", 1.0}, {"cm", 10.0}, {"m", 1000.0}};
-  const Unit* read =
-      std::find_if(std::begin(units), std::end(units), [&](const Unit& u) { return unit == u.word; });
-  for (const Unit& other : units) {
-    const double size_then_mm = size_mm / read->mm * other.mm;
-    if (size_then_mm >= least_mm && size_then_mm <= most_mm) return other.word;
-  }
-  return "";
+  return "; frame.unit says \"" + job.frame.unit + "\", the size suggests \"" + unit + "\": frame.unit = \"" +
+         unit + "\"";
 }
 
 void warn_of_size(const Job& job, const ComponentSurvey& component, Warnings& warnings)
 {
-  // A knee's menisci are 40 mm long, a whole tibia 450 mm; other joints go from a finger's to a hip's bones.
-  const double least_mm = job.joint == "knee" ? 12.0 : 3.0;
-  const double most_mm = job.joint == "knee" ? 800.0 : 2000.0;
+  const UsualSizes usual = usual_sizes(job);
   const double size_mm = diagonal_mm(component.box);
-  if (size_mm >= least_mm && size_mm <= most_mm) return;
-  std::string text = named(component) + ": its bounding box measures " +
-                     shortest(std::round(size_mm * 1000.0) / 1000.0) + " mm across";
-  if (const std::string unit = likelier_unit(job.frame.unit, size_mm, least_mm, most_mm); !unit.empty()) {
-    text += "; frame.unit says \"" + job.frame.unit + "\", the size suggests \"" + unit + "\"";
+  if (size_mm >= usual.least_mm && size_mm <= usual.most_mm) return;
+  const std::string unit = likelier_unit(job, size_mm, usual);
+  warnings.push_back(measured(component) + (unit.empty() ? "" : unit_remedy(job, unit)));
+}
+
+// A knee's bones in cm, read as mm, are of the size of its menisci.
+void warn_of_small_knee(const Job& job, const Case& loaded, Warnings& warnings)
+{
+  constexpr UsualSizes whole{50.0, 800.0};
+  const auto largest = std::max_element(loaded.survey.begin(), loaded.survey.end(),
+                                        [](const ComponentSurvey& a, const ComponentSurvey& b) {
+                                          return diagonal_mm(a.box) < diagonal_mm(b.box);
+                                        });
+  const double size_mm = diagonal_mm(largest->box);
+  if (job.joint != "knee" || size_mm >= whole.least_mm || size_mm < usual_sizes(job).least_mm) return;
+  const std::string unit = likelier_unit(job, size_mm, whole);
+  warnings.push_back(measured(*largest) + ", the largest of the joint" +
+                     (unit.empty() ? "" : unit_remedy(job, unit)));
+}
+
+void warn_of_last_angle(const Job& job, const std::string& key, const std::vector<double>& angles_deg,
+                        Warnings& warnings)
+{
+  const JobValue& root = job.document.root;
+  const double to_deg = number_at(root, key + ".to"), step_deg = number_at(root, key + ".step");
+  const double last_deg = angles_deg.back();
+  constexpr double reached = 1e-6;  // of a step
+  if (std::abs(to_deg - last_deg) <= reached * std::abs(step_deg)) return;
+  warnings.push_back(key + ": steps of " + shortest(step_deg) + " from " + shortest(angles_deg.front()) +
+                     " end at " + shortest(last_deg) + ", before " + shortest(to_deg) +
+                     "; to = " + shortest(last_deg) + ", to = " + shortest(last_deg + step_deg) +
+                     ", or a step that divides the range");
+}
+
+// 1.57 or 2.0944, where 90 or 120 degrees were meant.
+void warn_of_radians(const Job& job, Warnings& warnings)
+{
+  constexpr double step_deg = 15.0, rounding = 0.005;
+  const double to = job.grid.flexion_deg.back();
+  const double steps = std::round(deg_from_rad(to) / step_deg);
+  const bool looks_so = steps >= 1.0 && to < 3.2 && std::abs(to - rad_from_deg(steps * step_deg)) < rounding;
+  if (!looks_so) return;
+  warnings.push_back("grid.flexion: up to " + shortest(to) +
+                     " degrees; angles are in degrees, and in radians " +
+                     "this is to = " + shortest(steps * step_deg));
+}
+
+void warn_of_grid(const Job& job, Warnings& warnings)
+{
+  warn_of_last_angle(job, "grid.flexion", job.grid.flexion_deg, warnings);
+  if (!job.is_varus_free) warn_of_last_angle(job, "grid.varus", job.grid.varus_deg, warnings);
+  warn_of_radians(job, warnings);
+}
+
+void warn_of_free_rotation(const Job& job, Warnings& warnings)
+{
+  if (job.method != SolverMethod::equilibrium || job.ligaments || job.is_varus_free) return;
+  warnings.emplace_back(
+      "ligaments: there are none, so with given varus contact leaves the rotation about push.delta nearly "
+      "free; [ligaments] with fibres = \"ligaments.csv\" holds it (theta_determined says where it is held)");
+}
+
+std::vector<const ComponentJob*> all_components(const Job& job)
+{
+  std::vector<const ComponentJob*> all;
+  for (const BodyJob* body : {&job.reference, &job.moving}) {
+    for (const ComponentJob& component : body->components) all.push_back(&component);
   }
-  warnings.push_back(text);
+  return all;
 }
 
-bool mentions(const std::string& name, const char* word)
+// A copied job whose generated parts were not all replaced.
+void warn_of_generated_parts(const Job& job, Warnings& warnings)
 {
-  std::string lower = name;
-  for (char& c : lower) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  std::string keys;
+  bool has_file = false;
+  for (const ComponentJob* component : all_components(job)) {
+    if (component->generate)
+      keys += (keys.empty() ? "" : ", ") + component->key + " (\"" + component->name + "\")";
+    else
+      has_file = true;
   }
-  return lower.find(word) != std::string::npos;
-}
-
-double middle_z_mm(const ComponentSurvey& component)
-{
-  return 0.5 * (component.box.min_mm.z() + component.box.max_mm.z());
-}
-
-// Mean z of the components whose name says one side; nothing when none does.
-std::optional<double> mean_z_mm(const std::vector<ComponentSurvey>& survey, const char* word,
-                                const char* also)
-{
-  double sum = 0.0;
-  int n = 0;
-  for (const ComponentSurvey& component : survey) {
-    if (!mentions(component.name, word) && !mentions(component.name, also)) continue;
-    sum += middle_z_mm(component);
-    ++n;
+  if (!has_file) return;
+  if (!keys.empty()) {
+    warnings.push_back(keys +
+                       ": generated among mesh files, so of another knee's size and place; give file = "
+                       "\"...\" instead of generate, or leave them out");
   }
-  return n == 0 ? std::nullopt : std::optional<double>(sum / n);
+  if (job.ligaments && job.ligaments->generate) {
+    warnings.emplace_back(
+        "ligaments.generate: generated fibres among mesh files attach to another knee's bones; give fibres = "
+        "\"ligaments.csv\" instead, or leave [ligaments] out");
+  }
 }
 
-// Lateral lies to the right on a right knee; the fibula is lateral too.
-void warn_of_side(const Job& job, const Case& loaded, Warnings& warnings)
+// Two components of one file: a line copied and not changed.
+void warn_of_equal_files(const Job& job, const Case& loaded, Warnings& warnings)
 {
-  const std::optional<double> medial_mm = mean_z_mm(loaded.survey, "medial", "medial");
-  const std::optional<double> lateral_mm = mean_z_mm(loaded.survey, "lateral", "fibula");
-  if (!medial_mm && !lateral_mm) return;
-  const double centre_mm = loaded.frame.rotation_centre_mm.z();
-  const double to_the_right_mm = lateral_mm.value_or(centre_mm) - medial_mm.value_or(centre_mm);
-  const bool looks_right = to_the_right_mm > 0.0;
-  if (to_the_right_mm == 0.0 || looks_right == (job.side == Side::right)) return;
-  warnings.push_back(std::string("side: the job says ") + (job.side == Side::right ? "right" : "left") +
-                     ", but the components named lateral lie to the " + (looks_right ? "right" : "left") +
-                     " of those named medial, as in a " + (looks_right ? "right" : "left") + " knee");
-}
-
-void warn_of_centre(const Case& loaded, Warnings& warnings)
-{
-  constexpr double farthest_mm = 30.0;  // DESIGN.md 3
-  const std::optional<CondyleSpheres> spheres = condyle_spheres(loaded.reference.contact.mesh);
-  if (!spheres) return;
-  const Eigen::Vector3d middle_mm = 0.5 * (spheres->left.centre_mm + spheres->right.centre_mm);
-  const double distance_mm = (loaded.frame.rotation_centre_mm - middle_mm).norm();
-  if (distance_mm <= farthest_mm) return;
-  warnings.push_back("frame.origin: the rotation centre lies " + one_decimal(distance_mm) +
-                     " mm from the middle of the condyles, (" + one_decimal(middle_mm.x()) + ", " +
-                     one_decimal(middle_mm.y()) + ", " + one_decimal(middle_mm.z()) +
-                     ") mm in canonical axes");
+  const std::vector<const ComponentJob*> components = all_components(job);
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    for (std::size_t j = i + 1; j < components.size(); ++j) {
+      const bool are_files = !components[i]->generate && !components[j]->generate;
+      if (!are_files || loaded.inputs[i].sha256 != loaded.inputs[j].sha256) continue;
+      warnings.push_back(components[j]->key + ".file: \"" + components[j]->file +
+                         "\" holds the same mesh as " + components[i]->key + ".file; name the mesh of \"" +
+                         components[j]->name + "\"");
+    }
+  }
 }
 
 }  // namespace
@@ -220,13 +252,15 @@ std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
   }
   if (job.method == SolverMethod::stability_search) warn_of_steps(job, warnings);
   warn_of_unused(job, warnings);
+  warn_of_grid(job, warnings);
+  warn_of_free_rotation(job, warnings);
+  warn_of_generated_parts(job, warnings);
+  warn_of_equal_files(job, loaded, warnings);
   for (const ComponentSurvey& component : loaded.survey) {
     warn_of_edges(component, warnings);
     warn_of_size(job, component, warnings);
   }
-  if (job.joint != "knee") return warnings;
-  warn_of_side(job, loaded, warnings);
-  warn_of_centre(loaded, warnings);
+  warn_of_small_knee(job, loaded, warnings);
   return warnings;
 }
 

@@ -5,7 +5,8 @@
 
 namespace vrda {
 
-/// One sentence each, in a fixed order: settings first, then components, then the joint as a whole.
+/// One sentence each, in a fixed order: settings, then components. anatomy_warnings and fibre_warnings have
+/// the rest.
 std::vector<std::string> case_warnings(const Job& job, const Case& loaded);
 
 }  // namespace vrda

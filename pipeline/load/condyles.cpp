@@ -106,15 +106,41 @@ std::optional<Sphere> condyle_sphere(const std::vector<Face>& half, double w_mm)
   return sphere;
 }
 
+Box box_of_faces(const std::vector<Face>& faces)
+{
+  Box box{faces.front().centre_mm, faces.front().centre_mm};
+  for (const Face& face : faces) {
+    box.min_mm = box.min_mm.cwiseMin(face.centre_mm);
+    box.max_mm = box.max_mm.cwiseMax(face.centre_mm);
+  }
+  return box;
+}
+
+// The condyles of a whole bone: what is lower than 1.2 times the width. The head and the trochanter widen and
+// shift the box of a whole femur, so the width is taken again of what was kept.
+std::vector<Face> lower_end(std::vector<Face> faces)
+{
+  constexpr double height_of_width = 1.2;
+  constexpr int n_rounds = 3;
+  for (int round = 0; round < n_rounds && !faces.empty(); ++round) {
+    const Box box = box_of_faces(faces);
+    const double top_mm = box.min_mm.y() + height_of_width * (box.max_mm.z() - box.min_mm.z());
+    std::erase_if(faces, [&](const Face& face) { return face.centre_mm.y() > top_mm; });
+  }
+  return faces;
+}
+
 }  // namespace
 
 std::optional<CondyleSpheres> condyle_spheres(const Mesh& femur)
 {
-  const Box box = bounding_box(femur);
+  const std::vector<Face> faces = lower_end(faces_of(femur));
+  if (faces.empty()) return std::nullopt;
+  const Box box = box_of_faces(faces);
   const double middle_z_mm = 0.5 * (box.min_mm.z() + box.max_mm.z());
   const double w_mm = box.max_mm.z() - box.min_mm.z();
   std::vector<Face> left, right;
-  for (const Face& face : faces_of(femur)) (face.centre_mm.z() < middle_z_mm ? left : right).push_back(face);
+  for (const Face& face : faces) (face.centre_mm.z() < middle_z_mm ? left : right).push_back(face);
   const std::optional<Sphere> left_sphere = condyle_sphere(left, w_mm);
   const std::optional<Sphere> right_sphere = condyle_sphere(right, w_mm);
   if (!left_sphere || !right_sphere) return std::nullopt;

@@ -333,6 +333,29 @@ JobValue without(const JobValue& root, const std::string& key)
   return {rest};
 }
 
+// Before defaults are filled in, and before the schema says that tables are tables.
+bool has_start(const JobValue& root)
+{
+  const JobValue* moving = root.find("moving");
+  const JobValue* initial = moving == nullptr ? nullptr : moving->find("initial");
+  return initial != nullptr && initial->find("translation_mm") != nullptr;
+}
+
+// Of other joints than a knee the moving object starts 20 mm back against the push, wherever that goes.
+void complete_start(JobValue& root)
+{
+  constexpr double back_mm = 20.0;
+  const JobValue& delta = value_at(root, "push.delta");
+  const std::vector<double> push =
+      numbers_of(delta.table() == nullptr ? delta : value_at(delta, "value").list()->front());
+  const double length = Eigen::Vector3d(push[0], push[1], push[2]).stableNorm();
+  // push_of() refuses no direction; along the proximal axis the schema's default is that start already.
+  if (!(length > 0.0) || push[1] == length) return;
+  JobValue* shift = root.find("moving")->find("initial")->find("translation_mm");
+  for (std::size_t k = 0; k < push.size(); ++k)
+    std::get<JobValue::List>(shift->data)[k].data = 0.0 - back_mm * (push[k] / length);
+}
+
 // Defaults that depend on other keys: what a knee's compartments and a generated knee's side are, and that an
 // empty [scaling] scales nothing.
 void complete(JobValue& root)
@@ -432,8 +455,10 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   job.document.root = parse_toml(job.text, file);
   for (const std::string& override_text : overrides) apply_override(job.document, override_text);
   job.has_campaign = job.document.root.find("campaign") != nullptr;
+  const bool is_start_given = has_start(job.document.root);
   job.document.root = checked_job(job.document);
   complete(job.document.root);
+  if (!is_start_given && text_at(job.document.root, "joint") != "knee") complete_start(job.document.root);
   job.document.root = checked_job(job.document);  // again: what was completed goes to its place
   job.resolved_text = toml_text(job.document.root);
   job.unscaled_text = toml_text(without(job.document.root, "scaling"));

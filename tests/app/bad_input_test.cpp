@@ -187,10 +187,10 @@ TEST_F(BadInput, NothingAlongDeltaIsAWarning)
 {
   const test::Ended ended =
       test::run_vrda({"check", job_.string(), "--set", "moving.initial.translation_mm=[500, 0, 0]"});
-  EXPECT_THAT(ended.out, HasSubstr("warning: nothing of the reference lies along Delta"));
+  EXPECT_THAT(ended.out, HasSubstr("warning: push.delta: nothing of the reference lies along Delta"));
 }
 
-TEST_F(BadInput, AWrongUnitIsAWarningThatSaysSo)
+TEST_F(BadInput, AWrongUnitIsRefusedAtOnce)
 {
   // The ball and the dish in metres, read as millimetres.
   test::edit(job_, "[reference]",
@@ -207,10 +207,7 @@ TEST_F(BadInput, AWrongUnitIsAWarningThatSaysSo)
     }
     scratch_.write(name, bytes);
   }
-  const test::Ended ended = test::run_vrda({"check", job_.string()});
-  EXPECT_EQ(ended.exit_code, 0);
-  EXPECT_THAT(ended.out, HasSubstr("warning"));
-  EXPECT_THAT(ended.out, HasSubstr("unit"));
+  expect_refused({"small.toml", "frame.unit: found \"mm\"", "frame.unit = \"m\""});
 }
 
 TEST_F(BadInput, AJournalOfAnotherJobIsKeptUntilFresh)

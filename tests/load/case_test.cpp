@@ -57,7 +57,24 @@ TEST(Case, TwoBoxesArriveWhole)
   ASSERT_EQ(loaded.inputs.size(), 2U);
   EXPECT_EQ(loaded.inputs[1].name, "moving.stl");
   EXPECT_EQ(loaded.inputs[1].sha256, sha256_of(test::binary_stl(lower())));
-  EXPECT_THAT(loaded.warnings, ElementsAre());
+  EXPECT_THAT(loaded.warnings, ElementsAre(testing::HasSubstr("nearly free")));
+}
+
+TEST(Case, AnotherJointStartsBackAgainstThePush)
+{
+  const Folder folder;
+  const auto start = [&](const std::vector<std::string>& overrides) {
+    return load_case(folder.job, {"", overrides}).initial.translation_mm;
+  };
+  EXPECT_EQ(start({}), Eigen::Vector3d(0, -20, 0));
+  EXPECT_EQ(start({"push.delta=[0, 0, -2]"}), Eigen::Vector3d(0, 0, 20));
+  EXPECT_EQ(start({"push.delta={flexion_deg=[0, 90], value=[[3, 4, 0], [0, 1, 0]]}"}),
+            Eigen::Vector3d(-12, -16, 0));
+  EXPECT_EQ(start({"push.delta=[0, 0, -2]", "moving.initial.translation_mm=[1, 2, 3]"}),
+            Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(start({"joint=knee", "push.delta=[0, 0, -2]"}), Eigen::Vector3d(0, -20, 0));
+  // The default along the proximal axis stays the same text, so that models keep their bits.
+  EXPECT_THAT(load_case(folder.job).resolved_job, testing::HasSubstr("translation_mm = [0, -20, 0]"));
 }
 
 TEST(Case, Sha256IsTheStandards)

@@ -221,6 +221,8 @@ TEST(CaseLigaments, GoThroughTheFramesAxesButKeepTheirUnit)
                       one_wrap("xyz_body_rotation", "[0, 0, 0.5]"),
                       "joint = \"other\"\n[frame]\nunit = \"m\"\nanterior = \"-Y\"\nproximal = \"+Z\"\n"
                       "right = \"-X\"\nalign = { translation_mm = [10, 0, 0] }\n");
+  folder.scratch.write("reference.stl", test::binary_stl(test::box({0, 0, 0.04}, {0.06, 0.08, 0.02})));
+  folder.scratch.write("moving.stl", test::binary_stl(test::box({0, 0, 0}, {0.05, 0.07, 0.02})));
   const Ligaments ligaments = folder.load().ligaments;
   ASSERT_EQ(ligaments.fibres.size(), 1U);
   const Fibre& fibre = ligaments.fibres[0];

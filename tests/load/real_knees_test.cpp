@@ -4,6 +4,7 @@
 
 #include "load/case.hpp"
 #include "load/condyles.hpp"
+#include "load/mesh_text.hpp"
 
 namespace vrda::real_knees_test {
 
@@ -116,11 +117,14 @@ TEST(RealKnees, AlignmentBringsTheCondyleLineToTheRightAxis)
   }
 }
 
-TEST(RealKnees, MetresReadAsMillimetresAreNoticed)
+TEST(RealKnees, MetresReadAsMillimetresAreRefusedBeforeTheirFibres)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  const std::vector<std::string> warnings = load_knee("jam-smith2019", {"frame.unit=mm"}).warnings;
-  EXPECT_THAT(warnings, Contains(HasSubstr("suggests \"m\"")));
+  for (const char* name : {"jam-smith2019", "jam-smith2019-ligaments"}) {
+    const InputError::Facts facts = test::facts_of([&] { load_knee(name, {"frame.unit=mm"}); });
+    EXPECT_EQ(facts.field, "frame.unit");
+    EXPECT_THAT(facts.wanted, HasSubstr("frame.unit = \"m\""));
+  }
 }
 
 TEST(RealKnees, AFarRotationCentreIsNoticed)

@@ -9,6 +9,7 @@ namespace vrda::warnings_test {
 
 using testing::AllOf;
 using testing::Contains;
+using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -23,13 +24,18 @@ Mesh condyles()
   return femur;
 }
 
-std::vector<std::string> warnings_of(const std::string& job, const std::vector<std::string>& overrides = {},
+const std::string search = "solver.method=stability-search";
+const std::string equilibrium = "solver.method=equilibrium";
+
+// By the search, unless an override says otherwise.
+std::vector<std::string> warnings_of(const std::string& job, std::vector<std::string> overrides = {},
                                      const Mesh& reference = condyles(),
                                      const Mesh& moving = test::box({0, -60, 0}, {50, 30, 70}))
 {
   const test::Scratch scratch;
   scratch.write("reference.stl", test::binary_stl(reference));
   scratch.write("moving.stl", test::binary_stl(moving));
+  overrides.insert(overrides.begin(), search);
   return load_case(scratch.write("job.toml", job).string(), {"", overrides}).warnings;
 }
 
@@ -38,12 +44,11 @@ TEST(Warnings, ASoundJobHasNone)
   EXPECT_THAT(warnings_of(test::small_job()), ElementsAre());
 }
 
-const std::string search = "solver.method=stability-search";
-
 TEST(Warnings, StepsOfTheSearchHaveNoEffectOnTheEquilibrium)
 {
-  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.rotation_step_deg=0.5"}),
-              ElementsAre(AllOf(HasSubstr("solver.search.rotation_step_deg"), HasSubstr("equilibrium"))));
+  EXPECT_THAT(
+      warnings_of(test::small_job(), {equilibrium, "grid.varus=free", "solver.search.rotation_step_deg=0.5"}),
+      ElementsAre(AllOf(HasSubstr("solver.search.rotation_step_deg"), HasSubstr("equilibrium"))));
 }
 
 TEST(Warnings, ACampaignIsNotRun)
@@ -54,9 +59,9 @@ TEST(Warnings, ACampaignIsNotRun)
 
 TEST(Warnings, StepsUnderTenResolutions)
 {
-  EXPECT_THAT(warnings_of(test::small_job(), {search, "solver.search.translation_resolution_mm=0.2"}),
+  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.translation_resolution_mm=0.2"}),
               ElementsAre(AllOf(HasSubstr("translation step"), HasSubstr("5.0 times"))));
-  EXPECT_THAT(warnings_of(test::small_job(), {search, "solver.search.rotation_step_deg=0.5"}),
+  EXPECT_THAT(warnings_of(test::small_job(), {"solver.search.rotation_step_deg=0.5"}),
               ElementsAre(AllOf(HasSubstr("rotation step"), HasSubstr("5.0 times"))));
 }
 
@@ -64,8 +69,8 @@ TEST(Warnings, LigamentsHaveNoEffectOnTheStabilitySearch)
 {
   const std::string fibre =
       "[[ligaments.fibre]]\nname = \"acl\"\nreference_mm = [0, 0, 0]\nmoving_mm = [0, -50, 9]\n"
-      "stiffness_n = 1000\nslack_length_mm = 30\n";
-  EXPECT_THAT(warnings_of(test::small_job("", fibre), {search}), ElementsAre(HasSubstr("no effect")));
+      "stiffness_n = 1000\nslack_length_mm = 50\n";
+  EXPECT_THAT(warnings_of(test::small_job("", fibre)), ElementsAre(HasSubstr("no effect")));
 }
 
 TEST(Warnings, ADegreeTheGridCannotCarry)
@@ -89,28 +94,87 @@ TEST(Warnings, OpenSheetsAndHolesAndBadEdges)
               ElementsAre(AllOf(HasSubstr("more than two faces"), HasSubstr(": 3"))));
 }
 
-TEST(Warnings, MetresReadAsMillimetresAndTheOtherWayRound)
+TEST(Warnings, AWrongUnitIsRefusedOrNoticed)
 {
-  Mesh femur_m = condyles(), tibia_m = test::box({0, -60, 0}, {50, 30, 70});
-  femur_m.vertices_mm *= 1e-3;
-  tibia_m.vertices_mm *= 1e-3;
-  const std::vector<std::string> small = warnings_of(test::small_job(), {}, femur_m, tibia_m);
-  EXPECT_THAT(small,
-              Contains(AllOf(HasSubstr("\"upper\""), HasSubstr("says \"mm\""), HasSubstr("suggests \"m\""))));
-  EXPECT_THAT(small, Contains(AllOf(HasSubstr("\"lower\""), HasSubstr("suggests \"m\""))));
-  EXPECT_THAT(warnings_of(test::small_job(), {"frame.unit=m"}, femur_m, tibia_m), ElementsAre());
-  const std::vector<std::string> large = warnings_of(test::small_job(), {"frame.unit=m"});
-  EXPECT_THAT(large,
-              Contains(AllOf(HasSubstr("\"upper\""), HasSubstr("says \"m\""), HasSubstr("suggests \"mm\""))));
+  Mesh femur = condyles(), tibia = test::box({0, -60, 0}, {50, 30, 70});
+  const auto scale = [&](double factor) {
+    femur.vertices_mm *= factor;
+    tibia.vertices_mm *= factor;
+  };
+  const auto refused = [&](const std::string& unit) {
+    return test::facts_of([&] { warnings_of(test::small_job(), {"frame.unit=" + unit}, femur, tibia); });
+  };
+  EXPECT_THAT(refused("m").found, HasSubstr("\"m\", in which \"upper\""));
+  EXPECT_THAT(refused("m").wanted, HasSubstr("frame.unit = \"mm\""));
+  scale(1e-1);
+  EXPECT_THAT(
+      warnings_of(test::small_job(), {}, femur, tibia),
+      Contains(AllOf(HasSubstr("\"upper\""), HasSubstr("says \"mm\""), HasSubstr("frame.unit = \"cm\""))));
+  scale(1e-2);
+  EXPECT_THAT(refused("mm").wanted, HasSubstr("frame.unit = \"m\""));
+  EXPECT_THAT(warnings_of(test::small_job(), {"frame.unit=m"}, femur, tibia), ElementsAre());
+  tibia.vertices_mm *= 1000.0;
+  EXPECT_THAT(refused("mm").wanted, AllOf(HasSubstr("all mesh files in one unit"), HasSubstr("to be in m")));
 }
 
 TEST(Warnings, AFarRotationCentre)
 {
   EXPECT_THAT(warnings_of(test::small_job(), {"frame.origin=[0, 29, 0]"}), ElementsAre());
   EXPECT_THAT(warnings_of(test::small_job(), {"frame.origin=[0, 31, 0]"}),
-              ElementsAre(AllOf(HasSubstr("frame.origin"), HasSubstr("31.0 mm"))));
-  EXPECT_THAT(warnings_of(test::small_job("joint = \"other\"\n"), {"frame.origin=[0, 31, 0]"}),
-              ElementsAre());
+              ElementsAre(AllOf(HasSubstr("31.0 mm"), HasSubstr("frame.origin = [0, 0, 0]"))));
+  // Another joint has no condyles: far from either object's box, the middle between them to start from.
+  const std::string other = test::small_job("joint = \"other\"\n");
+  EXPECT_THAT(warnings_of(other, {"frame.origin=[0, 50, 0]"}), ElementsAre());
+  EXPECT_THAT(warnings_of(other, {"frame.origin=[0, 70, 0]"}),
+              ElementsAre(AllOf(HasSubstr("115.0 mm from the box of moving"),
+                                HasSubstr("frame.origin = [0, -33.5, 0]"))));
+}
+
+// A femur from the condyles to the head, 450 mm above them and 45 mm to the left.
+Mesh whole_femur()
+{
+  Mesh femur = condyles();
+  append(femur, test::box({-3, 215, 0}, {30, 410, 30}));
+  append(femur, test::box({-20, 405, 35}, {30, 40, 30}));
+  Mesh head = test::ball(24, 24, 48);
+  head.vertices_mm.rowwise() += Eigen::RowVector3d(10, 430, -45);
+  append(femur, head);
+  return femur;
+}
+
+TEST(Warnings, AFarRotationCentreOfAWholeBoneInTheFilesAxes)
+{
+  // Files: X left, Y posterior, Z up, in cm, far from their own origin.
+  const auto in_file = [](Mesh mesh) {
+    const Points canonical = mesh.vertices_mm;
+    mesh.vertices_mm.col(0) = -0.1 * canonical.col(2).array() + 12.0;
+    mesh.vertices_mm.col(1) = -0.1 * canonical.col(0).array() - 7.0;
+    mesh.vertices_mm.col(2) = 0.1 * canonical.col(1).array() + 150.0;
+    return mesh;
+  };
+  const std::string job =
+      test::small_job("[frame]\nunit = \"cm\"\nanterior = \"-Y\"\nproximal = \"+Z\"\nright = \"-X\"\n");
+  const Mesh femur = in_file(whole_femur()), tibia = in_file(test::box({0, -200, 0}, {50, 350, 70}));
+  for (const char* origin : {"[0, 0, 0]", "[12, -7, 193]", "[12, -7, 154]"}) {
+    SCOPED_TRACE(origin);
+    // To a millimetre: facets lie inside their sphere.
+    EXPECT_THAT(warnings_of(job, {"frame.origin=" + std::string(origin)}, femur, tibia),
+                ElementsAre(AllOf(HasSubstr("middle of the condyles"),
+                                  ContainsRegex("frame.origin = .(12|11.9.?|12.0.?), -(7|7.0.?|6.9.?), "
+                                                "(150|149.9.?|150.0.?).$"))));
+  }
+  EXPECT_THAT(warnings_of(job, {"frame.origin=[12, -7, 150]"}, femur, tibia), ElementsAre());
+}
+
+TEST(Warnings, AxesThatPutTheFemurBesideTheTibia)
+{
+  EXPECT_THAT(warnings_of(test::small_job(), {"frame.anterior=+Y", "frame.proximal=+Z", "frame.right=+X"}),
+              ElementsAre(AllOf(HasSubstr("frame.proximal"), HasSubstr("frame.proximal = \"+Y\""))));
+  EXPECT_THAT(warnings_of(test::small_job(), {"frame.proximal=-Y", "frame.right=-Z"}),
+              ElementsAre(HasSubstr("frame.proximal = \"+Y\"")));
+  EXPECT_THAT(warnings_of(test::small_job("[reference]\nname = \"tibia\"\n"), {},
+                          test::box({0, -60, 0}, {50, 30, 70}), condyles()),
+              ElementsAre(HasSubstr("are exchanged")));
 }
 
 std::string job_with_menisci(const std::string& side)
@@ -126,10 +190,12 @@ TEST(Warnings, NamesThatContradictTheSide)
   scratch.write("reference.stl", test::binary_stl(condyles()));
   scratch.write("moving.stl", test::binary_stl(test::box({0, -40, -25}, {30, 5, 20})));
   scratch.write("lateral.stl", test::binary_stl(test::box({0, -40, 25}, {30, 5, 20})));
-  EXPECT_THAT(load_case(scratch.write("right.toml", job_with_menisci("right")).string()).warnings,
-              ElementsAre());
-  EXPECT_THAT(load_case(scratch.write("left.toml", job_with_menisci("left")).string()).warnings,
-              ElementsAre(AllOf(HasSubstr("the job says left"), HasSubstr("as in a right knee"))));
+  EXPECT_THAT(
+      load_case(scratch.write("right.toml", job_with_menisci("right")).string(), {"", {search}}).warnings,
+      ElementsAre());
+  EXPECT_THAT(
+      load_case(scratch.write("left.toml", job_with_menisci("left")).string(), {"", {search}}).warnings,
+      ElementsAre(AllOf(HasSubstr("the job says left"), HasSubstr("side = \"right\""))));
 }
 
 }  // namespace vrda::warnings_test

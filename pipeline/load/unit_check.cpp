@@ -1,0 +1,88 @@
+#include "load/unit_check.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/number_text.hpp"
+
+namespace vrda {
+namespace {
+
+// The smallest bones are those of mice, the largest those of whales; a newcomer's wrong unit is off by 10 to
+// 1000.
+UsualSizes possible_sizes(const Job& job)
+{
+  return {job.joint == "knee" ? 3.0 : 1.0, 3000.0};
+}
+
+bool is_within(double size_mm, const UsualSizes& sizes)
+{
+  return size_mm >= sizes.least_mm && size_mm <= sizes.most_mm;
+}
+
+std::string three_decimals(double value)
+{
+  return shortest(std::round(value * 1000.0) / 1000.0);
+}
+
+// The largest mesh file of one object; nothing when all its components are generated.
+const ComponentSurvey* largest_file(const BodyJob& body, const ComponentSurvey* survey)
+{
+  const ComponentSurvey* largest = nullptr;
+  for (std::size_t c = 0; c < body.components.size(); ++c) {
+    if (body.components[c].generate) continue;
+    if (largest == nullptr || diagonal_mm(survey[c].box) > diagonal_mm(largest->box)) largest = &survey[c];
+  }
+  return largest;
+}
+
+}  // namespace
+
+double diagonal_mm(const Box& box)
+{
+  return (box.max_mm - box.min_mm).norm();
+}
+
+UsualSizes usual_sizes(const Job& job)
+{
+  // A knee's menisci are 40 mm long, a whole tibia 450 mm; other joints go from a finger's to a hip's bones.
+  return job.joint == "knee" ? UsualSizes{12.0, 800.0} : UsualSizes{3.0, 2000.0};
+}
+
+std::string likelier_unit(const Job& job, double size_mm, const UsualSizes& sizes)
+{
+  for (const char* unit : {"mm", "cm", "m"}) {
+    if (is_within(size_mm / mm_in(job.frame.unit) * mm_in(unit), sizes)) return unit;
+  }
+  return "";
+}
+
+void check_unit(const Job& job, const std::vector<ComponentSurvey>& survey)
+{
+  const std::array files{largest_file(job.reference, survey.data()),
+                         largest_file(job.moving, survey.data() + job.reference.components.size())};
+  for (std::size_t b = 0; b < files.size(); ++b) {
+    const ComponentSurvey* file = files.at(b);
+    const ComponentSurvey* other = files.at(1 - b);
+    if (file == nullptr) continue;
+    const double size_mm = diagonal_mm(file->box);
+    if (is_within(size_mm, possible_sizes(job))) continue;
+    const std::string unit = likelier_unit(job, size_mm, usual_sizes(job));
+    const std::string found = "\"" + job.frame.unit + "\", in which \"" + file->name + "\" (" + file->source +
+                              ") measures " + three_decimals(size_mm) + " mm across";
+    std::string wanted = "meshes of a joint, written in mm, cm or m";
+    if (other != nullptr && is_within(diagonal_mm(other->box), usual_sizes(job))) {
+      wanted = "all mesh files in one unit: \"" + other->name + "\" measures " +
+               three_decimals(diagonal_mm(other->box)) + " mm; write \"" + file->source + "\" again in " +
+               job.frame.unit + (unit.empty() ? "" : ", it looks to be in " + unit);
+    } else if (!unit.empty()) {
+      wanted = "frame.unit = \"" + unit + "\", in which it measures " +
+               three_decimals(size_mm / mm_in(job.frame.unit) * mm_in(unit)) + " mm";
+    }
+    throw InputError({job.document.source_of("frame.unit"), "frame.unit", found, wanted});
+  }
+}
+
+}  // namespace vrda
