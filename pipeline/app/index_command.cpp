@@ -5,9 +5,10 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "cluster/index_processes.hpp"
 #include "cluster/submission.hpp"
 #include "cluster/task_state.hpp"
+#include "index/index.hpp"
+#include "run/run_output.hpp"
 #include "run/solved_model.hpp"
 
 namespace vrda {
@@ -37,18 +38,17 @@ std::map<std::int32_t, std::string> failures_of(const std::string& folder, const
 
 std::vector<IndexRow> rows_of_submission(const IndexOptions& options, const Submission& submission)
 {
-  const std::map<std::int32_t, std::string> failures = failures_of(options.folder, submission);
-  const auto row_of = [&](std::size_t k) {
-    const SubmittedCase& submitted = submission.cases[k];
-    IndexRow row = index_row({submitted.spec, submitted.levels}, output_of(options.folder, submitted));
-    const auto failed = failures.find(static_cast<std::int32_t>(k));
-    if (row.status != CaseStatus::done && failed != failures.end()) {
-      row.status = CaseStatus::failed;
-      row.remark = failed->second;
-    }
-    return row;
-  };
-  return rows_by_processes(submission.cases.size(), row_of, threads_or_all(options.n_processes));
+  std::vector<IndexedCase> cases;
+  for (const SubmittedCase& c : submission.cases)
+    cases.push_back({c.spec.name, c.levels, output_of(options.folder, c)});
+  std::vector<IndexRow> rows = index_rows(cases, threads_or_all(options.n_processes));
+  for (const auto& [number, reason] : failures_of(options.folder, submission)) {
+    IndexRow& row = rows[static_cast<std::size_t>(number)];
+    if (row.status == CaseStatus::done) continue;
+    row.status = CaseStatus::failed;
+    row.remark = reason;
+  }
+  return rows;
 }
 
 std::map<CaseStatus, int> counts_of(const std::vector<IndexRow>& rows)
@@ -64,6 +64,9 @@ std::map<CaseStatus, int> counts_of(const std::vector<IndexRow>& rows)
 ExitCode write_index_of(const IndexOptions& options, const Submission& submission)
 {
   const std::string& folder = options.folder;
+  // From the first look at the cases on: a table that was begun before must not replace one that knows more.
+  const std::optional<OutputLock> lock = locked_output(folder + "/index.h5", "vrda index");
+  if (!lock) return ExitCode::interrupted;
   const std::vector<IndexRow> rows = rows_of_submission(options, submission);
   write_index(folder, submission.title, submission.axes, rows);
   nlohmann::ordered_json json;

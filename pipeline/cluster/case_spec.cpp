@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "cluster/file_text.hpp"
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
 #include "load/file_bytes.hpp"

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "cluster/file_text.hpp"
 #include "core/error.hpp"
 #include "core/nearest_word.hpp"
 #include "core/whole_file.hpp"

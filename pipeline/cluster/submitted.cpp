@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/open_file.hpp"
 
 namespace vrda {
 namespace {
@@ -51,17 +52,6 @@ bool has_torn_end(int descriptor)
   return size > 0 && pread(descriptor, &last, 1, size - 1) == 1 && last != '\n';
 }
 
-bool is_appended(int descriptor, std::string_view bytes)
-{
-  while (!bytes.empty()) {
-    const ssize_t n = write(descriptor, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(n));
-  }
-  return true;
-}
-
 // The tasks of number `number` of a job (0: of a job without an array).
 std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job, std::int32_t number)
 {
@@ -79,17 +69,13 @@ std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job
 void append_submitted(const std::string& folder, const SubmittedJob& submitted)
 {
   const std::string path = submitted_file_of(folder);
-  const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
-  const bool is_written =
-      descriptor >= 0 &&
-      is_appended(descriptor, (has_torn_end(descriptor) ? "\n" : "") + line_of(submitted)) &&
-      fsync(descriptor) == 0;
-  const std::string reason = std::strerror(errno);
-  if (descriptor >= 0) close(descriptor);
-  if (!is_written) {
-    throw InputError({path, "", "a file that cannot be written (" + reason + ")",
-                      "room and permission to note down job " + submitted.id});
+  const OpenFile file(open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
+  if (file.is_open() && write_all(file.get(), (has_torn_end(file.get()) ? "\n" : "") + line_of(submitted)) &&
+      fsync(file.get()) == 0) {
+    return;
   }
+  throw InputError({path, "", std::string("a file that cannot be written (") + std::strerror(errno) + ")",
+                    "room and permission to note down job " + submitted.id});
 }
 
 std::vector<SubmittedJob> read_submitted(const std::string& folder)

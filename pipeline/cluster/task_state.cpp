@@ -12,7 +12,6 @@
 #include <set>
 #include <sstream>
 
-#include "cluster/file_text.hpp"
 #include "core/whole_file.hpp"
 
 namespace vrda {

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace vrda {
@@ -31,5 +32,12 @@ bool is_at(int descriptor, const std::string& path);
 /// Locks the open file; false while another process holds it. `path`: for the InputError where the file
 /// system has no locks, which must not look like a lock that is held.
 bool lock_without_waiting(int descriptor, const std::string& path);
+
+/// Whether all bytes were written; errno says why not.
+bool write_all(int descriptor, std::string_view bytes);
+
+/// After a file was made, renamed or removed: its name has reached the disk, too. Throws InputError naming
+/// `path`.
+void sync_folder(const std::string& path);
 
 }  // namespace vrda

@@ -11,7 +11,8 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
-#include <optional>
+#include <fstream>
+#include <sstream>
 #include <utility>
 
 #include "core/error.hpp"
@@ -84,21 +85,10 @@ class Temporary {
   bool is_renamed_ = false;
 };
 
-bool is_written(int descriptor, std::string_view bytes)
-{
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(descriptor, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return false;
-    bytes.remove_prefix(static_cast<std::size_t>(n));
-  }
-  return true;
-}
-
 void write_pieces(int descriptor, const std::string& path, std::initializer_list<std::string_view> pieces)
 {
   if (std::all_of(pieces.begin(), pieces.end(),
-                  [&](std::string_view piece) { return is_written(descriptor, piece); }))
+                  [&](std::string_view piece) { return write_all(descriptor, piece); }))
     return;
   std::size_t n_bytes = 0;
   for (const std::string_view piece : pieces) n_bytes += piece.size();
@@ -111,15 +101,6 @@ bool is_closed_well(int descriptor)
 {
   const int second = dup(descriptor);
   return second >= 0 && close(second) == 0;
-}
-
-/// The new name has reached the disk, too.
-void sync_folder(const std::string& path)
-{
-  const std::size_t slash = path.rfind('/');
-  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const OpenFile descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!descriptor.is_open() || fsync(descriptor.get()) != 0) fail(path, "a folder that cannot be flushed");
 }
 
 /// The first bytes of a file.
@@ -203,6 +184,15 @@ std::string_view kind_of_file(std::string_view head)
   if (first != std::string_view::npos && head[first] == '<') return "an HTML or XML file";  // VTK: then bytes
   if (head.find('\0') != std::string_view::npos) return "a binary file";
   return first != std::string_view::npos && head[first] == '{' ? "a JSON file" : "a text file";
+}
+
+std::optional<std::string> text_of_file(const std::string& path)
+{
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return std::nullopt;
+  std::stringstream bytes;
+  bytes << file.rdbuf();
+  return bytes.str();
 }
 
 void write_whole(const std::string& path, std::initializer_list<std::string_view> pieces)

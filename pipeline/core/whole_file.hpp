@@ -2,6 +2,7 @@
 #pragma once
 
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -14,6 +15,9 @@ std::string link_target(const std::string& path);
 /// What the first bytes of a file say that it is: "an HDF5 file", "a JSON file", "a text file", ...; empty
 /// for no bytes.
 std::string_view kind_of_file(std::string_view head);
+
+/// The whole content of a small file that may not be there: nothing where it cannot be opened.
+std::optional<std::string> text_of_file(const std::string& path);
 
 /// Writes the pieces, one after the other, under a temporary name of its own in the same folder, waits for
 /// the disk and renames, so that `path` holds the old file or the new one. Links are followed; mode, owner

@@ -28,30 +28,6 @@ constexpr const char* wanted_writable = "a journal that can be written and free 
   throw InputError({path, "", "a journal that another run is writing", "no other run with the same output"});
 }
 
-/// Whether `path` leads to the open file: between opening and locking another process may have renamed it.
-
-/// Returns the number of bytes written: all, unless the system refuses (errno says why).
-std::size_t write_all(int descriptor, std::string_view bytes)
-{
-  std::size_t n_written = 0;
-  while (n_written < bytes.size()) {
-    const ssize_t n = ::write(descriptor, bytes.data() + n_written, bytes.size() - n_written);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
-    n_written += static_cast<std::size_t>(n);
-  }
-  return n_written;
-}
-
-void sync_folder(const std::string& path)
-{
-  const std::size_t slash = path.rfind('/');
-  const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-  const OpenFile descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (descriptor.get() < 0 || fsync(descriptor.get()) != 0)
-    fail(path, "a folder that cannot be flushed", wanted_writable);
-}
-
 /// How many names the file has; 0 when it was deleted.
 nlink_t n_names_of(int descriptor)
 {
@@ -95,8 +71,7 @@ std::optional<int> try_write_new(const std::string& path, const std::string& byt
     std::remove(temporary.c_str());
     return std::nullopt;
   }
-  const bool is_written = ftruncate(descriptor.get(), 0) == 0 &&
-                          write_all(descriptor.get(), bytes) == bytes.size() &&
+  const bool is_written = ftruncate(descriptor.get(), 0) == 0 && write_all(descriptor.get(), bytes) &&
                           fsync(descriptor.get()) == 0 && std::rename(temporary.c_str(), path.c_str()) == 0;
   if (!is_written) {
     const int kept = errno;
@@ -245,7 +220,7 @@ void FrameWriter::write(std::string_view frame)
 {
   const std::lock_guard<std::mutex> guard(mutex_);
   check(descriptor_ >= 0, "nothing is appended to a closed journal");
-  if (write_all(descriptor_, frame) == frame.size()) {
+  if (write_all(descriptor_, frame)) {
     n_bytes_ += frame.size();
     return;
   }

@@ -1,11 +1,13 @@
 // vrda plan and vrda index on campaigns of small joints.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "app/scenes.hpp"
+#include "core/output_lock.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::campaign_test {
@@ -267,6 +269,25 @@ TEST(Index, CasesThatAreNotDoneAreRowsToo)
   EXPECT_EQ(field_of(csv, 2, "status"), "failed");
   EXPECT_THAT(csv, Not(HasSubstr(scratch.path().string())));
   EXPECT_EQ(split(csv, '\n').back(), split(before, '\n').back());
+}
+
+TEST(Index, OneAtATime)
+{
+  const test::Scratch scratch;
+  const fs::path folder = scratch.path() / "results", table = folder / "index.csv";
+  ASSERT_EQ(test::run_vrda({"submit", small_campaign(scratch).string(), "--local", "-o", folder.string()})
+                .exit_code,
+            0);
+  fs::remove(table);
+  auto lock = OutputLock::take((folder / "index.h5").string(), "vrda index", {});
+  test::Process second(test::vrda({"index", folder.string()}));
+  while (second.is_running() && second.said().find("waiting for vrda index, process") == std::string::npos)
+    usleep(2000);
+  EXPECT_TRUE(second.is_running());
+  EXPECT_FALSE(fs::exists(table));
+  lock.reset();
+  EXPECT_EQ(second.wait().exit_code, 0);
+  EXPECT_TRUE(fs::exists(table));
 }
 
 TEST(Index, AFolderWithoutASubmissionIsNamed)

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "cluster/campaign.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda {
@@ -59,8 +58,16 @@ std::vector<double> index_numbers_of(const MotionModel& model, double model_byte
 /// "zero_varus" where the model has that motion, "spine" where a spine cell is stable, else empty.
 std::string index_curve_of(const MotionModel& model);
 
-/// Looks at the files of a case. A model that cannot be read is a row, not an error.
-IndexRow index_row(const CampaignCase& campaign_case, const std::string& model_path);
+/// A case and where its motion model goes.
+struct IndexedCase {
+  std::string name;
+  std::vector<std::string> levels;  ///< [axes]
+  std::string model_path;
+};
+
+/// Looks at the files of each case, one row a case. A model that cannot be read is a row, not an error. At
+/// most `n_processes` read models at once, each apart (store/read_apart.hpp): no other thread may use HDF5.
+std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_processes);
 
 /// Writes folder/index.csv and folder/index.h5, equal bytes for equal results, and folder/index.times.csv.
 /// File names are written relative to the folder. Throws InputError when a file cannot be written.

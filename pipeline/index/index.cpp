@@ -1,18 +1,21 @@
-#include "cluster/index.hpp"
+#include "index/index.hpp"
 
+#include <algorithm>
+#include <array>
+#include <deque>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "cluster/case_spec.hpp"
-#include "cluster/file_text.hpp"
-#include "cluster/shard.hpp"
 #include "core/error.hpp"
 #include "core/number_text.hpp"
 #include "core/units.hpp"
 #include "core/whole_file.hpp"
+#include "journal/run_files.hpp"
 #include "load/file_bytes.hpp"
 #include "store/index_table.hpp"
-#include "store/motion_model_file.hpp"
+#include "store/read_apart.hpp"
 
 namespace vrda {
 namespace {
@@ -29,10 +32,7 @@ bool is_there(const std::string& path)
 bool is_begun(const std::string& output)
 {
   if (is_there(start_file_of(output)) || is_there(journal_of(output))) return true;
-  std::error_code ignored;
-  const fs::path folder = fs::path(output).parent_path();
-  if (!fs::is_directory(folder.empty() ? "." : folder, ignored)) return false;
-  return is_there(spine_journal_of(output)) || !shard_journals_beside(output).empty();
+  return is_there(spine_journal_of(output)) || !shard_journals_in_sight(output).empty();
 }
 
 std::optional<CaseTimes> times_beside(const std::string& output)
@@ -50,9 +50,8 @@ std::optional<CaseTimes> times_beside(const std::string& output)
   }
 }
 
-void add_model(IndexRow& row)
+void add_model(IndexRow& row, const MotionModel& model)
 {
-  const MotionModel model = read_motion_model(row.file);
   const std::string bytes = file_bytes(row.file, {row.file, "", "", "a motion model"}, largest_model_bytes);
   row.title = model.title;
   row.joint = model.joint;
@@ -81,20 +80,24 @@ IndexColumn text_column(const std::string& name, const std::string& what, const 
   return {name, "", what, each<std::string>(rows, of), FlagSet::none};
 }
 
+struct TextColumn {
+  const char* name;
+  const char* what;
+  std::string IndexRow::*value;
+};
+
+constexpr TextColumn texts[] = {
+    {"remark", "why it failed", &IndexRow::remark},
+    {"title", "title of the job", &IndexRow::title},
+    {"joint", "knee or other", &IndexRow::joint},
+    {"side", "right or left", &IndexRow::side},
+    {"solver", "method that solved the case", &IndexRow::solver},
+    {"curve", "motion over flexion that columns are taken from", &IndexRow::curve},
+};
+
 std::string relative_to(const fs::path& folder, const std::string& file)
 {
   return fs::path(file).lexically_relative(folder).generic_string();
-}
-
-void add_text_of_models(std::vector<IndexColumn>& columns, const std::vector<IndexRow>& rows)
-{
-  columns.push_back(text_column("title", "title of the job", rows, [](const auto& r) { return r.title; }));
-  columns.push_back(text_column("joint", "knee or other", rows, [](const auto& r) { return r.joint; }));
-  columns.push_back(text_column("side", "right or left", rows, [](const auto& r) { return r.side; }));
-  columns.push_back(
-      text_column("solver", "method that solved the case", rows, [](const auto& r) { return r.solver; }));
-  columns.push_back(text_column("curve", "motion over flexion that columns are taken from", rows,
-                                [](const auto& r) { return r.curve; }));
 }
 
 void add_numbers(std::vector<IndexColumn>& columns, const std::vector<IndexRow>& rows)
@@ -120,8 +123,9 @@ IndexTable table_of(const fs::path& folder, const std::string& title, const std:
   const auto code = [](const IndexRow& row) { return static_cast<std::int8_t>(row.status); };
   columns.push_back(
       {"status", "", "how far the case is", each<std::int8_t>(rows, code), FlagSet::case_status});
-  columns.push_back(text_column("remark", "why it failed", rows, [](const auto& r) { return r.remark; }));
-  add_text_of_models(columns, rows);
+  for (const TextColumn& text : texts) {
+    columns.push_back(text_column(text.name, text.what, rows, [&](const auto& r) { return r.*text.value; }));
+  }
   add_numbers(columns, rows);
   columns.push_back(text_column("sha256", "SHA-256 of the motion model's file", rows,
                                 [](const auto& r) { return r.sha256; }));
@@ -153,36 +157,24 @@ IndexTable times_of(const std::vector<IndexRow>& rows)
   return table;
 }
 
-}  // namespace
-
-const char* name_of(CaseStatus status)
+std::string absolute_path(const std::string& path)
 {
-  switch (status) {
-    case CaseStatus::done:
-      return "done";
-    case CaseStatus::partial:
-      return "partial";
-    case CaseStatus::failed:
-      return "failed";
-    case CaseStatus::missing:
-      return "missing";
-  }
-  return "";
+  return fs::absolute(path).lexically_normal().string();
 }
 
-IndexRow index_row(const CampaignCase& campaign_case, const std::string& model_path)
+IndexRow row_of(const IndexedCase& one, ModelReading* reading)
 {
   IndexRow row;
-  row.name = campaign_case.spec.name;
-  row.levels = campaign_case.levels;
-  row.file = fs::absolute(model_path).lexically_normal().string();
-  if (!is_there(row.file)) {
+  row.name = one.name;
+  row.levels = one.levels;
+  row.file = absolute_path(one.model_path);
+  if (reading == nullptr) {
     row.status = is_begun(row.file) ? CaseStatus::partial : CaseStatus::missing;
     return row;
   }
   row.times = times_beside(row.file);
   try {
-    add_model(row);
+    add_model(row, reading->model());
   } catch (const InputError& error) {
     row.status = CaseStatus::failed;
     // Without its folder: the index is the same wherever it was made.
@@ -191,6 +183,30 @@ IndexRow index_row(const CampaignCase& campaign_case, const std::string& model_p
         (facts.field.empty() ? "" : facts.field + ": ") + "found " + facts.found + ", wanted " + facts.wanted;
   }
   return row;
+}
+
+}  // namespace
+
+const char* name_of(CaseStatus status)
+{
+  constexpr std::array<const char*, 4> names{"done", "partial", "failed", "missing"};
+  return names.at(static_cast<std::size_t>(status));
+}
+
+std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_processes)
+{
+  std::vector<IndexRow> rows;
+  std::deque<std::unique_ptr<ModelReading>> ahead;  // nothing where there is no model
+  const auto n_ahead = static_cast<std::size_t>(std::max(1, n_processes));
+  for (std::size_t k = 0; k < cases.size(); ++k) {
+    for (std::size_t next = k + ahead.size(); next < std::min(cases.size(), k + n_ahead); ++next) {
+      const std::string file = absolute_path(cases[next].model_path);
+      ahead.push_back(is_there(file) ? std::make_unique<ModelReading>(file) : nullptr);
+    }
+    rows.push_back(row_of(cases[k], ahead.front().get()));
+    ahead.pop_front();
+  }
+  return rows;
 }
 
 void write_index(const std::string& folder, const std::string& title, const std::vector<std::string>& axes,

@@ -1,4 +1,4 @@
-#include "cluster/index_processes.hpp"
+#include "index/index.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -29,9 +29,10 @@ double number_of(const std::vector<double>& numbers, const std::string& name)
   return 0.0;
 }
 
-CampaignCase case_named(const std::string& name, std::vector<std::string> levels = {})
+IndexRow index_row(const std::string& name, const std::string& model_path,
+                   const std::vector<std::string>& levels = {})
 {
-  return {{name, "/knee.toml", "", {}}, std::move(levels)};
+  return index_rows({{name, levels, model_path}}, 1).front();
 }
 
 MotionModel rich_model()
@@ -106,16 +107,16 @@ TEST(IndexRow, SaysHowFarACaseIs)
 {
   const test::Scratch scratch;
   const std::string output = scratch.path() / "a.h5";
-  EXPECT_EQ(index_row(case_named("a"), output).status, CaseStatus::missing);
-  EXPECT_EQ(index_row(case_named("a"), scratch.path() / "nowhere" / "a.h5").status, CaseStatus::missing);
+  EXPECT_EQ(index_row("a", output).status, CaseStatus::missing);
+  EXPECT_EQ(index_row("a", scratch.path() / "nowhere" / "a.h5").status, CaseStatus::missing);
   for (const char* left :
        {"a.h5.start.h5", "a.h5.journal", "a.h5.spine.journal", "a.h5.shard-2-of-3.journal"}) {
     const std::filesystem::path file = scratch.write(left, "");
-    EXPECT_EQ(index_row(case_named("a"), output).status, CaseStatus::partial) << left;
+    EXPECT_EQ(index_row("a", output).status, CaseStatus::partial) << left;
     std::filesystem::remove(file);
   }
   write_motion_model(output, test::sample_model());
-  const IndexRow row = index_row(case_named("a", {"x"}), output);
+  const IndexRow row = index_row("a", output, {"x"});
   EXPECT_EQ(row.status, CaseStatus::done);
   EXPECT_EQ(row.remark, "");
   EXPECT_THAT(row.levels, ElementsAre("x"));
@@ -123,7 +124,7 @@ TEST(IndexRow, SaysHowFarACaseIs)
   EXPECT_EQ(number_of(row.numbers, "model_bytes"), static_cast<double>(std::filesystem::file_size(output)));
   EXPECT_FALSE(row.times);
   std::filesystem::resize_file(output, 1000);
-  const IndexRow cut = index_row(case_named("a"), output);
+  const IndexRow cut = index_row("a", output);
   EXPECT_EQ(cut.status, CaseStatus::failed);
   EXPECT_THAT(cut.remark, HasSubstr("found "));
   EXPECT_THAT(cut.numbers, IsEmpty());
@@ -141,9 +142,9 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
                                           (is_second ? "2.5" : "7") +
                                           ", \"solving_processor_seconds\": 4.5, \"threads\": 2, "
                                           "\"steps_recalled\": 0, \"host\": \"n1\", \"processors\": 4}");
-    write_index(scratch->path(), "Two", {"method"},
-                {index_row(case_named("a", {"rest"}), output),
-                 index_row(case_named("b", {"search"}), scratch->path() / "b" / "b.h5")});
+    write_index(
+        scratch->path(), "Two", {"method"},
+        {index_row("a", output, {"rest"}), index_row("b", scratch->path() / "b" / "b.h5", {"search"})});
   }
   for (const char* name : {"index.csv", "index.h5"})
     EXPECT_EQ(test::read_bytes(one.path() / name), test::read_bytes(other.path() / name)) << name;
@@ -158,49 +159,30 @@ TEST(Index, EqualResultsGiveEqualBytesWhereverTheyAreAndWheneverTheyWereMade)
   EXPECT_THAT(csv, HasSubstr(",a/a.h5\n"));
 }
 
-TEST(IndexProcesses, ARowAsTextIsTheSameRow)
+TEST(IndexRows, AreInOrderHoweverManyModelsAreReadAtOnce)
 {
   const test::Scratch scratch;
-  const std::string output = scratch.path() / "a.h5";
-  write_motion_model(output, test::sample_model());
-  IndexRow row = index_row(case_named("a", {"x", "y"}), output);
-  row.remark = "two\nlines, \"quoted\"";
-  row.times = CaseTimes{"2020-01-01T00:00:00Z", "n1", 0.1, 1e-7, 2, 4, 17};
-  const IndexRow back = row_of_text(text_of_row(row));
-  EXPECT_EQ(text_of_row(back), text_of_row(row));
-  EXPECT_EQ(back.remark, row.remark);
-  EXPECT_EQ(back.times->seconds, 0.1);
-  EXPECT_EQ(back.times->n_recalled, 17);
-  for (std::size_t k = 0; k < row.numbers.size(); ++k) {
-    const bool is_same = back.numbers[k] == row.numbers[k];
-    EXPECT_TRUE(std::isnan(row.numbers[k]) ? std::isnan(back.numbers[k]) : is_same) << k;
+  std::vector<IndexedCase> cases;
+  for (const std::string name : {"a", "b", "c", "d", "e"})
+    cases.push_back({name, {}, (scratch.path() / (name + ".h5")).string()});
+  for (const std::size_t k : {0U, 1U, 3U}) {
+    test::SampleOptions options;
+    options.n_varus = static_cast<int>(3 + k);
+    write_motion_model(cases[k].model_path, test::sample_model(options));
   }
-}
-
-TEST(IndexProcesses, RowsAreInOrderByAnyNumberOfThem)
-{
-  const auto row_of = [](std::size_t k) {
-    IndexRow row;
-    row.name = "case " + std::to_string(k);
-    row.numbers = {1.0 / static_cast<double>(k + 1)};
-    return row;
-  };
-  for (const int n_processes : {1, 2, 3, 50}) {
-    const std::vector<IndexRow> rows = rows_by_processes(23, row_of, n_processes);
-    ASSERT_EQ(rows.size(), 23U);
-    for (std::size_t k = 0; k < rows.size(); ++k) EXPECT_EQ(text_of_row(rows[k]), text_of_row(row_of(k)));
+  scratch.write("e.h5", "no model");
+  for (const int n_processes : {0, 1, 2, 50}) {
+    const std::vector<IndexRow> rows = index_rows(cases, n_processes);
+    ASSERT_EQ(rows.size(), 5U);
+    for (std::size_t k = 0; k < rows.size(); ++k) EXPECT_EQ(rows[k].name, cases[k].name);
+    for (const std::size_t k : {0U, 1U, 3U}) {
+      EXPECT_EQ(rows[k].status, CaseStatus::done);
+      EXPECT_EQ(number_of(rows[k].numbers, "varus_columns"), static_cast<double>(3 + k));
+    }
+    EXPECT_EQ(rows[2].status, CaseStatus::missing);
+    EXPECT_EQ(rows[4].status, CaseStatus::failed);
   }
-  EXPECT_THAT(rows_by_processes(0, row_of, 4), IsEmpty());
-}
-
-TEST(IndexProcesses, OneThatFailsIsOurMistake)
-{
-  const auto row_of = [](std::size_t k) {
-    check(k != 5, "the sixth row fails");
-    return IndexRow{};
-  };
-  EXPECT_THROW(rows_by_processes(8, row_of, 2), InternalError);
-  EXPECT_THROW(rows_by_processes(8, row_of, 1), InternalError);
+  EXPECT_THAT(index_rows({}, 4), IsEmpty());
 }
 
 // The page is what a reader of the table has.

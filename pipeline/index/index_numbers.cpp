@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cluster/index.hpp"
 #include "core/compartment.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "index/index.hpp"
 #include "motion/poses.hpp"
 
 namespace vrda {
