@@ -32,7 +32,7 @@ void put_back_unusable(BenchState& state, const EyePair& before, PanelContent& p
   Calibration& calibration = state.values().calibration;
   if (calibration.eyes == before) return;
   try {
-    require_usable(calibration, state.bench().path);
+    require_usable(calibration.eyes, state.bench().path);
   } catch (const InputError& error) {
     calibration.eyes = before;
     state.select(state.selected());  // keys and potentiometer go on from there

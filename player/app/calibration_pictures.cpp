@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "render/png_file.hpp"
 #include "settings/settings_text.hpp"
-#include "stereo/layout.hpp"
+#include "optics/layout.hpp"
 #include "store/read_apart.hpp"
 #include "virtual_bench/statistics.hpp"
 

@@ -7,7 +7,7 @@
 #include "gui/overlay_text.hpp"
 #include "guide/drawing.hpp"
 #include "guide/session.hpp"
-#include "stereo/eye.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda {
 

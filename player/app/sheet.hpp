@@ -8,7 +8,7 @@
 #include "gui/overlay_text.hpp"
 #include "guide/drawing.hpp"
 #include "render/renderer.hpp"
-#include "stereo/eye.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda {
 

@@ -8,12 +8,12 @@
 #include <limits>
 
 #include "calibration/aligned_marks.hpp"
+#include "calibration/fit_refusal.hpp"
 #include "calibration/least_squares.hpp"
-#include "core/error.hpp"
 #include "core/trig.hpp"
+#include "optics/layout.hpp"
+#include "optics/warp_mesh.hpp"
 #include "settings/settings_text.hpp"
-#include "stereo/layout.hpp"
-#include "stereo/warp_mesh.hpp"
 
 namespace vrda {
 namespace {
@@ -125,7 +125,7 @@ void require_spread(std::span<const GridMark> marks, const std::string& name, co
 {
   constexpr std::size_t fewest = 12;
   if (marks.size() < fewest) {
-    throw InputError({file, name + ".distortion", std::to_string(marks.size()) + " marked nodes",
+    throw FitRefusal({file, name + ".distortion", std::to_string(marks.size()) + " marked nodes",
                       "12 or more, all over the visible part"});
   }
   constexpr double least_nodes = 0.25, least_px = 5.0;  // two neighbouring rows spread by half a node
@@ -135,7 +135,7 @@ void require_spread(std::span<const GridMark> marks, const std::string& name, co
     drawn.row(static_cast<Eigen::Index>(i)) = marks[i].drawn_px.transpose();
   }
   if (spread_beside_a_line(nodes) < least_nodes || spread_beside_a_line(drawn) < least_px) {
-    throw InputError({file, name + ".distortion", "marks that lie on a line",
+    throw FitRefusal({file, name + ".distortion", "marks that lie on a line",
                       "nodes of several rows and columns, all over the visible part"});
   }
 }
@@ -148,10 +148,11 @@ void refuse_outlier(const GridProblem& problem, const GridFit& fit, const std::s
   const double off_px = fit.noise_px * furthest.off.norm();
   if (furthest.deviations <= most_deviations || off_px <= most_off_px) return;
   const Eigen::Vector2d& node = problem.marks[static_cast<std::size_t>(furthest.mark)].node;
-  throw InputError(
+  throw FitRefusal(
       {file,
        name + ".distortion: node (" + rounded_text(node.x(), 2) + ", " + rounded_text(node.y(), 2) + ")",
-       "a mark " + rounded_text(off_px, 1) + " px from where all the others say", "that node marked again"});
+       "a mark " + rounded_text(off_px, 1) + " px from where all the others say", "that node marked again"},
+      {static_cast<std::size_t>(furthest.mark)});
 }
 
 void require_unfolded(const Distortion& distortion, const Eye& eye, const std::string& name,
@@ -160,7 +161,7 @@ void require_unfolded(const Distortion& distortion, const Eye& eye, const std::s
   const double furthest_px = furthest_radius_px(distortion, eye.visible);
   const double fold_px = fold_radius_px(distortion);
   if (fold_px > furthest_px) return;
-  throw InputError({file, name + ".distortion",
+  throw FitRefusal({file, name + ".distortion",
                     "k1 " + rounded_text(distortion.k1, 4) + ", k2 " + rounded_text(distortion.k2, 4) +
                         ", which fold at " + rounded_text(fold_px, 0) + " px",
                     "optics that keep the order of pixels out to " + rounded_text(furthest_px, 0) +
@@ -352,7 +353,7 @@ DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, co
   const bool is_held = !is_centre_told(free);
   const GridFit& found = is_held ? held : free;
   if (found.fit.status != LeastSquaresStatus::converged) {
-    throw InputError({file, name + ".distortion",
+    throw FitRefusal({file, name + ".distortion",
                       std::string("a fit of the grid that ended so: ") + name_of(found.fit.status),
                       "marks on the nodes that were asked for, all over the visible part"});
   }
@@ -369,7 +370,7 @@ DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, con
                               const std::string& name, const std::string& file)
 {
   if (adjusted.values.size() < 2) {
-    throw InputError({file, name + ".distortion", std::to_string(adjusted.values.size()) + " adjusted grid",
+    throw FitRefusal({file, name + ".distortion", std::to_string(adjusted.values.size()) + " adjusted grid",
                       "two or more: their spread tells how good they are"});
   }
   const auto n = static_cast<double>(adjusted.values.size());

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "calibration/estimate.hpp"
-#include "stereo/eye.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda {
 
@@ -47,7 +47,7 @@ struct DistortionFit {
   /// Too little distortion to tell where its centre is (a standard deviation above 20 px): it is held by
   /// the middle of the visible part, from which it is known to differ by `held_centre_sd_px`.
   bool is_centre_held = false;
-  /// The mesh that pre-distorts (stereo/warp_mesh.hpp) and these optics one after the other: how far at most
+  /// The mesh that pre-distorts (optics/warp_mesh.hpp) and these optics one after the other: how far at most
   /// they put a place of the visible part from itself.
   double inverse_error_px = 0.0;
   /// "k1", "k2", "centre_x", "centre_y" (px), "pixel_aspect", each after `name` and a point.
@@ -57,7 +57,7 @@ struct DistortionFit {
 inline constexpr double held_centre_sd_px = 5.0;
 
 /// By NLopt; the aspect is known from before to `aspect`, and better afterwards. `eye` gives window and
-/// visible part; unit_px is half the window's width. Throws InputError naming `file` and `name`: fewer than
+/// visible part; unit_px is half the window's width. Throws FitRefusal naming `file` and `name`: fewer than
 /// 12 marks, marks on a line, a mark more than 6 standard deviations and 3 px off (which: repeat it), no
 /// convergence, a distortion that folds within the visible part.
 DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, const AspectPrior& aspect,

@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "core/error.hpp"
+#include "calibration/fit_refusal.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
@@ -168,25 +168,27 @@ void require_marks(std::span<const RectangleMark> marks, std::span<const SeenWid
                    const std::string& name, const std::string& file)
 {
   if (marks.size() < least_marks) {
-    throw InputError({file, name, std::to_string(marks.size()) + " marks of rectangles",
+    throw FitRefusal({file, name, std::to_string(marks.size()) + " marks of rectangles",
                       std::to_string(least_marks) + " or more, at two depths at least"});
   }
   double nearest_mm = std::numeric_limits<double>::infinity(), furthest_mm = -nearest_mm;
   for (std::size_t k = 0; k < marks.size(); ++k) {
     const bool is_rectangle =
         marks[k].width_mm > 0.0 && std::isfinite(marks[k].width_mm) && std::isfinite(marks[k].depth_mm);
-    if (!is_rectangle) throw InputError({file, name, name_of(marks[k], k), "a width above 0, and a depth"});
+    if (!is_rectangle)
+      throw FitRefusal({file, name, name_of(marks[k], k), "a width above 0, and a depth"}, {k});
     if (!(px_of(seen[k]) > 0.0) || !std::isfinite(px_of(seen[k]))) {
-      throw InputError({file, name,
+      throw FitRefusal({file, name,
                         name_of(marks[k], k) + ": sides that are crossed or equal, " +
                             text(px_of(seen[k]), "px") + " apart",
-                        "the left line left of the right one: align it again"});
+                        "the left line left of the right one: align it again"},
+                       {k});
     }
     nearest_mm = std::min(nearest_mm, marks[k].depth_mm);
     furthest_mm = std::max(furthest_mm, marks[k].depth_mm);
   }
   if (furthest_mm - nearest_mm < least_depth_range_mm) {
-    throw InputError({file, name,
+    throw FitRefusal({file, name,
                       "rectangles at equal depths, " + text(furthest_mm - nearest_mm, "mm") + " apart",
                       "different depths: add a rectangle 150 mm or more behind"});
   }
@@ -213,10 +215,11 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
     // Noise from few marks may be far too small by chance: as many deviations more as Student's t has.
     const double few = t_95(dof) / t_95(std::numeric_limits<double>::infinity());
     if (off_px > outlier_px && off_px > few * outlier_sd * std::sqrt(spread_px2)) {
-      throw InputError(
+      throw FitRefusal(
           {file, name,
            name_of(marks[k], k) + ": " + text(off_px, "px") + " from the width that the others ask for",
-           text(outlier_px, "px") + " at most: align it again"});
+           text(outlier_px, "px") + " at most: align it again"},
+          {k});
     }
   }
 }
@@ -328,7 +331,7 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
   require_no_outlier(marks, seen, name, file);
   const std::optional<Eyepoint> eyepoint = solved(seen);
   if (!eyepoint) {
-    throw InputError({file, name, "widths that do not shrink with depth as they must",
+    throw FitRefusal({file, name, "widths that do not shrink with depth as they must",
                       "rectangles at depths further apart: add one 150 mm or more behind"});
   }
   EyepointFit fit;
@@ -340,7 +343,7 @@ EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, c
       inverse_of(information_of(seen, *eyepoint)).value_or(Eigen::Matrix2d::Zero());
   const double depth_sd_mm = std::sqrt(by_noise(1, 1));
   if (!(depth_sd_mm <= options.most_depth_sd_mm)) {
-    throw InputError(
+    throw FitRefusal(
         {file, name,
          "a spread of depths that leaves the eye's to " + text(depth_sd_mm, "mm") + " (standard deviation)",
          text(options.most_depth_sd_mm, "mm") +

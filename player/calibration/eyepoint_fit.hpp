@@ -5,7 +5,7 @@
 #include <span>
 
 #include "calibration/estimate.hpp"
-#include "stereo/eye.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda {
 
@@ -45,7 +45,7 @@ struct EyepointFit {
   Estimate estimate;
 };
 
-/// Weighted least squares over all rectangles. `eye`: distortion, aspect, sight. Throws InputError naming
+/// Weighted least squares over all rectangles. `eye`: distortion, aspect, sight. Throws FitRefusal naming
 /// `file` and `name`: fewer than three marks, equal depths or a spread too small for `most_depth_sd_mm` (with
 /// what to add), sides crossed or equal, a mark more than 5 standard deviations (more of few marks) and 3 px
 /// from where the others put it (which: repeat).

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "calibration/aligned_marks.hpp"
+#include "calibration/fit_refusal.hpp"
 #include "calibration/least_squares.hpp"
-#include "core/error.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 #include "tracking/screw.hpp"
@@ -293,7 +293,7 @@ void require_marks(std::span<const BullseyeMark> marks, const std::string& name,
     const std::ptrdiff_t n = std::count_if(
         marks.begin(), marks.end(), [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
     if (n >= fewest) continue;
-    throw InputError({file, name + (is_right ? ": right eye" : ": left eye"),
+    throw FitRefusal({file, name + (is_right ? ": right eye" : ": left eye"),
                       std::to_string(n) + " aligned bull's-eyes", "6 or more for each eye"});
   }
 }
@@ -313,7 +313,7 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
     p.row(static_cast<Eigen::Index>(i)) = (X_guess.inverse() * marks[i].p_carrier_mm).transpose();
   }
   const auto refuse = [&](const std::string& how, double found_mm, const std::string& wanted) {
-    throw InputError(
+    throw FitRefusal(
         {file, name + ": marker's places", how + " (" + rounded_text(found_mm, 0) + " mm)", wanted});
   };
   const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
@@ -345,11 +345,12 @@ void refuse_outlier(const EyesProblem& problem, const EyesSolution& solution, co
   const bool is_right = end->is_right;
   const std::ptrdiff_t before = std::count_if(
       problem.marks.begin(), end, [&](const BullseyeMark& mark) { return mark.is_right == is_right; });
-  throw InputError({file,
-                    name + ": bull's-eye " + std::to_string(before + 1) + " of the " +
-                        (is_right ? "right" : "left") + " eye",
-                    "a mark " + rounded_text(off_px, 1) + " px from where all the others say",
-                    "that one aligned again"});
+  throw FitRefusal(
+      {file,
+       name + ": bull's-eye " + std::to_string(before + 1) + " of the " + (is_right ? "right" : "left") +
+           " eye",
+       "a mark " + rounded_text(off_px, 1) + " px from where all the others say", "that one aligned again"},
+      {static_cast<std::size_t>(furthest.mark)});
 }
 
 Estimate estimate_of(const EyesProblem& problem, const EyesSolution& solution, const std::string& name)
@@ -397,7 +398,7 @@ EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, co
   const EyesProblem problem{marks, prior, known_of(prior.eyes), root_of(covariance_of(prior))};
   const EyesSolution solution = solved(problem, X_start);
   if (solution.fit.status != LeastSquaresStatus::converged) {
-    throw InputError({file, name,
+    throw FitRefusal({file, name,
                       std::string("a fit of the bull's-eyes that ended so: ") + name_of(solution.fit.status),
                       "bull's-eyes aligned with the marker of the tracker, at places that differ"});
   }

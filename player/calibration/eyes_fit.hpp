@@ -6,7 +6,7 @@
 
 #include "calibration/estimate.hpp"
 #include "core/mesh.hpp"
-#include "stereo/eye.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda {
 
@@ -46,7 +46,7 @@ struct EyesFit {
 };
 
 /// Least squares over all marks and what was known before, by NLopt; the marks' noise is found from what they
-/// leave. `X_start`: a guess, within half a metre and 20 degrees. Throws InputError naming `file`: fewer than
+/// leave. `X_start`: a guess, within half a metre and 20 degrees. Throws FitRefusal naming `file`: fewer than
 /// 6 marks of an eye, marker places that lie in a plane facing the eyes or on a line (they must spread by
 /// 50 mm across and in depth), a mark more than 6 standard deviations and 4 px off (which: repeat), no
 /// convergence.

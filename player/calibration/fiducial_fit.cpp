@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.hpp"
+#include "calibration/fit_refusal.hpp"
 #include "settings/settings_text.hpp"
 #include "tracking/body_pose.hpp"
 
@@ -25,7 +25,7 @@ std::string mm_text(double mm)
 
 /// Points of the model, and where they were touched; entries not to be used are empty.
 struct Touched {
-  std::vector<std::string> names;
+  std::vector<std::size_t> places;  ///< among the fit's marks
   RigidBody model;
   MarkerRow body_mm;
 };
@@ -33,16 +33,17 @@ struct Touched {
 Touched touched(std::span<const Fiducial> points, const std::string& file)
 {
   Touched result;
-  for (const Fiducial& p : points) {
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Fiducial& p = points[k];
     if (!p.p_model_mm.allFinite() || !p.p_body_mm.allFinite())
-      throw InputError({file, p.name, "a coordinate that is no number", "mm"});
+      throw FitRefusal({file, p.name, "a coordinate that is no number", "mm"}, {k});
     if (p.is_target) continue;
-    result.names.push_back(p.name);
+    result.places.push_back(k);
     result.body_mm.emplace_back(p.p_body_mm);
   }
-  const std::size_t n = result.names.size();
+  const std::size_t n = result.places.size();
   if (n < least_fiducials || n > static_cast<std::size_t>(most_markers)) {
-    throw InputError(
+    throw FitRefusal(
         {file, "fiducials", std::to_string(n) + " to fit to",
          std::to_string(least_fiducials) + " to " + std::to_string(most_markers) + ", besides targets"});
   }
@@ -65,13 +66,13 @@ PoseFit fit_of(const RigidBody& model, const MarkerRow& body_mm)
 void require_spread(const MarkerCloud& cloud, const char* where, const std::string& file)
 {
   if (!(cloud.spread_mm(1) >= least_spread_mm)) {
-    throw InputError(
+    throw FitRefusal(
         {file, "fiducials",
          "collinear " + std::string(where) + ": second singular value " + mm_text(cloud.spread_mm(1)),
          mm_text(least_spread_mm) + " or more: add a fiducial off their line"});
   }
   if (!(cloud.spread_mm(2) >= least_spread_mm)) {
-    throw InputError({file, "fiducials",
+    throw FitRefusal({file, "fiducials",
                       "coplanar " + std::string(where) + ": third singular value " +
                           mm_text(cloud.spread_mm(2)) + ", so that a mirrored model would fit as well",
                       mm_text(least_spread_mm) + " or more: add a fiducial off their plane"});
@@ -88,7 +89,7 @@ double mirrored_rms_mm(const Touched& points)
 [[noreturn]] void refuse_side(double rms_mm, double mirrored_mm, const std::string& wanted,
                               const std::string& file)
 {
-  throw InputError({file, "fiducials",
+  throw FitRefusal({file, "fiducials",
                     mm_text(rms_mm) + " (rms) left as they are, " + mm_text(mirrored_mm) + " mirrored",
                     wanted});
 }
@@ -103,7 +104,7 @@ struct LeftOut {
 LeftOut left_out(const Touched& points)
 {
   LeftOut result;
-  for (std::size_t k = 0; k < points.names.size(); ++k) {
+  for (std::size_t k = 0; k < points.places.size(); ++k) {
     MarkerRow others = points.body_mm;
     others[k].reset();
     const Eigen::Vector3d p_model = points.model.markers_mm.row(static_cast<Eigen::Index>(k)).transpose();
@@ -123,13 +124,16 @@ LeftOut left_out(const Touched& points)
 }
 
 /// The one without which the others agree best is the only one that can be told to be wrong.
-void require_no_outlier(const Touched& points, const LeftOut& out, const std::string& file)
+void require_no_outlier(std::span<const Fiducial> marks, const Touched& points, const LeftOut& out,
+                        const std::string& file)
 {
   const auto best = std::min_element(out.others_mm.begin(), out.others_mm.end());
   const auto k = static_cast<std::size_t>(best - out.others_mm.begin());
   if (out.error_mm[k] > fiducial_outlier_mm && out.error_mm[k] > fiducial_outlier_sd * out.expected_mm[k]) {
-    throw InputError({file, points.names[k], mm_text(out.error_mm[k]) + " from where the others put it",
-                      mm_text(fiducial_outlier_mm) + " at most: touch it again"});
+    const std::size_t place = points.places[k];
+    throw FitRefusal({file, marks[place].name, mm_text(out.error_mm[k]) + " from where the others put it",
+                      mm_text(fiducial_outlier_mm) + " at most: touch it again"},
+                     {place});
   }
 }
 
@@ -151,7 +155,7 @@ double rms_of(const LeftOut& out)
 double noise_of_any_size_mm(const Touched& points, const PoseFit& fit)
 {
   double sum_sq = 0.0, along = 0.0, length_sq = 0.0;
-  for (std::size_t k = 0; k < points.names.size(); ++k) {
+  for (std::size_t k = 0; k < points.places.size(); ++k) {
     const Eigen::Vector3d p_model = points.model.markers_mm.row(static_cast<Eigen::Index>(k)).transpose();
     const Eigen::Vector3d r = *points.body_mm[k] - fit.X_tracker_body * p_model;
     const Eigen::Vector3d c = fit.X_tracker_body.linear() * (p_model - fit.cloud.centre_mm);
@@ -160,7 +164,7 @@ double noise_of_any_size_mm(const Touched& points, const PoseFit& fit)
     length_sq += c.squaredNorm();
   }
   const double left = std::max(0.0, sum_sq - along * along / length_sq);
-  return std::sqrt(left / (3.0 * static_cast<double>(points.names.size()) - 7.0));
+  return std::sqrt(left / (3.0 * static_cast<double>(points.places.size()) - 7.0));
 }
 
 /// Of shift and turn about the body's axes. Turns go about the points' centre m from the origin: a turn
@@ -231,7 +235,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
 {
   const Touched used = touched(points, file);
   RigidBody as_touched = used.model;
-  for (std::size_t k = 0; k < used.names.size(); ++k)
+  for (std::size_t k = 0; k < used.places.size(); ++k)
     as_touched.markers_mm.row(static_cast<Eigen::Index>(k)) = used.body_mm[k]->transpose();
   require_spread(cloud_of(used.model, used.body_mm), "on the model", file);
   const PoseFit pose = fit_of(used.model, used.body_mm);
@@ -240,7 +244,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
   if (rms_mm > mirror_factor * mirrored_mm)
     refuse_side(rms_mm, mirrored_mm, "a model of the leg's own side, and its points in their order", file);
   const LeftOut out = left_out(used);
-  require_no_outlier(used, out, file);
+  require_no_outlier(points, used, out, file);
   require_spread(cloud_of(as_touched, used.body_mm), "as touched", file);
   if (!(mirrored_mm > mirror_factor * rms_mm))
     refuse_side(rms_mm, mirrored_mm, "a worse fit mirrored: touch again, or add a fiducial off their plane",
@@ -256,7 +260,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
   fit.leave_one_out_rms_mm = rms_of(out);
   const double noise = options.is_size_known ? noise_mm(pose) : noise_of_any_size_mm(used, pose);
   fit.estimate = estimate_of_place(name, fit.X_body_model, covariance_of(pose, noise));
-  fit.estimate.dof = 3.0 * static_cast<double>(used.names.size()) - (options.is_size_known ? 6.0 : 7.0);
+  fit.estimate.dof = 3.0 * static_cast<double>(used.places.size()) - (options.is_size_known ? 6.0 : 7.0);
   left_mm.insert(left_mm.end(), at_targets_mm.begin(), at_targets_mm.end());
   set_residuals(fit.estimate, left_mm, "mm");
   add_remarks(fit, !at_targets_mm.empty());
@@ -266,7 +270,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
 FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, const std::string& file)
 {
   if (adjusted.size() < 2) {
-    throw InputError({file, name, std::to_string(adjusted.size()) + " adjusted places",
+    throw FitRefusal({file, name, std::to_string(adjusted.size()) + " adjusted places",
                       "two or more: one does not show how well it can be adjusted"});
   }
   const double n = static_cast<double>(adjusted.size());

@@ -31,7 +31,7 @@ struct FiducialOptions {
   bool is_size_known = true;
 };
 
-/// Closed form (Umeyama, proper rotations, no scale). Throws InputError naming `file` and the point: fewer
+/// Closed form (Umeyama, proper rotations, no scale). Throws FitRefusal naming `file` and the point: fewer
 /// than four fiducials, collinear ones (second singular value below 5 mm), coplanar ones (third below 5 mm: a
 /// mirrored leg would fit as well, so nothing would show a wrong side; says to add one off the plane), a set
 /// that fits its mirror image as well as itself (to a factor of 1.5) or better (the other side), a point more
@@ -40,7 +40,7 @@ FiducialFit fit_fiducials(std::span<const Fiducial> points, const std::string& n
                           const FiducialOptions& options = {});
 
 /// The mean of places that an operator adjusted (six numbers each, two or more attitudes), and its covariance
-/// by their spread; residuals: distances of their shifts from the mean, mm. Throws InputError: fewer than
+/// by their spread; residuals: distances of their shifts from the mean, mm. Throws FitRefusal: fewer than
 /// two.
 FiducialFit mean_place(std::span<const Pose> adjusted, const std::string& name, const std::string& file);
 

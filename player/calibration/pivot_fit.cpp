@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "calibration/fit_refusal.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 
@@ -64,12 +64,12 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
 {
   const std::size_t n = X_tracker_probe.size();
   if (n < least_poses) {
-    throw InputError({file, "probe", std::to_string(n) + " poses", std::to_string(least_poses) + " or more"});
+    throw FitRefusal({file, "probe", std::to_string(n) + " poses", std::to_string(least_poses) + " or more"});
   }
   PivotFit fit;
   fit.spread_rad = spread_of(X_tracker_probe);
   if (!(fit.spread_rad >= least_spread_rad)) {
-    throw InputError(
+    throw FitRefusal(
         {file, "probe",
          "swings of " + rounded_text(deg_from_rad(fit.spread_rad), 1) +
              " deg (rms) about the axis that the probe turned about least",
@@ -97,7 +97,7 @@ PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& fil
   estimate.dof = static_cast<double>(n) - 2.0;
   set_residuals(estimate, left_mm, "mm");
   if (!(estimate.residual_rms <= most_rms_mm)) {
-    throw InputError({file, "probe",
+    throw FitRefusal({file, "probe",
                       "a tip that moves by " + rounded_text(estimate.residual_rms, 2) + " mm (rms)",
                       rounded_text(most_rms_mm, 0) + " mm at most: it slipped; rest it in a hole and again"});
   }

@@ -15,7 +15,7 @@ struct PivotFit {
   Estimate estimate;        ///< "probe.tip_x" to "probe.tip_z" (mm); residuals: lengths, mm
 };
 
-/// Least squares of R_i tip + t_i = pivot. Throws InputError naming `file`: fewer than 20 poses, a spread
+/// Least squares of R_i tip + t_i = pivot. Throws FitRefusal naming `file`: fewer than 20 poses, a spread
 /// below 10 degrees (a static sweep, or turns about one axis only), a residual rms above 2 mm (the tip
 /// slipped).
 PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& file);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.hpp"
+#include "calibration/fit_refusal.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda {
@@ -17,17 +17,19 @@ constexpr double uneven_ratio = 1.05, uneven_rms_mm = 2.0;
 void require_distances(std::span<const LandmarkDistance> distances, const std::string& file)
 {
   if (distances.size() < least_distances) {
-    throw InputError({file, "landmarks", std::to_string(distances.size()) + " distances",
+    throw FitRefusal({file, "landmarks", std::to_string(distances.size()) + " distances",
                       "three or more: one says nothing of whether an even scale fits"});
   }
-  for (const LandmarkDistance& d : distances) {
+  for (std::size_t k = 0; k < distances.size(); ++k) {
+    const LandmarkDistance& d = distances[k];
     for (const double mm : {d.model_mm, d.subject_mm}) {
       const bool is_length = mm > 0.0 && std::isfinite(mm);
       if (!is_length) {
-        throw InputError({file, d.name,
+        throw FitRefusal({file, d.name,
                           rounded_text(d.model_mm, 2) + " mm of the model, " + rounded_text(d.subject_mm, 2) +
                               " mm of the subject",
-                          "distances above 0"});
+                          "distances above 0"},
+                         {k});
       }
     }
   }
@@ -54,7 +56,7 @@ ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::strin
   ScaleFit fit;
   fit.scale = with_subject / with_model;
   if (!(fit.scale >= least_scale && fit.scale <= most_scale)) {
-    throw InputError({file, "landmarks", "a scale of " + rounded_text(fit.scale, 3),
+    throw FitRefusal({file, "landmarks", "a scale of " + rounded_text(fit.scale, 3),
                       "0.5 to 2: are both in mm, and of the same landmarks?"});
   }
   std::vector<double> left_mm;

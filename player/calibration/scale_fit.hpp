@@ -20,7 +20,7 @@ struct ScaleFit {
   Estimate estimate;  ///< "subject.scale"; residuals: subject's less scaled model's, mm
 };
 
-/// Least squares through the origin. Throws InputError naming `file`: fewer than three distances, one that is
+/// Least squares through the origin. Throws FitRefusal naming `file`: fewer than three distances, one that is
 /// not above 0, a scale outside 0.5 to 2.
 ScaleFit fit_scale(std::span<const LandmarkDistance> distances, const std::string& file);
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "calibration/fit_refusal.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 #include "tracking/screw.hpp"
@@ -64,8 +64,14 @@ LineFit line_of(const std::vector<Eigen::Vector3d>& places)
   return fit;
 }
 
+FitRefusal refusal(Rail rail, const std::string& file, const std::string& found, const std::string& wanted)
+{
+  return FitRefusal({file, rail == Rail::x ? "x_rail" : "z_rail", found, wanted},
+                    {static_cast<std::size_t>(rail)});
+}
+
 /// Against the noise of the others, and without its own pull on the line.
-void require_no_outlier(const LineFit& fit, const std::string& field, const std::string& file)
+void require_no_outlier(const LineFit& fit, Rail rail, const std::string& file)
 {
   const double n = static_cast<double>(fit.off_mm.size());
   for (std::size_t k = 0; k < fit.off_mm.size(); ++k) {
@@ -73,36 +79,36 @@ void require_no_outlier(const LineFit& fit, const std::string& field, const std:
     const double off_mm = fit.off_mm[k] / (1.0 - std::min(pull, 0.99));
     const double others_mm2 = std::max(0.0, fit.off_sq_mm2 - fit.off_mm[k] * off_mm) / (fit.dof - 2.0);
     if (off_mm > rail_outlier_mm && off_mm > rail_outlier_sd * std::sqrt(others_mm2)) {
-      throw InputError({file, field,
-                        "place " + std::to_string(k + 1) + " is " + text(off_mm, 2, "mm") + " off the line",
-                        "places within " + text(rail_outlier_mm, 0, "mm") +
-                            ": sweep again, with the marker in sight all the way"});
+      throw refusal(rail, file,
+                    "place " + std::to_string(k + 1) + " is " + text(off_mm, 2, "mm") + " off the line",
+                    "places within " + text(rail_outlier_mm, 0, "mm") +
+                        ": sweep again, with the marker in sight all the way");
     }
   }
 }
 
-LineFit required_line(const RailSweep& sweep, const std::string& field, const std::string& file)
+LineFit required_line(const RailSweep& sweep, Rail rail, const std::string& file)
 {
   check(sweep.stage_mm.empty() || sweep.stage_mm.size() == sweep.p_tracker_mm.size(),
         "the stage's way is known at every place or none");
   const std::size_t n = sweep.p_tracker_mm.size();
   if (n < least_places) {
-    throw InputError({file, field, std::to_string(n) + " places", std::to_string(least_places) + " or more"});
+    throw refusal(rail, file, std::to_string(n) + " places", std::to_string(least_places) + " or more");
   }
   for (const Eigen::Vector3d& p : sweep.p_tracker_mm) {
-    if (!p.allFinite()) throw InputError({file, field, "a coordinate that is no number", "mm"});
+    if (!p.allFinite()) throw refusal(rail, file, "a coordinate that is no number", "mm");
   }
   LineFit fit = line_of(sweep.p_tracker_mm);
   const auto [least, most] = std::minmax_element(fit.along_mm.begin(), fit.along_mm.end());
   if (!(*most - *least >= least_sweep_mm)) {
-    throw InputError({file, field, "a sweep of " + text(*most - *least, 1, "mm"),
-                      text(least_sweep_mm, 0, "mm") + " or more, best the whole rail"});
+    throw refusal(rail, file, "a sweep of " + text(*most - *least, 1, "mm"),
+                  text(least_sweep_mm, 0, "mm") + " or more, best the whole rail");
   }
-  require_no_outlier(fit, field, file);
+  require_no_outlier(fit, rail, file);
   const double rms_mm = std::sqrt(fit.off_sq_mm2 / static_cast<double>(n));
   if (!(rms_mm <= most_rail_rms_mm)) {
-    throw InputError({file, field, "places " + text(rms_mm, 2, "mm") + " (rms) off any line",
-                      text(most_rail_rms_mm, 0, "mm") + " at most: move the marker along the rail only"});
+    throw refusal(rail, file, "places " + text(rms_mm, 2, "mm") + " (rms) off any line",
+                  text(most_rail_rms_mm, 0, "mm") + " at most: move the marker along the rail only");
   }
   return fit;
 }
@@ -178,34 +184,33 @@ double stage_scale_of(const RailSweep& sweep, const LineFit& fit, const std::str
   const double counted = with_marker / marker_sq;
   const double scale = with_stage > 0.0 ? with_marker / with_stage : 0.0;
   if (!(counted > 0.0)) {
-    throw InputError({file, "x_rail",
-                      "an encoder that counts " + rounded_text(counted, 3) + " mm a mm to the right",
-                      "1: the sign of stage_mm_per_count in the bench file, an encoder that is read, a sweep "
-                      "from left to right"});
+    throw refusal(Rail::x, file,
+                  "an encoder that counts " + rounded_text(counted, 3) + " mm a mm to the right",
+                  "1: the sign of stage_mm_per_count in the bench file, an encoder that is read, a sweep "
+                  "from left to right");
   }
   if (!(std::abs(scale - 1.0) <= most_stage_error)) {
-    throw InputError({file, "x_rail",
-                      "a marker that moves " + rounded_text(scale, 4) + " mm a mm of the encoder",
-                      "1 to within 2 %: stage_mm_per_count in the bench file"});
+    throw refusal(Rail::x, file, "a marker that moves " + rounded_text(scale, 4) + " mm a mm of the encoder",
+                  "1 to within 2 %: stage_mm_per_count in the bench file");
   }
   return scale;
 }
 
 }  // namespace
 
-void require_rail(const RailSweep& sweep, const std::string& field, const std::string& file)
+void require_rail(const RailSweep& sweep, Rail rail, const std::string& file)
 {
-  stage_scale_of(sweep, required_line(sweep, field, file), file);
+  stage_scale_of(sweep, required_line(sweep, rail, file), file);
 }
 
 TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::string& file)
 {
-  const LineFit x_fit = required_line(x_rail, "x_rail", file), z_fit = required_line(z_rail, "z_rail", file);
+  const LineFit x_fit = required_line(x_rail, Rail::x, file), z_fit = required_line(z_rail, Rail::z, file);
   TableFit fit;
   fit.rails_apart_rad = angle_between(x_fit.line.direction, z_fit.line.direction);
   if (!(std::min(fit.rails_apart_rad, pi - fit.rails_apart_rad) >= least_apart_rad)) {
-    throw InputError({file, "z_rail", "rails " + text(deg_from_rad(fit.rails_apart_rad), 1, "deg") + " apart",
-                      "90 deg, 45 to 135 at least: sweep the other rail"});
+    throw refusal(Rail::z, file, "rails " + text(deg_from_rad(fit.rails_apart_rad), 1, "deg") + " apart",
+                  "90 deg, 45 to 135 at least: sweep the other rail");
   }
   fit.stage_scale = stage_scale_of(x_rail, x_fit, file);
   fit.X_tracker_table = table_of(x_fit.line, z_fit.line);

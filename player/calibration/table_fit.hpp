@@ -24,12 +24,15 @@ struct TableFit {
   Estimate estimate;
 };
 
-/// What fit_table() wants of one sweep alone, and of the encoder's way along the x rail. Throws InputError
-/// naming `file` and `field`, "x_rail" or "z_rail".
-void require_rail(const RailSweep& sweep, const std::string& field, const std::string& file);
+/// The marks of a table, in order.
+enum class Rail { x, z };
+
+/// What fit_table() wants of one sweep alone, and of the encoder's way along the x rail. Throws FitRefusal
+/// naming `file` and the rail.
+void require_rail(const RailSweep& sweep, Rail rail, const std::string& file);
 
 /// `x_rail` swept from left to right, `z_rail` towards the viewer. Directions by total least squares.
-/// Throws InputError naming `file`: fewer than 10 places, a sweep shorter than 50 mm, one that is no line
+/// Throws FitRefusal naming `file`: fewer than 10 places, a sweep shorter than 50 mm, one that is no line
 /// (rms above 2 mm), rails less than 45 degrees apart, an encoder that counts the other way or differs by
 /// more than 2 % (bench file's stage_mm_per_count), a place more than 6 standard deviations and 1 mm off.
 TableFit fit_table(const RailSweep& x_rail, const RailSweep& z_rail, const std::string& file);

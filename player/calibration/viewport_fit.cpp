@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
-#include "core/error.hpp"
+#include "calibration/fit_refusal.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda {
@@ -32,19 +33,35 @@ double mean(const std::vector<double>& values)
   return sum / static_cast<double>(values.size());
 }
 
-void require_readings(const std::vector<double>& readings, const std::string& field, const std::string& file)
+/// Places of an edge's readings among all marks.
+std::vector<std::size_t> marks_of(Edge edge, const ViewportMarks& marks)
 {
-  if (readings.empty()) throw InputError({file, field, "no readings", "one or more: scan this edge"});
+  std::size_t first = 0;
+  for (std::size_t before = 0; before < static_cast<std::size_t>(edge); ++before)
+    first += marks.line_px[before].size();
+  std::vector<std::size_t> places(marks.line_px[static_cast<std::size_t>(edge)].size());
+  std::iota(places.begin(), places.end(), first);
+  return places;
+}
+
+void require_readings(const ViewportMarks& marks, Edge edge, const std::string& field,
+                      const std::string& file)
+{
+  const std::vector<double>& readings = marks.line_px[static_cast<std::size_t>(edge)];
+  const std::vector<std::size_t> places = marks_of(edge, marks);
+  if (readings.empty()) throw FitRefusal({file, field, "no readings", "one or more: scan this edge"});
   for (std::size_t k = 0; k < readings.size(); ++k) {
-    if (!std::isfinite(readings[k])) throw InputError({file, field, "a reading that is no number", "px"});
+    if (!std::isfinite(readings[k]))
+      throw FitRefusal({file, field, "a reading that is no number", "px"}, {places[k]});
     if (readings.size() == 1) break;
     std::vector<double> others = readings;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(k));
     if (std::abs(readings[k] - median(others)) > furthest_reading_px) {
-      throw InputError({file, field,
+      throw FitRefusal({file, field,
                         "reading " + std::to_string(k + 1) + " at " + px_text(readings[k]) +
                             ", the others about " + px_text(median(others)),
-                        "readings within " + px_text(furthest_reading_px) + " of each other: scan it again"});
+                        "readings within " + px_text(furthest_reading_px) + " of each other: scan it again"},
+                       {places[k]});
     }
   }
 }
@@ -88,27 +105,30 @@ Borders borders_of(const ViewportMarks& marks)
   return borders;
 }
 
-void require_order(const Eigen::Vector4d& at_px, const std::string& name, const std::string& file)
+void require_order(const Eigen::Vector4d& at_px, const ViewportMarks& marks, const std::string& name,
+                   const std::string& file)
 {
   for (const Edge edge : {Edge::left, Edge::top}) {
     const Edge opposite = edge == Edge::left ? Edge::right : Edge::bottom;
     const double low_px = at_px(static_cast<int>(edge)), high_px = at_px(static_cast<int>(opposite));
     const std::string field = name + "." + name_of(edge);
     if (!(low_px < high_px)) {
-      throw InputError(
+      throw FitRefusal(
           {file, field,
            "crossed edges: at " + px_text(low_px) + ", and " + name_of(opposite) + " at " + px_text(high_px),
-           std::string(name_of(edge)) + " before " + name_of(opposite)});
+           std::string(name_of(edge)) + " before " + name_of(opposite)},
+          marks_of(edge, marks));
     }
     if (high_px - low_px < least_side_px) {
-      throw InputError({file, field, px_text(high_px - low_px) + " up to " + name_of(opposite),
-                        std::to_string(least_side_px) + " px or more"});
+      throw FitRefusal({file, field, px_text(high_px - low_px) + " up to " + name_of(opposite),
+                        std::to_string(least_side_px) + " px or more"},
+                       marks_of(edge, marks));
     }
   }
 }
 
-void require_within(const Eigen::Vector4d& at_px, const Viewport& window, const std::string& name,
-                    const std::string& file)
+void require_within(const Eigen::Vector4d& at_px, const Viewport& window, const ViewportMarks& marks,
+                    const std::string& name, const std::string& file)
 {
   const std::array<double, n_edges> border_px = {
       static_cast<double>(window.x), static_cast<double>(window.x + window.width),
@@ -119,22 +139,25 @@ void require_within(const Eigen::Vector4d& at_px, const Viewport& window, const 
         (at_px(static_cast<Eigen::Index>(edge)) - border_px[edge]) * (is_last ? 1.0 : -1.0);
     // What rounds to the window's border is within it.
     if (beyond_px < 0.5) continue;
-    throw InputError({file, name + "." + name_of(static_cast<Edge>(edge)),
-                      px_text(beyond_px) + " beyond the eye's window", "a part of the window"});
+    throw FitRefusal({file, name + "." + name_of(static_cast<Edge>(edge)),
+                      px_text(beyond_px) + " beyond the eye's window", "a part of the window"},
+                     marks_of(static_cast<Edge>(edge), marks));
   }
 }
 
 void require_size(const ViewportMarks& marks, const std::string& name, const std::string& file)
 {
+  const std::size_t n_readings = marks_of(Edge::bottom, marks).back() + 1;
   const bool is_size = marks.screen_mm.allFinite() && marks.screen_mm.minCoeff() > 0.0;
   if (!is_size) {
-    throw InputError(
+    throw FitRefusal(
         {file, name + ".screen",
          rounded_text(marks.screen_mm.x(), 2) + " x " + rounded_text(marks.screen_mm.y(), 2) + " mm",
-         "width and height of what is seen, by a ruler"});
+         "width and height of what is seen, by a ruler"},
+        {n_readings, n_readings + 1});
   }
   if (!(marks.screen_sd_mm >= 0.0) || !std::isfinite(marks.screen_sd_mm)) {
-    throw InputError(
+    throw FitRefusal(
         {file, name + ".screen_sd", rounded_text(marks.screen_sd_mm, 3) + " mm", "0 mm or more"});
   }
 }
@@ -202,11 +225,11 @@ ViewportFit fit_viewport(const ViewportMarks& marks, const Viewport& window, con
                          const std::string& file)
 {
   for (std::size_t edge = 0; edge < n_edges; ++edge)
-    require_readings(marks.line_px[edge], name + "." + name_of(static_cast<Edge>(edge)), file);
+    require_readings(marks, static_cast<Edge>(edge), name + "." + name_of(static_cast<Edge>(edge)), file);
   require_size(marks, name, file);
   const Borders borders = borders_of(marks);
-  require_order(borders.at_px, name, file);
-  require_within(borders.at_px, window, name, file);
+  require_order(borders.at_px, marks, name, file);
+  require_within(borders.at_px, window, marks, name, file);
 
   ViewportFit fit;
   const Eigen::Vector2d low_px(borders.at_px(0), borders.at_px(2)),

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "calibration/estimate.hpp"
-#include "stereo/eye.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda {
 
@@ -32,9 +32,10 @@ struct ViewportFit {
   Estimate estimate;
 };
 
-/// `name`: "left". Throws InputError naming `file` and the edge: no readings, crossed edges (left beyond
+/// `name`: "left". Throws FitRefusal naming `file` and the edge: no readings, crossed edges (left beyond
 /// right), a part beyond the window, fewer than 16 pixels between two, a reading more than 5 px from the
-/// others of its edge, a size that is none.
+/// others of its edge, a size that is none. A refusal counts marks from the left edge's readings to the
+/// bottom edge's, then the screen's width and height.
 ViewportFit fit_viewport(const ViewportMarks& marks, const Viewport& window, const std::string& name,
                          const std::string& file);
 

@@ -1,8 +1,8 @@
 #include "guide/optics_tasks.hpp"
 
 #include "calibration/viewport_fit.hpp"
+#include "optics/layout.hpp"
 #include "settings/settings_text.hpp"
-#include "stereo/layout.hpp"
 
 namespace vrda {
 namespace {

@@ -53,9 +53,10 @@ struct GuideSession::Inner {
   void finish(std::vector<std::vector<double>> rows);
   void put(CalibrationMark mark);
   void solve();
-  void refuse(const InputError& error, const std::vector<std::size_t>& doubted);
+  void refuse(const PartRefusal& refusal, const TaskRound& round);
   void refuse_to_begin(const std::string& why);
-  void forget(const std::vector<std::size_t>& which);
+  void forget(const std::string& task);
+  void judge(std::size_t done);
   void back();
   void again();
   void zero();
@@ -137,8 +138,8 @@ void GuideSession::Inner::show_look()
 {
   try {
     looked_at = solved_part(progress.part, bench, calibration, options.path);
-  } catch (const InputError& error) {
-    refuse_to_begin(words_of(error));
+  } catch (const PartRefusal& refusal) {
+    refuse_to_begin(words_of(refusal));
   }
 }
 
@@ -221,31 +222,30 @@ void GuideSession::Inner::finish(std::vector<std::vector<double>> rows)
   ++revision;
   try {
     require_still(progress.part, *task(), mark, options.path);
-  } catch (const InputError& error) {
+  } catch (const PartRefusal& refusal) {
     // The dials stay as they were aligned.
     progress.n_samples = 0;
-    return refuse_to_begin(words_of(error));
+    return refuse_to_begin(words_of(refusal));
   }
   const std::size_t done = at_task;
   put(mark);
-  const std::vector<std::size_t> crossed = crossed_edges(tasks, record(), done);
-  if (!crossed.empty()) {
-    refuse(InputError({options.path, name_of(progress.part), crossed_text(tasks[done]),
-                       "left before right, and top before bottom: scan both again"}),
-           crossed);
-    return go_on();
-  }
-  if (next_task(tasks, record()) == tasks.size()) return solve();
+  judge(done);
+}
+
+/// What the mark of task `done` shows of its round, or of the part.
+void GuideSession::Inner::judge(std::size_t done)
+{
   const TaskRound round = round_of(progress.part, tasks, done);
   const bool is_round_done = std::all_of(tasks.begin() + static_cast<std::ptrdiff_t>(round.begin),
                                          tasks.begin() + static_cast<std::ptrdiff_t>(round.end),
                                          [&](const Task& t) { return mark_of(record(), t.name) != nullptr; });
-  if (is_round_done) {
-    try {
+  try {
+    require_uncrossed(tasks, record(), done, options.path);
+    if (next_task(tasks, record()) == tasks.size()) return solve();
+    if (is_round_done)
       progress.words = round_remarks(progress.part, bench, calibration, tasks[done], options.path);
-    } catch (const InputError& error) {
-      refuse(error, doubted_marks(error, progress.part, tasks, round));
-    }
+  } catch (const PartRefusal& refusal) {
+    refuse(refusal, round);
   }
   go_on();
 }
@@ -262,32 +262,32 @@ void GuideSession::Inner::solve()
     progress.n_done = progress.n_tasks;
     progress.is_taking = false;
     next_part();
-  } catch (const InputError& error) {
-    refuse(error, doubted_marks(error, progress.part, tasks, {0, tasks.size()}));
+  } catch (const PartRefusal& refusal) {
+    refuse(refusal, {0, tasks.size()});
     go_on();
   }
 }
 
-void GuideSession::Inner::refuse(const InputError& error, const std::vector<std::size_t>& doubted)
+void GuideSession::Inner::refuse(const PartRefusal& refusal, const TaskRound& round)
 {
-  progress.words = {words_of(error)};
+  progress.words = {words_of(refusal)};
   progress.is_refused = true;
-  forget(doubted);
+  for (const std::string& task : refusal.tasks()) forget(task);
+  if (refusal.tasks().empty())
+    for (std::size_t k = round.begin; k < round.end; ++k) forget(tasks[k].name);
   ++revision;
 }
 
-void GuideSession::Inner::forget(const std::vector<std::size_t>& which)
+void GuideSession::Inner::forget(const std::string& task)
 {
-  for (const std::size_t k : which) {
-    std::erase_if(record().marks, [&](const CalibrationMark& m) { return m.task == tasks[k].name; });
-  }
+  std::erase_if(record().marks, [&](const CalibrationMark& m) { return m.task == task; });
 }
 
 void GuideSession::Inner::back()
 {
   if (progress.is_taking) return go_on();
   if (at_task == 0 || is_fresh) return;
-  forget({at_task - 1});
+  forget(tasks[at_task - 1].name);
   progress.words.clear();
   progress.is_refused = false;
   ++revision;

@@ -74,8 +74,8 @@ class GuideSession {
   std::unique_ptr<Inner> inner_;
 };
 
-/// Solves every part of `calibration` anew that has all its marks, from the marks and the bench file's numbers
-/// as they are now. Throws InputError.
+/// Solves every part of `calibration` anew that has all its marks, from the marks and the bench file's
+/// numbers as they are now. Throws InputError.
 Calibration solved_again(const BenchFile& bench, const Calibration& calibration, const std::string& path);
 
 /// Keys and what they do.

@@ -1,11 +1,13 @@
 #include "guide/solve_eyes.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "guide/eyes_so_far.hpp"
 #include "guide/marks.hpp"
+#include "guide/refusal.hpp"
 #include "guide/tasks.hpp"
 
 namespace vrda {
@@ -38,12 +40,25 @@ std::vector<MarkedTask> marked_tasks(CalibrationPart part, const BenchFile& benc
   return marked;
 }
 
+std::vector<std::string> names_of(std::span<const MarkedTask> tasks)
+{
+  std::vector<std::string> names;
+  for (const MarkedTask& t : tasks) names.push_back(t.task.name);
+  return names;
+}
+
 ViewportFit viewport_of(const BenchFile& bench, const Calibration& begun, bool is_right,
                         const std::string& path)
 {
   ViewportMarks marks;
   marks.screen_sd_mm = bench.calibration.screen_sd_mm;
-  for (const MarkedTask& t : tasks_of_eye(CalibrationPart::viewport, bench, begun, is_right)) {
+  std::vector<MarkedTask> tasks = tasks_of_eye(CalibrationPart::viewport, bench, begun, is_right);
+  const auto place = [](const Task& task) {
+    return std::pair(task.kind == TaskKind::scan_line ? 0 : 1, task.index);
+  };
+  std::stable_sort(tasks.begin(), tasks.end(),
+                   [&](const MarkedTask& a, const MarkedTask& b) { return place(a.task) < place(b.task); });
+  for (const MarkedTask& t : tasks) {
     const double number = t.mark->rows[0][0];
     if (t.task.kind == TaskKind::scan_line) {
       marks.line_px[static_cast<std::size_t>(t.task.index)].push_back(number);
@@ -52,7 +67,7 @@ ViewportFit viewport_of(const BenchFile& bench, const Calibration& begun, bool i
     }
   }
   const Viewport& window = is_right ? bench.display.windows.right : bench.display.windows.left;
-  return fit_viewport(marks, window, side_text(is_right), path);
+  return fitted(names_of(tasks), [&] { return fit_viewport(marks, window, side_text(is_right), path); });
 }
 
 DistortionFit distortion_of(const BenchFile& bench, const Calibration& begun, bool is_right,
@@ -66,7 +81,8 @@ DistortionFit distortion_of(const BenchFile& bench, const Calibration& begun, bo
   std::vector<GridMark> nodes;
   const CalibrationSettings& settings = bench.calibration;
   AdjustedGrids grids{{}, settings.grid_columns, settings.grid_rows};
-  for (const MarkedTask& t : tasks_of_eye(CalibrationPart::distortion, bench, begun, is_right)) {
+  const std::vector<MarkedTask> tasks = tasks_of_eye(CalibrationPart::distortion, bench, begun, is_right);
+  for (const MarkedTask& t : tasks) {
     const std::vector<double>& v = t.mark->rows[0];
     if (t.task.kind == TaskKind::point) {
       nodes.push_back({t.task.node, {v[0], v[1]}});
@@ -75,8 +91,10 @@ DistortionFit distortion_of(const BenchFile& bench, const Calibration& begun, bo
     }
   }
   const Eye& eye = side_of(eyes, is_right);
-  if (settings.is_grid_adjusted) return mean_distortion(grids, eye, prior, name, path);
-  return fit_distortion(nodes, eye, prior, name, path);
+  return fitted(names_of(tasks), [&] {
+    return settings.is_grid_adjusted ? mean_distortion(grids, eye, prior, name, path)
+                                     : fit_distortion(nodes, eye, prior, name, path);
+  });
 }
 
 std::vector<RectangleMark> rectangles_of(const CalibrationSettings& settings)
@@ -95,7 +113,8 @@ EyeRectangles eyepoint_of(const BenchFile& bench, const Calibration& begun, bool
   const CalibrationSettings& settings = bench.calibration;
   EyeRectangles found;
   found.eye = side_of(eyes_before(CalibrationPart::eyepoints, bench, begun), is_right);
-  for (const MarkedTask& t : tasks_of_eye(CalibrationPart::eyepoints, bench, begun, is_right)) {
+  const std::vector<MarkedTask> tasks = tasks_of_eye(CalibrationPart::eyepoints, bench, begun, is_right);
+  for (const MarkedTask& t : tasks) {
     const CalibrationRectangle& r = settings.rectangles[static_cast<std::size_t>(t.task.index)];
     const std::vector<double>& v = t.mark->rows[0];
     found.marks.push_back({r.width_mm, r.depth_mm, {v[0], v[1]}, {v[2], v[3]}});
@@ -104,7 +123,9 @@ EyeRectangles eyepoint_of(const BenchFile& bench, const Calibration& begun, bool
   options.alignment_sd_rad = rad_from_deg(settings.alignment_sd_deg);
   options.distortion_covariance =
       known_covariance(estimate_of(CalibrationPart::distortion, begun, path), distortion_names(is_right));
-  found.fit = fit_eyepoint(found.marks, found.eye, options, side_text(is_right), path);
+  found.fit = fitted(names_of(tasks), [&] {
+    return fit_eyepoint(found.marks, found.eye, options, side_text(is_right), path);
+  });
   return found;
 }
 

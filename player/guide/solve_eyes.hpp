@@ -8,7 +8,7 @@
 
 namespace vrda {
 
-/// Of one eye: its tasks' marks, in order. Each fit throws InputError naming `path` as the fits do.
+/// Of one eye: its tasks' marks, in order. Each throws PartRefusal naming `path` as its fit does.
 ViewportFit viewport_of(const BenchFile& bench, const Calibration& begun, bool is_right,
                         const std::string& path);
 DistortionFit distortion_of(const BenchFile& bench, const Calibration& begun, bool is_right,
@@ -25,5 +25,7 @@ struct MarkedTask {
   const CalibrationMark* mark = nullptr;
 };
 std::vector<MarkedTask> marked_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& begun);
+/// Of the tasks.
+std::vector<std::string> names_of(std::span<const MarkedTask> tasks);
 
 }  // namespace vrda

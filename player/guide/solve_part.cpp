@@ -9,6 +9,7 @@
 #include "guide/eyes_so_far.hpp"
 #include "guide/marks.hpp"
 #include "guide/parts.hpp"
+#include "guide/refusal.hpp"
 #include "guide/solve_places.hpp"
 #include "settings/settings_text.hpp"
 
@@ -78,18 +79,19 @@ Estimate solved_ipd(const BenchFile& bench, const Calibration& begun, const std:
 Estimate solved_subject(const BenchFile& bench, const Calibration& begun, const std::string& path)
 {
   std::vector<LandmarkDistance> distances;
-  for (const MarkedTask& t : marked_tasks(CalibrationPart::subject, bench, begun)) {
+  const std::vector<MarkedTask> tasks = marked_tasks(CalibrationPart::subject, bench, begun);
+  for (const MarkedTask& t : tasks) {
     const CalibrationLandmarks& pair = bench.calibration.landmarks[static_cast<std::size_t>(t.task.index)];
     distances.push_back({pair.name, pair.model_mm, t.mark->rows[0][0]});
   }
-  const ScaleFit fit = fit_scale(distances, path);
+  const ScaleFit fit = fitted(names_of(tasks), [&] { return fit_scale(distances, path); });
   if (fit.is_uneven) {
     std::string ratios;
     for (const LandmarkDistance& d : distances)
       ratios += (ratios.empty() ? "" : ", ") + d.name + " " + rounded_text(d.subject_mm / d.model_mm, 3);
-    throw InputError({path, "subject", "distances that one scale does not fit: " + ratios,
-                      "distances of one scale: measure again, or run the pipeline anew with these landmarks "
-                      "(schemas/scaling.md)"});
+    throw PartRefusal({path, "subject", "distances that one scale does not fit: " + ratios,
+                       "distances of one scale: measure again, or run the pipeline anew with these landmarks "
+                       "(schemas/scaling.md)"});
   }
   return fit.estimate;
 }
@@ -99,11 +101,7 @@ void put_viewport(Calibration& calibration, const Estimate& found)
 {
   put_found(calibration.eyes, CalibrationPart::viewport, found);
   for (Eye* eye : {&calibration.eyes.left, &calibration.eyes.right}) {
-    try {
-      require_usable(*eye, "", "");
-    } catch (const InputError&) {
-      eye->distortion.k1 = eye->distortion.k2 = 0.0;
-    }
+    if (unusable(*eye, "", "")) eye->distortion.k1 = eye->distortion.k2 = 0.0;
   }
 }
 
@@ -179,7 +177,7 @@ Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Cali
 {
   Calibration solved = begun;
   put_solved(part, bench, solved, path);
-  require_usable(solved, path);
+  if (const std::optional<InputError::Facts> facts = unusable(solved.eyes, path)) throw PartRefusal(*facts);
   return solved;
 }
 
@@ -191,8 +189,8 @@ void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const C
   if (!is_seen && !is_from_rectangles) return;
   try {
     for (const bool is_right : {false, true}) eyepoint_of(bench, begun, is_right, path);
-  } catch (const InputError& error) {
-    const InputError::Facts& facts = error.facts();
+  } catch (const PartRefusal& refusal) {
+    const InputError::Facts& facts = refusal.facts();
     throw InputError({facts.file, "per_person.eyepoints: " + facts.field, facts.found,
                       facts.wanted + ". Do eyepoints anew, as " + name_of(part) + " rests on them"});
   }
@@ -224,9 +222,10 @@ void require_still(CalibrationPart part, const Task& task, const CalibrationMark
   }
   const MeanPlace mean = mean_place(places);
   if (mean.furthest_mm > furthest_mm) {
-    throw InputError({path, std::string(name_of(part)) + ", " + task.name,
-                      "samples up to " + rounded_text(mean.furthest_mm, 1) + " mm from their mean",
-                      "at most " + rounded_text(furthest_mm, 1) + " mm: hold it still, and take them again"});
+    throw PartRefusal(
+        {path, std::string(name_of(part)) + ", " + task.name,
+         "samples up to " + rounded_text(mean.furthest_mm, 1) + " mm from their mean",
+         "at most " + rounded_text(furthest_mm, 1) + " mm: hold it still, and take them again"});
   }
 }
 

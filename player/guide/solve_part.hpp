@@ -8,8 +8,8 @@
 namespace vrda {
 
 /// `begun` with the part's estimate in its record and what it found in the calibration's own fields. All of
-/// the part's tasks must have marks, and the parts that it rests on estimates. Throws InputError, of the fits
-/// and where the samples say that something moved.
+/// the part's tasks must have marks, and the parts that it rests on estimates. Throws PartRefusal, of the
+/// fits and where the samples say that something moved.
 Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                         const std::string& path);
 
@@ -18,12 +18,12 @@ Calibration solved_part(CalibrationPart part, const BenchFile& bench, const Cali
 void require_earlier_marks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                            const std::string& path);
 
-/// The marks of one round alone, which ends with `done`: throws what solving them would, and returns what is
-/// to be said of them.
+/// The marks of one round alone, which ends with `done`: throws PartRefusal as solving them would, and
+/// returns what is to be said of them.
 std::vector<std::string> round_remarks(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                                        const Task& done, const std::string& path);
 
-/// The samples of one mark alone: throws InputError naming the task when something moved that had to rest.
+/// The samples of one mark alone: throws PartRefusal when something moved that had to rest.
 void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,
                    const std::string& path);
 

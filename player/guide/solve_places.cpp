@@ -10,12 +10,16 @@
 #include "guide/eyes_so_far.hpp"
 #include "guide/marks.hpp"
 #include "guide/parts.hpp"
+#include "guide/refusal.hpp"
 #include "guide/solve_eyes.hpp"
 
 namespace vrda {
 namespace {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+/// Tasks, in the order of Rail.
+const std::vector<std::string> rails{"x rail", "z rail"};
 
 const CalibrationMark& mark_named(CalibrationPart part, const Calibration& begun, const char* task)
 {
@@ -98,12 +102,11 @@ struct Touched {
   std::vector<Eigen::Matrix3d> R_body_probe;
 };
 
-Touched touched_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+Touched touched_of(std::span<const MarkedTask> tasks, std::span<const CalibrationPoint> points,
                    const Eigen::Vector3d& tip_probe_mm, double scale)
 {
-  const std::vector<CalibrationPoint>& points = points_of(part, bench.calibration);
   Touched touched;
-  for (const MarkedTask& t : marked_tasks(part, bench, begun)) {
+  for (const MarkedTask& t : tasks) {
     const CalibrationPoint& point = points[static_cast<std::size_t>(t.task.index)];
     std::vector<Eigen::Vector3d> tips;
     for (const std::vector<double>& row : t.mark->rows)
@@ -176,15 +179,18 @@ std::vector<Eigen::Vector3d> marker_places(const CalibrationMark& mark)
 void require_good_rail(const Task& done, const BenchFile& bench, const Calibration& begun,
                        const std::string& path)
 {
-  const bool is_x = done.name == "x rail";
+  const bool is_x = done.name == rails[0];
   const CalibrationMark& mark = mark_named(CalibrationPart::rails, begun, done.name.c_str());
-  require_rail(sweep_of(mark, is_x && has_stage(bench)), is_x ? "x_rail" : "z_rail", path);
+  fitted(rails,
+         [&] { require_rail(sweep_of(mark, is_x && has_stage(bench)), is_x ? Rail::x : Rail::z, path); });
 }
 
 TableFit table_of(const BenchFile& bench, const Calibration& begun, const std::string& path)
 {
-  return fit_table(sweep_of(mark_named(CalibrationPart::rails, begun, "x rail"), has_stage(bench)),
-                   sweep_of(mark_named(CalibrationPart::rails, begun, "z rail"), false), path);
+  return fitted(rails, [&] {
+    return fit_table(sweep_of(mark_named(CalibrationPart::rails, begun, "x rail"), has_stage(bench)),
+                     sweep_of(mark_named(CalibrationPart::rails, begun, "z rail"), false), path);
+  });
 }
 
 PivotFit pivot_of(const BenchFile&, const Calibration& begun, const std::string& path)
@@ -192,7 +198,7 @@ PivotFit pivot_of(const BenchFile&, const Calibration& begun, const std::string&
   std::vector<Pose> places;
   for (const std::vector<double>& row : mark_named(CalibrationPart::probe, begun, "sweep").rows)
     places.push_back(sampled_pose(row));
-  return fit_pivot(places, path);
+  return fitted({}, [&] { return fit_pivot(places, path); });
 }
 
 EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
@@ -202,10 +208,13 @@ EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration&
   const Pose X_tracker_table =
       is_head ? Pose::Identity() : place_in(estimate_of(CalibrationPart::rails, begun, path), "table");
   std::vector<BullseyeMark> marks;
-  for (const MarkedTask& t : marked_tasks(part, bench, begun))
+  const std::vector<MarkedTask> tasks = marked_tasks(part, bench, begun);
+  for (const MarkedTask& t : tasks)
     marks.push_back(bullseye_of(t, X_tracker_table.inverse(), is_head ? 0.0 : 1.0));
   const EyesPrior prior = eyes_prior(bench, begun, path);
-  EyesFit fit = fit_eyes(marks, prior, eyes_start(marks, prior.eyes), is_head ? "head" : "eyes", path);
+  EyesFit fit = fitted(names_of(tasks), [&] {
+    return fit_eyes(marks, prior, eyes_start(marks, prior.eyes), is_head ? "head" : "eyes", path);
+  });
   if (!is_head) {
     add_table_error(fit.estimate, fit.X_carrier_eyes, X_tracker_table,
                     estimate_of(CalibrationPart::rails, begun, path));
@@ -216,13 +225,14 @@ EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration&
 FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                      const std::string& path)
 {
+  const std::vector<MarkedTask> tasks = marked_tasks(part, bench, begun);
   if (bench.calibration.is_model_adjusted) {
     std::vector<Pose> places;
-    for (const MarkedTask& t : marked_tasks(part, bench, begun)) {
+    for (const MarkedTask& t : tasks) {
       const std::vector<double>& v = t.mark->rows[0];
       places.push_back(pose_of(SixNumbers{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}}));
     }
-    return mean_place(places, name_of(part), path);
+    return fitted({}, [&] { return mean_place(places, name_of(part), path); });
   }
   const Estimate& probe = estimate_of(CalibrationPart::probe, begun, path);
   const std::vector<std::string> tip = numbers_read_of(CalibrationPart::probe);
@@ -234,8 +244,10 @@ FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibra
     scale = value_in(*subject->second.estimate, "subject.scale");
     scale_variance = known_covariance(*subject->second.estimate, {"subject.scale"})(0, 0);
   }
-  const Touched touched = touched_of(part, bench, begun, tip_probe_mm, scale);
-  FiducialFit fit = fit_fiducials(touched.points, name_of(part), path, {scale_variance == 0.0});
+  const Touched touched = touched_of(tasks, points_of(part, bench.calibration), tip_probe_mm, scale);
+  FiducialFit fit = fitted(names_of(tasks), [&] {
+    return fit_fiducials(touched.points, name_of(part), path, {scale_variance == 0.0});
+  });
   add_known_errors(fit, touched, known_covariance(probe, tip), scale_variance, scale);
   return fit;
 }

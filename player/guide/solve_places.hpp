@@ -9,11 +9,11 @@
 
 namespace vrda {
 
-/// The sweep of task `done` of rails alone: throws InputError as the table's fit would.
+/// The sweep of task `done` of rails alone: throws PartRefusal as the table's fit would.
 void require_good_rail(const Task& done, const BenchFile& bench, const Calibration& begun,
                        const std::string& path);
 
-/// Each throws InputError naming `path` as its fit does.
+/// Each throws PartRefusal naming `path` as its fit does.
 TableFit table_of(const BenchFile& bench, const Calibration& begun, const std::string& path);
 PivotFit pivot_of(const BenchFile& bench, const Calibration& begun, const std::string& path);
 

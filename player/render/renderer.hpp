@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "optics/viewport.hpp"
 #include "render/image.hpp"
 #include "scene/camera.hpp"
 #include "scene/scene.hpp"
@@ -26,13 +27,6 @@ struct RenderOptions {
   /// Fewer triangles are found by a thread, and until then all are drawn: the first picture comes sooner, and
   /// which one has fewer depends on the clock. False: `load` waits for them.
   bool is_coarser_later = false;
-};
-
-/// Part of the picture, in pixels from its top left corner.
-struct Viewport {
-  int x = 0, y = 0, width = 0, height = 0;
-
-  bool operator==(const Viewport&) const = default;
 };
 
 /// One look at the scene. The camera's aspect is that of the viewport.
@@ -61,21 +55,6 @@ struct Overlay {
 struct OverlayFont {
   int width = 0, height = 0;
   std::vector<std::uint8_t> coverage;  ///< [height * width]
-};
-
-/// Triangles that carry the picture to other places: what takes the distortion of optics back.
-struct WarpVertex {
-  float x_px = 0.0F, y_px = 0.0F;  ///< where it is drawn, from the warped picture's top left corner
-  float u = 0.0F, v = 0.0F;        ///< of the picture, from its top left corner, on [0, 1]
-};
-struct WarpMesh {
-  std::vector<WarpVertex> vertices;
-  std::vector<std::uint32_t> triangles;  ///< three indices of `vertices` each
-};
-struct Warp {
-  int width = 0, height = 0;                  ///< of the warped picture; black where no triangle is
-  int picture_width = 0, picture_height = 0;  ///< of the picture that is warped; 0: the renderer's
-  WarpMesh mesh;
 };
 
 class Renderer {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "devices/devices.hpp"
+#include "optics/layout.hpp"
 #include "setup/calibration_settings.hpp"
 #include "simulation/script.hpp"
-#include "stereo/layout.hpp"
 
 namespace vrda {
 

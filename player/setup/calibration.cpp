@@ -1,6 +1,6 @@
 #include "setup/calibration.hpp"
 
-#include "stereo/layout.hpp"
+#include "optics/layout.hpp"
 
 namespace vrda {
 namespace {
@@ -29,12 +29,6 @@ Calibration nominal_calibration(const BenchFile& bench)
   calibration.image_distance_mm = nominal_depth_mm;
   calibration.X_table_eyes.shift_mm = {0.0, 0.0, nominal_depth_mm};
   return calibration;
-}
-
-void require_usable(const Calibration& calibration, const std::string& path)
-{
-  require_usable(calibration.eyes.left, path, "left");
-  require_usable(calibration.eyes.right, path, "right");
 }
 
 }  // namespace vrda

@@ -4,9 +4,9 @@
 #include <map>
 #include <string>
 
+#include "optics/eye.hpp"
 #include "setup/bench_file.hpp"
 #include "setup/calibration_record.hpp"
-#include "stereo/eye.hpp"
 #include "tracking/six_numbers.hpp"
 
 namespace vrda {
@@ -37,8 +37,5 @@ Calibration parsed_calibration(const std::string& text, const std::string& path,
 
 /// The file's text: reading it gives equal numbers.
 std::string calibration_text(const Calibration& calibration, const BenchFile& bench);
-
-/// Throws InputError naming `path` unless both eyes can be drawn for.
-void require_usable(const Calibration& calibration, const std::string& path);
 
 }  // namespace vrda

@@ -126,7 +126,7 @@ Calibration calibration_in(const SettingsTable& root, const BenchFile& bench)
     calibration.X_body_model[static_cast<std::size_t>(role)] = six_in(root, name_of(role));
   calibration.subject_scale = root.number_or("subject_scale", 1.0, {0.1, 10.0});
   calibration.records = records_in(root);
-  require_usable(calibration, root.file());
+  require_usable(calibration.eyes, root.file());
   return calibration;
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "optics/warp_mesh.hpp"
+
 namespace vrda {
 namespace {
 
@@ -27,10 +29,23 @@ void append(WarpMesh& all, const WarpMesh& eye, const Viewport& part, int width,
 
 }  // namespace
 
+Camera camera_of(const Eye& eye, const Pose& X_world_head, const ShownBox& box)
+{
+  const Eigen::Vector2d size_px = box.high_px - box.low_px;
+  const Eigen::Vector2d middle_px = 0.5 * (box.low_px + box.high_px);
+  Camera camera;
+  camera.X_world_camera = X_world_head;
+  camera.X_world_camera.translation() = X_world_head * eye.position_head_mm;
+  camera.half_height_tangent = 0.5 * size_px.y() / distance_y_px(eye);
+  camera.aspect = size_px.x() / eye.distance_px / (size_px.y() / distance_y_px(eye));
+  camera.middle_tangent = {(middle_px.x() - eye.sight_px.x()) / eye.distance_px,
+                           (eye.sight_px.y() - middle_px.y()) / distance_y_px(eye)};
+  return camera;
+}
+
 StereoPlan stereo_plan(const EyePair& eyes, int display_width, int display_height, const std::string& file)
 {
-  require_usable(eyes.left, file, "left");
-  require_usable(eyes.right, file, "right");
+  require_usable(eyes, file);
   StereoPlan plan;
   const std::array<const Eye*, 2> both{&eyes.left, &eyes.right};
   for (std::size_t k = 0; k < both.size(); ++k) {

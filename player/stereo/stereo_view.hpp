@@ -4,9 +4,13 @@
 #include <array>
 #include <string>
 
-#include "stereo/warp_mesh.hpp"
+#include "optics/eye.hpp"
+#include "render/renderer.hpp"
 
 namespace vrda {
+
+/// The camera whose picture is `box`; depth range still to be set.
+Camera camera_of(const Eye& eye, const Pose& X_world_head, const ShownBox& box);
 
 /// How the renderer is set up for a display, once: a picture that holds what both eyes are shown before
 /// distortion, side by side, and the warp that puts it onto the frame buffer.

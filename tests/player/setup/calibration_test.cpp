@@ -107,7 +107,7 @@ TEST(Calibration, TheNominalOneIsUsableAndReadsBack)
   for (const std::string layout : {"quarters", "side-by-side", "top-bottom", "two-outputs"}) {
     const BenchFile bench = bench_with(layout);
     const Calibration nominal = nominal_calibration(bench);
-    require_usable(nominal, "nominal");
+    require_usable(nominal.eyes, "nominal");
     const Calibration read = parsed_calibration(calibration_text(nominal, bench), "c.toml", bench);
     expect_equal(read.eyes.left, nominal.eyes.left);
     EXPECT_EQ(read.X_table_eyes.shift_mm, Eigen::Vector3d(0, 0, 800));

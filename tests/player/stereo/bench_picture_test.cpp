@@ -5,8 +5,8 @@
 #include <random>
 
 #include "../render/pictures.hpp"
+#include "optics/layout.hpp"
 #include "sample_eyes.hpp"
-#include "stereo/layout.hpp"
 #include "stereo/stereo_view.hpp"
 #include "support/meshes.hpp"
 

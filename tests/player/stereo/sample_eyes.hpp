@@ -1,7 +1,7 @@
 /// Eyes of benches that never were.
 #pragma once
 
-#include "stereo/eye.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda::test {
 

@@ -5,10 +5,11 @@
 #include <random>
 
 #include "core/error.hpp"
+#include "optics/eye.hpp"
+#include "optics/layout.hpp"
+#include "optics/warp_mesh.hpp"
 #include "sample_eyes.hpp"
-#include "stereo/eye.hpp"
-#include "stereo/layout.hpp"
-#include "stereo/warp_mesh.hpp"
+#include "stereo/stereo_view.hpp"
 
 namespace vrda::stereo_test {
 
@@ -178,7 +179,7 @@ TEST(WarpMesh, OpticsTooStrongForTheBoundHaveTheFinestMesh)
     eye.sight_px = eye.distortion.centre_px = middle_px(row.window);
     eye.distortion.unit_px = 0.5 * row.window.width;
     eye.distortion.k1 = row.k1, eye.distortion.k2 = row.k2;
-    require_usable(eye, "bench.toml", "left");
+    ASSERT_FALSE(unusable(eye, "bench.toml", "left"));
     const ShownBox box = shown_box(eye);
     const WarpMesh mesh = warp_mesh(eye, box);
     EXPECT_EQ(mesh.triangles.size() % (2 * 3 * 512), 0U);
@@ -208,12 +209,8 @@ TEST(WarpMesh, IsMadeForEveryK1AndK2ThatKeysReach)
 TEST(Eye, UnusableOnesAreRefusedByName)
 {
   const auto refused = [](const Eye& eye) -> std::string {
-    try {
-      require_usable(eye, "bench.toml", "left");
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    const std::optional<InputError::Facts> facts = unusable(eye, "bench.toml", "left");
+    return facts ? InputError(*facts).what() : "";
   };
   EXPECT_EQ(refused(sample_eye()), "");
   Eye eye = sample_eye(-0.5, 0.0);

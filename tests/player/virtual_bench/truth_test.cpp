@@ -47,7 +47,7 @@ TEST(VirtualTruth, IsTheSameForTheSameSeedAndUsable)
               calibration_text(virtual_truth(bench, seed).calibration, bench));
     EXPECT_NE(calibration_text(truth.calibration, bench),
               calibration_text(virtual_truth(bench, seed + 1).calibration, bench));
-    EXPECT_NO_THROW(require_usable(truth.calibration, "truth"));
+    EXPECT_NO_THROW(require_usable(truth.calibration.eyes, "truth"));
   }
 }
 

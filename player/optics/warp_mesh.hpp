@@ -1,7 +1,7 @@
 /// The mesh that pre-distorts an eye's picture.
 #pragma once
 
-#include "stereo/eye.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda {
 

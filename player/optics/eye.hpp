@@ -1,11 +1,13 @@
 /// One eye before its screen: where it is, what it is shown, and where points of space land.
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include "core/error.hpp"
 #include "core/frames.hpp"
-#include "render/renderer.hpp"
-#include "stereo/distortion.hpp"
+#include "optics/distortion.hpp"
+#include "optics/viewport.hpp"
 
 namespace vrda {
 
@@ -20,6 +22,9 @@ struct Eye {
 
   bool operator==(const Eye&) const = default;
 };
+
+/// distance_px of heights.
+double distance_y_px(const Eye& eye);
 
 /// Two eyes `ipd_mm` apart on the head's X axis: x = -ipd / 2 the left, +ipd / 2 the right.
 struct EyePair {
@@ -38,9 +43,6 @@ ShownBox box_of(const Viewport& viewport);
 
 /// Everything of the undistorted picture that the visible part shows.
 ShownBox shown_box(const Eye& eye);
-
-/// The camera whose picture is `box`; depth range still to be set.
-Camera camera_of(const Eye& eye, const Pose& X_world_head, const ShownBox& box);
 
 /// Where a point of space is to be shown, in the head frame; it must lie in front of the eye (z below the
 /// eye's).
@@ -61,8 +63,11 @@ inline constexpr double most_shown_px = 8192.0;
 /// And so many times those of the visible part: beyond, the optics are a slip.
 inline constexpr double most_shown_share = 4.0;
 
-/// Throws InputError naming `file` and the eye when the visible part is empty, the optics fold within it or
-/// ask for too large a picture, or a number makes no sense.
-void require_usable(const Eye& eye, const std::string& file, const std::string& name);
+/// Why nothing can be drawn for an eye, naming `file` and the eye: the visible part is empty, the optics fold
+/// within it or ask for too large a picture, or a number makes no sense. Nothing: it is usable.
+std::optional<InputError::Facts> unusable(const Eye& eye, const std::string& file, const std::string& name);
+std::optional<InputError::Facts> unusable(const EyePair& eyes, const std::string& file);
+/// Throws InputError of that.
+void require_usable(const EyePair& eyes, const std::string& file);
 
 }  // namespace vrda

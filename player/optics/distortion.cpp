@@ -1,4 +1,4 @@
-#include "stereo/distortion.hpp"
+#include "optics/distortion.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,19 +1,13 @@
-#include "stereo/eye.hpp"
+#include "optics/eye.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "core/error.hpp"
-#include "stereo/layout.hpp"
+#include "optics/layout.hpp"
 
 namespace vrda {
 namespace {
-
-double distance_y_px(const Eye& eye)
-{
-  return eye.distance_px / eye.pixel_aspect;
-}
 
 std::array<Eigen::Vector2d, 4> corners_px(const Viewport& v)
 {
@@ -22,6 +16,11 @@ std::array<Eigen::Vector2d, 4> corners_px(const Viewport& v)
 }
 
 }  // namespace
+
+double distance_y_px(const Eye& eye)
+{
+  return eye.distance_px / eye.pixel_aspect;
+}
 
 ShownBox box_of(const Viewport& viewport)
 {
@@ -59,20 +58,6 @@ ShownBox shown_box(const Eye& eye)
   return box;
 }
 
-Camera camera_of(const Eye& eye, const Pose& X_world_head, const ShownBox& box)
-{
-  const Eigen::Vector2d size_px = box.high_px - box.low_px;
-  const Eigen::Vector2d middle_px = 0.5 * (box.low_px + box.high_px);
-  Camera camera;
-  camera.X_world_camera = X_world_head;
-  camera.X_world_camera.translation() = X_world_head * eye.position_head_mm;
-  camera.half_height_tangent = 0.5 * size_px.y() / distance_y_px(eye);
-  camera.aspect = size_px.x() / eye.distance_px / (size_px.y() / distance_y_px(eye));
-  camera.middle_tangent = {(middle_px.x() - eye.sight_px.x()) / eye.distance_px,
-                           (eye.sight_px.y() - middle_px.y()) / distance_y_px(eye)};
-  return camera;
-}
-
 Eigen::Vector2d shown_px(const Eye& eye, const Eigen::Vector3d& p_head_mm)
 {
   const Eigen::Vector3d p = p_head_mm - eye.position_head_mm;
@@ -102,38 +87,48 @@ Eigen::Vector2d field_of_view_rad(const Eye& eye)
           2.0 * std::atan(0.5 * eye.window.height / distance_y_px(eye))};
 }
 
-void require_usable(const Eye& eye, const std::string& file, const std::string& name)
+std::optional<InputError::Facts> unusable(const Eye& eye, const std::string& file, const std::string& name)
 {
-  const auto refuse = [&](const std::string& field, const std::string& found, const std::string& wanted) {
-    throw InputError({file, name + "." + field, found, wanted});
+  const auto refused = [&](const char* field, const std::string& found, const std::string& wanted) {
+    return InputError::Facts{file, name + "." + field, found, wanted};
   };
   const auto text = [](double value) { return std::to_string(value); };
-  if (!(eye.distance_px > 0.0)) refuse("distance_px", text(eye.distance_px), "above 0");
-  if (!(eye.pixel_aspect > 0.0)) refuse("pixel_aspect", text(eye.pixel_aspect), "above 0");
+  if (!(eye.distance_px > 0.0)) return refused("distance_px", text(eye.distance_px), "above 0");
+  if (!(eye.pixel_aspect > 0.0)) return refused("pixel_aspect", text(eye.pixel_aspect), "above 0");
   const Viewport seen = within(eye.visible, eye.window);
   if (seen.width != eye.visible.width || seen.height != eye.visible.height || seen.width < 1) {
-    refuse("visible",
-           std::to_string(eye.visible.width) + "x" + std::to_string(eye.visible.height) + " at " +
-               std::to_string(eye.visible.x) + ", " + std::to_string(eye.visible.y),
-           "a rectangle within the eye's window");
+    return refused("visible",
+                   std::to_string(eye.visible.width) + "x" + std::to_string(eye.visible.height) + " at " +
+                       std::to_string(eye.visible.x) + ", " + std::to_string(eye.visible.y),
+                   "a rectangle within the eye's window");
   }
+  const std::string numbers = "k1 " + text(eye.distortion.k1) + ", k2 " + text(eye.distortion.k2);
   const double furthest_px = furthest_radius_px(eye.distortion, eye.visible);
   const double fold_px = fold_radius_px(eye.distortion);
   if (!(fold_px > furthest_px)) {
-    refuse("distortion",
-           "k1 " + text(eye.distortion.k1) + ", k2 " + text(eye.distortion.k2) + ", which fold at " +
-               text(fold_px) + " px",
-           "optics that keep the order of pixels out to " + text(furthest_px) + " px");
+    return refused("distortion", numbers + ", which fold at " + text(fold_px) + " px",
+                   "optics that keep the order of pixels out to " + text(furthest_px) + " px");
   }
   const Eigen::Vector2d shown = shown_box(eye).high_px - shown_box(eye).low_px;
   const Eigen::Vector2d most =
       (most_shown_share * Eigen::Vector2d(eye.visible.width, eye.visible.height)).cwiseMin(most_shown_px);
   if (!(shown.array() <= most.array()).all()) {
-    refuse("distortion",
-           "k1 " + text(eye.distortion.k1) + ", k2 " + text(eye.distortion.k2) + ", which ask for " +
-               text(shown.x()) + " x " + text(shown.y()) + " px",
-           "at most " + text(most.x()) + " x " + text(most.y()));
+    return refused("distortion",
+                   numbers + ", which ask for " + text(shown.x()) + " x " + text(shown.y()) + " px",
+                   "at most " + text(most.x()) + " x " + text(most.y()));
   }
+  return std::nullopt;
+}
+
+std::optional<InputError::Facts> unusable(const EyePair& eyes, const std::string& file)
+{
+  const std::optional<InputError::Facts> left = unusable(eyes.left, file, "left");
+  return left ? left : unusable(eyes.right, file, "right");
+}
+
+void require_usable(const EyePair& eyes, const std::string& file)
+{
+  if (const std::optional<InputError::Facts> facts = unusable(eyes, file)) throw InputError(*facts);
 }
 
 }  // namespace vrda

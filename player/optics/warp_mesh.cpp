@@ -1,4 +1,4 @@
-#include "stereo/warp_mesh.hpp"
+#include "optics/warp_mesh.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "stereo/layout.hpp"
+#include "optics/layout.hpp"
 
 #include <algorithm>
 

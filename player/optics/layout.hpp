@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "render/renderer.hpp"
+#include <Eigen/Core>
+
+#include "optics/viewport.hpp"
 
 namespace vrda {
 
