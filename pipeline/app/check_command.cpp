@@ -8,7 +8,9 @@
 #include "assemble/prepare.hpp"
 #include "core/number_text.hpp"
 #include "core/units.hpp"
+#include "core/whole_file.hpp"
 #include "load/job.hpp"
+#include "picture/case_picture.hpp"
 #include "proximity/directional_gap.hpp"
 #include "run/scaling_text.hpp"
 
@@ -374,6 +376,19 @@ void print(const Json& u)
   for (const Json& w : u["warnings"]) std::printf("warning: %s\n", w.get<std::string>().c_str());
 }
 
+void write_picture(const std::string& path, const Case& job_case, const Job& job, std::size_t n_warnings)
+{
+  PictureNotes notes;
+  notes.n_warnings = n_warnings;
+  const auto is_file = [](const ComponentJob& component) { return !component.generate; };
+  const auto has_file = [&](const BodyJob& body) {
+    return std::any_of(body.components.begin(), body.components.end(), is_file);
+  };
+  if (has_file(job.reference) || has_file(job.moving))
+    notes.file_axes = {job.frame.anterior, job.frame.proximal, job.frame.right};
+  write_whole(path, {case_picture(job_case, notes)});
+}
+
 }  // namespace
 
 ExitCode check_command(const CheckOptions& options)
@@ -384,6 +399,7 @@ ExitCode check_command(const CheckOptions& options)
   warn_of_start(job_case, result["initial_pose"], result["warnings"]);
   warn_of_self_overlaps(job_case.reference, result["warnings"]);
   warn_of_self_overlaps(job_case.moving, result["warnings"]);
+  if (!options.picture.empty()) write_picture(options.picture, job_case, job, result["warnings"].size());
   if (options.as_json) {
     std::printf("%s\n", result.dump(2).c_str());
   } else {

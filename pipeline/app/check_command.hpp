@@ -12,6 +12,7 @@ struct CheckOptions {
   std::string job_file;
   std::string data_directory;
   std::vector<std::string> overrides;
+  std::string picture;  ///< PNG file to draw what was understood into; empty: none
   bool as_json = false;
 };
 

@@ -143,12 +143,14 @@ struct Commands {
   void add_check()
   {
     CLI::App& c = add("check", "Print what is understood of a job, the plan and warnings; solve nothing.",
-                      "vrda check jobs/knee-generic.toml");
+                      "vrda check jobs/knee-generic.toml --picture knee.png");
     c.add_option("job", check.job_file, "Job file (TOML)")->required();
     c.add_option("--data", check.data_directory, "Folder the mesh files are relative to");
     c.add_option("--set", check.overrides, "key=value, over the job file; may be repeated")
         ->allow_extra_args(false)
         ->take_all();
+    c.add_option("--picture", check.picture,
+                 "PNG file: bones, axes, rotation centre, push and fibres from two sides");
     c.add_flag("--json", check.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return check_command(check); }; });
   }

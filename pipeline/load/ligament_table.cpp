@@ -148,7 +148,7 @@ class Fibres {
     if ((column.quantity == q_stiffness || column.quantity == q_slack_length) && !(*value > 0.0))
       table_.refuse(line, column.name, std::string(field), "a number above 0");
     if (column.quantity == q_strain && !(*value > -1.0 && *value <= 1.0))
-      table_.refuse(line, column.name, std::string(field), "a strain above -1, at most 1");
+      table_.refuse(line, column.name, std::string(field), "a strain above -1, at most 1 (3 % is 0.03)");
     return column.scale * *value;
   }
 

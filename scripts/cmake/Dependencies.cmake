@@ -20,7 +20,13 @@ find_program(ESBUILD esbuild REQUIRED)
 # Debian's own Python: it is the one that sees Debian's fontTools, h5py and xarray.
 find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
 
+# The letters of pictures and of the interface; each program carries them.
+find_file(VRDA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu NO_DEFAULT_PATH REQUIRED)
+
 if(VRDA_PIPELINE)
+  find_path(STB_INCLUDE_DIR stb/stb_truetype.h REQUIRED)
+  add_library(vrda_stb INTERFACE)
+  target_include_directories(vrda_stb SYSTEM INTERFACE ${STB_INCLUDE_DIR})
   pkg_check_modules(bullet REQUIRED IMPORTED_TARGET bullet-float64)
   find_package(assimp REQUIRED)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
@@ -46,8 +52,6 @@ if(VRDA_PLAYER)
   add_library(vrda_openigtlink INTERFACE)
   target_include_directories(vrda_openigtlink SYSTEM INTERFACE ${OPENIGTLINK_INCLUDE_DIR})
   target_link_libraries(vrda_openigtlink INTERFACE ${OPENIGTLINK_LIBRARY})
-  # The interface's letters; the program carries them.
-  find_file(VRDA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu NO_DEFAULT_PATH REQUIRED)
   # Puts the web page together; its libraries are npm's packages, which scripts/setup installs.
   find_program(NODE NAMES node nodejs REQUIRED)
   find_file(VRDA_WEB_PACKAGES three/package.json PATHS ${CMAKE_SOURCE_DIR}/player/web/node_modules NO_DEFAULT_PATH)

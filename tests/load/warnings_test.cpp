@@ -130,12 +130,13 @@ TEST(Warnings, AFarRotationCentre)
                                 HasSubstr("frame.origin = [0, -33.5, 0]"))));
 }
 
-// A femur from the condyles to the head, 450 mm above them and 45 mm to the left.
+// A femur from the condyles to the head, 450 mm above them and 45 mm to the left, with the trochanter 80 mm
+// behind, as where the thigh is not quite straight.
 Mesh whole_femur()
 {
   Mesh femur = condyles();
   append(femur, test::box({-3, 215, 0}, {30, 410, 30}));
-  append(femur, test::box({-20, 405, 35}, {30, 40, 30}));
+  append(femur, test::box({-80, 405, 35}, {30, 40, 30}));
   Mesh head = test::ball(24, 24, 48);
   head.vertices_mm.rowwise() += Eigen::RowVector3d(10, 430, -45);
   append(femur, head);
