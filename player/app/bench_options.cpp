@@ -1,9 +1,8 @@
 // The options of `bench` and `devices`.
-#include "app/bench_options.hpp"
+#include "app/options.hpp"
 
 #include <CLI/CLI.hpp>
 
-#include "app/look_options.hpp"
 #include "app/named_choice.hpp"
 #include "bench/controls.hpp"
 

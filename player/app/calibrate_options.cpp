@@ -1,5 +1,5 @@
 // The options of `calibrate`.
-#include "app/calibrate_options.hpp"
+#include "app/options.hpp"
 
 #include <CLI/CLI.hpp>
 

@@ -1,9 +1,9 @@
-#include "app/follow_options.hpp"
+#include "app/named_choice.hpp"
+#include "app/options.hpp"
 
 #include <CLI/CLI.hpp>
 
-#include "app/arguments.hpp"
-#include "app/look_options.hpp"
+#include "view/arguments.hpp"
 
 namespace vrda {
 

@@ -1,5 +1,5 @@
 // The options that say how things look.
-#include "app/look_options.hpp"
+#include "app/options.hpp"
 
 #include <CLI/CLI.hpp>
 #include <map>

@@ -6,20 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "app/bench_options.hpp"
-#include "app/bench_run.hpp"
-#include "app/calibrate.hpp"
-#include "app/follow.hpp"
-#include "app/follow_options.hpp"
-#include "app/measure_body.hpp"
-#include "app/show.hpp"
-#include "app/show_options.hpp"
-#include "app/simulate.hpp"
-#include "app/web_options.hpp"
+#include "app/options.hpp"
 #include "core/error.hpp"
 #include "store/read_apart.hpp"
 #include "store/seal.hpp"
-#include "web/server.hpp"
 
 namespace {
 

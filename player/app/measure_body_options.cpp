@@ -1,7 +1,7 @@
 // The options of `body`.
 #include <CLI/CLI.hpp>
 
-#include "app/measure_body.hpp"
+#include "app/options.hpp"
 
 namespace vrda {
 

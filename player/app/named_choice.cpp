@@ -29,6 +29,11 @@ CLI::Validator named_choice(const std::map<std::string, int>& choices)
           "NAME"};
 }
 
+std::string refusal_of_nothing(const std::string& text)
+{
+  return text.empty() ? "found nothing, wanted a name" : "";
+}
+
 std::string keys_text(std::span<const HelpLine> lines, std::size_t column)
 {
   std::string text = "Keys:\n";

@@ -1,12 +1,11 @@
 // The options of `show`.
-#include "app/show_options.hpp"
+#include "app/options.hpp"
 
 #include <CLI/CLI.hpp>
 #include <map>
 
-#include "app/arguments.hpp"
-#include "app/look_options.hpp"
 #include "app/named_choice.hpp"
+#include "view/arguments.hpp"
 #include "view/keys.hpp"
 
 namespace vrda {

@@ -1,7 +1,7 @@
 // The options of `simulate`.
 #include <CLI/CLI.hpp>
 
-#include "app/simulate.hpp"
+#include "app/options.hpp"
 
 namespace vrda {
 

@@ -1,5 +1,5 @@
 // The options of `web`.
-#include "app/web_options.hpp"
+#include "app/options.hpp"
 
 #include <CLI/CLI.hpp>
 

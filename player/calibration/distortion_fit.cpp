@@ -8,12 +8,12 @@
 #include <limits>
 
 #include "calibration/aligned_marks.hpp"
-#include "calibration/fit_refusal.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/trig.hpp"
 #include "optics/layout.hpp"
 #include "optics/warp_mesh.hpp"
 #include "settings/settings_text.hpp"
+#include "tracking/fit_refusal.hpp"
 
 namespace vrda {
 namespace {

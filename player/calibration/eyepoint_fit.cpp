@@ -7,9 +7,9 @@
 #include <limits>
 #include <optional>
 
-#include "calibration/fit_refusal.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
+#include "tracking/fit_refusal.hpp"
 
 namespace vrda {
 namespace {

@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "calibration/aligned_marks.hpp"
-#include "calibration/fit_refusal.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
+#include "tracking/fit_refusal.hpp"
 #include "tracking/screw.hpp"
 
 namespace vrda {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/fit_refusal.hpp"
 #include "settings/settings_text.hpp"
 #include "tracking/body_pose.hpp"
+#include "tracking/fit_refusal.hpp"
 
 namespace vrda {
 namespace {

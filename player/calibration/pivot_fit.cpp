@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/fit_refusal.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
+#include "tracking/fit_refusal.hpp"
 
 namespace vrda {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/fit_refusal.hpp"
 #include "settings/settings_text.hpp"
+#include "tracking/fit_refusal.hpp"
 
 namespace vrda {
 namespace {

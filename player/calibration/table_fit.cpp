@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/fit_refusal.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
+#include "tracking/fit_refusal.hpp"
 #include "tracking/screw.hpp"
 
 namespace vrda {

@@ -5,8 +5,8 @@
 #include <limits>
 #include <numeric>
 
-#include "calibration/fit_refusal.hpp"
 #include "settings/settings_text.hpp"
+#include "tracking/fit_refusal.hpp"
 
 namespace vrda {
 namespace {

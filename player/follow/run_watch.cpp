@@ -11,6 +11,7 @@
 #include "journal/record_bytes.hpp"
 #include "journal/run_files.hpp"
 #include "journal/trace_journal.hpp"
+#include "loop/loop.hpp"
 #include "store/read_apart.hpp"
 #include "store/solved_cells.hpp"
 
@@ -76,12 +77,10 @@ std::optional<RunWatch::Version> RunWatch::version_of(const std::string& path)
 std::optional<MotionModel> RunWatch::read_if_there(const std::string& path)
 {
   if (!version_of(path)) return std::nullopt;
-  try {
-    return read_motion_model_apart(path);
-  } catch (const InputError&) {
-    if (version_of(path)) throw;
-    return std::nullopt;
-  }
+  std::optional<MotionModel> model;
+  const auto refused = attempt([&] { model = read_motion_model_apart(path); });
+  if (refused && version_of(path)) throw InputError(*refused);
+  return model;
 }
 
 void RunWatch::look_at_start(WatchNews& news)

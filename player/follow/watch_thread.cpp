@@ -58,6 +58,7 @@ bool WatchThread::look()
   arrivals_.phase = watch_.phase();
   arrivals_.n_done = watch_.n_done();
   arrivals_.n_steps = watch_.n_steps();
+  arrivals_.is_caught_up = !news.has_more;
   if (is_finished) return false;
   if (!news.has_more) wake_.wait_for(lock, pause_, [this] { return is_stopped_; });
   return !is_stopped_;
@@ -72,6 +73,7 @@ WatchArrivals WatchThread::take()
   arrivals_.phase = taken.phase;
   arrivals_.n_done = taken.n_done;
   arrivals_.n_steps = taken.n_steps;
+  arrivals_.is_caught_up = taken.is_caught_up;
   return taken;
 }
 

@@ -23,6 +23,7 @@ struct WatchArrivals {
   std::vector<std::string> remarks;
   RunPhase phase = RunPhase::waiting;
   int n_done = 0, n_steps = 0;
+  bool is_caught_up = false;  ///< with all that there was when it was last looked
 };
 
 class WatchThread {

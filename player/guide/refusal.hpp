@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "calibration/fit_refusal.hpp"
 #include "guide/tasks.hpp"
+#include "tracking/fit_refusal.hpp"
 
 namespace vrda {
 

@@ -2,9 +2,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/error.hpp"
 #include "core/number_text.hpp"
 #include "tracking/body_pose.hpp"
+#include "tracking/fit_refusal.hpp"
 
 namespace vrda {
 namespace {
@@ -62,19 +62,19 @@ std::string text_of(const MarkerCloud& cloud)
 
 void require_frames(const std::vector<MarkerRow>& frames, const std::string& file)
 {
-  if (frames.empty()) throw InputError({file, "frames", "none", "one or more"});
+  if (frames.empty()) throw FitRefusal({file, "frames", "none", "one or more"});
   const std::size_t n = frames.front().size();
   if (n < 3 || n > static_cast<std::size_t>(most_markers)) {
-    throw InputError({file, "markers", std::to_string(n), "3 to " + std::to_string(most_markers)});
+    throw FitRefusal({file, "markers", std::to_string(n), "3 to " + std::to_string(most_markers)});
   }
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::string field = "frame " + std::to_string(i + 1);
     if (frames[i].size() != n) {
-      throw InputError({file, field, std::to_string(frames[i].size()) + " markers", std::to_string(n)});
+      throw FitRefusal({file, field, std::to_string(frames[i].size()) + " markers", std::to_string(n)});
     }
     for (const auto& marker : frames[i]) {
       if (marker && !(marker->cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < farthest_mm)) {
-        throw InputError({file, field, "a coordinate that is no number, or not within a kilometre", "mm"});
+        throw FitRefusal({file, field, "a coordinate that is no number, or not within a kilometre", "mm"});
       }
     }
   }
@@ -92,10 +92,10 @@ Shape first_shape(const std::vector<MarkerRow>& frames, const std::string& file,
     if (!best || cloud.n > n_seen(*best)) best = &frame;
   }
   if (!best && widest.n < 3) {
-    throw InputError({file, "markers", "no frame that sees three", "three or more in a frame"});
+    throw FitRefusal({file, "markers", "no frame that sees three", "three or more in a frame"});
   }
   if (!best) {
-    throw InputError({file, "markers", "collinear: at best " + text_of(widest),
+    throw FitRefusal({file, "markers", "collinear: at best " + text_of(widest),
                       "a second singular value of " + number_of(options.least_spread_mm) + " mm or more"});
   }
   Shape shape{body_of(*best), {}};
@@ -151,9 +151,10 @@ void require_all_known(const Shape& shape, const std::vector<MarkerRow>& frames,
     if (shape.is_known[k]) continue;
     const auto n =
         std::count_if(frames.begin(), frames.end(), [&](const MarkerRow& f) { return f[k].has_value(); });
-    throw InputError({file, "marker " + std::to_string(k + 1),
+    throw FitRefusal({file, "marker " + std::to_string(k + 1),
                       "seen in " + std::to_string(n) + " frames, never with three known others that spread",
-                      "a frame that shows it together with them"});
+                      "a frame that shows it together with them"},
+                     {k});
   }
 }
 
@@ -165,8 +166,9 @@ Pose own_frame(const RigidBody& body, const std::string& file)
   const Eigen::Vector3d along = p.row(1).transpose() - first;
   // Where two markers are one, noise would choose the axis.
   if (along.norm() < least_spread_mm) {
-    throw InputError({file, "markers 1 and 2", number_of(along.norm()) + " mm apart",
-                      number_of(least_spread_mm) + " mm or more, or coordinates wanted"});
+    throw FitRefusal({file, "markers 1 and 2", number_of(along.norm()) + " mm apart",
+                      number_of(least_spread_mm) + " mm or more, or coordinates wanted"},
+                     {0, 1});
   }
   const Eigen::Vector3d x = along.normalized();
   std::vector<Eigen::Vector3d> across;
@@ -194,13 +196,13 @@ double place_shape(RigidBody& body, const std::string& file, const BodyOptions& 
     X_body_shape = own_frame(body, file).inverse();
   } else {
     if (options.wanted_mm.size() != static_cast<std::size_t>(body.markers_mm.rows())) {
-      throw InputError({file, "coordinates wanted",
+      throw FitRefusal({file, "coordinates wanted",
                         "of " + std::to_string(options.wanted_mm.size()) + " markers",
                         "an entry for each of " + std::to_string(body.markers_mm.rows())});
     }
     const PoseFit fit = fit_pose(body, options.wanted_mm, building(options));
     if (fit.status != FitStatus::fitted) {
-      throw InputError({file, "coordinates wanted", text_of(fit.cloud), "three or more markers that spread"});
+      throw FitRefusal({file, "coordinates wanted", text_of(fit.cloud), "three or more markers that spread"});
     }
     X_body_shape = fit.X_tracker_body;
     wanted_rms_mm = fit.residual_rms_mm;

@@ -69,7 +69,7 @@ struct BuiltBody {
 };
 
 /// The shape that, moved rigidly onto each frame, leaves the least squares over all that was seen
-/// (generalised Procrustes without scale, with gaps). Frames have the same labels. Throws InputError naming
+/// (generalised Procrustes without scale, with gaps). Frames have the same labels. Throws FitRefusal naming
 /// `file` for fewer than three markers, collinear ones, or a marker never seen together with three others.
 /// Source: Gower (1975) Psychometrika 40:33-51; gaps as in ten Berge, Kiers, Commandeur (1993) Br J Math
 /// Stat Psychol 46:1-13: what is not seen takes no part.

@@ -14,8 +14,8 @@
 #include <optional>
 #include <thread>
 
-#include "app/bench_show.hpp"
 #include "bench/bench_panel.hpp"
+#include "bench/bench_show.hpp"
 #include "core/error.hpp"
 #include "motion/support/models.hpp"
 #include "recording/recording.hpp"

@@ -1,0 +1,189 @@
+// A recording of the bench, shown again.
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <ostream>
+#include <utility>
+
+#include "bench/bench_show.hpp"
+#include "bench/recorded_motion.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "loop/window_input.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double slowest = 0.05, fastest = 100.0;
+constexpr double leap_s = 5.0;
+
+/// Since the first picture.
+double seconds_of(const std::vector<RecordedPicture>& pictures, std::size_t n)
+{
+  return static_cast<double>(pictures[n].now_ns - pictures.front().now_ns) * s_per_ns;
+}
+
+/// The state at any picture of a recording. Going back begins anew: the state follows from all that came
+/// before.
+class ReplayState {
+ public:
+  ReplayState(const BenchSetup& setup, const Recording& recording) : setup_(setup), recording_(recording)
+  {
+    begin();
+  }
+  /// As it was when picture `n` was shown.
+  const BenchFrame& at(std::size_t n)
+  {
+    if (n + 1 < n_taken_) begin();
+    while (n_taken_ <= n) {
+      const RecordedPicture& picture = recording_.pictures[n_taken_++];
+      PanelContent unused;
+      take(*state_, unused, picture.keys, picture.samples);
+      frame_ = &state_->frame(picture.now_ns);
+    }
+    return *frame_;
+  }
+  BenchState& state() { return *state_; }
+
+ private:
+  void begin()
+  {
+    state_.emplace(setup_.bench, setup_.calibration, setup_.motion, setup_.frame);
+    n_taken_ = 0;
+  }
+
+  const BenchSetup& setup_;
+  const Recording& recording_;
+  std::optional<BenchState> state_;
+  const BenchFrame* frame_ = nullptr;
+  std::size_t n_taken_ = 0;
+};
+
+/// A recording, played. Its time goes on from the picture that is next.
+class Replay final : public Mode {
+ public:
+  Replay(const BenchOptions& options, const BenchSetup& setup, const Recording& recording)
+      : options_(options),
+        pictures_(recording.pictures),
+        show_(options, setup),
+        state_(setup, recording),
+        speed_(options.speed.value_or(options.is_headless ? 0.0 : 1.0))
+  {
+    next_ = index_at(options.from_s);
+    until_ = options.seconds ? index_at(options.from_s + *options.seconds) : pictures_.size();
+    rebase();
+  }
+
+  Sink& sink() { return show_.sink(); }
+  std::size_t n_shown() const { return n_shown_; }
+  void finish() { show_.finish(); }
+
+  bool is_over() const override { return is_left_ || (options_.is_headless && is_resting()); }
+
+  RoundTime round_time() const override
+  {
+    constexpr double resting_s = 0.02;
+    if (is_resting()) return {resting_s};
+    return {speed_ > 0.0 ? std::max(0.0, (seconds_of(pictures_, next_) - at_s_) / speed_) : 0.0};
+  }
+
+  void take(const InputEvent& event) override
+  {
+    const std::optional<KeyPress> press = key_press_of(event);
+    if (!press) return;
+    const Key key = press->key;
+    if (key == Key::space) is_paused_ = !is_paused_;
+    if (key == Key::left) leap(-leap_s);
+    if (key == Key::right) leap(leap_s);
+    if (key == key_of('+') || key == key_of('=')) speed_ = std::min(fastest, 2.0 * speed_);
+    if (key == key_of('-')) speed_ = std::max(slowest, 0.5 * speed_);
+    if (key == key_of('T')) show_.panel().has_panel = !show_.panel().has_panel;
+    is_left_ = is_left_ || key == Key::escape || key == key_of('Q');
+  }
+
+  void advance(double elapsed_s) override
+  {
+    if (!is_resting()) at_s_ += speed_ * elapsed_s;
+  }
+
+  void draw() override
+  {
+    if (is_resting()) {
+      if (std::exchange(is_dirty_, false) && next_ > 0) draw(next_ - 1);
+      return;
+    }
+    // A wait ends within a nanosecond of its time.
+    constexpr double rounding_s = 1e-6;
+    if (speed_ > 0.0 && seconds_of(pictures_, next_) > at_s_ + rounding_s) return;
+    draw(next_++);
+    ++n_shown_;
+  }
+
+ private:
+  bool is_resting() const { return is_paused_ || next_ >= until_; }
+  std::size_t index_at(double s) const
+  {
+    std::size_t n = 0;
+    while (n < pictures_.size() && seconds_of(pictures_, n) < s) ++n;
+    return n;
+  }
+  void draw(std::size_t n) { show_.show(state_.state(), state_.at(n), n); }
+
+  void rebase() { at_s_ = seconds_of(pictures_, std::min(next_, pictures_.size() - 1)); }
+  void leap(double s)
+  {
+    const double from_s = seconds_of(pictures_, std::min(next_, pictures_.size() - 1));
+    next_ = std::min(index_at(std::max(0.0, from_s + s)), pictures_.size() - 1);
+    is_dirty_ = true;
+    rebase();
+  }
+
+  const BenchOptions& options_;
+  const std::vector<RecordedPicture>& pictures_;
+  BenchShow show_;
+  ReplayState state_;
+  double speed_ = 1.0;  ///< 0: as fast as it goes
+  double at_s_ = 0.0;   ///< of the recording
+  std::size_t next_ = 0, until_ = 0, n_shown_ = 0;
+  bool is_paused_ = false, is_left_ = false, is_dirty_ = false;
+};
+
+void require_from(const BenchOptions& options, const std::vector<RecordedPicture>& pictures)
+{
+  const double last_s = seconds_of(pictures, pictures.size() - 1);
+  if (options.from_s <= last_s) return;
+  // Rounded down: what the message wants is there.
+  constexpr double tenths = 10.0;
+  throw InputError(
+      {"--from", "", rounded_text(options.from_s, 1),
+       "a second of the recording, 0 to " + rounded_text(std::floor(tenths * last_s) / tenths, 1)});
+}
+
+}  // namespace
+
+void replay_bench(const BenchOptions& options, const Streams& streams)
+{
+  if (options.speed && !(*options.speed >= slowest && *options.speed <= fastest))
+    throw InputError({"--speed", "", std::to_string(*options.speed), "0.05 to 100"});
+  const Recording recording = read_recording(options.replay);
+  if (!recording.dropped_why.empty()) {
+    streams.talk << "vrda-player: " << options.replay << ": " << recording.dropped_why
+                 << ": read up to there, " << recording.pictures.size() << " pictures\n";
+  }
+  if (recording.pictures.empty())
+    throw InputError({options.replay, "", "no picture", "a recording of at least one"});
+  require_from(options, recording.pictures);
+  const BenchSetup setup = setup_of(recording, options);
+  Replay replay(options, setup, recording);
+  StopSignals stop;
+  run_loop(replay, replay.sink(), stop);
+  replay.finish();
+  if (options.is_quiet) return;
+  streams.talk << options.replay << ": " << replay.n_shown() << " of " << recording.pictures.size()
+               << " pictures shown\n"
+               << prediction_text(recorded_predictions(recording, setup.bench));
+}
+
+}  // namespace vrda

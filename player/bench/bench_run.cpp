@@ -1,0 +1,212 @@
+#include "bench/bench_run.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <ostream>
+#include <sstream>
+
+#include "bench/bench_show.hpp"
+#include "bench/timing.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "core/whole_file.hpp"
+#include "loop/window_input.hpp"
+#include "view/arguments.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::size_t samples_at_once = 4096;  // beyond it the vector grows
+constexpr double report_interval_s = 0.25;     // of the panel's device lines
+
+/// The bench at its devices. A round takes keys and samples, records them, draws, notes the times.
+class BenchRun final : public Mode {
+ public:
+  BenchRun(const BenchOptions& options, const BenchSetup& setup, const Streams& streams)
+      : options_(options),
+        setup_(setup),
+        streams_(streams),
+        show_(options, setup),
+        state_(setup.bench, setup.calibration, setup.motion, setup.frame),
+        devices_(setup.bench.tracker, setup.bench.board),
+        watches_(setup.bench.tracker ? setup.bench.tracker->tools.size() : 0)
+  {
+    samples_.reserve(samples_at_once);
+    if (!options.record.empty()) recorder_ = std::make_unique<Recorder>(options.record, setup.facts);
+    show_.panel().timing = &timing_;
+  }
+
+  Sink& sink() { return show_.sink(); }
+  bool is_over() const override { return is_over_; }
+  RoundTime round_time() const override { return {1.0 / setup_.bench.display.refresh_hz, false}; }
+
+  void take(const InputEvent& event) override
+  {
+    if (const std::optional<KeyPress> press = key_press_of(event)) keys_.push_back(*press);
+  }
+
+  void advance(double) override
+  {
+    samples_.clear();
+    for (Sample sample; devices_.take(sample);) samples_.push_back(sample);
+    now_ns_ = devices_.now_ns();
+    record();
+    wishes_ = vrda::take(state_, show_.panel(), keys_, samples_);
+    keys_.clear();
+    frame_ = &state_.frame(now_ns_);
+    update_panel();
+  }
+
+  void draw() override
+  {
+    show_.show(state_, *frame_, timing_.n_pictures);
+    note_times();
+    warn(show_.take_warning());
+    if (wishes_.zeroes_stage) {
+      tell(devices_.zero_stage() ? "the stage is zero here" : "no stage answers: nothing is set to zero");
+    }
+    if (wishes_.writes_calibration) write_calibration();
+    if (wishes_.takes_picture) show_.save(state_, *frame_);
+    is_over_ = wishes_.quits || (options_.seconds && now_s() >= *options_.seconds);
+  }
+
+  void finish()
+  {
+    show_.finish();
+    if (recorder_) recorder_->close();
+    sum_watches();
+    if (!options_.timing.empty()) {
+      std::ostringstream text;
+      write_timing(text, timing_);
+      write_whole(options_.timing, {text.str()});
+    }
+    if (!options_.is_quiet) streams_.talk << timing_text(timing_) << "\n";
+  }
+
+ private:
+  double now_s() const { return static_cast<double>(now_ns_) * s_per_ns; }
+  void tell(const std::string& message) { show_.tell(message, now_s()); }
+
+  void warn(const std::string& words) const
+  {
+    if (!words.empty()) streams_.talk << "vrda-player: " << words << std::endl;
+  }
+
+  /// A disk that is full or gone ends the recording, not the bench.
+  void record()
+  {
+    if (!recorder_) return;
+    const auto refused = attempt([&] { recorder_->add(now_ns_, keys_, samples_); });
+    if (!refused) return;
+    streams_.talk << "vrda-player: " << refused->what() << "; the recording ends here\n";
+    tell("the recording ended: " + refused->facts().found);
+    recorder_.reset();
+  }
+
+  void update_panel()
+  {
+    show_.forget_message(now_s());
+    if (now_s() < next_report_s_) return;
+    next_report_s_ = now_s() + report_interval_s;
+    show_.panel().tracker = devices_.report(DeviceId::tracker);
+    show_.panel().board = devices_.report(DeviceId::board);
+    sum_watches();
+  }
+
+  void sum_watches()
+  {
+    timing_.n_missed = timing_.n_late = 0;
+    timing_.jitter_ms = 0.0;
+    for (const SampleWatch& watch : watches_) {
+      timing_.n_missed += watch.n_missed();
+      timing_.n_late += watch.n_late();
+      timing_.jitter_ms = std::max(timing_.jitter_ms, watch.jitter_ms());
+    }
+    timing_.n_lost = devices_.report(DeviceId::tracker).n_lost + devices_.report(DeviceId::board).n_lost;
+  }
+
+  void note_times()
+  {
+    const std::int64_t finished_ns = devices_.now_ns();
+    const auto ms = [](std::int64_t ns) { return static_cast<double>(ns) * ms_per_ns; };
+    timing_.drawing.add(ms(finished_ns - now_ns_));
+    if (timing_.n_pictures > 0) timing_.interval.add(ms(finished_ns - finished_ns_));
+    finished_ns_ = finished_ns;
+    if (frame_->newest_arrival_ns > 0) {
+      timing_.latency.add(ms(finished_ns - frame_->newest_arrival_ns));
+    } else {
+      ++timing_.n_repeated;
+    }
+    if (!is_live(*frame_)) ++timing_.n_unsampled;
+    ++timing_.n_pictures;
+    timing_.n_samples += samples_.size();
+    for (const Sample& sample : samples_) {
+      if (sample.kind == SampleKind::place && sample.source < watches_.size())
+        watches_[sample.source].add(sample);
+    }
+  }
+
+  void write_calibration()
+  {
+    if (options_.calibration.empty()) return tell("no --calibration FILE was given to write to");
+    const auto refused = attempt([&] {
+      write_whole(options_.calibration, {calibration_text(state_.values().calibration, setup_.bench)});
+    });
+    tell(refused ? refused->what() : "written: " + options_.calibration);
+  }
+
+  const BenchOptions& options_;
+  const BenchSetup& setup_;
+  Streams streams_;
+  BenchShow show_;
+  BenchState state_;
+  Devices devices_;
+  std::unique_ptr<Recorder> recorder_;
+  std::vector<KeyPress> keys_;
+  std::vector<Sample> samples_;
+  // Of the round.
+  std::int64_t now_ns_ = 0;
+  BenchWishes wishes_;
+  const BenchFrame* frame_ = nullptr;
+  std::vector<SampleWatch> watches_;
+  BenchTiming timing_;
+  std::int64_t finished_ns_ = 0;
+  double next_report_s_ = 0.0;
+  bool is_over_ = false;
+};
+
+void require_options(const BenchOptions& options)
+{
+  if (options.replay.empty()) {
+    if (options.from_s != 0.0) refuse_option("--from", "no --replay", "the recording to begin within");
+    if (options.speed) refuse_option("--speed", "no --replay", "the recording to play");
+    if (options.is_headless && !options.seconds)
+      refuse_option("--headless", "no --seconds", "how long to run: nobody sees it");
+  } else {
+    if (!options.record.empty()) refuse_option("--record", "--replay", "one of them");
+  }
+  if (!options.video.empty()) require_video_name(options.video);
+}
+
+}  // namespace
+
+void run_bench(const BenchOptions& options, const Streams& streams)
+{
+  require_options(options);
+  if (!options.replay.empty()) {
+    replay_bench(options, streams);
+    return;
+  }
+  const BenchSetup setup = read_bench_setup(options);
+  if (setup.facts.calibration_text.empty() && !options.is_quiet) {
+    streams.talk << (options.calibration.empty() ? "no --calibration"
+                                                 : options.calibration + ": not there yet")
+                 << ": the nominal one of a bench that was never calibrated\n";
+  }
+  StopSignals stop;  // before the devices' threads begin, which keep its mask
+  BenchRun bench(options, setup, streams);
+  run_loop(bench, bench.sink(), stop);
+  bench.finish();
+}
+
+}  // namespace vrda

@@ -1,0 +1,162 @@
+#include "bench/measure_body.hpp"
+
+#include <ostream>
+#include <sstream>
+
+#include "bench/bench_run.hpp"
+#include "bench/fit_words.hpp"
+#include "bench/marker_frames.hpp"
+#include "core/error.hpp"
+#include "settings/settings_text.hpp"
+#include "tracking/fit_refusal.hpp"
+
+namespace vrda {
+namespace {
+
+/// Their mean is known twenty times better than each: below what a tracker is off by itself.
+constexpr std::size_t most_frames = 500;
+
+std::string key_of(BodyRole role)
+{
+  return std::string("body.") + name_of(role);
+}
+
+const BodySettings& settings_of(const BenchFile& bench, BodyRole role)
+{
+  return *bench.bodies[static_cast<std::size_t>(role)];
+}
+
+BodyRole wanted_role(const BenchFile& bench, const std::string& name)
+{
+  std::string known;
+  for (std::size_t k = 0; k < n_body_roles; ++k) {
+    const auto role = static_cast<BodyRole>(k);
+    if (!bench.bodies[k] || bench.bodies[k]->markers.empty()) continue;
+    if (name == name_of(role)) return role;
+    known += std::string(known.empty() ? "" : " or ") + name_of(role);
+  }
+  throw InputError({bench.path, "body",
+                    known.empty() ? "no body of markers" : "no body '" + name + "' of markers",
+                    known.empty() ? "a body with the key markers" : known});
+}
+
+int n_seen_in(const std::vector<MarkerRow>& frames, std::size_t marker)
+{
+  int n = 0;
+  for (const MarkerRow& frame : frames) n += frame[marker] ? 1 : 0;
+  return n;
+}
+
+void require_seen(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
+{
+  const std::vector<std::string>& names = settings_of(bench, role).markers;
+  std::string unseen;
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    if (n_seen_in(frames, k) == 0) unseen += (unseen.empty() ? "'" : ", '") + names[k] + "'";
+  }
+  if (unseen.empty()) return;
+  throw InputError({bench.path, key_of(role) + ".markers",
+                    unseen + " in none of " + std::to_string(frames.size()) + " frames",
+                    "each marker seen together with three others"});
+}
+
+/// What the tracking room refuses, by the names of the file.
+[[noreturn]] void refuse_named(const FitRefusal& refusal, const BenchFile& bench, BodyRole role)
+{
+  const InputError::Facts& facts = refusal.facts();
+  std::string what;
+  for (const std::size_t marker : refusal.marks())
+    what += (what.empty() ? "'" : "and '") + settings_of(bench, role).markers[marker] + "' ";
+  if (what.empty() && facts.field != "markers") what = facts.field + ": ";
+  throw InputError({bench.path, key_of(role) + ".markers", what + facts.found, facts.wanted});
+}
+
+std::string tracker_trouble(const DeviceReport& report)
+{
+  if (report.link == LinkState::up) return "the tracker answers";
+  return "no tracker at " + report.peer + (report.trouble.empty() ? "" : ": " + report.trouble);
+}
+
+std::vector<MarkerRow> heard_frames(const BenchFile& bench, BodyRole role, double seconds)
+{
+  StopSignals stop;
+  Devices devices(bench.tracker, std::nullopt);
+  MarkerFrames heard(first_tool_of(bench, role), settings_of(bench, role).markers.size());
+  listen(devices, seconds, stop, [&](const Sample& sample) { heard.take(sample); });
+  std::vector<MarkerRow> frames = heard.frames(most_frames);
+  if (frames.empty()) {
+    throw InputError({bench.path, key_of(role) + ".markers",
+                      "none of them seen in " + rounded_text(seconds, 1) + " s (" +
+                          tracker_trouble(devices.report(DeviceId::tracker)) + ")",
+                      "markers that the tracker tells of by these names"});
+  }
+  return frames;
+}
+
+/// A fit of all its markers, as noisy as the frames were.
+PoseFit usual_fit(const BuiltBody& built)
+{
+  PoseFit fit;
+  fit.status = FitStatus::fitted;
+  fit.residual_rms_mm = built.residual_rms_mm;
+  MarkerRow all;
+  for (Eigen::Index k = 0; k < built.body.markers_mm.rows(); ++k)
+    all.emplace_back(built.body.markers_mm.row(k).transpose());
+  fit.cloud = cloud_of(built.body, all);
+  return fit;
+}
+
+}  // namespace
+
+BuiltBody body_from(const std::vector<MarkerRow>& frames, const BenchFile& bench, BodyRole role)
+{
+  require_seen(frames, bench, role);
+  BodyOptions options;
+  for (const Eigen::Vector3d& p : settings_of(bench, role).markers_body_mm) options.wanted_mm.emplace_back(p);
+  try {
+    return build_body(frames, bench.path, options);
+  } catch (const FitRefusal& refusal) {
+    refuse_named(refusal, bench, role);
+  }
+}
+
+std::string body_text(const BuiltBody& built, const BenchFile& bench, BodyRole role)
+{
+  const BodySettings& settings = settings_of(bench, role);
+  std::ostringstream text;
+  text << "[" << key_of(role) << "]\nmarkers = [";
+  for (std::size_t k = 0; k < settings.markers.size(); ++k)
+    text << (k == 0 ? "" : ", ") << quoted_text(settings.markers[k]);
+  text << "]\nmarkers_mm = [";
+  for (Eigen::Index k = 0; k < built.body.markers_mm.size(); ++k)
+    text << (k == 0 ? "" : ", ") << rounded_text(built.body.markers_mm(k / 3, k % 3), 3);
+  const FitQuality quality = quality_of(usual_fit(built));
+  text << "]\n# from " << built.n_frames << " frames, " << built.n_refused
+       << " of fewer than three markers left out; residual " << rounded_text(built.residual_rms_mm, 3)
+       << " mm (root mean square)\n# a pose fitted to all of them: turns known to "
+       << rounded_text(quality.turn_sd_deg, 3) << " degrees, their middle to "
+       << rounded_text(quality.middle_sd_mm, 3) << " mm (standard deviations)\n";
+  for (std::size_t k = 0; k < settings.markers.size(); ++k)
+    text << "# " << settings.markers[k] << ": " << rounded_text(built.markers[k].residual_rms_mm, 3)
+         << " mm in " << built.markers[k].n_frames << " frames\n";
+  if (!settings.markers_body_mm.empty())
+    text << "# in the frame of the bench file's markers_mm, " << rounded_text(built.wanted_rms_mm, 3)
+         << " mm from them\n";
+  if (built.status != BuildStatus::converged)
+    text << "# not settled: too few frames show the same markers together\n";
+  return text.str();
+}
+
+void measure_body(const MeasureBodyOptions& options, const Streams& streams)
+{
+  const BenchFile bench = read_bench_file(options.bench, MarkerPlaces::may_be_missing);
+  const BodyRole role = wanted_role(bench, options.role);
+  if (!options.is_quiet)
+    streams.talk << "Turn the " << name_of(role)
+                 << "'s body slowly before the tracker: " << rounded_text(options.seconds, 1) << " s"
+                 << std::endl;
+  const std::vector<MarkerRow> frames = heard_frames(bench, role, options.seconds);
+  streams.data << body_text(body_from(frames, bench, role), bench, role);
+}
+
+}  // namespace vrda

@@ -1,0 +1,303 @@
+#include "calibrate/calibrate.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <ctime>
+#include <filesystem>
+#include <ostream>
+#include <thread>
+#include <utility>
+
+#include "calibrate/calibration_pictures.hpp"
+#include "calibrate/calibration_report.hpp"
+#include "calibrate/guide_mode.hpp"
+#include "core/error.hpp"
+#include "core/whole_file.hpp"
+#include "guide/bench_parts.hpp"
+#include "guide/parts.hpp"
+#include "settings/settings_table.hpp"
+#include "store/read_apart.hpp"
+#include "view/arguments.hpp"
+
+namespace vrda {
+namespace {
+
+/// Of a bench that exists in numbers: it has no day, and its files are equal whenever they are made.
+constexpr const char* virtual_date = "2000-01-01";
+
+std::string today()
+{
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  std::array<char, 16> text{};
+  const std::size_t n = std::strftime(text.data(), text.size(), "%Y-%m-%d", &local);
+  return {text.data(), n};
+}
+
+struct CalibrateSetup {
+  BenchFile bench;
+  Calibration begun;
+  std::vector<CalibrationPart> parts;  ///< asked for
+};
+
+bool is_about_the_file(const CalibrateOptions& options)
+{
+  return options.step == "status" || options.step == "solve";
+}
+
+/// Many benches are calibrated in full, by nobody, and leave statistics alone.
+void require_options_of_many(const CalibrateOptions& options)
+{
+  if (options.n_benches == 0) return;
+  if (options.step != "all") refuse_option("--benches", "\"" + options.step + "\"", "all, of each bench");
+  const std::pair<const char*, const std::string*> unused[] = {{"--calibration", &options.calibration},
+                                                               {"--script", &options.script},
+                                                               {"--pictures", &options.pictures}};
+  for (const auto& [name, value] : unused) {
+    if (!value->empty())
+      refuse_option("--benches", std::string(name) + " \"" + *value + "\"",
+                    "one of both: many benches leave statistics, and nothing else");
+  }
+}
+
+void require_options(const CalibrateOptions& options)
+{
+  if (options.head != "stage" && options.head != "tracker")
+    refuse_option("--head", "\"" + options.head + "\"", "stage or tracker");
+  if (!options.is_virtual) {
+    if (options.bench.empty())
+      refuse_option("--bench", "nothing", "a bench file (schemas/bench.md), or --virtual");
+    if (options.n_benches > 0) refuse_option("--benches", "no --virtual", "benches that exist in numbers");
+    if (options.head != "stage")
+      refuse_option("--head", "no --virtual", "--bench, which says what carries the display");
+    if (!options.pictures.empty() && options.script.empty())
+      refuse_option("--pictures", "no --virtual and no --script", "one of them");
+    if (options.is_headless && options.script.empty() && !is_about_the_file(options))
+      refuse_option("--headless", "no --script", "the keys to press: nobody sees it");
+  } else {
+    require_options_of_many(options);
+    if (!options.pictures.empty() && options.script.empty() && !options.is_headless)
+      refuse_option("--pictures", "no --headless and no --script", "one of them");
+  }
+  if (!options.bench_from.empty()) {
+    if (is_about_the_file(options))
+      refuse_option("--bench-from", "\"" + options.step + "\"", "a step that is done, best person");
+    if (options.calibration.empty())
+      refuse_option("--bench-from", "no --calibration", "the file of the person who is calibrated");
+  }
+  if (options.calibration.empty() && (!options.is_virtual || is_about_the_file(options)))
+    refuse_option("--calibration", "nothing", "the file that keeps what is found (schemas/calibration.md)");
+}
+
+/// With the bench's parts of another person's file; what was begun so goes on.
+Calibration begun_from_other(const CalibrateOptions& options, const BenchFile& bench, bool is_there)
+{
+  const Calibration other = read_calibration(options.bench_from, bench);
+  if (is_there) {
+    const Calibration begun = read_calibration(options.calibration, bench);
+    require_same_bench_parts(begun, options.calibration, other, options.bench_from);
+    return begun;
+  }
+  const Calibration begun = begun_from(other, bench, options.bench_from);
+  write_whole(options.calibration, {calibration_text(begun, bench)});
+  return begun;
+}
+
+/// Each seed is a bench and a person of its own: what was found on one is of no use on another, nor on the
+/// bench that the file describes.
+std::string virtual_title(const CalibrateOptions& options, const std::string& title)
+{
+  return title + (options.bench.empty() ? "" : ", virtual") + ", seed " + std::to_string(options.seed);
+}
+
+CalibrateSetup read_setup(const CalibrateOptions& options)
+{
+  CalibrateSetup setup;
+  const HeadKind head = options.head == "tracker" ? HeadKind::tracker : HeadKind::stage;
+  setup.bench = options.bench.empty() ? parsed_bench_file(virtual_bench_text(head), "virtual bench")
+                                      : read_bench_file(options.bench);
+  if (options.is_virtual) setup.bench.title = virtual_title(options, setup.bench.title);
+  setup.parts = parts_of_step(is_about_the_file(options) ? "all" : options.step, setup.bench);
+  const bool is_there = !options.calibration.empty() && std::filesystem::exists(options.calibration);
+  if (!is_there && is_about_the_file(options))
+    throw InputError({options.calibration, "", "no file", "a calibration that was begun"});
+  if (!options.bench_from.empty()) {
+    setup.begun = begun_from_other(options, setup.bench, is_there);
+    return setup;
+  }
+  setup.begun =
+      is_there ? read_calibration(options.calibration, setup.bench) : nominal_calibration(setup.bench);
+  return setup;
+}
+
+void write_parts(const CalibrateOptions& options, const CalibrateSetup& setup, const Calibration& calibration,
+                 std::ostream& data)
+{
+  if (options.has_json) {
+    write_status_json(data, setup.bench, calibration, setup.parts);
+    data << "\n";
+  } else if (!options.is_quiet) {
+    write_status(data, calibration, setup.parts);
+  }
+}
+
+bool is_place_adjusted(const CalibrateSetup& setup)
+{
+  return setup.bench.calibration.is_model_adjusted &&
+         std::any_of(setup.parts.begin(), setup.parts.end(), is_model_part);
+}
+
+void require_model(const CalibrateOptions& options, const CalibrateSetup& setup)
+{
+  if (!is_place_adjusted(setup)) return;
+  if (options.is_virtual) {
+    // There the leg is a way from point to point, and so is the model.
+    for (const CalibrationPart part : setup.parts) {
+      if (!is_model_part(part) || points_of(part, setup.bench.calibration).size() > 1) continue;
+      throw InputError({setup.bench.path,
+                        part == CalibrationPart::tibia ? "calibration.tibia_point" : "calibration.point",
+                        "fewer than two points, with calibration.model = \"adjust\"",
+                        "points of the leg, by which a virtual bench shows where it is"});
+    }
+    return;
+  }
+  if (options.model.empty())
+    refuse_option("--model", "nothing",
+                  "the motion model whose place is to be adjusted (calibration.model = \"adjust\")");
+}
+
+GuideOptions guide_options(const CalibrateOptions& options, const CalibrateSetup& setup)
+{
+  return {setup.parts, options.is_anew, options.is_virtual ? virtual_date : today(),
+          options.calibration.empty() ? "virtual bench" : options.calibration};
+}
+
+CalibrateEnd end_of(const GuideSession& session)
+{
+  return session.task() == nullptr ? CalibrateEnd::finished : CalibrateEnd::left;
+}
+
+CalibrateEnd by_hand(const CalibrateOptions& options, const CalibrateSetup& setup, const Streams& streams)
+{
+  require_model(options, setup);
+  StopSignals stop;  // before the devices' threads begin, which keep its mask
+  GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
+  KeptCalibration kept(setup.bench, options.calibration);
+  GuideMode mode(options, setup.bench, session, kept, streams);
+  const std::unique_ptr<GuideBench> before =
+      options.is_virtual ? open_virtual_bench(setup.bench, options.seed) : open_live_bench(setup.bench);
+  mode.stand_before(*before);
+  run_loop(mode, mode.sink(), stop);
+  kept.write(session);
+  write_parts(options, setup, session.calibration(), streams.data);
+  return end_of(session);
+}
+
+/// Whoever lives in numbers does every task.
+void operate(GuideSession& session, VirtualOperator& person, KeptCalibration& kept,
+             std::vector<Task>& tasks_done)
+{
+  constexpr int most_tasks = 100'000;
+  StopSignals stop;
+  kept.write(session);
+  for (int n = 0; session.task() != nullptr && !stop.came_by({}); ++n) {
+    check(n < most_tasks, "a virtual operator comes to an end");
+    tasks_done.push_back(*session.task());
+    person.do_task(session);
+    kept.write(session);
+  }
+}
+
+CalibrateEnd by_operator(const CalibrateOptions& options, const CalibrateSetup& setup, const Streams& streams)
+{
+  const VirtualNoise noise;
+  const VirtualTruth truth = virtual_truth(setup.bench, options.seed);
+  GuideSession session(setup.bench, setup.begun, guide_options(options, setup));
+  KeptCalibration kept(setup.bench, options.calibration);
+  VirtualOperator person(setup.bench, truth, noise);
+  std::vector<Task> tasks;
+  operate(session, person, kept, tasks);
+  const Calibration& found = session.calibration();
+  const std::vector<TargetError> before =
+      target_errors(uncalibrated(setup.bench, truth), setup.bench, truth, noise);
+  const std::vector<TargetError> after = target_errors(found, setup.bench, truth, noise);
+  const std::vector<CalibrationPart> missing = missing_parts(found, parts_of(setup.bench));
+  if (options.has_json) {
+    streams.data << "{\"seed\": " << options.seed << ", \"calibration\": ";
+    write_status_json(streams.data, setup.bench, found, setup.parts);
+    streams.data << ", \"targets\": ";
+    write_targets_json(streams.data, before, after, missing);
+    streams.data << "}\n";
+  } else if (!options.is_quiet) {
+    write_status(streams.data, found, setup.parts);
+    write_targets(streams.data, before, after, missing);
+  }
+  if (!options.pictures.empty() && session.task() == nullptr) {
+    const PictureRequest request{setup.bench, truth, found, tasks};
+    for (const std::string& path : write_calibration_pictures(request, options))
+      if (!options.is_quiet) streams.talk << path << "\n";
+  }
+  return end_of(session);
+}
+
+void write_many(const CalibrateOptions& options, const CalibrateSetup& setup, std::ostream& data)
+{
+  const int n_threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const VirtualStatistics statistics =
+      virtual_statistics(setup.bench, VirtualNoise{}, options.seed, options.n_benches, n_threads);
+  if (options.has_json) {
+    write_statistics_json(data, statistics);
+    data << "\n";
+  } else {
+    write_statistics(data, statistics);
+  }
+}
+
+bool has_screen()
+{
+  const auto is_set = [](const char* name) {
+    const char* const value = std::getenv(name);
+    return value != nullptr && *value != '\0';
+  };
+  return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
+}
+
+/// Without a screen there is nobody to do it either. Not into a file, which a person may have begun.
+bool is_left_to_numbers(const CalibrateOptions& options)
+{
+  return options.is_virtual && options.script.empty() && options.calibration.empty() && !has_screen();
+}
+
+/// Keys come from a script, or from a person before a window.
+bool is_by_hand(const CalibrateOptions& options)
+{
+  return !options.is_virtual || !options.script.empty() || !options.is_headless;
+}
+
+}  // namespace
+
+CalibrateEnd calibrate(const CalibrateOptions& options, const Streams& streams)
+{
+  require_options(options);
+  CalibrateSetup setup = read_setup(options);
+  if (options.n_benches > 0) {
+    write_many(options, setup, streams.data);
+    return CalibrateEnd::finished;
+  }
+  if (options.step == "solve") {
+    setup.begun = solved_again(setup.bench, setup.begun, options.calibration);
+    write_whole(options.calibration, {calibration_text(setup.begun, setup.bench)});
+  }
+  if (is_about_the_file(options)) {
+    write_parts(options, setup, setup.begun, streams.data);
+    return CalibrateEnd::finished;
+  }
+  if (!is_by_hand(options)) return by_operator(options, setup, streams);
+  if (!is_left_to_numbers(options)) return by_hand(options, setup, streams);
+  if (!options.is_quiet) streams.talk << "no screen: every task is done as by --headless\n";
+  return by_operator(options, setup, streams);
+}
+
+}  // namespace vrda

@@ -1,0 +1,190 @@
+#include "calibrate/guide_panel.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/bench_panel.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr float margin_px = 12.0F;
+constexpr VertexColour paper{24, 27, 32, 255}, warning_colour{255, 176, 46, 255},
+    done_colour{96, 200, 120, 255};
+
+OverlayBox overlay_box(const ShownBox& box)
+{
+  const Eigen::Vector2f low = box.low_px.cast<float>(), high = box.high_px.cast<float>();
+  return {low.x(), low.y(), high.x(), high.y()};
+}
+
+/// What is likely seen of a part whose edges are not known yet.
+Viewport inner(const Viewport& visible)
+{
+  constexpr int share = 12;
+  const int x = visible.width / share, y = visible.height / share;
+  return {visible.x + x, visible.y + y, visible.width - 2 * x, visible.height - 2 * y};
+}
+
+VertexColour bytes_of(const std::array<float, 3>& colour)
+{
+  VertexColour bytes{0, 0, 0, 255};
+  for (std::size_t k = 0; k < colour.size(); ++k)
+    bytes[k] = static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(colour[k], 0.0F, 1.0F)));
+  return bytes;
+}
+
+/// The whole pixels that a level or upright line is meant to light.
+OverlayBox pixels_of(const GuideLine& line)
+{
+  Eigen::Vector2d low = line.points_px.front(), high = line.points_px.front();
+  for (const Eigen::Vector2d& p : line.points_px) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const Eigen::Index thin = high.x() - low.x() < high.y() - low.y() ? 0 : 1;
+  low[thin] -= 0.5 * line.width_px;
+  high[thin] = low[thin] + line.width_px;
+  return {static_cast<float>(std::round(low.x())), static_cast<float>(std::round(low.y())),
+          static_cast<float>(std::round(high.x())), static_cast<float>(std::round(high.y()))};
+}
+
+int decimals_of_step(double step)
+{
+  constexpr int most = 6;
+  int n = 0;
+  for (double left = step; n < most && std::abs(left - std::round(left)) > 1e-9; left *= 10.0) ++n;
+  return n;
+}
+
+}  // namespace
+
+std::string dial_text(const Dial& dial, double value)
+{
+  return dial.name + " " + rounded_text(value, decimals_of_step(dial.step)) +
+         (dial.unit.empty() ? "" : " " + dial.unit);
+}
+
+void add_guide_line(Overlay& overlay, const OverlayText& text, const GuideLine& line)
+{
+  if (line.is_smooth) {
+    text.add_line(overlay, line.points_px, line.width_px, bytes_of(line.colour));
+  } else {
+    text.add_area(overlay, pixels_of(line), bytes_of(line.colour));
+  }
+}
+
+GuidePanel::GuidePanel(const BenchFile& bench) : text_(text_px), display_(bench.display) {}
+
+void GuidePanel::add_lines(const GuideContent& content)
+{
+  for (const bool is_right : {false, true}) {
+    if (content.boxes) clip_overlay(overlay_, overlay_box((*content.boxes)[is_right ? 1 : 0]));
+    for (const GuideLine& line : content.lines)
+      if (line.is_right == is_right) add_guide_line(overlay_, text_, line);
+  }
+  clip_overlay(overlay_,
+               {0.0F, 0.0F, static_cast<float>(display_.width), static_cast<float>(display_.height)});
+}
+
+void GuidePanel::add_wrapped(std::vector<Words>& words, const std::string& text, const VertexColour& colour,
+                             float width_px) const
+{
+  std::string line, word;
+  const auto end_word = [&] {
+    const std::string longer = line.empty() ? word : line + " " + word;
+    if (!line.empty() && text_.width_px(longer) > width_px) {
+      words.push_back({line, colour});
+      line = word;
+    } else {
+      line = longer;
+    }
+    word.clear();
+  };
+  for (const char c : text + "\n") {
+    if (c != ' ' && c != '\n') {
+      word += c;
+      continue;
+    }
+    end_word();
+    if (c == '\n') {
+      words.push_back({line, colour});
+      line.clear();
+    }
+  }
+}
+
+void GuidePanel::add_task(std::vector<Words>& words, const GuideSession& session, float width_px) const
+{
+  const Task& task = *session.task();
+  const GuideProgress& progress = session.progress();
+  add_wrapped(words,
+              std::string(name_of(progress.part)) + ": " + std::to_string(progress.n_done + 1) + " of " +
+                  std::to_string(progress.n_tasks) + ", " + task.name,
+              faint, width_px);
+  add_wrapped(words, task.instruction, ink, width_px);
+  // Of one or two dials each has keys of its own; of more one is selected.
+  const bool is_selecting = task.dials.size() > 2;
+  for (std::size_t k = 0; k < task.dials.size(); ++k) {
+    const bool is_live = !is_selecting || k == session.selected_dial();
+    const std::string mark = !is_selecting ? (k == 0 ? "Left, Right: " : "Up, Down: ")
+                             : is_live     ? "> "
+                                           : "- ";
+    add_wrapped(words, mark + dial_text(task.dials[k], session.values()[k]), is_live ? done_colour : ink,
+                width_px);
+  }
+  if (progress.is_taking) {
+    add_wrapped(words,
+                std::to_string(progress.n_samples) + " of " + std::to_string(task.n_samples) +
+                    " samples of " + task.tool,
+                done_colour, width_px);
+  }
+}
+
+std::vector<GuidePanel::Words> GuidePanel::words_of(const GuideSession& session, const GuideContent& content,
+                                                    float width_px) const
+{
+  std::vector<Words> words;
+  if (content.has_help) {
+    for (const HelpLine& help : guide_key_lines())
+      add_wrapped(words, std::string(help.keys) + ": " + help.does, ink, width_px);
+    add_wrapped(words, "H: the task again", ink, width_px);
+    return words;
+  }
+  if (session.task() != nullptr) {
+    add_task(words, session, width_px);
+  } else {
+    add_wrapped(words, "All that was asked for is done. Enter: leave", done_colour, width_px);
+  }
+  const GuideProgress& progress = session.progress();
+  for (const std::string& line : progress.words)
+    add_wrapped(words, line, progress.is_refused ? warning_colour : done_colour, width_px);
+  for (const std::string& note : content.notes) add_wrapped(words, note, ink, width_px);
+  for (const std::string& trouble : content.troubles) add_wrapped(words, trouble, warning_colour, width_px);
+  if (!content.message.empty()) add_wrapped(words, content.message, warning_colour, width_px);
+  add_wrapped(words, "H: keys", faint, width_px);
+  return words;
+}
+
+const Overlay& GuidePanel::drawn(const GuideSession& session, const GuideContent& content)
+{
+  empty_overlay(overlay_, display_.width, display_.height);
+  add_lines(content);
+  const std::optional<Viewport> area = operators_area(display_);
+  const Viewport home = area ? *area : inner(session.calibration().eyes.left.visible);
+  if (area) text_.add_area(overlay_, overlay_box(home), paper);
+  const std::vector<Words> words =
+      words_of(session, content, static_cast<float>(home.width) - 2.0F * margin_px);
+  const float height_px = text_.line_px() * static_cast<float>(words.size());
+  float top_px = area ? static_cast<float>(home.y) + margin_px
+                      : static_cast<float>(home.y + home.height) - margin_px - height_px;
+  for (const Words& line : words) {
+    text_.add_words(overlay_, static_cast<float>(home.x) + margin_px, top_px, line.text, line.colour);
+    top_px += text_.line_px();
+  }
+  close_overlay(overlay_);
+  return overlay_;
+}
+
+}  // namespace vrda

@@ -1,0 +1,188 @@
+#include "calibrate/overlay_picture.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "bench/screen_watch.hpp"
+#include "calibrate/placed_model.hpp"
+#include "store/scaled_model.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr int smoothing_samples = 4;
+
+/// Where the bodies really are, as the tracker of a bench without noise says it.
+void send_truth(BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
+{
+  const std::array<Pose, n_body_roles> X_tracker_body{truth.X_tracker_leg, truth.X_tracker_leg,
+                                                      truth.X_tracker_shank, truth.X_tracker_headbody};
+  for (std::size_t role = 0; role < n_body_roles; ++role) {
+    if (!bench.bodies[role]) continue;
+    const BodySettings& body = *bench.bodies[role];
+    const std::size_t first = first_tool_of(bench, static_cast<BodyRole>(role));
+    for (std::size_t k = 0; k < n_tools(body); ++k) {
+      Pose X = X_tracker_body[role];
+      if (body.tool.empty()) X.translation() = X_tracker_body[role] * body.markers_body_mm[k];
+      Sample sample;
+      sample.kind = SampleKind::place;
+      sample.state = static_cast<std::uint8_t>(SeenState::seen);
+      sample.source = static_cast<std::uint16_t>(first + k);
+      sample.place = place_of(X);
+      state.take(sample);
+    }
+  }
+}
+
+/// Moves the stage until the middle between the eyes is before the origin of the leg's model.
+void send_stage(BenchState& state, const BenchFile& bench, const VirtualTruth& truth)
+{
+  const Calibration& c = truth.calibration;
+  const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
+  const Pose X_tracker_model = truth.X_tracker_leg * pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
+  const Eigen::Vector3d p_table_mm = pose_of(c.X_tracker_table).inverse() * X_tracker_model.translation();
+  const double stage_mm = (p_table_mm - pose_of(c.X_table_eyes).translation()).dot(c.stage_direction_table);
+  Sample sample;
+  sample.kind = SampleKind::stage;
+  sample.state = stage_zeroed;
+  sample.count = static_cast<std::int32_t>(std::lround(stage_mm / bench.stage_mm_per_count));
+  state.take(sample);
+}
+
+/// One colour for all: a leg, not a picture of bones.
+void paint_grey(Scene& scene)
+{
+  const Eigen::Vector3f shade(0.10F, 0.115F, 0.14F);
+  for (Drawable& drawable : scene.drawables) {
+    drawable.material.colour = shade;
+    drawable.material.opacity = 1.0F;
+    drawable.material.specular = 0.02F;
+    drawable.material.mottling = 0.0F;
+    drawable.colours.clear();
+  }
+}
+
+/// The part of the undistorted picture that the leg lies in, with room around it.
+ShownBox box_of_leg(ModelOnBench& joint, const Eye& eye)
+{
+  constexpr double room_px = 40.0;
+  const BenchFrame& frame = joint.state.frame(0);
+  joint.view.place(frame, joint.state.values().calibration);
+  const Pose X_eyes_tracker = frame.X_tracker_eyes.inverse();
+  ShownBox box{Eigen::Vector2d::Constant(1e9), Eigen::Vector2d::Constant(-1e9)};
+  for (const Drawable& drawable : joint.view.scene().drawables) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto at = [&](int axis) {
+        return ((corner >> axis) & 1) == 0 ? drawable.box_mm.min_mm[axis] : drawable.box_mm.max_mm[axis];
+      };
+      const Eigen::Vector3d p_mesh_mm(at(0), at(1), at(2));
+      const Eigen::Vector2d p = shown_px(eye, X_eyes_tracker * drawable.X_world_mesh * p_mesh_mm);
+      box = {box.low_px.cwiseMin(p), box.high_px.cwiseMax(p)};
+    }
+  }
+  return {(box.low_px.array() - room_px).floor(), (box.high_px.array() + room_px).ceil()};
+}
+
+Image real_leg(ModelOnBench& joint, const Eye& eye, const ShownBox& box, double scale)
+{
+  const BenchFrame& frame = joint.state.frame(0);
+  joint.view.place(frame, joint.state.values().calibration);
+  Scene scene = joint.view.scene();
+  paint_grey(scene);
+  const Eigen::Vector2i size = (scale * (box.high_px - box.low_px)).array().round().cast<int>();
+  const std::unique_ptr<Renderer> renderer =
+      make_offscreen_renderer({size.x(), size.y(), smoothing_samples, 0.0});
+  renderer->load(scene);
+  return renderer->draw(scene, with_depth_range(camera_of(eye, frame.X_tracker_eyes, box), scene));
+}
+
+Image drawn_by_bench(ModelOnBench& joint, const BenchFile& bench)
+{
+  const Sink memory = bench_memory(bench, smoothing_samples);
+  joint.view.load_into(memory.renderer());
+  joint.view.place(joint.state.frame(0), joint.state.values().calibration);
+  return memory.renderer().draw(joint.view.scene(), joint.view.shots(), nullptr);
+}
+
+double light_of(double code)
+{
+  const double c = code / 255.0;
+  return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+}
+
+std::uint8_t code_of(double light)
+{
+  const double l = std::clamp(light, 0.0, 1.0);
+  const double c = l <= 0.0031308 ? 12.92 * l : 1.055 * std::pow(l, 1.0 / 2.4) - 0.055;
+  return static_cast<std::uint8_t>(std::lround(255.0 * c));
+}
+
+/// Light of a channel between the middles of four pixels; beyond the image none.
+double light_at(const Image& image, const Eigen::Vector2d& p_px, int channel)
+{
+  const double x = p_px.x() - 0.5, y = p_px.y() - 0.5;
+  const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
+  double sum = 0.0;
+  for (const int dy : {0, 1}) {
+    for (const int dx : {0, 1}) {
+      const int column = left + dx, row = top + dy;
+      if (column < 0 || row < 0 || column >= image.width || row >= image.height) continue;
+      const double weight = (1.0 - std::abs(x - column)) * (1.0 - std::abs(y - row));
+      const auto at = 4 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
+                           static_cast<std::size_t>(column));
+      sum += weight * light_of(image.rgba[at + static_cast<std::size_t>(channel)]);
+    }
+  }
+  return sum;
+}
+
+bool is_within(const Viewport& part, const Eigen::Vector2d& p_px)
+{
+  return p_px.x() >= part.x && p_px.x() <= part.x + part.width && p_px.y() >= part.y &&
+         p_px.y() <= part.y + part.height;
+}
+
+/// Adds to `seen`, a picture of `box`, what the eye's optics show of the frame buffer.
+void add_display(Image& seen, const ShownBox& box, const Image& frame_buffer, const Eye& eye)
+{
+  const Eigen::Vector2d step_px =
+      (box.high_px - box.low_px).cwiseQuotient(Eigen::Vector2d(seen.width, seen.height));
+  for (int row = 0; row < seen.height; ++row) {
+    for (int column = 0; column < seen.width; ++column) {
+      const Eigen::Vector2d shown =
+          box.low_px + step_px.cwiseProduct(Eigen::Vector2d(column + 0.5, row + 0.5));
+      const Eigen::Vector2d drawn = drawn_px(eye.distortion, shown);
+      if (!is_within(eye.visible, drawn)) continue;
+      const auto at = 4 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(seen.width) +
+                           static_cast<std::size_t>(column));
+      for (int channel = 0; channel < 3; ++channel) {
+        std::uint8_t& code = seen.rgba[at + static_cast<std::size_t>(channel)];
+        code = code_of(light_of(code) + light_at(frame_buffer, drawn, channel));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Image overlay_picture(const BenchFile& bench, const VirtualTruth& truth, const Calibration& calibration,
+                      const MotionModel& model, const OverlayPictureOptions& options)
+{
+  const auto on_bench = [&](const Calibration& known) {
+    auto joint =
+        std::make_unique<ModelOnBench>(bench, known, scaled_model(model, known.subject_scale), options.set);
+    send_truth(joint->state, bench, truth);
+    if (bench.head == HeadKind::stage) send_stage(joint->state, bench, truth);
+    return joint;
+  };
+  const Eye& eye = truth.calibration.eyes.left;
+  const std::unique_ptr<ModelOnBench> real = on_bench(truth.calibration);
+  const ShownBox box = box_of_leg(*real, eye);
+  const double scale = options.height / (box.high_px.y() - box.low_px.y());
+  Image seen = real_leg(*real, eye, box, scale);
+  add_display(seen, box, drawn_by_bench(*on_bench(calibration), bench), eye);
+  return seen;
+}
+
+}  // namespace vrda

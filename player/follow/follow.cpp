@@ -1,0 +1,333 @@
+#include "follow/follow.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <ostream>
+
+#include "core/error.hpp"
+#include "follow/follow_progress.hpp"
+#include "follow/watch_thread.hpp"
+#include "loop/window_input.hpp"
+#include "view/pointer.hpp"
+#include "view/timeline.hpp"
+
+namespace vrda {
+namespace {
+
+using std::chrono::steady_clock;
+
+// Often enough that a step is seen as it comes, rare enough for a network disk.
+constexpr std::chrono::milliseconds between_looks{200};
+constexpr double frame_s = 1.0 / 60.0;
+constexpr double idle_s = 0.1;       // nothing moves: steps that come are seen soon enough
+constexpr double reading_s = 0.005;  // what is there already is being read
+// Steps come in bursts; each is played within this time, so that moves are seen without falling behind.
+constexpr double play_s = 1.0;
+
+/// The finished motion, to and fro; in a file, its middle.
+struct Playback {
+  Playback(const MotionModel& result, bool is_played) : set(set_names(result).front()), motion(result, set)
+  {
+    timeline.first_rad = motion.first_flexion_rad();
+    timeline.last_rad = motion.last_flexion_rad();
+    timeline.flexion_rad = is_played ? timeline.first_rad : 0.5 * (timeline.first_rad + timeline.last_rad);
+    timeline.is_playing = is_played && timeline.last_rad > timeline.first_rad;
+  }
+  JointPose pose() const
+  {
+    return motion.at({timeline.flexion_rad, motion.balanced_varus_rad(timeline.flexion_rad)});
+  }
+
+  std::string set;
+  Motion motion;
+  Timeline timeline;
+};
+
+/// A run and its views: in a window, where its user looks about; in files; or in words alone.
+class FollowedRun final : public Mode {
+ public:
+  FollowedRun(const FollowOptions& options, StepChoice choice, const Streams& streams, RunWatch watch,
+              Sink& sink)
+      : options_(options),
+        choice_(choice),
+        streams_(streams),
+        output_(watch.output()),
+        sink_(sink),
+        state_(watch.model(), choice),
+        progress_(options.folder.empty() ? streams.data : streams.talk, options.is_quiet)
+  {
+    if (sink.is_anywhere()) {
+      screen_.emplace(watch.model(), screen_options(options, watch.model()));
+      screen_->show(state_, {});
+    }
+    thread_.emplace(std::move(watch), between_looks);
+  }
+
+  FollowEnd end()
+  {
+    if (playback_ || is_over_) return FollowEnd::finished;
+    if (!is_in_window()) progress_.say("stopped: the run has not ended");
+    return FollowEnd::stopped;
+  }
+
+  bool is_over() const override { return is_over_ || is_left_; }
+
+  RoundTime round_time() const override
+  {
+    if (is_in_window()) return {sink_.is_hidden() || is_still() ? idle_s : frame_s};
+    if (!queue_.empty() || is_due_) return {0.0};
+    const std::chrono::duration<double> looks = between_looks;
+    return {is_caught_up_ ? looks.count() : reading_s};
+  }
+
+  void take(const InputEvent& event) override
+  {
+    const Eigen::Vector2d pointer_px(event.x_px, event.y_px);
+    switch (event.kind) {
+      case InputKind::press:
+        return press(event, pointer_px);
+      case InputKind::motion:
+        if (drag_) screen_->look(view_, dragged(*drag_, pointer_px, screen_->shots()[view_].viewport));
+        return;
+      case InputKind::release:
+      case InputKind::focus_lost:
+        return drag_.reset();
+      case InputKind::wheel:
+        if (const auto view = screen_->view_at(pointer_px))
+          screen_->look(*view, nearer(screen_->gaze(*view), event.wheel_y));
+        return;
+      case InputKind::key_press:
+        return press_key(key_of_window(event.key, event.has_shift));
+      default:
+        return;
+    }
+  }
+
+  void advance(double elapsed_s) override
+  {
+    take(thread_->take());
+    if (is_in_window() && screen_->resize(sink_.renderer().width(), sink_.renderer().height())) show_state();
+    if (!is_paused_) play_steps(elapsed_s);
+    const bool has_all = !is_paused_ && queue_.empty();
+    if (has_all && result_ && !playback_) return finish();
+    if (playback_) return play_result(elapsed_s);
+    if (has_all && options_.is_once && is_caught_up_) return end_now();
+    if (options_.every_s > 0.0 && seconds_since(drawn_) >= options_.every_s && state_.n_shown() != n_drawn_)
+      is_due_ = true;
+    if (is_caught_up_ || n_steps_ > 0) progress_.say_state(state_, n_steps_);
+  }
+
+  void draw() override
+  {
+    if (!screen_ || (!is_in_window() && !is_due_)) return;
+    screen_->load(sink_.renderer());
+    const Frame frame{screen_->scene(), screen_->shots(), &screen_->overlay()};
+    if (is_in_window()) {
+      sink_.window()->set_title(state_.counts() + " - vrda-player");
+      return sink_.show(frame);
+    }
+    is_due_ = false;
+    drawn_ = steady_clock::now();
+    n_drawn_ = state_.n_shown();
+    const std::string name =
+        playback_ ? "finished" : numbered("step_", static_cast<std::size_t>(state_.n_shown()), 6);
+    streams_.data << sink_.keep(frame, name + ".png") << std::endl;
+  }
+
+ private:
+  bool is_in_window() const { return sink_.window() != nullptr; }
+  bool is_still() const
+  {
+    return queue_.empty() && (!playback_ || !playback_->timeline.is_playing) && !drag_;
+  }
+
+  static double seconds_since(steady_clock::time_point then)
+  {
+    return std::chrono::duration<double>(steady_clock::now() - then).count();
+  }
+
+  void take(WatchArrivals arrivals)
+  {
+    for (const std::string& remark : arrivals.remarks) streams_.talk << "vrda-player: " << remark << "\n";
+    if (arrivals.is_anew && arrivals.model) begin_again(*arrivals.model);
+    for (SeenStep& step : arrivals.steps) queue_.push_back(std::move(step));
+    n_steps_ = arrivals.n_steps;
+    is_caught_up_ = arrivals.is_caught_up;
+    if (arrivals.phase == RunPhase::finished && arrivals.model) result_ = arrivals.model;
+  }
+
+  void begin_again(const MotionModel& model)
+  {
+    if (n_steps_ > 0 || state_.n_done() > 0) progress_.say("the run began anew");
+    progress_.begin_again();
+    queue_.clear();
+    drag_.reset();
+    state_ = RunState(model, choice_);
+    n_drawn_ = 0;
+    if (!screen_) return;
+    screen_->begin(model);
+    screen_->show(state_, {});
+  }
+
+  /// In a window as many as are due by now; else all, up to the next picture.
+  void play_steps(double elapsed_s)
+  {
+    if (queue_.empty()) return;
+    std::size_t n_due = queue_.size();
+    if (is_in_window()) {
+      const double part = std::min(1.0, elapsed_s / play_s);
+      n_due =
+          std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(part * static_cast<double>(n_due))));
+    }
+    for (; n_due > 0 && !is_due_; --n_due) {
+      const bool is_shown = state_.take(queue_.front());
+      queue_.pop_front();
+      is_due_ = is_shown && options_.each > 0 && state_.n_shown() % options_.each == 0;
+    }
+    if (is_in_window() || queue_.empty()) progress_.note(state_.n_done(), state_.n_cells());
+    show_state();
+  }
+
+  void show_state()
+  {
+    const std::string& rate = progress_.rate();
+    if (screen_) screen_->show(state_, rate.empty() ? std::vector<std::string>{} : std::vector{rate});
+  }
+
+  void finish()
+  {
+    state_.finish(*result_);
+    playback_.emplace(*result_, is_in_window());
+    if (screen_) screen_->finish(*result_);
+    progress_.say(output_ + ": " + state_.counts());
+    play_result(0.0);
+    is_due_ = true;
+    is_over_ = !is_in_window();
+  }
+
+  void play_result(double elapsed_s)
+  {
+    playback_->timeline = advanced(playback_->timeline, elapsed_s);
+    const JointPose pose = playback_->pose();
+    if (screen_ && pose.status == PoseStatus::solved)
+      screen_->show(state_, {"set " + playback_->set}, pose, playback_->motion);
+  }
+
+  void end_now()
+  {
+    is_due_ = is_due_ || state_.n_shown() != n_drawn_ || n_drawn_ == 0;
+    is_over_ = true;
+    progress_.say_state(state_, n_steps_, true);
+  }
+
+  void press(const InputEvent& event, const Eigen::Vector2d& pointer_px)
+  {
+    const std::optional<std::size_t> view = screen_->view_at(pointer_px);
+    if (!view) return;
+    view_ = *view;
+    const Button button = button_of(event.button);
+    if (event.n_clicks == 2 && button == Button::left) return centre(pointer_px);
+    drag_ = Drag{drag_of(button, event.has_shift, event.has_control), screen_->gaze(view_), pointer_px};
+  }
+
+  void centre(const Eigen::Vector2d& pointer_px)
+  {
+    const Shot& shot = screen_->shots()[view_];
+    if (const auto point = point_under(screen_->scene(), shot.camera, shot.viewport, pointer_px))
+      screen_->look(view_, centred_on(screen_->gaze(view_), *point));
+  }
+
+  void press_key(Key key)
+  {
+    if (key == Key::escape || key == key_of('Q')) is_left_ = true;
+    if (key == key_of('R')) screen_->reset_views();
+    if (key != Key::space) return;
+    if (playback_) {
+      playback_->timeline = toggled(playback_->timeline);
+    } else {
+      is_paused_ = !is_paused_;
+    }
+  }
+
+  const FollowOptions& options_;
+  StepChoice choice_;
+  Streams streams_;
+  std::string output_;
+  Sink& sink_;
+  RunState state_;
+  FollowProgress progress_;
+  std::optional<RunScreen> screen_;  // nothing: in words alone
+  std::optional<WatchThread> thread_;
+  std::deque<SeenStep> queue_;  // seen, not yet shown
+  std::shared_ptr<const MotionModel> result_;
+  std::optional<Playback> playback_;
+  int n_steps_ = 0;
+  bool is_caught_up_ = false;
+  std::optional<Drag> drag_;
+  std::size_t view_ = 0;  // that the pointer is at
+  bool is_paused_ = false, is_left_ = false;
+  // Of files: whether one is to be written, when the last was, and of how many steps.
+  bool is_due_ = false, is_over_ = false;
+  steady_clock::time_point drawn_;
+  int n_drawn_ = 0;
+};
+
+StepChoice choice_of(const FollowOptions& options)
+{
+  const std::vector<std::string>& names = step_choice_names();
+  const auto found = std::find(names.begin(), names.end(), options.steps);
+  if (found == names.end())
+    throw InputError({"--steps", "", "\"" + options.steps + "\"", "stable, contact or all"});
+  return static_cast<StepChoice>(found - names.begin());
+}
+
+void require_sound(const FollowOptions& options)
+{
+  choice_of(options);
+  if (!(options.every_s >= 0.0))
+    throw InputError({"--every", "", std::to_string(options.every_s), "seconds"});
+  if (options.each < 0) throw InputError({"--each", "", std::to_string(options.each), "1 or more steps"});
+  const bool has_rhythm = options.every_s > 0.0 || options.each > 0;
+  if (has_rhythm && options.folder.empty())
+    throw InputError(
+        {"--offscreen", "", "nothing", "the folder of the pictures that --every and --each ask for"});
+  if (options.is_once && options.folder.empty() && !options.is_text)
+    throw InputError({"--once", "", "a window", "--offscreen or --text with it"});
+  if (options.is_text && !options.folder.empty())
+    throw InputError({"--text", "", "--offscreen " + options.folder, "pictures or none"});
+}
+
+Sink sink_of(const FollowOptions& options, const MotionModel& model)
+{
+  if (options.is_text) return {};
+  const RunScreenOptions screen = screen_options(options, model);
+  if (!options.folder.empty()) {
+    Sink files(RenderOptions{screen.width, screen.height});
+    files.keep_pictures(options.folder, "--offscreen");
+    return files;
+  }
+  WindowOptions window;
+  window.width = screen.width;
+  window.height = screen.height;
+  window.title = "vrda-player";
+  return Sink(window);
+}
+
+}  // namespace
+
+FollowEnd follow(const FollowOptions& options, const Streams& streams)
+{
+  require_sound(options);
+  StopSignals stop;  // before the thread, which keeps them too
+  const StepChoice choice = choice_of(options);
+  RunWatch watch(options.file, choice != StepChoice::stable);
+  Sink sink = sink_of(options, watch.model());
+  FollowedRun run(options, choice, streams, std::move(watch), sink);
+  run_loop(run, sink, stop);
+  return run.end();
+}
+
+}  // namespace vrda

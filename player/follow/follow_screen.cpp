@@ -1,0 +1,139 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/number_text.hpp"
+#include "core/units.hpp"
+#include "follow/follow.hpp"
+#include "follow/job_views.hpp"
+#include "scene/layer_set.hpp"
+#include "view/arguments.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr std::size_t most_views = 16;                        // smaller tiles show nothing
+constexpr double most_turn_deg = 360.0, most_shift_mm = 1e4;  // more is a slip
+
+/// Numbers from -most to most.
+std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::string& text, double most)
+{
+  std::vector<Eigen::Vector3d> triples;
+  if (text.empty()) return triples;
+  for (const std::string& part : split(text, ';')) {
+    const std::vector<std::string> numbers = split(part, ',');
+    Eigen::Vector3d triple = Eigen::Vector3d::Zero();
+    bool is_sound = numbers.size() == 3;
+    for (std::size_t i = 0; is_sound && i < 3; ++i) {
+      double& value = triple[static_cast<Eigen::Index>(i)];
+      const char* const end = numbers[i].data() + numbers[i].size();
+      const auto read = std::from_chars(numbers[i].data(), end, value);
+      is_sound = read.ec == std::errc() && read.ptr == end && std::abs(value) <= most;
+    }
+    if (!is_sound) {
+      throw InputError(
+          {option, "", "\"" + part + "\"",
+           "X,Y,Z;X,Y,Z;... a triple a view, numbers from -" + shortest(most) + " to " + shortest(most)});
+    }
+    triples.push_back(triple);
+  }
+  return triples;
+}
+
+/// As ORIENTATION_MODEL and SHIFT_MODEL; what one of them leaves out is zero.
+std::vector<RunView> turned_views(const FollowOptions& options, Side side)
+{
+  std::vector<Eigen::Vector3d> turns_deg = triples_of("--orient", options.orient, most_turn_deg);
+  std::vector<Eigen::Vector3d> shifts_mm = triples_of("--shift", options.shift, most_shift_mm);
+  const std::size_t n = std::max(turns_deg.size(), shifts_mm.size());
+  turns_deg.resize(n, Eigen::Vector3d::Zero());
+  shifts_mm.resize(n, Eigen::Vector3d::Zero());
+  std::vector<RunView> views;
+  for (std::size_t k = 0; k < n; ++k) {
+    const Eigen::Vector3d turn_rad = turns_deg[k] * rad_from_deg(1.0);
+    const auto degrees = [&](Eigen::Index i) { return shortest(turns_deg[k][i]); };
+    views.push_back(turned_view("turned " + degrees(0) + ", " + degrees(1) + ", " + degrees(2), turn_rad,
+                                shifts_mm[k], side));
+  }
+  return views;
+}
+
+std::vector<RunView> views_of(const FollowOptions& options, const JobViews& job, Side side)
+{
+  const bool is_turned = !options.orient.empty() || !options.shift.empty();
+  if (is_turned && !options.views.empty()) {
+    throw InputError(
+        {"--views", "", options.views + " with --orient or --shift", "one way to name the views"});
+  }
+  if (is_turned) return turned_views(options, side);
+  std::vector<RunView> views;
+  if (options.views.empty()) {
+    for (const JobView& view : job.views) {
+      views.push_back(turned_view("view " + std::to_string(view.number),
+                                  view.orientation_deg * rad_from_deg(1.0), view.shift_mm, side));
+    }
+    if (!views.empty()) return views;
+  }
+  for (const std::string& name : parsed_views(options.views.empty() ? "front,lateral" : options.views))
+    views.push_back(named_view(name, *view_named(name), side));
+  return views;
+}
+
+/// Lines hide nothing; other bodies hide where they touch.
+bool hides_contacts(const LookOptions& look, const LayerSet& layers)
+{
+  return look.mode != DrawMode::wire && (layers.has(Layer::contacts) || layers.has(Layer::normals));
+}
+
+RunSceneOptions scene_options(const FollowOptions& options, const JobViews& job)
+{
+  LookOptions look = options.look;
+  if (!options.has_mode && job.render == "wire") look.mode = DrawMode::wire;
+  RunSceneOptions scene;
+  scene.layers = parsed_layers(look.layers);
+  scene.backdrop = options.backdrop;
+  if (look.see_through.empty() && !options.is_opaque && hides_contacts(look, scene.layers))
+    look.see_through = "reference";
+  scene.dress = [look](Scene& bare) { dress(bare, look); };
+  return scene;
+}
+
+/// A job may name a display of another time: what no picture can be is passed over.
+PictureSize size_of(const FollowOptions& options, const JobViews& job)
+{
+  const bool is_usable =
+      std::min(job.width_px, job.height_px) >= 16 && std::max(job.width_px, job.height_px) <= 4096;
+  if (options.size.empty() && is_usable) return {job.width_px, job.height_px};
+  return parsed_size(options.size.empty() ? "1280x960" : options.size);
+}
+
+}  // namespace
+
+LookOptions follow_look()
+{
+  LookOptions look;
+  look.layers = "contacts,normals";
+  return look;
+}
+
+RunScreenOptions screen_options(const FollowOptions& options, const MotionModel& model)
+{
+  const JobViews job = job_views(model.job.resolved);
+  RunScreenOptions screen;
+  const PictureSize size = size_of(options, job);
+  screen.width = size.width;
+  screen.height = size.height;
+  screen.scene = scene_options(options, job);
+  screen.views = views_of(options, job, model.side == "left" ? Side::left : Side::right);
+  screen.zoom = job.zoom;
+  if (screen.views.size() > most_views) {
+    throw InputError(
+        {"views", "", std::to_string(screen.views.size()), "at most " + std::to_string(most_views)});
+  }
+  return screen;
+}
+
+}  // namespace vrda

@@ -1,0 +1,70 @@
+#include "loop/sink.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+
+#include "core/error.hpp"
+#include "render/png_file.hpp"
+
+namespace vrda {
+
+std::span<const InputEvent> Sink::events(double wait_s)
+{
+  if (!window_) return {};
+  return window_->events(wait_s);
+}
+
+void Sink::keep_pictures(const std::string& folder, const std::string& option)
+{
+  make_folder(folder, option);
+  folder_ = folder;
+}
+
+void Sink::show(const Frame& frame)
+{
+  if (is_hidden()) return;
+  if (window_) {
+    window_->show(frame.scene, frame.shots, frame.overlay);
+  } else if (memory_) {
+    memory_->present(frame.scene, frame.shots, frame.overlay);
+  }
+}
+
+std::string Sink::keep(const Frame& frame, const std::string& name)
+{
+  const Image& image = renderer().draw(frame.scene, frame.shots, frame.overlay);
+  if (film_) film_->add(image);
+  if (folder_.empty()) return {};
+  std::string path = (std::filesystem::path(folder_) / name).string();
+  write_png(image, path);
+  return path;
+}
+
+void Sink::finish()
+{
+  if (film_) film_->finish();
+}
+
+void make_folder(const std::string& folder, const std::string& option)
+{
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder)) {
+    throw InputError({folder, option, error ? error.message() : "no folder", "a folder that can be written"});
+  }
+}
+
+std::string numbered(const std::string& stem, std::size_t number, std::size_t width)
+{
+  std::string digits = std::to_string(number);
+  digits.insert(0, width - std::min(width, digits.size()), '0');
+  return stem + digits;
+}
+
+std::string counted(std::size_t n, const std::string& what)
+{
+  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+}
+
+}  // namespace vrda

@@ -1,0 +1,211 @@
+#include "loop/video_file.hpp"
+
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+#include <vector>
+
+#include "core/error.hpp"
+
+extern char** environ;
+
+namespace vrda {
+namespace {
+
+constexpr std::size_t longest_message = 600;  // bytes: a few lines of ffmpeg
+
+enum class Coding { mp4, webm, gif };
+
+Coding coding_of(const std::string& path)
+{
+  const std::string ending = std::filesystem::path(path).extension().string();
+  if (ending == ".mp4") return Coding::mp4;
+  if (ending == ".webm") return Coding::webm;
+  if (ending == ".gif") return Coding::gif;
+  throw InputError({"--video", "", "\"" + path + "\"", "a name that ends in .mp4, .webm or .gif"});
+}
+
+/// How the pictures become a film. Sizes are cut to even ones, as half the colour samples want, and
+/// colours are coded and named as those of HD television, which players expect.
+std::vector<std::string> coding_arguments(Coding coding)
+{
+  const std::string to_even_yuv =
+      "crop=trunc(iw/2)*2:trunc(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p";
+  const std::vector<std::string> named{"-colorspace", "bt709", "-color_primaries", "bt709",
+                                       "-color_trc",  "bt709", "-color_range",     "tv"};
+  std::vector<std::string> arguments;
+  switch (coding) {
+    case Coding::mp4:
+      arguments = {"-vf", to_even_yuv, "-c:v", "libx264", "-crf", "20", "-movflags", "+faststart"};
+      break;
+    case Coding::webm:
+      arguments = {"-vf", to_even_yuv, "-c:v", "libvpx-vp9", "-crf", "32", "-b:v", "0", "-cpu-used", "4"};
+      break;
+    case Coding::gif:
+      return {"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=bayer:bayer_scale=4", "-f", "gif"};
+  }
+  arguments.insert(arguments.end(), named.begin(), named.end());
+  arguments.insert(arguments.end(), {"-f", coding == Coding::mp4 ? "mp4" : "webm"});
+  return arguments;
+}
+
+std::vector<std::string> arguments_for(const VideoOptions& options, const std::string& path)
+{
+  std::vector<std::string> arguments{"ffmpeg",
+                                     "-nostdin",
+                                     "-hide_banner",
+                                     "-loglevel",
+                                     "error",
+                                     "-xerror",  // or a disk that is full at the end goes unnoticed
+                                     "-y",
+                                     "-f",
+                                     "rawvideo",
+                                     "-pixel_format",
+                                     "rgba",
+                                     "-video_size",
+                                     std::to_string(options.width) + "x" + std::to_string(options.height),
+                                     "-framerate",
+                                     std::to_string(options.frames_per_s),
+                                     "-i",
+                                     "pipe:0",
+                                     "-fflags",
+                                     "+bitexact",
+                                     "-flags:v",
+                                     "+bitexact",
+                                     "-map_metadata",
+                                     "-1"};
+  const std::vector<std::string> coding = coding_arguments(coding_of(options.path));
+  arguments.insert(arguments.end(), coding.begin(), coding.end());
+  arguments.push_back("file:" + path);
+  return arguments;
+}
+
+[[noreturn]] void refuse(const std::string& path, const std::string& found)
+{
+  throw InputError({path, "--video", found, "a film written by ffmpeg"});
+}
+
+}  // namespace
+
+void require_video_name(const std::string& path)
+{
+  coding_of(path);
+}
+
+VideoFile::VideoFile(const VideoOptions& options)
+    : options_(options), unfinished_path_(options.path + ".part")
+{
+  require_video_name(options.path);
+  start();
+}
+
+VideoFile::~VideoFile()
+{
+  stop();
+}
+
+void VideoFile::start()
+{
+  std::array<int, 2> ends{};
+  // A socket rather than a pipe: writing to an ffmpeg that ended is then an error of ours, not a signal.
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+    refuse(options_.path, std::strerror(errno));
+  frames_ = ends[0];
+  messages_ = memfd_create("ffmpeg", MFD_CLOEXEC);
+  std::vector<std::string> arguments = arguments_for(options_, unfinished_path_);
+  std::vector<char*> pointers;
+  pointers.reserve(arguments.size() + 1);
+  for (std::string& argument : arguments) pointers.push_back(argument.data());
+  pointers.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, messages_, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, messages_, STDERR_FILENO);
+  const int error = posix_spawnp(&ffmpeg_, "ffmpeg", &actions, nullptr, pointers.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  close(ends[1]);
+  if (error == 0) return;
+  ffmpeg_ = -1;
+  stop();
+  if (error == ENOENT)
+    throw InputError(
+        {"--video", "", "no ffmpeg on the PATH", "ffmpeg installed, or pictures without --video"});
+  refuse(options_.path, std::strerror(error));
+}
+
+void VideoFile::stop()
+{
+  if (frames_ >= 0) close(frames_);
+  frames_ = -1;
+  if (ffmpeg_ > 0) {
+    kill(ffmpeg_, SIGTERM);
+    ended();
+  }
+  if (messages_ >= 0) close(messages_);
+  messages_ = -1;
+  std::error_code gone;
+  std::filesystem::remove(unfinished_path_, gone);
+}
+
+/// Waits for ffmpeg's end; its status as waitpid gives it.
+int VideoFile::ended()
+{
+  int status = 0;
+  while (waitpid(ffmpeg_, &status, 0) < 0 && errno == EINTR) {
+  }
+  ffmpeg_ = -1;
+  return status;
+}
+
+void VideoFile::fail(int status)
+{
+  std::array<char, longest_message> words{};
+  const ssize_t n = pread(messages_, words.data(), words.size(), 0);
+  std::string said(words.data(), n > 0 ? static_cast<std::size_t>(n) : 0);
+  while (!said.empty() && (said.back() == '\n' || said.back() == ' ')) said.pop_back();
+  stop();
+  const std::string how = WIFEXITED(status) ? "exit code " + std::to_string(WEXITSTATUS(status))
+                                            : "signal " + std::to_string(WTERMSIG(status));
+  refuse(options_.path, "ffmpeg ended with " + how + (said.empty() ? "" : ": " + said));
+}
+
+void VideoFile::add(const Image& image)
+{
+  check(image.width == options_.width && image.height == options_.height, "frames of a film have one size");
+  const std::uint8_t* left = image.rgba.data();
+  std::size_t n_left = image.rgba.size();
+  while (n_left > 0) {
+    const ssize_t n = send(frames_, left, n_left, MSG_NOSIGNAL);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) {
+      close(frames_);
+      frames_ = -1;
+      fail(ended());
+    }
+    left += n;
+    n_left -= static_cast<std::size_t>(n);
+  }
+}
+
+void VideoFile::finish()
+{
+  close(frames_);
+  frames_ = -1;
+  const int status = ended();
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) fail(status);
+  std::error_code error;
+  std::filesystem::rename(unfinished_path_, options_.path, error);
+  if (error) refuse(options_.path, error.message());
+}
+
+}  // namespace vrda

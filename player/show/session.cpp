@@ -1,0 +1,274 @@
+#include "show/session.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr int framed_places = 7;           // of the motion: its outline changes slowly
+constexpr double session_message_s = 4.0;  // long enough to read a path
+constexpr double most_elapsed_s = 0.25;    // a program that was stopped goes on where it was
+
+std::vector<PlayedSet> played_sets(const MotionModel& model)
+{
+  std::vector<PlayedSet> sets;
+  for (const std::string& name : set_names(model))
+    sets.push_back({Motion(model, name), GapReader(model, name)});
+  return sets;
+}
+
+std::size_t row_of(const MotionModel& model, const std::string& set)
+{
+  const std::vector<std::string> names = set_names(model);
+  const auto found = std::find(names.begin(), names.end(), set);
+  check(found != names.end(), "a session is asked for a set that the model has");
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+/// What the picture has room for, over the whole motion.
+std::vector<Eigen::Vector3d> points_over(Scene& scene, const Motion& motion, const SessionOptions& options)
+{
+  std::vector<Eigen::Vector3d> all;
+  for (int i = 0; i < framed_places; ++i) {
+    const double part = static_cast<double>(i) / (framed_places - 1);
+    const double flexion_rad =
+        motion.first_flexion_rad() + part * (motion.last_flexion_rad() - motion.first_flexion_rad());
+    const JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
+    if (pose.status != PoseStatus::solved) continue;
+    place(scene, frames_of(pose, options.held));
+    const std::vector<Eigen::Vector3d> points = framed_points(scene, options.framed);
+    all.insert(all.end(), points.begin(), points.end());
+  }
+  return all.empty() ? framed_points(scene, Framed::joint) : all;
+}
+
+Timeline timeline_of(const Motion& motion, const SessionOptions& options)
+{
+  const Timeline timeline = with_range({}, motion.first_flexion_rad(), motion.last_flexion_rad());
+  return moved_to(timeline, options.flexion_rad.value_or(timeline.first_rad));
+}
+
+}  // namespace
+
+Session::Session(MotionModel model, const SessionOptions& options)
+    : model_(std::move(model)),
+      sets_(played_sets(model_)),
+      scene_(scene_of(model_.reference, model_.moving, model_.rotation_centre_mm)),
+      layers_(model_, scene_),
+      side_(model_.side == "left" ? Side::left : Side::right),
+      gui_({options.title, set_names(model_), options.scale}),
+      view_(options.view),
+      width_(options.width),
+      height_(options.height)
+{
+  check(!scene_.drawables.empty(), "a motion model that was read has triangles");
+  state_.set = row_of(model_, options.set);
+  state_.timeline = timeline_of(sets_[state_.set].motion, options);
+  state_.varus_rad = options.varus_rad;
+  state_.backdrop = options.backdrop;
+  state_.held = options.held;
+  state_.mode = options.look.mode;
+  state_.layers = parsed_layers(options.look.layers);
+  backdrop_ = options.backdrop;
+  scene_.background = background_of(options.backdrop);
+  dress(scene_, options.look);
+  framed_points_ = points_over(scene_, sets_[state_.set].motion, options);
+  range_ = range_now();
+  look_from(view_);
+  advance(0.0);
+}
+
+void Session::load_into(Renderer& renderer) const
+{
+  renderer.load(scene_);
+  renderer.load(gui_.font());
+}
+
+PlayerRange Session::range_now() const
+{
+  const Motion& motion = sets_[state_.set].motion;
+  PlayerRange range;
+  range.n_sets = sets_.size();
+  range.first_varus_rad = motion.first_varus_rad();
+  range.last_varus_rad = motion.last_varus_rad();
+  range.is_varus_free = motion.is_varus_free();
+  range.balanced_varus_rad = motion.balanced_varus_rad(state_.timeline.flexion_rad);
+  range.available = layers_.available();
+  return range;
+}
+
+bool Session::is_over_picture(const Eigen::Vector2d& pointer_px) const
+{
+  const Viewport free = area();
+  const bool is_inside = pointer_px.x() >= free.x && pointer_px.x() < free.x + free.width &&
+                         pointer_px.y() >= free.y && pointer_px.y() < free.y + free.height;
+  return is_inside && !state_.shows_help;
+}
+
+void Session::press(Button button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control)
+{
+  move(pointer_px);
+  if (button == Button::left) pointer_.is_left_down = was_left_pressed_ = true;
+  if (drag_ || !is_over_picture(pointer_px)) return;
+  drag_ = Drag{drag_of(button, has_shift, has_control), gaze_, pointer_px};
+  drag_button_ = button;
+}
+
+void Session::release(Button button)
+{
+  if (button == Button::left) pointer_.is_left_down = false;
+  if (drag_button_ != button) return;
+  drag_.reset();
+  drag_button_.reset();
+}
+
+void Session::move(const Eigen::Vector2d& pointer_px)
+{
+  pointer_.x_px = pointer_px.x();
+  pointer_.y_px = pointer_px.y();
+  if (drag_) gaze_ = dragged(*drag_, pointer_px, area());
+}
+
+void Session::turn_wheel(double notches)
+{
+  if (!is_over_picture({pointer_.x_px, pointer_.y_px})) {
+    pointer_.wheel += notches;
+    return;
+  }
+  drag_.reset();
+  gaze_ = nearer(gaze_, notches);
+}
+
+void Session::double_click(const Eigen::Vector2d& pointer_px)
+{
+  if (!is_over_picture(pointer_px)) return;
+  const std::optional<Eigen::Vector3d> point = point_under(scene_, gaze_.camera, area(), pointer_px);
+  if (!point) return;
+  drag_.reset();
+  gaze_ = centred_on(gaze_, *point);
+}
+
+void Session::press_key(const KeyPress& press)
+{
+  do_action(action_of(press));
+}
+
+void Session::resize(int width, int height)
+{
+  if (width == width_ && height == height_) return;
+  width_ = std::max(width, 1);
+  height_ = std::max(height, 1);
+  drag_.reset();
+}
+
+void Session::do_action(Action action)
+{
+  if (action == Action::screenshot) takes_picture_ = true;
+  if (action == Action::full_screen) toggles_full_screen_ = true;
+  if (action == Action::reset_view) look_from(view_);
+  if (const std::optional<View> view = view_of(action)) look_from(*view);
+  state_ = after(state_, action, range_);
+}
+
+void Session::look_from(View view)
+{
+  view_ = view;
+  drag_.reset();
+  const Viewport free = area();
+  FrameOptions options;
+  options.aspect = static_cast<double>(free.width) / free.height;
+  CameraFit fit(view_rotation(view, side_), options);
+  fit.include(framed_points_);
+  gaze_.camera = fit.camera();
+  gaze_.pivot_world_mm = joint_sphere(scene_).centre_world_mm;
+}
+
+void Session::place_joint()
+{
+  range_ = range_now();
+  const Attitude wanted = wanted_attitude(state_, range_);
+  readout_.pose = sets_[state_.set].motion.at(wanted);
+  readout_.is_varus_balanced = !state_.varus_rad.has_value();
+  readout_.gap = sets_[state_.set].gaps.at(readout_.pose.attitude);
+  // Where nothing is solved the joint stays as it stood last, and the numbers say so.
+  const JointFrames frames = frames_of(readout_.pose, state_.held);
+  if (readout_.pose.status == PoseStatus::solved) place(scene_, frames);
+  layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames, state_.layers});
+  scene_.mode = state_.mode;
+  if (state_.backdrop != backdrop_) scene_.background = background_of(state_.backdrop);
+  backdrop_ = state_.backdrop;
+}
+
+void Session::draw_interface(double elapsed_s)
+{
+  GuiFrame frame;
+  frame.width = width_;
+  frame.height = height_;
+  frame.elapsed_s = elapsed_s;
+  frame.pointer = pointer_;
+  frame.pointer.is_left_down |= was_left_pressed_;
+  if (drag_) frame.pointer.is_left_down = false;
+  frame.key = colour_key(layers_, state_.layers);
+  message_left_s_ -= elapsed_s;
+  readout_.message = message_left_s_ > 0.0 ? message_.c_str() : nullptr;
+  const GuiAnswer answer = gui_.frame(frame, state_, range_, readout_);
+  pointer_.wheel = 0.0;
+  was_left_pressed_ = false;
+  state_ = answer.state;
+  do_action(answer.action);
+}
+
+void Session::aim(const Viewport& viewport)
+{
+  shot_.viewport = viewport;
+  gaze_.camera.aspect = static_cast<double>(viewport.width) / viewport.height;
+  shot_.camera = with_depth_range(gaze_.camera, scene_);
+}
+
+void Session::advance(double elapsed_s)
+{
+  --n_frames_due_;
+  state_.timeline = advanced(state_.timeline, std::min(elapsed_s, most_elapsed_s));
+  place_joint();
+  draw_interface(elapsed_s);
+  aim(area());
+}
+
+bool Session::is_idle() const
+{
+  return !state_.timeline.is_playing && !drag_ && n_frames_due_ <= 0 && message_left_s_ <= 0.0;
+}
+
+bool Session::takes_picture()
+{
+  return std::exchange(takes_picture_, false);
+}
+
+bool Session::toggles_full_screen()
+{
+  return std::exchange(toggles_full_screen_, false);
+}
+
+const Image& Session::picture(Renderer& renderer)
+{
+  aim({0, 0, renderer.width(), renderer.height()});
+  if (!state_.shows_numbers) return renderer.draw(scene_, shots(), nullptr);
+  GuiFrame frame;
+  frame.width = renderer.width();
+  frame.height = renderer.height();
+  frame.key = colour_key(layers_, state_.layers);
+  Readout readout = readout_;
+  readout.message = nullptr;
+  return renderer.draw(scene_, shots(), &gui_.still(frame, state_, range_, readout));
+}
+
+void Session::tell(const std::string& message)
+{
+  message_ = message;
+  message_left_s_ = session_message_s;
+}
+
+}  // namespace vrda

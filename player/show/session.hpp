@@ -1,0 +1,122 @@
+/// A joint being looked at: what a window shows and what its user does, without the window itself.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gui/gui.hpp"
+#include "motion/poses.hpp"
+#include "render/renderer.hpp"
+#include "render/window.hpp"
+#include "scene/joint_layers.hpp"
+#include "scene/scene.hpp"
+#include "store/motion_model.hpp"
+#include "view/gap_reading.hpp"
+#include "view/gaze.hpp"
+#include "view/look.hpp"
+#include "view/player_state.hpp"
+#include "view/pointer.hpp"
+
+namespace vrda {
+
+struct SessionOptions {
+  std::string set;  ///< one of set_names(model)
+  std::string title;
+  View view = View::oblique;
+  std::optional<double> flexion_rad;  ///< default the first
+  std::optional<double> varus_rad;    ///< default the balanced one
+  Backdrop backdrop = Backdrop::studio;
+  Held held = Held::moving;
+  LookOptions look;
+  Framed framed = Framed::joint;
+  int width = 1280, height = 960;
+  double scale = 1.0;  ///< of text and controls
+};
+
+/// One set of the model: its poses and what is known of its gaps.
+struct PlayedSet {
+  Motion motion;
+  GapReader gaps;
+};
+
+class Session {
+ public:
+  Session(MotionModel model, const SessionOptions& options);
+
+  /// The meshes and the font, for a renderer that has not got them.
+  void load_into(Renderer& renderer) const;
+
+  // What the user does, in the order it happens. Pixels from the picture's top left corner.
+  void take(const InputEvent& event);
+  void press(Button button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
+  void release(Button button);
+  void move(const Eigen::Vector2d& pointer_px);
+  void turn_wheel(double notches);
+  void double_click(const Eigen::Vector2d& pointer_px);
+  void press_key(const KeyPress& press);
+  void resize(int width, int height);
+
+  /// Goes on by `elapsed_s`, then the picture is up to date. Allocates nothing once warm.
+  void advance(double elapsed_s);
+
+  /// Nothing will change until something happens.
+  bool is_idle() const;
+
+  const Scene& scene() const { return scene_; }
+  std::span<const Shot> shots() const { return {&shot_, 1}; }
+  const Overlay& overlay() const { return gui_.overlay(); }
+  const PlayerState& state() const { return state_; }
+  const JointPose& pose() const { return readout_.pose; }
+  bool is_varus_free() const { return range_.is_varus_free; }
+  /// What was told last, whether it still stands or not.
+  const std::string& told() const { return message_; }
+  const Gaze& gaze() const { return gaze_; }
+
+  /// True once after the user asked for it.
+  bool takes_picture();
+  bool toggles_full_screen();
+
+  /// The picture without controls, as large as the renderer's.
+  const Image& picture(Renderer& renderer);
+  /// Shown for some seconds.
+  void tell(const std::string& message);
+
+ private:
+  void do_action(Action action);
+  void take_key(const InputEvent& event);
+  void look_from(View view);
+  bool is_over_picture(const Eigen::Vector2d& pointer_px) const;
+  Viewport area() const { return gui_.free_area(width_, height_, state_); }
+  PlayerRange range_now() const;
+  void place_joint();
+  void draw_interface(double elapsed_s);
+  void aim(const Viewport& viewport);
+
+  MotionModel model_;
+  std::vector<PlayedSet> sets_;
+  Scene scene_;
+  JointLayers layers_;
+  std::vector<Eigen::Vector3d> framed_points_;  ///< over the whole motion, world
+  Side side_ = Side::right;
+  Gui gui_;
+  PlayerState state_;
+  PlayerRange range_;
+  Readout readout_;
+  Gaze gaze_;
+  View view_ = View::oblique;
+  Backdrop backdrop_ = Backdrop::studio;  ///< that the scene has; a file of lights may bring another
+  Shot shot_;
+  std::optional<Drag> drag_;
+  std::optional<Button> drag_button_;
+  GuiPointer pointer_;
+  int held_key_ = 0;               ///< of the window's codes
+  int n_frames_due_ = 0;           ///< until the interface stands still again
+  bool was_left_pressed_ = false;  ///< since the last frame: a click shorter than a frame counts
+  int width_ = 0, height_ = 0;
+  bool takes_picture_ = false, toggles_full_screen_ = false;
+  std::string message_;
+  double message_left_s_ = 0.0;
+};
+
+}  // namespace vrda

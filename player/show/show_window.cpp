@@ -1,0 +1,138 @@
+// The mode `show` in a window.
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "core/error.hpp"
+#include "loop/loop.hpp"
+#include "render/png_file.hpp"
+#include "render/window.hpp"
+#include "show/session.hpp"
+#include "show/shown_model.hpp"
+#include "view/arguments.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr double paused_wait_s = 0.25;         // a paused picture wants no work
+constexpr double least_frame_s = 1.0 / 120.0;  // where the screen sets no pace
+
+void require_window_options(const ShowOptions& options)
+{
+  if (!options.trace.empty()) {
+    throw InputError(
+        {"--trace", "", "no --offscreen and no --video", "either of them: a window shows no such series"});
+  }
+  if (parsed_views(options.views).size() > 1)
+    throw InputError({"--views", "", options.views, "one view: a window begins with it"});
+}
+
+SessionOptions session_options(const ShowOptions& options, const std::string& set)
+{
+  const PictureSize size = parsed_size(options.size);
+  SessionOptions session;
+  session.set = set;
+  session.view = *view_named(parsed_views(options.views).front());
+  if (options.flexion)
+    session.flexion_rad = rad_from_deg(parsed_angles("--flexion", *options.flexion).first_deg);
+  if (options.varus_deg) session.varus_rad = rad_from_deg(*options.varus_deg);
+  session.backdrop = options.backdrop;
+  session.held = options.held;
+  session.look = options.look;
+  session.framed = options.framed;
+  session.width = size.width;
+  session.height = size.height;
+  return session;
+}
+
+/// A name in the current folder that nothing has yet: knee_flexion_040.png, then knee_flexion_040_2.png.
+std::string free_name(const std::string& file, double flexion_rad)
+{
+  const std::string stem = std::filesystem::path(file).stem().string() + "_flexion_" +
+                           angle_label(std::round(deg_from_rad(flexion_rad)), {});
+  std::string name = stem + ".png";
+  for (int n = 2; std::filesystem::exists(name); ++n) name = stem + "_" + std::to_string(n) + ".png";
+  return name;
+}
+
+WindowOptions window_options(const ShowOptions& options, const SessionOptions& session)
+{
+  WindowOptions window;
+  window.width = session.width;
+  window.height = session.height;
+  window.samples = options.samples;
+  return window;
+}
+
+/// A joint, the files dropped on it, and what its user does.
+class ShowMode final : public Mode {
+ public:
+  ShowMode(const ShowOptions& options, MotionModel model, const SessionOptions& session, Sink& sink)
+      : sink_(sink), shown_(options.file, std::move(model), session, sink.renderer())
+  {
+    set_title();
+  }
+
+  bool is_over() const override { return shown_.session().state().is_done; }
+
+  RoundTime round_time() const override
+  {
+    return {sink_.is_hidden() || shown_.session().is_idle() ? paused_wait_s : least_frame_s};
+  }
+
+  void take(const InputEvent& event) override
+  {
+    shown_.session().take(event);
+    const std::vector<std::string>& dropped = sink_.window()->dropped_files();
+    // Of several, the first.
+    if (event.kind == InputKind::drop && !dropped.empty() && shown_.open(dropped.front())) set_title();
+  }
+
+  void advance(double elapsed_s) override
+  {
+    Session& session = shown_.session();
+    session.resize(sink_.renderer().width(), sink_.renderer().height());
+    session.advance(elapsed_s);
+    if (session.takes_picture()) save_picture();
+    if (session.toggles_full_screen()) sink_.window()->toggle_full_screen();
+  }
+
+  void draw() override
+  {
+    const Session& session = shown_.session();
+    sink_.show({session.scene(), session.shots(), &session.overlay()});
+  }
+
+ private:
+  void set_title()
+  {
+    sink_.window()->set_title((shown_.title().empty() ? shown_.file() : shown_.title()) + " - vrda-player");
+  }
+
+  void save_picture()
+  {
+    Session& session = shown_.session();
+    const std::string name = free_name(shown_.file(), session.pose().attitude.flexion_rad);
+    const auto refused = attempt([&] { write_png(session.picture(sink_.renderer()), name); });
+    session.tell(refused ? refused->what() : "picture written: " + name);
+  }
+
+  Sink& sink_;
+  ShownModel shown_;
+};
+
+}  // namespace
+
+void show_in_window(const ShowOptions& options, MotionModel model, const std::string& set)
+{
+  require_window_options(options);
+  SessionOptions chosen = session_options(options, set);
+  Sink sink(window_options(options, chosen));
+  chosen.scale = std::clamp(sink.window()->content_scale(), 1.0, 4.0);
+  ShowMode mode(options, std::move(model), chosen, sink);
+  StopSignals stop;
+  run_loop(mode, sink, stop);
+}
+
+}  // namespace vrda

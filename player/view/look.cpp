@@ -1,0 +1,86 @@
+#include "view/look.hpp"
+
+#include <limits>
+
+#include "core/error.hpp"
+#include "render/png_file.hpp"
+#include "scene/joint_layers.hpp"
+#include "scene/lights_file.hpp"
+#include "view/arguments.hpp"
+
+namespace vrda {
+namespace {
+
+/// Opacity left to bodies that are looked through. A closed bone lies before what it holds with four walls at
+/// most: half of that is still seen, and the bone too.
+constexpr float glassy = 0.18F;
+
+constexpr double least_scale_mm = 0.1, most_scale_mm = 1000.0;
+
+void set_texture(Scene& scene, const LookOptions& look)
+{
+  if (look.texture.empty()) return;
+  if (!(look.texture_scale_mm >= least_scale_mm && look.texture_scale_mm <= most_scale_mm)) {
+    throw InputError(
+        {"--texture-scale", "", std::to_string(look.texture_scale_mm) + " mm", "0.1 to 1000 mm"});
+  }
+  scene.texture = read_png_texture(look.texture);
+  scene.texture.scale_mm = look.texture_scale_mm;
+}
+
+void set_transparency(Scene& scene, const std::string& who)
+{
+  if (who.empty()) return;
+  if (who != "reference" && who != "moving" && who != "both") {
+    throw InputError({"--see-through", "", "\"" + who + "\"", "reference, moving or both"});
+  }
+  if (who != "moving") see_through(scene, Owner::reference, glassy);
+  if (who != "reference") see_through(scene, Owner::moving, glassy);
+}
+
+void set_hidden(Scene& scene, const std::string& who)
+{
+  if (who.empty()) return;
+  if (who != "reference" && who != "moving")
+    throw InputError({"--hide", "", "\"" + who + "\"", "reference or moving"});
+  hide(scene, who == "reference" ? Owner::reference : Owner::moving);
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> framed_points(const Scene& scene, Framed framed)
+{
+  constexpr double everywhere_mm = std::numeric_limits<double>::infinity();
+  return points_within(
+      scene, framed == Framed::all ? Sphere{Eigen::Vector3d::Zero(), everywhere_mm} : joint_sphere(scene));
+}
+
+LayerSet parsed_layers(const std::string& text)
+{
+  LayerSet layers;
+  if (text.empty()) return layers;
+  std::string known;
+  for (const std::string& name : layer_names()) known += (known.empty() ? "" : ", ") + name;
+  for (const std::string& name : split(text, ',')) {
+    const std::optional<Layer> layer = layer_named(name);
+    if (!layer) throw InputError({"--layers", "", "\"" + name + "\"", "some of " + known});
+    if (layers.has(*layer)) throw InputError({"--layers", "", name + " twice", "every layer once"});
+    layers.set(*layer, true);
+  }
+  return layers;
+}
+
+void dress(Scene& scene, const LookOptions& look)
+{
+  scene.mode = look.mode;
+  set_texture(scene, look);
+  if (!look.lights.empty()) {
+    const Lights lights = read_lights(look.lights);
+    scene.lighting = lights.lighting;
+    if (lights.background) scene.background = *lights.background;
+  }
+  set_transparency(scene, look.see_through);
+  set_hidden(scene, look.hidden);
+}
+
+}  // namespace vrda

@@ -1,0 +1,204 @@
+// The bench's pictures without devices: what keys may not do, recordings from anywhere, no allocation.
+#include "bench/bench_show.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+#include <sstream>
+
+#include "bench/bench_run.hpp"
+#include "motion/support/models.hpp"
+#include "player/bench/bench_samples.hpp"
+#include "player/setup/bench_texts.hpp"
+#include "recording/recording.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/allocation_count.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda::bench_show_test {
+
+using test::ms_in_ns;
+
+constexpr std::int64_t picture_ns = 16 * ms_in_ns;
+constexpr int n_pictures = 40;
+
+std::vector<KeyPress> presses(int n, Key key, bool has_shift = false)
+{
+  return std::vector<KeyPress>(static_cast<std::size_t>(n), KeyPress{key, has_shift, false});
+}
+
+/// Selects the right eye's k1 from the first parameter, around the end of the list.
+std::vector<KeyPress> to_right_k1()
+{
+  return presses(4, Key::up);
+}
+
+double right_k1(const BenchState& state)
+{
+  return state.values().calibration.eyes.right.distortion.k1;
+}
+
+TEST(BenchTake, EyesThatCannotBeDrawnForArePutBackToWhatTheyWereBefore)
+{
+  test::SmallBench bench(test::rigid_text());
+  PanelContent panel;
+  take(bench.state, panel, to_right_k1(), {});
+  ASSERT_EQ(parameters()[bench.state.selected()].name, "right.k1");
+  // The corner of 640 x 480 is 1.25 units out: optics fold there from k1 = -1 / (3 * 1.25^2) = -0.213 on.
+  take(bench.state, panel, presses(20, Key::left, true), {});
+  EXPECT_NEAR(right_k1(bench.state), -0.2, 1e-12);
+  EXPECT_EQ(panel.message, "");
+  take(bench.state, panel, presses(2, Key::left, true), {});
+  EXPECT_NEAR(right_k1(bench.state), -0.2, 1e-12);
+  EXPECT_THAT(panel.message, testing::HasSubstr("which fold at"));
+  EXPECT_THAT(panel.message, testing::EndsWith(": put back"));
+  take(bench.state, panel, presses(1, Key::right, true), {});
+  EXPECT_NEAR(right_k1(bench.state), -0.19, 1e-12);
+}
+
+TEST(BenchTake, ThePotentiometerGoesOnFromWhatWasPutBack)
+{
+  test::SmallBench bench(test::rigid_text());
+  PanelContent panel;
+  take(bench.state, panel, to_right_k1(), {});
+  take(bench.state, panel, presses(20, Key::left, true), {});
+  int k = 0;
+  const auto turn = [&](int from, int to) {
+    for (int n = 0; n <= 400; ++n, ++k) {
+      const int count = n < 200 ? from + (to - from) * n / 200 : to;
+      const Sample sample = test::potentiometer_sample(count, k * 10 * ms_in_ns);
+      take(bench.state, panel, {}, {&sample, 1});
+    }
+    return right_k1(bench.state);
+  };
+  turn(900, 900);
+  // 80 steps of 0.001 down, of which 13 can be drawn for; it stops at the last one.
+  EXPECT_NEAR(turn(900, 491), -0.213, 0.0015);
+  EXPECT_THAT(panel.message, testing::EndsWith(": put back"));
+  // 20 steps up from there, the way back does not count.
+  EXPECT_NEAR(turn(491, 593), -0.193, 0.0015);
+}
+
+class BenchReplay : public testing::Test {
+ protected:
+  BenchReplay()
+  {
+    MotionModel model = test::bench_model("right");
+    test::add_bodies(model);
+    write_motion_model(options_.file, model);
+    const std::string text =
+        test::bench_head("rigid") +
+        "[display]\nwidth = 320\nheight = 256\nlayout = \"quarters\"\nrefresh_hz = 62.5\n" +
+        test::tracker_table + "[body.leg]\ntool = \"leg\"\n";
+    options_.bench = scratch_.write("bench.toml", text).string();
+    options_.look.mode = DrawMode::smooth;
+    options_.is_headless = options_.is_quiet = true;
+    setup_.emplace(read_bench_setup(options_));
+  }
+
+  std::string in_scratch(const std::string& name) const { return (scratch_.path() / name).string(); }
+
+  static std::vector<KeyPress> keys_of(int picture)
+  {
+    if (picture == 2) return to_right_k1();
+    if (picture == 5) return presses(15, Key::left, true);
+    if (picture == 8) return presses(15, Key::left, true);  // optics that fold: put back
+    if (picture == 20) return presses(10, Key::right, true);
+    return {};
+  }
+
+  /// The leg turns and goes.
+  static Sample sample_of(int picture)
+  {
+    const Screw a_second{{0.5, -0.8, 0.3}, {40.0, -20.0, 10.0}};
+    const std::int64_t now_ns = picture * picture_ns;
+    return test::place_sample(0, test::moved(Pose::Identity(), a_second, 0.016 * picture), now_ns + 1,
+                              now_ns);
+  }
+
+  void record(const std::string& log) const
+  {
+    Recorder recorder(log, setup_->facts);
+    for (int k = 0; k < n_pictures; ++k) {
+      const Sample sample = sample_of(k);
+      recorder.add(k * picture_ns, keys_of(k), {&sample, 1});
+    }
+    recorder.close();
+  }
+
+  std::map<std::string, std::string> replayed(const std::string& log, const std::string& folder,
+                                              double from_s, std::optional<double> speed) const
+  {
+    BenchOptions options = options_;
+    options.bench.clear();
+    options.replay = log;
+    options.pictures = in_scratch(folder);
+    options.from_s = from_s;
+    options.speed = speed;
+    std::ostringstream data, talk;
+    replay_bench(options, {data, talk});
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::directory_iterator(options.pictures))
+      files[entry.path().filename()] = test::read_bytes(entry.path());
+    return files;
+  }
+
+  test::Scratch scratch_;
+  BenchOptions options_ = [this] {
+    BenchOptions options;
+    options.file = in_scratch("knee.h5");
+    return options;
+  }();
+  std::optional<BenchSetup> setup_;
+};
+
+TEST_F(BenchReplay, WhatCalibrationAloneTracksIsNotWaitedFor)
+{
+  EXPECT_EQ(setup_->bench.tracker->tools, (std::vector<std::string>{"leg"}));
+  BenchOptions options = options_;
+  options.bench = scratch_.write("calibrated.toml", setup_->bench.text + "[calibration]\n").string();
+  const BenchSetup calibrated = read_bench_setup(options);
+  EXPECT_TRUE(calibrated.bench.calibration.is_present);
+  EXPECT_EQ(calibrated.bench.tracker->tools, setup_->bench.tracker->tools);
+}
+
+TEST_F(BenchReplay, FromWithinAndAtAnySpeedShowsThePicturesOfAWholeOne)
+{
+  const std::string log = in_scratch("a.log");
+  record(log);
+  const std::map<std::string, std::string> whole = replayed(log, "whole", 0.0, std::nullopt);
+  ASSERT_EQ(whole.size(), static_cast<std::size_t>(n_pictures));
+  EXPECT_EQ(replayed(log, "quick", 0.0, 100.0), whole);
+  // Between what was put back and the next key, and behind it.
+  for (const int first : {15, 30}) {
+    const std::string folder = "from " + std::to_string(first);
+    const std::map<std::string, std::string> part =
+        replayed(log, folder, 1e-9 * static_cast<double>(first * picture_ns), std::nullopt);
+    ASSERT_EQ(part.size(), static_cast<std::size_t>(n_pictures - first));
+    for (const auto& [name, bytes] : part) EXPECT_TRUE(whole.at(name) == bytes) << name;
+  }
+}
+
+TEST_F(BenchReplay, ABenchFrameAllocatesNothingThoughTheCalibrationKeepsItsMarks)
+{
+  CalibrationRecord& record = setup_->calibration.records[CalibrationPart::viewport];
+  record.date = "2026-11-22, a date too long for a short string";
+  record.marks = {{"a task with a name that is long", {{1.0, 2.0}, {3.0, 4.0}}}};
+  BenchShow show(options_, *setup_);
+  BenchState state(setup_->bench, setup_->calibration, setup_->motion, setup_->frame);
+  const auto round = [&](int k) {
+    const Sample sample = sample_of(k);
+    take(state, show.panel(), {}, {&sample, 1});
+    show.show(state, state.frame(k * picture_ns), static_cast<std::uint64_t>(k));
+  };
+  for (int k = 1; k < 100; ++k) round(k);
+  const long before = test::allocations_of_thread();
+  for (int k = 100; k < 200; ++k) round(k);
+  EXPECT_EQ(test::allocations_of_thread() - before, 0);
+  const std::vector<int> counted(10);
+  EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the count counts";
+}
+
+}  // namespace vrda::bench_show_test

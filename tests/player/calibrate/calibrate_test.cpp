@@ -1,0 +1,444 @@
+// `calibrate` as its users meet it, on benches that exist in numbers.
+#include "calibrate/calibrate.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "calibrate/calibration_report.hpp"
+#include "calibrate/key_script.hpp"
+#include "motion/support/models.hpp"
+#include "render/png_file.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+#include "virtual_bench/truth.hpp"
+
+namespace vrda::calibrate_test {
+
+using testing::HasSubstr;
+
+struct Said {
+  CalibrateEnd end = CalibrateEnd::left;
+  std::string data, talk;
+};
+
+Said calibrated(const CalibrateOptions& options)
+{
+  std::ostringstream data, talk;
+  const CalibrateEnd end = calibrate(options, {data, talk});
+  return {end, data.str(), talk.str()};
+}
+
+InputError::Facts refusal(const CalibrateOptions& options)
+{
+  std::ostringstream data, talk;
+  return test::input_error([&] { calibrate(options, {data, talk}); });
+}
+
+class Calibrate : public testing::Test {
+ protected:
+  CalibrateOptions options(const std::string& step, const std::string& file = "calibration.toml") const
+  {
+    CalibrateOptions made;
+    made.step = step;
+    made.is_virtual = made.is_headless = true;
+    made.calibration = in_scratch(file);
+    return made;
+  }
+  std::string in_scratch(const std::string& name) const { return (scratch_.path() / name).string(); }
+  std::string written(const std::string& name, const std::string& text) const
+  {
+    return scratch_.write(name, text).string();
+  }
+
+  test::Scratch scratch_;
+};
+
+TEST(KeyScript, ALineAtATime)
+{
+  KeyScript script(parsed_key_script("# a trial\npress Shift+Left 3\nwait 0.5\n\npress H # help\n", "s.txt"));
+  const std::vector<KeyPress> first = script.keys(0.0);
+  ASSERT_EQ(first.size(), 3u);
+  EXPECT_EQ(first[2].key, Key::left);
+  EXPECT_TRUE(first[2].has_shift);
+  EXPECT_FALSE(first[2].has_control);
+  for (const double now_s : {0.1, 0.4, 0.59, 0.6}) EXPECT_TRUE(script.keys(now_s).empty()) << now_s;
+  EXPECT_FALSE(script.is_over());
+  ASSERT_EQ(script.keys(0.7).size(), 1u);
+  EXPECT_TRUE(script.is_over());
+  EXPECT_TRUE(script.keys(0.8).empty());
+}
+
+TEST(KeyScript, ALineThatIsNoneIsNamed)
+{
+  for (const std::string line :
+       {"push Enter", "press", "press Entre", "press Right 0", "press Right 1.5", "press Alt+Left", "wait",
+        "wait -1", "wait 1 2", "press Shift+Shift+Left", "press Right 20000", "press left"}) {
+    SCOPED_TRACE(line);
+    const InputError::Facts facts =
+        test::input_error([&] { parsed_key_script("press Enter\n\n" + line, "s.txt"); });
+    EXPECT_EQ(facts.file, "s.txt");
+    EXPECT_EQ(facts.field, "line 3");
+  }
+}
+
+TEST(CalibrationReport, AnIntervalLeavesTwoOfItsDigits)
+{
+  EXPECT_EQ(interval_text(879.9163, 1.4142, "px"), "879.9 +- 1.4 px");
+  EXPECT_EQ(interval_text(0.0214567, 0.000345, ""), "0.02146 +- 0.00035");
+  EXPECT_EQ(interval_text(-12.0, 35.0, "mm"), "-12 +- 35 mm");
+}
+
+TEST(CalibrationReport, QuantilesAreByRank)
+{
+  std::vector<TargetError> errors;
+  for (int k = 20; k > 0; --k) errors.push_back({0.1 * k, 1.0 * k});
+  const TargetSummary summary = summary_of(errors);
+  EXPECT_DOUBLE_EQ(summary.median_mm, 1.0);
+  EXPECT_DOUBLE_EQ(summary.most_of_ten_mm, 1.8);
+  EXPECT_DOUBLE_EQ(summary.largest_mm, 2.0);
+  EXPECT_DOUBLE_EQ(summary.median_arc_min, 10.0);
+  EXPECT_EQ(summary_of(std::span<const TargetError>()).median_mm, 0.0);
+}
+
+TEST_F(Calibrate, WhatIsWrongWithTheOptionsIsTold)
+{
+  CalibrateOptions real;
+  real.step = "all";
+  EXPECT_EQ(refusal(real).file, "--bench");
+  real.bench = written("bench.toml", virtual_bench_text());
+  EXPECT_EQ(refusal(real).file, "--calibration");
+  real.calibration = in_scratch("c.toml");
+  real.is_headless = true;
+  EXPECT_EQ(refusal(real).file, "--headless");
+  real.pictures = in_scratch("pictures");
+  EXPECT_EQ(refusal(real).file, "--pictures");
+  real.n_benches = 2;
+  EXPECT_EQ(refusal(real).file, "--benches");
+
+  EXPECT_THAT(refusal(options("viewprot")).found, HasSubstr("viewprot"));
+  EXPECT_THAT(refusal(options("viewprot")).wanted,
+              HasSubstr("all, bench, person, tracking, status, solve, viewport, distortion, rails"));
+  EXPECT_EQ(refusal(options("status")).file, in_scratch("calibration.toml"));
+  CalibrateOptions scripted = options("viewport");
+  scripted.script = written("script.txt", "press Entre\n");
+  EXPECT_EQ(refusal(scripted).field, "line 1");
+  CalibrateOptions headed = options("viewport");
+  headed.head = "hat";
+  EXPECT_EQ(refusal(headed).file, "--head");
+  CalibrateOptions pictured = options("viewport");
+  pictured.is_headless = false;
+  pictured.pictures = in_scratch("pictures");
+  EXPECT_EQ(refusal(pictured).file, "--pictures");
+}
+
+TEST_F(Calibrate, WhatManyBenchesWouldNotDoIsRefused)
+{
+  const auto refused = [&](const std::function<void(CalibrateOptions&)>& add) {
+    CalibrateOptions many = options("all");
+    many.calibration.clear();
+    many.n_benches = 2;
+    add(many);
+    const InputError::Facts facts = refusal(many);
+    EXPECT_EQ(facts.file, "--benches");
+    return facts.found;
+  };
+  EXPECT_THAT(refused([](CalibrateOptions& o) { o.calibration = "q.toml"; }), HasSubstr("--calibration"));
+  EXPECT_THAT(refused([](CalibrateOptions& o) { o.script = "keys.txt"; }), HasSubstr("--script"));
+  EXPECT_THAT(refused([](CalibrateOptions& o) { o.pictures = "p"; }), HasSubstr("--pictures"));
+  EXPECT_THAT(refused([](CalibrateOptions& o) { o.step = "viewport"; }), HasSubstr("viewport"));
+}
+
+TEST_F(Calibrate, TheErrorAfterwardsIsToldOnceAllPartsAreDone)
+{
+  const Said text = calibrated(options("viewport"));
+  EXPECT_THAT(text.data, HasSubstr("  before  median "));
+  EXPECT_THAT(text.data, HasSubstr("  after   known when these are done: distortion, rails, stop, probe, "));
+  EXPECT_THAT(text.data, testing::Not(HasSubstr("after   median")));
+  CalibrateOptions bench = options("bench");
+  bench.has_json = true;
+  const nlohmann::json some = nlohmann::json::parse(calibrated(bench).data)["targets"];
+  EXPECT_EQ(some["n"], 40);
+  EXPECT_TRUE(some["before"].is_object());
+  EXPECT_TRUE(some["after"].is_null());
+  EXPECT_EQ(some["to_be_done"], nlohmann::json({"eyepoints", "ipd", "subject", "bullseye", "leg"}));
+  bench.step = "person";
+  const nlohmann::json all = nlohmann::json::parse(calibrated(bench).data)["targets"];
+  EXPECT_TRUE(all["after"].is_object());
+  EXPECT_TRUE(all["to_be_done"].empty());
+}
+
+TEST_F(Calibrate, ThePersonInNumbersDoesItAll)
+{
+  const Said all = calibrated(options("all"));
+  EXPECT_EQ(all.end, CalibrateEnd::finished);
+  EXPECT_THAT(all.data, HasSubstr("leg.shift_x"));
+  EXPECT_THAT(all.data, HasSubstr("  after   median "));
+  EXPECT_THAT(all.data, testing::Not(HasSubstr("to be done")));
+
+  CalibrateOptions status = options("status");
+  status.has_json = true;
+  const nlohmann::json told = nlohmann::json::parse(calibrated(status).data);
+  EXPECT_EQ(told["bench"], "Virtual, seed 1");
+  EXPECT_TRUE(told["to_be_done"].empty());
+  EXPECT_EQ(told["parts"][0]["name"], "viewport");
+  EXPECT_EQ(told["parts"][0]["state"], "done");
+  EXPECT_EQ(told["parts"][0]["once"], "bench");
+  EXPECT_EQ(told["parts"][0]["date"], "2000-01-01");
+  EXPECT_EQ(told["parts"][0]["numbers"][0]["name"], "left.edge_left");
+  EXPECT_GT(told["parts"][0]["numbers"][0]["half_width_95"], 0.0);
+
+  // Solved anew from the marks alone it is the same, to the last digit.
+  const std::string before = test::read_bytes(options("all").calibration);
+  EXPECT_EQ(calibrated(options("solve")).end, CalibrateEnd::finished);
+  EXPECT_EQ(test::read_bytes(options("all").calibration), before);
+}
+
+TEST_F(Calibrate, TheVirtualBenchTellsItsErrors)
+{
+  CalibrateOptions one = options("all");
+  one.calibration.clear();
+  one.has_json = true;
+  one.head = "tracker";
+  const nlohmann::json told = nlohmann::json::parse(calibrated(one).data);
+  EXPECT_EQ(told["seed"], 1);
+  EXPECT_EQ(told["targets"]["n"], 40);
+  const double before_mm = told["targets"]["before"]["mm"]["median"];
+  const double after_mm = told["targets"]["after"]["mm"]["median"];
+  EXPECT_GT(before_mm, 2.0);
+  EXPECT_LT(after_mm, 2.0);
+
+  one.n_benches = 2;
+  one.head = "stage";
+  const nlohmann::json many = nlohmann::json::parse(calibrated(one).data);
+  EXPECT_EQ(many["benches"], 2);
+  EXPECT_EQ(many["targets"]["n"], 80);
+  EXPECT_EQ(many["numbers"][0]["n"], 2);
+}
+
+TEST_F(Calibrate, LeftAndTakenUpAgainItIsTheSame)
+{
+  // The person in numbers does a part in one go; a script stops wherever it ends.
+  CalibrateOptions whole = options("viewport", "whole.toml"), pieces = options("viewport", "pieces.toml");
+  const std::string first = "press Right 20\npress Enter\npress Left 15\npress Enter\n";
+  const std::string second = "press Right 21\npress Enter\nwait 0.1\npress Left 16\npress Enter\n";
+  whole.script = written("whole.txt", first + second);
+  EXPECT_EQ(calibrated(whole).end, CalibrateEnd::left);
+  pieces.script = written("first.txt", first);
+  EXPECT_EQ(calibrated(pieces).end, CalibrateEnd::left);
+  EXPECT_NE(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
+  pieces.script = written("second.txt", second);
+  const Said again = calibrated(pieces);
+  EXPECT_EQ(again.end, CalibrateEnd::left);
+  EXPECT_THAT(again.data, HasSubstr("begun: 4 marks so far"));
+  EXPECT_THAT(again.data, HasSubstr("to be done: viewport"));
+  EXPECT_EQ(test::read_bytes(pieces.calibration), test::read_bytes(whole.calibration));
+}
+
+/// Of a text, from one word up to the next other one.
+std::string between(const std::string& text, const std::string& from, const std::string& to)
+{
+  const std::size_t begin = text.find(from), end = text.find(to, begin);
+  return text.substr(begin, end - begin);
+}
+
+TEST_F(Calibrate, TheNextPersonBeginsWithTheBenchAndNothingOfThePersonBefore)
+{
+  CalibrateOptions anna = options("bench", "anna.toml"), bob = options("person", "bob.toml");
+  bob.bench_from = anna.calibration;
+  EXPECT_EQ(refusal(bob).file, anna.calibration);  // there is none yet
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  const std::string bench_alone = test::read_bytes(anna.calibration);
+  EXPECT_THAT(bench_alone, testing::Not(HasSubstr("[per_person")));
+  anna.step = "person";
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+
+  // One task of the first part of a person, by a script.
+  bob.script = written("script.txt", "press Enter\nwait 0.1\n");
+  EXPECT_EQ(calibrated(bob).end, CalibrateEnd::left);
+  const std::string annas = test::read_bytes(anna.calibration), bobs = test::read_bytes(bob.calibration);
+  EXPECT_EQ(between(bobs, "[per_bench", "[per_person"), between(annas, "[per_bench", "[per_person"));
+  EXPECT_THAT(bobs, HasSubstr("[[per_person.eyepoints.mark]]"));
+  for (const char* part : {"ipd", "subject", "bullseye", "leg"})
+    EXPECT_THAT(bobs, testing::Not(HasSubstr(std::string("[per_person.") + part)));
+  EXPECT_THAT(bobs, HasSubstr("subject_scale = 1.0"));
+  EXPECT_THAT(annas, testing::Not(HasSubstr("subject_scale = 1.0 ")));
+  for (const std::string& table : {std::string("[eyes]"), std::string("[leg]")})
+    EXPECT_NE(between(bobs, table, "\n\n"), between(annas, table, "\n\n"));
+  // As after the bench's parts alone: not even what bull's-eyes found better is hers.
+  for (const std::string& table : {std::string("[left]"), std::string("[right]"), std::string("[table]")})
+    EXPECT_EQ(between(bobs, table, "\n\n"), between(bench_alone, table, "\n\n"));
+
+  // The same command goes on, and so does the one without --bench-from.
+  bob.script.clear();
+  EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
+  bob.bench_from.clear();
+  EXPECT_EQ(calibrated(bob).end, CalibrateEnd::finished);
+  // Hers is another bench now: an edge was read anew, elsewhere.
+  anna.step = "viewport";
+  anna.is_anew = true;
+  anna.script = written("anew.txt", "press Right 20\npress Enter\nwait 0.1\n");
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::left);
+  bob.bench_from = anna.calibration;
+  EXPECT_EQ(refusal(bob).file, bob.calibration);
+  EXPECT_EQ(refusal(bob).field, "per_bench");
+}
+
+TEST_F(Calibrate, WhatTheNextPersonIsBegunFromMustBeDoneAndOfThisBench)
+{
+  CalibrateOptions anna = options("viewport", "anna.toml"), bob = options("person", "bob.toml");
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  bob.bench_from = anna.calibration;
+  EXPECT_EQ(refusal(bob).file, anna.calibration);
+  EXPECT_EQ(refusal(bob).field, "per_bench.distortion");
+  EXPECT_EQ(refusal(bob).found, "nothing");
+  anna.step = "bench";
+  EXPECT_EQ(calibrated(anna).end, CalibrateEnd::finished);
+  const std::string own = "title = \"Virtual\"";
+  std::string text = virtual_bench_text();
+  bob.bench = written("other.toml", text.replace(text.find(own), own.size(), "title = \"B\""));
+  EXPECT_EQ(refusal(bob).field, "bench");
+  bob.bench.clear();
+  bob.step = "status";
+  EXPECT_EQ(refusal(bob).file, "--bench-from");
+  bob.step = "person";
+  bob.calibration.clear();
+  EXPECT_EQ(refusal(bob).found, "no --calibration");
+  EXPECT_FALSE(std::filesystem::exists(in_scratch("bob.toml")));
+}
+
+TEST_F(Calibrate, TheCalibrationOfAnotherBenchIsRefused)
+{
+  CalibrateOptions viewport = options("viewport");
+  const std::string text = virtual_bench_text();
+  viewport.bench = written("own.toml", text);
+  EXPECT_EQ(calibrated(viewport).end, CalibrateEnd::finished);
+  const std::string own = "title = \"Virtual\"", size = "width = 1280";
+  viewport.bench =
+      written("other.toml", std::string(text).replace(text.find(own), own.size(), "title = \"B\""));
+  EXPECT_EQ(refusal(viewport).file, viewport.calibration);
+  EXPECT_EQ(refusal(viewport).field, "bench");
+  viewport.bench =
+      written("wide.toml", std::string(text).replace(text.find(size), size.size(), "width = 1600"));
+  EXPECT_EQ(refusal(viewport).file, viewport.calibration);
+  EXPECT_EQ(refusal(viewport).field, "display");
+}
+
+TEST_F(Calibrate, WithoutAScreenNumbersDoWhatNobodyKeeps)
+{
+  unsetenv("DISPLAY");
+  unsetenv("WAYLAND_DISPLAY");
+  CalibrateOptions shown = options("viewport");
+  shown.is_headless = false;
+  EXPECT_THAT(refusal(shown).wanted, HasSubstr("--headless"));
+  shown.calibration.clear();
+  const Said said = calibrated(shown);
+  EXPECT_EQ(said.end, CalibrateEnd::finished);
+  EXPECT_THAT(said.data, HasSubstr("viewport    done"));
+  EXPECT_THAT(said.talk, HasSubstr("no screen"));
+}
+
+TEST_F(Calibrate, TheCalibrationOfAnotherSeedIsRefused)
+{
+  CalibrateOptions first = options("bench");
+  EXPECT_EQ(calibrated(first).end, CalibrateEnd::finished);
+  CalibrateOptions second = first, person = options("person", "bob.toml");
+  second.seed = person.seed = 2;
+  person.bench_from = first.calibration;
+  for (const CalibrateOptions& other : {second, person}) {
+    SCOPED_TRACE(other.step);
+    const InputError::Facts facts = refusal(other);
+    EXPECT_EQ(facts.file, first.calibration);
+    EXPECT_EQ(facts.field, "bench");
+    EXPECT_EQ(facts.found, "'Virtual, seed 1'");
+    EXPECT_THAT(facts.wanted, HasSubstr("'Virtual, seed 2'"));
+  }
+  EXPECT_FALSE(std::filesystem::exists(person.calibration));
+  // Nor is what was found in numbers a real bench's.
+  CalibrateOptions real = options("viewport", "real.toml");
+  real.bench = written("bench.toml", virtual_bench_text());
+  EXPECT_EQ(calibrated(real).end, CalibrateEnd::finished);
+  real.is_virtual = false;
+  real.step = "status";
+  EXPECT_EQ(refusal(real).found, "'Virtual, virtual, seed 1'");
+}
+
+TEST_F(Calibrate, APlaceByEyeWantsTheModel)
+{
+  std::string text = virtual_bench_text();
+  const std::string table = "[calibration]\n";
+  text.insert(text.find(table) + table.size(), "model = \"adjust\"\n");
+  CalibrateOptions adjust = options("all");
+  adjust.bench = written("bench.toml", text);
+  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::finished);  // who lives in numbers needs no picture
+  adjust.is_anew = true;
+  adjust.script = written("script.txt", "press Enter\n");
+  EXPECT_EQ(calibrated(adjust).end, CalibrateEnd::left);  // whoever trains sees points
+  adjust.bench = written("bare.toml", text.substr(0, text.find("\n[[calibration.point]]")));
+  EXPECT_EQ(refusal(adjust).field, "calibration.point");
+  adjust.is_virtual = false;
+  adjust.calibration = in_scratch("real.toml");
+  EXPECT_EQ(refusal(adjust).file, "--model");
+}
+
+/// Pixels of a part of a PNG picture that are not black.
+int n_lit(const Texture& picture, int left, int top, int right, int bottom)
+{
+  int n = 0;
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) {
+      const std::size_t at = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
+                                  static_cast<std::size_t>(x));
+      n += picture.rgb[at] > 20 || picture.rgb[at + 1] > 20 || picture.rgb[at + 2] > 20 ? 1 : 0;
+    }
+  }
+  return n;
+}
+
+TEST_F(Calibrate, PicturesShowWhatWasFound)
+{
+  MotionModel model = test::model_of({});
+  test::add_bodies(model);
+  CalibrateOptions all = options("all");
+  all.model = in_scratch("knee.h5");
+  all.pictures = in_scratch("pictures");
+  write_motion_model(all.model, model);
+  const Said said = calibrated(all);
+  for (const std::string name : {"viewport", "distortion", "rectangles", "bullseye", "overlay"}) {
+    SCOPED_TRACE(name);
+    const std::string path = all.pictures + "/" + name + ".png";
+    EXPECT_THAT(said.talk, HasSubstr(path));
+    const Texture picture = read_png_texture(path);
+    EXPECT_GT(n_lit(picture, 0, 0, picture.width, picture.height), 1000);
+  }
+  // Figure 22 of the quarters: the left half of the frame buffer is nobody's; both eyes' parts are filled.
+  const Texture viewport = read_png_texture(all.pictures + "/viewport.png");
+  EXPECT_EQ(n_lit(viewport, 30, 300, 280, 700), 0);
+  EXPECT_EQ(n_lit(viewport, 520, 100, 860, 300), 340 * 200);
+  EXPECT_EQ(n_lit(viewport, 520, 450, 860, 680), 340 * 230);
+}
+
+TEST_F(Calibrate, AScriptShowsItsTasks)
+{
+  CalibrateOptions viewport = options("viewport");
+  viewport.script = written("script.txt", "press Right 20\npress Enter\nwait 0.1\n");
+  viewport.pictures = in_scratch("tasks");
+  const Said said = calibrated(viewport);
+  EXPECT_EQ(said.end, CalibrateEnd::left);
+  EXPECT_THAT(said.data, HasSubstr("task_0001.png"));
+  EXPECT_THAT(said.data, HasSubstr("task_0002.png"));
+  // Words in the operator's area, at the left of the quarters; lines in the left eye's window.
+  const Texture picture = read_png_texture(viewport.pictures + "/task_0001.png");
+  ASSERT_EQ(picture.width, 1280);
+  EXPECT_GT(n_lit(picture, 0, 0, 640, 200), 100);
+  EXPECT_GT(n_lit(picture, 640, 0, 1280, 512), 500);
+  EXPECT_EQ(n_lit(picture, 640, 520, 1280, 1024), 0);
+}
+
+}  // namespace vrda::calibrate_test

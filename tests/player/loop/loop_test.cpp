@@ -1,0 +1,112 @@
+// The loop that every mode runs in, with a mode that counts its rounds.
+#include "loop/loop.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <vector>
+
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda::loop_test {
+
+using Clock = std::chrono::steady_clock;
+
+struct Counted final : Mode {
+  bool is_over() const override { return n_drawn == n_rounds; }
+  RoundTime round_time() const override { return time; }
+  void take(const InputEvent&) override { ++n_events; }
+  void advance(double elapsed_s) override
+  {
+    EXPECT_EQ(elapsed.size(), static_cast<std::size_t>(n_drawn)) << "it goes on before it draws";
+    elapsed.push_back(elapsed_s);
+  }
+  void draw() override
+  {
+    if (++n_drawn == signal_in) raise(SIGTERM);
+  }
+
+  RoundTime time;
+  int n_rounds = 0, n_drawn = 0, n_events = 0, signal_in = -1;
+  std::vector<double> elapsed;
+};
+
+double run(Counted& mode)
+{
+  Sink nowhere;
+  StopSignals stop;
+  const Clock::time_point begun = Clock::now();
+  run_loop(mode, nowhere, stop);
+  return std::chrono::duration<double>(Clock::now() - begun).count();
+}
+
+TEST(Loop, ARoundGoesOnByItsTimeAndDraws)
+{
+  for (const bool is_ended_by_input : {false, true}) {
+    Counted mode;
+    mode.time = {0.02, is_ended_by_input};
+    mode.n_rounds = 5;
+    // Rounds never come before their time; where nobody looks, no input ends one.
+    EXPECT_GE(run(mode), 5 * 0.02);
+    double sum_s = 0.0;
+    for (const double s : mode.elapsed) sum_s += s;
+    EXPECT_GE(sum_s, 5 * 0.02 - 1e-3);
+    EXPECT_EQ(mode.n_drawn, 5);
+    EXPECT_EQ(mode.n_events, 0);
+  }
+}
+
+TEST(Loop, AModeThatIsOverHasNoRound)
+{
+  Counted mode;
+  run(mode);
+  EXPECT_EQ(mode.n_drawn, 0);
+}
+
+TEST(Loop, ASignalEndsItWithinARound)
+{
+  Counted mode;
+  mode.n_rounds = 1000;
+  mode.signal_in = 3;
+  run(mode);
+  EXPECT_EQ(mode.n_drawn, 3);
+}
+
+TEST(Attempt, TellsWhatASessionSurvives)
+{
+  EXPECT_FALSE(attempt([] {}));
+  const auto refused = attempt([] { throw InputError({"a.h5", "key", "nothing", "something"}); });
+  ASSERT_TRUE(refused);
+  EXPECT_EQ(refused->facts().field, "key");
+  EXPECT_THROW(attempt([] { check(false, "a mistake of ours"); }), InternalError);
+}
+
+TEST(Sink, PicturesAndFilmAreOfWhatIsKept)
+{
+  const test::Scratch scratch;
+  Sink sink(RenderOptions{32, 24, 1});
+  EXPECT_FALSE(sink.keeps());
+  const std::string folder = (scratch.path() / "new" / "pictures").string();
+  sink.keep_pictures(folder, "--pictures");
+  EXPECT_TRUE(sink.keeps());
+  const Scene nothing;
+  sink.renderer().load(nothing);
+  sink.show({nothing, {}});
+  EXPECT_TRUE(std::filesystem::is_empty(folder)) << "what is shown is not kept";
+  EXPECT_EQ(sink.keep({nothing, {}}, "a.png"), folder + "/a.png");
+  EXPECT_TRUE(std::filesystem::exists(folder + "/a.png"));
+  const std::string file = scratch.write("file", "").string();
+  EXPECT_EQ(test::input_error([&] { sink.keep_pictures(file, "--pictures"); }).field, "--pictures");
+}
+
+TEST(Numbered, NamesSortAndNumbersThatAreLongerStay)
+{
+  EXPECT_EQ(numbered("task_", 12, 4), "task_0012");
+  EXPECT_EQ(numbered("task_", 123456, 4), "task_123456");
+  EXPECT_EQ(counted(1, "frame"), "1 frame");
+  EXPECT_EQ(counted(0, "frame"), "0 frames");
+}
+
+}  // namespace vrda::loop_test

@@ -1,0 +1,180 @@
+#include "loop/video_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "core/error.hpp"
+#include "support/process.hpp"
+#include "support/scratch.hpp"
+#include "support/small_disk.hpp"
+
+namespace vrda::video_file_test {
+
+using testing::HasSubstr;
+
+Image plain_image(int width, int height, std::uint8_t red)
+{
+  Image image{width, height, {}};
+  for (int i = 0; i < width * height; ++i) image.rgba.insert(image.rgba.end(), {red, 40, 200, 255});
+  return image;
+}
+
+/// Another PATH for the while of a test.
+class Path {
+ public:
+  explicit Path(const std::string& path) : before_(std::getenv("PATH")) { setenv("PATH", path.c_str(), 1); }
+  ~Path() { setenv("PATH", before_.c_str(), 1); }
+  Path(const Path&) = delete;
+  Path& operator=(const Path&) = delete;
+
+ private:
+  std::string before_;
+};
+
+class Video : public testing::Test {
+ protected:
+  std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
+  /// A program that goes by ffmpeg's name.
+  void pretend(const std::string& script) const
+  {
+    std::filesystem::permissions(scratch_.write("ffmpeg", "#!/bin/sh\n" + script),
+                                 std::filesystem::perms::owner_all);
+  }
+  std::size_t n_files() const
+  {
+    const std::filesystem::directory_iterator files(scratch_.path()), none;
+    return static_cast<std::size_t>(std::distance(files, none));
+  }
+  InputError refusal(const VideoOptions& options) const
+  {
+    try {
+      VideoFile video(options);
+      for (int i = 0; i < 400; ++i) video.add(plain_image(options.width, options.height, 9));
+      video.finish();
+    } catch (const InputError& error) {
+      return error;
+    }
+    ADD_FAILURE() << "accepted";
+    return InputError({});
+  }
+
+  test::Scratch scratch_;
+};
+
+TEST_F(Video, HasEveryFrameInItsColourInEachForm)
+{
+  for (const char* name : {"film.mp4", "film.webm", "film.gif"}) {
+    SCOPED_TRACE(name);
+    VideoFile video({path(name), 64, 48, 10});
+    for (int i = 0; i < 12; ++i) video.add(plain_image(64, 48, static_cast<std::uint8_t>(20 * i)));
+    video.finish();
+    const test::Ended decoded = test::run(
+        {"/usr/bin/ffmpeg",
+         {"-v", "error", "-i", path(name), "-f", "rawvideo", "-pix_fmt", "rgb24", path("raw"), "-y"},
+         {},
+         {}});
+    ASSERT_EQ(decoded.exit_code, 0) << decoded.err;
+    const std::string raw = test::read_bytes(path("raw"));
+    constexpr std::size_t frame_bytes = 64 * 48 * 3;
+    ASSERT_EQ(raw.size(), 12 * frame_bytes);
+    for (std::size_t i = 0; i < 12; ++i) {
+      // Within what coded colours lose: a few codes.
+      EXPECT_NEAR(static_cast<unsigned char>(raw[i * frame_bytes + frame_bytes / 2]),
+                  20.0 * static_cast<double>(i), 12.0);
+    }
+  }
+}
+
+TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
+{
+  if (!test::mount_refusal().empty()) GTEST_SKIP() << test::mount_refusal();
+  constexpr std::uintmax_t n_bytes = 16384;
+  const test::SmallDisk disk(scratch_.path(), n_bytes);
+  for (const char* name : {"film.mp4", "film.webm", "film.gif"}) {
+    SCOPED_TRACE(name);
+    scratch_.write(name, "the film before");
+    VideoFile video({path(name), 160, 120, 25});
+    // Noise, which no coding makes small; the disk is full before the end, for some forms only at it.
+    std::mt19937 random(3);
+    Image image = plain_image(160, 120, 0);
+    EXPECT_THROW(
+        {
+          for (int i = 0; i < 40; ++i) {
+            for (std::uint8_t& byte : image.rgba) byte = static_cast<std::uint8_t>(random());
+            video.add(image);
+          }
+          video.finish();
+        },
+        InputError);
+    EXPECT_EQ(test::read_bytes(path(name)), "the film before");
+    EXPECT_EQ(n_files(), 1u);
+    std::filesystem::remove(path(name));
+  }
+}
+
+TEST_F(Video, OddSizesLoseARow)
+{
+  VideoFile video({path("film.mp4"), 65, 49, 25});
+  for (int i = 0; i < 3; ++i) video.add(plain_image(65, 49, 100));
+  video.finish();
+  const test::Ended probed =
+      test::run({"/usr/bin/ffprobe",
+                 {"-v", "error", "-show_entries", "stream=width,height", "-of", "csv=p=0", path("film.mp4")},
+                 {},
+                 {}});
+  EXPECT_EQ(probed.out, "64,48\n");
+}
+
+TEST_F(Video, GetsItsNameWhenItIsWhole)
+{
+  {
+    VideoFile video({path("film.mp4"), 64, 48, 25});
+    for (int i = 0; i < 3; ++i) video.add(plain_image(64, 48, 100));
+    EXPECT_FALSE(std::filesystem::exists(path("film.mp4")));
+  }
+  EXPECT_EQ(n_files(), 0u);
+}
+
+TEST_F(Video, ANameOfNoKnownFormIsRefused)
+{
+  const InputError error = refusal({path("film.avi"), 64, 48, 25});
+  EXPECT_THAT(error.facts().found, HasSubstr("film.avi"));
+  EXPECT_THAT(error.facts().wanted, HasSubstr(".mp4, .webm or .gif"));
+}
+
+TEST_F(Video, WithoutFfmpegItSaysSo)
+{
+  const Path empty(scratch_.path().string());
+  const InputError error = refusal({path("film.mp4"), 64, 48, 25});
+  EXPECT_EQ(error.facts().file, "--video");
+  EXPECT_THAT(error.facts().found, HasSubstr("no ffmpeg"));
+  EXPECT_THAT(error.facts().wanted, HasSubstr("ffmpeg installed"));
+}
+
+TEST_F(Video, WhatFfmpegComplainsOfIsSaid)
+{
+  pretend("echo 'the disk is full' >&2\nexit 7\n");
+  const Path here(scratch_.path().string());
+  const InputError error = refusal({path("film.mp4"), 640, 480, 25});
+  EXPECT_THAT(error.facts().found, HasSubstr("exit code 7"));
+  EXPECT_THAT(error.facts().found, HasSubstr("the disk is full"));
+  EXPECT_EQ(n_files(), 1u);
+}
+
+TEST_F(Video, AnFfmpegThatIsKilledIsSaid)
+{
+  pretend("kill -9 $$\n");
+  const Path here(scratch_.path().string());
+  EXPECT_THAT(refusal({path("film.mp4"), 640, 480, 25}).facts().found, HasSubstr("signal 9"));
+}
+
+TEST_F(Video, AFolderThatIsNotThereIsSaid)
+{
+  const InputError error = refusal({path("absent/film.mp4"), 64, 48, 25});
+  EXPECT_THAT(error.facts().found, HasSubstr("No such file"));
+}
+
+}  // namespace vrda::video_file_test

@@ -1,0 +1,93 @@
+// The loop of the window, frame by frame as app runs it, drawn into memory: no allocation, and memory that
+// stays. VRDA_FRAMES asks for more frames than a test has time for, VRDA_FRAMES_MODEL for another motion
+// model.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iostream>
+
+#include "motion/support/models.hpp"
+#include "show/session.hpp"
+#include "store/read_apart.hpp"
+#include "support/allocation_count.hpp"
+
+namespace vrda::frame_loop_test {
+
+constexpr double frame_s = 1.0 / 60.0;
+// The motion plays over and back within these, in every mode.
+constexpr long n_warm = 400;
+// More than half a kilobyte a frame would show; a driver's own caches breathe by less.
+constexpr long allowed_growth_kb = 1024;
+
+std::string environment(const char* name)
+{
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+long resident_kb()
+{
+  long pages = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> pages >> resident;
+  return resident * (sysconf(_SC_PAGESIZE) / 1024);
+}
+
+MotionModel model_to_play()
+{
+  const std::string file = environment("VRDA_FRAMES_MODEL");
+  if (!file.empty()) return read_motion_model_apart(file);
+  test::ModelPlan plan;
+  plan.motion = [](double flexion_deg, double varus_deg) {
+    return PoseNumbers{0.02 * flexion_deg, -0.1 * varus_deg, 0.0, 0.1 * flexion_deg};
+  };
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  test::add_smoothed(model, 2, [](int i, int) { return PoseNumbers{0.5 * i, -0.1 * i, 0.0, 2.0}; });
+  return model;
+}
+
+/// One frame of the loop in show_window.cpp.
+void run_frame(Session& session, Renderer& renderer)
+{
+  session.resize(renderer.width(), renderer.height());
+  session.advance(frame_s);
+  renderer.present(session.scene(), session.shots(), &session.overlay());
+}
+
+TEST(FrameLoop, AllocatesNothingAndKeepsItsMemory)
+{
+  const std::string wanted = environment("VRDA_FRAMES");
+  const long n_frames = wanted.empty() ? 2000 : std::stol(wanted);
+  SessionOptions options;
+  options.set = "raw";
+  options.width = 320;
+  options.height = 240;
+  options.look.layers = "contacts,normals,axes,helical-axis";
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({options.width, options.height, 1});
+  Session session(model_to_play(), options);
+  session.load_into(*renderer);
+  if (!session.state().timeline.is_playing) session.press_key({Key::space});
+  ASSERT_TRUE(session.state().timeline.is_playing);
+  for (long k = 0; k < n_warm; ++k) run_frame(session, *renderer);
+  const long before_kb = resident_kb(), allocations_before = test::allocations_of_thread();
+  double least_rad = 1e9, largest_rad = -1e9;
+  for (long k = 0; k < n_frames; ++k) {
+    run_frame(session, *renderer);
+    least_rad = std::min(least_rad, session.pose().attitude.flexion_rad);
+    largest_rad = std::max(largest_rad, session.pose().attitude.flexion_rad);
+  }
+  EXPECT_EQ(test::allocations_of_thread() - allocations_before, 0);
+  const long growth_kb = resident_kb() - before_kb;
+  EXPECT_LT(growth_kb, allowed_growth_kb);
+  EXPECT_GT(largest_rad - least_rad, 1.0);  // it did play
+  std::cout << n_frames << " frames: " << before_kb << " KB resident before, " << growth_kb
+            << " KB more after\n";
+  // The counter counts.
+  const long counted = test::allocations_of_thread();
+  ::operator delete(::operator new(1));
+  EXPECT_EQ(test::allocations_of_thread(), counted + 1);
+}
+
+}  // namespace vrda::frame_loop_test

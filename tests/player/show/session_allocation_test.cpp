@@ -1,0 +1,59 @@
+#include <gtest/gtest.h>
+
+#include "motion/support/models.hpp"
+#include "show/session.hpp"
+#include "support/allocation_count.hpp"
+
+namespace vrda::session_allocation_test {
+
+constexpr double frame_s = 1.0 / 60.0;
+
+InputEvent event_of(InputKind kind, double x_px, double y_px)
+{
+  InputEvent event;
+  event.kind = kind;
+  event.x_px = x_px;
+  event.y_px = y_px;
+  event.button = MouseButton::middle;
+  return event;
+}
+
+TEST(SessionAllocation, PlayingTurningAndSwitchingSetsAllocateNothing)
+{
+  test::ModelPlan plan;
+  plan.motion = [](double flexion_deg, double) { return PoseNumbers{0, 0.01 * flexion_deg, 0, flexion_deg}; };
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  test::add_smoothed(model, 2, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
+  SessionOptions options;
+  options.set = "raw";
+  options.width = 320;
+  options.height = 240;
+  Session session(std::move(model), options);
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({320, 240, 1});
+  session.load_into(*renderer);
+  const auto round = [&](int n_frames) {
+    for (int i = 0; i < n_frames; ++i) {
+      session.take(event_of(InputKind::press, 40, 40));
+      session.take(event_of(InputKind::motion, 40 + i % 17, 40 + i % 11));
+      session.take(event_of(InputKind::release, 40, 40));
+      session.press_key({key_of('S')});
+      session.advance(frame_s);
+      renderer->draw(session.scene(), session.shots(), &session.overlay());
+    }
+  };
+  session.press_key({Key::space});
+  for (const Key key : {Key::f1, Key::f2, Key::f3, Key::f4, Key::f5, Key::f6}) session.press_key({key});
+  // The overlay and the interface grow to their largest within one way of the motion, 3 seconds there and
+  // back.
+  round(400);
+  const long before = test::allocations_of_thread();
+  const std::uint64_t gui_before = gui_allocations();
+  round(100);
+  EXPECT_EQ(test::allocations_of_thread() - before, 0);
+  EXPECT_EQ(gui_allocations() - gui_before, 0u);
+  const std::vector<int> counted(10);
+  EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the count counts";
+}
+
+}  // namespace vrda::session_allocation_test

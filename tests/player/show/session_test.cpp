@@ -1,0 +1,309 @@
+// A user at a window, without the window: events in, state and picture out.
+#include "show/session.hpp"
+
+#include <gtest/gtest.h>
+
+#include "motion/support/models.hpp"
+
+namespace vrda::session_test {
+
+constexpr double frame_s = 1.0 / 60.0;
+constexpr int width = 800, height = 600;
+
+/// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 20 degrees, varus 1 has no answer.
+MotionModel small_model()
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30};
+  plan.varus_deg = {-1, 0, 1};
+  plan.motion = [](double flexion_deg, double) { return PoseNumbers{0, 0.1 * flexion_deg, 0, flexion_deg}; };
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  test::unsolve(model, 2, 2);
+  test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
+  return model;
+}
+
+SessionOptions small_options(const std::string& set = "raw")
+{
+  SessionOptions options;
+  options.set = set;
+  options.title = "small";
+  options.width = width;
+  options.height = height;
+  return options;
+}
+
+InputEvent pointer_event(InputKind kind, double x_px, double y_px, MouseButton button = MouseButton::left)
+{
+  InputEvent event;
+  event.kind = kind;
+  event.x_px = x_px;
+  event.y_px = y_px;
+  event.button = button;
+  return event;
+}
+
+class AtWindow : public testing::Test {
+ protected:
+  void take(const std::vector<InputEvent>& events)
+  {
+    for (const InputEvent& event : events) session_.take(event);
+    session_.advance(frame_s);
+  }
+  void key(int code, bool has_shift = false)
+  {
+    InputEvent event;
+    event.kind = InputKind::key_press;
+    event.key = code;
+    event.has_shift = has_shift;
+    InputEvent release = event;
+    release.kind = InputKind::key_release;
+    take({event, release});
+  }
+  void drag(MouseButton button, const Eigen::Vector2d& from, const Eigen::Vector2d& to)
+  {
+    take({pointer_event(InputKind::press, from.x(), from.y(), button),
+          pointer_event(InputKind::motion, to.x(), to.y(), button)});
+    take({pointer_event(InputKind::release, to.x(), to.y(), button)});
+  }
+  double flexion_deg() const { return deg_from_rad(session_.pose().attitude.flexion_rad); }
+  Eigen::Matrix4d camera() const { return session_.gaze().camera.X_world_camera.matrix(); }
+  Eigen::Matrix3d turn() const { return session_.gaze().camera.X_world_camera.linear(); }
+
+  Session session_{small_model(), small_options()};
+};
+
+TEST_F(AtWindow, SpacePlaysAndPauses)
+{
+  key(' ');
+  for (int i = 0; i < 29; ++i) session_.advance(frame_s);
+  EXPECT_NEAR(flexion_deg(), 15.0, 1e-6);  // half a second at 30 degrees a second
+  key(' ');
+  const double paused_deg = flexion_deg();
+  session_.advance(1.0);
+  EXPECT_EQ(flexion_deg(), paused_deg);
+}
+
+TEST_F(AtWindow, AStoppedProgramGoesOnWhereItWas)
+{
+  key(' ');
+  session_.advance(3600.0);
+  EXPECT_NEAR(flexion_deg(), 0.5 + 7.5, 1e-6);  // a frame, then a quarter of a second
+}
+
+TEST_F(AtWindow, ArrowsStepWithinTheRange)
+{
+  key(key_right);
+  EXPECT_NEAR(flexion_deg(), 1.0, 1e-9);
+  key(key_right, true);
+  EXPECT_NEAR(flexion_deg(), 11.0, 1e-9);
+  key(key_end);
+  EXPECT_NEAR(flexion_deg(), 30.0, 1e-9);
+  key(key_up);
+  EXPECT_NEAR(deg_from_rad(session_.pose().attitude.varus_rad), 1.0, 1e-9);
+}
+
+TEST_F(AtWindow, AQuestionMarkIsASlashWithShift)
+{
+  key('/');
+  EXPECT_FALSE(session_.state().shows_help);
+  key('/', true);
+  EXPECT_TRUE(session_.state().shows_help);
+}
+
+TEST_F(AtWindow, AHeldKeyStepsOnAndSwitchesOnce)
+{
+  InputEvent held;
+  held.kind = InputKind::key_press;
+  held.key = key_right;
+  take({held, held, held});
+  EXPECT_NEAR(flexion_deg(), 3.0, 1e-9);
+  held.key = ' ';
+  take({held, held});
+  EXPECT_TRUE(session_.state().timeline.is_playing);
+  InputEvent release = held;
+  release.kind = InputKind::key_release;
+  take({release, held});
+  EXPECT_FALSE(session_.state().timeline.is_playing);
+}
+
+TEST_F(AtWindow, AnotherSetWhileItPlaysKeepsAttitudeAndPlay)
+{
+  key(' ');
+  for (int i = 0; i < 20; ++i) session_.advance(frame_s);
+  const std::size_t set = session_.state().set;
+  const double before_deg = flexion_deg();
+  key('S');
+  EXPECT_NE(session_.state().set, set);
+  EXPECT_TRUE(session_.state().timeline.is_playing);
+  EXPECT_NEAR(flexion_deg(), before_deg + 0.5, 1e-6);  // one frame on
+}
+
+TEST_F(AtWindow, PosesAreThoseOfTheChosenSet)
+{
+  const MotionModel model = small_model();
+  for (const std::string& name : set_names(model)) {
+    Session session(small_model(), small_options(name));
+    session.press_key({Key::right, true, false});
+    session.advance(frame_s);
+    const Motion motion(model, name);
+    const double flexion_rad = rad_from_deg(10.0);
+    const JointPose expected = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
+    EXPECT_EQ(session.pose().X_world_moving.matrix(), expected.X_world_moving.matrix()) << name;
+  }
+}
+
+TEST_F(AtWindow, WhereNothingIsSolvedTheJointStaysAsItStood)
+{
+  key(key_up);
+  key(key_right, true);
+  const Pose moving = session_.scene().drawables[1].X_world_mesh;
+  key(key_right, true);
+  EXPECT_EQ(session_.pose().status, PoseStatus::unsolved_cell);
+  EXPECT_EQ(session_.scene().drawables[1].X_world_mesh.matrix(), moving.matrix());
+  key(key_down);
+  EXPECT_EQ(session_.pose().status, PoseStatus::solved);
+}
+
+TEST_F(AtWindow, ButtonsMoveTurnAndPushTheObject)
+{
+  const Eigen::Matrix4d at_first = camera();
+  const Eigen::Matrix3d first_turn = turn();
+  const double first_depth_mm = depth_mm(session_.gaze());
+  drag(MouseButton::left, {200, 200}, {260, 230});
+  EXPECT_EQ(turn(), first_turn);
+  EXPECT_NEAR(depth_mm(session_.gaze()), first_depth_mm, 1e-9);
+  drag(MouseButton::left, {260, 230}, {200, 200});
+  EXPECT_LE((camera() - at_first).cwiseAbs().maxCoeff(), 1e-9);
+  drag(MouseButton::middle, {200, 200}, {260, 230});
+  EXPECT_GT((turn() - first_turn).cwiseAbs().maxCoeff(), 0.05);
+  EXPECT_NEAR(depth_mm(session_.gaze()), first_depth_mm, 1e-9);
+  drag(MouseButton::right, {200, 300}, {200, 200});
+  EXPECT_GT(depth_mm(session_.gaze()), 1.2 * first_depth_mm);
+  key('R');
+  EXPECT_EQ(camera(), at_first);
+}
+
+TEST_F(AtWindow, ADragThatBeganInThePanelMovesNothing)
+{
+  const Eigen::Matrix4d at_first = camera();
+  drag(MouseButton::left, {700, 590}, {300, 300});
+  EXPECT_EQ(camera(), at_first);
+  drag(MouseButton::left, {300, 300}, {700, 300});
+  EXPECT_NE(camera(), at_first);
+}
+
+TEST_F(AtWindow, TheWheelMovesInDepthOverThePictureAlone)
+{
+  const double before_mm = depth_mm(session_.gaze());
+  InputEvent wheel = pointer_event(InputKind::wheel, 700, 300);
+  wheel.wheel_y = 2.0;
+  take({wheel});
+  EXPECT_EQ(depth_mm(session_.gaze()), before_mm);
+  wheel.x_px = 300;
+  take({wheel});
+  EXPECT_NEAR(depth_mm(session_.gaze()), 0.81 * before_mm, 1e-9);
+}
+
+TEST_F(AtWindow, ADoubleClickCentresOnThePointUnderIt)
+{
+  // The middle of the free picture shows the joint; beside it there is something of it too.
+  const Viewport free = session_.shots()[0].viewport;
+  const Eigen::Vector2d beside(free.x + 0.5 * free.width + 40.0, free.y + 0.5 * free.height);
+  const std::optional<Eigen::Vector3d> point =
+      point_under(session_.scene(), session_.gaze().camera, free, beside);
+  ASSERT_TRUE(point.has_value());
+  InputEvent click = pointer_event(InputKind::press, beside.x(), beside.y());
+  click.n_clicks = 2;
+  take({click, pointer_event(InputKind::release, beside.x(), beside.y())});
+  EXPECT_LE((session_.gaze().pivot_world_mm - *point).norm(), 1e-9);
+  const Eigen::Vector3d seen = session_.gaze().camera.X_world_camera.inverse() * *point;
+  EXPECT_NEAR(seen.x(), 0.0, 1e-9);
+  EXPECT_NEAR(seen.y(), 0.0, 1e-9);
+}
+
+TEST_F(AtWindow, ALostFocusEndsADrag)
+{
+  take({pointer_event(InputKind::press, 200, 200)});
+  InputEvent lost;
+  lost.kind = InputKind::focus_lost;
+  take({lost});
+  const Eigen::Matrix4d before = camera();
+  take({pointer_event(InputKind::motion, 300, 300)});
+  EXPECT_EQ(camera(), before);
+}
+
+TEST_F(AtWindow, AClickShorterThanAFrameStillPressesAButton)
+{
+  // "play" stands in the lower row of the timeline.
+  const double x_px = 130, y_px = height - 25;
+  take({pointer_event(InputKind::motion, x_px, y_px)});
+  take({pointer_event(InputKind::press, x_px, y_px), pointer_event(InputKind::release, x_px, y_px)});
+  for (int i = 0; i < 3; ++i) session_.advance(frame_s);
+  EXPECT_TRUE(session_.state().timeline.is_playing);
+}
+
+TEST_F(AtWindow, ViewsAreThoseOfTheirKeys)
+{
+  key('1');
+  EXPECT_LE((turn() - view_rotation(View::front, Side::right)).norm(), 1e-12);
+  key('5');
+  EXPECT_LE((turn() - view_rotation(View::top, Side::right)).norm(), 1e-12);
+}
+
+TEST_F(AtWindow, PictureFullScreenAndTheEndAreAskedForOnce)
+{
+  EXPECT_FALSE(session_.takes_picture());
+  key('P');
+  EXPECT_TRUE(session_.takes_picture());
+  EXPECT_FALSE(session_.takes_picture());
+  key(key_f1 + 10);
+  EXPECT_TRUE(session_.toggles_full_screen());
+  EXPECT_FALSE(session_.toggles_full_screen());
+  EXPECT_FALSE(session_.state().is_done);
+  key(key_escape);
+  EXPECT_TRUE(session_.state().is_done);
+}
+
+TEST_F(AtWindow, ItIsIdleOnceTheInterfaceStandsStill)
+{
+  key(key_right);
+  EXPECT_FALSE(session_.is_idle());
+  for (int i = 0; i < 4; ++i) session_.advance(frame_s);
+  EXPECT_TRUE(session_.is_idle());
+  session_.tell("for a while");
+  EXPECT_FALSE(session_.is_idle());
+  session_.advance(10.0);
+  EXPECT_TRUE(session_.is_idle());
+  key(' ');
+  for (int i = 0; i < 10; ++i) session_.advance(frame_s);
+  EXPECT_FALSE(session_.is_idle());
+}
+
+TEST_F(AtWindow, AnotherSizeChangesTheAspectAndNotTheView)
+{
+  const Eigen::Matrix4d before = camera();
+  session_.resize(1280, 500);
+  session_.advance(frame_s);
+  const Shot& shot = session_.shots()[0];
+  EXPECT_EQ(camera(), before);
+  EXPECT_EQ(shot.camera.aspect, static_cast<double>(shot.viewport.width) / shot.viewport.height);
+  session_.resize(1, 1);
+  session_.advance(frame_s);
+  EXPECT_EQ(session_.shots()[0].viewport.width, 1);
+}
+
+TEST_F(AtWindow, ThePictureHasNoControls)
+{
+  const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height, 1});
+  session_.load_into(*renderer);
+  const Image with_controls = renderer->draw(session_.scene(), session_.shots(), &session_.overlay());
+  const Image picture = session_.picture(*renderer);
+  // The panel's dark ground in the lower right corner against the light backdrop.
+  const std::size_t corner = picture.rgba.size() - 4;
+  EXPECT_LT(with_controls.rgba[corner], 40);
+  EXPECT_GT(picture.rgba[corner], 120);
+}
+
+}  // namespace vrda::session_test

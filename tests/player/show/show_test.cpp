@@ -1,0 +1,402 @@
+#include "show/show.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "motion/support/models.hpp"
+#include "store/motion_model_file.hpp"
+#include "support/scratch.hpp"
+
+namespace vrda::show_test {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// Flexion 0 to 30 by 10, varus -1 to 1; the cell at 10 degrees, varus 1 has no answer.
+MotionModel small_model()
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30};
+  plan.varus_deg = {-1, 0, 1};
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  test::unsolve(model, 1, 2);
+  test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{0.0, 0.0, 0.0, 2.0 * i}; });
+  return model;
+}
+
+class Show : public testing::Test {
+ protected:
+  Show() { write_motion_model(file_, small_model()); }
+
+  ShowOptions options() const
+  {
+    ShowOptions options;
+    options.file = file_;
+    options.folder = folder_;
+    options.size = "64x48";
+    options.views = "front";
+    return options;
+  }
+  ShowSummary run(const ShowOptions& options) { return show(options, {data_, talk_}); }
+
+  /// Names of the files written, sorted, which must be the paths on standard output.
+  std::vector<std::string> stills() const
+  {
+    std::vector<std::string> names, told;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_))
+      names.push_back(entry.path().filename());
+    std::istringstream lines(data_.str());
+    for (std::string line; std::getline(lines, line);) told.push_back(std::filesystem::path(line).filename());
+    std::sort(names.begin(), names.end());
+    std::sort(told.begin(), told.end());
+    EXPECT_EQ(names, told);
+    return names;
+  }
+
+  test::Scratch scratch_;
+  std::string file_ = (scratch_.path() / "sample.h5").string();
+  std::string folder_ = (scratch_.path() / "pictures").string();
+  std::ostringstream data_, talk_;
+};
+
+TEST_F(Show, WritesAStillForEachViewAndFlexion)
+{
+  ShowOptions given = options();
+  given.views = "front,top";
+  given.flexion = "0:30:15";
+  const ShowSummary summary = run(given);
+  EXPECT_EQ(summary.n_stills, 6);
+  EXPECT_EQ(summary.n_unsolved, 0);
+  EXPECT_THAT(stills(), ElementsAre("front_flexion_000.png", "front_flexion_015.png", "front_flexion_030.png",
+                                    "top_flexion_000.png", "top_flexion_015.png", "top_flexion_030.png"));
+  EXPECT_THAT(talk_.str(), HasSubstr("set degree_1, 3 attitudes, 6 pictures"));
+}
+
+TEST_F(Show, IsSilentWhenQuietAndAllIsWell)
+{
+  ShowOptions given = options();
+  given.flexion = "20";
+  given.is_quiet = true;
+  run(given);
+  EXPECT_EQ(talk_.str(), "");
+  EXPECT_THAT(stills(), ElementsAre("front_flexion_020.png"));
+}
+
+TEST_F(Show, DrawsTheMeasuredRangeInSixStepsByDefault)
+{
+  ShowOptions given = options();
+  given.is_quiet = true;
+  EXPECT_EQ(run(given).n_stills, 7);
+  const std::vector<std::string> names = stills();
+  EXPECT_EQ(names.front(), "front_flexion_000.png");
+  EXPECT_EQ(names[1], "front_flexion_005.png");
+  EXPECT_EQ(names.back(), "front_flexion_030.png");
+  EXPECT_EQ(talk_.str(), "");
+}
+
+TEST_F(Show, DrawsBeyondTheRangeAtItsEndOnceAndSaysSo)
+{
+  ShowOptions given = options();
+  given.flexion = "20:50:10";
+  given.varus_deg = 3.0;
+  EXPECT_EQ(run(given).n_stills, 2);
+  EXPECT_THAT(stills(), ElementsAre("front_flexion_020.png", "front_flexion_030.png"));
+  EXPECT_THAT(talk_.str(), HasSubstr("flexion 40 lies outside the measured 0 to 30 degrees: drawn at 30"));
+  const std::string varus = "varus 3 lies outside the measured -1 to 1 degrees: drawn at 1";
+  EXPECT_THAT(talk_.str(), HasSubstr(varus));
+  EXPECT_EQ(talk_.str().find(varus), talk_.str().rfind(varus));  // once
+}
+
+TEST_F(Show, DrawsAFreeVarusAsItWasFound)
+{
+  test::ModelPlan plan;
+  plan.flexion_deg = {0, 10, 20, 30};
+  plan.varus_deg = {0};
+  plan.free_varus_deg = [](double flexion_deg) { return 0.5 - 0.1 * flexion_deg; };
+  plan.turning_delta = [](double flexion_deg) {
+    return Eigen::Vector3d(0.001 * flexion_deg, 1.0, 0.0).normalized();
+  };
+  MotionModel model = test::model_of(plan);
+  test::add_bodies(model);
+  write_motion_model(file_, model);
+  ShowOptions given = options();
+  given.flexion = "0:30:10";
+  EXPECT_EQ(run(given).n_stills, 4);
+  EXPECT_EQ(talk_.str().find("varus"), std::string::npos);
+  given.varus_deg = 1.0;
+  EXPECT_EQ(run(given).n_stills, 4);
+  const std::string told = "varus was free and is drawn as it was found, not at 1\n";
+  EXPECT_THAT(talk_.str(), HasSubstr(told));
+  EXPECT_EQ(talk_.str().find(told), talk_.str().rfind(told));  // once
+}
+
+TEST_F(Show, LeavesOutAttitudesWithoutAnAnswerAndNamesThem)
+{
+  ShowOptions given = options();
+  given.set = "raw";
+  given.flexion = "0:30:10";
+  given.varus_deg = 0.5;
+  const ShowSummary summary = run(given);
+  EXPECT_EQ(summary.n_stills, 3);
+  EXPECT_EQ(summary.n_unsolved, 1);
+  EXPECT_THAT(stills(),
+              ElementsAre("front_flexion_000.png", "front_flexion_020.png", "front_flexion_030.png"));
+  EXPECT_THAT(talk_.str(), HasSubstr("flexion 10, varus 0.5: no picture"));
+  EXPECT_THAT(talk_.str(), HasSubstr("unsolved_cell"));
+}
+
+TEST_F(Show, WithoutAnySolvedCellThereIsNothingToDraw)
+{
+  const MotionModel pending = with_pending_cells(small_model());
+  write_motion_model(file_, pending);
+  const ShowSummary summary = run(options());
+  EXPECT_EQ(summary.n_stills, 0);
+  EXPECT_EQ(summary.n_unsolved, 7);
+  EXPECT_THAT(talk_.str(), HasSubstr("no balanced cell is solved: varus 0 for every flexion"));
+  EXPECT_FALSE(std::filesystem::exists(folder_));
+}
+
+TEST_F(Show, HoldingTheReferenceShowsTheSameAttitudeFromAnotherSide)
+{
+  ShowOptions given = options();
+  given.flexion = "0:30:30";
+  given.is_quiet = true;
+  run(given);
+  const std::string held_moving = test::read_bytes(folder_ + "/front_flexion_030.png");
+  given.held = Held::reference;
+  run(given);
+  EXPECT_NE(test::read_bytes(folder_ + "/front_flexion_030.png"), held_moving);
+}
+
+TEST_F(Show, TheSamePicturesHaveTheSameBytes)
+{
+  ShowOptions given = options();
+  given.flexion = "15";
+  run(given);
+  const std::string first = test::read_bytes(folder_ + "/front_flexion_015.png");
+  run(given);
+  EXPECT_EQ(test::read_bytes(folder_ + "/front_flexion_015.png"), first);
+  EXPECT_GT(first.size(), 100U);
+}
+
+TEST_F(Show, LayersAndLooksChangeThePictureAndNothingElse)
+{
+  ShowOptions given = options();
+  given.flexion = "20";
+  const auto picture = [&] {
+    run(given);
+    return test::read_bytes(std::filesystem::path(folder_) / "front_flexion_020.png");
+  };
+  const std::string plain = picture();
+  EXPECT_EQ(picture(), plain);
+  std::vector<std::string> pictures{plain};
+  const std::vector<std::function<void(LookOptions&)>> looks{
+      [](LookOptions& look) { look.layers = "axes"; },
+      [](LookOptions& look) {
+        look.layers = "helical-axis";
+        look.see_through = "reference";
+      },
+      [](LookOptions& look) { look.see_through = "reference"; },
+      [](LookOptions& look) { look.hidden = "reference"; },
+      [](LookOptions& look) { look.mode = DrawMode::wire; }};
+  for (const auto& change : looks) {
+    given.look = {};
+    change(given.look);
+    pictures.push_back(picture());
+  }
+  std::sort(pictures.begin(), pictures.end());
+  EXPECT_EQ(std::unique(pictures.begin(), pictures.end()), pictures.end());
+}
+
+TEST_F(Show, AFilmHasAFrameForEachAngleOrPlaysAtASpeed)
+{
+  struct Row {
+    std::optional<std::string> flexion;
+    std::optional<double> speed_deg_s;
+    bool is_to_and_fro;
+    const char* told;
+  };
+  const std::string film = (scratch_.path() / "film.gif").string();
+  for (const Row& row :
+       {Row{"0:30:10", {}, false, "film.gif: 4 frames, 10 a second"},
+        Row{"0:30:10", {}, true, "film.gif: 6 frames"}, Row{"0:30:10", 50.0, false, "film.gif: 7 frames"},
+        Row{{}, {}, false, "film.gif: 11 frames"}, Row{"20", {}, true, "film.gif: 1 frame,"}}) {
+    SCOPED_TRACE(row.told);
+    ShowOptions given = options();
+    given.folder.clear();
+    given.video = film;
+    given.views = "front,top";
+    given.frames_per_s = 10;
+    given.flexion = row.flexion;
+    given.speed_deg_s = row.speed_deg_s;
+    given.is_to_and_fro = row.is_to_and_fro;
+    data_.str("");
+    talk_.str("");
+    EXPECT_EQ(run(given).n_stills, 0);
+    EXPECT_EQ(data_.str(), film + "\n");
+    EXPECT_THAT(talk_.str(), HasSubstr(row.told));
+    EXPECT_TRUE(std::filesystem::remove(film));
+  }
+}
+
+TEST_F(Show, AFilmWithoutAnyAnswerOnItsWayHasThePosesOfTheStills)
+{
+  MotionModel model = small_model();
+  // Only 20 degrees is left, and no patch beside it.
+  for (const Eigen::Index flexion : {0, 1, 3}) {
+    for (const Eigen::Index varus : {0, 1, 2}) test::unsolve(model, flexion, varus);
+  }
+  write_motion_model(file_, model);
+  ShowOptions given = options();
+  given.folder.clear();
+  given.set = "raw";
+  given.varus_deg = 0.0;
+  given.flexion = "18:22:2";
+  given.speed_deg_s = 37.0;
+  given.is_to_and_fro = true;
+  given.video = (scratch_.path() / "film.gif").string();
+  EXPECT_EQ(run(given).n_unsolved, 1);
+  EXPECT_THAT(talk_.str(), HasSubstr("flexion 18 to 20.96: cells around it are not solved"));
+  EXPECT_THAT(talk_.str(), HasSubstr("film.gif: 1 frame,"));
+}
+
+TEST_F(Show, AFilmTellsWhereItStandsStill)
+{
+  MotionModel model = small_model();
+  test::unsolve(model, 1, 1);
+  write_motion_model(file_, model);
+  ShowOptions given = options();
+  given.folder.clear();
+  given.set = "raw";
+  given.varus_deg = 0.0;
+  given.flexion = "0:30:30";  // angles of stills, which are solved
+  given.speed_deg_s = 25.0;
+  given.frames_per_s = 10;
+  given.video = (scratch_.path() / "film.gif").string();
+  EXPECT_EQ(run(given).n_unsolved, 1);
+  EXPECT_THAT(talk_.str(),
+              HasSubstr("flexion 2.5 to 17.5: cells around it are not solved, the film stands still"));
+  EXPECT_THAT(talk_.str(), HasSubstr("film.gif: 13 frames"));
+}
+
+TEST_F(Show, StillsAndAFilmComeTogether)
+{
+  ShowOptions given = options();
+  given.video = (scratch_.path() / "film.gif").string();
+  EXPECT_EQ(run(given).n_stills, 7);
+  EXPECT_THAT(data_.str(), HasSubstr("front_flexion_000.png"));
+  EXPECT_THAT(data_.str(), HasSubstr("film.gif"));
+}
+
+TEST_F(Show, NumbersStandOnThePictureWhenAskedFor)
+{
+  ShowOptions given = options();
+  given.size = "400x300";
+  given.flexion = "10";
+  run(given);
+  const std::string plain = test::read_bytes(folder_ + "/front_flexion_010.png");
+  given.has_numbers = true;
+  run(given);
+  EXPECT_TRUE(test::read_bytes(folder_ + "/front_flexion_010.png") != plain);
+}
+
+struct Wrong {
+  std::string name;
+  void (*change)(ShowOptions&);
+  std::string file_ends_with, field, found, wanted;
+  friend void PrintTo(const Wrong& wrong, std::ostream* out) { *out << wrong.name; }
+};
+
+class ShowWrong : public Show, public testing::WithParamInterface<Wrong> {};
+
+TEST_P(ShowWrong, IsOneErrorThatNamesEverything)
+{
+  const Wrong& row = GetParam();
+  ShowOptions given = options();
+  row.change(given);
+  try {
+    run(given);
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.facts().file, testing::EndsWith(row.file_ends_with));
+    EXPECT_EQ(error.facts().field, row.field);
+    EXPECT_THAT(error.facts().found, HasSubstr(row.found));
+    EXPECT_THAT(error.facts().wanted, HasSubstr(row.wanted));
+  }
+  EXPECT_FALSE(std::filesystem::is_directory(folder_));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Input, ShowWrong,
+    testing::Values(Wrong{"NoDisplay",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            unsetenv("DISPLAY");
+                            unsetenv("WAYLAND_DISPLAY");
+                          },
+                          "window", "display", "no DISPLAY", "--offscreen"},
+                    Wrong{"TraceInAWindow",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            o.trace = "a.trace.h5";
+                          },
+                          "--trace", "", "no --offscreen", "either of them"},
+                    Wrong{"SpeedWithoutAFilm", [](ShowOptions& o) { o.speed_deg_s = 20.0; }, "--speed", "",
+                          "no --video", "the film"},
+                    Wrong{"ThereAndBackWithoutAFilm", [](ShowOptions& o) { o.is_to_and_fro = true; },
+                          "--to-and-fro", "", "no --video", "the film"},
+                    Wrong{"FpsWithoutAFilm", [](ShowOptions& o) { o.frames_per_s = 25; }, "--fps", "",
+                          "no --video", "the film"},
+                    Wrong{"Varus", [](ShowOptions& o) { o.varus_deg = std::nan(""); }, "--varus", "", "nan",
+                          "-360 to 360"},
+                    Wrong{"ViewsOfAWindow",
+                          [](ShowOptions& o) {
+                            o.folder.clear();
+                            o.views = "front,lateral";
+                          },
+                          "--views", "", "front,lateral", "one view"},
+                    Wrong{"FilmOfNoKnownForm", [](ShowOptions& o) { o.video = "a.avi"; }, "--video", "",
+                          "a.avi", ".mp4, .webm or .gif"},
+                    Wrong{"Fps",
+                          [](ShowOptions& o) {
+                            o.video = "a.mp4";
+                            o.frames_per_s = 0;
+                          },
+                          "--fps", "", "0", "1 to 120"},
+                    Wrong{"Speed",
+                          [](ShowOptions& o) {
+                            o.video = "a.mp4";
+                            o.speed_deg_s = -1.0;
+                          },
+                          "--speed", "", "-1", "0.1 to 3600"},
+                    Wrong{"UnknownSet", [](ShowOptions& o) { o.set = "degree_9"; }, "sample.h5", "--set",
+                          "degree_9", "degree_1, raw"},
+                    Wrong{"UnknownView", [](ShowOptions& o) { o.views = "front,below"; }, "--views", "",
+                          "below", "oblique"},
+                    Wrong{"UnknownLayer", [](ShowOptions& o) { o.look.layers = "gapes"; }, "--layers", "",
+                          "gapes", "gaps, ligaments"},
+                    Wrong{"LayerOfNothing", [](ShowOptions& o) { o.look.layers = "axes,ligaments"; },
+                          "sample.h5", "--layers", "ligaments", "something"},
+                    Wrong{"SeeThrough", [](ShowOptions& o) { o.look.see_through = "all"; }, "--see-through",
+                          "", "all", "both"},
+                    Wrong{"Hide", [](ShowOptions& o) { o.look.hidden = "both"; }, "--hide", "", "both",
+                          "reference or moving"},
+                    Wrong{"Lights", [](ShowOptions& o) { o.look.lights = "absent.toml"; }, "absent.toml", "",
+                          "no file", "schemas/lights.md"},
+                    Wrong{"Size", [](ShowOptions& o) { o.size = "0x0"; }, "--size", "", "0x0", "16 to 4096"},
+                    Wrong{"Flexion", [](ShowOptions& o) { o.flexion = "90:0:5"; }, "--flexion", "", "90:0:5",
+                          "A at most B"},
+                    Wrong{"MissingFile", [](ShowOptions& o) { o.file = "absent.h5"; }, "absent.h5", "",
+                          "No such file", "motion model"},
+                    Wrong{"FolderIsAFile", [](ShowOptions& o) { o.folder = o.file; }, "sample.h5",
+                          "--offscreen", "", "a folder that can be written"}),
+    [](const testing::TestParamInfo<Wrong>& row) { return row.param.name; });
+
+}  // namespace vrda::show_test

@@ -1,0 +1,142 @@
+// `vrda-player show --trace`.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <functional>
+#include <sstream>
+
+#include "core/error.hpp"
+#include "motion/support/models.hpp"
+#include "show/show.hpp"
+#include "store/motion_model_file.hpp"
+#include "store/trace_file.hpp"
+#include "support/input_error.hpp"
+#include "support/scratch.hpp"
+#include "support/traces.hpp"
+
+namespace vrda::show_trace_test {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+class ShowTrace : public testing::Test {
+ protected:
+  ShowTrace()
+  {
+    test::ModelPlan plan;
+    plan.flexion_deg = {0, 10};
+    plan.varus_deg = {-1, 0, 1};
+    MotionModel model = test::model_of(plan);
+    test::add_bodies(model);
+    write_motion_model(options_.file, model);
+    write_trace(options_.trace, test::trace_beside(model));
+    options_.size = "64x48";
+    options_.views = "front";
+  }
+
+  int run(const ShowOptions& options)
+  {
+    data_.str("");
+    return show(options, {data_, talk_}).n_stills;
+  }
+
+  std::vector<std::string> names() const
+  {
+    std::vector<std::string> names;
+    std::istringstream lines(data_.str());
+    for (std::string line; std::getline(lines, line);) {
+      EXPECT_TRUE(std::filesystem::exists(line));
+      names.push_back(std::filesystem::path(line).filename());
+    }
+    return names;
+  }
+
+  std::string still(const std::string& name) const { return test::read_bytes(options_.folder + "/" + name); }
+
+  test::Scratch scratch_;
+  std::ostringstream data_, talk_;
+  ShowOptions options_ = [this] {
+    ShowOptions options;
+    options.file = (scratch_.path() / "knee.h5").string();
+    options.trace = (scratch_.path() / "knee.trace.h5").string();
+    options.folder = (scratch_.path() / "film").string();
+    return options;
+  }();
+};
+
+TEST_F(ShowTrace, DrawsTheSeedAndAStillForEachMove)
+{
+  EXPECT_EQ(run(options_), 1 + test::n_moves_of_a_cell);
+  const std::vector<std::string> frames = names();
+  EXPECT_EQ(frames.front(), "front_frame_0000.png");
+  EXPECT_EQ(frames.back(), "front_frame_0008.png");
+  EXPECT_TRUE(std::is_sorted(frames.begin(), frames.end()));
+  EXPECT_THAT(talk_.str(), HasSubstr("search at flexion 0, varus 0, 9 frames, 9 pictures"));
+  // The last free trial and the motion that ends there are one pose; seed and end are not.
+  EXPECT_EQ(still("front_frame_0004.png"), still("front_frame_0005.png"));
+  EXPECT_NE(still("front_frame_0000.png"), still("front_frame_0008.png"));
+}
+
+TEST_F(ShowTrace, InContactOnlyTheTouchesForEachView)
+{
+  options_.contact_only = true;
+  options_.views = "front,top";
+  options_.flexion = "10";
+  options_.varus_deg = 1.0;
+  EXPECT_EQ(run(options_), 2 * test::n_touches_of_a_cell);
+  EXPECT_THAT(names(), ElementsAre("front_frame_0000.png", "front_frame_0001.png", "front_frame_0002.png",
+                                   "top_frame_0000.png", "top_frame_0001.png", "top_frame_0002.png"));
+}
+
+TEST_F(ShowTrace, EveryThirdAndTheLast)
+{
+  options_.every = 3;
+  options_.is_quiet = true;
+  EXPECT_EQ(run(options_), 4);  // 0, 3, 6 and 8
+  EXPECT_EQ(names().back(), "front_frame_0003.png");
+  EXPECT_EQ(talk_.str(), "");
+}
+
+TEST_F(ShowTrace, WhatDoesNotFitIsOneErrorBeforeAnyPicture)
+{
+  struct Row {
+    std::string file, field, found;
+    std::function<void(ShowOptions&)> change;
+  };
+  for (const Row& row : {
+           Row{"--every", "", "0", [](ShowOptions& o) { o.every = 0; }},
+           Row{"--every", "", "no --trace", [](ShowOptions& o) { o.trace.clear(), o.every = 2; }},
+           Row{"--contact-only", "", "no --trace",
+               [](ShowOptions& o) { o.trace.clear(), o.contact_only = true; }},
+           Row{"--set", "", "raw", [](ShowOptions& o) { o.set = "raw"; }},
+           Row{"--flexion", "", "0:10:5", [](ShowOptions& o) { o.flexion = "0:10:5"; }},
+           Row{options_.trace, "attitude", "flexion 5", [](ShowOptions& o) { o.flexion = "5"; }},
+           Row{options_.file, "/@format", "motion model", [](ShowOptions& o) { o.trace = o.file; }},
+           Row{options_.trace, "/@format", "search trace", [](ShowOptions& o) { o.file = o.trace; }},
+       }) {
+    SCOPED_TRACE(row.file + row.found);
+    ShowOptions given = options_;
+    row.change(given);
+    const InputError::Facts facts = test::input_error([&] { run(given); });
+    EXPECT_EQ(facts.file, row.file);
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_THAT(facts.found, HasSubstr(row.found));
+  }
+  EXPECT_FALSE(std::filesystem::exists(options_.folder));
+}
+
+TEST_F(ShowTrace, TheTraceOfAnotherJobIsRefused)
+{
+  MotionModel model = read_motion_model(options_.file);
+  model.job.resolved += "other = 1\n";
+  write_motion_model(options_.file, model);
+  const InputError::Facts facts = test::input_error([&] { run(options_); });
+  EXPECT_EQ(facts.file, options_.trace);
+  EXPECT_EQ(facts.field, "/job");
+  EXPECT_THAT(facts.found, HasSubstr("another job"));
+  EXPECT_THAT(facts.wanted, HasSubstr("knee.h5"));
+}
+
+}  // namespace vrda::show_trace_test
