@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/start_tasks.hpp"
@@ -15,8 +14,6 @@
 
 namespace vrda {
 namespace {
-
-namespace fs = std::filesystem;
 
 void replace_if_given(std::string& old, const std::string& given)
 {
@@ -51,7 +48,7 @@ void require_options(const ResumeOptions& options, const Submission& submission,
     throw InputError({"--local", "", std::to_string(missing.n_under_way) + " tasks in Slurm's queue",
                       "vrda resume without --local, or scancel before"});
   }
-  require_log_folder(options.folder);
+  require_log_folder(absolute_folder(options.folder));
   require_sound(submission.slurm);
   if (submission.slurm.time.empty()) {
     throw InputError({"--time", "", "nothing", "a task's time limit, or --local as before"});
@@ -88,7 +85,7 @@ ExitCode say_nothing_is_missing(const std::string& folder, const Missing& missin
 
 ExitCode resume_command(const ResumeOptions& options)
 {
-  const std::string folder = fs::absolute(options.folder).lexically_normal().string();
+  const std::string folder = absolute_folder(options.folder);
   Submission submission = read_submission(folder);
   const OpenFile lock = locked_submission(folder);
   const SubmissionSnapshot seen = take_snapshot(folder, submission);

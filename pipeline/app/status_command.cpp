@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "cluster/status.hpp"
@@ -11,7 +10,6 @@
 namespace vrda {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 std::string amount_text(const TaskView& task)
@@ -111,7 +109,7 @@ void print_tasks(const CaseView& view, const Submission& submission)
 
 ExitCode status_command(const StatusOptions& options)
 {
-  const std::string folder = fs::absolute(options.folder).lexically_normal().string();
+  const std::string folder = absolute_folder(options.folder);
   const Submission submission = read_submission(folder);
   const StatusView status = status_of(folder, submission, take_snapshot(folder, submission));
   if (!status.remark.empty()) warn(status.remark);

@@ -23,11 +23,8 @@ namespace fs = std::filesystem;
 
 std::string folder_of(const SubmitOptions& options)
 {
-  const fs::path folder = options.folder.empty() ? fs::path("results") / fs::path(options.job_file).stem()
-                                                 : fs::path(options.folder);
-  std::string text = fs::absolute(folder).lexically_normal().string();
-  while (text.size() > 1 && text.back() == '/') text.pop_back();
-  return text;
+  if (!options.folder.empty()) return absolute_folder(options.folder);
+  return absolute_folder((fs::path("results") / fs::path(options.job_file).stem()).string());
 }
 
 std::string program_for_tasks()

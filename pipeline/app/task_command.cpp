@@ -297,8 +297,7 @@ ExitCode task_command(const TaskOptions& options)
 {
   bear_repeated_terms();
   watch_for_interrupts();
-  std::error_code error;
-  const std::string folder = fs::absolute(options.folder, error).lexically_normal().string();
+  const std::string folder = absolute_folder(options.folder);
   const Submission submission = read_submission(folder);
   const std::vector<TaskId> tasks = tasks_asked(options, submission);
   if (options.ended > 0) return note_ended(folder, submission, tasks, options.ended);

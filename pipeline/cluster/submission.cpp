@@ -79,6 +79,11 @@ TaskKind task_kind_of(const std::string& word)
   throw InputError({"--kind", "", word.empty() ? "nothing" : word, "spine, shard, merge, run or index"});
 }
 
+std::string absolute_folder(const std::string& folder)
+{
+  return fs::absolute(folder + "/").lexically_normal().parent_path().string();
+}
+
 std::string output_of(const std::string& folder, const SubmittedCase& submitted)
 {
   return (fs::path(folder) / submitted.output).string();

@@ -64,7 +64,10 @@ struct Submission {
   bool has_index() const { return !axes.empty() || cases.size() > 1; }
 };
 
-/// What stands in the submission's folder, which is absolute and has no slash at its end.
+/// Absolute, without a slash at its end.
+std::string absolute_folder(const std::string& folder);
+
+/// What stands in the submission's folder, which is absolute.
 // clang-format off
 inline std::string submission_file_of(const std::string& folder) { return folder + "/submission.json"; }
 inline std::string submitted_file_of(const std::string& folder) { return folder + "/submitted.jsonl"; }
