@@ -40,6 +40,20 @@ void add_slurm_options(CLI::App& c, SlurmOptions& slurm)
       ->take_all();
 }
 
+// Of plan and submit.
+template <typename Options>
+void add_job_options(CLI::App& c, Options& options)
+{
+  c.add_option("job", options.job_file, "Job or campaign file (TOML)")->required();
+  c.add_option("--data", options.data_directory, "Folder the mesh files are relative to");
+  c.add_option("--set", options.overrides, "key=value, over the job file; may be repeated")
+      ->allow_extra_args(false)
+      ->take_all();
+  c.add_option("--shards", options.n_shards, "Tasks that each case is cut into")
+      ->check(whole_number(1, most_tasks))
+      ->capture_default_str();
+}
+
 void add_local_options(CLI::App& c, bool& is_local, int& n_workers, bool& is_dry, bool& as_json)
 {
   c.add_flag("--local", is_local,
@@ -67,13 +81,7 @@ void ClusterWords::add_plan(const Add& add, std::function<ExitCode()>& chosen)
   CLI::App& c =
       add("plan", "List the cases of a job or campaign, checked, with what they will take; solve nothing.",
           "vrda plan jobs/campaign-example.toml");
-  c.add_option("job", plan_.job_file, "Job or campaign file (TOML)")->required();
-  c.add_option("--data", plan_.data_directory, "Folder the mesh files are relative to");
-  c.add_option("--set", plan_.overrides, "key=value, over the job file; may be repeated")
-      ->allow_extra_args(false)
-      ->take_all();
-  c.add_option("--shards", plan_.n_shards, "Tasks that each case is to be cut into")
-      ->check(whole_number(1, most_tasks));
+  add_job_options(c, plan_);
   c.add_flag("--json", plan_.as_json, "Print JSON");
   c.callback([this, &chosen] { chosen = [this] { return plan_command(plan_); }; });
 }
@@ -94,15 +102,8 @@ void ClusterWords::add_submit(const Add& add, std::function<ExitCode()>& chosen)
   CLI::App& c = add("submit", "Make the cases of a job or campaign by many tasks: on Slurm, or here.",
                     "vrda submit jobs/knee-generic.toml --shards 8 --partition batch --time 30 --mem 500M\n  "
                     "vrda submit jobs/knee-generic.toml --shards 8 --local");
-  c.add_option("job", submit_.job_file, "Job or campaign file (TOML)")->required();
+  add_job_options(c, submit_);
   c.add_option("-o,--output", submit_.folder, "Folder of the submission; default results/<job name>");
-  c.add_option("--data", submit_.data_directory, "Folder the mesh files are relative to");
-  c.add_option("--set", submit_.overrides, "key=value, over the job file; may be repeated")
-      ->allow_extra_args(false)
-      ->take_all();
-  c.add_option("--shards", submit_.n_shards, "Tasks that each case is cut into")
-      ->check(whole_number(1, most_tasks))
-      ->capture_default_str();
   add_slurm_options(c, submit_.slurm);
   add_local_options(c, submit_.is_local, submit_.n_workers, submit_.is_dry, submit_.as_json);
   c.callback([this, &chosen] { chosen = [this] { return submit_command(submit_); }; });
@@ -116,11 +117,6 @@ void ClusterWords::add_resume(const Add& add, std::function<ExitCode()>& chosen)
   resume_.slurm.cpus = 0;  // as it was
   add_slurm_options(c, resume_.slurm);
   add_local_options(c, resume_.is_local, resume_.n_workers, resume_.is_dry, resume_.as_json);
-  c.add_option("--without", resume_.absent_hosts,
-               "A host that is gone with its local processes: their tasks are missing; may be repeated")
-      ->type_name("HOST")
-      ->allow_extra_args(false)
-      ->take_all();
   c.callback([this, &chosen] { chosen = [this] { return resume_command(resume_); }; });
 }
 

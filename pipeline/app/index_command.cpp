@@ -1,7 +1,6 @@
 #include "app/index_command.hpp"
 
 #include <cstdio>
-#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -13,8 +12,6 @@
 
 namespace vrda {
 namespace {
-
-namespace fs = std::filesystem;
 
 // The same wherever the submission stands.
 std::string without_folder(std::string text, const std::string& folder)
@@ -86,7 +83,7 @@ ExitCode write_index_of(const IndexOptions& options, const Submission& submissio
 
 ExitCode index_command(const IndexOptions& options)
 {
-  const std::string folder = fs::absolute(options.folder + "/").lexically_normal().parent_path().string();
+  const std::string folder = absolute_folder(options.folder);
   return write_index_of({folder, options.as_json, options.n_processes}, read_submission(folder));
 }
 

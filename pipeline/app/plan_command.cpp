@@ -13,6 +13,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// For printf.
+long long as_long(std::int64_t n)
+{
+  return n;
+}
+
 // Of the solving: above it more shards gain little, since they wait for the spine.
 constexpr double large_spine_share = 0.5;
 
@@ -60,7 +66,7 @@ std::int64_t n_attitudes(const PlannedCase& planned)
 std::string duration(double seconds)
 {
   char text[40];
-  const auto whole = static_cast<long long>(std::llround(seconds));
+  const auto whole = as_long(std::llround(seconds));
   if (seconds < 100.0) {
     std::snprintf(text, sizeof text, "%.2g s", seconds);
   } else if (whole < 6000) {
@@ -108,16 +114,6 @@ Json command_of(const CaseSpec& spec)
   return words;
 }
 
-Json shards_json(const PlannedCase& planned, int n_shards)
-{
-  Json list = Json::array();
-  for (const ShardCost& shard : shards_of(planned, n_shards)) {
-    list.push_back(
-        {{"rows", shard.n_rows}, {"attitudes", shard.n_attitudes}, {"processor_s", shard.processor_s}});
-  }
-  return list;
-}
-
 Json case_json(const Campaign& campaign, const PlannedCase& planned, int n_shards)
 {
   Json levels = Json::object();
@@ -149,7 +145,11 @@ Json case_json(const Campaign& campaign, const PlannedCase& planned, int n_shard
       {"model_bytes", cost.model_bytes},
       {"same_as", planned.same_as},
       {"same_steps_as", planned.same_steps_as}};
-  if (n_shards > 1) result["shards"] = shards_json(planned, n_shards);
+  if (n_shards == 1) return result;
+  for (const ShardCost& shard : shards_of(planned, n_shards)) {
+    result["shards"].push_back(
+        {{"rows", shard.n_rows}, {"attitudes", shard.n_attitudes}, {"processor_s", shard.processor_s}});
+  }
   return result;
 }
 
@@ -179,8 +179,7 @@ void print_case(const PlannedCase& planned, int n_shards, int name_width)
                            (planned.job_case.is_varus_free ? "free" : std::to_string(planned.size.n_varus));
   std::printf("%-*s  %-16s  %10s  %9lld  %9lld  %9s  %7s  %8s  %7s", name_width,
               planned.campaign_case.spec.name.c_str(), planned.job_case.method.c_str(), grid.c_str(),
-              static_cast<long long>(n_attitudes(planned)),
-              static_cast<long long>(planned.size.n_contact_triangles),
+              as_long(n_attitudes(planned)), as_long(planned.size.n_contact_triangles),
               duration(processor_s_of(planned, n_shards)).c_str(), amount(planned.cost.memory_bytes).c_str(),
               amount(planned.cost.journal_bytes).c_str(), amount(planned.cost.model_bytes).c_str());
   if (n_shards > 1) {
@@ -207,15 +206,15 @@ void print_shards(const PlannedCase& planned, int n_shards)
   const auto n_idle =
       std::count_if(shards.begin(), shards.end(), [](const ShardCost& s) { return s.n_rows == 0; });
   std::printf("spine: %lld steps, %s; of them %lld one after the other\n",
-              static_cast<long long>(planned.cost.steps.spine()), duration(planned.cost.spine_s).c_str(),
-              static_cast<long long>(planned.cost.steps.chain));
+              as_long(planned.cost.steps.spine()), duration(planned.cost.spine_s).c_str(),
+              as_long(planned.cost.steps.chain));
   for (std::size_t i = 0; i < shards.size(); ++i) {
     if (shards[i].n_rows == 0) continue;
     std::printf("shard %zu/%d: %lld flexions, %lld attitudes, %s\n", i + 1, n_shards,
-                static_cast<long long>(shards[i].n_rows), static_cast<long long>(shards[i].n_attitudes),
+                as_long(shards[i].n_rows), as_long(shards[i].n_attitudes),
                 duration(shards[i].processor_s).c_str());
   }
-  if (n_idle > 0) std::printf("%lld more shards have no flexion\n", static_cast<long long>(n_idle));
+  if (n_idle > 0) std::printf("%lld more shards have no flexion\n", as_long(n_idle));
 }
 
 // One line for all of them.
@@ -261,10 +260,9 @@ void print(const Campaign& campaign, const std::vector<PlannedCase>& cases, int 
       "%zu case%s: %lld attitudes, %lld steps, %s of processor time, %s at most at once, %s of journals, %s "
       "of motion "
       "models\n",
-      cases.size(), cases.size() == 1 ? "" : "s", static_cast<long long>(totals.attitudes),
-      static_cast<long long>(totals.steps), duration(totals.processor_s).c_str(),
-      amount(totals.largest_memory).c_str(), amount(totals.journal_bytes).c_str(),
-      amount(totals.model_bytes).c_str());
+      cases.size(), cases.size() == 1 ? "" : "s", as_long(totals.attitudes), as_long(totals.steps),
+      duration(totals.processor_s).c_str(), amount(totals.largest_memory).c_str(),
+      amount(totals.journal_bytes).c_str(), amount(totals.model_bytes).c_str());
   std::printf("estimates from one machine: expect times between half and twice of these\n");
 }
 

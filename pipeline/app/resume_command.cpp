@@ -1,12 +1,8 @@
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <set>
-#include <thread>
 
-#include "app/hand_out.hpp"
+#include "app/start_tasks.hpp"
 #include "app/submit_command.hpp"
 #include "cluster/local_run.hpp"
 #include "cluster/missing.hpp"
@@ -18,8 +14,6 @@
 
 namespace vrda {
 namespace {
-
-namespace fs = std::filesystem;
 
 void replace_if_given(std::string& old, const std::string& given)
 {
@@ -40,72 +34,11 @@ SlurmOptions changed(SlurmOptions slurm, const SlurmOptions& given)
   return slurm;
 }
 
-std::vector<TaskView> local_tasks_under_way(const StatusView& status)
-{
-  std::vector<TaskView> all;
-  const auto look_at = [&](const TaskView& task) {
-    if (task.standing == TaskStanding::running && task.slurm_job.empty()) all.push_back(task);
-  };
-  for (const CaseView& c : status.cases) std::for_each(c.tasks.begin(), c.tasks.end(), look_at);
-  if (status.index) look_at(*status.index);
-  return all;
-}
-
 void say_reasons(const std::vector<std::string>& reasons)
 {
   constexpr std::size_t most = 20;
   for (std::size_t k = 0; k < std::min(most, reasons.size()); ++k) say(reasons[k]);
   if (reasons.size() > most) say("and " + std::to_string(reasons.size() - most) + " more: vrda status");
-}
-
-struct Found {
-  Sightings seen;
-  StatusView status;
-};
-
-// Names the first task, and every host that --without would have to.
-[[noreturn]] void refuse_under_way(const std::string& folder, const Submission& submission,
-                                   const Sightings& seen, const std::vector<TaskView>& tasks)
-{
-  const TaskId& first = tasks.front().task;
-  const ProcessId& process = seen.states.at(first).process;
-  std::string found = text_of(first, submission) + " that runs as process " + std::to_string(process.pid) +
-                      " on " + process.host;
-  if (tasks.size() > 1) found += " (and " + std::to_string(tasks.size() - 1) + " other tasks that run)";
-  std::set<std::string> hosts;
-  for (const TaskView& task : tasks) {
-    if (task.is_elsewhere) hosts.insert(task.host);
-  }
-  std::string wanted = "its end";
-  if (!hosts.empty()) wanted += ", or if its host is gone with it: vrda resume " + folder;
-  for (const std::string& host : hosts) wanted += " --without " + host;
-  throw InputError({task_file_of(folder, submission, first), "host", found, wanted});
-}
-
-// Processes here of a local run that was killed are told to end, and do so within a step. Those of other
-// hosts cannot be asked, however long one waits.
-Found look(const std::string& folder, const Submission& submission, const ResumeOptions& options)
-{
-  constexpr std::chrono::seconds patience{60};
-  const auto begin = std::chrono::steady_clock::now();
-  while (true) {
-    Found found;
-    std::string remark;
-    found.seen = look_around(folder, submission, remark);
-    if (!found.seen.is_slurm_known) {
-      throw InputError({folder, "", "tasks of which Slurm does not tell: " + remark, "Slurm's answer"});
-    }
-    found.seen.absent_hosts = {options.absent_hosts.begin(), options.absent_hosts.end()};
-    found.status = status_of(folder, submission, found.seen);
-    std::vector<TaskView> tasks = local_tasks_under_way(found.status);
-    if (tasks.empty()) return found;
-    const auto here = std::stable_partition(tasks.begin(), tasks.end(),
-                                            [](const TaskView& task) { return task.is_elsewhere; });
-    if (here != tasks.begin() || std::chrono::steady_clock::now() - begin > patience) {
-      refuse_under_way(folder, submission, found.seen, tasks);
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
 }
 
 void require_options(const ResumeOptions& options, const Submission& submission, const Missing& missing)
@@ -115,7 +48,7 @@ void require_options(const ResumeOptions& options, const Submission& submission,
     throw InputError({"--local", "", std::to_string(missing.n_under_way) + " tasks in Slurm's queue",
                       "vrda resume without --local, or scancel before"});
   }
-  require_log_folder(options.folder);
+  require_log_folder(absolute_folder(options.folder));
   require_sound(submission.slurm);
   if (submission.slurm.time.empty()) {
     throw InputError({"--time", "", "nothing", "a task's time limit, or --local as before"});
@@ -123,7 +56,7 @@ void require_options(const ResumeOptions& options, const Submission& submission,
 }
 
 // A node that could not begin a task may be mended by now, or another one begins it.
-void release_held(const Sightings& seen)
+void release_held(const SubmissionSnapshot& seen)
 {
   std::vector<std::string> held;
   for (const auto& [task, queue] : seen.slurm) {
@@ -152,25 +85,27 @@ ExitCode say_nothing_is_missing(const std::string& folder, const Missing& missin
 
 ExitCode resume_command(const ResumeOptions& options)
 {
-  const std::string folder = fs::absolute(options.folder).lexically_normal().string();
+  const std::string folder = absolute_folder(options.folder);
   Submission submission = read_submission(folder);
-  const SubmissionLock lock(folder);
-  const Found found = look(folder, submission, options);
-  if (!options.is_local && !options.is_dry) release_held(found.seen);
-  const Missing missing = missing_of(folder, submission, found.status, found.seen);
+  const OpenFile lock = locked_submission(folder);
+  const SubmissionSnapshot seen = take_snapshot(folder, submission);
+  if (!seen.remark.empty())
+    throw InputError({folder, "", "tasks of which Slurm does not tell: " + seen.remark, "Slurm's answer"});
+  if (!options.is_local && !options.is_dry) release_held(seen);
+  const Missing missing = missing_of(folder, submission, status_of(folder, submission, seen), seen);
   if (missing.work.is_nothing()) return say_nothing_is_missing(folder, missing, options.as_json);
   const SlurmOptions slurm = changed(submission.slurm, options.slurm);
   const bool is_changed = !(slurm == submission.slurm);
   submission.slurm = slurm;
   require_options(options, submission, missing);
-  if (options.slurm.cases_per_task > 0) require_same_span(found.seen.slurm, options.slurm.cases_per_task);
+  if (options.slurm.cases_per_task > 0) require_same_span(seen.slurm, options.slurm.cases_per_task);
   say_reasons(missing.reasons);
-  const HandOutOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
-  if (options.is_dry) return hand_out(folder, submission, missing.work, how);
+  const StartOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
+  if (options.is_dry) return start_tasks(folder, submission, missing.work, how);
   for (const std::string& one : {scripts_of(folder), logs_of(folder), tasks_of(folder)}) make_folder(one);
   if (is_changed) write_submission(folder, submission);
   if (!missing.to_cancel.empty()) cancel_jobs(missing.to_cancel);
-  return hand_out(folder, submission, missing.work, how);
+  return start_tasks(folder, submission, missing.work, how);
 }
 
 }  // namespace vrda

@@ -1,9 +1,7 @@
 #include "app/status_command.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstdio>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "cluster/status.hpp"
@@ -12,17 +10,7 @@
 namespace vrda {
 namespace {
 
-namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-std::string rate_text_of(const TaskView& task)
-{
-  if (!task.per_second) return {};
-  std::array<char, 32> rate{};
-  std::snprintf(rate.data(), rate.size(), *task.per_second < 10.0 ? "%.2g" : "%.0f", *task.per_second);
-  const std::string left = task.seconds_left ? ", " + duration_text(*task.seconds_left) + " left" : "";
-  return std::string("  ") + rate.data() + "/s" + left;
-}
 
 std::string amount_text(const TaskView& task)
 {
@@ -40,10 +28,9 @@ void print_task(const TaskView& task, const Submission& submission)
   pad(amount_column);
   line += amount_text(task);
   pad(rest_column);
-  const bool is_told = task.is_elsewhere;  // the reason names the host
-  if (task.standing == TaskStanding::running && !is_told) line += task.host;
+  if (task.standing == TaskStanding::running) line += task.host;
   if (task.standing != TaskStanding::running && !task.slurm_job.empty()) line += task.slurm_job;
-  line += rate_text_of(task);
+  if (task.per_second) line += "  " + rate_text(*task.per_second, task.seconds_left);
   if (!task.reason.empty()) line += (line.back() == ' ' ? "" : "  ") + task.reason;
   if (task.n_restarts > 0) {
     const std::string times = task.n_restarts == 1 ? "once" : std::to_string(task.n_restarts) + " times";
@@ -122,13 +109,10 @@ void print_tasks(const CaseView& view, const Submission& submission)
 
 ExitCode status_command(const StatusOptions& options)
 {
-  const std::string folder = fs::absolute(options.folder).lexically_normal().string();
+  const std::string folder = absolute_folder(options.folder);
   const Submission submission = read_submission(folder);
-  std::string remark;
-  const Sightings seen = look_around(folder, submission, remark);
-  StatusView status = status_of(folder, submission, seen);
-  status.remark = remark;
-  if (!remark.empty()) warn(remark);
+  const StatusView status = status_of(folder, submission, take_snapshot(folder, submission));
+  if (!status.remark.empty()) warn(status.remark);
   if (options.as_json) {
     print_json(status, folder, submission);
     return ExitCode::done;

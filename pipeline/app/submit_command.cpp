@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 
-#include "app/hand_out.hpp"
 #include "app/own_program.hpp"
+#include "app/start_tasks.hpp"
 #include "cluster/campaign.hpp"
 #include "cluster/local_run.hpp"
 #include "cluster/slurm_scripts.hpp"
@@ -24,11 +23,8 @@ namespace fs = std::filesystem;
 
 std::string folder_of(const SubmitOptions& options)
 {
-  const fs::path folder = options.folder.empty() ? fs::path("results") / fs::path(options.job_file).stem()
-                                                 : fs::path(options.folder);
-  std::string text = fs::absolute(folder).lexically_normal().string();
-  while (text.size() > 1 && text.back() == '/') text.pop_back();
-  return text;
+  if (!options.folder.empty()) return absolute_folder(options.folder);
+  return absolute_folder((fs::path("results") / fs::path(options.job_file).stem()).string());
 }
 
 std::string program_for_tasks()
@@ -126,15 +122,15 @@ ExitCode submit_command(const SubmitOptions& options)
   if (!options.is_local) require_log_folder(folder);
   const Submission submission = submission_of(options);
   const Work work = all_work(submission);
-  const HandOutOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
+  const StartOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
   require_new(folder, submission);
-  if (options.is_dry) return hand_out(folder, submission, work, how);
+  if (options.is_dry) return start_tasks(folder, submission, work, how);
   make_folders(folder);
-  const auto lock = std::make_unique<SubmissionLock>(folder);
+  const OpenFile lock = locked_submission(folder);
   require_new(folder, submission);
   write_submission(folder, submission);
   try {
-    return hand_out(folder, submission, work, how);
+    return start_tasks(folder, submission, work, how);
   } catch (const InputError&) {
     if (!options.is_local && read_submitted(folder).empty()) take_back(folder);
     throw;

@@ -22,7 +22,7 @@ struct SubmitOptions {
   bool as_json = false;
 };
 
-/// Writes the submission's folder and hands out all of its tasks. Throws InputError when the folder holds a
+/// Writes the submission's folder and starts all of its tasks. Throws InputError when the folder holds a
 /// submission or a motion model that would be replaced; when Slurm refuses the first job, nothing of it is
 /// left, when it refuses a later one, what it took goes on and vrda resume adds the rest.
 ExitCode submit_command(const SubmitOptions& options);
@@ -34,10 +34,9 @@ struct ResumeOptions {
   bool is_local = false;
   int n_workers = 0;
   bool as_json = false;
-  std::vector<std::string> absent_hosts;  ///< gone with the local processes that ran there
 };
 
-/// Hands out the tasks that are missing and says why each is; never one that is queued or running.
+/// Starts the tasks that are missing and says why each is; never one that Slurm has queued or runs.
 ExitCode resume_command(const ResumeOptions& options);
 
 }  // namespace vrda

@@ -10,10 +10,11 @@
 
 #include "app/index_command.hpp"
 #include "cluster/slurm_scripts.hpp"
-#include "cluster/solved_count.hpp"
+#include "cluster/status.hpp"
 #include "cluster/submission.hpp"
 #include "cluster/task_state.hpp"
 #include "core/error.hpp"
+#include "core/output_lock.hpp"
 #include "run/merge_command.hpp"
 #include "run/run_command.hpp"
 #include "talk/interrupt.hpp"
@@ -40,6 +41,14 @@ class Task {
 
   ExitCode run()
   {
+    if (is_in_slurm()) return run_alone();
+    const std::optional<OutputLock> lock = locked();
+    return lock ? run_alone() : ExitCode::interrupted;
+  }
+
+ private:
+  ExitCode run_alone()
+  {
     if (id_.case_number >= 0 && is_made(folder_, its_case())) {
       say(its_case().output + " is made already");
       return ExitCode::done;
@@ -54,10 +63,24 @@ class Task {
     }
   }
 
- private:
-  const SubmittedCase& its_case() const
+  const SubmittedCase& its_case() const { return case_of(submission_, id_); }
+  bool is_in_slurm() const { return !state_.slurm_job.empty(); }
+
+  // Slurm answers for its tasks; a local one lives while it holds this, from here to its end. Nothing when
+  // interrupted.
+  std::optional<OutputLock> locked() const
   {
-    return submission_.cases[static_cast<std::size_t>(id_.case_number)];
+    const std::string file = task_file_of(folder_, submission_, id_);
+    std::string holder;
+    const Clock::time_point begin = Clock::now();
+    const auto waits = [&](const std::string& text) {
+      holder = text;
+      say("waiting for " + holder + ", which works on the same task");
+    };
+    const auto is_over = [&] { return is_interrupted() || Clock::now() - begin > patience_here; };
+    std::optional<OutputLock> lock = OutputLock::take(file, "vrda task", {waits, is_over});
+    if (lock || is_interrupted()) return lock;
+    throw InputError({file, "", "a task that " + holder + " works on", "its end"});
   }
 
   std::int64_t n_done() const { return SolvedCounter(folder_, submission_).count(id_).n_done; }
@@ -84,7 +107,7 @@ class Task {
   bool has_successor() const
   {
     const std::optional<TaskState> there = read_task_state(folder_, submission_, id_);
-    return there && !(there->process == state_.process);
+    return there && !is_same_start(*there, state_);
   }
 
   // Loading is over: the rate counts from here.
@@ -95,7 +118,6 @@ class Task {
     is_waiting_ = false;
     if (has_successor()) return;
     state_.reason.clear();
-    state_.begun_at = now();
     state_.n_done_at_begin = n_done();
     write();
   }
@@ -114,30 +136,29 @@ class Task {
   ExitCode execute()
   {
     if (id_.kind == TaskKind::index) return write_index_of({folder_, false, n_cpus_}, submission_);
-    const SubmittedCase& c = its_case();
-    const std::string output = output_of(folder_, c);
+    const CaseSpec& spec = its_case().spec;
+    const std::string output = output_of(folder_, its_case());
     if (id_.kind == TaskKind::merge) {
       MergeOptions merge;
       merge.output = output;
       merge.n_shards = submission_.n_shards;
-      merge.job_file = c.spec.job_file;
-      merge.data_directory = c.spec.data_directory;
-      merge.overrides = c.spec.overrides;
+      merge.job_file = spec.job_file;
+      merge.data_directory = spec.data_directory;
+      merge.overrides = spec.overrides;
       merge.n_threads = n_cpus_;
       return merge_command(merge);
     }
     RunOptions run;
-    run.job_file = c.spec.job_file;
+    run.job_file = spec.job_file;
     run.output = output;
-    run.data_directory = c.spec.data_directory;
-    run.overrides = c.spec.overrides;
+    run.data_directory = spec.data_directory;
+    run.overrides = spec.overrides;
     run.n_threads = n_cpus_;
     run.progress = "plain";
     run.only_spine = id_.kind == TaskKind::spine;
     if (id_.kind == TaskKind::shard) run.shard = Shard{id_.shard, submission_.n_shards};
     run.begun = [this] { begin_solving(); };
-    const bool is_in_slurm = !state_.slurm_job.empty();
-    run.patience = Patience{is_in_slurm ? patience_in_slurm : patience_here, [this] { begin_waiting(); }};
+    run.patience = Patience{is_in_slurm() ? patience_in_slurm : patience_here, [this] { begin_waiting(); }};
     return run_command(run);
   }
 
@@ -168,9 +189,7 @@ class Task {
     state_.phase = phase;
     state_.exit_code = static_cast<std::int32_t>(code);
     state_.reason = reason;
-    state_.ended = utc_text(std::chrono::system_clock::now());
-    state_.n_done_at_end =
-        phase == TaskPhase::done ? SolvedCounter(folder_, submission_).total_of(id_) : n_done();
+    state_.ended = utc_now();
     try {
       if (!has_successor()) write();
     } catch (const InputError& error) {
@@ -191,7 +210,7 @@ class Task {
   // journal another process held.
   bool is_fruitless() const
   {
-    if (is_waiting_ || state_.slurm_job.empty() || submission_.slurm.time.empty()) return false;
+    if (is_waiting_ || !is_in_slurm() || submission_.slurm.time.empty()) return false;
     const std::int64_t limit = seconds_of_time(submission_.slurm.time);
     const std::chrono::seconds least(limit - warning_seconds(limit) - slurm_slack_s);
     return Clock::now() - start_ >= least && journal_bytes() <= n_bytes_at_begin_;
@@ -202,7 +221,7 @@ class Task {
   const TaskId id_;
   const int n_cpus_;
   const Clock::time_point start_ = Clock::now();
-  TaskState state_;
+  TaskState state_ = begun_now(0);
   std::uintmax_t n_bytes_at_begin_ = 0;
   bool is_solving_ = false;
   bool is_waiting_ = false;
@@ -237,10 +256,9 @@ ExitCode note_ended(const std::string& folder, const Submission& submission, con
   const TaskState own = begun_now(0);
   for (const TaskId& id : tasks) {
     std::optional<TaskState> state = read_task_state(folder, submission, id);
-    const bool is_own = state && state->slurm_job == own.slurm_job && state->n_restarts == own.n_restarts;
-    if (!is_own || state->phase != TaskPhase::running) continue;
+    if (!state || !is_same_start(*state, own) || state->phase != TaskPhase::running) continue;
     state->phase = TaskPhase::failed;
-    state->ended = utc_text(std::chrono::system_clock::now());
+    state->ended = utc_now();
     state->exit_code = ended;
     state->reason = "ended by signal " + std::to_string(signal) +
                     (signal == kill_signal ? ": killed, as when memory runs out" : "");
@@ -279,8 +297,7 @@ ExitCode task_command(const TaskOptions& options)
 {
   bear_repeated_terms();
   watch_for_interrupts();
-  std::error_code error;
-  const std::string folder = fs::absolute(options.folder, error).lexically_normal().string();
+  const std::string folder = absolute_folder(options.folder);
   const Submission submission = read_submission(folder);
   const std::vector<TaskId> tasks = tasks_asked(options, submission);
   if (options.ended > 0) return note_ended(folder, submission, tasks, options.ended);

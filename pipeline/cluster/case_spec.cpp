@@ -1,8 +1,8 @@
 #include "cluster/case_spec.hpp"
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
+#include "cluster/json_fields.hpp"
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
 #include "load/file_bytes.hpp"
@@ -30,14 +30,19 @@ std::string case_file_of(const std::string& output)
   return output + ".case.json";
 }
 
+template <typename Fields>
+void name_fields(const Fields& fields, CaseFile& file)
+{
+  fields("name", file.spec.name);
+  fields("job", file.spec.job_file);
+  fields("data", file.spec.data_directory);
+  fields("set", file.spec.overrides);
+  fields("merged_sha256", file.merged_sha256);
+}
+
 void write_case_file(const std::string& path, const CaseFile& content)
 {
-  const CaseSpec& spec = content.spec;
-  const nlohmann::ordered_json json = {{"name", spec.name},
-                                       {"job", spec.job_file},
-                                       {"data", spec.data_directory},
-                                       {"set", spec.overrides},
-                                       {"merged_sha256", content.merged_sha256}};
+  const nlohmann::ordered_json json = content;
   // A path may hold any bytes.
   write_whole(path, {json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "\n"});
 }
@@ -48,11 +53,28 @@ CaseFile read_case_file(const std::string& path)
   const std::optional<std::string> text = text_of_file(path);
   if (!text) throw InputError({path, "", "no file", wanted});
   try {
-    const auto json = nlohmann::json::parse(*text);
-    return {{json.at("name"), json.at("job"), json.at("data"), json.at("set")}, json.at("merged_sha256")};
+    return nlohmann::ordered_json::parse(*text).get<CaseFile>();
   } catch (const nlohmann::json::exception&) {
     throw InputError({path, "", "something that is no case file", wanted});
   }
+}
+
+InputError fault_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error)
+{
+  InputError::Facts facts = error.facts();
+  constexpr std::string_view with_override = " with --set ";
+  if (facts.file == "--set") {
+    facts.file = path;
+    facts.field = facts.field.empty() ? "set" : "set: " + facts.field;
+  } else if (const std::size_t with = facts.file.find(with_override); with != std::string::npos) {
+    facts.file.replace(with, with_override.size(), " with " + path + ": set: ");
+  } else if (facts.file == spec.job_file && facts.field.empty()) {
+    facts.wanted += ", which " + path + " names";
+  } else {
+    return error;
+  }
+  facts.wanted += "; --job names another job";
+  return InputError(facts);
 }
 
 std::string sha256_of_model(const std::string& output)

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/error.hpp"
+
 namespace vrda {
 
 struct CaseSpec {
@@ -31,6 +33,10 @@ struct CaseFile {
 /// Both throw InputError naming the file.
 void write_case_file(const std::string& path, const CaseFile& content);
 CaseFile read_case_file(const std::string& path);
+
+/// What is wrong with the job of a case file, told as a fault of that file where it gives the value, as when
+/// it was damaged: nobody typed a --set.
+InputError fault_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error);
 
 /// Larger motion models are refused, not read.
 constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;

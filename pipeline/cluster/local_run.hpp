@@ -1,12 +1,13 @@
-/// The tasks of a submission as processes of this machine, without a cluster.
+/// The jobs of a submission as processes of this machine, without a cluster.
 #pragma once
 
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "cluster/jobs.hpp"
 #include "cluster/submission.hpp"
-#include "cluster/work.hpp"
+#include "core/open_file.hpp"
 
 namespace vrda {
 
@@ -25,21 +26,12 @@ struct LocalOutcome {
   int worst_code = 0;  ///< exit code: 5 over 2 over 3 over 0
 };
 
-/// Runs each task, `vrda task`, once those it waits for have ended well. When stopped it tells its processes
-/// to end, and waits for them. Throws InputError when the system refuses a process.
-LocalOutcome run_local(const std::string& folder, const Submission& submission,
-                       const std::vector<PlannedTask>& tasks, const LocalOptions& options);
+/// Runs each task, `vrda task`, once the jobs it waits for have ended well. When stopped it tells its
+/// processes to end, and waits for them. Throws InputError when the system refuses a process.
+LocalOutcome run_locally(const std::string& folder, const Submission& submission,
+                         const std::vector<PlannedJob>& jobs, const LocalOptions& options);
 
-/// Held while somebody hands out tasks of a submission: a second one gets an InputError.
-class SubmissionLock {
- public:
-  explicit SubmissionLock(const std::string& folder);
-  ~SubmissionLock();
-  SubmissionLock(const SubmissionLock&) = delete;
-  SubmissionLock& operator=(const SubmissionLock&) = delete;
-
- private:
-  int descriptor_;
-};
+/// The lock that `vrda submit` and `vrda resume` hold: a second one gets an InputError.
+OpenFile locked_submission(const std::string& folder);
 
 }  // namespace vrda

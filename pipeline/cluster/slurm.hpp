@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cluster/work.hpp"
+#include "cluster/jobs.hpp"
 
 namespace vrda {
 

@@ -1,10 +1,17 @@
 #include "cluster/slurm_scripts.hpp"
 
+#include <sys/stat.h>
+
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <charconv>
+#include <set>
 
+#include "cluster/slurm.hpp"
+#include "cluster/task_state.hpp"
 #include "core/error.hpp"
+#include "core/whole_file.hpp"
 
 namespace vrda {
 namespace {
@@ -38,40 +45,21 @@ void require_word(const char* option, const std::string& text)
   if (!is_sound) throw InputError({option, "", text, "letters, digits and _-.,:@%+=/"});
 }
 
-// What the script runs; "$1" is what sbatch_words() appends.
-std::string command_of(TaskKind kind)
-{
-  switch (kind) {
-    case TaskKind::spine:
-      return "--kind spine --case=\"$1\"";
-    case TaskKind::shard:
-      return "--kind shard --case=\"$1\" --shard \"$SLURM_ARRAY_TASK_ID\"";
-    case TaskKind::merge:
-      return "--kind merge --case=\"$1\"";
-    case TaskKind::run:
-      return "--kind run --first $(($1 + (SLURM_ARRAY_TASK_ID - 1) * $2 + 1)) --count \"$2\"";
-    case TaskKind::index:
-      break;
-  }
-  return "--kind index";
-}
+struct Script {
+  const char* purpose;
+  const char* command;  // what it runs; "$1" is what sbatch_words() appends
+};
 
-const char* purpose_of(TaskKind kind)
-{
-  switch (kind) {
-    case TaskKind::spine:
-      return "The spine of the case $1, which every shard reads.";
-    case TaskKind::shard:
-      return "One shard of the case $1: the task's number of the array.";
-    case TaskKind::merge:
-      return "The motion model of the case $1, from the journals of its shards.";
-    case TaskKind::run:
-      return "Whole cases, $2 a task; $1 cases come before the first of the array.";
-    case TaskKind::index:
-      break;
-  }
-  return "The table of all cases.";
-}
+// [kinds]
+constexpr std::array<Script, 5> scripts{{
+    {"The spine of the case $1, which every shard reads.", "--kind spine --case=\"$1\""},
+    {"One shard of the case $1: the task's number of the array.",
+     "--kind shard --case=\"$1\" --shard \"$SLURM_ARRAY_TASK_ID\""},
+    {"The motion model of the case $1, from the journals of its shards.", "--kind merge --case=\"$1\""},
+    {"Whole cases, $2 a task; $1 cases come before the first of the array.",
+     "--kind run --first $(($1 + (SLURM_ARRAY_TASK_ID - 1) * $2 + 1)) --count \"$2\""},
+    {"The table of all cases.", "--kind index"},
+}};
 
 std::string options_of(const SlurmOptions& options)
 {
@@ -138,6 +126,16 @@ std::string dependency_of(const PlannedJob& job, const std::vector<std::string>&
   return text.size() == bare ? std::string() : text;
 }
 
+// Nobody would know of it.
+void cancel_unnoted(const std::string& id)
+{
+  try {
+    cancel_jobs({id});
+  } catch (const InputError&) {
+    // The first message is the one that matters, and names the job.
+  }
+}
+
 }  // namespace
 
 std::int64_t seconds_of_time(const std::string& text)
@@ -200,10 +198,10 @@ std::string script_name_of(TaskKind kind)
 
 std::string script_of(TaskKind kind, const std::string& folder, const Submission& submission)
 {
-  return "#!/bin/bash\n# " + std::string(purpose_of(kind)) +
+  const Script& script = scripts.at(static_cast<std::size_t>(kind));
+  return "#!/bin/bash\n# " + std::string(script.purpose) +
          "\n# Submit it from the submission's folder, where logs/ is; it may be killed and begun again at "
-         "any "
-         "time.\n" +
+         "any time.\n" +
          options_of(submission.slurm) + "\nprogram=" + shell_word(submission.program) +
          "\nfolder=" + shell_word(folder) + R"(
 
@@ -212,7 +210,7 @@ std::string script_of(TaskKind kind, const std::string& folder, const Submission
 child= told=
 trap 'told=1; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM
 words=(task "$folder" )" +
-         command_of(kind) + R"( --cpus "${SLURM_CPUS_PER_TASK:-1}")
+         script.command + R"( --cpus "${SLURM_CPUS_PER_TASK:-1}")
 "$program" "${words[@]}" &
 child=$!
 [ -z "$told" ] || kill -TERM "$child" 2>/dev/null
@@ -290,6 +288,64 @@ std::string id_text(const std::string& id, const PlannedJob& job, const SlurmOpt
   std::string text = id + "_[" + ranges_text(job.numbers);
   if (options.max_parallel > 0) text += "%" + std::to_string(options.max_parallel);
   return text + "]";
+}
+
+void write_scripts(const std::string& folder, const Submission& submission,
+                   const std::vector<PlannedJob>& jobs)
+{
+  std::set<TaskKind> kinds;
+  for (const PlannedJob& job : jobs) kinds.insert(job.kind);
+  for (const TaskKind kind : kinds) {
+    const std::string path = scripts_of(folder) + "/" + script_name_of(kind);
+    write_whole(path, {script_of(kind, folder, submission)});
+    constexpr mode_t readable_by_all = 0755;
+    chmod(path.c_str(), readable_by_all);
+  }
+}
+
+std::vector<SubmittedJob> submit_jobs(const std::string& folder, const Submission& submission,
+                                      const std::vector<PlannedJob>& jobs)
+{
+  std::vector<SubmittedJob> submitted;
+  std::vector<std::string> ids;
+  try {
+    for (const PlannedJob& job : jobs) {
+      ids.push_back(submit_job(sbatch_words(folder, submission, job, ids), folder));
+      const SubmittedJob one{ids.back(), utc_now(), job};
+      append_submitted(folder, one);
+      submitted.push_back(one);
+    }
+  } catch (const InputError& error) {
+    if (ids.size() > submitted.size()) cancel_unnoted(ids.back());
+    if (submitted.empty()) throw;
+    InputError::Facts facts = error.facts();
+    facts.wanted += "; " + std::to_string(submitted.size()) + " of " + std::to_string(jobs.size()) +
+                    " jobs were submitted before and go on, vrda resume " + folder + " submits the others";
+    throw InputError(facts);
+  }
+  return submitted;
+}
+
+std::vector<std::string> lines_of(const Submission& submission, const std::vector<SubmittedJob>& jobs)
+{
+  std::vector<std::string> lines;
+  std::int32_t shown = -2;
+  for (const SubmittedJob& submitted : jobs) {
+    const PlannedJob& job = submitted.job;
+    const bool is_of_case = job.case_number >= 0;
+    if (lines.empty() || (is_of_case && job.case_number != shown) || (!is_of_case && shown >= 0)) {
+      const bool has_name = is_of_case && submission.has_index();
+      lines.push_back(has_name ? case_of(submission, {job.kind, job.case_number, 0}).spec.name + ": " : "");
+    } else {
+      lines.back() += ", ";
+    }
+    shown = job.case_number;
+    std::string what = name_of(job.kind);
+    if (job.kind == TaskKind::shard) what += "s";
+    if (job.kind == TaskKind::run) what = submission.has_index() ? "cases" : "run";
+    lines.back() += what + " " + id_text(submitted.id, job, submission.slurm);
+  }
+  return lines;
 }
 
 }  // namespace vrda

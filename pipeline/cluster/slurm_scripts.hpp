@@ -1,11 +1,12 @@
-/// The batch scripts of a submission and the sbatch commands that submit them.
+/// The batch scripts of a submission, the sbatch commands that submit them, and their submission.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include "cluster/jobs.hpp"
 #include "cluster/submission.hpp"
-#include "cluster/work.hpp"
+#include "cluster/submitted.hpp"
 
 namespace vrda {
 
@@ -47,5 +48,18 @@ std::string sbatch_lines(const std::string& folder, const Submission& submission
 
 /// "13_[1-8%4]": how squeue would write it.
 std::string id_text(const std::string& id, const PlannedJob& job, const SlurmOptions& options);
+
+/// Writes scripts/<kind>.sbatch of every kind among the jobs. Throws InputError naming the file.
+void write_scripts(const std::string& folder, const Submission& submission,
+                   const std::vector<PlannedJob>& jobs);
+
+/// Submits the jobs, whose scripts stand, and notes each down at once. When Slurm refuses one, those
+/// submitted before go on; its InputError names `vrda resume` then, which adds what is missing. A job that
+/// cannot be noted down is cancelled.
+std::vector<SubmittedJob> submit_jobs(const std::string& folder, const Submission& submission,
+                                      const std::vector<PlannedJob>& jobs);
+
+/// "spine 12, shards 13_[1-8%4], merge 14": a line a case, then one of cases without shards and the index.
+std::vector<std::string> lines_of(const Submission& submission, const std::vector<SubmittedJob>& jobs);
 
 }  // namespace vrda

@@ -3,12 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 
 #include "cluster/case_spec.hpp"
-#include "cluster/solved_count.hpp"
+#include "cluster/shard.hpp"
 #include "core/error.hpp"
+#include "core/output_lock.hpp"
+#include "journal/journal.hpp"
 
 namespace vrda {
 namespace {
@@ -17,6 +20,11 @@ namespace fs = std::filesystem;
 
 constexpr std::array<const char*, 7> standing_names{"waiting", "queued",      "running", "done",
                                                     "failed",  "interrupted", "lost"};
+
+std::vector<std::int32_t> rows_of(const Submission& submission, const TaskId& task)
+{
+  return rows_of(Shard{task.shard, submission.n_shards}, case_of(submission, task).n_flexion);
+}
 
 // What slurmstepd left at the end of a log when it ended a task: the time limit, memory, a node.
 std::string last_word_of_slurm(const std::string& log)
@@ -39,141 +47,146 @@ std::string with_reason(const std::string& what, const std::string& reason)
   return reason.empty() || reason == "None" || reason == what ? what : what + " (" + reason + ")";
 }
 
+struct Standing {
+  TaskStanding standing;
+  std::string reason = {};
+};
+
+constexpr std::array<TaskStanding, 4> standing_of_phase{TaskStanding::running, TaskStanding::done,
+                                                        TaskStanding::failed, TaskStanding::interrupted};
+
+/// How one task stands: by Slurm while that has its job, else by what it said last, as far as its journal,
+/// its lock and Slurm bear that out.
+class TaskStander {
+ public:
+  TaskStander(const std::string& folder, const Submission& submission, const SubmissionSnapshot& seen,
+              const TaskId& task)
+      : folder_(folder), submission_(submission), seen_(seen), task_(task)
+  {
+    if (const auto state = seen.states.find(task); state != seen.states.end()) own_ = &state->second;
+    if (const auto slurm = seen.slurm.find(task); slurm != seen.slurm.end()) queue_ = &slurm->second;
+    is_of_job_ = own_ != nullptr && queue_ != nullptr && own_->slurm_job == queue_->job;
+  }
+
+  TaskView view() const
+  {
+    TaskView view;
+    view.task = task_;
+    if (own_ != nullptr) {
+      view.host = own_->host;
+      view.n_restarts = own_->n_restarts;
+      view.slurm_job = own_->slurm_job;
+    }
+    if (queue_ == nullptr) return view;
+    view.slurm_job = queue_->job;
+    view.is_job_running = queue_->per_task > 1 && is_running(queue_->row);
+    if (is_running(queue_->row) && !queue_->row.node.empty()) view.host = queue_->row.node;
+    return view;
+  }
+
+  Standing standing() const
+  {
+    return queue_ != nullptr && !queue_->row.state.empty() ? by_queue(queue_->row) : by_state();
+  }
+
+  const TaskState* state() const { return own_; }
+
+ private:
+  bool has_own(TaskPhase phase) const { return is_of_job_ && own_->phase == phase; }
+
+  Standing by_queue(const SlurmRow& row) const
+  {
+    if (is_queued(row)) {
+      const bool is_held = is_held_after_failed_launch(row);
+      return {TaskStanding::queued, row.reason + (is_held ? "; vrda resume releases it" : "")};
+    }
+    if (has_own(TaskPhase::done)) return by_state();
+    if (is_running(row)) return while_job_runs(row);
+    // It was done again elsewhere since.
+    if (own_ != nullptr && !is_of_job_ && own_->slurm_job.empty()) return by_state();
+    if (has_own(TaskPhase::failed)) return {TaskStanding::failed, own_->reason};
+    // Its state may not be seen yet over a network.
+    if (row.state == "COMPLETED") return when_done("");
+    const bool never_can_begin = row.reason.find("Dependency") != std::string::npos;
+    return {has_own(TaskPhase::interrupted) ? TaskStanding::interrupted : TaskStanding::failed,
+            never_can_begin ? row.state + ": what it waited for did not end well"
+                            : with_reason(row.state, row.reason)};
+  }
+
+  // Of cases that share a task, which makes one after the other, the row is of all.
+  Standing while_job_runs(const SlurmRow& row) const
+  {
+    if (queue_->per_task > 1) {
+      if (has_own(TaskPhase::failed)) return {TaskStanding::failed, own_->reason};
+      if (!has_own(TaskPhase::running)) return {TaskStanding::queued, "behind other cases of its task"};
+    }
+    const bool has_begun = own_ != nullptr && own_->phase == TaskPhase::running;
+    return {TaskStanding::running, row.state != "RUNNING" ? row.state : has_begun ? own_->reason : ""};
+  }
+
+  Standing by_state() const
+  {
+    const bool is_of_earlier_job =
+        own_ != nullptr && queue_ != nullptr && !is_of_job_ && !own_->slurm_job.empty();
+    if (own_ == nullptr || is_of_earlier_job) {
+      if (queue_ == nullptr) return {TaskStanding::waiting};
+      if (!seen_.remark.empty()) return {TaskStanding::queued, "as far as is known"};
+      return {TaskStanding::lost, "Slurm no longer knows the job, and it never began"};
+    }
+    if (own_->phase == TaskPhase::done) return when_done(own_->reason);
+    if (own_->phase != TaskPhase::running)
+      return {standing_of_phase.at(static_cast<std::size_t>(own_->phase)), own_->reason};
+    if (own_->slurm_job.empty()) {
+      if (seen_.locked.count(task_) > 0) return {TaskStanding::running, own_->reason};
+      return {TaskStanding::lost, "its process is gone"};
+    }
+    if (!seen_.remark.empty()) return {TaskStanding::running, "as far as is known"};
+    const std::string said =
+        queue_ == nullptr ? "" : last_word_of_slurm(logs_of(folder_) + "/" + queue_->log);
+    return {TaskStanding::lost, said.empty() ? "Slurm no longer knows the job" : said};
+  }
+
+  // Its result must still be there: a journal until it is merged.
+  Standing when_done(const std::string& reason) const
+  {
+    const bool has_journal = task_.kind == TaskKind::spine || task_.kind == TaskKind::shard;
+    std::error_code ignored;
+    if (has_journal && !fs::exists(journals_of(folder_, submission_, task_).front(), ignored))
+      return {TaskStanding::lost, "its journal is gone"};
+    return {TaskStanding::done, reason};
+  }
+
+  const std::string& folder_;
+  const Submission& submission_;
+  const SubmissionSnapshot& seen_;
+  const TaskId task_;
+  const TaskState* own_ = nullptr;
+  const SlurmTask* queue_ = nullptr;
+  bool is_of_job_ = false;  // own_ is of the job in the queue
+};
+
 class Viewer {
  public:
-  Viewer(const std::string& folder, const Submission& submission, const Sightings& seen)
+  Viewer(const std::string& folder, const Submission& submission, const SubmissionSnapshot& seen)
       : folder_(folder), submission_(submission), seen_(seen), counter_(folder, submission)
   {
   }
 
   TaskView view(const TaskId& task, bool is_made)
   {
-    TaskView view;
-    view.task = task;
-    const auto state = seen_.states.find(task);
-    const auto slurm = seen_.slurm.find(task);
-    const TaskState* own = state == seen_.states.end() ? nullptr : &state->second;
-    const SlurmTask* queue = slurm == seen_.slurm.end() ? nullptr : &slurm->second;
-    if (own != nullptr) {
-      view.host = own->process.host;
-      view.n_restarts = own->n_restarts;
-      view.slurm_job = own->slurm_job;
-    }
-    if (queue != nullptr) view.slurm_job = queue->job;
-    if (is_made) {
-      view.standing = TaskStanding::done;
-      if (own != nullptr && own->phase == TaskPhase::done) view.reason = own->reason;
-    } else if (queue != nullptr && !queue->row.state.empty()) {
-      stand_by_queue(view, own, *queue);
-    } else {
-      stand_by_state(view, own, queue);
-    }
+    const TaskStander stander(folder_, submission_, seen_, task);
+    const TaskState* own = stander.state();
+    TaskView view = stander.view();
+    const bool is_done = own != nullptr && own->phase == TaskPhase::done;
+    const Standing standing =
+        is_made ? Standing{TaskStanding::done, is_done ? own->reason : ""} : stander.standing();
+    view.standing = standing.standing;
+    view.reason = standing.reason;
     count(view, own);
     return view;
   }
 
  private:
-  static void set(TaskView& view, TaskStanding standing, const std::string& reason = {})
-  {
-    view.standing = standing;
-    view.reason = reason;
-  }
-
-  void stand_by_queue(TaskView& view, const TaskState* own, const SlurmTask& queue)
-  {
-    const SlurmRow& row = queue.row;
-    const bool is_of_this_job = own != nullptr && own->slurm_job == queue.job;
-    const std::string hint = is_held_after_failed_launch(row) ? "; vrda resume releases it" : "";
-    if (is_queued(row)) return set(view, TaskStanding::queued, row.reason + hint);
-    view.is_job_running = queue.per_task > 1 && is_running(row);
-    if (is_of_this_job && own->phase == TaskPhase::done) return stand_by_state(view, own, &queue);
-    if (view.is_job_running) return stand_among_cases(view, is_of_this_job ? own : nullptr, row);
-    if (is_running(row)) {
-      if (!row.node.empty()) view.host = row.node;
-      return set(view, TaskStanding::running, row.state == "RUNNING" ? what_it_waits_for(own) : row.state);
-    }
-    // It was done again elsewhere since.
-    if (own != nullptr && !is_of_this_job && own->slurm_job.empty()) return stand_by_state(view, own, &queue);
-    if (is_of_this_job && own->phase == TaskPhase::failed)
-      return set(view, TaskStanding::failed, own->reason);
-    // Its state may not be seen yet over a network.
-    if (row.state == "COMPLETED") return stand_when_done(view, "");
-    const bool never_can_begin = row.reason.find("Dependency") != std::string::npos;
-    const std::string why = never_can_begin ? row.state + ": what it waited for did not end well"
-                                            : with_reason(row.state, row.reason);
-    const bool is_in_order = is_of_this_job && own->phase == TaskPhase::interrupted;
-    set(view, is_in_order ? TaskStanding::interrupted : TaskStanding::failed, why);
-  }
-
-  // The row is of the whole task, which makes its cases one after the other.
-  static void stand_among_cases(TaskView& view, const TaskState* own, const SlurmRow& row)
-  {
-    if (own != nullptr && own->phase == TaskPhase::failed)
-      return set(view, TaskStanding::failed, own->reason);
-    if (own == nullptr || own->phase != TaskPhase::running)
-      return set(view, TaskStanding::queued, "behind other cases of its task");
-    if (!row.node.empty()) view.host = row.node;
-    set(view, TaskStanding::running, row.state == "RUNNING" ? own->reason : row.state);
-  }
-
-  void stand_by_state(TaskView& view, const TaskState* own, const SlurmTask* queue)
-  {
-    if (own == nullptr || (queue != nullptr && own->slurm_job != queue->job && !own->slurm_job.empty())) {
-      if (queue == nullptr) return;
-      return seen_.is_slurm_known
-                 ? set(view, TaskStanding::lost, "Slurm no longer knows the job, and it never began")
-                 : set(view, TaskStanding::queued, "as far as is known");
-    }
-    switch (own->phase) {
-      case TaskPhase::done:
-        return stand_when_done(view, own->reason);
-      case TaskPhase::failed:
-        return set(view, TaskStanding::failed, own->reason);
-      case TaskPhase::interrupted:
-        return set(view, TaskStanding::interrupted, own->reason);
-      case TaskPhase::running:
-        break;
-    }
-    stand_while_running(view, *own, queue);
-  }
-
-  static std::string what_it_waits_for(const TaskState* own)
-  {
-    return own != nullptr && own->phase == TaskPhase::running ? own->reason : std::string();
-  }
-
-  // Its result must still be there: a journal until it is merged.
-  void stand_when_done(TaskView& view, const std::string& reason)
-  {
-    const bool has_journal = view.task.kind == TaskKind::spine || view.task.kind == TaskKind::shard;
-    std::error_code ignored;
-    if (has_journal && !fs::exists(journals_of(folder_, submission_, view.task).front(), ignored)) {
-      return set(view, TaskStanding::lost, "its journal is gone");
-    }
-    set(view, TaskStanding::done, reason);
-  }
-
-  void stand_while_running(TaskView& view, const TaskState& own, const SlurmTask* queue)
-  {
-    if (!own.slurm_job.empty()) {
-      if (!seen_.is_slurm_known) return set(view, TaskStanding::running, "as far as is known");
-      const std::string said =
-          queue == nullptr ? "" : last_word_of_slurm((fs::path(logs_of(folder_)) / queue->log).string());
-      return set(view, TaskStanding::lost, said.empty() ? "Slurm no longer knows the job" : said);
-    }
-    const std::optional<bool> lives = is_alive(own.process);
-    if (!lives) return stand_elsewhere(view, own.process.host);
-    if (*lives) return set(view, TaskStanding::running, own.reason);
-    set(view, TaskStanding::lost, "process " + std::to_string(own.process.pid) + " is gone");
-  }
-
-  void stand_elsewhere(TaskView& view, const std::string& host)
-  {
-    if (seen_.absent_hosts.count(host) > 0) return set(view, TaskStanding::lost, host + " is gone with it");
-    view.is_elsewhere = true;
-    set(view, TaskStanding::running, "on " + host + ", which cannot be asked from here");
-  }
-
   void count(TaskView& view, const TaskState* own)
   {
     view.n_total = counter_.total_of(view.task);
@@ -189,35 +202,28 @@ class Viewer {
     }
   }
 
-  // From the last start on. A clock set anew, or two that differ, must not tell of years.
-  void measure(TaskView& view, const TaskState& own)
+  // From the last start on, between the last writes of the state, when it began to solve, and of the journal:
+  // both have the times of the one that keeps the files, whose clock is not set while it stamps them.
+  void measure(TaskView& view, const TaskState& own) const
   {
     const std::int64_t n_new = view.n_done - own.n_done_at_begin;
-    const std::optional<double> seconds = seconds_since(view.task, own);
+    const std::vector<std::string> journals = journals_of(folder_, submission_, view.task);
+    if (n_new <= 0 || journals.empty()) return;
+    std::error_code no_state, no_journal;
+    const auto begun = fs::last_write_time(task_file_of(folder_, submission_, view.task), no_state);
+    const auto latest = fs::last_write_time(journals.front(), no_journal);
+    if (no_state || no_journal) return;
+    const double seconds = std::chrono::duration<double>(latest - begun).count();
     constexpr double shortest_s = 0.1;
-    if (n_new <= 0 || !seconds || *seconds < shortest_s) return;
-    view.per_second = static_cast<double>(n_new) / *seconds;
-    if (view.n_total > 0) {
+    if (seconds < shortest_s) return;
+    view.per_second = static_cast<double>(n_new) / seconds;
+    if (view.n_total > 0)
       view.seconds_left = static_cast<double>(view.n_total - view.n_done) / *view.per_second;
-    }
-  }
-
-  // On another machine: between the last writes of the state, at its begin, and of the journal, which one
-  // clock stamped.
-  std::optional<double> seconds_since(const TaskId& task, const TaskState& own) const
-  {
-    if (const auto seconds = seconds_between(own.begun_at, now())) return seconds;
-    std::error_code error;
-    const auto begun = fs::last_write_time(task_file_of(folder_, submission_, task), error);
-    if (error) return std::nullopt;
-    const auto latest = fs::last_write_time(journals_of(folder_, submission_, task).front(), error);
-    if (error || latest <= begun) return std::nullopt;
-    return std::chrono::duration<double>(latest - begun).count();
   }
 
   const std::string& folder_;
   const Submission& submission_;
-  const Sightings& seen_;
+  const SubmissionSnapshot& seen_;
   SolvedCounter counter_;
 };
 
@@ -267,10 +273,7 @@ std::string attitudes_text(const StatusView& view)
   }
   std::string text = std::to_string(n_done) + " of " + std::to_string(n_total) + " attitudes";
   if (per_second <= 0.0 || n_done >= n_total) return text;
-  std::array<char, 32> rate{};
-  std::snprintf(rate.data(), rate.size(), per_second < 10.0 ? "%.2g" : "%.0f", per_second);
-  return text + ", " + rate.data() + "/s, " +
-         duration_text(static_cast<double>(n_total - n_done) / per_second) + " left";
+  return text + ", " + rate_text(per_second, static_cast<double>(n_total - n_done) / per_second);
 }
 
 }  // namespace
@@ -280,47 +283,46 @@ const char* name_of(TaskStanding standing)
   return standing_names.at(static_cast<std::size_t>(standing));
 }
 
-Sightings look_around(const std::string& folder, const Submission& submission, std::string& remark)
+SubmissionSnapshot take_snapshot(const std::string& folder, const Submission& submission)
 {
-  Sightings seen;
+  SubmissionSnapshot seen;
   const std::vector<SubmittedJob> jobs = read_submitted(folder);
+  std::vector<std::string> ids;
+  for (const SubmittedJob& job : jobs) ids.push_back(job.id);
   std::vector<SlurmRow> rows;
-  if (!jobs.empty()) {
-    std::vector<std::string> ids;
-    ids.reserve(jobs.size());
-    for (const SubmittedJob& job : jobs) ids.push_back(job.id);
-    try {
-      rows = ask_rows(ids);
-    } catch (const InputError& error) {
-      remark = error.what();
-      seen.is_slurm_known = false;
-    }
+  try {
+    rows = ask_rows(ids);
+  } catch (const InputError& error) {
+    seen.remark = error.what();
   }
   // After the queue: a task that ends meanwhile has its state then.
   seen.states = read_task_states(folder, submission);
   seen.slurm = tasks_in_slurm(submission, jobs, rows);
+  for (auto& [task, state] : seen.states) {
+    if (state.phase != TaskPhase::running || !state.slurm_job.empty()) continue;
+    if (OutputLock::is_held(task_file_of(folder, submission, task))) {
+      seen.locked.insert(task);
+    } else {
+      state = read_task_state(folder, submission, task).value_or(state);  // it may have ended meanwhile
+    }
+  }
   return seen;
 }
 
-StatusView status_of(const std::string& folder, const Submission& submission, const Sightings& seen)
+StatusView status_of(const std::string& folder, const Submission& submission, const SubmissionSnapshot& seen)
 {
   StatusView status;
+  status.remark = seen.remark;
   Viewer viewer(folder, submission, seen);
-  for (std::int32_t k = 0; k < static_cast<std::int32_t>(submission.cases.size()); ++k) {
+  for (std::int32_t k = 0; k < std::ssize(submission.cases); ++k) {
     CaseView view;
     view.case_number = k;
     const SubmittedCase& submitted = submission.cases[static_cast<std::size_t>(k)];
     view.is_made = is_made(folder, submitted);
-    if (submission.n_shards == 1) {
-      view.tasks.push_back(viewer.view({TaskKind::run, k, 0}, view.is_made));
-    } else {
-      view.is_merged = !view.is_made && is_merged(output_of(folder, submitted));
-      const bool is_solved = view.is_made || view.is_merged;
-      view.tasks.push_back(viewer.view({TaskKind::spine, k, 0}, is_solved));
-      for (std::int32_t s = 1; s <= submission.n_shards; ++s) {
-        view.tasks.push_back(viewer.view({TaskKind::shard, k, s}, is_solved));
-      }
-      view.tasks.push_back(viewer.view({TaskKind::merge, k, 0}, view.is_made));
+    view.is_merged = !view.is_made && submission.n_shards > 1 && is_merged(output_of(folder, submitted));
+    for (const TaskId& task : tasks_of_case(submission, k)) {
+      const bool is_done = view.is_made || (view.is_merged && task.kind != TaskKind::merge);
+      view.tasks.push_back(viewer.view(task, is_done));
     }
     view.standing = view.is_made ? TaskStanding::done : standing_of(view.tasks);
     status.cases.push_back(std::move(view));
@@ -349,6 +351,13 @@ std::string summary_of(const StatusView& view, const Submission& submission)
          counts_text(standings) + "; " + attitudes_text(view);
 }
 
+std::string rate_text(double per_second, std::optional<double> seconds_left)
+{
+  std::array<char, 32> rate{};
+  std::snprintf(rate.data(), rate.size(), per_second < 10.0 ? "%.2g/s" : "%.0f/s", per_second);
+  return rate.data() + (seconds_left ? ", " + duration_text(*seconds_left) + " left" : "");
+}
+
 std::string duration_text(double seconds)
 {
   constexpr double longest_s = 100.0 * 86400.0;
@@ -364,6 +373,72 @@ std::string duration_text(double seconds)
     std::snprintf(text.data(), text.size(), "%d:%02d", minutes, rest);
   }
   return text.data();
+}
+
+std::vector<std::string> journals_of(const std::string& folder, const Submission& submission,
+                                     const TaskId& task)
+{
+  if (task.case_number < 0) return {};
+  const std::string output = output_of(folder, case_of(submission, task));
+  if (task.kind == TaskKind::spine) return {spine_journal_of(output)};
+  if (task.kind == TaskKind::run) return {journal_of(output)};
+  if (task.kind != TaskKind::shard) return {};
+  return {shard_journal_of(output, {task.shard, submission.n_shards}), spine_journal_of(output)};
+}
+
+SolvedCounter::Content SolvedCounter::content_of(const std::string& journal)
+{
+  Content content;
+  std::error_code ignored;
+  if (!std::filesystem::exists(journal, ignored)) return content;
+  try {
+    for (const StepRecord& record : read_journal(journal).records) {
+      const StepKey& key = record.key;
+      if (key.kind == StepKind::spine || key.kind == StepKind::row)
+        content.cells.insert({key.flexion, key.varus});
+      if (key.kind == StepKind::free_spine) ++content.n_free_steps;
+    }
+  } catch (const InputError&) {
+    // The task that goes on with it says what is wrong.
+  }
+  return content;
+}
+
+const SolvedCounter::Content& SolvedCounter::spine_of(const TaskId& task)
+{
+  if (spine_case_ != task.case_number) {
+    spine_ = content_of(spine_journal_of(output_of(folder_, case_of(submission_, task))));
+    spine_case_ = task.case_number;
+  }
+  return spine_;
+}
+
+std::int64_t SolvedCounter::total_of(const TaskId& task) const
+{
+  if (task.kind != TaskKind::run && task.kind != TaskKind::shard) return 0;
+  const SubmittedCase& c = case_of(submission_, task);
+  if (task.kind == TaskKind::run) return std::int64_t{c.n_flexion} * c.n_varus;
+  return static_cast<std::int64_t>(rows_of(submission_, task).size()) * c.n_varus;
+}
+
+SolvedCount SolvedCounter::count(const TaskId& task)
+{
+  if (task.kind == TaskKind::merge || task.kind == TaskKind::index) return {};
+  const Content content = content_of(journals_of(folder_, submission_, task).front());
+  const auto n_cells = static_cast<std::int64_t>(content.cells.size());
+  if (task.kind == TaskKind::run) return {n_cells, total_of(task)};
+  if (task.kind == TaskKind::spine) {
+    if (content.n_free_steps > 0) return {content.n_free_steps, 0};
+    return {n_cells, case_of(submission_, task).n_flexion};
+  }
+  std::set<Cell> cells = content.cells;
+  const std::set<Cell>& spine = spine_of(task).cells;
+  cells.insert(spine.begin(), spine.end());
+  const std::vector<std::int32_t> rows = rows_of(submission_, task);
+  const auto n_done = std::count_if(cells.begin(), cells.end(), [&](const Cell& cell) {
+    return std::binary_search(rows.begin(), rows.end(), cell.first);
+  });
+  return {n_done, total_of(task)};
 }
 
 }  // namespace vrda

@@ -1,5 +1,4 @@
-/// How far a submission is: each task from its state file, the journals of those under way, and Slurm's
-/// queue.
+/// How far a submission is: each task from its journals, Slurm's queue, and what it said of itself last.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +6,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cluster/submission.hpp"
@@ -14,6 +14,46 @@
 #include "cluster/task_state.hpp"
 
 namespace vrda {
+
+struct SolvedCount {
+  std::int64_t n_done = 0;
+  std::int64_t n_total = 0;  ///< 0: not known beforehand
+};
+
+/// Reads journals, that of a case's spine once for all of its shards.
+class SolvedCounter {
+ public:
+  SolvedCounter(const std::string& folder, const Submission& submission)
+      : folder_(folder), submission_(submission)
+  {
+  }
+
+  /// Attitudes of the task's own rows that are solved; of a spine with varus left free its steps, which have
+  /// no known total. Merge and index have none. A journal that is not there or damaged counts nothing.
+  SolvedCount count(const TaskId& task);
+
+  /// Attitudes that the task has to solve; 0 for spine, merge and index.
+  std::int64_t total_of(const TaskId& task) const;
+
+ private:
+  using Cell = std::pair<std::int32_t, std::int32_t>;  // flexion, varus
+  struct Content {
+    std::set<Cell> cells;
+    std::int64_t n_free_steps = 0;
+  };
+
+  static Content content_of(const std::string& journal);
+  const Content& spine_of(const TaskId& task);
+
+  const std::string& folder_;
+  const Submission& submission_;
+  std::int32_t spine_case_ = -1;  // whose spine stands in spine_
+  Content spine_;
+};
+
+/// The journals that a task appends to.
+std::vector<std::string> journals_of(const std::string& folder, const Submission& submission,
+                                     const TaskId& task);
 
 enum class TaskStanding {
   waiting,      ///< for other tasks, or for somebody to submit it
@@ -38,7 +78,6 @@ struct TaskView {
   std::int64_t n_total = 0;          ///< 0: not known
   std::optional<double> per_second;  ///< since this start
   std::optional<double> seconds_left;
-  bool is_elsewhere = false;    ///< runs, as its state says, but on a host that cannot be asked from here
   bool is_job_running = false;  ///< Slurm still runs the job that made it and makes other cases after it
 };
 
@@ -57,24 +96,26 @@ struct StatusView {
 };
 
 /// What there is to know besides the journals.
-struct Sightings {
+struct SubmissionSnapshot {
   std::map<TaskId, TaskState> states;
+  std::set<TaskId> locked;  ///< local tasks that run: their lock is held
   std::map<TaskId, SlurmTask> slurm;
-  bool is_slurm_known = true;          ///< false: Slurm could not be asked
-  std::set<std::string> absent_hosts;  ///< gone with their local processes, says who knows
+  std::string remark;  ///< why Slurm could not be asked
 };
 
 /// Everything read but the journals; asks Slurm when anything was submitted to it. Does not throw when Slurm
 /// does not answer: `remark` says why then.
-Sightings look_around(const std::string& folder, const Submission& submission, std::string& remark);
+SubmissionSnapshot take_snapshot(const std::string& folder, const Submission& submission);
 
 /// Reads journals only of tasks that began and have not ended well, of cases that are not made.
-StatusView status_of(const std::string& folder, const Submission& submission, const Sightings& seen);
+StatusView status_of(const std::string& folder, const Submission& submission, const SubmissionSnapshot& seen);
 
 /// "5 of 8 shards done, 2 running, 1 queued; 1490 of 1911 attitudes, 38/s, 0:11 left"; of a campaign its
 /// cases.
 std::string summary_of(const StatusView& view, const Submission& submission);
 
+/// "38/s, 0:11 left".
+std::string rate_text(double per_second, std::optional<double> seconds_left);
 /// "0:11", "2:05:30" or "3 days".
 std::string duration_text(double seconds);
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
+#include "cluster/json_fields.hpp"
 #include "core/error.hpp"
 #include "core/nearest_word.hpp"
 #include "core/whole_file.hpp"
@@ -19,69 +19,6 @@ using Json = nlohmann::ordered_json;
 constexpr const char* format = "vrda submission 1";
 constexpr std::array<const char*, 5> kind_names{"spine", "shard", "merge", "run", "index"};
 
-std::string beside(const std::string& folder, const char* name)
-{
-  return (fs::path(folder) / name).string();
-}
-
-Json json_of(const SubmittedCase& c)
-{
-  return {{"name", c.spec.name},     {"job", c.spec.job_file}, {"data", c.spec.data_directory},
-          {"set", c.spec.overrides}, {"levels", c.levels},     {"output", c.output},
-          {"flexions", c.n_flexion}, {"columns", c.n_varus}};
-}
-
-SubmittedCase case_of(const Json& json)
-{
-  SubmittedCase c;
-  c.spec = {json.at("name"), json.at("job"), json.at("data"), json.at("set")};
-  c.levels = json.at("levels").get<std::vector<std::string>>();
-  c.output = json.at("output");
-  c.n_flexion = json.at("flexions");
-  c.n_varus = json.at("columns");
-  return c;
-}
-
-Json json_of(const SlurmOptions& s)
-{
-  return {{"partition", s.partition},
-          {"time", s.time},
-          {"memory", s.memory},
-          {"account", s.account},
-          {"qos", s.qos},
-          {"cpus", s.cpus},
-          {"max_parallel", s.max_parallel},
-          {"cases_per_task", s.cases_per_task},
-          {"extra", s.extra}};
-}
-
-SlurmOptions slurm_of(const Json& json)
-{
-  SlurmOptions s;
-  s.partition = json.at("partition");
-  s.time = json.at("time");
-  s.memory = json.at("memory");
-  s.account = json.at("account");
-  s.qos = json.at("qos");
-  s.cpus = json.at("cpus");
-  s.max_parallel = json.at("max_parallel");
-  s.cases_per_task = json.at("cases_per_task");
-  s.extra = json.at("extra").get<std::vector<std::string>>();
-  return s;
-}
-
-Submission submission_of(const Json& json)
-{
-  Submission s;
-  s.program = json.at("program");
-  s.title = json.at("title");
-  s.axes = json.at("axes").get<std::vector<std::string>>();
-  s.n_shards = json.at("shards");
-  s.slurm = slurm_of(json.at("slurm"));
-  for (const Json& c : json.at("cases")) s.cases.push_back(case_of(c));
-  return s;
-}
-
 // What the program relies on, whoever edited the file.
 bool is_sound(const Submission& s)
 {
@@ -91,6 +28,44 @@ bool is_sound(const Submission& s)
 }
 
 }  // namespace
+
+template <typename Fields>
+void name_fields(const Fields& fields, SubmittedCase& c)
+{
+  fields("name", c.spec.name);
+  fields("job", c.spec.job_file);
+  fields("data", c.spec.data_directory);
+  fields("set", c.spec.overrides);
+  fields("levels", c.levels);
+  fields("output", c.output);
+  fields("flexions", c.n_flexion);
+  fields("columns", c.n_varus);
+}
+
+template <typename Fields>
+void name_fields(const Fields& fields, SlurmOptions& s)
+{
+  fields("partition", s.partition);
+  fields("time", s.time);
+  fields("memory", s.memory);
+  fields("account", s.account);
+  fields("qos", s.qos);
+  fields("cpus", s.cpus);
+  fields("max_parallel", s.max_parallel);
+  fields("cases_per_task", s.cases_per_task);
+  fields("extra", s.extra);
+}
+
+template <typename Fields>
+void name_fields(const Fields& fields, Submission& s)
+{
+  fields("program", s.program);
+  fields("title", s.title);
+  fields("axes", s.axes);
+  fields("shards", s.n_shards);
+  fields("slurm", s.slurm);
+  fields("cases", s.cases);
+}
 
 const char* name_of(TaskKind kind)
 {
@@ -104,29 +79,39 @@ TaskKind task_kind_of(const std::string& word)
   throw InputError({"--kind", "", word.empty() ? "nothing" : word, "spine, shard, merge, run or index"});
 }
 
-std::string submission_file_of(const std::string& folder)
+std::string absolute_folder(const std::string& folder)
 {
-  return beside(folder, "submission.json");
+  return fs::absolute(folder + "/").lexically_normal().parent_path().string();
 }
-std::string submitted_file_of(const std::string& folder)
-{
-  return beside(folder, "submitted.jsonl");
-}
-std::string scripts_of(const std::string& folder)
-{
-  return beside(folder, "scripts");
-}
-std::string logs_of(const std::string& folder)
-{
-  return beside(folder, "logs");
-}
-std::string tasks_of(const std::string& folder)
-{
-  return beside(folder, "tasks");
-}
+
 std::string output_of(const std::string& folder, const SubmittedCase& submitted)
 {
   return (fs::path(folder) / submitted.output).string();
+}
+
+const SubmittedCase& case_of(const Submission& submission, const TaskId& task)
+{
+  return submission.cases.at(static_cast<std::size_t>(task.case_number));
+}
+
+std::vector<TaskId> tasks_of_case(const Submission& submission, std::int32_t case_number)
+{
+  if (submission.n_shards == 1) return {{TaskKind::run, case_number, 0}};
+  std::vector<TaskId> tasks{{TaskKind::spine, case_number, 0}};
+  for (std::int32_t k = 1; k <= submission.n_shards; ++k) tasks.push_back({TaskKind::shard, case_number, k});
+  tasks.push_back({TaskKind::merge, case_number, 0});
+  return tasks;
+}
+
+std::vector<TaskId> tasks_of(const Submission& submission)
+{
+  std::vector<TaskId> tasks;
+  for (std::int32_t k = 0; k < static_cast<std::int32_t>(submission.cases.size()); ++k) {
+    const std::vector<TaskId> of_case = tasks_of_case(submission, k);
+    tasks.insert(tasks.end(), of_case.begin(), of_case.end());
+  }
+  if (submission.has_index()) tasks.push_back({TaskKind::index, -1, 0});
+  return tasks;
 }
 
 bool is_made(const std::string& folder, const SubmittedCase& submitted)
@@ -144,22 +129,24 @@ std::string text_of(const TaskId& task, const Submission& submission)
   return kind + " " + std::to_string(task.shard) + " of " + std::to_string(submission.n_shards);
 }
 
+std::string full_text_of(const TaskId& task, const Submission& submission)
+{
+  const bool has_name = submission.has_index() && task.case_number >= 0;
+  return (has_name ? case_of(submission, task).spec.name + " " : "") + text_of(task, submission);
+}
+
 std::string file_stem_of(const TaskId& task, const Submission& submission)
 {
   if (task.kind == TaskKind::index) return "index";
-  const std::string& name = submission.cases.at(static_cast<std::size_t>(task.case_number)).spec.name;
+  const std::string& name = case_of(submission, task).spec.name;
   if (task.kind != TaskKind::shard) return name + "." + name_of(task.kind);
   return name + ".shard-" + std::to_string(task.shard) + "-of-" + std::to_string(submission.n_shards);
 }
 
 void write_submission(const std::string& folder, const Submission& submission)
 {
-  Json cases = Json::array();
-  for (const SubmittedCase& c : submission.cases) cases.push_back(json_of(c));
-  const Json json = {
-      {"format", format},        {"program", submission.program}, {"title", submission.title},
-      {"axes", submission.axes}, {"shards", submission.n_shards}, {"slurm", json_of(submission.slurm)},
-      {"cases", cases}};
+  Json json = {{"format", format}};
+  json.update(Json(submission));
   const std::string path = submission_file_of(folder);
   try {
     write_whole(path, {json.dump(1), "\n"});
@@ -178,7 +165,7 @@ Submission read_submission(const std::string& folder)
     const Json json = Json::parse(*text);
     const std::string found = json.at("format");
     if (found != format) throw InputError({path, "format", found, format});
-    Submission submission = submission_of(json);
+    const auto submission = json.get<Submission>();
     if (is_sound(submission)) return submission;
   } catch (const Json::exception&) {
   }

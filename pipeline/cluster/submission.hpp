@@ -64,20 +64,35 @@ struct Submission {
   bool has_index() const { return !axes.empty() || cases.size() > 1; }
 };
 
-/// What stands in the submission's folder.
-std::string submission_file_of(const std::string& folder);
-std::string submitted_file_of(const std::string& folder);
-std::string scripts_of(const std::string& folder);
-std::string logs_of(const std::string& folder);
-std::string tasks_of(const std::string& folder);
+/// Absolute, without a slash at its end.
+std::string absolute_folder(const std::string& folder);
+
+/// What stands in the submission's folder, which is absolute.
+// clang-format off
+inline std::string submission_file_of(const std::string& folder) { return folder + "/submission.json"; }
+inline std::string submitted_file_of(const std::string& folder) { return folder + "/submitted.jsonl"; }
+inline std::string scripts_of(const std::string& folder) { return folder + "/scripts"; }
+inline std::string logs_of(const std::string& folder) { return folder + "/logs"; }
+inline std::string tasks_of(const std::string& folder) { return folder + "/tasks"; }
+// clang-format on
 /// Absolute where `folder` is.
 std::string output_of(const std::string& folder, const SubmittedCase& submitted);
+
+/// The tasks that make one case, in the order in which they need each other: `run`; or `spine`, every
+/// `shard`, `merge`.
+std::vector<TaskId> tasks_of_case(const Submission& submission, std::int32_t case_number);
+/// Those of all cases, and the index where there is one.
+std::vector<TaskId> tasks_of(const Submission& submission);
+/// Of any task but the index.
+const SubmittedCase& case_of(const Submission& submission, const TaskId& task);
 
 /// Whether the case's motion model stands and nothing of its making is left to be cleared up.
 bool is_made(const std::string& folder, const SubmittedCase& submitted);
 
 /// "spine", "shard 3 of 8", "index"; the case is not named.
 std::string text_of(const TaskId& task, const Submission& submission);
+/// The same behind the case's name where there are several: "knee shard 3 of 8".
+std::string full_text_of(const TaskId& task, const Submission& submission);
 /// "<case>.shard-3-of-8": what its state file and its log are called.
 std::string file_stem_of(const TaskId& task, const Submission& submission);
 

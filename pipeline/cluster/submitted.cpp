@@ -6,11 +6,10 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <set>
-#include <string_view>
 #include <utility>
 
+#include "cluster/json_fields.hpp"
 #include "core/error.hpp"
 #include "core/open_file.hpp"
 
@@ -18,31 +17,6 @@ namespace vrda {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-std::string line_of(const SubmittedJob& s)
-{
-  const Json json = {{"id", s.id},
-                     {"at", s.at},
-                     {"kind", name_of(s.job.kind)},
-                     {"case", s.job.case_number},
-                     {"array", s.job.numbers},
-                     {"offset", s.job.offset},
-                     {"per_task", s.job.per_task}};
-  return json.dump() + "\n";
-}
-
-SubmittedJob submitted_of(const Json& json)
-{
-  SubmittedJob s;
-  s.id = json.at("id");
-  s.at = json.at("at");
-  s.job.kind = task_kind_of(json.at("kind"));
-  s.job.case_number = json.at("case");
-  s.job.numbers = json.at("array").get<std::vector<std::int32_t>>();
-  s.job.offset = json.at("offset");
-  s.job.per_task = json.at("per_task");
-  return s;
-}
 
 // Whether the last line was cut short, by a kill or a full disk: what follows must not join it.
 bool has_torn_end(int descriptor)
@@ -52,25 +26,28 @@ bool has_torn_end(int descriptor)
   return size > 0 && pread(descriptor, &last, 1, size - 1) == 1 && last != '\n';
 }
 
-// The tasks of number `number` of a job (0: of a job without an array).
-std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job, std::int32_t number)
-{
-  if (job.kind == TaskKind::shard) return {{job.kind, job.case_number, number}};
-  if (job.kind != TaskKind::run) return {{job.kind, job.case_number, 0}};
-  std::vector<TaskId> tasks;
-  for (const std::int32_t k : cases_of_task(job, number, submission.cases.size())) {
-    tasks.push_back({TaskKind::run, k, 0});
-  }
-  return tasks;
-}
-
 }  // namespace
+
+template <typename Fields>
+void name_fields(const Fields& fields, SubmittedJob& s)
+{
+  fields("id", s.id);
+  fields("at", s.at);
+  std::string kind = name_of(s.job.kind);
+  fields("kind", kind);
+  s.job.kind = task_kind_of(kind);
+  fields("case", s.job.case_number);
+  fields("array", s.job.numbers);
+  fields("offset", s.job.offset);
+  fields("per_task", s.job.per_task);
+}
 
 void append_submitted(const std::string& folder, const SubmittedJob& submitted)
 {
   const std::string path = submitted_file_of(folder);
   const OpenFile file(open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
-  if (file.is_open() && write_all(file.get(), (has_torn_end(file.get()) ? "\n" : "") + line_of(submitted)) &&
+  if (file.is_open() &&
+      write_all(file.get(), (has_torn_end(file.get()) ? "\n" : "") + Json(submitted).dump() + "\n") &&
       fsync(file.get()) == 0) {
     return;
   }
@@ -84,7 +61,7 @@ std::vector<SubmittedJob> read_submitted(const std::string& folder)
   std::ifstream file(submitted_file_of(folder), std::ios::binary);
   for (std::string line; std::getline(file, line);) {
     try {
-      jobs.push_back(submitted_of(Json::parse(line)));
+      jobs.push_back(Json::parse(line).get<SubmittedJob>());
     } catch (const Json::exception&) {
     } catch (const InputError&) {
     }

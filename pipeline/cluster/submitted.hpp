@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "cluster/jobs.hpp"
 #include "cluster/slurm.hpp"
 #include "cluster/submission.hpp"
-#include "cluster/work.hpp"
 
 namespace vrda {
 

@@ -1,6 +1,7 @@
 #include "core/output_lock.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <array>
@@ -59,6 +60,12 @@ std::optional<OutputLock> OutputLock::take(const std::string& output, const std:
     if (waiting.is_stopped()) return std::nullopt;
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
+}
+
+bool OutputLock::is_held(const std::string& output)
+{
+  const OpenFile file(open((link_target(output) + ".lock").c_str(), O_RDONLY | O_CLOEXEC));
+  return file.is_open() && flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
 }
 
 OutputLock::~OutputLock()

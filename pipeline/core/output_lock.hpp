@@ -24,6 +24,8 @@ class OutputLock {
   /// InputError where the folder cannot be written or has no locks.
   static std::optional<OutputLock> take(const std::string& output, const std::string& command,
                                         const Waiting& waiting);
+  /// Whether a process holds it now.
+  static bool is_held(const std::string& output);
   ~OutputLock();
   OutputLock(OutputLock&&) = default;
   OutputLock& operator=(OutputLock&&) = delete;

@@ -6,7 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "assemble/prepare.hpp"
 #include "core/error.hpp"
+#include "journal/run_files.hpp"
 #include "run/run_output.hpp"
 #include "store/read_apart.hpp"
 
@@ -102,6 +104,29 @@ std::optional<MotionModel> finished_result(const Case& job_case, const std::stri
     throw InputError({output, "output", "a motion model that cannot be read (" + error.facts().found + ")",
                       "another name (-o), or --replace"});
   }
+}
+
+InputError with_first_difference(const InputError& error, const Case& job_case)
+{
+  InputError::Facts facts = error.facts();
+  if (facts.field != "key") return error;
+  std::string output = output_of_journal(facts.file);
+  for (const std::string_view ending : {".trace.journal", ".journal"}) {
+    if (output.empty() && facts.file.ends_with(ending))
+      output = facts.file.substr(0, facts.file.size() - ending.size());
+  }
+  const std::string start_file = start_file_of(output);
+  if (!std::filesystem::exists(start_file)) return error;
+  try {
+    const std::string difference = first_difference(read_motion_model_apart(start_file).job, job_case);
+    if (difference.empty()) return error;
+    facts.found = "the journal of another job; first difference: " + difference;
+  } catch (const InputError&) {
+    return error;
+  }
+  const std::string key = fingerprint_of(job_case);
+  if (facts.wanted.starts_with(key)) facts.wanted.replace(0, key.size(), "this job's");
+  return InputError(facts);
 }
 
 }  // namespace vrda

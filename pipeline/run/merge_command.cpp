@@ -10,10 +10,10 @@
 
 #include "assemble/prepare.hpp"
 #include "cluster/case_spec.hpp"
-#include "cluster/collect.hpp"
 #include "cluster/shard.hpp"
 #include "core/error.hpp"
 #include "run/announced_case.hpp"
+#include "run/collect.hpp"
 #include "run/existing_result.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
@@ -38,17 +38,28 @@ std::vector<std::string> journals_beside(const std::string& output, std::int32_t
   return journals;
 }
 
-CaseSpec case_of(const MergeOptions& options, const std::vector<std::string>& journals)
+// The file beside the journals that says whose they are.
+std::string case_file_for(const std::string& output, const std::vector<std::string>& journals)
 {
-  if (!options.job_file.empty()) {
-    return case_of_job(options.job_file, options.data_directory, options.overrides);
-  }
   for (const std::string& journal : journals) {  // copies under other names do not tell whose they are
     const std::string run = output_of_journal(journal);
     const std::string case_file = case_file_of(run);
-    if (!run.empty() && access(case_file.c_str(), F_OK) == 0) return read_case_file(case_file).spec;
+    if (!run.empty() && access(case_file.c_str(), F_OK) == 0) return case_file;
   }
-  return read_case_file(case_file_of(options.output)).spec;
+  return case_file_of(output);
+}
+
+Case case_to_merge(const MergeOptions& options, const std::vector<std::string>& journals)
+{
+  if (!options.job_file.empty())
+    return announced_case(options.job_file, {options.data_directory, options.overrides});
+  const std::string case_file = case_file_for(options.output, journals);
+  const CaseSpec spec = read_case_file(case_file).spec;
+  try {
+    return announced_case(spec.job_file, {spec.data_directory, spec.overrides});
+  } catch (const InputError& error) {
+    throw fault_of_case_file(case_file, spec, error);
+  }
 }
 
 // "of shards 3 and 5 of 8": those of which there is no journal; only the names tell.
@@ -150,8 +161,7 @@ ExitCode merge_command(const MergeOptions& options)
     say(output + " is whole, and no journals stand beside it");
     return ExitCode::done;
   }
-  const CaseSpec spec = case_of(options, journals);
-  const Case job_case = announced_case(spec.job_file, {spec.data_directory, spec.overrides});
+  const Case job_case = case_to_merge(options, journals);
   if (const auto model = finished_result(job_case, output, options.may_replace)) {
     say(output + ": this job is merged already");
     const ExitCode code = keep_result(job_case, *model, output, {}, threads_or_all(options.n_threads));
@@ -160,7 +170,8 @@ ExitCode merge_command(const MergeOptions& options)
   }
 
   const int n_threads = threads_or_all(options.n_threads);
-  const CollectedSteps collected = collect(journals, fingerprint_of(job_case));
+  const CollectedSteps collected =
+      telling_differences(job_case, [&] { return collect(journals, fingerprint_of(job_case)); });
   for (const std::string& remark : collected.remarks) warn(remark);
   if (collected.n_doubled > 0) {
     say(doubled_text(collected, job_case));

@@ -98,7 +98,8 @@ ExitCode whole_run(const RunOptions& options)
   finished_before(job_case, options, output);  // refuses another job's before anything is written
   if (options.writes_trace) require_replaceable(trace_name(output), "a trace");
   const std::string key = fingerprint_of(job_case);
-  std::optional<StepLog> opened = opened_log(options, output, key);
+  std::optional<StepLog> opened =
+      telling_differences(job_case, [&] { return opened_log(options, output, key); });
   if (!opened) return ExitCode::interrupted;
   StepLog& log = *opened;
   const std::optional<OutputLock> lock = locked_output(output, "vrda run");

@@ -8,9 +8,9 @@
 #include "assemble/assemble.hpp"
 #include "assemble/prepare.hpp"
 #include "cluster/case_spec.hpp"
-#include "cluster/collect.hpp"
 #include "core/error.hpp"
 #include "run/announced_case.hpp"
+#include "run/collect.hpp"
 #include "run/existing_result.hpp"
 #include "run/run_output.hpp"
 #include "run/solve_part.hpp"
@@ -124,7 +124,9 @@ ExitCode solve_rows(const ShardedRun& run, const RunOptions& options, const Step
 ExitCode spine_command(const RunOptions& options)
 {
   const ShardedRun run = prepared(options);
-  if (!solved_spine(run, options, options.is_fresh)) return ExitCode::interrupted;
+  const auto spine =
+      telling_differences(run.job_case, [&] { return solved_spine(run, options, options.is_fresh); });
+  if (!spine) return ExitCode::interrupted;
   std::printf("%s\n", spine_journal_of(run.output).c_str());
   return ExitCode::done;
 }
@@ -132,9 +134,11 @@ ExitCode spine_command(const RunOptions& options)
 ExitCode shard_command(const RunOptions& options)
 {
   const ShardedRun run = prepared(options);
-  std::optional<Steps> spine = steps_in(spine_journal_of(run.output), run.key);
-  if (!has_whole_spine(run, *spine)) spine = solved_spine(run, options, false);
-  return spine ? solve_rows(run, options, *spine) : ExitCode::interrupted;
+  return telling_differences(run.job_case, [&] {
+    std::optional<Steps> spine = steps_in(spine_journal_of(run.output), run.key);
+    if (!has_whole_spine(run, *spine)) spine = solved_spine(run, options, false);
+    return spine ? solve_rows(run, options, *spine) : ExitCode::interrupted;
+  });
 }
 
 }  // namespace vrda

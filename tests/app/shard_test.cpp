@@ -202,8 +202,33 @@ TEST_P(Shards, JournalsOfAnotherJobAreRefused)
   const test::Ended merged = merge(
       {spine_journal_of(output_), shard_journal_of(output_, {1, 2}), shard_journal_of(elsewhere, {1, 2})});
   EXPECT_EQ(merged.exit_code, 2);
-  EXPECT_THAT(merged.err, HasSubstr("other.h5.shard-1-of-2.journal"));
+  EXPECT_THAT(merged.err, HasSubstr("other.h5.shard-1-of-2.journal: key: found the journal of another job; "
+                                    "first difference: grid.varus.step: found 2.5, this job has "));
+  EXPECT_THAT(merged.err, HasSubstr(", wanted this job's; leave it out"));
+  // The same of the one that a run would go on with.
+  const test::Ended repeated = part({"--shard", "1/2", "--set", "grid.varus.step=2.5"});
+  EXPECT_EQ(repeated.exit_code, 2);
+  EXPECT_THAT(repeated.err, HasSubstr(".spine.journal: key: found the journal of another job; first "
+                                      "difference: grid.varus.step: found "));
   EXPECT_FALSE(fs::exists(output_));
+}
+
+TEST_P(Shards, ADamagedCaseFileIsNamed)
+{
+  run_shards(2);
+  const std::string case_file = case_file_of(output_);
+  test::edit(case_file, "solver.method", "solver.methud");
+  const test::Ended merged = merge();
+  EXPECT_EQ(merged.exit_code, 2);
+  EXPECT_EQ(test::n_lines(merged.err), 1);
+  EXPECT_THAT(merged.err, HasSubstr(case_file));
+  EXPECT_THAT(merged.err, HasSubstr("solver.methud"));
+  EXPECT_THAT(merged.err, HasSubstr("--job names another job"));
+  EXPECT_THAT(merged.err, Not(HasSubstr("--set")));
+  const std::string whole = whole_run();
+  EXPECT_EQ(merge({"--job", job_.string(), "--set", std::string("solver.method=") + GetParam()}).exit_code,
+            0);
+  EXPECT_EQ(test::sha256_of_file(output_), whole);
 }
 
 TEST_P(Shards, OneThatIsStoppedGoesOn)

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/fake_slurm.hpp"
+#include "core/output_lock.hpp"
 
 namespace vrda::submit_test {
 
@@ -108,8 +109,8 @@ TEST(SubmitLocal, AFailureSaysWhyAndIsMendedByResume)
   EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
 }
 
-// A state as a process leaves it that went down with its machine.
-TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgainWhenThatIsSaid)
+// A state as a process leaves it that went down with its machine: its lock went with it.
+TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgain)
 {
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right"), folder = scratch.path() / "sub";
@@ -122,23 +123,24 @@ TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgainWhenThatIsSaid)
   auto state = nlohmann::json::parse(test::text_of(file));
   state["state"] = "running";
   state["host"] = "node17";
-  state["pid"] = 4711;
   scratch.write("sub/tasks/knee_right.shard-2-of-3.json", state.dump());
+  // While it lives, whoever repeats it waits.
+  auto lock = OutputLock::take(file.string(), "vrda task", {});
   EXPECT_THAT(test::run_vrda({"status", folder.string()}).out,
-              testing::ContainsRegex("shard 2 of 3      running      2 of 10        "
-                                     "on node17, which cannot be asked from here\n"));
-  for (const std::string other : {"node18", "node19"}) {
-    const test::Ended refused = test::run_vrda({"resume", folder.string(), "--local", "--without", other});
-    EXPECT_EQ(refused.exit_code, 2);
-    EXPECT_EQ(refused.err, "vrda: " + file.string() +
-                               ": host: found shard 2 of 3 that runs as process 4711 on node17, wanted its "
-                               "end, or if its host is gone with it: vrda resume " +
-                               folder.string() + " --without node17\n");
-  }
-  const test::Ended resumed =
-      test::run_vrda({"resume", folder.string(), "--local", "--without", "node18", "--without", "node17"});
+              testing::ContainsRegex("shard 2 of 3      running      2 of 10        node17"));
+  test::Process waiting(
+      test::vrda({"task", folder.string(), "--kind", "shard", "--first", "1", "--shard", "2"}));
+  while (waiting.is_running() && waiting.said().find("waiting for vrda task, process") == std::string::npos)
+    usleep(2000);
+  EXPECT_TRUE(waiting.is_running());
+  waiting.send(SIGTERM);
+  EXPECT_EQ(waiting.wait().exit_code, 4);
+  EXPECT_EQ(nlohmann::json::parse(test::text_of(file)), state);
+  lock.reset();
+  EXPECT_THAT(test::run_vrda({"status", folder.string()}).out, HasSubstr("its process is gone"));
+  const test::Ended resumed = test::run_vrda({"resume", folder.string(), "--local"});
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
-  EXPECT_THAT(resumed.err, HasSubstr("shard 2 of 3: lost: node17 is gone with it\n"));
+  EXPECT_THAT(resumed.err, HasSubstr("shard 2 of 3: lost: its process is gone\n"));
   EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
 }
 
@@ -427,7 +429,7 @@ TEST_F(HeldSpine, TheStateOfASuccessorIsLeftAlone)
   test::Process process(spine());
   test::wait_for_bytes(process, state(), 1);
   ASSERT_TRUE(process.is_running());
-  test::edit(state(), "\"pid\": ", "\"pid\": 1");
+  test::edit(state(), "\"restarts\": 0", "\"restarts\": 1");
   const std::string of_another = test::text_of(state());
   process.send(SIGTERM);
   process.wait();

@@ -27,7 +27,8 @@ class LocalRunTest : public testing::Test {
         scratch_.write("vrda", "#!/bin/bash\necho \"$@\" >> " + said().string() + "\n" + act + "\n");
     fs::permissions(program, fs::perms::owner_all);
     submission_.program = program.string();
-    return run_local(folder_, submission_, tasks_of_work(all_work(submission_)), options);
+    return run_locally(folder_, submission_, jobs_of_work(submission_, all_work(submission_), no_limits),
+                       options);
   }
 
   fs::path said() const { return scratch_.path() / "said"; }
@@ -61,19 +62,6 @@ TEST_F(LocalRunTest, RunsNoMoreAtOnceThanAsked)
   const std::string counts = test::read_bytes(scratch_.path() / "counts");
   EXPECT_THAT(counts, HasSubstr("2\n"));
   EXPECT_THAT(counts, Not(HasSubstr("3\n")));
-}
-
-TEST_F(LocalRunTest, WhatWaitsForAFailureIsLeftOut)
-{
-  std::vector<std::string> told;
-  const LocalOutcome outcome = run("case \"$*\" in *\"--shard 2\"*) exit 2 ;; esac",
-                                   {1, 1, {}, [&](const std::string& line) { told.push_back(line); }});
-  EXPECT_EQ(outcome.n_done, 3);
-  EXPECT_EQ(outcome.n_failed, 1);
-  EXPECT_EQ(outcome.n_left_out, 1);
-  EXPECT_EQ(outcome.worst_code, 2);
-  EXPECT_THAT(what_was_said(), Not(HasSubstr("merge")));
-  EXPECT_THAT(told, testing::Contains(HasSubstr("shard 2 of 3: failed")));
 }
 
 TEST_F(LocalRunTest, ATaskThatWasKilledHasItsReason)
@@ -111,8 +99,8 @@ TEST_F(LocalRunTest, ItsTasksAreNoneOfSlurms)
 
 TEST_F(LocalRunTest, ASecondOneIsRefused)
 {
-  const SubmissionLock lock(folder_);
-  const auto facts = test::input_error([&] { const SubmissionLock second(folder_); });
+  const OpenFile lock = locked_submission(folder_);
+  const auto facts = test::input_error([&] { locked_submission(folder_); });
   EXPECT_EQ(facts.file, folder_);
   EXPECT_THAT(facts.found, HasSubstr("another vrda submit or resume"));
 }

@@ -20,16 +20,6 @@ using testing::IsEmpty;
 
 class MissingOfCase : public test::ShardedCase {};
 
-TEST_F(MissingOfCase, OnlyTheMergeIsMissing)
-{
-  all_but_the_merge_is_done();
-  const Missing found = missing();
-  ASSERT_EQ(found.work.cases.size(), 1U);
-  EXPECT_FALSE(found.work.cases[0].needs_spine);
-  EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
-  EXPECT_THAT(found.reasons, ElementsAre("merge: waiting"));
-}
-
 TEST_F(MissingOfCase, AJournalThatIsGoneOrShortIsMissingWhateverItsStateSays)
 {
   all_but_the_merge_is_done();
@@ -136,34 +126,13 @@ TEST_F(MissingOfCase, WhatIsUnderWayIsNotSubmittedAgain)
   EXPECT_THAT(jobs[1].after_ids, ElementsAre("13_2"));
 }
 
-TEST_F(MissingOfCase, NothingIsMissingWhileAllIsUnderWay)
-{
-  seen_.slurm[spine] = {"12", {"12", 0, "RUNNING", "n1", ""}};
-  for (const std::int32_t k : {1, 2, 3}) {
-    seen_.slurm[shard(k)] = {"13_" + std::to_string(k), {"13", k, "PENDING", "", "Dependency"}};
-  }
-  seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "Dependency"}};
-  const Missing found = missing();
-  EXPECT_TRUE(found.work.is_nothing());
-  EXPECT_EQ(found.n_under_way, 5);
-}
-
-TEST_F(MissingOfCase, AQueuedMergeThatNeverCanBeginIsCancelled)
-{
-  all_but_the_merge_is_done();
-  seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "DependencyNeverSatisfied"}};
-  const Missing found = missing();
-  EXPECT_EQ(found.work.cases.size(), 1U);
-  EXPECT_THAT(found.to_cancel, ElementsAre("14"));
-}
-
 TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
 {
   const test::Scratch scratch;
   const Submission submission = test::campaign(4, 1);
   const std::string folder = test::folder_with(scratch, submission);
   scratch.write("submission/case-1/case-1.h5", "model");
-  Sightings seen;
+  SubmissionSnapshot seen;
   seen.slurm[{TaskKind::run, 1, 0}] = {"20_2", {"20", 2, "RUNNING", "n1", ""}};
   seen.states[{TaskKind::run, 2, 0}] = test::state_of(TaskPhase::failed, "", "bad mesh");
   seen.slurm[{TaskKind::index, -1, 0}] = {"21", {"21", 0, "PENDING", "", "Dependency"}};
@@ -203,7 +172,7 @@ TEST(MissingOfCampaign, AnIndexOlderThanACaseIsMadeAnew)
   const Submission submission = test::campaign(2, 1);
   const std::string folder = test::folder_with(scratch, submission);
   const TaskId first{TaskKind::run, 0, 0}, second{TaskKind::run, 1, 0}, index{TaskKind::index, -1, 0};
-  Sightings seen;
+  SubmissionSnapshot seen;
   seen.states[first] = seen.states[second] = seen.states[index] = test::state_of(TaskPhase::done, "");
   const auto missing = [&] {
     return missing_of(folder, submission, status_of(folder, submission, seen), seen);
@@ -259,7 +228,7 @@ class SharedTask : public testing::Test {
   test::Scratch scratch_;
   Submission submission_ = test::campaign(5, 1);
   std::string folder_ = test::folder_with(scratch_, submission_);
-  Sightings seen_;
+  SubmissionSnapshot seen_;
 };
 
 TEST_F(SharedTask, EachCaseStandsForItself)

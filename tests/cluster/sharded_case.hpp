@@ -64,7 +64,7 @@ class ShardedCase : public testing::Test {
   Scratch scratch_;
   Submission submission_;
   std::string folder_;
-  Sightings seen_;
+  SubmissionSnapshot seen_;
 };
 
 }  // namespace vrda::test

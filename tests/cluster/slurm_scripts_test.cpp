@@ -135,15 +135,6 @@ TEST(Scripts, CommandsNameWhatTheyWaitFor)
   EXPECT_EQ(id_text("12", jobs[0], submission.slurm), "12");
 }
 
-TEST(Scripts, TheIndexComesAfterCasesThatFailedToo)
-{
-  const Submission submission = test::campaign(2, 1);
-  const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), {});
-  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[1], {"7"}), Contains("--dependency=afterany:7"));
-  EXPECT_THAT(sbatch_words("/a%b", submission, jobs[0], {}),
-              testing::IsSupersetOf({"--array=1-2", "0", "1"}));
-}
-
 TEST(Scripts, ADryRunIsAScriptOfItsOwn)
 {
   const test::Scratch scratch;

@@ -40,6 +40,15 @@ TEST(Submission, AnythingElseIsRefusedWithItsName)
   EXPECT_THAT(test::input_error([&] { read_submission(folder); }).found, HasSubstr("no submission"));
 }
 
+TEST(Submission, ItsFolderIsAbsoluteAndEndsWithoutASlash)
+{
+  const std::string here = std::filesystem::current_path().string();
+  for (const std::string folder : {"a/b", "a/b/", "./a//b//", "a/c/../b"})
+    EXPECT_EQ(absolute_folder(folder), here + "/a/b") << folder;
+  EXPECT_EQ(absolute_folder("/a b/"), "/a b");
+  EXPECT_EQ(absolute_folder("."), here);
+}
+
 TEST(Submission, PathsThatCouldNotBeReadBackAreRefused)
 {
   const test::Scratch scratch;

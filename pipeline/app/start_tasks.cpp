@@ -1,11 +1,10 @@
-#include "app/hand_out.hpp"
+#include "app/start_tasks.hpp"
 
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "cluster/hand_over.hpp"
 #include "cluster/local_run.hpp"
 #include "cluster/slurm.hpp"
 #include "cluster/slurm_scripts.hpp"
@@ -24,7 +23,7 @@ std::string dumped(const Json& json)
 }
 
 ExitCode run_here(const std::string& folder, const Submission& submission, const Work& work,
-                  const HandOutOptions& options)
+                  const StartOptions& options)
 {
   const int n_workers = threads_or_all(options.n_workers);
   LocalOptions local;
@@ -33,7 +32,8 @@ ExitCode run_here(const std::string& folder, const Submission& submission, const
   local.is_stopped = is_interrupted;
   local.tell = say;
   watch_for_interrupts();
-  const LocalOutcome outcome = run_local(folder, submission, tasks_of_work(work), local);
+  const LocalOutcome outcome =
+      run_locally(folder, submission, jobs_of_work(submission, work, no_limits), local);
   if (options.as_json) {
     std::printf("%s\n", dumped({{"folder", folder},
                                 {"done", outcome.n_done},
@@ -74,20 +74,17 @@ ExitCode print_plan(const std::string& folder, const Submission& submission, con
 
 void print_tasks(const Submission& submission, const Work& work)
 {
-  for (const PlannedTask& task : tasks_of_work(work)) {
-    const bool has_name = task.task.case_number >= 0 && submission.has_index();
-    const std::string name =
-        has_name ? submission.cases[static_cast<std::size_t>(task.task.case_number)].spec.name + " " : "";
-    std::printf("%s%s\n", name.c_str(), text_of(task.task, submission).c_str());
+  for (const PlannedJob& job : jobs_of_work(submission, work, no_limits)) {
+    for (const TaskId& task : tasks_of(submission, job))
+      std::printf("%s\n", full_text_of(task, submission).c_str());
   }
 }
 
 Json json_of(const Submission& submission, const SubmittedJob& submitted)
 {
   const PlannedJob& job = submitted.job;
-  const Json name = job.case_number < 0
-                        ? Json()
-                        : Json(submission.cases[static_cast<std::size_t>(job.case_number)].spec.name);
+  const TaskId task{job.kind, job.case_number, 0};
+  const Json name = job.case_number < 0 ? Json() : Json(case_of(submission, task).spec.name);
   return {{"id", submitted.id},
           {"kind", name_of(job.kind)},
           {"case", name},
@@ -96,8 +93,8 @@ Json json_of(const Submission& submission, const SubmittedJob& submitted)
 
 }  // namespace
 
-ExitCode hand_out(const std::string& folder, const Submission& submission, const Work& work,
-                  const HandOutOptions& options)
+ExitCode start_tasks(const std::string& folder, const Submission& submission, const Work& work,
+                     const StartOptions& options)
 {
   if (options.is_dry && options.is_local) {
     print_tasks(submission, work);
@@ -107,7 +104,7 @@ ExitCode hand_out(const std::string& folder, const Submission& submission, const
   if (options.is_local) return run_here(folder, submission, work, options);
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, work, ask_limits());
   write_scripts(folder, submission, jobs);
-  const std::vector<SubmittedJob> submitted = hand_over(folder, submission, jobs);
+  const std::vector<SubmittedJob> submitted = submit_jobs(folder, submission, jobs);
   if (!options.as_json) {
     for (const std::string& line : lines_of(submission, submitted)) std::printf("%s\n", line.c_str());
     return ExitCode::done;

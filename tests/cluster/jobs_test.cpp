@@ -1,4 +1,4 @@
-#include "cluster/work.hpp"
+#include "cluster/jobs.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,20 +8,19 @@
 #include "cluster/submission_scenes.hpp"
 #include "support/input_error.hpp"
 
-namespace vrda::work_test {
+namespace vrda::jobs_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
-TEST(Work, RangesAreWrittenAsSbatchTakesThem)
+TEST(Jobs, RangesAreWrittenAsSbatchTakesThem)
 {
   EXPECT_EQ(ranges_text({}), "");
   EXPECT_EQ(ranges_text({4}), "4");
   EXPECT_EQ(ranges_text({1, 2, 3, 5, 7, 8}), "1-3,5,7-8");
 }
 
-TEST(Work, OneCaseIsASpineThenShardsThenAMerge)
+TEST(Jobs, OneCaseIsASpineThenShardsThenAMerge)
 {
   const Submission submission = test::one_case(4);
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), {});
@@ -34,7 +33,7 @@ TEST(Work, OneCaseIsASpineThenShardsThenAMerge)
   EXPECT_THAT(jobs[2].after, ElementsAre(1U));
 }
 
-TEST(Work, ACampaignWithShardsHasAnIndexAfterEveryMerge)
+TEST(Jobs, ACampaignWithShardsHasAnIndexAfterEveryMerge)
 {
   const Submission submission = test::campaign(3, 2);
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), {});
@@ -55,9 +54,8 @@ void expect_each_case_once(const Submission& submission, const SlurmLimits& limi
       EXPECT_GE(number, 1);
       EXPECT_LT(number, limits.max_array_size);
       ++n_tasks;
-      for (const std::int32_t k : cases_of_task(job, number, submission.cases.size())) {
-        ++n_times.at(static_cast<std::size_t>(k));
-      }
+      for (const TaskId& task : tasks_of(submission, job, number))
+        ++n_times.at(static_cast<std::size_t>(task.case_number));
     }
   }
   EXPECT_THAT(n_times, testing::Each(1));
@@ -65,7 +63,7 @@ void expect_each_case_once(const Submission& submission, const SlurmLimits& limi
   EXPECT_EQ(jobs.back().after.size(), n_arrays);
 }
 
-TEST(Work, ACampaignIsCutIntoArraysThatSlurmTakes)
+TEST(Jobs, ACampaignIsCutIntoArraysThatSlurmTakes)
 {
   expect_each_case_once(test::campaign(1, 1), {}, 1);
   expect_each_case_once(test::campaign(1000, 1), {}, 1);
@@ -78,7 +76,7 @@ TEST(Work, ACampaignIsCutIntoArraysThatSlurmTakes)
   expect_each_case_once(test::campaign(10, 1), {2, 200}, 10);
 }
 
-TEST(Work, OnlyTheTasksOfMissingCasesAreSubmittedAgain)
+TEST(Jobs, OnlyTheTasksOfMissingCasesAreSubmittedAgain)
 {
   Submission submission = test::campaign(10, 1);
   submission.slurm.cases_per_task = 3;
@@ -92,11 +90,12 @@ TEST(Work, OnlyTheTasksOfMissingCasesAreSubmittedAgain)
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, work, {});
   ASSERT_EQ(jobs.size(), 1U);
   EXPECT_THAT(jobs[0].numbers, ElementsAre(1, 4));
-  EXPECT_THAT(cases_of_task(jobs[0], 1, 10), ElementsAre(0, 1, 2));
-  EXPECT_THAT(cases_of_task(jobs[0], 4, 10), ElementsAre(9));
+  const auto run = [](std::int32_t k) { return TaskId{TaskKind::run, k, 0}; };
+  EXPECT_THAT(tasks_of(submission, jobs[0], 1), ElementsAre(run(0), run(1), run(2)));
+  EXPECT_THAT(tasks_of(submission, jobs[0], 4), ElementsAre(run(9)));
 }
 
-TEST(Work, MoreShardsThanAnArrayTakesAreRefused)
+TEST(Jobs, MoreShardsThanAnArrayTakesAreRefused)
 {
   const Submission submission = test::one_case(1001);
   const auto facts =
@@ -106,7 +105,7 @@ TEST(Work, MoreShardsThanAnArrayTakesAreRefused)
 }
 
 // The index is one job, each case a spine, its shards and a merge.
-TEST(Work, MoreJobsThanTheQueueTakesAreRefusedWithWhatWouldFit)
+TEST(Jobs, MoreJobsThanTheQueueTakesAreRefusedWithWhatWouldFit)
 {
   struct Row {
     std::int32_t n_cases, n_shards;
@@ -132,7 +131,7 @@ TEST(Work, MoreJobsThanTheQueueTakesAreRefusedWithWhatWouldFit)
             "at most 20, Slurm's MaxJobCount, as with --shards 18");
 }
 
-TEST(Work, WhatWouldFitDoes)
+TEST(Jobs, WhatWouldFitDoes)
 {
   struct Row {
     Submission submission;
@@ -146,7 +145,7 @@ TEST(Work, WhatWouldFitDoes)
   }
 }
 
-TEST(Work, TooFewCasesATaskAreRefused)
+TEST(Jobs, TooFewCasesATaskAreRefused)
 {
   Submission submission = test::campaign(100, 1);
   submission.slurm.cases_per_task = 2;
@@ -159,20 +158,21 @@ TEST(Work, TooFewCasesATaskAreRefused)
   EXPECT_NO_THROW(jobs_of_work(submission, all_work(submission), limits));
 }
 
-TEST(Work, LocalTasksComeAfterThoseTheyNeed)
+TEST(Jobs, LocalOnesHaveNoLimitAndComeAfterThoseTheyNeed)
 {
   const Submission submission = test::campaign(2, 3);
-  const std::vector<PlannedTask> tasks = tasks_of_work(all_work(submission));
-  ASSERT_EQ(tasks.size(), 11U);
-  for (std::size_t k = 0; k < tasks.size(); ++k) {
-    for (const std::size_t before : tasks[k].after) EXPECT_LT(before, k);
+  const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), no_limits);
+  std::vector<TaskId> tasks;
+  for (std::size_t k = 0; k < jobs.size(); ++k) {
+    for (const std::size_t before : jobs[k].after) EXPECT_LT(before, k);
+    for (const TaskId& task : tasks_of(submission, jobs[k])) tasks.push_back(task);
   }
-  EXPECT_THAT(tasks[0].after, IsEmpty());
-  EXPECT_THAT(tasks[2].after, ElementsAre(0U));
-  EXPECT_THAT(tasks[4].after, ElementsAre(1U, 2U, 3U));
-  EXPECT_EQ(tasks.back().task.kind, TaskKind::index);
-  EXPECT_TRUE(tasks.back().is_after_any);
-  EXPECT_THAT(tasks.back().after, ElementsAre(4U, 9U));
+  EXPECT_EQ(tasks, tasks_of(submission));
+  ASSERT_EQ(tasks.size(), 11U);
+  EXPECT_EQ(tasks.back().kind, TaskKind::index);
+  const Submission many = test::campaign(50'000, 1), cut = test::one_case(100'000);
+  EXPECT_EQ(jobs_of_work(many, all_work(many), no_limits).size(), 2U);
+  EXPECT_EQ(jobs_of_work(cut, all_work(cut), no_limits).size(), 3U);
 }
 
-}  // namespace vrda::work_test
+}  // namespace vrda::jobs_test

@@ -1,4 +1,4 @@
-#include "cluster/work.hpp"
+#include "cluster/jobs.hpp"
 
 #include <algorithm>
 #include <map>
@@ -7,28 +7,6 @@
 
 namespace vrda {
 namespace {
-
-// Appends the tasks of one case; returns the last.
-std::size_t append_tasks(std::vector<PlannedTask>& tasks, const CaseWork& work)
-{
-  const std::int32_t k = work.case_number;
-  if (work.needs_run) {
-    tasks.push_back({{TaskKind::run, k, 0}, {}, false});
-    return tasks.size() - 1;
-  }
-  std::vector<std::size_t> spine;
-  if (work.needs_spine) {
-    spine.push_back(tasks.size());
-    tasks.push_back({{TaskKind::spine, k, 0}, {}, false});
-  }
-  std::vector<std::size_t> before_merge;
-  for (const std::int32_t shard : work.shards) {
-    before_merge.push_back(tasks.size());
-    tasks.push_back({{TaskKind::shard, k, shard}, spine, false});
-  }
-  tasks.push_back({{TaskKind::merge, k, 0}, before_merge.empty() ? spine : before_merge, false});
-  return tasks.size() - 1;
-}
 
 // Appends the jobs of one case with shards; returns the last.
 std::size_t append_jobs(std::vector<PlannedJob>& jobs, const CaseWork& work)
@@ -116,26 +94,14 @@ void require_room(const Submission& submission, const std::vector<PlannedJob>& j
 
 Work all_work(const Submission& submission)
 {
-  Work work;
-  for (std::int32_t k = 0; k < static_cast<std::int32_t>(submission.cases.size()); ++k) {
-    CaseWork c;
-    c.case_number = k;
-    c.needs_run = submission.n_shards == 1;
-    c.needs_spine = !c.needs_run;
-    for (std::int32_t s = 1; s <= submission.n_shards && !c.needs_run; ++s) c.shards.push_back(s);
-    work.cases.push_back(c);
-  }
-  work.needs_index = submission.has_index();
+  CaseWork one;
+  one.needs_run = submission.n_shards == 1;
+  one.needs_spine = !one.needs_run;
+  for (std::int32_t k = 1; k <= submission.n_shards && one.needs_spine; ++k) one.shards.push_back(k);
+  Work work{std::vector<CaseWork>(submission.cases.size(), one), submission.has_index(), {}};
+  for (std::int32_t k = 0; k < std::ssize(work.cases); ++k)
+    work.cases[static_cast<std::size_t>(k)].case_number = k;
   return work;
-}
-
-std::vector<PlannedTask> tasks_of_work(const Work& work)
-{
-  std::vector<PlannedTask> tasks;
-  std::vector<std::size_t> last;
-  for (const CaseWork& c : work.cases) last.push_back(append_tasks(tasks, c));
-  if (work.needs_index) tasks.push_back({{TaskKind::index, -1, 0}, last, true});
-  return tasks;
 }
 
 std::int32_t cases_per_task(const Submission& submission, const SlurmLimits& limits)
@@ -196,13 +162,26 @@ std::string log_of_runs(std::int32_t offset, const std::string& number)
   return "run-" + std::to_string(offset) + "." + number + ".log";
 }
 
-std::vector<std::int32_t> cases_of_task(const PlannedJob& job, std::int32_t number, std::size_t n_cases)
+std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job, std::int32_t number)
 {
-  std::vector<std::int32_t> cases;
+  if (job.kind == TaskKind::shard) return {{job.kind, job.case_number, number}};
+  if (job.kind != TaskKind::run) return {{job.kind, job.case_number, 0}};
+  std::vector<TaskId> tasks;
   const std::int32_t first = job.offset + (number - 1) * job.per_task;
-  const std::int32_t end = std::min(first + job.per_task, static_cast<std::int32_t>(n_cases));
-  for (std::int32_t k = std::max(0, first); k < end; ++k) cases.push_back(k);
-  return cases;
+  const std::int32_t end = std::min(first + job.per_task, static_cast<std::int32_t>(submission.cases.size()));
+  for (std::int32_t k = std::max(0, first); k < end; ++k) tasks.push_back({TaskKind::run, k, 0});
+  return tasks;
+}
+
+std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job)
+{
+  if (job.numbers.empty()) return tasks_of(submission, job, 0);
+  std::vector<TaskId> tasks;
+  for (const std::int32_t number : job.numbers) {
+    const std::vector<TaskId> some = tasks_of(submission, job, number);
+    tasks.insert(tasks.end(), some.begin(), some.end());
+  }
+  return tasks;
 }
 
 }  // namespace vrda

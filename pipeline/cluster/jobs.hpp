@@ -1,4 +1,5 @@
-/// Which tasks are to be done, and after which.
+/// Which tasks are to be done, as jobs and arrays of Slurm that wait for each other; local processes take the
+/// same jobs.
 #pragma once
 
 #include <cstdint>
@@ -31,17 +32,6 @@ struct Work {
 /// Everything of a new submission.
 Work all_work(const Submission& submission);
 
-/// One task and those of the list that must have ended well before it begins; `is_after_any`: ended in
-/// whatever way.
-struct PlannedTask {
-  TaskId task;
-  std::vector<std::size_t> after;
-  bool is_after_any = false;
-};
-
-/// The tasks one by one, each after those it needs: what local processes do.
-std::vector<PlannedTask> tasks_of_work(const Work& work);
-
 /// How many tasks Slurm takes; its own defaults.
 struct SlurmLimits {
   std::int32_t max_array_size = 1001;  ///< an array's largest number is one less
@@ -59,6 +49,9 @@ struct PlannedJob {
   std::vector<std::string> after_ids;  ///< and jobs under way
 };
 
+/// Of local processes.
+inline constexpr SlurmLimits no_limits{1'000'000'000, 2'000'000'000};
+
 /// The jobs in the order of their submission. Throws InputError naming the option, and what would fit, when
 /// Slurm's limits leave no room.
 std::vector<PlannedJob> jobs_of_work(const Submission& submission, const Work& work,
@@ -73,7 +66,9 @@ std::string ranges_text(const std::vector<std::int32_t>& numbers);
 /// The log of task `number`, or of what stands for it, of a job of runs.
 std::string log_of_runs(std::int32_t offset, const std::string& number);
 
-/// The cases of one task of a job of runs.
-std::vector<std::int32_t> cases_of_task(const PlannedJob& job, std::int32_t number, std::size_t n_cases);
+/// The tasks of number `number` of a job (0: of a job without an array); of runs a task a case.
+std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job, std::int32_t number);
+/// Those of all its numbers.
+std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job);
 
 }  // namespace vrda

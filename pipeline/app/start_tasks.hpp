@@ -1,15 +1,15 @@
-/// Hands out tasks of a submission, the way that was asked for.
+/// Starts tasks of a submission, the way that was asked for.
 #pragma once
 
 #include <string>
 
+#include "cluster/jobs.hpp"
 #include "cluster/submission.hpp"
-#include "cluster/work.hpp"
 #include "talk/talk.hpp"
 
 namespace vrda {
 
-struct HandOutOptions {
+struct StartOptions {
   bool is_dry = false;
   bool is_local = false;
   int n_workers = 0;  ///< of a local run; 0: as many as there are processors
@@ -18,7 +18,7 @@ struct HandOutOptions {
 
 /// By local processes: returns when they have ended, with the worst of their exit codes. By Slurm: prints
 /// what was submitted. Dry: prints what would be.
-ExitCode hand_out(const std::string& folder, const Submission& submission, const Work& work,
-                  const HandOutOptions& options);
+ExitCode start_tasks(const std::string& folder, const Submission& submission, const Work& work,
+                     const StartOptions& options);
 
 }  // namespace vrda

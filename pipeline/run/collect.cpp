@@ -1,4 +1,4 @@
-#include "cluster/collect.hpp"
+#include "run/collect.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -88,7 +88,7 @@ CollectedSteps collect(const std::vector<std::string>& journals, const std::stri
     const JournalContent content = read_journal(journal);
     if (content.key != key) {
       throw InputError({journal, "key", "the journal of another job (" + content.key + ")",
-                        key + ", this job's; leave it out, or name its own job"});
+                        key + "; leave it out, or name its own job"});
     }
     if (!content.dropped_why.empty()) {
       collected.remarks.push_back(journal + ": dropped " + std::to_string(content.dropped_bytes) +

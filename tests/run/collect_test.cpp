@@ -1,4 +1,4 @@
-#include "cluster/collect.hpp"
+#include "run/collect.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,0 +1,46 @@
+/// Structs as JSON objects: `name_fields(fields, value)` names each member and its key once, for both ways.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace vrda {
+
+struct JsonWriter {
+  nlohmann::ordered_json& json;
+
+  template <typename Value>
+  void operator()(const char* key, const Value& value) const
+  {
+    json[key] = value;
+  }
+};
+
+/// A key that is missing, or a value of another type, is a nlohmann::json::exception.
+struct JsonReader {
+  const nlohmann::ordered_json& json;
+
+  template <typename Value>
+  void operator()(const char* key, Value& value) const
+  {
+    value = json.at(key).template get<Value>();
+  }
+};
+
+/// Found by the JSON library for every type that has name_fields().
+template <typename Value>
+auto to_json(nlohmann::ordered_json& json, const Value& value)
+    -> decltype(name_fields(JsonWriter{json}, const_cast<Value&>(value)))
+{
+  json = nlohmann::ordered_json::object();
+  name_fields(JsonWriter{json}, const_cast<Value&>(value));
+}
+
+template <typename Value>
+auto from_json(const nlohmann::ordered_json& json, Value& value)
+    -> decltype(name_fields(JsonReader{json}, value))
+{
+  name_fields(JsonReader{json}, value);
+}
+
+}  // namespace vrda
