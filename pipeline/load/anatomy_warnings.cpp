@@ -68,7 +68,7 @@ bool warn_of_axes(const Job& job, const Case& loaded, std::vector<std::string>& 
 {
   const Eigen::Vector3d upward_mm = middle_of(bounding_box(loaded.reference.contact.mesh)) -
                                     middle_of(bounding_box(loaded.moving.contact.mesh));
-  constexpr double clearly = 1.5;  // times the height: on the real knees the largest is 0.5
+  constexpr double clearly = 1.5;  // times the height
   Eigen::Index k = 0;
   const double largest_mm = upward_mm.cwiseAbs().maxCoeff(&k);
   if (k == 1 && upward_mm.y() >= 0.0) return false;

@@ -10,7 +10,7 @@
 #include "core/error.hpp"
 #include "journal/run_files.hpp"
 #include "run/run_output.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 
 namespace vrda {
 namespace {
@@ -87,7 +87,7 @@ std::optional<MotionModel> finished_result(const Case& job_case, const std::stri
   require_replaceable(output, "a motion model");
   if (!std::filesystem::exists(output)) return std::nullopt;
   try {
-    MotionModel model = read_motion_model_apart(output);
+    MotionModel model = read_motion_model(output);
     const std::string difference = first_difference(model.job, job_case);
     if (difference.empty()) return model;
     if (may_replace) return std::nullopt;
@@ -118,7 +118,7 @@ InputError with_first_difference(const InputError& error, const Case& job_case)
   const std::string start_file = start_file_of(output);
   if (!std::filesystem::exists(start_file)) return error;
   try {
-    const std::string difference = first_difference(read_motion_model_apart(start_file).job, job_case);
+    const std::string difference = first_difference(read_motion_model(start_file).job, job_case);
     if (difference.empty()) return error;
     facts.found = "the journal of another job; first difference: " + difference;
   } catch (const InputError&) {

@@ -10,9 +10,7 @@
 #include <string>
 
 #include "store/motion_model.hpp"
-#include "store/motion_model_file.hpp"
 #include "store/separate_process.hpp"
-#include "store/trace_file.hpp"
 
 namespace vrda {
 
@@ -37,14 +35,5 @@ ProcessLimits reading_limits(const std::string& path);
 /// `tell` is called once, with the reason, if the kernel does not confine a reading process; its limits hold
 /// nevertheless. Nothing is told until then.
 void on_unconfined_reading(std::function<void(const std::string&)> tell);
-
-inline MotionModel read_motion_model_apart(const std::string& path)
-{
-  return read_motion_model(path);
-}
-inline Trace read_trace_apart(const std::string& path)
-{
-  return read_trace(path);
-}
 
 }  // namespace vrda

@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 #include "settings/settings_table.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 #include "store/scaled_model.hpp"
 #include "store/solved_cells.hpp"
 #include "view/arguments.hpp"
@@ -55,7 +55,7 @@ BenchSetup made_setup(const Texts& texts, const std::string& model_path, const s
   Calibration calibration = texts.calibration.empty()
                                 ? nominal_calibration(bench)
                                 : parsed_calibration(texts.calibration, texts.calibration_path, bench);
-  MotionModel model = scaled_model(read_motion_model_apart(model_path), calibration.subject_scale);
+  MotionModel model = scaled_model(read_motion_model(model_path), calibration.subject_scale);
   const std::string chosen = chosen_set(model, model_path, set);
   Motion motion(model, chosen);
   const SolverFrame frame = solver_frame(model, 0);

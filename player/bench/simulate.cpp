@@ -9,7 +9,7 @@
 #include "devices/tracker_server.hpp"
 #include "setup/bench_file.hpp"
 #include "simulation/simulation.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 
 namespace vrda {
 namespace {
@@ -60,7 +60,7 @@ std::vector<IgtlMessage> messages_of(const SimulatedFrame& frame, const std::vec
 std::optional<Motion> motion_of(const std::string& path)
 {
   if (path.empty()) return std::nullopt;
-  const MotionModel model = read_motion_model_apart(path);
+  const MotionModel model = read_motion_model(path);
   return Motion(model, set_names(model).front());
 }
 

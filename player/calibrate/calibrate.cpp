@@ -17,7 +17,6 @@
 #include "guide/bench_parts.hpp"
 #include "guide/parts.hpp"
 #include "settings/settings_table.hpp"
-#include "store/read_apart.hpp"
 #include "view/arguments.hpp"
 
 namespace vrda {

@@ -10,7 +10,7 @@
 #include "optics/layout.hpp"
 #include "render/png_file.hpp"
 #include "settings/settings_text.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 #include "view/arguments.hpp"
 #include "virtual_bench/statistics.hpp"
 
@@ -243,7 +243,7 @@ void copy_into(Image& all, const Image& part, int x, int y)
 /// Figure 26.
 std::string write_overlay(const PictureRequest& request, const CalibrateOptions& options)
 {
-  const MotionModel model = read_motion_model_apart(options.model);
+  const MotionModel model = read_motion_model(options.model);
   const OverlayPictureOptions plan{chosen_set(model, options.model, options.set), 560};
   const Image before =
       overlay_picture(request.bench, request.truth, uncalibrated(request.bench, request.truth), model, plan);

@@ -7,7 +7,7 @@
 #include "core/whole_file.hpp"
 #include "loop/window_input.hpp"
 #include "settings/settings_table.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 
 namespace vrda {
 namespace {
@@ -47,7 +47,7 @@ GuideMode::GuideMode(const CalibrateOptions& options, const BenchFile& bench, Gu
 {
   nothing_.background = background_of(Backdrop::black);
   if (!options.model.empty())
-    model_.emplace(bench, read_motion_model_apart(options.model), options.model, options.set);
+    model_.emplace(bench, read_motion_model(options.model), options.model, options.set);
   if (!sink_.is_anywhere()) return;
   if (!options.pictures.empty()) sink_.keep_pictures(options.pictures, "--pictures");
   sink_.renderer().load(panel_.font());

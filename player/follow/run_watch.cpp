@@ -12,7 +12,7 @@
 #include "journal/run_files.hpp"
 #include "journal/trace_journal.hpp"
 #include "loop/loop.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 #include "store/solved_cells.hpp"
 
 namespace vrda {
@@ -41,7 +41,7 @@ RunWatch::RunWatch(const std::string& start_file, bool with_moves)
   WatchNews unused;
   start_ = version_of(start_file_);
   if (start_) {
-    begin(read_motion_model_apart(start_file_), unused);
+    begin(read_motion_model(start_file_), unused);
   } else if (std::optional<MotionModel> result = read_if_there(output_)) {
     begin(with_pending_cells(*result), unused);
     model_ = std::move(*result);
@@ -78,7 +78,7 @@ std::optional<MotionModel> RunWatch::read_if_there(const std::string& path)
 {
   if (!version_of(path)) return std::nullopt;
   std::optional<MotionModel> model;
-  const auto refused = attempt([&] { model = read_motion_model_apart(path); });
+  const auto refused = attempt([&] { model = read_motion_model(path); });
   if (refused && version_of(path)) throw InputError(*refused);
   return model;
 }

@@ -268,7 +268,7 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model,
                        std::unique_ptr<Renderer> renderer, const Streams& streams)
 {
   const FilmOptions chosen = film_options(options);
-  const Trace trace = read_trace_apart(options.trace);
+  const Trace trace = read_trace(options.trace);
   require_beside(trace, options.trace, model, options.file);
   const Film film = film_of(trace, options.trace, chosen);
   const Motion motion(model, "raw");

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "loop/loop.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 
 namespace vrda {
 namespace {
@@ -56,7 +56,7 @@ void ShownModel::show(MotionModel model, const SessionOptions& options)
 bool ShownModel::open(const std::string& file)
 {
   const auto refused = attempt([&] {
-    MotionModel model = read_motion_model_apart(file);
+    MotionModel model = read_motion_model(file);
     SessionOptions own = options_;
     const std::vector<std::string> names = set_names(model);
     if (std::find(names.begin(), names.end(), own.set) == names.end()) own.set = names.front();

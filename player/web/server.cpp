@@ -18,7 +18,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 #include "web/browser.hpp"
 #include "web/page_file.hpp"
 #include "web/response.hpp"
@@ -328,7 +328,7 @@ class Server {
 void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk)
 {
   // Says what is wrong with the file before anyone opens a page.
-  read_motion_model_apart(options.file);
+  read_motion_model(options.file);
   Server server(options);
   const std::string address = server.address();
   data << address << std::endl;

@@ -8,7 +8,7 @@
 #include "app/scenes.hpp"
 #include "core/units.hpp"
 #include "motion/poses.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::player_poses_test {
@@ -33,7 +33,7 @@ MotionModel solved(const test::Scratch& scratch, const Variant& variant)
   for (const std::string& set : sets) words.insert(words.end(), {"--set", set});
   const test::Ended ended = test::run_vrda(words);
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  return read_motion_model_apart(file);
+  return read_motion_model(file);
 }
 
 /// By the formulas of the frames, from the numbers that the pipeline stored.

@@ -10,7 +10,7 @@
 
 #include "motion/support/models.hpp"
 #include "show/session.hpp"
-#include "store/read_apart.hpp"
+#include "store/motion_model_file.hpp"
 #include "support/allocation_count.hpp"
 
 namespace vrda::frame_loop_test {
@@ -37,7 +37,7 @@ long resident_kb()
 MotionModel model_to_play()
 {
   const std::string file = environment("VRDA_FRAMES_MODEL");
-  if (!file.empty()) return read_motion_model_apart(file);
+  if (!file.empty()) return read_motion_model(file);
   test::ModelPlan plan;
   plan.motion = [](double flexion_deg, double varus_deg) {
     return PoseNumbers{0.02 * flexion_deg, -0.1 * varus_deg, 0.0, 0.1 * flexion_deg};
