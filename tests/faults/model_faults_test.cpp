@@ -41,7 +41,7 @@ class ModelFaults : public FaultyRun {
     return job.output.empty() ? "" : read_bytes(folder_ / job.output);
   }
 
-  void expect_sound_end(const Job& job, const Fault& fault, const Ended& ended, const Ended& whole) const
+  void expect_sound_end(const Fault& fault, const Ended& ended, const Ended& whole) const
   {
     // Only a kill ends it by a signal; errors of closing folders and of removing names that are gone do not
     // matter.
@@ -96,7 +96,7 @@ TEST_P(ModelFaults, TheOldFileStandsOrTheNewOne)
           put_files();
           const Fault fault{what, call, std::to_string(k)};
           const Ended ended = test::run(with_fault(command, in_folder(fault)));
-          expect_sound_end(job, fault, ended, whole);
+          expect_sound_end(fault, ended, whole);
           const std::string there = written(job);
           EXPECT_TRUE(there == new_bytes || (there == old_bytes && ended.exit_code != 0));
           EXPECT_EQ(test::run(command).exit_code, 0);

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "devices/pty_board.hpp"
 #include "player/devices/waiting.hpp"
+#include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
 extern "C" {
@@ -105,6 +106,26 @@ TEST_F(Board, ReadsKnobAndStage)
     EXPECT_TRUE(await_stage(count, 0)) << count;
   }
   EXPECT_EQ(devices_->report(DeviceId::board).n_refused, 0U);
+}
+
+TEST_F(Board, LeavesLinksThatAreNotItsOwn)
+{
+  namespace fs = std::filesystem;
+  const fs::path kept = scratch_.write("kept", "x"), link = scratch_.path() / "board";
+  fs::create_symlink(kept, link);
+  EXPECT_EQ(test::input_error([&] { const PtyBoard board(options(link.string())); }).found,
+            "a link to " + kept.string());
+  EXPECT_EQ(fs::read_symlink(link), kept);
+  // One to a terminal is what a board that was killed leaves; by its end another board may have the name.
+  fs::remove(link);
+  fs::create_symlink("/dev/pts/9999", link);
+  {
+    const PtyBoard board(options(link.string()));
+    EXPECT_NE(fs::read_symlink(link), "/dev/pts/9999");
+    fs::remove(link);
+    fs::create_symlink(kept, link);
+  }
+  EXPECT_EQ(fs::read_symlink(link), kept);
 }
 
 TEST_F(Board, SetsTheStageToZero)
