@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "calibrate/guide_panel.hpp"
 #include "calibrate/overlay_picture.hpp"
 #include "calibrate/sheet.hpp"
 #include "core/error.hpp"

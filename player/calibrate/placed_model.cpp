@@ -4,6 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
+#include "guide/parts.hpp"
 #include "store/scaled_model.hpp"
 #include "store/solved_cells.hpp"
 #include "view/arguments.hpp"

@@ -29,6 +29,9 @@ enum Known : Eigen::Index {
   right_optics = left_optics + 5,  // the same
   n_known = right_optics + 5
 };
+/// One instance for matrices of every size: each costs seconds to compile.
+using MatrixEigen = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
+
 constexpr Eigen::Index n_place = 6;  // shift (mm), turn (rad) about the fixed axes
 
 Eigen::VectorXd known_of(const EyePair& eyes)
@@ -105,8 +108,7 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance)
   constexpr double least_share = 1e-12;  // of a correlation: rounding
   const Eigen::VectorXd sd = covariance.diagonal().cwiseSqrt();
   const Eigen::VectorXd per_sd = (sd.array() > 0.0).select(sd.cwiseInverse(), 0.0);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(per_sd.asDiagonal() * covariance *
-                                                             per_sd.asDiagonal());
+  const MatrixEigen eigen(per_sd.asDiagonal() * covariance * per_sd.asDiagonal());
   const Eigen::VectorXd& share = eigen.eigenvalues();  // ascending
   const Eigen::Index rank = (share.array() > least_share).count();
   return sd.asDiagonal() * eigen.eigenvectors().rightCols(rank) * share.tail(rank).cwiseSqrt().asDiagonal();
@@ -317,9 +319,8 @@ void require_spread(std::span<const BullseyeMark> marks, const Pose& X_guess, co
         {file, name + ": marker's places", how + " (" + rounded_text(found_mm, 0) + " mm)", wanted});
   };
   const Eigen::MatrixX3d from_mean = p.rowwise() - p.colwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(from_mean.transpose() * from_mean);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> across(from_mean.leftCols<2>().transpose() *
-                                                              from_mean.leftCols<2>());
+  const Eigen::MatrixXd scatter = from_mean.transpose() * from_mean;
+  const MatrixEigen axes(scatter), across(scatter.topLeftCorner(2, 2));
   const double depth_mm = extent(p.col(2));
   const double across_mm = extent(from_mean.leftCols<2>() * across.eigenvectors().col(1));
   const double beside_mm = extent(from_mean * axes.eigenvectors().col(1));

@@ -9,6 +9,7 @@
 #include "render/png_file.hpp"
 #include "render/window.hpp"
 #include "show/session.hpp"
+#include "show/show.hpp"
 #include "show/shown_model.hpp"
 #include "view/arguments.hpp"
 
