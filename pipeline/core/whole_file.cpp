@@ -195,6 +195,13 @@ std::optional<std::string> text_of_file(const std::string& path)
   return bytes.str();
 }
 
+void require_same_kind(const std::string& path, std::string_view head)
+{
+  const std::string target = link_target(path);
+  struct stat old {};
+  if (stat(target.c_str(), &old) == 0 && S_ISREG(old.st_mode)) require_replaceable(path, target, old, head);
+}
+
 void write_whole(const std::string& path, std::initializer_list<std::string_view> pieces)
 {
   const std::string target = link_target(path);

@@ -16,6 +16,10 @@ std::string link_target(const std::string& path);
 /// for no bytes.
 std::string_view kind_of_file(std::string_view head);
 
+/// Throws InputError where `path` is a file without write permission, or of another kind than a file that
+/// begins with `head`: what write_whole refuses.
+void require_same_kind(const std::string& path, std::string_view head);
+
 /// The whole content of a small file that may not be there: nothing where it cannot be opened.
 std::optional<std::string> text_of_file(const std::string& path);
 

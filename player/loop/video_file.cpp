@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/whole_file.hpp"
 
 extern char** environ;
 
@@ -105,6 +106,8 @@ VideoFile::VideoFile(const VideoOptions& options)
     : options_(options), unfinished_path_(options.path + ".part")
 {
   require_video_name(options.path);
+  constexpr std::string_view binary("\0", 1);  // as every film
+  require_same_kind(options.path, binary);
   start();
 }
 

@@ -3,6 +3,7 @@
 #include <png.h>
 
 #include "core/error.hpp"
+#include "core/whole_file.hpp"
 
 namespace vrda {
 
@@ -19,9 +20,11 @@ void write_png(const Image& image, const std::string& path)
   header.format = PNG_FORMAT_RGBA;
   header.flags = PNG_IMAGE_FLAG_FAST;
   const png_int_32 stride = 4 * image.width;
-  if (png_image_write_to_file(&header, path.c_str(), 0, image.rgba.data(), stride, nullptr) == 0) {
-    throw InputError({path, "picture", header.message, "a file that can be written"});
-  }
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
+  std::string bytes(size, '\0');
+  if (png_image_write_to_memory(&header, bytes.data(), &size, 0, image.rgba.data(), stride, nullptr) == 0)
+    throw InputError({path, "picture", header.message, "a picture that PNG can hold"});
+  write_whole(path, {std::string_view(bytes).substr(0, size)});
 }
 
 Texture read_png_texture(const std::string& path)

@@ -138,6 +138,14 @@ TEST_F(Video, GetsItsNameWhenItIsWhole)
   EXPECT_EQ(n_files(), 0u);
 }
 
+TEST_F(Video, AFileOfAnotherKindStays)
+{
+  const std::string model = "\x89HDF\r\n\x1a\n, a motion model";
+  scratch_.write("film.mp4", model);
+  EXPECT_THAT(refusal({path("film.mp4"), 64, 48, 25}).facts().found, HasSubstr("an HDF5 file"));
+  EXPECT_EQ(test::read_bytes(path("film.mp4")), model);
+}
+
 TEST_F(Video, ANameOfNoKnownFormIsRefused)
 {
   const InputError error = refusal({path("film.avi"), 64, 48, 25});

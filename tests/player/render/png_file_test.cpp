@@ -58,9 +58,16 @@ TEST(PngFile, AnUnwritablePathIsNamed)
     FAIL() << "written";
   } catch (const InputError& error) {
     EXPECT_EQ(error.facts().file, path);
-    EXPECT_EQ(error.facts().field, "picture");
     EXPECT_THAT(error.facts().found, testing::HasSubstr("No such file"));
   }
+}
+
+TEST(PngFile, AFileOfAnotherKindStays)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.write("picture.png", "{\"timing\": 1}").string();
+  EXPECT_THROW(write_png(pattern(), path), InputError);
+  EXPECT_EQ(test::read_bytes(path), "{\"timing\": 1}");
 }
 
 TEST(PngFile, AMisshapenImageIsABrokenPromise)
