@@ -167,10 +167,13 @@ void FaultyRun::expect_finished() const
 
 void FaultyRun::expect_refused(const Ended& ended) const
 {
+  // By equilibrium the job has a warning of its own, since it has no ligaments.
+  const bool is_warned = ended.err.rfind("warning: ligaments: there are none", 0) == 0;
+  const std::string error = is_warned ? ended.err.substr(ended.err.find('\n') + 1) : ended.err;
   EXPECT_EQ(ended.exit_code, 2) << ended.err;
-  EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
-  EXPECT_THAT(ended.err, testing::StartsWith("vrda: " + folder_.string() + "/a."));
-  EXPECT_THAT(ended.err, testing::HasSubstr("found"));
+  EXPECT_EQ(n_lines(error), 1) << ended.err;
+  EXPECT_THAT(error, testing::StartsWith("vrda: " + folder_.string() + "/a."));
+  EXPECT_THAT(error, testing::HasSubstr("found"));
   EXPECT_EQ(ended.out, "");
   expect_no_part_of_a_result();
 }

@@ -17,11 +17,18 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+/// The sample has doubtful poses.
+MotionModel undoubted(MotionModel model)
+{
+  model.plausibility.setConstant(static_cast<std::int8_t>(Plausibility::nothing_found));
+  return model;
+}
+
 ReportModel whole_entry()
 {
   test::SampleOptions options;
   options.has_failed_cell = false;
-  return {"sample", test::sample_model(options), {}, {}, {}};
+  return {"sample", undoubted(test::sample_model(options)), {}, {}, {}};
 }
 
 ReportModel equilibrium_entry()
@@ -30,7 +37,7 @@ ReportModel equilibrium_entry()
   options.has_failed_cell = false;
   options.is_equilibrium = true;
   options.n_fibres = 4;
-  ReportModel entry{"sample", test::sample_model(options), {}, {}, {}};
+  ReportModel entry{"sample", undoubted(test::sample_model(options)), {}, {}, {}};
   entry.model.equilibrium->spine.n_optima.assign(4, 1);
   return entry;
 }
@@ -39,6 +46,14 @@ TEST(Findings, NothingToWarnOfIsNoWarning)
 {
   EXPECT_THAT(warnings_of(whole_entry()), IsEmpty());
   EXPECT_THAT(warnings_of(equilibrium_entry()), IsEmpty());
+}
+
+TEST(Findings, DoubtfulPosesAreCountedByKind)
+{
+  ReportModel entry = whole_entry();
+  entry.model.plausibility(1, 1) = static_cast<std::int8_t>(Plausibility::unstable_balance);
+  EXPECT_THAT(warnings_of(entry),
+              ElementsAre(HasSubstr("1 stable attitudes are doubtful, unstable_balance")));
 }
 
 TEST(Findings, NameEveryStatusThatIsNotStable)

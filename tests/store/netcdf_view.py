@@ -68,8 +68,8 @@ def check_ncdump(path):
         'string flexion:units = "degree" ;',
         "double X_reference_moving(flexion, varus, row, column) ;",
         "byte status(flexion, varus) ;",
-        "status:flag_values = -1b, 0b, 1b, 2b, 3b, 4b ;",
-        'string status:flag_meanings = "pending stable no_contact no_clearance iteration_limit unbounded" ;',
+        "status:flag_values = -1b, 0b, 1b, 2b, 3b, 4b, 5b ;",
+        'string status:flag_meanings = "pending stable no_contact no_clearance iteration_limit unbounded overlapping" ;',
         "tx:_FillValue = NaN ;",
         'string :format = "vrda motion model" ;',
         "double point(contact, xyz) ;",
@@ -107,7 +107,7 @@ def check_dataset(dataset, group, dimensions):
 
 def check_root(dataset):
     check(dataset.status.dtype == "int8", "status is no int8")
-    check(list(dataset.status.attrs["flag_values"]) == [-1, 0, 1, 2, 3, 4], "status has other flag_values")
+    check(list(dataset.status.attrs["flag_values"]) == [-1, 0, 1, 2, 3, 4, 5], "status has other flag_values")
     check(dataset.flexion.values.tolist() == list(range(91)), "the axis of flexion is another")
     cell = dataset.sel(flexion=30, varus=2)
     check(abs(float(cell.theta) - 6.0) < 1e-12, "theta at 30, 2 degrees is not 6 degrees")

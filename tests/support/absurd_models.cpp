@@ -3,7 +3,11 @@
 #include <hdf5.h>
 #include <hdf5_hl.h>
 
+#include <fstream>
 #include <stdexcept>
+
+#include "store/seal.hpp"
+#include "support/scratch.hpp"
 
 namespace vrda::test {
 namespace {
@@ -11,6 +15,13 @@ namespace {
 void require(bool is_done, const char* what)
 {
   if (!is_done) throw std::runtime_error(std::string("HDF5 refused: ") + what);
+}
+
+/// HDF5 cuts the seal off a file that it changes.
+void seal(const std::filesystem::path& file)
+{
+  const std::string bytes = read_bytes(file);
+  std::ofstream(file, std::ios::binary | std::ios::app) << seal_of(bytes);
 }
 
 /// A dataset of which nothing is stored.
@@ -39,6 +50,7 @@ std::string with_axis(const std::filesystem::path& whole, const std::filesystem:
     H5Dclose(dataset);
   }
   require(H5Fclose(file) >= 0, "to close a motion model");
+  seal(copy);
   return copy;
 }
 
@@ -51,6 +63,7 @@ std::vector<std::string> models_that_promise_gigabytes(const std::filesystem::pa
   const hid_t file = H5Fcreate(tiny.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   H5Dclose(promised(file, "/tx", {hsize_t{10} << 30}, H5T_IEEE_F64LE));
   require(H5Fclose(file) >= 0, "to close a file");
+  seal(tiny);
   return {with_axis(whole, folder / "vertices.h5", 1'000'000'000,
                     {"/bodies/reference/vertex", "/bodies/reference/vertices", "/bodies/reference/normals"}),
           with_axis(whole, folder / "contacts.h5", hsize_t{1} << 40, {"/contacts/contact"}), tiny};

@@ -95,7 +95,8 @@ TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
   const test::SmallDisk disk(scratch_.path(), n_bytes);
   for (const char* name : {"film.mp4", "film.webm", "film.gif"}) {
     SCOPED_TRACE(name);
-    scratch_.write(name, "the film before");
+    const std::string before("\0the film before", 16);
+    scratch_.write(name, before);
     VideoFile video({path(name), 160, 120, 25});
     // Noise, which no coding makes small; the disk is full before the end, for some forms only at it.
     std::mt19937 random(3);
@@ -109,7 +110,7 @@ TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
           video.finish();
         },
         InputError);
-    EXPECT_EQ(test::read_bytes(path(name)), "the film before");
+    EXPECT_EQ(test::read_bytes(path(name)), before);
     EXPECT_EQ(n_files(), 1u);
     std::filesystem::remove(path(name));
   }
