@@ -1,10 +1,14 @@
 #include "journal/record_bytes.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace vrda {
 
 namespace {
+
+// The same as in motion models: beyond it no measurement of a pose makes sense.
+constexpr double largest_pose_number = 1e9;
 
 // Contacts and contact forces have the same bytes: where, which way, one measure, which triangles.
 template <typename Touch>
@@ -67,6 +71,10 @@ MovingPose take_pose(Cursor& cursor)
   MovingPose pose;
   pose.translation_mm = cursor.take_vector();
   pose.theta_rad = cursor.take_double();
+  // NaN where no pose was found.
+  if ((pose.translation_mm.array().abs() > largest_pose_number).any() ||
+      std::abs(pose.theta_rad) > largest_pose_number)
+    cursor.refuse();
   return pose;
 }
 
@@ -150,6 +158,10 @@ std::optional<StepRecord> record_of(std::string_view bytes)
   record.contact_lateral = cursor.take_bool();
   record.theta_determined = cursor.take_bool();
   record.varus_rad = cursor.take_double();
+  if (record.status == StepStatus::stable &&
+      !(record.pose.translation_mm.allFinite() && std::isfinite(record.pose.theta_rad) &&
+        std::abs(record.varus_rad) <= largest_pose_number))
+    cursor.refuse();
   record.balance = take_balance(cursor);
   const std::uint64_t n_contacts = cursor.take(4);
   if (!cursor.is_sound() || cursor.left() != n_contacts * contact_bytes) return std::nullopt;

@@ -1,4 +1,5 @@
 #include "journal/journal.hpp"
+#include "journal/record_bytes.hpp"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -124,6 +125,22 @@ TEST(Journal, GivesBackEveryBit)
   EXPECT_EQ(content.dropped_why, "");
   EXPECT_EQ(content.valid_bytes, std::filesystem::file_size(path));
   expect_records(content, 20);
+}
+
+TEST(Journal, ARestingPoseBeyondEveryMeasureIsNoRecord)
+{
+  StepRecord record;
+  record.status = StepStatus::stable;
+  EXPECT_TRUE(record_of(bytes_of(record)).has_value());
+  for (const double value : {1e30, -1e10, std::numeric_limits<double>::quiet_NaN()}) {
+    SCOPED_TRACE(value);
+    StepRecord other = record;
+    other.pose.translation_mm.y() = value;
+    EXPECT_FALSE(record_of(bytes_of(other)).has_value());
+    other = record;
+    other.varus_rad = value;
+    EXPECT_FALSE(record_of(bytes_of(other)).has_value());
+  }
 }
 
 TEST(Journal, CutAnywhereKeepsTheWholeRecordsBefore)
