@@ -1,5 +1,4 @@
 #include "journal/journal.hpp"
-#include "journal/record_bytes.hpp"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -17,6 +16,7 @@
 #include <thread>
 
 #include "core/error.hpp"
+#include "journal/record_bytes.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 
@@ -134,12 +134,10 @@ TEST(Journal, ARestingPoseBeyondEveryMeasureIsNoRecord)
   EXPECT_TRUE(record_of(bytes_of(record)).has_value());
   for (const double value : {1e30, -1e10, std::numeric_limits<double>::quiet_NaN()}) {
     SCOPED_TRACE(value);
-    StepRecord other = record;
-    other.pose.translation_mm.y() = value;
-    EXPECT_FALSE(record_of(bytes_of(other)).has_value());
-    other = record;
-    other.varus_rad = value;
-    EXPECT_FALSE(record_of(bytes_of(other)).has_value());
+    StepRecord shifted = record, tilted = record;
+    shifted.pose.translation_mm.y() = tilted.varus_rad = value;
+    EXPECT_FALSE(record_of(bytes_of(shifted)).has_value());
+    EXPECT_FALSE(record_of(bytes_of(tilted)).has_value());
   }
 }
 
