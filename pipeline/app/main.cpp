@@ -83,8 +83,9 @@ struct Commands {
   CLI::App& add_reading(const std::string& name, const std::string& what, const std::string& example)
   {
     CLI::App& command = add(name, what, example);
-    command.add_flag_callback("--unsealed", [] { vrda::accept_unsealed_files(); },
-                              "Read files without a seal too: those that another program wrote or changed");
+    command.add_flag_callback(
+        "--unsealed", [] { vrda::accept_unsealed_files(); },
+        "Read files without a seal too: those that another program wrote or changed");
     return command;
   }
 

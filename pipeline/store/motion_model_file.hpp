@@ -16,13 +16,13 @@ namespace vrda {
 /// written, InternalError when the model's shapes do not agree.
 void write_motion_model(const std::string& path, const MotionModel& model);
 
-/// Reads a motion model that follows the specification, in a process of its own (store/read_apart.hpp). Throws
-/// InputError naming the file and the first object that does not, or how that process ended. Another thread must not
-/// be using HDF5 meanwhile.
+/// Reads a motion model that follows the specification, in a process of its own (store/read_apart.hpp).
+/// Throws InputError naming the file and the first object that does not, or how that process ended. Another
+/// thread must not be using HDF5 meanwhile.
 MotionModel read_motion_model(const std::string& path);
 
-/// Everything in which the motion model or trace departs from its specification; empty: nothing. Read as above; throws
-/// InputError when the file is absent, is no HDF5 file or is damaged beyond listing.
+/// Everything in which the motion model or trace departs from its specification; empty: nothing. Read as
+/// above; throws InputError when the file is absent, is no HDF5 file or is damaged beyond listing.
 std::vector<Finding> validate_hdf5(const std::string& path);
 
 }  // namespace vrda

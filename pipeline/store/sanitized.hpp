@@ -1,4 +1,5 @@
-/// Whether address or thread sanitizers are built in, which map more than any limit and open files for their reports.
+/// Whether address or thread sanitizers are built in, which map more than any limit and open files for their
+/// reports.
 #pragma once
 
 namespace vrda {

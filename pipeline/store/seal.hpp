@@ -18,8 +18,8 @@ struct Hdf5Content {
 /// The seal of a file with this HDF5 content, to stand behind it.
 std::string seal_of(std::string_view content);
 
-/// Whether this process also takes files without a seal, those that another program wrote or changed; at first it
-/// does not.
+/// Whether this process also takes files without a seal, those that another program wrote or changed; at
+/// first it does not.
 void accept_unsealed_files(bool accepts = true);
 
 /// The whole file. Throws InputError when it is absent, no regular HDF5 file, or damaged: its seal does not
