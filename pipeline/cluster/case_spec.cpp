@@ -33,10 +33,7 @@ std::string case_file_of(const std::string& output)
 template <typename Fields>
 void name_fields(const Fields& fields, CaseFile& file)
 {
-  fields("name", file.spec.name);
-  fields("job", file.spec.job_file);
-  fields("data", file.spec.data_directory);
-  fields("set", file.spec.overrides);
+  name_spec_fields(fields, file.spec);
   fields("merged_sha256", file.merged_sha256);
 }
 

@@ -18,6 +18,16 @@ struct CaseSpec {
   bool operator==(const CaseSpec&) const = default;
 };
 
+/// Its keys in JSON (cluster/json_fields.hpp), of whatever holds one.
+template <typename Fields>
+void name_spec_fields(const Fields& fields, CaseSpec& spec)
+{
+  fields("name", spec.name);
+  fields("job", spec.job_file);
+  fields("data", spec.data_directory);
+  fields("set", spec.overrides);
+}
+
 /// The case of one job file, named after it; relative paths are taken from the working folder.
 CaseSpec case_of_job(const std::string& job_file, const std::string& data_directory,
                      const std::vector<std::string>& overrides);

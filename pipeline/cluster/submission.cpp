@@ -32,10 +32,7 @@ bool is_sound(const Submission& s)
 template <typename Fields>
 void name_fields(const Fields& fields, SubmittedCase& c)
 {
-  fields("name", c.spec.name);
-  fields("job", c.spec.job_file);
-  fields("data", c.spec.data_directory);
-  fields("set", c.spec.overrides);
+  name_spec_fields(fields, c.spec);
   fields("levels", c.levels);
   fields("output", c.output);
   fields("flexions", c.n_flexion);

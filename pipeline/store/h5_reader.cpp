@@ -15,7 +15,6 @@
 namespace vrda {
 namespace {
 
-constexpr const char* wanted_model = "an intact motion model or trace (HDF5)";
 constexpr int deepest_nesting = 8;
 /// A motion model holds about a hundred objects; a file with far more is something else.
 constexpr std::size_t most_objects = 10000;
@@ -161,25 +160,25 @@ H5Reader::H5Reader(const Hdf5Content& content) : file_name_(content.file), file_
 {
   silence_h5();
   // A filter that HDF5 does not know would make it look for a library to load.
-  check_h5(H5PLset_loading_state(0), place(""), wanted_model);
-  const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_model);
+  check_h5(H5PLset_loading_state(0), place(""), intact_file);
+  const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), intact_file);
   // HDF5 meets the bytes whose seal was checked, and no file.
-  check_h5(H5Pset_fapl_core(access.id(), content.bytes.size(), false), place(""), wanted_model);
+  check_h5(H5Pset_fapl_core(access.id(), content.bytes.size(), false), place(""), intact_file);
   // It copies the bytes and does not change them.
   check_h5(H5Pset_file_image(access.id(), const_cast<char*>(content.bytes.data()), content.bytes.size()),
-           place(""), wanted_model);
+           place(""), intact_file);
   // Every dataset is read once and whole: no memory of its chunks, which would last as long as it is open.
-  check_h5(H5Pset_cache(access.id(), 0, 0, 0, 0.0), place(""), wanted_model);
+  check_h5(H5Pset_cache(access.id(), 0, 0, 0, 0.0), place(""), intact_file);
   // A name that no file has, which HDF5 insists on; one each, since by it HDF5 tells open files apart.
   const std::string name = "/dev/null/" + content.file;
-  file_ = own_h5(H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.id()), place(""), wanted_model);
+  file_ = own_h5(H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.id()), place(""), intact_file);
   objects_["/"] = ObjectKind::group;
   walk("/", 0);
 }
 
 H5Handle H5Reader::open(const std::string& object) const
 {
-  return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), wanted_model);
+  return own_h5(H5Oopen(file_.id(), object.c_str(), H5P_DEFAULT), place(object), intact_file);
 }
 
 H5Id H5Reader::kept_open(const std::string& object) const
@@ -198,7 +197,7 @@ void H5Reader::walk(const std::string& group, int depth)
 {
   const H5Handle here = open(group);
   H5G_info_t info = {};
-  check_h5(H5Gget_info(here.id(), &info), place(group), wanted_model);
+  check_h5(H5Gget_info(here.id(), &info), place(group), intact_file);
   if (info.nlinks > most_links) {
     refused_.push_back(
         {group, std::to_string(info.nlinks) + " links in a group", "at most " + std::to_string(most_links)});
@@ -208,7 +207,7 @@ void H5Reader::walk(const std::string& group, int depth)
     char name[256];
     const H5Id length = check_h5(
         H5Lget_name_by_idx(here.id(), ".", H5_INDEX_NAME, H5_ITER_INC, i, name, sizeof name, H5P_DEFAULT),
-        place(group), wanted_model);
+        place(group), intact_file);
     const std::string path = (group == "/" ? "/" : group + "/") + name;
     if (static_cast<std::size_t>(length) >= sizeof name) {
       refused_.push_back({path, "a name of " + std::to_string(length) + " bytes", "at most 255"});
@@ -222,7 +221,7 @@ void H5Reader::add_link(H5Id group, const std::string& path, int depth)
 {
   H5L_info_t link = {};
   const std::string name = path.substr(path.rfind('/') + 1);
-  check_h5(H5Lget_info(group, name.c_str(), &link, H5P_DEFAULT), place(path), wanted_model);
+  check_h5(H5Lget_info(group, name.c_str(), &link, H5P_DEFAULT), place(path), intact_file);
   if (link.type == H5L_TYPE_HARD) {
     add_object(path, depth);
     return;
@@ -235,7 +234,7 @@ void H5Reader::add_object(const std::string& path, int depth)
 {
   H5O_info_t info = {};
   check_h5(H5Oget_info_by_name2(file_.id(), path.c_str(), &info, H5O_INFO_BASIC, H5P_DEFAULT), place(path),
-           wanted_model);
+           intact_file);
   if (info.type == H5O_TYPE_DATASET) {
     objects_[path] = ObjectKind::dataset;
   } else if (info.type != H5O_TYPE_GROUP) {
@@ -267,14 +266,14 @@ bool H5Reader::is_dataset(const std::string& path) const
 DatasetFacts H5Reader::facts(const std::string& dataset) const
 {
   const H5Id object = kept_open(dataset);
-  const H5Handle creation = own_h5(H5Dget_create_plist(object), place(dataset), wanted_model);
-  const H5Handle type = own_h5(H5Dget_type(object), place(dataset), wanted_model);
+  const H5Handle creation = own_h5(H5Dget_create_plist(object), place(dataset), intact_file);
+  const H5Handle type = own_h5(H5Dget_type(object), place(dataset), intact_file);
   DatasetFacts facts;
   facts.kind = kind_of(type.id());
   // First of all: asked for the shape of a virtual dataset, HDF5 opens the files that it is made of.
   facts.elsewhere = elsewhere(creation.id());
   if (!facts.elsewhere.empty()) return facts;
-  const H5Handle space = own_h5(H5Dget_space(object), place(dataset), wanted_model);
+  const H5Handle space = own_h5(H5Dget_space(object), place(dataset), intact_file);
   facts.shape = shape_of(space.id());
   if (H5DSis_scale(object) > 0) {
     char name[256] = {};
@@ -307,7 +306,7 @@ bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const s
   if (!is_dataset(scale)) return false;
   const H5Id object = kept_open(dataset);
   H5O_info_t info = {};
-  check_h5(H5Oget_info2(kept_open(scale), &info, H5O_INFO_BASIC), place(scale), wanted_model);
+  check_h5(H5Oget_info2(kept_open(scale), &info, H5O_INFO_BASIC), place(scale), intact_file);
   // H5DSis_attached would follow the scale's list of users too, and fail for all of them once one of the
   // datasets in it is gone.
   const bool attached =
@@ -320,10 +319,10 @@ std::optional<AttributeValue> H5Reader::attribute(const std::string& object, con
 {
   const H5Place here = place(object + "@" + name);
   const H5Id owner = kept_open(object);
-  if (check_h5(H5Aexists(owner, name.c_str()), here, wanted_model) == 0) return std::nullopt;
-  const H5Handle attribute = own_h5(H5Aopen(owner, name.c_str(), H5P_DEFAULT), here, wanted_model);
-  const H5Handle type = own_h5(H5Aget_type(attribute.id()), here, wanted_model);
-  const H5Handle space = own_h5(H5Aget_space(attribute.id()), here, wanted_model);
+  if (check_h5(H5Aexists(owner, name.c_str()), here, intact_file) == 0) return std::nullopt;
+  const H5Handle attribute = own_h5(H5Aopen(owner, name.c_str(), H5P_DEFAULT), here, intact_file);
+  const H5Handle type = own_h5(H5Aget_type(attribute.id()), here, intact_file);
+  const H5Handle space = own_h5(H5Aget_space(attribute.id()), here, intact_file);
   const std::vector<std::int64_t> shape = shape_of(space.id());
   AttributeValue value;
   if (shape.size() != 1 || shape[0] > largest_attribute) return value;
@@ -335,12 +334,12 @@ std::optional<AttributeValue> H5Reader::attribute(const std::string& object, con
   if (size == 0) return value;
   if (*value.kind == ValueKind::text) {
     std::vector<char*> texts(size, nullptr);
-    check_h5(H5Aread(attribute.id(), type.id(), texts.data()), here, wanted_model);
+    check_h5(H5Aread(attribute.id(), type.id(), texts.data()), here, intact_file);
     value.texts = copies(texts, here);
     H5Dvlen_reclaim(type.id(), space.id(), H5P_DEFAULT, texts.data());
   } else {
     value.numbers.resize(size);
-    check_h5(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, value.numbers.data()), here, wanted_model);
+    check_h5(H5Aread(attribute.id(), H5T_NATIVE_DOUBLE, value.numbers.data()), here, intact_file);
   }
   return value;
 }
@@ -349,11 +348,11 @@ void H5Reader::read_raw(const std::string& dataset, H5Id memory_type, std::size_
                         H5Id transfer) const
 {
   const H5Id object = kept_open(dataset);
-  const H5Handle space = own_h5(H5Dget_space(object), place(dataset), wanted_model);
+  const H5Handle space = own_h5(H5Dget_space(object), place(dataset), intact_file);
   const std::optional<std::uint64_t> count = count_within(shape_of(space.id()), size);
   check(count.has_value() && *count == size, "a dataset is read only when its shape is known");
   if (size == 0) return;
-  check_h5(H5Dread(object, memory_type, H5S_ALL, H5S_ALL, transfer, values), place(dataset), wanted_model);
+  check_h5(H5Dread(object, memory_type, H5S_ALL, H5S_ALL, transfer, values), place(dataset), intact_file);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<double> values) const
@@ -385,12 +384,12 @@ void H5Reader::read(const std::string& dataset, std::span<std::string> values) c
 {
   if (values.empty()) return;
   const H5Id object = kept_open(dataset);
-  const H5Handle type = own_h5(H5Dget_type(object), place(dataset), wanted_model);
-  const H5Handle transfer = own_h5(H5Pcreate(H5P_DATASET_XFER), place(dataset), wanted_model);
+  const H5Handle type = own_h5(H5Dget_type(object), place(dataset), intact_file);
+  const H5Handle transfer = own_h5(H5Pcreate(H5P_DATASET_XFER), place(dataset), intact_file);
   TextMemory memory;
   check_h5(
       H5Pset_vlen_mem_manager(transfer.id(), TextMemory::allocate, &memory, TextMemory::release, &memory),
-      place(dataset), wanted_model);
+      place(dataset), intact_file);
   std::vector<char*> texts(values.size(), nullptr);
   read_raw(dataset, type.id(), texts.size(), texts.data(), transfer.id());
   std::vector<std::string> taken = copies(texts, place(dataset));

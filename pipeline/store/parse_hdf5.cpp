@@ -160,32 +160,22 @@ MotionModel parse_motion_model(const Hdf5Content& content)
 {
   const H5Reader reader(content);
   const Structure structure = structure_of(reader);
-  std::vector<Finding> findings = structure.findings;
-  MotionModel model;
-  if (findings.empty()) {
-    model = read_model_values(reader, structure);
-    findings = findings_of(reader, model);
-  }
-  if (findings.empty()) {
-    // Of version 1.0 they are told by the contacts, once these are known to be sound.
-    if (model.has_compartments && !model.contact_paths) model.contact_paths = contact_paths_of(model);
-    return model;
-  }
-  throw InputError({content.file, findings[0].where, findings[0].found, findings[0].wanted});
+  require_none(structure.findings, content.file);
+  MotionModel model = read_model_values(reader, structure);
+  require_none(findings_of(reader, model), content.file);
+  // Of version 1.0 they are told by the contacts, once these are known to be sound.
+  if (model.has_compartments && !model.contact_paths) model.contact_paths = contact_paths_of(model);
+  return model;
 }
 
 Trace parse_trace(const Hdf5Content& content)
 {
   const H5Reader reader(content);
   const Structure structure = trace_structure_of(reader);
-  std::vector<Finding> findings = structure.findings;
-  Trace trace;
-  if (findings.empty()) {
-    trace = read_trace_values(reader, structure);
-    findings = check_values(trace);
-  }
-  if (findings.empty()) return trace;
-  throw InputError({content.file, findings[0].where, findings[0].found, findings[0].wanted});
+  require_none(structure.findings, content.file);
+  Trace trace = read_trace_values(reader, structure);
+  require_none(check_values(trace), content.file);
+  return trace;
 }
 
 std::vector<Finding> findings_in(const Hdf5Content& content)

@@ -177,12 +177,6 @@ void pass_trace_shape(Stream& stream, Shape& shape)
     pass_size(stream, *size);
 }
 
-void require_none(const std::vector<Finding>& findings, const std::string& file)
-{
-  if (findings.empty()) return;
-  throw InputError({file, findings[0].where, findings[0].found, findings[0].wanted});
-}
-
 }  // namespace
 
 std::string plain_bytes(const MotionModel& model)

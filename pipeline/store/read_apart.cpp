@@ -18,8 +18,6 @@
 namespace vrda {
 namespace {
 
-constexpr const char* an_intact_file = "an intact motion model or trace (HDF5)";
-
 /// What an answer begins with.
 enum class Kind : std::int8_t { value, input_error, internal_error };
 
@@ -52,7 +50,7 @@ std::string answered(const std::string& path, const Parse& parse)
   } catch (const InputError& error) {
     return refusal(error.facts());
   } catch (const std::bad_alloc&) {
-    return refusal({path, "", "more than memory is allowed to hold", an_intact_file});
+    return refusal({path, "", "more than memory is allowed to hold", intact_file});
   } catch (const std::exception& error) {
     return answer(Kind::internal_error, {error.what()});
   }
@@ -84,7 +82,7 @@ std::string whole(const SeparateAnswer& answer, const std::string& path)
 {
   if (answer.is_whole) return answer.text;
   throw InputError(
-      {path, "", "a file that HDF5 cannot read (it ended with " + answer.text + ")", an_intact_file});
+      {path, "", "a file that HDF5 cannot read (it ended with " + answer.text + ")", intact_file});
 }
 
 template <typename Parse>

@@ -18,8 +18,6 @@ namespace {
 
 constexpr std::string_view magic = "VRDASEAL";
 constexpr std::size_t seal_bytes = 16;
-constexpr const char* wanted_intact = "an intact motion model or trace (HDF5)";
-
 std::atomic<bool> accepts_unsealed = false;
 
 std::uint64_t little_endian(std::string_view bytes)
@@ -38,7 +36,7 @@ std::uint64_t content_end(std::string_view bytes)
 
 std::string bytes_of_file(const std::string& file)
 {
-  const auto refuse = [&](const std::string& found) { throw InputError({file, "", found, wanted_intact}); };
+  const auto refuse = [&](const std::string& found) { throw InputError({file, "", found, intact_file}); };
   const OpenFile open_file(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe without a writer
   struct stat status = {};
   if (!open_file.is_open() || fstat(open_file.get(), &status) != 0) refuse(std::strerror(errno));
@@ -59,7 +57,7 @@ void require_signature(const std::string& file, std::string_view bytes)
 {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
   if (bytes.substr(0, signature.size()) == signature) return;
-  throw InputError({file, "", std::to_string(bytes.size()) + " bytes that are no HDF5 file", wanted_intact});
+  throw InputError({file, "", std::to_string(bytes.size()) + " bytes that are no HDF5 file", intact_file});
 }
 
 void require_whole(const std::string& file, std::string_view bytes)
@@ -68,7 +66,7 @@ void require_whole(const std::string& file, std::string_view bytes)
   if (end == 0 || end == bytes.size()) return;
   const char* problem = bytes.size() < end ? " bytes, a truncated file" : " bytes, a damaged end";
   throw InputError({file, "", std::to_string(bytes.size()) + problem,
-                    wanted_intact + std::string(" of ") + std::to_string(end) + " bytes"});
+                    intact_file + std::string(" of ") + std::to_string(end) + " bytes"});
 }
 
 }  // namespace
@@ -97,7 +95,7 @@ Hdf5Content read_hdf5(const std::string& file)
   if (tail.compare(0, magic.size(), magic) == 0) {
     bytes.resize(sealed);
     if (tail == seal_of(bytes)) return {file, std::move(bytes)};
-    throw InputError({file, "", "a damaged file (its checksum does not match)", wanted_intact});
+    throw InputError({file, "", "a damaged file (its checksum does not match)", intact_file});
   }
   require_whole(file, bytes);
   if (accepts_unsealed) return {file, std::move(bytes)};

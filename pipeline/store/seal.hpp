@@ -9,6 +9,9 @@
 
 namespace vrda {
 
+/// What readers of these files want, in messages.
+inline constexpr const char* intact_file = "an intact motion model or trace (HDF5)";
+
 /// An HDF5 file in memory, without its seal.
 struct Hdf5Content {
   std::string file;  ///< its name, for messages

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "core/error.hpp"
 #include "store/derived_values.hpp"
 #include "store/layout.hpp"
 #include "store/mechanics_values.hpp"
@@ -219,6 +220,12 @@ class ValueCheck {
 std::vector<Finding> check_values(const MotionModel& model)
 {
   return ValueCheck(model).run();
+}
+
+void require_none(const std::vector<Finding>& findings, const std::string& file)
+{
+  if (findings.empty()) return;
+  throw InputError({file, findings[0].where, findings[0].found, findings[0].wanted});
 }
 
 }  // namespace vrda
