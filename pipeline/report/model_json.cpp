@@ -5,7 +5,7 @@
 #include "motion/poses.hpp"
 #include "report/findings.hpp"
 #include "report/mechanics_json.hpp"
-#include "store/layout.hpp"
+#include "store/motion_model_file.hpp"
 
 namespace vrda {
 namespace {

@@ -1,9 +1,12 @@
 #include "store/derived.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "store/evaluate_smoothed.hpp"
 
 namespace vrda {
 namespace {
@@ -18,7 +21,66 @@ double largest_known(const GridD& values)
   return largest;
 }
 
+std::string dataset_of(const std::string& name)
+{
+  return name == "varus" ? "varus_solved" : name;
+}
+
 }  // namespace
+
+std::string smoothed_group(std::int32_t degree)
+{
+  return "/smoothed/degree_" + std::to_string(degree);
+}
+
+std::string smoothed_path(std::int32_t degree, const std::string& name)
+{
+  return smoothed_group(degree) + "/" + dataset_of(name);
+}
+
+std::string coefficients_path(std::int32_t degree, const std::string& name)
+{
+  return smoothed_group(degree) + "/coefficients_" + dataset_of(name);
+}
+
+bool is_audit_name(const std::string& name)
+{
+  if (name == "raw" || name == "zero_varus") return true;
+  for (int degree = 0; degree <= largest_smoothed_degree; ++degree) {
+    const std::string set = "degree_" + std::to_string(degree);
+    if (name == set || name == set + "_recontacted") return true;
+  }
+  return false;
+}
+
+std::string audit_group(const std::string& name)
+{
+  return "/audit/" + name;
+}
+
+std::string group_name(const SmoothedSet& set)
+{
+  return "degree_" + std::to_string(set.degree);
+}
+
+bool set_group_name(SmoothedSet& set, const std::string& name)
+{
+  const std::size_t start = std::string("degree_").size();
+  if (name.size() <= start) return false;
+  std::from_chars(name.data() + start, name.data() + name.size(), set.degree);
+  return group_name(set) == name;
+}
+
+std::string group_name(const AuditSet& audit)
+{
+  return audit.name;
+}
+
+bool set_group_name(AuditSet& audit, const std::string& name)
+{
+  audit.name = name;
+  return is_audit_name(name);
+}
 
 AuditSummary summary_of(const AuditSet& audit)
 {

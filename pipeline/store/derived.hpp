@@ -12,6 +12,13 @@
 
 namespace vrda {
 
+/// As stored.
+template <typename Code>
+constexpr std::int8_t code_of(Code code)
+{
+  return static_cast<std::int8_t>(code);
+}
+
 /// One smoothed parameter: sum of coefficient[k] P_i(u) P_j(v), Legendre polynomials,
 /// i = exponents(k, 0) of flexion, j = exponents(k, 1) of varus, u and v on [-1, 1].
 struct SmoothedSurface {
@@ -35,6 +42,26 @@ struct SmoothedSet {
   std::optional<GridD> recontact_mm;
 };
 
+/// The surfaces of a set in their order, by SmoothedSurface::name; the last only where varus was free.
+inline constexpr const char* smoothed_names[] = {"tx", "ty", "tz", "theta", "varus"};
+
+/// "/smoothed/degree_6".
+std::string smoothed_group(std::int32_t degree);
+/// "/smoothed/degree_6/tx" of surface "tx"; that of "varus" is `varus_solved`.
+std::string smoothed_path(std::int32_t degree, const std::string& name);
+/// "/smoothed/degree_6/coefficients_tx".
+std::string coefficients_path(std::int32_t degree, const std::string& name);
+
+/// The name of an element's group below /smoothed or /audit, and the way back: false for a name that none
+/// has.
+std::string group_name(const SmoothedSet& set);
+bool set_group_name(SmoothedSet& set, const std::string& name);
+/// Names that an element may have, for messages.
+inline const char* group_names(const SmoothedSet&)
+{
+  return "\"degree_\" and a whole number";
+}
+
 /// What the audit found at one attitude.
 enum class AuditState : std::int8_t {
   no_pose = -1,       ///< the motion has no pose there
@@ -52,6 +79,18 @@ struct AuditSet {
   GridD gap_mm;                                ///< travel along Delta to the next touch; NaN unless free
   GridD penetration_mm;  ///< travel back along Delta until nothing overlaps; 0 when free, NaN without a pose
 };
+
+/// Whether an audit may have this name: "raw", "zero_varus", "degree_6" or "degree_6_recontacted".
+bool is_audit_name(const std::string& name);
+/// "/audit/raw".
+std::string audit_group(const std::string& name);
+
+std::string group_name(const AuditSet& audit);
+bool set_group_name(AuditSet& audit, const std::string& name);
+inline const char* group_names(const AuditSet&)
+{
+  return "raw, zero_varus, degree_N or degree_N_recontacted";
+}
 
 /// NaN where no attitude has a number.
 struct AuditSummary {

@@ -20,6 +20,25 @@ herr_t keep_innermost(unsigned depth, const H5E_error2_t* error, void* reason)
 
 }  // namespace
 
+H5Id native_type(ValueKind kind)
+{
+  switch (kind) {
+    case ValueKind::float64:
+      return H5T_NATIVE_DOUBLE;
+    case ValueKind::float32:
+      return H5T_NATIVE_FLOAT;
+    case ValueKind::int64:
+      return H5T_NATIVE_INT64;
+    case ValueKind::int32:
+      return H5T_NATIVE_INT32;
+    case ValueKind::int8:
+      return H5T_NATIVE_INT8;
+    case ValueKind::text:
+      break;
+  }
+  throw InternalError("text has no fixed type in memory");
+}
+
 H5Handle& H5Handle::operator=(H5Handle&& other) noexcept
 {
   std::swap(id_, other.id_);

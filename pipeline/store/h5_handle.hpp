@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string>
 
+#include "store/dataset.hpp"
+
 namespace vrda {
 
 using H5Id = std::int64_t;
@@ -36,6 +38,9 @@ H5Id check_h5(H5Id code, const H5Place& place, const char* wanted);
 
 /// The same for calls that return an identifier to own.
 H5Handle own_h5(H5Id id, const H5Place& place, const char* wanted);
+
+/// How numbers of a kind lie in memory.
+H5Id native_type(ValueKind kind);
 
 /// Stops the library from printing its error stack; errors come back through check_h5.
 void silence_h5();

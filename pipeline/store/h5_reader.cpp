@@ -355,29 +355,9 @@ void H5Reader::read_raw(const std::string& dataset, H5Id memory_type, std::size_
   check_h5(H5Dread(object, memory_type, H5S_ALL, H5S_ALL, transfer, values), place(dataset), intact_file);
 }
 
-void H5Reader::read(const std::string& dataset, std::span<double> values) const
+void H5Reader::read_values(const std::string& dataset, ValueKind kind, std::size_t size, void* values) const
 {
-  read_raw(dataset, H5T_NATIVE_DOUBLE, values.size(), values.data(), H5P_DEFAULT);
-}
-
-void H5Reader::read(const std::string& dataset, std::span<float> values) const
-{
-  read_raw(dataset, H5T_NATIVE_FLOAT, values.size(), values.data(), H5P_DEFAULT);
-}
-
-void H5Reader::read(const std::string& dataset, std::span<std::int64_t> values) const
-{
-  read_raw(dataset, H5T_NATIVE_INT64, values.size(), values.data(), H5P_DEFAULT);
-}
-
-void H5Reader::read(const std::string& dataset, std::span<std::int32_t> values) const
-{
-  read_raw(dataset, H5T_NATIVE_INT32, values.size(), values.data(), H5P_DEFAULT);
-}
-
-void H5Reader::read(const std::string& dataset, std::span<std::int8_t> values) const
-{
-  read_raw(dataset, H5T_NATIVE_INT8, values.size(), values.data(), H5P_DEFAULT);
+  read_raw(dataset, native_type(kind), size, values, H5P_DEFAULT);
 }
 
 void H5Reader::read(const std::string& dataset, std::span<std::string> values) const

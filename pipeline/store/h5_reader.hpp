@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "store/dataset.hpp"
 #include "store/finding.hpp"
 #include "store/h5_handle.hpp"
-#include "store/layout.hpp"
 #include "store/seal.hpp"
 
 namespace vrda {
@@ -52,11 +52,11 @@ class H5Reader {
   std::optional<AttributeValue> attribute(const std::string& object, const std::string& name) const;
 
   /// Fill `values`, whose number must be that of the dataset. Throw InputError naming file and dataset.
-  void read(const std::string& dataset, std::span<double> values) const;
-  void read(const std::string& dataset, std::span<float> values) const;
-  void read(const std::string& dataset, std::span<std::int64_t> values) const;
-  void read(const std::string& dataset, std::span<std::int32_t> values) const;
-  void read(const std::string& dataset, std::span<std::int8_t> values) const;
+  template <typename Number>
+  void read(const std::string& dataset, std::span<Number> values) const
+  {
+    read_values(dataset, value_kind<Number>(), values.size(), values.data());
+  }
   void read(const std::string& dataset, std::span<std::string> values) const;
 
  private:
@@ -73,6 +73,7 @@ class H5Reader {
   void add_object(const std::string& path, int depth);
   bool is_full() const;
   std::string storage_problem(const DatasetIds& ids, const DatasetFacts& facts) const;
+  void read_values(const std::string& dataset, ValueKind kind, std::size_t size, void* values) const;
   void read_raw(const std::string& dataset, H5Id memory_type, std::size_t size, void* values,
                 H5Id transfer) const;
 

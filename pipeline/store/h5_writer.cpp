@@ -165,22 +165,22 @@ void H5Writer::create_group(const std::string& path)
          wanted_memory);
 }
 
-void H5Writer::create_dimension(const DimensionSpec& dimension)
+void H5Writer::create_dimension(const std::string& path, std::int64_t size)
 {
-  const H5Place here = place(dimension.path);
+  const H5Place here = place(path);
   {
     const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
     no_times_and_ordered(creation.id(), here);
-    const H5Handle space = extent({dimension.size}, here);
-    own_h5(H5Dcreate2(file_.id(), dimension.path.c_str(), H5T_IEEE_F32BE, space.id(), H5P_DEFAULT,
-                      creation.id(), H5P_DEFAULT),
+    const H5Handle space = extent({size}, here);
+    own_h5(H5Dcreate2(file_.id(), path.c_str(), H5T_IEEE_F32BE, space.id(), H5P_DEFAULT, creation.id(),
+                      H5P_DEFAULT),
            here, wanted_memory);
   }
   // The name by which the netCDF library knows that there is a dimension here and no variable.
   char name[80];
   std::snprintf(name, sizeof name, "This is a netCDF dimension but not a netCDF variable.%10lld",
-                static_cast<long long>(dimension.size));
-  make_scale(dimension.path, name);
+                static_cast<long long>(size));
+  make_scale(path, name);
 }
 
 void H5Writer::make_scale(const std::string& path, const std::string& name)
@@ -193,19 +193,19 @@ void H5Writer::make_scale(const std::string& path, const std::string& name)
 // H5DSattach_scale would rewrite the scale's list of users at every call and leave uninitialised padding
 // in it, so each DIMENSION_LIST is written with its dataset and each REFERENCE_LIST once, at the end.
 // Source: HDF5 Dimension Scale Specification, section 4.
-void H5Writer::attach_scales(const DatasetSpec& spec)
+void H5Writer::attach_scales(const Dataset& dataset)
 {
-  const H5Place here = place(spec.path);
-  std::vector<hobj_ref_t> references(spec.dimensions.size());
-  std::vector<hvl_t> lists(spec.dimensions.size());
-  for (std::size_t axis = 0; axis < spec.dimensions.size(); ++axis) {
-    const std::string& scale = spec.dimensions[axis];
+  const H5Place here = place(dataset.path);
+  std::vector<hobj_ref_t> references(dataset.dimensions.size());
+  std::vector<hvl_t> lists(dataset.dimensions.size());
+  for (std::size_t axis = 0; axis < dataset.dimensions.size(); ++axis) {
+    const std::string& scale = dataset.dimensions[axis];
     check_h5(H5Rcreate(&references[axis], file_.id(), scale.c_str(), H5R_OBJECT, -1), here, wanted_memory);
     lists[axis] = {1, &references[axis]};
-    users_[scale].push_back({spec.path, static_cast<std::int32_t>(axis)});
+    users_[scale].push_back({dataset.path, static_cast<std::int32_t>(axis)});
   }
   const H5Handle type = own_h5(H5Tvlen_create(H5T_STD_REF_OBJ), here, wanted_memory);
-  write_raw_attribute(spec.path, "DIMENSION_LIST", {type.id(), lists.data(), lists.size()});
+  write_raw_attribute(dataset.path, "DIMENSION_LIST", {{}, type.id(), lists.data(), lists.size()});
 }
 
 void H5Writer::write_reference_list(const std::string& scale, const std::vector<Use>& uses)
@@ -225,85 +225,66 @@ void H5Writer::write_reference_list(const std::string& scale, const std::vector<
   const H5Handle type = own_h5(H5Tcreate(H5T_COMPOUND, sizeof(Entry)), here, wanted_memory);
   check_h5(H5Tinsert(type.id(), "dataset", HOFFSET(Entry, dataset), H5T_STD_REF_OBJ), here, wanted_memory);
   check_h5(H5Tinsert(type.id(), "dimension", HOFFSET(Entry, axis), H5T_STD_I32LE), here, wanted_memory);
-  write_raw_attribute(scale, "REFERENCE_LIST", {type.id(), entries.data(), entries.size()});
+  write_raw_attribute(scale, "REFERENCE_LIST", {{}, type.id(), entries.data(), entries.size()});
 }
 
-void H5Writer::write_raw(const DatasetSpec& spec, const std::vector<std::int64_t>& shape, const Raw& memory)
+void H5Writer::write_raw(const Dataset& dataset, const std::vector<std::int64_t>& shape, const Raw& memory)
 {
-  check(shape.size() == spec.dimensions.size(), "a dataset's shape and dimensions must agree in number");
+  check(shape.size() == dataset.dimensions.size(), "a dataset's shape and dimensions must agree in number");
   check(memory.size == count_of(shape), "a motion model's values must fill their dataset");
-  const H5Place here = place(spec.path);
-  const bool is_text = spec.kind == ValueKind::text;
+  const H5Place here = place(dataset.path);
+  const bool is_text = memory.kind == ValueKind::text;
   const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
   no_times_and_ordered(creation.id(), here);
   const std::size_t element_bytes = H5Tget_size(memory.type);
   if (!is_text && memory.size * element_bytes >= smallest_compressed_bytes) {
     compress(creation.id(), shape, element_bytes, here);
   }
-  if (spec.may_be_nan) {
+  if (may_be_nan(dataset, memory.kind)) {
     check_h5(H5Pset_fill_value(creation.id(), H5T_NATIVE_DOUBLE, &the_nan), here, wanted_memory);
   }
   {
     const H5Handle space = extent(shape, here);
-    const H5Handle dataset =
-        own_h5(H5Dcreate2(file_.id(), spec.path.c_str(), is_text ? memory.type : file_type(spec.kind),
+    const H5Handle made =
+        own_h5(H5Dcreate2(file_.id(), dataset.path.c_str(), is_text ? memory.type : file_type(memory.kind),
                           space.id(), H5P_DEFAULT, creation.id(), H5P_DEFAULT),
                here, wanted_memory);
     if (memory.size > 0) {
-      check_h5(H5Dwrite(dataset.id(), memory.type, H5S_ALL, H5S_ALL, H5P_DEFAULT, memory.data), here,
+      check_h5(H5Dwrite(made.id(), memory.type, H5S_ALL, H5S_ALL, H5P_DEFAULT, memory.data), here,
                wanted_memory);
     }
   }
-  if (spec.dimensions.size() == 1 && spec.dimensions[0] == spec.path) {
-    make_scale(spec.path, last_name(spec.path));
-  } else if (!spec.dimensions.empty()) {
-    attach_scales(spec);
+  if (dataset.dimensions.size() == 1 && dataset.dimensions[0] == dataset.path) {
+    make_scale(dataset.path, last_name(dataset.path));
+  } else if (!dataset.dimensions.empty()) {
+    attach_scales(dataset);
   }
-  if (!spec.units.empty()) write_attribute(spec.path, "units", spec.units);
-  write_attribute(spec.path, "long_name", spec.long_name);
-  if (spec.may_be_nan) write_attribute(spec.path, "_FillValue", std::span<const double>(&the_nan, 1));
-  if (spec.flags != FlagSet::none) {
-    const FlagTable table = flag_table(spec.flags);
-    write_attribute(spec.path, "flag_values", std::span<const std::int8_t>(table.values));
-    write_attribute(spec.path, "flag_meanings", table.meanings);
+  if (*dataset.units.name) write_attribute(dataset.path, "units", std::string(dataset.units.name));
+  write_attribute(dataset.path, "long_name", dataset.long_name);
+  if (may_be_nan(dataset, memory.kind))
+    write_attribute(dataset.path, "_FillValue", std::span<const double>(&the_nan, 1));
+  if (dataset.flags() != FlagSet::none) {
+    const FlagTable table = flag_table(dataset.flags());
+    write_attribute(dataset.path, "flag_values", std::span<const std::int8_t>(table.values));
+    write_attribute(dataset.path, "flag_meanings", table.meanings);
   }
 }
 
-void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
-                     std::span<const double> values)
+void H5Writer::write_values(const Dataset& dataset, const std::vector<std::int64_t>& shape,
+                            const Values& values)
 {
-  std::vector<double> plain(values.begin(), values.end());
-  for (double& value : plain) {
-    if (std::isnan(value)) value = the_nan;
+  if (values.kind != ValueKind::float64) {
+    write_raw(dataset, shape, {values.kind, native_type(values.kind), values.data, values.size});
+    return;
   }
-  write_raw(spec, shape, {H5T_NATIVE_DOUBLE, plain.data(), plain.size()});
+  const auto* first = static_cast<const double*>(values.data);
+  std::vector<double> plain(first, first + values.size);
+  std::replace_if(
+      plain.begin(), plain.end(), [](double value) { return std::isnan(value); }, the_nan);
+  write_raw(dataset, shape, {values.kind, native_type(values.kind), plain.data(), plain.size()});
 }
 
-void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
-                     std::span<const float> values)
-{
-  write_raw(spec, shape, {H5T_NATIVE_FLOAT, values.data(), values.size()});
-}
-
-void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
-                     std::span<const std::int64_t> values)
-{
-  write_raw(spec, shape, {H5T_NATIVE_INT64, values.data(), values.size()});
-}
-
-void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
-                     std::span<const std::int32_t> values)
-{
-  write_raw(spec, shape, {H5T_NATIVE_INT32, values.data(), values.size()});
-}
-
-void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
-                     std::span<const std::int8_t> values)
-{
-  write_raw(spec, shape, {H5T_NATIVE_INT8, values.data(), values.size()});
-}
-
-void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+void H5Writer::write(const Dataset& dataset, const std::vector<std::int64_t>& shape,
                      std::span<const std::string> values)
 {
   std::vector<const char*> texts;
@@ -311,8 +292,8 @@ void H5Writer::write(const DatasetSpec& spec, const std::vector<std::int64_t>& s
     check(value.find('\0') == std::string::npos, "a text of the motion model must not hold a zero byte");
     texts.push_back(value.c_str());
   }
-  const H5Handle type = text_type(place(spec.path));
-  write_raw(spec, shape, {type.id(), texts.data(), texts.size()});
+  const H5Handle type = text_type(place(dataset.path));
+  write_raw(dataset, shape, {ValueKind::text, type.id(), texts.data(), texts.size()});
 }
 
 void H5Writer::write_raw_attribute(const std::string& object, const std::string& name, const Raw& memory)
@@ -331,25 +312,13 @@ void H5Writer::write_attribute(const std::string& object, const std::string& nam
   check(value.find('\0') == std::string::npos, "a text of the motion model must not hold a zero byte");
   const char* text = value.c_str();
   const H5Handle type = text_type(place(object));
-  write_raw_attribute(object, name, {type.id(), &text, 1});
+  write_raw_attribute(object, name, {ValueKind::text, type.id(), &text, 1});
 }
 
-void H5Writer::write_attribute(const std::string& object, const std::string& name,
-                               std::span<const double> values)
+void H5Writer::write_number_attribute(const std::string& object, const std::string& name,
+                                      const Values& values)
 {
-  write_raw_attribute(object, name, {H5T_IEEE_F64LE, values.data(), values.size()});
-}
-
-void H5Writer::write_attribute(const std::string& object, const std::string& name,
-                               std::span<const std::int32_t> values)
-{
-  write_raw_attribute(object, name, {H5T_STD_I32LE, values.data(), values.size()});
-}
-
-void H5Writer::write_attribute(const std::string& object, const std::string& name,
-                               std::span<const std::int8_t> values)
-{
-  write_raw_attribute(object, name, {H5T_STD_I8LE, values.data(), values.size()});
+  write_raw_attribute(object, name, {values.kind, file_type(values.kind), values.data, values.size});
 }
 
 std::string H5Writer::bytes()

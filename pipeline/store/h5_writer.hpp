@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "store/dataset.hpp"
 #include "store/h5_handle.hpp"
-#include "store/layout.hpp"
 
 namespace vrda {
 
@@ -27,29 +27,26 @@ class H5Writer {
 
   void create_group(const std::string& path);
   /// A dimension without a coordinate variable, the way the netCDF library writes one.
-  void create_dimension(const DimensionSpec& dimension);
+  void create_dimension(const std::string& path, std::int64_t size);
 
-  /// Write a dataset with its attributes; `shape` has one size for each of spec.dimensions, whose scales
+  /// Write a dataset with its attributes; `shape` has one size for each of its dimensions, whose scales
   /// exist already. A dataset that is its own dimension becomes a scale. NaNs are written with one bit
   /// pattern.
-  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape, std::span<const double> values);
-  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape, std::span<const float> values);
-  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
-             std::span<const std::int64_t> values);
-  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
-             std::span<const std::int32_t> values);
-  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
-             std::span<const std::int8_t> values);
-  void write(const DatasetSpec& spec, const std::vector<std::int64_t>& shape,
+  template <typename Number>
+  void write(const Dataset& dataset, const std::vector<std::int64_t>& shape, std::span<const Number> values)
+  {
+    write_values(dataset, shape, {value_kind<Number>(), values.data(), values.size()});
+  }
+  void write(const Dataset& dataset, const std::vector<std::int64_t>& shape,
              std::span<const std::string> values);
 
   /// One-dimensional attributes of a group or dataset.
   void write_attribute(const std::string& object, const std::string& name, const std::string& value);
-  void write_attribute(const std::string& object, const std::string& name, std::span<const double> values);
-  void write_attribute(const std::string& object, const std::string& name,
-                       std::span<const std::int32_t> values);
-  void write_attribute(const std::string& object, const std::string& name,
-                       std::span<const std::int8_t> values);
+  template <typename Number>
+  void write_attribute(const std::string& object, const std::string& name, std::span<const Number> values)
+  {
+    write_number_attribute(object, name, {value_kind<Number>(), values.data(), values.size()});
+  }
 
   /// Ends the dimension scales and gives the file's bytes. Nothing else may be called afterwards.
   std::string bytes();
@@ -59,7 +56,13 @@ class H5Writer {
     std::string dataset;
     std::int32_t axis = 0;
   };
+  struct Values {
+    ValueKind kind;
+    const void* data;
+    std::size_t size;
+  };
   struct Raw {
+    ValueKind kind = {};
     H5Id type = -1;
     const void* data = nullptr;
     std::size_t size = 0;
@@ -67,10 +70,12 @@ class H5Writer {
 
   H5Place place(const std::string& object) const { return {file_name_, object}; }
   H5Handle open(const std::string& object) const;
-  void write_raw(const DatasetSpec& spec, const std::vector<std::int64_t>& shape, const Raw& memory);
+  void write_values(const Dataset& dataset, const std::vector<std::int64_t>& shape, const Values& values);
+  void write_number_attribute(const std::string& object, const std::string& name, const Values& values);
+  void write_raw(const Dataset& dataset, const std::vector<std::int64_t>& shape, const Raw& memory);
   void write_raw_attribute(const std::string& object, const std::string& name, const Raw& memory);
   void make_scale(const std::string& path, const std::string& name);
-  void attach_scales(const DatasetSpec& spec);
+  void attach_scales(const Dataset& dataset);
   void write_reference_list(const std::string& scale, const std::vector<Use>& uses);
 
   std::string file_name_;

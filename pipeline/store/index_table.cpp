@@ -7,9 +7,7 @@
 #include "core/error.hpp"
 #include "core/number_text.hpp"
 #include "core/whole_file.hpp"
-#include "store/dataset_specs.hpp"
-#include "store/dataset_writer.hpp"
-#include "store/h5_writer.hpp"
+#include "store/h5_visitors.hpp"
 
 namespace vrda {
 namespace {
@@ -20,28 +18,13 @@ std::size_t n_rows_of(const IndexTable& table)
   return std::get<std::vector<std::string>>(table.columns.front().values).size();
 }
 
-DatasetSpec spec_of(const IndexColumn& column, const std::string& dimension)
+Dataset dataset_of(const IndexColumn& column, const std::string& dimension)
 {
-  const std::string path = "/" + column.name;
-  DatasetSpec spec =
-      numbers(path, ValueKind::text, {dimension}, column.units.c_str(), column.long_name.c_str());
-  if (std::holds_alternative<std::vector<double>>(column.values)) {
-    spec.kind = ValueKind::float64;
-    spec.may_be_nan = true;
-  } else if (std::holds_alternative<std::vector<std::int8_t>>(column.values)) {
-    spec.kind = ValueKind::int8;
-    spec.flags = column.flags;
-  }
-  return spec;
-}
-
-FileLayout layout_of_table(const IndexTable& table)
-{
-  FileLayout layout;
-  const std::string dimension = "/" + table.columns.front().name;
-  layout.dimensions.push_back({dimension, static_cast<std::int64_t>(n_rows_of(table))});
-  for (const IndexColumn& column : table.columns) layout.datasets.push_back(spec_of(column, dimension));
-  return layout;
+  Dataset dataset{"/" + column.name, {dimension}, {column.units.c_str(), 0}, {}, column.long_name};
+  if (std::holds_alternative<std::vector<double>>(column.values)) dataset.valid.rule = Rule::number_or_nan;
+  if (std::holds_alternative<std::vector<std::int8_t>>(column.values))
+    dataset.valid = {.rule = Rule::codes, .flags = column.flags};
+  return dataset;
 }
 
 std::string csv_cell(const std::string& text)
@@ -78,16 +61,14 @@ std::string field_of(const IndexColumn& column, std::size_t row)
 
 void write_index_file(const std::string& path, const IndexTable& table)
 {
-  const FileLayout layout = layout_of_table(table);
+  const std::string dimension = "/" + table.columns.front().name;
   H5Writer writer(path);
-  writer.write_attribute("/", "format", std::string(index_format_name));
-  writer.write_attribute("/", "format_version", std::string(index_format_version));
-  writer.write_attribute("/", "Conventions", std::string(conventions));
+  write_format(writer, index_format_name, index_format_version);
   writer.write_attribute("/", "title", table.title);
-  DatasetWriter write(writer, layout);
-  for (const IndexColumn& column : table.columns) {
-    std::visit([&](const auto& values) { write("/" + column.name, values); }, column.values);
-  }
+  Hdf5Write write(writer, Hdf5Write::Sort::datasets);
+  write.dimension(dimension, Count::counted(n_rows_of(table)));
+  for (const IndexColumn& column : table.columns)
+    std::visit([&](const auto& values) { write(dataset_of(column, dimension), values); }, column.values);
   const std::string content = writer.bytes();
   write_whole(path, {content});
 }

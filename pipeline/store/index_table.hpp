@@ -7,7 +7,7 @@
 #include <variant>
 #include <vector>
 
-#include "store/layout.hpp"
+#include "store/dataset.hpp"
 
 namespace vrda {
 

@@ -1,61 +1,41 @@
 #include "store/motion_model.hpp"
-#include "core/units.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "core/units.hpp"
+#include "store/registry.hpp"
+
 namespace vrda {
 namespace {
 
-constexpr std::int8_t pending_code = status_pending;
-
-struct GridSize {
-  Eigen::Index n_flexion = 0, n_varus = 0;
-  std::size_t n_cells() const { return static_cast<std::size_t>(n_flexion * n_varus); }
+/// Gives every dataset of the cells and of the free spine its shape and no answer.
+class EmptyCells : public RegistryVisitor {
+ public:
+  template <typename Member>
+  void operator()(const Dataset& dataset, Member& member)
+  {
+    const std::vector<std::string>& dimensions = dataset.dimensions;
+    const bool is_of_cells =
+        dimensions.size() >= 2 && dimensions[0] == "/flexion" && dimensions[1] == "/varus";
+    const bool is_of_spine = dataset.path.rfind("/equilibrium/spine/", 0) == 0;
+    const bool is_of_rows = dimensions == std::vector<std::string>{"/contacts/cell_bound"} ||
+                            dimensions == std::vector<std::string>{"/equilibrium/forces/cell_bound"};
+    if (!is_of_cells && !is_of_spine && !is_of_rows) return;
+    constexpr ValueKind kind = member_kind<Member>();
+    if constexpr (kind != ValueKind::text) {
+      resize(member, shape_of(dataset));
+      using Scalar = typename decltype(values_of(member))::value_type;
+      Scalar empty = 0;
+      if constexpr (kind == ValueKind::float64) empty = nan;
+      const std::vector<std::int8_t> codes = flag_table(dataset.flags()).values;
+      if (std::find(codes.begin(), codes.end(), -1) != codes.end()) empty = static_cast<Scalar>(-1);
+      std::ranges::fill(values_of(member), empty);
+    }
+  }
 };
-
-FreeSpine pending_spine(std::size_t n_flexion)
-{
-  FreeSpine spine;
-  spine.status.assign(n_flexion, pending_code);
-  spine.n_optima.assign(n_flexion, 0);
-  for (std::vector<double>* values :
-       {&spine.varus_deg, &spine.tx_mm, &spine.ty_mm, &spine.tz_mm, &spine.theta_deg, &spine.energy_nmm,
-        &spine.theta_low_deg, &spine.theta_high_deg, &spine.optima_theta_spread_deg,
-        &spine.optima_energy_spread_nmm}) {
-    values->assign(n_flexion, nan);
-  }
-  return spine;
-}
-
-EquilibriumSurfaces pending_equilibrium(const MotionModel& model, const GridSize& size)
-{
-  EquilibriumSurfaces surfaces;
-  if (model.equilibrium) surfaces.band_moment_nmm = model.equilibrium->band_moment_nmm;
-  for (GridD* grid : {&surfaces.energy_nmm, &surfaces.balance_residual_n, &surfaces.complementarity_mm,
-                      &surfaces.worst_gap_mm, &surfaces.flexion_moment_nmm, &surfaces.varus_moment_nmm}) {
-    *grid = GridD::Constant(size.n_flexion, size.n_varus, nan);
-  }
-  if (model.has_compartments) {
-    surfaces.force_medial_n.assign(3 * size.n_cells(), nan);
-    surfaces.force_lateral_n = surfaces.force_medial_n;
-  }
-  surfaces.forces.row_start.assign(size.n_cells() + 1, 0);
-  surfaces.spine = pending_spine(static_cast<std::size_t>(size.n_flexion));
-  return surfaces;
-}
-
-void empty_cells(LigamentRows& ligaments, std::size_t n_cells)
-{
-  const std::size_t n = n_cells * ligaments.name.size();
-  for (std::vector<double>* values :
-       {&ligaments.length_mm, &ligaments.strain, &ligaments.tension_n, &ligaments.energy_nmm}) {
-    values->assign(n, nan);
-  }
-  ligaments.is_wrapped.assign(n, -1);
-}
 
 bool have_equal_polynomials(const SmoothedSet& a, const SmoothedSet& b)
 {
@@ -100,41 +80,20 @@ void set_no_compartments(MotionModel& model)
 
 MotionModel with_pending_cells(MotionModel model)
 {
-  const GridSize size{static_cast<Eigen::Index>(model.flexion_deg.size()),
-                      static_cast<Eigen::Index>(model.varus_deg.size())};
-  for (GridD* grid :
-       {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg, &model.residual_mm, &model.gap_medial_mm,
-        &model.gap_lateral_mm, &model.varus_solved_deg, &model.clinical.flexion_deg,
-        &model.clinical.varus_deg, &model.clinical.internal_rotation_deg, &model.clinical.anterior_mm,
-        &model.clinical.proximal_mm, &model.clinical.lateral_mm}) {
-    *grid = GridD::Constant(size.n_flexion, size.n_varus, nan);
-  }
-  for (GridB* grid : {&model.contact_medial, &model.contact_lateral, &model.theta_determined}) {
-    *grid = GridB::Constant(size.n_flexion, size.n_varus, -1);
-  }
-  model.status = GridB::Constant(size.n_flexion, size.n_varus, pending_code);
-  model.plausibility = GridB::Constant(size.n_flexion, size.n_varus, plausibility_not_judged);
-  model.is_spine = GridB::Zero(size.n_flexion, size.n_varus);
-  model.iterations = GridI::Zero(size.n_flexion, size.n_varus);
-  model.queries = GridI::Zero(size.n_flexion, size.n_varus);
-  model.X_reference_moving.assign(16 * size.n_cells(), nan);
-  model.contacts = {};
-  model.contacts.row_start.assign(size.n_cells() + 1, 0);
-  if (model.push.delta.rows() != size.n_flexion) {
+  const auto n_flexion = static_cast<Eigen::Index>(model.flexion_deg.size());
+  if (model.push.delta.rows() != n_flexion) {
     model.push = constant_push(model.delta, model.flexion_deg.size());
   }
-  const std::vector<double> nowhere(3 * size.n_cells(), nan);
+  model.contacts = {};
   model.contact_paths.reset();
-  if (model.has_compartments) model.contact_paths = {nowhere, nowhere, nowhere, nowhere};
-  if (model.method == "equilibrium") {
-    model.equilibrium = pending_equilibrium(model, size);
-  } else {
-    model.equilibrium.reset();
-  }
-  if (model.ligaments) empty_cells(*model.ligaments, size.n_cells());
+  const double band_moment_nmm = model.equilibrium ? model.equilibrium->band_moment_nmm : 0.0;
+  model.equilibrium.reset();
   model.smoothed.clear();
   model.zero_varus.reset();
   model.audits.clear();
+  visit_motion_model(model, EmptyCells());
+  if (model.equilibrium) model.equilibrium->band_moment_nmm = band_moment_nmm;
+  if (!model.has_compartments) set_no_compartments(model);
   return model;
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <string>
 #include <string_view>
@@ -11,43 +12,65 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "store/derived.hpp"
+#include "store/registry_rows.hpp"
 
 namespace vrda {
 
-/// pass() appends a value, with(n) the number of things that follow; as a visitor of visit_datasets it
-/// appends their values.
-class PlainWriter {
+/// pass() appends a value; as a visitor of a registry it appends everything in it.
+class PlainWriter : public RegistryVisitor {
  public:
   void reserve(std::size_t size) { bytes_.reserve(size); }
   std::string take() { return std::move(bytes_); }
 
-  template <typename Number>
-  void pass(const Number& value)
+  template <typename Value>
+  void pass(const Value& value)
   {
-    static_assert(std::is_arithmetic_v<Number>);
-    append(&value, sizeof value);
-  }
-  void pass(const std::string& text)
-  {
-    pass(static_cast<std::uint32_t>(text.size()));
-    append(text.data(), text.size());
-  }
-  void pass(const Eigen::Vector3d& v) { append(v.data(), 3 * sizeof(double)); }
-
-  template <typename Scalar>
-  void operator()(const std::string&, const std::vector<Scalar>& values)
-  {
-    if constexpr (std::is_same_v<Scalar, std::string>) {
-      for (const std::string& text : values) pass(text);
+    if constexpr (std::is_same_v<Value, std::string>) {
+      pass(static_cast<std::uint32_t>(value.size()));
+      append(value.data(), value.size());
+    } else if constexpr (std::is_same_v<Value, Eigen::Vector3d>) {
+      append(value.data(), 3 * sizeof(double));
     } else {
-      append(values.data(), values.size() * sizeof(Scalar));
+      static_assert(std::is_arithmetic_v<Value>);
+      append(&value, sizeof value);
     }
   }
-  void operator()(const std::string&, const std::string& value) { pass(value); }
-  template <typename Derived>
-  void operator()(const std::string&, const Eigen::PlainObjectBase<Derived>& values)
+
+  bool has(const std::string&, bool is_there)
   {
-    append(values.data(), static_cast<std::size_t>(values.size()) * sizeof(typename Derived::Scalar));
+    pass(is_there ? std::int8_t{1} : std::int8_t{0});
+    return is_there;
+  }
+  void dimension(const std::string& path, const Count& count)
+  {
+    RegistryVisitor::dimension(path, count);
+    if (count.kind != Count::Kind::fixed) pass(count.n);
+  }
+  template <typename Member>
+  void attribute(const std::string&, const std::string&, const Member& member, const Unit& = unit::none)
+  {
+    if constexpr (std::is_same_v<Member, bool>) {
+      pass(member ? std::int8_t{1} : std::int8_t{0});
+    } else {
+      pass(member);
+    }
+  }
+  template <typename List>
+  void list(const std::string&, const List& list)
+  {
+    pass(static_cast<std::uint32_t>(list.size()));
+    for (const auto& element : list) pass(group_name(element));
+  }
+  template <typename Member>
+  void operator()(const Dataset&, const Member& member)
+  {
+    const auto values = values_of(member);
+    if constexpr (member_kind<Member>() == ValueKind::text) {
+      for (const std::string& text : values) pass(text);
+    } else {
+      append(values.data(), values.size_bytes());
+    }
   }
 
  private:
@@ -59,33 +82,84 @@ class PlainWriter {
   std::string bytes_;
 };
 
-/// The way back: pass() fills a value, read() a span. Throws InputError naming `file` where the bytes end.
-class PlainReader {
+/// The way back. Throws InputError naming `file` where the bytes end or are none that PlainWriter wrote.
+class PlainReader : public RegistryVisitor {
  public:
   PlainReader(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {}
 
   std::size_t left() const { return bytes_.size(); }
 
-  template <typename Number>
-  void pass(Number& value)
+  template <typename Value>
+  void pass(Value& value)
   {
-    static_assert(std::is_arithmetic_v<Number> && !std::is_same_v<Number, bool>);
-    take(&value, sizeof value);
+    if constexpr (std::is_same_v<Value, std::string>) {
+      std::uint32_t size = 0;
+      pass(size);
+      require(size);
+      value.assign(bytes_.substr(0, size));
+      bytes_.remove_prefix(size);
+    } else if constexpr (std::is_same_v<Value, Eigen::Vector3d>) {
+      take(value.data(), 3 * sizeof(double));
+    } else {
+      static_assert(std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>);
+      take(&value, sizeof value);
+    }
   }
-  void pass(std::string& text)
-  {
-    std::uint32_t size = 0;
-    pass(size);
-    require(size);
-    text.assign(bytes_.substr(0, size));
-    bytes_.remove_prefix(size);
-  }
-  void pass(Eigen::Vector3d& v) { take(v.data(), 3 * sizeof(double)); }
 
-  template <typename Number>
-  void read(const std::string&, std::span<Number> values)
+  bool has(const std::string&, bool)
   {
-    if constexpr (std::is_same_v<Number, std::string>) {
+    std::int8_t code = 0;
+    pass(code);
+    return code != 0;
+  }
+  void dimension(const std::string& path, const Count& count)
+  {
+    std::int64_t n = count.n;
+    if (count.kind != Count::Kind::fixed) pass(n);
+    const bool is_axis = count.kind == Count::Kind::axis;
+    if (n < (is_axis ? 1 : 0) || n > std::numeric_limits<std::int32_t>::max()) refuse(path);
+    RegistryVisitor::dimension(path, Count::fixed(n));
+  }
+  template <typename Member>
+  void attribute(const std::string&, const std::string&, Member& member, const Unit& = unit::none)
+  {
+    if constexpr (std::is_same_v<Member, bool>) {
+      std::int8_t code = 0;
+      pass(code);
+      member = code != 0;
+    } else {
+      pass(member);
+    }
+  }
+  template <typename List>
+  void list(const std::string& group, List& list)
+  {
+    /// Sets and audits that a file can hold: its reader takes 10000 objects.
+    constexpr std::uint32_t most_elements = 1000;
+    std::uint32_t n = 0;
+    pass(n);
+    if (n > most_elements) refuse(group);
+    list.resize(n);
+    for (auto& element : list) {
+      std::string name;
+      pass(name);
+      if (!set_group_name(element, name)) refuse(group);
+    }
+  }
+  template <typename Member>
+  void operator()(const Dataset& dataset, Member& member)
+  {
+    const std::vector<std::int64_t> shape = shape_of(dataset);
+    constexpr bool is_text = member_kind<Member>() == ValueKind::text;
+    std::uint64_t bytes =
+        is_text ? sizeof(std::uint32_t) : sizeof(typename decltype(values_of(member))::value_type);
+    for (const std::int64_t size : shape) {
+      if (__builtin_mul_overflow(bytes, static_cast<std::uint64_t>(size), &bytes)) refuse(dataset.path);
+    }
+    require(bytes);
+    resize(member, shape);
+    const auto values = values_of(member);
+    if constexpr (is_text) {
       for (std::string& text : values) pass(text);
     } else {
       take(values.data(), values.size_bytes());
@@ -101,6 +175,11 @@ class PlainReader {
   }
 
  private:
+  [[noreturn]] void refuse(const std::string& where) const
+  {
+    throw InputError({file_, where, "bytes that hold no such values", "values passed on"});
+  }
+
   void take(void* data, std::size_t size)
   {
     require(size);

@@ -1,40 +1,20 @@
 #include "store/trace_file.hpp"
 
-#include <span>
-
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
-#include "store/dataset_writer.hpp"
+#include "store/h5_visitors.hpp"
 #include "store/seal.hpp"
-#include "store/trace_binding.hpp"
-#include "store/trace_layout.hpp"
-#include "store/trace_values.hpp"
+#include "store/trace_registry.hpp"
+#include "store/values.hpp"
 
 namespace vrda {
 namespace {
 
-void write_attributes(H5Writer& writer, const Trace& trace)
-{
-  writer.write_attribute("/", "format", std::string(trace_format_name));
-  writer.write_attribute("/", "format_version", std::string(trace_format_version));
-  writer.write_attribute("/", "Conventions", std::string(conventions));
-  writer.write_attribute("/", "title", trace.title);
-  writer.write_attribute("/", "side", trace.side);
-  writer.write_attribute("/", "job_key", trace.job_key);
-  writer.write_attribute("/", "approach_step_mm", std::span<const double>(&trace.approach_step_mm, 1));
-  writer.write_attribute("/", "translation_resolution_mm",
-                         std::span<const double>(&trace.translation_resolution_mm, 1));
-  writer.write_attribute("/", "rotation_resolution_deg",
-                         std::span<const double>(&trace.rotation_resolution_deg, 1));
-}
-
 std::string bytes_of(const std::string& path, const Trace& trace)
 {
-  const FileLayout layout = trace_layout_of(shape_of(trace));
   H5Writer writer(path);
-  write_attributes(writer, trace);
-  for (const std::string& group : layout.groups) writer.create_group(group);
-  visit_trace(trace, DatasetWriter(writer, layout));
+  write_format(writer, trace_format_name, trace_format_version);
+  write_hdf5(writer, [&](Hdf5Write& visitor) { visit_trace(trace, visitor); });
   return writer.bytes();
 }
 

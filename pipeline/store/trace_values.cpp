@@ -1,13 +1,12 @@
-#include "store/trace_values.hpp"
+#include "store/values.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
-#include "core/search_move.hpp"
-#include "store/layout.hpp"
-#include "store/value_findings.hpp"
+#include "store/row_check.hpp"
+#include "store/trace_registry.hpp"
 
 namespace vrda {
 namespace {
@@ -29,9 +28,8 @@ class TraceCheck {
   std::vector<Finding> run()
   {
     check_attributes();
-    check_searches();
-    check_moves();
-    check_contacts();
+    visit_trace(trace_, RowCheck(findings_));
+    check_flags();
     // Where rows begin is right from here on.
     if (findings_.empty()) check_order();
     return findings_.take();
@@ -52,55 +50,13 @@ class TraceCheck {
     if (!(value > 0.0) || !is_number(value)) findings_.find(where, text_of(value), "a positive number");
   }
 
-  void check_codes(const std::string& where, const std::vector<std::int8_t>& codes, FlagSet flags)
-  {
-    const FlagTable table = flag_table(flags);
-    findings_.each(
-        where, codes.size(), "a code of " + table.meanings,
-        [&](std::size_t i) {
-          return std::find(table.values.begin(), table.values.end(), codes[i]) == table.values.end();
-        },
-        [&](std::size_t i) { return std::to_string(codes[i]); });
-  }
-
-  template <typename Rows>
-  void check_finite(const std::string& where, const Rows& rows)
-  {
-    findings_.all_finite(where, rows.data(), static_cast<std::size_t>(rows.size()));
-  }
-
-  void check_searches()
-  {
-    const TraceSearches& searches = trace_.searches;
-    check_finite("/searches/flexion", searches.flexion_deg);
-    check_finite("/searches/varus", searches.varus_deg);
-    check_codes("/searches/node", searches.node, FlagSet::node);
-    check_codes("/searches/status", searches.status, FlagSet::search_status);
-    check_finite("/searches/seed_translation", searches.seed_translation_mm);
-    check_finite("/searches/seed_theta", searches.seed_theta_deg);
-    findings_.starts("/searches/move_start", searches.move_start, trace_.moves.kind.size(), "moves");
-  }
-
-  void check_moves()
+  void check_flags()
   {
     const TraceMoves& moves = trace_.moves;
-    const std::size_t n = moves.kind.size();
-    findings_.each_within("/moves/iteration", moves.iteration.data(), n, 0,
-                          std::numeric_limits<std::int32_t>::max());
-    check_codes("/moves/kind", moves.kind, FlagSet::move_kind);
-    check_finite("/moves/translation", moves.translation_mm);
-    check_finite("/moves/theta", moves.theta_deg);
-    check_finite("/moves/translation_step", moves.translation_step_mm);
-    check_finite("/moves/rotation_step", moves.rotation_step_deg);
-    check_codes("/moves/collides", moves.collides, FlagSet::yes_no);
-    check_codes("/moves/is_cycle", moves.is_cycle, FlagSet::yes_no);
-    check_codes("/moves/in_contact", moves.in_contact, FlagSet::yes_no);
-    findings_.starts("/moves/contact_start", moves.contact_start, trace_.contacts.compartment.size(),
-                     "contacts");
     only_where("/moves/collides", moves.collides, "1 only at a bisection",
-               [&](std::size_t m) { return moves.kind[m] == static_cast<std::int8_t>(MoveKind::bisect); });
+               [&](std::size_t m) { return moves.kind[m] == code_of(MoveKind::bisect); });
     only_where("/moves/in_contact", moves.in_contact, "1 only at an approach",
-               [&](std::size_t m) { return moves.kind[m] == static_cast<std::int8_t>(MoveKind::approach); });
+               [&](std::size_t m) { return moves.kind[m] == code_of(MoveKind::approach); });
     only_where("/moves/is_cycle", moves.is_cycle, "1 only in contact",
                [&](std::size_t m) { return moves.in_contact[m] == 1; });
   }
@@ -112,19 +68,6 @@ class TraceCheck {
     findings_.each(
         where, flags.size(), wanted, [&](std::size_t m) { return flags[m] == 1 && !is_allowed(m); },
         [&](std::size_t) { return "1"; });
-  }
-
-  void check_contacts()
-  {
-    const TraceContacts& contacts = trace_.contacts;
-    const std::size_t n = contacts.compartment.size();
-    constexpr std::int64_t any = std::numeric_limits<std::int32_t>::max();
-    check_finite("/contacts/point", contacts.point_mm);
-    findings_.unit_rows("/contacts/normal", contacts.normal, false);
-    check_finite("/contacts/distance", contacts.distance_mm);
-    findings_.each_within("/contacts/triangle_reference", contacts.triangle_reference.data(), n, 0, any);
-    findings_.each_within("/contacts/triangle_moving", contacts.triangle_moving.data(), n, 0, any);
-    check_codes("/contacts/compartment", contacts.compartment, FlagSet::compartment);
   }
 
   void check_order()

@@ -110,53 +110,6 @@ class ValueFindings {
                 [&](std::size_t i) { return !is_number(static_cast<double>(values[i])); });
   }
 
-  /// The attitudes of a grid, degrees.
-  void axis(const std::string& where, const std::vector<double>& values)
-  {
-    each_number(where, values.data(), values.size(),
-                "finite, strictly increasing degrees, at least 1e-6 apart", [&](std::size_t i) {
-                  return !is_number(values[i]) || (i > 0 && !(values[i] - values[i - 1] >= least_step_deg));
-                });
-  }
-
-  void codes(const std::string& where, const std::int8_t* values, std::size_t size,
-             const std::vector<std::int8_t>& known)
-  {
-    each(
-        where, size, "a code of flag_values",
-        [&](std::size_t i) { return std::find(known.begin(), known.end(), values[i]) == known.end(); },
-        [&](std::size_t i) { return std::to_string(values[i]); });
-  }
-
-  template <typename Rows>
-  void unit_rows(const std::string& where, const Rows& rows, bool zero_allowed,
-                 double tolerance = normal_tolerance)
-  {
-    const auto length = [&](std::size_t i) {
-      return static_cast<double>(rows.row(static_cast<Eigen::Index>(i)).norm());
-    };
-    each(
-        where, static_cast<std::size_t>(rows.rows()), zero_allowed ? "unit vectors, or zero" : "unit vectors",
-        [&](std::size_t i) {
-          return !(std::abs(length(i) - 1.0) <= tolerance) && !(zero_allowed && length(i) == 0.0);
-        },
-        [&](std::size_t i) { return "a vector of length " + text_of(length(i)); });
-  }
-
-  /// Compressed rows: where the entries of each row begin among `n_entries`, then their number.
-  void starts(const std::string& where, const std::vector<std::int64_t>& start, std::size_t n_entries,
-              const std::string& entries)
-  {
-    each(
-        where, start.size(), "0, never falling, and the number of " + entries + " at the end",
-        [&](std::size_t i) {
-          const bool is_last = i + 1 == start.size();
-          return (i == 0 && start[i] != 0) || (i > 0 && start[i] < start[i - 1]) ||
-                 (is_last && start[i] != static_cast<std::int64_t>(n_entries));
-        },
-        [&](std::size_t i) { return std::to_string(start[i]); });
-  }
-
  private:
   std::vector<Finding> findings_;
 };

@@ -2,61 +2,35 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
+#include <utility>
 
 #include "core/error.hpp"
-#include "store/derived_values.hpp"
-#include "store/layout.hpp"
-#include "store/mechanics_values.hpp"
-#include "store/scaling_values.hpp"
-#include "store/value_findings.hpp"
+#include "store/evaluate_smoothed.hpp"
+#include "store/registry.hpp"
+#include "store/row_check.hpp"
 
 namespace vrda {
 namespace {
 
-class ValueCheck {
+/// Smoothed values against their polynomial: sums of at most 231 terms of up to 1e3 mm.
+constexpr double smoothed_tolerance = 1e-9;
+
+// Sums of squares of the pairs' distances, in another order perhaps.
+bool is_near(double a, double b)
+{
+  return std::abs(a - b) <= exact_tolerance * (1.0 + std::abs(b));
+}
+
+/// What rows of the registry cannot say: attributes, and rules between datasets.
+class ModelRules {
  public:
-  explicit ValueCheck(const MotionModel& model)
-      : model_(model), n_cells_(model.flexion_deg.size() * model.varus_deg.size())
+  ModelRules(const MotionModel& model, ValueFindings& findings)
+      : model_(model),
+        findings_(findings),
+        n_varus_(model.varus_deg.size()),
+        n_cells_(model.flexion_deg.size() * model.varus_deg.size())
   {
-  }
-
-  std::vector<Finding> run()
-  {
-    check_root_attributes();
-    findings_.axis("/flexion", model_.flexion_deg);
-    findings_.axis("/varus", model_.varus_deg);
-    check_cells();
-    check_poses();
-    check_spine();
-    check_contacts();
-    check_mechanics(model_, findings_);
-    check_body("/bodies/reference", model_.reference);
-    check_body("/bodies/moving", model_.moving);
-    check_derived(model_, findings_);
-    if (model_.job.scaling) check_scaling(*model_.job.scaling, findings_);
-    findings_.each(
-        "/job/input_sha256", model_.job.inputs.size(), "64 hexadecimal digits",
-        [&](std::size_t i) { return !is_sha256(model_.job.inputs[i].sha256); },
-        [&](std::size_t i) { return "\"" + model_.job.inputs[i].sha256 + "\""; });
-    return findings_.take();
-  }
-
- private:
-  bool is_stable(std::size_t cell) const { return model_.status.data()[cell] == status_stable; }
-
-  static bool is_sha256(const std::string& text)
-  {
-    return text.size() == 64 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
-  }
-
-  void one_of(const std::string& where, const std::string& value, const std::vector<std::string>& allowed)
-  {
-    if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return;
-    std::string wanted;
-    for (const std::string& word : allowed) wanted += (wanted.empty() ? "\"" : ", \"") + word + "\"";
-    findings_.find(where, "\"" + value + "\"", "one of " + wanted);
   }
 
   void check_root_attributes()
@@ -76,150 +50,242 @@ class ValueCheck {
     }
   }
 
-  /// A number where the cell is stable, NaN elsewhere.
-  void answers(const std::string& where, const GridD& grid)
+  void run()
   {
-    const double* values = grid.data();
-    findings_.each_number(where, values, n_cells_, "a number where status is stable, NaN elsewhere",
-                          [&](std::size_t cell) {
-                            return is_stable(cell) ? !is_number(values[cell]) : !std::isnan(values[cell]);
-                          });
+    check_cells();
+    findings_.all_finite("/push@point_mm", model_.push.point_mm.data(), 3);
+    if (model_.equilibrium) check_equilibrium(*model_.equilibrium);
+    if (model_.ligaments &&
+        !(is_number(model_.ligaments->transition_strain) && model_.ligaments->transition_strain > 0.0)) {
+      findings_.find("/ligaments@transition_strain", text_of(model_.ligaments->transition_strain),
+                     "a strain above 0");
+    }
+    for (const auto& [group, body] :
+         {std::pair("/bodies/reference", &model_.reference), std::pair("/bodies/moving", &model_.moving)}) {
+      if (body->contact.mesh.triangles.rows() == 0)
+        findings_.find(std::string(group) + "/triangles", "no triangles", "at least one");
+    }
+    for (const SmoothedSet& set : model_.smoothed) check_smoothed(set);
+    if (model_.zero_varus) check_zero_varus(*model_.zero_varus);
+    for (const AuditSet& audit : model_.audits) check_audit(audit);
+    if (model_.job.scaling) check_scaling(*model_.job.scaling);
   }
 
-  /// 0 or 1 where the cell is stable, -1 elsewhere.
-  void answers(const std::string& where, const GridB& grid)
-  {
-    const std::int8_t* values = grid.data();
-    findings_.each(
-        where, n_cells_, "0 or 1 where status is stable, -1 elsewhere",
-        [&](std::size_t cell) {
-          return is_stable(cell) ? values[cell] != 0 && values[cell] != 1 : values[cell] != -1;
-        },
-        [&](std::size_t cell) { return std::to_string(values[cell]); });
-  }
+ private:
+  bool is_stable(std::size_t cell) const { return model_.status.data()[cell] == status_stable; }
 
-  /// A number or NaN where the cell is stable, NaN elsewhere.
-  void gaps(const std::string& where, const GridD& grid)
+  void one_of(const std::string& where, const std::string& value, const std::vector<std::string>& allowed)
   {
-    const double* values = grid.data();
-    findings_.each_number(where, values, n_cells_, "a number or NaN where status is stable, NaN elsewhere",
-                          [&](std::size_t cell) {
-                            return is_stable(cell) ? !is_number_or_nan(values[cell])
-                                                   : !std::isnan(values[cell]);
-                          });
+    if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return;
+    std::string wanted;
+    for (const std::string& word : allowed) wanted += (wanted.empty() ? "\"" : ", \"") + word + "\"";
+    findings_.find(where, "\"" + value + "\"", "one of " + wanted);
   }
 
   void check_cells()
   {
-    findings_.codes("/status", model_.status.data(), n_cells_, flag_table(FlagSet::status).values);
-    check_plausibility();
-    answers("/tx", model_.tx_mm);
-    answers("/ty", model_.ty_mm);
-    answers("/tz", model_.tz_mm);
-    answers("/theta", model_.theta_deg);
-    answers("/clinical/flexion_angle", model_.clinical.flexion_deg);
-    answers("/clinical/varus_angle", model_.clinical.varus_deg);
-    answers("/clinical/internal_rotation", model_.clinical.internal_rotation_deg);
-    answers("/clinical/anterior", model_.clinical.anterior_mm);
-    answers("/clinical/proximal", model_.clinical.proximal_mm);
-    answers("/clinical/lateral", model_.clinical.lateral_mm);
-    answers("/theta_determined", model_.theta_determined);
-    constexpr std::int64_t any = std::numeric_limits<std::int32_t>::max();
-    findings_.each_within("/iterations", model_.iterations.data(), n_cells_, 0, any);
-    findings_.each_within("/queries", model_.queries.data(), n_cells_, 0, any);
-    findings_.each_number(
-        "/residual", model_.residual_mm.data(), n_cells_, "a number or NaN",
-        [&](std::size_t cell) { return !is_number_or_nan(model_.residual_mm.data()[cell]); });
-    if (!model_.has_compartments) return;
-    gaps("/gap_medial_mm", model_.gap_medial_mm);
-    gaps("/gap_lateral_mm", model_.gap_lateral_mm);
-    answers("/contact_medial", model_.contact_medial);
-    answers("/contact_lateral", model_.contact_lateral);
-  }
-
-  void check_plausibility()
-  {
-    const std::int8_t* values = model_.plausibility.data();
-    findings_.codes("/plausibility", values, n_cells_, flag_table(FlagSet::plausibility).values);
+    const std::int8_t* plausibility = model_.plausibility.data();
     findings_.each(
         "/plausibility", n_cells_, "-1 where status is not stable",
-        [&](std::size_t cell) { return !is_stable(cell) && values[cell] != plausibility_not_judged; },
-        [&](std::size_t cell) { return std::to_string(values[cell]); });
-  }
-
-  void check_poses()
-  {
-    const std::vector<double>& X = model_.X_reference_moving;
-    findings_.each(
-        "/X_reference_moving", n_cells_, "a rotation and a translation where status is stable, NaN elsewhere",
-        [&](std::size_t cell) {
-          const double* entries = &X[16 * cell];
-          if (is_stable(cell)) return !is_rigid_pose(entries);
-          return !std::all_of(entries, entries + 16, [](double entry) { return std::isnan(entry); });
-        },
-        [&](std::size_t cell) { return is_stable(cell) ? "no rigid pose" : "numbers in an unsolved cell"; });
-  }
-
-  void check_spine()
-  {
-    findings_.each_within("/is_spine", model_.is_spine.data(), n_cells_, 0, 1);
+        [&](std::size_t cell) { return !is_stable(cell) && plausibility[cell] != plausibility_not_judged; },
+        [&](std::size_t cell) { return std::to_string(plausibility[cell]); });
     findings_.each(
         "/is_spine", model_.flexion_deg.size(), "at most one spine cell a flexion",
         [&](std::size_t i) { return (model_.is_spine.row(static_cast<Eigen::Index>(i)) == 1).count() > 1; },
         [&](std::size_t) { return "several spine cells"; });
+    if (n_varus_ == 1) return;
+    const double* solved_deg = model_.varus_solved_deg.data();
+    findings_.each_number("/varus_solved", solved_deg, n_cells_,
+                          "the cell's varus where the axis has several", [&](std::size_t cell) {
+                            const double wanted_deg = model_.varus_deg[cell % n_varus_];
+                            return is_stable(cell) && is_number(wanted_deg) &&
+                                   std::abs(solved_deg[cell] - wanted_deg) > exact_tolerance;
+                          });
   }
 
-  void check_contacts()
+  void check_equilibrium(const EquilibriumSurfaces& equilibrium)
   {
-    const ContactRows& contacts = model_.contacts;
-    const std::size_t n = contacts.distance_mm.size();
-    findings_.starts("/contacts/row_start", contacts.row_start, n, "contacts");
-    findings_.all_finite("/contacts/point", contacts.point_world_mm.data(), 3 * n);
-    findings_.unit_rows("/contacts/normal", contacts.normal_world, false);
-    findings_.all_finite("/contacts/distance", contacts.distance_mm.data(), n);
-    findings_.each_within("/contacts/triangle_reference", contacts.triangle_reference.data(), n, 0,
-                          model_.reference.contact.mesh.triangles.rows() - 1);
-    findings_.each_within("/contacts/triangle_moving", contacts.triangle_moving.data(), n, 0,
-                          model_.moving.contact.mesh.triangles.rows() - 1);
-    findings_.each_within("/contacts/compartment", contacts.compartment.data(), n, 0, 2);
+    if (!(equilibrium.band_moment_nmm >= 0.0) || !is_number(equilibrium.band_moment_nmm))
+      findings_.find("/equilibrium@band_moment_nmm", text_of(equilibrium.band_moment_nmm), "0 or a moment");
+    const std::vector<std::int64_t>& start = equilibrium.forces.row_start;
+    const auto n = static_cast<std::int64_t>(equilibrium.forces.along_delta_n.size());
+    const bool are_rows_sound =
+        std::is_sorted(start.begin(), start.end()) && start.front() == 0 && start.back() == n;
+    if (are_rows_sound) check_directions(equilibrium.forces);
   }
 
-  void check_part(const std::string& group, const Part& part, std::size_t n_components)
+  /// The force is along_delta * normal / -(normal . Delta): it exists where the normal opposes Delta.
+  void check_directions(const ForceRows& forces)
   {
-    const Points& vertices = part.mesh.vertices_mm;
-    findings_.all_finite(group + "/vertices", vertices.data(), static_cast<std::size_t>(vertices.size()));
-    findings_.each_within(group + "/triangles", part.mesh.triangles.data(),
-                          static_cast<std::size_t>(part.mesh.triangles.size()), 0, vertices.rows() - 1);
-    findings_.each_within(group + "/component", part.component.data(), part.component.size(), 0,
-                          static_cast<std::int64_t>(n_components) - 1);
-    findings_.unit_rows(group + "/normals", part.mesh.normals, true);
-  }
-
-  void check_body(const std::string& group, const Body& body)
-  {
-    if (body.contact.mesh.triangles.rows() == 0)
-      findings_.find(group + "/triangles", "no triangles", "at least one");
-    std::set<std::string> names;
+    const std::size_t n_varus = model_.varus_deg.size();
     findings_.each(
-        group + "/component_name", body.components.size(), "names that are not empty and differ",
-        [&](std::size_t i) {
-          return body.components[i].name.empty() || !names.insert(body.components[i].name).second;
+        "/equilibrium/forces/normal", n_cells_, "normals that oppose Delta",
+        [&](std::size_t cell) {
+          const Eigen::RowVector3d delta = model_.push.delta.row(static_cast<Eigen::Index>(cell / n_varus));
+          for (std::int64_t row = forces.row_start[cell]; row < forces.row_start[cell + 1]; ++row) {
+            if (forces.normal_world.row(row).dot(delta) >= 0.0) return true;
+          }
+          return false;
         },
-        [&](std::size_t i) { return "\"" + body.components[i].name + "\""; });
-    check_part(group, body.contact, body.components.size());
-    check_part(group + "/visual", body.visual, body.components.size());
+        [&](std::size_t) { return "a cell with one that does not"; });
+  }
+
+  /// Every pair (i, j) with i + j <= degree, of an axis with one value its constant only.
+  std::size_t wanted_terms(std::int32_t degree) const
+  {
+    const bool has_flexion = model_.flexion_deg.size() > 1, has_varus = model_.varus_deg.size() > 1;
+    const std::size_t n = static_cast<std::size_t>(degree);
+    if (has_flexion && has_varus) return (n + 1) * (n + 2) / 2;
+    return has_flexion || has_varus ? n + 1 : 1;
+  }
+
+  bool has_right_terms(const SmoothedSet& set, const std::string& group)
+  {
+    const std::size_t n_terms = static_cast<std::size_t>(set.exponents.rows());
+    const std::size_t wanted = wanted_terms(set.degree);
+    if (n_terms != wanted) {
+      findings_.find(
+          group + "/exponents", std::to_string(n_terms) + " terms",
+          std::to_string(wanted) + " terms for degree " + std::to_string(set.degree) + " on this grid");
+      return false;
+    }
+    std::set<std::pair<std::int32_t, std::int32_t>> seen;
+    const std::size_t before = findings_.size();
+    findings_.each(
+        group + "/exponents", n_terms, "each pair of degrees up to the total degree once",
+        [&](std::size_t k) {
+          const std::int32_t i = set.exponents(static_cast<Eigen::Index>(k), 0);
+          const std::int32_t j = set.exponents(static_cast<Eigen::Index>(k), 1);
+          // Compared one by one: the sum of two wild values would overflow.
+          return i < 0 || j < 0 || i > set.degree || j > set.degree - i ||
+                 (i > 0 && model_.flexion_deg.size() == 1) || (j > 0 && model_.varus_deg.size() == 1) ||
+                 !seen.insert({i, j}).second;
+        },
+        [&](std::size_t k) {
+          return std::to_string(set.exponents(static_cast<Eigen::Index>(k), 0)) + ", " +
+                 std::to_string(set.exponents(static_cast<Eigen::Index>(k), 1));
+        });
+    return findings_.size() == before;
+  }
+
+  void check_smoothed(const SmoothedSet& set)
+  {
+    const std::string group = smoothed_group(set.degree);
+    if (set.degree < 0 || set.degree > largest_smoothed_degree) {
+      findings_.find(group, "degree " + std::to_string(set.degree),
+                     "a degree from 0 to " + std::to_string(largest_smoothed_degree));
+      return;
+    }
+    if (set.surfaces.size() == 5 && n_varus_ > 1) {
+      findings_.find(smoothed_path(set.degree, "varus"), "a surface", "none where /varus has several values");
+    }
+    if (!has_right_terms(set, group)) return;
+    const AxisRanges ranges = axis_ranges(model_.flexion_deg, model_.varus_deg);
+    for (const SmoothedSurface& surface : set.surfaces) {
+      const double* values = surface.values.data();
+      findings_.each_number(
+          smoothed_path(set.degree, surface.name), values, n_cells_, "the value of the polynomial",
+          [&](std::size_t cell) {
+            const double wanted = evaluate(set, surface, ranges, model_.flexion_deg[cell / n_varus_],
+                                           model_.varus_deg[cell % n_varus_])
+                                      .value;
+            return !(std::abs(values[cell] - wanted) <= smoothed_tolerance * (1.0 + std::abs(wanted)));
+          });
+    }
+  }
+
+  void check_zero_varus(const ZeroVarus& motion)
+  {
+    const std::size_t n = motion.source.size();
+    const auto is = [&](std::size_t i, ZeroVarusSource source) {
+      return motion.source[i] == code_of(source);
+    };
+    if (!is_audit_name(motion.set) || motion.set == "zero_varus")
+      findings_.find("/zero_varus@set", motion.set, "raw, degree_N or degree_N_recontacted");
+    findings_.each(
+        "/zero_varus/source", n, "free only where /varus has one value",
+        [&](std::size_t i) { return is(i, ZeroVarusSource::free) && n_varus_ > 1; },
+        [](std::size_t) { return "free"; });
+    const std::vector<double>&varus = motion.varus_deg, &first = motion.varus_first_deg,
+          &last = motion.varus_last_deg;
+    findings_.each_number("/zero_varus/varus_last", last.data(), n, "at least varus_first",
+                          [&](std::size_t i) { return last[i] < first[i]; });
+    findings_.each_number(
+        "/zero_varus/varus", varus.data(), n, "the mean of varus_first and varus_last", [&](std::size_t i) {
+          const double mean_deg = 0.5 * (first[i] + last[i]);
+          return is(i, ZeroVarusSource::both_touch) && std::abs(varus[i] - mean_deg) > exact_tolerance;
+        });
+    const auto length = [&](std::size_t i) {
+      return Eigen::Map<const Eigen::Vector3d>(&motion.helical_direction[3 * i]).norm();
+    };
+    findings_.each(
+        "/zero_varus/helical_direction", motion.helical_direction.size() / 3, "unit vectors",
+        [&](std::size_t i) { return is_number(length(i)) && std::abs(length(i) - 1.0) > exact_tolerance; },
+        [&](std::size_t i) { return "a vector of length " + text_of(length(i)); });
+  }
+
+  void check_audit(const AuditSet& audit)
+  {
+    const std::string group = audit_group(audit.name);
+    if (audit.refine < 1) findings_.find(group + "@refine", std::to_string(audit.refine), "at least 1");
+    const double* penetration_mm = audit.penetration_mm.data();
+    findings_.each_number(group + "/penetration", penetration_mm,
+                          static_cast<std::size_t>(audit.penetration_mm.size()),
+                          "0 where state is free or nothing_ahead", [&](std::size_t i) {
+                            const std::int8_t state = audit.state.data()[i];
+                            return state != code_of(AuditState::overlapping) &&
+                                   state != code_of(AuditState::no_pose) && penetration_mm[i] > 0.0;
+                          });
+  }
+
+  void check_scaling(const Scaling& scaling)
+  {
+    const std::string group = "/job/scaling";
+    const std::size_t n = scaling.landmark.size();
+    findings_.each_number(group + "@factor", scaling.factor.data(), 3, "numbers above 0", [&](std::size_t i) {
+      const double factor = scaling.factor.data()[i];
+      return !is_number(factor) || factor <= 0.0;
+    });
+    if ((scaling.keeps_steps || n > 0) && !is_even(scaling.factor)) {
+      findings_.find(group + "@factor", "numbers that differ",
+                     "one number three times where steps are kept or landmarks fitted");
+    }
+    findings_.each_number(group + "/residual", scaling.residual_mm.data(), n,
+                          "the subject's distance less the factor times the model's", [&](std::size_t i) {
+                            return is_number(scaling.residual_mm[i]) &&
+                                   !is_near(scaling.residual_mm[i],
+                                            scaling.subject_mm[i] - scaling.factor.x() * scaling.model_mm[i]);
+                          });
+    double sum_sq_mm2 = 0.0;
+    for (const double residual_mm : scaling.residual_mm) sum_sq_mm2 += residual_mm * residual_mm;
+    const double rms_mm = std::sqrt(sum_sq_mm2 / static_cast<double>(n));
+    const double found_mm = scaling.residual_rms_mm, error = scaling.standard_error;
+    if (n == 0 ? !std::isnan(found_mm) : !is_near(found_mm, rms_mm)) {
+      findings_.find(group + "@residual_rms_mm", text_of(found_mm),
+                     n == 0 ? "NaN without landmarks" : text_of(rms_mm) + ", that of the residuals");
+    }
+    if (n < 2 ? !std::isnan(error) : !(is_number(error) && error >= 0.0)) {
+      findings_.find(group + "@standard_error", text_of(error),
+                     n < 2 ? "NaN below two pairs of landmarks" : "a number of at least 0");
+    }
   }
 
   const MotionModel& model_;
+  ValueFindings& findings_;
+  std::size_t n_varus_;
   std::size_t n_cells_;
-  ValueFindings findings_;
 };
 
 }  // namespace
 
 std::vector<Finding> check_values(const MotionModel& model)
 {
-  return ValueCheck(model).run();
+  ValueFindings findings;
+  ModelRules rules(model, findings);
+  rules.check_root_attributes();
+  visit_motion_model(model, RowCheck(findings));
+  rules.run();
+  return findings.take();
 }
 
 void require_none(const std::vector<Finding>& findings, const std::string& file)

@@ -57,32 +57,6 @@ void set_text(hid_t file, const char* object, const char* name, const char* valu
   H5Tclose(type);
 }
 
-void set_codes(hid_t file, const char* object, const std::vector<std::int8_t>& values)
-{
-  ASSERT_GE(H5Adelete_by_name(file, object, "flag_values", H5P_DEFAULT), 0);
-  const hsize_t n = values.size();
-  const hid_t space = H5Screate_simple(1, &n, nullptr);
-  const hid_t attribute = H5Acreate_by_name(file, object, "flag_values", H5T_STD_I8LE, space, H5P_DEFAULT,
-                                            H5P_DEFAULT, H5P_DEFAULT);
-  ASSERT_GE(H5Awrite(attribute, H5T_STD_I8LE, values.data()), 0);
-  H5Aclose(attribute);
-  H5Sclose(space);
-}
-
-void remove_plausibility(hid_t file)
-{
-  remove(file, "/plausibility");
-  set_codes(file, "/status", {-1, 0, 1, 2, 3, 4});
-  set_text(file, "/status", "flag_meanings",
-           "pending stable no_contact no_clearance iteration_limit unbounded");
-}
-
-MotionModel without_plausibility(MotionModel model)
-{
-  model.plausibility.setConstant(plausibility_not_judged);
-  return model;
-}
-
 void make_group(hid_t file, const std::string& path)
 {
   const hid_t group = H5Gcreate2(file, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);

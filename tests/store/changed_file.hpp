@@ -30,14 +30,6 @@ void replace(hid_t file, const NewDataset& wanted);
 /// Gives an attribute another text.
 void set_text(hid_t file, const char* object, const char* name, const char* value);
 
-/// Takes away what version 1.4 added, the code of a status too.
-void remove_plausibility(hid_t file);
-
-/// What is read of a file without it.
-MotionModel without_plausibility(MotionModel model);
-
-void set_codes(hid_t file, const char* object, const std::vector<std::int8_t>& values);
-
 void make_group(hid_t file, const std::string& path);
 
 /// The findings of `model`'s changed file; expects some, and that reading names the first.

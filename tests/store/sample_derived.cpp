@@ -1,8 +1,10 @@
 #include "store/sample_derived.hpp"
 
-#include "core/units.hpp"
-
 #include <algorithm>
+#include <cmath>
+
+#include "core/units.hpp"
+#include "store/sample_model.hpp"
 
 namespace vrda::test {
 namespace {
@@ -156,6 +158,22 @@ MotionModel with_derived(MotionModel model)
   model.zero_varus = sample_zero_varus(model);
   for (const char* name : {"raw", "degree_1", "zero_varus", "degree_1_recontacted"})
     model.audits = with_audit(model.audits, sample_audit(name, model));
+  return model;
+}
+
+MotionModel whole_model()
+{
+  MotionModel model = with_derived(sample_model({4, 3, true, true, true, true, 5, 2}));
+  Scaling& scaling = model.job.scaling.emplace();
+  // 3 and 4 mm of model, 3.3 and 4 mm of subject.
+  scaling.factor.setConstant(1.036);
+  scaling.keeps_steps = true;
+  scaling.landmark = {"a", "b"};
+  scaling.model_mm = {3, 4};
+  scaling.subject_mm = {3.3, 4};
+  scaling.residual_mm = {3.3 - 1.036 * 3, 4 - 1.036 * 4};
+  scaling.residual_rms_mm = std::sqrt(0.0576 / 2);
+  scaling.standard_error = 0.048;
   return model;
 }
 

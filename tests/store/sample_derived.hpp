@@ -12,4 +12,8 @@ namespace vrda::test {
 /// have every state.
 MotionModel with_derived(MotionModel model);
 
+/// A model with every dataset but the fifth smoothed surface: an equilibrium with five fibres and two wraps,
+/// scaled by landmarks, and what is derived of it.
+MotionModel whole_model();
+
 }  // namespace vrda::test

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"
+#include "store/sample_derived.hpp"
 #include "store/sample_model.hpp"
 #include "store/seal.hpp"
 #include "support/input_error.hpp"
@@ -28,6 +29,26 @@ using ::testing::HasSubstr;
 std::vector<Finding> findings_after(const std::function<void(hid_t)>& action)
 {
   return test::findings_after(test::sample_model(), action);
+}
+
+std::vector<Finding> findings_after_whole(const std::function<void(hid_t)>& action)
+{
+  return test::findings_after(test::whole_model(), action);
+}
+
+/// Another number in an attribute of one element, of the type that it has.
+void set_number(hid_t file, const char* object, const char* name, double value)
+{
+  const hid_t old = H5Aopen_by_name(file, object, name, H5P_DEFAULT, H5P_DEFAULT);
+  const hid_t type = H5Aget_type(old), space = H5Aget_space(old);
+  H5Aclose(old);
+  ASSERT_GE(H5Adelete_by_name(file, object, name, H5P_DEFAULT), 0);
+  const hid_t attribute =
+      H5Acreate_by_name(file, object, name, type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  ASSERT_GE(H5Awrite(attribute, H5T_NATIVE_DOUBLE, &value), 0);
+  H5Aclose(attribute);
+  H5Sclose(space);
+  H5Tclose(type);
 }
 
 TEST(Structure, AnUnchangedFileReopenedForWritingStaysValid)
@@ -58,7 +79,7 @@ TEST(Structure, FormatAndVersion)
                "vrda motion model");
   expect_first(findings_after([](hid_t file) { set_text(file, "/", "format", "other"); }), "/@format",
                "\"other\"", "vrda motion model");
-  for (const char* version : {"2.0", "1.", "1.x", "1.1x", "1.-1", "1.99999999999"}) {
+  for (const char* version : {"2.0", "1.", "1.3", "1.x", "1.1x", "1.-1", "1.99999999999"}) {
     SCOPED_TRACE(version);
     expect_first(findings_after([&](hid_t file) { set_text(file, "/", "format_version", version); }),
                  "/@format_version", version, "\"1.\"");
@@ -76,8 +97,8 @@ TEST(Structure, MissingObjects)
                "translation along X");
   expect_first(findings_after([](hid_t file) { remove(file, "/flexion"); }), "/flexion", "nothing",
                "dimension scale");
-  expect_first(findings_after([](hid_t file) { remove(file, "/contacts"); }), "/contacts/contact", "nothing",
-               "dimension scale");
+  expect_first(findings_after([](hid_t file) { remove(file, "/contacts"); }), "/contacts", "nothing",
+               "a group");
   expect_first(findings_after([](hid_t file) { remove(file, "/clinical"); }), "/clinical", "nothing",
                "a group");
   expect_first(findings_after([](hid_t file) { H5Adelete(file, "has_compartments"); }), "/@has_compartments",
@@ -132,13 +153,13 @@ TEST(Structure, Attributes)
 TEST(Structure, SmoothedGroups)
 {
   expect_first(findings_after([](hid_t file) { make_group(file, "/smoothed/degree_six"); }),
-               "/smoothed/degree_six", "without a degree", "whole number");
+               "/smoothed/degree_six", "another name", "whole number");
   expect_first(findings_after([](hid_t file) { remove(file, "/smoothed/degree_1/coefficients_ty"); }),
                "/smoothed/degree_1/coefficients_ty", "nothing", "a dataset");
   expect_first(findings_after([](hid_t file) {
                  H5Lmove(file, "/smoothed/degree_1", file, "/smoothed/degree_2", H5P_DEFAULT, H5P_DEFAULT);
                }),
-               "/smoothed/degree_2@degree", "another degree", "2");
+               "/smoothed/degree_2@degree", "1", "2, as the group's values");
 }
 
 TEST(Structure, LinksOutOfTheFileAreRefused)
@@ -194,6 +215,109 @@ TEST(Structure, AbsurdSizesAreRefusedBeforeAnythingIsAllocated)
                  H5Dclose(scale);
                }),
                "/contacts/contact", "[1099511627776]", "at most 2147483647");
+}
+
+TEST(Structure, WhatIsDerivedMayBeAbsent)
+{
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  write_motion_model(path, test::whole_model());
+  change(path, [](hid_t file) {
+    for (const char* object : {"/zero_varus", "/audit/raw", "/job/scaling", "/ligaments"})
+      remove(file, object);
+  });
+  EXPECT_TRUE(validate_hdf5(path).empty());
+  const MotionModel read = read_motion_model(path);
+  EXPECT_FALSE(read.zero_varus || read.job.scaling || read.ligaments);
+  EXPECT_EQ(read.audits.size(), 3u);
+}
+
+TEST(Structure, FlagsAre0Or1)
+{
+  expect_first(
+      findings_after_whole([&](hid_t file) { set_number(file, "/smoothed/degree_1", "is_robust", 2.0); }),
+      "/smoothed/degree_1@is_robust", "another value", "0 or 1");
+}
+
+TEST(Structure, AnAuditHasAGridOfItsOwn)
+{
+  expect_first(findings_after_whole([](hid_t file) {
+                 replace(file, {"/audit/raw/flexion", {0}});
+                 const hid_t scale = H5Dopen2(file, "/audit/raw/flexion", H5P_DEFAULT);
+                 H5DSset_scale(scale, "flexion");
+                 H5Dclose(scale);
+               }),
+               "/audit/raw/flexion", "no values", "at least one");
+  expect_first(findings_after_whole([](hid_t file) {
+                 replace(file, {"/audit/raw/state", {4, 3}, H5T_STD_I8LE});
+               }),
+               "/audit/raw/state", "[4, 3]", "[7, 3]");
+}
+
+/// An axis of `n` entries of which nothing is stored.
+void promise(hid_t file, const char* axis, hsize_t n)
+{
+  replace(file, {axis, {n}, H5T_IEEE_F32BE});
+  const hid_t scale = H5Dopen2(file, axis, H5P_DEFAULT);
+  ASSERT_GE(H5DSset_scale(scale, "axis"), 0);
+  H5Dclose(scale);
+}
+
+TEST(Structure, AbsurdSizesOfMechanicsAreRefused)
+{
+  constexpr hsize_t many = hsize_t{1} << 40;
+  for (const char* axis : {"/ligaments/fibre", "/ligaments/wrapping", "/equilibrium/forces/force"}) {
+    SCOPED_TRACE(axis);
+    expect_first(findings_after_whole([&](hid_t file) { promise(file, axis, many); }), axis,
+                 "[1099511627776]", "at most 2147483647");
+  }
+  // 16 GB of texts, and 96 GB a surface of the fibres, of which the file stores none.
+  constexpr hsize_t n = 1000000000;
+  const hid_t text = H5Tcopy(H5T_C_S1);
+  H5Tset_size(text, H5T_VARIABLE);
+  H5Tset_cset(text, H5T_CSET_UTF8);
+  const std::vector<Finding> names = findings_after_whole([&](hid_t file) {
+    promise(file, "/ligaments/fibre", n);
+    replace(file, {"/ligaments/name", {n}, text});
+  });
+  H5Tclose(text);
+  expect_first(names, "/ligaments/name", "too large for the 0 bytes stored", "can be read");
+  const std::vector<Finding> forces = findings_after_whole([&](hid_t file) {
+    promise(file, "/equilibrium/forces/force", n);
+    replace(file, {"/equilibrium/forces/point", {n, 3}});
+  });
+  expect_first(forces, "/equilibrium/forces/point", "too large for the 0 bytes stored", "can be read");
+}
+
+TEST(Structure, AnAuditHasTheNameOfAMotion)
+{
+  for (const char* name : {"smooth", "degree_", "degree_06", "degree_21", "degree_6_", "degree_-1"}) {
+    SCOPED_TRACE(name);
+    const std::string path = std::string("/audit/") + name;
+    expect_first(findings_after_whole([&](hid_t file) { make_group(file, path); }), path.c_str(),
+                 "another name", "degree_N_recontacted");
+  }
+  // A later minor version may know more of them.
+  const test::Scratch scratch;
+  const std::string path = scratch.path() / "knee.h5";
+  const MotionModel model = test::whole_model();
+  write_motion_model(path, model);
+  change(path, [](hid_t file) {
+    make_group(file, "/audit/living");
+    set_text(file, "/", "format_version", "1.999");
+  });
+  EXPECT_EQ(read_motion_model(path).audits.size(), model.audits.size());
+}
+
+TEST(Structure, TheLargestValuesAreThoseOfTheAudit)
+{
+  expect_first(
+      findings_after_whole([](hid_t file) { set_number(file, "/audit/raw", "largest_penetration", 0.0); }),
+      "/audit/raw@largest_penetration", "0", "1, as the group's values");
+  expect_first(findings_after_whole([](hid_t file) {
+                 set_number(file, "/audit/raw", "largest_gap", std::numeric_limits<double>::quiet_NaN());
+               }),
+               "/audit/raw@largest_gap", "nan", "0.5, as the group's values");
 }
 
 TEST(Structure, NestingWithoutEndIsRefused)

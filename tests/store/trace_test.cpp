@@ -15,10 +15,9 @@
 #include "core/search_move.hpp"
 #include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"
-#include "store/page_paths.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace_file.hpp"
-#include "store/trace_layout.hpp"
+#include "store/trace_registry.hpp"
 #include "support/input_error.hpp"
 #include "support/real_knees.hpp"
 #include "support/scratch.hpp"
@@ -176,7 +175,7 @@ TEST(TraceFile, ValuesThatBreakARuleAreNamed)
                [](Trace& t) { t.searches.seed_theta_deg[0] = not_a_number; }},
            Row{"/searches/move_start", "-1 at entry 1", "never falling",
                [](Trace& t) { t.searches.move_start[1] = -1; }},
-           Row{"/searches/move_start", "87 at entry 13", "number of moves at the end",
+           Row{"/searches/move_start", "87 at entry 13", "number of entries at the end",
                [](Trace& t) {
                  t.searches.move_start.back() = 87;
                  t.searches.move_start[12] = 88;
@@ -262,40 +261,6 @@ TEST(Trace, SearchesAreFoundByTheAttitudesOfTheGrid)
   EXPECT_EQ(facts.file, "t");
   EXPECT_THAT(facts.found, HasSubstr("flexion 2.4, varus 7"));
   EXPECT_THAT(facts.wanted, HasSubstr("flexion 2, varus 1"));
-}
-
-TEST(TraceLayout, IsThePageOfTheSpecification)
-{
-  const std::string page = test::read_bytes(test::source_directory() / "schemas" / "trace.md");
-  const FileLayout layout = trace_layout_of({1, 2, 3, 4});
-  std::set<std::string> wanted;
-  for (const DatasetSpec& spec : layout.datasets) {
-    SCOPED_TRACE(spec.path);
-    wanted.insert(spec.path);
-    EXPECT_EQ(spec.units.empty(), spec.kind == ValueKind::text || spec.flags != FlagSet::none);
-    for (const std::string& dimension : spec.dimensions) {
-      EXPECT_GT(dimension_size(layout, {}, dimension), 0);
-    }
-    // Its own row says the type and the meaning of every code.
-    const std::size_t at = page.find("`" + spec.path + "`");
-    ASSERT_NE(at, std::string::npos);
-    const std::string row = page.substr(page.rfind('\n', at) + 1, page.find('\n', at) - page.rfind('\n', at));
-    EXPECT_THAT(row, HasSubstr(spec.kind == ValueKind::text ? "text" : name_of(spec.kind)));
-    const FlagTable table = flag_table(spec.flags);
-    std::istringstream words(table.meanings);
-    for (const std::int8_t value : table.values) {
-      std::string word;
-      words >> word;
-      EXPECT_THAT(row, HasSubstr(std::to_string(value) + " " + word));
-    }
-  }
-  for (const DimensionSpec& dimension : layout.dimensions) wanted.insert(dimension.path);
-  EXPECT_EQ(test::paths_of_page(page), wanted);
-  for (const AttributeSpec& attribute : layout.attributes) {
-    EXPECT_THAT(page, HasSubstr("`" + attribute.name + "`"));
-  }
-  EXPECT_THAT(page, HasSubstr(std::string("format version ") + trace_format_version));
-  EXPECT_THAT(page, HasSubstr(std::string("`") + trace_format_name + "`"));
 }
 
 }  // namespace vrda::trace_test

@@ -1,14 +1,18 @@
 // Writes sample motion models, a trace and an index, for the checks that other programs make:
-// write_sample FILE [rich|plain|free|pending|trace|index]
+// write_sample FILE [rich|plain|free|pending|trace|index], and the tables of a page in schemas/:
+// write_sample PAGE page
 #include <cstdio>
 #include <exception>
+#include <fstream>
 #include <string>
 
 #include "store/motion_model_file.hpp"
+#include "store/page_tables.hpp"
 #include "store/sample_derived.hpp"
 #include "store/sample_index.hpp"
 #include "store/sample_model.hpp"
 #include "store/trace_file.hpp"
+#include "support/scratch.hpp"
 #include "support/traces.hpp"
 
 int main(int argc, char** argv)
@@ -16,6 +20,13 @@ int main(int argc, char** argv)
   if (argc != 3) return 2;
   try {
     const std::string which = argv[2];
+    if (which == "page") {
+      const std::string name = argv[1];
+      const std::string page =
+          vrda::test::with_tables(vrda::test::read_bytes(name), name.find("trace") != std::string::npos);
+      std::ofstream(name) << page;
+      return 0;
+    }
     if (which == "index") {
       vrda::write_index_file(argv[1], vrda::test::sample_index());
       return 0;

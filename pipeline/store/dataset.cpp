@@ -1,0 +1,144 @@
+#include "store/dataset.hpp"
+
+#include "core/error.hpp"
+#include "core/plausibility.hpp"
+#include "core/search_move.hpp"
+#include "core/step_status.hpp"
+#include "store/value_findings.hpp"
+
+namespace vrda {
+namespace {
+
+constexpr StepStatus solver_statuses[] = {StepStatus::pending,         StepStatus::stable,
+                                          StepStatus::no_contact,      StepStatus::no_clearance,
+                                          StepStatus::iteration_limit, StepStatus::unbounded};
+constexpr StepStatus search_statuses[] = {StepStatus::pending, StepStatus::stable, StepStatus::no_contact,
+                                          StepStatus::no_clearance, StepStatus::iteration_limit};
+
+template <typename Codes>
+FlagTable table_of(const Codes& codes)
+{
+  FlagTable table;
+  for (const auto code : codes) {
+    table.values.push_back(static_cast<std::int8_t>(code));
+    table.meanings += (table.meanings.empty() ? "" : " ") + std::string(name_of(code));
+  }
+  return table;
+}
+
+/// What a value must be, without where.
+std::string value_words(const Valid& valid)
+{
+  const std::string bound = valid.excludes_least         ? " above " + text_of(valid.least)
+                            : std::isfinite(valid.least) ? " of at least " + text_of(valid.least)
+                                                         : "";
+  switch (valid.rule) {
+    case Rule::any:
+      return "";
+    case Rule::number:
+      return valid.answered.when == Answered::When::always && bound.empty()
+                 ? "finite numbers, none beyond 1e9"
+                 : "a number" + bound;
+    case Rule::number_or_nan:
+      return "a number or NaN";
+    case Rule::whole_rows:
+      return "rows of numbers or of NaN";
+    case Rule::rigid:
+      return "a rotation and a translation";
+    case Rule::unit_rows:
+    case Rule::exact_unit_rows:
+      return "unit vectors";
+    case Rule::unit_or_zero_rows:
+      return "unit vectors, or zero";
+    case Rule::axis:
+      return "finite, strictly increasing degrees, at least 1e-6 apart";
+    case Rule::integer:
+      return "a value from " + text_of(valid.least) + " to " + text_of(valid.largest);
+    case Rule::row_starts:
+      return "0, never falling, and the number of entries at the end";
+    case Rule::codes:
+      return valid.answered.when == Answered::When::always ? "a code of " + flag_table(valid.flags).meanings
+                                                           : "0 or 1";
+    case Rule::names:
+      return "names that are not empty";
+    case Rule::unique_names:
+      return "names that are not empty and differ";
+    case Rule::sha256:
+      return "64 hexadecimal digits";
+  }
+  throw InternalError("a rule without words");
+}
+
+}  // namespace
+
+const char* name_of(ValueKind kind)
+{
+  switch (kind) {
+    case ValueKind::float64:
+      return "float64";
+    case ValueKind::float32:
+      return "float32";
+    case ValueKind::int64:
+      return "int64";
+    case ValueKind::int32:
+      return "int32";
+    case ValueKind::int8:
+      return "int8";
+    case ValueKind::text:
+      return "variable-length UTF-8 text";
+  }
+  throw InternalError("a kind of values without a name");
+}
+
+FlagTable flag_table(FlagSet set)
+{
+  switch (set) {
+    case FlagSet::none:
+      break;
+    case FlagSet::status:
+      return table_of(all_step_statuses);
+    case FlagSet::solver_status:
+      return table_of(solver_statuses);
+    case FlagSet::plausibility:
+      return table_of(all_plausibilities);
+    case FlagSet::search_status:
+      return table_of(search_statuses);
+    case FlagSet::move_kind:
+      return table_of(all_move_kinds);
+    case FlagSet::node:
+      return table_of(searched_step_kinds);
+    case FlagSet::answer:
+      return {{-1, 0, 1}, "no_answer no yes"};
+    case FlagSet::yes_no:
+      return {{0, 1}, "no yes"};
+    case FlagSet::compartment:
+      return {{0, 1, 2}, "none medial lateral"};
+    case FlagSet::wrap_shape:
+      return {{0, 1}, "cylinder ellipsoid"};
+    case FlagSet::body:
+      return {{0, 1}, "reference moving"};
+    case FlagSet::audit_state:
+      return {{-1, 0, 1, 2}, "no_pose free overlapping nothing_ahead"};
+    case FlagSet::zero_varus_source:
+      return {{-1, 0, 1, 2}, "none both_touch interpolated free"};
+    case FlagSet::case_status:
+      return {{0, 1, 2, 3}, "done partial failed missing"};
+  }
+  return {};
+}
+
+std::string words_of(const Valid& valid)
+{
+  const std::string words = value_words(valid);
+  if (valid.answered.when == Answered::When::always) return words;
+  return words + " " + valid.answered.words +
+         (valid.rule == Rule::codes ? ", -1 elsewhere" : ", NaN elsewhere");
+}
+
+bool may_be_nan(const Dataset& dataset, ValueKind kind)
+{
+  const bool is_partly_answered = dataset.valid.answered.when != Answered::When::always;
+  return kind == ValueKind::float64 && (is_partly_answered || dataset.valid.rule == Rule::number_or_nan);
+}
+
+}  // namespace vrda

@@ -1,0 +1,172 @@
+/// Visitors that carry the registry's datasets and attributes to an HDF5 file and back.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/error.hpp"
+#include "store/h5_reader.hpp"
+#include "store/h5_writer.hpp"
+#include "store/registry_rows.hpp"
+#include "store/value_findings.hpp"
+
+namespace vrda {
+
+/// Writes one sort of object a visit: HDF5 files are equal byte for byte only if made in the same order.
+class Hdf5Write : public RegistryVisitor {
+ public:
+  enum class Sort { root_attributes, groups, datasets, attributes };
+  Hdf5Write(H5Writer& writer, Sort sort) : writer_(writer), sort_(sort) {}
+
+  void group(const std::string& path)
+  {
+    if (sort_ == Sort::groups) writer_.create_group(path);
+  }
+
+  template <typename Member>
+  void attribute(const std::string& object, const std::string& name, const Member& member,
+                 const Unit& = unit::none)
+  {
+    if (sort_ == Sort::root_attributes && object == "/") write(object, name, member);
+    if (sort_ == Sort::attributes && object != "/")
+      later_.push_back({object, [this, object, name, member] { write(object, name, member); }});
+  }
+
+  template <typename Value>
+  void repeated(const std::string& object, const std::string& name, const Value& value)
+  {
+    attribute(object, name, value);
+  }
+
+  /// Writes a dataset, and the dimensions that it is the first to use.
+  template <typename Member>
+  void operator()(const Dataset& dataset, const Member& member)
+  {
+    if (sort_ != Sort::datasets) return;
+    const std::vector<std::int64_t> shape = shape_of(dataset);
+    for (std::size_t axis = 0; axis < shape.size(); ++axis) {
+      const std::string& dimension = dataset.dimensions[axis];
+      const bool is_new = existing_.insert(dimension).second;
+      if (is_new && dimension != dataset.path) writer_.create_dimension(dimension, shape[axis]);
+    }
+    writer_.write(dataset, shape, values_of(member));
+  }
+
+  /// Ends a visit: attributes of groups have an order of their own in files of version 1.
+  void finish()
+  {
+    const auto rank = [](const std::string& object) {
+      constexpr const char* first[] = {"/bodies", "/push", "/equilibrium", "/ligaments", "/smoothed"};
+      const auto* found = std::find_if(std::begin(first), std::end(first),
+                                       [&](const char* group) { return object.rfind(group, 0) == 0; });
+      return found - std::begin(first);
+    };
+    std::stable_sort(later_.begin(), later_.end(),
+                     [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
+    for (const auto& [object, write] : later_) write();
+  }
+
+ private:
+  void write(const std::string& object, const std::string& name, const std::string& text)
+  {
+    writer_.write_attribute(object, name, text);
+  }
+  void write(const std::string& object, const std::string& name, bool flag)
+  {
+    const std::int8_t code = flag ? 1 : 0;
+    writer_.write_attribute(object, name, std::span<const std::int8_t>(&code, 1));
+  }
+  void write(const std::string& object, const std::string& name, const Eigen::Vector3d& v)
+  {
+    writer_.write_attribute(object, name, std::span<const double>(v.data(), 3));
+  }
+  template <typename Number>
+  void write(const std::string& object, const std::string& name, const Number& number)
+  {
+    writer_.write_attribute(object, name, std::span<const Number>(&number, 1));
+  }
+
+  H5Writer& writer_;
+  Sort sort_;
+  std::set<std::string> existing_;
+  std::vector<std::pair<std::string, std::function<void()>>> later_;
+};
+
+inline void write_format(H5Writer& writer, const char* name, const char* version)
+{
+  writer.write_attribute("/", "format", std::string(name));
+  writer.write_attribute("/", "format_version", std::string(version));
+  writer.write_attribute("/", "Conventions", std::string(conventions));
+}
+
+/// `visit(visitor)` walks the registry of what is written.
+template <typename Visit>
+void write_hdf5(H5Writer& writer, const Visit& visit)
+{
+  using Sort = Hdf5Write::Sort;
+  for (const Sort sort : {Sort::root_attributes, Sort::groups, Sort::datasets, Sort::attributes}) {
+    Hdf5Write visitor(writer, sort);
+    visit(visitor);
+    visitor.finish();
+  }
+}
+
+/// Reads the datasets of a file whose structure has been checked into the content that the check made.
+class Hdf5Read : public RegistryVisitor {
+ public:
+  using Sizes = std::vector<std::pair<std::string, std::int64_t>>;
+  Hdf5Read(const H5Reader& reader, const Sizes& counted) : reader_(reader), counted_(counted) {}
+
+  bool has(const std::string& path, bool) { return reader_.objects().count(path) > 0; }
+
+  void dimension(const std::string& path, const Count& count)
+  {
+    const auto found = std::find_if(counted_.begin(), counted_.end(),
+                                    [&](const auto& known) { return known.first == path; });
+    RegistryVisitor::dimension(path, found == counted_.end() ? count : Count::fixed(found->second));
+  }
+
+  template <typename Member>
+  void operator()(const Dataset& dataset, Member& member)
+  {
+    resize(member, shape_of(dataset));
+    reader_.read(dataset.path, values_of(member));
+  }
+
+ private:
+  const H5Reader& reader_;
+  const Sizes& counted_;
+};
+
+/// Compares the attributes that repeat what the values say.
+class RepeatedCheck : public RegistryVisitor {
+ public:
+  explicit RepeatedCheck(const H5Reader& reader) : reader_(reader) {}
+  std::vector<Finding> take() { return std::move(findings_); }
+
+  template <typename Value>
+  void repeated(const std::string& object, const std::string& name, const Value& value)
+  {
+    const std::optional<AttributeValue> attribute = reader_.attribute(object, name);
+    check(attribute && attribute->numbers.size() == 1, "the structure has been checked");
+    const double found = attribute->numbers[0], wanted = static_cast<double>(value);
+    if (found == wanted || (std::isnan(found) && std::isnan(wanted))) return;
+    findings_.push_back({object + "@" + name, text_of(found), text_of(wanted) + ", as the group's values"});
+  }
+
+  template <typename Member>
+  void operator()(const Dataset&, const Member&)
+  {
+  }
+
+ private:
+  const H5Reader& reader_;
+  std::vector<Finding> findings_;
+};
+
+}  // namespace vrda

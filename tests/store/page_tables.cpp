@@ -1,0 +1,117 @@
+#include "store/page_tables.hpp"
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "store/sample_derived.hpp"
+#include "store/sample_model.hpp"
+#include "store/trace_registry.hpp"
+
+namespace vrda::test {
+namespace {
+
+std::string replaced(std::string text, const std::string& old, const std::string& now)
+{
+  const std::size_t at = text.find(old);
+  return at == std::string::npos ? text : text.replace(at, old.size(), now);
+}
+
+/// As the page writes it: B for both bodies, N for the degree, NAME for the audited motion.
+std::string on_page(const std::string& path)
+{
+  if (path.rfind("/audit/", 0) == 0) return "/audit/NAME" + path.substr(path.find('/', 7));
+  return replaced(replaced(replaced(path, "/bodies/reference", "/bodies/B"), "/bodies/moving", "/bodies/B"),
+                  "degree_1", "degree_N");
+}
+
+std::string codes_text(FlagSet flags)
+{
+  const FlagTable table = flag_table(flags);
+  std::istringstream words(table.meanings);
+  std::string text, word;
+  for (const std::int8_t value : table.values) {
+    words >> word;
+    text += (text.empty() ? "" : ", ") + std::to_string(value) + " " + word;
+  }
+  return text;
+}
+
+std::string last_name(const std::string& path)
+{
+  return path.substr(path.rfind('/') + 1);
+}
+
+std::string valid_text(const Dataset& dataset)
+{
+  if (dataset.flags() == FlagSet::none) return words_of(dataset.valid);
+  const bool is_partly = dataset.valid.answered.when != Answered::When::always;
+  return codes_text(dataset.flags()) +
+         (is_partly ? std::string("; 0 or 1 ") + dataset.valid.answered.words + ", -1 elsewhere" : "");
+}
+
+class TableRows : public RegistryVisitor {
+ public:
+  std::vector<std::pair<std::string, std::string>> rows;  ///< path on the page, and its line
+
+  template <typename Member>
+  void operator()(const Dataset& dataset, const Member&)
+  {
+    const std::string path = on_page(dataset.path);
+    if (!seen_.insert(path).second) return;
+    std::string dimensions;
+    for (const std::string& dimension : dataset.dimensions)
+      dimensions += (dimensions.empty() ? "" : ", ") + last_name(dimension);
+    rows.push_back(
+        {path, "| `" + path + "` | " + (dimensions.empty() ? "none" : dimensions) + " | " +
+                   (member_kind<Member>() == ValueKind::text ? "text" : name_of(member_kind<Member>())) +
+                   " | " + dataset.units.name + " | " + on_page(dataset.long_name) + " | " +
+                   valid_text(dataset) + " |\n"});
+  }
+
+ private:
+  std::set<std::string> seen_;
+};
+
+}  // namespace
+
+std::string with_tables(const std::string& page, bool is_trace)
+{
+  TableRows table;
+  if (is_trace) {
+    const Trace trace;
+    visit_trace(trace, table);
+  } else {
+    const MotionModel whole = whole_model(), free = with_derived(sample_model({4, 1, true, true, false}));
+    visit_motion_model(whole, table);
+    visit_motion_model(free, table);
+  }
+  const std::string mark = "<!-- table ";
+  std::istringstream lines(page);
+  std::vector<std::string> groups;
+  for (std::string line; std::getline(lines, line);)
+    if (line.rfind(mark, 0) == 0) groups.push_back(line.substr(mark.size(), line.rfind(' ') - mark.size()));
+  // Each row belongs to the longest group that it lies below.
+  std::map<std::string, std::string> tables;
+  for (const auto& [path, row] : table.rows) {
+    const std::string* best = nullptr;
+    for (const std::string& group : groups)
+      if (path.rfind(group, 0) == 0 && (best == nullptr || group.size() > best->size())) best = &group;
+    tables[best == nullptr ? "" : *best] += row;
+  }
+  std::istringstream old(page);
+  std::string result;
+  bool is_in_table = false;
+  for (std::string line; std::getline(old, line);) {
+    if (is_in_table && line.rfind("|", 0) == 0) continue;
+    is_in_table = line.rfind(mark, 0) == 0;
+    result += line + "\n";
+    if (!is_in_table) continue;
+    result += "| path | dimensions | type | unit | meaning | values |\n|---|---|---|---|---|---|\n" +
+              tables[line.substr(mark.size(), line.rfind(' ') - mark.size())];
+  }
+  return result + tables[""];
+}
+
+}  // namespace vrda::test
