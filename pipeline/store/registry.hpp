@@ -16,7 +16,8 @@ namespace vrda {
 
 namespace registry {
 
-// clang-format off: one line a dataset
+// One line a dataset.
+// clang-format off
 
 template <typename Model, typename Visitor>
 void visit_root(Model& model, Visitor& visit)
@@ -38,52 +39,26 @@ void visit_root(Model& model, Visitor& visit)
 
   const std::vector<std::string> grid{"/flexion", "/varus"};
   const Answered stable = where_stable(model.status);
-  visit({"/flexion", {"/flexion"}, unit::degree, rule(Rule::axis), "flexion of the attitude"},
-        model.flexion_deg);
-  visit({"/varus", {"/varus"}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"},
-        model.varus_deg);
+  visit({"/flexion", {"/flexion"}, unit::degree, rule(Rule::axis), "flexion of the attitude"}, model.flexion_deg);
+  visit({"/varus", {"/varus"}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, model.varus_deg);
   visit({"/tx", grid, unit::mm, number(stable), "translation along X of the world frame W"}, model.tx_mm);
   visit({"/ty", grid, unit::mm, number(stable), "translation along Y of the world frame W"}, model.ty_mm);
   visit({"/tz", grid, unit::mm, number(stable), "translation along Z of the world frame W"}, model.tz_mm);
-  visit({"/theta", grid, unit::degree, number(stable), "rotation about Delta, right-knee sign"},
-        model.theta_deg);
-  visit({"/X_reference_moving",
-         {"/flexion", "/varus", "/row", "/column"},
-         unit::mm,
-         rule(Rule::rigid, stable),
-         "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 "
-         "has no unit"},
-        model.X_reference_moving);
+  visit({"/theta", grid, unit::degree, number(stable), "rotation about Delta, right-knee sign"}, model.theta_deg);
+  visit({"/X_reference_moving", {"/flexion", "/varus", "/row", "/column"}, unit::mm, rule(Rule::rigid, stable), "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has no unit"}, model.X_reference_moving);
   visit({"/status", grid, unit::none, codes(FlagSet::status), "how the motion step ended"}, model.status);
-  visit({"/plausibility", grid, unit::none, codes(FlagSet::plausibility),
-         "what measuring the stable pose again finds against it"},
-        model.plausibility);
+  visit({"/plausibility", grid, unit::none, codes(FlagSet::plausibility), "what measuring the stable pose again finds against it"}, model.plausibility);
   visit({"/iterations", grid, unit::one, count(), "iterations of the motion step"}, model.iterations);
-  visit({"/queries", grid, unit::one, count(), "collision and gap queries of the motion step"},
-        model.queries);
-  visit({"/residual", grid, unit::mm, number_or_nan(), "last translation that the solver predicted"},
-        model.residual_mm);
-  visit({"/theta_determined", grid, unit::none, codes(FlagSet::answer, stable),
-         "whether the contacts hold the rotation about Delta"},
-        model.theta_determined);
-  visit({"/is_spine", grid, unit::none, codes(FlagSet::yes_no),
-         "whether the cell is its flexion's cell of the spine"},
-        model.is_spine);
-  visit({"/varus_solved", grid, unit::degree, number(stable), "varus of the pose, adduction positive"},
-        model.varus_solved_deg);
+  visit({"/queries", grid, unit::one, count(), "collision and gap queries of the motion step"}, model.queries);
+  visit({"/residual", grid, unit::mm, number_or_nan(), "last translation that the solver predicted"}, model.residual_mm);
+  visit({"/theta_determined", grid, unit::none, codes(FlagSet::answer, stable), "whether the contacts hold the rotation about Delta"}, model.theta_determined);
+  visit({"/is_spine", grid, unit::none, codes(FlagSet::yes_no), "whether the cell is its flexion's cell of the spine"}, model.is_spine);
+  visit({"/varus_solved", grid, unit::degree, number(stable), "varus of the pose, adduction positive"}, model.varus_solved_deg);
   if (!model.has_compartments) return;
-  visit({"/gap_medial_mm", grid, unit::mm, number_or_nan(stable),
-         "gap along Delta left in the medial compartment"},
-        model.gap_medial_mm);
-  visit({"/gap_lateral_mm", grid, unit::mm, number_or_nan(stable),
-         "gap along Delta left in the lateral compartment"},
-        model.gap_lateral_mm);
-  visit({"/contact_medial", grid, unit::none, codes(FlagSet::answer, stable),
-         "whether the medial compartment touches"},
-        model.contact_medial);
-  visit({"/contact_lateral", grid, unit::none, codes(FlagSet::answer, stable),
-         "whether the lateral compartment touches"},
-        model.contact_lateral);
+  visit({"/gap_medial_mm", grid, unit::mm, number_or_nan(stable), "gap along Delta left in the medial compartment"}, model.gap_medial_mm);
+  visit({"/gap_lateral_mm", grid, unit::mm, number_or_nan(stable), "gap along Delta left in the lateral compartment"}, model.gap_lateral_mm);
+  visit({"/contact_medial", grid, unit::none, codes(FlagSet::answer, stable), "whether the medial compartment touches"}, model.contact_medial);
+  visit({"/contact_lateral", grid, unit::none, codes(FlagSet::answer, stable), "whether the lateral compartment touches"}, model.contact_lateral);
 }
 
 template <typename Model, typename Visitor>
@@ -93,21 +68,12 @@ void visit_clinical(Model& model, Visitor& visit)
   const std::vector<std::string> grid{"/flexion", "/varus"};
   const Answered stable = where_stable(model.status);
   visit.group("/clinical");
-  visit({"/clinical/flexion_angle", grid, unit::degree, number(stable), "Grood-Suntay flexion"},
-        clinical.flexion_deg);
-  visit(
-      {"/clinical/varus_angle", grid, unit::degree, number(stable), "Grood-Suntay varus, adduction positive"},
-      clinical.varus_deg);
-  visit({"/clinical/internal_rotation", grid, unit::degree, number(stable), "Grood-Suntay internal rotation"},
-        clinical.internal_rotation_deg);
-  visit(
-      {"/clinical/anterior", grid, unit::mm, number(stable), "anterior translation along the floating axis"},
-      clinical.anterior_mm);
-  visit({"/clinical/proximal", grid, unit::mm, number(stable),
-         "proximal translation along the moving body's long axis"},
-        clinical.proximal_mm);
-  visit({"/clinical/lateral", grid, unit::mm, number(stable), "lateral translation along the flexion axis"},
-        clinical.lateral_mm);
+  visit({"/clinical/flexion_angle", grid, unit::degree, number(stable), "Grood-Suntay flexion"}, clinical.flexion_deg);
+  visit({"/clinical/varus_angle", grid, unit::degree, number(stable), "Grood-Suntay varus, adduction positive"}, clinical.varus_deg);
+  visit({"/clinical/internal_rotation", grid, unit::degree, number(stable), "Grood-Suntay internal rotation"}, clinical.internal_rotation_deg);
+  visit({"/clinical/anterior", grid, unit::mm, number(stable), "anterior translation along the floating axis"}, clinical.anterior_mm);
+  visit({"/clinical/proximal", grid, unit::mm, number(stable), "proximal translation along the moving body's long axis"}, clinical.proximal_mm);
+  visit({"/clinical/lateral", grid, unit::mm, number(stable), "lateral translation along the flexion axis"}, clinical.lateral_mm);
 }
 
 template <typename Model, typename Visitor>
@@ -119,28 +85,13 @@ void visit_contacts(Model& model, Visitor& visit)
   visit.group("/contacts");
   visit.dimension("/contacts/contact", Count::counted(n));
   visit.dimension("/contacts/cell_bound", Count::fixed(visit.size("/flexion") * visit.size("/varus") + 1));
-  visit({"/contacts/row_start",
-         {"/contacts/cell_bound"},
-         unit::one,
-         row_starts(n),
-         "first contact of each cell, cells in the order of the grid, then the number of contacts"},
-        contacts.row_start);
-  visit({"/contacts/point", vectors, unit::mm, number(), "point on the reference's surface, world W"},
-        contacts.point_world_mm);
-  visit({"/contacts/normal", vectors, unit::one, rule(Rule::unit_rows),
-         "unit direction of the reaction on the moving object, world W"},
-        contacts.normal_world);
-  visit({"/contacts/distance", contact, unit::mm, number(), "distance of the two surfaces"},
-        contacts.distance_mm);
-  visit({"/contacts/triangle_reference", contact, unit::one,
-         row_of(model.reference.contact.mesh.triangles.rows()), "row of /bodies/reference/triangles"},
-        contacts.triangle_reference);
-  visit({"/contacts/triangle_moving", contact, unit::one, row_of(model.moving.contact.mesh.triangles.rows()),
-         "row of /bodies/moving/triangles"},
-        contacts.triangle_moving);
-  visit({"/contacts/compartment", contact, unit::none, codes(FlagSet::compartment),
-         "compartment that the contact lies in"},
-        contacts.compartment);
+  visit({"/contacts/row_start", {"/contacts/cell_bound"}, unit::one, row_starts(n), "first contact of each cell, cells in the order of the grid, then the number of contacts"}, contacts.row_start);
+  visit({"/contacts/point", vectors, unit::mm, number(), "point on the reference's surface, world W"}, contacts.point_world_mm);
+  visit({"/contacts/normal", vectors, unit::one, rule(Rule::unit_rows), "unit direction of the reaction on the moving object, world W"}, contacts.normal_world);
+  visit({"/contacts/distance", contact, unit::mm, number(), "distance of the two surfaces"}, contacts.distance_mm);
+  visit({"/contacts/triangle_reference", contact, unit::one, row_of(model.reference.contact.mesh.triangles.rows()), "row of /bodies/reference/triangles"}, contacts.triangle_reference);
+  visit({"/contacts/triangle_moving", contact, unit::one, row_of(model.moving.contact.mesh.triangles.rows()), "row of /bodies/moving/triangles"}, contacts.triangle_moving);
+  visit({"/contacts/compartment", contact, unit::none, codes(FlagSet::compartment), "compartment that the contact lies in"}, contacts.compartment);
 }
 
 template <typename APart, typename Visitor>
@@ -151,28 +102,12 @@ void visit_part(APart& part, const std::string& group, const std::string& body, 
   const std::string vertex = group + "/vertex", triangle = group + "/triangle";
   visit.dimension(vertex, Count::counted(static_cast<std::size_t>(mesh.vertices_mm.rows())));
   visit.dimension(triangle, Count::counted(static_cast<std::size_t>(mesh.triangles.rows())));
-  visit({group + "/vertices", {vertex, "/xyz"}, unit::mm, number(), "vertices, canonical axes"},
-        mesh.vertices_mm);
+  visit({group + "/vertices", {vertex, "/xyz"}, unit::mm, number(), "vertices, canonical axes"}, mesh.vertices_mm);
   if (visit.has(group + "/normals", mesh.normals.rows() > 0)) {
-    visit({group + "/normals",
-           {vertex, "/xyz"},
-           unit::one,
-           rule(Rule::unit_or_zero_rows),
-           "outward unit normals of the vertices, canonical axes"},
-          mesh.normals);
+    visit({group + "/normals", {vertex, "/xyz"}, unit::one, rule(Rule::unit_or_zero_rows), "outward unit normals of the vertices, canonical axes"}, mesh.normals);
   }
-  visit({group + "/triangles",
-         {triangle, "/corner"},
-         unit::one,
-         row_of(mesh.vertices_mm.rows()),
-         "rows of vertices, counter-clockwise seen from outside"},
-        mesh.triangles);
-  visit({group + "/component",
-         {triangle},
-         unit::one,
-         row_of(static_cast<Eigen::Index>(n_components)),
-         "row of " + body + "/component_name of each triangle"},
-        part.component);
+  visit({group + "/triangles", {triangle, "/corner"}, unit::one, row_of(mesh.vertices_mm.rows()), "rows of vertices, counter-clockwise seen from outside"}, mesh.triangles);
+  visit({group + "/component", {triangle}, unit::one, row_of(static_cast<Eigen::Index>(n_components)), "row of " + body + "/component_name of each triangle"}, part.component);
 }
 
 template <typename ABody, typename Visitor>
@@ -182,14 +117,8 @@ void visit_body(ABody& body, const std::string& group, Visitor& visit)
   visit.group(group);
   visit.attribute(group, "name", body.name);
   visit.dimension(group + "/member", Count::counted(body.components.size()));
-  visit_column(visit,
-               {group + "/component_name", member, unit::none, rule(Rule::unique_names),
-                "names of the body's components"},
-               body.components, &Component::name);
-  visit_column(visit,
-               {group + "/component_material", member, unit::none, rule(Rule::any),
-                "materials of the body's components"},
-               body.components, &Component::material);
+  visit_column(visit, {group + "/component_name", member, unit::none, rule(Rule::unique_names), "names of the body's components"}, body.components, &Component::name);
+  visit_column(visit, {group + "/component_material", member, unit::none, rule(Rule::any), "materials of the body's components"}, body.components, &Component::material);
   visit_part(body.contact, group, group, body.components.size(), visit);
   const Mesh& drawn = body.visual.mesh;
   if (!visit.has(group + "/visual", drawn.vertices_mm.rows() > 0 || drawn.triangles.rows() > 0)) return;
@@ -200,14 +129,8 @@ void visit_body(ABody& body, const std::string& group, Visitor& visit)
 template <typename Inputs, typename Visitor>
 void visit_inputs(Inputs& inputs, Visitor& visit)
 {
-  visit_column(
-      visit,
-      {"/job/input_name", {"/job/input"}, unit::none, rule(Rule::any), "input files as the job names them"},
-      inputs, &InputFile::name);
-  visit_column(
-      visit,
-      {"/job/input_sha256", {"/job/input"}, unit::none, rule(Rule::sha256), "SHA-256 of the input files"},
-      inputs, &InputFile::sha256);
+  visit_column(visit, {"/job/input_name", {"/job/input"}, unit::none, rule(Rule::any), "input files as the job names them"}, inputs, &InputFile::name);
+  visit_column(visit, {"/job/input_sha256", {"/job/input"}, unit::none, rule(Rule::sha256), "SHA-256 of the input files"}, inputs, &InputFile::sha256);
 }
 
 template <typename AScaling, typename Visitor>
@@ -221,15 +144,10 @@ void visit_scaling(AScaling& scaling, Visitor& visit)
   visit.attribute(group, "standard_error", scaling.standard_error);
   visit.attribute(group, "residual_rms_mm", scaling.residual_rms_mm, unit::landmark_mm);
   visit.dimension(group + "/pair", Count::counted(scaling.landmark.size()));
-  visit({group + "/landmark", pair, unit::none, rule(Rule::names), "names of the pairs of landmarks"},
-        scaling.landmark);
-  visit({group + "/model", pair, unit::landmark_mm, above_0(), "distance of each pair in the unscaled model"},
-        scaling.model_mm);
-  visit({group + "/subject", pair, unit::landmark_mm, above_0(), "distance of each pair in the subject"},
-        scaling.subject_mm);
-  visit({group + "/residual", pair, unit::landmark_mm, number(),
-         "the subject's distance less the factor times the model's"},
-        scaling.residual_mm);
+  visit({group + "/landmark", pair, unit::none, rule(Rule::names), "names of the pairs of landmarks"}, scaling.landmark);
+  visit({group + "/model", pair, unit::landmark_mm, above_0(), "distance of each pair in the unscaled model"}, scaling.model_mm);
+  visit({group + "/subject", pair, unit::landmark_mm, above_0(), "distance of each pair in the subject"}, scaling.subject_mm);
+  visit({group + "/residual", pair, unit::landmark_mm, number(), "the subject's distance less the factor times the model's"}, scaling.residual_mm);
 }
 
 // clang-format on

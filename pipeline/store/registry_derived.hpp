@@ -6,7 +6,8 @@
 
 namespace vrda::registry {
 
-// clang-format off: one line a dataset
+// One line a dataset.
+// clang-format off
 
 /// A fifth surface, of the varus found, is named `varus_solved` as the raw one: xarray cannot open a `varus`
 /// over (flexion, varus).
@@ -20,12 +21,7 @@ void visit_smoothed(Set& set, Visitor& visit)
   visit.attribute(group, "is_robust", set.is_robust);
   visit.dimension(group + "/term", Count::counted(static_cast<std::size_t>(set.exponents.rows())));
   visit.dimension(group + "/axis", Count::fixed(2));
-  visit({group + "/exponents",
-         {group + "/term", group + "/axis"},
-         unit::one,
-         rule(Rule::any),
-         "degree of each term's Legendre polynomial of flexion and of varus"},
-        set.exponents);
+  visit({group + "/exponents", {group + "/term", group + "/axis"}, unit::one, rule(Rule::any), "degree of each term's Legendre polynomial of flexion and of varus"}, set.exponents);
   const bool has_varus = visit.has(smoothed_path(set.degree, "varus"), set.surfaces.size() == 5);
   if constexpr (!std::is_const_v<Set>) {
     set.surfaces.resize(has_varus ? 5 : 4);
@@ -35,12 +31,7 @@ void visit_smoothed(Set& set, Visitor& visit)
     const Unit units = surface.name == "theta" || surface.name == "varus" ? unit::degree : unit::mm;
     const std::string path = smoothed_path(set.degree, surface.name);
     visit({path, grid, units, rule(Rule::any), "smoothed surface on the grid"}, surface.values);
-    visit({coefficients_path(set.degree, surface.name),
-           {group + "/term"},
-           units,
-           number(),
-           "coefficients of the terms"},
-          surface.coefficients);
+    visit({coefficients_path(set.degree, surface.name), {group + "/term"}, units, number(), "coefficients of the terms"}, surface.coefficients);
     visit.attribute(path, "n_cells", surface.n_cells);
     visit.attribute(path, "rms", surface.rms, units);
     visit.attribute(path, "largest_residual", surface.largest_residual, units);
@@ -48,9 +39,7 @@ void visit_smoothed(Set& set, Visitor& visit)
     visit.attribute(path, "condition_number", surface.condition_number);
   }
   if (!is_there(visit, group + "/recontact", set.recontact_mm)) return;
-  visit({group + "/recontact", grid, unit::mm, number_or_nan(),
-         "travel along Delta from the smoothed pose into contact"},
-        *set.recontact_mm);
+  visit({group + "/recontact", grid, unit::mm, number_or_nan(), "travel along Delta from the smoothed pose into contact"}, *set.recontact_mm);
 }
 
 template <typename Motion, typename Visitor>
@@ -63,48 +52,21 @@ void visit_zero_varus_poses(Motion& motion, Visitor& visit)
                        "where source is a pose's"};
   const Answered mean{When::at_code, values_of(motion.source), code_of(ZeroVarusSource::both_touch),
                       "where source is both_touch"};
-  visit({group + "/source", flexion, unit::none, codes(FlagSet::zero_varus_source),
-         "where the varus comes from"},
-        motion.source);
-  visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"},
-        motion.varus_deg);
-  visit({group + "/varus_first", flexion, unit::degree, number(mean),
-         "first varus at which both compartments touch"},
-        motion.varus_first_deg);
-  visit({group + "/varus_last", flexion, unit::degree, number(mean),
-         "last varus at which both compartments touch"},
-        motion.varus_last_deg);
-  visit({group + "/tx", flexion, unit::mm, number(posed), "translation along X of the world frame W"},
-        motion.tx_mm);
-  visit({group + "/ty", flexion, unit::mm, number(posed), "translation along Y of the world frame W"},
-        motion.ty_mm);
-  visit({group + "/tz", flexion, unit::mm, number(posed), "translation along Z of the world frame W"},
-        motion.tz_mm);
-  visit({group + "/theta", flexion, unit::degree, number(posed), "rotation about Delta, right-knee sign"},
-        motion.theta_deg);
-  visit({group + "/X_reference_moving",
-         {"/flexion", "/row", "/column"},
-         unit::mm,
-         rule(Rule::rigid, posed),
-         "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 "
-         "has no unit"},
-        motion.X_reference_moving);
-  visit({group + "/flexion_angle", flexion, unit::degree, number(posed), "Grood-Suntay flexion"},
-        motion.clinical_flexion_deg);
-  visit({group + "/varus_angle", flexion, unit::degree, number(posed),
-         "Grood-Suntay varus, adduction positive"},
-        motion.clinical_varus_deg);
-  visit(
-      {group + "/internal_rotation", flexion, unit::degree, number(posed), "Grood-Suntay internal rotation"},
-      motion.internal_rotation_deg);
-  visit(
-      {group + "/anterior", flexion, unit::mm, number(posed), "anterior translation along the floating axis"},
-      motion.anterior_mm);
-  visit({group + "/proximal", flexion, unit::mm, number(posed),
-         "proximal translation along the moving body's long axis"},
-        motion.proximal_mm);
-  visit({group + "/lateral", flexion, unit::mm, number(posed), "lateral translation along the flexion axis"},
-        motion.lateral_mm);
+  visit({group + "/source", flexion, unit::none, codes(FlagSet::zero_varus_source), "where the varus comes from"}, motion.source);
+  visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
+  visit({group + "/varus_first", flexion, unit::degree, number(mean), "first varus at which both compartments touch"}, motion.varus_first_deg);
+  visit({group + "/varus_last", flexion, unit::degree, number(mean), "last varus at which both compartments touch"}, motion.varus_last_deg);
+  visit({group + "/tx", flexion, unit::mm, number(posed), "translation along X of the world frame W"}, motion.tx_mm);
+  visit({group + "/ty", flexion, unit::mm, number(posed), "translation along Y of the world frame W"}, motion.ty_mm);
+  visit({group + "/tz", flexion, unit::mm, number(posed), "translation along Z of the world frame W"}, motion.tz_mm);
+  visit({group + "/theta", flexion, unit::degree, number(posed), "rotation about Delta, right-knee sign"}, motion.theta_deg);
+  visit({group + "/X_reference_moving", {"/flexion", "/row", "/column"}, unit::mm, rule(Rule::rigid, posed), "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has no unit"}, motion.X_reference_moving);
+  visit({group + "/flexion_angle", flexion, unit::degree, number(posed), "Grood-Suntay flexion"}, motion.clinical_flexion_deg);
+  visit({group + "/varus_angle", flexion, unit::degree, number(posed), "Grood-Suntay varus, adduction positive"}, motion.clinical_varus_deg);
+  visit({group + "/internal_rotation", flexion, unit::degree, number(posed), "Grood-Suntay internal rotation"}, motion.internal_rotation_deg);
+  visit({group + "/anterior", flexion, unit::mm, number(posed), "anterior translation along the floating axis"}, motion.anterior_mm);
+  visit({group + "/proximal", flexion, unit::mm, number(posed), "proximal translation along the moving body's long axis"}, motion.proximal_mm);
+  visit({group + "/lateral", flexion, unit::mm, number(posed), "lateral translation along the flexion axis"}, motion.lateral_mm);
 }
 
 template <typename Motion, typename Visitor>
@@ -123,33 +85,16 @@ void visit_zero_varus(Motion& motion, bool has_compartments, Visitor& visit)
   visit.dimension(group + "/sagittal", Count::fixed(2));
   const Valid between =
       rule(Rule::whole_rows, {Answered::When::between, values_of(motion.source), none, "between two poses"});
-  visit({group + "/helical_rotation", interval, unit::degree, between,
-         "rotation about the finite helical axis"},
-        motion.helical_rotation_deg);
-  visit({group + "/helical_translation", interval, unit::mm, between,
-         "translation along the finite helical axis"},
-        motion.helical_translation_mm);
-  visit({group + "/helical_direction", vectors, unit::one, between,
-         "unit direction of the finite helical axis, canonical axes of the reference body"},
-        motion.helical_direction);
-  visit({group + "/helical_point", vectors, unit::mm, between,
-         "point of the finite helical axis, canonical axes of the reference body"},
-        motion.helical_point_mm);
-  visit({group + "/instant_centre",
-         {group + "/interval", group + "/sagittal"},
-         unit::mm,
-         between,
-         "instant centre in the sagittal plane: anterior, proximal"},
-        motion.instant_centre_mm);
+  visit({group + "/helical_rotation", interval, unit::degree, between, "rotation about the finite helical axis"}, motion.helical_rotation_deg);
+  visit({group + "/helical_translation", interval, unit::mm, between, "translation along the finite helical axis"}, motion.helical_translation_mm);
+  visit({group + "/helical_direction", vectors, unit::one, between, "unit direction of the finite helical axis, canonical axes of the reference body"}, motion.helical_direction);
+  visit({group + "/helical_point", vectors, unit::mm, between, "point of the finite helical axis, canonical axes of the reference body"}, motion.helical_point_mm);
+  visit({group + "/instant_centre", {group + "/interval", group + "/sagittal"}, unit::mm, between, "instant centre in the sagittal plane: anterior, proximal"}, motion.instant_centre_mm);
   if (!has_compartments) return;
-  visit({group + "/medial_rolling", interval, unit::mm, between, "rolling in the medial compartment"},
-        motion.medial_rolling_mm);
-  visit({group + "/medial_sliding", interval, unit::mm, between, "sliding in the medial compartment"},
-        motion.medial_sliding_mm);
-  visit({group + "/lateral_rolling", interval, unit::mm, between, "rolling in the lateral compartment"},
-        motion.lateral_rolling_mm);
-  visit({group + "/lateral_sliding", interval, unit::mm, between, "sliding in the lateral compartment"},
-        motion.lateral_sliding_mm);
+  visit({group + "/medial_rolling", interval, unit::mm, between, "rolling in the medial compartment"}, motion.medial_rolling_mm);
+  visit({group + "/medial_sliding", interval, unit::mm, between, "sliding in the medial compartment"}, motion.medial_sliding_mm);
+  visit({group + "/lateral_rolling", interval, unit::mm, between, "rolling in the lateral compartment"}, motion.lateral_rolling_mm);
+  visit({group + "/lateral_sliding", interval, unit::mm, between, "sliding in the lateral compartment"}, motion.lateral_sliding_mm);
 }
 
 template <typename Audit, typename Visitor>
@@ -170,15 +115,10 @@ void visit_audit(Audit& audit, Visitor& visit)
   visit.dimension(flexion, Count::axis(audit.flexion_deg.size()));
   visit.dimension(varus, Count::axis(audit.varus_deg.size()));
   visit({flexion, {flexion}, unit::degree, rule(Rule::axis), "flexion of the attitude"}, audit.flexion_deg);
-  visit({varus, {varus}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"},
-        audit.varus_deg);
-  visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "what the audit found"},
-        audit.state);
-  visit({group + "/gap", grid, unit::mm, at_least_0(free), "travel along Delta to the next touch"},
-        audit.gap_mm);
-  visit({group + "/penetration", grid, unit::mm, at_least_0(posed),
-         "travel back along Delta to the first touch from afar"},
-        audit.penetration_mm);
+  visit({varus, {varus}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, audit.varus_deg);
+  visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "what the audit found"}, audit.state);
+  visit({group + "/gap", grid, unit::mm, at_least_0(free), "travel along Delta to the next touch"}, audit.gap_mm);
+  visit({group + "/penetration", grid, unit::mm, at_least_0(posed), "travel back along Delta to the first touch from afar"}, audit.penetration_mm);
 }
 
 // clang-format on

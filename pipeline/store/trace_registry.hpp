@@ -13,7 +13,8 @@ inline constexpr int trace_format_minor_version = 0;
 
 namespace registry {
 
-// clang-format off: one line a dataset
+// One line a dataset.
+// clang-format off
 
 template <typename ATrace, typename Visitor>
 void visit_searches(ATrace& trace, Visitor& visit)
@@ -23,25 +24,13 @@ void visit_searches(ATrace& trace, Visitor& visit)
   visit.group("/searches");
   visit.dimension("/searches/search", Count::counted(searches.node.size()));
   visit.dimension("/searches/search_bound", Count::fixed(visit.size("/searches/search") + 1));
-  visit({"/searches/flexion", search, unit::degree, number(), "flexion of the attitude"},
-        searches.flexion_deg);
-  visit({"/searches/varus", search, unit::degree, number(), "varus of the attitude, adduction positive"},
-        searches.varus_deg);
-  visit({"/searches/node", search, unit::none, codes(FlagSet::node), "kind of node of the seeding graph"},
-        searches.node);
-  visit({"/searches/status", search, unit::none, codes(FlagSet::search_status), "how the search ended"},
-        searches.status);
-  visit({"/searches/seed_translation", vectors, unit::mm, number(), "translation of the seed, world W"},
-        searches.seed_translation_mm);
-  visit({"/searches/seed_theta", search, unit::degree, number(),
-         "rotation of the seed about Delta, right-knee sign"},
-        searches.seed_theta_deg);
-  visit({"/searches/move_start",
-         {"/searches/search_bound"},
-         unit::one,
-         row_starts(trace.moves.kind.size()),
-         "first move of each search, then the number of moves"},
-        searches.move_start);
+  visit({"/searches/flexion", search, unit::degree, number(), "flexion of the attitude"}, searches.flexion_deg);
+  visit({"/searches/varus", search, unit::degree, number(), "varus of the attitude, adduction positive"}, searches.varus_deg);
+  visit({"/searches/node", search, unit::none, codes(FlagSet::node), "kind of node of the seeding graph"}, searches.node);
+  visit({"/searches/status", search, unit::none, codes(FlagSet::search_status), "how the search ended"}, searches.status);
+  visit({"/searches/seed_translation", vectors, unit::mm, number(), "translation of the seed, world W"}, searches.seed_translation_mm);
+  visit({"/searches/seed_theta", search, unit::degree, number(), "rotation of the seed about Delta, right-knee sign"}, searches.seed_theta_deg);
+  visit({"/searches/move_start", {"/searches/search_bound"}, unit::one, row_starts(trace.moves.kind.size()), "first move of each search, then the number of moves"}, searches.move_start);
 }
 
 template <typename ATrace, typename Visitor>
@@ -54,29 +43,14 @@ void visit_moves(ATrace& trace, Visitor& visit)
   visit.dimension("/moves/move_bound", Count::fixed(visit.size("/moves/move") + 1));
   visit({"/moves/iteration", move, unit::one, count(), "iteration of the search"}, moves.iteration);
   visit({"/moves/kind", move, unit::none, codes(FlagSet::move_kind), "kind of the move"}, moves.kind);
-  visit({"/moves/translation", vectors, unit::mm, number(), "translation after the move, world W"},
-        moves.translation_mm);
-  visit(
-      {"/moves/theta", move, unit::degree, number(), "rotation about Delta after the move, right-knee sign"},
-      moves.theta_deg);
-  visit({"/moves/translation_step", move, unit::mm, number(), "translation step in force"},
-        moves.translation_step_mm);
-  visit({"/moves/rotation_step", move, unit::degree, number(), "rotation step in force"},
-        moves.rotation_step_deg);
-  visit({"/moves/collides", move, unit::none, codes(FlagSet::yes_no),
-         "whether a trial of a bisection was blocked"},
-        moves.collides);
-  visit({"/moves/is_cycle", move, unit::none, codes(FlagSet::yes_no), "whether the pose was there before"},
-        moves.is_cycle);
-  visit({"/moves/in_contact", move, unit::none, codes(FlagSet::yes_no),
-         "whether the approach has ended in the touch"},
-        moves.in_contact);
-  visit({"/moves/contact_start",
-         {"/moves/move_bound"},
-         unit::one,
-         row_starts(trace.contacts.compartment.size()),
-         "first contact of each move, then the number of contacts"},
-        moves.contact_start);
+  visit({"/moves/translation", vectors, unit::mm, number(), "translation after the move, world W"}, moves.translation_mm);
+  visit({"/moves/theta", move, unit::degree, number(), "rotation about Delta after the move, right-knee sign"}, moves.theta_deg);
+  visit({"/moves/translation_step", move, unit::mm, number(), "translation step in force"}, moves.translation_step_mm);
+  visit({"/moves/rotation_step", move, unit::degree, number(), "rotation step in force"}, moves.rotation_step_deg);
+  visit({"/moves/collides", move, unit::none, codes(FlagSet::yes_no), "whether a trial of a bisection was blocked"}, moves.collides);
+  visit({"/moves/is_cycle", move, unit::none, codes(FlagSet::yes_no), "whether the pose was there before"}, moves.is_cycle);
+  visit({"/moves/in_contact", move, unit::none, codes(FlagSet::yes_no), "whether the approach has ended in the touch"}, moves.in_contact);
+  visit({"/moves/contact_start", {"/moves/move_bound"}, unit::one, row_starts(trace.contacts.compartment.size()), "first contact of each move, then the number of contacts"}, moves.contact_start);
 }
 
 template <typename Contacts, typename Visitor>
@@ -85,22 +59,12 @@ void visit_trace_contacts(Contacts& contacts, Visitor& visit)
   const std::vector<std::string> contact{"/contacts/contact"}, vectors{"/contacts/contact", "/xyz"};
   visit.group("/contacts");
   visit.dimension("/contacts/contact", Count::counted(contacts.compartment.size()));
-  visit({"/contacts/point", vectors, unit::mm, number(), "point on the reference's surface, world W"},
-        contacts.point_mm);
-  visit({"/contacts/normal", vectors, unit::one, rule(Rule::unit_rows),
-         "unit direction of the reaction on the moving object, world W"},
-        contacts.normal);
-  visit({"/contacts/distance", contact, unit::mm, number(), "distance of the two surfaces"},
-        contacts.distance_mm);
-  visit({"/contacts/triangle_reference", contact, unit::one, count(),
-         "row of /bodies/reference/triangles of the motion model"},
-        contacts.triangle_reference);
-  visit({"/contacts/triangle_moving", contact, unit::one, count(),
-         "row of /bodies/moving/triangles of the motion model"},
-        contacts.triangle_moving);
-  visit({"/contacts/compartment", contact, unit::none, codes(FlagSet::compartment),
-         "compartment that the contact lies in"},
-        contacts.compartment);
+  visit({"/contacts/point", vectors, unit::mm, number(), "point on the reference's surface, world W"}, contacts.point_mm);
+  visit({"/contacts/normal", vectors, unit::one, rule(Rule::unit_rows), "unit direction of the reaction on the moving object, world W"}, contacts.normal);
+  visit({"/contacts/distance", contact, unit::mm, number(), "distance of the two surfaces"}, contacts.distance_mm);
+  visit({"/contacts/triangle_reference", contact, unit::one, count(), "row of /bodies/reference/triangles of the motion model"}, contacts.triangle_reference);
+  visit({"/contacts/triangle_moving", contact, unit::one, count(), "row of /bodies/moving/triangles of the motion model"}, contacts.triangle_moving);
+  visit({"/contacts/compartment", contact, unit::none, codes(FlagSet::compartment), "compartment that the contact lies in"}, contacts.compartment);
 }
 
 // clang-format on
