@@ -40,6 +40,8 @@ MotionModel pending_model_at_size(const Case& job_case)
   model.contact_resolution_mm = job_case.method == "equilibrium" ? job_case.equilibrium.contact_resolution_mm
                                                                  : job_case.search.translation_resolution_mm;
   model.has_compartments = !job_case.compartment_of_triangle.empty();
+  for (const Compartment compartment : job_case.compartment_of_triangle)
+    model.compartment_of_triangle.push_back(static_cast<std::int8_t>(compartment));
   model.flexion_deg = job_case.grid.flexion_deg;
   model.varus_deg = job_case.grid.varus_deg;
   model.reference = job_case.reference;

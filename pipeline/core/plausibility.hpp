@@ -7,7 +7,7 @@
 namespace vrda {
 
 enum class Plausibility : std::int8_t {
-  not_judged = -1,       ///< no stable pose, or a file from before version 1.4
+  not_judged = -1,       ///< no stable pose
   nothing_found = 0,     ///< nothing speaks against the pose
   nothing_ahead = 1,     ///< nothing to rest against within the contact resolution
   unstable_balance = 2,  ///< the energy falls both ways along one direction

@@ -128,6 +128,7 @@ struct MotionModel {
   Eigen::Vector3d delta = Eigen::Vector3d::UnitY();              ///< world W; of the first flexion
   double contact_resolution_mm = 0.1;
   bool has_compartments = true;
+  std::vector<std::int8_t> compartment_of_triangle;  ///< [n triangles of moving.contact] Compartment; only with them
 
   std::vector<double> flexion_deg;  ///< [n_flexion]
   std::vector<double> varus_deg;    ///< [n_varus]

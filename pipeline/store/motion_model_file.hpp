@@ -10,9 +10,9 @@
 namespace vrda {
 
 inline constexpr const char* format_name = "vrda motion model";
-inline constexpr const char* format_version = "1.4";
+inline constexpr const char* format_version = "1.5";
 /// The minor version that readers need; a later one adds objects, which they ignore.
-inline constexpr int format_minor_version = 4;
+inline constexpr int format_minor_version = 5;
 
 /// Writes `model` to `path`: under a temporary name in the same folder, flushed to the disk, then renamed,
 /// so that `path` holds the old file or the new one, whole. Equal models give equal bytes.

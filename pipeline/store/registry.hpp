@@ -188,6 +188,11 @@ void visit_motion_model(Model& model, Visitor&& visit)
   visit.group("/bodies");
   visit_body(model.reference, "/bodies/reference", visit);
   visit_body(model.moving, "/bodies/moving", visit);
+  if (model.has_compartments) {
+    // clang-format off
+    visit({"/bodies/moving/compartment", {"/bodies/moving/triangle"}, unit::none, codes(FlagSet::compartment), "compartment that the triangle belongs to"}, model.compartment_of_triangle);
+    // clang-format on
+  }
   visit.group("/job");
   visit.dimension("/job/input", Count::counted(model.job.inputs.size()));
   visit({"/job/text", {}, unit::none, rule(Rule::any), "the job file as given"}, model.job.text);

@@ -57,6 +57,7 @@ TEST(ModelRules, Cells)
   expect_finding({"/bodies/moving/triangles", "no triangles", "at least one", [](MotionModel& m) {
                     m.moving.contact.mesh.triangles.resize(0, 3);
                     m.moving.contact.component.clear();
+                    m.compartment_of_triangle.clear();
                     m = with_pending_cells(m);
                   }});
 }

@@ -275,6 +275,8 @@ MotionModel sample_model(const SampleOptions& options)
   model.job = {"title = \"Sample joint\"\n",
                "title = \"Sample joint\"\njoint = \"knee\"\n",
                {{"femur.stl", std::string(64, 'a')}, {"tibia.stl", std::string(64, '0')}}};
+  if (options.has_compartments)
+    model.compartment_of_triangle.assign(model.moving.contact.component.size(), 1);
   if (options.is_equilibrium) model.push = turning_push(options.n_flexion);
   if (options.n_fibres > 0) model.ligaments = sample_ligaments(options);
   model = with_pending_cells(model);
