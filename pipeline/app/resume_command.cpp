@@ -104,7 +104,7 @@ ExitCode resume_command(const ResumeOptions& options)
   if (options.is_dry) return start_tasks(folder, submission, missing.work, how);
   for (const std::string& one : {scripts_of(folder), logs_of(folder), tasks_of(folder)}) make_folder(one);
   if (is_changed) write_submission(folder, submission);
-  if (!missing.to_cancel.empty()) cancel_jobs(missing.to_cancel);
+  if (const auto fault = cancel_jobs(missing.to_cancel)) throw InputError(*fault);
   return start_tasks(folder, submission, missing.work, how);
 }
 

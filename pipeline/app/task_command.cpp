@@ -229,7 +229,12 @@ class Task {
 
 std::vector<TaskId> tasks_asked(const TaskOptions& options, const Submission& submission)
 {
-  const TaskKind kind = task_kind_of(options.kind);
+  const std::optional<TaskKind> named = task_kind_of(options.kind);
+  if (!named) {
+    throw InputError(
+        {"--kind", "", options.kind.empty() ? "nothing" : options.kind, "spine, shard, merge, run or index"});
+  }
+  const TaskKind kind = *named;
   if (kind == TaskKind::index) return {{kind, -1, 0}};
   const auto n_cases = static_cast<int>(submission.cases.size());
   const int first = options.case_name.empty() ? options.first - 1 : case_named(submission, options.case_name);

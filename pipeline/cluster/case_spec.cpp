@@ -37,6 +37,20 @@ void name_fields(const Fields& fields, CaseFile& file)
   fields("merged_sha256", file.merged_sha256);
 }
 
+namespace {
+
+// Nothing where the text is no case file.
+std::optional<CaseFile> parsed(const std::string& text)
+{
+  try {
+    return nlohmann::ordered_json::parse(text).get<CaseFile>();
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
 void write_case_file(const std::string& path, const CaseFile& content)
 {
   const nlohmann::ordered_json json = content;
@@ -49,11 +63,9 @@ CaseFile read_case_file(const std::string& path)
   constexpr const char* wanted = "the case file that vrda run --spine or --shard wrote, or --job";
   const std::optional<std::string> text = text_of_file(path);
   if (!text) throw InputError({path, "", "no file", wanted});
-  try {
-    return nlohmann::ordered_json::parse(*text).get<CaseFile>();
-  } catch (const nlohmann::json::exception&) {
-    throw InputError({path, "", "something that is no case file", wanted});
-  }
+  std::optional<CaseFile> content = parsed(*text);
+  if (!content) throw InputError({path, "", "something that is no case file", wanted});
+  return std::move(*content);
 }
 
 InputError fault_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error)
@@ -81,11 +93,11 @@ std::string sha256_of_model(const std::string& output)
 
 bool is_only_to_clear_up(const std::string& output)
 {
-  std::error_code ignored;
-  const std::string case_file = case_file_of(output);
-  if (!fs::exists(case_file, ignored) || !fs::exists(output, ignored)) return false;
-  const std::string sha256 = read_case_file(case_file).merged_sha256;
-  return !sha256.empty() && sha256 == sha256_of_model(output);
+  const std::optional<std::string> text = text_of_file(case_file_of(output));
+  const std::optional<CaseFile> case_file = text ? parsed(*text) : std::nullopt;
+  if (!case_file || case_file->merged_sha256.empty()) return false;
+  const std::optional<std::string> model = text_of_file(output);
+  return model && case_file->merged_sha256 == sha256_of(*model);
 }
 
 }  // namespace vrda

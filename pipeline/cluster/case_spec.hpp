@@ -55,7 +55,7 @@ constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
 std::string sha256_of_model(const std::string& output);
 
 /// Whether a merge was killed while it cleared up: the model is whole by its case file, journals may be gone.
-/// Throws InputError naming a case file or model that cannot be read.
+/// False where either cannot be read: the merge says what is wrong.
 bool is_only_to_clear_up(const std::string& output);
 
 }  // namespace vrda

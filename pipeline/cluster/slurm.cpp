@@ -44,23 +44,23 @@ std::int32_t number_in(const std::string& text, std::int32_t otherwise)
   return is_number ? static_cast<std::int32_t>(value) : otherwise;
 }
 
-Said run_slurm(const std::vector<std::string>& words, const std::string& folder)
+InputError::Facts failure_of(const std::vector<std::string>& words, const Said& said, const char* wanted)
 {
-  const Said said = run_program(words, folder);
   if (said.is_absent) {
-    throw InputError({words.front(), "", "no such program: Slurm is not installed here",
-                      "a machine of a Slurm cluster, or --local"});
+    return {words.front(), "", "no such program: Slurm is not installed here",
+            "a machine of a Slurm cluster, or --local"};
   }
-  return said;
+  const std::string message = slurm_message(said.err);
+  return {words.front(), "", message.empty() ? "an end with code " + std::to_string(said.exit_code) : message,
+          wanted};
 }
 
-[[noreturn]] void refuse(const std::vector<std::string>& words, const Said& said, const char* wanted)
+bool is_done(const Said& said)
 {
-  const std::string message = slurm_message(said.err);
-  throw InputError({words.front(), "",
-                    message.empty() ? "an end with code " + std::to_string(said.exit_code) : message,
-                    wanted});
+  return !said.is_absent && said.exit_code == 0;
 }
+
+constexpr const char* wanted_controller = "a Slurm controller that answers, or --local";
 
 std::string joined(const std::vector<std::string>& words, std::size_t from, std::size_t n)
 {
@@ -139,53 +139,53 @@ std::string slurm_message(const std::string& standard_error)
 SlurmLimits ask_limits()
 {
   const std::vector<std::string> words{"scontrol", "show", "config"};
-  const Said said = run_slurm(words, "");
-  if (said.exit_code != 0) refuse(words, said, "a Slurm controller that answers, or --local");
+  const Said said = run_program(words, "");
+  if (!is_done(said)) throw InputError(failure_of(words, said, wanted_controller));
   return limits_of_config(said.out);
 }
 
-std::string submit_job(const std::vector<std::string>& words, const std::string& folder)
+SubmitAnswer submit_job(const std::vector<std::string>& words, const std::string& folder)
 {
-  const Said said = run_slurm(words, folder);
+  const Said said = run_program(words, folder);
   const std::string id = trimmed(said.out.substr(0, said.out.find_first_of(";\n")));
-  if (said.exit_code != 0 || id.empty()) refuse(words, said, "a job that Slurm takes");
-  return id;
+  if (is_done(said) && !id.empty()) return {id, std::nullopt};
+  return {"", failure_of(words, said, "a job that Slurm takes")};
 }
 
-std::vector<SlurmRow> ask_rows(const std::vector<std::string>& ids)
+QueueAnswer ask_rows(const std::vector<std::string>& ids)
 {
-  std::vector<SlurmRow> rows;
+  QueueAnswer answer;
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     const std::vector<std::string> words{
         "squeue",       "--noheader", "--all",       "--array",
         "--states=all", "-o",         squeue_format, "--jobs=" + joined(ids, k, ids_at_once)};
-    const Said said = run_slurm(words, "");
+    const Said said = run_program(words, "");
     // Of one job alone squeue takes it ill that it is forgotten.
     const bool is_forgotten = said.err.find("Invalid job id") != std::string::npos;
-    if (said.exit_code != 0 && !is_forgotten)
-      refuse(words, said, "a Slurm controller that answers, or --local");
+    if (!is_done(said) && !is_forgotten) return {{}, failure_of(words, said, wanted_controller)};
     const std::vector<SlurmRow> some = rows_of_squeue(said.out);
-    rows.insert(rows.end(), some.begin(), some.end());
+    answer.rows.insert(answer.rows.end(), some.begin(), some.end());
   }
-  return rows;
+  return answer;
 }
 
-void cancel_jobs(const std::vector<std::string>& ids)
+std::optional<InputError::Facts> cancel_jobs(const std::vector<std::string>& ids)
 {
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     std::vector<std::string> words{"scancel"};
     for (std::size_t i = k; i < std::min(k + ids_at_once, ids.size()); ++i) words.push_back(ids[i]);
-    const Said said = run_slurm(words, "");
-    if (said.exit_code != 0) refuse(words, said, "jobs that may be cancelled");
+    const Said said = run_program(words, "");
+    if (!is_done(said)) return failure_of(words, said, "jobs that may be cancelled");
   }
+  return std::nullopt;
 }
 
 void release_jobs(const std::vector<std::string>& ids)
 {
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     const std::vector<std::string> words{"scontrol", "release", joined(ids, k, ids_at_once)};
-    const Said said = run_slurm(words, "");
-    if (said.exit_code != 0) refuse(words, said, "jobs that may be released");
+    const Said said = run_program(words, "");
+    if (!is_done(said)) throw InputError(failure_of(words, said, "jobs that may be released"));
   }
 }
 

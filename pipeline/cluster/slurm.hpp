@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "cluster/jobs.hpp"
+#include "core/error.hpp"
 
 namespace vrda {
 
@@ -37,13 +39,22 @@ bool is_running(const SlurmRow& row);
 /// The messages that sbatch and its kin print, in one line.
 std::string slurm_message(const std::string& standard_error);
 
-/// All of these throw InputError: naming --local where there is no Slurm, else with Slurm's own reason.
+/// What goes wrong with these is an InputError or its facts: naming --local where there is no Slurm, else
+/// with Slurm's own reason.
 SlurmLimits ask_limits();
+struct SubmitAnswer {
+  std::string id;
+  std::optional<InputError::Facts> fault;  ///< then there is no id
+};
 /// The id that `words` (sbatch ...), run in `folder`, prints.
-std::string submit_job(const std::vector<std::string>& words, const std::string& folder);
+SubmitAnswer submit_job(const std::vector<std::string>& words, const std::string& folder);
+struct QueueAnswer {
+  std::vector<SlurmRow> rows;
+  std::optional<InputError::Facts> fault;  ///< then there are no rows
+};
 /// Jobs that Slurm has forgotten are left out.
-std::vector<SlurmRow> ask_rows(const std::vector<std::string>& ids);
-void cancel_jobs(const std::vector<std::string>& ids);
+QueueAnswer ask_rows(const std::vector<std::string>& ids);
+std::optional<InputError::Facts> cancel_jobs(const std::vector<std::string>& ids);
 void release_jobs(const std::vector<std::string>& ids);
 
 }  // namespace vrda

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <charconv>
 #include <set>
+#include <variant>
 
 #include "cluster/slurm.hpp"
 #include "cluster/task_state.hpp"
@@ -126,14 +127,20 @@ std::string dependency_of(const PlannedJob& job, const std::vector<std::string>&
   return text.size() == bare ? std::string() : text;
 }
 
-// Nobody would know of it.
-void cancel_unnoted(const std::string& id)
+std::variant<SubmittedJob, InputError::Facts> submit_and_note(const std::string& folder,
+                                                              const Submission& submission,
+                                                              const PlannedJob& job,
+                                                              const std::vector<SubmittedJob>& before)
 {
-  try {
-    cancel_jobs({id});
-  } catch (const InputError&) {
-    // The first message is the one that matters, and names the job.
-  }
+  std::vector<std::string> ids;
+  for (const SubmittedJob& one : before) ids.push_back(one.id);
+  const SubmitAnswer answer = submit_job(sbatch_words(folder, submission, job, ids), folder);
+  if (answer.fault) return *answer.fault;
+  const SubmittedJob submitted{answer.id, utc_now(), job};
+  const auto fault = append_submitted(folder, submitted);
+  if (!fault) return submitted;
+  cancel_jobs({answer.id});  // nobody would know of it; the first fault is the one that matters
+  return *fault;
 }
 
 }  // namespace
@@ -307,21 +314,18 @@ std::vector<SubmittedJob> submit_jobs(const std::string& folder, const Submissio
                                       const std::vector<PlannedJob>& jobs)
 {
   std::vector<SubmittedJob> submitted;
-  std::vector<std::string> ids;
-  try {
-    for (const PlannedJob& job : jobs) {
-      ids.push_back(submit_job(sbatch_words(folder, submission, job, ids), folder));
-      const SubmittedJob one{ids.back(), utc_now(), job};
-      append_submitted(folder, one);
-      submitted.push_back(one);
+  for (const PlannedJob& job : jobs) {
+    auto answer = submit_and_note(folder, submission, job, submitted);
+    if (const auto* one = std::get_if<SubmittedJob>(&answer)) {
+      submitted.push_back(*one);
+      continue;
     }
-  } catch (const InputError& error) {
-    if (ids.size() > submitted.size()) cancel_unnoted(ids.back());
-    if (submitted.empty()) throw;
-    InputError::Facts facts = error.facts();
-    facts.wanted += "; " + std::to_string(submitted.size()) + " of " + std::to_string(jobs.size()) +
-                    " jobs were submitted before and go on, vrda resume " + folder + " submits the others";
-    throw InputError(facts);
+    InputError::Facts fault = std::get<InputError::Facts>(answer);
+    if (!submitted.empty()) {
+      fault.wanted += "; " + std::to_string(submitted.size()) + " of " + std::to_string(jobs.size()) +
+                      " jobs were submitted before and go on, vrda resume " + folder + " submits the others";
+    }
+    throw InputError(fault);
   }
   return submitted;
 }

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/output_lock.hpp"
 #include "journal/journal.hpp"
+#include "journal/record_bytes.hpp"
 
 namespace vrda {
 namespace {
@@ -227,15 +228,6 @@ class Viewer {
   SolvedCounter counter_;
 };
 
-bool is_merged(const std::string& output)
-{
-  try {
-    return is_only_to_clear_up(output);
-  } catch (const InputError&) {
-    return false;  // the merge says what is wrong
-  }
-}
-
 TaskStanding standing_of(const std::vector<TaskView>& tasks)
 {
   for (const TaskStanding standing : {TaskStanding::failed, TaskStanding::lost, TaskStanding::running,
@@ -289,15 +281,11 @@ SubmissionSnapshot take_snapshot(const std::string& folder, const Submission& su
   const std::vector<SubmittedJob> jobs = read_submitted(folder);
   std::vector<std::string> ids;
   for (const SubmittedJob& job : jobs) ids.push_back(job.id);
-  std::vector<SlurmRow> rows;
-  try {
-    rows = ask_rows(ids);
-  } catch (const InputError& error) {
-    seen.remark = error.what();
-  }
+  const QueueAnswer queue = ask_rows(ids);
+  if (queue.fault) seen.remark = InputError(*queue.fault).what();
   // After the queue: a task that ends meanwhile has its state then.
   seen.states = read_task_states(folder, submission);
-  seen.slurm = tasks_in_slurm(submission, jobs, rows);
+  seen.slurm = tasks_in_slurm(submission, jobs, queue.rows);
   for (auto& [task, state] : seen.states) {
     if (state.phase != TaskPhase::running || !state.slurm_job.empty()) continue;
     if (OutputLock::is_held(task_file_of(folder, submission, task))) {
@@ -319,7 +307,8 @@ StatusView status_of(const std::string& folder, const Submission& submission, co
     view.case_number = k;
     const SubmittedCase& submitted = submission.cases[static_cast<std::size_t>(k)];
     view.is_made = is_made(folder, submitted);
-    view.is_merged = !view.is_made && submission.n_shards > 1 && is_merged(output_of(folder, submitted));
+    view.is_merged =
+        !view.is_made && submission.n_shards > 1 && is_only_to_clear_up(output_of(folder, submitted));
     for (const TaskId& task : tasks_of_case(submission, k)) {
       const bool is_done = view.is_made || (view.is_merged && task.kind != TaskKind::merge);
       view.tasks.push_back(viewer.view(task, is_done));
@@ -388,18 +377,20 @@ std::vector<std::string> journals_of(const std::string& folder, const Submission
 
 SolvedCounter::Content SolvedCounter::content_of(const std::string& journal)
 {
+  // Of a damaged one what is whole: the task that goes on with it says what is wrong.
   Content content;
-  std::error_code ignored;
-  if (!std::filesystem::exists(journal, ignored)) return content;
-  try {
-    for (const StepRecord& record : read_journal(journal).records) {
-      const StepKey& key = record.key;
+  FrameTail tail = journal_tail(journal);
+  for (bool has_more = true; has_more;) {
+    const TailNews news = tail.look();
+    has_more = news.has_more;
+    for (const std::string& frame : news.frames) {
+      const std::optional<StepRecord> record = record_of(frame);
+      if (!record) return content;
+      const StepKey& key = record->key;
       if (key.kind == StepKind::spine || key.kind == StepKind::row)
         content.cells.insert({key.flexion, key.varus});
       if (key.kind == StepKind::free_spine) ++content.n_free_steps;
     }
-  } catch (const InputError&) {
-    // The task that goes on with it says what is wrong.
   }
   return content;
 }

@@ -69,11 +69,11 @@ const char* name_of(TaskKind kind)
   return kind_names.at(static_cast<std::size_t>(kind));
 }
 
-TaskKind task_kind_of(const std::string& word)
+std::optional<TaskKind> task_kind_of(const std::string& word)
 {
   const auto found = std::find(kind_names.begin(), kind_names.end(), word);
-  if (found != kind_names.end()) return static_cast<TaskKind>(found - kind_names.begin());
-  throw InputError({"--kind", "", word.empty() ? "nothing" : word, "spine, shard, merge, run or index"});
+  if (found == kind_names.end()) return std::nullopt;
+  return static_cast<TaskKind>(found - kind_names.begin());
 }
 
 std::string absolute_folder(const std::string& folder)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ enum class TaskKind { spine, shard, merge, run, index };
 
 const char* name_of(TaskKind kind);
 /// Throws InputError whose file is "--kind".
-TaskKind task_kind_of(const std::string& word);
+std::optional<TaskKind> task_kind_of(const std::string& word);
 
 /// One task of a submission.
 struct TaskId {

@@ -35,24 +35,27 @@ void name_fields(const Fields& fields, SubmittedJob& s)
   fields("at", s.at);
   std::string kind = name_of(s.job.kind);
   fields("kind", kind);
-  s.job.kind = task_kind_of(kind);
+  const std::optional<TaskKind> known = task_kind_of(kind);
+  if (!known) throw Json::other_error::create(501, "an unknown kind of task", nullptr);
+  s.job.kind = *known;
   fields("case", s.job.case_number);
   fields("array", s.job.numbers);
   fields("offset", s.job.offset);
   fields("per_task", s.job.per_task);
 }
 
-void append_submitted(const std::string& folder, const SubmittedJob& submitted)
+std::optional<InputError::Facts> append_submitted(const std::string& folder, const SubmittedJob& submitted)
 {
   const std::string path = submitted_file_of(folder);
   const OpenFile file(open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (file.is_open() &&
       write_all(file.get(), (has_torn_end(file.get()) ? "\n" : "") + Json(submitted).dump() + "\n") &&
       fsync(file.get()) == 0) {
-    return;
+    return std::nullopt;
   }
-  throw InputError({path, "", std::string("a file that cannot be written (") + std::strerror(errno) + ")",
-                    "room and permission to note down job " + submitted.id});
+  return InputError::Facts{path, "",
+                           std::string("a file that cannot be written (") + std::strerror(errno) + ")",
+                           "room and permission to note down job " + submitted.id};
 }
 
 std::vector<SubmittedJob> read_submitted(const std::string& folder)
@@ -62,8 +65,7 @@ std::vector<SubmittedJob> read_submitted(const std::string& folder)
   for (std::string line; std::getline(file, line);) {
     try {
       jobs.push_back(Json::parse(line).get<SubmittedJob>());
-    } catch (const Json::exception&) {
-    } catch (const InputError&) {
+    } catch (const Json::exception&) {  // a line cut short
     }
   }
   return jobs;

@@ -20,7 +20,8 @@ struct SubmittedJob {
 
 /// One line at the end, on the disk when it returns: a job that is in Slurm's queue must not be forgotten.
 /// Throws InputError naming the file.
-void append_submitted(const std::string& folder, const SubmittedJob& submitted);
+[[nodiscard]] std::optional<InputError::Facts> append_submitted(const std::string& folder,
+                                                                const SubmittedJob& submitted);
 /// Lines that are damaged or cut short are left out.
 std::vector<SubmittedJob> read_submitted(const std::string& folder);
 

@@ -39,7 +39,8 @@ double huber_limit(const std::vector<const SmoothFit*>& fits, std::size_t surfac
     for (const double error : fit->left_out[surface].reshaped<Eigen::RowMajor>()) {
       if (!std::isnan(error)) errors.push_back(error);
     }
-    least = std::min(least, robust_scale(std::move(errors)));
+    least = std::min(least, robust_scale(Eigen::Map<const Eigen::VectorXd>(
+                                errors.data(), static_cast<Eigen::Index>(errors.size()))));
   }
   return std::max(least_limit, huber_constant * least / unit_of(surface));
 }

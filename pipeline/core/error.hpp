@@ -1,4 +1,6 @@
-/// The two kinds of exceptions (STYLE.md 4). Only `app` catches them.
+/// The two kinds of exceptions (STYLE.md 4). The commands catch them (pipeline: app, run; player: app, loop);
+/// the few other places stand in scripts/check_includes (CATCHES), each with its reason. The rest answers
+/// with facts.
 #pragma once
 
 #include <stdexcept>

@@ -16,6 +16,7 @@
 namespace vrda {
 namespace {
 
+constexpr const char* wanted_readable = "a journal that can be read";
 constexpr const char* wanted_writable = "a journal that can be written and free space";
 
 [[noreturn]] void fail(const std::string& path, const std::string& what, const char* wanted)
@@ -37,17 +38,27 @@ nlink_t n_names_of(int descriptor)
 
 enum class Creation { replace, only_new };
 
-/// Locks the file with the second name just opened. Where there are no locks nothing is left of it: nobody
-/// else gets as far as to write it.
+/// Removes the second name of a file just opened while it is empty, unless it is kept: where there are no
+/// locks nobody else gets as far as to write it.
+struct RemovedWhileEmpty {
+  int descriptor;
+  const std::string& name;
+  bool is_kept = false;
+
+  ~RemovedWhileEmpty()
+  {
+    struct stat facts {};
+    if (!is_kept && fstat(descriptor, &facts) == 0 && facts.st_size == 0) std::remove(name.c_str());
+  }
+};
+
+/// Locks the file with the second name just opened; leaves nothing of it where there are no locks.
 bool is_locked_by_us(int descriptor, const std::string& temporary, const std::string& path)
 {
-  try {
-    return lock_without_waiting(descriptor, path);
-  } catch (const InputError&) {
-    struct stat facts {};
-    if (fstat(descriptor, &facts) == 0 && facts.st_size == 0) std::remove(temporary.c_str());
-    throw;
-  }
+  RemovedWhileEmpty opened{descriptor, temporary};
+  const bool is_locked = lock_without_waiting(descriptor, path);
+  opened.is_kept = true;
+  return is_locked;
 }
 
 /// Writes `bytes` under a second name and renames: all of them stand at `path` or nothing does. Returns the
@@ -101,15 +112,23 @@ std::string bytes_in(int descriptor, std::size_t n_bytes, const std::string& pat
 
 std::string frame_bytes_of(const std::string& path)
 {
+  std::optional<std::string> bytes = frame_bytes_if_there(path);
+  if (bytes) return std::move(*bytes);
+  errno = ENOENT;
+  fail(path, "no access", wanted_readable);
+}
+
+std::optional<std::string> frame_bytes_if_there(const std::string& path)
+{
   const OpenFile descriptor(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  constexpr const char* wanted = "a journal that can be read";
-  if (descriptor.get() < 0) fail(path, "no access", wanted);
+  if (descriptor.get() < 0 && errno == ENOENT) return std::nullopt;
+  if (descriptor.get() < 0) fail(path, "no access", wanted_readable);
   std::string bytes;
   std::string block(std::size_t{1} << 16, '\0');
   for (;;) {
     const ssize_t n = ::read(descriptor.get(), block.data(), block.size());
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) fail(path, "a read error", wanted);
+    if (n < 0) fail(path, "a read error", wanted_readable);
     if (n == 0) return bytes;
     bytes.append(block, 0, static_cast<std::size_t>(n));
   }
@@ -154,6 +173,7 @@ std::optional<FrameWriter> FrameWriter::try_create(const std::string& path, cons
 std::optional<FrameWriter> FrameWriter::try_lock(const std::string& path, const FrameFormat& format)
 {
   OpenFile descriptor(open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC));
+  if (descriptor.get() < 0 && errno == ENOENT) return std::nullopt;
   if (descriptor.get() < 0) fail(path, "a journal that cannot be opened", wanted_writable);
   struct stat facts {};
   if (!lock_without_waiting(descriptor.get(), path) || !is_at(descriptor.get(), path) ||

@@ -31,6 +31,8 @@ FrameFacts parse_frames(const std::string& path, std::string_view bytes, const F
 
 /// The whole file. Throws InputError naming it when it cannot be read.
 std::string frame_bytes_of(const std::string& path);
+/// The same; nothing where there is no file.
+std::optional<std::string> frame_bytes_if_there(const std::string& path);
 
 /// Appends to one such file. It is locked: a second writer of the same file gets an InputError.
 class FrameWriter {
@@ -46,7 +48,7 @@ class FrameWriter {
                                                const FrameFormat& format);
 
   /// Goes on at the end of `path`, for cut() once its bytes are looked at; nothing while another process
-  /// writes it.
+  /// writes it, or where there is no file.
   static std::optional<FrameWriter> try_lock(const std::string& path, const FrameFormat& format);
   /// Drops what follows the first `valid_bytes`.
   void cut(std::uint64_t valid_bytes);

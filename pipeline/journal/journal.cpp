@@ -62,19 +62,15 @@ std::optional<OpenJournal> JournalWriter::try_open(const std::string& path, cons
     if (!created) return std::nullopt;
     return OpenJournal{JournalWriter(std::move(*created)), {key, {}, 0, 0, {}}};
   }
-  try {
-    std::optional<FrameWriter> locked = FrameWriter::try_lock(path, step_format);
-    // Under the lock nobody appends; another job's is refused whoever writes it.
-    JournalContent content = read_journal(path);
-    require_key(content.key, path, key);
-    if (!locked) return std::nullopt;
-    locked->cut(content.valid_bytes);
-    return OpenJournal{JournalWriter(std::move(*locked)), std::move(content)};
-  } catch (const InputError&) {
-    // Whoever wrote it may have made its model just now, and removed it.
-    if (access(path.c_str(), F_OK) == 0 || errno != ENOENT) throw;
-    return std::nullopt;
-  }
+  std::optional<FrameWriter> locked = FrameWriter::try_lock(path, step_format);
+  const std::optional<std::string> bytes = frame_bytes_if_there(path);
+  if (!bytes) return std::nullopt;  // whoever wrote it has made its model just now, and removed it
+  // Under the lock nobody appends; another job's is refused whoever writes it.
+  JournalContent content = parse_journal(path, *bytes);
+  require_key(content.key, path, key);
+  if (!locked) return std::nullopt;
+  locked->cut(content.valid_bytes);
+  return OpenJournal{JournalWriter(std::move(*locked)), std::move(content)};
 }
 
 OpenJournal JournalWriter::open(const std::string& path, const std::string& key)

@@ -117,12 +117,7 @@ ExitCode whole_run(const RunOptions& options)
     write_motion_model(start_file_of(output), pending_model_of(job_case));
   }
   watch_for_interrupts();
-  try {
-    return solve_and_write(job_case, options, log, output);
-  } catch (const InputError&) {
-    put_back_lost(log, output);
-    throw;
-  }
+  return putting_back_lost(log, output, [&] { return solve_and_write(job_case, options, log, output); });
 }
 
 }  // namespace

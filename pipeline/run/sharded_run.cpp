@@ -83,18 +83,14 @@ std::optional<Steps> solved_spine(const ShardedRun& run, const RunOptions& optio
   patience.longest = patience_for_spine;
   std::optional<StepLog> log = open_log_waiting(path, run.key, is_fresh, patience);
   if (!log) return std::nullopt;
-  try {
+  const bool is_complete = putting_back_lost(*log, run.output, [&] {
     write_shared_files(run, options);
     const SweepPlan plan = plan_of_rows(run.job_case, {});
-    if (!solve_part(run.job_case, plan, Counted::spine, options, *log).is_complete) {
-      say_interrupted(*log);
-      return std::nullopt;
-    }
-  } catch (const InputError&) {
-    put_back_lost(*log, run.output);
-    throw;
-  }
-  return steps_in(path, run.key);
+    return solve_part(run.job_case, plan, Counted::spine, options, *log).is_complete;
+  });
+  if (is_complete) return steps_in(path, run.key);
+  say_interrupted(*log);
+  return std::nullopt;
 }
 
 ExitCode solve_rows(const ShardedRun& run, const RunOptions& options, const Steps& spine)
@@ -108,13 +104,10 @@ ExitCode solve_rows(const ShardedRun& run, const RunOptions& options, const Step
   }
   const auto n_rows = static_cast<std::int32_t>(run.job_case.grid.flexion_deg.size());
   const SweepPlan plan = plan_of_rows(run.job_case, rows_of(*options.shard, n_rows));
-  try {
-    const SweepResult result = solve_part(run.job_case, plan, Counted::cells, options, *log, spine);
-    if (!result.is_complete) return say_interrupted(*log);
-  } catch (const InputError&) {
-    put_back_lost(*log, run.output);
-    throw;
-  }
+  const bool is_complete = putting_back_lost(*log, run.output, [&] {
+    return solve_part(run.job_case, plan, Counted::cells, options, *log, spine).is_complete;
+  });
+  if (!is_complete) return say_interrupted(*log);
   std::printf("%s\n", path.c_str());
   return ExitCode::done;
 }

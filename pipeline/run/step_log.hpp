@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.hpp"
 #include "journal/journal.hpp"
 #include "journal/trace_journal.hpp"
 #include "run/patience.hpp"
@@ -32,8 +33,20 @@ std::optional<StepLog> open_log_waiting(const std::string& path, const std::stri
 /// Recalls what `log` knows. Both refer to it.
 std::optional<StepRecord> recalled(const StepLog& log, const StepKey& key);
 
-/// The output's folder was deleted or moved under a run: the journals, which are still open, go back to their
-/// places, and the InputError says so. Returns when they are in place.
+/// Where the output's folder was deleted or moved under a run: the journals, which are still open, go back to
+/// their places, and the InputError says so. Returns when they are in place.
 void put_back_lost(const StepLog& log, const std::string& output);
+
+/// work(), and put_back_lost() when it fails.
+template <typename Work>
+auto putting_back_lost(const StepLog& log, const std::string& output, const Work& work)
+{
+  try {
+    return work();
+  } catch (const InputError&) {
+    put_back_lost(log, output);
+    throw;
+  }
+}
 
 }  // namespace vrda

@@ -1,8 +1,6 @@
 /// Robust regression: cells far off the surface pull at it with a limited force.
 #pragma once
 
-#include <vector>
-
 #include "smooth/least_squares.hpp"
 
 namespace vrda {
@@ -14,14 +12,14 @@ inline constexpr double huber_constant = 1.345;
 inline constexpr double normal_scale = 1.4826022185056018;
 
 /// normal_scale * median of |value|; 0 of none.
-double robust_scale(std::vector<double> values);
+double robust_scale(Eigen::VectorXd values);
 
 /// A weighted least-squares solution whose weights follow from its residuals.
 struct HuberFit {
-  std::vector<double> coefficients;  ///< columns in the order of the matrix decomposed
-  std::vector<double> weights;       ///< [n_rows] min(1, huber_constant * scale / |residual|)
-  std::vector<double> leverage;      ///< [n_rows] diagonal of the hat matrix of the weighted problem
-  double scale = 0.0;                ///< robust_scale of the residuals the weights were made of
+  Eigen::VectorXd coefficients;  ///< columns in the order of the matrix decomposed
+  Eigen::VectorXd weights;       ///< [n_rows] min(1, huber_constant * scale / |residual|)
+  Eigen::VectorXd leverage;      ///< [n_rows] diagonal of the hat matrix of the weighted problem
+  double scale = 0.0;            ///< robust_scale of the residuals the weights were made of
   int n_steps = 0;
   bool is_converged = false;  ///< else the best after most_steps
 };
@@ -38,6 +36,6 @@ struct HuberOptions {
 /// of the scale (root mean square), or when most of the data is fitted to rounding. The result is the
 /// weighted least-squares solution with the weights reached, so `leverage` is exact for it: residual / (1 -
 /// leverage) is what a refit without the row and with these weights leaves there. The rank must be full.
-HuberFit huber_fit(const PivotedQr& qr, const std::vector<double>& data, const HuberOptions& options = {});
+HuberFit huber_fit(const PivotedQr& qr, const Eigen::VectorXd& data, const HuberOptions& options = {});
 
 }  // namespace vrda

@@ -21,7 +21,7 @@ constexpr double saturated_leverage = 1.0 - 1e-10;
 struct Problem {
   std::vector<Cell> cells;
   PivotedQr qr;
-  std::vector<double> leverage;  ///< [n_cells]
+  Eigen::VectorXd leverage;  ///< [n_cells]
   double condition_number = 0.0;
 };
 
@@ -94,19 +94,18 @@ std::optional<Problem> theta_problem(const SmoothInput& input, const SmoothedSet
   return problem_of(std::move(determined), std::move(qr));
 }
 
-std::vector<double> data_of(const GridD& grid, const std::vector<Cell>& cells)
+Eigen::VectorXd data_of(const GridD& grid, const std::vector<Cell>& cells)
 {
-  std::vector<double> data;
-  for (const Cell& cell : cells) {
-    data.push_back(grid(cell.flexion, cell.varus));
-    check(std::isfinite(data.back()), "a stable cell has finite parameters");
-  }
+  Eigen::VectorXd data(static_cast<Eigen::Index>(cells.size()));
+  std::transform(cells.begin(), cells.end(), data.begin(),
+                 [&](const Cell& cell) { return grid(cell.flexion, cell.varus); });
+  check(data.allFinite(), "a stable cell has finite parameters");
   return data;
 }
 
 /// What a surface leaves at the cells; left out means: as if the cell were not in the fit.
 void add_errors(SmoothFit& fit, SmoothedSurface& surface, const Problem& problem, const GridD& grid,
-                const std::vector<double>& leverage)
+                const Eigen::VectorXd& leverage)
 {
   GridD residuals = GridD::Constant(grid.rows(), grid.cols(), nan), left_out = residuals;
   double sum_sq = 0.0, left_out_sum_sq = 0.0;
@@ -114,7 +113,8 @@ void add_errors(SmoothFit& fit, SmoothedSurface& surface, const Problem& problem
     const auto& [i, j] = problem.cells[c];
     const double residual = grid(i, j) - surface.values(i, j);
     residuals(i, j) = residual;
-    left_out(i, j) = leverage[c] > saturated_leverage ? nan : residual / (1.0 - leverage[c]);
+    const double own_share = leverage(static_cast<Eigen::Index>(c));
+    left_out(i, j) = own_share > saturated_leverage ? nan : residual / (1.0 - own_share);
     surface.largest_residual = std::max(surface.largest_residual, std::abs(residual));
     sum_sq += residual * residual;
     left_out_sum_sq += left_out(i, j) * left_out(i, j);
@@ -129,14 +129,15 @@ void add_errors(SmoothFit& fit, SmoothedSurface& surface, const Problem& problem
 void add_surface(SmoothFit& fit, const std::string& name, const GridD& grid, const Problem& problem,
                  const AxisTables& tables)
 {
-  const std::vector<double> data = data_of(grid, problem.cells);
+  const Eigen::VectorXd data = data_of(grid, problem.cells);
   SmoothedSurface surface;
   surface.name = name;
   surface.condition_number = problem.condition_number;
   surface.n_cells = static_cast<std::int32_t>(data.size());
   std::optional<HuberFit> huber;
   if (fit.set.is_robust) huber = huber_fit(problem.qr, data);
-  surface.coefficients = huber ? huber->coefficients : solve(problem.qr, data);
+  const Eigen::VectorXd coefficients = huber ? huber->coefficients : solve(problem.qr, data);
+  surface.coefficients.assign(coefficients.begin(), coefficients.end());
   surface.values = grid_values(surface.coefficients, fit.set.exponents, tables);
   add_errors(fit, surface, problem, grid, huber ? huber->leverage : problem.leverage);
   fit.is_converged.push_back(!huber || huber->is_converged);

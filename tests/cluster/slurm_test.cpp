@@ -68,8 +68,8 @@ TEST(Submitted, ATornLastLineIsLeftOut)
   job.kind = TaskKind::shard;
   job.case_number = 0;
   job.numbers = {2, 5};
-  append_submitted(folder, {"12", "2026-03-01T10:00:00Z", job});
-  append_submitted(folder, {"13", "2026-03-01T10:00:01Z", job});
+  EXPECT_FALSE(append_submitted(folder, {"12", "2026-03-01T10:00:00Z", job}));
+  EXPECT_FALSE(append_submitted(folder, {"13", "2026-03-01T10:00:01Z", job}));
   const std::string whole = test::read_bytes(submitted_file_of(folder));
   scratch.write("submitted.jsonl", whole.substr(0, whole.size() - 10));
   const std::vector<SubmittedJob> jobs = read_submitted(folder);
@@ -79,8 +79,8 @@ TEST(Submitted, ATornLastLineIsLeftOut)
   EXPECT_EQ(jobs[0].job.numbers, job.numbers);
 
   // Nor does it swallow the next one.
-  append_submitted(folder, {"14", "2026-03-01T10:00:02Z", job});
-  append_submitted(folder, {"15", "2026-03-01T10:00:03Z", job});
+  EXPECT_FALSE(append_submitted(folder, {"14", "2026-03-01T10:00:02Z", job}));
+  EXPECT_FALSE(append_submitted(folder, {"15", "2026-03-01T10:00:03Z", job}));
   std::vector<std::string> ids;
   for (const SubmittedJob& submitted : read_submitted(folder)) ids.push_back(submitted.id);
   EXPECT_THAT(ids, ElementsAre("12", "14", "15"));

@@ -56,6 +56,15 @@ class CheckIncludes(unittest.TestCase):
         self.assert_one("player/scene/a.cpp", '#include "render/draw.hpp"\n', 1, '"render/draw.hpp"', "scene, core, ligament, store, motion")
         self.assert_one("player/render/a.cpp", '#include "load/case.hpp"\n', 1, '"load/case.hpp"', "scene")
 
+    def test_commands_alone_catch_input_errors(self):
+        for caught in ("const InputError& error", "InputError", "const vrda::InputError&", "const std::exception& e"):
+            text = "void f()\n{\n  try {\n    g();\n  } catch (" + caught + ") {\n  }\n}\n"
+            self.assert_one("pipeline/solve/a.cpp", text, 5, "catch of ", "facts that a function returns")
+            self.assert_one("player/scene/a.hpp", text, 5, "catch of ", "app catches")
+            self.assertEqual(self.findings({"pipeline/app/a.cpp": text, "pipeline/store/read_apart.cpp": text})[0], 0)
+        others = "try { g(); } catch (const Stopped&) {} // catch (const InputError&)\n"
+        self.assertEqual(self.findings({"pipeline/solve/a.cpp": others})[0], 0)
+
     def test_project_includes_name_their_room(self):
         self.assert_one("pipeline/solve/a.cpp", '#include "step.hpp"\n', 1, '"step.hpp"', "room/file.hpp")
         self.assert_one("pipeline/solve/a.cpp", '#include "../core/mesh.hpp"\n', 1, '"../core', "room/file.hpp")

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "smooth/smooth.hpp"
 
@@ -106,6 +108,47 @@ TEST(SmoothFit, RobustFitRecoversExactPolynomials)
   }
   const SmoothedSet set = smooth(input, 3, {.is_robust = true});
   EXPECT_LT((set.surfaces[2].values - input.tz_mm).abs().maxCoeff(), fit_tolerance);
+}
+
+/// Eigen's idea of this processor's caches, as it was at the end.
+class CacheSizes {
+ public:
+  CacheSizes() { Eigen::internal::manage_caching_sizes(Eigen::GetAction, &l1_, &l2_, &l3_); }
+  CacheSizes(const CacheSizes&) = delete;
+  ~CacheSizes() { Eigen::setCpuCacheSizes(l1_, l2_, l3_); }
+
+ private:
+  std::ptrdiff_t l1_ = 0, l2_ = 0, l3_ = 0;
+};
+
+TEST(SmoothFit, EveryCacheGivesTheSameBits)
+{
+  const CacheSizes restored_at_the_end;
+  // 560 cells and 91 terms: where Eigen's products of matrices and its blocked QR differ between these two.
+  SmoothInput input = noisy_planes(28, 20);
+  for (Eigen::Index k = 3; k < input.tx_mm.size(); k += 7) input.tx_mm.data()[k] += 8.0;
+  const auto fit_with_caches = [&](std::ptrdiff_t l1, std::ptrdiff_t l2, std::ptrdiff_t l3) {
+    Eigen::setCpuCacheSizes(l1, l2, l3);
+    return std::pair(smooth_fit(input, 12), smooth_fit(input, 12, {.is_robust = true}));
+  };
+  const auto small = fit_with_caches(8 << 10, 64 << 10, 128 << 10);
+  const auto large = fit_with_caches(128 << 10, 2 << 20, 64 << 20);
+  EXPECT_GT(small.second.set.surfaces[0].largest_residual, 4.0) << "weighted";
+  for (const auto& [a, b] : {std::pair(small.first, large.first), std::pair(small.second, large.second)}) {
+    for (std::size_t s = 0; s < 4; ++s) {
+      EXPECT_EQ(a.set.surfaces[s].coefficients, b.set.surfaces[s].coefficients);
+      EXPECT_EQ(a.set.surfaces[s].condition_number, b.set.surfaces[s].condition_number);
+      EXPECT_TRUE((a.left_out[s] == b.left_out[s]).all());
+    }
+  }
+  // The two do make a difference where Eigen reads them.
+  const Eigen::MatrixXd tall = Eigen::MatrixXd::Random(2000, 91);
+  const auto product_with_caches = [&](std::ptrdiff_t l1, std::ptrdiff_t l2, std::ptrdiff_t l3) {
+    Eigen::setCpuCacheSizes(l1, l2, l3);
+    return Eigen::MatrixXd(tall.transpose() * tall);
+  };
+  EXPECT_NE(product_with_caches(8 << 10, 64 << 10, 128 << 10),
+            product_with_caches(128 << 10, 2 << 20, 64 << 20));
 }
 
 TEST(SmoothFit, VarusIsAFifthSurfaceWhereItWasFree)
