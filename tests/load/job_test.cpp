@@ -411,8 +411,8 @@ TEST(JobErrors, TheMessageReadsAsOneSentence)
   const std::string file =
       scratch.write("knee.toml", test::small_job("", "[grid]\nflexion = { step = 0 }")).string();
   EXPECT_THAT([&] { read_job(file); },
-              testing::ThrowsMessage<InputError>(
-                  HasSubstr("knee.toml: grid.flexion.step: found 0, wanted a step that is not zero")));
+              testing::ThrowsMessage<InputError>(HasSubstr(
+                  "knee.toml: line 10, grid.flexion.step: found 0, wanted a step that is not zero")));
 }
 
 TEST(JobErrors, MissingFilesAndFolders)
