@@ -5,24 +5,12 @@
 
 namespace vrda {
 
-extern const char* const campaign_schema_text;  // schemas/campaign.schema.json, embedded by CMake
-extern const char* const job_schema_text;
+const DocumentSchema& campaign_schema();  // schemas/campaign.schema.json
+const DocumentSchema& job_schema();       // schemas/job.schema.json
 
 namespace {
 
 constexpr const char* campaign_key = "campaign";
-
-const DocumentSchema& job_schema()
-{
-  static const DocumentSchema schema(job_schema_text);
-  return schema;
-}
-
-const DocumentSchema& campaign_schema()
-{
-  static const DocumentSchema schema(campaign_schema_text);
-  return schema;
-}
 
 // [campaign] alone: what its schema speaks about.
 Document campaign_part(const Document& document)

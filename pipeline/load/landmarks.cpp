@@ -11,18 +11,12 @@
 
 namespace vrda {
 
-extern const char* const landmarks_schema_text;  // schemas/landmarks.schema.json, embedded by CMake
+const DocumentSchema& landmarks_schema();  // schemas/landmarks.schema.json
 
 namespace {
 
 constexpr std::size_t most_pairs = 10000;  // a table of markers; more is another file
 constexpr double least_distance = 1e-9;    // as the schema has it
-
-const DocumentSchema& landmarks_schema()
-{
-  static const DocumentSchema schema(landmarks_schema_text);
-  return schema;
-}
 
 // Fields by column. Of one that is empty nothing is there; a word that is no number is left to the schema.
 DocumentValue row_of(const std::vector<std::string_view>& columns,

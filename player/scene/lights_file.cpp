@@ -6,15 +6,9 @@
 
 namespace vrda {
 
-extern const char* const lights_schema_text;  // schemas/lights.schema.json, embedded by CMake
+const DocumentSchema& lights_schema();  // schemas/lights.schema.json
 
 namespace {
-
-const DocumentSchema& lights_schema()
-{
-  static const DocumentSchema schema(lights_schema_text);
-  return schema;
-}
 
 Eigen::Vector3f three(const DocumentValue& root, const char* key)
 {

@@ -10,15 +10,9 @@
 
 namespace vrda {
 
-extern const char* const bench_schema_text;  // schemas/bench.schema.json, embedded by CMake
+const DocumentSchema& bench_schema();  // schemas/bench.schema.json
 
 namespace {
-
-const DocumentSchema& bench_schema()
-{
-  static const DocumentSchema schema(bench_schema_text);
-  return schema;
-}
 
 Viewport window_of(const Document& document, const std::string& key, const DisplaySettings& settings)
 {

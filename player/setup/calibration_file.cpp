@@ -10,19 +10,13 @@
 
 namespace vrda {
 
-extern const char* const calibration_schema_text;  // schemas/calibration.schema.json, embedded by CMake
+const DocumentSchema& calibration_schema();  // schemas/calibration.schema.json
 
 namespace {
 
 constexpr int version = 1;
 /// A direction of the file is this near to a unit vector, or was no direction.
 constexpr double unit_tolerance = 1e-3;
-
-const DocumentSchema& calibration_schema()
-{
-  static const DocumentSchema schema(calibration_schema_text);
-  return schema;
-}
 
 Eigen::Vector2d two(const DocumentValue& table, const char* key)
 {

@@ -62,37 +62,6 @@ int whole_at(const DocumentValue& table, const char* key)
   return static_cast<int>(integer_at(table, key));
 }
 
-void add_optics(const DocumentValue& table, CalibrationSettings& settings)
-{
-  const std::vector<double> grid = numbers_at(table, "grid");
-  settings.edge_repeats = whole_at(table, "edge_repeats");
-  settings.screen_sd_mm = number_at(table, "screen_sd_mm");
-  settings.is_grid_adjusted = text_at(table, "distortion") == "adjust";
-  settings.grid_columns = static_cast<int>(grid[0]);
-  settings.grid_rows = static_cast<int>(grid[1]);
-  settings.grid_repeats = whole_at(table, "grid_repeats");
-}
-
-void add_person(const DocumentValue& table, CalibrationSettings& settings)
-{
-  settings.rectangle_repeats = whole_at(table, "rectangle_repeats");
-  settings.alignment_sd_deg = number_at(table, "alignment_sd_deg");
-  settings.sight_sd_px = number_at(table, "sight_sd_px");
-  settings.has_pupillometer = flag_at(table, "pupillometer");
-  settings.pupillometer_sd_mm = number_at(table, "pupillometer_sd_mm");
-  settings.eye_height_sd_mm = number_at(table, "eye_height_sd_mm");
-}
-
-void add_tracking(const DocumentValue& table, CalibrationSettings& settings)
-{
-  settings.rail_samples = whole_at(table, "rail_samples");
-  settings.pivot_samples = whole_at(table, "pivot_samples");
-  settings.hold_samples = whole_at(table, "hold_samples");
-  settings.bullseyes = whole_at(table, "bullseyes");
-  settings.is_model_adjusted = text_at(table, "model") == "adjust";
-  settings.model_repeats = whole_at(table, "model_repeats");
-}
-
 }  // namespace
 
 CalibrationSettings calibration_settings_of(const Document& document)
@@ -100,10 +69,26 @@ CalibrationSettings calibration_settings_of(const Document& document)
   CalibrationSettings settings;
   const DocumentValue* table = document.root.find("calibration");
   if (table == nullptr) return settings;
+  const std::vector<double> grid = numbers_at(*table, "grid");
   settings.is_present = true;
-  add_optics(*table, settings);
-  add_person(*table, settings);
-  add_tracking(*table, settings);
+  settings.edge_repeats = whole_at(*table, "edge_repeats");
+  settings.screen_sd_mm = number_at(*table, "screen_sd_mm");
+  settings.is_grid_adjusted = text_at(*table, "distortion") == "adjust";
+  settings.grid_columns = static_cast<int>(grid[0]);
+  settings.grid_rows = static_cast<int>(grid[1]);
+  settings.grid_repeats = whole_at(*table, "grid_repeats");
+  settings.rectangle_repeats = whole_at(*table, "rectangle_repeats");
+  settings.alignment_sd_deg = number_at(*table, "alignment_sd_deg");
+  settings.sight_sd_px = number_at(*table, "sight_sd_px");
+  settings.has_pupillometer = flag_at(*table, "pupillometer");
+  settings.pupillometer_sd_mm = number_at(*table, "pupillometer_sd_mm");
+  settings.eye_height_sd_mm = number_at(*table, "eye_height_sd_mm");
+  settings.rail_samples = whole_at(*table, "rail_samples");
+  settings.pivot_samples = whole_at(*table, "pivot_samples");
+  settings.hold_samples = whole_at(*table, "hold_samples");
+  settings.bullseyes = whole_at(*table, "bullseyes");
+  settings.is_model_adjusted = text_at(*table, "model") == "adjust";
+  settings.model_repeats = whole_at(*table, "model_repeats");
   settings.rectangles = rectangles_of(document);
   settings.probe = tool_name(document, "calibration.probe");
   settings.marker = tool_name(document, "calibration.marker");

@@ -44,7 +44,7 @@ function(add_room name)
   endif()
 endfunction()
 
-# add_schema(scene lights): schemas/lights.schema.json travels inside the room, as lights_schema_text.
+# add_schema(scene lights): schemas/lights.schema.json travels inside the room, as lights_schema().
 function(add_schema room kind)
   set(file ${CMAKE_SOURCE_DIR}/schemas/${kind}.schema.json)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
