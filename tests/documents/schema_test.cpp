@@ -78,6 +78,9 @@ TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
                "a known key; the nearest is \"display.layout\""},
            Row{title + "[[body]]\ntool = \"x\"\n[[body]]\ntol = \"y\"", 5, "body.1.tol", "an unknown key",
                "a known key; the nearest is \"body.tool\""},
+           // Of two that are as near, the one of its own table.
+           Row{title + "[[body]]\ntool = \"x\"\ntole = 1", 4, "body.0.tole", "an unknown key",
+               "a known key; the nearest is \"body.tool\""},
            // Missing ones.
            Row{"flag = true", 0, "title", "nothing", "a short title"},
            Row{title + "\n[[body]]", 3, "body.0.tool", "nothing", "a text"},

@@ -48,19 +48,14 @@ TEST(LightsFile, WhatIsWrongIsNamed)
            Row{"[hemisphere]\nsky = [1, 1, 1]\n", "hemisphere.ground", "nothing"},
            Row{sky("[1, 1]"), "hemisphere.sky", "[1, 1]"},
            Row{sky("[1, 1, 11]"), "hemisphere.sky.2", "11"},
-           Row{sky("[1, 1, nan]"), "hemisphere.sky.2", "nan"},
            Row{sky("[1, 1, \"x\"]"), "hemisphere.sky.2", "\"x\""},
-           Row{sky("\"blue\""), "hemisphere.sky", "\"blue\""},
            Row{hemisphere + "grund = [0, 0, 0]\n", "hemisphere.grund", "an unknown key"},
-           Row{"colour = 1\n" + hemisphere, "colour", "an unknown key"},
            Row{"light = 1\n" + hemisphere, "light", "1"},
-           Row{"light = [1]\n" + hemisphere, "light.0", "1"},
            Row{hemisphere + light + "bright = 2\n", "light.0.bright", "an unknown key"},
            Row{hemisphere + light + "[[light]]\ntowards = [0, 0, 0]\ncolour = [1, 1, 1]\n", "light.1.towards",
                "no direction"},
            Row{hemisphere + light + light + light + light + light, "light", ""},
            Row{hemisphere + "[background]\ntop = [0, 0, 2]\nbottom = [0, 0, 0]\n", "background.top.2", "2"},
-           Row{hemisphere + "[background]\ntop = [0, 0, 1]\n", "background.bottom", "nothing"},
        }) {
     SCOPED_TRACE(row.text);
     const InputError::Facts facts = test::input_error([&] { parsed_lights(row.text, "my.toml"); });
