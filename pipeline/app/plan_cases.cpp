@@ -6,8 +6,8 @@
 
 #include "assemble/prepare.hpp"
 #include "core/error.hpp"
+#include "documents/value.hpp"
 #include "load/job.hpp"
-#include "load/job_value.hpp"
 
 namespace vrda {
 namespace {
@@ -31,8 +31,8 @@ bool is_setting(const std::string& key)
 // Equal texts load equal meshes.
 std::string meshes_of(const Job& job, const CaseSpec& spec)
 {
-  JobValue::Table kept;
-  for (const JobEntry& entry : *job.document.root.table()) {
+  DocumentValue::Table kept;
+  for (const DocumentEntry& entry : *job.document.root.table()) {
     if (!is_setting(entry.key)) kept.push_back(entry);
   }
   const std::string folder = std::filesystem::path(spec.job_file).parent_path().string();

@@ -36,17 +36,17 @@ struct Axis {
 };
 
 struct Source {
-  const std::string& file;
+  const Document& document;
 
   [[noreturn]] void refuse(const std::string& key, const std::string& found, const std::string& wanted) const
   {
-    throw InputError({file, key.empty() ? "campaign" : "campaign." + key, found, wanted});
+    document.refuse(key.empty() ? "campaign" : "campaign." + key, found, wanted);
   }
 
   // Files are relative to the campaign's.
   std::string beside(const std::string& path) const
   {
-    return (fs::absolute(file).parent_path() / path).lexically_normal().string();
+    return (fs::absolute(document.file).parent_path() / path).lexically_normal().string();
   }
 };
 
@@ -64,15 +64,15 @@ bool do_overlap(const std::string& a, const std::string& b)
 }
 
 // Every leaf of the table; a list is one.
-void add_leaves(const Source& source, const std::string& at, const JobValue& value, const std::string& path,
-                std::vector<std::string>& leaves)
+void add_leaves(const Source& source, const std::string& at, const DocumentValue& value,
+                const std::string& path, std::vector<std::string>& leaves)
 {
-  const JobValue::Table* table = value.table();
+  const DocumentValue::Table* table = value.table();
   if (table == nullptr || (table->empty() && !path.empty())) {
     leaves.push_back(path + "=" + value_text(value));
     return;
   }
-  for (const JobEntry& entry : *table) {
+  for (const DocumentEntry& entry : *table) {
     if (entry.key.empty() || entry.key.find_first_of(".=") != std::string::npos) {
       source.refuse(at, "the key \"" + entry.key + "\"", "keys without '.' and '='");
     }
@@ -80,31 +80,25 @@ void add_leaves(const Source& source, const std::string& at, const JobValue& val
   }
 }
 
-std::string text_or_empty(const JobValue& table, std::string_view key)
-{
-  const JobValue* value = table.find(key);
-  return value == nullptr ? "" : *value->text();
-}
-
-Level level_of(const Source& source, const std::string& key, const JobValue& table)
+Level level_of(const Source& source, const std::string& key, const DocumentValue& table)
 {
   Level level;
-  level.name = *table.find("name")->text();
+  level.name = text_at(table, "name");
   level.key = "campaign." + key;
   if (const std::string job = text_or_empty(table, "job"); !job.empty()) level.job = source.beside(job);
   if (const std::string data = text_or_empty(table, "data"); !data.empty()) level.data = source.beside(data);
-  if (const JobValue* settings = table.find("set")) {
+  if (const DocumentValue* settings = table.find("set")) {
     if (settings->find("campaign") != nullptr) source.refuse(key + ".set", "campaign", "keys of a job");
     add_leaves(source, key + ".set", *settings, "", level.overrides);
   }
   return level;
 }
 
-Axis axis_of(const Source& source, const JobEntry& entry)
+Axis axis_of(const Source& source, const DocumentEntry& entry)
 {
   Axis axis{entry.key, {}, {}};
   std::set<std::string> names;
-  for (const JobValue& table : *entry.value.list()) {
+  for (const DocumentValue& table : *entry.value.list()) {
     const std::string key = axis.name + "." + std::to_string(axis.levels.size());
     Level level = level_of(source, key, table);
     if (!names.insert(level.name).second) {
@@ -117,10 +111,10 @@ Axis axis_of(const Source& source, const JobEntry& entry)
   return axis;
 }
 
-std::vector<Axis> axes_of(const Source& source, const JobValue& campaign)
+std::vector<Axis> axes_of(const Source& source, const DocumentValue& campaign)
 {
   std::vector<Axis> axes;
-  for (const JobEntry& entry : *campaign.table()) {
+  for (const DocumentEntry& entry : *campaign.table()) {
     if (entry.key != "title" && entry.key != "exclude") axes.push_back(axis_of(source, entry));
   }
   return axes;
@@ -189,11 +183,11 @@ std::vector<std::string> names_of(const Axis& axis)
 // Axis name -> level name.
 using Combination = std::map<std::string, std::string>;
 
-Combination combination_of(const Source& source, const std::vector<Axis>& axes, const JobValue& table,
+Combination combination_of(const Source& source, const std::vector<Axis>& axes, const DocumentValue& table,
                            const std::string& key)
 {
   Combination combination;
-  for (const JobEntry& entry : *table.table()) {
+  for (const DocumentEntry& entry : *table.table()) {
     const auto axis =
         std::find_if(axes.begin(), axes.end(), [&](const Axis& a) { return a.name == entry.key; });
     const std::string at = key + "." + entry.key;
@@ -210,12 +204,10 @@ Combination combination_of(const Source& source, const std::vector<Axis>& axes, 
 }
 
 std::vector<Combination> excluded(const Source& source, const std::vector<Axis>& axes,
-                                  const JobValue& campaign)
+                                  const DocumentValue& campaign)
 {
   std::vector<Combination> combinations;
-  const JobValue* list = campaign.find("exclude");
-  if (list == nullptr) return combinations;
-  for (const JobValue& table : *list->list()) {
+  for (const DocumentValue& table : list_or_empty(campaign, "exclude")) {
     combinations.push_back(
         combination_of(source, axes, table, "exclude." + std::to_string(combinations.size())));
   }
@@ -306,12 +298,12 @@ Campaign campaign_of(const std::string& job_or_campaign, const std::string& data
   const CaseSpec base = case_of_job(job_or_campaign, data_directory, overrides);
   const std::string bytes = file_bytes(job_or_campaign, {job_or_campaign, "", "", "a job or campaign file"},
                                        largest_campaign_bytes);
-  const JobDocument document{job_or_campaign, parse_toml(bytes, job_or_campaign), {}};
-  const JobValue* table = document.root.find("campaign");
+  const Document document{job_or_campaign, parse_toml(bytes, job_or_campaign)};
+  const DocumentValue* table = document.root.find("campaign");
   if (table == nullptr) return {job_or_campaign, "", {}, {{base, {}, {}}}};
 
   check_campaign(document);
-  const Source source{job_or_campaign};
+  const Source source{document};
   const std::vector<Axis> axes = axes_of(source, *table);
   check_subjects(source, axes, is_campaign_alone(document.root));
   check_keys_apart(source, axes);
@@ -334,7 +326,7 @@ InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, cons
 {
   if (campaign.axes.empty()) return error;
   InputError::Facts facts = error.facts();
-  // As JobDocument::source_of() names what an override gave: levels are overrides, which nobody typed.
+  // As Document::source_of() names what an override gave: levels are overrides, which nobody typed.
   constexpr std::string_view with_override = " with --set ";
   const std::size_t with = facts.file.find(with_override);
   if (facts.file == "--set") {

@@ -7,7 +7,6 @@
 #include "core/nearest_word.hpp"
 #include "core/number_text.hpp"
 #include "load/file_bytes.hpp"
-#include "load/job_value.hpp"
 
 namespace vrda {
 namespace {

@@ -1,7 +1,7 @@
 #include "convert/job_text.hpp"
 
 #include "core/number_text.hpp"
-#include "load/job_value.hpp"
+#include "documents/value.hpp"
 
 namespace vrda {
 namespace {
@@ -19,7 +19,7 @@ std::string list_of(const Eigen::Vector3d& v)
 
 std::string quoted_toml(const std::string& text)
 {
-  const std::string line = toml_text({JobValue::Table{{"x", {text}}}});  // x = "text"
+  const std::string line = toml_text({DocumentValue::Table{{"x", {text}}}});  // x = "text"
   return line.substr(4, line.size() - 5);
 }
 

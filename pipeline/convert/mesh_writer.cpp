@@ -9,7 +9,6 @@
 
 #include "core/error.hpp"
 #include "core/number_text.hpp"
-#include "load/job_value.hpp"
 #include "load/polygon.hpp"
 #include "load/weld.hpp"
 

@@ -9,7 +9,6 @@
 #include "core/error.hpp"
 #include "core/number_text.hpp"
 #include "load/file_bytes.hpp"
-#include "load/job_value.hpp"
 #include "load/words.hpp"
 
 namespace vrda {

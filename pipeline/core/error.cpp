@@ -20,7 +20,9 @@ std::string shown(std::string_view fact)
 std::string message(const InputError::Facts& facts)
 {
   std::string text = shown(facts.file);
-  if (!facts.field.empty()) text += (text.empty() ? "" : ": ") + shown(facts.field);
+  std::string place = facts.line > 0 ? "line " + std::to_string(facts.line) : "";
+  if (!facts.field.empty()) place += (place.empty() ? "" : ", ") + shown(facts.field);
+  if (!place.empty()) text += (text.empty() ? "" : ": ") + place;
   text += (text.empty() ? "found " : ": found ") + shown(facts.found);
   if (!facts.wanted.empty()) text += ", wanted " + shown(facts.wanted);
   return text;

@@ -8,8 +8,8 @@
 
 namespace vrda {
 
-/// Somebody outside can fix it. what() reads "file: field: found ..., wanted ...": one printable line,
-/// whatever bytes the facts quote.
+/// Somebody outside can fix it. what() reads "file: line 3, field: found ..., wanted ...": one printable
+/// line, whatever bytes the facts quote.
 class InputError : public std::runtime_error {
  public:
   struct Facts {
@@ -17,6 +17,7 @@ class InputError : public std::runtime_error {
     std::string field;   ///< key, line or part of the file; may be empty
     std::string found;   ///< what stands there
     std::string wanted;  ///< what would have been right
+    int line = 0;        ///< of the file, where the field is in one; 0: none
   };
 
   explicit InputError(Facts facts);

@@ -10,7 +10,6 @@
 #include "load/component_source.hpp"
 #include "load/fibre_warnings.hpp"
 #include "load/job.hpp"
-#include "load/job_value.hpp"
 #include "load/scaling.hpp"
 #include "load/unit_check.hpp"
 

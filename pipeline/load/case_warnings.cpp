@@ -36,22 +36,16 @@ void warn_of_steps(const Job& job, Warnings& warnings)
 
 // Whether the job file or an override names the key, or one below it. `root` is the file's tree, without
 // defaults.
-bool is_given(const Job& job, const JobValue& root, const std::string& key)
+bool is_given(const Job& job, const DocumentValue& root, const std::string& key)
 {
   for (const std::string& given : job.document.overridden) {
     if (given == key || given.starts_with(key + ".")) return true;
   }
-  const JobValue* value = &root;
-  for (std::size_t from = 0; value != nullptr && from <= key.size();) {
-    const std::size_t dot = std::min(key.find('.', from), key.size());
-    value = value->find(std::string_view(key).substr(from, dot - from));
-    from = dot + 1;
-  }
-  return value != nullptr;
+  return find_at(root, key) != nullptr;
 }
 
 // What one method reads and the other does not.
-void warn_of_other_method(const Job& job, const JobValue& root, Warnings& warnings)
+void warn_of_other_method(const Job& job, const DocumentValue& root, Warnings& warnings)
 {
   const auto warn = [&](const std::string& key, const char* why) {
     if (is_given(job, root, key)) warnings.push_back(key + ": it has no effect on " + why);
@@ -75,7 +69,7 @@ void warn_of_other_method(const Job& job, const JobValue& root, Warnings& warnin
 
 void warn_of_unused(const Job& job, Warnings& warnings)
 {
-  const JobValue root = parse_toml(job.text, job.file);
+  const DocumentValue root = parse_toml(job.text, job.file);
   warn_of_other_method(job, root, warnings);
   const std::size_t n_flexion = job.grid.flexion_deg.size(), n_varus = job.grid.varus_deg.size();
   for (const std::int32_t degree : job.smooth_degrees) {
@@ -154,7 +148,7 @@ void warn_of_small_knee(const Job& job, const Case& loaded, Warnings& warnings)
 void warn_of_last_angle(const Job& job, const std::string& key, const std::vector<double>& angles_deg,
                         Warnings& warnings)
 {
-  const JobValue& root = job.document.root;
+  const DocumentValue& root = job.document.root;
   const double to_deg = number_at(root, key + ".to"), step_deg = number_at(root, key + ".step");
   const double last_deg = angles_deg.back();
   constexpr double reached = 1e-6;  // of a step

@@ -15,35 +15,11 @@ namespace {
 constexpr std::uintmax_t largest_job_bytes = 16U << 20U;  // a job with ten thousand fibres is 2 MiB
 constexpr double largest_grid_cells = 1e6;                // 360 x 1000 at half a degree; more is a slip
 
-[[noreturn]] void refuse(const Job& job, const std::string& key, const std::string& found,
-                         const std::string& wanted)
-{
-  throw InputError({job.document.source_of(key), key, found, wanted});
-}
-
-Eigen::Vector3d vector3_of(const JobValue& value)
-{
-  const std::vector<double> numbers = numbers_of(value);
-  check(numbers.size() == 3, "a checked job holds no three numbers where they belong");
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
-Eigen::Vector3d vector3_at(const JobValue& root, std::string_view key)
-{
-  return vector3_of(value_at(root, key));
-}
-
-std::string text_or_empty(const JobValue& table, std::string_view key)
-{
-  const JobValue* value = table.find(key);
-  return value == nullptr ? "" : text_at(*value, "");
-}
-
 // Parameters the schema leaves open: numbers and words.
-GenerateJob generate_of(const JobValue& value)
+GenerateJob generate_of(const DocumentValue& value)
 {
   GenerateJob generate;
-  for (const JobEntry& entry : *value.table()) {
+  for (const DocumentEntry& entry : *value.table()) {
     if (entry.key == "shape") {
       generate.shape = *entry.value.text();
     } else if (entry.key == "part") {
@@ -57,16 +33,16 @@ GenerateJob generate_of(const JobValue& value)
   return generate;
 }
 
-ComponentJob component_of(const Job& job, const JobValue& value, const std::string& key)
+ComponentJob component_of(const Job& job, const DocumentValue& value, const std::string& key)
 {
   ComponentJob component;
   component.key = key;
   component.name = text_at(value, "name");
   component.file = text_or_empty(value, "file");
-  if (const JobValue* generate = value.find("generate")) component.generate = generate_of(*generate);
+  if (const DocumentValue* generate = value.find("generate")) component.generate = generate_of(*generate);
   if (component.file.empty() == !component.generate) {
-    refuse(job, key, component.generate ? "both file and generate" : "neither file nor generate",
-           "one of file = \"mesh.stl\" and generate = { shape = \"knee\", part = \"femur\" }");
+    job.document.refuse(key, component.generate ? "both file and generate" : "neither file nor generate",
+                        "one of file = \"mesh.stl\" and generate = { shape = \"knee\", part = \"femur\" }");
   }
   component.material = text_at(value, "material");
   component.has_contact = flag_at(value, "contact");
@@ -76,29 +52,29 @@ ComponentJob component_of(const Job& job, const JobValue& value, const std::stri
   return component;
 }
 
-BodyJob body_of(const Job& job, const JobValue& root, const std::string& key)
+BodyJob body_of(const Job& job, const DocumentValue& root, const std::string& key)
 {
   BodyJob body;
   body.name = text_at(root, key + ".name");
   std::vector<std::string> names;
   bool has_contact = false;
-  for (const JobValue& value : *value_at(root, key + ".component").list()) {
+  for (const DocumentValue& value : *value_at(root, key + ".component").list()) {
     const std::string item = key + ".component." + std::to_string(body.components.size());
     ComponentJob component = component_of(job, value, item);
     if (std::find(names.begin(), names.end(), component.name) != names.end()) {
-      refuse(job, item + ".name", "\"" + component.name + "\" a second time",
-             "a name of its own for each component");
+      job.document.refuse(item + ".name", "\"" + component.name + "\" a second time",
+                          "a name of its own for each component");
     }
     names.push_back(component.name);
     has_contact = has_contact || component.has_contact;
     body.components.push_back(std::move(component));
   }
   if (!has_contact)
-    refuse(job, key + ".component", "only drawn components", "at least one with contact = true");
+    job.document.refuse(key + ".component", "only drawn components", "at least one with contact = true");
   return body;
 }
 
-FrameJob frame_of(const JobValue& root)
+FrameJob frame_of(const DocumentValue& root)
 {
   FrameJob frame;
   frame.unit = text_at(root, "frame.unit");
@@ -112,48 +88,48 @@ FrameJob frame_of(const JobValue& root)
   return frame;
 }
 
-std::optional<ScalingJob> scaling_of(const Job& job, const JobValue& root)
+std::optional<ScalingJob> scaling_of(const Job& job, const DocumentValue& root)
 {
-  const JobValue* table = root.find("scaling");
+  const DocumentValue* table = root.find("scaling");
   if (table == nullptr) return std::nullopt;
   ScalingJob scaling;
   scaling.landmarks_file = text_or_empty(*table, "landmarks");
-  const JobValue* factor = table->find("factor");
+  const DocumentValue* factor = table->find("factor");
   if (factor == nullptr) return scaling;
   if (!scaling.landmarks_file.empty()) {
     throw InputError({job.document.source_of_all({"scaling.landmarks", "scaling.factor"}), "scaling",
                       "both factor and landmarks", "one of factor = 1.07 and landmarks = \"landmarks.csv\""});
   }
   scaling.factor =
-      factor->list() != nullptr ? vector3_of(*factor) : Eigen::Vector3d::Constant(number_at(*factor, ""));
+      factor->list() != nullptr ? vector3_at(*factor, "") : Eigen::Vector3d::Constant(number_at(*factor, ""));
   return scaling;
 }
 
-std::vector<double> row_of(const JobValue& value)
+std::vector<double> row_of(const DocumentValue& value)
 {
   return value.list() != nullptr ? numbers_of(value) : std::vector<double>{number_at(value, "")};
 }
 
-OverFlexion over_flexion_at(const Job& job, const JobValue& root, const std::string& key)
+OverFlexion over_flexion_at(const Job& job, const DocumentValue& root, const std::string& key)
 {
-  const JobValue& value = value_at(root, key);
+  const DocumentValue& value = value_at(root, key);
   OverFlexion out;
   std::vector<std::vector<double>> rows;
   if (value.table() == nullptr) {
     out.flexion_rad = {0.0};
     rows = {row_of(value)};
   } else {
-    for (const double angle_deg : numbers_of(value_at(value, "flexion_deg"))) {
+    for (const double angle_deg : numbers_at(value, "flexion_deg")) {
       if (!out.flexion_rad.empty() && rad_from_deg(angle_deg) <= out.flexion_rad.back()) {
-        refuse(job, key + ".flexion_deg", shown(value_at(value, "flexion_deg")),
-               "angles that rise from one to the next");
+        job.document.refuse(key + ".flexion_deg", shown(value_at(value, "flexion_deg")),
+                            "angles that rise from one to the next");
       }
       out.flexion_rad.push_back(rad_from_deg(angle_deg));
     }
-    for (const JobValue& row : *value_at(value, "value").list()) rows.push_back(row_of(row));
+    for (const DocumentValue& row : *value_at(value, "value").list()) rows.push_back(row_of(row));
     if (rows.size() != out.flexion_rad.size()) {
-      refuse(job, key + ".value", std::to_string(rows.size()) + " values",
-             "as many as flexion_deg has angles, " + std::to_string(out.flexion_rad.size()));
+      job.document.refuse(key + ".value", std::to_string(rows.size()) + " values",
+                          "as many as flexion_deg has angles, " + std::to_string(out.flexion_rad.size()));
     }
   }
   out.value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));
@@ -165,7 +141,7 @@ OverFlexion over_flexion_at(const Job& job, const JobValue& root, const std::str
   return out;
 }
 
-PushJob push_of(const Job& job, const JobValue& root)
+PushJob push_of(const Job& job, const DocumentValue& root)
 {
   PushJob push;
   push.delta = over_flexion_at(job, root, "push.delta");
@@ -174,7 +150,7 @@ PushJob push_of(const Job& job, const JobValue& root)
     // Scaled first, so that neither huge nor tiny components leave the range of doubles.
     const double largest = given.cwiseAbs().maxCoeff();
     if (!(largest > 0.0))
-      refuse(job, "push.delta", shown(value_at(root, "push.delta")), "a direction: not all zero");
+      job.document.refuse("push.delta", shown(value_at(root, "push.delta")), "a direction: not all zero");
     push.delta.value.row(i) = (given / largest).normalized().transpose();
   }
   push.force_n = over_flexion_at(job, root, "push.force_n");
@@ -186,27 +162,28 @@ PushJob push_of(const Job& job, const JobValue& root)
 }
 
 // from, from + step, ... as far as `to`, which is included when a whole number of steps reaches it.
-std::vector<double> range_at(const Job& job, const JobValue& root, const std::string& key)
+std::vector<double> range_at(const Job& job, const DocumentValue& root, const std::string& key)
 {
   constexpr double reached = 1e-9;  // of a step: rounding of (to - from) / step
   const double from_deg = number_at(root, key + ".from");
   const double to_deg = number_at(root, key + ".to");
   const double step_deg = number_at(root, key + ".step");
-  if (step_deg == 0.0) refuse(job, key + ".step", "0", "a step that is not zero");
+  if (step_deg == 0.0) job.document.refuse(key + ".step", "0", "a step that is not zero");
   const double n_steps = (to_deg - from_deg) / step_deg;
   if (n_steps < 0.0) {
-    refuse(job, key, "from " + shortest(from_deg) + " to " + shortest(to_deg) + " by " + shortest(step_deg),
-           "a step that leads from the first angle to the last");
+    job.document.refuse(
+        key, "from " + shortest(from_deg) + " to " + shortest(to_deg) + " by " + shortest(step_deg),
+        "a step that leads from the first angle to the last");
   }
   if (!(n_steps < largest_grid_cells))
-    refuse(job, key + ".step", shortest(step_deg), "at most 1000000 attitudes");
+    job.document.refuse(key + ".step", shortest(step_deg), "at most 1000000 attitudes");
   std::vector<double> angles_deg;
   const auto n = static_cast<int>(std::floor(n_steps + reached));
   for (int i = 0; i <= n; ++i) angles_deg.push_back(from_deg + i * step_deg + 0.0);
   return angles_deg;
 }
 
-void read_grid(Job& job, const JobValue& root)
+void read_grid(Job& job, const DocumentValue& root)
 {
   job.grid.flexion_deg = range_at(job, root, "grid.flexion");
   job.is_varus_free = value_at(root, "grid.varus").text() != nullptr;
@@ -214,13 +191,14 @@ void read_grid(Job& job, const JobValue& root)
   const double n_cells =
       static_cast<double>(job.grid.flexion_deg.size()) * static_cast<double>(job.grid.varus_deg.size());
   if (n_cells > largest_grid_cells) {
-    refuse(job, "grid", std::to_string(static_cast<std::int64_t>(n_cells)) + " attitudes", "at most 1000000");
+    job.document.refuse("grid", std::to_string(static_cast<std::int64_t>(n_cells)) + " attitudes",
+                        "at most 1000000");
   }
 }
 
-SearchOptions search_of(const JobValue& root)
+SearchOptions search_of(const DocumentValue& root)
 {
-  const JobValue& search = value_at(root, "solver.search");
+  const DocumentValue& search = value_at(root, "solver.search");
   SearchOptions options;
   options.approach_step_mm = number_at(search, "approach_step_mm");
   options.translation_step_mm = number_at(search, "translation_step_mm");
@@ -242,17 +220,17 @@ void check_step(const Job& job, const std::string& kind, const std::string& unit
 {
   const std::string resolution = "solver.search." + kind + "_resolution_" + unit;
   const std::string step_name = kind + "_step_" + unit, step = "solver.search." + step_name;
-  const JobValue& root = job.document.root;
+  const DocumentValue& root = job.document.root;
   if (number_at(root, resolution) <= number_at(root, step)) return;
   throw InputError({job.document.source_of_all({resolution, step}), resolution,
                     shown(value_at(root, resolution)),
                     "at most " + step_name + ", " + shown(value_at(root, step))});
 }
 
-FibreJob fibre_of(const Job& job, const JobValue& value, const std::string& key)
+FibreJob fibre_of(const Job& job, const DocumentValue& value, const std::string& key)
 {
   const auto optional_number = [&](const char* name) {
-    const JobValue* number = value.find(name);
+    const DocumentValue* number = value.find(name);
     return number == nullptr ? std::nullopt : std::optional(number_at(*number, ""));
   };
   FibreJob fibre{text_at(value, "name"),
@@ -266,22 +244,22 @@ FibreJob fibre_of(const Job& job, const JobValue& value, const std::string& key)
                  job.document.source_of(key),
                  key};
   if (fibre.slack_length_mm.has_value() == fibre.reference_strain.has_value()) {
-    refuse(job, key, fibre.slack_length_mm ? "both slack_length_mm and reference_strain" : "neither",
-           "one of slack_length_mm and reference_strain");
+    job.document.refuse(key, fibre.slack_length_mm ? "both slack_length_mm and reference_strain" : "neither",
+                        "one of slack_length_mm and reference_strain");
   }
   return fibre;
 }
 
-std::optional<LigamentsJob> ligaments_of(const Job& job, const JobValue& root)
+std::optional<LigamentsJob> ligaments_of(const Job& job, const DocumentValue& root)
 {
-  const JobValue* table = root.find("ligaments");
+  const DocumentValue* table = root.find("ligaments");
   if (table == nullptr) return std::nullopt;
   LigamentsJob ligaments;
   ligaments.fibres_file = text_or_empty(*table, "fibres");
   ligaments.wraps_file = text_or_empty(*table, "wraps");
   ligaments.transition_strain = number_at(*table, "transition_strain");
-  const JobValue* fibres = table->find("fibre");
-  const JobValue* generate = table->find("generate");
+  const DocumentValue* fibres = table->find("fibre");
+  const DocumentValue* generate = table->find("generate");
   std::string given;
   int n_given = 0;
   for (const char* key : {"fibres", "fibre", "generate"}) {
@@ -289,106 +267,105 @@ std::optional<LigamentsJob> ligaments_of(const Job& job, const JobValue& root)
     given.append(n_given++ == 0 ? "both " : " and ").append(key);
   }
   if (n_given != 1) {
-    refuse(job, "ligaments", n_given == 0 ? "neither fibres nor fibre nor generate" : given,
-           "one of fibres = \"ligaments.csv\", [[ligaments.fibre]] and generate = { shape = \"knee\" }");
+    job.document.refuse(
+        "ligaments", n_given == 0 ? "neither fibres nor fibre nor generate" : given,
+        "one of fibres = \"ligaments.csv\", [[ligaments.fibre]] and generate = { shape = \"knee\" }");
   }
   if (generate != nullptr) ligaments.generate = generate_of(*generate);
   if (fibres == nullptr) return ligaments;
-  for (const JobValue& fibre : *fibres->list()) {
+  for (const DocumentValue& fibre : *fibres->list()) {
     const std::string key = "ligaments.fibre." + std::to_string(ligaments.fibres.size());
     ligaments.fibres.push_back(fibre_of(job, fibre, key));
   }
   return ligaments;
 }
 
-CompartmentJob compartment_of(const JobValue& value)
+CompartmentJob compartment_of(const DocumentValue& value)
 {
   CompartmentJob compartment;
   compartment.half_space = text_or_empty(value, "half_space");
-  if (const JobValue* names = value.find("components")) {
-    for (const JobValue& name : *names->list()) compartment.components.push_back(*name.text());
-  }
+  compartment.components = texts_at(value, "components");
   return compartment;
 }
 
-JobValue half_space(const std::string& side)
+DocumentValue half_space(const std::string& side)
 {
-  return {JobValue::Table{{"half_space", {side}}}};
+  return {DocumentValue::Table{{"half_space", {side}}}};
 }
 
-void complete_side(JobValue* generate, const std::string& side)
+void complete_side(DocumentValue* generate, const std::string& side)
 {
   if (generate == nullptr || text_at(*generate, "shape") != "knee" || generate->find("side") != nullptr)
     return;
-  std::get<JobValue::Table>(generate->data).push_back({"side", {side}});
+  std::get<DocumentValue::Table>(generate->data).push_back({"side", {side}});
 }
 
 // Without one key: the same order otherwise.
-JobValue without(const JobValue& root, const std::string& key)
+DocumentValue without(const DocumentValue& root, const std::string& key)
 {
-  JobValue::Table rest;
-  for (const JobEntry& entry : *root.table()) {
+  DocumentValue::Table rest;
+  for (const DocumentEntry& entry : *root.table()) {
     if (entry.key != key) rest.push_back(entry);
   }
   return {rest};
 }
 
 // Before defaults are filled in, and before the schema says that tables are tables.
-bool has_start(const JobValue& root)
+bool has_start(const DocumentValue& root)
 {
-  const JobValue* moving = root.find("moving");
-  const JobValue* initial = moving == nullptr ? nullptr : moving->find("initial");
+  const DocumentValue* moving = root.find("moving");
+  const DocumentValue* initial = moving == nullptr ? nullptr : moving->find("initial");
   return initial != nullptr && initial->find("translation_mm") != nullptr;
 }
 
 // Of other joints than a knee the moving object starts 20 mm back against the push, wherever that goes.
-void complete_start(JobValue& root)
+void complete_start(DocumentValue& root)
 {
   constexpr double back_mm = 20.0;
-  const JobValue& delta = value_at(root, "push.delta");
+  const DocumentValue& delta = value_at(root, "push.delta");
   const std::vector<double> push =
       numbers_of(delta.table() == nullptr ? delta : value_at(delta, "value").list()->front());
   const double length = Eigen::Vector3d(push[0], push[1], push[2]).stableNorm();
   // push_of() refuses no direction; along the proximal axis the schema's default is that start already.
   if (!(length > 0.0) || push[1] == length) return;
-  JobValue* shift = root.find("moving")->find("initial")->find("translation_mm");
+  DocumentValue* shift = root.find("moving")->find("initial")->find("translation_mm");
   for (std::size_t k = 0; k < push.size(); ++k)
-    std::get<JobValue::List>(shift->data)[k].data = 0.0 - back_mm * (push[k] / length);
+    std::get<DocumentValue::List>(shift->data)[k].data = 0.0 - back_mm * (push[k] / length);
 }
 
 // Defaults that depend on other keys: what a knee's compartments and a generated knee's side are, and that an
 // empty [scaling] scales nothing.
-void complete(JobValue& root)
+void complete(DocumentValue& root)
 {
   const std::string side = text_at(root, "side");
   if (root.find("compartments") == nullptr && text_at(root, "joint") == "knee") {
     const std::string inner = side == "right" ? "left" : "right";
-    const JobValue::Table both{{"medial", half_space(inner)}, {"lateral", half_space(side)}};
-    std::get<JobValue::Table>(root.data).push_back({"compartments", {both}});
+    const DocumentValue::Table both{{"medial", half_space(inner)}, {"lateral", half_space(side)}};
+    std::get<DocumentValue::Table>(root.data).push_back({"compartments", {both}});
   }
   for (const char* body : {"reference", "moving"}) {
-    for (JobValue& component : std::get<JobValue::List>(root.find(body)->find("component")->data)) {
+    for (DocumentValue& component : std::get<DocumentValue::List>(root.find(body)->find("component")->data)) {
       complete_side(component.find("generate"), side);
     }
   }
-  if (JobValue* scaling = root.find("scaling"); scaling != nullptr && scaling->table()->empty()) {
-    std::get<JobValue::Table>(scaling->data).push_back({"factor", {1.0}});
+  if (DocumentValue* scaling = root.find("scaling"); scaling != nullptr && scaling->table()->empty()) {
+    std::get<DocumentValue::Table>(scaling->data).push_back({"factor", {1.0}});
   }
-  if (JobValue* ligaments = root.find("ligaments")) complete_side(ligaments->find("generate"), side);
+  if (DocumentValue* ligaments = root.find("ligaments")) complete_side(ligaments->find("generate"), side);
 }
 
 // The player's part is kept as it is given; only what the schema cannot say is checked.
 void check_views(const Job& job)
 {
-  const JobValue* player = job.document.root.find("player");
-  const JobValue* views = player == nullptr ? nullptr : player->find("view");
+  const DocumentValue* player = job.document.root.find("player");
+  const DocumentValue* views = player == nullptr ? nullptr : player->find("view");
   if (views == nullptr) return;
   std::vector<std::int64_t> numbers;
-  for (const JobValue& view : *views->list()) {
+  for (const DocumentValue& view : *views->list()) {
     const std::int64_t number = integer_at(view, "number");
     if (std::find(numbers.begin(), numbers.end(), number) != numbers.end()) {
-      refuse(job, "player.view." + std::to_string(numbers.size()) + ".number",
-             std::to_string(number) + " a second time", "a number of its own for each view");
+      job.document.refuse("player.view." + std::to_string(numbers.size()) + ".number",
+                          std::to_string(number) + " a second time", "a number of its own for each view");
     }
     numbers.push_back(number);
   }
@@ -396,7 +373,7 @@ void check_views(const Job& job)
 
 void read_settings(Job& job)
 {
-  const JobValue& root = job.document.root;
+  const DocumentValue& root = job.document.root;
   job.title = text_at(root, "title");
   job.joint = text_at(root, "joint");
   job.side = text_at(root, "side") == "left" ? Side::left : Side::right;
@@ -420,11 +397,11 @@ void read_settings(Job& job)
   job.spine = {static_cast<int>(integer_at(root, "solver.equilibrium.restarts")),
                number_at(root, "solver.equilibrium.band_moment_nmm")};
   job.ligaments = ligaments_of(job, root);
-  if (const JobValue* compartments = root.find("compartments")) {
+  if (const DocumentValue* compartments = root.find("compartments")) {
     job.medial = compartment_of(value_at(*compartments, "medial"));
     job.lateral = compartment_of(value_at(*compartments, "lateral"));
   }
-  for (const double degree : numbers_of(value_at(root, "smooth.degrees"))) {
+  for (const double degree : numbers_at(root, "smooth.degrees")) {
     job.smooth_degrees.push_back(static_cast<std::int32_t>(degree));
   }
   job.smooth_recontact = flag_at(root, "smooth.recontact");

@@ -11,8 +11,8 @@
 #include "core/equilibrium_options.hpp"
 #include "core/frames.hpp"
 #include "core/search_options.hpp"
+#include "documents/document.hpp"
 #include "load/case.hpp"
-#include "load/job_value.hpp"
 
 namespace vrda {
 
@@ -117,7 +117,7 @@ struct Job {
   std::string text;           ///< the file's bytes
   std::string resolved_text;  ///< canonical TOML: every key with its value
   std::string unscaled_text;  ///< the same without [scaling]
-  JobDocument document;       ///< for messages that name a key
+  Document document;          ///< for messages that name a key
   bool has_campaign = false;  ///< left out of the resolved job
 
   std::string title;

@@ -17,8 +17,8 @@ struct LandmarkPair {
 };
 
 /// The pairs of a table, in its order. `file` is its name in messages. Throws InputError naming the file,
-/// line and column: unknown, missing and double columns, values that are no numbers, a distance not above 0,
-/// points that coincide, a name twice, no pair at all.
+/// line and column: what schemas/landmarks.schema.json does not take of a row, double columns, points that
+/// coincide, a name twice, no pair at all.
 std::vector<LandmarkPair> read_landmarks(const std::string& file, std::string_view text);
 
 /// The even factor s that makes sum((subject - s model)^2) least, with what it leaves; `unit_mm` is the

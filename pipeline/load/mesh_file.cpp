@@ -10,7 +10,6 @@
 
 #include "core/error.hpp"
 #include "core/number_text.hpp"
-#include "load/job_value.hpp"
 #include "load/mesh_checks.hpp"
 #include "load/ply_file.hpp"
 #include "load/raw_mesh.hpp"

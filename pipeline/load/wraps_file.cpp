@@ -1,201 +1,135 @@
 #include "load/wraps_file.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
+#include "documents/schema.hpp"
 #include "load/axis_map.hpp"
 #include "load/words.hpp"
 
 namespace vrda {
+
+const DocumentSchema& wraps_schema();  // schemas/wraps.schema.json
+
 namespace {
 
-using Json = nlohmann::json;
-
-constexpr std::size_t most_wraps = 1000;
 // Up to here the shortest way was always found (pipeline/ligament/README.md).
 constexpr double largest_ratio = 5.0;
 
-std::string shown(const Json& value)
+// "1 2 3" as the list of numbers it spells, any other text as it is.
+void read_numbers(DocumentValue& value)
 {
-  constexpr std::size_t longest = 60;
-  const std::string text = value.dump(-1, ' ', false, Json::error_handler_t::replace);
-  return text.size() <= longest ? text : text.substr(0, longest) + "...";
+  if (value.text() == nullptr) return;
+  DocumentValue::List numbers;
+  for (const std::string_view word : words_in(*value.text())) {
+    const std::optional<double> number = real_in(word);
+    if (!number) return;
+    numbers.push_back({*number});
+  }
+  value.data = numbers;
 }
 
-// One entry of the file, and how messages call it.
+// Numbers of every key that has some; one alone stands for the list of it.
+void read_all_numbers(DocumentValue& wrap)
+{
+  for (const char* key : {"xyz_body_rotation", "translation", "dimensions", "radius", "length"}) {
+    if (DocumentValue* value = wrap.find(key)) read_numbers(*value);
+  }
+  for (const char* key : {"radius", "length"}) {
+    const DocumentValue* value = wrap.find(key);
+    if (value == nullptr || value->list() == nullptr || value->list()->size() != 1) continue;
+    *wrap.find(key) = DocumentValue(value->list()->front());
+  }
+}
+
+// A wrap of the checked document, and where messages find it.
 struct Entry {
-  const std::string& file;
-  const Json& json;
+  const Document& document;
+  const DocumentValue& value;
   std::string place;
 
-  [[noreturn]] void refuse(const std::string& key, const std::string& found, const std::string& wanted) const
-  {
-    throw InputError({file, key.empty() ? place : place + ", " + key, found, wanted});
-  }
+  std::string key(const std::string& name) const { return place + "." + name; }
 
-  const Json& at(const std::string& key, const std::string& wanted) const
+  Eigen::Vector3d vector(const std::string& name) const
   {
-    if (!json.contains(key)) refuse(key, "nothing", wanted);
-    return json.at(key);
-  }
-
-  std::string text(const std::string& key, const std::string& wanted) const
-  {
-    const Json& value = at(key, wanted);
-    if (!value.is_string() || value.get<std::string>().empty()) refuse(key, shown(value), wanted);
-    return value.get<std::string>();
-  }
-
-  // Numbers as JSON, or as the source's text: "1 2 3".
-  std::vector<double> numbers(const std::string& key, std::size_t n, const std::string& wanted) const
-  {
-    const Json& value = at(key, wanted);
-    std::vector<double> out;
-    if (value.is_string()) {
-      const std::string text = value.get<std::string>();
-      for (const std::string_view word : words_in(text)) out.push_back(real_in(word).value_or(std::nan("")));
-    } else {
-      const Json list = value.is_array() ? value : Json::array({value});
-      for (const Json& item : list) out.push_back(item.is_number() ? item.get<double>() : std::nan(""));
-    }
-    constexpr double largest = 1e6;  // a kilometre in mm; false for NaN
-    const bool are_numbers =
-        std::all_of(out.begin(), out.end(), [](double x) { return std::abs(x) <= largest; });
-    if (out.size() != n || !are_numbers) refuse(key, shown(value), wanted);
-    return out;
-  }
-
-  Eigen::Vector3d vector(const std::string& key, const std::string& wanted) const
-  {
-    const std::vector<double> n = numbers(key, 3, wanted);
-    return {n[0], n[1], n[2]};
-  }
-
-  double length(const std::string& key) const
-  {
-    const std::string wanted = "a length above 0";
-    const double value = numbers(key, 1, wanted).front();
-    if (!(value > 0.0)) refuse(key, shown(json.at(key)), wanted);
-    return value;
+    return Eigen::Vector3d::Map(numbers_at(value, name).data());
   }
 };
 
-void check_keys(const Entry& entry, const std::string& type)
-{
-  std::vector<std::string> known{"name",        "type",     "body", "xyz_body_rotation",
-                                 "translation", "quadrant", "unit"};
-  if (type == "WrapCylinder") known.insert(known.end(), {"radius", "length"});
-  if (type == "WrapEllipsoid") known.emplace_back("dimensions");
-  for (const auto& [key, value] : entry.json.items()) {
-    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    entry.refuse(key, "an unknown key",
-                 "a key of a " + type + "; the nearest is \"" + nearest_word(key, known) + "\"");
-  }
-}
-
 WrapShape shape_of(const Entry& entry)
 {
-  const std::string wanted = "\"WrapCylinder\" or \"WrapEllipsoid\"";
-  const std::string type = entry.text("type", wanted);
-  if (type != "WrapCylinder" && type != "WrapEllipsoid") entry.refuse("type", shown(type), wanted);
-  check_keys(entry, type);
-  return type == "WrapCylinder" ? WrapShape::cylinder : WrapShape::ellipsoid;
+  const std::string& type = text_at(entry.value, "type");
+  const bool is_cylinder = type == "WrapCylinder";
+  for (const char* name : {"radius", "length", "dimensions"}) {
+    const bool is_wanted = is_cylinder == (name != std::string("dimensions"));
+    const bool is_there = entry.value.find(name) != nullptr;
+    if (is_wanted == is_there) continue;
+    entry.document.refuse(
+        entry.key(name), is_there ? "a key of the other type" : "nothing",
+        "of a " + type + (is_cylinder ? " radius and length" : " three dimensions") + ", lengths above 0");
+  }
+  return is_cylinder ? WrapShape::cylinder : WrapShape::ellipsoid;
 }
 
 WrapBody body_of(const Entry& entry, const BodyNames& bodies)
 {
-  const std::string wanted = "\"reference\", \"moving\", \"" + bodies.reference + "\", \"" + bodies.moving +
-                             "\", or a name that begins with femur or tibia";
-  const std::string name = entry.text("body", wanted);
+  const std::string& name = text_at(entry.value, "body");
   if (name == bodies.reference || name == "reference") return WrapBody::reference;
   if (name == bodies.moving || name == "moving") return WrapBody::moving;
   if (name.starts_with("femur")) return WrapBody::reference;
   if (name.starts_with("tibia")) return WrapBody::moving;
-  entry.refuse("body", shown(name), wanted);
-}
-
-double unit_of(const Entry& entry)
-{
-  if (!entry.json.contains("unit")) return mm_in("m");
-  const std::string wanted = R"("mm", "cm" or "m")";
-  const std::string unit = entry.text("unit", wanted);
-  if (unit != "mm" && unit != "cm" && unit != "m") entry.refuse("unit", shown(unit), wanted);
-  return mm_in(unit);
+  entry.document.refuse_value(entry.key("body"), "\"reference\", \"moving\", \"" + bodies.reference +
+                                                     "\", \"" + bodies.moving +
+                                                     "\", or a name that begins with femur or tibia");
 }
 
 Eigen::Vector3d radii_of(const Entry& entry, WrapShape shape)
 {
   if (shape == WrapShape::cylinder) {
-    const double radius = entry.length("radius");
-    return {radius, radius, 0.5 * entry.length("length")};
+    const double radius = number_at(entry.value, "radius");
+    return {radius, radius, 0.5 * number_at(entry.value, "length")};
   }
-  const std::string wanted = "three half-axes above 0, the largest at most five times the smallest";
-  const Eigen::Vector3d radii = entry.vector("dimensions", wanted);
-  if (!(radii.minCoeff() > 0.0) || radii.maxCoeff() > largest_ratio * radii.minCoeff())
-    entry.refuse("dimensions", shown(entry.json.at("dimensions")), wanted);
+  const Eigen::Vector3d radii = entry.vector("dimensions");
+  if (radii.maxCoeff() > largest_ratio * radii.minCoeff()) {
+    entry.document.refuse_value(entry.key("dimensions"),
+                                "three half-axes above 0, the largest at most five times the smallest");
+  }
   return radii;
 }
 
 Wrap wrap_of(const Entry& entry, const BodyNames& bodies)
 {
   Wrap wrap;
-  wrap.name = entry.text("name", "a name");
+  wrap.name = text_at(entry.value, "name");
   wrap.shape = shape_of(entry);
   wrap.body = body_of(entry, bodies);
-  const double unit_mm = unit_of(entry);
+  const double unit_mm = mm_in(text_at(entry.value, "unit"));
   wrap.radii_mm = unit_mm * radii_of(entry, wrap.shape);
-  const Eigen::Vector3d angles_rad =
-      entry.vector("xyz_body_rotation", "three angles in rad about the body-fixed X, Y and Z, in that order");
+  const Eigen::Vector3d angles_rad = entry.vector("xyz_body_rotation");
   wrap.X_body_wrap.linear() =
       rotation_x(angles_rad.x()) * rotation_y(angles_rad.y()) * rotation_z(angles_rad.z());
-  wrap.X_body_wrap.translation() = unit_mm * entry.vector("translation", "three lengths");
-  if (entry.json.contains("quadrant") && entry.json.at("quadrant") != "all") {
-    entry.refuse("quadrant", shown(entry.json.at("quadrant")), "\"all\": fibres choose the shorter side");
-  }
+  wrap.X_body_wrap.translation() = unit_mm * entry.vector("translation");
   return wrap;
-}
-
-Json parsed(const std::string& file, const std::string& text)
-{
-  const std::string wanted = "a list of wraps in JSON";
-  // A wrap needs three levels; many more would overflow the stack where values are copied and shown.
-  const auto is_shallow = [&](int depth, Json::parse_event_t, Json&) {
-    constexpr int deepest = 8;
-    if (depth > deepest) throw InputError({file, "", "lists within lists within lists", wanted});
-    return true;
-  };
-  try {
-    return Json::parse(text, is_shallow);
-  } catch (const Json::parse_error& error) {
-    throw InputError({file, "byte " + std::to_string(error.byte), "no JSON", wanted});
-  } catch (const Json::out_of_range&) {
-    throw InputError({file, "", "a number beyond the range of doubles", wanted});
-  }
 }
 
 }  // namespace
 
 std::vector<Wrap> read_wraps(const std::string& file, const std::string& text, const BodyNames& bodies)
 {
-  const Json json = parsed(file, text);
-  if (!json.is_array() || json.empty() || json.size() > most_wraps) {
-    throw InputError({file, "", json.is_array() ? std::to_string(json.size()) + " wraps" : shown(json),
-                      "a list of 1 to " + std::to_string(most_wraps) + " wraps"});
+  Document document{file, parse_json(text, file, "a list of wraps in JSON"), {}, "wrap."};
+  if (auto* list = std::get_if<DocumentValue::List>(&document.root.data)) {
+    for (DocumentValue& wrap : *list) read_all_numbers(wrap);
   }
+  document.root = wraps_schema().checked(document);
   std::vector<Wrap> wraps;
-  for (const Json& item : json) {
-    const std::string place = "wrap " + std::to_string(wraps.size() + 1);
-    const Entry entry{file, item, place};
-    if (!item.is_object()) entry.refuse("", shown(item), "a wrap: { \"name\": ... }");
-    Wrap wrap = wrap_of(entry, bodies);
-    for (const Wrap& other : wraps) {
-      if (other.name == wrap.name)
-        entry.refuse("name", shown(wrap.name) + " a second time", "a name of its own");
-    }
-    wraps.push_back(std::move(wrap));
+  std::set<std::string> names;
+  for (const DocumentValue& value : *document.root.list()) {
+    const Entry entry{document, value, std::to_string(wraps.size())};
+    wraps.push_back(wrap_of(entry, bodies));
+    if (!names.insert(wraps.back().name).second)
+      document.refuse(entry.key("name"), shown(value_at(value, "name")) + " a second time",
+                      "a name of its own");
   }
   return wraps;
 }

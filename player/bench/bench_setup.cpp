@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "core/error.hpp"
-#include "settings/settings_table.hpp"
+#include "documents/document.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/scaled_model.hpp"
 #include "store/solved_cells.hpp"
@@ -74,12 +74,11 @@ BenchSetup read_bench_setup(const BenchOptions& options)
     throw InputError({"--bench", "", "nothing", std::string(bench_words) + ", or --replay"});
   Texts texts;
   texts.bench_path = options.bench;
-  texts.bench = settings_file_text(options.bench, bench_words);
+  texts.bench = document_text(options.bench, bench_words);
   texts.calibration_path = options.calibration;
   // One that is still to be written begins with the nominal values.
   if (!options.calibration.empty() && std::filesystem::exists(options.calibration))
-    texts.calibration =
-        settings_file_text(options.calibration, "a calibration file (schemas/calibration.md)");
+    texts.calibration = document_text(options.calibration, "a calibration file (schemas/calibration.md)");
   return made_setup(texts, options.file, options.set);
 }
 

@@ -16,7 +16,6 @@
 #include "core/whole_file.hpp"
 #include "guide/bench_parts.hpp"
 #include "guide/parts.hpp"
-#include "settings/settings_table.hpp"
 #include "view/arguments.hpp"
 
 namespace vrda {

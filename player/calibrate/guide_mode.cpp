@@ -5,8 +5,8 @@
 
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
+#include "documents/document.hpp"
 #include "loop/window_input.hpp"
-#include "settings/settings_table.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda {
@@ -21,7 +21,7 @@ Sink sink_of(const CalibrateOptions& options, const BenchFile& bench)
 KeyScript script_of(const CalibrateOptions& options)
 {
   if (options.script.empty()) return KeyScript({});
-  return KeyScript(parsed_key_script(settings_file_text(options.script, "a script of keys"), options.script));
+  return KeyScript(parsed_key_script(document_text(options.script, "a script of keys"), options.script));
 }
 
 }  // namespace

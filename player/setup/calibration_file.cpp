@@ -3,63 +3,45 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "settings/settings_table.hpp"
+#include "documents/schema.hpp"
 #include "settings/settings_text.hpp"
 #include "setup/calibration.hpp"
 #include "setup/record_text.hpp"
 
 namespace vrda {
+
+const DocumentSchema& calibration_schema();  // schemas/calibration.schema.json
+
 namespace {
 
 constexpr int version = 1;
-constexpr double largest_px = 1e6, full_turn_deg = 360.0;
 /// A direction of the file is this near to a unit vector, or was no direction.
 constexpr double unit_tolerance = 1e-3;
 
-Eigen::Vector3d three(const SettingsTable& table, const char* name, double largest)
+Eigen::Vector2d two(const DocumentValue& table, const char* key)
 {
-  const std::vector<double> v = table.numbers(name, 3, {-largest, largest});
-  return {v[0], v[1], v[2]};
-}
-
-Eigen::Vector2d two(const SettingsTable& table, const char* name)
-{
-  const std::vector<double> v = table.numbers(name, 2, {-largest_px, largest_px});
+  const std::vector<double> v = numbers_at(table, key);
   return {v[0], v[1]};
 }
 
-SixNumbers six_in(const SettingsTable& root, const char* name)
+SixNumbers six_in(const DocumentValue& root, const std::string& key)
 {
-  const SettingsTable table = root.table(name);
-  table.require_known({"shift_mm", "turn_deg"});
-  SixNumbers six;
-  six.shift_mm = three(table, "shift_mm", largest_mm);
-  six.turn_rad = three(table, "turn_deg", full_turn_deg) * rad_from_deg(1.0);
-  return six;
+  return {vector3_at(root, key + ".shift_mm"), vector3_at(root, key + ".turn_deg") * rad_from_deg(1.0)};
 }
 
-Eye eye_in(const SettingsTable& root, const char* name, const Viewport& window)
+Eye eye_in(const DocumentValue& table, const Viewport& window)
 {
-  const SettingsTable table = root.table(name);
-  table.require_known({"visible", "distance_px", "pixel_aspect", "sight_px", "eyepoint_mm", "k1", "k2",
-                       "distortion_centre_px", "distortion_unit_px"});
+  const std::vector<double> visible = numbers_at(table, "visible");
   Eye eye;
   eye.window = window;
-  const std::vector<double> visible = table.numbers("visible", 4, {0.0, largest_px});
-  for (const double v : visible) {
-    if (v != std::floor(v)) table.refuse("visible", "parts of pixels", "x, y, width, height in whole pixels");
-  }
   eye.visible = {static_cast<int>(visible[0]), static_cast<int>(visible[1]), static_cast<int>(visible[2]),
                  static_cast<int>(visible[3])};
-  eye.distance_px = table.number("distance_px", {1.0, largest_px});
-  eye.pixel_aspect = table.number("pixel_aspect", {0.1, 10.0});
+  eye.distance_px = number_at(table, "distance_px");
+  eye.pixel_aspect = number_at(table, "pixel_aspect");
   eye.sight_px = two(table, "sight_px");
-  eye.position_head_mm = three(table, "eyepoint_mm", largest_mm);
-  eye.distortion.k1 = table.number("k1", {-10.0, 10.0});
-  eye.distortion.k2 = table.number("k2", {-10.0, 10.0});
-  eye.distortion.centre_px = two(table, "distortion_centre_px");
-  eye.distortion.unit_px = table.number("distortion_unit_px", {1.0, largest_px});
-  eye.distortion.pixel_aspect = eye.pixel_aspect;
+  eye.position_head_mm = vector3_at(table, "eyepoint_mm");
+  eye.distortion = {number_at(table, "k1"), number_at(table, "k2"), two(table, "distortion_centre_px"),
+                    number_at(table, "distortion_unit_px"), eye.pixel_aspect};
   return eye;
 }
 
@@ -77,56 +59,51 @@ std::vector<double> numbers_of(const Viewport& v)
 
 /// Marks and coefficients are in pixels of the eye's window: of another one they mean something else. A file
 /// that does not tell its windows is taken as it is.
-void require_window(const SettingsTable& display, const char* name, const Viewport& window)
+void require_window(const Document& document, const std::string& key, const Viewport& window)
 {
-  if (!display.has(name)) return;
-  const std::vector<double> made_for = display.numbers(name, 4, {0.0, largest_px}),
-                            wanted = numbers_of(window);
+  if (find_at(document.root, key) == nullptr) return;
+  const std::vector<double> made_for = numbers_at(document.root, key), wanted = numbers_of(window);
   if (made_for == wanted) return;
-  display.refuse(name, "a calibration of the window " + list_text(made_for),
-                 "one of this bench's window, " + list_text(wanted) + ": calibrate anew");
+  document.refuse(key, "a calibration of the window " + list_text(made_for),
+                  "one of this bench's window, " + list_text(wanted) + ": calibrate anew");
 }
 
-void require_display(const SettingsTable& root, const BenchFile& bench)
+void require_bench(const Document& document, const BenchFile& bench)
 {
-  const SettingsTable table = root.table("display");
-  table.require_known({"width", "height", "layout", "left_window", "right_window"});
+  const DocumentValue& root = document.root;
+  if (const std::string& title = text_at(root, "bench"); title != bench.title)
+    document.refuse("bench", "'" + title + "'", "'" + bench.title + "', the title of " + bench.path);
   DisplaySettings made_for;
-  made_for.width = table.whole("width", {16, 16384});
-  made_for.height = table.whole("height", {16, 16384});
-  made_for.layout = static_cast<Layout>(table.word("layout", layout_names()));
+  made_for.width = static_cast<int>(integer_at(root, "display.width"));
+  made_for.height = static_cast<int>(integer_at(root, "display.height"));
+  made_for.layout = layout_named(text_at(root, "display.layout")).value();
   if (display_text(made_for) != display_text(bench.display)) {
-    root.refuse("display", "a calibration of " + display_text(made_for),
-                "one of this bench's display, " + display_text(bench.display) + ": calibrate anew");
+    document.refuse("display", "a calibration of " + display_text(made_for),
+                    "one of this bench's display, " + display_text(bench.display) + ": calibrate anew");
   }
-  require_window(table, "left_window", bench.display.windows.left);
-  require_window(table, "right_window", bench.display.windows.right);
+  require_window(document, "display.left_window", bench.display.windows.left);
+  require_window(document, "display.right_window", bench.display.windows.right);
 }
 
-Calibration calibration_in(const SettingsTable& root, const BenchFile& bench)
+Calibration calibration_in(const Document& document, const BenchFile& bench)
 {
-  root.require_known({"version", "bench", "display", "left", "right", "image_distance_mm", "table", "eyes",
-                      "stage_direction", "head", "leg", "femur", "tibia", "subject_scale", "per_bench",
-                      "per_person"});
-  root.whole("version", {version, version});
-  if (const std::string title = root.text("bench"); title != bench.title)
-    root.refuse("bench", "'" + title + "'", "'" + bench.title + "', the title of " + bench.path);
-  require_display(root, bench);
+  const DocumentValue& root = document.root;
+  require_bench(document, bench);
   Calibration calibration;
-  calibration.eyes.left = eye_in(root, "left", bench.display.windows.left);
-  calibration.eyes.right = eye_in(root, "right", bench.display.windows.right);
-  calibration.image_distance_mm = root.number("image_distance_mm", {1.0, largest_mm});
+  calibration.eyes.left = eye_in(value_at(root, "left"), bench.display.windows.left);
+  calibration.eyes.right = eye_in(value_at(root, "right"), bench.display.windows.right);
+  calibration.image_distance_mm = number_at(root, "image_distance_mm");
   calibration.X_tracker_table = six_in(root, "table");
   calibration.X_table_eyes = six_in(root, "eyes");
-  calibration.stage_direction_table = three(root, "stage_direction", 1.0 + unit_tolerance);
+  calibration.stage_direction_table = vector3_at(root, "stage_direction");
   if (!(std::abs(calibration.stage_direction_table.norm() - 1.0) < unit_tolerance))
-    root.refuse("stage_direction", "a vector that is no unit vector", "a direction of length 1");
+    document.refuse("stage_direction", "a vector that is no unit vector", "a direction of length 1");
   calibration.X_headbody_eyes = six_in(root, "head");
   for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia})
     calibration.X_body_model[static_cast<std::size_t>(role)] = six_in(root, name_of(role));
-  calibration.subject_scale = root.number_or("subject_scale", 1.0, {0.1, 10.0});
-  calibration.records = records_in(root);
-  require_usable(calibration.eyes, root.file());
+  calibration.subject_scale = number_at(root, "subject_scale");
+  calibration.records = records_in(document);
+  require_usable(calibration.eyes, document.file);
   return calibration;
 }
 
@@ -158,12 +135,12 @@ void add_eye(std::ostream& text, const char* name, const Eye& eye)
 
 Calibration parsed_calibration(const std::string& text, const std::string& path, const BenchFile& bench)
 {
-  return calibration_in(SettingsTable::parsed(text, path), bench);
+  return calibration_in(calibration_schema().read(text, path), bench);
 }
 
 Calibration read_calibration(const std::string& path, const BenchFile& bench)
 {
-  return calibration_in(SettingsTable::read(path, "a calibration file (schemas/calibration.md)"), bench);
+  return parsed_calibration(document_text(path, "a calibration file (schemas/calibration.md)"), path, bench);
 }
 
 std::string calibration_text(const Calibration& calibration, const BenchFile& bench)

@@ -8,7 +8,7 @@
 
 namespace vrda {
 
-class SettingsTable;
+struct Document;
 
 struct CalibrationRectangle {
   double width_mm = 0.0, depth_mm = 0.0;  ///< depth behind the first one's plane
@@ -57,7 +57,7 @@ struct CalibrationSettings {
   std::vector<CalibrationLandmarks> landmarks;
 };
 
-/// Of the root table of a bench file. Throws InputError naming file and key.
-CalibrationSettings calibration_settings_of(const SettingsTable& root);
+/// Of a checked bench file. Throws InputError naming file and key of what does not fit together.
+CalibrationSettings calibration_settings_of(const Document& document);
 
 }  // namespace vrda

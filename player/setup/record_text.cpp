@@ -1,9 +1,7 @@
 #include "setup/record_text.hpp"
 
-#include <limits>
 #include <set>
 #include <sstream>
-#include <string_view>
 
 #include "settings/settings_text.hpp"
 
@@ -12,123 +10,101 @@ namespace {
 
 constexpr const char* bench_table = "per_bench";
 constexpr const char* person_table = "per_person";
-constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double largest = 1e9;
-/// More than any plan of tasks has, than any task takes, than a row of any kind holds.
-constexpr std::size_t most_marks = 5000, most_rows = 5000, most_across = 14;
-constexpr std::size_t most_bench_numbers = 20000;
-constexpr std::size_t most_numbers = 100, most_residuals = 20000, most_remarks = 100;
 /// A plain number's unit, as a list of texts cannot hold an empty one.
 constexpr const char* plain_unit = "1";
 
-std::vector<CalibrationMark> marks_in(const SettingsTable& table)
+std::string place_of(CalibrationPart part)
+{
+  return std::string(is_once_a_bench(part) ? bench_table : person_table) + "." + name_of(part);
+}
+
+std::vector<CalibrationMark> marks_in(const Document& document, const std::string& key)
 {
   std::vector<CalibrationMark> marks;
   std::set<std::string> names;
-  for (const SettingsTable& item : table.tables("mark", most_marks)) {
-    item.require_known({"task", "rows"});
-    CalibrationMark mark;
-    mark.task = item.text("task");
-    if (!names.insert(mark.task).second)
-      item.refuse("task", "'" + mark.task + "' a second time", "each task once");
-    mark.rows = item.lists("rows", most_rows, most_across, {-largest, largest});
-    marks.push_back(std::move(mark));
+  for (const DocumentValue& item : list_or_empty(document.root, key)) {
+    const CalibrationMark mark{text_at(item, "task"), rows_at(item, "rows")};
+    if (!names.insert(mark.task).second) {
+      document.refuse(key + "." + std::to_string(marks.size()) + ".task", "'" + mark.task + "' a second time",
+                      "each task once");
+    }
+    marks.push_back(mark);
   }
   return marks;
 }
 
+/// A list of as many items as there are names.
+void require_size(const Document& document, const std::string& key, std::size_t found, std::size_t wanted,
+                  const char* items)
+{
+  if (found == wanted) return;
+  document.refuse(key, std::to_string(found) + " " + items, std::to_string(wanted) + ", as many as names");
+}
+
 /// Its rows and columns follow the numbers; what is no covariance is refused.
-Eigen::MatrixXd covariance_in(const SettingsTable& table, Eigen::Index n)
+Eigen::MatrixXd covariance_in(const Document& document, const std::string& key, std::size_t n)
 {
   if (n == 0) return {};
-  const std::vector<std::vector<double>> rows =
-      table.rows("covariance", static_cast<std::size_t>(n), {-largest, largest});
-  if (rows.size() != static_cast<std::size_t>(n)) {
-    table.refuse("covariance", std::to_string(rows.size()) + " rows",
-                 std::to_string(n) + ", as many as values");
+  const std::vector<std::vector<double>> rows = rows_at(document.root, key);
+  require_size(document, key, rows.size(), n, "rows");
+  const auto size = static_cast<Eigen::Index>(n);
+  Eigen::MatrixXd covariance(size, size);
+  for (std::size_t i = 0; i < n; ++i) {
+    require_size(document, key + "." + std::to_string(i), rows[i].size(), n, "numbers");
+    covariance.row(static_cast<Eigen::Index>(i)) = Eigen::RowVectorXd::Map(rows[i].data(), size);
   }
-  Eigen::MatrixXd covariance(n, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    covariance.row(i) = Eigen::RowVectorXd::Map(rows[static_cast<std::size_t>(i)].data(), n);
   if (!(covariance.diagonal().minCoeff() >= 0.0))
-    table.refuse("covariance", "a variance below 0", "variances on its diagonal");
+    document.refuse(key, "a variance below 0", "variances on its diagonal");
   return covariance;
 }
 
-Estimate estimate_in(const SettingsTable& table)
+Estimate estimate_in(const Document& document, const std::string& key)
 {
-  table.require_known({"names", "units", "values", "covariance", "dof", "residuals", "residual_unit",
-                       "residual_rms", "remarks"});
+  const DocumentValue& table = value_at(document.root, key);
   Estimate estimate;
-  estimate.names = table.texts("names");
+  estimate.names = texts_at(table, "names");
+  estimate.units = texts_at(table, "units");
   const std::size_t n = estimate.names.size();
-  if (n > most_numbers)
-    table.refuse("names", std::to_string(n) + " names", "at most " + std::to_string(most_numbers));
-  estimate.units = table.texts("units");
-  if (estimate.units.size() != n) {
-    table.refuse("units", std::to_string(estimate.units.size()) + " units",
-                 std::to_string(n) + ", as many as names");
-  }
+  require_size(document, key + ".units", estimate.units.size(), n, "units");
   for (std::string& unit : estimate.units) {
     if (unit == plain_unit) unit.clear();
   }
-  const std::vector<double> values = table.numbers("values", n, {-largest, largest});
+  const std::vector<double> values = numbers_at(table, "values");
+  require_size(document, key + ".values", values.size(), n, "numbers");
   estimate.values = Eigen::VectorXd::Map(values.data(), static_cast<Eigen::Index>(n));
-  estimate.covariance = covariance_in(table, static_cast<Eigen::Index>(n));
-  constexpr double least_dof = 1e-3;
-  estimate.dof = table.number("dof", {least_dof, infinite});
-  estimate.residuals = table.list("residuals", most_residuals, {-largest, largest});
-  estimate.residual_unit = table.text_or("residual_unit", "");
-  estimate.residual_rms = table.number("residual_rms", {0.0, largest});
-  if (table.has("remarks")) estimate.remarks = table.texts("remarks");
-  if (estimate.remarks.size() > most_remarks) {
-    table.refuse("remarks", std::to_string(estimate.remarks.size()) + " lines",
-                 "at most " + std::to_string(most_remarks));
-  }
+  estimate.covariance = covariance_in(document, key + ".covariance", n);
+  estimate.dof = number_at(table, "dof");
+  estimate.residuals = numbers_at(table, "residuals");
+  estimate.residual_unit = text_or_empty(table, "residual_unit");
+  estimate.residual_rms = number_at(table, "residual_rms");
+  estimate.remarks = texts_at(table, "remarks");
   return estimate;
 }
 
 /// Other parts find their numbers by name.
-void require_numbers_read(const SettingsTable& table, const Estimate& estimate, CalibrationPart part)
+void require_numbers_read(const Document& document, const std::string& key, const Estimate& estimate,
+                          CalibrationPart part)
 {
   for (const std::string& name : numbers_read_of(part)) {
-    if (index_of(estimate, name) < 0)
-      table.refuse("names", "no '" + name + "'", "the numbers that " + std::string(name_of(part)) + " finds");
+    if (index_of(estimate, name) >= 0) continue;
+    document.refuse(key + ".names", "no '" + name + "'",
+                    "the numbers that " + std::string(name_of(part)) + " finds");
   }
 }
 
-CalibrationRecord record_in(const SettingsTable& table, CalibrationPart part)
+CalibrationRecord record_in(const Document& document, const std::string& key, CalibrationPart part)
 {
-  table.require_known({"date", "outdated", "made_with", "mark", "result"});
+  const DocumentValue& table = value_at(document.root, key);
   CalibrationRecord record;
-  record.date = table.text("date");
-  record.is_outdated = table.flag_or("outdated", false);
-  if (table.has("made_with"))
-    record.made_with = table.list("made_with", most_bench_numbers, {-largest, largest});
-  record.marks = marks_in(table);
-  if (table.has("result")) {
-    const SettingsTable result = table.table("result");
-    record.estimate = estimate_in(result);
-    require_numbers_read(result, *record.estimate, part);
+  record.date = text_at(table, "date");
+  record.is_outdated = flag_at(table, "outdated");
+  if (table.find("made_with") != nullptr) record.made_with = numbers_at(table, "made_with");
+  record.marks = marks_in(document, key + ".mark");
+  if (table.find("result") != nullptr) {
+    record.estimate = estimate_in(document, key + ".result");
+    require_numbers_read(document, key + ".result", *record.estimate, part);
   }
   return record;
-}
-
-void add_records(const SettingsTable& root, const char* name, CalibrationRecords& records)
-{
-  if (!root.has(name)) return;
-  const SettingsTable table = root.table(name);
-  const bool is_bench = std::string_view(name) == bench_table;
-  if (is_bench) {
-    table.require_known({"viewport", "distortion", "rails", "stop", "probe"});
-  } else {
-    table.require_known({"eyepoints", "ipd", "subject", "bullseye", "head", "leg", "femur", "tibia"});
-  }
-  for (std::size_t k = 0; k < n_calibration_parts; ++k) {
-    const auto part = static_cast<CalibrationPart>(k);
-    if (is_once_a_bench(part) != is_bench || !table.has(name_of(part))) continue;
-    records[part] = record_in(table.table(name_of(part)), part);
-  }
 }
 
 std::string texts_text(const std::vector<std::string>& texts)
@@ -170,11 +146,14 @@ void add_estimate(std::ostream& text, const std::string& place, const Estimate& 
 
 }  // namespace
 
-CalibrationRecords records_in(const SettingsTable& root)
+CalibrationRecords records_in(const Document& document)
 {
   CalibrationRecords records;
-  add_records(root, bench_table, records);
-  add_records(root, person_table, records);
+  for (std::size_t k = 0; k < n_calibration_parts; ++k) {
+    const auto part = static_cast<CalibrationPart>(k);
+    if (find_at(document.root, place_of(part)) != nullptr)
+      records[part] = record_in(document, place_of(part), part);
+  }
   return records;
 }
 
@@ -182,8 +161,7 @@ std::string records_text(const CalibrationRecords& records)
 {
   std::ostringstream text;
   for (const auto& [part, record] : records) {
-    const std::string place =
-        std::string(is_once_a_bench(part) ? bench_table : person_table) + "." + name_of(part);
+    const std::string place = place_of(part);
     text << "\n[" << place << "]\ndate = " << quoted_text(record.date) << "\n";
     if (record.is_outdated) text << "outdated = true  # to be done again\n";
     if (!record.made_with.empty()) text << "made_with = " << list_text(record.made_with) << "\n";

@@ -1,35 +1,30 @@
 #include "setup/tool_name.hpp"
 
-#include "settings/settings_table.hpp"
+#include "documents/document.hpp"
 
 namespace vrda {
 namespace {
 
-const std::string& required_short(const SettingsTable& table, const char* key, const std::string& name)
+const std::string& required_short(const Document& document, const std::string& key, const std::string& name)
 {
   if (name.size() > longest_tool_name) {
-    table.refuse(key, "'" + name + "' of " + std::to_string(name.size()) + " bytes",
-                 "at most " + std::to_string(longest_tool_name) + " bytes, as OpenIGTLink cuts them");
+    document.refuse(key, "'" + name + "' of " + std::to_string(name.size()) + " bytes",
+                    "at most " + std::to_string(longest_tool_name) + " bytes, as OpenIGTLink cuts them");
   }
   return name;
 }
 
 }  // namespace
 
-std::string tool_name(const SettingsTable& table, const char* name)
+std::string tool_name(const Document& document, const std::string& key)
 {
-  return required_short(table, name, table.text(name));
+  return required_short(document, key, text_at(document.root, key));
 }
 
-std::string tool_name_or(const SettingsTable& table, const char* name, const std::string& otherwise)
+std::vector<std::string> tool_names(const Document& document, const std::string& key)
 {
-  return table.has(name) ? tool_name(table, name) : otherwise;
-}
-
-std::vector<std::string> tool_names(const SettingsTable& table, const char* name)
-{
-  std::vector<std::string> names = table.texts(name);
-  for (const std::string& one : names) required_short(table, name, one);
+  std::vector<std::string> names = texts_at(document.root, key);
+  for (const std::string& one : names) required_short(document, key, one);
   return names;
 }
 

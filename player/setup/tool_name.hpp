@@ -6,14 +6,13 @@
 
 namespace vrda {
 
-class SettingsTable;
+struct Document;
 
 /// OpenIGTLink's messages hold so many bytes of a name: no tool that they tell of has a longer one.
 inline constexpr std::size_t longest_tool_name = 20;
 
-/// Of the key `name`. Throw InputError naming file and key where one is longer.
-std::string tool_name(const SettingsTable& table, const char* name);
-std::string tool_name_or(const SettingsTable& table, const char* name, const std::string& otherwise);
-std::vector<std::string> tool_names(const SettingsTable& table, const char* name);
+/// Of a checked bench file's key. Throw InputError naming file and key where a name is longer.
+std::string tool_name(const Document& document, const std::string& key);
+std::vector<std::string> tool_names(const Document& document, const std::string& key);
 
 }  // namespace vrda

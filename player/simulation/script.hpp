@@ -86,7 +86,8 @@ struct SimulationScript {
 /// Names of bodies and markers: each body, then its markers; femur, tibia, head.
 std::vector<std::string> tool_names(const SimulationScript& script);
 
-/// Throws InputError naming `file` and the field when a number makes no sense.
+/// Throws InputError naming `file` and the field of what does not fit together; ranges are the bench file's
+/// schema's.
 void require_usable(const SimulationScript& script, const std::string& file);
 
 }  // namespace vrda

@@ -9,6 +9,9 @@ find_package(CLI11 REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(tomlplusplus REQUIRED)
+find_path(VALIJSON_INCLUDE_DIR valijson/validator.hpp REQUIRED)
+add_library(vrda_valijson INTERFACE)
+target_include_directories(vrda_valijson SYSTEM INTERFACE ${VALIJSON_INCLUDE_DIR})
 
 # FindHDF5 of CMake 3.25 gives variables; one target keeps rooms readable.
 add_library(vrda_hdf5 INTERFACE)
@@ -32,9 +35,6 @@ if(VRDA_PIPELINE)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
   # The report's plots: plotly.js of python3-plotly, made small and bundled by esbuild.
   find_file(PLOTLY_JS plotly.js PATHS /usr/share/python3-plotly NO_DEFAULT_PATH REQUIRED)
-  find_path(VALIJSON_INCLUDE_DIR valijson/validator.hpp REQUIRED)
-  add_library(vrda_valijson INTERFACE)
-  target_include_directories(vrda_valijson SYSTEM INTERFACE ${VALIJSON_INCLUDE_DIR})
 endif()
 
 if(VRDA_PLAYER)

@@ -44,6 +44,18 @@ function(add_room name)
   endif()
 endfunction()
 
+# add_schema(scene lights): schemas/lights.schema.json travels inside the room, as lights_schema().
+function(add_schema room kind)
+  set(file ${CMAKE_SOURCE_DIR}/schemas/${kind}.schema.json)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  file(READ ${file} VRDA_SCHEMA)
+  string(REGEX REPLACE "\n *" "" VRDA_SCHEMA "${VRDA_SCHEMA}")
+  set(source ${CMAKE_CURRENT_BINARY_DIR}/${kind}_schema_text.cpp)
+  configure_file(${CMAKE_SOURCE_DIR}/pipeline/documents/schema_text.cpp.in ${source} @ONLY)
+  vrda_room_root(program)
+  target_sources(${program}_${room} PRIVATE ${source})
+endfunction()
+
 # add_room_test(contact SOURCES a_test.cpp USES pipeline::contact): one test program a room, run as one process, or as
 # SHARDS of them side by side where its tests take long. TIMEOUT in seconds is for a test that may take longer than ten
 # minutes under the sanitizers on a busy machine. A higher COST (roughly its seconds) starts earlier.

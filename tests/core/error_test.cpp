@@ -8,6 +8,9 @@ TEST(InputError, NamesFileFieldFoundAndWanted)
 {
   EXPECT_STREQ(InputError({"a.toml", "grid.varus", "0", "a step"}).what(),
                "a.toml: grid.varus: found 0, wanted a step");
+  EXPECT_STREQ(InputError({"a.toml", "grid.varus", "0", "a step", 7}).what(),
+               "a.toml: line 7, grid.varus: found 0, wanted a step");
+  EXPECT_STREQ(InputError({"a.toml", "", "0", "a step", 7}).what(), "a.toml: line 7: found 0, wanted a step");
   EXPECT_STREQ(InputError({"a.stl", "", "nothing", ""}).what(), "a.stl: found nothing");
   EXPECT_STREQ(InputError({"", "", "nothing", "room"}).what(), "found nothing, wanted room");
 }

@@ -22,7 +22,8 @@ void expect_refused(const std::string& text, const std::string& field, const std
 {
   const InputError::Facts facts = test::facts_of([&] { read_landmarks("marks.csv", text); });
   EXPECT_EQ(facts.file, "marks.csv");
-  EXPECT_EQ(facts.field, field);
+  const std::string line = facts.line > 0 ? "line " + std::to_string(facts.line) : "";
+  EXPECT_EQ(line + (line.empty() || facts.field.empty() ? "" : ", ") + facts.field, field);
   EXPECT_THAT(facts.found, HasSubstr(found));
   EXPECT_THAT(facts.wanted, HasSubstr(wanted));
 }
@@ -44,14 +45,14 @@ TEST(Landmarks, WhatIsNoTableIsRefusedByLineAndColumn)
 {
   expect_refused("", "", "no line", "names of columns");
   expect_refused(header, "line 1", "no pair", "at least one");
-  expect_refused("name,ax,ay,az,bx,by,bz\n", "line 1, subject_mm", "no such column", "once");
+  expect_refused("name,ax,ay,az,bx,by,bz\n", "line 1, subject_mm", "nothing", "distance");
   expect_refused("name,ax,ay,az,bx,by,bz,subject_mm,ax\n", "line 1, ax", "a second", "once");
-  expect_refused("name,ax,ay,az,bx,by,bz,subject_m\n", "line 1", "\"subject_m\"", "\"subject_mm\"");
+  expect_refused("name,ax,ay,az,bx,by,bz,subject_m\n", "line 1, subject_m", "unknown key", "\"subject_mm\"");
   expect_refused(header + "a,0,0,0,1,0,0\n", "line 2", "7 fields", "8");
   expect_refused(header + "a,0,0,0,1,0,x,5\n", "line 2, bz", "\"x\"", "a number");
   expect_refused(header + "a,0,0,0,1,0,,5\n", "line 2, bz", "nothing", "a number");
   expect_refused(header + "a,0,0,nan,1,0,0,5\n", "line 2, az", "\"nan\"", "a number");
-  expect_refused(header + "a,0,0,1e200,1,0,0,5\n", "line 2, az", "1e200", "a number");
+  expect_refused(header + "a,0,0,1e200,1,0,0,5\n", "line 2, az", "1e+200", "a number");
   expect_refused(header + ",0,0,0,1,0,0,5\n", "line 2, name", "nothing", "a name");
   expect_refused(header + "a,1,2,3,1,2,3,5\n", "line 2", "same place", "two landmarks");
   expect_refused(header + "a,1,2,3,1,2,3.0000000001,5\n", "line 2", "same place", "two landmarks");

@@ -172,28 +172,28 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
   };
   const std::string twice = one_wrap();
   for (const Row& bad : {
-           Row{"[{", "byte", "no JSON", "JSON"},
-           {"[]", "", "0 wraps", "1 to"},
+           Row{"[{", "", "no JSON", "JSON"},
+           {"[]", "", "[]", "1 to"},
            {"{}", "", "{}", "a list"},
-           {"[3]", "wrap 1", "3", "a wrap"},
+           {"[3]", "wrap.0", "3", "a wrap"},
            {std::string(1000000, '['), "", "lists within lists", "a list of wraps"},
            {"[{\"name\": 1e999}]", "", "beyond the range", "a list of wraps"},
-           {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap 2, name", "a second time",
-            "own"},
-           {one_wrap("type", "\"WrapTorus\""), "wrap 1, type", "WrapTorus", "WrapCylinder"},
-           {one_wrap("body", "\"pelvis\""), "wrap 1, body", "pelvis", "\"tibmen\""},
-           {one_wrap("dimensions", "\"30 0 12\""), "wrap 1, dimensions", "30 0 12", "above 0"},
-           {one_wrap("dimensions", "[30, 2, 12]"), "wrap 1, dimensions", "30", "five times"},
-           {one_wrap("dimensions", "\"30 12\""), "wrap 1, dimensions", "30 12", "three"},
-           {one_wrap("dimensions", ""), "wrap 1, dimensions", "nothing", "three"},
-           {one_wrap("translation", "[1, 2, 1e7]"), "wrap 1, translation", "1", "three"},
-           {one_wrap("translation", "\"1 b 3\""), "wrap 1, translation", "1 b 3", "three"},
-           {one_wrap("xyz_body_rotation", "null"), "wrap 1, xyz_body_rotation", "null", "rad"},
-           {one_wrap("quadrant", "\"+x\""), "wrap 1, quadrant", "+x", "\"all\""},
-           {one_wrap("unit", "\"inch\""), "wrap 1, unit", "inch", "\"mm\""},
-           {one_wrap("name", "\"\""), "wrap 1, name", "\"\"", "a name"},
-           {one_wrap("dimension", "1"), "wrap 1, dimension", "unknown key", "\"dimensions\""},
-           {one_wrap("type", "\"WrapCylinder\""), "wrap 1, dimensions", "unknown key", "WrapCylinder"},
+           {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap.1.name", "a second time", "own"},
+           {one_wrap("type", "\"WrapTorus\""), "wrap.0.type", "WrapTorus", "WrapCylinder"},
+           {one_wrap("body", "\"pelvis\""), "wrap.0.body", "pelvis", "\"tibmen\""},
+           {one_wrap("dimensions", "\"30 0 12\""), "wrap.0.dimensions.1", "0", "above 0"},
+           {one_wrap("dimensions", "[30, 2, 12]"), "wrap.0.dimensions", "30", "five times"},
+           {one_wrap("dimensions", "\"30 12\""), "wrap.0.dimensions", "[30, 12]", "three"},
+           {one_wrap("dimensions", ""), "wrap.0.dimensions", "nothing", "three"},
+           {one_wrap("translation", "[1, 2, 1e7]"), "wrap.0.translation.2", "1e+07", "a number"},
+           {one_wrap("translation", "\"1 b 3\""), "wrap.0.translation", "1 b 3", "three"},
+           {one_wrap("xyz_body_rotation", "null"), "0.xyz_body_rotation", "null", "a value"},
+           {one_wrap("quadrant", "\"+x\""), "wrap.0.quadrant", "+x", "\"all\""},
+           {one_wrap("unit", "\"inch\""), "wrap.0.unit", "inch", "\"mm\""},
+           {one_wrap("name", "\"\""), "wrap.0.name", "\"\"", "a name"},
+           {one_wrap("dimension", "1"), "wrap.0.dimension", "unknown key", "\"dimensions\""},
+           {one_wrap("type", "\"WrapCylinder\""), "wrap.0.radius", "nothing", "WrapCylinder"},
+           {one_wrap("radius", "5"), "wrap.0.radius", "a key of the other type", "WrapEllipsoid"},
        }) {
     SCOPED_TRACE(bad.text);
     const InputError::Facts facts = test::facts_of([&] {
@@ -208,9 +208,11 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
 
 TEST(WrapErrors, ARadiusOfZero)
 {
-  const std::string text = R"([{"name": "C", "type": "WrapCylinder", "body": "femur", "radius": "0"}])";
+  const std::string text =
+      R"([{"name": "C", "type": "WrapCylinder", "body": "femur", "radius": "0", "length": 1,
+    "xyz_body_rotation": "0 0 0", "translation": [0, 0, 0]}])";
   const InputError::Facts facts = test::facts_of([&] { read_wraps("w.json", text, {"a", "b"}); });
-  EXPECT_EQ(facts.field, "wrap 1, radius");
+  EXPECT_EQ(facts.field, "wrap.0.radius");
   EXPECT_THAT(facts.wanted, HasSubstr("above 0"));
 }
 

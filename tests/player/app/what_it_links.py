@@ -11,10 +11,10 @@ import subprocess
 import sys
 import tempfile
 
-# Asked for by name in the program itself, not what those ask for in turn. toml++ is for lights, stb for glyphs.
+# Asked for by name in the program itself, not what those ask for in turn. toml++ is for files that people write, stb for glyphs.
 LIBRARIES = re.compile(r"(ld-linux-x86-64|libc|libm|libgcc_s|libstdc\+\+|libpthread|libdl|libhdf5_serial(_hl)?|libz|libsz|libpng16"
                        r"|libOSMesa|libEGL|libOpenGL|libGL|libglfw|libX11|libmeshoptimizer|libtomlplusplus|libOpenIGTLink|libnlopt|libseccomp|libstb)\.so[.\dd]*")
-FOREIGN_NAMES = re.compile(r"\b(btCollision\w*|btGImpact\w*|btConvex\w*|Assimp::|valijson::|spdlog::)")
+FOREIGN_NAMES = re.compile(r"\b(btCollision\w*|btGImpact\w*|btConvex\w*|Assimp::|spdlog::)")
 LARGEST_BYTES = 5_000_000
 
 

@@ -7,25 +7,28 @@
 #include <random>
 #include <vector>
 
-#include "settings/settings_table.hpp"
+#include "documents/document.hpp"
 
 namespace vrda::settings_text_test {
 
-constexpr NumberRange all{-std::numeric_limits<double>::max(), std::numeric_limits<double>::max()};
+constexpr double largest = std::numeric_limits<double>::max();
+
+DocumentValue value_in(const std::string& text)
+{
+  return value_at(parse_toml("v = " + text, "a"), "v");
+}
 
 TEST(SettingsText, NumbersReadBackAsTheSameDouble)
 {
   std::mt19937_64 random(81);
   std::uniform_real_distribution<double> mantissa(-1.0, 1.0);
   std::uniform_int_distribution<int> exponent(-1074, 1023);
-  std::vector<double> values{0.0, -0.0, 1.0, -3.0, 1e22, 1e300, 5e-324, 0.1, 1.0 / 3.0, all.most, all.least};
+  std::vector<double> values{0.0, -0.0, 1.0, -3.0, 1e22, 1e300, 5e-324, 0.1, 1.0 / 3.0, largest, -largest};
   while (values.size() < 500) values.push_back(std::ldexp(mantissa(random), exponent(random)));
   for (const double value : values) {
-    const SettingsTable table = SettingsTable::parsed("v = " + number_text(value), "a");
-    EXPECT_EQ(table.number("v", all), value) << number_text(value);
+    EXPECT_EQ(number_at(value_in(number_text(value)), ""), value) << number_text(value);
   }
-  const SettingsTable table = SettingsTable::parsed("v = " + list_text(values), "a");
-  EXPECT_EQ(table.numbers("v", values.size(), all), values);
+  EXPECT_EQ(numbers_of(value_in(list_text(values))), values);
 }
 
 TEST(SettingsText, IsShortAndAlwaysANumberWithAPoint)
@@ -40,9 +43,7 @@ TEST(SettingsText, QuotedWordsReadBack)
 {
   for (const std::string text : {"plain", "with \"quotes\" in it", "C:\\bench\\new",
                                  "knie gr\xc3\xbc\xc3\x9f", "# no comment", "'single'", "\\u0041", "]["}) {
-    EXPECT_EQ(SettingsTable::parsed("v = " + vrda::quoted_text(text), "a").text("v"), text);
-    EXPECT_EQ(SettingsTable::parsed("v = [" + vrda::quoted_text(text) + "]", "a").texts("v"),
-              std::vector<std::string>{text});
+    EXPECT_EQ(text_at(value_in(vrda::quoted_text(text)), ""), text);
   }
   // Control characters are valid TOML so, and refused as settings.
   EXPECT_EQ(vrda::quoted_text("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");

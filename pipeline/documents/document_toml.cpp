@@ -9,7 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/utf8.hpp"
-#include "load/job_value.hpp"
+#include "documents/document.hpp"
 
 namespace vrda {
 namespace {
@@ -19,51 +19,59 @@ struct Reading {
   std::string key;
 
   Reading below(const std::string& name) const { return {file, key.empty() ? name : key + "." + name}; }
+  [[noreturn]] void refuse(const toml::node& node, const std::string& found, const std::string& wanted) const
+  {
+    throw InputError({file, key, found, wanted, static_cast<int>(node.source().begin.line)});
+  }
 };
 
-JobValue value_of(const toml::node& node, const Reading& at);
+DocumentValue value_of(const toml::node& node, const Reading& at);
 
 // The library sorts keys by name; the axes of a campaign follow one another as written.
-JobValue table_of(const toml::table& table, const Reading& at)
+DocumentValue table_of(const toml::table& table, const Reading& at)
 {
-  std::vector<std::pair<toml::source_position, JobEntry>> entries;
+  std::vector<std::pair<toml::source_position, DocumentEntry>> entries;
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
     entries.push_back({node.source().begin, {name, value_of(node, at.below(name))}});
   }
   std::stable_sort(entries.begin(), entries.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
-  JobValue::Table in_order;
+  DocumentValue::Table in_order;
   for (auto& [position, entry] : entries) in_order.push_back(std::move(entry));
   return {in_order};
 }
 
-JobValue list_of(const toml::array& array, const Reading& at)
+DocumentValue list_of(const toml::array& array, const Reading& at)
 {
-  JobValue::List items;
+  DocumentValue::List items;
   for (const toml::node& node : array)
     items.push_back(value_of(node, at.below(std::to_string(items.size()))));
   return {items};
 }
 
-JobValue value_of(const toml::node& node, const Reading& at)
+DocumentValue plain_value_of(const toml::node& node, const Reading& at)
 {
   if (const toml::table* table = node.as_table()) return table_of(*table, at);
   if (const toml::array* array = node.as_array()) return list_of(*array, at);
   if (const auto* flag = node.as_boolean()) return {flag->get()};
   if (const auto* integer = node.as_integer()) return {integer->get()};
-  if (const auto* text = node.as_string()) {
-    if (has_control_characters(text->get(), "\t\n"))
-      throw InputError({at.file, at.key, "a text with control characters", "one without"});
-    return {text->get()};
-  }
   if (const auto* number = node.as_floating_point()) {
-    if (!std::isfinite(number->get())) {
-      throw InputError({at.file, at.key, std::isnan(number->get()) ? "nan" : "inf", "a finite number"});
-    }
+    if (std::isnan(number->get())) at.refuse(node, "nan", "a number");
     return {number->get()};
   }
-  throw InputError({at.file, at.key, "a date or time", "text, a number, true or false, a list or a table"});
+  const auto* text = node.as_string();
+  if (text == nullptr) at.refuse(node, "a date or time", "text, a number, true or false, a list or a table");
+  if (has_control_characters(text->get(), "\t\n"))
+    at.refuse(node, "a text with control characters", "one without");
+  return {text->get()};
+}
+
+DocumentValue value_of(const toml::node& node, const Reading& at)
+{
+  DocumentValue value = plain_value_of(node, at);
+  value.line = static_cast<int>(node.source().begin.line);
+  return value;
 }
 
 // A word without quotes, as a shell user writes it: +X, left, meshes/femur.stl
@@ -72,11 +80,11 @@ bool is_plain_word(const std::string& text)
   return !text.empty() && text.find_first_of("\"'[]{}=,#\n\r\t") == std::string::npos;
 }
 
-JobValue override_value(const std::string& text, const std::string& key)
+DocumentValue override_value(const std::string& text, const std::string& key)
 {
   try {
     const toml::table table = toml::parse("value = " + text);
-    if (table.size() == 1) return value_of(*table.get("value"), {"--set", key});
+    if (table.size() == 1) return plain_value_of(*table.get("value"), {"--set", key});
   } catch (const toml::parse_error&) {
     if (is_plain_word(text)) return {text};
   }
@@ -85,9 +93,9 @@ JobValue override_value(const std::string& text, const std::string& key)
 }
 
 // The value of `name` in a table (made when missing), or the item of that number in a list.
-JobValue& step_into(JobValue& value, const std::string& name, const std::string& key)
+DocumentValue& step_into(DocumentValue& value, const std::string& name, const std::string& key)
 {
-  if (auto* list = std::get_if<JobValue::List>(&value.data)) {
+  if (auto* list = std::get_if<DocumentValue::List>(&value.data)) {
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
     if (error != std::errc() || end != name.data() + name.size() || index >= list->size()) {
@@ -97,19 +105,19 @@ JobValue& step_into(JobValue& value, const std::string& name, const std::string&
     }
     return (*list)[index];
   }
-  auto* table = std::get_if<JobValue::Table>(&value.data);
+  auto* table = std::get_if<DocumentValue::Table>(&value.data);
   if (table == nullptr)
     throw InputError({"--set", key, "\"" + name + "\" within " + shown(value), "the key of a table"});
   const auto found =
-      std::find_if(table->begin(), table->end(), [&](const JobEntry& e) { return e.key == name; });
+      std::find_if(table->begin(), table->end(), [&](const DocumentEntry& e) { return e.key == name; });
   if (found != table->end()) return found->value;
-  table->push_back({name, JobValue{JobValue::Table{}}});
+  table->push_back({name, DocumentValue{DocumentValue::Table{}}});
   return table->back().value;
 }
 
 }  // namespace
 
-JobValue parse_toml(std::string_view text, const std::string& file)
+DocumentValue parse_toml(std::string_view text, const std::string& file)
 {
   try {
     const toml::table table = toml::parse(text);
@@ -121,7 +129,7 @@ JobValue parse_toml(std::string_view text, const std::string& file)
   }
 }
 
-void apply_override(JobDocument& document, const std::string& assignment)
+void apply_override(Document& document, const std::string& assignment)
 {
   const std::size_t equals = assignment.find('=');
   const std::string key = assignment.substr(0, equals);
@@ -130,8 +138,8 @@ void apply_override(JobDocument& document, const std::string& assignment)
   if (equals == std::string::npos || !has_key) {
     throw InputError({"--set", "", "\"" + assignment + "\"", "key.path=value"});
   }
-  JobValue given = override_value(assignment.substr(equals + 1), key);
-  JobValue* value = &document.root;
+  DocumentValue given = override_value(assignment.substr(equals + 1), key);
+  DocumentValue* value = &document.root;
   std::istringstream names(key);
   for (std::string name; std::getline(names, name, '.');) value = &step_into(*value, name, key);
   *value = std::move(given);

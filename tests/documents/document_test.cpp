@@ -1,16 +1,15 @@
-#include "load/job_value.hpp"
+#include "documents/document.hpp"
 
 #include <gmock/gmock.h>
 
-#include "load/job_schema.hpp"
-#include "load/mesh_text.hpp"
 #include "support/input_error.hpp"
+#include "support/scratch.hpp"
 
-namespace vrda::job_value_test {
+namespace vrda::document_test {
 
 using testing::HasSubstr;
 
-TEST(JobValue, CanonicalTomlReadsBackAsTheSameTree)
+TEST(Document, CanonicalTomlReadsBackAsTheSameTree)
 {
   const std::string text = R"(title = "quotes \" and \\, tab \t"
 flag = true
@@ -32,13 +31,13 @@ x = 2
   EXPECT_EQ(toml_text(parse_toml(once, "job.toml")), once);
 }
 
-TEST(JobValue, TablesKeepTheOrderWritten)
+TEST(Document, TablesKeepTheOrderWritten)
 {
-  const JobValue root = parse_toml(
+  const DocumentValue root = parse_toml(
       "z = 1\n[m.y]\nq.d = 1\nq.c = 2\na = { k = 1, b = 2 }\n[[c]]\nx = 1\n[m.a]\n[[c]]\n[b]\n", "j");
   const auto keys_of = [&](std::string_view key) {
     std::vector<std::string> keys;
-    for (const JobEntry& entry : *value_at(root, key).table()) keys.push_back(entry.key);
+    for (const DocumentEntry& entry : *value_at(root, key).table()) keys.push_back(entry.key);
     return keys;
   };
   using testing::ElementsAre;
@@ -49,30 +48,56 @@ TEST(JobValue, TablesKeepTheOrderWritten)
   EXPECT_THAT(keys_of("m.y.a"), ElementsAre("k", "b"));
 }
 
-TEST(JobValue, SyntaxErrorsNameFileLineAndColumn)
+TEST(Document, SyntaxErrorsNameFileLineAndColumn)
 {
-  const InputError::Facts facts = test::facts_of([] { parse_toml("a = 1\nb = = 2\n", "knee.toml"); });
+  const InputError::Facts facts = test::input_error([] { parse_toml("a = 1\nb = = 2\n", "knee.toml"); });
   EXPECT_EQ(facts.file, "knee.toml");
   EXPECT_EQ(facts.field, "line 2, column 5");
   EXPECT_EQ(facts.wanted, "valid TOML");
 }
 
-TEST(JobValue, DatesAndInfinitiesAreNamed)
+TEST(Document, DatesAndNumbersThatAreNoneAreNamed)
 {
-  EXPECT_EQ(test::facts_of([] { parse_toml("[a]\nb = 1979-05-27", "j"); }).field, "a.b");
-  EXPECT_EQ(test::facts_of([] { parse_toml("a = [0, nan]", "j"); }).field, "a.1");
-  EXPECT_EQ(test::facts_of([] { parse_toml("a = -inf", "j"); }).wanted, "a finite number");
+  EXPECT_EQ(test::input_error([] { parse_toml("[a]\nb = 1979-05-27", "j"); }).field, "a.b");
+  EXPECT_EQ(test::input_error([] { parse_toml("a = [0, nan]", "j"); }).field, "a.1");
 }
 
-JobDocument document()
+Document document()
 {
   return {
       "job.toml", parse_toml("[a]\nb = 1\n[[list]]\nfile = \"x\"\n[[list]]\nfile = \"y\"\n", "job.toml"), {}};
 }
 
+TEST(Document, RefusalsNameTheLineOfTheKeyOrOfTheTableAroundIt)
+{
+  const Document whole = document();
+  const auto refused = [&](const std::string& key) {
+    return test::input_error([&] { whole.refuse(key, "a", "b"); });
+  };
+  EXPECT_EQ(refused("a.b").line, 2);
+  EXPECT_EQ(refused("a.c").line, 1);
+  EXPECT_EQ(refused("list.1.file").line, 6);
+  EXPECT_EQ(refused("list.2.file").line, 3);
+  EXPECT_EQ(refused("list.x").line, 3);
+  EXPECT_EQ(refused("").line, 0);
+  EXPECT_EQ(test::input_error([&] { whole.refuse_value("list.1", "b"); }).found, "{ file = \"y\" }");
+}
+
+TEST(Document, TextOfFilesThatAreNoneIsRefused)
+{
+  const test::Scratch scratch;
+  const std::string missing = (scratch.path() / "none.toml").string();
+  const InputError::Facts facts = test::input_error([&] { document_text(missing, "a bench file"); });
+  EXPECT_EQ(facts.file, missing);
+  EXPECT_EQ(facts.wanted, "a bench file");
+  const std::string huge = scratch.write("huge.toml", std::string(8000001, '\n')).string();
+  EXPECT_EQ(test::input_error([&] { document_text(huge, "x"); }).found, "more than 8000000 bytes");
+  EXPECT_EQ(document_text(scratch.write("a.toml", "v = 1").string(), "x"), "v = 1");
+}
+
 TEST(Override, ReplacesAddsAndStepsIntoLists)
 {
-  JobDocument job = document();
+  Document job = document();
   apply_override(job, "a.b=2.5");
   apply_override(job, "a.new={ x = [1, 2] }");
   apply_override(job, "list.1.file=meshes/z.stl");
@@ -103,8 +128,8 @@ TEST(Override, BadOnesAreRefused)
                               {"list.x.file=z", "list.x.file", "\"x\" within a list"}};
   for (const Row& row : rows) {
     SCOPED_TRACE(row.given);
-    JobDocument job = document();
-    const InputError::Facts facts = test::facts_of([&] { apply_override(job, row.given); });
+    Document job = document();
+    const InputError::Facts facts = test::input_error([&] { apply_override(job, row.given); });
     EXPECT_EQ(facts.file, "--set");
     EXPECT_EQ(facts.field, row.field);
     EXPECT_THAT(facts.found, HasSubstr(row.found));
@@ -120,4 +145,4 @@ TEST(ParseToml, RefusesTextThatSteersATerminal)
   EXPECT_EQ(facts.found, "a text with control characters");
 }
 
-}  // namespace vrda::job_value_test
+}  // namespace vrda::document_test

@@ -1,0 +1,190 @@
+#include "documents/schema.hpp"
+
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "support/input_error.hpp"
+
+namespace vrda::schema_test {
+
+using testing::HasSubstr;
+
+constexpr const char* bench_like = R"({
+  "type": "object", "additionalProperties": false, "required": ["title"],
+  "properties": {
+    "title": {"type": "string", "maxLength": 3, "description": "a short title"},
+    "display": {
+      "type": "object", "additionalProperties": false, "default": {},
+      "properties": {
+        "width": {"type": "number", "multipleOf": 1.0, "minimum": 16, "maximum": 64, "default": 20},
+        "layout": {"type": "string", "enum": ["left", "right"], "default": "left"}
+      }
+    },
+    "force": {"type": "number", "exclusiveMinimum": 0, "default": 2},
+    "limit": {"type": "number", "minimum": 1, "infinite": true},
+    "flag": {"type": "boolean"},
+    "count": {"type": "integer", "maximum": 9},
+    "row": {"type": "array", "minItems": 2, "maxItems": 2, "items": [{"type": "number", "minimum": 1}, {"type": "number"}]},
+    "names": {"type": "array", "minItems": 1, "maxItems": 3, "items": {"type": "string", "minLength": 1}},
+    "turn": {"anyOf": [{"type": "number", "maximum": 5}, {"$ref": "#/definitions/pair"}]},
+    "body": {"type": "array", "items": {"$ref": "#/definitions/body"}},
+    "open": {"type": "object", "additionalProperties": {"type": "number"}}
+  },
+  "definitions": {
+    "pair": {"type": "array", "minItems": 2, "maxItems": 2, "items": {"type": "number", "maximum": 7}},
+    "body": {
+      "type": "object", "additionalProperties": false, "required": ["tool"],
+      "properties": {"tool": {"type": "string"}, "interval": {"type": "number", "default": 1}}
+    }
+  }
+})";
+
+const DocumentSchema& schema()
+{
+  static const DocumentSchema parsed(bench_like);
+  return parsed;
+}
+
+InputError::Facts refused(const std::string& text)
+{
+  return test::input_error([&] { schema().read(text, "b.toml"); });
+}
+
+TEST(DocumentSchema, FillsInDefaultsInItsOwnOrderAndTypesNumbers)
+{
+  const Document document = schema().read("force = 3\ntitle = \"a\"\n[open]\nz = 1\nb = 2\n", "b.toml");
+  EXPECT_EQ(toml_text(document.root),
+            "title = \"a\"\nforce = 3\n\n[display]\nwidth = 20\nlayout = \"left\"\n\n[open]\nb = 2\nz = 1\n");
+  EXPECT_TRUE(std::holds_alternative<double>(value_at(document.root, "force").data));
+  EXPECT_EQ(integer_at(document.root, "display.width"), 20);
+  EXPECT_EQ(number_at(document.root, "open.z"), 1.0);
+}
+
+TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
+{
+  const std::string title = "title = \"a\"\n";
+  struct Row {
+    std::string text;
+    int line;
+    std::string field, found, wanted;
+  };
+  for (const Row& row : {
+           // Unknown keys, with the nearest one: in its table, in another one, within a list.
+           Row{title + "forces = 1", 2, "forces", "an unknown key", "a known key; the nearest is \"force\""},
+           Row{title + "[display]\nwidht = 1", 3, "display.widht", "an unknown key",
+               "a known key; the nearest is \"display.width\""},
+           Row{title + "layout = 1", 2, "layout", "an unknown key",
+               "a known key; the nearest is \"display.layout\""},
+           Row{title + "[[body]]\ntool = \"x\"\n[[body]]\ntol = \"y\"", 5, "body.1.tol", "an unknown key",
+               "a known key; the nearest is \"body.tool\""},
+           // Of two that are as near, the one of its own table.
+           Row{title + "[[body]]\ntool = \"x\"\ntole = 1", 4, "body.0.tole", "an unknown key",
+               "a known key; the nearest is \"body.tool\""},
+           // Missing ones.
+           Row{"flag = true", 0, "title", "nothing", "a short title"},
+           Row{title + "\n[[body]]", 3, "body.0.tool", "nothing", "a text"},
+           // Wrong types.
+           Row{"title = 3", 1, "title", "3", "a short title"},
+           Row{title + "display = 3", 2, "display", "3", "a table"},
+           Row{title + "flag = 1", 2, "flag", "1", "true or false"},
+           Row{title + "count = 1.5", 2, "count", "1.5", "a whole number of at most 9"},
+           Row{title + "force = \"much\"", 2, "force", "\"much\"", "a number above 0"},
+           Row{title + "row = 1", 2, "row", "1", "a list of 2 items, each a number of at least 1"},
+           Row{title + "body = 1", 2, "body", "1", "a list of items, each a table"},
+           Row{title + "turn = true", 2, "turn", "true",
+               "a number of at most 5 or a list of 2 items, each a number of at most 7"},
+           // Ranges.
+           Row{"title = \"abcd\"", 1, "title", "\"abcd\"", "a short title"},
+           Row{title + "force = 0", 2, "force", "0", "a number above 0"},
+           Row{title + "display.width = 15", 2, "display.width", "15", "a whole number from 16 to 64"},
+           Row{title + "display.width = 65", 2, "display.width", "65", "a whole number from 16 to 64"},
+           Row{title + "display.width = 20.5", 2, "display.width", "20.5", "a whole number from 16 to 64"},
+           Row{title + "display.layout = \"up\"", 2, "display.layout", "\"up\"", "\"left\" or \"right\""},
+           Row{title + "limit = 0.5", 2, "limit", "0.5", "a number of at least 1"},
+           Row{title + "names = []", 2, "names", "[]",
+               "a list of 1 to 3 items, each a text of at least 1 characters"},
+           Row{title + "names = [\n\"\"]", 3, "names.0", "\"\"", "a text of at least 1 characters"},
+           Row{title + "row = [1, 2, 3]", 2, "row", "[1, 2, 3]",
+               "a list of 2 items, each a number of at least 1"},
+           Row{title + "row = [0, 2]", 2, "row.0", "0", "a number of at least 1"},
+           Row{title + "turn = [1,\n8]", 3, "turn.1", "8", "a number of at most 7"},
+           // Numbers that are not finite.
+           Row{title + "force = inf", 2, "force", "inf", "a finite number"},
+           Row{title + "open.x = -inf", 2, "open.x", "-inf", "a finite number"},
+           Row{title + "limit = nan", 2, "limit", "nan", "a number"},
+       }) {
+    SCOPED_TRACE(row.text);
+    const InputError::Facts facts = refused(row.text);
+    EXPECT_EQ(facts.file, "b.toml");
+    EXPECT_EQ(facts.line, row.line);
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_EQ(facts.found, row.found);
+    EXPECT_EQ(facts.wanted, row.wanted);
+  }
+}
+
+TEST(DocumentSchema, TakesInfinityWhereItSaysSo)
+{
+  EXPECT_EQ(number_at(schema().read("title = \"a\"\nlimit = inf", "b").root, "limit"),
+            std::numeric_limits<double>::infinity());
+}
+
+TEST(DocumentSchema, WholeNumbersMayHaveAPoint)
+{
+  EXPECT_EQ(integer_at(schema().read("title = \"a\"\ndisplay.width = 32.0", "b").root, "display.width"), 32);
+}
+
+TEST(DocumentSchema, KeysGivenOnTheCommandLineHaveNoLine)
+{
+  Document document{"b.toml", parse_toml("title = \"a\"\n[display]\nwidth = 20\n", "b.toml")};
+  apply_override(document, "display.width=5");
+  const InputError::Facts facts = test::input_error([&] { schema().checked(document); });
+  EXPECT_EQ(facts.file, "--set");
+  EXPECT_EQ(facts.field, "display.width");
+  EXPECT_EQ(facts.line, 0);
+}
+
+TEST(DocumentSchema, APartOfAFileIsNamedByItsPlace)
+{
+  const Document part{"b.toml", parse_toml("widht = 1", "b.toml"), {}, "campaign.size.0.set."};
+  const InputError::Facts facts = test::input_error([&] { schema().check_known_keys(part); });
+  EXPECT_EQ(facts.field, "campaign.size.0.set.widht");
+  schema().check_known_keys({"b.toml", parse_toml("force = \"of any type\"", "b.toml")});
+}
+
+TEST(DocumentSchema, HugeKeysAreNotComparedWhole)
+{
+  const InputError::Facts facts = refused("title = \"a\"\n" + std::string(1'000'000, 'k') + " = 1\n");
+  EXPECT_EQ(facts.found, "an unknown key");
+}
+
+TEST(ParseJson, KeepsTheOrderOfKeysAndTheLastOfTwo)
+{
+  const DocumentValue value =
+      parse_json(R"({"b": [1, -2.5, true], "a": {"x": "y"}, "b2": 1, "b2": 3})", "j", "x");
+  EXPECT_EQ(value_text(value), "{ b = [1, -2.5, true], a = { x = \"y\" }, b2 = 3 }");
+  EXPECT_EQ(number_at(parse_json("[18446744073709551615]", "j", "x").list()->front(), ""),
+            18446744073709551615.0);
+}
+
+TEST(ParseJson, WhatIsNoneIsRefused)
+{
+  struct Row {
+    std::string text, field, found;
+    int line;
+  };
+  for (const Row& row : {Row{"[1,\n2,,]", "", "no JSON", 2}, Row{"", "", "no JSON", 1},
+                         Row{"[1e999]", "", "a number beyond the range of doubles", 1},
+                         Row{R"([1, {"a": null}])", "1.a", "null", 0},
+                         Row{std::string(1'000'000, '['), "", "lists within lists within lists", 0}}) {
+    const InputError::Facts facts = test::input_error([&] { parse_json(row.text, "j.json", "a list"); });
+    EXPECT_EQ(facts.file, "j.json");
+    EXPECT_EQ(facts.field, row.field);
+    EXPECT_EQ(facts.found, row.found);
+    EXPECT_EQ(facts.line, row.line);
+    EXPECT_THAT(facts.wanted, testing::AnyOf("a list", "a value"));
+  }
+}
+
+}  // namespace vrda::schema_test
