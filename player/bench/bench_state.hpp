@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "bench/body_tracker.hpp"
-#include "bench/clock_map.hpp"
 #include "motion/poses.hpp"
 #include "setup/parameters.hpp"
 #include "tracking/one_euro.hpp"

@@ -9,7 +9,7 @@
 
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
-#include "tracking/fit_refusal.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda {
 namespace {

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include "core/error.hpp"
-#include "igtl/content.hpp"
+#include "igtl/message.hpp"
 #include "igtl/stream.hpp"
 
 namespace vrda {

@@ -15,7 +15,7 @@ namespace vrda {
 /// What a pass over the surfaces is for.
 enum class SurfacePass {
   opaque,             ///< colour and depth of everything opaque
-  translucent_store,  ///< every fragment of the translucent ones, into the lists of gl_fragments.hpp
+  translucent_store,  ///< every fragment of the translucent ones, into the lists of gl_translucency.hpp
   translucent_depth,  ///< depth alone of the translucent ones that lie before the depth texture of unit 0
   translucent_colour  ///< the translucent ones, blended over what is there
 };

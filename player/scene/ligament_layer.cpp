@@ -1,10 +1,10 @@
-#include "scene/ligament_layer.hpp"
+#include "scene/layers.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "scene/layer_drawable.hpp"
+#include "scene/scene.hpp"
 #include "scene/solids.hpp"
 
 namespace vrda {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "optics/warp_mesh.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda {
 namespace {

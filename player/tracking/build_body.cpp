@@ -4,7 +4,7 @@
 
 #include "core/number_text.hpp"
 #include "tracking/body_pose.hpp"
-#include "tracking/fit_refusal.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda {
 namespace {

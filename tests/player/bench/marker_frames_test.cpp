@@ -1,12 +1,11 @@
 // Bodies of markers: what was seen of them, and how well they hold a pose.
-#include "bench/marker_frames.hpp"
+#include "bench/measure_body.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "../setup/bench_texts.hpp"
-#include "bench/fit_words.hpp"
 #include "bench_samples.hpp"
 #include "core/units.hpp"
 

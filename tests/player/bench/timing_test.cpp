@@ -8,7 +8,7 @@
 #include <random>
 #include <sstream>
 
-#include "bench/clock_map.hpp"
+#include "bench/body_tracker.hpp"
 #include "bench_samples.hpp"
 #include "devices/tracker_talk.hpp"
 

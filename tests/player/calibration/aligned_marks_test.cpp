@@ -1,4 +1,4 @@
-#include "calibration/aligned_marks.hpp"
+#include "calibration/least_squares.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/pivot_fit.hpp"
+#include "calibration/table_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "calibration/scale_fit.hpp"
+#include "calibration/fiducial_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "devices/serial_frames.hpp"
+#include "devices/board_talk.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "follow/job_views.hpp"
+#include "follow/run_views.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "follow/watch_thread.hpp"
+#include "follow/run_watch.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,6 @@
 #include <igtlTransformMessage.h>
 
 #include "core/error.hpp"
-#include "igtl/content.hpp"
 #include "igtl/message.hpp"
 #include "igtl/stream.hpp"
 

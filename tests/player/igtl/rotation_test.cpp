@@ -1,4 +1,4 @@
-#include "igtl/rotation.hpp"
+#include "igtl/message.hpp"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,8 @@
 #include "core/error.hpp"
 #include "core/units.hpp"
 #include "player/scene/layer_models.hpp"
-#include "scene/axes_layer.hpp"
 #include "scene/joint_layers.hpp"
-#include "scene/ligament_layer.hpp"
+#include "scene/layers.hpp"
 #include "scene/solids.hpp"
 
 namespace vrda::layers_test {

@@ -1,4 +1,4 @@
-#include "scene/palette.hpp"
+#include "scene/joint_layers.hpp"
 
 #include <gtest/gtest.h>
 

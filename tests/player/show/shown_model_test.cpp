@@ -1,5 +1,5 @@
 // Files dropped on the window: another joint, or one message and the joint that was there.
-#include "show/shown_model.hpp"
+#include "show/session.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <map>
 
 #include "core/units.hpp"
-#include "guide/tasks.hpp"
+#include "guide/task.hpp"
 #include "support/input_error.hpp"
 #include "virtual_bench/statistics.hpp"
 
