@@ -1,6 +1,6 @@
 #include "convert/job_text.hpp"
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "load/job_value.hpp"
 
 namespace vrda {

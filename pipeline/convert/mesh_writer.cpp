@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "load/job_value.hpp"
 #include "load/polygon.hpp"
 #include "load/weld.hpp"

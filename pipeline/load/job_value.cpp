@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

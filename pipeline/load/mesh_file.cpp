@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "load/job_value.hpp"
 #include "load/mesh_checks.hpp"
 #include "load/ply_file.hpp"

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
+#include "core/text.hpp"
 #include "load/axis_map.hpp"
 #include "load/words.hpp"
 

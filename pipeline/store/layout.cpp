@@ -5,7 +5,7 @@
 
 #include "core/error.hpp"
 #include "core/plausibility.hpp"
-#include "core/search_move.hpp"
+#include "core/step_record.hpp"
 #include "store/dataset_specs.hpp"
 #include "store/derived_layout.hpp"
 #include "store/mechanics_layout.hpp"

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
 #include "core/frames.hpp"
+#include "core/mesh.hpp"
 #include "core/plausibility.hpp"
 #include "core/scaling.hpp"
-#include "core/step_status.hpp"
+#include "core/step_record.hpp"
 #include "store/derived.hpp"
 #include "store/grid.hpp"
 

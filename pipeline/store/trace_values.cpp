@@ -5,7 +5,7 @@
 #include <limits>
 #include <map>
 
-#include "core/search_move.hpp"
+#include "core/step_record.hpp"
 #include "store/layout.hpp"
 #include "store/value_findings.hpp"
 

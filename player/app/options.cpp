@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "core/nearest_word.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

@@ -3,7 +3,6 @@
 #include <map>
 
 #include "app/options.hpp"
-#include "view/arguments.hpp"
 #include "view/keys.hpp"
 
 namespace vrda {

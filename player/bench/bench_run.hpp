@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 
-#include "bench/timing.hpp"
 #include "devices/devices.hpp"
 #include "loop/loop.hpp"
 #include "motion/poses.hpp"

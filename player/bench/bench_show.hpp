@@ -9,7 +9,6 @@
 #include "bench/bench_run.hpp"
 #include "bench/bench_state.hpp"
 #include "bench/screen_watch.hpp"
-#include "recording/recording.hpp"
 #include "render/renderer.hpp"
 #include "stereo/stereo_view.hpp"
 #include "view/look.hpp"

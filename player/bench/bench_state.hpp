@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "bench/body_tracker.hpp"
 #include "motion/poses.hpp"

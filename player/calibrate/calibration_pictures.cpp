@@ -1,11 +1,9 @@
 #include "calibrate/calibration_pictures.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 
 #include "calibrate/guide_panel.hpp"
-#include "core/error.hpp"
 #include "optics/viewport.hpp"
 #include "render/image.hpp"
 #include "settings/settings_text.hpp"

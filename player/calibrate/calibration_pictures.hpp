@@ -13,7 +13,6 @@
 #include "render/image.hpp"
 #include "render/renderer.hpp"
 #include "store/motion_model.hpp"
-#include "virtual_bench/operator.hpp"
 #include "virtual_bench/truth.hpp"
 
 namespace vrda {

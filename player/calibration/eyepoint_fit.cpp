@@ -7,7 +7,6 @@
 #include <limits>
 #include <optional>
 
-#include "core/units.hpp"
 #include "settings/settings_text.hpp"
 #include "tracking/rigid_body.hpp"
 

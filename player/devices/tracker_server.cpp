@@ -1,6 +1,5 @@
 #include "devices/tracker_server.hpp"
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/asio/io_context.hpp>

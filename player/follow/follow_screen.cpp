@@ -1,11 +1,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "follow/follow.hpp"
 #include "follow/run_views.hpp"

@@ -6,7 +6,7 @@
 #include <ostream>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

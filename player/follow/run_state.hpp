@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/step_status.hpp"
+#include "core/step_record.hpp"
 #include "follow/run_watch.hpp"
 #include "gui/overlay_text.hpp"
 #include "store/motion_model.hpp"

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/search_move.hpp"
+#include "core/step_record.hpp"
 #include "journal/frame_tail.hpp"
 #include "store/motion_model.hpp"
 

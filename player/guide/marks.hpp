@@ -1,7 +1,6 @@
 /// Marks of a part, what a task's rows say, and the eyes as earlier parts found them.
 #pragma once
 
-#include <array>
 #include <span>
 
 #include "guide/task.hpp"

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "guide/task.hpp"
 #include "setup/calibration.hpp"
 
 namespace vrda {

@@ -6,8 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/units.hpp"
 #include "guide/dials.hpp"
 #include "guide/marks.hpp"
 #include "guide/parts.hpp"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
 #include "core/units.hpp"
 #include "guide/marks.hpp"
 #include "guide/refusal.hpp"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "calibration/eyes_fit.hpp"
 #include "core/error.hpp"

@@ -1,7 +1,6 @@
 /// What the operator is asked to do for a part, from its first task to its last.
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <future>
-#include <string>
 #include <vector>
 
 #include "render/gl_mesh.hpp"

@@ -1,9 +1,8 @@
 #include "scene/layers.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "core/step_status.hpp"
+#include "core/step_record.hpp"
 #include "core/units.hpp"
 #include "scene/joint_layers.hpp"
 #include "scene/scene.hpp"

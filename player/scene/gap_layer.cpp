@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "proximity/ray_travel.hpp"
+#include "proximity/box_tree.hpp"
 #include "scene/scene.hpp"
 
 namespace vrda {

@@ -1,12 +1,11 @@
 /// The layers of joint_layers.hpp, one by one.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "core/helical_axis.hpp"
-#include "ligament/fibre_path.hpp"
+#include "core/clinical.hpp"
+#include "ligament/ligaments.hpp"
 #include "motion/poses.hpp"
 #include "proximity/box_tree.hpp"
 #include "scene/joint_layers.hpp"

@@ -97,8 +97,8 @@ void LigamentLayer::update(Scene& scene, const JointPose& pose)
   is_made_ = true;
   Drawable& drawable = scene.drawables[drawable_];
   // Lengths do not mind which frame both objects stand in: the reference's own.
-  const Placement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
-                            pose.X_reference_moving.translation()};
+  const JointPlacement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
+                                 pose.X_reference_moving.translation()};
   std::array<Eigen::Vector3d, n_wrapped> points_mm;
   std::size_t vertex = 0;
   for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/error.hpp"
-#include "core/step_status.hpp"
+#include "core/step_record.hpp"
 #include "scene/joint_layers.hpp"
 
 namespace vrda {

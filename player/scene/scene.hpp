@@ -6,9 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
 #include "core/draw_mesh.hpp"
-#include "core/material.hpp"
+#include "core/mesh.hpp"
 #include "motion/poses.hpp"
 #include "scene/lighting.hpp"
 #include "store/motion_model.hpp"

@@ -9,8 +9,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

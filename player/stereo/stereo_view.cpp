@@ -1,7 +1,6 @@
 #include "stereo/stereo_view.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "optics/eye.hpp"
 

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "tracking/body_pose.hpp"
 #include "tracking/rigid_body.hpp"
 

@@ -5,7 +5,6 @@
 #include "devices/sample.hpp"
 #include "setup/calibration_record.hpp"
 #include "simulation/draws.hpp"
-#include "virtual_bench/operator.hpp"
 #include "virtual_bench/truth.hpp"
 
 namespace vrda {

@@ -9,7 +9,6 @@
 #include <sstream>
 
 #include "bench/body_tracker.hpp"
-#include "bench_samples.hpp"
 #include "devices/tracker_talk.hpp"
 
 namespace vrda::timing_test {

@@ -8,7 +8,6 @@
 #include "optics/viewport.hpp"
 #include "sample_eyes.hpp"
 #include "stereo/stereo_view.hpp"
-#include "support/meshes.hpp"
 
 namespace vrda::bench_picture_test {
 
