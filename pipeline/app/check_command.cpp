@@ -1,18 +1,18 @@
-#include "app/check_command.hpp"
+#include "app/file_commands.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "assemble/prepare.hpp"
-#include "core/number_text.hpp"
+#include "assemble/case_solver.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "core/whole_file.hpp"
 #include "load/job.hpp"
 #include "picture/case_picture.hpp"
 #include "proximity/directional_gap.hpp"
-#include "run/scaling_text.hpp"
+#include "run/summary.hpp"
 
 namespace vrda {
 namespace {

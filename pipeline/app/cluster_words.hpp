@@ -4,11 +4,7 @@
 #include <functional>
 #include <string>
 
-#include "app/index_command.hpp"
-#include "app/plan_command.hpp"
-#include "app/status_command.hpp"
-#include "app/submit_command.hpp"
-#include "app/task_command.hpp"
+#include "app/cluster_commands.hpp"
 #include "talk/talk.hpp"
 
 namespace CLI {

@@ -1,19 +1,169 @@
-#include "app/compare_command.hpp"
-
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/compare_text.hpp"
+#include "app/model_commands.hpp"
 #include "audit/audit.hpp"
-#include "audit/recontact.hpp"
 #include "compare/compare.hpp"
+#include "compare/recommend.hpp"
 #include "core/error.hpp"
-#include "run/solved_model.hpp"
+#include "run/summary.hpp"
 
 namespace vrda {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Words = std::vector<std::string>;
+
+std::string number(double value)
+{
+  if (std::isnan(value)) return "-";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+/// Translation, then the angles.
+std::vector<ErrorMeasures> errors_of(const DegreeRow& row)
+{
+  std::vector<ErrorMeasures> errors{row.translation};
+  for (std::size_t s = 3; s < row.surfaces.size(); ++s) errors.push_back(row.surfaces[s].errors);
+  return errors;
+}
+
+constexpr double ErrorMeasures::*measures[] = {&ErrorMeasures::rms, &ErrorMeasures::largest,
+                                               &ErrorMeasures::leave_one_out, &ErrorMeasures::roughness};
+
+/// Two lines of headings: the measure above its first column, the unit above each.
+std::pair<Words, Words> headings(const DegreeRow& row)
+{
+  Words upper{""}, lower{"degree"};
+  for (const char* measure : {"RMS", "largest", "left out", "roughness"}) {
+    const bool is_roughness = std::string(measure) == "roughness";
+    upper.push_back(measure);
+    lower.push_back(is_roughness ? "mm/deg2" : "mm");
+    for (std::size_t s = 3; s < row.surfaces.size(); ++s) {
+      upper.push_back("");
+      lower.push_back(row.surfaces[s].name + (is_roughness ? " 1/deg" : " deg"));
+    }
+  }
+  upper.push_back("perceptible");
+  lower.push_back("%");
+  if (!row.faults) return {upper, lower};
+  for (const char* fault : {"penetration", "gap"}) {
+    upper.insert(upper.end(), {fault, ""});
+    lower.insert(lower.end(), {"grid mm", "between mm"});
+  }
+  return {upper, lower};
+}
+
+Words words_of(const DegreeRow& row)
+{
+  Words words{std::to_string(row.set.degree)};
+  for (const auto measure : measures) {
+    for (const ErrorMeasures& errors : errors_of(row)) words.push_back(number(errors.*measure));
+  }
+  words.push_back(number(100.0 * row.perceptible_share));
+  if (!row.faults) return words;
+  for (const auto fault : {&Faults::largest_penetration_mm, &Faults::largest_gap_mm}) {
+    words.push_back(number(row.faults->at_grid.*fault));
+    words.push_back(number(row.faults->between.*fault));
+  }
+  return words;
+}
+
+Json json_of(const ErrorMeasures& errors)
+{
+  return {{"rms", errors.rms},
+          {"largest_residual", errors.largest},
+          {"leave_one_out_rms", errors.leave_one_out},
+          {"roughness", errors.roughness}};
+}
+
+Json json_of(const Faults& faults)
+{
+  return {{"attitudes", faults.n_attitudes},
+          {"overlapping", faults.n_overlapping},
+          {"nothing_ahead", faults.n_nothing_ahead},
+          {"largest_penetration_mm", faults.largest_penetration_mm},
+          {"largest_gap_mm", faults.largest_gap_mm}};
+}
+
+Json json_of(const SurfaceRow& surface, bool is_length)
+{
+  Json json = {{"unit", is_length ? "mm" : "degree"},
+               {"cells", surface.n_cells},
+               {"condition_number", surface.condition_number}};
+  json.update(json_of(surface.errors));
+  return json;
+}
+
+Json json_of(const DegreeRow& row, const RankedDegree& ranked)
+{
+  Json surfaces = Json::object();
+  for (std::size_t s = 0; s < row.surfaces.size(); ++s)
+    surfaces[row.surfaces[s].name] = json_of(row.surfaces[s], s < 3);
+  Json json = {{"degree", row.set.degree},
+               {"terms", row.set.exponents.rows()},
+               {"converged", row.is_converged},
+               {"translation", json_of(row.translation)},
+               {"surfaces", surfaces},
+               {"perceptible_share", row.perceptible_share},
+               {"left_out",
+                {{"error", ranked.error},
+                 {"excess_sq", ranked.excess_sq},
+                 {"standard_error", ranked.standard_error},
+                 {"is_within", ranked.is_within}}}};
+  if (row.faults) {
+    json["at_grid"] = json_of(row.faults->at_grid);
+    json["between"] = json_of(row.faults->between);
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string table_of(const Comparison& comparison)
+{
+  const auto [upper, lower] = headings(comparison.rows.front());
+  std::vector<Words> lines{upper, lower};
+  for (const DegreeRow& row : comparison.rows) lines.push_back(words_of(row));
+  std::vector<std::size_t> widths(lower.size(), 0);
+  for (const Words& line : lines) {
+    for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], line[c].size());
+  }
+  std::string text;
+  for (const Words& line : lines) {
+    for (std::size_t c = 0; c < line.size(); ++c)
+      text += (c == 0 ? "" : "  ") + std::string(widths[c] - line[c].size(), ' ') + line[c];
+    text.erase(text.find_last_not_of(' ') + 1);
+    text += '\n';
+  }
+  return text;
+}
+
+std::string sentence_of(const Recommendation& recommendation)
+{
+  return "recommended: " + recommendation.reason;
+}
+
+Json json_of(const Comparison& comparison)
+{
+  Json rows = Json::array();
+  for (std::size_t k = 0; k < comparison.rows.size(); ++k)
+    rows.push_back(json_of(comparison.rows[k], comparison.recommendation.ranked[k]));
+  const Recommendation& r = comparison.recommendation;
+  const auto degree = [](int value) { return value < 0 ? Json() : Json(value); };
+  return {{"perceptible", {{"mm", perceptible_mm}, {"degree", perceptible_deg}}},
+          {"degrees", rows},
+          {"not_carried", comparison.degrees_not_carried},
+          {"recommendation",
+           {{"degree", degree(r.degree)}, {"best_degree", degree(r.best_degree)}, {"reason", r.reason}}}};
+}
+
 namespace {
 
 [[noreturn]] void refuse(const std::string& text)

@@ -1,4 +1,4 @@
-#include "app/export_command.hpp"
+#include "app/file_commands.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,13 +10,10 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "core/whole_file.hpp"
-#include "exports/animated_glb.hpp"
-#include "exports/csv_tables.hpp"
-#include "exports/opensim_table.hpp"
-#include "exports/vtk_series.hpp"
-#include "run/output_file.hpp"
+#include "exports/formats.hpp"
+#include "run/run_output.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda {

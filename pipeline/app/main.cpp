@@ -8,18 +8,9 @@
 #include <functional>
 #include <iostream>
 
-#include "app/audit_command.hpp"
-#include "app/check_command.hpp"
 #include "app/cluster_words.hpp"
-#include "app/compare_command.hpp"
-#include "app/convert_command.hpp"
-#include "app/export_command.hpp"
+#include "app/file_commands.hpp"
 #include "app/model_commands.hpp"
-#include "app/reduce_command.hpp"
-#include "app/report_command.hpp"
-#include "app/shape_command.hpp"
-#include "app/smooth_command.hpp"
-#include "app/trace_command.hpp"
 #include "app/word_checks.hpp"
 #include "core/error.hpp"
 #include "run/merge_command.hpp"

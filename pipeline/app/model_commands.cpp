@@ -7,12 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "audit/audit.hpp"
-#include "core/compartment.hpp"
 #include "core/error.hpp"
+#include "core/mesh.hpp"
 #include "motion/poses.hpp"
-#include "run/json_number.hpp"
-#include "run/scaling_text.hpp"
-#include "run/solved_model.hpp"
 #include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 
@@ -36,7 +33,7 @@ Json range_json(const GridD& surface)
 {
   Range range;
   for (Eigen::Index c = 0; c < surface.size(); ++c) range.include(surface.data()[c]);
-  return {{"min", number_or_null(range.least)}, {"max", number_or_null(range.largest)}};
+  return {{"min", range.least}, {"max", range.largest}};
 }
 
 // Internal rotation along the spine: the screw-home of the joint.
@@ -51,10 +48,10 @@ Json screw_home(const MotionModel& model)
       range.include(internal_deg);
       curve.push_back({{"flexion_deg", model.flexion_deg[static_cast<std::size_t>(i)]},
                        {"varus_deg", model.varus_deg[static_cast<std::size_t>(j)]},
-                       {"internal_rotation_deg", number_or_null(internal_deg)}});
+                       {"internal_rotation_deg", internal_deg}});
     }
   }
-  return {{"range_deg", number_or_null(range.largest - range.least)}, {"spine", curve}};
+  return {{"range_deg", range.largest - range.least}, {"spine", curve}};
 }
 
 // Attitudes that are not stable, in attitude order.
@@ -119,7 +116,7 @@ Json largest_share(const ForceRows& forces, Compartment compartment)
     }
     if (all_n > 0.0) range.include(own_n / all_n);
   }
-  return number_or_null(range.largest);
+  return range.largest;
 }
 
 Json equilibrium_json(const MotionModel& model)

@@ -1,10 +1,10 @@
-#include "app/plan_cases.hpp"
+#include "app/cluster_commands.hpp"
 
 #include <filesystem>
 #include <map>
 #include <utility>
 
-#include "assemble/prepare.hpp"
+#include "assemble/case_solver.hpp"
 #include "core/error.hpp"
 #include "documents/value.hpp"
 #include "load/job.hpp"

@@ -1,12 +1,11 @@
-#include "app/plan_command.hpp"
+#include "app/cluster_commands.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "app/plan_cases.hpp"
-#include "cluster/shard.hpp"
+#include "cluster/jobs.hpp"
 
 namespace vrda {
 namespace {

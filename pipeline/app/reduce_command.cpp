@@ -1,4 +1,4 @@
-#include "app/reduce_command.hpp"
+#include "app/model_commands.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -9,7 +9,6 @@
 #include "core/error.hpp"
 #include "motion/poses.hpp"
 #include "reduce/reduce.hpp"
-#include "run/json_number.hpp"
 #include "run/run_output.hpp"
 #include "store/motion_model_file.hpp"
 
@@ -89,7 +88,7 @@ void add_json(Json& row, const ZeroVarus& z, const std::vector<Column>& columns,
     const std::size_t n = c.parts.size();
     if (values.empty()) continue;  // a joint without compartments
     Json numbers = Json::array();
-    for (std::size_t k = 0; k < n; ++k) numbers.push_back(number_or_null(values[n * i + k]));
+    for (std::size_t k = 0; k < n; ++k) numbers.push_back(values[n * i + k]);
     row[std::string(c.name) + c.unit] = n == 1 ? numbers[0] : numbers;
   }
 }

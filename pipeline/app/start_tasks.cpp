@@ -1,4 +1,4 @@
-#include "app/start_tasks.hpp"
+#include "app/cluster_commands.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -9,8 +9,8 @@
 #include "cluster/slurm.hpp"
 #include "cluster/slurm_scripts.hpp"
 #include "core/error.hpp"
-#include "run/solved_model.hpp"
-#include "talk/interrupt.hpp"
+#include "run/summary.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 namespace {

@@ -1,4 +1,4 @@
-#include "app/task_command.hpp"
+#include "app/cluster_commands.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -8,16 +8,15 @@
 #include <utility>
 #include <vector>
 
-#include "app/index_command.hpp"
 #include "cluster/slurm_scripts.hpp"
 #include "cluster/status.hpp"
 #include "cluster/submission.hpp"
 #include "cluster/task_state.hpp"
 #include "core/error.hpp"
-#include "core/output_lock.hpp"
+#include "core/open_file.hpp"
 #include "run/merge_command.hpp"
 #include "run/run_command.hpp"
-#include "talk/interrupt.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 namespace {

@@ -1,11 +1,11 @@
-#include "app/trace_command.hpp"
+#include "app/model_commands.hpp"
 
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "core/search_move.hpp"
+#include "core/step_record.hpp"
 #include "store/trace_file.hpp"
 
 namespace vrda {

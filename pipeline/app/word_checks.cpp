@@ -3,8 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

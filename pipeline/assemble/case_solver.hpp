@@ -1,4 +1,5 @@
-/// Solves the motion steps of a case, by whichever method its job names.
+/// From a Case to what the solver and the sweep work on, and the steps of a case solved by whichever method
+/// its job names.
 #pragma once
 
 #include <memory>
@@ -6,10 +7,19 @@
 
 #include "load/case.hpp"
 #include "solve/equilibrium.hpp"
+#include "solve/joint.hpp"
 #include "solve/stability_search.hpp"
 #include "sweep/sweep.hpp"
 
 namespace vrda {
+
+/// Both objects as the solver sees them with the Delta of `frame`.
+Joint joint_of(const Case& job_case, const SolverFrame& frame);
+SweepPlan plan_of(const Case& job_case);
+
+/// One SHA-256 for everything that decides the steps: solver version, resolved job, inputs. Where scaling
+/// keeps the steps it is the unscaled job's, so one journal serves every size.
+std::string fingerprint_of(const Case& job_case);
 
 /// The frame of the solver at a flexion of the grid: Delta may differ from one to the next.
 SolverFrame frame_at(const Case& job_case, std::int32_t flexion);
@@ -46,5 +56,10 @@ class CaseSolver {
   std::shared_ptr<const Footing> first_;  // of the first flexion, mostly the only one
   std::vector<Worker> workers_;
 };
+
+/// Each record scaled() (core/step_record.hpp), and what lies between them along. Contact alone has no length
+/// of its own: where the poses of one joint balance the forces on it, these balance the same forces on one
+/// `factor` times as large, whose point of the push moved along. Gaps are `factor` times as wide.
+SweepResult scaled(const SweepResult& result, double factor);
 
 }  // namespace vrda

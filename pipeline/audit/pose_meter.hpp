@@ -2,11 +2,15 @@
 /// trusted.
 #pragma once
 
+#include <functional>
 #include <optional>
+#include <vector>
 
 #include "contact/contacts.hpp"
 #include "core/frames.hpp"
+#include "motion/poses.hpp"
 #include "proximity/gap_query.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda {
 
@@ -86,5 +90,14 @@ class PoseMeter {
 /// hundreds of mm through a few rotations), and a narrow phase as much; a contact that steep as 1e-4 still
 /// keeps ten times that between the surfaces.
 inline constexpr double contact_margin_mm = 1e-7;
+
+/// `axis_deg` with each step cut into `refine` parts; its own values stay to the last bit.
+std::vector<double> refined(const std::vector<double>& axis_deg, int refine);
+
+/// Calls `measure(row, meter)` for every row of `flexion_deg`, each once, from `n_threads` threads; the meter
+/// is that of the row's Delta. What `measure` writes must belong to its row. Its first exception is thrown
+/// again.
+void for_each_row(const MotionModel& model, const Motion& motion, const std::vector<double>& flexion_deg,
+                  int n_threads, const std::function<void(std::size_t, PoseMeter&)>& measure);
 
 }  // namespace vrda

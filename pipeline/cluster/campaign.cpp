@@ -6,7 +6,7 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
+#include "core/text.hpp"
 #include "load/file_bytes.hpp"
 #include "load/job_schema.hpp"
 

@@ -13,6 +13,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string_view>
 #include <thread>
 
@@ -158,6 +159,19 @@ Ending wait_a_moment(const std::vector<pid_t>& children)
   }
   std::this_thread::sleep_for(std::chrono::milliseconds(10));
   return {};
+}
+
+std::string program_to_start(const std::string& executable, const std::string& called_by)
+{
+  const bool is_loader = std::filesystem::path(executable).filename().string().starts_with("ld-linux");
+  return is_loader ? called_by : executable;
+}
+
+std::string own_program()
+{
+  std::error_code error;
+  const std::filesystem::path executable = std::filesystem::read_symlink("/proc/self/exe", error);
+  return error ? "" : program_to_start(executable.string(), program_invocation_name);
 }
 
 }  // namespace vrda

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "cluster/jobs.hpp"
+#include "cluster/slurm.hpp"
 #include "cluster/submission.hpp"
-#include "cluster/submitted.hpp"
 
 namespace vrda {
 

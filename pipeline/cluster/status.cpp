@@ -8,9 +8,9 @@
 #include <fstream>
 
 #include "cluster/case_spec.hpp"
-#include "cluster/shard.hpp"
+#include "cluster/jobs.hpp"
 #include "core/error.hpp"
-#include "core/output_lock.hpp"
+#include "core/open_file.hpp"
 #include "journal/journal.hpp"
 #include "journal/record_bytes.hpp"
 

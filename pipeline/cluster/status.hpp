@@ -1,4 +1,5 @@
-/// How far a submission is: each task from its journals, Slurm's queue, and what it said of itself last.
+/// How far a submission is: each task from its journals, Slurm's queue, and what it said of itself last; and
+/// what it still needs.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "cluster/jobs.hpp"
+#include "cluster/slurm.hpp"
 #include "cluster/submission.hpp"
-#include "cluster/submitted.hpp"
 #include "cluster/task_state.hpp"
 
 namespace vrda {
@@ -118,5 +120,19 @@ std::string summary_of(const StatusView& view, const Submission& submission);
 std::string rate_text(double per_second, std::optional<double> seconds_left);
 /// "0:11", "2:05:30" or "3 days".
 std::string duration_text(double seconds);
+
+/// What a submission still needs.
+struct Missing {
+  Work work;
+  std::vector<std::string> reasons;    ///< one line a task that is to be done again: which and why
+  std::vector<std::string> to_cancel;  ///< Slurm's jobs that can no longer begin, or begin too early
+  std::int32_t n_under_way = 0;        ///< tasks that Slurm has queued or runs, which are left alone
+};
+
+/// Reads the journals of the tasks that ended well in cases that are not made: what they hold counts, not
+/// what was said of them. A local task that still runs is missing, too: whoever repeats it waits for its
+/// lock, and finds what it did.
+Missing missing_of(const std::string& folder, const Submission& submission, const StatusView& status,
+                   const SubmissionSnapshot& seen);
 
 }  // namespace vrda

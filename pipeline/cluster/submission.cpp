@@ -6,7 +6,7 @@
 
 #include "cluster/json_fields.hpp"
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
+#include "core/text.hpp"
 #include "core/whole_file.hpp"
 #include "journal/run_files.hpp"
 

@@ -36,7 +36,7 @@ std::string host_name();
 TaskState begun_now(std::int64_t n_done);
 
 /// Whether both are of one start: of a Slurm job begun again the restarts differ. Local tasks are held apart
-/// by the lock of their state file (core/output_lock.hpp), which each holds from its begin to its end.
+/// by the lock of their state file (core/open_file.hpp), which each holds from its begin to its end.
 bool is_same_start(const TaskState& a, const TaskState& b);
 
 std::string task_file_of(const std::string& folder, const Submission& submission, const TaskId& task);

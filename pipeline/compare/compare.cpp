@@ -2,14 +2,124 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
-#include "compare/left_out.hpp"
-#include "compare/perceptible.hpp"
-#include "compare/roughness.hpp"
+#include "compare/recommend.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 
 namespace vrda {
+namespace {
+
+bool is_stable(const MotionModel& model, Eigen::Index i, Eigen::Index j)
+{
+  return model.status(i, j) == status_stable;
+}
+
+/// The one, two or four cells around attitude (i, j) of the finer grid are solved.
+bool is_surrounded(const MotionModel& model, Eigen::Index i, Eigen::Index j, Eigen::Index refine)
+{
+  for (const Eigen::Index row : {i / refine, (i + refine - 1) / refine}) {
+    for (const Eigen::Index column : {j / refine, (j + refine - 1) / refine}) {
+      if (!is_stable(model, row, column)) return false;
+    }
+  }
+  return true;
+}
+
+/// NaN is none yet, or none here.
+void raise(double& largest, double value)
+{
+  if (std::isnan(largest) || value > largest) largest = value;
+}
+
+void include(Faults& faults, AuditState state, double gap_mm, double penetration_mm)
+{
+  if (state == AuditState::no_pose) return;
+  ++faults.n_attitudes;
+  if (state == AuditState::overlapping) ++faults.n_overlapping;
+  if (state == AuditState::nothing_ahead) ++faults.n_nothing_ahead;
+  raise(faults.largest_penetration_mm, penetration_mm);
+  raise(faults.largest_gap_mm, gap_mm);
+}
+
+}  // namespace
+
+MotionFaults faults_of(const MotionModel& model, const AuditSet& audit)
+{
+  const auto refine = static_cast<Eigen::Index>(audit.refine);
+  check(refine >= 1 && audit.state.rows() == (model.status.rows() - 1) * refine + 1 &&
+            audit.state.cols() == (model.status.cols() - 1) * refine + 1,
+        "an audit of a smoothed motion refines the grid of the model");
+  MotionFaults result;
+  for (Faults* faults : {&result.at_grid, &result.between})
+    faults->largest_penetration_mm = faults->largest_gap_mm = nan;
+  for (Eigen::Index i = 0; i < audit.state.rows(); ++i) {
+    for (Eigen::Index j = 0; j < audit.state.cols(); ++j) {
+      if (!is_surrounded(model, i, j, refine)) continue;
+      const bool is_of_grid = i % refine == 0 && j % refine == 0;
+      include(is_of_grid ? result.at_grid : result.between, static_cast<AuditState>(audit.state(i, j)),
+              audit.gap_mm(i, j), audit.penetration_mm(i, j));
+    }
+  }
+  return result;
+}
+
+namespace {
+
+/// Coefficient (i, j) of P_i(u) P_j(v).
+using Series = Eigen::MatrixXd;
+
+/// d/du: P'_n = (2n - 1) P_{n-1} + (2n - 5) P_{n-3} + ...
+Series derivative_by_rows(const Series& series)
+{
+  Series derivative = Series::Zero(series.rows(), series.cols());
+  for (Eigen::Index n = 1; n < series.rows(); ++n) {
+    for (Eigen::Index k = n - 1; k >= 0; k -= 2) {
+      for (Eigen::Index j = 0; j < series.cols(); ++j)
+        derivative(k, j) += static_cast<double>(2 * k + 1) * series(n, j);
+    }
+  }
+  return derivative;
+}
+
+Series derivative_by_columns(const Series& series)
+{
+  return derivative_by_rows(series.transpose()).transpose();
+}
+
+/// Mean of the square over [-1, 1]^2: that of P_i is 1 / (2i + 1).
+double mean_square(const Series& series)
+{
+  double sum = 0.0;
+  for (Eigen::Index i = 0; i < series.rows(); ++i) {
+    for (Eigen::Index j = 0; j < series.cols(); ++j)
+      sum += series(i, j) * series(i, j) / static_cast<double>((2 * i + 1) * (2 * j + 1));
+  }
+  return sum;
+}
+
+/// du/dx; 0 where the axis has one value.
+double slope(const AxisRange& range)
+{
+  return range.first_deg == range.last_deg ? 0.0 : 2.0 / (range.last_deg - range.first_deg);
+}
+
+}  // namespace
+
+double roughness(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges)
+{
+  check(static_cast<Eigen::Index>(surface.coefficients.size()) == set.exponents.rows(),
+        "a coefficient a term");
+  Series series = Series::Zero(set.degree + 1, set.degree + 1);
+  for (Eigen::Index k = 0; k < set.exponents.rows(); ++k)
+    series(set.exponents(k, 0), set.exponents(k, 1)) = surface.coefficients[static_cast<std::size_t>(k)];
+  const double f = slope(ranges.flexion), w = slope(ranges.varus);
+  const Series by_flexion = derivative_by_rows(series) * f, by_varus = derivative_by_columns(series) * w;
+  return std::sqrt(mean_square(derivative_by_rows(by_flexion) * f) +
+                   2.0 * mean_square(derivative_by_columns(by_flexion) * w) +
+                   mean_square(derivative_by_columns(by_varus) * w));
+}
+
 namespace {
 
 constexpr std::size_t n_lengths = 3;  ///< tx, ty and tz come first; the others are angles

@@ -6,18 +6,43 @@
 #include <string>
 #include <vector>
 
-#include "compare/faults.hpp"
 #include "compare/recommend.hpp"
 #include "smooth/smooth.hpp"
+#include "store/evaluate_smoothed.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda {
+
+/// NaN where no attitude counts.
+struct Faults {
+  int n_attitudes = 0;      ///< that count: all cells of the model around them are solved
+  int n_overlapping = 0;    ///< of them
+  int n_nothing_ahead = 0;  ///< of them: free, and no touch anywhere along Delta
+  double largest_penetration_mm = 0.0;
+  double largest_gap_mm = 0.0;  ///< of those free with a touch ahead
+};
+
+struct MotionFaults {
+  Faults at_grid;  ///< attitudes of the model's grid
+  Faults between;  ///< the others
+};
+
+/// Where a cell failed a smoothed motion has a pose without data: such attitudes do not count.
+MotionFaults faults_of(const MotionModel& model, const AuditSet& audit);
+
+/// Root mean square of the second derivatives over the measured range: the square root of the mean over
+/// flexion f and varus w of s_ff^2 + 2 s_fw^2 + s_ww^2 (a thin plate's energy, the same whichever way the two
+/// axes are turned). 0 of a plane. An axis with one value adds nothing. Unit: that of the surface over a
+/// degree squared, mm/degree^2. Exact: a derivative of a Legendre series is one, and these are orthogonal.
+/// Source: Green, Silverman (1994), Nonparametric Regression and Generalized Linear Models, 7.4.
+double roughness(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges);
 
 /// What a smoothed surface does to the raw one, in mm or degrees.
 struct ErrorMeasures {
   double rms = 0.0;            ///< residual, root mean square
   double largest = 0.0;        ///< residual, absolute
   double leave_one_out = 0.0;  ///< root mean square; NaN where some cell cannot be left out
-  double roughness = 0.0;      ///< compare/roughness.hpp; mm or degrees, over a degree squared
+  double roughness = 0.0;      ///< roughness(); mm or degrees, over a degree squared
 };
 
 struct SurfaceRow {

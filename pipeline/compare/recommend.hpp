@@ -4,7 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "smooth/smooth.hpp"
+
 namespace vrda {
+
+/// One arc minute seen from 0.5 m (DESIGN.md 5.5): 500 mm * pi / 10800 = 0.1454 mm.
+inline constexpr double perceptible_mm = 0.145;
+/// The turn that moves a point 3 cm from the axis that far (DESIGN.md 5.5): 0.2778 degrees of 0.1454 mm.
+inline constexpr double perceptible_deg = 0.27;
 
 /// What one degree gets wrong at the cells left out. Errors are counted in units of what is perceptible.
 struct DegreeErrors {
@@ -34,5 +41,9 @@ struct Recommendation {
 /// cell counts as 1e-6 at least: below that a surface is met to rounding, and who is better is chance.
 /// Expects rising degrees.
 Recommendation recommend(const std::vector<DegreeErrors>& degrees);
+
+/// [n_fits] For recommend(): the error of each cell's pose, rules in compare/compare.hpp. Cells are those
+/// fitted in translation. Robust where the fits are. `fits` are of one model by rising degree.
+std::vector<DegreeErrors> degree_errors(const std::vector<SmoothFit>& fits);
 
 }  // namespace vrda

@@ -6,7 +6,7 @@
 
 #include "contact/features.hpp"
 #include "contact/narrow_phase.hpp"
-#include "core/search_options.hpp"
+#include "core/solver_options.hpp"
 #include "proximity/placed.hpp"
 
 namespace vrda {

@@ -56,4 +56,9 @@ class SurfaceFeatures {
 Feature feature_at(const Mesh& mesh, const SurfaceFeatures& features, std::int32_t t,
                    const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& corner);
 
+/// [n_vertices] whether an edge that sticks out, bounds the sheet or is not shared by two consistently wound
+/// faces ends there. Around any other vertex the surface is flat or hollow: another place touches a face no
+/// later, and the vertex only seems to bear load.
+std::vector<bool> sticking_out(const Mesh& mesh, const SurfaceFeatures& features);
+
 }  // namespace vrda

@@ -1,6 +1,7 @@
 #include "convert/job_text.hpp"
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
+#include "documents/document.hpp"
 #include "documents/value.hpp"
 
 namespace vrda {

@@ -8,7 +8,8 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
+#include "documents/document.hpp"
 #include "load/polygon.hpp"
 #include "load/weld.hpp"
 

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "load/file_bytes.hpp"
 #include "load/words.hpp"
 

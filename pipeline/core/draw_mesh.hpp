@@ -1,8 +1,10 @@
-/// A mesh as graphics hardware wants it: single precision, one normal a vertex.
+/// A mesh as graphics hardware wants it, and how surfaces look.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "core/mesh.hpp"
@@ -30,5 +32,17 @@ inline constexpr double default_crease_rad = rad_from_deg(80.0);
 /// suffices for a mesh far from its origin. Degenerate triangles are left out.
 DrawMesh draw_mesh(const Mesh& mesh, const std::vector<Eigen::Index>& triangles,
                    const Eigen::Vector3d& origin_mm, double crease_rad = default_crease_rad);
+
+/// How surfaces look, by the material that a motion model names. Colours are linear RGB on [0, 1].
+struct Material {
+  Eigen::Vector3f colour{0.5F, 0.5F, 0.5F};
+  float opacity = 1.0F;     ///< below 1 drawn after everything opaque
+  float specular = 0.1F;    ///< strength of the highlight
+  float shininess = 30.0F;  ///< Blinn-Phong exponent
+  float mottling = 0.0F;    ///< amplitude of the colour's variation over the surface, as a part of it
+};
+
+/// "bone", "cartilage", "meniscus"; neutral otherwise.
+Material material_of(const std::string& name);
 
 }  // namespace vrda

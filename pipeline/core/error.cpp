@@ -3,7 +3,7 @@
 #include <string_view>
 #include <utility>
 
-#include "core/utf8.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

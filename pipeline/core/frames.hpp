@@ -9,7 +9,7 @@
 
 #include <Eigen/Core>
 
-#include "core/body.hpp"
+#include "core/mesh.hpp"
 
 namespace vrda {
 

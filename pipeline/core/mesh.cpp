@@ -1,7 +1,6 @@
 #include "core/mesh.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/error.hpp"
 
@@ -174,6 +173,27 @@ Mesh with_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept)
     check(kept[k] >= 0 && kept[k] < mesh.triangles.rows(), "with_triangles: index out of range");
     result.triangles.row(static_cast<Eigen::Index>(k)) = mesh.triangles.row(kept[k]);
   }
+  return result;
+}
+
+std::vector<std::vector<Eigen::Index>> triangles_by_component(const Body& body, const Part& part)
+{
+  check(part.component.size() == static_cast<std::size_t>(part.mesh.triangles.rows()),
+        "every triangle of a body belongs to a component");
+  std::vector<std::vector<Eigen::Index>> triangles(body.components.size());
+  for (std::size_t t = 0; t < part.component.size(); ++t) {
+    const auto component = static_cast<std::size_t>(part.component[t]);
+    check(component < triangles.size(), "a triangle's component is one of its body");
+    triangles[component].push_back(static_cast<Eigen::Index>(t));
+  }
+  return triangles;
+}
+
+Body mirrored_z(const Body& body)
+{
+  Body result = body;
+  result.contact.mesh = mirrored_z(body.contact.mesh);
+  result.visual.mesh = mirrored_z(body.visual.mesh);
   return result;
 }
 

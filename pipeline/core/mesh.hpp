@@ -1,10 +1,11 @@
-/// Triangle meshes and what can be said of one without another.
+/// Triangle meshes, what can be said of one without another, and the two objects of a joint made of them.
 #pragma once
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace vrda {
@@ -65,5 +66,33 @@ void append(Mesh& mesh, const Mesh& extra);
 
 /// The triangles listed, with all vertices kept.
 Mesh with_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept);
+
+/// One of the two objects of a joint: components that touch, components that are only drawn.
+struct Component {
+  std::string name;      ///< unique within its body
+  std::string material;  ///< "bone", "cartilage", "meniscus", ...
+};
+
+/// Triangles of several components in one mesh.
+struct Part {
+  Mesh mesh;                            ///< canonical axes, mm, not recentred
+  std::vector<std::int32_t> component;  ///< [n_triangles] index into Body::components
+};
+
+struct Body {
+  std::string name;
+  std::vector<Component> components;
+  Part contact;  ///< takes part in contact
+  Part visual;   ///< drawn only
+};
+
+/// Rows of part.mesh.triangles by the component they belong to, in order: one list a component of `body`.
+std::vector<std::vector<Eigen::Index>> triangles_by_component(const Body& body, const Part& part);
+
+/// Both parts of `body` reflected in Z = 0.
+Body mirrored_z(const Body& body);
+
+/// The two sides of a joint that are watched separately.
+enum class Compartment : std::int8_t { none = 0, medial = 1, lateral = 2 };
 
 }  // namespace vrda

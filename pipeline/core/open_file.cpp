@@ -5,10 +5,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <thread>
 
 #include "core/error.hpp"
+#include "core/whole_file.hpp"
 
 namespace vrda {
 
@@ -57,6 +61,65 @@ void sync_folder(const std::string& path)
   if (descriptor.is_open() && fsync(descriptor.get()) == 0) return;
   throw InputError({path, "", std::string("a folder that cannot be flushed (") + std::strerror(errno) + ")",
                     "a folder that can be written and free space"});
+}
+
+namespace {
+
+std::string host_name()
+{
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown host";
+}
+
+OpenFile opened(const std::string& path)
+{
+  OpenFile file(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
+  if (file.is_open() || errno != EACCES) return file;
+  return OpenFile(open(path.c_str(), O_RDONLY | O_CLOEXEC));  // another user's, in a folder that both share
+}
+
+std::string holder_in(int descriptor)
+{
+  std::array<char, 512> text{};
+  const ssize_t n = pread(descriptor, text.data(), text.size(), 0);
+  return n > 0 ? std::string(text.data(), static_cast<std::size_t>(n)) : "another process";
+}
+
+}  // namespace
+
+std::optional<OutputLock> OutputLock::take(const std::string& output, const std::string& command,
+                                           const Waiting& waiting)
+{
+  const std::string path = link_target(output) + ".lock";
+  for (bool is_announced = false;;) {
+    OpenFile file = opened(path);
+    if (!file.is_open()) {
+      throw InputError({output, "", std::strerror(errno), "a folder that exists and can be written"});
+    }
+    if (lock_without_waiting(file.get(), output)) {
+      if (!is_at(file.get(), path)) continue;  // its holder has just released and removed it
+      const std::string holder = command + ", process " + std::to_string(getpid()) + " on " + host_name();
+      // Only for those who wait: a full disk does not matter.
+      if (ftruncate(file.get(), 0) == 0)
+        static_cast<void>(!pwrite(file.get(), holder.data(), holder.size(), 0));
+      return OutputLock(path, std::move(file));
+    }
+    if (!is_announced && waiting.begins) waiting.begins(holder_in(file.get()));
+    is_announced = true;
+    if (waiting.is_stopped()) return std::nullopt;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+bool OutputLock::is_held(const std::string& output)
+{
+  const OpenFile file(open((link_target(output) + ".lock").c_str(), O_RDONLY | O_CLOEXEC));
+  return file.is_open() && flock(file.get(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+}
+
+OutputLock::~OutputLock()
+{
+  if (file_.is_open()) unlink(path_.c_str());  // while it is still locked: a new one is never removed
 }
 
 }  // namespace vrda

@@ -1,5 +1,5 @@
-/// What one motion step leaves behind: the rooms solve, sweep, journal and app pass it on.
-/// Frame S and its units: core/frames.hpp.
+/// What one motion step leaves behind, and what a search tells those who watch it: the rooms solve, sweep,
+/// journal, store and app pass it on. Frame S and its units: core/frames.hpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,9 +9,30 @@
 #include <vector>
 
 #include "core/frames.hpp"
-#include "core/step_status.hpp"
 
 namespace vrda {
+
+enum class StepStatus : std::int8_t {
+  pending = -1,         ///< not solved yet
+  stable = 0,           ///< a stable pose
+  no_contact = 1,       ///< left the reference behind
+  no_clearance = 2,     ///< no free pose along -Delta
+  iteration_limit = 3,  ///< max_steps or max_iterations reached
+  unbounded = 4,        ///< no rest: slides off however small the steps
+  overlapping = 5,      ///< came to rest, but measured again the meshes overlap
+};
+
+/// As stored.
+inline constexpr auto status_pending = static_cast<std::int8_t>(StepStatus::pending);
+inline constexpr auto status_stable = static_cast<std::int8_t>(StepStatus::stable);
+
+inline constexpr StepStatus all_step_statuses[] = {
+    StepStatus::pending,         StepStatus::stable,    StepStatus::no_contact, StepStatus::no_clearance,
+    StepStatus::iteration_limit, StepStatus::unbounded, StepStatus::overlapping};
+
+const char* name_of(StepStatus status);
+/// What it means, in a few words.
+const char* meaning_of(StepStatus status);
 
 /// Which node of the seeding graph a step is (DESIGN.md 5.4). The values are those of the journal.
 enum class StepKind : std::uint8_t {
@@ -98,5 +119,41 @@ struct StepRecord {
 /// Every length, energy and moment times `factor`; angles, forces, counts and flags as they are: the step of
 /// a joint `factor` times as large.
 StepRecord scaled(const StepRecord& record, double factor);
+
+/// The values are those of the trace file and its journal.
+enum class MoveKind : std::uint8_t {
+  retreat = 0,    ///< against Delta, out of an overlap
+  approach = 1,   ///< along Delta
+  bisect = 2,     ///< a trial on the way of the approach, rotation or translation that is told next
+  rotate = 3,     ///< about Delta
+  translate = 4,  ///< across Delta
+};
+
+inline constexpr MoveKind all_move_kinds[] = {MoveKind::retreat, MoveKind::approach, MoveKind::bisect,
+                                              MoveKind::rotate, MoveKind::translate};
+
+const char* name_of(MoveKind kind);
+
+/// One modelling step. Each iteration has one move in contact, the approach that ends in the touch; an
+/// iteration in which nothing is in the way has no move at all.
+struct SearchMove {
+  std::int32_t iteration = 0;  ///< 0: the retreat from the seed
+  MoveKind kind = MoveKind::approach;
+  MovingPose pose;                   ///< after the move; of a bisection's trial, where it was tried
+  double translation_step_mm = 0.0;  ///< in force; of a move in contact, after cycle detection
+  double rotation_step_rad = 0.0;
+  bool collides = false;                ///< a trial that was blocked
+  bool is_cycle = false;                ///< in contact at an earlier pose, within both resolutions
+  bool in_contact = false;              ///< the approach has ended
+  std::vector<ContactRecord> contacts;  ///< of a move in contact: those that predict the next motion
+};
+
+/// One search, from the seed to its end.
+struct SearchTrace {
+  StepKey key;
+  MovingPose seed;
+  StepStatus status = StepStatus::pending;
+  std::vector<SearchMove> moves;
+};
 
 }  // namespace vrda

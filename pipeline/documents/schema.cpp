@@ -10,8 +10,7 @@
 #include <valijson/validator.hpp>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

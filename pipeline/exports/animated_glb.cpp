@@ -1,4 +1,4 @@
-#include "exports/animated_glb.hpp"
+#include "exports/formats.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,7 @@
 #include <vector>
 
 #include "core/draw_mesh.hpp"
-#include "core/material.hpp"
 #include "core/units.hpp"
-#include "exports/number_bytes.hpp"
 
 namespace vrda {
 namespace {

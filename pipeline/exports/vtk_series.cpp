@@ -1,13 +1,11 @@
-#include "exports/vtk_series.hpp"
+#include "exports/formats.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
-#include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
-#include "exports/number_bytes.hpp"
 
 namespace vrda {
 namespace {

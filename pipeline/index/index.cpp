@@ -9,7 +9,6 @@
 
 #include "cluster/case_spec.hpp"
 #include "core/error.hpp"
-#include "core/number_text.hpp"
 #include "core/units.hpp"
 #include "core/whole_file.hpp"
 #include "journal/run_files.hpp"

@@ -1,8 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/compartment.hpp"
-#include "core/error.hpp"
+#include "core/mesh.hpp"
 #include "core/units.hpp"
 #include "index/index.hpp"
 #include "motion/poses.hpp"

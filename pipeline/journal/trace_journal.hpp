@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "core/search_move.hpp"
+#include "core/step_record.hpp"
 #include "journal/frame_tail.hpp"
 #include "journal/framed_file.hpp"
 

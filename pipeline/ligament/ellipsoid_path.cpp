@@ -3,11 +3,157 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "ligament/geodesic.hpp"
-#include "ligament/plane_way.hpp"
 #include "ligament/wrap_path.hpp"
 
 namespace vrda {
+namespace {
+
+constexpr int max_steps = 2000;
+
+using Eigen::Vector4d;
+
+// Scaled place and width together: both are pulled back in proportion, y'' = -w^-2 rate y.
+struct Course {
+  Vector4d y, slope;
+};
+
+struct Ellipsoid {
+  Eigen::Vector3d inverse_sq;  // 1 / a^2
+  Vector4d rate;               // C / a^2, and 1 / (a b c)^2 for the width
+
+  double w(const Vector4d& y) const
+  {
+    return inverse_sq.x() * y.x() * y.x() + inverse_sq.y() * y.y() * y.y() + inverse_sq.z() * y.z() * y.z();
+  }
+
+  Vector4d pull(const Vector4d& y) const
+  {
+    const double w_now = w(y);
+    return (-1.0 / (w_now * w_now)) * rate.cwiseProduct(y);
+  }
+};
+
+// One step of Nystroem's method of fifth order for y'' = f(y). Source: Hairer, Noersett, Wanner (1993),
+// II.14.
+Course step(const Course& at, double h, const Ellipsoid& surface)
+{
+  const double h2 = h * h;
+  const Vector4d k1 = surface.pull(at.y);
+  const Vector4d k2 = surface.pull(at.y + (h / 5.0) * at.slope + (h2 / 50.0) * k1);
+  const Vector4d k3 = surface.pull(at.y + (h * 2.0 / 3.0) * at.slope + (h2 / 27.0) * (7.0 * k2 - k1));
+  const Vector4d k4 = surface.pull(at.y + h * at.slope + (h2 / 70.0) * (21.0 * k1 - 4.0 * k2 + 18.0 * k3));
+  return {at.y + h * at.slope + (h2 / 336.0) * (14.0 * k1 + 100.0 * k2 + 54.0 * k3),
+          at.slope + (h / 336.0) * (14.0 * k1 + 125.0 * k2 + 162.0 * k3 + 35.0 * k4)};
+}
+
+}  // namespace
+
+GeodesicState advance(const GeodesicState& from, double length_mm, const Eigen::Vector3d& half_axes_mm,
+                      double step_rad)
+{
+  Ellipsoid surface;
+  surface.inverse_sq = half_axes_mm.cwiseProduct(half_axes_mm).cwiseInverse();
+  Course course;
+  course.y << from.q, from.width;
+  course.slope << from.q_slope, from.width_slope;
+  const double invariant = surface.w(course.y) * from.q_slope.squaredNorm();
+  surface.rate << invariant * surface.inverse_sq, surface.inverse_sq.prod();
+  // The fastest angle by length is sqrt(C) / (smallest half-axis * w): steps are short where w is small.
+  const double pace = step_rad / std::sqrt(invariant * surface.inverse_sq.maxCoeff());
+  double left_mm = length_mm;
+  for (int i = 0; i < max_steps && left_mm != 0.0; ++i) {
+    const double longest_mm = pace * surface.w(course.y);
+    const bool is_last = std::abs(left_mm) <= longest_mm;
+    const double h_mm = is_last ? left_mm : std::copysign(longest_mm, left_mm);
+    course = step(course, h_mm, surface);
+    left_mm = is_last ? 0.0 : left_mm - h_mm;
+  }
+  return {course.y.head<3>(), course.slope.head<3>(), course.y.w(), course.slope.w()};
+}
+
+namespace {
+
+// The circle that a plane cuts from the unit sphere; `up` leads from its centre to the straight line.
+struct Circle {
+  Eigen::Vector3d centre, up;
+  double radius = 0.0;
+  double height = 0.0;  // of the line over the centre
+};
+
+Circle circle_in(const WrapScene& scene, const SinCos& tilt)
+{
+  Circle circle;
+  circle.up = tilt.cos * scene.outward + tilt.sin * scene.sideways;
+  circle.height = scene.depth * tilt.cos;
+  circle.centre = scene.depth * scene.outward - circle.height * circle.up;
+  circle.radius = std::sqrt(std::max(0.0, 1.0 - circle.centre.squaredNorm()));
+  return circle;
+}
+
+// Where the line from `point` touches the circle on the side of `up`; `turn` is -1 before the top, +1 after.
+Eigen::Vector3d tangent_point(const WrapScene& scene, const Circle& circle, const Eigen::Vector3d& point,
+                              double turn)
+{
+  const double x = point.dot(scene.along), y = circle.height, r = circle.radius;
+  const double square = x * x + y * y;
+  const double root = turn * r * std::sqrt(std::max(0.0, square - r * r));
+  return circle.centre + ((r * r * x - root * y) / square) * scene.along +
+         ((r * r * y + root * x) / square) * circle.up;
+}
+
+// Length of the shorter arc between two points of the circle, by halvings into chords.
+double arc_length_mm(const WrapScene& scene, const Circle& circle, const Eigen::Vector3d& from,
+                     const Eigen::Vector3d& to, int halvings)
+{
+  if (halvings == 0) return scene.mm(to - from).norm();
+  const Eigen::Vector3d middle = 0.5 * (from + to) - circle.centre;
+  // Opposite points have no middle; that takes a line through the very centre.
+  const Eigen::Vector3d half =
+      circle.centre + middle * (circle.radius / std::max(middle.norm(), 1e-12 * circle.radius));
+  return arc_length_mm(scene, circle, from, half, halvings - 1) +
+         arc_length_mm(scene, circle, half, to, halvings - 1);
+}
+
+}  // namespace
+
+Eigen::Vector3d any_across(const Eigen::Vector3d& unit)
+{
+  const Eigen::Vector3d trial =
+      std::abs(unit.x()) < 0.6 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
+  return (trial - trial.dot(unit) * unit).normalized();
+}
+
+bool set_line(WrapScene& scene)
+{
+  const Eigen::Vector3d span = scene.end - scene.start;
+  const double length = span.norm();
+  if (length == 0.0) return false;
+  scene.along = span / length;
+  const double before = -scene.start.dot(scene.along), after = scene.end.dot(scene.along);
+  const Eigen::Vector3d nearest = scene.start + before * scene.along;
+  scene.depth = nearest.norm();
+  if (!(before > 0.0 && after > 0.0 && scene.depth < 1.0)) return false;
+  // Through the very centre every plane is as good.
+  scene.outward = scene.depth > 1e-12 ? Eigen::Vector3d(nearest / scene.depth) : any_across(scene.along);
+  scene.sideways = scene.outward.cross(scene.along);
+  return true;
+}
+
+PlaneWay way_in_plane(const WrapScene& scene, const SinCos& tilt)
+{
+  constexpr int halvings = 2;
+  const Circle circle = circle_in(scene, tilt);
+  const Eigen::Vector3d top = circle.centre + circle.radius * circle.up;
+  PlaneWay way;
+  way.touch = tangent_point(scene, circle, scene.start, -1.0);
+  way.leave = tangent_point(scene, circle, scene.end, 1.0);
+  way.arc_mm = arc_length_mm(scene, circle, way.touch, top, halvings) +
+               arc_length_mm(scene, circle, top, way.leave, halvings);
+  way.length_mm =
+      scene.mm(way.touch - scene.start).norm() + way.arc_mm + scene.mm(scene.end - way.leave).norm();
+  return way;
+}
+
 namespace {
 
 // Plane ways tried, all round the straight line.

@@ -3,6 +3,9 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <limits>
+
+#include "core/trig.hpp"
 
 namespace vrda {
 
@@ -39,5 +42,49 @@ WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& 
 Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double radius_mm);
 Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm,
                                    const Eigen::Vector3d& half_axes_mm);
+
+/// A point of a geodesic and of its neighbour. Places are scaled to the unit sphere: q = p / half-axes.
+struct GeodesicState {
+  Eigen::Vector3d q = Eigen::Vector3d::Zero();
+  Eigen::Vector3d q_slope = Eigen::Vector3d::Zero();  ///< over the length, 1/mm
+  double width = 0.0;                                 ///< distance of a neighbouring geodesic
+  double width_slope = 0.0;
+};
+
+/// `length_mm` further along the geodesic, backwards where negative. With q scaled, Joachimsthal's invariant
+/// C makes it q'' = -C w^-2 q / a^2 where w = sum of q^2 / a^2; the neighbour follows Jacobi's equation.
+/// `step_rad` is the largest angle of that problem a step; the method is of fifth order.
+GeodesicState advance(const GeodesicState& from, double length_mm, const Eigen::Vector3d& half_axes_mm,
+                      double step_rad);
+
+/// Two points outside an ellipsoid, scaled so that it is the unit sphere (q = p / half-axes), and the
+/// straight line between them.
+struct WrapScene {
+  Eigen::Vector3d half_axes_mm = Eigen::Vector3d::Ones();
+  Eigen::Vector3d start, end;  ///< scaled
+  Eigen::Vector3d along;       ///< unit, from start to end
+  Eigen::Vector3d outward;     ///< unit, from the centre to the line's nearest point
+  Eigen::Vector3d sideways;    ///< unit, completing the axes
+  double depth = 0.0;          ///< distance of the line from the centre, below 1
+
+  Eigen::Vector3d mm(const Eigen::Vector3d& q) const { return half_axes_mm.cwiseProduct(q); }
+};
+
+/// Fills in `along` and what follows. False when the straight line is free of the ellipsoid.
+bool set_line(WrapScene& scene);
+
+/// A unit vector across a unit vector, the same for the same input.
+Eigen::Vector3d any_across(const Eigen::Vector3d& unit);
+
+/// Tangent, arc, tangent.
+struct PlaneWay {
+  double length_mm = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d touch = Eigen::Vector3d::Zero();  ///< scaled
+  Eigen::Vector3d leave = Eigen::Vector3d::Zero();
+  double arc_mm = 0.0;  ///< by chords, one percent short
+};
+
+/// In the half-plane that the straight line bounds, turned by `tilt` from `outward` towards `sideways`.
+PlaneWay way_in_plane(const WrapScene& scene, const SinCos& tilt);
 
 }  // namespace vrda

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "load/condyles.hpp"
 #include "load/unit_check.hpp"
 

@@ -1,7 +1,7 @@
 #include "load/case.hpp"
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "load/anatomy_warnings.hpp"
 #include "load/axis_map.hpp"
 #include "load/case_ligaments.hpp"

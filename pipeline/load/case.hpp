@@ -7,12 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
-#include "core/compartment.hpp"
-#include "core/equilibrium_options.hpp"
 #include "core/frames.hpp"
+#include "core/mesh.hpp"
 #include "core/scaling.hpp"
-#include "core/search_options.hpp"
+#include "core/solver_options.hpp"
 #include "ligament/ligaments.hpp"
 
 namespace vrda {

@@ -1,7 +1,7 @@
 /// From what a job says about ligaments to fibres in canonical axes.
 #pragma once
 
-#include "core/body.hpp"
+#include "core/mesh.hpp"
 #include "ligament/ligaments.hpp"
 #include "load/axis_map.hpp"
 

@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "load/unit_check.hpp"
 
 namespace vrda {

@@ -3,8 +3,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
-#include "core/utf8.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
+#include "core/text.hpp"
 #include "load/job_schema.hpp"
 
 namespace vrda {

@@ -4,8 +4,7 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
 #include "load/job_schema.hpp"

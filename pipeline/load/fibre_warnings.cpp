@@ -5,7 +5,7 @@
 #include <limits>
 #include <map>
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

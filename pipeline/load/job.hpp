@@ -8,9 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "core/equilibrium_options.hpp"
 #include "core/frames.hpp"
-#include "core/search_options.hpp"
+#include "core/solver_options.hpp"
 #include "documents/document.hpp"
 #include "load/case.hpp"
 

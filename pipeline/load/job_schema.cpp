@@ -1,6 +1,7 @@
 #include "load/job_schema.hpp"
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "documents/schema.hpp"
 
 namespace vrda {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "documents/schema.hpp"
 #include "load/comma_table.hpp"
 

@@ -9,7 +9,8 @@
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
+#include "documents/document.hpp"
 #include "load/mesh_checks.hpp"
 #include "load/ply_file.hpp"
 #include "load/raw_mesh.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "load/file_bytes.hpp"
 #include "load/input_file.hpp"
 #include "load/landmarks.hpp"

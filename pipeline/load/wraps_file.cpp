@@ -4,6 +4,7 @@
 #include <set>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "documents/schema.hpp"
 #include "load/axis_map.hpp"
 #include "load/words.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "motion/raw_surfaces.hpp"
+#include "motion/surfaces.hpp"
 #include "store/trace.hpp"
 
 namespace vrda {

@@ -1,7 +1,6 @@
 // Derivatives of the poses: the same path as Motion::at, differentiated step by step.
 #include <algorithm>
 
-#include "core/error.hpp"
 #include "motion/poses.hpp"
 
 namespace vrda {

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "core/frames.hpp"
-#include "motion/raw_surfaces.hpp"
-#include "motion/smoothed_surfaces.hpp"
+#include "motion/surfaces.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda {

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "picture/font.hpp"
 
 #define STB_TRUETYPE_IMPLEMENTATION
 #define STBTT_STATIC

@@ -40,4 +40,7 @@ class Canvas {
   std::vector<float> depth_;
 };
 
+/// The bytes of a TrueType file.
+std::string_view picture_font();
+
 }  // namespace vrda

@@ -1,8 +1,10 @@
-/// Clinical numbers over flexion, of a motion model or of a file, ready to be laid over one another.
+/// Clinical numbers over flexion, of a motion model, of a file or from the literature, ready to be laid over
+/// one another.
 #pragma once
 
 #include <array>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "store/motion_model.hpp"
@@ -70,5 +72,22 @@ struct CurveDifference {
   double rms_about_mean = 0.0;  ///< what is left of rms when the offset is taken out
 };
 CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& other, Quantity quantity);
+
+/// Curves from the literature: CSV files of clinical numbers over flexion.
+struct CurveFile {
+  ClinicalCurve curve;             ///< named like the file, without folder and ending
+  std::vector<std::string> notes;  ///< its comments, without the '#'
+};
+
+/// A header of column names, then rows; lines that begin with '#' are comments. flexion_deg and at least one
+/// of internal_deg, varus_deg, ant_mm, prox_mm, lat_mm (degrees and mm; the tibia in the femur's frame,
+/// translations of the tibial origin along the femoral axes; internal, adduction, anterior, proximal, lateral
+/// positive). An empty field is no answer. Columns known to mean something else (frame, time_s, T11 to T34,
+/// femur_rel_tibia_..._mm, and what else vrda export writes) are passed over. Throws InputError for any other
+/// column, a row that is too short or long, and what is no number.
+CurveFile read_curve_file(const std::string& file);
+
+/// The same of text; `file` is for the name and for errors.
+CurveFile curve_from_text(const std::string& file, std::string_view text);
 
 }  // namespace vrda

@@ -1,11 +1,11 @@
-#include "report/findings.hpp"
+#include "report/report.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
-#include "compare/perceptible.hpp"
+#include "compare/recommend.hpp"
 #include "core/units.hpp"
 #include "report/clinical_curve.hpp"
 

@@ -3,8 +3,7 @@
 #include <algorithm>
 
 #include "motion/poses.hpp"
-#include "report/findings.hpp"
-#include "report/mechanics_json.hpp"
+#include "report/report.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda {

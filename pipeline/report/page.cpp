@@ -1,10 +1,9 @@
-#include "report/page.hpp"
+#include "report/report.hpp"
 
 #include <map>
 #include <string_view>
 
 #include "core/error.hpp"
-#include "report/assets.hpp"
 #include "report/model_json.hpp"
 
 namespace vrda {

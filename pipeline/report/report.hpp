@@ -1,12 +1,13 @@
-/// What a report is made of.
+/// What a report is made of, what a reader should know before looking at any curve, and the page.
 #pragma once
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compare/compare.hpp"
-#include "report/curve_file.hpp"
+#include "report/clinical_curve.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda {
@@ -43,5 +44,39 @@ struct Report {
   std::vector<ReportModel> models;
   std::vector<CurveFile> against;
 };
+
+/// Numbers of a motion model in short. NaN: not known, or not of this kind of model.
+struct Numbers {
+  std::int64_t n_cells = 0, n_stable = 0;
+  double theta_undetermined_share = 0.0;   ///< of the stable cells
+  double screw_home_range_deg = 0.0;       ///< largest less smallest internal rotation along the spine
+  double largest_spine_jump_deg = 0.0;     ///< of theta between neighbouring flexions of the spine
+  std::int64_t n_several_optima = 0;       ///< flexions; equilibrium only
+  double largest_optima_spread_deg = 0.0;  ///< of theta among them
+  double balance_residual_n = 0.0;         ///< largest
+  double worst_gap_mm = 0.0;               ///< smallest
+  double push_n = 0.0;                     ///< largest force of the push
+  double largest_strain = 0.0;
+  double largest_tension_n = 0.0;
+};
+Numbers numbers_of(const MotionModel& model);
+
+/// One line each, worst first; empty when there is nothing to warn of.
+std::vector<std::string> warnings_of(const ReportModel& entry);
+
+/// What the page shows, as JSON (report.models whole when there is one, else what a comparison needs).
+std::string report_json(const Report& report);
+
+/// The whole page: style, plotting library, code and data within it. It asks no network for anything, and
+/// forbids the browser to (Content-Security-Policy). Text of the models is never read as HTML.
+std::string report_page(const Report& report);
+
+/// Files that travel inside the program: page/ of this room and plotly.js.
+std::string_view page_template();   ///< HTML with the places {{title}}, {{style}}, {{plotly_licence}},
+                                    ///< {{plotly}}, {{code}}, {{data}}
+std::string_view page_style();      ///< CSS
+std::string_view page_code();       ///< JavaScript, in one piece
+std::string_view plotly_licence();  ///< as a comment of JavaScript
+std::string_view plotly_library();  ///< JavaScript, minified
 
 }  // namespace vrda

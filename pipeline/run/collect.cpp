@@ -1,10 +1,9 @@
 #include "run/collect.hpp"
 
-#include <algorithm>
 #include <utility>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "journal/journal.hpp"
 #include "journal/record_bytes.hpp"
 

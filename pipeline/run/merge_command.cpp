@@ -3,23 +3,20 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <iterator>
 #include <set>
 #include <utility>
 
-#include "assemble/prepare.hpp"
+#include "assemble/case_solver.hpp"
 #include "cluster/case_spec.hpp"
-#include "cluster/shard.hpp"
+#include "cluster/jobs.hpp"
 #include "core/error.hpp"
-#include "run/announced_case.hpp"
 #include "run/collect.hpp"
-#include "run/existing_result.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
-#include "run/solved_model.hpp"
+#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
-#include "talk/interrupt.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 namespace {

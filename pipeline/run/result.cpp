@@ -1,15 +1,20 @@
 #include "run/result.hpp"
 
 #include <unistd.h>
+
 #include <algorithm>
 #include <cstdio>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <thread>
 #include <utility>
 
 #include "assemble/assemble.hpp"
-#include "audit/plausibility.hpp"
-#include "audit/recontact.hpp"
+#include "audit/audit.hpp"
+#include "cluster/task_state.hpp"
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
+#include "core/whole_file.hpp"
 #include "reduce/reduce.hpp"
 #include "run/run_output.hpp"
 #include "run/summary.hpp"
@@ -17,6 +22,47 @@
 #include "store/motion_model_file.hpp"
 
 namespace vrda {
+namespace {
+
+// User and system time of all threads so far.
+double processor_s()
+{
+  timespec spent{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &spent);
+  return static_cast<double>(spent.tv_sec) + 1e-9 * static_cast<double>(spent.tv_nsec);
+}
+
+}  // namespace
+
+RunRecord::RunRecord(int n_threads, int n_recalled)
+    : begun_(std::chrono::system_clock::now()),
+      start_(std::chrono::steady_clock::now()),
+      processor_start_s_(processor_s()),
+      n_threads_(n_threads),
+      n_recalled_(n_recalled)
+{
+}
+
+void RunRecord::note_solved()
+{
+  solving_ = std::chrono::steady_clock::now() - start_;
+  solving_processor_s_ = processor_s() - processor_start_s_;
+}
+
+void RunRecord::write(const std::string& path) const
+{
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
+  const nlohmann::ordered_json record = {{"begun", utc_text(begun_)},
+                                         {"seconds", elapsed.count()},
+                                         {"solving_seconds", solving_.count()},
+                                         {"solving_processor_seconds", solving_processor_s_},
+                                         {"threads", n_threads_},
+                                         {"steps_recalled", n_recalled_},
+                                         {"host", host_name()},
+                                         {"processors", std::thread::hardware_concurrency()}};
+  write_whole(path, {record.dump(2) + '\n'});
+}
+
 namespace {
 
 using IsStopped = std::function<bool()>;

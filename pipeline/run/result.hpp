@@ -1,18 +1,40 @@
-/// From a finished sweep to the file that is all there is to keep.
+/// From a finished sweep to the file that is all there is to keep, and beside it what the run needed.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "load/case.hpp"
-#include "run/run_record.hpp"
 #include "store/motion_model.hpp"
 #include "sweep/sweep.hpp"
 #include "talk/talk.hpp"
 
 namespace vrda {
+
+class RunRecord {
+ public:
+  /// The clock starts now.
+  RunRecord(int n_threads, int n_recalled);
+
+  /// All steps are solved; what follows is smoothing and writing.
+  void note_solved();
+
+  /// Writes JSON: seconds, of them solving (by the clock, and of all threads), threads, steps recalled, host,
+  /// processors, date (UTC).
+  void write(const std::string& path) const;
+
+ private:
+  std::chrono::system_clock::time_point begun_;
+  std::chrono::steady_clock::time_point start_;
+  double processor_start_s_;
+  std::chrono::duration<double> solving_{0.0};
+  double solving_processor_s_ = 0.0;
+  int n_threads_;
+  int n_recalled_;
+};
 
 /// The motion model with all that its job asks for: smoothed surfaces, flexion-only motion. `output` is for
 /// messages. The same bytes however the steps came about. Nothing when `is_stopped`, which is asked before

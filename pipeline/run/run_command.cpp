@@ -3,23 +3,17 @@
 #include <unistd.h>
 
 #include "assemble/assemble.hpp"
-#include "assemble/assemble_trace.hpp"
-#include "assemble/prepare.hpp"
+#include "assemble/case_solver.hpp"
 #include "core/error.hpp"
-#include "run/announced_case.hpp"
-#include "run/existing_result.hpp"
+#include "journal/trace_journal.hpp"
 #include "run/result.hpp"
 #include "run/run_output.hpp"
-#include "run/run_record.hpp"
-#include "run/sharded_run.hpp"
 #include "run/solve_part.hpp"
-#include "run/solved_model.hpp"
 #include "run/step_log.hpp"
-#include "run/trace_log.hpp"
+#include "run/summary.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"
-#include "talk/interrupt.hpp"
-#include "talk/progress.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "cluster/shard.hpp"
-#include "run/patience.hpp"
+#include "cluster/jobs.hpp"
+#include "run/step_log.hpp"
 #include "talk/talk.hpp"
 
 namespace vrda {

@@ -2,18 +2,146 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
+#include <utility>
+#include <vector>
 
+#include "assemble/case_solver.hpp"
 #include "core/error.hpp"
+#include "journal/run_files.hpp"
 #include "store/motion_model_file.hpp"
-#include "talk/interrupt.hpp"
 #include "talk/talk.hpp"
 
 namespace vrda {
 
 namespace fs = std::filesystem;
+
+void make_folder(const std::string& folder)
+{
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw InputError({folder, "folder", error.message(), "a folder that can be written"});
+}
+
+namespace {
+
+/// Keys with their values, in order; "reference.component.2.file".
+std::vector<std::pair<std::string, std::string>> keys_of(const std::string& resolved_job)
+{
+  std::vector<std::pair<std::string, std::string>> keys;
+  std::istringstream lines(resolved_job);
+  std::string table, array;
+  int n_in_array = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("[[")) {
+      const std::string name = line.substr(2, line.find(']') - 2);
+      n_in_array = name == array ? n_in_array + 1 : 1;
+      array = name;
+      table = name + '.' + std::to_string(n_in_array) + '.';
+    } else if (line.starts_with('[')) {
+      table = line.substr(1, line.find(']') - 1) + '.';
+      if (!array.empty() && table.starts_with(array + '.'))
+        table.insert(array.size(), '.' + std::to_string(n_in_array));
+    } else if (const std::size_t equals = line.find(" = "); equals != std::string::npos) {
+      keys.emplace_back(table + line.substr(0, equals), line.substr(equals + 3));
+    }
+  }
+  return keys;
+}
+
+std::string difference_text(const std::string& key, const std::string& found, const std::string& wanted)
+{
+  return key + ": found " + (found.empty() ? "nothing" : found) + ", this job has " +
+         (wanted.empty() ? "nothing" : wanted);
+}
+
+/// A title says less than a key, and limits decide only how a command ends.
+bool is_of_the_result(const std::string& key)
+{
+  return key != "title" && !key.starts_with("limits.");
+}
+
+bool is_motion_model(const InputError& error)
+{
+  return error.facts().field != "/@format";
+}
+
+}  // namespace
+
+std::string first_difference(const JobRecord& record, const Case& job_case)
+{
+  using Entry = std::pair<std::string, std::string>;
+  const auto value_of = [](const std::vector<Entry>& keys, const std::string& key) {
+    const auto found = std::find_if(keys.begin(), keys.end(), [&](const Entry& e) { return e.first == key; });
+    return found == keys.end() ? std::string() : found->second;
+  };
+  const std::vector<Entry> found = keys_of(record.resolved), wanted = keys_of(job_case.resolved_job);
+  for (const auto& [key, value] : wanted) {
+    const std::string other = value_of(found, key);
+    if (is_of_the_result(key) && other != value) return difference_text(key, other, value);
+  }
+  for (const auto& [key, value] : found)
+    if (is_of_the_result(key) && value_of(wanted, key).empty()) return difference_text(key, value, "");
+
+  for (const LoadedInput& input : job_case.inputs) {
+    const auto same = std::find_if(record.inputs.begin(), record.inputs.end(),
+                                   [&](const auto& other) { return other.name == input.name; });
+    if (same == record.inputs.end() || same->sha256 != input.sha256) return input.name + ": other content";
+  }
+  const std::string title = value_of(found, "title"), other_title = value_of(wanted, "title");
+  return title == other_title ? "" : difference_text("title", title, other_title);
+}
+
+std::optional<MotionModel> finished_result(const Case& job_case, const std::string& output, bool may_replace)
+{
+  require_replaceable(output, "a motion model");
+  if (!std::filesystem::exists(output)) return std::nullopt;
+  try {
+    MotionModel model = read_motion_model(output);
+    const std::string difference = first_difference(model.job, job_case);
+    if (difference.empty()) return model;
+    if (may_replace) return std::nullopt;
+    throw InputError({output, "output",
+                      "the result of another job, \"" + model.title + "\" (this one is \"" + job_case.title +
+                          "\"); first difference: " + difference,
+                      "another name (-o), or --replace"});
+  } catch (const InputError& error) {
+    if (error.facts().file == output && error.facts().field == "output") throw;
+    // Only files of the same kind are replaced.
+    if (!is_motion_model(error))
+      throw InputError({output, "output", "an HDF5 file that is not a motion model", "another name (-o)"});
+    if (may_replace) return std::nullopt;
+    throw InputError({output, "output", "a motion model that cannot be read (" + error.facts().found + ")",
+                      "another name (-o), or --replace"});
+  }
+}
+
+InputError with_first_difference(const InputError& error, const Case& job_case)
+{
+  InputError::Facts facts = error.facts();
+  if (facts.field != "key") return error;
+  std::string output = output_of_journal(facts.file);
+  for (const std::string_view ending : {".trace.journal", ".journal"}) {
+    if (output.empty() && facts.file.ends_with(ending))
+      output = facts.file.substr(0, facts.file.size() - ending.size());
+  }
+  const std::string start_file = start_file_of(output);
+  if (!std::filesystem::exists(start_file)) return error;
+  try {
+    const std::string difference = first_difference(read_motion_model(start_file).job, job_case);
+    if (difference.empty()) return error;
+    facts.found = "the journal of another job; first difference: " + difference;
+  } catch (const InputError&) {
+    return error;
+  }
+  const std::string key = fingerprint_of(job_case);
+  if (facts.wanted.starts_with(key)) facts.wanted.replace(0, key.size(), "this job's");
+  return InputError(facts);
+}
 
 std::string output_of(const std::string& asked, const std::string& job_file)
 {

@@ -1,9 +1,12 @@
-/// Solves the steps of a sweep, or of a part of one, into a journal, with progress.
+/// Solves the steps of a sweep, or of a part of one, into a journal, with progress; parts of a run as
+/// processes of their own.
 #pragma once
 
 #include "load/case.hpp"
 #include "run/run_command.hpp"
 #include "run/step_log.hpp"
+#include "sweep/sweep.hpp"
+#include "talk/talk.hpp"
 
 namespace vrda {
 
@@ -19,5 +22,12 @@ SweepResult solve_part(const Case& job_case, const SweepPlan& plan, Counted coun
 
 /// Says where the steps are and how to go on.
 ExitCode say_interrupted(const StepLog& log);
+
+/// Solves the spine into its own journal; nothing is left to do where that is complete.
+ExitCode spine_command(const RunOptions& options);
+
+/// Solves the rows of options.shard into the shard's journal. Reads the spine, or solves it where nobody else
+/// does.
+ExitCode shard_command(const RunOptions& options);
 
 }  // namespace vrda

@@ -1,18 +1,23 @@
-/// The steps that earlier runs solved, and the journals that new ones go to.
+/// The steps that earlier runs solved, and the journals and traces that new ones go to.
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "core/error.hpp"
+#include "core/step_record.hpp"
 #include "journal/journal.hpp"
-#include "journal/trace_journal.hpp"
-#include "run/patience.hpp"
-#include "sweep/sweep.hpp"
+#include "solve/stability_search.hpp"
 
 namespace vrda {
+
+struct Patience {
+  std::chrono::milliseconds longest{0};
+  std::function<void()> begins = [] {};  ///< told once when there is something to wait for
+};
 
 struct StepLog {
   std::string path;  ///< of the writer's file
@@ -48,5 +53,15 @@ auto putting_back_lost(const StepLog& log, const std::string& output, const Work
     throw;
   }
 }
+
+/// Goes on with the journal of traces at `path`, or starts one when nothing is known yet. Throws InputError
+/// when it lacks the trace of a step that the journal of steps, `steps_path`, holds.
+FrameWriter open_trace_log(const std::string& path, const std::string& key, const std::string& steps_path,
+                           const std::map<StepKey, StepRecord>& known);
+
+/// Runs `solve` with a watch and appends what it saw. From any thread. Call it before the step is kept: then
+/// a kill in between loses no trace.
+StepRecord followed(FrameWriter& log, const StepKey& key, const MovingPose& seed,
+                    const std::function<StepRecord(const Watch&)>& solve);
 
 }  // namespace vrda

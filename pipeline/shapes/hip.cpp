@@ -8,7 +8,6 @@
 #include "core/trig.hpp"
 #include "core/units.hpp"
 #include "shapes/level_set.hpp"
-#include "shapes/smooth_ops.hpp"
 
 namespace vrda {
 namespace {

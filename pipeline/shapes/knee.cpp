@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "shapes/smooth_ops.hpp"
+#include "shapes/level_set.hpp"
 
 namespace vrda {
 namespace {
@@ -51,6 +51,86 @@ Shape right_knee(double resolution)
                   {"fibula", "bone", false, fibula_mesh(drawn)}};
   for (ShapePart& part : shape.moving) part.mesh.vertices_mm.col(1).array() -= apart_mm();
   return shape;
+}
+
+namespace {
+
+// Fibres of a bundle start evenly between two places on the femur and end between two on the tibia (or the
+// fibula's head), each moved onto the bone. The places follow the anatomy where this knee has it; its notch
+// has a lower roof than a real one, so the cruciates start from the edge of roof and wall that is nearest to
+// the flexion axis. Along the motion by contact alone no fibre is then strained beyond 0.1 from 0 to 90
+// degrees: PCLal tightens with flexion, ACLpl and the collaterals slacken, ACLam and PCLpm change by about a
+// tenth.
+struct Bundle {
+  const char* name;
+  int n_fibres;
+  double stiffness_n;       // of all its fibres together
+  double reference_strain;  // of each in the design pose
+  Eigen::Vector3d first_femur_mm, last_femur_mm;
+  Eigen::Vector3d first_tibia_mm, last_tibia_mm;
+  double (*moving_field)(const Eigen::Vector3d&);
+};
+
+// The nearest place on the surface, by Newton's steps along the gradient.
+Eigen::Vector3d on_surface(double (*field)(const Eigen::Vector3d&), const Eigen::Vector3d& near_mm)
+{
+  constexpr int most_steps = 20;
+  constexpr double step_mm = 1e-4;
+  Eigen::Vector3d p = near_mm;
+  for (int i = 0; i < most_steps; ++i) {
+    Eigen::Vector3d slope;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Eigen::Vector3d h = step_mm * Eigen::Vector3d::Unit(k);
+      slope[k] = (field(p + h) - field(p - h)) / (2.0 * step_mm);
+    }
+    p -= field(p) / slope.squaredNorm() * slope;
+  }
+  return p;
+}
+
+std::vector<Bundle> bundles()
+{
+  return {
+      {"ACLam", 3, 4920, -0.112, {-1, -7, 2.3}, {1, -7, 2}, {16, -24, -4}, {16, -24, 0}, tibia_field},
+      {"ACLpl", 3, 4920, -0.030, {-4, -7, 5}, {-5, -5.5, 4.5}, {12, -24, 0}, {12, -24, 4}, tibia_field},
+      {"PCLal", 3, 4500, -0.020, {-7, -5.5, -7.5}, {-6, -5, -5}, {-14, -27, 1}, {-14, -27, 5}, tibia_field},
+      {"PCLpm", 3, 1500, -0.094, {-10, -4, -9}, {-9, -6, -9}, {-14, -31, -5}, {-14, -31, -1}, tibia_field},
+      {"MCLs", 4, 3000, 0.047, {0, 6, -42}, {2, 8, -41}, {6, -62, -15}, {12, -66, -12}, tibia_field},
+      {"MCLd", 3, 2500, 0.016, {0, 3.5, -42}, {1.5, 3, -42}, {0, -34, -38}, {4, -34, -38}, tibia_field},
+      {"MCLp", 3, 2500, 0.030, {-6, 0, -41}, {-5, 1, -41}, {-14, -34, -32}, {-10, -34, -34}, tibia_field},
+      {"LCL", 4, 2400, 0.060, {-2, 0, 41}, {0, 4, 41}, {-15, -42, 44}, {-12, -44, 45}, fibula_field},
+  };
+}
+
+}  // namespace
+
+const char* const knee_fibre_sources =
+    "# Ligaments of the generic knee; mm in canonical axes: X anterior, Y proximal, Z to the subject's "
+    "right.\n"
+    "# Stiffness and reference strain of each bundle, in extension with the condyles on the plateaus, are\n"
+    "# those of Lenhart et al. 2015, Ann Biomed Eng 43:2675-2685 (OpenSim-JAM's lenhart2015.osim, means "
+    "over\n"
+    "# the bundle): ACLam 4920 N -0.112, ACLpl 4920 N -0.030, PCLal 4500 N -0.020, PCLpm 1500 N -0.094,\n"
+    "# MCLs 3000 N 0.047, MCLd 2500 N 0.016, MCLp 2500 N 0.030, LCL 2400 N 0.060.\n"
+    "# Tension: Blankevoort et al. 1991, J Biomech 24:1019-1031, transition strain 0.06.\n";
+
+std::vector<ShapeFibre> right_knee_fibres()
+{
+  std::vector<ShapeFibre> fibres;
+  for (const Bundle& bundle : bundles()) {
+    for (int i = 0; i < bundle.n_fibres; ++i) {
+      const double t = static_cast<double>(i) / (bundle.n_fibres - 1);
+      const Eigen::Vector3d femur_mm =
+          on_surface(femur_field, (1.0 - t) * bundle.first_femur_mm + t * bundle.last_femur_mm);
+      const Eigen::Vector3d tibia_mm =
+          on_surface(bundle.moving_field, (1.0 - t) * bundle.first_tibia_mm + t * bundle.last_tibia_mm);
+      const double length_mm = (tibia_mm - femur_mm).norm();
+      fibres.push_back({bundle.name + std::to_string(i + 1), bundle.name, femur_mm,
+                        tibia_mm - apart_mm() * Eigen::Vector3d::UnitY(),
+                        bundle.stiffness_n / bundle.n_fibres, length_mm / (1.0 + bundle.reference_strain)});
+    }
+  }
+  return fibres;
 }
 
 }  // namespace vrda

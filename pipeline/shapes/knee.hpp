@@ -7,7 +7,6 @@
 
 #include "core/mesh.hpp"
 #include "shapes/condyle.hpp"
-#include "shapes/level_set.hpp"
 #include "shapes/shapes.hpp"
 
 namespace vrda {
@@ -53,7 +52,7 @@ double apart_mm();
 /// The right knee with the moving parts lowered by a hair, so that nothing touches.
 Shape right_knee(double resolution);
 
-/// Its ligaments, whatever the resolution (knee_ligaments.cpp has the table and its sources). Attachments lie
+/// Its ligaments, whatever the resolution (knee.cpp has the table and its sources). Attachments lie
 /// on the bones' level sets; slack lengths hold for the design pose.
 std::vector<ShapeFibre> right_knee_fibres();
 

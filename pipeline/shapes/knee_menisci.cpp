@@ -6,7 +6,7 @@
 #include "core/trig.hpp"
 #include "core/units.hpp"
 #include "shapes/knee.hpp"
-#include "shapes/smooth_ops.hpp"
+#include "shapes/level_set.hpp"
 
 namespace vrda {
 namespace {

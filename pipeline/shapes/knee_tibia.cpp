@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "shapes/knee.hpp"
-#include "shapes/smooth_ops.hpp"
+#include "shapes/level_set.hpp"
 
 namespace vrda {
 namespace {

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "core/error.hpp"
-#include "core/nearest_word.hpp"
+#include "core/text.hpp"
 #include "shapes/catalogue.hpp"
 
 namespace vrda {

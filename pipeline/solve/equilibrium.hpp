@@ -3,10 +3,9 @@
 
 #include <memory>
 
-#include "core/equilibrium_options.hpp"
+#include "core/solver_options.hpp"
 #include "core/step_record.hpp"
 #include "ligament/ligaments.hpp"
-#include "proximity/gap_query.hpp"
 #include "solve/joint.hpp"
 
 namespace vrda {

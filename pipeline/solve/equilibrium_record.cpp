@@ -5,7 +5,7 @@
 
 #include "core/units.hpp"
 #include "solve/equilibrium_run.hpp"
-#include "solve/measures.hpp"
+#include "solve/joint.hpp"
 
 namespace vrda {
 

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "solve/balance.hpp"
 #include "solve/equilibrium.hpp"
+#include "solve/potential.hpp"
 #include "solve/step_plan.hpp"
 
 namespace vrda {

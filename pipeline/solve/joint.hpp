@@ -1,11 +1,13 @@
-/// What a solver works on: both objects in the solver frame S at zero attitude, ready to be queried.
+/// What a solver works on, both objects in the solver frame S at zero attitude, ready to be queried, and what
+/// is measured at a final pose, whatever method found it.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "contact/contacts.hpp"
-#include "core/compartment.hpp"
+#include "core/mesh.hpp"
+#include "core/step_record.hpp"
 #include "proximity/gap_query.hpp"
 
 namespace vrda {
@@ -41,5 +43,20 @@ double extent_along_delta_mm(const Mesh& mesh);
 /// Mean thickness of the thinnest component: twice volume over area of a closed one, the mean edge of an
 /// open sheet.
 double thinnest_mm(const SolverBody& body);
+
+/// What is kept of a contact; its compartment is that of the moving triangle.
+ContactRecord contact_record(const Joint& joint, const Contact& contact);
+
+/// Fills contacts, condyle flags and theta_determined of `record` from the contacts of its pose. Rotation
+/// counts as determined when two contacts at least resist a turn about their mean point with a lever of more
+/// than `resolution_mm`.
+void measure_contacts(const Joint& joint, const std::vector<Contact>& contacts, double resolution_mm,
+                      StepRecord& record);
+
+/// Fills contacts, condyle flags, gaps left in each compartment and theta_determined of `record` at
+/// `record.pose`. `reference` is at the attitude; `contacts` are those of that pose. Returns the number
+/// of gap queries.
+int measure_step(const Joint& joint, const TreeMesh& reference, const std::vector<Contact>& contacts,
+                 double resolution_mm, StepRecord& record);
 
 }  // namespace vrda

@@ -7,8 +7,7 @@
 #include <optional>
 
 #include "proximity/gap_query.hpp"
-#include "solve/measures.hpp"
-#include "solve/prediction.hpp"
+#include "solve/joint.hpp"
 
 namespace vrda {
 namespace {

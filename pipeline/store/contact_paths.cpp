@@ -1,7 +1,7 @@
 #include "store/contact_paths.hpp"
 
-#include "core/compartment.hpp"
 #include "core/frames.hpp"
+#include "core/mesh.hpp"
 #include "core/units.hpp"
 
 namespace vrda {

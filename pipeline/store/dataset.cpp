@@ -2,8 +2,7 @@
 
 #include "core/error.hpp"
 #include "core/plausibility.hpp"
-#include "core/search_move.hpp"
-#include "core/step_status.hpp"
+#include "core/step_record.hpp"
 #include "store/value_findings.hpp"
 
 namespace vrda {

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "core/whole_file.hpp"
 #include "store/h5_visitors.hpp"
 

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
 #include "core/frames.hpp"
+#include "core/mesh.hpp"
 #include "core/plausibility.hpp"
 #include "core/scaling.hpp"
-#include "core/step_status.hpp"
+#include "core/step_record.hpp"
 #include "store/derived.hpp"
 #include "store/grid.hpp"
 
@@ -128,7 +128,8 @@ struct MotionModel {
   Eigen::Vector3d delta = Eigen::Vector3d::UnitY();              ///< world W; of the first flexion
   double contact_resolution_mm = 0.1;
   bool has_compartments = true;
-  std::vector<std::int8_t> compartment_of_triangle;  ///< [n triangles of moving.contact] Compartment; only with them
+  std::vector<std::int8_t>
+      compartment_of_triangle;  ///< [n triangles of moving.contact] Compartment; only with them
 
   std::vector<double> flexion_deg;  ///< [n_flexion]
   std::vector<double> varus_deg;    ///< [n_varus]

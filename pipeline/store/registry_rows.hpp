@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/step_status.hpp"
+#include "core/step_record.hpp"
 #include "store/dataset.hpp"
 
 namespace vrda {

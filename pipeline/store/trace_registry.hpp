@@ -1,7 +1,7 @@
 /// The registry of the trace's datasets: one row each, in the order of the file (schemas/trace.md).
 #pragma once
 
-#include "core/search_move.hpp"
+#include "core/step_record.hpp"
 #include "store/registry.hpp"
 #include "store/trace.hpp"
 

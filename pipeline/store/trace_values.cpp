@@ -5,8 +5,10 @@
 #include <limits>
 #include <map>
 
+#include "core/step_record.hpp"
 #include "store/row_check.hpp"
 #include "store/trace_registry.hpp"
+#include "store/value_findings.hpp"
 
 namespace vrda {
 namespace {

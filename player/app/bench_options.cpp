@@ -1,12 +1,12 @@
 // The options of `bench` and `devices`.
-#include "app/options.hpp"
-
 #include <CLI/CLI.hpp>
 
-#include "app/named_choice.hpp"
+#include "app/options.hpp"
 #include "bench/controls.hpp"
+#include "guide/session.hpp"
 
 namespace vrda {
+
 CLI::App* add_bench(CLI::App& app, BenchOptions& options)
 {
   CLI::App* bench = app.add_subcommand(
@@ -76,6 +76,136 @@ CLI::App* add_devices(CLI::App& app, DevicesOptions& options)
   devices->add_flag("--json", options.has_json, "For programs");
   devices->footer("Example:\n  vrda-player devices bench.toml");
   return devices;
+}
+
+// The options of `calibrate`.
+
+namespace {
+
+void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
+{
+  calibrate->add_flag("--virtual", options.is_virtual,
+                      "A bench and a person that exist in numbers: in a window to train, with --headless (or "
+                      "without a screen, where no --calibration is kept) they do every task themselves");
+  calibrate->add_option("--seed", options.seed, "Which virtual bench; a calibration is of one seed")
+      ->type_name("N")
+      ->capture_default_str();
+  calibrate->add_option("--head", options.head, "What carries the virtual bench's display, without --bench")
+      ->type_name("stage|tracker")
+      ->capture_default_str();
+  calibrate
+      ->add_option("--benches", options.n_benches,
+                   "So many virtual benches from --seed on: how often the truth lies within the intervals; "
+                   "nothing else is kept")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000));
+  calibrate
+      ->add_option("--pictures", options.pictures,
+                   "Folder for pictures of what a virtual bench found (--headless), or of each task of a "
+                   "script")
+      ->type_name("DIR");
+}
+
+}  // namespace
+
+CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
+{
+  CLI::App* calibrate = app.add_subcommand(
+      "calibrate", "Calibrate a bench and whoever looks through it, guided step by step, with intervals");
+  calibrate
+      ->add_option("STEP", options.step,
+                   "viewport, distortion, eyepoints, ipd, tracking, head, subject, or one part of them; all; "
+                   "bench, person: what is once a bench, once a person; status: what is known so far; solve: "
+                   "all anew from the marks in the file")
+      ->required();
+  calibrate->add_option("--bench", options.bench, "Display, tracker and board (schemas/bench.md)")
+      ->type_name("BENCH.toml");
+  calibrate
+      ->add_option(
+          "--calibration", options.calibration,
+          "What was found, kept after every mark (schemas/calibration.md); it goes on where it was left")
+      ->type_name("FILE.toml");
+  calibrate
+      ->add_option("--bench-from", options.bench_from,
+                   "Another person's calibration, whose once-per-bench parts a new FILE begins with")
+      ->type_name("FILE.toml");
+  calibrate->add_flag("--anew", options.is_anew,
+                      "STEP's parts from their first tasks; once begun so, it goes on without --anew");
+  calibrate
+      ->add_option("--model", options.model,
+                   "Motion model, where its place is adjusted by eye, and for pictures")
+      ->type_name("FILE.h5");
+  calibrate
+      ->add_option("--set", options.set, "Of the model: raw, degree_N, ... (default: what show shows first)")
+      ->type_name("SET");
+  calibrate->add_flag("--headless", options.is_headless, "Without a window");
+  calibrate
+      ->add_option("--script", options.script, "Keys from a file: lines \"press Right 12\", \"wait 0.5\"")
+      ->type_name("FILE");
+  calibrate->add_option("--samples", options.samples, "Samples a pixel")
+      ->type_name("1|2|4")
+      ->check(CLI::IsMember({1, 2, 4}))
+      ->option_text("1|2|4=1");
+  add_virtual(calibrate, options);
+  calibrate->add_flag("--json", options.has_json, "For programs");
+  calibrate->add_flag("--quiet", options.is_quiet, "Only warnings");
+  calibrate->footer(
+      keys_text(guide_key_lines(), 24) +
+      "Exit code 4: left before all that was asked for is done; the same command goes on there.\n"
+      "Examples:\n  vrda-player calibrate all --bench bench.toml --calibration anna.toml\n"
+      "  vrda-player calibrate person --bench bench.toml --calibration bob.toml --bench-from anna.toml\n"
+      "  vrda-player calibrate status --bench bench.toml --calibration anna.toml\n"
+      "  vrda-player calibrate all --virtual");
+  return calibrate;
+}
+
+// The options of `body`.
+
+CLI::App* add_measure_body(CLI::App& app, MeasureBodyOptions& options)
+{
+  CLI::App* body = app.add_subcommand(
+      "body", "Measure a body of markers with the bench's tracker: its lines for the bench file");
+  body->add_option("ROLE", options.role,
+                   "Body of the bench file whose markers are named: leg, femur, tibia, head")
+      ->required();
+  body->add_option("--bench", options.bench, "Bench file (schemas/bench.md); markers_mm may be missing")
+      ->type_name("BENCH.toml")
+      ->required();
+  body->add_option("--seconds", options.seconds, "How long to listen")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str();
+  body->add_flag("--quiet", options.is_quiet, "Only the lines");
+  body->footer("Example:\n  vrda-player body femur --bench bench.toml");
+  return body;
+}
+
+// The options of `simulate`.
+
+CLI::App* add_simulate(CLI::App& app, SimulateOptions& options)
+{
+  CLI::App* simulate = app.add_subcommand(
+      "simulate",
+      "Stand in for a bench's tracker and board: a leg that bends, with noise, occlusions, drop-outs");
+  simulate->add_option("BENCH", options.bench, "Bench file with or without [simulation] (schemas/bench.md)")
+      ->required();
+  simulate
+      ->add_option("--model", options.model,
+                   "Motion model the simulated tibia follows (default: it only turns)")
+      ->type_name("FILE.h5");
+  simulate
+      ->add_option("--address", options.address,
+                   "To listen on; others than 127.0.0.1 are reached from outside (default: the bench file's "
+                   "simulation.address, else 127.0.0.1)")
+      ->type_name("ADDRESS");
+  simulate->add_option("--seconds", options.seconds, "How long (default: until Ctrl-C)")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 1e6));
+  simulate->add_flag("--quiet", options.is_quiet, "Only the addresses");
+  simulate->footer(
+      "Example:\n  vrda-player simulate jobs/bench-desk.toml &\n"
+      "  vrda-player bench knee.h5 --bench jobs/bench-desk.toml");
+  return simulate;
 }
 
 }  // namespace vrda

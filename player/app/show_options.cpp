@@ -1,11 +1,8 @@
 // The options of `show`.
-#include "app/options.hpp"
-
 #include <CLI/CLI.hpp>
 #include <map>
 
-#include "app/named_choice.hpp"
-#include "view/arguments.hpp"
+#include "app/options.hpp"
 #include "view/keys.hpp"
 
 namespace vrda {
@@ -108,6 +105,105 @@ CLI::App* add_show(CLI::App& app, ShowOptions& options)
                "  vrda-player show knee.h5 --offscreen pictures --flexion 0:90:15 --views front,lateral\n"
                "  vrda-player show knee.h5 --video knee.mp4 --views front,lateral --to-and-fro");
   return show;
+}
+
+// The options that say how things look.
+
+void add_look(CLI::App& mode, LookOptions& look)
+{
+  mode.add_option("--layers", look.layers,
+                  "What to show beside the bodies: contacts, normals (forces where they are known), axes, "
+                  "helical-axis, gaps, ligaments")
+      ->type_name("LAYER,...");
+  const std::map<std::string, DrawMode> modes{{"wire", DrawMode::wire},
+                                              {"hidden-line", DrawMode::hidden_line},
+                                              {"flat", DrawMode::flat},
+                                              {"smooth", DrawMode::smooth},
+                                              {"textured", DrawMode::textured}};
+  mode.add_option("--mode", look.mode, "wire, hidden-line, flat, smooth or textured (default textured)")
+      ->transform(named_choice(numbers_of(modes)))
+      ->type_name("MODE")
+      ->option_text("MODE");
+  mode.add_option("--texture", look.texture,
+                  "Picture for bone, repeated: its edges should meet (default: mottled)")
+      ->type_name("FILE.png");
+  mode.add_option("--texture-scale", look.texture_scale_mm, "Width of one repeat")
+      ->type_name("MM")
+      ->capture_default_str();
+  mode.add_option("--lights", look.lights, "Lights and background (default: those of the studio)")
+      ->type_name("FILE.toml");
+  mode.add_option("--see-through", look.see_through, "Objects to look through: reference, moving or both")
+      ->type_name("NAME");
+  mode.add_option("--hide", look.hidden, "Object to leave out, but for its layers: reference or moving")
+      ->type_name("NAME");
+}
+
+CLI::App* add_follow(CLI::App& app, FollowOptions& options)
+{
+  CLI::App* follow = app.add_subcommand("follow", "Follow a run while it computes");
+  follow->add_option("START", options.file, "The run's start file (OUTPUT.start.h5)")->required();
+  follow
+      ->add_option("--offscreen", options.folder,
+                   "Folder for pictures named step_NUMBER.png and finished.png")
+      ->type_name("DIR")
+      ->check(refusal_of_nothing);
+  follow->add_option("--every", options.every_s, "A picture every so many seconds in which something came")
+      ->type_name("SECONDS");
+  follow->add_option("--each", options.each, "A picture each so many steps")->type_name("N");
+  follow->add_flag("--once", options.is_once, "What there is now, and end");
+  follow->add_flag("--text", options.is_text, "Only the progress, no picture");
+  follow
+      ->add_option(
+          "--steps", options.steps,
+          "Those shown: stable; contact (the moves in contact too); all. Moves are known of runs with "
+          "--trace")
+      ->type_name("WHICH")
+      ->capture_default_str();
+  follow->add_option("--views", options.views, "As of show (default: those of the job, else front,lateral)")
+      ->type_name("VIEW,...");
+  follow
+      ->add_option(
+          "--orient", options.orient,
+          "A view a triple: degrees to turn the joint, as seen from the front, about the axes to the "
+          "right, up and towards the viewer (ORIENTATION_MODEL)")
+      ->type_name("X,Y,Z;...");
+  follow->add_option("--shift", options.shift, "A view a triple: mm along these axes (SHIFT_MODEL)")
+      ->type_name("X,Y,Z;...");
+  add_look(*follow, options.look);
+  follow->add_flag("--opaque", options.is_opaque,
+                   "The reference too: without it contacts and normals are seen through it");
+  follow
+      ->add_option("--size", options.size,
+                   "Of the picture, in pixels (default: that of the job, else 1280x960)")
+      ->type_name("WxH");
+  follow->add_flag("--quiet", options.is_quiet, "No progress");
+  follow->footer(
+      "Keys of the window: Space pauses, or plays the result; R resets the views; Q or Esc ends it.\n"
+      "Mouse: as of show.\n"
+      "Reads the start file and the journals beside it and never writes there: on this machine or over a\n"
+      "shared folder. Ends when the result is there, or with Ctrl-C.\n"
+      "Example:\n  vrda-player follow knee.h5.start.h5 --offscreen pictures --every 10 --views front,side");
+  follow->callback([follow, &options] { options.has_mode = follow->count("--mode") > 0; });
+  return follow;
+}
+
+// The options of `web`.
+
+CLI::App* add_web(CLI::App& app, WebOptions& options)
+{
+  CLI::App* web =
+      app.add_subcommand("web", "Serve a motion model and a page that shows it to a browser on this machine");
+  web->add_option("FILE", options.file, "Motion model (.h5)")->required();
+  web->add_option("--port", options.port, "Of 127.0.0.1 (default: a free one)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 65535));
+  web->add_flag("--open", options.is_open, "Open the page in the desktop's browser");
+  web->add_flag("--quiet", options.is_quiet, "Only the address");
+  web->footer(
+      "Prints the page's address and serves until Ctrl-C. The address holds a token: keep it to yourself.\n"
+      "Neither other machines are answered nor requests without the token.\n"
+      "Example:\n  vrda-player web knee.h5 --open");
+  return web;
 }
 
 }  // namespace vrda

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "bench/controls.hpp"
-#include "bench/fit_words.hpp"
+#include "bench/measure_body.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 

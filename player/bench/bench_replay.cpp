@@ -10,7 +10,7 @@
 #include "bench/recorded_motion.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "loop/window_input.hpp"
+#include "loop/loop.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda {

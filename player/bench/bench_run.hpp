@@ -1,13 +1,16 @@
-/// The modes `bench` and `devices`.
+/// The modes `bench`, `devices` and `simulate`.
 #pragma once
 
 #include <functional>
 #include <optional>
 #include <string>
 
-#include "bench/timing.hpp"
 #include "devices/devices.hpp"
 #include "loop/loop.hpp"
+#include "motion/poses.hpp"
+#include "recording/recording.hpp"
+#include "setup/calibration.hpp"
+#include "store/motion_model.hpp"
 #include "view/look.hpp"
 
 namespace vrda {
@@ -50,5 +53,33 @@ int list_devices(const DevicesOptions& options, const Streams& streams);
 /// Hands on what the devices say for so long, or until a signal comes.
 void listen(Devices& devices, double seconds, StopSignals& stop,
             const std::function<void(const Sample&)>& take);
+
+/// What `bench` starts from, read and checked.
+struct BenchSetup {
+  MotionModel model;
+  Motion motion;
+  SolverFrame frame;  ///< of the model's first flexion
+  BenchFile bench;
+  Calibration calibration;
+  RecordingFacts facts;  ///< to record with
+};
+
+/// From the files that the options name. Throws InputError.
+BenchSetup read_bench_setup(const BenchOptions& options);
+
+/// As `recording` was made, but for the motion model, which is read again and has to be the same file.
+BenchSetup setup_of(const Recording& recording, const BenchOptions& options);
+
+/// The mode `simulate`.
+struct SimulateOptions {
+  std::string bench;
+  std::string model;              ///< motion model that theta and the tibia's place come from; empty: none
+  std::string address;            ///< empty: the bench file's
+  std::optional<double> seconds;  ///< until Ctrl-C without
+  bool is_quiet = false;
+};
+
+/// Stands in for the bench's tracker and board, as its [simulation] says. Throws InputError.
+void simulate(const SimulateOptions& options, const Streams& streams);
 
 }  // namespace vrda

@@ -5,10 +5,8 @@
 #include <array>
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "bench/body_tracker.hpp"
-#include "bench/clock_map.hpp"
 #include "motion/poses.hpp"
 #include "setup/parameters.hpp"
 #include "tracking/one_euro.hpp"

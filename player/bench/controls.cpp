@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

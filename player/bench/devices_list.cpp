@@ -8,7 +8,7 @@
 
 #include "bench/bench_run.hpp"
 #include "bench/body_tracker.hpp"
-#include "bench/fit_words.hpp"
+#include "bench/measure_body.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 #include "setup/bench_file.hpp"

@@ -1,16 +1,84 @@
 #include "bench/measure_body.hpp"
 
+#include <algorithm>
 #include <ostream>
 #include <sstream>
 
 #include "bench/bench_run.hpp"
-#include "bench/fit_words.hpp"
-#include "bench/marker_frames.hpp"
 #include "core/error.hpp"
+#include "core/units.hpp"
 #include "settings/settings_text.hpp"
-#include "tracking/fit_refusal.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda {
+namespace {
+
+bool has_marker(const MarkerRow& row)
+{
+  return std::any_of(row.begin(), row.end(), [](const auto& marker) { return marker.has_value(); });
+}
+
+}  // namespace
+
+MarkerFrames::MarkerFrames(std::size_t first_tool, std::size_t n_markers)
+    : first_tool_(first_tool), n_markers_(n_markers), has_come_(n_markers), row_(n_markers)
+{
+}
+
+void MarkerFrames::end_row()
+{
+  if (has_marker(row_)) rows_.push_back(row_);
+  std::fill(row_.begin(), row_.end(), std::nullopt);
+  std::fill(has_come_.begin(), has_come_.end(), false);
+}
+
+void MarkerFrames::take(const Sample& sample)
+{
+  const bool is_marker = sample.kind == SampleKind::place && sample.source >= first_tool_ &&
+                         sample.source < first_tool_ + n_markers_;
+  if (!is_marker) return;
+  const std::size_t k = sample.source - first_tool_;
+  // One that comes a second time belongs to the next message.
+  if (has_come_[k]) end_row();
+  has_come_[k] = true;
+  if (static_cast<SeenState>(sample.state) == SeenState::seen)
+    row_[k] = Eigen::Vector3d::Map(sample.place.position_mm);
+}
+
+std::vector<MarkerRow> MarkerFrames::frames(std::size_t most) const
+{
+  std::vector<MarkerRow> all = rows_;
+  if (has_marker(row_)) all.push_back(row_);
+  if (all.size() <= most) return all;
+  std::vector<MarkerRow> some;
+  for (std::size_t k = 0; k < most; ++k) some.push_back(all[k * all.size() / most]);
+  return some;
+}
+
+FitQuality quality_of(const PoseFit& fit)
+{
+  FitQuality quality;
+  if (fit.status != FitStatus::fitted) return quality;
+  const PoseError error = expected_error(fit.cloud, noise_mm(fit));
+  quality.residual_mm = fit.residual_rms_mm;
+  quality.n_markers = fit.cloud.n;
+  quality.turn_sd_deg = deg_from_rad(error.turn_rad.maxCoeff());
+  quality.middle_sd_mm = error.centre_mm;
+  return quality;
+}
+
+std::string fit_text(const PoseFit& fit)
+{
+  if (fit.status != FitStatus::fitted) {
+    std::string why = name_of(fit.status);
+    std::replace(why.begin(), why.end(), '_', ' ');
+    return why;
+  }
+  const FitQuality quality = quality_of(fit);
+  return rounded_text(quality.residual_mm, 2) + " mm off at " + std::to_string(quality.n_markers) +
+         " markers, turns known to " + rounded_text(quality.turn_sd_deg, 2) + " deg";
+}
+
 namespace {
 
 /// Their mean is known twenty times better than each: below what a tracker is off by itself.

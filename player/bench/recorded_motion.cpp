@@ -3,7 +3,6 @@
 #include <sstream>
 
 #include "bench/body_tracker.hpp"
-#include "bench/clock_map.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
 

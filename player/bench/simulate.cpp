@@ -1,4 +1,4 @@
-#include "bench/simulate.hpp"
+#include "bench/bench_run.hpp"
 
 #include <chrono>
 #include <memory>

@@ -80,7 +80,7 @@ double TimeHistogram::percentile_ms(double share) const
 bool SampleWatch::follow_pace(double step_ns)
 {
   constexpr double forgotten = 0.02, shortest_share = 0.75, longest_share = 1.5;
-  constexpr int n_to_believe = 8;  // as of clocks (devices/tool_watch.hpp)
+  constexpr int n_to_believe = 8;  // as of clocks (devices/tracker_talk.hpp)
   if (interval_ns_ == 0.0) interval_ns_ = step_ns;
   if (step_ns >= shortest_share * interval_ns_) {
     n_short_ = 0;

@@ -14,7 +14,6 @@
 #include "calibrate/guide_mode.hpp"
 #include "core/error.hpp"
 #include "core/whole_file.hpp"
-#include "guide/bench_parts.hpp"
 #include "guide/parts.hpp"
 #include "view/arguments.hpp"
 

@@ -1,15 +1,61 @@
-/// What stands before an operator: a bench with its devices, or one that exists in numbers.
+/// What stands before an operator: a bench with its devices, or one that exists in numbers, and the model
+/// that is placed by eye.
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
-#include "calibrate/placed_model.hpp"
+#include "bench/bench_show.hpp"
 #include "guide/drawing.hpp"
 #include "guide/session.hpp"
+#include "guide/task.hpp"
 
 namespace vrda {
+
+/// A joint as the bench shows it.
+struct ModelOnBench {
+  /// `scaled`: as large as the calibration's subject.
+  ModelOnBench(const BenchFile& bench, const Calibration& calibration, MotionModel scaled,
+               const std::string& set);
+  ModelOnBench(const ModelOnBench&) = delete;
+  ModelOnBench& operator=(const ModelOnBench&) = delete;
+
+  double scale;
+  MotionModel model;
+  Motion motion;
+  BenchState state;
+  BenchView view;
+};
+
+/// A place under way: the task of a part, and its dials as they stand.
+struct PlaceTrial {
+  CalibrationPart part;
+  const Task& task;
+  std::span<const double> values;
+};
+
+class PlacedModel {
+ public:
+  /// `model` at its own size, from `file`. Throws InputError where it has not the set.
+  PlacedModel(const BenchFile& bench, MotionModel model, const std::string& file, const std::string& set);
+
+  void take(const Sample& sample);
+
+  /// Puts it where `trial` would have it; loads into the renderer what is new. Throws InputError where the
+  /// eyes cannot be drawn for.
+  void place(const Calibration& calibration, const PlaceTrial& trial, std::int64_t now_ns,
+             Renderer& renderer);
+  /// Placed before.
+  const BenchView& view() const { return shown_->view; }
+
+ private:
+  BenchFile bench_;
+  MotionModel model_;
+  std::string set_;
+  std::unique_ptr<ModelOnBench> shown_;
+};
 
 /// What the window shows of a task, in its pixels.
 struct GuideView {

@@ -1,11 +1,11 @@
-#include "calibrate/overlay_picture.hpp"
+#include "calibrate/calibration_pictures.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "bench/screen_watch.hpp"
-#include "calibrate/placed_model.hpp"
+#include "calibrate/guide_bench.hpp"
 #include "store/scaled_model.hpp"
 
 namespace vrda {

@@ -7,13 +7,12 @@
 #include <cmath>
 #include <limits>
 
-#include "calibration/aligned_marks.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/trig.hpp"
-#include "optics/layout.hpp"
-#include "optics/warp_mesh.hpp"
+#include "optics/eye.hpp"
+#include "optics/viewport.hpp"
 #include "settings/settings_text.hpp"
-#include "tracking/fit_refusal.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda {
 namespace {

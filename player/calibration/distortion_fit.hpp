@@ -47,7 +47,7 @@ struct DistortionFit {
   /// Too little distortion to tell where its centre is (a standard deviation above 20 px): it is held by
   /// the middle of the visible part, from which it is known to differ by `held_centre_sd_px`.
   bool is_centre_held = false;
-  /// The mesh that pre-distorts (optics/warp_mesh.hpp) and these optics one after the other: how far at most
+  /// The mesh that pre-distorts (optics/eye.hpp) and these optics one after the other: how far at most
   /// they put a place of the visible part from itself.
   double inverse_error_px = 0.0;
   /// "k1", "k2", "centre_x", "centre_y" (px), "pixel_aspect", each after `name` and a point.

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/units.hpp"
-#include "tracking/six_numbers.hpp"
+#include "tracking/screw.hpp"
 
 namespace vrda {
 

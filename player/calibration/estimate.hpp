@@ -10,7 +10,7 @@
 namespace vrda {
 
 /// In the units of files and screens: mm, deg, px. Of a place (six names "table.shift_x" to "table.turn_z")
-/// the values are those of SixNumbers (tracking/six_numbers.hpp); its covariance is that of the shift and of
+/// the values are those of SixNumbers (tracking/screw.hpp); its covariance is that of the shift and of
 /// a small turn about the fixed axes, as a rotation vector: true = turned(error) * found, which has no angle
 /// at which it fails.
 struct Estimate {

@@ -7,9 +7,8 @@
 #include <limits>
 #include <optional>
 
-#include "core/units.hpp"
 #include "settings/settings_text.hpp"
-#include "tracking/fit_refusal.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda {
 namespace {

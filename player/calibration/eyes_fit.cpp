@@ -4,11 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/aligned_marks.hpp"
 #include "calibration/least_squares.hpp"
 #include "core/units.hpp"
 #include "settings/settings_text.hpp"
-#include "tracking/fit_refusal.hpp"
+#include "tracking/rigid_body.hpp"
 #include "tracking/screw.hpp"
 
 namespace vrda {

@@ -1,4 +1,5 @@
-/// Where both eyes are, from bull's-eyes aligned with a tracked marker (thesis 8.5).
+/// Where both eyes are, from bull's-eyes aligned with a tracked marker (thesis 8.5), and where the fit
+/// begins.
 #pragma once
 
 #include <array>
@@ -52,5 +53,11 @@ struct EyesFit {
 /// convergence.
 EyesFit fit_eyes(std::span<const BullseyeMark> marks, const EyesPrior& prior, const Pose& X_start,
                  const std::string& name, const std::string& file);
+
+/// X_carrier_eyes of eyes that are taken as known, from any attitude: orthogonal iteration from the 24
+/// attitudes of a cube; the answer of the least distance of the marks from their sights, with all marks in
+/// front of the eyes where there is one. Identity for fewer than three marks.
+/// Source: Lu, Hager, Mjolsness (2000) IEEE PAMI 22:610-622. Differs: two eyes, so that depth is told, too.
+Pose eyes_start(std::span<const BullseyeMark> marks, const EyePair& eyes);
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-#include "calibration/eyes_start.hpp"
+#include "calibration/eyes_fit.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

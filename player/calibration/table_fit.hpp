@@ -1,4 +1,5 @@
-/// The table's frame, from a marker's sweeps along two rails (thesis 8.5, figure 25).
+/// The tip of a probe, from turning it about its resting tip, and the table's frame, from a marker's sweeps
+/// along two rails (thesis 8.5, figure 25).
 #pragma once
 
 #include <span>
@@ -8,6 +9,19 @@
 
 namespace vrda {
 
+struct PivotFit {
+  Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d pivot_tracker_mm = Eigen::Vector3d::Zero();
+  double spread_rad = 0.0;  ///< of the turns about the worst determined axis, root mean square
+  Estimate estimate;        ///< "probe.tip_x" to "probe.tip_z" (mm); residuals: lengths, mm
+};
+
+/// Least squares of R_i tip + t_i = pivot. Throws FitRefusal naming `file`: fewer than 20 poses, a spread
+/// below 10 degrees (a static sweep, or turns about one axis only), a residual rms above 2 mm (the tip
+/// slipped).
+PivotFit fit_pivot(std::span<const Pose> X_tracker_probe, const std::string& file);
+
+/// The table's frame, from a marker's sweeps along two rails (thesis 8.5, figure 25).
 struct RailSweep {
   std::vector<Eigen::Vector3d> p_tracker_mm;
   std::vector<double> stage_mm;  ///< what the encoder said, one a place; empty: not known

@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "settings/settings_text.hpp"
-#include "tracking/fit_refusal.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda {
 namespace {

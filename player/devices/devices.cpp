@@ -3,9 +3,8 @@
 #include <boost/asio/io_context.hpp>
 #include <thread>
 
-#include "devices/board_client.hpp"
+#include "devices/clients.hpp"
 #include "devices/outlet.hpp"
-#include "devices/tracker_client.hpp"
 
 namespace vrda {
 namespace {

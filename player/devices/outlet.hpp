@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "devices/devices.hpp"
-#include "devices/sample_queue.hpp"
+#include "devices/sample.hpp"
 
 namespace vrda {
 

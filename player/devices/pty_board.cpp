@@ -13,7 +13,6 @@
 #include <filesystem>
 #include <mutex>
 #include <thread>
-#include <utility>
 
 #include "core/error.hpp"
 

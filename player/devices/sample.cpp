@@ -18,4 +18,45 @@ Place place_of(const Pose& pose)
   return {{p.x(), p.y(), p.z()}, {q.w(), q.x(), q.y(), q.z()}};
 }
 
+namespace {
+
+/// One of many alike, of which the next tells as much.
+bool is_reading(const Sample& sample)
+{
+  if (sample.kind == SampleKind::place) return sample.state == static_cast<std::uint8_t>(SeenState::seen);
+  return sample.kind != SampleKind::link;
+}
+
+}  // namespace
+
+bool SampleQueue::stage(const Sample& sample)
+{
+  const std::uint64_t n_waiting = n_staged_ - n_taken_.load(std::memory_order_acquire);
+  if (n_waiting >= (is_reading(sample) ? capacity - n_reserved : capacity)) return false;
+  slots_[n_staged_ % capacity] = sample;
+  ++n_staged_;
+  return true;
+}
+
+void SampleQueue::publish()
+{
+  n_put_.store(n_staged_, std::memory_order_release);
+}
+
+bool SampleQueue::put(const Sample& sample)
+{
+  const bool has_room = stage(sample);
+  publish();
+  return has_room;
+}
+
+bool SampleQueue::take(Sample& sample)
+{
+  const std::uint64_t n_taken = n_taken_.load(std::memory_order_relaxed);
+  if (n_taken == n_put_.load(std::memory_order_acquire)) return false;
+  sample = slots_[n_taken % capacity];
+  n_taken_.store(n_taken + 1, std::memory_order_release);
+  return true;
+}
+
 }  // namespace vrda

@@ -1,6 +1,5 @@
 #include "devices/tracker_server.hpp"
 
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
@@ -14,7 +13,7 @@
 #include <thread>
 
 #include "core/error.hpp"
-#include "igtl/content.hpp"
+#include "igtl/message.hpp"
 #include "igtl/stream.hpp"
 
 namespace vrda {

@@ -8,11 +8,11 @@
 #include <ostream>
 
 #include "core/error.hpp"
-#include "follow/follow_progress.hpp"
-#include "follow/watch_thread.hpp"
-#include "loop/window_input.hpp"
-#include "view/pointer.hpp"
-#include "view/timeline.hpp"
+#include "follow/run_state.hpp"
+#include "follow/run_watch.hpp"
+#include "loop/loop.hpp"
+#include "view/gaze.hpp"
+#include "view/player_state.hpp"
 
 namespace vrda {
 namespace {

@@ -1,15 +1,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "core/units.hpp"
 #include "follow/follow.hpp"
-#include "follow/job_views.hpp"
-#include "scene/layer_set.hpp"
+#include "follow/run_views.hpp"
+#include "scene/joint_layers.hpp"
 #include "view/arguments.hpp"
 
 namespace vrda {

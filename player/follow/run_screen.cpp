@@ -3,8 +3,149 @@
 #include <algorithm>
 
 #include "core/error.hpp"
+#include "core/units.hpp"
+#include "scene/scene.hpp"
+#include "scene/solids.hpp"
 
 namespace vrda {
+namespace {
+
+// The look of scene/contact_layer: of a knee, mm.
+constexpr double ball_radius_mm = 1.3, shaft_radius_mm = 0.55, arrow_mm = 9.0;
+constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
+constexpr std::size_t usual_contacts = 32;  // most steps have fewer than ten
+
+void cut(Drawable& drawable, const std::vector<std::uint32_t>& triangles, std::size_t n_indices)
+{
+  drawable.mesh.triangles.assign(triangles.begin(),
+                                 triangles.begin() + static_cast<std::ptrdiff_t>(n_indices));
+  update_box(drawable);
+  ++drawable.revision;
+}
+
+}  // namespace
+
+RunScene::RunScene(const MotionModel& model, const RunSceneOptions& options)
+    : options_(options),
+      scene_(scene_of(model.reference, model.moving, model.rotation_centre_mm)),
+      raw_(model, "raw"),
+      frame_{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta},
+      scale_(sign_scale(model))
+{
+  for (Eigen::Index i = 0; i < model.push.delta.rows(); ++i)
+    deltas_.emplace_back(model.push.delta.row(i).transpose());
+  scene_.background = background_of(options.backdrop);
+  if (options.dress) options.dress(scene_);
+  points_ = add_layer(scene_, Layer::contacts, Owner::world, "contacts");
+  arrows_ = add_layer(scene_, Layer::normals, Owner::world, "contact normals");
+  scene_.drawables[points_].material = sign_material(ball_colour);
+  scene_.drawables[arrows_].material = sign_material(arrow_colour);
+  layers_.emplace(model, scene_);
+  make_room(usual_contacts);
+  place_bodies(raw_.placed({rad_from_deg(model.flexion_deg.front()), 0.0}, {}), raw_, layers_of_step());
+}
+
+void RunScene::show(const SeenStep& step)
+{
+  SolverFrame frame = frame_;
+  frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
+  const Eigen::Vector3d t_mm = world_translation_mm(frame, step.pose);
+  place_bodies(raw_.placed(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}), raw_,
+               layers_of_step());
+  place_signs(step);
+}
+
+void RunScene::show(const JointPose& pose, const Motion& motion)
+{
+  place_bodies(pose, motion, options_.layers);
+  hide_signs();
+}
+
+// Contacts of a whole model are at its cells: those of a step are drawn here.
+LayerSet RunScene::layers_of_step() const
+{
+  LayerSet layers = options_.layers;
+  for (const Layer layer : {Layer::contacts, Layer::normals, Layer::helical_axis}) layers.set(layer, false);
+  return layers;
+}
+
+void RunScene::place_bodies(const JointPose& pose, const Motion& motion, const LayerSet& layers)
+{
+  pose_ = pose;
+  const JointFrames frames = frames_of(pose);
+  place(scene_, frames);
+  layers_->update(scene_, motion, {pose, frames, layers});
+}
+
+void RunScene::hide_signs()
+{
+  scene_.drawables[points_].is_shown = false;
+  scene_.drawables[arrows_].is_shown = false;
+}
+
+void RunScene::make_room(std::size_t n_contacts)
+{
+  n_signs_ = n_contacts;
+  Drawable& points = scene_.drawables[points_];
+  Drawable& arrows = scene_.drawables[arrows_];
+  points.mesh = {};
+  arrows.mesh = {};
+  add_balls(points.mesh, n_contacts);
+  add_arrows(arrows.mesh, n_contacts);
+  point_triangles_ = points.mesh.triangles;
+  arrow_triangles_ = arrows.mesh.triangles;
+  ++n_layouts_;
+}
+
+void RunScene::place_signs(const SeenStep& step)
+{
+  const std::size_t n = step.contacts.size();
+  if (n > n_signs_) make_room(2 * n);
+  Drawable& points = scene_.drawables[points_];
+  Drawable& arrows = scene_.drawables[arrows_];
+  points.is_shown = options_.layers.has(Layer::contacts) && n > 0;
+  arrows.is_shown = options_.layers.has(Layer::normals) && n > 0;
+  if (n == 0) return;
+  SolverFrame frame = frame_;
+  frame.delta = deltas_[static_cast<std::size_t>(step.key.flexion)];
+  for (std::size_t k = 0; k < n; ++k) {
+    const Eigen::Vector3d tip_mm = world_from_solver(frame, step.contacts[k].point_solver_mm);
+    const Eigen::Vector3d normal = world_from_solver(frame, step.contacts[k].normal_solver);
+    set_ball(points.mesh, k * ball_size().n_vertices, tip_mm, scale_ * ball_radius_mm);
+    set_arrow(arrows.mesh, k * arrow_size().n_vertices, tip_mm - scale_ * arrow_mm * normal, tip_mm,
+              scale_ * shaft_radius_mm);
+  }
+  cut(points, point_triangles_, n * ball_size().n_indices);
+  cut(arrows, arrow_triangles_, n * arrow_size().n_indices);
+}
+
+void RunScene::load(Renderer& renderer)
+{
+  // A mesh of a new revision may be no larger than the one loaded.
+  std::vector<std::uint32_t> points = point_triangles_, arrows = arrow_triangles_;
+  points.swap(scene_.drawables[points_].mesh.triangles);
+  arrows.swap(scene_.drawables[arrows_].mesh.triangles);
+  renderer.load(scene_);
+  points.swap(scene_.drawables[points_].mesh.triangles);
+  arrows.swap(scene_.drawables[arrows_].mesh.triangles);
+  ++scene_.drawables[points_].revision;
+  ++scene_.drawables[arrows_].revision;
+}
+
+std::vector<Eigen::Vector3d> RunScene::framed_points() const
+{
+  Scene scene = scene_;
+  std::vector<Eigen::Vector3d> all;
+  const Eigen::Vector3d t_mm = pose_.X_world_moving * frame_.rotation_centre_mm;
+  const double first_rad = raw_.first_flexion_rad(), last_rad = raw_.last_flexion_rad();
+  for (const double flexion_rad : {first_rad, 0.5 * (first_rad + last_rad), last_rad}) {
+    place(scene, frames_of(raw_.placed({flexion_rad, 0.0}, {t_mm.x(), t_mm.y(), t_mm.z(), 0.0})));
+    const std::vector<Eigen::Vector3d> near = points_within(scene, joint_sphere(scene));
+    all.insert(all.end(), near.begin(), near.end());
+  }
+  return all;
+}
+
 namespace {
 
 // Of the picture's width, within what words and map need and what they can use.

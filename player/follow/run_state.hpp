@@ -1,14 +1,39 @@
-/// What of a run is on screen: behind the watch by as many steps as are still to be shown.
+/// What of a run is on screen, its panel, and the same in lines of text.
 #pragma once
 
+#include <chrono>
+#include <iosfwd>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "follow/run_panel.hpp"
+#include "core/step_record.hpp"
 #include "follow/run_watch.hpp"
+#include "gui/overlay_text.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda {
+
+VertexColour colour_of(StepStatus status);
+
+struct GridCell {
+  Eigen::Index flexion = 0, varus = 0;
+};
+
+struct RunPanel {
+  std::string title;
+  std::vector<std::string> lines;  ///< under the title
+  std::vector<double> flexion_deg, varus_deg;
+  GridB status;
+  std::optional<GridCell> current;  ///< framed
+};
+
+/// The panel in its part of the picture: flexion downwards, varus to the right, a colour a status with the
+/// number of cells that have it.
+void add_panel(Overlay& overlay, const OverlayText& text, const Viewport& area, const RunPanel& panel);
+
+/// The name of a view over its tile.
+void add_label(Overlay& overlay, const OverlayText& text, const Viewport& tile, const std::string& name);
 
 /// Which steps of a run are shown; all of them fill in the grid.
 enum class StepChoice {
@@ -50,6 +75,30 @@ class RunState {
   std::optional<GridCell> current_;
   int n_shown_ = 0, n_done_ = 0;
   bool is_finished_ = false;
+};
+
+/// How far a followed run is, in lines of text.
+class FollowProgress {
+ public:
+  FollowProgress(std::ostream& stream, bool is_quiet) : stream_(stream), is_quiet_(is_quiet) {}
+
+  /// The run began anew: its rate does too.
+  void begin_again() { n_first_ = -1; }
+  /// The run has done that many of its attitudes. Those of the first time do not count for the rate.
+  void note(int n_done, int n_cells);
+  /// "512/s, 0:02 left", or nothing while it is not known.
+  const std::string& rate() const { return rate_; }
+
+  /// Of the state, with the rate; every few seconds, and only when something came.
+  void say_state(const RunState& state, int n_steps, bool is_due = false);
+  void say(const std::string& line);
+
+ private:
+  std::ostream& stream_;
+  bool is_quiet_;
+  std::string rate_, last_;
+  std::chrono::steady_clock::time_point said_, first_;
+  int n_first_ = -1;
 };
 
 }  // namespace vrda

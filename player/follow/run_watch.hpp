@@ -1,14 +1,20 @@
 /// A run as it computes, seen from its files alone: the start file, the journals, the result.
 #pragma once
 
+#include <chrono>
+#include <condition_variable>
 #include <cstdint>
+#include <exception>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
-#include "core/search_move.hpp"
+#include "core/step_record.hpp"
 #include "journal/frame_tail.hpp"
 #include "store/motion_model.hpp"
 
@@ -104,6 +110,43 @@ class RunWatch {
   RunPhase phase_ = RunPhase::waiting;
   int n_done_ = 0, n_steps_ = 0;
   std::set<std::string> remarks_made_;
+};
+
+/// What came since it was last asked for.
+struct WatchArrivals {
+  bool is_anew = false;  ///< as in WatchNews
+  /// The plan of the run that began anew, or the result of one that is finished; else nothing.
+  std::shared_ptr<const MotionModel> model;
+  std::vector<SeenStep> steps;
+  std::vector<std::string> remarks;
+  RunPhase phase = RunPhase::waiting;
+  int n_done = 0, n_steps = 0;
+  bool is_caught_up = false;  ///< with all that there was when it was last looked
+};
+
+class WatchThread {
+ public:
+  /// Looks until the run is finished, `pause` after each time that nothing is left to read.
+  WatchThread(RunWatch watch, std::chrono::milliseconds pause);
+  ~WatchThread();
+  WatchThread(const WatchThread&) = delete;
+  WatchThread& operator=(const WatchThread&) = delete;
+
+  /// Never waits for a file. Rethrows, once, what ended the thread.
+  WatchArrivals take();
+
+ private:
+  void run();
+  bool look();
+
+  RunWatch watch_;  // of the thread alone
+  std::chrono::milliseconds pause_;
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable wake_;
+  WatchArrivals arrivals_;
+  std::exception_ptr failure_;
+  bool is_stopped_ = false;
+  std::thread thread_;
 };
 
 }  // namespace vrda

@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 #include "core/error.hpp"
-#include "gui/font_file.hpp"
+#include "gui/overlay_text.hpp"
 #include "gui/panels.hpp"
 
 namespace vrda {

@@ -9,7 +9,6 @@
 
 #include "render/renderer.hpp"
 #include "scene/joint_layers.hpp"
-#include "scene/palette.hpp"
 #include "view/gap_reading.hpp"
 #include "view/player_state.hpp"
 

@@ -1,14 +1,21 @@
-/// Words and areas over the picture, without controls.
+/// Words and areas over the picture, without controls, and their font.
 #pragma once
 
 #include <Eigen/Core>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "render/renderer.hpp"
 
 namespace vrda {
+
+/// As the program carries it: gzip, half as large.
+std::string_view compressed_font_file();
+
+/// The bytes of a TrueType file.
+std::string font_file();
 
 /// A place in the picture, in pixels from its top left corner.
 struct OverlayBox {

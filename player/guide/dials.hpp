@@ -1,4 +1,4 @@
-/// A task's numbers under the operator's keys and potentiometer.
+/// A task's numbers under the operator's keys and potentiometer, and the mark's row that they make.
 #pragma once
 
 #include <optional>
@@ -37,5 +37,14 @@ class Dials {
   double value_was_ = 0.0;  ///< of the selected dial, at potentiometer_was_
   double steps_was_ = 0.0;
 };
+
+/// Of a task that takes no samples, as its kind says.
+std::vector<double> row_of(const Task& task, std::span<const double> values, const Calibration& calibration);
+
+/// Of a bull's-eye: where its cross is drawn.
+Eigen::Vector2d drawn_cross(const Task& task, std::span<const double> values, const Calibration& calibration);
+
+/// Whose place is wanted beside the task's tool.
+std::optional<BodyRole> body_beside(CalibrationPart part, const Task& task);
 
 }  // namespace vrda

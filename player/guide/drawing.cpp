@@ -7,8 +7,8 @@
 #include "calibration/distortion_fit.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "guide/optics_tasks.hpp"
 #include "guide/session.hpp"
+#include "guide/task.hpp"
 
 namespace vrda {
 namespace {

@@ -1,7 +1,7 @@
-#include "guide/optics_tasks.hpp"
+#include "guide/task.hpp"
 
 #include "calibration/viewport_fit.hpp"
-#include "optics/layout.hpp"
+#include "optics/viewport.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda {

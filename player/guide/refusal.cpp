@@ -4,7 +4,7 @@
 
 #include "calibration/viewport_fit.hpp"
 #include "guide/marks.hpp"
-#include "guide/optics_tasks.hpp"
+#include "guide/task.hpp"
 
 namespace vrda {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "guide/tasks.hpp"
-#include "tracking/fit_refusal.hpp"
+#include "guide/task.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda {
 

@@ -5,7 +5,6 @@
 #include <optional>
 
 #include "bench/body_tracker.hpp"
-#include "bench/clock_map.hpp"
 #include "devices/sample.hpp"
 #include "guide/task.hpp"
 

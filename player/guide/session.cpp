@@ -1,22 +1,18 @@
 #include "guide/session.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
 
-#include "core/error.hpp"
-#include "core/units.hpp"
 #include "guide/dials.hpp"
 #include "guide/marks.hpp"
 #include "guide/parts.hpp"
-#include "guide/plan.hpp"
 #include "guide/refusal.hpp"
 #include "guide/sample_taker.hpp"
 #include "guide/solve_part.hpp"
-#include "guide/task_row.hpp"
-#include "guide/tasks.hpp"
-#include "guide/words.hpp"
+#include "guide/task.hpp"
 #include "settings/settings_text.hpp"
 
 namespace vrda {
@@ -404,6 +400,20 @@ const Calibration& GuideSession::drawn_by() const
 std::uint64_t GuideSession::revision() const
 {
   return inner_->revision;
+}
+
+std::span<const HelpLine> guide_key_lines()
+{
+  static constexpr std::array<HelpLine, 8> lines{
+      {{"Left, Right", "first number less, more; of many numbers the selected one"},
+       {"Up, Down", "second number more, less (a cross: up, down); of many numbers select another"},
+       {"Shift, Control", "ten, a hundred steps at once"},
+       {"Enter", "it is aligned, read or held still: goes on, or takes the tracker's samples"},
+       {"Backspace", "the task before again; while samples are taken: stops that"},
+       {"R", "this part again from its first task"},
+       {"Z", "the stage stands against its stop: this is its zero, as after its board was switched on again"},
+       {"Escape, Q", "leaves; everything done so far is kept"}}};
+  return lines;
 }
 
 }  // namespace vrda

@@ -1,14 +1,12 @@
-#include "guide/solve_eyes.hpp"
+#include "guide/solve_part.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
 #include "core/units.hpp"
-#include "guide/eyes_so_far.hpp"
 #include "guide/marks.hpp"
 #include "guide/refusal.hpp"
-#include "guide/tasks.hpp"
+#include "guide/task.hpp"
 
 namespace vrda {
 namespace {

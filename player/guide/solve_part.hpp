@@ -3,6 +3,12 @@
 
 #include <string>
 
+#include "calibration/distortion_fit.hpp"
+#include "calibration/eyepoint_fit.hpp"
+#include "calibration/eyes_fit.hpp"
+#include "calibration/fiducial_fit.hpp"
+#include "calibration/table_fit.hpp"
+#include "calibration/viewport_fit.hpp"
 #include "guide/task.hpp"
 
 namespace vrda {
@@ -30,5 +36,51 @@ void require_still(CalibrationPart part, const Task& task, const CalibrationMark
 /// "left.k1 0.1023 +- 0.0012": a line for each number of an estimate with its 95 % interval, then its
 /// remarks.
 std::vector<std::string> lines_of(const Estimate& estimate);
+
+/// Of one eye: its tasks' marks, in order. Each throws PartRefusal naming `path` as its fit does.
+ViewportFit viewport_of(const BenchFile& bench, const Calibration& begun, bool is_right,
+                        const std::string& path);
+DistortionFit distortion_of(const BenchFile& bench, const Calibration& begun, bool is_right,
+                            const std::string& path);
+EyeRectangles eyepoint_of(const BenchFile& bench, const Calibration& begun, bool is_right,
+                          const std::string& path);
+
+/// The bench file's rectangles, each so often, without marks.
+std::vector<RectangleMark> rectangles_of(const CalibrationSettings& settings);
+
+/// Tasks of a part and their marks, of one eye where `is_right` says so.
+struct MarkedTask {
+  Task task;
+  const CalibrationMark* mark = nullptr;
+};
+std::vector<MarkedTask> marked_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& begun);
+/// Of the tasks.
+std::vector<std::string> names_of(std::span<const MarkedTask> tasks);
+
+/// The sweep of task `done` of rails alone: throws PartRefusal as the table's fit would.
+void require_good_rail(const Task& done, const BenchFile& bench, const Calibration& begun,
+                       const std::string& path);
+
+/// Each throws PartRefusal naming `path` as its fit does.
+TableFit table_of(const BenchFile& bench, const Calibration& begun, const std::string& path);
+PivotFit pivot_of(const BenchFile& bench, const Calibration& begun, const std::string& path);
+
+/// Of `part` bullseye or head. On a stage the covariance of the eyes' place holds that of the table, too.
+EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                const std::string& path);
+
+/// Of `part` leg, femur or tibia. The covariance holds those of the probe's tip and of the subject's scale.
+FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
+                     const std::string& path);
+
+/// Mean and noise of places that should be one.
+struct MeanPlace {
+  Eigen::Vector3d p_mm = Eigen::Vector3d::Zero();
+  double sd_mm = 0.0;  ///< of a coordinate of one sample
+  double furthest_mm = 0.0;
+};
+MeanPlace mean_place(const std::vector<Eigen::Vector3d>& places);
+/// Of a bull's-eye's samples: the marker, in the frame of the head's body where that is tracked.
+std::vector<Eigen::Vector3d> marker_places(const CalibrationMark& mark);
 
 }  // namespace vrda

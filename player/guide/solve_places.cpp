@@ -1,17 +1,14 @@
-#include "guide/solve_places.hpp"
+#include "guide/solve_part.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
-#include "calibration/eyes_start.hpp"
+#include "calibration/eyes_fit.hpp"
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "guide/eyes_so_far.hpp"
 #include "guide/marks.hpp"
 #include "guide/parts.hpp"
 #include "guide/refusal.hpp"
-#include "guide/solve_eyes.hpp"
 
 namespace vrda {
 namespace {

@@ -1,7 +1,6 @@
-/// One thing that the operator is asked to do.
+/// What the operator is asked to do for a part, from its first task to its last.
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -50,5 +49,52 @@ struct Task {
   Eigen::Vector2d node = Eigen::Vector2d::Zero();
   int index = 0;  ///< of the rectangle, point on the model, bull's-eye place that is meant
 };
+
+/// The same for the same bench and what earlier parts found. Names and `index`, by part:
+/// viewport: "left eye, left edge, 2" (index: Edge), then "left eye, width" (0) and "left eye, height" (1)
+/// of the screen; distortion: "left eye, node -3, 2" or "left eye, grid 2"; eyepoints: "left eye, rectangle
+/// 1, 2" (index 0: the first rectangle, second time); ipd: "pupillary distance" (0), "left arm" (1), "right
+/// arm" (2), "image distance" (3), "look"; rails: "x rail", "z rail"; stop: "stop"; probe: "sweep"; subject:
+/// the name of the landmarks' distance; bullseye, head: "left eye, place 1" (index 0); leg, femur, tibia: the
+/// point's name, or "place 1".
+std::vector<Task> tasks_of(CalibrationPart part, const BenchFile& bench, const Calibration& calibration);
+
+/// Where the marker of a bull's-eye is to be: -1, 0 or 1 for left to right, low to high, near to far. Six in
+/// a row from the first spread in every direction.
+Eigen::Vector3i marker_place(int index);
+
+/// Tasks that are looked at together once they are done: those of an eye, a rail's, or all of the part.
+struct TaskRound {
+  std::size_t begin = 0, end = 0;
+};
+TaskRound round_of(CalibrationPart part, const std::vector<Task>& tasks, std::size_t task);
+
+/// What is to be expected of it; often nothing.
+std::vector<std::string> words_before(CalibrationPart part, const BenchFile& bench,
+                                      const Calibration& calibration);
+/// Its result, a line a number.
+std::vector<std::string> words_after(CalibrationPart part, const Estimate& estimate);
+
+/// Tasks that need nothing but the display and somebody who looks into it (thesis 8.1 to 8.4), and the
+/// subject's measures.
+std::vector<Task> viewport_tasks(const BenchFile& bench);
+std::vector<Task> distortion_tasks(const BenchFile& bench, const Calibration& calibration);
+std::vector<Task> eyepoint_tasks(const BenchFile& bench, const Calibration& calibration);
+std::vector<Task> ipd_tasks(const BenchFile& bench);
+std::vector<Task> subject_tasks(const BenchFile& bench);
+
+/// "left eye"
+std::string eye_text(bool is_right);
+const Eye& eye_of(const Calibration& calibration, bool is_right);
+
+/// Tasks that need the tracker or the stage (thesis 8.5).
+std::vector<Task> rail_tasks(const BenchFile& bench);
+std::vector<Task> stop_tasks();
+std::vector<Task> probe_tasks(const BenchFile& bench);
+/// Of `part` bullseye or head.
+std::vector<Task> bullseye_tasks(CalibrationPart part, const BenchFile& bench,
+                                 const Calibration& calibration);
+/// Of `part` leg, femur or tibia.
+std::vector<Task> model_tasks(CalibrationPart part, const BenchFile& bench, const Calibration& calibration);
 
 }  // namespace vrda

@@ -1,11 +1,9 @@
-#include "guide/tracking_tasks.hpp"
+#include "guide/task.hpp"
 
 #include <array>
 
 #include "core/units.hpp"
-#include "guide/optics_tasks.hpp"
 #include "guide/parts.hpp"
-#include "guide/tasks.hpp"
 
 namespace vrda {
 namespace {

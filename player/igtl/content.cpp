@@ -1,5 +1,3 @@
-#include "igtl/content.hpp"
-
 #include <igtl_header.h>
 #include <igtl_position.h>
 #include <igtl_qtdata.h>
@@ -7,13 +5,14 @@
 #include <igtl_transform.h>
 #include <igtl_util.h>
 
+#include <Eigen/LU>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <utility>
 
 #include "core/error.hpp"
-#include "igtl/rotation.hpp"
+#include "igtl/message.hpp"
 
 namespace vrda {
 namespace {
@@ -327,6 +326,29 @@ std::optional<IgtlMessage> message_of(const IgtlHead& head, ByteView body)
     for (IgtlTool& tool : read->tools) tool.sight = IgtlSight::missing;
   }
   return read;
+}
+
+std::optional<Eigen::Matrix3d> nearest_rotation(const Eigen::Matrix3d& matrix)
+{
+  const Eigen::Matrix3d error = matrix.transpose() * matrix - Eigen::Matrix3d::Identity();
+  // allFinite first: a maximum may pass over NaN.
+  if (!error.allFinite() || error.cwiseAbs().maxCoeff() > most_rotation_error) return std::nullopt;
+  if (matrix.determinant() <= 0.0) return std::nullopt;
+  // Newton's iteration to the orthogonal factor squares the error each time: 1e-3, 1e-6, 1e-12, rounding.
+  Eigen::Matrix3d R = matrix;
+  for (int n = 0; n < 3; ++n) {
+    const Eigen::Matrix3d inverse = R.inverse();
+    R = 0.5 * (R + inverse.transpose()).eval();
+  }
+  return R;
+}
+
+std::optional<Eigen::Quaterniond> unit_quaternion(const Eigen::Vector4d& wxyz)
+{
+  const double length_sq = wxyz.squaredNorm();
+  if (!(std::abs(length_sq - 1.0) <= most_rotation_error)) return std::nullopt;
+  const Eigen::Vector4d unit = wxyz / std::sqrt(length_sq);
+  return Eigen::Quaterniond(unit(0), unit(1), unit(2), unit(3));
 }
 
 }  // namespace vrda

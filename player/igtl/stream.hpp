@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "igtl/content.hpp"
 #include "igtl/message.hpp"
 
 namespace vrda {

@@ -9,7 +9,6 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "igtl/content.hpp"
 #include "igtl/message.hpp"
 
 namespace vrda {

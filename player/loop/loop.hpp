@@ -1,15 +1,46 @@
-/// The loop of every mode that shows something that changes.
+/// The loop of every mode that shows something that changes, and what it waits for.
 #pragma once
 
+#include <signal.h>
+
+#include <chrono>
 #include <functional>
 #include <iosfwd>
 #include <optional>
 
 #include "core/error.hpp"
 #include "loop/sink.hpp"
-#include "loop/stop_signals.hpp"
+#include "render/window.hpp"
+#include "view/gaze.hpp"
+#include "view/keys.hpp"
 
 namespace vrda {
+
+/// Keeps SIGINT and SIGTERM from ending the program, for as long as it lives. Threads begun meanwhile keep
+/// them too.
+class StopSignals {
+ public:
+  StopSignals();
+  ~StopSignals();
+  StopSignals(const StopSignals&) = delete;
+  StopSignals& operator=(const StopSignals&) = delete;
+
+  /// Whether one came; waits for it until `due`.
+  bool came_by(std::chrono::steady_clock::time_point due);
+
+ private:
+  sigset_t signals_{}, before_{};
+  bool has_come_ = false;
+};
+
+/// Of InputEvent::key, which is the character without shift, and has_shift; Key::none for one that nothing
+/// listens to.
+Key key_of_window(int key, bool has_shift);
+
+/// Nothing where the event is no press of a key that means something.
+std::optional<KeyPress> key_press_of(const InputEvent& event);
+
+Button button_of(MouseButton button);
 
 /// Where a mode writes.
 struct Streams {

@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "core/error.hpp"
-#include "render/png_file.hpp"
+#include "render/image.hpp"
 
 namespace vrda {
 

@@ -3,10 +3,96 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
-#include "optics/layout.hpp"
+#include "core/error.hpp"
+#include "optics/viewport.hpp"
 
 namespace vrda {
+namespace {
+
+double shown_radius(const Distortion& d, double r)
+{
+  return r * (1.0 + r * r * (d.k1 + d.k2 * r * r));
+}
+
+double slope(const Distortion& d, double r)
+{
+  return 1.0 + r * r * (3.0 * d.k1 + 5.0 * d.k2 * r * r);
+}
+
+/// Smallest r > 0 at which 1 + 3 k1 r^2 + 5 k2 r^4 is 0; infinite where it stays positive.
+double fold_radius(const Distortion& d)
+{
+  constexpr double never = std::numeric_limits<double>::infinity();
+  const double a = 5.0 * d.k2, b = 3.0 * d.k1;  // of a s^2 + b s + 1, s = r^2
+  const double discriminant = b * b - 4.0 * a;
+  if (discriminant < 0.0) return never;
+  // 2 / (-b + root) is the root of smallest size where it is positive, without cancellation.
+  const double root = std::sqrt(discriminant);
+  double smallest = never;
+  for (const double denominator : {-b + root, -b - root}) {
+    if (denominator > 0.0) smallest = std::min(smallest, 2.0 / denominator);
+  }
+  return std::sqrt(smallest);
+}
+
+/// From pixels to units and back, both about the centre.
+Eigen::Vector2d in_units(const Distortion& d, const Eigen::Vector2d& px)
+{
+  const Eigen::Vector2d from_centre = px - d.centre_px;
+  return Eigen::Vector2d(from_centre.x(), from_centre.y() * d.pixel_aspect) / d.unit_px;
+}
+
+Eigen::Vector2d in_pixels(const Distortion& d, const Eigen::Vector2d& units)
+{
+  return d.centre_px + d.unit_px * Eigen::Vector2d(units.x(), units.y() / d.pixel_aspect);
+}
+
+/// The r at which shown_radius is `shown`, or the fold where none is.
+double drawn_radius(const Distortion& d, double shown)
+{
+  double low = 0.0, high = std::max(1.0, shown);
+  const double fold = fold_radius(d);
+  while (high < fold && shown_radius(d, high) < shown) high *= 2.0;
+  high = std::min(high, fold);
+  if (shown_radius(d, high) <= shown) return high;
+  double r = std::min(shown, high);
+  constexpr int most_steps = 100;
+  constexpr double resolution = 1e-15;
+  for (int step = 0; step < most_steps && high - low > resolution * high; ++step) {
+    const double ahead = shown_radius(d, r) - shown;
+    if (ahead == 0.0) break;
+    (ahead < 0.0 ? low : high) = r;
+    const double next = r - ahead / slope(d, r);
+    if (std::abs(next - r) <= resolution * r) break;  // the bracket need not close around it
+    r = next > low && next < high ? next : 0.5 * (low + high);
+  }
+  return r;
+}
+
+}  // namespace
+
+Eigen::Vector2d shown_px(const Distortion& distortion, const Eigen::Vector2d& drawn_px)
+{
+  const Eigen::Vector2d p = in_units(distortion, drawn_px);
+  const double s = p.squaredNorm();
+  return in_pixels(distortion, p * (1.0 + s * (distortion.k1 + distortion.k2 * s)));
+}
+
+Eigen::Vector2d drawn_px(const Distortion& distortion, const Eigen::Vector2d& shown_px)
+{
+  const Eigen::Vector2d p = in_units(distortion, shown_px);
+  const double r = p.norm();
+  if (r == 0.0) return shown_px;
+  return in_pixels(distortion, p * (drawn_radius(distortion, r) / r));
+}
+
+double fold_radius_px(const Distortion& distortion)
+{
+  return distortion.unit_px * fold_radius(distortion);
+}
+
 namespace {
 
 std::array<Eigen::Vector2d, 4> corners_px(const Viewport& v)
@@ -129,6 +215,94 @@ std::optional<InputError::Facts> unusable(const EyePair& eyes, const std::string
 void require_usable(const EyePair& eyes, const std::string& file)
 {
   if (const std::optional<InputError::Facts> facts = unusable(eyes, file)) throw InputError(*facts);
+}
+
+namespace {
+
+struct Cells {
+  int across = 1, down = 1;
+};
+
+Eigen::Vector2d node_px(const Viewport& visible, const Cells& cells, double i, double j)
+{
+  return {visible.x + visible.width * (i / cells.across), visible.y + visible.height * (j / cells.down)};
+}
+
+/// Largest distance between the place shown in the middle of a cell's edge or diagonal and the mean of its
+/// ends.
+double largest_error_px(const Eye& eye, const Cells& cells)
+{
+  const auto shown = [&](double i, double j) {
+    return shown_px(eye.distortion, node_px(eye.visible, cells, i, j));
+  };
+  double largest = 0.0;
+  for (int j = 0; j < cells.down; ++j) {
+    for (int i = 0; i < cells.across; ++i) {
+      const Eigen::Vector2d a = shown(i, j), b = shown(i + 1, j), c = shown(i, j + 1),
+                            d = shown(i + 1, j + 1);
+      largest = std::max({largest, (shown(i + 0.5, j) - 0.5 * (a + b)).norm(),
+                          (shown(i, j + 0.5) - 0.5 * (a + c)).norm(),
+                          (shown(i + 0.5, j + 0.5) - 0.5 * (a + d)).norm()});
+    }
+  }
+  return largest;
+}
+
+Cells cells_for(const Eye& eye, double error_px)
+{
+  constexpr int most = 512;  // a pixel or two a cell
+  const double shape = static_cast<double>(eye.visible.height) / eye.visible.width;
+  const auto cells = [shape](int across) {
+    return Cells{across, std::max(1, static_cast<int>(std::ceil(across * shape)))};
+  };
+  int across = 1;
+  while (across < most && largest_error_px(eye, cells(across)) > error_px) across *= 2;
+  return cells(across);
+}
+
+}  // namespace
+
+WarpMesh warp_mesh(const Eye& eye, const ShownBox& box, double error_px)
+{
+  const Cells cells = cells_for(eye, error_px);
+  const Eigen::Vector2d size_px = box.high_px - box.low_px;
+  WarpMesh mesh;
+  for (int j = 0; j <= cells.down; ++j) {
+    for (int i = 0; i <= cells.across; ++i) {
+      const Eigen::Vector2d drawn = node_px(eye.visible, cells, i, j);
+      const Eigen::Vector2d uv = (shown_px(eye.distortion, drawn) - box.low_px).cwiseQuotient(size_px);
+      mesh.vertices.push_back({static_cast<float>(drawn.x()), static_cast<float>(drawn.y()),
+                               static_cast<float>(uv.x()), static_cast<float>(uv.y())});
+    }
+  }
+  const auto n = static_cast<std::uint32_t>(cells.across + 1);
+  for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(cells.down); ++j) {
+    for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(cells.across); ++i) {
+      const std::uint32_t a = j * n + i;
+      // The diagonal runs from a to d, as largest_error_px looks at it.
+      mesh.triangles.insert(mesh.triangles.end(), {a, a + n, a + n + 1, a, a + n + 1, a + 1});
+    }
+  }
+  return mesh;
+}
+
+Eigen::Vector2d looked_up_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px)
+{
+  const auto at = [&](std::uint32_t k) {
+    return Eigen::Vector2d(mesh.vertices[k].x_px, mesh.vertices[k].y_px);
+  };
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 3) {
+    const std::uint32_t a = mesh.triangles[t], b = mesh.triangles[t + 1], c = mesh.triangles[t + 2];
+    Eigen::Matrix2d edges;
+    edges << at(b) - at(a), at(c) - at(a);
+    const Eigen::Vector2d weight = edges.inverse() * (drawn_px - at(a));
+    constexpr double rounding = 1e-9;
+    if (weight.minCoeff() < -rounding || weight.sum() > 1.0 + rounding) continue;
+    const auto uv = [&](std::uint32_t k) { return Eigen::Vector2d(mesh.vertices[k].u, mesh.vertices[k].v); };
+    const Eigen::Vector2d found = uv(a) + weight.x() * (uv(b) - uv(a)) + weight.y() * (uv(c) - uv(a));
+    return box.low_px + found.cwiseProduct(box.high_px - box.low_px);
+  }
+  throw InternalError("a place that is looked up lies in the visible part");
 }
 
 }  // namespace vrda

@@ -1,16 +1,41 @@
-/// One eye before its screen: where it is, what it is shown, and where points of space land.
+/// One eye before its screen: its optics, what it is shown, where points of space land, and the mesh that
+/// pre-distorts its picture.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <string>
 
 #include "core/error.hpp"
 #include "core/frames.hpp"
-#include "optics/distortion.hpp"
 #include "optics/viewport.hpp"
 
 namespace vrda {
 
+/// A pixel drawn at radius r from the centre is shown, in the same direction, at r' = r (1 + k1 r^2 + k2
+/// r^4); r in units of unit_px, heights measured in widths of a pixel. Pincushion where k1 > 0.
+struct Distortion {
+  double k1 = 0.0;
+  double k2 = 0.0;
+  Eigen::Vector2d centre_px = Eigen::Vector2d::Zero();  ///< of the frame buffer
+  double unit_px = 320.0;                               ///< half the window's width
+  double pixel_aspect = 1.0;                            ///< height of a pixel by its width
+
+  bool operator==(const Distortion&) const = default;
+};
+
+/// Where a pixel drawn at `drawn_px` is shown.
+Eigen::Vector2d shown_px(const Distortion& distortion, const Eigen::Vector2d& drawn_px);
+
+/// Where to draw what is to be shown at `shown_px`: the inverse, by Newton's method within the radius that
+/// does not fold; of a place shown from nowhere the nearest that is.
+Eigen::Vector2d drawn_px(const Distortion& distortion, const Eigen::Vector2d& shown_px);
+
+/// Radius in px, widths of a pixel, beyond which pixels drawn further out are shown further in; infinite
+/// where that never happens.
+double fold_radius_px(const Distortion& distortion);
+
+/// One eye before its screen: where it is, what it is shown, and where points of space land.
 struct Eye {
   Viewport window;            ///< its share of the frame buffer
   Viewport visible;           ///< the part of it that its screen shows (thesis 8.1)
@@ -69,5 +94,14 @@ std::optional<InputError::Facts> unusable(const Eye& eye, const std::string& fil
 std::optional<InputError::Facts> unusable(const EyePair& eyes, const std::string& file);
 /// Throws InputError of that.
 void require_usable(const EyePair& eyes, const std::string& file);
+
+/// Covers the eye's visible part with the picture of `box`. Linear between its nodes it is off by at most
+/// `error_px`, measured in the middles of all its triangles' edges, or by what the finest mesh (512 cells
+/// across) leaves: of optics far stronger than a display's some hundredths of a pixel.
+WarpMesh warp_mesh(const Eye& eye, const ShownBox& box, double error_px = 0.01);
+
+/// Where the mesh shows, of the undistorted picture, at a place of the visible part: what linear drawing
+/// does.
+Eigen::Vector2d looked_up_px(const WarpMesh& mesh, const ShownBox& box, const Eigen::Vector2d& drawn_px);
 
 }  // namespace vrda

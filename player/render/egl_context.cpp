@@ -1,4 +1,4 @@
-#include "render/egl_context.hpp"
+#include "render/gl_context.hpp"
 
 // No types of a window system: there is none here.
 #define EGL_NO_X11

@@ -1,5 +1,9 @@
-/// Where OpenGL comes from: the only part that differs between off-screen and window.
+/// Where OpenGL comes from, which alone differs between off-screen and window, and the renderer over it.
 #pragma once
+
+#include <memory>
+
+#include "render/renderer.hpp"
 
 namespace vrda {
 
@@ -16,5 +20,15 @@ class GlContext {
   /// Whether frame buffer 0 is somewhere to be seen.
   virtual bool has_screen() const { return false; }
 };
+
+/// Throws InputError when the installed library gives no OpenGL 3.3 core context.
+std::unique_ptr<GlContext> make_osmesa_context();
+
+/// Surfaceless, on the first graphics card, or on the processor where there is none.
+/// Throws InputError when the installed library gives no OpenGL 3.3 core context.
+std::unique_ptr<GlContext> make_egl_context();
+
+/// Takes the context over. Draws into a frame buffer of its own, never into the context's.
+std::unique_ptr<Renderer> make_gl_renderer(std::unique_ptr<GlContext> context, const RenderOptions& options);
 
 }  // namespace vrda

@@ -1,14 +1,117 @@
 #include "render/gl_mesh.hpp"
 
 #include <GL/glcorearb.h>
+#include <meshoptimizer.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cstddef>
+#include <numeric>
 
 #include "core/error.hpp"
-#include "render/detail.hpp"
 
 namespace vrda {
+namespace {
+
+/// From half a pixel of a close look (20 pixels a mm) to one of a whole leg, by the square root of 2.
+constexpr std::array<double, 9> wanted_error_mm{0.03, 0.042, 0.06, 0.085, 0.12, 0.17, 0.25, 0.35, 0.5};
+
+/// Below this many triangles a mesh costs next to nothing.
+constexpr std::size_t least_triangles = 500;
+
+/// A level is kept when it has less than this part of the triangles before it.
+constexpr double worthwhile = 0.8;
+
+std::vector<std::uint32_t> cache_ordered(const std::vector<std::uint32_t>& triangles, std::size_t n_vertices)
+{
+  std::vector<std::uint32_t> ordered(triangles.size());
+  meshopt_optimizeVertexCache(ordered.data(), triangles.data(), triangles.size(), n_vertices);
+  return ordered;
+}
+
+/// For each vertex the first one, in the order of their coordinates, that lies at the same place.
+std::vector<std::uint32_t> first_at_place(const DrawMesh& mesh)
+{
+  std::vector<std::uint32_t> order(mesh.vertices.size()), place(mesh.vertices.size());
+  std::iota(order.begin(), order.end(), 0U);
+  const auto position = [&](std::uint32_t i) { return mesh.vertices[i].position_mm; };
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return position(a) != position(b) ? position(a) < position(b) : a < b;
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool is_new = i == 0 || position(order[i]) != position(order[i - 1]);
+    place[order[i]] = is_new ? order[i] : place[order[i - 1]];
+  }
+  return place;
+}
+
+double volume_mm3(const DrawMesh& mesh)
+{
+  double six_volumes_mm3 = 0.0;
+  const auto corner_mm = [&](std::size_t i) {
+    return Eigen::Map<const Eigen::Vector3f>(mesh.vertices[mesh.triangles[i]].position_mm.data())
+        .cast<double>()
+        .eval();
+  };
+  for (std::size_t i = 0; i < mesh.triangles.size(); i += 3)
+    six_volumes_mm3 += corner_mm(i).dot(corner_mm(i + 1).cross(corner_mm(i + 2)));
+  return six_volumes_mm3 / 6.0;
+}
+
+}  // namespace
+
+MeshLevels levels_of(const DrawMesh& mesh)
+{
+  MeshLevels levels;
+  const std::size_t n_vertices = mesh.vertices.size();
+  levels.push_back({cache_ordered(mesh.triangles, n_vertices), 0.0});
+  if (mesh.triangles.size() < 3 * least_triangles) return levels;
+  const float* const positions = mesh.vertices.front().position_mm.data();
+  // meshoptimizer measures errors as parts of the mesh's extent.
+  const double extent_mm = meshopt_simplifyScale(positions, n_vertices, sizeof(DrawVertex));
+  for (const double wanted_mm : wanted_error_mm) {
+    // From the whole mesh each time: made from the level before, errors add up, and a level within 0.085 mm
+    // has three times the triangles.
+    std::vector<std::uint32_t> fewer(mesh.triangles.size());
+    float error = 0.0F;
+    fewer.resize(meshopt_simplify(fewer.data(), mesh.triangles.data(), mesh.triangles.size(), positions,
+                                  n_vertices, sizeof(DrawVertex), 0,
+                                  static_cast<float>(wanted_mm / extent_mm), 0, &error));
+    const auto n_before = static_cast<double>(levels.back().triangles.size());
+    if (static_cast<double>(fewer.size()) > worthwhile * n_before) continue;
+    levels.push_back({cache_ordered(fewer, n_vertices), static_cast<double>(error) * extent_mm});
+  }
+  return levels;
+}
+
+bool is_closed(const DrawMesh& mesh)
+{
+  const std::vector<std::uint32_t> place = first_at_place(mesh);
+  // Each directed edge, with the smaller end first and whether that turned it.
+  struct Edge {
+    std::uint32_t low, high;
+    int turned;
+  };
+  std::vector<Edge> edges;
+  edges.reserve(mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const std::size_t next = i % 3 == 2 ? i - 2 : i + 1;
+    const std::uint32_t a = place[mesh.triangles[i]], b = place[mesh.triangles[next]];
+    edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
+  }
+  std::sort(edges.begin(), edges.end(),
+            [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
+  int balance = 0;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    balance += edges[i].turned;
+    const bool is_last =
+        i + 1 == edges.size() || edges[i + 1].low != edges[i].low || edges[i + 1].high != edges[i].high;
+    if (is_last && balance != 0) return false;
+  }
+  return volume_mm3(mesh) > 0.0;
+}
+
 namespace {
 
 template <class T>

@@ -1,15 +1,30 @@
-/// Meshes in the memory of OpenGL.
+/// Meshes in the memory of OpenGL, and their levels of detail.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <vector>
 
-#include "render/detail.hpp"
+#include "core/draw_mesh.hpp"
 #include "render/gl_table.hpp"
 #include "scene/scene.hpp"
 
 namespace vrda {
+
+struct DetailLevel {
+  std::vector<std::uint32_t> triangles;  ///< three indices of the mesh's vertices each
+  double error_mm = 0.0;                 ///< how far its surface may lie from the mesh's
+};
+
+using MeshLevels = std::vector<DetailLevel>;
+
+/// `mesh` in an order that suits graphics hardware, then coarser levels, each with clearly fewer triangles
+/// and a larger error than the one before.
+MeshLevels levels_of(const DrawMesh& mesh);
+
+/// Whether nothing of the inside can be seen from outside: vertices at one place taken as one, every edge has
+/// as many triangles one way as the other, and the triangles enclose a positive volume.
+bool is_closed(const DrawMesh& mesh);
 
 /// A run of indices that draws the mesh to within an error.
 struct IndexRun {

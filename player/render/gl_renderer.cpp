@@ -1,4 +1,4 @@
-#include "render/gl_renderer.hpp"
+#include "render/gl_context.hpp"
 
 #include <GL/glcorearb.h>
 
@@ -8,15 +8,10 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "render/egl_context.hpp"
-#include "render/gl_fragments.hpp"
-#include "render/gl_overlay.hpp"
-#include "render/gl_peeling.hpp"
+#include "render/gl_picture.hpp"
 #include "render/gl_surfaces.hpp"
 #include "render/gl_table.hpp"
-#include "render/gl_target.hpp"
-#include "render/gl_warp.hpp"
-#include "render/osmesa_context.hpp"
+#include "render/gl_translucency.hpp"
 #include "render/shaders.hpp"
 
 namespace vrda {

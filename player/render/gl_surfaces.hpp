@@ -3,7 +3,6 @@
 
 #include <array>
 #include <future>
-#include <string>
 #include <vector>
 
 #include "render/gl_mesh.hpp"
@@ -15,7 +14,7 @@ namespace vrda {
 /// What a pass over the surfaces is for.
 enum class SurfacePass {
   opaque,             ///< colour and depth of everything opaque
-  translucent_store,  ///< every fragment of the translucent ones, into the lists of gl_fragments.hpp
+  translucent_store,  ///< every fragment of the translucent ones, into the lists of gl_translucency.hpp
   translucent_depth,  ///< depth alone of the translucent ones that lie before the depth texture of unit 0
   translucent_colour  ///< the translucent ones, blended over what is there
 };

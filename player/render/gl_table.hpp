@@ -1,4 +1,4 @@
-/// The OpenGL functions used, in plain types so that OpenGL's headers stay in .cpp files.
+/// The OpenGL functions used, in plain types so that OpenGL's headers stay in .cpp files; frame buffers.
 #pragma once
 
 #include <cstddef>
@@ -105,5 +105,25 @@ unsigned linked_program(const GlTable& gl, const char* first, const char* vertex
 
 /// An offset into a buffer, in the form OpenGL takes it.
 const void* buffer_offset(std::size_t bytes);
+
+/// Frame buffers to draw to.
+struct TargetPlan {
+  int width = 0, height = 0;
+  int samples = 0;  ///< 0 for no multisampling
+  bool has_depth = true;
+};
+
+/// Colour is a render buffer, sRGB; depth is a texture (32-bit), so that shaders may compare with it.
+struct Target {
+  unsigned frame = 0;
+  unsigned colour = 0;  ///< 0: shares that of another
+  unsigned depth = 0;   ///< 0: none
+};
+
+/// With colour of its own.
+Target opened_target(const GlTable& gl, const TargetPlan& plan);
+/// With depth of its own, drawing into the colour of `other`.
+Target opened_layer(const GlTable& gl, const TargetPlan& plan, const Target& other);
+void close_target(const GlTable& gl, Target& target);
 
 }  // namespace vrda

@@ -47,7 +47,7 @@ uniform vec3 up_camera;
 uniform vec3 sky;
 uniform vec3 ground;
 #ifdef STORED
-// Lists of fragments (gl_fragments.hpp): of each pixel the last node, of each node the one before it.
+// Lists of fragments (gl_translucency.hpp): of each pixel the last node, of each node the one before it.
 layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Heads { uint heads[]; };
 layout(std430, binding = 1) buffer Nodes { uvec4 nodes[]; };

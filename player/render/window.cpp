@@ -11,7 +11,7 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "render/gl_renderer.hpp"
+#include "render/gl_context.hpp"
 
 namespace vrda {
 namespace {

@@ -1,9 +1,9 @@
-#include "scene/axes_layer.hpp"
+#include "scene/layers.hpp"
 
 #include <algorithm>
 
 #include "core/units.hpp"
-#include "scene/layer_drawable.hpp"
+#include "scene/scene.hpp"
 #include "scene/solids.hpp"
 
 namespace vrda {

@@ -1,12 +1,11 @@
-#include "scene/contact_layer.hpp"
+#include "scene/layers.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "core/step_status.hpp"
+#include "core/step_record.hpp"
 #include "core/units.hpp"
-#include "scene/layer_drawable.hpp"
-#include "scene/palette.hpp"
+#include "scene/joint_layers.hpp"
+#include "scene/scene.hpp"
 #include "scene/solids.hpp"
 
 namespace vrda {

@@ -1,11 +1,11 @@
-#include "scene/gap_layer.hpp"
+#include "scene/layers.hpp"
 
 #include <algorithm>
 #include <cstdint>
 #include <utility>
 
-#include "proximity/ray_travel.hpp"
-#include "scene/layer_drawable.hpp"
+#include "proximity/box_tree.hpp"
+#include "scene/scene.hpp"
 
 namespace vrda {
 namespace {

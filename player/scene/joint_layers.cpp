@@ -1,11 +1,97 @@
 #include "scene/joint_layers.hpp"
 
-#include "scene/axes_layer.hpp"
-#include "scene/contact_layer.hpp"
-#include "scene/gap_layer.hpp"
-#include "scene/ligament_layer.hpp"
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "scene/layers.hpp"
 
 namespace vrda {
+namespace {
+
+VertexColour rgb(unsigned hex)
+{
+  const auto byte = [&](unsigned shift) { return static_cast<std::uint8_t>(hex >> shift & 0xFFU); };
+  return {byte(16), byte(8), byte(0), 255};
+}
+
+std::uint8_t rounded(double value)
+{
+  return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0, 255.0)));
+}
+
+}  // namespace
+
+VertexColour mixed(const VertexColour& a, const VertexColour& b, double part)
+{
+  VertexColour colour{};
+  for (std::size_t k = 0; k < colour.size(); ++k) colour[k] = rounded(a[k] + part * (b[k] - a[k]));
+  return colour;
+}
+
+VertexColour colour_of(const Legend& legend, double value)
+{
+  if (value < legend.lowest && !legend.below_label.empty()) return legend.below;
+  constexpr std::size_t last = std::tuple_size_v<Palette> - 1;
+  const double place =
+      std::clamp((value - legend.lowest) / (legend.highest - legend.lowest), 0.0, 1.0) * last;
+  const std::size_t before = std::min(static_cast<std::size_t>(place), last - 1);
+  return mixed(legend.palette[before], legend.palette[before + 1], place - static_cast<double>(before));
+}
+
+VertexColour encoded(const Eigen::Vector3f& linear)
+{
+  const auto channel = [&](Eigen::Index k) {
+    const double c = linear[k];
+    return rounded(255.0 * (c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1.0 / 2.4) - 0.055));
+  };
+  return {channel(0), channel(1), channel(2), 255};
+}
+
+Eigen::Vector3f decoded(const VertexColour& colour)
+{
+  const auto channel = [&](std::size_t k) {
+    const double c = colour[k] / 255.0;
+    return static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
+  };
+  return {channel(0), channel(1), channel(2)};
+}
+
+const Palette& closeness_palette()
+{
+  static const Palette palette{rgb(0xF0F921), rgb(0xFCCE25), rgb(0xFCA636), rgb(0xF2844B),
+                               rgb(0xE16462), rgb(0xCC4778), rgb(0xB12A90), rgb(0x8F0DA4),
+                               rgb(0x6A00A8), rgb(0x41049D), rgb(0x0D0887)};
+  return palette;
+}
+
+const Palette& tension_palette()
+{
+  static const Palette palette{rgb(0x3B4CC0), rgb(0x5977E3), rgb(0x7B9FF9), rgb(0x9EBEFF),
+                               rgb(0xC0D4F5), rgb(0xDDDCDC), rgb(0xF2CBB7), rgb(0xF7AC8E),
+                               rgb(0xEE8468), rgb(0xD65244), rgb(0xB40426)};
+  return palette;
+}
+
+const std::vector<std::string>& layer_names()
+{
+  static const std::vector<std::string> names{"contacts",     "normals", "axes",
+                                              "helical-axis", "gaps",    "ligaments"};
+  return names;
+}
+
+const std::string& name_of(Layer layer)
+{
+  check(layer != Layer::bodies, "the bodies are no layer that comes and goes");
+  return layer_names()[static_cast<std::size_t>(layer) - 1];
+}
+
+std::optional<Layer> layer_named(const std::string& name)
+{
+  const auto found = std::find(layer_names().begin(), layer_names().end(), name);
+  if (found == layer_names().end()) return std::nullopt;
+  return static_cast<Layer>(found - layer_names().begin() + 1);
+}
 
 struct JointLayers::Parts {
   Parts(const MotionModel& model, Scene& scene)

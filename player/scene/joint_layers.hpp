@@ -1,17 +1,67 @@
-/// What can be shown beside the bodies: contacts, forces, axes, gaps, ligaments.
+/// What can be shown beside the bodies: contacts, forces, axes, gaps, ligaments; numbers as colours.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "motion/poses.hpp"
-#include "scene/layer_set.hpp"
-#include "scene/palette.hpp"
 #include "scene/scene.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda {
+
+/// Evenly spaced colours from the lowest to the highest value.
+using Palette = std::array<VertexColour, 11>;
+
+/// A layer's colours in words and numbers.
+struct Legend {
+  std::string title;  ///< with the unit: "strain, %"
+  double lowest = 0.0;
+  double highest = 1.0;
+  Palette palette{};
+  VertexColour below{};      ///< of values under the lowest
+  std::string below_label;   ///< empty: none are
+  std::string beyond_label;  ///< of values above the highest
+};
+
+/// The colour of `value`: between the two nearest of the palette, held at its ends.
+VertexColour colour_of(const Legend& legend, double value);
+
+/// `part` of the way from a to b, in sRGB.
+VertexColour mixed(const VertexColour& a, const VertexColour& b, double part);
+
+/// The sRGB colour nearest to a material's, opaque.
+VertexColour encoded(const Eigen::Vector3f& linear);
+Eigen::Vector3f decoded(const VertexColour& colour);
+
+/// Bright where things are close, dark far away: lightness falls evenly, to colour-blind eyes too.
+/// Source: "plasma" of matplotlib (Smith and van der Walt, CC0).
+const Palette& closeness_palette();
+
+/// Blue by way of grey to red, of even lightness on either side.
+/// Source: Moreland (2009), Diverging color maps for scientific visualization.
+const Palette& tension_palette();
+
+inline constexpr std::size_t n_layers = 7;
+
+class LayerSet {
+ public:
+  bool has(Layer layer) const { return is_on_[static_cast<std::size_t>(layer)]; }
+  void set(Layer layer, bool is_on) { is_on_[static_cast<std::size_t>(layer)] = is_on; }
+  bool operator==(const LayerSet&) const = default;
+
+ private:
+  std::array<bool, n_layers> is_on_{};
+};
+
+/// "contacts", "normals", "axes", "helical-axis", "gaps", "ligaments": Layer's, without the bodies.
+const std::vector<std::string>& layer_names();
+const std::string& name_of(Layer layer);  ///< not of the bodies
+std::optional<Layer> layer_named(const std::string& name);
 
 /// A word and the colour that stands for it.
 struct Label {

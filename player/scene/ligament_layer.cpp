@@ -1,10 +1,10 @@
-#include "scene/ligament_layer.hpp"
+#include "scene/layers.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "scene/layer_drawable.hpp"
+#include "scene/scene.hpp"
 #include "scene/solids.hpp"
 
 namespace vrda {
@@ -97,8 +97,8 @@ void LigamentLayer::update(Scene& scene, const JointPose& pose)
   is_made_ = true;
   Drawable& drawable = scene.drawables[drawable_];
   // Lengths do not mind which frame both objects stand in: the reference's own.
-  const Placement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
-                            pose.X_reference_moving.translation()};
+  const JointPlacement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
+                                 pose.X_reference_moving.translation()};
   std::array<Eigen::Vector3d, n_wrapped> points_mm;
   std::size_t vertex = 0;
   for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {

@@ -6,14 +6,24 @@
 #include <string>
 #include <vector>
 
-#include "core/body.hpp"
 #include "core/draw_mesh.hpp"
-#include "core/material.hpp"
+#include "core/mesh.hpp"
 #include "motion/poses.hpp"
 #include "scene/lighting.hpp"
-#include "scene/texture.hpp"
+#include "store/motion_model.hpp"
 
 namespace vrda {
+
+/// Repeated over a surface, seen along each of the three axes of its mesh and mixed by the normal
+/// (triplanar), so that it needs no coordinates of its own and moves with the mesh.
+struct Texture {
+  int width = 0;  ///< pixels; 0: no texture
+  int height = 0;
+  std::vector<std::uint8_t> rgb;  ///< [height * width * 3] sRGB, top row first
+  double scale_mm = 40.0;         ///< width of one repeat
+
+  bool is_empty() const { return rgb.empty(); }
+};
 
 /// The object whose frame a drawable hangs in.
 enum class Owner { reference, moving, world };
@@ -92,5 +102,21 @@ Sphere joint_sphere(const Scene& scene, double widths = 0.85);
 
 /// The vertices of the bodies, as placed, within the sphere; every one of theirs when none is.
 std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sphere);
+
+/// How large signs are drawn: 1 for a knee, whose plateaus are 80 mm wide.
+double sign_scale(const MotionModel& model);
+
+/// The cells whose values set a scale: the stable ones of the spine, where a joint is shown by default;
+/// without any, every stable one.
+std::vector<std::size_t> telling_cells(const MotionModel& model);
+
+/// Appended hidden; its place in the scene is returned. It does not take part in contact.
+std::size_t add_layer(Scene& scene, Layer layer, Owner owner, const std::string& name);
+
+/// The material of signs: plain, opaque, a soft highlight.
+Material sign_material(const VertexColour& colour);
+
+/// The box of the vertices that the triangles use. Wanted after a mesh was changed.
+void update_box(Drawable& drawable);
 
 }  // namespace vrda

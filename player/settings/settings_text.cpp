@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 

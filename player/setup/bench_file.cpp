@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "core/nearest_word.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
 #include "documents/schema.hpp"
 #include "setup/parameters.hpp"
 #include "setup/simulation_settings.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "devices/devices.hpp"
-#include "optics/layout.hpp"
+#include "optics/viewport.hpp"
 #include "setup/calibration_settings.hpp"
 #include "simulation/script.hpp"
 

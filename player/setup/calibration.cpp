@@ -1,6 +1,6 @@
 #include "setup/calibration.hpp"
 
-#include "optics/layout.hpp"
+#include "optics/viewport.hpp"
 
 namespace vrda {
 namespace {

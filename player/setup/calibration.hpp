@@ -7,7 +7,7 @@
 #include "optics/eye.hpp"
 #include "setup/bench_file.hpp"
 #include "setup/calibration_record.hpp"
-#include "tracking/six_numbers.hpp"
+#include "tracking/screw.hpp"
 
 namespace vrda {
 

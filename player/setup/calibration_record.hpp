@@ -43,7 +43,7 @@ struct CalibrationRecord {
   std::string date;  ///< "2026-11-22", of the last mark
   /// In the order of the part's tasks; the first task without one is asked for next.
   std::vector<CalibrationMark> marks;
-  /// Numbers of the bench file that the marks belong to (guide/plan.hpp); empty: there are none, or the file
+  /// Numbers of the bench file that the marks belong to (guide/parts.hpp); empty: there are none, or the file
   /// does not tell.
   std::vector<double> made_with;
   std::optional<Estimate> estimate;  ///< once it is solved

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "documents/document.hpp"
 #include "setup/tool_name.hpp"
 

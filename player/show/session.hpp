@@ -1,6 +1,7 @@
 /// A joint being looked at: what a window shows and what its user does, without the window itself.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,7 +17,6 @@
 #include "view/gaze.hpp"
 #include "view/look.hpp"
 #include "view/player_state.hpp"
-#include "view/pointer.hpp"
 
 namespace vrda {
 
@@ -117,6 +117,30 @@ class Session {
   bool takes_picture_ = false, toggles_full_screen_ = false;
   std::string message_;
   double message_left_s_ = 0.0;
+};
+
+/// The joint in the window: the file of the command line, then those dropped on it.
+class ShownModel {
+ public:
+  /// Shows `model`, which came from `file`. The renderer must outlive this. Throws InputError where the
+  /// options want what the model has not.
+  ShownModel(const std::string& file, MotionModel model, const SessionOptions& options, Renderer& renderer);
+
+  Session& session() const { return *session_; }
+  const std::string& file() const { return file_; }
+  const std::string& title() const { return title_; }
+
+  /// Shows the motion model in `file`, with the same options as far as it has their set. What stands in the
+  /// way is one message on the picture, and the joint stays. True: there is another joint.
+  bool open(const std::string& file);
+
+ private:
+  void show(MotionModel model, const SessionOptions& options);
+
+  SessionOptions options_;
+  Renderer& renderer_;
+  std::string file_, title_;
+  std::unique_ptr<Session> session_;
 };
 
 }  // namespace vrda

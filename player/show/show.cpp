@@ -12,7 +12,7 @@
 #include "loop/video_file.hpp"
 #include "motion/film.hpp"
 #include "motion/poses.hpp"
-#include "render/png_file.hpp"
+#include "render/image.hpp"
 #include "show/pictures.hpp"
 #include "store/read_apart.hpp"
 #include "store/trace_file.hpp"

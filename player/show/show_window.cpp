@@ -6,11 +6,10 @@
 
 #include "core/error.hpp"
 #include "loop/loop.hpp"
-#include "render/png_file.hpp"
+#include "render/image.hpp"
 #include "render/window.hpp"
 #include "show/session.hpp"
 #include "show/show.hpp"
-#include "show/shown_model.hpp"
 #include "view/arguments.hpp"
 
 namespace vrda {

@@ -1,11 +1,9 @@
 #include "simulation/script.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
-#include "core/units.hpp"
+#include "core/text.hpp"
 
 namespace vrda {
 namespace {

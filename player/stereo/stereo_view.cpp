@@ -1,9 +1,8 @@
 #include "stereo/stereo_view.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "optics/warp_mesh.hpp"
+#include "optics/eye.hpp"
 
 namespace vrda {
 namespace {

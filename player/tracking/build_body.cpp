@@ -2,9 +2,9 @@
 #include <cmath>
 #include <limits>
 
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "tracking/body_pose.hpp"
-#include "tracking/fit_refusal.hpp"
+#include "tracking/rigid_body.hpp"
 
 namespace vrda {
 namespace {

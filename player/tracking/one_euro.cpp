@@ -1,6 +1,7 @@
 #include "tracking/one_euro.hpp"
 
 #include "core/units.hpp"
+#include "tracking/screw.hpp"
 
 namespace vrda {
 namespace {

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "tracking/leg.hpp"
-#include "tracking/screw.hpp"
 
 namespace vrda {
 

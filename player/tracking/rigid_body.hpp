@@ -4,8 +4,10 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/error.hpp"
 #include "core/mesh.hpp"
 
 namespace vrda {
@@ -75,5 +77,19 @@ struct BuiltBody {
 /// Stat Psychol 46:1-13: what is not seen takes no part.
 BuiltBody build_body(const std::vector<MarkerRow>& frames, const std::string& file,
                      const BodyOptions& options = {});
+
+/// A fit that refuses its marks.
+class FitRefusal : public InputError {
+ public:
+  explicit FitRefusal(Facts facts, std::vector<std::size_t> marks = {})
+      : InputError(std::move(facts)), marks_(std::move(marks))
+  {
+  }
+  /// Those to be made again, by their place among the fit's marks; empty: the fit does not know which.
+  const std::vector<std::size_t>& marks() const { return marks_; }
+
+ private:
+  std::vector<std::size_t> marks_;
+};
 
 }  // namespace vrda

@@ -7,8 +7,9 @@
 #include <optional>
 
 #include "core/error.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "motion/poses.hpp"
+#include "scene/camera.hpp"
 
 namespace vrda {
 namespace {

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "scene/camera.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda {

@@ -52,4 +52,11 @@ Gaze centred_on(const Gaze& gaze, const Eigen::Vector3d& point_world_mm);
 std::optional<Eigen::Vector3d> point_under(const Scene& scene, const Camera& camera, const Viewport& viewport,
                                            const Eigen::Vector2d& pointer_px);
 
+/// Which button moves the object how (thesis 6.2.1), also for mice of two buttons and touchpads.
+enum class Button { left, middle, right };
+
+/// Left moves in the picture plane, middle turns, right moves in depth; with control the left button turns,
+/// with shift it moves in depth.
+DragKind drag_of(Button button, bool has_shift, bool has_control);
+
 }  // namespace vrda

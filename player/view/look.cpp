@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "render/png_file.hpp"
+#include "render/image.hpp"
 #include "scene/joint_layers.hpp"
 #include "scene/lights_file.hpp"
 #include "view/arguments.hpp"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "scene/layer_set.hpp"
+#include "scene/joint_layers.hpp"
 #include "scene/scene.hpp"
 
 namespace vrda {

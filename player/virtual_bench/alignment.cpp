@@ -1,9 +1,16 @@
 #include "virtual_bench/alignment.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/error.hpp"
+#include "core/trig.hpp"
+#include "core/units.hpp"
+#include "guide/parts.hpp"
 #include "simulation/draws.hpp"
+#include "virtual_bench/operator.hpp"
+#include "virtual_bench/standing.hpp"
 
 namespace vrda {
 namespace {
@@ -107,6 +114,273 @@ Eigen::Vector2d cross_value(const Eye& drawing, const VirtualTruth& truth, bool 
   const Distortion& optics = eye_of(truth.calibration.eyes, is_right).distortion;
   const Eigen::Vector2d wanted_px = drawn_px(optics, seen_px) + off_px;
   return shown_px(drawing.distortion, wanted_px);
+}
+
+namespace {
+
+using Line = std::vector<Eigen::Vector2d>;
+
+/// Straight lines are seen curved: so far apart at most are their points.
+constexpr double apart_px = 8.0;
+constexpr std::array<float, 3> real_colour = {1.0F, 0.75F, 0.3F}, aside_colour = {0.45F, 0.34F, 0.14F};
+
+/// The line with points at most `apart_px` from each other.
+Line with_points_between(const Line& line)
+{
+  Line dense;
+  for (std::size_t k = 0; k < line.size(); ++k) {
+    if (k > 0) {
+      const Eigen::Vector2d& from = line[k - 1];
+      const Eigen::Vector2d way = line[k] - from;
+      const int n = std::max(1, static_cast<int>(std::ceil(way.norm() / apart_px)));
+      for (int i = 1; i < n; ++i) dense.emplace_back(from + way * i / n);
+    }
+    dense.push_back(line[k]);
+  }
+  return dense;
+}
+
+struct Share {
+  double from = 0.0, to = 1.0;
+};
+
+/// The part of a segment within the edges. Source: Liang, Barsky (1984) ACM Trans Graph 3:1-22.
+std::optional<Share> share_within(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                                  const VirtualTruth::Edges& edges)
+{
+  const Eigen::Vector2d way = to - from;
+  const double steps[4] = {-way.x(), way.x(), -way.y(), way.y()};
+  const double rooms[4] = {from.x() - edges.left, edges.right - from.x(), from.y() - edges.top,
+                           edges.bottom - from.y()};
+  Share share;
+  for (int k = 0; k < 4; ++k) {
+    if (steps[k] == 0.0 && rooms[k] < 0.0) return std::nullopt;
+    if (steps[k] < 0.0) share.from = std::max(share.from, rooms[k] / steps[k]);
+    if (steps[k] > 0.0) share.to = std::min(share.to, rooms[k] / steps[k]);
+  }
+  if (share.from > share.to) return std::nullopt;
+  return share;
+}
+
+/// The pieces of a line that lie within the edges.
+std::vector<Line> pieces_within(const Line& line, const VirtualTruth::Edges& edges)
+{
+  std::vector<Line> pieces;
+  bool goes_on = false;
+  for (std::size_t k = 1; k < line.size(); ++k) {
+    const std::optional<Share> share = share_within(line[k - 1], line[k], edges);
+    if (!share) {
+      goes_on = false;
+      continue;
+    }
+    const Eigen::Vector2d way = line[k] - line[k - 1];
+    if (!goes_on || share->from > 0.0) pieces.push_back({line[k - 1] + share->from * way});
+    pieces.back().push_back(line[k - 1] + share->to * way);
+    goes_on = share->to >= 1.0;
+  }
+  return pieces;
+}
+
+GuideLine thing(bool is_right, Line points, double width_px = 1.5)
+{
+  GuideLine line;
+  line.is_right = is_right;
+  line.points_px = std::move(points);
+  line.width_px = width_px;
+  line.colour = real_colour;
+  return line;
+}
+
+std::vector<GuideLine> visible_border(const Task& task, const VirtualTruth& truth)
+{
+  const VirtualTruth::Edges& e = truth.edges_px[task.is_right ? 1 : 0];
+  Line border = with_points_between(
+      {{e.left, e.top}, {e.right, e.top}, {e.right, e.bottom}, {e.left, e.bottom}, {e.left, e.top}});
+  const Distortion& optics = eye_of(truth.calibration.eyes, task.is_right).distortion;
+  for (Eigen::Vector2d& point : border) point = shown_px(optics, point);
+  return {thing(task.is_right, std::move(border))};
+}
+
+Line ring(const Eigen::Vector2d& middle_px, double radius_px)
+{
+  constexpr int n_points = 24;
+  Line points;
+  points.reserve(n_points + 1);
+  for (int k = 0; k <= n_points; ++k) {
+    const SinCos at = sin_cos(2.0 * pi * k / n_points);
+    points.emplace_back(middle_px + radius_px * Eigen::Vector2d(at.cos, at.sin));
+  }
+  return points;
+}
+
+std::vector<GuideLine> physical_grid(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
+{
+  const double aspect = eye_of(truth.calibration.eyes, task.is_right).pixel_aspect;
+  const GridPlace& grid = truth.grids[task.is_right ? 1 : 0];
+  const double x = 0.5 * (bench.calibration.grid_columns - 1), y = 0.5 * (bench.calibration.grid_rows - 1);
+  const auto at = [&](double column, double row) { return shown_px(grid, aspect, {column, row}); };
+  std::vector<GuideLine> lines;
+  const int n_lines = bench.calibration.grid_columns + bench.calibration.grid_rows + 1;
+  lines.reserve(static_cast<std::size_t>(n_lines));
+  for (int k = 0; k < bench.calibration.grid_columns; ++k)
+    lines.push_back(thing(task.is_right, {at(k - x, -y), at(k - x, y)}));
+  for (int k = 0; k < bench.calibration.grid_rows; ++k)
+    lines.push_back(thing(task.is_right, {at(-x, k - y), at(x, k - y)}));
+  if (task.kind == TaskKind::point) {
+    for (GuideLine& line : lines) line.colour = aside_colour;
+    constexpr double radius_px = 6.0;
+    lines.push_back(thing(task.is_right, ring(at(task.node.x(), task.node.y()), radius_px)));
+  }
+  return lines;
+}
+
+std::vector<GuideLine> rectangle(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
+{
+  const RectangleSides sides = rectangle_sides(bench, truth, static_cast<std::size_t>(task.index));
+  const double middle_mm = truth.calibration.X_table_eyes.shift_mm.y();
+  // Two thirds as high as it is wide.
+  const double half_mm = (sides.right_table_mm - sides.left_table_mm) / 3.0;
+  Line points;
+  for (const Eigen::Vector2d& corner : {Eigen::Vector2d(sides.left_table_mm, -half_mm),
+                                        {sides.right_table_mm, -half_mm},
+                                        {sides.right_table_mm, half_mm},
+                                        {sides.left_table_mm, half_mm},
+                                        {sides.left_table_mm, -half_mm}})
+    points.push_back(seen_px(truth, task.is_right, {corner.x(), middle_mm + corner.y(), sides.z_table_mm}));
+  return {thing(task.is_right, std::move(points))};
+}
+
+std::vector<GuideLine> marker(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
+{
+  const Standing standing = at_bullseye(bench, truth, task.index);
+  const Eigen::Vector3d p_eyes_mm = standing.X_tracker_eyes.inverse() * standing.X_tracker_tool.translation();
+  const Eye& eye = eye_of(truth.calibration.eyes, task.is_right);
+  // A marker 8 mm across.
+  constexpr double radius_mm = 4.0;
+  const double radius_px = eye.distance_px * radius_mm / (eye.position_head_mm.z() - p_eyes_mm.z());
+  return {thing(task.is_right, ring(shown_px(eye, p_eyes_mm), radius_px))};
+}
+
+std::vector<GuideLine> test_object(const VirtualTruth& truth)
+{
+  std::vector<GuideLine> lines;
+  constexpr double half_mm = 0.5 * look_size_mm;
+  const double z_mm = -truth.calibration.image_distance_mm;
+  for (const bool is_right : {false, true}) {
+    const Eye& eye = eye_of(truth.calibration.eyes, is_right);
+    const auto at = [&](double x, double y) { return shown_px(eye, Eigen::Vector3d(x, y, z_mm)); };
+    lines.push_back(thing(is_right, {at(-half_mm, -half_mm), at(half_mm, -half_mm), at(half_mm, half_mm),
+                                     at(-half_mm, half_mm), at(-half_mm, -half_mm)}));
+  }
+  return lines;
+}
+
+/// From point to point of a model of that size, dense enough to be seen bent.
+std::vector<Eigen::Vector3d> way_mm(const std::vector<CalibrationPoint>& points, double scale)
+{
+  constexpr int n_pieces = 16;
+  std::vector<Eigen::Vector3d> way;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const Eigen::Vector3d& to_mm = points[k].p_model_mm;
+    const Eigen::Vector3d& from_mm = points[k == 0 ? 0 : k - 1].p_model_mm;
+    const int n = k == 0 ? 1 : n_pieces;
+    for (int i = 1; i <= n; ++i) way.emplace_back(scale * (from_mm + (to_mm - from_mm) * i / n));
+  }
+  return way;
+}
+
+std::vector<GuideLine> leg(const BenchFile& bench, const VirtualTruth& truth)
+{
+  const Calibration& c = truth.calibration;
+  const Pose X_eyes_tracker = at_rest(truth).X_tracker_eyes.inverse();
+  std::vector<GuideLine> lines;
+  for (const CalibrationPart part : parts_of(bench)) {
+    if (!is_model_part(part)) continue;
+    const BodyRole role = role_of(part);
+    const Pose X_eyes_model = X_eyes_tracker * X_tracker_body(truth, role) *
+                              pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
+    for (const bool is_right : {false, true}) {
+      Line line;
+      for (const Eigen::Vector3d& p_mm : way_mm(points_of(part, bench.calibration), c.subject_scale))
+        line.push_back(shown_px(eye_of(c.eyes, is_right), Eigen::Vector3d(X_eyes_model * p_mm)));
+      lines.push_back(thing(is_right, std::move(line)));
+    }
+  }
+  return lines;
+}
+
+}  // namespace
+
+std::vector<GuideLine> drawn_points(const PlacedPoints& placed, const BenchFile& bench,
+                                    const VirtualTruth& truth)
+{
+  check(placed.values.size() == 6, "a place has six dials");
+  const Eigen::Vector3d turn_deg(placed.values[3], placed.values[4], placed.values[5]);
+  const Pose X_body_model = pose_of(
+      SixNumbers{{placed.values[0], placed.values[1], placed.values[2]}, turn_deg * rad_from_deg(1.0)});
+  const Calibration& found = placed.found;
+  const Pose X_tracker_head = bench.head == HeadKind::stage
+                                  ? X_tracker_eyes(found, 0.0)
+                                  : at_rest(truth).X_tracker_headbody * pose_of(found.X_headbody_eyes);
+  const Pose X_eyes_model =
+      X_tracker_head.inverse() * X_tracker_body(truth, role_of(placed.part)) * X_body_model;
+  std::vector<GuideLine> lines;
+  for (const bool is_right : {false, true}) {
+    GuideLine& line = lines.emplace_back();
+    line.is_right = is_right;
+    line.width_px = 1.5;
+    const Eye& eye = eye_of(found.eyes, is_right);
+    for (const Eigen::Vector3d& p_mm :
+         way_mm(points_of(placed.part, bench.calibration), found.subject_scale)) {
+      const Eigen::Vector3d p_eyes_mm = X_eyes_model * p_mm;
+      // What dials bring beside the head or behind it is not drawn.
+      constexpr double nearest_mm = 50.0;
+      if (eye.position_head_mm.z() - p_eyes_mm.z() > nearest_mm)
+        line.points_px.push_back(drawn_px(eye, p_eyes_mm));
+    }
+    if (line.points_px.size() < 2) lines.pop_back();
+  }
+  return lines;
+}
+
+std::vector<GuideLine> real_things(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
+{
+  switch (task.kind) {
+    case TaskKind::scan_line:
+      return visible_border(task, truth);
+    case TaskKind::point:
+    case TaskKind::grid:
+      return physical_grid(task, bench, truth);
+    case TaskKind::sides:
+      return rectangle(task, bench, truth);
+    case TaskKind::bullseye:
+      return marker(task, bench, truth);
+    case TaskKind::look:
+      return test_object(truth);
+    case TaskKind::place:
+      return leg(bench, truth);
+    case TaskKind::number:
+    case TaskKind::sweep:
+    case TaskKind::hold:
+    case TaskKind::stop:
+      break;
+  }
+  return {};
+}
+
+std::vector<GuideLine> seen_lines(std::span<const GuideLine> drawn, const VirtualTruth& truth)
+{
+  std::vector<GuideLine> seen;
+  for (const GuideLine& line : drawn) {
+    const Distortion& optics = eye_of(truth.calibration.eyes, line.is_right).distortion;
+    for (Line& piece :
+         pieces_within(with_points_between(line.points_px), truth.edges_px[line.is_right ? 1 : 0])) {
+      for (Eigen::Vector2d& point : piece) point = shown_px(optics, point);
+      GuideLine& part = seen.emplace_back(line);
+      part.points_px = std::move(piece);
+    }
+  }
+  return seen;
 }
 
 }  // namespace vrda

@@ -8,6 +8,8 @@
 
 #include "guide/drawing.hpp"
 #include "guide/session.hpp"
+#include "setup/calibration_record.hpp"
+#include "simulation/draws.hpp"
 #include "virtual_bench/truth.hpp"
 
 namespace vrda {
@@ -50,5 +52,21 @@ std::vector<GuideLine> drawn_points(const PlacedPoints& placed, const BenchFile&
 /// Where lines of the frame buffer are seen: through the true optics, what lies beyond the visible part left
 /// out.
 std::vector<GuideLine> seen_lines(std::span<const GuideLine> drawn, const VirtualTruth& truth);
+
+/// The task at hand.
+struct AskedFor {
+  const Task& task;
+  CalibrationPart part = CalibrationPart::viewport;
+  const Calibration& found;  ///< so far: what the guide draws by
+};
+
+/// What a ruler, a tape or a pupillometer says; nothing of tasks that ask for no number.
+std::optional<double> number_read(const AskedFor& asked, const BenchFile& bench, const VirtualTruth& truth,
+                                  const VirtualNoise& noise, Draws& draws);
+
+/// Where the dials stand when everything is seen aligned, in their order and units; nothing of tasks without
+/// dials.
+std::vector<double> dial_values(const AskedFor& asked, const BenchFile& bench, const VirtualTruth& truth,
+                                const VirtualNoise& noise, Draws& draws);
 
 }  // namespace vrda

@@ -1,7 +1,10 @@
-/// Where everything on the bench stands while somebody does a task.
+/// Where everything on the bench stands while somebody does a task, and what a tracker and an encoder would
+/// send of it.
 #pragma once
 
+#include "devices/sample.hpp"
 #include "setup/calibration_record.hpp"
+#include "simulation/draws.hpp"
 #include "virtual_bench/truth.hpp"
 
 namespace vrda {
@@ -24,7 +27,7 @@ Standing on_z_rail(const VirtualTruth& truth, double way);
 /// The probe's tip rests on a point of the table, the probe turns by 40 degrees about two axes.
 Standing pivoting(const VirtualTruth& truth, double way);
 
-/// Place `index` of the marker (guide/tasks.hpp: marker_place), seen by both eyes; the head a little
+/// Place `index` of the marker (guide/task.hpp: marker_place), seen by both eyes; the head a little
 /// elsewhere each time.
 Standing at_bullseye(const BenchFile& bench, const VirtualTruth& truth, int index);
 
@@ -40,5 +43,21 @@ Standing touching(const VirtualTruth& truth, const Touched& touched);
 
 /// Of the body that carries the model.
 const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role);
+
+/// A pose as the tracker says, with its noise.
+Pose measured(const Pose& X, const VirtualNoise& noise, Draws& draws);
+
+struct FrameFacts {
+  std::int64_t time_ns = 0;
+  std::string tool;  ///< that Standing::X_tracker_tool is of
+  /// Of the encoder, before it was zeroed at the stop.
+  double stage_offset_mm = 0.0;
+  bool is_stage_zeroed = false;
+  VirtualNoise noise;
+};
+
+/// The stage's count, then every tool of the tracker in its order; tools that nobody uses are not seen.
+std::vector<Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth, const Standing& standing,
+                                  const FrameFacts& facts, Draws& draws);
 
 }  // namespace vrda

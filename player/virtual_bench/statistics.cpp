@@ -1,12 +1,20 @@
 #include "virtual_bench/statistics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <exception>
+#include <string_view>
 #include <thread>
 
+#include "core/error.hpp"
+#include "core/trig.hpp"
 #include "core/units.hpp"
+#include "simulation/draws.hpp"
+#include "tracking/screw.hpp"
+#include "virtual_bench/alignment.hpp"
+#include "virtual_bench/standing.hpp"
 
 namespace vrda {
 namespace {
@@ -125,6 +133,175 @@ VirtualStatistics virtual_statistics(const BenchFile& bench, const VirtualNoise&
     number.mean_half_width /= number.n;
   }
   return statistics;
+}
+
+namespace {
+
+double true_number_of_eye(const VirtualTruth& truth, bool is_right, std::string_view name)
+{
+  const Eye& eye = eye_of(truth.calibration.eyes, is_right);
+  const VirtualTruth::Edges& edges = truth.edges_px[is_right ? 1 : 0];
+  if (name == "edge_left") return edges.left;
+  if (name == "edge_right") return edges.right;
+  if (name == "edge_top") return edges.top;
+  if (name == "edge_bottom") return edges.bottom;
+  if (name == "pixel_aspect") return eye.pixel_aspect;
+  if (name == "k1") return eye.distortion.k1;
+  if (name == "k2") return eye.distortion.k2;
+  if (name == "centre_x") return eye.distortion.centre_px.x();
+  if (name == "centre_y") return eye.distortion.centre_px.y();
+  if (name == "sight_x") return eye.sight_px.x();
+  if (name == "sight_y") return eye.sight_px.y();
+  if (name == "distance") return eye.distance_px;
+  check(name == "depth", "every number of an eye's estimate has a truth");
+  return (pose_of(truth.calibration.X_table_eyes) * eye.position_head_mm).z() -
+         truth.reference_plane_table_mm;
+}
+
+double true_number(const VirtualTruth& truth, const std::string& name)
+{
+  const Calibration& c = truth.calibration;
+  const Eigen::Vector3d apart_mm = c.eyes.right.position_head_mm - c.eyes.left.position_head_mm;
+  if (name.starts_with("left.")) return true_number_of_eye(truth, false, std::string_view(name).substr(5));
+  if (name.starts_with("right.")) return true_number_of_eye(truth, true, std::string_view(name).substr(6));
+  if (name == "ipd") return apart_mm.x();
+  if (name == "height_apart") return -apart_mm.y();
+  if (name == "depth_apart") return -apart_mm.z();
+  if (name == "subject.scale") return c.subject_scale;
+  if (name == "probe.tip_x") return truth.tip_probe_mm.x();
+  if (name == "probe.tip_y") return truth.tip_probe_mm.y();
+  check(name == "probe.tip_z", "every number of an estimate has a truth");
+  return truth.tip_probe_mm.z();
+}
+
+/// Nothing where the name is not that of a place.
+const SixNumbers* true_place(const VirtualTruth& truth, const std::string& name)
+{
+  const Calibration& c = truth.calibration;
+  if (name == "table") return &c.X_tracker_table;
+  if (name == "eyes") return &c.X_table_eyes;
+  if (name == "head") return &c.X_headbody_eyes;
+  for (const BodyRole role : {BodyRole::leg, BodyRole::femur, BodyRole::tibia}) {
+    if (name == name_of(role)) return &c.X_body_model[static_cast<std::size_t>(role)];
+  }
+  return nullptr;
+}
+
+/// mm and degrees: the shift, and the turn about the fixed axes that the truth wants.
+Eigen::Matrix<double, 6, 1> place_error(const Eigen::Matrix<double, 6, 1>& found, const SixNumbers& truth)
+{
+  SixNumbers six;
+  six.shift_mm = found.head<3>();
+  six.turn_rad = found.tail<3>() * rad_from_deg(1.0);
+  const Eigen::Matrix3d R_wanted = pose_of(truth).linear() * pose_of(six).linear().transpose();
+  Eigen::Matrix<double, 6, 1> error;
+  error.head<3>() = six.shift_mm - truth.shift_mm;
+  error.tail<3>() = -turn_of(R_wanted) / rad_from_deg(1.0);
+  return error;
+}
+
+/// The head and the leg's body at one moment.
+struct Moment {
+  Pose X_tracker_eyes, X_tracker_body;
+};
+
+/// As the bench finds them by a calibration, from what the tracker and the encoder say.
+Moment found_moment(const Calibration& found, const BenchFile& bench, const Standing& standing,
+                    const Pose& X_tracker_body_seen, const Pose& X_tracker_headbody_seen)
+{
+  Moment moment;
+  moment.X_tracker_body = X_tracker_body_seen;
+  const double stage_mm = std::round(standing.stage_mm / bench.stage_mm_per_count) * bench.stage_mm_per_count;
+  moment.X_tracker_eyes = bench.head == HeadKind::stage
+                              ? X_tracker_eyes(found, stage_mm)
+                              : X_tracker_headbody_seen * pose_of(found.X_headbody_eyes);
+  return moment;
+}
+
+/// Where the eye looks for something shown at `px`, its own axes.
+Eigen::Vector3d ray(const Eye& eye, const Eigen::Vector2d& px)
+{
+  const Eigen::Vector2d off = (px - eye.sight_px) / eye.distance_px;
+  return Eigen::Vector3d(off.x(), -off.y() * eye.pixel_aspect, -1.0).normalized();
+}
+
+TargetError error_for_eye(const Eye& found_eye, const Eigen::Vector3d& p_found_eyes_mm, const Eye& true_eye,
+                          const Eigen::Vector3d& p_true_eyes_mm)
+{
+  const Eigen::Vector2d drawn = drawn_px(found_eye, p_found_eyes_mm);
+  const Eigen::Vector3d seen = ray(true_eye, shown_px(true_eye.distortion, drawn));
+  const Eigen::Vector3d wanted = p_true_eyes_mm - true_eye.position_head_mm;
+  const double angle_rad =
+      arc_tangent2(seen.cross(wanted.normalized()).norm(), seen.dot(wanted.normalized()));
+  return {angle_rad * wanted.norm(), deg_from_rad(angle_rad) * 60.0};
+}
+
+}  // namespace
+
+Eigen::VectorXd errors_of(const Estimate& estimate, CalibrationPart /*part*/, const BenchFile& /*bench*/,
+                          const VirtualTruth& truth)
+{
+  Eigen::VectorXd errors(estimate.values.size());
+  Eigen::Index k = 0;
+  while (k < errors.size()) {
+    const std::string& name = estimate.names[static_cast<std::size_t>(k)];
+    const std::size_t dot = name.find(".shift_x");
+    const SixNumbers* place = dot == std::string::npos ? nullptr : true_place(truth, name.substr(0, dot));
+    if (place) {
+      errors.segment<6>(k) = place_error(estimate.values.segment<6>(k), *place);
+      k += 6;
+    } else {
+      errors[k] = estimate.values[k] - true_number(truth, name);
+      ++k;
+    }
+  }
+  return errors;
+}
+
+std::vector<TargetError> target_errors(const Calibration& found, const BenchFile& bench,
+                                       const VirtualTruth& truth, const VirtualNoise& noise,
+                                       std::uint64_t index)
+{
+  // Beside the numbers of the procedure itself.
+  constexpr std::uint64_t first = 1ULL << 32U;
+  Draws draws(truth.seed, DrawFor::virtual_tracker, first + index);
+  const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
+  const auto model_of = [&](const Calibration& c) {
+    return pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
+  };
+  const Calibration& real = truth.calibration;
+  const Pose X_table_model =
+      pose_of(real.X_tracker_table).inverse() * X_tracker_body(truth, role) * model_of(real);
+  Standing standing = at_rest(truth);
+  if (bench.head == HeadKind::stage) {
+    // Somewhere about the place from where the knee is straight ahead.
+    constexpr double about_mm = 50.0;
+    standing.stage_mm = X_table_model.translation().x() - real.X_table_eyes.shift_mm.x() +
+                        about_mm * (2.0 * draws.uniform() - 1.0);
+    standing.X_tracker_eyes = X_tracker_eyes(real, standing.stage_mm);
+  }
+  const Pose X_body_seen = measured(X_tracker_body(truth, role), noise, draws);
+  const Pose X_headbody_seen = measured(standing.X_tracker_headbody, noise, draws);
+  const Moment by_found = found_moment(found, bench, standing, X_body_seen, X_headbody_seen);
+  const Pose X_model_table = X_table_model.inverse();
+  std::vector<TargetError> errors;
+  for (int k = 0; k < 20; ++k) {
+    // The corners, and three more along each of the upright edges.
+    const int height = k / 4 - 2;
+    const bool is_left = k % 2 == 0, is_behind = k / 2 % 2 == 0;
+    const Eigen::Vector3d off_mm(is_left ? -80.0 : 80.0, 60.0 * height, is_behind ? -60.0 : 60.0);
+    const Eigen::Vector3d p_leg_mm = X_model_table * (X_table_model.translation() + off_mm);
+    const Eigen::Vector3d p_true_mm =
+        standing.X_tracker_eyes.inverse() * X_tracker_body(truth, role) * model_of(real) * p_leg_mm;
+    const Eigen::Vector3d p_found_mm = by_found.X_tracker_eyes.inverse() * by_found.X_tracker_body *
+                                       model_of(found) *
+                                       (found.subject_scale / real.subject_scale * p_leg_mm);
+    for (const bool is_right : {false, true}) {
+      errors.push_back(
+          error_for_eye(eye_of(found.eyes, is_right), p_found_mm, eye_of(real.eyes, is_right), p_true_mm));
+    }
+  }
+  return errors;
 }
 
 }  // namespace vrda

@@ -4,10 +4,20 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace vrda {
+
+/// 128 bits of the kernel's random source as 32 hexadecimal digits.
+std::string random_token();
+
+/// Takes as long for any text of the token's length, so that nobody finds the token digit by digit.
+bool is_same_token(std::string_view given, std::string_view token);
+
+/// One HTML file with all it needs, compressed by gzip.
+std::string_view compressed_page();
 
 struct Request {
   std::string method;

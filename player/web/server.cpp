@@ -1,6 +1,10 @@
 // The only file that sees Boost.Beast: its headers take the compiler long.
 #include "web/server.hpp"
 
+#include <spawn.h>
+#include <stdlib.h>
+#include <unistd.h>
+
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/signal_set.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -16,13 +20,13 @@
 #include <memory>
 #include <ostream>
 #include <sstream>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "store/motion_model_file.hpp"
-#include "web/browser.hpp"
-#include "web/page_file.hpp"
 #include "web/response.hpp"
-#include "web/token.hpp"
+
+extern char** environ;
 
 namespace vrda {
 namespace {
@@ -338,6 +342,33 @@ void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk
   if (options.is_open) visit.emplace(address);
   if (visit && !visit->has_begun()) talk << "no browser: open " << address << " in one" << std::endl;
   server.run();
+}
+
+BrowserVisit::BrowserVisit(const std::string& address)
+{
+  constexpr std::string_view ending = ".html";
+  std::error_code error;
+  file_ = (std::filesystem::temp_directory_path(error) / "vrda-player-XXXXXX").string() + std::string(ending);
+  const int descriptor = mkstemps(file_.data(), static_cast<int>(ending.size()));
+  if (descriptor < 0) {
+    file_.clear();
+    return;
+  }
+  const std::string page =
+      "<!DOCTYPE html><meta charset=\"utf-8\"><title>VRDA player</title>"
+      "<meta http-equiv=\"refresh\" content=\"0; url=" +
+      address + "\">\n";
+  const bool is_written = write(descriptor, page.data(), page.size()) == static_cast<ssize_t>(page.size());
+  if (close(descriptor) != 0 || !is_written) return;
+  std::string program = "xdg-open";
+  char* arguments[] = {program.data(), file_.data(), nullptr};
+  pid_t pid = 0;
+  has_begun_ = posix_spawnp(&pid, program.c_str(), nullptr, nullptr, arguments, environ) == 0;
+}
+
+BrowserVisit::~BrowserVisit()
+{
+  unlink(file_.c_str());
 }
 
 }  // namespace vrda

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "app/scenes.hpp"
-#include "assemble/prepare.hpp"
+#include "assemble/case_solver.hpp"
 #include "run/summary.hpp"
 
 namespace vrda::assemble_test {

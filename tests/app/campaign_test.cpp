@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "app/scenes.hpp"
-#include "core/output_lock.hpp"
+#include "core/open_file.hpp"
 #include "support/real_knees.hpp"
 
 namespace vrda::campaign_test {

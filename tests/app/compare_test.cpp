@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "app/compare_command.hpp"
+#include "app/model_commands.hpp"
 #include "app/scenes.hpp"
 #include "store/changed_file.hpp"
 #include "store/motion_model_file.hpp"

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "assemble/prepare.hpp"
+#include "assemble/case_solver.hpp"
 #include "convert/mesh_writer.hpp"
 #include "load/axis_map.hpp"
 #include "load/job.hpp"

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "app/scenes.hpp"
-#include "audit/audit.hpp"
 #include "audit/pose_meter.hpp"
 #include "store/motion_model_file.hpp"
 

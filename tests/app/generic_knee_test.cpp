@@ -6,13 +6,11 @@
 #include <cmath>
 #include <csignal>
 #include <iostream>
-#include <numeric>
 #include <random>
 #include <thread>
 
 #include "app/scenes.hpp"
 #include "assemble/case_solver.hpp"
-#include "assemble/prepare.hpp"
 #include "audit/audit.hpp"
 #include "core/units.hpp"
 #include "proximity/instruction_set.hpp"

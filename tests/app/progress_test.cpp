@@ -1,4 +1,4 @@
-#include "talk/progress.hpp"
+#include "talk/talk.hpp"
 
 #include <gtest/gtest.h>
 

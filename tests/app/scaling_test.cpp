@@ -5,12 +5,9 @@
 #include <csignal>
 
 #include "app/scenes.hpp"
-#include "assemble/assemble.hpp"
 #include "assemble/case_solver.hpp"
-#include "assemble/prepare.hpp"
-#include "assemble/scaled_result.hpp"
 #include "audit/audit.hpp"
-#include "core/number_text.hpp"
+#include "core/text.hpp"
 #include "run/summary.hpp"
 #include "store/equal_models.hpp"
 #include "store/motion_model_file.hpp"

@@ -6,8 +6,7 @@
 
 #include "app/scenes.hpp"
 #include "cluster/case_spec.hpp"
-#include "cluster/shard.hpp"
-#include "journal/journal.hpp"
+#include "cluster/jobs.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::shard_test {

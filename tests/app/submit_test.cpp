@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/fake_slurm.hpp"
-#include "core/output_lock.hpp"
+#include "core/open_file.hpp"
 
 namespace vrda::submit_test {
 

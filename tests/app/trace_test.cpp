@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "app/scenes.hpp"
-#include "core/search_move.hpp"
+#include "core/step_record.hpp"
 #include "journal/journal.hpp"
 #include "store/motion_model_file.hpp"
 #include "store/trace_file.hpp"

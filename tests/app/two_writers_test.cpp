@@ -11,7 +11,7 @@
 #include <set>
 
 #include "app/scenes.hpp"
-#include "core/output_lock.hpp"
+#include "core/open_file.hpp"
 #include "store/motion_model_file.hpp"
 
 namespace vrda::two_writers_test {

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "app/scenes.hpp"
-#include "core/search_move.hpp"
 #include "core/step_record.hpp"
 #include "core/units.hpp"
 #include "store/motion_model_file.hpp"

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "audit/pose_meter.hpp"
-#include "audit/recontact.hpp"
 #include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "store/sample_model.hpp"

@@ -1,5 +1,5 @@
 // Poses given by hand on boxes and balls, measured again.
-#include "audit/plausibility.hpp"
+#include "audit/audit.hpp"
 
 #include <gtest/gtest.h>
 

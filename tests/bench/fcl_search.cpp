@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "processor_time.hpp"
-#include "solve/measures.hpp"
-#include "solve/prediction.hpp"
+#include "solve/joint.hpp"
+#include "solve/stability_search.hpp"
 
 namespace vrda::bench {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <memory>
 
-#include "core/search_options.hpp"
+#include "core/solver_options.hpp"
 #include "core/step_record.hpp"
 #include "solve/joint.hpp"
 

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "assemble/case_solver.hpp"
-#include "assemble/prepare.hpp"
 #include "core/error.hpp"
 #include "processor_time.hpp"
 #include "rigid_body.hpp"

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "assemble/assemble.hpp"
-#include "assemble/prepare.hpp"
+#include "assemble/case_solver.hpp"
 #include "scene.hpp"
 #include "shares.hpp"
 #include "smooth/smooth.hpp"

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <map>
 
-#include "assemble/prepare.hpp"
+#include "assemble/case_solver.hpp"
 #include "core/units.hpp"
 #include "solve/stability_search.hpp"
 

@@ -5,7 +5,6 @@
 #include <array>
 
 #include "assemble/case_solver.hpp"
-#include "assemble/prepare.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"
 

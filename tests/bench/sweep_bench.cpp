@@ -7,7 +7,6 @@
 #include <thread>
 
 #include "assemble/case_solver.hpp"
-#include "assemble/prepare.hpp"
 #include "fcl_search.hpp"
 #include "processor_time.hpp"
 #include "scene.hpp"

@@ -1,4 +1,4 @@
-#include "cluster/missing.hpp"
+#include "cluster/status.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "cluster/missing.hpp"
-#include "cluster/shard.hpp"
+#include "cluster/jobs.hpp"
+#include "cluster/status.hpp"
 #include "cluster/submission_scenes.hpp"
 
 namespace vrda::test {

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "cluster/submission_scenes.hpp"
-#include "cluster/submitted.hpp"
 #include "support/input_error.hpp"
 
 namespace vrda::slurm_test {

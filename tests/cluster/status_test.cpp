@@ -3,11 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <filesystem>
 
 #include "cluster/sharded_case.hpp"
-#include "core/output_lock.hpp"
+#include "core/open_file.hpp"
 
 namespace vrda::status_test {
 

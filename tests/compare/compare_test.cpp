@@ -3,9 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "compare/noisy_joint.hpp"
-#include "compare/perceptible.hpp"
+#include "compare/recommend.hpp"
+#include "core/error.hpp"
+#include "core/units.hpp"
+#include "smooth/smooth.hpp"
 #include "support/input_error.hpp"
 
 namespace vrda::compare_test {
@@ -151,6 +155,185 @@ TEST(Compare, VarusCountsAsAnAngleWhereItWasFree)
   EXPECT_GT(comparison.rows[0].perceptible_share, 0.5);
   EXPECT_EQ(comparison.rows[1].perceptible_share, 0.0);
   EXPECT_EQ(comparison.recommendation.degree, 2);
+}
+
+MotionModel solved_model(int n_flexion, int n_varus)
+{
+  MotionModel model;
+  model.status = GridB::Zero(n_flexion, n_varus);
+  return model;
+}
+
+/// Free everywhere, with no gap.
+AuditSet touching(const MotionModel& model, int refine)
+{
+  AuditSet audit;
+  audit.refine = refine;
+  const Eigen::Index rows = (model.status.rows() - 1) * refine + 1;
+  const Eigen::Index columns = (model.status.cols() - 1) * refine + 1;
+  audit.state = GridB::Zero(rows, columns);
+  audit.gap_mm = audit.penetration_mm = GridD::Zero(rows, columns);
+  return audit;
+}
+
+void overlap(AuditSet& audit, int i, int j, double depth_mm)
+{
+  audit.state(i, j) = static_cast<std::int8_t>(AuditState::overlapping);
+  audit.gap_mm(i, j) = nan;
+  audit.penetration_mm(i, j) = depth_mm;
+}
+
+TEST(Faults, AreSortedByWhereTheyStand)
+{
+  const MotionModel model = solved_model(3, 2);
+  AuditSet audit = touching(model, 3);
+  overlap(audit, 3, 0, 0.25);
+  overlap(audit, 4, 0, 0.75);
+  audit.gap_mm(6, 3) = 0.5;
+  audit.gap_mm(6, 2) = 0.125;
+  audit.state(0, 3) = audit.state(0, 1) = static_cast<std::int8_t>(AuditState::nothing_ahead);
+  audit.gap_mm(0, 3) = audit.gap_mm(0, 1) = nan;
+  const MotionFaults faults = faults_of(model, audit);
+  EXPECT_EQ(faults.at_grid.n_attitudes, 6);
+  EXPECT_EQ(faults.between.n_attitudes, 7 * 4 - 6);
+  EXPECT_EQ(faults.at_grid.n_overlapping, 1);
+  EXPECT_EQ(faults.between.n_overlapping, 1);
+  EXPECT_EQ(faults.at_grid.n_nothing_ahead, 1);
+  EXPECT_EQ(faults.between.n_nothing_ahead, 1);
+  EXPECT_EQ(faults.at_grid.largest_penetration_mm, 0.25);
+  EXPECT_EQ(faults.between.largest_penetration_mm, 0.75);
+  EXPECT_EQ(faults.at_grid.largest_gap_mm, 0.5);
+  EXPECT_EQ(faults.between.largest_gap_mm, 0.125);
+}
+
+TEST(Faults, BesideAFailedCellDoNotCount)
+{
+  MotionModel model = solved_model(3, 3);
+  model.status(0, 0) = static_cast<std::int8_t>(StepStatus::no_contact);
+  AuditSet audit = touching(model, 2);
+  // In the cell's own patch and on its edges, but not on the far ones.
+  for (const auto& [i, j] : {std::pair{0, 0}, {0, 1}, {1, 0}, {1, 1}}) overlap(audit, i, j, 9.0);
+  MotionFaults faults = faults_of(model, audit);
+  EXPECT_EQ(faults.at_grid.n_attitudes, 8);
+  EXPECT_EQ(faults.between.n_attitudes, 16 - 3);
+  EXPECT_EQ(faults.between.largest_penetration_mm, 0.0);
+  overlap(audit, 1, 2, 0.5);
+  faults = faults_of(model, audit);
+  EXPECT_EQ(faults.between.largest_penetration_mm, 0.5);
+}
+
+TEST(Faults, WithoutAnAttitudeAreNotNumbers)
+{
+  const MotionModel model = solved_model(4, 1);
+  AuditSet audit = touching(model, 1);
+  audit.state.setConstant(static_cast<std::int8_t>(AuditState::no_pose));
+  audit.gap_mm.setConstant(nan);
+  audit.penetration_mm.setConstant(nan);
+  for (const Faults& faults : {faults_of(model, audit).at_grid, faults_of(model, audit).between}) {
+    EXPECT_EQ(faults.n_attitudes, 0);
+    EXPECT_TRUE(std::isnan(faults.largest_penetration_mm));
+    EXPECT_TRUE(std::isnan(faults.largest_gap_mm));
+  }
+  audit.refine = 2;
+  EXPECT_THROW(faults_of(model, audit), InternalError);
+}
+
+/// Sums of some hundred products of numbers near 1.
+constexpr double rounding = 1e-11;
+
+struct Fitted {
+  SmoothedSet set;
+  AxisRanges ranges;
+};
+
+/// tx is value(flexion, varus) over 0 to 90 and -10 to 10 degrees, which the degree reproduces.
+template <typename Value>
+Fitted fitted(int degree, const Value& value)
+{
+  SmoothInput input;
+  for (int i = 0; i <= 30; ++i) input.flexion_deg.push_back(3.0 * i);
+  for (int j = 0; j <= 10; ++j) input.varus_deg.push_back(2.0 * j - 10.0);
+  input.tx_mm = input.ty_mm = input.tz_mm = input.theta_deg = GridD::Zero(31, 11);
+  input.status = GridB::Zero(31, 11);
+  input.theta_determined = GridB::Ones(31, 11);
+  for (int i = 0; i <= 30; ++i) {
+    for (int j = 0; j <= 10; ++j) input.tx_mm(i, j) = value(3.0 * i, 2.0 * j - 10.0);
+  }
+  return {smooth(input, degree), axis_ranges(input.flexion_deg, input.varus_deg)};
+}
+
+double roughness_of(const Fitted& f)
+{
+  return roughness(f.set, f.set.surfaces[0], f.ranges);
+}
+
+TEST(Roughness, OfAPlaneIsNothing)
+{
+  EXPECT_NEAR(roughness_of(fitted(4, [](double f, double w) { return 3.0 + 0.1 * f - 0.2 * w; })), 0.0,
+              rounding);
+}
+
+TEST(Roughness, OfQuadraticsIsTheirCurvature)
+{
+  // s = a f^2 + b f w + c w^2: s_ff = 2a, s_fw = b, s_ww = 2c everywhere.
+  struct Row {
+    double a, b, c;
+  };
+  for (const Row row : {Row{0.01, 0, 0}, Row{0, 0.02, 0}, Row{0, 0, -0.05}, Row{0.01, -0.02, 0.03}}) {
+    const auto value = [&](double f, double w) { return row.a * f * f + row.b * f * w + row.c * w * w; };
+    const double wanted = std::sqrt(4 * row.a * row.a + 2 * row.b * row.b + 4 * row.c * row.c);
+    for (const int degree : {2, 5}) EXPECT_NEAR(roughness_of(fitted(degree, value)), wanted, rounding);
+  }
+}
+
+TEST(Roughness, OfACubicIsTheMeanOverTheRange)
+{
+  // s = f^3: s_ff = 6 f, whose mean square over 0 to 90 is 36 * 90^2 / 3. The values reach 7e5.
+  EXPECT_NEAR(roughness_of(fitted(3, [](double f, double) { return f * f * f; })),
+              6.0 * 90.0 / std::sqrt(3.0), 1e6 * rounding);
+}
+
+TEST(Roughness, AgreesWithDifferencesOfTheSurface)
+{
+  std::mt19937_64 generator(5);
+  const Fitted f = fitted(6, [&](double, double) { return static_cast<double>(generator() % 1000) / 500.0; });
+  const auto value = [&](double flexion, double varus) {
+    return evaluate(f.set, f.set.surfaces[0], f.ranges, flexion, varus).value;
+  };
+  // Midpoints of a fine grid; second differences with a step of 0.05 degrees.
+  constexpr double h = 0.05;
+  constexpr int n = 200;
+  double sum = 0.0;
+  for (int a = 0; a < n; ++a) {
+    for (int b = 0; b < n; ++b) {
+      const double x = 90.0 * (a + 0.5) / n, y = 20.0 * (b + 0.5) / n - 10.0, s = value(x, y);
+      const double ff = (value(x + h, y) - 2 * s + value(x - h, y)) / (h * h);
+      const double ww = (value(x, y + h) - 2 * s + value(x, y - h)) / (h * h);
+      const double fw =
+          (value(x + h, y + h) - value(x + h, y - h) - value(x - h, y + h) + value(x - h, y - h)) /
+          (4 * h * h);
+      sum += ff * ff + 2 * fw * fw + ww * ww;
+    }
+  }
+  const double wanted = std::sqrt(sum / (n * n));
+  EXPECT_GT(wanted, 1e-3);
+  // Midpoint rule on 200 cells of a polynomial of degree 8: under a thousandth; differences less.
+  EXPECT_NEAR(roughness_of(f), wanted, 1e-3 * wanted);
+}
+
+TEST(Roughness, AnAxisWithOneValueAddsNothing)
+{
+  SmoothInput input;
+  for (int i = 0; i <= 10; ++i) input.flexion_deg.push_back(9.0 * i);
+  input.varus_deg = {0.0};
+  input.tx_mm = GridD::Zero(11, 1);
+  for (int i = 0; i <= 10; ++i) input.tx_mm(i, 0) = 0.01 * 81.0 * i * i;
+  input.ty_mm = input.tz_mm = input.theta_deg = input.tx_mm;
+  input.status = GridB::Zero(11, 1);
+  input.theta_determined = GridB::Ones(11, 1);
+  const SmoothedSet set = smooth(input, 3);
+  EXPECT_NEAR(roughness(set, set.surfaces[0], axis_ranges(input.flexion_deg, input.varus_deg)), 0.02,
+              rounding);
 }
 
 }  // namespace vrda::compare_test

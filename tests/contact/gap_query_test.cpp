@@ -7,8 +7,8 @@
 #include <random>
 #include <set>
 
-#include "contact/closest_points.hpp"
 #include "contact/contacts.hpp"
+#include "contact/narrow_phase.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::gap_query_test {

@@ -2,8 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <random>
+#include <algorithm>
 
 #include "contact/random_triangles.hpp"
 #include "support/triangle_distance.hpp"
@@ -84,6 +83,123 @@ TEST(NarrowPhase, TheCheapTestNeverPartsWhatIsWithinTheBand)
     EXPECT_GT(test::triangle_distance_mm(a, b), 0.1);
   }
   EXPECT_GT(n_separated, 2000);
+}
+
+// Rounding of coordinates up to 100 mm, a hundred times over.
+constexpr double rounding_mm = 1e-12;
+
+Corners raised(Corners t, double by_mm)
+{
+  for (Eigen::Vector3d& p : t) p.y() += by_mm;
+  return t;
+}
+
+// How far a point stands off a triangle's plane or beyond its edges; not positive within it.
+double outside_mm(const Corners& t, const Eigen::Vector3d& p)
+{
+  const Eigen::Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
+  double most = std::abs(n.dot(p - t[0]));
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Eigen::Vector3d along = (t[(k + 1) % 3] - t[k]).normalized();
+    most = std::max(most, -n.dot(along.cross(p - t[k])));
+  }
+  return most;
+}
+
+// Pairs that overlap as they come, and the height by which the second must rise to touch the first from
+// above.
+struct Pair {
+  Corners a, b;
+  double touch_mm = 0.0;
+};
+
+Pair touching_pair(test::Random& random, double size_mm, double flatness)
+{
+  Pair pair;
+  do {
+    pair.a = random.triangle(size_mm, flatness);
+    pair.b = random.triangle(1.0, flatness);
+  } while (test::triangle_distance_mm(pair.a, pair.b) > 0.0);
+  double low = 0.0, high = 2.0 * (size_mm + 1.0) * flatness;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    (test::triangle_distance_mm(pair.a, raised(pair.b, middle)) > 0.0 ? high : low) = middle;
+  }
+  pair.touch_mm = high;
+  return pair;
+}
+
+// From any slope to nearly parallel, where GJK stops early.
+constexpr double flatnesses[] = {1.0, 1e-2, 1e-5, 1e-7};
+constexpr double sizes_mm[] = {0.1, 1.0, 3.0, 40.0};
+
+TEST(ClosestPoints, AreThoseOfTheTextbook)
+{
+  test::Random random(31);
+  int n_near = 0, n_far = 0;
+  for (const double flatness : flatnesses) {
+    for (const double size_mm : sizes_mm) {
+      for (int k = 0; k < 200; ++k) {
+        const Pair pair = touching_pair(random, size_mm, flatness);
+        for (const double above_mm : {1e-8, 1e-6, 1e-4, 1e-2, 1.0}) {
+          const Corners b = raised(pair.b, pair.touch_mm + above_mm);
+          const TriangleDistance found = closest_points(pair.a, b);
+          EXPECT_NEAR(found.distance_mm, test::triangle_distance_mm(pair.a, b), rounding_mm);
+          EXPECT_NEAR((found.p_moving_mm - found.p_reference_mm).norm(), found.distance_mm, rounding_mm);
+          EXPECT_LE(outside_mm(pair.a, found.p_reference_mm), rounding_mm);
+          EXPECT_LE(outside_mm(b, found.p_moving_mm), rounding_mm);
+          (found.distance_mm < 1e-5 ? n_near : n_far) += 1;
+        }
+      }
+    }
+  }
+  EXPECT_GT(n_near, 5000);
+  EXPECT_GT(n_far, 5000);
+}
+
+TEST(Separation, ChangesSignAtTheTouch)
+{
+  test::Random random(32);
+  NarrowPhase narrow_phase;
+  int n_overlapping = 0, n_apart = 0;
+  for (const double flatness : flatnesses) {
+    for (const double size_mm : sizes_mm) {
+      for (int k = 0; k < 100; ++k) {
+        const Pair pair = touching_pair(random, size_mm, flatness);
+        for (const double above_mm : {-1e-6, -1e-7, -1e-9, 1e-9, 1e-7, 1e-6}) {
+          const Corners b = raised(pair.b, pair.touch_mm + above_mm);
+          const double expected_mm = test::triangle_distance_mm(pair.a, b);
+          // Raised or lowered by more than its thickness a triangle may be free on either side of the touch.
+          const bool is_overlapping = expected_mm <= 0.0;
+          EXPECT_EQ(separation_mm(pair.a, b) <= 0.0, is_overlapping) << expected_mm;
+          EXPECT_LE(separation_mm(pair.a, b), expected_mm + rounding_mm) << "no direction shows more";
+          EXPECT_EQ(narrow_phase.measure(pair.a, b).is_overlapping, is_overlapping) << expected_mm;
+          (is_overlapping ? n_overlapping : n_apart) += 1;
+        }
+      }
+    }
+  }
+  EXPECT_GT(n_overlapping, 3000);
+  EXPECT_GT(n_apart, 4000);
+}
+
+TEST(Separation, OfTrianglesInOnePlaneIsThatWithinThePlane)
+{
+  const Corners a{Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, 2), Eigen::Vector3d(2, 0, 0)};
+  const Corners b{Eigen::Vector3d(3, 0, 0), Eigen::Vector3d(3, 0, 2), Eigen::Vector3d(5, 0, 1)};
+  EXPECT_NEAR(separation_mm(a, b), 1.0, rounding_mm);
+  EXPECT_NEAR(closest_points(a, b).distance_mm, 1.0, rounding_mm);
+  EXPECT_LE(separation_mm(a, a), 0.0) << "a face on itself";
+}
+
+TEST(Separation, AndDistanceDoNotDependOnTheOrder)
+{
+  test::Random random(33);
+  for (int k = 0; k < 1000; ++k) {
+    const Corners a = random.triangle(3, 1), b = raised(random.triangle(3, 1), random.unit());
+    EXPECT_NEAR(separation_mm(a, b), separation_mm(b, a), rounding_mm);
+    EXPECT_NEAR(closest_points(a, b).distance_mm, closest_points(b, a).distance_mm, rounding_mm);
+  }
 }
 
 }  // namespace vrda::narrow_phase_test

@@ -1,11 +1,10 @@
-#include "core/helical_axis.hpp"
+#include "core/clinical.hpp"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "core/frames.hpp"
-#include "core/trig.hpp"
 #include "core/units.hpp"
 
 namespace vrda::helical_axis_test {

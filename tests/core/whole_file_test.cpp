@@ -13,7 +13,6 @@
 
 #include "core/error.hpp"
 #include "core/open_file.hpp"
-#include "core/output_lock.hpp"
 #include "support/scratch.hpp"
 
 namespace vrda::whole_file_test {

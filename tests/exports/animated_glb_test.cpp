@@ -1,4 +1,4 @@
-#include "exports/animated_glb.hpp"
+#include "exports/formats.hpp"
 
 #include <assimp/GltfMaterial.h>
 #include <assimp/scene.h>
@@ -9,9 +9,8 @@
 #include <cmath>
 #include <set>
 
+#include "core/draw_mesh.hpp"
 #include "core/error.hpp"
-#include "core/material.hpp"
-#include "core/units.hpp"
 #include "motion/support/models.hpp"
 
 namespace vrda::animated_glb_test {

@@ -3,12 +3,10 @@
 
 #include <chrono>
 #include <regex>
-#include <sstream>
 #include <thread>
 
 #include "app/scenes.hpp"
 #include "faults/faulty_run.hpp"
-#include "journal/journal.hpp"
 #include "support/small_disk.hpp"
 
 namespace vrda::test::ground_test {

@@ -4,8 +4,7 @@
 
 #include "devices/tracker_talk.hpp"
 #include "fuzz/outcome.hpp"
-#include "igtl/content.hpp"
-#include "igtl/rotation.hpp"
+#include "igtl/message.hpp"
 #include "igtl/stream.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);

@@ -4,7 +4,6 @@
 
 #include <random>
 
-#include "core/mesh.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
 #include "ligament/chain.hpp"

@@ -2,7 +2,7 @@
 
 #include "core/error.hpp"
 #include "ligament/differences.hpp"
-#include "ligament/fibre_path.hpp"
+#include "ligament/ligaments.hpp"
 
 namespace vrda::wrapped_fibres_test {
 
@@ -121,7 +121,7 @@ double chords_mm(const std::vector<Eigen::Vector3d>& points_mm)
 TEST(WrappedFibres, TheWayLiesOnTheSurfaceAndIsAsLongAsThePath)
 {
   const Ligaments ligaments = wrapped_fibres();
-  const Placement placement = placed(bent.attitude, bent.pose);
+  const JointPlacement placement = placed(bent.attitude, bent.pose);
   for (const Fibre& fibre : ligaments.fibres) {
     SCOPED_TRACE(fibre.name);
     const FibrePath path = fibre_path(fibre, ligaments.wraps, placement);

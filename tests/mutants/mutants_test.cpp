@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "app/scenes.hpp"
-#include "cluster/shard.hpp"
+#include "cluster/jobs.hpp"
 #include "fuzz/changed_files.hpp"
 #include "fuzz/framed_checksums.hpp"
 #include "support/process.hpp"

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
+#include <random>
 #include <set>
 
 #include "core/units.hpp"
@@ -97,6 +99,93 @@ TEST(BoxTree, EmptyTreesHaveNoPairs)
   EXPECT_TRUE(empty.is_empty());
   EXPECT_FALSE(visit_close_pairs(empty, make_tree_mesh(test::ball(1)).tree, Placement({}), 1.0,
                                  [](const TrianglePair&) { return true; }));
+}
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double rounding_mm = 1e-12;  // of coordinates up to 100 mm
+
+/// The plane of each face in turn, and on which side of its edges the ray passes.
+double every_face_mm(const Mesh& mesh, const Ray& ray)
+{
+  double shortest_mm = infinity;
+  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+    const Eigen::Vector3d n = face_normal(mesh, t);
+    const std::array<Eigen::Vector3d, 3> p = corners(mesh, t);
+    if (!(n.dot(ray.direction) < 0.0)) continue;
+    const double travel_mm = n.dot(p[0] - ray.from_mm) / n.dot(ray.direction);
+    const Eigen::Vector3d place_mm = ray.from_mm + travel_mm * ray.direction;
+    bool is_inside = travel_mm >= 0.0 && travel_mm <= ray.longest_mm;
+    for (std::size_t k = 0; k < 3; ++k)
+      is_inside = is_inside && n.dot((p[(k + 1) % 3] - p[k]).cross(place_mm - p[k])) >= 0.0;
+    if (is_inside) shortest_mm = std::min(shortest_mm, travel_mm);
+  }
+  return shortest_mm;
+}
+
+Eigen::Vector3d random_direction(std::mt19937& random)
+{
+  std::normal_distribution<double> normal;
+  return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
+}
+
+TEST(RayTravel, AgreesWithEveryFaceInTurn)
+{
+  Mesh mesh = test::ball(20.0, 9, 14);
+  append(mesh, transformed(test::box({30, 5, -4}, {10, 12, 18}), Pose::Identity()));
+  const BoxTree tree(mesh);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> place(-45.0, 45.0), longest(5.0, 100.0);
+  int n_met = 0, n_missed = 0, n_too_far = 0;
+  for (int i = 0; i < 10000; ++i) {
+    Ray ray{{place(random), place(random), place(random)}, random_direction(random), longest(random)};
+    const double expected_mm = every_face_mm(mesh, ray), found_mm = ray_travel_mm(mesh, tree, ray);
+    const bool is_met = expected_mm < infinity;
+    EXPECT_EQ(found_mm < infinity, is_met);
+    EXPECT_NEAR(is_met ? found_mm : 0.0, is_met ? expected_mm : 0.0, 1e-9);
+    n_met += is_met ? 1 : 0;
+    ray.longest_mm = 1000.0;
+    const bool is_met_later = every_face_mm(mesh, ray) < infinity;
+    n_too_far += !is_met && is_met_later ? 1 : 0;
+    n_missed += is_met_later ? 0 : 1;
+  }
+  EXPECT_GT(n_met, 300);
+  EXPECT_GT(n_missed, 300);
+  EXPECT_GT(n_too_far, 100);
+}
+
+TEST(RayTravel, ASphereInClosedFormFromOutsideAndNothingFromInside)
+{
+  const Mesh mesh = test::ball(20.0, 64, 128);
+  const BoxTree tree(mesh);
+  // Facets lie inside the sphere by at most r (1 - cos(half a facet's angle)).
+  constexpr double sagitta_mm = 20.0 * 0.5 * 0.05 * 0.05;
+  for (const double x_mm : {0.0, 5.0, -12.0}) {
+    const double expected_mm = 30.0 - std::sqrt(400.0 - x_mm * x_mm);
+    EXPECT_NEAR(ray_travel_mm(mesh, tree, {{x_mm, -30, 0.3}, {0, 1, 0}, 60}), expected_mm, 2 * sagitta_mm);
+  }
+  EXPECT_EQ(ray_travel_mm(mesh, tree, {{0, 0, 0}, {0, 1, 0}, 60}), infinity);
+  EXPECT_EQ(ray_travel_mm(mesh, tree, {{20.1, -30, 0}, {0, 1, 0}, 60}), infinity);
+}
+
+TEST(RayTravel, RaysThroughEdgesAndCornersMeetASheet)
+{
+  const Mesh mesh = transformed(test::sheet(10.0, 5), Pose(Eigen::Translation3d(0, 3, 0)));
+  const BoxTree tree(mesh);
+  int n_met = 0;
+  for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
+    const Eigen::Vector3d p_mm = mesh.vertices_mm.row(v).transpose();
+    const Ray down{p_mm + Eigen::Vector3d(0, 4, 0), {0, -1, 0}, 10};
+    EXPECT_NEAR(ray_travel_mm(mesh, tree, down), 4.0, rounding_mm);
+    ++n_met;
+    // From behind it is not there.
+    EXPECT_EQ(ray_travel_mm(mesh, tree, {p_mm - Eigen::Vector3d(0, 4, 0), {0, 1, 0}, 10}), infinity);
+  }
+  EXPECT_EQ(n_met, 36);
+}
+
+TEST(RayTravel, NothingInTheWayOfAnEmptyMesh)
+{
+  EXPECT_EQ(ray_travel_mm({}, {}, {{0, 0, 0}, {0, 1, 0}, 10}), infinity);
 }
 
 }  // namespace vrda::box_tree_test

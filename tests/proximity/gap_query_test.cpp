@@ -5,7 +5,6 @@
 
 #include <cmath>
 
-#include "core/units.hpp"
 #include "gap_scenes.hpp"
 #include "proximity/instruction_set.hpp"
 #include "support/meshes.hpp"

@@ -4,7 +4,6 @@
 #include <random>
 #include <vector>
 
-#include "proximity/directional_gap.hpp"
 #include "proximity/gap_query.hpp"
 
 namespace vrda::test {

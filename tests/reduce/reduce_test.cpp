@@ -6,7 +6,6 @@
 
 #include "core/clinical.hpp"
 #include "core/error.hpp"
-#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "motion/poses.hpp"
 #include "motion/support/models.hpp"

@@ -1,9 +1,9 @@
-#include "reduce/rolling.hpp"
+#include "reduce/reduce.hpp"
 
 #include <gtest/gtest.h>
 
+#include "core/clinical.hpp"
 #include "core/frames.hpp"
-#include "core/helical_axis.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
 

@@ -1,4 +1,4 @@
-#include "reduce/varus_choice.hpp"
+#include "reduce/reduce.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "report/findings.hpp"
+#include "report/report.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

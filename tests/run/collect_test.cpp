@@ -3,9 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <set>
-
-#include "cluster/shard.hpp"
+#include "cluster/jobs.hpp"
 #include "core/units.hpp"
 #include "journal/journal.hpp"
 #include "journal/record_bytes.hpp"

@@ -6,7 +6,6 @@
 #include <map>
 #include <string>
 
-#include "core/error.hpp"
 #include "core/trig.hpp"
 #include "core/units.hpp"
 #include "shapes/envelopes.hpp"

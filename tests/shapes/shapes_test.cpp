@@ -3,13 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
 #include <string>
 
 #include "core/error.hpp"
-#include "core/trig.hpp"
-#include "core/units.hpp"
 #include "shapes/envelopes.hpp"
 
 namespace vrda::shapes_test {

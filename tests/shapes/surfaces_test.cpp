@@ -4,7 +4,6 @@
 
 #include "core/error.hpp"
 #include "shapes/level_set.hpp"
-#include "shapes/smooth_ops.hpp"
 #include "shapes/surface.hpp"
 
 namespace vrda::surfaces_test {

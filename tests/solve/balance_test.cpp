@@ -1,5 +1,5 @@
 // The certificate by itself: forces that can only push, found by an independent way.
-#include "solve/balance.hpp"
+#include "solve/potential.hpp"
 
 #include <gtest/gtest.h>
 

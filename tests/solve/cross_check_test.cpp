@@ -8,6 +8,8 @@
 
 #include "solve/pins.hpp"
 
+#include "solve/potential.hpp"
+
 namespace vrda::cross_check_test {
 
 constexpr double radius_mm = 1.0;  // about the start

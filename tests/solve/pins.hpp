@@ -3,9 +3,7 @@
 
 #include <functional>
 
-#include "core/error.hpp"
 #include "solve/equilibrium.hpp"
-#include "solve/potential.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {

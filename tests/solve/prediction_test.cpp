@@ -1,4 +1,4 @@
-#include "solve/prediction.hpp"
+#include "solve/stability_search.hpp"
 
 #include <gtest/gtest.h>
 

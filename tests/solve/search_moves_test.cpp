@@ -5,7 +5,6 @@
 #include <cmath>
 #include <random>
 
-#include "core/trig.hpp"
 #include "solve/stability_search.hpp"
 #include "support/meshes.hpp"
 

@@ -6,7 +6,6 @@
 #include <functional>
 #include <random>
 
-#include "core/trig.hpp"
 #include "core/units.hpp"
 #include "proximity/directional_gap.hpp"
 #include "support/meshes.hpp"

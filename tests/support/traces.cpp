@@ -2,7 +2,7 @@
 
 #include <array>
 
-#include "core/search_move.hpp"
+#include "core/step_record.hpp"
 
 namespace vrda::test {
 namespace {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/units.hpp"
 #include "validation/scene_case.hpp"
 
 namespace vrda::test::hole_test {

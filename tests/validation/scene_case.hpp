@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "shapes/shapes.hpp"
-#include "solve/stability_search.hpp"
 
 namespace vrda::test {
 

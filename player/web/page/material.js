@@ -1,4 +1,4 @@
-// How parts look: the numbers of pipeline/core/material.cpp and player/scene/lighting.cpp, and the shader of player/render.
+// How parts look: the numbers of pipeline/core/draw_mesh.cpp and player/scene/lighting.cpp, and the shader of player/render.
 // Colours are linear RGB on [0, 1].
 import { Color, DoubleSide, FrontSide, ShaderMaterial, Vector3 } from "three";
 

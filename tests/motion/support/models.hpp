@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "motion/raw_surfaces.hpp"
+#include "motion/surfaces.hpp"
 #include "store/motion_model.hpp"
 
 namespace vrda::test {

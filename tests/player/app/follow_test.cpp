@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "core/units.hpp"
-#include "follow/run_panel.hpp"
+#include "follow/run_state.hpp"
 #include "journal/journal.hpp"
 #include "journal/run_files.hpp"
 #include "motion/support/models.hpp"

@@ -1,7 +1,6 @@
 #include "bench_samples.hpp"
 
 #include "../setup/bench_texts.hpp"
-#include "core/units.hpp"
 #include "motion/support/models.hpp"
 #include "store/solved_cells.hpp"
 

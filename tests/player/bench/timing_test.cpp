@@ -8,8 +8,7 @@
 #include <random>
 #include <sstream>
 
-#include "bench/clock_map.hpp"
-#include "bench_samples.hpp"
+#include "bench/body_tracker.hpp"
 #include "devices/tracker_talk.hpp"
 
 namespace vrda::timing_test {

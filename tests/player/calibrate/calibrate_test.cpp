@@ -11,9 +11,9 @@
 #include <sstream>
 
 #include "calibrate/calibration_report.hpp"
-#include "calibrate/key_script.hpp"
+#include "calibrate/guide_mode.hpp"
 #include "motion/support/models.hpp"
-#include "render/png_file.hpp"
+#include "render/image.hpp"
 #include "store/motion_model_file.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"

@@ -6,7 +6,6 @@
 
 #include "core/units.hpp"
 #include "tracking/screw.hpp"
-#include "tracking/six_numbers.hpp"
 
 namespace vrda::estimate_test {
 

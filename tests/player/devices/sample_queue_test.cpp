@@ -1,4 +1,4 @@
-#include "devices/sample_queue.hpp"
+#include "devices/sample.hpp"
 
 #include <gtest/gtest.h>
 

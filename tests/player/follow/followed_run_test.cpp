@@ -9,7 +9,6 @@
 #include "app/scenes.hpp"
 #include "assemble/assemble.hpp"
 #include "assemble/case_solver.hpp"
-#include "assemble/prepare.hpp"
 #include "follow/run_watch.hpp"
 #include "journal/journal.hpp"
 #include "journal/run_files.hpp"

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "gui/gui.hpp"
-#include "motion/support/models.hpp"
 
 namespace vrda::gui_picture_test {
 

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "guide/optics_tasks.hpp"
 #include "guide/parts.hpp"
-#include "guide/tasks.hpp"
+#include "guide/task.hpp"
 #include "trial.hpp"
 
 namespace vrda::drawing_test {

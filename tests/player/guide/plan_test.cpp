@@ -1,5 +1,5 @@
 // What may be asked for, in which order, and whose marks still belong to the bench file.
-#include "guide/plan.hpp"
+#include "guide/parts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,6 @@
 #include <functional>
 #include <set>
 
-#include "guide/parts.hpp"
 #include "support/input_error.hpp"
 #include "trial.hpp"
 

@@ -5,8 +5,6 @@
 
 #include "calibration/eyepoint_fit.hpp"
 #include "guide/parts.hpp"
-#include "guide/solve_part.hpp"
-#include "support/input_error.hpp"
 #include "trial.hpp"
 
 namespace vrda::session_test {

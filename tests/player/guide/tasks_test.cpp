@@ -1,4 +1,4 @@
-#include "guide/tasks.hpp"
+#include "guide/task.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-#include "igtl/content.hpp"
+#include "igtl/message.hpp"
 
 namespace vrda::stream_test {
 

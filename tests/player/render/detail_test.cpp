@@ -1,4 +1,4 @@
-#include "render/detail.hpp"
+#include "render/gl_mesh.hpp"
 
 #include <gtest/gtest.h>
 

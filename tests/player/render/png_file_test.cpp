@@ -1,4 +1,4 @@
-#include "render/png_file.hpp"
+#include "render/image.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

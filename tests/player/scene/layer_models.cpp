@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 #include "core/units.hpp"
-#include "scene/layer_drawable.hpp"
+#include "scene/scene.hpp"
 #include "support/meshes.hpp"
 
 namespace vrda::test {

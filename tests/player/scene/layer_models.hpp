@@ -4,7 +4,6 @@
 #include <initializer_list>
 #include <string>
 
-#include "motion/support/models.hpp"
 #include "scene/joint_layers.hpp"
 
 namespace vrda::test {

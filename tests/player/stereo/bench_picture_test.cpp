@@ -5,10 +5,9 @@
 #include <random>
 
 #include "../render/pictures.hpp"
-#include "optics/layout.hpp"
+#include "optics/viewport.hpp"
 #include "sample_eyes.hpp"
 #include "stereo/stereo_view.hpp"
-#include "support/meshes.hpp"
 
 namespace vrda::bench_picture_test {
 

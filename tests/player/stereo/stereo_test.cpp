@@ -6,8 +6,7 @@
 
 #include "core/error.hpp"
 #include "optics/eye.hpp"
-#include "optics/layout.hpp"
-#include "optics/warp_mesh.hpp"
+#include "optics/viewport.hpp"
 #include "sample_eyes.hpp"
 #include "stereo/stereo_view.hpp"
 

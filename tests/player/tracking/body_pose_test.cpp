@@ -5,7 +5,6 @@
 #include <array>
 #include <limits>
 
-#include "core/units.hpp"
 #include "moves.hpp"
 #include "support/allocation_count.hpp"
 

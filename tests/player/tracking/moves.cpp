@@ -1,6 +1,7 @@
 #include "moves.hpp"
 
 #include "core/units.hpp"
+#include "tracking/screw.hpp"
 
 namespace vrda::test {
 

@@ -4,7 +4,6 @@
 #include <random>
 
 #include "tracking/rigid_body.hpp"
-#include "tracking/screw.hpp"
 
 namespace vrda::test {
 

@@ -4,6 +4,7 @@
 
 #include "core/units.hpp"
 #include "moves.hpp"
+#include "tracking/screw.hpp"
 
 namespace vrda::one_euro_test {
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "core/helical_axis.hpp"
+#include "core/clinical.hpp"
 #include "core/units.hpp"
 #include "moves.hpp"
 

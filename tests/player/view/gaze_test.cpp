@@ -5,7 +5,6 @@
 #include <random>
 
 #include "core/trig.hpp"
-#include "motion/support/models.hpp"
 
 namespace vrda::gaze_test {
 

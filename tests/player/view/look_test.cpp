@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "motion/support/models.hpp"
-#include "render/png_file.hpp"
+#include "render/image.hpp"
 #include "support/input_error.hpp"
 #include "support/scratch.hpp"
 

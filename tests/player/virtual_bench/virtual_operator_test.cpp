@@ -3,12 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <map>
 
 #include "core/units.hpp"
-#include "guide/tasks.hpp"
+#include "guide/task.hpp"
 #include "support/input_error.hpp"
 #include "virtual_bench/statistics.hpp"
 

@@ -10,8 +10,6 @@
 #include <set>
 #include <string>
 
-#include "web/token.hpp"
-
 namespace vrda::response_test {
 
 using testing::HasSubstr;

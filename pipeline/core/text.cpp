@@ -1,0 +1,121 @@
+#include "core/text.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+
+namespace vrda {
+namespace {
+
+/// The smallest character that needs this many bytes after the first.
+constexpr std::array<std::uint32_t, 4> smallest{0, 0x80, 0x800, 0x10000};
+
+/// Bytes that follow `first`; 4 where it begins no character.
+std::size_t n_following(unsigned char first)
+{
+  if (first < 0x80) return 0;
+  if (first >= 0xc0 && first < 0xe0) return 1;
+  if (first >= 0xe0 && first < 0xf0) return 2;
+  return first >= 0xf0 && first < 0xf8 ? 3 : 4;
+}
+
+/// Bytes of the control character that begins at `at`; 0 where none does.
+std::size_t control_bytes(std::string_view text, std::size_t at)
+{
+  const auto byte = static_cast<unsigned char>(text[at]);
+  if (byte < 0x20 || byte == 0x7f) return 1;
+  if (byte != 0xc2 || at + 1 == text.size()) return 0;
+  const auto next = static_cast<unsigned char>(text[at + 1]);
+  return next >= 0x80 && next < 0xa0 ? 2 : 0;
+}
+
+}  // namespace
+
+bool is_utf8(std::string_view bytes)
+{
+  for (std::size_t at = 0; at < bytes.size();) {
+    const auto first = static_cast<unsigned char>(bytes[at++]);
+    const std::size_t n = n_following(first);
+    if (n == 0) continue;
+    if (n > 3 || bytes.size() - at < n) return false;
+    std::uint32_t character = first & (0x3fu >> n);
+    for (std::size_t k = 0; k < n; ++k, ++at) {
+      const auto next = static_cast<unsigned char>(bytes[at]);
+      if ((next & 0xc0u) != 0x80u) return false;
+      character = character << 6 | (next & 0x3fu);
+    }
+    const bool is_surrogate = character >= 0xd800 && character <= 0xdfff;
+    if (character < smallest[n] || character > 0x10ffff || is_surrogate) return false;
+  }
+  return true;
+}
+
+bool has_control_characters(std::string_view text, std::string_view allowed)
+{
+  for (std::size_t at = 0; at < text.size(); ++at)
+    if (control_bytes(text, at) > 0 && allowed.find(text[at]) == std::string_view::npos) return true;
+  return false;
+}
+
+std::string printable(std::string_view text)
+{
+  constexpr std::string_view hex = "0123456789abcdef";
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t n_control = control_bytes(text, at);
+    if (n_control == 0) out += text[at++];
+    for (const std::size_t end = at + n_control; at < end; ++at) {
+      const auto byte = static_cast<unsigned char>(text[at]);
+      out += "\\x";
+      out += hex[byte >> 4U];
+      out += hex[byte & 15U];
+    }
+  }
+  return out;
+}
+
+std::string shortest(double value)
+{
+  std::array<char, 32> digits{};
+  const std::to_chars_result end = std::to_chars(digits.data(), digits.data() + digits.size(), value + 0.0);
+  return {digits.data(), end.ptr};
+}
+
+std::size_t edit_distance(std::string_view a, std::string_view b)
+{
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+std::string nearest_word(const std::string& word, const std::vector<std::string>& known)
+{
+  const auto best =
+      std::min_element(known.begin(), known.end(), [&](const std::string& a, const std::string& b) {
+        return edit_distance(word, a) < edit_distance(word, b);
+      });
+  return best == known.end() ? "" : *best;
+}
+
+std::string alternatives(const std::vector<std::string>& words)
+{
+  std::string text;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (i > 0) text += i + 1 == words.size() ? " or " : ", ";
+    text += words[i];
+  }
+  return text;
+}
+
+}  // namespace vrda

@@ -1,0 +1,258 @@
+#include <array>
+#include <cmath>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "core/step_record.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "exports/formats.hpp"
+
+namespace vrda {
+namespace {
+
+/// Empty where there is no number.
+std::string field(double value)
+{
+  return std::isnan(value) ? "" : shortest(value);
+}
+
+struct Column {
+  std::string name;
+  std::function<std::string(Eigen::Index cell)> text;
+};
+
+using Columns = std::vector<Column>;
+
+void add(Columns& columns, const std::string& name, const GridD& grid)
+{
+  columns.push_back({name, [&grid](Eigen::Index cell) { return field(grid.data()[cell]); }});
+}
+
+template <typename Integer>
+void add_integers(Columns& columns, const std::string& name, const Grid<Integer>& grid)
+{
+  columns.push_back({name, [&grid](Eigen::Index cell) { return std::to_string(int{grid.data()[cell]}); }});
+}
+
+void add_points(Columns& columns, const std::string& name, const std::vector<double>& points)
+{
+  constexpr std::array<char, 3> axes{'x', 'y', 'z'};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    columns.push_back({name + '_' + axes[axis], [&points, axis](Eigen::Index cell) {
+                         return field(points[3 * static_cast<std::size_t>(cell) + axis]);
+                       }});
+  }
+}
+
+void add_attitude(Columns& columns, const MotionModel& model)
+{
+  const auto n_varus = static_cast<Eigen::Index>(model.varus_deg.size());
+  columns.push_back({"flexion_deg", [&model, n_varus](Eigen::Index cell) {
+                       return field(model.flexion_deg[static_cast<std::size_t>(cell / n_varus)]);
+                     }});
+  columns.push_back({"varus_deg", [&model, n_varus](Eigen::Index cell) {
+                       return field(model.varus_deg[static_cast<std::size_t>(cell % n_varus)]);
+                     }});
+  columns.push_back({"status", [&model](Eigen::Index cell) {
+                       return std::string(name_of(static_cast<StepStatus>(model.status.data()[cell])));
+                     }});
+  columns.push_back({"plausibility", [&model](Eigen::Index cell) {
+                       return std::string(
+                           name_of(static_cast<Plausibility>(model.plausibility.data()[cell])));
+                     }});
+}
+
+void add_raw(Columns& columns, const MotionModel& model)
+{
+  add(columns, "varus_solved_deg", model.varus_solved_deg);
+  add(columns, "tx_mm", model.tx_mm);
+  add(columns, "ty_mm", model.ty_mm);
+  add(columns, "tz_mm", model.tz_mm);
+  add(columns, "theta_deg", model.theta_deg);
+  const ClinicalSurfaces& clinical = model.clinical;
+  add(columns, "clinical_flexion_deg", clinical.flexion_deg);
+  add(columns, "clinical_varus_deg", clinical.varus_deg);
+  add(columns, "internal_rotation_deg", clinical.internal_rotation_deg);
+  add(columns, "anterior_mm", clinical.anterior_mm);
+  add(columns, "proximal_mm", clinical.proximal_mm);
+  add(columns, "lateral_mm", clinical.lateral_mm);
+  add(columns, "gap_medial_mm", model.gap_medial_mm);
+  add(columns, "gap_lateral_mm", model.gap_lateral_mm);
+  add_integers(columns, "contact_medial", model.contact_medial);
+  add_integers(columns, "contact_lateral", model.contact_lateral);
+  add_integers(columns, "theta_determined", model.theta_determined);
+  add_integers(columns, "is_spine", model.is_spine);
+  add_integers(columns, "iterations", model.iterations);
+  add_integers(columns, "queries", model.queries);
+  add(columns, "residual_mm", model.residual_mm);
+}
+
+void add_mechanics(Columns& columns, const MotionModel& model)
+{
+  if (model.contact_paths) {
+    const ContactPaths& paths = *model.contact_paths;
+    add_points(columns, "medial_reference_mm", paths.medial_reference_mm);
+    add_points(columns, "medial_moving_mm", paths.medial_moving_mm);
+    add_points(columns, "lateral_reference_mm", paths.lateral_reference_mm);
+    add_points(columns, "lateral_moving_mm", paths.lateral_moving_mm);
+  }
+  if (!model.equilibrium) return;
+  const EquilibriumSurfaces& e = *model.equilibrium;
+  add(columns, "energy_nmm", e.energy_nmm);
+  add(columns, "balance_residual_n", e.balance_residual_n);
+  add(columns, "complementarity_mm", e.complementarity_mm);
+  add(columns, "worst_gap_mm", e.worst_gap_mm);
+  add(columns, "flexion_moment_nmm", e.flexion_moment_nmm);
+  add(columns, "varus_moment_nmm", e.varus_moment_nmm);
+  if (!model.has_compartments) return;
+  add_points(columns, "force_medial_n", e.force_medial_n);
+  add_points(columns, "force_lateral_n", e.force_lateral_n);
+}
+
+std::string with_unit(const std::string& surface)
+{
+  return surface + (surface == "theta" || surface == "varus" ? "_deg" : "_mm");
+}
+
+void add_smoothed(Columns& columns, const MotionModel& model)
+{
+  for (const SmoothedSet& set : model.smoothed) {
+    const std::string prefix = "degree_" + std::to_string(set.degree) + "_";
+    for (const SmoothedSurface& surface : set.surfaces) {
+      add(columns, prefix + with_unit(surface.name), surface.values);
+    }
+    if (set.recontact_mm) add(columns, prefix + "recontact_mm", *set.recontact_mm);
+  }
+}
+
+using Value = std::pair<const char*, double>;
+
+std::array<Value, 15> values_of(const FlexionMotion& motion, const FlexionFrame& frame)
+{
+  const Clinical& c = frame.clinical;
+  const JointPose& pose = frame.pose;
+  const Eigen::Vector3d t_mm = pose.X_reference_moving.translation();
+  const Eigen::Vector3d moved_mm = pose.X_world_moving * motion.rotation_centre_mm;
+  const double to_lateral = motion.side == Side::left ? -1.0 : 1.0;
+  return {{{"flexion_deg", deg_from_rad(c.flexion_rad)},
+           {"varus_deg", deg_from_rad(c.varus_rad)},
+           {"internal_deg", deg_from_rad(c.internal_rotation_rad)},
+           {"ant_mm", t_mm.x()},
+           {"prox_mm", t_mm.y()},
+           {"lat_mm", to_lateral * t_mm.z()},
+           {"attitude_flexion_deg", frame.flexion_deg},
+           {"attitude_varus_deg", deg_from_rad(pose.attitude.varus_rad)},
+           {"tx_mm", moved_mm.x()},
+           {"ty_mm", moved_mm.y()},
+           {"tz_mm", moved_mm.z()},
+           {"theta_deg", deg_from_rad(pose.theta_rad)},
+           {"anterior_mm", c.anterior_mm},
+           {"proximal_mm", c.proximal_mm},
+           {"lateral_mm", c.lateral_mm}}};
+}
+
+}  // namespace
+
+std::vector<std::string> flexion_csv_columns()
+{
+  std::vector<std::string> names;
+  for (const auto& [name, value] : values_of({}, {})) names.emplace_back(name);
+  return names;
+}
+
+std::string flexion_csv(const FlexionMotion& motion)
+{
+  std::string text;
+  for (const std::string& name : flexion_csv_columns()) text += (text.empty() ? "" : ",") + name;
+  text += "\n";
+  for (const FlexionFrame& frame : motion.frames) {
+    const char* comma = "";
+    for (const auto& [name, value] : values_of(motion, frame)) {
+      text += comma + field(value);
+      comma = ",";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string cells_csv(const MotionModel& model)
+{
+  Columns columns;
+  add_attitude(columns, model);
+  add_raw(columns, model);
+  add_mechanics(columns, model);
+  add_smoothed(columns, model);
+  std::string text;
+  for (std::size_t k = 0; k < columns.size(); ++k) text += (k > 0 ? "," : "") + columns[k].name;
+  text += "\n";
+  for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
+    for (std::size_t k = 0; k < columns.size(); ++k) text += (k > 0 ? "," : "") + columns[k].text(cell);
+    text += "\n";
+  }
+  return text;
+}
+
+namespace {
+
+/// The first line of the header: one line that is not taken for a key or for the header's end.
+std::string name_line(const FlexionMotion& motion)
+{
+  std::string line = "vrda: ";
+  for (const char c : motion.title) {
+    const bool is_plain = static_cast<unsigned char>(c) >= 0x20 && c != '=' && c != 0x7f;
+    line += is_plain ? c : ' ';
+  }
+  for (std::size_t at = line.find("endheader"); at != std::string::npos; at = line.find("endheader")) {
+    line.insert(at + 3, 1, ' ');
+  }
+  return line + ", " + motion.set + "\n";
+}
+
+std::string header(const FlexionMotion& motion, const OpenSimOptions& options)
+{
+  std::string text = name_line(motion);
+  text += "version=1\n";
+  text += "nRows=" + std::to_string(motion.frames.size()) + "\n";
+  text += "nColumns=" + std::to_string(1 + options.columns.size()) + "\n";
+  text += std::string("inDegrees=") + (options.in_degrees ? "yes" : "no") + "\n\n";
+  text += "Units are S.I. units (second, meters, Newtons, ...)\n";
+  text += "Flexion grows by " + shortest(options.degrees_per_second) + " degrees a second.\n\n";
+  text += "endheader\ntime";
+  for (const std::string& column : options.columns) text += "\t" + column;
+  return text + "\n";
+}
+
+std::array<double, 6> numbers_of(const FlexionFrame& frame, bool in_degrees)
+{
+  const Clinical& c = frame.clinical;
+  const Eigen::Vector3d t_m = frame.pose.X_reference_moving.translation() * metres_per_mm;
+  std::array<double, 6> numbers{c.flexion_rad, c.varus_rad, c.internal_rotation_rad,
+                                t_m.x(),       t_m.y(),     t_m.z()};
+  for (std::size_t k = 0; in_degrees && k < 3; ++k) numbers[k] = deg_from_rad(numbers[k]);
+  return numbers;
+}
+
+}  // namespace
+
+std::array<std::string, 6> opensim_columns(Side side)
+{
+  std::array<std::string, 6> columns{"knee_flex", "knee_add", "knee_rot", "knee_tx", "knee_ty", "knee_tz"};
+  for (std::string& column : columns) column += side == Side::left ? "_l" : "_r";
+  return columns;
+}
+
+std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& options)
+{
+  std::string text = header(motion, options);
+  for (const FlexionFrame& frame : motion.frames) {
+    text += shortest(time_s(motion, frame, options.degrees_per_second));
+    for (const double number : numbers_of(frame, options.in_degrees)) text += "\t" + shortest(number);
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace vrda

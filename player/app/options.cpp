@@ -1,0 +1,48 @@
+#include "app/options.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <vector>
+
+#include "core/text.hpp"
+
+namespace vrda {
+namespace {
+
+std::string refusal(const std::string& word, const std::map<std::string, int>& choices)
+{
+  std::vector<std::string> names;
+  for (const auto& [name, value] : choices) names.push_back(name);
+  return "found '" + word + "', wanted " + alternatives(names);
+}
+
+}  // namespace
+
+CLI::Validator named_choice(const std::map<std::string, int>& choices)
+{
+  return {[choices](std::string& word) {
+            const auto chosen = choices.find(word);
+            if (chosen == choices.end()) return refusal(word, choices);
+            word = std::to_string(chosen->second);
+            return std::string();
+          },
+          "NAME"};
+}
+
+std::string refusal_of_nothing(const std::string& text)
+{
+  return text.empty() ? "found nothing, wanted a name" : "";
+}
+
+std::string keys_text(std::span<const HelpLine> lines, std::size_t column)
+{
+  std::string text = "Keys:\n";
+  for (const HelpLine& line : lines) {
+    std::string keys = line.keys;
+    keys.resize(std::max(column, keys.size() + 2), ' ');
+    text += "  " + keys + line.does + "\n";
+  }
+  return text;
+}
+
+}  // namespace vrda

@@ -1,0 +1,341 @@
+#include "devices/clients.hpp"
+
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <termios.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/connect.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/serial_port.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/write.hpp>
+#include <cmath>
+
+#include "devices/board_talk.hpp"
+#include "devices/tracker_talk.hpp"
+#include "igtl/stream.hpp"
+
+namespace vrda {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+/// A line that takes not one request for so long is stuck.
+constexpr std::int64_t longest_writing_ns = 1'000'000'000;
+
+}  // namespace
+
+struct BoardClient::State {
+  State(asio::io_context& io_, const BoardSettings& settings_, Outlet& outlet_)
+      : io(io_), settings(settings_), outlet(outlet_), port(io_), timer(io_), backoff(settings_.retry_ms)
+  {
+  }
+
+  // Closing a line waits for what was not sent.
+  ~State()
+  {
+    if (port.is_open()) tcflush(port.native_handle(), TCIOFLUSH);
+  }
+
+  void open()
+  {
+    outlet.set_link(LinkState::opening, "");
+    error_code error;
+    port.open(settings.port, error);
+    if (!error) port.set_option(asio::serial_port::baud_rate(static_cast<unsigned>(settings.baud)), error);
+    if (error) return lose(error.message());
+    // What an earlier opening asked for is no answer.
+    tcflush(port.native_handle(), TCIOFLUSH);
+    ++n_openings;
+    is_writing = false;
+    n_refused = 0;
+    talk.emplace(settings, outlet.clock().now_ns());
+    read();
+    speak();
+  }
+
+  void read()
+  {
+    port.async_read_some(
+        asio::buffer(bytes), [this, opening = n_openings](const error_code& error, std::size_t n) {
+          const std::int64_t now_ns = outlet.clock().now_ns();
+          if (opening != n_openings) return;
+          if (error) return lose(error == asio::error::eof ? "the line has gone" : error.message());
+          const bool was_up = talk->phase() == BoardTalk::Phase::up;
+          const std::vector<Sample> samples = talk->hear(std::span(bytes).first(n), now_ns);
+          if (!was_up && talk->phase() == BoardTalk::Phase::up) {
+            backoff.reset();
+            outlet.set_link(LinkState::up, "");
+          }
+          outlet.put(samples);
+          outlet.refuse(talk->n_refused() - n_refused, "found noise, wanted frames of the serial protocol");
+          n_refused = talk->n_refused();
+          if (speak()) read();
+        });
+  }
+
+  /// Sends what is due, comes again when more is; false where the line was given up.
+  bool speak()
+  {
+    const std::int64_t now_ns = outlet.clock().now_ns();
+    if (!is_writing) {
+      requests = talk->due(now_ns);
+      if (!requests.empty()) write(now_ns);
+    } else if (now_ns - writing_since_ns >= longest_writing_ns) {
+      lose("the line takes nothing");
+      return false;
+    }
+    if (talk->phase() == BoardTalk::Phase::given_up) {
+      const std::string trouble = talk->trouble();  // the talk ends here
+      lose(trouble);
+      return false;
+    }
+    timer.expires_at(
+        outlet.clock().time_of(is_writing ? writing_since_ns + longest_writing_ns : talk->next_due_ns()));
+    timer.async_wait([this, opening = n_openings](const error_code& error) {
+      if (!error && opening == n_openings) speak();
+    });
+    return true;
+  }
+
+  void write(std::int64_t now_ns)
+  {
+    is_writing = true;
+    writing_since_ns = now_ns;
+    asio::async_write(port, asio::buffer(requests),
+                      [this, opening = n_openings](const error_code& error, std::size_t) {
+                        if (opening != n_openings) return;
+                        is_writing = false;
+                        if (error) return lose(error.message());
+                        speak();
+                      });
+  }
+
+  void lose(const std::string& trouble)
+  {
+    ++n_openings;  // what is on its way belongs to the past
+    talk.reset();
+    error_code ignored;
+    if (port.is_open()) tcflush(port.native_handle(), TCIOFLUSH);
+    port.close(ignored);
+    outlet.set_link(LinkState::closed, trouble);
+    timer.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
+        std::chrono::duration<double, std::milli>(backoff.next_ms())));
+    timer.async_wait([this](const error_code& error) {
+      if (!error) open();
+    });
+  }
+
+  void zero_stage()
+  {
+    if (!talk || talk->phase() != BoardTalk::Phase::up)
+      return outlet.note("the stage was not set to zero: the board is not up");
+    talk->zero_stage();
+    speak();
+  }
+
+  asio::io_context& io;
+  const BoardSettings settings;
+  Outlet& outlet;
+  asio::serial_port port;
+  asio::steady_timer timer;  ///< of what is due, or of the pause
+  Backoff backoff;
+  std::optional<BoardTalk> talk;  ///< while the line is open
+  std::uint64_t n_openings = 0;
+  std::uint64_t n_refused = 0;  ///< of the talk, told already
+  bool is_writing = false;
+  std::int64_t writing_since_ns = 0;
+  std::string requests;
+  std::array<std::uint8_t, 1024> bytes{};
+};
+
+BoardClient::BoardClient(asio::io_context& io, const BoardSettings& settings, Outlet& outlet)
+    : state_(std::make_unique<State>(io, settings, outlet))
+{
+  state_->open();
+}
+
+BoardClient::~BoardClient() = default;
+
+void BoardClient::zero_stage()
+{
+  asio::post(state_->io, [state = state_.get()] { state->zero_stage(); });
+}
+
+namespace {
+using asio::ip::tcp;
+using Endpoints = tcp::resolver::results_type;
+
+/// Local networks answer in milliseconds; a machine that is off does not answer at all.
+constexpr std::chrono::seconds longest_connecting{2};
+
+/// The kernel asks a silent peer after 2 s and gives it up 3 s later.
+void keep_alive(tcp::socket& socket)
+{
+  struct Option {
+    int level, name, value;
+  };
+  for (const Option& option : {Option{IPPROTO_TCP, TCP_NODELAY, 1}, Option{SOL_SOCKET, SO_KEEPALIVE, 1},
+                               Option{IPPROTO_TCP, TCP_KEEPIDLE, 2}, Option{IPPROTO_TCP, TCP_KEEPINTVL, 1},
+                               Option{IPPROTO_TCP, TCP_KEEPCNT, 3}})
+    setsockopt(socket.native_handle(), option.level, option.name, &option.value, sizeof option.value);
+}
+
+/// A port of this machine that nobody listens on may, once in a while, be met by the socket's own.
+bool is_self(const tcp::socket& socket)
+{
+  error_code ignored;
+  return socket.local_endpoint(ignored) == socket.remote_endpoint(ignored);
+}
+
+}  // namespace
+
+struct TrackerClient::State {
+  State(asio::io_context& io, const TrackerSettings& settings_, Outlet& outlet_)
+      : settings(settings_),
+        outlet(outlet_),
+        socket(io),
+        resolver(io),
+        timer(io),
+        watch(io),
+        talk(settings_, outlet_.clock().now_ns()),
+        backoff(settings_.retry_ms)
+  {
+  }
+
+  void look_up()
+  {
+    outlet.set_link(LinkState::opening, "");
+    is_connecting = true;
+    timer.expires_after(longest_connecting);
+    timer.async_wait([this](const error_code& error) {
+      if (error || !is_connecting) return;
+      resolver.cancel();
+      close();
+    });
+    // A number is not looked up: that would take another thread.
+    error_code is_name;
+    const asio::ip::address address = asio::ip::make_address(settings.host, is_name);
+    const std::string port = std::to_string(settings.port);
+    if (!is_name)
+      return connect(Endpoints::create(tcp::endpoint(address, settings.port), settings.host, port));
+    resolver.async_resolve(settings.host, port, [this](const error_code& error, const Endpoints& endpoints) {
+      if (error)
+        return lose(error == asio::error::operation_aborted ? "no address within 2 s" : error.message());
+      connect(endpoints);
+    });
+  }
+
+  void connect(const Endpoints& endpoints)
+  {
+    asio::async_connect(socket, endpoints, [this](const error_code& error, const tcp::endpoint&) {
+      if (error == asio::error::operation_aborted || (!error && !socket.is_open()))
+        return lose("no connection within 2 s");
+      if (error || is_self(socket)) return lose(error ? error.message() : "Connection refused");
+      is_connecting = false;
+      timer.cancel();
+      keep_alive(socket);
+      stream = IgtlStream();
+      outlet.set_link(LinkState::up, "");
+      ask_for_tdata();
+      read();
+    });
+  }
+
+  void ask_for_tdata()
+  {
+    if (settings.tdata_interval_ms <= 0.0) return;
+    IgtlMessage message;
+    message.kind = IgtlKind::start_tdata;
+    message.interval_ms = std::max(1, static_cast<int>(std::lround(settings.tdata_interval_ms)));
+    request = bytes_of(message);
+    // Reading finds out where it cannot be sent.
+    asio::async_write(socket, asio::buffer(request), [](const error_code&, std::size_t) {});
+  }
+
+  void read()
+  {
+    socket.async_read_some(asio::buffer(bytes), [this](const error_code& error, std::size_t n) {
+      const std::int64_t now_ns = outlet.clock().now_ns();
+      if (error) return lose(error == asio::error::eof ? "closed by the peer" : error.message());
+      stream.add(std::span(bytes).first(n));
+      while (const std::optional<IgtlMessage> message = stream.next()) take(*message, now_ns);
+      outlet.refuse(stream.n_skipped() - n_skipped, "");
+      outlet.refuse(stream.n_malformed() - n_malformed, "found a message of a wrong size, wanted its type's");
+      n_skipped = stream.n_skipped();
+      n_malformed = stream.n_malformed();
+      if (!stream.is_broken()) return read();
+      outlet.refuse(1, stream.trouble());
+      lose(stream.trouble());
+    });
+  }
+
+  void take(const IgtlMessage& message, std::int64_t now_ns)
+  {
+    backoff.reset();
+    outlet.put(talk.hear(message, now_ns));
+    if (const std::string trouble = trouble_of(message); !trouble.empty()) outlet.note(trouble);
+  }
+
+  void close()
+  {
+    error_code ignored;
+    socket.close(ignored);
+  }
+
+  void lose(const std::string& trouble)
+  {
+    is_connecting = false;
+    n_skipped = n_malformed = 0;
+    close();
+    outlet.set_link(LinkState::closed, trouble);
+    timer.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
+        std::chrono::duration<double, std::milli>(backoff.next_ms())));
+    timer.async_wait([this](const error_code& error) {
+      if (!error) look_up();
+    });
+  }
+
+  /// Four times in the span after which a tool is stale: known a quarter late at most.
+  void watch_tools()
+  {
+    watch.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
+        std::chrono::duration<double, std::milli>(std::max(settings.stale_after_ms / 4.0, 1.0))));
+    watch.async_wait([this](const error_code& error) {
+      if (error) return;
+      outlet.put(talk.pass_time(outlet.clock().now_ns()));
+      watch_tools();
+    });
+  }
+
+  const TrackerSettings settings;
+  Outlet& outlet;
+  tcp::socket socket;
+  tcp::resolver resolver;
+  asio::steady_timer timer;  ///< of connecting, or of the pause
+  asio::steady_timer watch;
+  bool is_connecting = false;
+  TrackerTalk talk;
+  Backoff backoff;
+  IgtlStream stream;
+  std::uint64_t n_skipped = 0, n_malformed = 0;  ///< of the stream, told already
+  std::vector<std::uint8_t> request;
+  std::array<std::uint8_t, 16384> bytes{};
+};
+
+TrackerClient::TrackerClient(asio::io_context& io, const TrackerSettings& settings, Outlet& outlet)
+    : state_(std::make_unique<State>(io, settings, outlet))
+{
+  state_->look_up();
+  state_->watch_tools();
+}
+
+TrackerClient::~TrackerClient() = default;
+
+}  // namespace vrda

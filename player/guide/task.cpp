@@ -1,0 +1,83 @@
+#include "guide/task.hpp"
+
+#include "core/error.hpp"
+#include "guide/solve_part.hpp"
+#include "settings/settings_text.hpp"
+
+namespace vrda {
+
+std::vector<Task> tasks_of(CalibrationPart part, const BenchFile& bench, const Calibration& calibration)
+{
+  switch (part) {
+    case CalibrationPart::viewport:
+      return viewport_tasks(bench);
+    case CalibrationPart::distortion:
+      return distortion_tasks(bench, calibration);
+    case CalibrationPart::rails:
+      return rail_tasks(bench);
+    case CalibrationPart::stop:
+      return stop_tasks();
+    case CalibrationPart::probe:
+      return probe_tasks(bench);
+    case CalibrationPart::eyepoints:
+      return eyepoint_tasks(bench, calibration);
+    case CalibrationPart::ipd:
+      return ipd_tasks(bench);
+    case CalibrationPart::subject:
+      return subject_tasks(bench);
+    case CalibrationPart::bullseye:
+    case CalibrationPart::head:
+      return bullseye_tasks(part, bench, calibration);
+    case CalibrationPart::leg:
+    case CalibrationPart::femur:
+    case CalibrationPart::tibia:
+      return model_tasks(part, bench, calibration);
+  }
+  throw InternalError("every part has tasks");
+}
+
+TaskRound round_of(CalibrationPart part, const std::vector<Task>& tasks, std::size_t task)
+{
+  if (part == CalibrationPart::rails) return {task, task + 1};
+  TaskRound round{0, tasks.size()};
+  const bool is_by_eye = part == CalibrationPart::viewport || part == CalibrationPart::distortion ||
+                         part == CalibrationPart::eyepoints;
+  if (!is_by_eye) return round;
+  const auto is_same = [&](std::size_t k) { return tasks[k].is_right == tasks[task].is_right; };
+  while (!is_same(round.begin)) ++round.begin;
+  while (!is_same(round.end - 1)) --round.end;
+  return round;
+}
+
+namespace {
+
+/// What a careful eye reaches at a line's side, and a usual eye.
+constexpr double usual_noise_px = 0.5;
+
+std::string expected_eyepoint(const BenchFile& bench, const Calibration& calibration)
+{
+  const Eyepoint usual{Eye().distance_px, calibration.image_distance_mm};
+  const Eigen::Vector2d sd = expected_eyepoint_sd(rectangles_of(bench.calibration), usual, usual_noise_px);
+  return "With these rectangles and half a pixel of noise an eye's distance will be known to about +-" +
+         rounded_text(2.0 * sd.x(), 1) + " px, its depth to +-" + rounded_text(2.0 * sd.y(), 1) +
+         " mm. Rectangles further apart in depth make it better.";
+}
+
+}  // namespace
+
+std::vector<std::string> words_before(CalibrationPart part, const BenchFile& bench,
+                                      const Calibration& calibration)
+{
+  if (part == CalibrationPart::eyepoints) return {expected_eyepoint(bench, calibration)};
+  return {};
+}
+
+std::vector<std::string> words_after(CalibrationPart part, const Estimate& estimate)
+{
+  std::vector<std::string> words{std::string(name_of(part)) + " is done:"};
+  const std::vector<std::string> lines = lines_of(estimate);
+  words.insert(words.end(), lines.begin(), lines.end());
+  return words;
+}
+
+}  // namespace vrda

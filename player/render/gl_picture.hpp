@@ -1,0 +1,58 @@
+/// What is done to a finished picture: an overlay drawn over it, a mesh that carries it into another.
+#pragma once
+
+#include <array>
+
+#include "render/gl_table.hpp"
+#include "render/renderer.hpp"
+
+namespace vrda {
+
+class OverlayPainter {
+ public:
+  explicit OverlayPainter(const GlTable& gl);
+  ~OverlayPainter();
+  OverlayPainter(const OverlayPainter&) = delete;
+  OverlayPainter& operator=(const OverlayPainter&) = delete;
+
+  void load(const OverlayFont& font);
+  /// Onto the bound frame buffer, of `width` x `height` pixels.
+  void draw(const Overlay& overlay, int width, int height);
+
+ private:
+  void upload(const Overlay& overlay);
+
+  const GlTable& gl_;
+  unsigned program_ = 0, vertex_array_ = 0, font_ = 0;
+  std::array<unsigned, 2> buffers_{};           // vertices, indices
+  std::array<std::ptrdiff_t, 2> room_bytes_{};  // of the buffers
+  int size_px_ = -1;
+};
+
+/// Carries a finished picture over into another by a mesh.
+class WarpPainter {
+ public:
+  WarpPainter(const GlTable& gl, const Warp& warp, int picture_width, int picture_height);
+  ~WarpPainter();
+  WarpPainter(const WarpPainter&) = delete;
+  WarpPainter& operator=(const WarpPainter&) = delete;
+
+  /// Reads the frame buffer `picture`, which has no samples; draws into warped(), which is bound afterwards.
+  void draw(unsigned picture);
+  const Target& warped() const { return warped_; }
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+ private:
+  void upload(const WarpMesh& mesh);
+
+  const GlTable& gl_;
+  int width_ = 0, height_ = 0, picture_width_ = 0, picture_height_ = 0;
+  int n_indices_ = 0;
+  unsigned program_ = 0, vertex_array_ = 0;
+  std::array<unsigned, 2> buffers_{};           // vertices, indices
+  unsigned picture_ = 0, picture_texture_ = 0;  // frame buffer and its colour
+  Target warped_;
+};
+
+}  // namespace vrda

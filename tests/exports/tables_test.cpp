@@ -1,0 +1,232 @@
+#include "exports/formats.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <sstream>
+
+#include "core/units.hpp"
+#include "motion/support/models.hpp"
+
+namespace vrda::tables_test {
+
+using Rows = std::vector<std::map<std::string, std::string>>;
+
+std::vector<std::string> fields_of(const std::string& line)
+{
+  std::vector<std::string> fields{""};
+  for (const char c : line) {
+    if (c == ',') {
+      fields.emplace_back();
+    } else {
+      fields.back() += c;
+    }
+  }
+  return fields;
+}
+
+Rows parsed(const std::string& text)
+{
+  std::istringstream in(text);
+  std::string line;
+  std::getline(in, line);
+  const std::vector<std::string> names = fields_of(line);
+  Rows rows;
+  while (std::getline(in, line)) {
+    const std::vector<std::string> fields = fields_of(line);
+    EXPECT_EQ(fields.size(), names.size());
+    rows.emplace_back();
+    for (std::size_t k = 0; k < names.size(); ++k) rows.back()[names[k]] = fields[k];
+    EXPECT_EQ(rows.back().size(), names.size()) << "two columns of one name";
+  }
+  return rows;
+}
+
+test::ModelPlan plan_of(const std::string& side)
+{
+  test::ModelPlan plan;
+  plan.side = side;
+  // World W of a left joint is the right one's seen in a mirror.
+  const double mirror = side == "left" ? -1.0 : 1.0;
+  plan.rotation_centre_mm = {10, -5, mirror * 40};
+  plan.motion = [mirror](double flexion_deg, double varus_deg) {
+    return PoseNumbers{0.05 * flexion_deg, -3.0, mirror * (1.0 + 0.5 * varus_deg),
+                       0.2 * flexion_deg - varus_deg};
+  };
+  return plan;
+}
+
+TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
+{
+  const MotionModel model = test::model_of(plan_of("right"));
+  const Rows rows = parsed(flexion_csv(flexion_motion(model, "knee.h5", {})));
+  ASSERT_EQ(rows.size(), model.flexion_deg.size());
+  constexpr double rounding = 1e-11;  // of mm and degrees that went through radians
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    SCOPED_TRACE(i);
+    const auto row = static_cast<Eigen::Index>(i);
+    EXPECT_EQ(std::stod(rows[i].at("attitude_flexion_deg")), model.flexion_deg[i]);
+    EXPECT_NEAR(std::stod(rows[i].at("flexion_deg")), model.clinical.flexion_deg(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("internal_deg")), model.clinical.internal_rotation_deg(row, 2),
+                rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("lateral_mm")), model.clinical.lateral_mm(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("tx_mm")), model.tx_mm(row, 2), rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("theta_deg")), model.theta_deg(row, 2), rounding);
+    const double* X = &model.X_reference_moving[16 * (5 * i + 2)];
+    EXPECT_NEAR(std::stod(rows[i].at("ant_mm")), X[3], rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("prox_mm")), X[7], rounding);
+    EXPECT_NEAR(std::stod(rows[i].at("lat_mm")), X[11], rounding);
+  }
+}
+
+TEST(CsvTables, TheColumnsHaveTheNamesThatAreTold)
+{
+  std::string header;
+  for (const std::string& name : flexion_csv_columns()) header += (header.empty() ? "" : ",") + name;
+  const std::string text = flexion_csv(flexion_motion(test::model_of(plan_of("right")), "knee.h5", {}));
+  EXPECT_EQ(text.substr(0, text.find('\n')), header);
+}
+
+TEST(CsvTables, AMirroredKneeGivesTheSameCurves)
+{
+  const auto rows_of = [](const std::string& side) {
+    return parsed(flexion_csv(flexion_motion(test::model_of(plan_of(side)), "knee.h5", {})));
+  };
+  const Rows right = rows_of("right"), left = rows_of("left");
+  ASSERT_EQ(right.size(), left.size());
+  constexpr double issue_tolerance = 1e-9;
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    for (const char* name : {"flexion_deg", "varus_deg", "internal_deg", "ant_mm", "prox_mm", "lat_mm",
+                             "anterior_mm", "proximal_mm", "lateral_mm", "theta_deg"}) {
+      EXPECT_NEAR(std::stod(right[i].at(name)), std::stod(left[i].at(name)), issue_tolerance) << name;
+    }
+  }
+}
+
+TEST(CsvTables, EveryCellStandsWithItsStatusAndNothingWhereItHasNoAnswer)
+{
+  MotionModel model = test::model_of(plan_of("right"));
+  test::unsolve(model, 1, 3);
+  test::add_smoothed(model, 2, [](int i, int j) { return PoseNumbers{1.0 + i, 0.0, 0.5 * j, 0.25}; });
+  const Rows rows = parsed(cells_csv(model));
+  ASSERT_EQ(rows.size(), 35U);
+  const std::map<std::string, std::string>& failed = rows[1 * 5 + 3];
+  EXPECT_EQ(failed.at("status"), "no_contact");
+  EXPECT_EQ(failed.at("flexion_deg"), "15");
+  EXPECT_EQ(failed.at("varus_deg"), "2");
+  EXPECT_EQ(failed.at("tx_mm"), "");
+  EXPECT_EQ(failed.at("contact_medial"), "-1");
+  EXPECT_EQ(std::stod(failed.at("degree_2_tx_mm")), model.smoothed[0].surfaces[0].values(1, 3));
+  const std::map<std::string, std::string>& solved = rows[6 * 5 + 0];
+  EXPECT_EQ(solved.at("status"), "stable");
+  EXPECT_EQ(std::stod(solved.at("tx_mm")), model.tx_mm(6, 0));
+  EXPECT_EQ(std::stod(solved.at("anterior_mm")), model.clinical.anterior_mm(6, 0));
+  EXPECT_EQ(std::stod(solved.at("degree_2_theta_deg")), model.smoothed[0].surfaces[3].values(6, 0));
+}
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double pose_rounding = 1e-12;  // of angles and sums of a hundred mm, in radians and metres
+
+struct Table {
+  std::string name;
+  std::map<std::string, std::string> keys;
+  std::vector<std::string> columns;
+  std::vector<std::vector<double>> rows;
+};
+
+/// By the rules of OpenSim's reader: a name, key=value lines and text up to endheader, tabs between.
+Table parsed_table(const std::string& text)
+{
+  Table table;
+  std::istringstream in(text);
+  std::string line;
+  std::getline(in, table.name);
+  while (std::getline(in, line) && line != "endheader") {
+    const std::size_t equals = line.find('=');
+    if (equals != std::string::npos) table.keys[line.substr(0, equals)] = line.substr(equals + 1);
+  }
+  std::getline(in, line);
+  std::istringstream names(line);
+  for (std::string name; std::getline(names, name, '\t');) table.columns.push_back(name);
+  while (std::getline(in, line)) {
+    std::istringstream fields(line);
+    table.rows.emplace_back();
+    for (std::string field; std::getline(fields, field, '\t');) table.rows.back().push_back(std::stod(field));
+  }
+  return table;
+}
+
+FlexionMotion turning_motion(const std::string& side)
+{
+  test::ModelPlan plan;
+  plan.side = side;
+  plan.rotation_centre_mm = {5, -70, 30};
+  plan.motion = [](double flexion_deg, double varus_deg) {
+    return PoseNumbers{0.05 * flexion_deg, -3.0, 1.0 + 0.5 * varus_deg, 0.2 * flexion_deg - varus_deg};
+  };
+  FlexionPlan flexion;
+  flexion.varus = VarusRule::given;
+  flexion.varus_deg = 2.0;
+  return flexion_motion(test::model_of(plan), "knee.h5", flexion);
+}
+
+/// The axes of schemas/exports.md.
+Pose pose_of_coordinates(const std::vector<double>& row, double radians, Side side)
+{
+  const double other = side == Side::left ? -1.0 : 1.0;
+  Pose X = Pose::Identity();
+  X.linear() = rotation_z(-radians * row[1]) * rotation_x(other * radians * row[2]) *
+               rotation_y(other * radians * row[3]);
+  X.translation() = Eigen::Vector3d(row[4], row[5], row[6]);
+  return X;
+}
+
+TEST(OpenSimTable, TheColumnsPutThePoseTogetherOnBothSides)
+{
+  for (const Side side : {Side::right, Side::left}) {
+    for (const bool in_degrees : {false, true}) {
+      SCOPED_TRACE(side == Side::left ? "left" : "right");
+      const FlexionMotion motion = turning_motion(side == Side::left ? "left" : "right");
+      const Table table = parsed_table(opensim_table(motion, {opensim_columns(side), in_degrees, 45.0}));
+      ASSERT_EQ(table.rows.size(), motion.frames.size());
+      for (std::size_t i = 0; i < table.rows.size(); ++i) {
+        Pose expected = motion.frames[i].pose.X_reference_moving;
+        expected.translation() *= 1e-3;
+        const Pose found = pose_of_coordinates(table.rows[i], in_degrees ? rad_from_deg(1.0) : 1.0, side);
+        EXPECT_LT((found.matrix() - expected.matrix()).cwiseAbs().maxCoeff(), pose_rounding);
+        EXPECT_NEAR(table.rows[i][0], motion.frames[i].flexion_deg / 45.0, 1e-15);
+      }
+    }
+  }
+}
+
+TEST(OpenSimTable, TheHeaderIsTrue)
+{
+  const FlexionMotion motion = turning_motion("right");
+  const Table table = parsed_table(opensim_table(motion, {opensim_columns(Side::right), true, 30.0}));
+  EXPECT_EQ(table.keys.at("version"), "1");
+  EXPECT_EQ(table.keys.at("nRows"), std::to_string(table.rows.size()));
+  EXPECT_EQ(table.keys.at("nColumns"), std::to_string(table.columns.size()));
+  EXPECT_EQ(table.keys.at("inDegrees"), "yes");
+  EXPECT_THAT(table.columns, ElementsAre("time", "knee_flex_r", "knee_add_r", "knee_rot_r", "knee_tx_r",
+                                         "knee_ty_r", "knee_tz_r"));
+  for (const std::vector<double>& row : table.rows) EXPECT_EQ(row.size(), table.columns.size());
+  EXPECT_THAT(opensim_columns(Side::left), testing::Each(testing::EndsWith("_l")));
+}
+
+TEST(OpenSimTable, ATitleCannotBreakTheHeader)
+{
+  FlexionMotion motion = turning_motion("right");
+  motion.title = "a=b\nendheader\tc";
+  const Table table = parsed_table(opensim_table(motion, {opensim_columns(Side::right), false, 30.0}));
+  EXPECT_THAT(table.name, Not(HasSubstr("endheader")));
+  EXPECT_THAT(table.name, Not(HasSubstr("=")));
+  EXPECT_EQ(table.keys.size(), 4U);
+  EXPECT_EQ(table.rows.size(), motion.frames.size());
+}
+
+}  // namespace vrda::tables_test
