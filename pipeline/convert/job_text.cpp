@@ -18,12 +18,6 @@ std::string list_of(const Eigen::Vector3d& v)
   return "[" + shortest(v.x()) + ", " + shortest(v.y()) + ", " + shortest(v.z()) + "]";
 }
 
-std::string quoted_toml(const std::string& text)
-{
-  const std::string line = toml_text({DocumentValue::Table{{"x", {text}}}});  // x = "text"
-  return line.substr(4, line.size() - 5);
-}
-
 // A line and its comment, all comments in one column.
 std::string line(const std::string& text, const std::string& comment = "")
 {
@@ -40,8 +34,8 @@ std::string components_text(const std::string& body, const std::vector<std::stri
   for (const std::string& model : models) {
     const std::string file = before + model + ".obj";
     text += line("\n[[" + body + ".component]]");
-    text += line("name = " + quoted_toml(model));
-    text += line("file = " + quoted_toml(file));
+    text += line("name = " + value_text({model}));
+    text += line("file = " + value_text({file}));
   }
   return text;
 }
@@ -57,7 +51,7 @@ std::string moving_text(const Configuration& c, const std::string& folder)
   // A left knee is solved reflected, where a turn has the other sense.
   const double theta_deg = -c.turn_deg;
   std::string text = line("\n[moving]");
-  text += line("name = " + quoted_toml(c.moving.front()));
+  text += line("name = " + value_text({c.moving.front()}));
   text += line("# anterior, proximal, right");
   text += line("initial = { translation_mm = " + list_of(canonical(c.position_mm)) +
                ", theta_deg = " + shortest(theta_deg) + " }");
@@ -91,7 +85,7 @@ std::string player_text(const Configuration& c)
                  std::to_string((*c.display_px)[1]) + "]");
   }
   if (c.zoom) text += line("zoom = " + shortest(*c.zoom));
-  if (!c.render.empty()) text += line("render = " + quoted_toml(c.render));
+  if (!c.render.empty()) text += line("render = " + value_text({c.render}));
   for (const auto& [number, view] : c.views) {
     text += line("\n[[player.view]]");
     text += line("number = " + std::to_string(number));
@@ -105,20 +99,20 @@ std::string player_text(const Configuration& c)
 
 std::string job_text(const Configuration& c, const JobPlaces& places)
 {
-  std::string text = line("# From the keyword configuration " + quoted_toml(places.source) +
+  std::string text = line("# From the keyword configuration " + value_text({places.source}) +
                           "; schemas/legacy-formats.md says how.");
-  text += line("title = " + quoted_toml(places.title));
+  text += line("title = " + value_text({places.title}));
   text += line("joint = \"knee\"");
   text += line("side = \"left\"");
   text += line(
       "\n# Thesis 5.2: X from medial to lateral of a left knee, Y up; Z comes forward in OpenGL's view.");
   text += line("[frame]");
-  text += line("unit = " + quoted_toml(places.unit));
+  text += line("unit = " + value_text({places.unit}));
   text += line("anterior = \"+Z\"");
   text += line("proximal = \"+Y\"");
   text += line("right = \"-X\"");
   text += line("\n[reference]");
-  text += line("name = " + quoted_toml(c.reference.front()));
+  text += line("name = " + value_text({c.reference.front()}));
   text += components_text("reference", c.reference, places.models_folder);
   text += moving_text(c, places.models_folder);
   text += solving_text(c);

@@ -53,7 +53,7 @@ class CheckIncludes(unittest.TestCase):
 
     def test_later_rooms_are_out_of_reach(self):
         self.assert_one("pipeline/load/a.cpp", '\n#include "solve/step.hpp"\n', 2, '"solve/step.hpp"', "load, core, store, motion")
-        self.assert_one("player/scene/a.cpp", '#include "render/draw.hpp"\n', 1, '"render/draw.hpp"', "scene, core, ligament, store, motion")
+        self.assert_one("player/scene/a.cpp", '#include "render/draw.hpp"\n', 1, '"render/draw.hpp"', "scene, core, documents, ligament, store, motion")
         self.assert_one("player/render/a.cpp", '#include "load/case.hpp"\n', 1, '"load/case.hpp"', "scene")
 
     def test_commands_alone_catch_input_errors(self):
