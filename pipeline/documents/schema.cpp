@@ -108,7 +108,11 @@ Json json_of(const DocumentValue& value)
     Json operator()(bool flag) const { return flag; }
     Json operator()(std::int64_t number) const { return number; }
     Json operator()(double number) const { return number; }
-    Json operator()(const std::string& text) const { return text; }
+    // Words of tables and of --set may be any bytes; the validator counts characters of UTF-8.
+    Json operator()(const std::string& text) const
+    {
+      return is_utf8(text) ? text : std::string(text.size(), '?');
+    }
     Json operator()(const DocumentValue::List& list) const
     {
       Json out = Json::array();

@@ -153,6 +153,18 @@ TEST(DocumentSchema, APartOfAFileIsNamedByItsPlace)
   schema().check_known_keys({"b.toml", parse_toml("force = \"of any type\"", "b.toml")});
 }
 
+TEST(DocumentSchema, TextsOfAnyBytesAreMeasuredByByte)
+{
+  const auto title = [](const std::string& text) {
+    return DocumentValue{DocumentValue::Table{{"title", {text}}}};
+  };
+  EXPECT_EQ(text_at(schema().checked({"b", title("\xff\xfe")}), "title"), "\xff\xfe");
+  const InputError::Facts facts = test::input_error([&] {
+    schema().checked({"b", title("\xff\xff\xff\xff")});
+  });
+  EXPECT_EQ(facts.field, "title");
+}
+
 TEST(DocumentSchema, HugeKeysAreNotComparedWhole)
 {
   const InputError::Facts facts = refused("title = \"a\"\n" + std::string(1'000'000, 'k') + " = 1\n");

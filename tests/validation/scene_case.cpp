@@ -9,8 +9,6 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "solve/stability_search.hpp"
-
 namespace vrda::test {
 
 double Draw::uniform(double from, double to)

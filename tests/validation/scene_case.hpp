@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "shapes/shapes.hpp"
+#include "solve/stability_search.hpp"
 
 namespace vrda::test {
 
