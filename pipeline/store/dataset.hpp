@@ -116,7 +116,7 @@ struct Dataset {
   std::vector<std::string> dimensions;  ///< paths of the scales, slowest first; empty: one value
   Unit units;
   Valid valid;
-  std::string long_name;
+  const char* long_name;
 
   FlagSet flags() const { return valid.flags; }
 };

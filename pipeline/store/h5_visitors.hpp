@@ -143,30 +143,4 @@ class Hdf5Read : public RegistryVisitor {
   const Sizes& counted_;
 };
 
-/// Compares the attributes that repeat what the values say.
-class RepeatedCheck : public RegistryVisitor {
- public:
-  explicit RepeatedCheck(const H5Reader& reader) : reader_(reader) {}
-  std::vector<Finding> take() { return std::move(findings_); }
-
-  template <typename Value>
-  void repeated(const std::string& object, const std::string& name, const Value& value)
-  {
-    const std::optional<AttributeValue> attribute = reader_.attribute(object, name);
-    check(attribute && attribute->numbers.size() == 1, "the structure has been checked");
-    const double found = attribute->numbers[0], wanted = static_cast<double>(value);
-    if (found == wanted || (std::isnan(found) && std::isnan(wanted))) return;
-    findings_.push_back({object + "@" + name, text_of(found), text_of(wanted) + ", as the group's values"});
-  }
-
-  template <typename Member>
-  void operator()(const Dataset&, const Member&)
-  {
-  }
-
- private:
-  const H5Reader& reader_;
-  std::vector<Finding> findings_;
-};
-
 }  // namespace vrda

@@ -260,7 +260,7 @@ void H5Writer::write_raw(const Dataset& dataset, const std::vector<std::int64_t>
     attach_scales(dataset);
   }
   if (*dataset.units.name) write_attribute(dataset.path, "units", std::string(dataset.units.name));
-  write_attribute(dataset.path, "long_name", dataset.long_name);
+  write_attribute(dataset.path, "long_name", std::string(dataset.long_name));
   if (may_be_nan(dataset, memory.kind))
     write_attribute(dataset.path, "_FillValue", std::span<const double>(&the_nan, 1));
   if (dataset.flags() != FlagSet::none) {

@@ -20,7 +20,7 @@ std::size_t n_rows_of(const IndexTable& table)
 
 Dataset dataset_of(const IndexColumn& column, const std::string& dimension)
 {
-  Dataset dataset{"/" + column.name, {dimension}, {column.units.c_str(), 0}, {}, column.long_name};
+  Dataset dataset{"/" + column.name, {dimension}, {column.units.c_str(), 0}, {}, column.long_name.c_str()};
   if (std::holds_alternative<std::vector<double>>(column.values)) dataset.valid.rule = Rule::number_or_nan;
   if (std::holds_alternative<std::vector<std::int8_t>>(column.values))
     dataset.valid = {.rule = Rule::codes, .flags = column.flags};

@@ -84,6 +84,9 @@ MotionModel with_pending_cells(MotionModel model)
   if (model.push.delta.rows() != n_flexion) {
     model.push = constant_push(model.delta, model.flexion_deg.size());
   }
+  if (model.has_compartments)
+    model.compartment_of_triangle.resize(
+        static_cast<std::size_t>(model.moving.contact.mesh.triangles.rows()));
   model.contacts = {};
   model.contact_paths.reset();
   const double band_moment_nmm = model.equilibrium ? model.equilibrium->band_moment_nmm : 0.0;

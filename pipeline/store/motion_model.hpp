@@ -171,8 +171,9 @@ void set_no_compartments(MotionModel& model);
 
 /// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces and
 /// nothing that is made of them. The content of a start file; a run then fills the cells in. Keeps the push,
-/// or makes it that of `delta` where it has not a row a flexion, and what is no cell's of the fibres. Contact
-/// paths and equilibrium exist after it as has_compartments and method ask.
+/// or makes it that of `delta` where it has not a row a flexion, what is no cell's of the fibres, and the
+/// compartments of triangles, `none` where they are missing. Contact paths and equilibrium exist after it as
+/// has_compartments and method ask.
 MotionModel with_pending_cells(MotionModel model);
 
 /// `model` with `set` in place of the one of its degree. Audits of that one and a zero-varus motion made from

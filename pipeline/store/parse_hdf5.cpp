@@ -1,11 +1,14 @@
 #include "store/parse_hdf5.hpp"
 
+#include <cmath>
+
 #include "core/error.hpp"
 #include "store/h5_reader.hpp"
 #include "store/h5_visitors.hpp"
 #include "store/registry.hpp"
 #include "store/structure.hpp"
 #include "store/trace_registry.hpp"
+#include "store/value_findings.hpp"
 #include "store/values.hpp"
 
 namespace vrda {
@@ -25,11 +28,28 @@ Trace read_trace_values(const H5Reader& reader, Structure<Trace> structure)
   return std::move(structure.content);
 }
 
+/// An attribute that repeats what the group's values say.
+void check_repeated(const H5Reader& reader, const std::string& group, const std::string& name, double wanted,
+                    std::vector<Finding>& findings)
+{
+  const std::optional<AttributeValue> attribute = reader.attribute(group, name);
+  check(attribute && attribute->numbers.size() == 1, "the structure has been checked");
+  const double found = attribute->numbers[0];
+  if (found == wanted || (std::isnan(found) && std::isnan(wanted))) return;
+  findings.push_back({group + "@" + name, text_of(found), text_of(wanted) + ", as the group's values"});
+}
+
 std::vector<Finding> findings_of(const H5Reader& reader, const MotionModel& model)
 {
-  RepeatedCheck repeated(reader);
-  visit_motion_model(model, repeated);
-  std::vector<Finding> findings = repeated.take();
+  std::vector<Finding> findings;
+  for (const SmoothedSet& set : model.smoothed)
+    check_repeated(reader, smoothed_group(set.degree), "degree", set.degree, findings);
+  for (const AuditSet& audit : model.audits) {
+    const AuditSummary summary = summary_of(audit);
+    const std::string group = audit_group(audit.name);
+    check_repeated(reader, group, "largest_penetration", summary.largest_penetration_mm, findings);
+    check_repeated(reader, group, "largest_gap", summary.largest_gap_mm, findings);
+  }
   for (Finding& finding : check_values(model)) findings.push_back(std::move(finding));
   return findings;
 }

@@ -8,25 +8,14 @@
 namespace vrda {
 namespace {
 
-/// Bytes of all values: room made at once saves moving what is there already.
-class ByteCount : public RegistryVisitor {
- public:
-  template <typename Member>
-  void operator()(const Dataset&, const Member& member)
-  {
-    n_bytes += values_of(member).size_bytes();
-  }
-
-  std::size_t n_bytes = std::size_t{1} << 20;  ///< with room for texts
-};
-
 template <typename Visit>
 std::string bytes_of(const Visit& visit)
 {
-  ByteCount count;
-  visit(count);
   PlainWriter stream;
-  stream.reserve(count.n_bytes);
+  // Counted first: room made at once saves moving what is there already.
+  stream.count();
+  visit(stream);
+  stream.reserve_counted();
   visit(stream);
   return stream.take();
 }

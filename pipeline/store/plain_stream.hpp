@@ -20,7 +20,13 @@ namespace vrda {
 /// pass() appends a value; as a visitor of a registry it appends everything in it.
 class PlainWriter : public RegistryVisitor {
  public:
-  void reserve(std::size_t size) { bytes_.reserve(size); }
+  /// Until reserve_counted() bytes are counted only.
+  void count() { is_counting_ = true; }
+  void reserve_counted()
+  {
+    is_counting_ = false;
+    bytes_.reserve(n_counted_);
+  }
   std::string take() { return std::move(bytes_); }
 
   template <typename Value>
@@ -76,10 +82,16 @@ class PlainWriter : public RegistryVisitor {
  private:
   void append(const void* data, std::size_t size)
   {
-    if (size > 0) bytes_.append(static_cast<const char*>(data), size);
+    if (is_counting_) {
+      n_counted_ += size;
+    } else if (size > 0) {
+      bytes_.append(static_cast<const char*>(data), size);
+    }
   }
 
   std::string bytes_;
+  std::size_t n_counted_ = 0;
+  bool is_counting_ = false;
 };
 
 /// The way back. Throws InputError naming `file` where the bytes end or are none that PlainWriter wrote.

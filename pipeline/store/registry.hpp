@@ -107,7 +107,7 @@ void visit_part(APart& part, const std::string& group, const std::string& body, 
     visit({group + "/normals", {vertex, "/xyz"}, unit::one, rule(Rule::unit_or_zero_rows), "outward unit normals of the vertices, canonical axes"}, mesh.normals);
   }
   visit({group + "/triangles", {triangle, "/corner"}, unit::one, row_of(mesh.vertices_mm.rows()), "rows of vertices, counter-clockwise seen from outside"}, mesh.triangles);
-  visit({group + "/component", {triangle}, unit::one, row_of(static_cast<Eigen::Index>(n_components)), "row of " + body + "/component_name of each triangle"}, part.component);
+  visit({group + "/component", {triangle}, unit::one, row_of(static_cast<Eigen::Index>(n_components)), body == "/bodies/reference" ? "row of /bodies/reference/component_name of each triangle" : "row of /bodies/moving/component_name of each triangle"}, part.component);
 }
 
 template <typename ABody, typename Visitor>

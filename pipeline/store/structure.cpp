@@ -190,7 +190,8 @@ class StructureCheck : public RegistryVisitor {
   {
     const std::string& path = dataset.path;
     if (!reader_.is_dataset(path)) {
-      find(path, reader_.is_group(path) ? "a group" : "nothing", "a dataset: " + dataset.long_name);
+      find(path, reader_.is_group(path) ? "a group" : "nothing",
+           std::string("a dataset: ") + dataset.long_name);
       return;
     }
     const DatasetFacts facts = reader_.facts(path);

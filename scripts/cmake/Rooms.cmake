@@ -39,6 +39,8 @@ function(add_room name)
   endforeach()
   target_link_libraries(${target} PRIVATE ${ROOM_HIDES})
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:vrda_flags>)
+  # Each function in a section, so that a program's linker leaves out what is not called.
+  target_compile_options(${target} PRIVATE -ffunction-sections -fdata-sections)
   if(ROOM_SMALL)
     vrda_small(${target})
   endif()

@@ -47,7 +47,7 @@ class Rows : public RegistryVisitor {
   {
     SCOPED_TRACE(dataset.path);
     EXPECT_TRUE(paths.insert(dataset.path).second) << "twice";
-    EXPECT_FALSE(dataset.long_name.empty());
+    EXPECT_NE(*dataset.long_name, '\0');
     constexpr ValueKind kind = member_kind<Member>();
     EXPECT_EQ(*dataset.units.name == '\0', kind == ValueKind::text || dataset.flags() != FlagSet::none);
     std::int64_t n = 1;
