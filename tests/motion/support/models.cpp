@@ -166,6 +166,7 @@ void add_bodies(MotionModel& model)
   add_component(model.reference, {"ball", "bone"}, placed(ball(20)));
   add_component(model.moving, {"block", "bone"}, placed(box({0, -30, 0}, {40, 10, 60})));
   add_component(model.moving, {"plate", "meniscus"}, placed(box({0, -22.5, 0}, {30, 5, 40})));
+  model.compartment_of_triangle.assign(model.moving.contact.component.size(), 0);
 }
 
 }  // namespace vrda::test

@@ -97,6 +97,7 @@ MotionModel layered_model(const std::string& side)
   model.moving.contact.component.resize(static_cast<std::size_t>(model.moving.contact.mesh.triangles.rows()),
                                         2);
   model.moving.components.push_back({"sheet", "cartilage"});
+  model.compartment_of_triangle.resize(model.moving.contact.component.size());
   const auto n_cells = static_cast<std::size_t>(model.status.size());
   set_rows(model.contacts, n_cells, z_sign);
   model.contacts.distance_mm.assign(2 * n_cells, 0.0);
