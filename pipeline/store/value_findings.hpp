@@ -34,11 +34,6 @@ inline bool is_number(double value)
   return std::abs(value) <= largest_number;
 }
 
-inline bool is_number_or_nan(double value)
-{
-  return std::isnan(value) || is_number(value);
-}
-
 /// Whether 16 numbers, row by row, are a rotation and a translation.
 inline bool is_rigid_pose(const double* entries)
 {
