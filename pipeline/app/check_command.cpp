@@ -24,7 +24,7 @@ std::vector<double> numbers(const Eigen::Vector3d& v)
   return {v.x(), v.y(), v.z()};
 }
 
-// The two objects where the job puts them before the first step.
+// Overlap and travel to contact at the initial pose of the job.
 Json initial_pose_of(const Joint& joint, const SweepPlan& plan, const SearchOptions& search)
 {
   NarrowPhase narrow_phase;
@@ -48,18 +48,18 @@ std::string list_text(const Eigen::Vector3d& v)
   return text + "]";
 }
 
-// The axis nearest to the direction from the moving object to the reference.
+// Signed coordinate axis nearest to the direction from the moving object to the reference.
 Eigen::Vector3d towards_reference(const Case& job_case)
 {
   const Box reference = bounding_box(job_case.reference.contact.mesh);
   const Box moving = bounding_box(job_case.moving.contact.mesh);
-  const Eigen::Vector3d way_mm = reference.min_mm + reference.max_mm - moving.min_mm - moving.max_mm;
+  const Eigen::Vector3d offset_mm = reference.min_mm + reference.max_mm - moving.min_mm - moving.max_mm;
   Eigen::Index k = 0;
-  way_mm.cwiseAbs().maxCoeff(&k);
-  return Eigen::Vector3d::Unit(k) * (way_mm[k] < 0.0 ? -1.0 : 1.0);
+  offset_mm.cwiseAbs().maxCoeff(&k);
+  return Eigen::Vector3d::Unit(k) * (offset_mm[k] < 0.0 ? -1.0 : 1.0);
 }
 
-// An initial pose from which the first step is no approach.
+// Warns of an initial pose from which the first step cannot approach the reference.
 void warn_of_start(const Case& job_case, const Json& start, Json& warnings)
 {
   const Json& travel = start["travel_along_delta_mm"];
@@ -73,20 +73,20 @@ void warn_of_start(const Case& job_case, const Json& start, Json& warnings)
       remedy = "moving.initial.translation_mm = " + list_text(clear_mm);
     }
     warnings.push_back(
-        "moving.initial.translation_mm: the objects overlap in the initial pose; clear of it is " + remedy);
+        "moving.initial.translation_mm: the objects overlap in the initial pose; to clear it, use " + remedy);
   } else if (travel.is_null()) {
     warnings.push_back(
-        "push.delta: nothing of the reference lies along Delta from the initial pose, so no attitude can be "
-        "solved; the reference lies towards push.delta = " +
+        "push.delta: the reference is not along Delta from the initial pose, so no attitude can be solved; "
+        "the direction to it is push.delta = " +
         list_text(towards_reference(job_case)) +
-        "; the start is moving.initial.translation_mm, the outside of open sheets winding");
+        "; also check moving.initial.translation_mm, and winding, which sets the outside of open sheets");
   }
 }
 
-// Enough to say that a component is not sound; the exact number says little more.
+// Enough to identify a faulty component; the exact number is not needed.
 constexpr std::size_t most_overlaps = 100;
 
-// Triangles of one component that cross each other: the thickness of such a part means nothing.
+// Warns of components whose triangles intersect each other: their thickness is undefined.
 void warn_of_self_overlaps(const Body& body, Json& warnings)
 {
   NarrowPhase narrow_phase;
@@ -102,7 +102,7 @@ void warn_of_self_overlaps(const Body& body, Json& warnings)
                               .size();
     if (n == 0) continue;
     warnings.push_back(body.name + " component \"" + body.components[c].name +
-                       "\": its own triangles cross each other in " +
+                       "\": its triangles intersect each other in " +
                        (n == most_overlaps ? "at least " : "") + std::to_string(n) + " place(s)");
   }
 }
@@ -183,8 +183,8 @@ Json ligaments_json(const Ligaments& ligaments)
       bundle = bundles.insert(bundles.end(), Json{{"name", fibre.bundle}, {"fibres", 0}});
     (*bundle)["fibres"] = (*bundle)["fibres"].get<int>() + 1;
     if (fibre.wrap < 0) continue;
-    Json& n_round = wraps[static_cast<std::size_t>(fibre.wrap)]["fibres"];
-    n_round = n_round.get<int>() + 1;
+    Json& n_wrapped = wraps[static_cast<std::size_t>(fibre.wrap)]["fibres"];
+    n_wrapped = n_wrapped.get<int>() + 1;
   }
   return {{"fibres", ligaments.fibres.size()},
           {"bundles", bundles},
@@ -192,7 +192,7 @@ Json ligaments_json(const Ligaments& ligaments)
           {"transition_strain", ligaments.transition_strain}};
 }
 
-// A number or a list; over flexion as the job writes it, a row an angle.
+// A number or a list; a setting over flexion becomes a table with one row per angle, as in the job.
 Json over_flexion_json(const OverFlexion& setting)
 {
   Json rows = Json::array(), angles_deg = Json::array();
@@ -205,7 +205,7 @@ Json over_flexion_json(const OverFlexion& setting)
   return {{"flexion_deg", angles_deg}, {"value", rows}};
 }
 
-// As the job has it; only the point goes with the subject's size.
+// The job's values; only the point is scaled with the subject.
 Json push_json(const PushJob& push, const Case& job_case)
 {
   return {{"delta", over_flexion_json(push.delta)},
@@ -216,7 +216,7 @@ Json push_json(const PushJob& push, const Case& job_case)
           {"point_mm", numbers(job_case.push_point_mm)}};
 }
 
-Json understood(const Case& job_case, const PushJob& push)
+Json job_json(const Case& job_case, const PushJob& push)
 {
   const SweepPlan plan = plan_of(job_case);
   Json components = Json::array();
@@ -299,7 +299,7 @@ std::string text_of(const Json& number_or_list)
   return text + "]";
 }
 
-// "20 N", or its first and last row over flexion.
+// "20 N", or the first and last row of a table over flexion.
 void print_load(const char* name, const Json& load, const char* unit)
 {
   std::string text;
@@ -320,7 +320,7 @@ void print_push(const Json& u)
   const Json& p = u["push"];
   std::printf("push\n");
   print_load("delta", p["delta"], "");
-  if (u["equilibrium"].is_null()) return;  // the search goes along Delta without a force
+  if (u["equilibrium"].is_null()) return;  // the search moves along Delta without a force
   print_load("force", p["force_n"], " N along delta");
   print_load("lateral force", p["lateral_force_n"], " N anterior and right");
   print_load("moment", p["moment_nmm"], " N mm about delta");
@@ -340,7 +340,7 @@ void print_method(const Json& u)
   std::printf("  tolerance %g mm in at most %d iterations, contact resolution %g mm\n",
               e["tolerance_mm"].get<double>(), e["max_iterations"].get<int>(),
               e["contact_resolution_mm"].get<double>());
-  std::printf("  along the spine %d restarts a flexion, band of rotation under %g N mm\n",
+  std::printf("  along the spine %d restarts per flexion, rotation band for %g N mm\n",
               e["restarts"].get<int>(), e["band_moment_nmm"].get<double>());
 }
 
@@ -359,12 +359,12 @@ void print(const Json& u)
   for (const Json& c : u["components"]) print_component(c);
   const Json& start = u["initial_pose"];
   if (start["overlapping"].get<bool>()) {
-    std::printf("initial pose: the objects overlap, %.3f mm deep along Delta; the first step backs out\n",
+    std::printf("initial pose: the objects overlap by %.3f mm along Delta; the first step retreats\n",
                 -start.value("travel_along_delta_mm", 0.0));
   } else if (start["travel_along_delta_mm"].is_null()) {
-    std::printf("initial pose: nothing of the reference lies along Delta\n");
+    std::printf("initial pose: the reference is not along Delta\n");
   } else {
-    std::printf("initial pose: %.3f mm along Delta to the first touch\n",
+    std::printf("initial pose: %.3f mm along Delta to the first contact\n",
                 start["travel_along_delta_mm"].get<double>());
   }
   print_ligaments(u["ligaments"]);
@@ -395,7 +395,7 @@ ExitCode check_command(const CheckOptions& options)
 {
   const Case job_case = of_subject(load_case(options.job_file, {options.data_directory, options.overrides}));
   const Job job = parse_job(options.job_file, job_case.job_text, options.overrides);
-  Json result = understood(job_case, job.push);
+  Json result = job_json(job_case, job.push);
   warn_of_start(job_case, result["initial_pose"], result["warnings"]);
   warn_of_self_overlaps(job_case.reference, result["warnings"]);
   warn_of_self_overlaps(job_case.moving, result["warnings"]);

@@ -1,4 +1,4 @@
-/// The commands that make many cases by many tasks.
+/// The commands that run many cases as many tasks.
 #pragma once
 
 #include <string>
@@ -22,106 +22,106 @@ struct PlanOptions {
   bool as_json = false;
 };
 
-/// Solves nothing. Throws InputError for the first case that is wrong.
+/// Prints the cases and their estimated cost; solves nothing. Throws InputError for the first invalid case.
 ExitCode plan_command(const PlanOptions& options);
 
-/// Looks at every case of a campaign before anything is solved, and estimates what it will take.
+/// A checked case of a campaign with its estimated cost.
 struct PlannedCase {
   CampaignCase campaign_case;
   Case job_case;  ///< without bodies, survey and job text
   SweepPlan plan;
   CaseSize size;
   CaseCost cost;
-  std::string same_as;        ///< an earlier case that gives the same motion; empty: none
-  std::string same_steps_as;  ///< an earlier one that only scaling tells from this: one journal serves both
+  std::string same_as;        ///< an earlier case with the same motion; empty: none
+  std::string same_steps_as;  ///< an earlier case that differs only in scaling and can share its journal
 };
 
-/// Reads every job, and each set of meshes once. Throws InputError for the first case that is wrong, named in
-/// the message where there are several. Cost: a few ms a case, and loading each set of meshes.
+/// Reads every job, and each set of meshes once. Throws InputError for the first invalid case; with several
+/// cases the message names it. Cost: a few ms per case, plus loading each set of meshes.
 std::vector<PlannedCase> planned_cases(const Campaign& campaign);
 
-/// `vrda index`: one table of the results of a submission.
+/// `vrda index`: writes one table of the results of a submission.
 struct IndexOptions {
   std::string folder;  ///< of a submission
   bool as_json = false;
-  int n_processes = 0;  ///< that read models; 0: as many as there are processors
+  int n_processes = 0;  ///< processes that read models; 0: one per processor
 };
 
-/// Writes index.csv, index.h5 and index.times.csv there and prints their paths. Cases that are not done are
-/// rows too. Throws InputError where there is no submission or no room.
+/// Writes index.csv, index.h5 and index.times.csv into the folder and prints their paths. Unfinished cases
+/// get rows too. Throws InputError if the submission is missing or the files cannot be written.
 ExitCode index_command(const IndexOptions& options);
 
-/// The same of a submission that is read already, its folder absolute.
+/// As index_command, for a submission that is already read; `options.folder` must be absolute.
 ExitCode write_index_of(const IndexOptions& options, const Submission& submission);
 
-/// `vrda status`: how far the tasks of a submission are.
+/// `vrda status`: prints the progress of the tasks of a submission.
 struct StatusOptions {
   std::string folder;
-  std::string case_name;  ///< its tasks; empty: those of the only case, or a line a case of a campaign
-  bool as_json = false;   ///< everything
+  std::string case_name;  ///< print this case's tasks; empty: the only case's, or one line per campaign case
+  bool as_json = false;   ///< print all cases and tasks
 };
 
 ExitCode status_command(const StatusOptions& options);
 
-/// `vrda submit` and `vrda resume`: the cases of a job or campaign, by Slurm or by local processes.
+/// `vrda submit` and `vrda resume`: run the cases of a job or campaign through Slurm or local processes.
 struct SubmitOptions {
   std::string job_file;  ///< a job or a campaign
   std::string folder;    ///< empty: results/<job name>
   std::string data_directory;
   std::vector<std::string> overrides;
-  int n_shards = 1;  ///< of each case
+  int n_shards = 1;  ///< shards per case
   SlurmOptions slurm;
   bool is_dry = false;    ///< print scripts and commands, write nothing
-  bool is_local = false;  ///< run the tasks here, now
-  int n_workers = 0;      ///< local processes at once; 0: as many as there are processors
+  bool is_local = false;  ///< run the tasks now, on this machine
+  int n_workers = 0;      ///< concurrent local processes; 0: one per processor
   bool as_json = false;
 };
 
-/// Writes the submission's folder and starts all of its tasks. Throws InputError when the folder holds a
-/// submission or a motion model that would be replaced; when Slurm refuses the first job, nothing of it is
-/// left, when it refuses a later one, what it took goes on and vrda resume adds the rest.
+/// Writes the submission's folder and starts all of its tasks. Throws InputError if the folder already
+/// contains a submission or a motion model that would be replaced. If Slurm refuses the first job, the folder
+/// is removed; if it refuses a later one, the accepted jobs continue and vrda resume submits the rest.
 ExitCode submit_command(const SubmitOptions& options);
 
 struct ResumeOptions {
   std::string folder;
-  SlurmOptions slurm;  ///< what is empty or 0 stays as it was
+  SlurmOptions slurm;  ///< an empty or 0 option keeps its submitted value
   bool is_dry = false;
   bool is_local = false;
   int n_workers = 0;
   bool as_json = false;
 };
 
-/// Starts the tasks that are missing and says why each is; never one that Slurm has queued or runs.
+/// Starts the missing tasks and prints why. Does not start tasks that Slurm has queued or runs.
 ExitCode resume_command(const ResumeOptions& options);
 
-/// `vrda task`: what each Slurm task or local process of a submission runs.
+/// `vrda task`: the command that each Slurm task or local process of a submission runs.
 struct TaskOptions {
   std::string folder;     ///< of the submission
   std::string kind;       ///< "spine", "shard", "merge", "run" or "index"
-  std::string case_name;  ///< empty: by number
+  std::string case_name;  ///< empty: use `first`
   int first = 1;          ///< number of the case, from 1
-  int count = 1;          ///< cases of a `run`, one after the other
+  int count = 1;          ///< number of cases that a `run` task solves in sequence
   int shard = 0;
   int n_cpus = 1;
-  /// 128 and the number of the signal that ended the task: note that down instead of running it; 0: run it.
+  /// 128 + the signal that ended the task: record that instead of running the task; 0: run it.
   int ended = 0;
 };
 
-/// Runs the tasks asked for, in this process, and leaves the state of each before and after. A task whose
-/// case is made already is done. The worst of their exit codes; an interruption ends the list. An
-/// interruption at the time limit that solved nothing is a failure: the next start would do no better.
+/// Runs the requested tasks in this process and writes the state of each before and after. Skips a task whose
+/// case is finished. Returns the worst exit code; an interruption ends the list. An interruption at the time
+/// limit without a solved step is a failure, since a restart would end the same way.
 ExitCode task_command(const TaskOptions& options);
 
-/// Starts tasks of a submission, the way that was asked for.
+/// How start_tasks starts the tasks of a submission.
 struct StartOptions {
   bool is_dry = false;
   bool is_local = false;
-  int n_workers = 0;  ///< of a local run; 0: as many as there are processors
+  int n_workers = 0;  ///< concurrent local processes; 0: one per processor
   bool as_json = false;
 };
 
-/// By local processes: returns when they have ended, with the worst of their exit codes. By Slurm: prints
-/// what was submitted. Dry: prints what would be.
+/// Local: returns the worst exit code once all processes have ended. Slurm: prints the submitted jobs. Dry
+/// run: prints what would be submitted.
 ExitCode start_tasks(const std::string& folder, const Submission& submission, const Work& work,
                      const StartOptions& options);
 

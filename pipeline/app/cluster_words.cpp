@@ -9,58 +9,57 @@ namespace {
 
 constexpr int most_tasks = 100000;
 
-// --extra "#SBATCH --constraint=avx2" or without the mark.
-std::string without_mark(const std::string& line)
+// Accepts --extra "#SBATCH --constraint=avx2" and --extra "--constraint=avx2".
+std::string without_prefix(const std::string& line)
 {
-  constexpr std::string_view mark = "#SBATCH ";
-  return line.starts_with(mark) ? line.substr(mark.size()) : line;
+  constexpr std::string_view prefix = "#SBATCH ";
+  return line.starts_with(prefix) ? line.substr(prefix.size()) : line;
 }
 
 void add_slurm_options(CLI::App& c, SlurmOptions& slurm)
 {
-  c.add_option("--partition", slurm.partition, "Slurm's partition; default: the cluster's")
+  c.add_option("--partition", slurm.partition, "Slurm partition; default: the cluster's")
       ->envname("SBATCH_PARTITION");
-  c.add_option("--time", slurm.time, "Time limit of a task, as sbatch takes it: 30 (minutes), 2:00:00");
-  c.add_option("--mem", slurm.memory, "Memory of a task: 500M, 2G");
-  c.add_option("--cpus", slurm.cpus, "Processors, and threads, of a task")->check(whole_number(1, 1024));
-  c.add_option("--account", slurm.account, "Slurm's account")->envname("SBATCH_ACCOUNT");
-  c.add_option("--qos", slurm.qos, "Slurm's quality of service")->envname("SBATCH_QOS");
-  c.add_option("--max-parallel", slurm.max_parallel, "Tasks of one array at once; default: no limit")
+  c.add_option("--time", slurm.time, "Time limit per task in sbatch format: 30 (minutes), 2:00:00");
+  c.add_option("--mem", slurm.memory, "Memory per task: 500M, 2G");
+  c.add_option("--cpus", slurm.cpus, "Processors and threads per task")->check(whole_number(1, 1024));
+  c.add_option("--account", slurm.account, "Slurm account")->envname("SBATCH_ACCOUNT");
+  c.add_option("--qos", slurm.qos, "Slurm quality of service")->envname("SBATCH_QOS");
+  c.add_option("--max-parallel", slurm.max_parallel, "Concurrent tasks per job array; default: no limit")
       ->check(whole_number(1, most_tasks));
   c.add_option("--cases-per-task", slurm.cases_per_task,
-               "Cases that a task makes one after the other; default: as few as Slurm's queue has room for")
+               "Cases that each task solves in sequence; default: as few as Slurm's queue limits allow")
       ->check(whole_number(1, most_tasks));
   c.add_option_function<std::vector<std::string>>(
        "--extra",
        [&slurm](const std::vector<std::string>& lines) {
-         for (const std::string& line : lines) slurm.extra.push_back(without_mark(line));
+         for (const std::string& line : lines) slurm.extra.push_back(without_prefix(line));
        },
-       "A further line of the scripts, \"#SBATCH --constraint=avx2\"; may be repeated")
+       "Additional line of the scripts, \"#SBATCH --constraint=avx2\"; may be repeated")
       ->allow_extra_args(false)
       ->take_all();
 }
 
-// Of plan and submit.
+// Shared by plan and submit.
 template <typename Options>
 void add_job_options(CLI::App& c, Options& options)
 {
   c.add_option("job", options.job_file, "Job or campaign file (TOML)")->required();
-  c.add_option("--data", options.data_directory, "Folder the mesh files are relative to");
-  c.add_option("--set", options.overrides, "key=value, over the job file; may be repeated")
+  c.add_option("--data", options.data_directory, "Base folder of relative mesh file names");
+  c.add_option("--set", options.overrides, "key=value, overrides the job file; may be repeated")
       ->allow_extra_args(false)
       ->take_all();
-  c.add_option("--shards", options.n_shards, "Tasks that each case is cut into")
+  c.add_option("--shards", options.n_shards, "Shards (tasks) per case")
       ->check(whole_number(1, most_tasks))
       ->capture_default_str();
 }
 
 void add_local_options(CLI::App& c, bool& is_local, int& n_workers, bool& is_dry, bool& as_json)
 {
-  c.add_flag("--local", is_local,
-             "By processes of this machine, without Slurm; returns when they have ended");
-  c.add_option("--workers", n_workers, "Local processes at once; default: one a processor")
+  c.add_flag("--local", is_local, "Run local processes instead of Slurm tasks; returns when all have ended");
+  c.add_option("--workers", n_workers, "Concurrent local processes; default: one per processor")
       ->check(whole_number(1, 1024));
-  c.add_flag("--dry-run", is_dry, "Print the scripts and the sbatch commands, write nothing");
+  c.add_flag("--dry-run", is_dry, "Print the scripts and the sbatch commands; write nothing");
   c.add_flag("--json", as_json, "Print JSON");
 }
 
@@ -79,7 +78,7 @@ void ClusterWords::add_to(const Add& add, std::function<ExitCode()>& chosen)
 void ClusterWords::add_plan(const Add& add, std::function<ExitCode()>& chosen)
 {
   CLI::App& c =
-      add("plan", "List the cases of a job or campaign, checked, with what they will take; solve nothing.",
+      add("plan", "Check the cases of a job or campaign and list their estimated cost; solve nothing.",
           "vrda plan jobs/campaign-example.toml");
   add_job_options(c, plan_);
   c.add_flag("--json", plan_.as_json, "Print JSON");
@@ -88,10 +87,10 @@ void ClusterWords::add_plan(const Add& add, std::function<ExitCode()>& chosen)
 
 void ClusterWords::add_index(const Add& add, std::function<ExitCode()>& chosen)
 {
-  CLI::App& c = add("index", "Set the results of a submission side by side: one row a case, as CSV and HDF5.",
+  CLI::App& c = add("index", "Tabulate the results of a submission: one row per case, as CSV and HDF5.",
                     "vrda index results/campaign-example");
   c.add_option("folder", index_.folder, "Folder of the submission")->required();
-  c.add_option("--cpus", index_.n_processes, "Processes that read motion models; default: one a processor")
+  c.add_option("--cpus", index_.n_processes, "Processes that read motion models; default: one per processor")
       ->check(whole_number(1, 1024));
   c.add_flag("--json", index_.as_json, "Print JSON");
   c.callback([this, &chosen] { chosen = [this] { return index_command(index_); }; });
@@ -99,7 +98,7 @@ void ClusterWords::add_index(const Add& add, std::function<ExitCode()>& chosen)
 
 void ClusterWords::add_submit(const Add& add, std::function<ExitCode()>& chosen)
 {
-  CLI::App& c = add("submit", "Make the cases of a job or campaign by many tasks: on Slurm, or here.",
+  CLI::App& c = add("submit", "Run the cases of a job or campaign as Slurm tasks or local processes.",
                     "vrda submit jobs/knee-generic.toml --shards 8 --partition batch --time 30 --mem 500M\n  "
                     "vrda submit jobs/knee-generic.toml --shards 8 --local");
   add_job_options(c, submit_);
@@ -111,10 +110,10 @@ void ClusterWords::add_submit(const Add& add, std::function<ExitCode()>& chosen)
 
 void ClusterWords::add_resume(const Add& add, std::function<ExitCode()>& chosen)
 {
-  CLI::App& c = add("resume", "Submit what is missing of a submission; options given replace those it had.",
+  CLI::App& c = add("resume", "Submit the missing tasks of a submission; given options replace its own.",
                     "vrda resume results/knee-generic --time 1:00:00");
   c.add_option("folder", resume_.folder, "Folder of the submission")->required();
-  resume_.slurm.cpus = 0;  // as it was
+  resume_.slurm.cpus = 0;  // keep the submitted value
   add_slurm_options(c, resume_.slurm);
   add_local_options(c, resume_.is_local, resume_.n_workers, resume_.is_dry, resume_.as_json);
   c.callback([this, &chosen] { chosen = [this] { return resume_command(resume_); }; });
@@ -122,27 +121,27 @@ void ClusterWords::add_resume(const Add& add, std::function<ExitCode()>& chosen)
 
 void ClusterWords::add_status(const Add& add, std::function<ExitCode()>& chosen)
 {
-  CLI::App& c = add("status", "Tell how far a submission is, task by task; of a campaign case by case.",
+  CLI::App& c = add("status", "Print the progress of a submission by task, or of a campaign by case.",
                     "vrda status results/knee-generic");
   c.add_option("folder", status_.folder, "Folder of the submission")->required();
-  c.add_option("--case", status_.case_name, "The tasks of this case of a campaign");
+  c.add_option("--case", status_.case_name, "Print the tasks of this case of a campaign");
   c.add_flag("--json", status_.as_json, "Print everything as JSON");
   c.callback([this, &chosen] { chosen = [this] { return status_command(status_); }; });
 }
 
 void ClusterWords::add_task(const Add& add, std::function<ExitCode()>& chosen)
 {
-  CLI::App& c = add("task", "One task of a submission: what its scripts and local processes run.",
+  CLI::App& c = add("task", "Run one task of a submission; called by its scripts and local processes.",
                     "vrda task results/knee-generic --kind shard --case knee-generic --shard 3");
   c.add_option("folder", task_.folder, "Folder of the submission")->required();
   c.add_option("--kind", task_.kind, "spine, shard, merge, run or index")->required();
   CLI::Option* name = c.add_option("--case", task_.case_name, "Name of the case");
   c.add_option("--first", task_.first, "Number of the case, from 1")->excludes(name);
-  c.add_option("--count", task_.count, "Cases to run one after the other")
-      ->check(whole_number(1, most_tasks));
+  c.add_option("--count", task_.count, "Cases to run in sequence")->check(whole_number(1, most_tasks));
   c.add_option("--shard", task_.shard, "Number of the shard, from 1");
   c.add_option("--cpus", task_.n_cpus, "Threads")->check(whole_number(1, 1024));
-  c.add_option("--ended", task_.ended, "Only note down that it was ended, with this exit code of its script")
+  c.add_option("--ended", task_.ended,
+               "Only record that a signal ended the task, with this exit code of its script")
       ->check(whole_number(129, 255));
   c.callback([this, &chosen] { chosen = [this] { return task_command(task_); }; });
 }

@@ -1,4 +1,4 @@
-/// The words of the commands that make many cases by many tasks: plan, submit, status, resume, index, task.
+/// Command-line options of the commands for many cases: plan, submit, status, resume, index, task.
 #pragma once
 
 #include <functional>
@@ -15,12 +15,12 @@ namespace vrda {
 
 class ClusterWords {
  public:
-  /// Makes a subcommand of that name, description and example.
+  /// Creates a subcommand with a name, a description and an example.
   using Add =
       std::function<CLI::App&(const std::string& name, const std::string& what, const std::string& example)>;
 
-  /// Adds the commands; the one that is parsed puts itself into `chosen`. Both, and this object, must outlive
-  /// the parsing and what is chosen.
+  /// Adds the commands; parsing one of them stores its action in `chosen`. `chosen` and this object must
+  /// outlive parsing and the call of the action.
   void add_to(const Add& add, std::function<ExitCode()>& chosen);
 
  private:

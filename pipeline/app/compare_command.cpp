@@ -16,7 +16,7 @@ namespace vrda {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Words = std::vector<std::string>;
+using Cells = std::vector<std::string>;
 
 std::string number(double value)
 {
@@ -26,7 +26,7 @@ std::string number(double value)
   return text;
 }
 
-/// Translation, then the angles.
+/// Errors of the translation vector, then of the angles.
 std::vector<ErrorMeasures> errors_of(const DegreeRow& row)
 {
   std::vector<ErrorMeasures> errors{row.translation};
@@ -37,11 +37,11 @@ std::vector<ErrorMeasures> errors_of(const DegreeRow& row)
 constexpr double ErrorMeasures::*measures[] = {&ErrorMeasures::rms, &ErrorMeasures::largest,
                                                &ErrorMeasures::leave_one_out, &ErrorMeasures::roughness};
 
-/// Two lines of headings: the measure above its first column, the unit above each.
-std::pair<Words, Words> headings(const DegreeRow& row)
+/// Two heading lines: the measure above its first column, the unit above every column.
+std::pair<Cells, Cells> headings(const DegreeRow& row)
 {
-  Words upper{""}, lower{"degree"};
-  for (const char* measure : {"RMS", "largest", "left out", "roughness"}) {
+  Cells upper{""}, lower{"degree"};
+  for (const char* measure : {"RMS", "largest", "leave-one-out", "roughness"}) {
     const bool is_roughness = std::string(measure) == "roughness";
     upper.push_back(measure);
     lower.push_back(is_roughness ? "mm/deg2" : "mm");
@@ -60,19 +60,19 @@ std::pair<Words, Words> headings(const DegreeRow& row)
   return {upper, lower};
 }
 
-Words words_of(const DegreeRow& row)
+Cells cells_of(const DegreeRow& row)
 {
-  Words words{std::to_string(row.set.degree)};
+  Cells cells{std::to_string(row.set.degree)};
   for (const auto measure : measures) {
-    for (const ErrorMeasures& errors : errors_of(row)) words.push_back(number(errors.*measure));
+    for (const ErrorMeasures& errors : errors_of(row)) cells.push_back(number(errors.*measure));
   }
-  words.push_back(number(100.0 * row.perceptible_share));
-  if (!row.faults) return words;
+  cells.push_back(number(100.0 * row.perceptible_share));
+  if (!row.faults) return cells;
   for (const auto fault : {&Faults::largest_penetration_mm, &Faults::largest_gap_mm}) {
-    words.push_back(number(row.faults->at_grid.*fault));
-    words.push_back(number(row.faults->between.*fault));
+    cells.push_back(number(row.faults->at_grid.*fault));
+    cells.push_back(number(row.faults->between.*fault));
   }
-  return words;
+  return cells;
 }
 
 Json json_of(const ErrorMeasures& errors)
@@ -129,14 +129,14 @@ Json json_of(const DegreeRow& row, const RankedDegree& ranked)
 std::string table_of(const Comparison& comparison)
 {
   const auto [upper, lower] = headings(comparison.rows.front());
-  std::vector<Words> lines{upper, lower};
-  for (const DegreeRow& row : comparison.rows) lines.push_back(words_of(row));
+  std::vector<Cells> lines{upper, lower};
+  for (const DegreeRow& row : comparison.rows) lines.push_back(cells_of(row));
   std::vector<std::size_t> widths(lower.size(), 0);
-  for (const Words& line : lines) {
+  for (const Cells& line : lines) {
     for (std::size_t c = 0; c < line.size(); ++c) widths[c] = std::max(widths[c], line[c].size());
   }
   std::string text;
-  for (const Words& line : lines) {
+  for (const Cells& line : lines) {
     for (std::size_t c = 0; c < line.size(); ++c)
       text += (c == 0 ? "" : "  ") + std::string(widths[c] - line[c].size(), ' ') + line[c];
     text.erase(text.find_last_not_of(' ') + 1);
@@ -203,16 +203,16 @@ CompareOptions compare_options(const CompareCommandOptions& options)
   return compare;
 }
 
-void say_what_is_missing(const std::string& file, const Comparison& comparison)
+void report_skipped_degrees(const std::string& file, const Comparison& comparison)
 {
   if (!comparison.degrees_not_carried.empty()) {
-    say(file + ": the solved cells carry no degree from " +
-        std::to_string(comparison.degrees_not_carried.front()) + " on");
+    say(file + ": too few solved cells to fit degree " +
+        std::to_string(comparison.degrees_not_carried.front()) + " and above");
   }
   for (const DegreeRow& row : comparison.rows) {
     if (!row.is_converged)
       warn("degree " + std::to_string(row.set.degree) +
-           ": the robust weights had not settled after all steps");
+           ": the robust weights did not converge within the iteration limit");
   }
 }
 
@@ -238,7 +238,7 @@ ExitCode compare_command(const CompareCommandOptions& options)
 {
   const CompareOptions compare_with = compare_options(options);
   const Comparison comparison = compare(read_solved_model(options.file), compare_with);
-  say_what_is_missing(options.file, comparison);
+  report_skipped_degrees(options.file, comparison);
   if (!options.as_json) {
     std::printf("%s%s\n", table_of(comparison).c_str(), sentence_of(comparison.recommendation).c_str());
     return ExitCode::done;

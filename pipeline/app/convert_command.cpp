@@ -50,12 +50,12 @@ TableRow written_component(const ObjectComponent& component, const fs::path& fol
   say(stem + ".obj, " + stem + ".normals: " + std::to_string(component.mesh.vertices.rows()) + " vertices");
   if (clean.n_degenerate > 0) {
     warn(component.name + ": " + std::to_string(clean.n_degenerate) +
-         " faces or triangles without area, not among the triangles");
+         " faces or triangles without area are not counted as triangles");
   }
   return {component.name, component.mesh.size.size(), clean.mesh.triangles.rows()};
 }
 
-// `models` as the thesis has it: beside the configuration, or beside the folder that holds it.
+// The folder `models` of the thesis's layout: next to the configuration, or next to its folder.
 fs::path models_folder(const fs::path& configuration)
 {
   const fs::path folder = fs::absolute(configuration).lexically_normal().parent_path();
@@ -68,7 +68,7 @@ void warn_of_missing_models(const Configuration& configuration, const fs::path& 
   for (const std::vector<std::string>* names : {&configuration.reference, &configuration.moving}) {
     for (const std::string& name : *names) {
       const fs::path file = models / (name + ".obj");
-      if (!fs::exists(file)) warn("no file \"" + file.string() + "\" yet; the job needs it");
+      if (!fs::exists(file)) warn("missing file \"" + file.string() + "\", which the job needs");
     }
   }
 }
@@ -91,7 +91,7 @@ ExitCode convert_mesh_command(const ConvertMeshOptions& options)
 {
   std::error_code no_such_file;
   if (fs::equivalent(options.input, options.output, no_such_file))
-    throw InputError({options.output, "output", "the input itself", "another file"});
+    throw InputError({options.output, "output", "the input file", "another file"});
   std::string bytes = file_bytes(options.input, {options.input, "", "", "a mesh file"}, largest_mesh_bytes);
   const RawMesh mesh = with_shared_vertices(read_mesh(options.input, std::move(bytes)));
   write_whole(options.output, {mesh_bytes(options.output, mesh)});
@@ -107,13 +107,13 @@ ExitCode convert_config_command(const ConvertConfigOptions& options)
   const fs::path models = models_folder(options.file);
   std::error_code no_such_file;
   if (fs::equivalent(options.file, options.output, no_such_file))
-    throw InputError({options.output, "output", "the configuration itself", "another file"});
+    throw InputError({options.output, "output", "the configuration file", "another file"});
   const fs::path job_folder = fs::absolute(options.output).lexically_normal().parent_path();
   const fs::path file = options.file;
   const std::string text =
       job_text(configuration, {file.stem().string(), file.filename().string(),
                                models.lexically_relative(job_folder).generic_string(), options.unit});
-  checked_job({options.output, parse_toml(text, options.output), {}});  // a name may be no UTF-8
+  checked_job({options.output, parse_toml(text, options.output), {}});  // a name may be invalid UTF-8
   write_whole(options.output, {text});
   std::printf("%s\n", options.output.c_str());
   warn_of_missing_models(configuration, models);

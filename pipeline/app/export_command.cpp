@@ -49,10 +49,10 @@ void require_useful(const ExportOptions& options)
   if (!options.every_cell) return;
   if (options.format != "csv") refuse("--full", "--to " + options.format, "--to csv");
   if (options.set.empty() && options.flexion.empty() && options.varus.empty()) return;
-  refuse("--full", "--set, --flexion or --varus", "neither of them: every cell is written");
+  refuse("--full", "--set, --flexion or --varus", "none of these: every cell is written");
 }
 
-/// The extension keeps a model, a job or a mesh from being written over.
+/// The extension check prevents overwriting a model, a job or a mesh.
 void require_output(const ExportOptions& options)
 {
   const auto format =
@@ -65,11 +65,10 @@ void require_output(const ExportOptions& options)
   std::error_code error;
   const bool is_there = fs::exists(output, error);
   if (is_there && !fs::is_regular_file(output, error)) {
-    throw InputError(
-        {options.output, "output", "something that is no file", "a new name, or a file to replace"});
+    throw InputError({options.output, "output", "not a regular file", "a new name, or a file to replace"});
   }
   if (is_there && fs::equivalent(output, options.file, error)) {
-    throw InputError({options.output, "output", "the motion model itself", "another name"});
+    throw InputError({options.output, "output", "the input motion model", "another name"});
   }
 }
 
@@ -94,7 +93,7 @@ std::vector<double> flexions_of(const std::string& range)
     begin = end + 1;
   }
   if (parts.size() != 3 || parts[0] > parts[1] || !(parts[2] > 0.0)) refuse("--flexion", range, wanted);
-  // A last step that only rounding takes beyond the end still counts.
+  // Rounding may put the last step just beyond the end; it counts.
   const double n_steps = std::floor((parts[1] - parts[0]) / parts[2] + 1e-9);
   if (!(n_steps < most_attitudes)) refuse("--flexion", range, "at most 100000 attitudes");
   std::vector<double> flexions;
@@ -143,12 +142,12 @@ OpenSimOptions opensim_options(const ExportOptions& options, Side side)
   for (std::size_t k = 0; k < opensim.columns.size(); ++k) {
     const auto rest = opensim.columns.begin() + static_cast<std::ptrdiff_t>(k) + 1;
     if (std::find(rest, opensim.columns.end(), opensim.columns[k]) == opensim.columns.end()) continue;
-    refuse("--coordinate", "two columns " + opensim.columns[k], "a name of its own for each");
+    refuse("--coordinate", "two columns " + opensim.columns[k], "unique column names");
   }
   return opensim;
 }
 
-/// "knee/knee_0007.vtp" beside knee.pvd.
+/// For example "knee/knee_0007.vtp", relative to knee.pvd.
 std::string piece_name(const fs::path& output, const char* kind, std::size_t frame)
 {
   char number[16];
@@ -188,7 +187,7 @@ std::string file_of(const ExportOptions& options, const MotionModel& model, cons
   return opensim_table(motion, opensim_options(options, motion.side));
 }
 
-void say_left_out(const FlexionMotion& motion)
+void warn_of_left_out(const FlexionMotion& motion)
 {
   if (motion.left_out.empty()) return;
   std::string list;
@@ -198,7 +197,7 @@ void say_left_out(const FlexionMotion& motion)
         (k > 0 ? ", " : "") + shortest(motion.left_out[k].flexion_deg) + " (" + motion.left_out[k].why + ")";
   }
   if (motion.left_out.size() > most_shown) list += ", ...";
-  warn(std::to_string(motion.left_out.size()) + " flexions left out: " + list);
+  warn(std::to_string(motion.left_out.size()) + " flexions omitted: " + list);
 }
 
 void print(const ExportOptions& options, const FlexionMotion* motion, const std::vector<std::string>& files)
@@ -246,7 +245,7 @@ ExitCode export_command(const ExportOptions& options)
     if (!folder.empty()) make_folder(folder.string());
     write_whole(options.output, {bytes});
   }
-  say_left_out(motion);
+  warn_of_left_out(motion);
   say(motion.set + ": " + std::to_string(motion.frames.size()) + " attitudes");
   print(options, &motion, files);
   return ExitCode::done;

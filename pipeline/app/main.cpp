@@ -1,4 +1,4 @@
-/// The command line of `vrda`, and the only place of the program that catches.
+/// The command line of `vrda`, and the only place in the program that handles exceptions.
 #include <fcntl.h>
 #include <unistd.h>
 
@@ -25,17 +25,17 @@ using vrda::ExitCode;
 
 constexpr const char* help_footer = R"(Example:
   vrda run jobs/knee-generic.toml
-`vrda COMMAND --help` has an example of each.
+`vrda COMMAND --help` shows an example of each command.
 
 Exit codes:
   0  done
-  2  bad input; the message names file, field, what was found and what was wanted
+  2  bad input; the message names file, field, the value found and the value wanted
   3  finished, but more attitudes are unsolved than the job allows
-  4  interrupted; the same command goes on
-  5  our mistake; the message says what to report)";
+  4  interrupted; repeat the same command to resume
+  5  internal error; the message says what to report)";
 
 struct Commands {
-  CLI::App app{"VRDA: from surface meshes of a joint to a motion model.", "vrda"};
+  CLI::App app{"VRDA: computes a motion model of a joint from its surface meshes.", "vrda"};
   vrda::RunOptions run;
   vrda::MergeOptions merge;
   vrda::CheckOptions check;
@@ -70,40 +70,41 @@ struct Commands {
     return command;
   }
 
-  /// A command that opens motion models.
+  /// Adds a command that opens motion models.
   CLI::App& add_reading(const std::string& name, const std::string& what, const std::string& example)
   {
     CLI::App& command = add(name, what, example);
     command.add_flag_callback(
         "--unsealed", [] { vrda::accept_unsealed_files(); },
-        "Read files without a seal too: those that another program wrote or changed");
+        "Also read files without a seal: files that another program wrote or changed");
     return command;
   }
 
   void add_run()
   {
     CLI::App& c =
-        add("run", "Solve every attitude of a job and write its motion model; goes on from a journal.",
+        add("run", "Solve every attitude of a job and write its motion model; resumes from a journal.",
             "vrda run jobs/knee-generic.toml --threads 2");
     c.add_option("job", run.job_file, "Job file (TOML)")->required();
-    c.add_option("-o,--output", run.output, "Motion model; default results/<job name>/<job name>.h5");
-    c.add_option("--data", run.data_directory, "Folder the mesh files are relative to");
-    c.add_option("--set", run.overrides, "key=value, over the job file; may be repeated")
+    c.add_option("-o,--output", run.output, "Motion model; default: results/<job name>/<job name>.h5");
+    c.add_option("--data", run.data_directory, "Base folder of relative mesh file names");
+    c.add_option("--set", run.overrides, "key=value, overrides the job file; may be repeated")
         ->allow_extra_args(false)
         ->take_all();
-    c.add_option("--threads", run.n_threads, "Workers; default: one a processor")
+    c.add_option("--threads", run.n_threads, "Worker threads; default: one per processor")
         ->check(vrda::whole_number(1, 1024));
-    c.add_flag("--fresh", run.is_fresh, "Start over: drop what a journal holds, solve a finished job again");
+    c.add_flag("--fresh", run.is_fresh, "Discard the journal and solve again, also when the job is finished");
     c.add_flag("--replace", run.may_replace, "Replace the result of another job");
-    CLI::Option* spine =
-        c.add_flag("--spine", run.only_spine, "Solve the spine alone, into NAME.h5.spine.journal");
+    CLI::Option* spine = c.add_flag("--spine", run.only_spine,
+                                    "Solve only the spine (the path along flexion from which each row "
+                                    "starts), into NAME.h5.spine.journal");
     c.add_option_function<std::string>(
          "--shard", [this](const std::string& text) { run.shard = vrda::shard_of(text); },
-         "I/N: solve every Nth flexion from the Ith on, into a journal of their own for vrda merge")
+         "I/N: solve every Nth flexion from the Ith on, into a separate journal for vrda merge")
         ->type_name("I/N")
         ->excludes(spine);
     c.add_flag("--trace", run.writes_trace,
-               "Write every move of every search beside the output: NAME.trace.h5");
+               "Write every move of every search to NAME.trace.h5 next to the output");
     c.add_option("--progress", run.progress, "auto, bar, plain or none")->capture_default_str();
     c.callback([this] {
       chosen = [this] {
@@ -115,41 +116,41 @@ struct Commands {
 
   void add_merge()
   {
-    CLI::App& c = add("merge", "Make the motion model out of the journals of shards.",
+    CLI::App& c = add("merge", "Build the motion model from the journals of shards.",
                       "vrda merge -o results/knee-generic/knee-generic.h5");
-    c.add_option("journals", merge.journals, "Journals; default: those of the spine and shards beside FILE");
+    c.add_option("journals", merge.journals, "Journals; default: those of the spine and shards next to FILE");
     c.add_option("-o,--output", merge.output, "Motion model to write")->required();
     c.add_option("--job", merge.job_file,
-                 "Job file (TOML); default: as the case file beside the journals says");
-    c.add_option("--data", merge.data_directory, "With --job: folder the mesh files are relative to");
-    c.add_option("--set", merge.overrides, "With --job: key=value, over the job file; may be repeated")
+                 "Job file (TOML); default: as recorded in the case file next to the journals");
+    c.add_option("--data", merge.data_directory, "With --job: base folder of relative mesh file names");
+    c.add_option("--set", merge.overrides, "With --job: key=value, overrides the job file; may be repeated")
         ->allow_extra_args(false)
         ->take_all();
-    c.add_option("--threads", merge.n_threads, "Workers for smoothing; default: one a processor")
+    c.add_option("--threads", merge.n_threads, "Threads for smoothing; default: one per processor")
         ->check(vrda::whole_number(1, 1024));
-    c.add_flag("--keep", merge.keeps_journals, "Leave the journals where they are");
+    c.add_flag("--keep", merge.keeps_journals, "Keep the journals");
     c.add_flag("--replace", merge.may_replace, "Replace the result of another job");
     c.callback([this] { chosen = [this] { return merge_command(merge); }; });
   }
 
   void add_check()
   {
-    CLI::App& c = add("check", "Print what is understood of a job, the plan and warnings; solve nothing.",
+    CLI::App& c = add("check", "Print the job as read, the plan and warnings; solve nothing.",
                       "vrda check jobs/knee-generic.toml --picture knee.png");
     c.add_option("job", check.job_file, "Job file (TOML)")->required();
-    c.add_option("--data", check.data_directory, "Folder the mesh files are relative to");
-    c.add_option("--set", check.overrides, "key=value, over the job file; may be repeated")
+    c.add_option("--data", check.data_directory, "Base folder of relative mesh file names");
+    c.add_option("--set", check.overrides, "key=value, overrides the job file; may be repeated")
         ->allow_extra_args(false)
         ->take_all();
     c.add_option("--picture", check.picture,
-                 "PNG file: bones, axes, rotation centre, push and fibres from two sides");
+                 "PNG file to draw: bones, axes, rotation centre, push and fibres in two views");
     c.add_flag("--json", check.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return check_command(check); }; });
   }
 
   void add_info()
   {
-    CLI::App& c = add_reading("info", "Summarise a motion model; gaps and penetrations are measured again.",
+    CLI::App& c = add_reading("info", "Summarise a motion model; measure gaps and penetrations again.",
                               "vrda info results/knee-generic/knee-generic.h5");
     c.add_option("file", info.file, "Motion model (HDF5)")->required();
     c.add_flag("--json", info.as_json, "Print JSON");
@@ -158,9 +159,9 @@ struct Commands {
 
   void add_validate()
   {
-    CLI::App& c =
-        add_reading("validate", "Check a file against schemas/motion-model.md or, a trace, schemas/trace.md.",
-                    "vrda validate results/knee-generic/knee-generic.h5");
+    CLI::App& c = add_reading(
+        "validate", "Check a file against schemas/motion-model.md, or a trace against schemas/trace.md.",
+        "vrda validate results/knee-generic/knee-generic.h5");
     c.add_option("file", validate.file, "Motion model or trace (HDF5)")->required();
     c.add_flag("--json", validate.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return validate_command(validate); }; });
@@ -170,17 +171,17 @@ struct Commands {
   {
     CLI::App& c =
         add_reading("smooth",
-                    "Add smoothed surfaces of a degree to a motion model, in place of those it has of that "
-                    "degree.",
+                    "Add smoothed surfaces of one degree to a motion model; replaces existing surfaces of "
+                    "that degree.",
                     "vrda smooth results/knee-generic/knee-generic.h5 --degree 6 --recontact");
     c.add_option("file", smooth.file, "Motion model (HDF5)")->required();
     c.add_option("--degree", smooth.degree, "Total degree of the polynomials")
         ->required()
         ->check(vrda::whole_number(1, 12));
-    c.add_flag("--robust", smooth.is_robust, "Weigh attitudes far off less (Huber)");
+    c.add_flag("--robust", smooth.is_robust, "Reduce the weight of outliers (Huber)");
     c.add_flag("--recontact", smooth.is_recontacted,
-               "Find the travel along Delta into contact at every attitude");
-    c.add_option("--threads", smooth.n_threads, "Workers; default: one a processor")
+               "Also find the travel along Delta into contact at every attitude");
+    c.add_option("--threads", smooth.n_threads, "Worker threads; default: one per processor")
         ->check(vrda::whole_number(1, 1024));
     c.add_flag("--json", smooth.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return smooth_command(smooth); }; });
@@ -189,15 +190,15 @@ struct Commands {
   void add_audit()
   {
     CLI::App& c = add_reading(
-        "audit", "Measure gap and penetration of the motions in a motion model; add what is found to it.",
+        "audit", "Measure gap and penetration of the motions in a motion model; store the result in it.",
         "vrda audit results/knee-generic/knee-generic.h5 --set degree_6 --refine 4");
     c.add_option("file", audit.file, "Motion model (HDF5)")->required();
     c.add_option("--set", audit.set, "raw, degree_N, degree_N_recontacted, zero_varus or all")
         ->capture_default_str();
-    c.add_option("--refine", audit.refine, "Parts each cell of the grid is cut into, along each axis")
+    c.add_option("--refine", audit.refine, "Subdivisions of each grid cell along each axis")
         ->check(vrda::whole_number(1, 100))
         ->capture_default_str();
-    c.add_option("--threads", audit.n_threads, "Workers; default: one a processor")
+    c.add_option("--threads", audit.n_threads, "Worker threads; default: one per processor")
         ->check(vrda::whole_number(1, 1024));
     c.add_flag("--json", audit.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return audit_command(audit); }; });
@@ -220,13 +221,13 @@ struct Commands {
 
   void add_reduce()
   {
-    CLI::App& c =
-        add_reading("reduce",
-                    "Add the flexion-only motion, both condyles bearing, to a motion model; print it as CSV "
-                    "with axes of rotation, rolling and sliding.",
-                    "vrda reduce results/knee-generic/knee-generic.h5 --set degree_6");
+    CLI::App& c = add_reading(
+        "reduce",
+        "Add the flexion-only motion with both condyles in contact to a motion model; print it as CSV "
+        "with axes of rotation, rolling and sliding.",
+        "vrda reduce results/knee-generic/knee-generic.h5 --set degree_6");
     c.add_option("file", reduce.file, "Motion model (HDF5)")->required();
-    c.add_option("--set", reduce.set, "Whose poses: raw, degree_N, ...")->capture_default_str();
+    c.add_option("--set", reduce.set, "Source of the poses: raw, degree_N, ...")->capture_default_str();
     c.add_flag("--json", reduce.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return reduce_command(reduce); }; });
   }
@@ -236,32 +237,33 @@ struct Commands {
     CLI::App& c = add_reading("report", "Write motion models as one HTML page with plots, DIR/index.html.",
                               "vrda report results/knee-generic/knee-generic.h5 -o report");
     c.add_option("files", report.files, "Motion models (HDF5); several are compared")->required();
-    c.add_option("-o,--output", report.folder, "Folder to write to")->required();
+    c.add_option("-o,--output", report.folder, "Output folder")->required();
     c.add_option("--against", report.against, "Curve over flexion (CSV) to compare with; may be repeated")
         ->allow_extra_args(false)
         ->take_all();
-    c.add_option("--player", report.player, "vrda-player, for pictures; default: the one beside vrda");
-    c.add_flag("--quick", report.is_quick, "Leave out what each smoothing degree does to the meshes");
+    c.add_option("--player", report.player,
+                 "Path of vrda-player, which draws the pictures; default: next to vrda");
+    c.add_flag("--quick", report.is_quick, "Skip the audit of each smoothing degree");
     c.add_flag("--json", report.as_json, "Print the page's data as JSON");
     c.callback([this] { chosen = [this] { return report_command(report); }; });
   }
 
   void add_compare()
   {
-    CLI::App& c = add_reading(
-        "compare", "Set smoothing degrees side by side and recommend one; the file stays as it is.",
-        "vrda compare results/knee-generic/knee-generic.h5 --degrees 1..12");
+    CLI::App& c =
+        add_reading("compare", "Compare smoothing degrees and recommend one; does not change the file.",
+                    "vrda compare results/knee-generic/knee-generic.h5 --degrees 1..12");
     c.add_option("file", compare.file, "Motion model (HDF5)")->required();
     c.add_option("--degrees", compare.degrees, "A range or a list: 1..12 or 2,4,6")->capture_default_str();
     c.add_option("--refine", compare.refine,
-                 "Parts of a grid step at which gap and penetration are measured; 0: not at all")
+                 "Subdivisions of a grid step at which gap and penetration are measured; 0: no audit")
         ->check(vrda::whole_number(0, 16))
         ->capture_default_str();
-    c.add_option("--threads", compare.n_threads, "Workers; default: one a processor")
+    c.add_option("--threads", compare.n_threads, "Worker threads; default: one per processor")
         ->check(vrda::whole_number(1, 1024));
-    c.add_flag("--robust", compare.is_robust, "Fit with Huber's weights, which outliers pull less");
+    c.add_flag("--robust", compare.is_robust, "Fit with Huber weights, which reduce the effect of outliers");
     c.add_flag("--recontact", compare.is_recontacted,
-               "Compare the motions moved back into contact along Delta");
+               "Compare the motions after moving them into contact along Delta");
     c.add_flag("--json", compare.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return compare_command(compare); }; });
   }
@@ -270,30 +272,30 @@ struct Commands {
   {
     vrda::ExportOptions& e = exported;
     CLI::App& c = add_reading(
-        "export", "Write the motion of a motion model for OpenSim, ParaView, tables or any glTF viewer.",
+        "export", "Write the motion of a motion model for OpenSim, ParaView, spreadsheets or glTF viewers.",
         "vrda export results/knee-generic/knee-generic.h5 --to gltf -o knee.glb");
     c.add_option("file", e.file, "Motion model (HDF5)")->required();
     c.add_option("--to", e.format, "sto or mot (OpenSim), csv, gltf (.glb) or vtk (.pvd, ParaView)")
         ->required()
         ->check(vrda::one_of({"sto", "mot", "csv", "gltf", "vtk"}));
-    c.add_option("-o,--output", e.output, "File to write, with the extension of the format")->required();
-    c.add_option("--set", e.set, "raw, degree_N, ...; default: the set that vrda-player shows");
+    c.add_option("-o,--output", e.output, "Output file, with the extension of the format")->required();
+    c.add_option("--set", e.set, "raw, degree_N, ...; default: the default set of vrda-player");
     c.add_option("--flexion", e.flexion, "FROM:TO:STEP, degrees; default: the flexions of the model");
     c.add_option(
         "--varus", e.varus,
-        "Degrees, spine (balanced) or zero (the zero-varus table); default: zero where there is a table, "
+        "Degrees, spine (balanced) or zero (the zero-varus table); default: zero if the table exists, "
         "else spine");
     c.add_option("--coordinate", e.coordinates,
-                 "COORDINATE=NAME, the column of flexion, varus, internal, tx, ty or tz in sto and mot; may "
+                 "COORDINATE=NAME: column name of flexion, varus, internal, tx, ty or tz in sto and mot; may "
                  "be repeated")
         ->allow_extra_args(false)
         ->take_all();
     c.add_flag("--degrees", e.in_degrees, "Angles of sto and mot in degrees; default: radians");
     c.add_option("--rate", e.degrees_per_second,
-                 "Flexion a second, degrees: what time is in sto, mot and gltf")
+                 "Flexion rate that sets time in sto, mot and gltf, degrees per second")
         ->check(vrda::number(1e-3, 1e6))
         ->capture_default_str();
-    c.add_flag("--full", e.every_cell, "csv: one row a cell of the grid, with every number it has");
+    c.add_flag("--full", e.every_cell, "csv: one row per grid cell, with all of its values");
     c.add_flag("--json", e.as_json, "Print JSON");
     c.callback([this] { chosen = [this] { return export_command(exported); }; });
   }
@@ -303,37 +305,37 @@ struct Commands {
     CLI::App& c = add("shape", "Write a generated joint as STL files.",
                       "vrda shape knee -o knee side=left resolution=2");
     c.footer("Example:\n  vrda shape knee -o knee side=left resolution=2\n\n" + vrda::shape_help());
-    c.add_option("shape", shape.shape, "Its name")->required();
+    c.add_option("shape", shape.shape, "Name of the shape")->required();
     c.add_option("parameters", shape.parameters, "name=value");
-    c.add_option("-o,--output", shape.folder, "Folder to write to")->required();
-    c.add_flag("--ligaments", shape.has_ligaments, "Write ligaments.csv too (knee)");
+    c.add_option("-o,--output", shape.folder, "Output folder")->required();
+    c.add_flag("--ligaments", shape.has_ligaments, "Also write ligaments.csv (knee)");
     c.callback([this] { chosen = [this] { return shape_command(shape); }; });
   }
 
   void add_convert()
   {
-    CLI::App& convert = add("convert", "Read the thesis's own formats; change the format of a mesh file.",
+    CLI::App& convert = add("convert", "Convert the thesis's formats, or a mesh file to another format.",
                             "vrda convert mesh femur.stl femur.vf");
     convert.require_subcommand(1);
     CLI::App& o = add_to(convert, "object",
-                         "Split an Object set (PREFIX.coor, .norm, .elem) into one Vertices-Faces file a "
-                         "component; print their polygons and triangles.",
+                         "Split an Object set (PREFIX.coor, .norm, .elem) into one Vertices-Faces file per "
+                         "component; print the counts of polygons and triangles.",
                          "vrda convert object knee -o models");
-    o.add_option("prefix", object.prefix, "Path of the three files without their extensions")->required();
-    o.add_option("-o,--output", object.folder, "Folder to write to")->required();
+    o.add_option("prefix", object.prefix, "Common path of the three files, without extension")->required();
+    o.add_option("-o,--output", object.folder, "Output folder")->required();
     o.callback([this] { chosen = [this] { return convert_object_command(object); }; });
 
-    CLI::App& m = add_to(convert, "mesh", "Write a mesh in another format, chosen by the extension.",
+    CLI::App& m = add_to(convert, "mesh", "Write a mesh in another format, selected by the extension.",
                          "vrda convert mesh femur.stl femur.vf");
     m.add_option("input", mesh.input, "STL, PLY, OBJ (Wavefront or Vertices-Faces) or VF")->required();
     m.add_option("output", mesh.output, ".vf, .stl, .ply or .obj (Wavefront)")->required();
     m.callback([this] { chosen = [this] { return convert_mesh_command(mesh); }; });
 
-    CLI::App& c = add_to(convert, "config", "Turn a keyword configuration (thesis, appendix B) into a job.",
+    CLI::App& c = add_to(convert, "config", "Convert a keyword configuration (thesis, appendix B) to a job.",
                          "vrda convert config knee.cfg -o knee.toml");
-    c.add_option("file", config.file, "The configuration")->required();
+    c.add_option("file", config.file, "Configuration file")->required();
     c.add_option("-o,--output", config.output, "Job file (TOML) to write")->required();
-    c.add_option("--unit", config.unit, "Unit of its lengths and of the meshes: m, cm or mm")
+    c.add_option("--unit", config.unit, "Unit of the configuration's lengths and of the meshes: m, cm or mm")
         ->check(vrda::one_of({"m", "cm", "mm"}))
         ->capture_default_str();
     c.callback([this] { chosen = [this] { return convert_config_command(config); }; });
@@ -369,8 +371,8 @@ int as_int(ExitCode code)
   return static_cast<int>(code);
 }
 
-// A closed stream would lend its number to the next file opened, and what is printed would land in there.
-// Opened for reading only, a write to it fails as it should.
+// The next file opened would reuse the descriptor of a closed stream and receive the printed text. A
+// descriptor opened for reading makes such a write fail.
 void hold_standard_streams()
 {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
@@ -382,7 +384,7 @@ void require_printed()
 {
   const bool is_flushed = std::fflush(stdout) == 0;
   if (is_flushed && std::ferror(stdout) == 0) return;
-  throw vrda::InputError({"standard output", "", "an output that cannot be written", "room for it"});
+  throw vrda::InputError({"standard output", "", "a write error", "a writable output"});
 }
 
 int run_program(int argc, char** argv)
@@ -401,7 +403,8 @@ int run_program(int argc, char** argv)
   }
   if (commands.is_quiet) vrda::be_quiet();
   vrda::on_unconfined_reading([](const std::string& why) {
-    vrda::warn("this system does not confine the process that reads HDF5 (" + why + "); its limits hold");
+    vrda::warn("the process that reads HDF5 runs without a sandbox on this system (" + why +
+               "); its resource limits still apply");
   });
   const ExitCode code = commands.chosen();
   require_printed();
@@ -419,7 +422,7 @@ int main(int argc, char** argv)
     std::fprintf(stderr, "vrda: %s\n", error.what());
     return as_int(ExitCode::bad_input);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "vrda: our mistake: %s\nPlease report this with the command and the job file.\n",
+    std::fprintf(stderr, "vrda: internal error: %s\nPlease report this with the command and the job file.\n",
                  error.what());
     return as_int(ExitCode::our_mistake);
   }

@@ -36,7 +36,7 @@ Json range_json(const GridD& surface)
   return {{"min", range.least}, {"max", range.largest}};
 }
 
-// Internal rotation along the spine: the screw-home of the joint.
+// Internal rotation along the spine: the screw-home motion of the joint.
 Json screw_home(const MotionModel& model)
 {
   Range range;
@@ -102,7 +102,7 @@ Json smoothed_json(const MotionModel& model)
   return sets;
 }
 
-// The largest part of a cell's contact forces, measured along Delta, that a compartment takes.
+// Largest share over all cells of the contact force along Delta that a compartment carries.
 Json largest_share(const ForceRows& forces, Compartment compartment)
 {
   Range range;
@@ -133,7 +133,7 @@ Json equilibrium_json(const MotionModel& model)
           {"flexions_with_several_optima", n_several}};
 }
 
-// Of free varus what was found; the grid's one column says nothing.
+// For free varus reports the range of solved angles; the grid then has a single column.
 Json grid_json(const MotionModel& model)
 {
   const bool is_varus_free = Motion(model, "raw").is_varus_free();
@@ -239,9 +239,8 @@ void print(const MotionModel& model, const Json& s)
               model.method.c_str());
   print_scaling(s["scaling"]);
   if (!s["scaling"].is_null()) {
-    std::printf("  the steps were solved %s\n", s["scaling"]["keeps_steps"].get<bool>()
-                                                    ? "at factor 1, their results scaled"
-                                                    : "at this size");
+    std::printf("  steps solved %s\n",
+                s["scaling"]["keeps_steps"].get<bool>() ? "at factor 1, then scaled" : "at this size");
   }
   print_extent("flexion", s["grid"]["flexion_deg"]);
   print_varus(s["grid"]);
@@ -253,7 +252,7 @@ void print(const MotionModel& model, const Json& s)
     }
   }
   print_doubtful(model);
-  std::printf("iterations: %s a step, at most %d; %s queries a step\n",
+  std::printf("iterations: %s per step, at most %d; %s queries per step\n",
               short_text(s["iterations"]["mean"]).c_str(), s["iterations"]["largest"].get<int>(),
               short_text(s["iterations"]["queries_mean"]).c_str());
   std::printf("surfaces (world, raw)\n");
@@ -303,11 +302,11 @@ ExitCode validate_command(const InfoOptions& options)
   Json list = Json::array();
   for (const Finding& f : findings) {
     list.push_back({{"where", f.where}, {"found", f.found}, {"wanted", f.wanted}});
-    // As an error would: one printable line, whatever the file says.
+    // Formatted like an error: one printable line, whatever the file contains.
     if (!options.as_json) std::puts(InputError({options.file, f.where, f.found, f.wanted}).what());
   }
   if (options.as_json) std::printf("%s\n", list.dump(2).c_str());
-  if (findings.empty()) say(options.file + ": keeps to the specification");
+  if (findings.empty()) say(options.file + ": valid");
   return findings.empty() ? ExitCode::done : ExitCode::bad_input;
 }
 

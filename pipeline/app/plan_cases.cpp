@@ -12,15 +12,15 @@
 namespace vrda {
 namespace {
 
-// A joint at factor 1, and how large its meshes are.
+// A joint at scaling factor 1 and its mesh sizes.
 struct Loaded {
   Case joint;  ///< without bodies
   std::int64_t n_contact_triangles = 0;
   std::int64_t n_triangles = 0;
 };
 
-// The keys that the meshes do not depend on; any other may.
-bool is_setting(const std::string& key)
+// True for job keys that do not affect the meshes.
+bool is_mesh_independent(const std::string& key)
 {
   for (const char* setting : {"title", "push", "grid", "solver", "smooth", "limits", "player", "scaling"}) {
     if (key == setting) return true;
@@ -28,12 +28,12 @@ bool is_setting(const std::string& key)
   return false;
 }
 
-// Equal texts load equal meshes.
-std::string meshes_of(const Job& job, const CaseSpec& spec)
+// Cache key: equal keys load equal meshes.
+std::string mesh_key_of(const Job& job, const CaseSpec& spec)
 {
   DocumentValue::Table kept;
   for (const DocumentEntry& entry : *job.document.root.table()) {
-    if (!is_setting(entry.key)) kept.push_back(entry);
+    if (!is_mesh_independent(entry.key)) kept.push_back(entry);
   }
   const std::string folder = std::filesystem::path(spec.job_file).parent_path().string();
   return folder + '\n' + spec.data_directory + '\n' + toml_text({kept});
@@ -77,8 +77,8 @@ class Planner {
     result.plan = plan_of(result.job_case);
     result.size = size_of(result.job_case, loaded);
     result.cost = cost_of(result.size, step_counts(result.plan));
-    find_kin(result);
-    // Thousands of cases are kept.
+    find_duplicates(result);
+    // Frees what is not needed later: a campaign may have thousands of cases.
     Case& job_case = result.job_case;
     job_case.compartment_of_triangle = {};
     job_case.ligaments = {};
@@ -87,19 +87,19 @@ class Planner {
   }
 
  private:
-  void find_kin(PlannedCase& planned)
+  void find_duplicates(PlannedCase& planned)
   {
     const std::string& name = planned.campaign_case.spec.name;
     const std::string steps = fingerprint_of(planned.job_case);
     const auto [twin, is_new] = motions_.emplace(std::pair{steps, planned.job_case.steps_scale}, name);
     if (!is_new) planned.same_as = twin->second;
-    const auto [kin, is_first] = steps_.emplace(steps, name);
-    if (!is_first && is_new) planned.same_steps_as = kin->second;
+    const auto [same, is_first] = steps_.emplace(steps, name);
+    if (!is_first && is_new) planned.same_steps_as = same->second;
   }
 
   const Loaded& loaded_once(const Job& job, const CaseSpec& spec)
   {
-    const std::string key = meshes_of(job, spec);
+    const std::string key = mesh_key_of(job, spec);
     auto found = loaded_.find(key);
     if (found == loaded_.end()) found = loaded_.emplace(key, loaded_by(spec)).first;
     return found->second;

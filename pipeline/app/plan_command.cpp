@@ -18,13 +18,13 @@ long long as_long(std::int64_t n)
   return n;
 }
 
-// Of the solving: above it more shards gain little, since they wait for the spine.
+// Share of the solving time above which more shards gain little, since they wait for the spine.
 constexpr double large_spine_share = 0.5;
 
 struct ShardCost {
   std::int64_t n_rows = 0;
   std::int64_t n_attitudes = 0;
-  double processor_s = 0.0;  ///< loading included
+  double processor_s = 0.0;  ///< including loading
 };
 
 ShardCost cost_of_shard(const PlannedCase& planned, const Shard& shard)
@@ -49,7 +49,7 @@ double spine_share(const PlannedCase& planned)
   return solving_s > 0.0 ? planned.cost.spine_s / solving_s : 0.0;
 }
 
-// Each of the tasks loads: the spine, every shard, the merge.
+// Every task (spine, shards, merge) loads the case.
 double processor_s_of(const PlannedCase& planned, int n_shards)
 {
   const int n_more = n_shards > 1 ? n_shards + 1 : 0;
@@ -195,7 +195,7 @@ void print_cases(const std::vector<PlannedCase>& cases, int n_shards)
   const int name_width = static_cast<int>(width);
   std::printf("%-*s  %-16s  %10s  %9s  %9s  %9s  %7s  %8s  %7s", name_width, "case", "method", "grid",
               "attitudes", "triangles", "processor", "memory", "journals", "model");
-  std::printf(n_shards > 1 ? "  %9s  %9s\n" : "\n", "spine", "a shard");
+  std::printf(n_shards > 1 ? "  %9s  %9s\n" : "\n", "spine", "per shard");
   for (const PlannedCase& planned : cases) print_case(planned, n_shards, name_width);
 }
 
@@ -204,20 +204,19 @@ void print_shards(const PlannedCase& planned, int n_shards)
   const std::vector<ShardCost> shards = shards_of(planned, n_shards);
   const auto n_idle =
       std::count_if(shards.begin(), shards.end(), [](const ShardCost& s) { return s.n_rows == 0; });
-  std::printf("spine: %lld steps, %s; of them %lld one after the other\n",
-              as_long(planned.cost.steps.spine()), duration(planned.cost.spine_s).c_str(),
-              as_long(planned.cost.steps.chain));
+  std::printf("spine: %lld steps, %s; %lld of them in sequence\n", as_long(planned.cost.steps.spine()),
+              duration(planned.cost.spine_s).c_str(), as_long(planned.cost.steps.chain));
   for (std::size_t i = 0; i < shards.size(); ++i) {
     if (shards[i].n_rows == 0) continue;
     std::printf("shard %zu/%d: %lld flexions, %lld attitudes, %s\n", i + 1, n_shards,
                 as_long(shards[i].n_rows), as_long(shards[i].n_attitudes),
                 duration(shards[i].processor_s).c_str());
   }
-  if (n_idle > 0) std::printf("%lld more shards have no flexion\n", as_long(n_idle));
+  if (n_idle > 0) std::printf("%lld of %d shards have no flexion\n", as_long(n_idle), n_shards);
 }
 
-// One line for all of them.
-void say_of_spines(const std::vector<PlannedCase>& cases, int n_shards)
+// One line for all cases.
+void warn_of_large_spines(const std::vector<PlannedCase>& cases, int n_shards)
 {
   const auto n = std::count_if(cases.begin(), cases.end(),
                                [](const PlannedCase& p) { return spine_share(p) > large_spine_share; });
@@ -225,11 +224,10 @@ void say_of_spines(const std::vector<PlannedCase>& cases, int n_shards)
   const std::string of =
       cases.size() == 1 ? "" : " in " + std::to_string(n) + " of " + std::to_string(cases.size()) + " cases";
   warn("--shards: most of the work is the spine" + of +
-       ", which one task solves before any shard: more shards do not help there, more --cpus for its "
-       "restarts do");
+       ", which one task solves before all shards: use more --cpus for its restarts, not more shards");
 }
 
-void say_of_twins(const std::vector<PlannedCase>& cases)
+void warn_of_duplicates(const std::vector<PlannedCase>& cases)
 {
   for (const PlannedCase& planned : cases) {
     if (planned.same_as.empty()) continue;
@@ -237,16 +235,16 @@ void say_of_twins(const std::vector<PlannedCase>& cases)
   }
 }
 
-// In one line: a study of sizes has hundreds.
-void say_of_sizes(const std::vector<PlannedCase>& cases)
+// One line for all cases: a size study has hundreds.
+void report_shared_steps(const std::vector<PlannedCase>& cases)
 {
   const auto is_scaled = [](const PlannedCase& planned) { return !planned.same_steps_as.empty(); };
   const auto n = std::count_if(cases.begin(), cases.end(), is_scaled);
   if (n == 0) return;
   const PlannedCase& first = *std::find_if(cases.begin(), cases.end(), is_scaled);
   say(std::to_string(n) + " of " + std::to_string(cases.size()) +
-      " cases have the steps of another one, scaled, as " + first.campaign_case.spec.name + " those of " +
-      first.same_steps_as + ": the journals of one serve vrda merge --job of the other");
+      " cases differ from another case only in scaling, such as " + first.campaign_case.spec.name + " from " +
+      first.same_steps_as + ": vrda merge --job of one accepts the journals of the other");
 }
 
 void print(const Campaign& campaign, const std::vector<PlannedCase>& cases, int n_shards)
@@ -256,13 +254,12 @@ void print(const Campaign& campaign, const std::vector<PlannedCase>& cases, int 
   const Totals totals = totals_of(cases, n_shards);
   if (n_shards > 1 && cases.size() == 1) print_shards(cases.front(), n_shards);
   std::printf(
-      "%zu case%s: %lld attitudes, %lld steps, %s of processor time, %s at most at once, %s of journals, %s "
-      "of motion "
-      "models\n",
+      "%zu case%s: %lld attitudes, %lld steps, %s of processor time, at most %s of memory per task, %s of "
+      "journals, %s of motion models\n",
       cases.size(), cases.size() == 1 ? "" : "s", as_long(totals.attitudes), as_long(totals.steps),
       duration(totals.processor_s).c_str(), amount(totals.largest_memory).c_str(),
       amount(totals.journal_bytes).c_str(), amount(totals.model_bytes).c_str());
-  std::printf("estimates from one machine: expect times between half and twice of these\n");
+  std::printf("estimates from one machine: actual times are expected between half and twice these\n");
 }
 
 }  // namespace
@@ -271,9 +268,9 @@ ExitCode plan_command(const PlanOptions& options)
 {
   const Campaign campaign = campaign_of(options.job_file, options.data_directory, options.overrides);
   const std::vector<PlannedCase> cases = planned_cases(campaign);
-  say_of_twins(cases);
-  say_of_sizes(cases);
-  say_of_spines(cases, options.n_shards);
+  warn_of_duplicates(cases);
+  report_shared_steps(cases);
+  warn_of_large_spines(cases, options.n_shards);
   if (options.as_json) {
     std::printf("%s\n", plan_json(campaign, cases, options.n_shards).dump(2).c_str());
   } else {

@@ -17,11 +17,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Numbers of a row of the table, printed under `name` and the ends of `parts`.
+/// Columns of the table; their headings are `name` + each of `parts` + `unit`.
 struct Column {
   const char* name;
   std::vector<double> ZeroVarus::*values;
-  std::vector<const char*> parts;  ///< e.g. x, y, z; one empty word for a single number
+  std::vector<const char*> parts;  ///< e.g. _x, _y, _z; one empty text for a single number
   const char* unit;
 };
 
@@ -46,7 +46,7 @@ const std::vector<Column> flexion_columns{
     {"lateral_reference", &ZeroVarus::lateral_reference_mm, xyz, "_mm"},
     {"lateral_moving", &ZeroVarus::lateral_moving_mm, xyz, "_mm"}};
 
-/// From the row's flexion to the next.
+/// Values of the step from the row's flexion to the next one.
 const std::vector<Column> step_columns{
     {"helical_rotation", &ZeroVarus::helical_rotation_deg, single, "_deg"},
     {"helical_translation", &ZeroVarus::helical_translation_mm, single, "_mm"},
@@ -117,7 +117,7 @@ void print_names(const std::vector<Column>& columns)
   }
 }
 
-/// Empty fields for what is not known; also beyond the last step.
+/// Prints an empty field for an unknown value and beyond the last step.
 void print_numbers(const ZeroVarus& z, const std::vector<Column>& columns, std::size_t i)
 {
   for (const Column& c : columns) {
@@ -161,7 +161,7 @@ void require_set(const MotionModel& model, const ReduceOptions& options)
 void require_reducible(const MotionModel& model, const std::string& file)
 {
   if (is_reducible(model)) return;
-  throw InputError({file, "compartments", "none, and varus that was given",
+  throw InputError({file, "compartments", "no compartments with given varus",
                     "a medial and a lateral compartment in the job, or grid.varus = \"free\""});
 }
 
@@ -170,8 +170,8 @@ void require_reduced(const ZeroVarus& z, const std::string& file)
   if (n_reduced(z) > 0) return;
   throw InputError(
       {file, "contact_medial, contact_lateral, gap_medial_mm, gap_lateral_mm",
-       "no flexion with a pose in which both compartments touch or that lies between two whose gaps "
-       "favour either side",
+       "no flexion with a pose where both compartments touch, or with two poses whose gap difference changes "
+       "sign",
        "at least one"});
 }
 
@@ -182,7 +182,7 @@ bool are_same(const std::vector<double>& a, const std::vector<double>& b)
   });
 }
 
-/// An audit of poses that are no more would be taken for one of those that are.
+/// An audit of replaced poses must not be read as an audit of the new ones.
 void drop_stale_audit(MotionModel& model, const ZeroVarus& z)
 {
   if (model.zero_varus && are_same(model.zero_varus->X_reference_moving, z.X_reference_moving)) return;

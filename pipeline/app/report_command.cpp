@@ -32,12 +32,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int n_steps = 3;  // pictures of a view, less one
+constexpr int n_steps = 3;  // frames per view, minus one
 constexpr std::uintmax_t largest_png_bytes = 16u << 20;
-// Of the player (player/app/README.md): done, and some attitudes without an answer.
+// Exit codes of the player (player/app/README.md): done, and some attitudes unsolved.
 constexpr int player_done = 0, player_unsolved = 3;
 
-/// A folder for the time of a run, removed with it.
+/// A temporary folder, removed on destruction.
 class TemporaryFolder {
  public:
   TemporaryFolder()
@@ -54,18 +54,18 @@ class TemporaryFolder {
   TemporaryFolder(const TemporaryFolder&) = delete;
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-  /// Empty when it could not be made.
+  /// Empty if it could not be created.
   const fs::path& path() const { return path_; }
 
  private:
   fs::path path_;
 };
 
-/// Runs a program without input or output; its exit code, nothing when it did not start or end by itself.
-std::optional<int> exit_code_of(std::vector<std::string> words)
+/// Runs a program without input or output. Returns its exit code; empty if it did not start or exit normally.
+std::optional<int> exit_code_of(std::vector<std::string> command)
 {
   std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
+  for (std::string& word : command) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -93,7 +93,7 @@ std::string flexion_range(const MotionModel& model)
   return text.data();
 }
 
-// "front_flexion_030.png" as view and label; the label keeps what it cannot read.
+// Splits "front_flexion_030.png" into view and label; an unparsed name becomes the label.
 Still still_of(const fs::path& file)
 {
   constexpr std::string_view between = "_flexion_";
@@ -142,18 +142,18 @@ std::string player_program(const std::string& player)
 Stills player_stills(const std::string& player, const std::string& file, const MotionModel& model)
 {
   if (player.empty())
-    return {{}, "No pictures: vrda-player was not found beside vrda; --player PATH tells where it is."};
+    return {{}, "No pictures: vrda-player is not in the folder of vrda; give its path with --player PATH."};
   const TemporaryFolder folder;
-  if (folder.path().empty()) return {{}, "No pictures: there is no room for temporary files."};
+  if (folder.path().empty()) return {{}, "No pictures: no temporary folder could be created."};
   const std::optional<int> code =
       exit_code_of({player, "show", file, "--offscreen", folder.path().string(), flexion_range(model),
                     "--views", "front,lateral", "--size", "440x440", "--quiet"});
   if (!code || (*code != player_done && *code != player_unsolved))
     return {{},
-            "No pictures: vrda-player did not draw them" +
+            "No pictures: vrda-player failed" +
                 (code ? " (exit code " + std::to_string(*code) + ")." : std::string("."))};
   return {stills_in(folder.path()),
-          *code == player_unsolved ? "Some attitudes have no pose, hence no picture." : ""};
+          *code == player_unsolved ? "Attitudes without a pose have no picture." : ""};
 }
 
 namespace {
@@ -162,7 +162,7 @@ namespace {
 #error "the version of the program"
 #endif
 
-// An audit of the file's own grid, as it stands in the file or measured now.
+// The audit at the grid's attitudes: from the file, otherwise measured now.
 AuditSet grid_audit(const MotionModel& model, const std::string& set)
 {
   for (const AuditSet& stored : model.audits) {
@@ -179,21 +179,21 @@ RawExtremes raw_extremes(const MotionModel& model)
   return {figures.n_overlapping, figures.largest_penetration.value_mm, gap_mm};
 }
 
-// None where the solved cells cannot carry even the first degree.
+// Empty if the solved cells cannot determine even degree 1.
 std::optional<Comparison> comparison_of(const MotionModel& model, const ReportOptions& options)
 {
   if (largest_degree(smooth_input(model, options.files.front())) < 1) return std::nullopt;
-  CompareOptions asked;
-  asked.name = options.files.front();
+  CompareOptions compare_with;
+  compare_with.name = options.files.front();
   if (!options.is_quick) {
-    asked.audit = [](const MotionModel& smoothed, const std::string& set) {
+    compare_with.audit = [](const MotionModel& smoothed, const std::string& set) {
       return audit(smoothed, set, 1, threads_or_all(0));
     };
   }
-  return compare(model, asked);
+  return compare(model, compare_with);
 }
 
-// The sets in the file, where it holds no audit of them.
+// Adds the audits that are missing from the file.
 void add_audits(MotionModel& model)
 {
   for (const std::string& set : set_names(model)) {
@@ -203,7 +203,7 @@ void add_audits(MotionModel& model)
   }
 }
 
-// Files of one name in several folders stay apart.
+// Distinguishes files of the same name in different folders.
 std::string unique_name(const std::vector<ReportModel>& models, const std::string& file)
 {
   const std::string stem = std::filesystem::path(file).stem().string();
@@ -214,8 +214,7 @@ std::string unique_name(const std::vector<ReportModel>& models, const std::strin
   return name;
 }
 
-// The flexion-only motion is the first thing a reader looks for: a file without it gets that of its raw
-// cells.
+// The report starts with the flexion-only motion; if the file has none, it is reduced from the raw cells.
 MotionModel reduced(MotionModel model)
 {
   if (model.zero_varus || !is_reducible(model)) return model;

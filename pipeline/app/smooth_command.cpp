@@ -19,13 +19,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Audits of a set that became another go with it.
-void say_what_went(const std::vector<AuditSet>& before, const std::vector<AuditSet>& after)
+// Reports the audits that were dropped with a changed set.
+void report_dropped_audits(const std::vector<AuditSet>& before, const std::vector<AuditSet>& after)
 {
   for (const AuditSet& audit : before) {
     const bool is_there = std::any_of(after.begin(), after.end(),
                                       [&](const AuditSet& other) { return other.name == audit.name; });
-    if (!is_there) say("dropped /audit/" + audit.name + ", which measured the set before");
+    if (!is_there) say("dropped /audit/" + audit.name + ", which measured the replaced set");
   }
 }
 
@@ -102,13 +102,13 @@ ExitCode smooth_command(const SmoothCommandOptions& options)
   MotionModel model = read_solved_model(options.file);
   SmoothFit fit = smooth_fit(smooth_input(model, options.file), options.degree, {options.is_robust});
   if (std::find(fit.is_converged.begin(), fit.is_converged.end(), false) != fit.is_converged.end())
-    warn("the robust weights had not settled after all steps");
+    warn("the robust weights did not converge within the iteration limit");
   SmoothedSet set = std::move(fit.set);
   if (options.is_recontacted) set.recontact_mm = recontact(model, set, threads_or_all(options.n_threads));
   const std::vector<AuditSet> audits = model.audits;
   model = with_smoothed(std::move(model), set);
   write_motion_model(options.file, model);
-  say_what_went(audits, model.audits);
+  report_dropped_audits(audits, model.audits);
   if (options.as_json) {
     std::printf("%s\n", json_of(set).dump(2).c_str());
   } else {
@@ -152,7 +152,7 @@ Json json_of(const AuditSet& set)
 }
 
 // "0.0123 at 45, -2.5", or a dash.
-std::string place_of(const AuditExtreme& extreme, int n)
+std::string text_of(const AuditExtreme& extreme, int n)
 {
   if (n == 0) return "-";
   char text[96];
@@ -161,7 +161,7 @@ std::string place_of(const AuditExtreme& extreme, int n)
   return text;
 }
 
-std::string mean_of(double mean_mm, int n)
+std::string mean_text(double mean_mm, int n)
 {
   if (n == 0) return "-";
   char text[32];
@@ -180,9 +180,9 @@ void print(const std::vector<AuditSet>& sets)
     const int n_free = f.n_poses - f.n_overlapping - f.n_nothing_ahead;
     std::printf(
         row, set.name.c_str(), std::to_string(set.refine).c_str(), std::to_string(f.n_poses).c_str(),
-        std::to_string(f.n_overlapping).c_str(), place_of(f.largest_penetration, f.n_overlapping).c_str(),
-        mean_of(f.mean_penetration_mm, f.n_overlapping).c_str(), place_of(f.largest_gap, n_free).c_str(),
-        mean_of(f.mean_gap_mm, n_free).c_str(), std::to_string(f.n_nothing_ahead).c_str());
+        std::to_string(f.n_overlapping).c_str(), text_of(f.largest_penetration, f.n_overlapping).c_str(),
+        mean_text(f.mean_penetration_mm, f.n_overlapping).c_str(), text_of(f.largest_gap, n_free).c_str(),
+        mean_text(f.mean_gap_mm, n_free).c_str(), std::to_string(f.n_nothing_ahead).c_str());
   }
 }
 

@@ -45,11 +45,11 @@ ExitCode run_here(const std::string& folder, const Submission& submission, const
     std::printf("%s\n", folder.c_str());
   }
   if (outcome.n_failed > 0) {
-    warn(std::to_string(outcome.n_failed) + " tasks failed, " + std::to_string(outcome.n_left_out) +
-         " waited for them in vain: vrda status " + folder);
+    warn(std::to_string(outcome.n_failed) + " tasks failed; " + std::to_string(outcome.n_left_out) +
+         " tasks that depend on them did not start: see vrda status " + folder);
   }
   if (!outcome.is_interrupted) return static_cast<ExitCode>(outcome.worst_code);
-  say("interrupted: vrda resume " + folder + " --local goes on from there");
+  say("interrupted; to resume: vrda resume " + folder + " --local");
   return ExitCode::interrupted;
 }
 
@@ -59,7 +59,7 @@ ExitCode print_plan(const std::string& folder, const Submission& submission, con
   try {
     limits = ask_limits();
   } catch (const InputError& error) {
-    warn(std::string(error.what()) + "; Slurm's defaults are taken");
+    warn(std::string(error.what()) + "; using Slurm's defaults");
   }
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, work, limits);
   std::set<TaskKind> kinds;

@@ -26,8 +26,8 @@ void print_task(const TaskView& task, const Submission& submission)
 {
   std::string line = text_of(task.task, submission);
   const auto pad = [&](std::size_t width) { line.resize(std::max(line.size() + 1, width), ' '); };
-  constexpr std::size_t standing_column = 18, amount_column = 31, rest_column = 46;
-  pad(standing_column);
+  constexpr std::size_t state_column = 18, amount_column = 31, rest_column = 46;
+  pad(state_column);
   line += name_of(task.standing);
   pad(amount_column);
   line += amount_text(task);
@@ -38,7 +38,7 @@ void print_task(const TaskView& task, const Submission& submission)
   if (!task.reason.empty()) line += (line.back() == ' ' ? "" : "  ") + task.reason;
   if (task.n_restarts > 0) {
     const std::string times = task.n_restarts == 1 ? "once" : std::to_string(task.n_restarts) + " times";
-    line += "  (begun again " + times + ")";
+    line += "  (restarted " + times + ")";
   }
   line.erase(line.find_last_not_of(' ') + 1);
   std::printf("%s\n", line.c_str());
@@ -138,7 +138,7 @@ ExitCode status_command(const StatusOptions& options)
 
 namespace {
 
-// The same wherever the submission stands.
+// The text with paths relative to the submission, wherever it is.
 std::string without_folder(std::string text, const std::string& folder)
 {
   for (std::size_t at = text.find(folder + "/"); at != std::string::npos; at = text.find(folder + "/", at)) {
@@ -147,7 +147,7 @@ std::string without_folder(std::string text, const std::string& folder)
   return text;
 }
 
-// Of each case whose tasks failed, why the last of them did.
+// For each case with failed tasks: the reason of the last failure.
 std::map<std::int32_t, std::string> failures_of(const std::string& folder, const Submission& submission)
 {
   std::map<std::int32_t, std::string> reasons;
@@ -186,7 +186,7 @@ std::map<CaseStatus, int> counts_of(const std::vector<IndexRow>& rows)
 ExitCode write_index_of(const IndexOptions& options, const Submission& submission)
 {
   const std::string& folder = options.folder;
-  // From the first look at the cases on: a table that was begun before must not replace one that knows more.
+  // Locked before the cases are read: an older table must not replace a newer one.
   const std::optional<OutputLock> lock = locked_output(folder + "/index.h5", "vrda index");
   if (!lock) return ExitCode::interrupted;
   const std::vector<IndexRow> rows = rows_of_submission(options, submission);

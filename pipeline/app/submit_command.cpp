@@ -30,7 +30,8 @@ std::string folder_of(const SubmitOptions& options)
 std::string program_for_tasks()
 {
   const std::string program = own_program();
-  if (program.empty()) throw InputError({"/proc/self/exe", "", "no answer", "the path of this program"});
+  if (program.empty())
+    throw InputError({"/proc/self/exe", "", "an unreadable link", "the path of this program"});
   return fs::absolute(program).lexically_normal().string();
 }
 
@@ -63,7 +64,7 @@ Submission submission_of(const SubmitOptions& options)
     submitted.n_varus = static_cast<std::int32_t>(job.grid.varus_deg.size());
     submission.cases.push_back(submitted);
   }
-  // Better told now than after a night in the queue. Of a campaign vrda plan looks at every mesh.
+  // Checks the meshes before the job is queued. For a campaign vrda plan checks every mesh.
   if (is_single) {
     const CaseSpec& spec = submission.cases.front().spec;
     load_case(spec.job_file, {spec.data_directory, spec.overrides});
@@ -74,25 +75,27 @@ Submission submission_of(const SubmitOptions& options)
 void require_slurm_options(const SlurmOptions& slurm)
 {
   require_sound(slurm);
-  constexpr const char* otherwise = ", or --local for processes of this machine";
+  constexpr const char* alternative = ", or --local to run on this machine";
   if (slurm.time.empty())
-    throw InputError({"--time", "", "nothing", std::string("a task's time limit, as 2:00:00") + otherwise});
+    throw InputError(
+        {"--time", "", "nothing", std::string("the time limit per task, such as 2:00:00") + alternative});
   if (slurm.memory.empty())
-    throw InputError({"--mem", "", "nothing", std::string("a task's memory, as 500M") + otherwise});
+    throw InputError(
+        {"--mem", "", "nothing", std::string("the memory per task, such as 500M") + alternative});
 }
 
-// A submission is made once; its models are its own.
+// A folder holds one submission, and only its models.
 void require_new(const std::string& folder, const Submission& submission)
 {
   if (fs::exists(submission_file_of(folder))) {
     const bool is_same = read_submission(folder) == submission;
-    throw InputError({folder, "", is_same ? "this very submission" : "another submission",
-                      is_same ? "vrda resume of it" : "another folder (-o), or vrda resume of that one"});
+    throw InputError({folder, "", is_same ? "the same submission" : "another submission",
+                      is_same ? "vrda resume FOLDER" : "another folder (-o), or vrda resume FOLDER"});
   }
   for (const SubmittedCase& c : submission.cases) {
     if (!fs::exists(output_of(folder, c))) continue;
-    throw InputError({output_of(folder, c), "", "a motion model that is no submission's",
-                      "another folder (-o), or that file out of the way"});
+    throw InputError({output_of(folder, c), "", "a motion model that does not belong to a submission",
+                      "another folder (-o), or this file moved away"});
   }
 }
 
@@ -102,8 +105,8 @@ void make_folders(const std::string& folder)
     make_folder(one);
 }
 
-// Where Slurm took nothing, the same command with other options is a new one.
-void take_back(const std::string& folder)
+// If Slurm accepted no job, the command can be repeated with other options.
+void remove_submission(const std::string& folder)
 {
   std::error_code ignored;
   for (const char* name : {"submission.json", "submitted.jsonl", "submission.lock"}) {
@@ -132,7 +135,7 @@ ExitCode submit_command(const SubmitOptions& options)
   try {
     return start_tasks(folder, submission, work, how);
   } catch (const InputError&) {
-    if (!options.is_local && read_submitted(folder).empty()) take_back(folder);
+    if (!options.is_local && read_submitted(folder).empty()) remove_submission(folder);
     throw;
   }
 }
@@ -170,26 +173,26 @@ void require_options(const ResumeOptions& options, const Submission& submission,
   if (options.is_local) {
     if (missing.n_under_way == 0) return;
     throw InputError({"--local", "", std::to_string(missing.n_under_way) + " tasks in Slurm's queue",
-                      "vrda resume without --local, or scancel before"});
+                      "vrda resume without --local, or scancel first"});
   }
   require_log_folder(absolute_folder(options.folder));
   require_sound(submission.slurm);
   if (submission.slurm.time.empty()) {
-    throw InputError({"--time", "", "nothing", "a task's time limit, or --local as before"});
+    throw InputError({"--time", "", "nothing", "the time limit per task, or --local as before"});
   }
 }
 
-// A node that could not begin a task may be mended by now, or another one begins it.
-void release_held(const SubmissionSnapshot& seen)
+// The node whose launch failed may be repaired by now, or another node may start the task.
+void release_held(const SubmissionSnapshot& snapshot)
 {
   std::vector<std::string> held;
-  for (const auto& [task, queue] : seen.slurm) {
+  for (const auto& [task, queue] : snapshot.slurm) {
     const bool is_new = std::find(held.begin(), held.end(), queue.job) == held.end();
     if (is_new && is_held_after_failed_launch(queue.row)) held.push_back(queue.job);
   }
   if (held.empty()) return;
   release_jobs(held);
-  for (const std::string& job : held) say(job + " is released: Slurm held it since its launch failed");
+  for (const std::string& job : held) say(job + " is released: Slurm had held it because its launch failed");
 }
 
 ExitCode say_nothing_is_missing(const std::string& folder, const Missing& missing, bool as_json)
@@ -199,7 +202,7 @@ ExitCode say_nothing_is_missing(const std::string& folder, const Missing& missin
     std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   }
   const std::string rest = missing.n_under_way == 0
-                               ? "every result is there"
+                               ? "all results are complete"
                                : std::to_string(missing.n_under_way) + " tasks are queued or running";
   say("nothing is missing: " + rest);
   return ExitCode::done;
@@ -212,17 +215,18 @@ ExitCode resume_command(const ResumeOptions& options)
   const std::string folder = absolute_folder(options.folder);
   Submission submission = read_submission(folder);
   const OpenFile lock = locked_submission(folder);
-  const SubmissionSnapshot seen = take_snapshot(folder, submission);
-  if (!seen.remark.empty())
-    throw InputError({folder, "", "tasks of which Slurm does not tell: " + seen.remark, "Slurm's answer"});
-  if (!options.is_local && !options.is_dry) release_held(seen);
-  const Missing missing = missing_of(folder, submission, status_of(folder, submission, seen), seen);
+  const SubmissionSnapshot snapshot = take_snapshot(folder, submission);
+  if (!snapshot.remark.empty())
+    throw InputError(
+        {folder, "", "no state of its tasks from Slurm: " + snapshot.remark, "a reachable Slurm"});
+  if (!options.is_local && !options.is_dry) release_held(snapshot);
+  const Missing missing = missing_of(folder, submission, status_of(folder, submission, snapshot), snapshot);
   if (missing.work.is_nothing()) return say_nothing_is_missing(folder, missing, options.as_json);
   const SlurmOptions slurm = changed(submission.slurm, options.slurm);
   const bool is_changed = !(slurm == submission.slurm);
   submission.slurm = slurm;
   require_options(options, submission, missing);
-  if (options.slurm.cases_per_task > 0) require_same_span(seen.slurm, options.slurm.cases_per_task);
+  if (options.slurm.cases_per_task > 0) require_same_span(snapshot.slurm, options.slurm.cases_per_task);
   say_reasons(missing.reasons);
   const StartOptions how{options.is_dry, options.is_local, options.n_workers, options.as_json};
   if (options.is_dry) return start_tasks(folder, submission, missing.work, how);

@@ -24,10 +24,10 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-// Slurm may send the warning a minute before its time.
+// Slurm may send the warning signal up to a minute early.
 constexpr std::int64_t slurm_slack_s = 60;
-// A predecessor on a node that is slow to die, or seems dead, holds the journal. Slurm ends it in the end, or
-// this task at its time limit, to begin it again; a local one has nobody who would.
+// A predecessor on a slow or lost node may hold the journal. Slurm ends it eventually, or ends this task at
+// its time limit and restarts it. A local task has no such supervisor.
 constexpr std::chrono::hours patience_in_slurm{24 * 365};
 constexpr std::chrono::seconds patience_here{60};
 
@@ -48,8 +48,8 @@ class Task {
  private:
   ExitCode run_alone()
   {
-    if (id_.case_number >= 0 && is_made(folder_, its_case())) {
-      say(its_case().output + " is made already");
+    if (id_.case_number >= 0 && is_made(folder_, submitted_case())) {
+      say(submitted_case().output + " is already complete");
       return ExitCode::done;
     }
     begin();
@@ -58,28 +58,27 @@ class Task {
     } catch (const InputError& error) {
       return fail(ExitCode::bad_input, error.what());
     } catch (const std::exception& error) {
-      return fail(ExitCode::our_mistake, std::string("our mistake: ") + error.what());
+      return fail(ExitCode::our_mistake, std::string("internal error: ") + error.what());
     }
   }
 
-  const SubmittedCase& its_case() const { return case_of(submission_, id_); }
+  const SubmittedCase& submitted_case() const { return case_of(submission_, id_); }
   bool is_in_slurm() const { return !state_.slurm_job.empty(); }
 
-  // Slurm answers for its tasks; a local one lives while it holds this, from here to its end. Nothing when
-  // interrupted.
+  // The lock marks a local task as running (Slurm reports its own tasks). Empty if interrupted.
   std::optional<OutputLock> locked() const
   {
     const std::string file = task_file_of(folder_, submission_, id_);
     std::string holder;
     const Clock::time_point begin = Clock::now();
-    const auto waits = [&](const std::string& text) {
+    const auto on_wait = [&](const std::string& text) {
       holder = text;
-      say("waiting for " + holder + ", which works on the same task");
+      say("waiting for " + holder + ", which runs the same task");
     };
-    const auto is_over = [&] { return is_interrupted() || Clock::now() - begin > patience_here; };
-    std::optional<OutputLock> lock = OutputLock::take(file, "vrda task", {waits, is_over});
+    const auto has_timed_out = [&] { return is_interrupted() || Clock::now() - begin > patience_here; };
+    std::optional<OutputLock> lock = OutputLock::take(file, "vrda task", {on_wait, has_timed_out});
     if (lock || is_interrupted()) return lock;
-    throw InputError({file, "", "a task that " + holder + " works on", "its end"});
+    throw InputError({file, "", "a task that " + holder + " runs", "a task that no process runs"});
   }
 
   std::int64_t n_done() const { return SolvedCounter(folder_, submission_).count(id_).n_done; }
@@ -102,17 +101,18 @@ class Task {
     write();
   }
 
-  // Slurm may have taken this node for dead and begun the task again elsewhere: the state is that one's then.
+  // Slurm may have restarted the task elsewhere after losing this node; the state file then belongs to that
+  // task.
   bool has_successor() const
   {
     const std::optional<TaskState> there = read_task_state(folder_, submission_, id_);
     return there && !is_same_start(*there, state_);
   }
 
-  // Loading is over: the rate counts from here.
+  // Called after loading; the rate is measured from here.
   void begin_solving()
   {
-    // Starting a journal is no progress.
+    // Creating a journal does not count as progress.
     if (!std::exchange(is_solving_, true)) n_bytes_at_begin_ = journal_bytes();
     is_waiting_ = false;
     if (has_successor()) return;
@@ -121,12 +121,12 @@ class Task {
     write();
   }
 
-  // `vrda status` shows it.
+  // `vrda status` prints the reason.
   void begin_waiting()
   {
     is_waiting_ = true;
     if (has_successor()) return;
-    state_.reason = "waits for another process that writes the journal";
+    state_.reason = "waiting for another process that writes the journal";
     write();
   }
 
@@ -135,8 +135,8 @@ class Task {
   ExitCode execute()
   {
     if (id_.kind == TaskKind::index) return write_index_of({folder_, false, n_cpus_}, submission_);
-    const CaseSpec& spec = its_case().spec;
-    const std::string output = output_of(folder_, its_case());
+    const CaseSpec& spec = submitted_case().spec;
+    const std::string output = output_of(folder_, submitted_case());
     if (id_.kind == TaskKind::merge) {
       MergeOptions merge;
       merge.output = output;
@@ -192,12 +192,12 @@ class Task {
     try {
       if (!has_successor()) write();
     } catch (const InputError& error) {
-      warn(error.what());  // what the task did stands all the same
+      warn(error.what());  // the task's results are still valid
     }
     return code;
   }
 
-  // What is left to do has no journal, so it needs the whole of a time limit.
+  // The remaining work (merging, smoothing) has no journal, so it must fit into one time limit.
   bool is_all_solved() const
   {
     if (id_.kind == TaskKind::merge) return true;
@@ -205,8 +205,8 @@ class Task {
     return solved.n_total > 0 && solved.n_done == solved.n_total;
   }
 
-  // A preempted task is told long before its time limit, and may do better the next time; so may one whose
-  // journal another process held.
+  // False for a task that was preempted before its time limit or waited for another process: a restart may
+  // succeed.
   bool is_fruitless() const
   {
     if (is_waiting_ || !is_in_slurm() || submission_.slurm.time.empty()) return false;
@@ -251,9 +251,9 @@ std::vector<TaskId> tasks_asked(const TaskOptions& options, const Submission& su
   return tasks;
 }
 
-// The one of these tasks that was under way ended by a signal.
-ExitCode note_ended(const std::string& folder, const Submission& submission, const std::vector<TaskId>& tasks,
-                    int ended)
+// Marks the running one of these tasks as ended by a signal.
+ExitCode record_ended(const std::string& folder, const Submission& submission,
+                      const std::vector<TaskId>& tasks, int ended)
 {
   constexpr int signal_base = 128, kill_signal = 9;
   const int signal = ended - signal_base;
@@ -265,14 +265,14 @@ ExitCode note_ended(const std::string& folder, const Submission& submission, con
     state->ended = utc_now();
     state->exit_code = ended;
     state->reason = "ended by signal " + std::to_string(signal) +
-                    (signal == kill_signal ? ": killed, as when memory runs out" : "");
+                    (signal == kill_signal ? " (SIGKILL), possibly out of memory" : "");
     write_task_state(folder, submission, id, *state);
   }
   return ExitCode::done;
 }
 
-// Of a case that failed before Slurm began this very task again, for the sake of those it shares it with: it
-// would fail again, and take their time.
+// The exit code of a case that failed before Slurm restarted this task. It would fail again and use the time
+// of the other cases of the task.
 std::optional<ExitCode> failure_before_restart(const std::string& folder, const Submission& submission,
                                                const TaskId& id)
 {
@@ -286,7 +286,7 @@ std::optional<ExitCode> failure_before_restart(const std::string& folder, const 
   return is_ours ? ExitCode::our_mistake : ExitCode::bad_input;
 }
 
-// Of two, the one that says more: our mistake, bad input, too many unsolved.
+// The more severe of two: internal error, bad input, too many unsolved, done.
 ExitCode worse_of(ExitCode a, ExitCode b)
 {
   const auto rank = [](ExitCode code) {
@@ -304,11 +304,11 @@ ExitCode task_command(const TaskOptions& options)
   const std::string folder = absolute_folder(options.folder);
   const Submission submission = read_submission(folder);
   const std::vector<TaskId> tasks = tasks_asked(options, submission);
-  if (options.ended > 0) return note_ended(folder, submission, tasks, options.ended);
+  if (options.ended > 0) return record_ended(folder, submission, tasks, options.ended);
   ExitCode code = ExitCode::done;
   for (const TaskId& id : tasks) {
     if (const auto before = failure_before_restart(folder, submission, id); before && tasks.size() > 1) {
-      say(file_stem_of(id, submission) + " failed before this restart; the other cases go on");
+      say(file_stem_of(id, submission) + " failed before this restart; continuing with the other cases");
       code = worse_of(code, *before);
       continue;
     }

@@ -56,7 +56,7 @@ struct End {
   float theta_deg = 0.0F;
 };
 
-// Where the last move led; the seed where there is none.
+// The pose after the last move; without moves the seed.
 End end_of(const Trace& trace, std::size_t search)
 {
   const MoveRange range = moves_of(trace, search);

@@ -8,8 +8,8 @@
 namespace vrda {
 namespace {
 
-// `description` stands in the help.
-CLI::Validator in_our_words(const CLI::Validator& check, const std::string& wanted,
+// `description` appears in the help.
+CLI::Validator with_message(const CLI::Validator& check, const std::string& wanted,
                             const std::string& description)
 {
   return {[check, wanted](std::string& word) {
@@ -18,12 +18,12 @@ CLI::Validator in_our_words(const CLI::Validator& check, const std::string& want
           description};
 }
 
-CLI::Validator in_our_words(const CLI::Validator& check, const std::string& wanted)
+CLI::Validator with_message(const CLI::Validator& check, const std::string& wanted)
 {
-  return in_our_words(check, wanted, check.get_description());
+  return with_message(check, wanted, check.get_description());
 }
 
-// The command that was reached: the program, `convert`, `convert mesh`.
+// The innermost parsed command: the program, `convert`, `convert mesh`.
 const CLI::App& innermost(const CLI::App& app)
 {
   const std::vector<CLI::App*> chosen = app.get_subcommands();
@@ -35,22 +35,22 @@ std::string unknown_command(const CLI::App& app)
   std::vector<std::string> known;
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     known.push_back(command->get_name());
-  const std::vector<std::string> words = app.remaining();
-  const std::string found = words.empty() ? "nothing" : "\"" + words.front() + "\"";
+  const std::vector<std::string> extra = app.remaining();
+  const std::string found = extra.empty() ? "nothing" : "\"" + extra.front() + "\"";
   return InputError({"command", "", found, alternatives(known)}).what();
 }
 
-// A word that no command on the way to `app` has a place for.
-std::string unknown_word(const CLI::App& app, const std::string& word)
+// Message for an argument that neither `app` nor its parents accept.
+std::string unknown_argument(const CLI::App& app, const std::string& word)
 {
   if (!word.starts_with('-'))
-    return InputError({app.get_name(), "", '"' + word + '"', "no further word"}).what();
+    return InputError({app.get_name(), "", '"' + word + '"', "no further argument"}).what();
   std::vector<std::string> known;
   for (const CLI::Option* option :
        app.get_options([](const CLI::Option* o) { return !o->get_lnames().empty(); }))
     known.push_back("--" + option->get_lnames().front());
   return InputError({app.get_name(), "", '"' + word + '"',
-                     "an option of it; the nearest is \"" + nearest_word(word, known) + '"'})
+                     "a valid option; the nearest is \"" + nearest_word(word, known) + '"'})
       .what();
 }
 
@@ -63,23 +63,23 @@ std::string full_name(const CLI::App& app)
 
 CLI::Validator whole_number(int least, int most)
 {
-  return in_our_words(CLI::Range(least, most),
+  return with_message(CLI::Range(least, most),
                       "a whole number from " + std::to_string(least) + " to " + std::to_string(most));
 }
 
 CLI::Validator number(double least, double most)
 {
-  return in_our_words(CLI::Range(least, most), "a number from " + shortest(least) + " to " + shortest(most));
+  return with_message(CLI::Range(least, most), "a number from " + shortest(least) + " to " + shortest(most));
 }
 
 CLI::Validator any_number()
 {
-  return in_our_words(CLI::Number, "a number", "");
+  return with_message(CLI::Number, "a number", "");
 }
 
 CLI::Validator one_of(const std::vector<std::string>& words)
 {
-  return in_our_words(CLI::IsMember(words), alternatives(words));
+  return with_message(CLI::IsMember(words), alternatives(words));
 }
 
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error)
@@ -89,7 +89,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error)
   if (reached.get_require_subcommand_min() > 0) {
     what = unknown_command(reached);
   } else if (const std::vector<std::string> left = reached.remaining(); !left.empty()) {
-    what = unknown_word(reached, left.front());
+    what = unknown_argument(reached, left.front());
   }
   return what + " (see " + full_name(reached) + " --help)";
 }

@@ -30,7 +30,7 @@ TEST(Commands, HelpNamesEveryCommandWithAnExample)
   }
   EXPECT_THAT(help.out, HasSubstr("Example:\n  vrda run "));
   for (const std::string code :
-       {"0  done", "2  bad input", "3  finished", "4  interrupted", "5  our mistake"})
+       {"0  done", "2  bad input", "3  finished", "4  interrupted", "5  internal error"})
     EXPECT_THAT(help.out, HasSubstr(code));
   EXPECT_EQ(test::run_vrda({"--version"}).out, "vrda 0.1.0\n");
 }
@@ -71,9 +71,9 @@ TEST(Commands, WrongUsageIsOneLineThatNamesTheProgramAndTheWord)
            Row{{"plan", "a.toml", "--shards", "0"}, "--shards: found \"0\", wanted a whole number", "\n"},
            Row{{"run"}, "job is required", " (see vrda run --help)\n"},
            Row{{"run", "a.toml", "--thraeds", "2"},
-               "run: found \"--thraeds\", wanted an option of it; the nearest is \"--threads\"",
+               "run: found \"--thraeds\", wanted a valid option; the nearest is \"--threads\"",
                " (see vrda run --help)\n"},
-           Row{{"info", model, "b.h5"}, "info: found \"b.h5\", wanted no further word", "\n"},
+           Row{{"info", model, "b.h5"}, "info: found \"b.h5\", wanted no further argument", "\n"},
        }) {
     SCOPED_TRACE(testing::PrintToString(row.words));
     const test::Ended ended = test::run_vrda(row.words);
@@ -241,7 +241,7 @@ TEST(Commands, InfoMeasuresAgainAndValidateIsContent)
   const test::Ended validate = test::run_vrda({"validate", output});
   EXPECT_EQ(validate.exit_code, 0);
   EXPECT_THAT(validate.out, IsEmpty());
-  EXPECT_THAT(validate.err, HasSubstr("keeps to the specification"));
+  EXPECT_THAT(validate.err, HasSubstr(output + ": valid"));
 }
 
 TEST(Commands, InfoOfFreeVarusTellsWhatWasFound)

@@ -126,7 +126,7 @@ TEST(CompareCommand, SaysWhichDegreesTheCellsCannotCarry)
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
   EXPECT_EQ(test::n_lines(ended.out), 2 + 4 + 1) << "five columns carry degree 4";
   EXPECT_THAT(ended.out, Not(HasSubstr("penetration")));
-  EXPECT_THAT(ended.err, HasSubstr("the solved cells carry no degree from 5 on"));
+  EXPECT_THAT(ended.err, HasSubstr("too few solved cells to fit degree 5"));
 }
 
 TEST(SmoothCommand, RobustIsStoredAndStays)

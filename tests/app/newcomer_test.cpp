@@ -185,7 +185,7 @@ const std::vector<Mistake> mistakes{
     {"PushTheWrongWay",
      [](const Folder& f) { f.set("delta = [0, 1, 0]", "delta = [0, -1, 0]"); },
      0,
-     {"push.delta: nothing of the reference", "push.delta = [0, 1, 0]"}},
+     {"push.delta: ", "push.delta = [0, 1, 0]"}},
     {"StartWithinTheBone",
      [](const Folder& f) { f.set("[[moving", "initial = { translation_mm = [0, 10, 0] }\n[[moving"); },
      0,

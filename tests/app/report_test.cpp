@@ -142,9 +142,9 @@ TEST_F(ReportCommand, WithoutAPlayerThePageSaysSo)
     EXPECT_THAT(ended.err, HasSubstr(stills.at("note").get<std::string>()));
     return stills.at("note").get<std::string>();
   };
-  EXPECT_THAT(note_with("/bin/false"), HasSubstr("did not draw them (exit code 1)"));
+  EXPECT_THAT(note_with("/bin/false"), HasSubstr("vrda-player failed (exit code 1)"));
   const std::string no_program = scratch_.write("player", "no program").string();
-  EXPECT_THAT(note_with(no_program), HasSubstr("did not draw them"));
+  EXPECT_THAT(note_with(no_program), HasSubstr("vrda-player failed"));
   std::filesystem::remove_all(folder());
   expect_refused({file, "--player", (scratch_.path() / "absent").string()}, {"--player", "no such program"});
 }
@@ -166,7 +166,7 @@ TEST_F(ReportCommand, APlayersPicturesAreInThePage)
   ASSERT_EQ(stills.at("stills").size(), 2u);
   EXPECT_EQ(stills.at("stills").at(0), json({{"view", "front"}, {"label", "flexion 30°"}, {"png", "TWFu"}}));
   EXPECT_EQ(stills.at("stills").at(1).at("label"), "flexion 7.5°");
-  EXPECT_THAT(stills.at("note").get<std::string>(), HasSubstr("Some attitudes have no pose"));
+  EXPECT_THAT(stills.at("note").get<std::string>(), HasSubstr("Attitudes without a pose"));
 }
 
 TEST_F(ReportCommand, RefusesFilesWithoutAnAnswer)

@@ -431,7 +431,7 @@ TEST(ScaledRun, CheckAndInfoShowHowTheLandmarksFit)
   const std::string output = (job.parent_path() / "solved.h5").string();
   const std::string info = test::run_vrda({"info", output}).out;
   EXPECT_THAT(info, row);
-  EXPECT_THAT(info, HasSubstr("the steps were solved at factor 1, their results scaled"));
+  EXPECT_THAT(info, HasSubstr("steps solved at factor 1, then scaled"));
   EXPECT_THAT(test::run_vrda({"info", output, "--json"}).out, HasSubstr("\"standard_error\": 0.04"));
 }
 

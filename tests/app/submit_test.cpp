@@ -98,7 +98,7 @@ TEST(SubmitLocal, AFailureSaysWhyAndIsMendedByResume)
       test::run_vrda({"submit", job.string(), "--shards", "3", "--local", "-o", folder.string()});
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_THAT(ended.err, HasSubstr("shard 2 of 3: failed: "));
-  EXPECT_THAT(ended.err, HasSubstr("1 tasks failed, 1 waited for them in vain"));
+  EXPECT_THAT(ended.err, HasSubstr("1 tasks failed; 1 tasks that depend on them did not start"));
   EXPECT_THAT(states_of(folder), testing::ElementsAre("done", "done", "failed", "done", "waiting"));
   const nlohmann::json failed = status_of(folder)["cases"][0]["tasks"][2];
   EXPECT_THAT(failed["reason"].get<std::string>(), HasSubstr("knee_right.h5.shard-2-of-3.journal"));
@@ -183,7 +183,7 @@ TEST(Submit, TheSameSubmissionIsToldToResume)
   ASSERT_EQ(submit("2").exit_code, 0);
   const test::Ended same = submit("2"), other = submit("3");
   EXPECT_EQ(same.exit_code, 2);
-  EXPECT_THAT(same.err, HasSubstr("this very submission"));
+  EXPECT_THAT(same.err, HasSubstr("the same submission"));
   EXPECT_THAT(same.err, HasSubstr("vrda resume"));
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.err, HasSubstr("another submission"));
@@ -263,7 +263,7 @@ TEST_F(FakeSlurm, ScriptsMakeTheModelOfAPlainRun)
   EXPECT_EQ(test::sha256_of_file(folder_ / "knee_right.h5"), whole_run(scratch_, job_));
   const test::Ended status = run({"status", folder_.string()});
   EXPECT_THAT(status.out, HasSubstr("3 of 3 shards done; 35 of 35 attitudes\n"));
-  EXPECT_THAT(run({"resume", folder_.string()}).err, HasSubstr("every result is there"));
+  EXPECT_THAT(run({"resume", folder_.string()}).err, HasSubstr("all results are complete"));
 }
 
 TEST_F(FakeSlurm, ResumeSubmitsOnlyWhatIsMissing)
@@ -406,13 +406,13 @@ TEST_F(HeldSpine, ItIsWaitedForSaidSoAndBegunAgain)
   while (process.is_running() && process.said().find("waiting for the run") == std::string::npos)
     usleep(2000);
   while (process.is_running() &&
-         test::text_of(state()).find("waits for another process") == std::string::npos) {
+         test::text_of(state()).find("waiting for another process") == std::string::npos) {
     usleep(2000);
   }
   ASSERT_TRUE(process.is_running());
   queue("101|N/A|RUNNING|n1|None\n");
   EXPECT_THAT(run({"status", folder_.string()}).out,
-              HasSubstr("n1  waits for another process that writes the journal\n"));
+              HasSubstr("n1  waiting for another process that writes the journal\n"));
   process.send(SIGTERM);
   process.send(SIGTERM);
   EXPECT_EQ(process.wait().exit_code, 4);
@@ -451,8 +451,7 @@ TEST_F(HeldSpine, AKilledTaskIsNotedDownByItsScript)
   note.environment["SLURM_RESTART_COUNT"] = "0";
   EXPECT_EQ(test::run(note).exit_code, 0);
   queue("101|N/A|FAILED|n1|NonZeroExitCode\n");
-  EXPECT_THAT(run({"status", folder_.string()}).out,
-              HasSubstr("ended by signal 9: killed, as when memory runs out"));
+  EXPECT_THAT(run({"status", folder_.string()}).out, HasSubstr("ended by signal 9"));
 }
 
 }  // namespace vrda::submit_test
