@@ -1,4 +1,4 @@
-/// The least-squares problem of a degree: which cells, which terms, decomposed once for all that share it.
+/// The design matrix of a degree: its cells and terms, decomposed once for all surfaces that share it.
 #pragma once
 
 #include <string>
@@ -21,18 +21,18 @@ struct AxisTables {
 AxisTables axis_tables(const std::vector<double>& flexion_deg, const std::vector<double>& varus_deg,
                        int degree);
 
-/// [n_terms, 2] (i, j), i + j <= degree, by rising i + j; i (j) is 0 throughout where an axis has one value.
+/// [n_terms, 2] (i, j), i + j <= degree, by ascending i + j; i (j) is always 0 if its axis has one value.
 using Exponents = decltype(SmoothedSet::exponents);
 Exponents terms_up_to(int degree, bool has_flexion, bool has_varus);
 
-/// P_i(u) P_j(v) of each cell (row) and term (column), decomposed. Rank 0 where there are fewer cells than
-/// terms.
+/// Decomposes the matrix P_i(u) P_j(v) of cells (rows) and terms (columns). Rank 0 if there are fewer cells
+/// than terms.
 PivotedQr decomposed(const std::vector<Cell>& cells, const Exponents& exponents, const AxisTables& tables);
 
-/// The rank is full: the cells carry the terms.
+/// True if the cells determine all terms.
 bool is_carried(const PivotedQr& qr);
 
-/// The polynomial at every attitude of the axes, the same bits as evaluate() of store/evaluate_smoothed.hpp.
+/// Polynomial at every grid attitude, bitwise equal to evaluate() of store/evaluate_smoothed.hpp.
 GridD grid_values(const std::vector<double>& coefficients, const Exponents& exponents,
                   const AxisTables& tables);
 

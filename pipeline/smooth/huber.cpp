@@ -11,12 +11,12 @@
 namespace vrda {
 namespace {
 
-/// These settle a fit where few rows are far off, at a tenth of the cost.
+/// Enough to converge with few outliers, at a tenth of the cost.
 constexpr int unweighted_steps = 30;
-/// Enough for the scale to settle where a third of the rows is far off.
+/// Enough for the scale to converge if a third of the rows are outliers.
 constexpr int steps_with_new_scale = 50;
-/// Of the noise: no one sees a smaller move of the fit.
-constexpr double least_move = 1e-6;
+/// Fraction of the noise; smaller changes of the fit are imperceptible.
+constexpr double convergence_tolerance = 1e-6;
 /// Residuals this far below the data are rounding of the sums over the terms.
 constexpr double rounding = 64.0 * std::numeric_limits<double>::epsilon();
 
@@ -28,8 +28,8 @@ Eigen::VectorXd weights_of(const Eigen::VectorXd& residuals, double scale)
 
 using WeightedNormal = Eigen::LDLT<Eigen::MatrixXd>;
 
-/// Q^T diag(weights) Q, decomposed. Product by product with a vector, and LDLT rather than LLT: neither reads
-/// the sizes of the caches (least_squares.hpp).
+/// Decomposes Q^T diag(weights) Q. Matrix-vector products and LDLT (not LLT) do not depend on the cache sizes
+/// (least_squares.hpp).
 WeightedNormal weighted_normal(const PivotedQr& qr, const Eigen::VectorXd& weights)
 {
   const Eigen::Index n = qr.Q.cols();
@@ -56,8 +56,8 @@ Eigen::VectorXd weighted_leverages(const PivotedQr& qr, const WeightedNormal& no
   return leverage;
 }
 
-/// The steps: weights, scale and how they ended; the coefficients are not made yet.
-HuberFit settled_weights(const PivotedQr& qr, const Eigen::VectorXd& data, int most_steps)
+/// Iterates weights and scale; does not set the coefficients.
+HuberFit iterated_weights(const PivotedQr& qr, const Eigen::VectorXd& data, int most_steps)
 {
   const double largest = data.cwiseAbs().maxCoeff();
   const double root_n = std::sqrt(static_cast<double>(data.size()));
@@ -67,7 +67,7 @@ HuberFit settled_weights(const PivotedQr& qr, const Eigen::VectorXd& data, int m
   while (fit.n_steps < most_steps && !fit.is_converged) {
     const Eigen::VectorXd residuals = data - qr.Q * along;
     const double scale = fit.n_steps < steps_with_new_scale ? robust_scale(residuals) : fit.scale;
-    if (scale <= rounding * largest) {  // more than half the rows lie on the surface
+    if (scale <= rounding * largest) {  // more than half of the rows are on the surface
       fit.is_converged = true;
       break;
     }
@@ -76,7 +76,7 @@ HuberFit settled_weights(const PivotedQr& qr, const Eigen::VectorXd& data, int m
     Eigen::VectorXd move = qr.Q.transpose() * fit.weights.cwiseProduct(residuals);
     if (fit.n_steps >= unweighted_steps) move = weighted_normal(qr, fit.weights).solve(move).eval();
     along += move;
-    fit.is_converged = move.norm() <= least_move * scale * root_n;
+    fit.is_converged = move.norm() <= convergence_tolerance * scale * root_n;
     ++fit.n_steps;
   }
   return fit;
@@ -96,7 +96,7 @@ double robust_scale(Eigen::VectorXd values)
 
 HuberFit huber_fit(const PivotedQr& qr, const Eigen::VectorXd& data, const HuberOptions& options)
 {
-  HuberFit fit = settled_weights(qr, data, options.most_steps);
+  HuberFit fit = iterated_weights(qr, data, options.most_steps);
   const WeightedNormal normal = weighted_normal(qr, fit.weights);
   const Eigen::VectorXd along = normal.solve(qr.Q.transpose() * fit.weights.cwiseProduct(data));
   fit.coefficients = coefficients_of(qr, along);

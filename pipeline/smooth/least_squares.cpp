@@ -11,8 +11,8 @@ namespace {
 
 using Decomposition = Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
 
-/// householderQ() * Identity, reflection by reflection: Eigen applies 48 and more of them in blocks, whose
-/// products are cut by the sizes of the caches.
+/// householderQ() * Identity, one reflection at a time: Eigen applies 48 or more in blocks, whose products
+/// depend on the cache sizes.
 Eigen::MatrixXd thin_q(const Decomposition& decomposition)
 {
   const Eigen::Index m = decomposition.rows(), n = decomposition.cols();
@@ -31,7 +31,7 @@ Eigen::MatrixXd thin_q(const Decomposition& decomposition)
 PivotedQr pivoted_qr(const Eigen::MatrixXd& A)
 {
   const Eigen::Index m = A.rows(), n = A.cols();
-  check(m >= n && n > 0, "least squares needs a column, and as many rows as columns");
+  check(m >= n && n > 0, "least squares needs a column, and at least as many rows as columns");
   Decomposition decomposition(A);
   decomposition.setThreshold(static_cast<double>(m) * std::numeric_limits<double>::epsilon());
   return {thin_q(decomposition), decomposition.matrixR().topRows(n).triangularView<Eigen::Upper>(),
@@ -40,15 +40,15 @@ PivotedQr pivoted_qr(const Eigen::MatrixXd& A)
 
 Eigen::VectorXd coefficients_of(const PivotedQr& qr, const Eigen::VectorXd& along)
 {
-  check(qr.rank == qr.R.cols(), "least squares of full rank only");
-  check(along.size() == qr.R.cols(), "one number a column");
+  check(qr.rank == qr.R.cols(), "the rank is full");
+  check(along.size() == qr.R.cols(), "one value per column");
   const Eigen::VectorXd x = qr.R.triangularView<Eigen::Upper>().solve(along);
   return Eigen::PermutationMatrix<Eigen::Dynamic>(qr.order) * x;
 }
 
 Eigen::VectorXd solve(const PivotedQr& qr, const Eigen::VectorXd& data)
 {
-  check(data.size() == qr.Q.rows(), "one datum a row");
+  check(data.size() == qr.Q.rows(), "one datum per row");
   return coefficients_of(qr, qr.Q.transpose() * data);
 }
 
@@ -59,7 +59,7 @@ Eigen::VectorXd leverages(const PivotedQr& qr)
 
 double condition_number(const PivotedQr& qr)
 {
-  check(qr.rank == qr.R.cols(), "a condition number of full rank only");
+  check(qr.rank == qr.R.cols(), "the rank is full");
   const Eigen::VectorXd singular_values = Eigen::JacobiSVD<Eigen::MatrixXd>(qr.R).singularValues();
   return singular_values(0) / singular_values(singular_values.size() - 1);
 }

@@ -14,10 +14,10 @@
 namespace vrda {
 namespace {
 
-/// A cell whose own datum decides its fitted value this far cannot be left out: rounding alone.
+/// A cell with a higher leverage cannot be omitted; the difference to 1 is rounding.
 constexpr double saturated_leverage = 1.0 - 1e-10;
 
-/// One least-squares problem: tx, ty, tz and mostly theta share theirs.
+/// One least-squares problem, shared by tx, ty, tz and usually theta.
 struct Problem {
   std::vector<Cell> cells;
   PivotedQr qr;
@@ -42,7 +42,7 @@ std::vector<Cell> cells_of(const SmoothInput& input, bool theta_only)
   return cells;
 }
 
-bool carries(const SmoothInput& input, const std::vector<Cell>& cells, int degree)
+bool is_determined(const SmoothInput& input, const std::vector<Cell>& cells, int degree)
 {
   const AxisTables tables = axis_tables(input.flexion_deg, input.varus_deg, degree);
   return is_carried(decomposed(cells, exponents_of(input, degree), tables));
@@ -50,10 +50,10 @@ bool carries(const SmoothInput& input, const std::vector<Cell>& cells, int degre
 
 int largest_degree_of(const SmoothInput& input, const std::vector<Cell>& cells, int limit)
 {
-  // A set of cells that carries a degree carries every lower one. Mostly it carries the limit.
-  if (limit >= 0 && carries(input, cells, limit)) return limit;
+  // Cells that determine a degree determine every lower one. Usually they determine the limit.
+  if (limit >= 0 && is_determined(input, cells, limit)) return limit;
   int degree = -1;
-  while (degree + 1 < limit && carries(input, cells, degree + 1)) ++degree;
+  while (degree + 1 < limit && is_determined(input, cells, degree + 1)) ++degree;
   return degree;
 }
 
@@ -70,7 +70,7 @@ int largest_degree_of(const SmoothInput& input, const std::vector<Cell>& cells, 
   const std::string wanted =
       "enough for the " + std::to_string(exponents_of(input, degree).rows()) + " terms of degree " +
       std::to_string(degree) +
-      (possible < 0 ? "; they carry no degree" : "; they carry degree " + std::to_string(possible));
+      (possible < 0 ? "; these allow no degree" : "; these allow degree " + std::to_string(possible));
   throw InputError({input.name, "smooth.degrees", found, wanted});
 }
 
@@ -82,8 +82,8 @@ Problem problem_of(std::vector<Cell> cells, PivotedQr qr)
   return problem;
 }
 
-/// The problem of theta: of the cells that determine it. Nothing where that of all cells serves: they are the
-/// same, or too few for the degree (a ball in a socket determines theta nowhere, and keeps that of its seed).
+/// The problem of the cells that determine theta. Empty if the problem of all cells applies: both are the
+/// same, or too few cells determine theta (a ball in a socket, which keeps the theta of its seed).
 std::optional<Problem> theta_problem(const SmoothInput& input, const SmoothedSet& set,
                                      const AxisTables& tables, std::size_t n_solved)
 {
@@ -103,7 +103,7 @@ Eigen::VectorXd data_of(const GridD& grid, const std::vector<Cell>& cells)
   return data;
 }
 
-/// What a surface leaves at the cells; left out means: as if the cell were not in the fit.
+/// Adds residuals and leave-one-out errors of a surface.
 void add_errors(SmoothFit& fit, SmoothedSurface& surface, const Problem& problem, const GridD& grid,
                 const Eigen::VectorXd& leverage)
 {
@@ -113,8 +113,8 @@ void add_errors(SmoothFit& fit, SmoothedSurface& surface, const Problem& problem
     const auto& [i, j] = problem.cells[c];
     const double residual = grid(i, j) - surface.values(i, j);
     residuals(i, j) = residual;
-    const double own_share = leverage(static_cast<Eigen::Index>(c));
-    left_out(i, j) = own_share > saturated_leverage ? nan : residual / (1.0 - own_share);
+    const double own_leverage = leverage(static_cast<Eigen::Index>(c));
+    left_out(i, j) = own_leverage > saturated_leverage ? nan : residual / (1.0 - own_leverage);
     surface.largest_residual = std::max(surface.largest_residual, std::abs(residual));
     sum_sq += residual * residual;
     left_out_sum_sq += left_out(i, j) * left_out(i, j);

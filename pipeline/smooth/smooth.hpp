@@ -1,5 +1,5 @@
-/// Smooths the raw surfaces of a motion model: polynomials of a total degree, by least squares
-/// (DESIGN.md 5.5). The result and how to evaluate it: store/derived.hpp, store/evaluate_smoothed.hpp.
+/// Smooths the raw surfaces of a motion model by least-squares polynomials of a total degree (DESIGN.md 5.5).
+/// store/derived.hpp describes the result, store/evaluate_smoothed.hpp evaluates it.
 #pragma once
 
 #include <string>
@@ -10,44 +10,43 @@
 
 namespace vrda {
 
-/// Units of the result's residuals are those of the values given: mm and degrees.
+/// Surfaces to smooth. Residuals have the units of these values: mm and degrees.
 struct SmoothInput {
-  std::string name;                 ///< for messages: the output file or the job
+  std::string name;                 ///< output file or job, for messages
   std::vector<double> flexion_deg;  ///< [n_flexion], strictly increasing
   std::vector<double> varus_deg;    ///< [n_varus], strictly increasing
   GridD tx_mm, ty_mm, tz_mm, theta_deg;
-  GridB status;            ///< cells that are not StepStatus::stable are left out
-  GridB theta_determined;  ///< theta is fitted where this is 1, if those cells can carry the degree
-  GridD varus_solved_deg;  ///< a fifth surface where varus was free; empty where it was given
+  GridB status;            ///< cells that are not StepStatus::stable are omitted
+  GridB theta_determined;  ///< theta is fitted to cells with 1, if these determine the degree
+  GridD varus_solved_deg;  ///< fifth surface if varus was free; otherwise empty
 };
 
-/// Varus counts as free where it has one value and some solved cell another.
+/// Varus counts as free if its axis has one value and a solved cell has another.
 SmoothInput smooth_input(const MotionModel& model, const std::string& name);
 
 struct SmoothOptions {
-  bool is_robust = false;  ///< Huber's weights (smooth/huber.hpp), each surface its own
+  bool is_robust = false;  ///< Huber weights (smooth/huber.hpp), separate for each surface
 };
 
-/// A smoothed set with what it leaves at each cell of the grid, in the order of set.surfaces.
+/// A smoothed set with its errors at each grid cell, in the order of set.surfaces.
 struct SmoothFit {
   SmoothedSet set;
-  std::vector<GridD> residual;     ///< raw value less smoothed; NaN where the cell is not fitted
-  std::vector<GridD> left_out;     ///< the same as if the cell were not in the fit; NaN also where it must be
-  std::vector<bool> is_converged;  ///< false where the steps to Huber's weights met their limit
+  std::vector<GridD> residual;     ///< raw minus smoothed value; NaN if the cell is not fitted
+  std::vector<GridD> left_out;     ///< residual of a fit without the cell; NaN also if the fit needs the cell
+  std::vector<bool> is_converged;  ///< false if the Huber weights reached the iteration limit
 };
 
 /// Least squares on P_i(u) P_j(v), i + j <= degree: Legendre polynomials of flexion and varus, each axis
-/// mapped to [-1, 1] by its first and last value. Of an axis with one value only the constant is used.
-/// rms, largest_residual and leave_one_out_rms count every fitted cell alike, robust or not. Leaving out is
-/// exact for least squares; a robust fit is left out with the weights of the others as they are.
-/// leave_one_out_rms is NaN where leaving some cell out would leave the degree undetermined.
-/// Throws InputError when the cells cannot carry the degree, saying how many there are and which degree they
-/// would carry. Cost: cells times terms squared.
+/// mapped to [-1, 1] by its first and last value. An axis with one value contributes a constant only.
+/// rms, largest_residual and leave_one_out_rms weight every fitted cell equally, robust or not. Leave-one-out
+/// errors are exact for least squares; for a robust fit the other weights are kept. leave_one_out_rms is NaN
+/// if omitting a cell would leave the degree undetermined. Throws InputError if the cells do not determine
+/// the degree, with their number and the largest possible degree. Cost: cells times terms squared.
 SmoothFit smooth_fit(const SmoothInput& input, int degree, const SmoothOptions& options = {});
 
 SmoothedSet smooth(const SmoothInput& input, int degree, const SmoothOptions& options = {});
 
-/// The highest degree, up to `limit`, that the solved cells can carry; -1 where even a constant has no cell.
+/// The highest degree up to `limit` that the solved cells determine; -1 without solved cells.
 int largest_degree(const SmoothInput& input, int limit = largest_smoothed_degree);
 
 }  // namespace vrda

@@ -164,7 +164,7 @@ TEST(CompareCommand, WhatIsWrongIsOneLineAndTwo)
   expect_one_line(
       knee.compare({"--degrees", "5..8"}),
       "found 35 solved cells in 7 values of flexion and 5 of varus, wanted enough for the 21 terms of "
-      "degree 5; they carry degree 4");
+      "degree 5; these allow degree 4");
   expect_one_line(knee.compare({"--degrees", "two"}), "--degrees: found \"two\"");
   EXPECT_EQ(knee.compare({"--refine", "-1"}).exit_code, 2);
   const std::string whole = test::text_of(knee.file);

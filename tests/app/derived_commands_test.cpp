@@ -154,7 +154,7 @@ TEST_F(DerivedCommands, WhatCannotBeDoneIsOneLineAndChangesNothing)
 {
   expect_refused({"audit", file_, "--set", "degree_5"},
                  {"--set", "degree_5", "degree_2_recontacted, degree_2, raw"});
-  expect_refused({"smooth", file_, "--degree", "8"}, {file_, "8", "they carry degree"});
+  expect_refused({"smooth", file_, "--degree", "8"}, {file_, "8", "these allow degree"});
   expect_refused({"audit", (scratch_.path() / "none.h5").string()}, {"none.h5"});
   for (const std::string command : {"audit", "smooth"}) {
     SCOPED_TRACE(command);

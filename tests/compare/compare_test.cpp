@@ -120,7 +120,7 @@ TEST(Compare, LeavesOutDegreesThatTheCellsCannotCarry)
   EXPECT_EQ(comparison.recommendation.degree, 2);
   const InputError::Facts facts = input_error([&] { compare(model, options_of({5, 6})); });
   EXPECT_EQ(facts.file, "knee.h5");
-  EXPECT_EQ(facts.wanted, "enough for the 21 terms of degree 5; they carry degree 4");
+  EXPECT_EQ(facts.wanted, "enough for the 21 terms of degree 5; these allow degree 4");
 }
 
 TEST(Compare, RecommendsNothingWhereNoCellCanBeLeftOut)

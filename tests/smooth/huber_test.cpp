@@ -21,7 +21,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned 
   return A;
 }
 
-/// Noise within [-1, 1], every tenth datum far off on one side.
+/// Noise within [-1, 1]; every tenth datum is an outlier on one side.
 Eigen::VectorXd noisy_data(const Eigen::MatrixXd& A)
 {
   Eigen::VectorXd data = 3.0 * A.rowwise().sum() + random_matrix(A.rows(), 1, 5);
@@ -54,7 +54,7 @@ TEST(HuberFit, SolvesItsEquation)
   ASSERT_TRUE(fit.is_converged);
   const Eigen::VectorXd residual = data - A * fit.coefficients;
   const double scale = robust_scale(residual);
-  // The steps ended at moves of 1e-6 of the scale, which shrink by a half or better.
+  // The iteration ended at changes of 1e-6 of the scale, which at least halve per step.
   EXPECT_NEAR(fit.scale, scale, 1e-5 * scale);
   Eigen::VectorXd pull = residual;
   int n_limited = 0;
@@ -85,7 +85,7 @@ TEST(HuberFit, LeverageIsThatOfRefitsWithTheSameWeights)
 
 TEST(HuberFit, IsLeastSquaresWhereNothingIsFarOff)
 {
-  // A constant under +-1: the scale is 1.48, the limit 1.99.
+  // A constant with noise of +-1: the scale is 1.48, the limit 1.99.
   const Eigen::MatrixXd A = Eigen::MatrixXd::Ones(6, 1);
   const HuberFit fit = huber_fit(pivoted_qr(A), Eigen::VectorXd{{8.0, 6.0, 8.0, 6.0, 8.0, 6.0}});
   EXPECT_TRUE(fit.is_converged);
@@ -102,7 +102,7 @@ TEST(HuberFit, ExactDataOutvotesGrossErrors)
   for (const Eigen::Index i : {3, 17, 18, 40, 59}) data(i) += i % 2 == 0 ? 50.0 : -70.0;
   const HuberFit fit = huber_fit(pivoted_qr(A), data);
   EXPECT_TRUE(fit.is_converged);
-  // The scale falls to rounding of data near 70, and the pull of five rows with it.
+  // The scale falls to the rounding of data near 70, and the influence of five rows with it.
   EXPECT_LT((fit.coefficients - Eigen::VectorXd::Ones(6)).cwiseAbs().maxCoeff(), 1e-10);
 }
 
@@ -117,7 +117,8 @@ TEST(HuberFit, DataWithoutResidualsIsKept)
 
 TEST(HuberFit, AColumnThatOnlyRowsFarOffDetermineTakesWeightedSteps)
 {
-  // The last column is nonzero where the data are 3000, -1000 and -1500: unweighted steps would creep.
+  // The last column is nonzero where the data are 3000, -1000 and -1500: unweighted steps would converge
+  // slowly.
   Eigen::MatrixXd A = random_matrix(60, 3, 4);
   A.col(2).setZero();
   Eigen::VectorXd data = random_matrix(60, 1, 6);
@@ -126,7 +127,7 @@ TEST(HuberFit, AColumnThatOnlyRowsFarOffDetermineTakesWeightedSteps)
   const HuberFit fit = huber_fit(pivoted_qr(A), data);
   EXPECT_TRUE(fit.is_converged);
   EXPECT_GT(fit.n_steps, 30);
-  // The middle one of three, as the pulls of the other two cancel.
+  // The median of three, as the other two cancel.
   EXPECT_NEAR(fit.coefficients(2), -1000.0, 3.0);
 }
 

@@ -17,7 +17,7 @@ double deviate(std::mt19937_64& generator)
   return static_cast<double>(generator() % 2001) / 1000.0 - 1.0;
 }
 
-/// Planes with noise within +-0.1, varus given.
+/// Planes with noise within +-0.1 and given varus.
 SmoothInput noisy_planes(Eigen::Index rows, Eigen::Index columns)
 {
   SmoothInput input;
@@ -91,9 +91,9 @@ TEST(SmoothFit, RobustWeightsIgnoreGrossErrors)
     return (set.surfaces[0].values - clean.surfaces[0].values).abs().maxCoeff();
   };
   EXPECT_GT(moved(plain), 0.5);
-  // One in thirteen pulls with 1.345 scales of noise whose largest is 0.1.
+  // One cell in thirteen has an influence of 1.345 scales of noise, whose maximum is 0.1.
   EXPECT_LT(moved(robust.set), 0.1);
-  // Every cell counts in the measures, those far off too.
+  // Every cell counts in the measures, including outliers.
   EXPECT_NEAR(robust.set.surfaces[0].largest_residual, 8.0, 0.2);
   EXPECT_EQ(robust.set.surfaces[0].n_cells, 21 * 7);
   EXPECT_EQ(robust.set.surfaces[0].condition_number, plain.surfaces[0].condition_number);
@@ -110,7 +110,7 @@ TEST(SmoothFit, RobustFitRecoversExactPolynomials)
   EXPECT_LT((set.surfaces[2].values - input.tz_mm).abs().maxCoeff(), fit_tolerance);
 }
 
-/// Eigen's idea of this processor's caches, as it was at the end.
+/// Restores Eigen's cache sizes at the end.
 class CacheSizes {
  public:
   CacheSizes() { Eigen::internal::manage_caching_sizes(Eigen::GetAction, &l1_, &l2_, &l3_); }
@@ -124,7 +124,7 @@ class CacheSizes {
 TEST(SmoothFit, EveryCacheGivesTheSameBits)
 {
   const CacheSizes restored_at_the_end;
-  // 560 cells and 91 terms: where Eigen's products of matrices and its blocked QR differ between these two.
+  // With 560 cells and 91 terms Eigen's matrix products and blocked QR differ between these settings.
   SmoothInput input = noisy_planes(28, 20);
   for (Eigen::Index k = 3; k < input.tx_mm.size(); k += 7) input.tx_mm.data()[k] += 8.0;
   const auto fit_with_caches = [&](std::ptrdiff_t l1, std::ptrdiff_t l2, std::ptrdiff_t l3) {
@@ -141,7 +141,7 @@ TEST(SmoothFit, EveryCacheGivesTheSameBits)
       EXPECT_TRUE((a.left_out[s] == b.left_out[s]).all());
     }
   }
-  // The two do make a difference where Eigen reads them.
+  // The settings do affect Eigen functions that use them.
   const Eigen::MatrixXd tall = Eigen::MatrixXd::Random(2000, 91);
   const auto product_with_caches = [&](std::ptrdiff_t l1, std::ptrdiff_t l2, std::ptrdiff_t l3) {
     Eigen::setCpuCacheSizes(l1, l2, l3);

@@ -111,7 +111,7 @@ TEST(Smooth, DegreeZeroIsTheMean)
   EXPECT_NEAR(surface.coefficients.at(0), 3.0, fit_tolerance);
   EXPECT_NEAR(surface.rms, std::sqrt((4.0 + 1.0 + 0.0 + 9.0) / 4.0), fit_tolerance);
   EXPECT_NEAR(surface.largest_residual, 3.0, fit_tolerance);
-  // Leaving one of four out moves the mean by a third of its residual.
+  // Omitting one of four moves the mean by a third of its residual.
   EXPECT_NEAR(surface.leave_one_out_rms, surface.rms * 4.0 / 3.0, fit_tolerance);
   EXPECT_NEAR(surface.condition_number, 1.0, fit_tolerance);
 }
@@ -180,7 +180,7 @@ TEST(Smooth, LeaveOneOutIsUnknownWhereNothingCanBeLeftOut)
 
 TEST(Smooth, ScalingAndShiftingTheAxesChangesNothing)
 {
-  // Powers of two and whole numbers: the unit coordinates keep their bits, so everything does.
+  // Powers of two and whole numbers keep the bits of the unit coordinates, hence of all results.
   SmoothInput input = blank(axis(13, 0, 5), axis(9, -8, 2));
   fill_with_noise(input);
   SmoothInput moved = input;
@@ -220,7 +220,7 @@ TEST(Smooth, FiveColumnsCannotCarryDegreeFive)
   EXPECT_EQ(facts.file, "knee.h5");
   EXPECT_EQ(facts.field, "smooth.degrees");
   EXPECT_EQ(facts.found, "455 solved cells in 91 values of flexion and 5 of varus");
-  EXPECT_EQ(facts.wanted, "enough for the 21 terms of degree 5; they carry degree 4");
+  EXPECT_EQ(facts.wanted, "enough for the 21 terms of degree 5; these allow degree 4");
 }
 
 TEST(Smooth, TooFewCellsAreCounted)
@@ -229,12 +229,12 @@ TEST(Smooth, TooFewCellsAreCounted)
   input.status.setConstant(static_cast<std::int8_t>(StepStatus::no_contact));
   EXPECT_EQ(largest_degree(input), -1);
   EXPECT_EQ(input_error([&] { smooth(input, 2); }).wanted,
-            "enough for the 6 terms of degree 2; they carry no degree");
+            "enough for the 6 terms of degree 2; these allow no degree");
   input.status(0, 0) = input.status(0, 5) = input.status(5, 0) = input.status(5, 5) = 0;
   EXPECT_EQ(largest_degree(input), 1);
   const InputError::Facts facts = input_error([&] { smooth(input, 2); });
   EXPECT_EQ(facts.found, "4 solved cells in 2 values of flexion and 2 of varus");
-  EXPECT_EQ(facts.wanted, "enough for the 6 terms of degree 2; they carry degree 1");
+  EXPECT_EQ(facts.wanted, "enough for the 6 terms of degree 2; these allow degree 1");
 }
 
 TEST(Smooth, ThetaIsFittedToAllCellsWhereTooFewDetermineIt)
@@ -247,9 +247,9 @@ TEST(Smooth, ThetaIsFittedToAllCellsWhereTooFewDetermineIt)
   EXPECT_EQ(largest_degree(input), 5);
   const SmoothedSet set = smooth(input, 3);
   EXPECT_EQ(set.surfaces[3].n_cells, 36);
-  // A constant is in the basis: what is left is the rounding of the fit.
+  // A constant is in the basis: residuals are rounding.
   EXPECT_LT((set.surfaces[3].values - 7.5).abs().maxCoeff(), 1e-12);
-  EXPECT_EQ(smooth(input, 0).surfaces[3].n_cells, 1) << "one cell carries a constant";
+  EXPECT_EQ(smooth(input, 0).surfaces[3].n_cells, 1) << "one cell determines a constant";
 }
 
 TEST(Smooth, ADegreeOutOfRangeIsRefused)
