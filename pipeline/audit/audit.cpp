@@ -11,7 +11,7 @@
 namespace vrda {
 namespace {
 
-/// A pose to measure, if the motion has one there.
+/// A pose to measure, if the motion has one at the attitude.
 struct AuditPose {
   Attitude attitude;
   Pose X_reference_moving = Pose::Identity();
@@ -87,7 +87,7 @@ void take_larger(AuditExtreme& extreme, const AuditExtreme& found)
 
 AuditSet audit(const MotionModel& model, const std::string& set, int refine, int n_threads)
 {
-  check(refine >= 1, "an audit cuts a cell into one part or more");
+  check(refine >= 1, "an audit divides a cell into at least one part");
   const Motion motion(model, set);
   AuditSet out = unmeasured(model, set, refine);
   for_each_row(model, motion, out.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
@@ -132,17 +132,17 @@ AuditFigures figures_of(const AuditSet& audit)
 
 namespace {
 
-// Looks for the touch of a neighbouring pose this many resolutions either way: beside a wall as steep as 1 :
-// 4 (76 degrees) it is there. Steeper ones are left to the narrow phase.
+// Search range for the contact of a neighbouring pose, in resolutions: sufficient next to a wall of slope 4
+// (76 degrees). Steeper ones are left to the narrow phase.
 constexpr double range_resolutions = 4.0;
-// Far above the rounding of heights, some 1e-12 mm, and below the rise of a slope that the solvers take for
-// level: a thousandth in the search (solve/stability_search.cpp).
+// Far above the rounding of heights (about 1e-12 mm) and below the slope that the solvers treat as level:
+// 1e-3 in the search (solve/stability_search.cpp).
 constexpr double level_slope = 1e-3;
 
 Loads loads_of(const MotionModel& model, Eigen::Index flexion, const SolverFrame& frame)
 {
   Loads loads;
-  loads.force_n = Eigen::Vector3d::UnitY();  // all that the stability search knows
+  loads.force_n = Eigen::Vector3d::UnitY();  // the only load of the stability search
   if (!model.equilibrium) return loads;
   const auto row = static_cast<std::size_t>(flexion);
   loads.force_n = solver_translation_mm(frame, model.push.force_n.row(flexion).transpose());
@@ -167,28 +167,29 @@ std::vector<Vector5d> free_directions(bool is_varus_free)
   return directions;
 }
 
-/// How far along Delta a place is from contact.
-struct Landing {
-  Place place;
+/// A configuration and its travel along Delta into contact.
+struct ContactTravel {
+  Place configuration;
   double travel_mm = 0.0;
 };
 
-/// The stable poses of one row of the grid.
-class RowJudge {
+/// Assesses the stable poses of one row of the grid.
+class RowAssessor {
  public:
-  RowJudge(const MotionModel& model, Eigen::Index flexion, const Ligaments& canonical, PoseMeter& meter)
+  RowAssessor(const MotionModel& model, Eigen::Index flexion, const Ligaments& canonical, PoseMeter& meter)
       : model_(model),
         flexion_(flexion),
         meter_(meter),
         resolution_mm_(model.contact_resolution_mm),
-        grip_(grip_of(meter.scene().moving.mesh)),
+        rotation_scale_(grip_of(meter.scene().moving.mesh)),
         ligaments_(solver_ligaments(canonical, meter.scene().frame)),
         loads_(loads_of(model, flexion, meter.scene().frame)),
-        forces_{ligaments_, loads_, grip_, rad_from_deg(model.flexion_deg[static_cast<std::size_t>(flexion)])}
+        forces_{ligaments_, loads_, rotation_scale_,
+                rad_from_deg(model.flexion_deg[static_cast<std::size_t>(flexion)])}
   {
   }
 
-  void judge(Eigen::Index varus, bool is_varus_free, PoseVerdicts& verdicts)
+  void assess(Eigen::Index varus, bool is_varus_free, PoseVerdicts& verdicts)
   {
     const Attitude attitude{forces_.flexion_rad, rad_from_deg(model_.varus_solved_deg(flexion_, varus))};
     const std::size_t cell = static_cast<std::size_t>(flexion_ * model_.status.cols() + varus);
@@ -197,8 +198,9 @@ class RowJudge {
     if (found.is_overlapping) return;
     Plausibility plausibility = Plausibility::nothing_found;
     if (is_held_by_contact(cell)) {
-      plausibility = found.gap_mm > resolution_mm_ ? Plausibility::nothing_ahead
-                                                   : beside(attitude, found.gap_mm, is_varus_free);
+      plausibility = found.gap_mm > resolution_mm_
+                         ? Plausibility::nothing_ahead
+                         : neighbour_plausibility(attitude, found.gap_mm, is_varus_free);
     }
     verdicts.plausibility(flexion_, varus) = static_cast<std::int8_t>(plausibility);
   }
@@ -211,15 +213,15 @@ class RowJudge {
     return row_start[cell + 1] > row_start[cell];
   }
 
-  Plausibility beside(const Attitude& attitude, double gap_mm, bool is_varus_free)
+  Plausibility neighbour_plausibility(const Attitude& attitude, double gap_mm, bool is_varus_free)
   {
     const std::optional<MovingPose> pose = meter_.solver_pose();
     if (!pose) return Plausibility::nothing_found;
-    const Place here = place_at(*pose, attitude.varus_rad, grip_);
-    const Landing start{here, gap_mm};
+    const Place here = place_at(*pose, attitude.varus_rad, rotation_scale_);
+    const ContactTravel start{here, gap_mm};
     for (const Vector5d& direction : free_directions(is_varus_free)) {
-      const Landing one = landing(moved(here, resolution_mm_ * direction, grip_));
-      const Landing other = landing(moved(here, -resolution_mm_ * direction, grip_));
+      const ContactTravel one = contact_travel(moved(here, resolution_mm_ * direction, rotation_scale_));
+      const ContactTravel other = contact_travel(moved(here, -resolution_mm_ * direction, rotation_scale_));
       const double furthest_mm = std::max(one.travel_mm, other.travel_mm);
       if (std::isfinite(furthest_mm) && is_lower_both_ways(start, one, other))
         return Plausibility::unstable_balance;
@@ -228,34 +230,36 @@ class RowJudge {
     return Plausibility::nothing_found;
   }
 
-  Landing landing(const Place& place)
+  ContactTravel contact_travel(const Place& configuration)
   {
-    return {place, meter_.travel_near_mm({forces_.flexion_rad, place.varus_rad}, pose_at(place, grip_),
-                                         range_resolutions * resolution_mm_)};
+    return {configuration, meter_.travel_near_mm({forces_.flexion_rad, configuration.varus_rad},
+                                                 pose_at(configuration, rotation_scale_),
+                                                 range_resolutions * resolution_mm_)};
   }
 
-  bool is_lower_both_ways(const Landing& start, const Landing& one, const Landing& other) const
+  bool is_lower_both_ways(const ContactTravel& start, const ContactTravel& one,
+                          const ContactTravel& other) const
   {
     const double level_mm = level_slope * resolution_mm_;
-    // A pose in balance gains along no way, so that only a bend of the way lowers the energy on both sides.
-    // Spares most fibres' paths.
+    // In equilibrium the slope along the path is 0, so only its curvature can lower the energy on both sides.
+    // This check avoids most computations of fibre paths.
     if (one.travel_mm + other.travel_mm - 2.0 * start.travel_mm <= 2.0 * level_mm) return false;
     const double least_nmm = energy_nmm(start) - level_mm * loads_.force_n.norm();
     return energy_nmm(one) < least_nmm && energy_nmm(other) < least_nmm;
   }
 
-  double energy_nmm(const Landing& landing) const
+  double energy_nmm(const ContactTravel& travel) const
   {
-    Place place = landing.place;
-    place.pivot_mm.y() += landing.travel_mm;
-    return potential_at(forces_, place).energy_nmm;
+    Place configuration = travel.configuration;
+    configuration.pivot_mm.y() += travel.travel_mm;
+    return potential_at(forces_, configuration).energy_nmm;
   }
 
   const MotionModel& model_;
   Eigen::Index flexion_;
   PoseMeter& meter_;
   double resolution_mm_;
-  Grip grip_;
+  Grip rotation_scale_;
   Ligaments ligaments_;
   Loads loads_;
   Forces forces_;
@@ -271,9 +275,9 @@ PoseVerdicts pose_verdicts(const MotionModel& model, const Ligaments& ligaments,
   verdicts.plausibility = GridB::Constant(model.status.rows(), model.status.cols(), plausibility_not_judged);
   for_each_row(model, motion, model.flexion_deg, n_threads, [&](std::size_t row, PoseMeter& meter) {
     const auto i = static_cast<Eigen::Index>(row);
-    RowJudge judge(model, i, ligaments, meter);
+    RowAssessor assessor(model, i, ligaments, meter);
     for (Eigen::Index j = 0; j < model.status.cols(); ++j) {
-      if (model.status(i, j) == status_stable) judge.judge(j, motion.is_varus_free(), verdicts);
+      if (model.status(i, j) == status_stable) assessor.assess(j, motion.is_varus_free(), verdicts);
     }
   });
   return verdicts;

@@ -16,18 +16,18 @@
 namespace vrda {
 namespace {
 
-// Matrix elements that differ by less are one rotation: it moves a vertex a metre away by 1e-9 mm.
+// Tolerance on matrix elements of equal rotations: 1e-9 mm at a vertex one metre away.
 constexpr double same_rotation = 1e-12;
-// A touch further ahead than this is no rounding of the way there, a few metres.
+// Above the rounding of a travel of a few metres.
 constexpr double clear_mm = 1e-9;
-// The first way back from an overlap, doubled until the objects are free. Far below the thickness of any
-// part, and above what smoothing displaces, so that the touch found is the one that was passed.
+// First retreat from an overlap, doubled until the objects are free. Far below the thickness of any part and
+// above the displacement by smoothing, so that the contact found is the one that was passed.
 constexpr double first_retreat_mm = 0.1;
-// A margin grows by this until nothing overlaps, up to the largest gap that counts as contact.
+// Growth factor of the margin until nothing overlaps; the limit is the largest gap that counts as contact.
 constexpr double margin_growth = 8.0;
 constexpr double largest_margin_mm = 1e-3;
 
-// The turn about +Y and the shift that `X` is, if it is one.
+// `X` as a rotation about +Y and a translation; empty if it has another rotation.
 std::optional<MovingPose> about_delta(const Pose& X)
 {
   const Eigen::Matrix3d R = X.linear();
@@ -80,7 +80,7 @@ void PoseMeter::place(const Attitude& attitude, const Pose& X_reference_moving)
   attitude_ = attitude;
 }
 
-// Takes time, so only where it stands otherwise.
+// Expensive, so skipped for an unchanged attitude.
 void PoseMeter::turn_reference(const Attitude& attitude)
 {
   if (attitude.flexion_rad == attitude_.flexion_rad && attitude.varus_rad == attitude_.varus_rad) return;
@@ -114,8 +114,8 @@ double PoseMeter::touch_mm(double shift_mm)
   return query().touch(shifted(shift_mm)).travel_mm;
 }
 
-// The way back from an overlapping pose. An object far below is free, and what comes from there first touches
-// where travel_mm says; but a ball deep in a socket has its rim there, and its own free play much nearer.
+// Retreat from an overlapping pose. From far below, travel_mm finds the first contact, which for a ball deep
+// in a socket is the rim; the free region is much nearer, so short retreats are tried first.
 double PoseMeter::retreat_mm()
 {
   const double afar_mm = query().travel_mm(pose_);
@@ -123,7 +123,7 @@ double PoseMeter::retreat_mm()
   for (double back_mm = first_retreat_mm; back_mm < most_mm; back_mm *= 2.0) {
     if (!is_overlapping(-back_mm, Judge::sweep)) return std::max(0.0, back_mm - touch_mm(-back_mm));
   }
-  // Without facing pairs in the way (an open sheet struck from behind) the touch is asked for from below all.
+  // Without facing pairs ahead (an open sheet hit from behind) the contact is searched from below everything.
   return afar_mm < 0.0 ? most_mm : std::max(0.0, most_mm - touch_mm(-most_mm));
 }
 
@@ -134,16 +134,17 @@ std::optional<MovingPose> PoseMeter::solver_pose() const
 
 double PoseMeter::travel_near_mm(const Attitude& attitude, const MovingPose& pose, double range_mm)
 {
-  check(!tilted_query_, "poses near one that turns about Delta alone");
+  check(!tilted_query_, "the measured pose is a rotation about Delta alone");
   turn_reference(attitude);
-  // Of facing pairs the first touch from afar is the cheapest answer. One far behind is the rim of a socket.
+  // The first contact of facing pairs from far away is the cheapest query. Far behind, it is the rim of a
+  // socket.
   const double afar_mm = query_.travel_mm(pose);
   if (std::abs(afar_mm) <= range_mm) return afar_mm;
   MovingPose behind = pose;
   behind.translation_mm.y() -= range_mm;
   const double travel_mm = query_.touch(behind).travel_mm;
   if (travel_mm <= 2.0 * range_mm) return travel_mm - range_mm;
-  // What overlaps there passes the touch that it came from and sees the next one.
+  // An overlap there hides the nearest contact, and the query returns the next one.
   Pose X = pose_of(behind);
   X.prerotate(Eigen::Matrix3d(reference_rotation(attitude).transpose()));
   const bool is_blocked =
@@ -164,7 +165,7 @@ double PoseMeter::travel_into_contact_mm(const Attitude& attitude, const Pose& X
   const double contact_mm = is_overlapping(0.0, Judge::sweep) ? -retreat_mm() : touch_mm(0.0);
   for (double margin_mm = contact_margin_mm; margin_mm <= largest_margin_mm; margin_mm *= margin_growth) {
     if (std::isinf(contact_mm)) break;
-    // Free at half the margin: the other half is for the rounding of who measures it again.
+    // Must be free at half the margin; the other half allows for rounding in a later measurement.
     if (!is_overlapping(contact_mm - 0.5 * margin_mm, Judge::sweep)) return contact_mm - margin_mm;
   }
   return std::numeric_limits<double>::quiet_NaN();
@@ -179,10 +180,10 @@ std::shared_ptr<const AuditScene> scene_along(const MotionModel& model, const Ei
       model.reference.contact.mesh, model.moving.contact.mesh, {side, model.rotation_centre_mm, delta}));
 }
 
-/// A thread's meter, kept until another Delta is asked for.
-class MeterOfRow {
+/// The meter of a thread, replaced when Delta changes.
+class CachedMeter {
  public:
-  MeterOfRow(const MotionModel& model, std::shared_ptr<const AuditScene> scene) : model_(model)
+  CachedMeter(const MotionModel& model, std::shared_ptr<const AuditScene> scene) : model_(model)
   {
     use(std::move(scene));
   }
@@ -228,7 +229,7 @@ void for_each_row(const MotionModel& model, const Motion& motion, const std::vec
   std::mutex failure_mutex;
   const auto work = [&] {
     try {
-      MeterOfRow meters(model, first);
+      CachedMeter meters(model, first);
       for (std::size_t row = next++; row < flexion_deg.size(); row = next++)
         measure(row, meters.along(delta_at(row)));
     } catch (...) {

@@ -1,5 +1,4 @@
-/// Gap and penetration at one pose, from meshes and poses alone: nothing of the solver's own state is
-/// trusted.
+/// Gap and penetration at one pose from meshes and poses only, independent of the solver's state.
 #pragma once
 
 #include <functional>
@@ -14,35 +13,32 @@
 
 namespace vrda {
 
-/// Both objects as a motion model stores them, prepared for one Delta: in S at zero attitude. Shared by all
-/// threads.
+/// Both objects of a motion model for one Delta, in S at zero attitude. Shared by all threads.
 struct AuditScene {
   SolverFrame frame;
   TreeMesh reference, moving;
   GapTree reference_gap, moving_gap;
 };
 
-/// Of contact meshes in canonical axes of the joint's own side.
+/// Expects contact meshes in canonical axes of the joint's own side.
 AuditScene make_audit_scene(const Mesh& reference_canonical, const Mesh& moving_canonical,
                             const SolverFrame& frame);
 
-/// One attitude measured.
+/// Measurement of one pose.
 struct PoseAudit {
-  bool is_overlapping = false;  ///< the narrow phase finds triangles that share a point
-  double penetration_mm = 0.0;  ///< travel back along Delta until nothing overlaps; 0 when free
-  double gap_mm = 0.0;  ///< travel along Delta to the next touch; infinite when nothing is in the way, 0 when
-                        ///< overlapping
+  bool is_overlapping = false;  ///< the narrow phase finds triangles with a common point
+  double penetration_mm = 0.0;  ///< retreat along Delta until nothing overlaps; 0 if free
+  double gap_mm = 0.0;  ///< travel along Delta to the next contact; infinite without one, 0 if overlapping
 };
 
-/// Who may say that a pose is free.
+/// Which test may classify a pose as free.
 enum class Judge {
-  narrow_phase,  ///< it alone: evidence that owes nothing to the queries which the equilibrium solves with
-  sweep,  ///< also the directional gap, where it brings the object from far below without any touch; ten
-          ///< times as fast
+  narrow_phase,  ///< only the narrow phase: independent of the queries that the equilibrium uses
+  sweep,  ///< also the directional gap, if it finds no contact on the way from far below; ten times as fast
 };
 
-/// One thread's measuring. What it keeps from pose to pose changes the time, never the answer.
-/// Poses take stored moving vertices to stored reference vertices, as a motion model's X_reference_moving.
+/// Measures poses in one thread. Its cached state affects the time, not the results.
+/// Poses map stored moving vertices to stored reference vertices, like a motion model's X_reference_moving.
 class PoseMeter {
  public:
   /// `scene` must outlive it.
@@ -50,17 +46,17 @@ class PoseMeter {
 
   PoseAudit measure(const Attitude& attitude, const Pose& X_reference_moving, Judge judge);
 
-  /// Signed travel along Delta into contact from `pose` (in S), near one that was measured: looks ahead from
-  /// `range_mm` behind it; minus that where the objects overlap there too.
+  /// Signed travel along Delta into contact from `pose` (in S), which must be near a measured pose. Searches
+  /// from `range_mm` behind it; returns -range_mm if the objects also overlap there.
   double travel_near_mm(const Attitude& attitude, const MovingPose& pose, double range_mm);
 
-  /// The pose measured last, in S; nothing where it turns not about Delta alone.
+  /// The last measured pose, in S; empty if it is not a rotation about Delta alone.
   std::optional<MovingPose> solver_pose() const;
   const AuditScene& scene() const { return scene_; }
 
-  /// Signed travel along Delta from the pose into contact, short of it by `contact_margin_mm` (or, where that
-  /// still overlaps, by a multiple): back to where it is free when the pose overlaps, on to the next touch
-  /// when it is free. NaN where nothing is in the way.
+  /// Signed travel along Delta from the pose into contact, minus `contact_margin_mm` (or a multiple if that
+  /// still overlaps): an overlapping pose retreats until free, a free pose advances to the next contact. NaN
+  /// without a contact ahead.
   double travel_into_contact_mm(const Attitude& attitude, const Pose& X_reference_moving);
 
  private:
@@ -76,27 +72,26 @@ class PoseMeter {
   const AuditScene& scene_;
   NarrowPhase narrow_phase_;
   GapQuery query_;
-  std::optional<GapQuery> tilted_query_;  ///< of a pose that turns not about Delta alone: a tree of its own
-  Attitude attitude_;                     ///< of the query
-  MovingPose pose_;                       ///< S, at the attitude placed
+  std::optional<GapQuery> tilted_query_;  ///< for a pose that is not a rotation about Delta alone
+  Attitude attitude_;                     ///< attitude of the query
+  MovingPose pose_;                       ///< in S, at the placed attitude
   Pose X_zero_;                           ///< moving to reference, S at zero attitude
   Eigen::Vector3d delta_zero_;            ///< Delta there
   double radii_mm_ = 0.0;                 ///< of both objects about the origin of S
-  double beneath_mm_ = 0.0;               ///< so far back along Delta nothing can touch
-  TrianglePair hint_;                     ///< the last pair found to overlap
+  double beneath_mm_ = 0.0;               ///< no contact is possible this far back along Delta
+  TrianglePair hint_;                     ///< the last overlapping pair
 };
 
-/// How far short of contact a recontacted pose stops. Poses carry some 1e-12 mm of rounding (coordinates of
-/// hundreds of mm through a few rotations), and a narrow phase as much; a contact that steep as 1e-4 still
-/// keeps ten times that between the surfaces.
+/// Distance along Delta at which a recontacted pose stops before contact. Poses and the narrow phase have
+/// about 1e-12 mm of rounding each (coordinates of hundreds of mm through a few rotations); at a contact with
+/// slope 1e-4 the surfaces still keep ten times that distance.
 inline constexpr double contact_margin_mm = 1e-7;
 
-/// `axis_deg` with each step cut into `refine` parts; its own values stay to the last bit.
+/// `axis_deg` with each step divided into `refine` parts; its own values stay bitwise equal.
 std::vector<double> refined(const std::vector<double>& axis_deg, int refine);
 
-/// Calls `measure(row, meter)` for every row of `flexion_deg`, each once, from `n_threads` threads; the meter
-/// is that of the row's Delta. What `measure` writes must belong to its row. Its first exception is thrown
-/// again.
+/// Calls `measure(row, meter)` once for every row of `flexion_deg`, from `n_threads` threads, with a meter
+/// for the row's Delta. `measure` must write to its row only. Rethrows its first exception.
 void for_each_row(const MotionModel& model, const Motion& motion, const std::vector<double>& flexion_deg,
                   int n_threads, const std::function<void(std::size_t, PoseMeter&)>& measure);
 

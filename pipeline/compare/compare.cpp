@@ -15,7 +15,7 @@ bool is_stable(const MotionModel& model, Eigen::Index i, Eigen::Index j)
   return model.status(i, j) == status_stable;
 }
 
-/// The one, two or four cells around attitude (i, j) of the finer grid are solved.
+/// True if the one, two or four cells around attitude (i, j) of the refined grid are solved.
 bool is_surrounded(const MotionModel& model, Eigen::Index i, Eigen::Index j, Eigen::Index refine)
 {
   for (const Eigen::Index row : {i / refine, (i + refine - 1) / refine}) {
@@ -26,8 +26,8 @@ bool is_surrounded(const MotionModel& model, Eigen::Index i, Eigen::Index j, Eig
   return true;
 }
 
-/// NaN is none yet, or none here.
-void raise(double& largest, double value)
+/// Maximum that ignores NaN.
+void update_largest(double& largest, double value)
 {
   if (std::isnan(largest) || value > largest) largest = value;
 }
@@ -38,8 +38,8 @@ void include(Faults& faults, AuditState state, double gap_mm, double penetration
   ++faults.n_attitudes;
   if (state == AuditState::overlapping) ++faults.n_overlapping;
   if (state == AuditState::nothing_ahead) ++faults.n_nothing_ahead;
-  raise(faults.largest_penetration_mm, penetration_mm);
-  raise(faults.largest_gap_mm, gap_mm);
+  update_largest(faults.largest_penetration_mm, penetration_mm);
+  update_largest(faults.largest_gap_mm, gap_mm);
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ double slope(const AxisRange& range)
 double roughness(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges)
 {
   check(static_cast<Eigen::Index>(surface.coefficients.size()) == set.exponents.rows(),
-        "a coefficient a term");
+        "one coefficient per term");
   Series series = Series::Zero(set.degree + 1, set.degree + 1);
   for (Eigen::Index k = 0; k < set.exponents.rows(); ++k)
     series(set.exponents(k, 0), set.exponents(k, 1)) = surface.coefficients[static_cast<std::size_t>(k)];
@@ -136,7 +136,7 @@ std::vector<SurfaceRow> surface_rows(const SmoothedSet& set, const AxisRanges& r
   return rows;
 }
 
-/// Residual of the translation at a cell, mm; what recontact moves is taken off.
+/// Residual of the translation at a cell, mm, before recontact.
 Eigen::Vector3d translation_residual(const SmoothFit& fit, Eigen::Index i, Eigen::Index j)
 {
   return {fit.residual[0](i, j), fit.residual[1](i, j), fit.residual[2](i, j)};
@@ -154,22 +154,22 @@ ErrorMeasures translation_of(const SmoothFit& fit, const std::vector<SurfaceRow>
   for (Eigen::Index i = 0; i < fit.residual[0].rows(); ++i) {
     for (Eigen::Index j = 0; j < fit.residual[0].cols(); ++j) {
       const double norm_mm = translation_residual(fit, i, j).norm();
-      if (norm_mm > length.largest) length.largest = norm_mm;  // false of NaN
+      if (norm_mm > length.largest) length.largest = norm_mm;  // false for NaN
     }
   }
   return length;
 }
 
-/// Of the pose shown at cell (i, j).
+/// Whether the error of the displayed pose at cell (i, j) is perceptible.
 bool is_perceptible(const MotionModel& model, const SmoothFit& fit, Eigen::Index i, Eigen::Index j)
 {
-  Eigen::Vector3d off_mm = translation_residual(fit, i, j);
-  // Nothing in the way: nothing to move to.
+  Eigen::Vector3d error_mm = translation_residual(fit, i, j);
+  // NaN: no contact ahead, no travel.
   if (fit.set.recontact_mm && !std::isnan((*fit.set.recontact_mm)(i, j)))
-    off_mm -= (*fit.set.recontact_mm)(i, j) * model.push.delta.row(i).transpose();
-  if (off_mm.norm() > perceptible_mm) return true;
+    error_mm -= (*fit.set.recontact_mm)(i, j) * model.push.delta.row(i).transpose();
+  if (error_mm.norm() > perceptible_mm) return true;
   for (std::size_t s = n_lengths; s < fit.residual.size(); ++s) {
-    if (std::abs(fit.residual[s](i, j)) > perceptible_deg) return true;  // false of NaN
+    if (std::abs(fit.residual[s](i, j)) > perceptible_deg) return true;  // false for NaN
   }
   return false;
 }
@@ -187,7 +187,7 @@ double perceptible_share(const MotionModel& model, const SmoothFit& fit)
   return static_cast<double>(n_perceptible) / static_cast<double>(n_cells);
 }
 
-/// `model` holds nothing smoothed yet; it gets the set, so that the audit finds its motion.
+/// `model` must have no smoothed sets; it temporarily holds the set for the audit.
 DegreeRow row_of(MotionModel& model, SmoothFit& fit, const CompareOptions& options)
 {
   if (options.recontact) fit.set.recontact_mm = options.recontact(model, fit.set);
@@ -207,24 +207,24 @@ DegreeRow row_of(MotionModel& model, SmoothFit& fit, const CompareOptions& optio
   return row;
 }
 
-void require_rising(const std::vector<int>& degrees)
+void require_ascending(const std::vector<int>& degrees)
 {
   check(!degrees.empty(), "compare needs a degree");
-  for (std::size_t k = 1; k < degrees.size(); ++k) check(degrees[k - 1] < degrees[k], "degrees rise");
+  for (std::size_t k = 1; k < degrees.size(); ++k) check(degrees[k - 1] < degrees[k], "degrees ascend");
 }
 
 }  // namespace
 
 Comparison compare(const MotionModel& model, const CompareOptions& options)
 {
-  require_rising(options.degrees);
+  require_ascending(options.degrees);
   const SmoothInput input = smooth_input(model, options.name);
-  const int carried = largest_degree(input, options.degrees.back());
+  const int largest = largest_degree(input, options.degrees.back());
   Comparison comparison;
   std::vector<SmoothFit> fits;
   for (const int degree : options.degrees) {
-    // The lowest is tried in any case: it says what is wrong.
-    if (degree > carried && degree != options.degrees.front()) {
+    // The lowest is always tried, since its error names the cause.
+    if (degree > largest && degree != options.degrees.front()) {
       comparison.degrees_not_carried.push_back(degree);
     } else {
       fits.push_back(smooth_fit(input, degree, options.smooth));

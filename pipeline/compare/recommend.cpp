@@ -13,7 +13,7 @@ namespace vrda {
 namespace {
 
 constexpr double standard_errors = 2.0;
-/// Square of a millionth of what is perceptible: 0.1 nanometres.
+/// Square of a millionth of the perceptible error: 0.1 nanometres.
 constexpr double rounding_sq = 1e-12;
 
 double mean(const std::vector<double>& values)
@@ -33,7 +33,7 @@ RankedDegree ranked_against(const std::vector<double>& best_sq, const DegreeErro
 {
   RankedDegree ranked{errors.degree, nan, nan, nan, false};
   if (errors.left_out_sq.empty()) return ranked;
-  check(errors.left_out_sq.size() == best_sq.size(), "every degree is judged at the same cells");
+  check(errors.left_out_sq.size() == best_sq.size(), "every degree has the same cells");
   std::vector<double> difference = at_least_rounding(errors.left_out_sq);
   ranked.error = std::sqrt(mean(difference));
   for (std::size_t c = 0; c < difference.size(); ++c) difference[c] -= best_sq[c];
@@ -53,14 +53,15 @@ std::string text_of(double number)
   return text;
 }
 
-/// How far the degree below the chosen one is off; empty where none is.
+/// The comparison with the degree below the chosen one; empty without its error.
 std::string why_not_lower(const Recommendation& r, std::size_t chosen)
 {
-  if (chosen == 0) return "; none lower was compared";
+  if (chosen == 0) return "; no lower degree was compared";
   const RankedDegree& lower = r.ranked[chosen - 1];
   if (std::isnan(lower.error)) return "";
-  // Without spread every cell is worse by the same.
-  if (lower.standard_error == 0.0) return "; degree " + std::to_string(lower.degree) + " is worse everywhere";
+  // Without spread the difference is the same at every cell.
+  if (lower.standard_error == 0.0)
+    return "; degree " + std::to_string(lower.degree) + " is worse at every cell";
   return "; degree " + std::to_string(lower.degree) + " (" + text_of(lower.error) + ") is " +
          text_of(lower.excess_sq / lower.standard_error) + " standard errors worse";
 }
@@ -68,19 +69,18 @@ std::string why_not_lower(const Recommendation& r, std::size_t chosen)
 std::string reason_of(const Recommendation& r, std::size_t chosen, std::size_t best)
 {
   std::string reason = "degree " + std::to_string(r.degree) + ": ";
-  const std::string error = text_of(r.ranked[chosen].error) + " of what is perceptible";
+  const std::string error = text_of(r.ranked[chosen].error) + " times the perceptible error";
   if (chosen == best) {
-    reason += "no other has a smaller leave-one-out error (" + error +
-              ") and no lower one comes within two paired "
-              "standard errors";
+    reason += "smallest leave-one-out error (" + error +
+              "), and no lower degree is within two paired standard errors";
   } else {
-    reason += "the lowest whose leave-one-out error (" + error +
+    reason += "lowest degree whose leave-one-out error (" + error +
               ") is within two paired standard errors of the best (" + text_of(r.ranked[best].error) +
               ", degree " + std::to_string(r.best_degree) + ")";
   }
   reason += why_not_lower(r, chosen);
   if (chosen + 1 == r.ranked.size() && chosen > 0)
-    reason += "; the error still falls at the highest degree compared";
+    reason += "; the error still decreases at the highest compared degree";
   return reason;
 }
 
@@ -92,7 +92,7 @@ Recommendation recommend(const std::vector<DegreeErrors>& degrees)
   std::size_t best = degrees.size();
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < degrees.size(); ++k) {
-    check(k == 0 || degrees[k - 1].degree < degrees[k].degree, "degrees rise");
+    check(k == 0 || degrees[k - 1].degree < degrees[k].degree, "degrees ascend");
     if (degrees[k].left_out_sq.empty()) continue;
     const double error_sq = mean(at_least_rounding(degrees[k].left_out_sq));
     if (error_sq >= least) continue;
@@ -100,7 +100,7 @@ Recommendation recommend(const std::vector<DegreeErrors>& degrees)
     best = k;
   }
   if (best == degrees.size()) {
-    r.reason = "no degree: under each some cell cannot be left out";
+    r.reason = "no degree: for every degree a cell cannot be omitted";
     for (const DegreeErrors& errors : degrees) r.ranked.push_back({errors.degree, nan, nan, nan, false});
     return r;
   }
@@ -116,8 +116,8 @@ Recommendation recommend(const std::vector<DegreeErrors>& degrees)
 
 namespace {
 
-/// Least limit of the squares, of what is perceptible: the scale of exact data is rounding, under which no
-/// error would count.
+/// Lower bound of the Huber limit, in perceptible units: the scale of exact data is rounding, and no error
+/// would count.
 constexpr double least_limit = 1e-3;
 
 double unit_of(std::size_t surface)
@@ -125,7 +125,7 @@ double unit_of(std::size_t surface)
   return surface < 3 ? perceptible_mm : perceptible_deg;
 }
 
-/// Some fitted cell of the fit cannot be left out.
+/// True if a fitted cell cannot be omitted.
 bool is_saturated(const SmoothFit& fit)
 {
   for (std::size_t s = 0; s < fit.left_out.size(); ++s) {
@@ -134,8 +134,8 @@ bool is_saturated(const SmoothFit& fit)
   return false;
 }
 
-/// Where errors stop to count by their square: huber_constant times the smallest scale of any fit, in units
-/// of what is perceptible.
+/// Error above which the loss is linear: huber_constant times the smallest scale of any fit, in perceptible
+/// units.
 double huber_limit(const std::vector<const SmoothFit*>& fits, std::size_t surface)
 {
   double least = std::numeric_limits<double>::infinity();
@@ -150,14 +150,14 @@ double huber_limit(const std::vector<const SmoothFit*>& fits, std::size_t surfac
   return std::max(least_limit, huber_constant * least / unit_of(surface));
 }
 
-/// Square of the error, from `limit` on the tangent of the square.
+/// Square of the error; above `limit` the tangent of the square.
 double loss(double error, double limit)
 {
   const double size = std::abs(error);
   return size <= limit ? size * size : limit * (2.0 * size - limit);
 }
 
-/// Cells where every fit has this surface.
+/// 1 for cells where every fit has this surface.
 GridB cells_of_all(const std::vector<const SmoothFit*>& fits, std::size_t surface)
 {
   GridB is_of_all =
@@ -167,7 +167,7 @@ GridB cells_of_all(const std::vector<const SmoothFit*>& fits, std::size_t surfac
   return is_of_all;
 }
 
-/// Adds one surface's losses to those of the cells, which are the fitted cells of translation in grid order.
+/// Adds the losses of one surface to the cells (those fitted in translation, in grid order).
 void add_losses(DegreeErrors& errors, const SmoothFit& fit, std::size_t surface, const GridB& is_of_all,
                 double limit)
 {
@@ -185,18 +185,18 @@ void add_losses(DegreeErrors& errors, const SmoothFit& fit, std::size_t surface,
 std::vector<DegreeErrors> degree_errors(const std::vector<SmoothFit>& fits)
 {
   std::vector<DegreeErrors> all;
-  std::vector<const SmoothFit*> judged;
+  std::vector<const SmoothFit*> usable;
   for (const SmoothFit& fit : fits) {
     all.push_back({fit.set.degree, {}});
     if (is_saturated(fit)) continue;
-    judged.push_back(&fit);
+    usable.push_back(&fit);
     all.back().left_out_sq.assign(static_cast<std::size_t>((!fit.residual[0].isNaN()).count()), 0.0);
   }
-  if (judged.empty()) return all;
-  for (std::size_t s = 0; s < judged.front()->left_out.size(); ++s) {
-    const GridB is_of_all = cells_of_all(judged, s);
+  if (usable.empty()) return all;
+  for (std::size_t s = 0; s < usable.front()->left_out.size(); ++s) {
+    const GridB is_of_all = cells_of_all(usable, s);
     const double limit =
-        judged.front()->set.is_robust ? huber_limit(judged, s) : std::numeric_limits<double>::infinity();
+        usable.front()->set.is_robust ? huber_limit(usable, s) : std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < fits.size(); ++k) {
       if (!all[k].left_out_sq.empty()) add_losses(all[k], fits[k], s, is_of_all, limit);
     }

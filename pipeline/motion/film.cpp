@@ -14,7 +14,7 @@ bool is_node(const Trace& trace, std::size_t search, StepKind kind)
   return trace.searches.node[search] == static_cast<std::int8_t>(kind);
 }
 
-// At a flexion without a varus the spine's cell, at an attitude the search that counts.
+// Without a varus the spine cell of the flexion; otherwise the search of the attitude's cell.
 std::size_t chosen_search(const Trace& trace, const std::string& file, AttitudeFilter cell)
 {
   const bool wants_spine = !cell.varus_deg.has_value();
@@ -42,7 +42,7 @@ PoseNumbers numbers_of(const Points32& translation_mm, std::size_t row, float th
 
 Film film_of(const Trace& trace, const std::string& file, const FilmOptions& options)
 {
-  check(options.every > 0, "a film shows every so many of its frames");
+  check(options.every > 0, "a film keeps every Nth frame, N above 0");
   const std::size_t search = chosen_search(trace, file, options.cell);
   std::vector<PoseNumbers> all;
   if (!options.contact_only) {

@@ -1,4 +1,4 @@
-/// One search of a trace as a row of poses.
+/// One search of a trace as a sequence of poses.
 #pragma once
 
 #include <string>
@@ -10,18 +10,18 @@
 namespace vrda {
 
 struct FilmOptions {
-  AttitudeFilter cell;        ///< default: the spine's cell, at the first flexion
-  bool contact_only = false;  ///< leave out the seed and the moves that are not in contact (thesis 3.8)
-  int every = 1;              ///< only every so many; the last always
+  AttitudeFilter cell;        ///< default: the spine cell of the first flexion
+  bool contact_only = false;  ///< omit the seed and moves without contact (thesis 3.8)
+  int every = 1;              ///< keep every Nth frame and the last
 };
 
 struct Film {
   Attitude attitude;
-  std::vector<PoseNumbers> frames;  ///< the seed, then the moves in their order
+  std::vector<PoseNumbers> frames;  ///< the seed, then the moves in order
 };
 
-/// The search that ended in the motion model at the cell asked for. `file` is for errors: InputError when
-/// there is no such search, or when nothing of it is left.
+/// Returns the search whose result is the requested cell of the motion model. Throws InputError naming `file`
+/// if the search is missing or no frame remains.
 Film film_of(const Trace& trace, const std::string& file, const FilmOptions& options);
 
 }  // namespace vrda

@@ -14,7 +14,7 @@ struct Line {
   std::vector<bool> is_solved;
 };
 
-/// Slope at node k towards the side `step` (+1 or -1), from that side's nodes alone.
+/// One-sided slope at node k from the nodes on side `step` (+1 or -1).
 double one_sided_slope(const Line& line, std::ptrdiff_t k, std::ptrdiff_t step)
 {
   const auto value = [&](std::ptrdiff_t i) { return line.value[static_cast<std::size_t>(i)]; };
@@ -48,8 +48,8 @@ double slope(const Line& line, std::ptrdiff_t k)
 template <std::size_t N>
 using Field = std::array<double, N> HermiteNode<N>::*;
 
-/// Fills `slope_field` with the slopes of `value_field` along grid lines of `at`, whose nodes lie
-/// `stride` apart from `first` on.
+/// Sets `slope_field` to the slopes of `value_field` along a grid line with coordinates `at`: nodes `first`,
+/// `first + stride`, ...
 template <std::size_t N>
 void fill_slopes(HermiteGrid<N>& grid, const std::vector<double>& at, std::size_t first, std::size_t stride,
                  std::pair<Field<N>, Field<N>> value_and_slope)
@@ -68,7 +68,7 @@ void fill_slopes(HermiteGrid<N>& grid, const std::vector<double>& at, std::size_
   }
 }
 
-/// Part of a step: far below any angle that is measured, far above rounding.
+/// Fraction of a step: far below any measured angle, far above rounding.
 constexpr double on_node = 1e-9;
 
 /// Hermite weights of the values and slopes at the two ends of a patch, along one angle.
@@ -81,7 +81,7 @@ struct Weights {
 struct Span {
   std::size_t first = 0;
   double step_rad = 0.0;    ///< 0 where the axis has one value
-  double s = 0.0, r = 1.0;  ///< part of the step from the first end, and from the second
+  double s = 0.0, r = 1.0;  ///< fraction of the step from the first end, and from the second
   Weights weights{{1.0, 0.0}, {0.0, 0.0}};
 };
 
@@ -94,7 +94,7 @@ Span span_of(const std::vector<double>& at, double x)
   const double h = at[span.first + 1] - at[span.first];
   // Divided, not multiplied by 1/h: s is exactly 1 at the last node.
   double s = (x - at[span.first]) / h;
-  // So near a node it is meant: 0.1 added three times must not ask the cell beyond 0.3.
+  // Snaps to a nearby node: 0.1 added three times must not use the cell beyond 0.3.
   if (std::abs(s) < on_node) s = 0.0;
   if (std::abs(1.0 - s) < on_node) s = 1.0;
   const double r = 1.0 - s;
@@ -105,7 +105,7 @@ Span span_of(const std::vector<double>& at, double x)
   return span;
 }
 
-/// Derivatives of the weights by the angle. Like the weights they are 0 for the far end where s or r is 0.
+/// Derivatives of the weights by the angle; like the weights 0 for the far end if s or r is 0.
 Weights derivative(const Span& span)
 {
   if (span.step_rad == 0.0) return {};
@@ -113,7 +113,7 @@ Weights derivative(const Span& span)
   return {{-steep, steep}, {r * (r - 2.0 * s), s * (s - 2.0 * r)}};
 }
 
-/// What a node gives to every surface.
+/// Adds the contribution of a node to every surface.
 template <std::size_t N>
 void add(std::array<double, N>& sums, const HermiteNode<N>& node, const std::array<double, 4>& weights)
 {
@@ -123,20 +123,20 @@ void add(std::array<double, N>& sums, const HermiteNode<N>& node, const std::arr
   }
 }
 
-/// Weights of a node's value and slopes: at end `a` of the patch along flexion, `b` along varus.
+/// Weights of a node's value and slopes, at end `a` of the patch along flexion and `b` along varus.
 std::array<double, 4> product(const Weights& flexion, std::size_t a, const Weights& varus, std::size_t b)
 {
   return {flexion.value[a] * varus.value[b], flexion.slope[a] * varus.value[b],
           flexion.value[a] * varus.slope[b], flexion.slope[a] * varus.slope[b]};
 }
 
-/// Calls use(node, a, b) for the corners of a patch that matter, until it returns false; whether it never
-/// did.
+/// Calls use(node, a, b) for the corners of a patch with nonzero weight until one call returns false; returns
+/// whether all returned true.
 template <std::size_t N, typename Use>
 bool for_corners(const HermiteGrid<N>& grid, const Span& flexion, const Span& varus, const Use& use)
 {
   for (std::size_t a = 0; a < 2; ++a) {
-    if (flexion.weights.value[a] == 0.0) continue;  // on a node the far end of the patch does not matter
+    if (flexion.weights.value[a] == 0.0) continue;  // on a node the far end of the patch has no weight
     for (std::size_t b = 0; b < 2; ++b) {
       if (varus.weights.value[b] == 0.0) continue;
       if (!use(grid.nodes[(flexion.first + a) * grid.varus_rad.size() + varus.first + b], a, b)) return false;

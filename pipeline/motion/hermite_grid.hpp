@@ -1,4 +1,4 @@
-/// Values at the nodes of a grid of attitudes, joined by bicubic Hermite patches.
+/// Bicubic Hermite interpolation of values at the nodes of an attitude grid.
 #pragma once
 
 #include <array>
@@ -9,17 +9,17 @@
 
 namespace vrda {
 
-/// One node with its slopes; all zero where it is not solved.
+/// One node with its slopes; all zero if it is unsolved.
 template <std::size_t N>
 struct HermiteNode {
   std::array<double, N> value{};       ///< mm, rad
-  std::array<double, N> by_flexion{};  ///< derivative by flexion, a radian
-  std::array<double, N> by_varus{};    ///< derivative by varus, a radian
-  std::array<double, N> by_both{};     ///< mixed derivative, a radian squared
+  std::array<double, N> by_flexion{};  ///< derivative by flexion, per radian
+  std::array<double, N> by_varus{};    ///< derivative by varus, per radian
+  std::array<double, N> by_both{};     ///< mixed derivative, per radian squared
   bool is_solved = false;
 };
 
-/// N surfaces over one grid. N is 4 (a pose), 1 (a travel) or 5 (a pose and its varus).
+/// N surfaces over one grid: 4 (pose), 1 (travel) or 5 (pose and varus).
 template <std::size_t N>
 struct HermiteGrid {
   std::vector<double> flexion_rad;    ///< [n_flexion] ascending
@@ -27,24 +27,22 @@ struct HermiteGrid {
   std::vector<HermiteNode<N>> nodes;  ///< [n_flexion * n_varus], varus runs fastest
 };
 
-/// Fills in the slopes at the nodes from their values. They come from the parabola through a node and its
-/// solved neighbours: central where both stand, one-sided beside a hole or an end, the chord where only one
-/// is left.
+/// Sets the slopes at the nodes from the parabola through a node and its solved neighbours: central with two
+/// neighbours, one-sided next to a hole or an end, the chord with a single neighbour.
 template <std::size_t N>
 void set_slopes(HermiteGrid<N>& grid);
 
 template <std::size_t N>
 struct HermiteSample {
   std::array<double, N> numbers{};
-  bool is_solved = false;  ///< false where a corner of the patch is unsolved; numbers mean nothing then
+  bool is_solved = false;  ///< false if a corner of the patch is unsolved; the numbers are then invalid
 };
 
-/// `attitude` must lie within the axes. Exact at the nodes; allocates nothing.
+/// `attitude` must be within the axes. Exact at the nodes; allocates nothing.
 template <std::size_t N>
 HermiteSample<N> sample(const HermiteGrid<N>& grid, const Attitude& attitude);
 
-/// A sample with its derivatives, a radian of each angle; 0 by an angle whose axis has one value. At an end
-/// of an axis the one-sided derivative.
+/// A sample with its derivatives per radian; 0 along an axis with one value, one-sided at the end of an axis.
 template <std::size_t N>
 struct HermiteRate {
   HermiteSample<N> here;
@@ -52,7 +50,7 @@ struct HermiteRate {
   std::array<double, N> by_varus{};
 };
 
-/// As sample(), with the same bits.
+/// The sample is bitwise equal to that of sample().
 template <std::size_t N>
 HermiteRate<N> sample_rate(const HermiteGrid<N>& grid, const Attitude& attitude);
 

@@ -1,4 +1,4 @@
-// Derivatives of the poses: the same path as Motion::at, differentiated step by step.
+// Derivatives of the poses: the steps of Motion::at, differentiated.
 #include <algorithm>
 
 #include "motion/poses.hpp"
@@ -13,14 +13,14 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
   return V;
 }
 
-/// Half the antisymmetric part: of a cross matrix its vector.
+/// Vector of the antisymmetric part: the inverse of cross_matrix.
 Eigen::Vector3d cross_vector(const Eigen::Matrix3d& V)
 {
   return 0.5 * Eigen::Vector3d(V(2, 1) - V(1, 2), V(0, 2) - V(2, 0), V(1, 0) - V(0, 1));
 }
 
-/// Derivative of shortest_rotation(from, to), I + V + V V / (1 + c), as `from` changes. 0 where the two are
-/// opposite, where that rotation jumps.
+/// Derivative of shortest_rotation(from, to) = I + V + V V / (1 + c) by `from`. 0 for opposite directions,
+/// where that rotation is discontinuous.
 Eigen::Matrix3d shortest_rotation_rate(const Eigen::Vector3d& from, const Eigen::Vector3d& from_rate,
                                        const Eigen::Vector3d& to)
 {
@@ -32,7 +32,7 @@ Eigen::Matrix3d shortest_rotation_rate(const Eigen::Vector3d& from, const Eigen:
   return V_rate + VV_rate / c - V * V * (c_rate / (c * c));
 }
 
-/// Slope of varus_between: of the piece that ends at a node, 0 beyond the first and last.
+/// Slope of varus_between: at a node that of the preceding piece, 0 beyond the first and last.
 double varus_slope(const std::vector<Attitude>& attitudes, double flexion_rad)
 {
   const auto after =
@@ -65,19 +65,19 @@ Eigen::Vector3d Motion::delta_rate(double flexion_rad) const
   return (rise - rise.dot(unit) * unit) / between.norm();
 }
 
-Motion::FoundRate Motion::raw_rate_at(const Attitude& attitude) const
+Motion::EvaluationRate Motion::raw_rate_at(const Attitude& attitude) const
 {
   const HermiteRate<4> rate = sample_rate(raw_, attitude);
   return {{attitude, rate.here.numbers, rate.here.is_solved}, rate.by_flexion, rate.by_varus, 0.0};
 }
 
-Motion::FoundRate Motion::smoothed_rate_at(const Attitude& attitude) const
+Motion::EvaluationRate Motion::smoothed_rate_at(const Attitude& attitude) const
 {
   const SmoothedRate rate = evaluate_rate(*smoothed_, attitude);
-  FoundRate result{{attitude, first_four(rate.here), true},
-                   first_four(rate.by_flexion),
-                   first_four(rate.by_varus),
-                   rate.by_flexion[4]};
+  EvaluationRate result{{attitude, first_four(rate.here), true},
+                        first_four(rate.by_flexion),
+                        first_four(rate.by_varus),
+                        rate.by_flexion[4]};
   if (smoothed_->has_varus) result.found.attitude.varus_rad = rate.here[4];
   if (!travel_) return result;
   const HermiteRate<1> travel = sample_rate(*travel_, attitude);
@@ -95,7 +95,7 @@ Motion::FoundRate Motion::smoothed_rate_at(const Attitude& attitude) const
   return result;
 }
 
-Motion::FoundRate Motion::zero_varus_rate_at(const Attitude& attitude) const
+Motion::EvaluationRate Motion::zero_varus_rate_at(const Attitude& attitude) const
 {
   const HermiteRate<5> rate = sample_rate(*zero_varus_, attitude);
   if (!rate.here.is_solved) return {{attitude, {}, false}, {}, {}, 0.0};
@@ -105,22 +105,22 @@ Motion::FoundRate Motion::zero_varus_rate_at(const Attitude& attitude) const
           rate.by_flexion[4]};
 }
 
-/// As found_at, with the same bits.
-Motion::FoundRate Motion::found_rate_at(const Attitude& wanted) const
+/// The evaluation is bitwise equal to that of evaluation_at.
+Motion::EvaluationRate Motion::evaluation_rate_at(const Attitude& wanted) const
 {
-  const Attitude attitude = own_varus(wanted);
+  const Attitude attitude = with_set_varus(wanted);
   if (zero_varus_) return zero_varus_rate_at(attitude);
-  FoundRate result = smoothed_ ? smoothed_rate_at(attitude) : raw_rate_at(attitude);
+  EvaluationRate result = smoothed_ ? smoothed_rate_at(attitude) : raw_rate_at(attitude);
   const bool has_varus_surface = smoothed_ && smoothed_->has_varus;
   if (has_varus_surface || free_varus_.empty()) return result;
-  // The varus found runs along a line, and the surfaces with it.
+  // The surfaces are evaluated along the varus line, so its slope enters by the chain rule.
   result.varus_by_flexion = varus_slope(free_varus_, attitude.flexion_rad);
   for (std::size_t number = 0; number < result.by_flexion.size(); ++number)
     result.by_flexion[number] += result.varus_by_flexion * result.by_varus[number];
   return result;
 }
 
-/// How the solver's frame, the columns of `R` in W, turns by flexion where Delta does: R' = [w]x R.
+/// Angular rate w by flexion of the solver's frame (columns of `R` in W) if Delta depends on it: R' = [w]x R.
 Eigen::Vector3d Motion::solver_turn(double flexion_rad, const Eigen::Matrix3d& R) const
 {
   if (deltas_.empty()) return Eigen::Vector3d::Zero();
@@ -132,13 +132,14 @@ Eigen::Vector3d Motion::solver_turn(double flexion_rad, const Eigen::Matrix3d& R
   return cross_vector(R_rate * R.transpose());
 }
 
-/// The twists of `rate`, whose pose, numbers and varus stand.
+/// Sets the twists of `rate` from its pose, numbers and varus.
 ///
-/// With L and Q the turns of reference and moving object, both stand about the centre c: p_W = L (p - c) and
-/// Q (x - c) + s. They turn in W by a and b; then a point of the moving object at p moves, seen from the
-/// reference, by turn x (p - c) + L^T (s' - b x s), turn = L^T (b - a).
-/// L is R A R^T, R the solver's frame and A = Rx(-varus) Rz(flexion): a is R's image of A Z flexion' - X
-/// varus', reversed where R reflects; where R itself turns by w, w - L w more. Q likewise, with Y theta'.
+/// L and Q are the rotations of reference and moving object about the centre c: p_W = L (p - c) and
+/// Q (x - c) + s, with angular rates a and b in W. A point of the moving object at p moves in the reference
+/// by angular x (p - c) + L^T (s' - b x s), with angular = L^T (b - a).
+/// L = R A R^T with the solver's frame R and A = Rx(-varus) Rz(flexion): a is the image under R of
+/// A Z flexion' - X varus', negated if R reflects; a rotation w of R itself adds w - L w. Q likewise with Y
+/// theta'.
 void Motion::set_twists(JointRate& rate) const
 {
   const JointPose& pose = rate.pose;
@@ -165,7 +166,7 @@ void Motion::set_twists(JointRate& rate) const
 
 JointRate Motion::rate_at(const Attitude& wanted) const
 {
-  const FoundRate found = found_rate_at(clamped(wanted));
+  const EvaluationRate found = evaluation_rate_at(clamped(wanted));
   JointRate result;
   result.pose = posed(found.found, wanted);
   const bool is_solved = found.found.is_solved;

@@ -14,7 +14,7 @@ std::string name_of(const SmoothedSet& set)
   return "degree_" + std::to_string(set.degree);
 }
 
-/// What the name of a recontacted set adds to that of the smoothed one.
+/// Suffix of the name of a recontacted set.
 constexpr const char* recontacted = "_recontacted";
 
 bool is_pose(std::int8_t source)
@@ -52,18 +52,19 @@ Eigen::Matrix3d rotation_world_solver(const SolverFrame& frame)
   return R;
 }
 
-/// Delta of each flexion, or nothing where there is only one.
-std::vector<Eigen::Vector3d> turning_deltas(const MotionModel& model)
+/// Delta of each flexion; empty if all are equal.
+std::vector<Eigen::Vector3d> deltas_by_flexion(const MotionModel& model)
 {
   const Points& delta = model.push.delta;
-  check(delta.rows() == static_cast<Eigen::Index>(model.flexion_deg.size()), "a push has a row a flexion");
+  check(delta.rows() == static_cast<Eigen::Index>(model.flexion_deg.size()),
+        "a push has one row per flexion");
   std::vector<Eigen::Vector3d> deltas;
   if (delta == delta.row(0).replicate(delta.rows(), 1)) return deltas;
   for (Eigen::Index i = 0; i < delta.rows(); ++i) deltas.emplace_back(delta.row(i).transpose());
   return deltas;
 }
 
-/// The varus that was found at each solved flexion, or nothing where it was that of the axis.
+/// The varus solved at each flexion; empty if it is that of the axis.
 std::vector<Attitude> free_varus(const MotionModel& model, const RawSurfaces& raw)
 {
   std::vector<Attitude> found;
@@ -79,7 +80,7 @@ std::vector<Attitude> free_varus(const MotionModel& model, const RawSurfaces& ra
   return found;
 }
 
-/// Linear in flexion between the attitudes, constant beyond the first and last. There must be one.
+/// Linear in flexion between the attitudes, constant beyond the first and last. Needs at least one.
 double varus_between(const std::vector<Attitude>& attitudes, double flexion_rad)
 {
   const auto after =
@@ -92,7 +93,7 @@ double varus_between(const std::vector<Attitude>& attitudes, double flexion_rad)
   return before.varus_rad + s * (after->varus_rad - before.varus_rad);
 }
 
-/// Turns about the rotation centre, then shifts: stored vertices to W.
+/// Rotates about the rotation centre, then translates: maps stored vertices to W.
 Pose about_centre(const Eigen::Matrix3d& R_world, const Eigen::Vector3d& shift_mm,
                   const Eigen::Vector3d& centre_mm)
 {
@@ -135,7 +136,7 @@ std::vector<std::string> set_names(const MotionModel& model)
 Motion::Motion(const MotionModel& model)
     : frame_{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, model.delta},
       R_world_solver_(rotation_world_solver(frame_)),
-      deltas_(turning_deltas(model)),
+      deltas_(deltas_by_flexion(model)),
       raw_(raw_surfaces(model))
 {
   check(model.side == "right" || model.side == "left", "the side of a motion model is right or left");
@@ -156,13 +157,13 @@ Motion::Motion(const MotionModel& model, const std::string& set) : Motion(model)
         return name_of(candidate) == set || name_of(candidate) + recontacted == set;
       });
   if (set == "zero_varus") {
-    check(has_pose(model.zero_varus), "the set asked of a motion model is one of set_names");
+    check(has_pose(model.zero_varus), "the set is one of set_names");
     use_zero_varus(*model.zero_varus);
   } else if (set != "raw") {
-    check(found != model.smoothed.end(), "the set asked of a motion model is one of set_names");
+    check(found != model.smoothed.end(), "the set is one of set_names");
     use_smoothed(model, *found);
     if (set != name_of(*found)) {
-      check(found->recontact_mm.has_value(), "a set that is asked for recontacted has been");
+      check(found->recontact_mm.has_value(), "the recontacted set has travels");
       use_travel(*found->recontact_mm);
     }
   }
@@ -209,9 +210,9 @@ void Motion::use_zero_varus(const ZeroVarus& table)
   const std::size_t n = raw_.flexion_rad.size();
   for (const std::vector<double>* column :
        {&table.tx_mm, &table.ty_mm, &table.tz_mm, &table.theta_deg, &table.varus_deg}) {
-    check(column->size() == n, "a zero-varus table has a row a flexion");
+    check(column->size() == n, "a zero-varus table has one row per flexion");
   }
-  check(table.source.size() == n, "a zero-varus table has a row a flexion");
+  check(table.source.size() == n, "a zero-varus table has one row per flexion");
   zero_varus_ = HermiteGrid<5>{raw_.flexion_rad, {0.0}, {}};
   free_varus_.clear();
   for (std::size_t i = 0; i < n; ++i) {
@@ -225,10 +226,10 @@ void Motion::use_zero_varus(const ZeroVarus& table)
   set_slopes(*zero_varus_);
 }
 
-Motion::Found Motion::smoothed_at(const Attitude& attitude) const
+Motion::Evaluation Motion::smoothed_at(const Attitude& attitude) const
 {
   const PoseAndVarus here = evaluate(*smoothed_, attitude);
-  Found found{attitude, {here[0], here[1], here[2], here[3]}, true};
+  Evaluation found{attitude, {here[0], here[1], here[2], here[3]}, true};
   if (smoothed_->has_varus) found.attitude.varus_rad = here[4];
   if (!travel_) return found;
   const HermiteSample<1> travel = sample(*travel_, attitude);
@@ -238,7 +239,7 @@ Motion::Found Motion::smoothed_at(const Attitude& attitude) const
   return found;
 }
 
-Motion::Found Motion::zero_varus_at(const Attitude& attitude) const
+Motion::Evaluation Motion::zero_varus_at(const Attitude& attitude) const
 {
   const HermiteSample<5> here = sample(*zero_varus_, attitude);
   if (!here.is_solved) return {attitude, {}, false};
@@ -247,16 +248,16 @@ Motion::Found Motion::zero_varus_at(const Attitude& attitude) const
           true};
 }
 
-Attitude Motion::own_varus(const Attitude& wanted) const
+Attitude Motion::with_set_varus(const Attitude& wanted) const
 {
   if (free_varus_.empty()) return wanted;
   return {wanted.flexion_rad, varus_between(free_varus_, wanted.flexion_rad)};
 }
 
-/// Within the axes; the attitude found has the set's own varus where it has one.
-Motion::Found Motion::found_at(const Attitude& wanted) const
+/// `wanted` must be within the axes; the returned attitude has the set's own varus if there is one.
+Motion::Evaluation Motion::evaluation_at(const Attitude& wanted) const
 {
-  const Attitude attitude = own_varus(wanted);
+  const Attitude attitude = with_set_varus(wanted);
   if (zero_varus_) return zero_varus_at(attitude);
   if (smoothed_) return smoothed_at(attitude);
   const RawSample here = sample(raw_, attitude);
@@ -292,10 +293,10 @@ Attitude Motion::clamped(const Attitude& wanted) const
 
 JointPose Motion::at(const Attitude& wanted) const
 {
-  return posed(found_at(clamped(wanted)), wanted);
+  return posed(evaluation_at(clamped(wanted)), wanted);
 }
 
-JointPose Motion::posed(const Found& found, const Attitude& wanted) const
+JointPose Motion::posed(const Evaluation& found, const Attitude& wanted) const
 {
   JointPose pose;
   if (found.is_solved) pose = placed(found.attitude, found.numbers);
@@ -312,7 +313,7 @@ JointPose Motion::placed(const Attitude& attitude, const PoseNumbers& numbers) c
   pose.status = PoseStatus::solved;
   pose.theta_rad = numbers[3];
 
-  // The attitude and theta are turns of the solver's frame: conjugated, they act in W of the own side.
+  // Attitude and theta rotate in the solver's frame; conjugation maps them to W of the joint's own side.
   const Eigen::Matrix3d R = R_world_solver(attitude.flexion_rad);
   const Eigen::Matrix3d R_solver_world = R.transpose();
   const Eigen::Matrix3d R_attitude = R * reference_rotation(pose.attitude) * R_solver_world;
@@ -327,7 +328,7 @@ JointPose Motion::placed(const Attitude& attitude, const PoseNumbers& numbers) c
 double Motion::balanced_varus_rad(double flexion_rad) const
 {
   if (!free_varus_.empty()) {
-    return found_at({std::clamp(flexion_rad, first_flexion_rad(), last_flexion_rad()), 0.0})
+    return evaluation_at({std::clamp(flexion_rad, first_flexion_rad(), last_flexion_rad()), 0.0})
         .attitude.varus_rad;
   }
   if (spine_.empty()) return std::clamp(0.0, first_varus_rad(), last_varus_rad());

@@ -1,4 +1,4 @@
-/// Poses of a joint at any attitude, from one set of surfaces of a motion model.
+/// Poses of a joint at any attitude from one set of surfaces of a motion model.
 #pragma once
 
 #include <optional>
@@ -13,83 +13,81 @@ namespace vrda {
 
 enum class PoseStatus {
   solved,
-  unsolved_cell,  ///< a cell around the attitude has no answer; of the set "degree_N" never
+  unsolved_cell,  ///< a cell around the attitude is unsolved; never for the set "degree_N"
 };
 
 const char* name_of(PoseStatus status);
 
-/// Where both objects stand. World W: origin at the rotation centre, canonical axes of the joint's own
-/// side; both poses take stored (canonical, not recentred) vertices. Identity where not solved.
+/// Poses of both objects. World W: origin at the rotation centre, canonical axes of the joint's own side. The
+/// poses map stored (canonical, not recentred) vertices. Identity if not solved.
 struct JointPose {
   Pose X_world_reference = Pose::Identity();
   Pose X_world_moving = Pose::Identity();
   Pose X_reference_moving = Pose::Identity();
   double theta_rad = 0.0;  ///< about Delta, right-knee sign
-  Attitude attitude;       ///< where it was evaluated: the attitude asked for, clamped
+  Attitude attitude;       ///< evaluated attitude: the requested one, clamped
   bool is_flexion_clamped = false;
-  bool is_varus_clamped = false;  ///< also where the set has a varus of its own and another was asked for
+  bool is_varus_clamped = false;  ///< also if the set has its own varus and another was requested
   PoseStatus status = PoseStatus::unsolved_cell;
 };
 
-/// A small motion of the moving object relative to the reference: its point now at p_mm, in the frame of the
-/// stored reference vertices, moves by turn.cross(p_mm) + shift_mm. The instantaneous helical axis runs along
-/// turn through turn.cross(shift_mm) / turn.squaredNorm().
+/// Twist of the moving object relative to the reference, per radian: its point at p_mm (frame of the stored
+/// reference vertices) moves by angular.cross(p_mm) + linear_mm. The instantaneous helical axis has the
+/// direction of angular and contains angular.cross(linear_mm) / angular.squaredNorm().
 struct Twist {
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();
   Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
 };
 
-/// Derivatives by one angle of the attitude, a radian.
+/// Derivatives by one angle of the attitude, per radian.
 struct PoseRate {
   PoseNumbers numbers{};  ///< of x, y, z (mm, world W) and theta (rad, right-knee sign)
-  double varus = 0.0;     ///< of the varus it stands at, rad
-  Twist twist;            ///< of the moving object relative to the reference
+  double varus = 0.0;     ///< of the evaluated varus, rad
+  Twist twist;            ///< moving object relative to the reference
 };
 
-/// A pose and how it goes on from there. At an end of the measured range the derivatives are those from
-/// within.
+/// A pose and its derivatives, one-sided (from within) at the ends of the measured range.
 struct JointRate {
   JointPose pose;
   PoseRate by_flexion, by_varus;
-  /// Whether the motion goes on along that angle. If not, its rate is all 0: without a pose, where the angle
-  /// was clamped or has one value, and of varus where the set has its own.
+  /// Whether the pose can change along that angle. False, with a zero rate, without a pose, if the angle was
+  /// clamped or has one value, and for varus if the set has its own.
   bool is_flexion_free = false, is_varus_free = false;
 };
 
-/// The sets `Motion` can be made of, what to show first: smoothed ones by falling degree, each after the one
-/// recontacted from it, in which nothing overlaps or gapes ("degree_6_recontacted", "degree_6", ...); then
-/// "raw"; last "zero_varus", which knows flexion only.
+/// Names of the sets that `Motion` accepts, in order of preference for display: smoothed sets by descending
+/// degree, each after its recontacted variant without overlaps and gaps ("degree_6_recontacted", "degree_6",
+/// ...); then "raw"; last "zero_varus", which depends on flexion only.
 std::vector<std::string> set_names(const MotionModel& model);
 
-/// One set of a motion model, ready for evaluation. Copies what it needs of the model.
+/// One set of a motion model, ready for evaluation. Copies the required data of the model.
 class Motion {
  public:
   /// `set` must be one of set_names(model); the grids must have the size of the axes.
   Motion(const MotionModel& model, const std::string& set);
-  /// The smoothed surfaces of `set`, which need not be one of the model's; never recontacted.
+  /// `set` need not belong to the model; its recontact travel is ignored.
   Motion(const MotionModel& model, const SmoothedSet& set);
 
-  /// The poses at `wanted`, or at the nearest attitude of the measured range. Under a microsecond,
+  /// The poses at `wanted` or at the nearest attitude of the measured range. Takes under a microsecond and
   /// allocates nothing.
   JointPose at(const Attitude& wanted) const;
 
-  /// at(wanted) with its derivatives by flexion and varus, of every set. Under a microsecond, allocates
-  /// nothing.
+  /// at(wanted) with its derivatives by flexion and varus, for every set. Takes under a microsecond and
+  /// allocates nothing.
   JointRate rate_at(const Attitude& wanted) const;
 
-  /// The poses where `numbers` stand for the moving object at `attitude`, whatever the set says of it.
+  /// The poses for `numbers` of the moving object at `attitude`, independent of the set.
   JointPose placed(const Attitude& attitude, const PoseNumbers& numbers) const;
 
-  /// Varus at which the compartments are most nearly in balance: linear in flexion between the solved
-  /// spine cells, constant beyond the first and last; without any, 0 or the nearest varus measured. Where
-  /// the set has a varus of its own, that one.
+  /// Varus at which the compartments are closest to balance: linear in flexion between the solved spine
+  /// cells, constant beyond the first and last. Without spine cells, the measured varus nearest to 0. If the
+  /// set has its own varus, that varus.
   double balanced_varus_rad(double flexion_rad) const;
   bool has_spine() const { return !spine_.empty(); }
-  /// Each flexion has the varus that was found, not one that was given: varus was free, or the set is
-  /// "zero_varus".
+  /// True if each flexion has its own varus: varus was free, or the set is "zero_varus".
   bool is_varus_free() const { return !free_varus_.empty(); }
 
-  /// Unit, world W: linear between the rows of the push, held beyond the ends, then normalised.
+  /// Unit vector, world W: linear between the rows of the push, constant beyond the ends, then normalised.
   Eigen::Vector3d delta(double flexion_rad) const;
 
   double first_flexion_rad() const { return raw_.flexion_rad.front(); }
@@ -98,7 +96,7 @@ class Motion {
   double last_varus_rad() const { return last_varus_rad_; }
 
  private:
-  struct Found {
+  struct Evaluation {
     Attitude attitude;
     PoseNumbers numbers{};
     bool is_solved = false;
@@ -108,36 +106,36 @@ class Motion {
   void use_smoothed(const MotionModel& model, const SmoothedSet& set);
   void use_travel(const GridD& travel_mm);
   void use_zero_varus(const ZeroVarus& table);
-  /// With the numbers' derivatives, and that of the varus where the set has its own.
-  struct FoundRate {
-    Found found;
+  /// With the derivatives of the numbers, and of the varus if the set has its own.
+  struct EvaluationRate {
+    Evaluation found;
     PoseNumbers by_flexion{}, by_varus{};
     double varus_by_flexion = 0.0;
   };
   Attitude clamped(const Attitude& wanted) const;
-  Found found_at(const Attitude& attitude) const;
-  Attitude own_varus(const Attitude& wanted) const;
-  JointPose posed(const Found& found, const Attitude& wanted) const;
-  FoundRate found_rate_at(const Attitude& attitude) const;
-  FoundRate smoothed_rate_at(const Attitude& attitude) const;
-  FoundRate raw_rate_at(const Attitude& attitude) const;
-  FoundRate zero_varus_rate_at(const Attitude& attitude) const;
+  Evaluation evaluation_at(const Attitude& attitude) const;
+  Attitude with_set_varus(const Attitude& wanted) const;
+  JointPose posed(const Evaluation& found, const Attitude& wanted) const;
+  EvaluationRate evaluation_rate_at(const Attitude& attitude) const;
+  EvaluationRate smoothed_rate_at(const Attitude& attitude) const;
+  EvaluationRate raw_rate_at(const Attitude& attitude) const;
+  EvaluationRate zero_varus_rate_at(const Attitude& attitude) const;
   Eigen::Vector3d delta_rate(double flexion_rad) const;
   Eigen::Vector3d solver_turn(double flexion_rad, const Eigen::Matrix3d& R) const;
   void set_twists(JointRate& rate) const;
-  Found smoothed_at(const Attitude& attitude) const;
-  Found zero_varus_at(const Attitude& attitude) const;
+  Evaluation smoothed_at(const Attitude& attitude) const;
+  Evaluation zero_varus_at(const Attitude& attitude) const;
   Eigen::Matrix3d R_world_solver(double flexion_rad) const;
 
-  SolverFrame frame_;                    ///< of the first flexion
-  Eigen::Matrix3d R_world_solver_;       ///< of frame_: orthogonal; a reflection for a left joint
-  std::vector<Eigen::Vector3d> deltas_;  ///< one a flexion; empty where all are that of frame_
-  std::vector<Attitude> free_varus_;     ///< solved, by ascending flexion; empty where varus is asked for
+  SolverFrame frame_;                    ///< at the first flexion
+  Eigen::Matrix3d R_world_solver_;       ///< for frame_; orthogonal, a reflection for a left joint
+  std::vector<Eigen::Vector3d> deltas_;  ///< one per flexion; empty if all equal that of frame_
+  std::vector<Attitude> free_varus_;     ///< solved, by ascending flexion; empty if varus is an input
   double first_varus_rad_ = 0.0, last_varus_rad_ = 0.0;
   RawSurfaces raw_;                           ///< its axes are the measured range
-  std::optional<SmoothedSurfaces> smoothed_;  ///< of "degree_N" and "degree_N_recontacted"
-  std::optional<HermiteGrid<1>> travel_;      ///< along Delta, mm; of "degree_N_recontacted"
-  std::optional<HermiteGrid<5>> zero_varus_;  ///< over flexion; of "zero_varus"
+  std::optional<SmoothedSurfaces> smoothed_;  ///< for "degree_N" and "degree_N_recontacted"
+  std::optional<HermiteGrid<1>> travel_;      ///< along Delta, mm; for "degree_N_recontacted"
+  std::optional<HermiteGrid<5>> zero_varus_;  ///< over flexion; for "zero_varus"
   std::vector<Attitude> spine_;               ///< solved spine cells by ascending flexion
 };
 

@@ -65,7 +65,7 @@ namespace {
 constexpr std::array<const char*, 5> names{"tx", "ty", "tz", "theta", "varus"};
 constexpr std::size_t varus = 4;
 
-/// Null where the set has none of that name, which only varus may lack.
+/// Null if the set has no such surface; only varus may be missing.
 const SmoothedSurface* surface_named(const SmoothedSet& set, std::size_t number)
 {
   const auto found = std::find_if(set.surfaces.begin(), set.surfaces.end(),
@@ -75,11 +75,11 @@ const SmoothedSurface* surface_named(const SmoothedSet& set, std::size_t number)
     return nullptr;
   }
   check(found->coefficients.size() == static_cast<std::size_t>(set.exponents.rows()),
-        "a smoothed surface has one coefficient a term");
+        "a smoothed surface has one coefficient per term");
   return &*found;
 }
 
-/// du/dx of unit_coordinate, a radian.
+/// du/dx of unit_coordinate, per radian.
 double unit_rate(const AxisRange& range)
 {
   return range.first_deg == range.last_deg ? 0.0 : deg_from_rad(2.0 / (range.last_deg - range.first_deg));

@@ -12,7 +12,7 @@
 namespace vrda {
 namespace {
 
-// A mean of two columns that misses a third by no more than this is that column: rounding of degrees.
+// A mean of two columns this close to a third column is that column: rounding of degrees.
 constexpr double same_varus_deg = 1e-9;
 
 /// One flexion of the grid.
@@ -24,11 +24,11 @@ struct Row {
   Eigen::Index n_columns() const { return model.status.cols(); }
   double varus_deg(Eigen::Index j) const { return model.varus_deg[static_cast<std::size_t>(j)]; }
   bool is_solved(Eigen::Index j) const { return model.status(flexion, j) == status_stable; }
-  bool touches_with_both(Eigen::Index j) const
+  bool has_both_contacts(Eigen::Index j) const
   {
     return model.contact_medial(flexion, j) == 1 && model.contact_lateral(flexion, j) == 1;
   }
-  /// NaN where a compartment faces nothing.
+  /// NaN if a compartment has no facing surface.
   double imbalance_mm(Eigen::Index j) const
   {
     return model.gap_medial_mm(flexion, j) - model.gap_lateral_mm(flexion, j);
@@ -39,17 +39,17 @@ struct Run {
   Eigen::Index first, last;
 };
 
-/// Columns that touch with both, parted by solved ones that do not.
+/// Runs of columns with both contacts, separated by solved columns without.
 std::vector<Run> touching_runs(const Row& row)
 {
   std::vector<Run> runs;
   bool is_open = false;
   for (Eigen::Index j = 0; j < row.n_columns(); ++j) {
     if (!row.is_solved(j)) continue;
-    const bool touches = row.touches_with_both(j);
-    if (touches && is_open) runs.back().last = j;
-    if (touches && !is_open) runs.push_back({j, j});
-    is_open = touches;
+    const bool has_both = row.has_both_contacts(j);
+    if (has_both && is_open) runs.back().last = j;
+    if (has_both && !is_open) runs.push_back({j, j});
+    is_open = has_both;
   }
   return runs;
 }
@@ -60,8 +60,8 @@ double distance_deg(const Row& row, const Run& run)
       {row.varus_deg(run.first) - row.spine_varus_deg, 0.0, row.spine_varus_deg - row.varus_deg(run.last)});
 }
 
-/// Puts `varus_deg`, which lies between solved columns, among them.
-VarusChoice placed(const Row& row, ZeroVarusSource source, double varus_deg)
+/// Finds the columns around `varus_deg`, which must be between solved columns.
+VarusChoice between_columns(const Row& row, ZeroVarusSource source, double varus_deg)
 {
   VarusChoice choice;
   choice.source = source;
@@ -83,13 +83,13 @@ VarusChoice mean_of(const Row& row, const std::vector<Run>& runs)
     return distance_deg(row, a) < distance_deg(row, b);
   });
   const double first_deg = row.varus_deg(run.first), last_deg = row.varus_deg(run.last);
-  VarusChoice choice = placed(row, ZeroVarusSource::both_touch, 0.5 * (first_deg + last_deg));
+  VarusChoice choice = between_columns(row, ZeroVarusSource::both_touch, 0.5 * (first_deg + last_deg));
   choice.first_deg = first_deg;
   choice.last_deg = last_deg;
   return choice;
 }
 
-/// Varus of every change of sign, ascending.
+/// Varus of every sign change of the imbalance, ascending.
 std::vector<double> balanced_deg(const Row& row)
 {
   std::vector<double> roots_deg;
@@ -117,7 +117,7 @@ VarusChoice given_varus_choice(const Row& row)
   const double nearest_deg = *std::min_element(roots_deg.begin(), roots_deg.end(), [&](double a, double b) {
     return std::abs(a - row.spine_varus_deg) < std::abs(b - row.spine_varus_deg);
   });
-  return placed(row, ZeroVarusSource::interpolated, nearest_deg);
+  return between_columns(row, ZeroVarusSource::interpolated, nearest_deg);
 }
 
 VarusChoice free_varus_choice(const Row& row)
@@ -144,10 +144,10 @@ std::vector<VarusChoice> varus_choices(const MotionModel& model, const Motion& r
 
 namespace {
 
-double forward_mm(const Eigen::Vector3d& way_mm)
+double forward_mm(const Eigen::Vector3d& travel_mm)
 {
-  const double length_mm = std::sqrt(way_mm.x() * way_mm.x() + way_mm.y() * way_mm.y());
-  return way_mm.x() < 0.0 ? -length_mm : length_mm;
+  const double length_mm = std::sqrt(travel_mm.x() * travel_mm.x() + travel_mm.y() * travel_mm.y());
+  return travel_mm.x() < 0.0 ? -length_mm : length_mm;
 }
 
 double shared_mm(double a_mm, double b_mm)
@@ -175,7 +175,7 @@ namespace {
 
 using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
-/// One flexion's pose, with the numbers of the surfaces.
+/// The pose of one flexion and its surface values.
 struct ReducedPose {
   Pose X_reference_moving = Pose::Identity();
   Eigen::Vector3d t_mm = Eigen::Vector3d::Zero();  ///< tx, ty, tz
@@ -208,7 +208,7 @@ ReducedPose raw_pose(const MotionModel& model, const Motion& raw, Eigen::Index i
   return pose;
 }
 
-/// Nothing where the set has no answer.
+/// Empty if the set has no pose.
 std::optional<ReducedPose> set_pose(const MotionModel& model, const Motion& motion, Eigen::Index i,
                                     const VarusChoice& choice)
 {
@@ -219,13 +219,13 @@ std::optional<ReducedPose> set_pose(const MotionModel& model, const Motion& moti
   pose.X_reference_moving = joint.X_reference_moving;
   pose.t_mm = joint.X_world_moving * model.rotation_centre_mm;
   pose.theta_deg = deg_from_rad(joint.theta_rad);
-  // A smoothed set of a free varus may have a varus of its own.
+  // With free varus a smoothed set may have its own varus.
   pose.varus_deg =
       choice.source == ZeroVarusSource::free ? deg_from_rad(joint.attitude.varus_rad) : choice.varus_deg;
   return pose;
 }
 
-ZeroVarus nowhere(const MotionModel& model)
+ZeroVarus empty_table(const MotionModel& model)
 {
   const std::size_t n = model.flexion_deg.size(), n_steps = n - 1;
   ZeroVarus z;
@@ -276,7 +276,7 @@ void put_row3(std::vector<double>& rows, std::size_t row, const Eigen::Vector3d&
   Eigen::Map<Eigen::Vector3d>{&rows[3 * row]} = values;
 }
 
-/// Linear between the columns around; where one of them does not touch, the other's point.
+/// Linear between the adjacent columns; if one has no contact, the point of the other.
 Eigen::Vector3d point_between(const std::vector<double>& path_mm, std::size_t first_cell,
                               const VarusChoice& choice)
 {
@@ -298,7 +298,7 @@ void put_contacts(ZeroVarus& z, const MotionModel& model, std::size_t i, const V
   put_row3(z.lateral_moving_mm, i, point_between(paths.lateral_moving_mm, first_cell, choice));
 }
 
-void put_turn(ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
+void put_axes(ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
 {
   const Pose start = pose_in(z.X_reference_moving, k), end = pose_in(z.X_reference_moving, k + 1);
   if (const std::optional<HelicalAxis> axis = helical_axis(start, end, centre_mm)) {
@@ -311,7 +311,7 @@ void put_turn(ZeroVarus& z, std::size_t k, const Eigen::Vector3d& centre_mm)
     Eigen::Map<Eigen::Vector2d>(&z.instant_centre_mm[2 * k]) = *centre;
 }
 
-/// Nothing where the compartment does not bear at both ends.
+/// Empty unless the compartment is in contact at both ends.
 std::optional<Rolling> rolling_of(const ZeroVarus& z, std::size_t k, const std::vector<double>& reference_mm,
                                   const std::vector<double>& moving_mm)
 {
@@ -347,10 +347,10 @@ bool is_reducible(const MotionModel& model)
 
 ZeroVarus reduce(const MotionModel& model, const std::string& set)
 {
-  check(is_reducible(model), "a joint without compartments and with varus given has no zero varus");
+  check(is_reducible(model), "a joint without compartments and with given varus has no zero varus");
   const Motion raw(model, "raw"), motion(model, set);
   const std::vector<VarusChoice> choices = varus_choices(model, raw);
-  ZeroVarus z = nowhere(model);
+  ZeroVarus z = empty_table(model);
   z.set = set;
   for (std::size_t i = 0; i < choices.size(); ++i) {
     const VarusChoice& choice = choices[i];
@@ -367,7 +367,7 @@ ZeroVarus reduce(const MotionModel& model, const std::string& set)
   }
   for (std::size_t k = 0; k + 1 < choices.size(); ++k) {
     if (!has_pose(z, k) || !has_pose(z, k + 1)) continue;
-    put_turn(z, k, model.rotation_centre_mm);
+    put_axes(z, k, model.rotation_centre_mm);
     if (model.has_compartments) put_rolling(z, k);
   }
   return z;

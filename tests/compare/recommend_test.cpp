@@ -41,7 +41,7 @@ TEST(Recommend, TakesTheLowestWithinTwoStandardErrors)
   EXPECT_EQ(r.degree, 3);
   EXPECT_EQ(r.best_degree, 5);
   EXPECT_THAT(r.reason,
-              HasSubstr("degree 3: the lowest whose leave-one-out error (1.73 of what is perceptible) is "
+              HasSubstr("degree 3: lowest degree whose leave-one-out error (1.73 times the perceptible error) is "
                         "within two paired standard errors of the best (1.41, degree 5)"));
   EXPECT_THAT(r.reason, HasSubstr("; degree 1 (5.36) is "));
 }
@@ -50,15 +50,15 @@ TEST(Recommend, SaysWhenTheErrorStillFalls)
 {
   const Recommendation r = recommend({{2, {4.0, 4.1, 4.0}}, {3, {1.0, 1.0, 1.0}}});
   EXPECT_EQ(r.degree, 3);
-  EXPECT_THAT(r.reason, HasSubstr("no other has a smaller leave-one-out error"));
-  EXPECT_THAT(r.reason, HasSubstr("still falls at the highest degree compared"));
+  EXPECT_THAT(r.reason, HasSubstr("smallest leave-one-out error"));
+  EXPECT_THAT(r.reason, HasSubstr("still decreases at the highest compared degree"));
 }
 
 TEST(Recommend, SaysWhenALowerDegreeIsWorseEverywhere)
 {
   const Recommendation r = recommend({{2, {4.0, 4.0}}, {3, {1.0, 1.0}}, {4, {2.0, 2.0}}});
   EXPECT_EQ(r.degree, 3);
-  EXPECT_THAT(r.reason, HasSubstr("degree 2 is worse everywhere"));
+  EXPECT_THAT(r.reason, HasSubstr("degree 2 is worse at every cell"));
 }
 
 TEST(Recommend, RoundingIsNoReason)
