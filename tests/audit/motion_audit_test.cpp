@@ -53,7 +53,7 @@ TEST(Audit, EachFlexionAlongItsOwnDelta)
     const AuditSet expected = audit(constant, "raw", 1, 1);
     for (Eigen::Index j = 0; j < found.state.cols(); ++j) expect_same_cell(found, expected, i, j);
   }
-  // The last row's Delta is another than the first's, and so is what is measured.
+  // The last row has another Delta than the first, hence another gap.
   MotionModel wrong = turning;
   wrong.push = constant_push(turning.delta, turning.flexion_deg.size());
   const Eigen::Index last = found.state.rows() - 1;
@@ -70,8 +70,8 @@ TEST(Audit, AFreeVarusAtWhatWasFound)
   expect_same(audit(free, "raw", 1, 2), audit(given, "raw", 1, 1));
 }
 
-// A wide block whose lower face lies 10 mm above the rotation centre, turned by each attitude; beneath it a
-// box of 2 mm, its middle at `y_mm`. Both alike on either side of the sagittal plane.
+// A wide block with its lower face 10 mm above the rotation centre, rotated by each attitude; below it a box
+// of 2 mm with its centre at `y_mm`. Both are symmetric to the sagittal plane.
 MotionModel block_model(const std::string& side, double y_mm)
 {
   test::ModelPlan plan;
@@ -86,7 +86,7 @@ MotionModel block_model(const std::string& side, double y_mm)
   return model;
 }
 
-// With n = R e_y the lower face is n . p = 10: the first of the box's upper corners to get there.
+// With n = R e_y the lower face is n . p = 10; the first upper corner of the box to reach it sets the gap.
 double block_travel_mm(double flexion_deg, double varus_deg, double y_mm)
 {
   const Eigen::Vector3d n =
@@ -174,7 +174,7 @@ TEST(Audit, NamesWhereThereIsNoPoseAndWhereNothingIsAhead)
   EXPECT_EQ(hole.state(1, 3), static_cast<std::int8_t>(AuditState::no_pose));
   EXPECT_EQ(hole.state(0, 1), static_cast<std::int8_t>(AuditState::free));
   EXPECT_TRUE(std::isnan(hole.penetration_mm(2, 2)));
-  EXPECT_EQ(figures_of(hole).n_poses, 16);  // all around the hole
+  EXPECT_EQ(figures_of(hole).n_poses, 16);  // the poses around the hole
   model.moving.contact.mesh.vertices_mm.col(0).array() += 500.0;
   const AuditSet aside = audit(model, "raw", 1, 1);
   EXPECT_EQ(aside.state(0, 0), static_cast<std::int8_t>(AuditState::nothing_ahead));
@@ -202,7 +202,7 @@ TEST(Audit, TheZeroVarusMotionByFlexionAlone)
   }
 }
 
-// The smoothed motion stands at y_mm everywhere.
+// The smoothed motion has height y_mm everywhere.
 MotionModel smoothed_block_model(double y_mm)
 {
   MotionModel model = block_model("left", 8.0);
@@ -214,7 +214,7 @@ MotionModel smoothed_block_model(double y_mm)
 
 TEST(Recontact, TravelsByTheClosedFormShortOfItByTheMargin)
 {
-  for (const double y_mm : {8.0, 8.95, 9.5}) {  // free, some of each, all overlapping
+  for (const double y_mm : {8.0, 8.95, 9.5}) {  // all free, mixed, all overlapping
     const MotionModel model = smoothed_block_model(y_mm);
     const GridD travel_mm = recontact(model, model.smoothed.front(), 1);
     for (Eigen::Index i = 0; i < travel_mm.rows(); ++i) {
@@ -231,7 +231,7 @@ TEST(Recontact, TravelsByTheClosedFormShortOfItByTheMargin)
 TEST(Recontact, TheAuditOfTheRecontactedMotionFindsTheMarginAndNoOverlap)
 {
   MotionModel model = smoothed_block_model(9.5);
-  test::unsolve(model, 0, 2);  // the polynomials have a pose there all the same
+  test::unsolve(model, 0, 2);  // the polynomials have a pose there nevertheless
   model.smoothed.front().recontact_mm = recontact(model, model.smoothed.front(), 1);
   EXPECT_EQ(figures_of(audit(model, "degree_1", 1, 1)).n_overlapping, 9);
   const AuditFigures at_nodes = figures_of(audit(model, "degree_1_recontacted", 1, 1));
@@ -239,7 +239,7 @@ TEST(Recontact, TheAuditOfTheRecontactedMotionFindsTheMarginAndNoOverlap)
   EXPECT_EQ(at_nodes.n_overlapping, 0);
   EXPECT_EQ(at_nodes.n_nothing_ahead, 0);
   EXPECT_NEAR(at_nodes.largest_gap.value_mm, contact_margin_mm, rounding_mm);
-  // Between them the travel is interpolated, and the kink over zero varus is not.
+  // Between them the travel is interpolated, but not the kink at zero varus.
   EXPECT_GT(figures_of(audit(model, "degree_1_recontacted", 2, 1)).n_overlapping, 0);
 }
 

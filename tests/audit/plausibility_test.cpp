@@ -1,4 +1,4 @@
-// Poses given by hand on boxes and balls, measured again.
+// Prescribed poses of boxes and balls.
 #include "audit/audit.hpp"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 
 namespace vrda::plausibility_test {
 
-/// `mesh` turned about Z by an angle, its ridge then along Z.
+/// `mesh` rotated about Z, with its ridge along Z.
 Mesh turned_about_z(const Mesh& mesh, double angle_rad)
 {
   Pose X = Pose::Identity();
@@ -19,7 +19,7 @@ Mesh turned_about_z(const Mesh& mesh, double angle_rad)
   return transformed(mesh, X);
 }
 
-/// One attitude with the reference's mesh where it is and the moving one shifted by `at_mm`, stable.
+/// One stable attitude: the reference mesh in place, the moving one translated by `at_mm`.
 MotionModel posed_model(const Mesh& reference, const Mesh& moving, const Eigen::Vector3d& at_mm)
 {
   MotionModel model;
@@ -75,7 +75,7 @@ TEST(Plausibility, AGapBeyondTheResolutionHasNothingAhead)
 
 TEST(Plausibility, APlateBalancedOnItsEdgeHasNothingAhead)
 {
-  // The sides are flush: what bears is a line. Half a resolution of width is as little, two are enough.
+  // The sides are flush: contact on a line. Half a resolution of width is too little, two are enough.
   expect_plausibility(posed_model(block, block, {30, -10 - apart_mm, 0}), Plausibility::nothing_ahead);
   expect_plausibility(posed_model(block, block, {29.95, -10 - apart_mm, 0}), Plausibility::nothing_ahead);
   expect_plausibility(posed_model(block, block, {29.8, -10 - apart_mm, 0}), Plausibility::nothing_found);
@@ -91,7 +91,7 @@ TEST(Plausibility, ARidgeOnARidgeAndAPoleOnAPoleAreInUnstableBalance)
 
 TEST(Plausibility, AShareOfTheResolutionOffARidgeItSlidesOneWayOnly)
 {
-  // Both flanks at 45 degrees: from here one way leads down by as much as the other leads up.
+  // Both flanks are at 45 degrees: one direction goes down by as much as the other goes up.
   const double off_mm = 1.0;
   expect_plausibility(posed_model(ridge, ridge, {off_mm, -2.0 * ridge_mm + off_mm - apart_mm, 0}),
                       Plausibility::nothing_ahead);
@@ -99,13 +99,13 @@ TEST(Plausibility, AShareOfTheResolutionOffARidgeItSlidesOneWayOnly)
 
 TEST(Plausibility, ARidgeInAGrooveIsHeldAndABallMayTurnIntoAHigherPose)
 {
-  // Two slabs that lean against each other; their undersides meet at 45 degrees, 5 sqrt(2) below the top.
+  // Two slabs leaning against each other; their lower faces meet at 45 degrees, 5 sqrt(2) below the top.
   Mesh groove = turned_about_z(test::box({15, 0, 0}, {30, 10, 60}), -pi / 4.0);
   append(groove, turned_about_z(test::box({-15, 0, 0}, {30, 10, 60}), pi / 4.0));
   const double apex_mm = -5.0 * std::sqrt(2.0);
   expect_plausibility(posed_model(groove, ridge, {0, apex_mm - ridge_mm - apart_mm, 0}),
                       Plausibility::nothing_found);
-  // The ball of facets touches by its two widest vertices and is narrower turned either way.
+  // The faceted ball is in contact at its two widest vertices and is narrower after a rotation either way.
   expect_plausibility(posed_model(groove, test::ball(6), {0, apex_mm - 6.0 * std::sqrt(2.0) - apart_mm, 0}),
                       Plausibility::unstable_balance);
 }

@@ -46,7 +46,7 @@ TEST(PoseMeter, GapAndPenetrationOfTwoBoxes)
 
 TEST(PoseMeter, SeesWhatTheSolverSawOnBothSidesAndAlongAnyDelta)
 {
-  // A stable pose of the search, carried through X_reference_moving, must touch without overlap.
+  // A stable pose of the search, applied through X_reference_moving, must be in contact without overlap.
   const Mesh ceiling = dished_ceiling();
   const Mesh ball = test::ball(6);
   const SearchOptions options;
@@ -67,7 +67,7 @@ TEST(PoseMeter, SeesWhatTheSolverSawOnBothSidesAndAlongAnyDelta)
   }
 }
 
-// A ceiling at y = 10 with a lip at 0 below a part of it; the moving box is 2 high, and free between them.
+// A ceiling at y = 10 with a lip at 0 below part of it; the moving box is 2 mm high and free between them.
 AuditScene socket_scene()
 {
   Mesh socket = test::box({0, 12, 0}, {20, 4, 20});
@@ -107,7 +107,7 @@ TEST(PoseMeter, WithNothingAheadThereIsNoTravelIntoContact)
 
 TEST(PoseMeter, AnOpenSheetStruckFromBehindIsLeftTheWayItCame)
 {
-  // Both sheets look up: nothing faces, yet they share points.
+  // Both sheets face up: no facing pairs, but common points.
   Mesh tilted = test::sheet(20, 4);
   tilted.vertices_mm.col(1) = 0.1 * tilted.vertices_mm.col(0);
   const AuditScene scene = make_audit_scene(test::sheet(20, 4), tilted, {});
@@ -116,7 +116,7 @@ TEST(PoseMeter, AnOpenSheetStruckFromBehindIsLeftTheWayItCame)
   EXPECT_NEAR(found.penetration_mm, 1.0, rounding_mm);  // 0.1 * 10
 }
 
-// Every vertex carried through both poses, trees afresh, the plain directional gap.
+// Transforms every vertex through both poses, rebuilds the trees and queries the plain directional gap.
 PoseAudit plainly_measured(const AuditScene& scene, const Mesh& moving_canonical, const Attitude& attitude,
                            const Pose& X_reference_moving, NarrowPhase& narrow_phase)
 {

@@ -53,7 +53,7 @@ TEST(Compare, TellsWhatSmoothTells)
 
 TEST(Compare, CountsPerceptibleAttitudes)
 {
-  // Zero surfaces but for a few cells: the constant fit is their mean, which 4 of 273 move by far too little.
+  // Zero surfaces except a few cells: the constant fit is the mean, which 4 of 273 cells hardly change.
   MotionModel model = noisy_model({.degree = 1});
   for (GridD* surface : {&model.tx_mm, &model.ty_mm, &model.tz_mm, &model.theta_deg}) surface->setZero();
   model.tx_mm(3, 3) = model.ty_mm(3, 3) = 0.8 * perceptible_mm;  // together 1.13
@@ -133,7 +133,7 @@ TEST(Compare, RecommendsNothingWhereNoCellCanBeLeftOut)
 
 TEST(Compare, JudgesThetaWhereEveryDegreeHasIt)
 {
-  // Degree 1 finds enough cells that determine theta; degree 3 has to take all of them.
+  // Degree 1 has enough cells that determine theta; degree 3 must use all cells.
   MotionModel model = noisy_model({.degree = 1, .noise_mm = 0.01});
   model.theta_determined.setZero();
   for (int i = 0; i < 3; ++i) {
@@ -164,7 +164,7 @@ MotionModel solved_model(int n_flexion, int n_varus)
   return model;
 }
 
-/// Free everywhere, with no gap.
+/// Free everywhere, without a gap.
 AuditSet touching(const MotionModel& model, int refine)
 {
   AuditSet audit;
@@ -211,7 +211,7 @@ TEST(Faults, BesideAFailedCellDoNotCount)
   MotionModel model = solved_model(3, 3);
   model.status(0, 0) = static_cast<std::int8_t>(StepStatus::no_contact);
   AuditSet audit = touching(model, 2);
-  // In the cell's own patch and on its edges, but not on the far ones.
+  // Inside the patches of the cell and on its own edges, but not on their far edges.
   for (const auto& [i, j] : {std::pair{0, 0}, {0, 1}, {1, 0}, {1, 1}}) overlap(audit, i, j, 9.0);
   MotionFaults faults = faults_of(model, audit);
   EXPECT_EQ(faults.at_grid.n_attitudes, 8);
@@ -238,7 +238,7 @@ TEST(Faults, WithoutAnAttitudeAreNotNumbers)
   EXPECT_THROW(faults_of(model, audit), InternalError);
 }
 
-/// Sums of some hundred products of numbers near 1.
+/// Rounding of sums of some hundred products of numbers near 1.
 constexpr double rounding = 1e-11;
 
 struct Fitted {

@@ -7,7 +7,7 @@
 
 namespace vrda::test {
 
-/// Standard normal numbers, the same everywhere (Marsaglia's polar method): the standard library's differ.
+/// Standard normal numbers, equal on all platforms (Marsaglia's polar method); the standard library's differ.
 class NormalNumbers {
  public:
   explicit NormalNumbers(unsigned seed) : generator_(seed) {}
@@ -21,9 +21,9 @@ class NormalNumbers {
 
 struct NoisyJoint {
   int degree = 2;         ///< of all four surfaces
-  double noise_mm = 0.0;  ///< standard deviation; of theta as many degrees
-  /// Size of each coefficient of the highest total degree, in its own standard errors under that noise (under
-  /// a noise of 0.01 where there is none); signs are random. Lower terms are random within +-2.
+  double noise_mm = 0.0;  ///< standard deviation; for theta in degrees
+  /// Size of each coefficient of the highest total degree, in its standard errors under that noise (0.01 if
+  /// the noise is 0); signs are random. Lower terms are random within +-2.
   double significance = 10.0;
   int n_flexion = 21, n_varus = 13;  ///< solved everywhere; 3 degrees by 1
   unsigned seed = 1;

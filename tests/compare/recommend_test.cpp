@@ -40,9 +40,10 @@ TEST(Recommend, TakesTheLowestWithinTwoStandardErrors)
                                       {5, {2.0, 2.0, 2.0, 2.0}}});
   EXPECT_EQ(r.degree, 3);
   EXPECT_EQ(r.best_degree, 5);
-  EXPECT_THAT(r.reason,
-              HasSubstr("degree 3: lowest degree whose leave-one-out error (1.73 times the perceptible error) is "
-                        "within two paired standard errors of the best (1.41, degree 5)"));
+  EXPECT_THAT(
+      r.reason,
+      HasSubstr("degree 3: lowest degree whose leave-one-out error (1.73 times the perceptible error) is "
+                "within two paired standard errors of the best (1.41, degree 5)"));
   EXPECT_THAT(r.reason, HasSubstr("; degree 1 (5.36) is "));
 }
 
@@ -87,7 +88,7 @@ TEST(Recommend, KeepsItsPromises)
 }
 
 constexpr int n_cases = 100;
-/// Promised: 95 of 100 cases.
+/// Required: 95 of 100 cases.
 constexpr int least_hits = 95;
 
 int recommended(const test::NoisyJoint& joint, const SmoothOptions& smooth = {})
@@ -102,7 +103,7 @@ class TrueDegree : public testing::TestWithParam<int> {};
 
 TEST_P(TrueDegree, IsRecommendedUnderNoise)
 {
-  // Every term of the highest degree stands 3 standard errors above the noise.
+  // Every term of the highest degree is 3 standard errors above the noise.
   int n_hits = 0;
   for (unsigned seed = 1; seed <= n_cases; ++seed) {
     test::NoisyJoint joint{.degree = GetParam(), .noise_mm = 0.02, .significance = 3.0};

@@ -40,7 +40,7 @@ TEST(MotionAllocation, AnEvaluationAllocatesNothing)
     EXPECT_GT(n_solved, 700);
     EXPECT_GT(sum, 0.0);
   }
-  // The counter counts.
+  // The counter works.
   const long before = test::allocations_of_program();
   ::operator delete(::operator new(1));
   EXPECT_GE(test::allocations_of_program() - before, 1);

@@ -1,4 +1,4 @@
-// Sets that are made of the raw surfaces: recontacted, with a varus of their own, zero-varus.
+// Sets derived from the raw surfaces: recontacted, with their own varus, zero-varus.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@ namespace vrda::derived_sets_test {
 using test::model_of;
 using test::ModelPlan;
 
-// Products of rotations acting on coordinates of hundreds of mm.
+// Rounding of rotation products applied to coordinates of hundreds of mm.
 constexpr double rounding = 1e-11;
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
@@ -36,7 +36,7 @@ ModelPlan plan_of(const std::string& side)
   return plan;
 }
 
-// Of degree two in each angle, which the patches reproduce.
+// Degree two in each angle, which the patches reproduce.
 double travel_mm(double flexion_deg, double varus_deg)
 {
   return 0.3 - 0.0001 * flexion_deg * flexion_deg + 0.02 * varus_deg * flexion_deg - 0.05 * varus_deg;
@@ -120,7 +120,7 @@ TEST(SmoothedSet, WithAVarusSurfaceStandsAtItsVarus)
     EXPECT_EQ(smoothed.balanced_varus_rad(rad_from_deg(flexion_deg)), pose.attitude.varus_rad);
     EXPECT_NEAR(raw.at(attitude_deg(flexion_deg, 0)).attitude.varus_rad, rad_from_deg(0.1 * flexion_deg),
                 rounding);
-    // The reference is turned to that varus.
+    // The reference is rotated to that varus.
     EXPECT_LT((pose.X_world_reference.linear() - reference_rotation(pose.attitude)).norm(), rounding);
   }
   EXPECT_TRUE(smoothed.is_varus_free());
@@ -185,7 +185,7 @@ TEST(SetNames, ShowFirstWhatNeitherOverlapsNorGapes)
     EXPECT_EQ(Motion(model, name).at({}).status, PoseStatus::solved);
   }
   EXPECT_THROW(Motion(model, "degree_4_recontacted"), InternalError);
-  // A table without any pose is no motion.
+  // A table without poses is not a motion.
   model.zero_varus->source.assign(model.flexion_deg.size(), static_cast<std::int8_t>(ZeroVarusSource::none));
   EXPECT_EQ(set_names(model).back(), "raw");
   EXPECT_THROW(Motion(model, "zero_varus"), InternalError);

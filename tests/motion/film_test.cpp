@@ -13,7 +13,7 @@ namespace vrda::film_test {
 
 using testing::HasSubstr;
 
-/// Flexion 0 to 20, varus -1 to 1, the spine at 0; every pose its own. The cell at 10, 1 is not solved.
+/// Flexion 0 to 20, varus -1 to 1, spine at 0; all poses differ. The cell at 10, 1 is not solved.
 MotionModel small_model(const std::string& side = "right")
 {
   test::ModelPlan plan;
@@ -34,7 +34,7 @@ TEST(Film, RunsFromTheSeedToTheStablePoseOfTheSpineAtTheFirstFlexion)
   EXPECT_EQ(film.attitude.flexion_rad, 0.0);
   EXPECT_EQ(film.attitude.varus_rad, 0.0);
   ASSERT_EQ(film.frames.size(), 1U + test::n_moves_of_a_cell);
-  // Exact: halves and quarters of mm are numbers of single precision.
+  // Exact: halves and quarters of mm are representable in single precision.
   EXPECT_EQ(film.frames.front(), (PoseNumbers{0.5, -33.0, 0.0, rad_from_deg(0.5)}));
   EXPECT_EQ(film.frames.back(), (PoseNumbers{0.0, -30.0, 0.0, 0.0}));
 }
@@ -47,7 +47,7 @@ TEST(Film, OfAnyCellAskedFor)
   EXPECT_EQ(film_of(trace, "t", options).frames.back(), (PoseNumbers{2.5, -30.0, 0.0, rad_from_deg(5.0)}));
   options.cell.varus_deg = -1.0;
   EXPECT_EQ(film_of(trace, "t", options).frames.back(), (PoseNumbers{2.5, -30.0, -1.0, rad_from_deg(5.0)}));
-  // Where a probe lost first, the row's search counts.
+  // The row's search counts, not an earlier probe.
   options.cell = {0.0, 1.0};
   EXPECT_EQ(film_of(trace, "t", options).frames.size(), 1U + test::n_moves_of_a_cell);
 }
@@ -111,7 +111,7 @@ TEST(Film, ItsLastPoseIsTheModelsOnBothSides)
     const JointPose shown = motion.placed(film.attitude, film.frames.back());
     const JointPose wanted = motion.at({rad_from_deg(20), rad_from_deg(-1)});
     EXPECT_EQ(shown.status, PoseStatus::solved);
-    // The poses are exact in single precision; what is left is the interpolation's rounding at a node.
+    // The poses are exact in single precision; the difference is the interpolation's rounding at a node.
     EXPECT_TRUE(shown.X_reference_moving.isApprox(wanted.X_reference_moving, 1e-12));
     EXPECT_TRUE(shown.X_world_moving.isApprox(wanted.X_world_moving, 1e-12));
     EXPECT_EQ(shown.attitude.varus_rad, rad_from_deg(-1));

@@ -17,7 +17,7 @@ constexpr double step_rad = 2e-6;
 // the step. The former is largest by varus, four degrees of which are the unit of the polynomials: below
 // 18 * 15 / rad_from_deg(4)^3, or 1e6 mm.
 constexpr double difference_tolerance = step_rad * step_rad / 6.0 * 1e6 + 1e-12 / step_rad;
-// Products of a dozen numbers of some hundreds.
+// Rounding of products of a dozen numbers of some hundreds.
 constexpr double rounding = 1e-10;
 
 Attitude attitude_deg(double flexion_deg, double varus_deg)
@@ -38,7 +38,7 @@ GridD wavy_travel(const MotionModel& model)
   return travel;
 }
 
-/// Every set: one raw, one smoothed, one recontacted from it, one zero-varus.
+/// A model with all sets: raw, smoothed, recontacted, zero-varus.
 MotionModel full_model(const std::string& side, bool is_turning)
 {
   ModelPlan plan;
@@ -69,7 +69,7 @@ MotionModel full_model(const std::string& side, bool is_turning)
   return model;
 }
 
-/// Varus free: raw runs along the varus found, the smoothed set along its own surface.
+/// Free varus: the raw set follows the solved varus, the smoothed set its own surface.
 MotionModel free_model()
 {
   ModelPlan plan;
@@ -91,7 +91,7 @@ PoseNumbers numbers_of(const JointPose& pose, const MotionModel& model)
   return {t.x(), t.y(), t.z(), pose.theta_rad};
 }
 
-/// Holds `rate` of `pose` against the poses a step before and after.
+/// Compares `rate` with central differences of the poses.
 void expect_slope(const MotionModel& model, const JointPose& pose, const PoseRate& rate,
                   const std::pair<JointPose, JointPose>& around)
 {
@@ -132,13 +132,13 @@ TEST(PoseRates, AgreeWithDifferencesForEverySetSideAndDelta)
           const double f = at.flexion_rad, v = at.varus_rad;
           const JointRate rate = motion.rate_at(at);
           ASSERT_EQ(rate.pose.status, PoseStatus::solved);
-          // The same bits as without derivatives.
+          // Bitwise equal to at().
           EXPECT_EQ(rate.pose.X_reference_moving.matrix(), motion.at(at).X_reference_moving.matrix());
           EXPECT_TRUE(rate.is_flexion_free);
           EXPECT_EQ(rate.is_varus_free, set != "zero_varus");
           expect_slope(model, rate.pose, rate.by_flexion,
                        {motion.at({f - step_rad, v}), motion.at({f + step_rad, v})});
-          // Of zero_varus both poses are the same, and so is their difference 0.
+          // For zero_varus both poses are equal, so their difference is 0.
           expect_slope(model, rate.pose, rate.by_varus,
                        {motion.at({f, v - step_rad}), motion.at({f, v + step_rad})});
         }
@@ -183,13 +183,13 @@ TEST(PoseRates, OfThePolynomialsAreTheirDerivatives)
 
 TEST(PoseRates, OfABodyThatStaysIsTheTurnOfTheReferenceReversed)
 {
-  // X_reference_moving = Rz(-flexion) Rx(varus) about the centre: it turns by -Z, and by Rz(-flexion) X.
+  // X_reference_moving = Rz(-flexion) Rx(varus) about the centre: it rotates about -Z and Rz(-flexion) X.
   ModelPlan plan;
   plan.rotation_centre_mm = {10, 20, 30};
   const JointRate rate = Motion(model_of(plan), "raw").rate_at(attitude_deg(90, 3));
   EXPECT_LT((rate.by_flexion.twist.turn + Eigen::Vector3d::UnitZ()).norm(), rounding);
   EXPECT_LT((rate.by_varus.twist.turn + Eigen::Vector3d::UnitY()).norm(), rounding);
-  // The centre stays where it is.
+  // The centre does not move.
   for (const Twist& twist : {rate.by_flexion.twist, rate.by_varus.twist})
     EXPECT_LT((twist.turn.cross(plan.rotation_centre_mm) + twist.shift_mm).norm(), rounding);
 }
@@ -203,7 +203,7 @@ TEST(PoseRates, AreThoseOfBothCellsAtANode)
   for (const double side : {-1.0, 1.0}) {
     const JointRate beside = motion.rate_at({f + side * step_rad, v + side * step_rad});
     for (std::size_t number = 0; number < 4; ++number) {
-      // First derivatives are continuous; second ones lie below 1e4.
+      // First derivatives are continuous; second ones are below 1e4.
       EXPECT_NEAR(here.by_flexion.numbers[number], beside.by_flexion.numbers[number], 2e4 * step_rad);
       EXPECT_NEAR(here.by_varus.numbers[number], beside.by_varus.numbers[number], 2e4 * step_rad);
     }

@@ -14,7 +14,7 @@ namespace vrda::poses_test {
 using test::model_of;
 using test::ModelPlan;
 
-// Products of rotations acting on coordinates of hundreds of mm.
+// Rounding of rotation products applied to coordinates of hundreds of mm.
 constexpr double rounding = 1e-11;
 
 Attitude attitude_deg(double flexion_deg, double varus_deg)
@@ -55,7 +55,7 @@ double difference(const Pose& a, const Pose& b)
   return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
 }
 
-/// Every cell's pose is the stored one, and the three poses agree with each other.
+/// Expects the stored pose at every cell, and consistency of the three poses.
 void expect_stored_poses(const MotionModel& model)
 {
   const Motion motion(model, "raw");
@@ -111,7 +111,7 @@ TEST(Motion, DeltaIsLinearBetweenTheRowsHeldBeyondThemAndNormalised)
          {Row{35, (2.0 * at_30 + at_45).normalized()}, Row{45, at_45}, Row{0, turning_delta(0)},
           Row{90, turning_delta(90)}, Row{120, turning_delta(90)}}) {
       SCOPED_TRACE(row.flexion_deg);
-      // A frame along this Delta throughout turns the reference alike.
+      // A frame with constant Delta rotates the reference equally.
       ModelPlan constant = plan_of(side, row.delta);
       const Attitude attitude = attitude_deg(row.flexion_deg, 3);
       const Pose expected = Motion(model_of(constant), "raw").at(attitude).X_world_reference;
@@ -119,7 +119,7 @@ TEST(Motion, DeltaIsLinearBetweenTheRowsHeldBeyondThemAndNormalised)
         const JointPose pose = motion->at(attitude);
         EXPECT_EQ(pose.status, PoseStatus::solved);
         EXPECT_LT(difference(pose.X_world_reference, expected), rounding);
-        // Delta is the axis that theta turns about.
+        // Delta is the rotation axis of theta.
         EXPECT_LT((pose.X_world_moving.linear() * row.delta - row.delta).norm(), rounding);
       }
     }
@@ -271,7 +271,7 @@ TEST(Motion, TheBalancedVarusIsLinearBetweenSolvedSpineCells)
   MotionModel model = model_of({});
   model.is_spine.setZero();
   model.is_spine(0, 1) = model.is_spine(2, 3) = model.is_spine(4, 4) = model.is_spine(6, 2) = 1;
-  test::unsolve(model, 4, 4);  // the spine cell at 60 degrees has no answer
+  test::unsolve(model, 4, 4);  // the spine cell at 60 degrees
   const Motion motion(model, "raw");
   struct Row {
     double flexion_deg, expected_deg;

@@ -12,7 +12,7 @@ namespace vrda::surfaces_test {
 using test::model_of;
 using test::ModelPlan;
 
-// A dozen products and sums of numbers up to a hundred.
+// Rounding of a dozen products and sums of numbers up to a hundred.
 constexpr double rounding = 1e-12;
 
 Attitude attitude_deg(double flexion_deg, double varus_deg)
@@ -20,7 +20,7 @@ Attitude attitude_deg(double flexion_deg, double varus_deg)
   return {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)};
 }
 
-/// Degree two in each angle, all products present.
+/// Degree two in each angle with all product terms.
 PoseNumbers biquadratic(double flexion_deg, double varus_deg)
 {
   const double u = flexion_deg / 90.0, v = varus_deg / 4.0;
@@ -95,7 +95,7 @@ TEST(RawSurfaces, SlopesAreContinuousAcrossCells)
 TEST(RawSurfaces, AttitudesBesideAnUnsolvedCellHaveNoAnswerAndOthersStayExact)
 {
   ModelPlan plan;
-  plan.varus_deg = {-6, -4, -2, 0, 2, 4, 6};  // a parabola's worth of columns on each side of the hole
+  plan.varus_deg = {-6, -4, -2, 0, 2, 4, 6};  // enough columns for a parabola on each side of the hole
   plan.motion = biquadratic;
   MotionModel model = model_of(plan);
   test::unsolve(model, 3, 3);  // 45 degrees, varus 0

@@ -15,21 +15,21 @@ namespace vrda::reduce_test {
 using test::model_of;
 using test::ModelPlan;
 
-// Products of rotations acting on coordinates of hundreds of mm.
+// Rounding of rotation products applied to coordinates of hundreds of mm.
 constexpr double rounding_mm = 1e-11;
 constexpr double rounding_deg = 1e-12;
 
 const Eigen::Vector3d centre_mm(43.0, 51.0, 7.5);
 
-/// Linear in varus. The left knee's is the mirror image: z turned round.
+/// Linear in varus. The left knee has the mirror image with -z.
 PoseNumbers knee_like(double flexion_deg, double varus_deg)
 {
   const double u = flexion_deg / 90.0, v = varus_deg / 4.0;
   return {-5.0 * u * u + v, -21.0 + u - 0.5 * v, 1.5 * v - u, 12.0 * u - 2.0 * u * v};
 }
 
-/// Touches with both compartments at -2 and 0 degrees of varus, so that -1 is the varus of every flexion. The
-/// points of contact are linear in varus.
+/// Both compartments are in contact at -2 and 0 degrees of varus, so the zero varus of every flexion is -1.
+/// The contact points are linear in varus.
 MotionModel knee(const std::string& side, const Eigen::Vector3d& delta = {0, 1, 0})
 {
   const double mirror = side == "left" ? -1.0 : 1.0;
@@ -137,7 +137,7 @@ TEST(Reduce, ACellItselfIsTakenToTheLastBit)
   EXPECT_EQ(z.medial_moving_mm[3 * 4], model.contact_paths->medial_moving_mm[3 * cell]);
 }
 
-/// Curves that must not tell a left knee from its right mirror image.
+/// Curves that must be equal for a left knee and its right mirror image.
 constexpr std::vector<double> ZeroVarus::*same_on_both_sides[] = {&ZeroVarus::varus_deg,
                                                                   &ZeroVarus::clinical_flexion_deg,
                                                                   &ZeroVarus::clinical_varus_deg,
@@ -162,7 +162,7 @@ TEST(Reduce, AMirroredKneeHasTheSameCurves)
     for (std::size_t k = 0; k < (right.*curve).size(); ++k)
       EXPECT_NEAR((right.*curve)[k], (left.*curve)[k], 1e-9);
   }
-  // A turn's axis is reflected and its sense too: with the turn kept positive, X and Y change sign.
+  // Reflection changes the axis and the sense of rotation: with a positive rotation, X and Y change sign.
   for (std::size_t k = 0; k + 1 < 7; ++k) {
     const Eigen::Vector3d direction = row3(right.helical_direction, k);
     EXPECT_LT(
@@ -178,7 +178,7 @@ TEST(Reduce, AMirroredKneeHasTheSameCurves)
 
 TEST(Reduce, AHingeIsFound)
 {
-  // The tibia keeps to a point q of the femur, seen from the rotation centre: t = Rz(flexion) q - q.
+  // The tibia is hinged at a point q of the femur, relative to the rotation centre: t = Rz(flexion) q - q.
   const Eigen::Vector3d q(4.0, -9.0, 0.0);
   ModelPlan plan;
   plan.rotation_centre_mm = centre_mm;
@@ -187,7 +187,7 @@ TEST(Reduce, AHingeIsFound)
     return PoseNumbers{t.x(), t.y(), t.z(), 0.0};
   };
   MotionModel model = model_of(plan);
-  const ZeroVarus z = reduce(model, "raw");  // all columns touch with both: varus 0
+  const ZeroVarus z = reduce(model, "raw");  // both contacts in all columns: varus 0
   ASSERT_EQ(z.helical_rotation_deg.size(), 6u);
   for (std::size_t k = 0; k < 6; ++k) {
     EXPECT_NEAR(z.helical_rotation_deg[k], 15.0, rounding_deg);
@@ -223,9 +223,9 @@ TEST(Reduce, ContactPointsLieBetweenTheColumnsToo)
   }
   EXPECT_FALSE(std::isnan(z.medial_rolling_mm[0]));
   EXPECT_FALSE(std::isnan(z.medial_sliding_mm[3]));
-  // The condyle's contact goes back by 20/6 and up by 10/6 mm a step, the plateau's back by 1 mm, and the
-  // femur lies as the tibia at the start but for half a step of flexion and theta: lengths stay but for a
-  // cosine.
+  // Per step the condyle's contact moves back by 20/6 and up by 10/6 mm, the plateau's back by 1 mm. Femur
+  // and tibia differ by half a step of flexion and theta at the start, which changes lengths by a cosine
+  // only.
   const double travel_mm = std::sqrt(500.0) / 6.0, out_of_plane = rad_from_deg(15.0);
   EXPECT_NEAR(z.medial_rolling_mm[0], -1.0, rounding_mm);
   EXPECT_NEAR(z.medial_sliding_mm[0], travel_mm - 1.0, travel_mm * out_of_plane * out_of_plane / 2.0);
@@ -270,7 +270,7 @@ TEST(Reduce, ARecontactedSetMayHaveNoAnswer)
   MotionModel model = knee("right");
   test::add_smoothed(model, 1, [](int i, int) { return PoseNumbers{1.0 * i, -20.0, 0.0, 2.0}; });
   GridD travel_mm = GridD::Constant(7, 5, 0.25);
-  travel_mm(2, 1) = std::numeric_limits<double>::quiet_NaN();  // beside the varus of -1
+  travel_mm(2, 1) = std::numeric_limits<double>::quiet_NaN();  // next to the varus of -1
   model.smoothed.front().recontact_mm = travel_mm;
   const ZeroVarus plain = reduce(model, "degree_1"), recontacted = reduce(model, "degree_1_recontacted");
   EXPECT_EQ(n_reduced(plain), 7);

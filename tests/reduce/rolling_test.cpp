@@ -25,7 +25,7 @@ Bearing wheel_on_plane(double flexion_rad, double x_mm)
   return bearing;
 }
 
-/// The straight line across an arc of the wheel.
+/// Chord of an arc of the wheel.
 double chord_mm(double turn_rad)
 {
   return 2.0 * radius_mm * sine(0.5 * turn_rad);
@@ -40,13 +40,13 @@ TEST(Rolling, AWheelThatRollsDoesNotSlide)
     const Bearing start = wheel_on_plane(start_rad, -radius_mm * start_rad);
     const Bearing end = wheel_on_plane(end_rad, -radius_mm * end_rad);
     const Rolling rolling = rolling_between(start, end);
-    // With growing flexion it rolls backwards. A chord is short by turn^2 / 24 of its arc.
+    // With increasing flexion it rolls backwards. A chord is shorter than its arc by angle^2 / 24.
     const double arc_mm = radius_mm * turn_rad, sagged_mm = arc_mm * turn_rad * turn_rad / 24.0;
     EXPECT_NEAR(rolling.moving_mm, -arc_mm, rounding_mm);
     EXPECT_NEAR(rolling.reference_mm, -chord_mm(turn_rad), rounding_mm);
     EXPECT_NEAR(rolling.rolling_mm, -arc_mm, sagged_mm);
     EXPECT_NEAR(rolling.sliding_mm, 0.0, sagged_mm);
-    // The finite turn's centre stands on the radius to the middle of the contact: r (a / 2) / sin(a / 2).
+    // The centre of the finite rotation is on the radius to the mid-contact: r (a / 2) / sin(a / 2).
     const auto centre_mm =
         instant_centre_mm(start.X_reference_moving, end.X_reference_moving, Eigen::Vector3d::Zero());
     ASSERT_TRUE(centre_mm);
@@ -63,7 +63,7 @@ TEST(Rolling, AWheelThatSpinsInPlaceOnlySlides)
   EXPECT_NEAR(rolling.moving_mm, 0.0, rounding_mm);
   EXPECT_NEAR(rolling.reference_mm, -chord_mm(turn_rad), rounding_mm);
   EXPECT_NEAR(rolling.rolling_mm, 0.0, rounding_mm);
-  // Its lowest point goes forward over the plane.
+  // Its lowest point moves forward over the plane.
   EXPECT_NEAR(rolling.sliding_mm, chord_mm(turn_rad), rounding_mm);
 }
 
@@ -77,7 +77,7 @@ TEST(Rolling, ALockedWheelOnlySlides)
 
 TEST(Rolling, AKneesCondyleRollsBackAndSlidesForward)
 {
-  // A third of the way back that rolling would go: the rest is made up by sliding forward.
+  // A third of the pure rolling travel; forward sliding compensates the rest.
   const double turn_rad = rad_from_deg(6.0), back_mm = radius_mm * turn_rad / 3.0;
   const Rolling rolling = rolling_between(wheel_on_plane(0.2, 0.0), wheel_on_plane(0.2 + turn_rad, -back_mm));
   EXPECT_NEAR(rolling.rolling_mm, -back_mm, rounding_mm);

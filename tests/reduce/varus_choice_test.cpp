@@ -9,11 +9,11 @@ namespace vrda::varus_choice_test {
 using test::model_of;
 using test::ModelPlan;
 
-// Varus of a root: a product and a quotient of degrees below 10.
+// Rounding of a root: a product and a quotient of degrees below 10.
 constexpr double rounding_deg = 1e-14;
 
-/// One flexion whose columns, at -4, -2, 0, 2 and 4 degrees, have these marks: B both, m medial, l lateral, x
-/// unsolved. Imbalance `imbalance_mm` a column; the spine on the middle one.
+/// One flexion with columns at -4, -2, 0, 2 and 4 degrees and these contacts: B both, m medial, l lateral, x
+/// unsolved. `imbalance_mm` per column; the spine is at the middle one.
 MotionModel row_of(const std::string& marks, const std::vector<double>& imbalance_mm = {4, 2, 0.5, -1, -3})
 {
   ModelPlan plan;
@@ -46,9 +46,9 @@ TEST(VarusChoice, MeanOfTheFirstAndLastThatTouchWithBoth)
   };
   for (const Case& c : {Case{"llBmm", 0, 0, 2, 2, 0.0}, Case{"lBBBm", -2, 2, 2, 2, 0.0},
                         Case{"llBBm", 0, 2, 2, 3, 0.5}, Case{"BBBBB", -4, 4, 2, 2, 0.0},
-                        // A hole between those that touch: its neighbours stand for it.
+                        // A hole between columns in contact does not split the run.
                         Case{"lBxBm", -2, 2, 1, 3, 0.5}, Case{"BxxBm", -4, 2, 0, 3, 0.5},
-                        // Of two runs the one nearest to the spine, at 0.
+                        // Of two runs the one nearest to the spine at 0.
                         Case{"BllBm", 2, 2, 3, 3, 0.0}, Case{"BlBBm", 0, 2, 2, 3, 0.5}}) {
     SCOPED_TRACE(c.marks);
     const VarusChoice choice = choice_of(row_of(c.marks));
@@ -92,7 +92,7 @@ TEST(VarusChoice, OfSeveralRootsTheNearestToTheSpine)
   model.is_spine.setZero();
   model.is_spine(0, 0) = 1;
   EXPECT_NEAR(choice_of(model).varus_deg, -3.0, rounding_deg);
-  // Of two as near the lower.
+  // Of two at equal distance the lower.
   EXPECT_NEAR(choice_of(row_of("lmmll", {1, -1, -1, -1, 1})).varus_deg, -3.0, rounding_deg);
   EXPECT_NEAR(choice_of(row_of("lmmml", {-1, 1, 1, -1, -1})).varus_deg, 1.0, rounding_deg);
 }
