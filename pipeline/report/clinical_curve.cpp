@@ -18,7 +18,7 @@
 namespace vrda {
 namespace {
 
-// Flexions of two files that differ by rounding alone are the same.
+// Tolerance for equal flexions of two files: rounding.
 constexpr double same_flexion_deg = 1e-9;
 
 Side side_of(const MotionModel& model)
@@ -70,8 +70,8 @@ ClinicalCurve zero_varus_curve(const MotionModel& model)
   return curve;
 }
 
-// The varus at which a smoothed set is asked: that of the flexion-only motion, so that curves differ by the
-// smoothing alone.
+// The varus at which a smoothed set is evaluated: that of the flexion-only motion, so that curves differ only
+// by smoothing.
 double varus_rad(const MotionModel& model, const Motion& motion, std::size_t row)
 {
   if (model.zero_varus && std::isfinite(model.zero_varus->varus_deg[row]))
@@ -90,7 +90,7 @@ ClinicalCurve curve_of_set(const MotionModel& model, const std::string& set)
   return curve;
 }
 
-/// A curve's points with an answer, by rising flexion.
+/// The finite points of a curve by ascending flexion.
 std::vector<std::pair<double, double>> points_of(const ClinicalCurve& curve, Quantity quantity)
 {
   std::vector<std::pair<double, double>> points;
@@ -104,7 +104,7 @@ std::vector<std::pair<double, double>> points_of(const ClinicalCurve& curve, Qua
   return points;
 }
 
-// Linear between the points; NaN beyond them.
+// Linear between the points; NaN outside.
 double value_at(const std::vector<std::pair<double, double>>& points, double flexion_deg)
 {
   if (points.empty() || flexion_deg < points.front().first - same_flexion_deg ||
@@ -115,8 +115,8 @@ double value_at(const std::vector<std::pair<double, double>>& points, double fle
   if (after == points.begin()) return points.front().second;
   if (after == points.end()) return points.back().second;
   const auto before = std::prev(after);
-  const double share = (flexion_deg - before->first) / (after->first - before->first);
-  return before->second + share * (after->second - before->second);
+  const double fraction = (flexion_deg - before->first) / (after->first - before->first);
+  return before->second + fraction * (after->second - before->second);
 }
 
 }  // namespace
@@ -146,11 +146,11 @@ std::vector<ClinicalCurve> clinical_curves(const MotionModel& model)
 
 CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& other, Quantity quantity)
 {
-  const auto ours = points_of(curve, quantity);
+  const auto points = points_of(curve, quantity);
   CurveDifference result;
   std::vector<double> deltas;
   for (const auto& [flexion_deg, value] : points_of(other, quantity)) {
-    const double delta = value_at(ours, flexion_deg) - value;
+    const double delta = value_at(points, flexion_deg) - value;
     if (std::isfinite(delta)) deltas.push_back(delta);
   }
   result.n = deltas.size();
@@ -174,13 +174,13 @@ constexpr std::uintmax_t largest_curve_bytes = 64u << 20;
 constexpr const char* wanted_columns =
     "a header with flexion_deg and at least one of internal_deg, varus_deg, ant_mm, prox_mm, lat_mm";
 
-/// What stands in a column.
+/// The content of a column.
 struct Column {
-  enum class Kind { flexion, quantity, passed_over } kind = Kind::passed_over;
+  enum class Kind { flexion, quantity, ignored } kind = Kind::ignored;
   Quantity quantity = Quantity::internal;
 };
 
-bool is_passed_over(std::string_view name)
+bool is_ignored(std::string_view name)
 {
   const bool is_matrix_entry = name.size() == 3 && name[0] == 'T' && name[1] >= '1' && name[1] <= '3' &&
                                name[2] >= '1' && name[2] <= '4';
@@ -205,11 +205,11 @@ std::optional<Column> column_named(std::string_view name)
   for (const Known& k : known) {
     if (name == k.name) return Column{Column::Kind::quantity, k.quantity};
   }
-  if (is_passed_over(name)) return Column{};
+  if (is_ignored(name)) return Column{};
   return std::nullopt;
 }
 
-/// Fills a curve line by line.
+/// Parses a curve line by line.
 class CurveReader {
  public:
   explicit CurveReader(const std::string& file) : file_(file)
@@ -252,7 +252,7 @@ class CurveReader {
     for (const std::string_view name : fields_in(line)) {
       const std::optional<Column> column = column_named(name);
       if (!column) refuse("column '" + std::string(name) + "'", "an unknown column", wanted_columns);
-      const bool is_repeated = column->kind != Column::Kind::passed_over &&
+      const bool is_repeated = column->kind != Column::Kind::ignored &&
                                std::find(names_.begin(), names_.end(), name) != names_.end();
       if (is_repeated) refuse("column '" + std::string(name) + "'", "the column twice", "each column once");
       names_.emplace_back(name);
@@ -261,7 +261,7 @@ class CurveReader {
       has_quantity = has_quantity || column->kind == Column::Kind::quantity;
     }
     if (!has_flexion) refuse("header", "no column flexion_deg", wanted_columns);
-    if (!has_quantity) refuse("header", "no clinical number beside flexion_deg", wanted_columns);
+    if (!has_quantity) refuse("header", "no clinical quantity besides flexion_deg", wanted_columns);
   }
 
   void take_row(std::string_view line)
@@ -275,7 +275,7 @@ class CurveReader {
 
   void take_field(const Column& column, const std::string& name, std::string_view field)
   {
-    if (column.kind == Column::Kind::passed_over) return;
+    if (column.kind == Column::Kind::ignored) return;
     const bool may_be_empty = column.kind == Column::Kind::quantity;
     double number = std::numeric_limits<double>::quiet_NaN();
     if (!field.empty() || !may_be_empty) {

@@ -1,5 +1,4 @@
-/// Clinical numbers over flexion, of a motion model, of a file or from the literature, ready to be laid over
-/// one another.
+/// Clinical numbers over flexion of a motion model or of a file (measured or published), for comparison.
 #pragma once
 
 #include <array>
@@ -11,16 +10,15 @@
 
 namespace vrda {
 
-/// What a curve may tell at each flexion. Angles in degrees, translations in mm; internal rotation, varus
-/// (adduction), anterior, proximal and lateral are positive, on both sides.
+/// Quantities of a curve. Angles in degrees, translations in mm; internal rotation, varus (adduction),
+/// anterior, proximal and lateral are positive, on both sides.
 enum class Quantity {
   internal,
   varus,
-  anterior,  ///< Grood-Suntay axes, of the point at the rotation centre (core/clinical.hpp); like the next
-             ///< two
+  anterior,  ///< Grood-Suntay axes, point at the rotation centre (core/clinical.hpp); like the next two
   proximal,
   lateral,
-  origin_anterior,  ///< femoral axes, of the origin of the moving meshes; like the next two
+  origin_anterior,  ///< femoral axes, origin of the moving meshes; like the next two
   origin_proximal,
   origin_lateral,
 };
@@ -29,7 +27,7 @@ inline constexpr std::size_t n_quantities = 8;
 struct QuantityName {
   Quantity quantity;
   const char* key;   ///< in the page's data
-  const char* name;  ///< for people
+  const char* name;  ///< for display
   const char* unit;
 };
 inline constexpr QuantityName quantity_names[n_quantities] = {
@@ -44,9 +42,9 @@ inline constexpr QuantityName quantity_names[n_quantities] = {
 };
 
 struct ClinicalCurve {
-  std::string name;                 ///< "raw", "zero_varus", "degree_6", ... or of a file
-  std::vector<double> flexion_deg;  ///< [n] in the order of its source
-  std::array<std::vector<double>, n_quantities> values;  ///< [n] or empty: not known. NaN: no answer there
+  std::string name;                 ///< "raw", "zero_varus", "degree_6", ... or the file's
+  std::vector<double> flexion_deg;  ///< [n] in source order
+  std::array<std::vector<double>, n_quantities> values;  ///< [n]; empty: unknown; NaN: no value
 
   const std::vector<double>& of(Quantity quantity) const
   {
@@ -55,39 +53,39 @@ struct ClinicalCurve {
   std::vector<double>& of(Quantity quantity) { return values[static_cast<std::size_t>(quantity)]; }
 };
 
-/// The cell of each flexion that the sweep's spine runs through, -1 where it has none or it is not stable.
+/// Index of the spine cell of each flexion; -1 if it is missing or not stable.
 std::vector<Eigen::Index> solved_spine(const MotionModel& model);
 
-/// The curves of a model, one value a flexion of its grid: "zero_varus" where it was reduced, each smoothed
-/// set at the varus of that (else where the compartments balance), and "raw", the spine's cells.
+/// The curves of a model at the flexions of its grid: "zero_varus" if reduced, each smoothed set at that
+/// varus (else at the balanced varus), and "raw", the spine cells.
 std::vector<ClinicalCurve> clinical_curves(const MotionModel& model);
 
-/// Difference of `curve` and `other` at the flexions of `other` that lie within those of `curve`, which is
-/// linear between its points.
+/// Difference of `curve` and `other` at the flexions of `other` within the range of `curve`, which is linear
+/// between its points.
 struct CurveDifference {
-  std::size_t n = 0;  ///< points compared; 0: nothing to compare, the rest is NaN
+  std::size_t n = 0;  ///< number of compared points; if 0 the rest is NaN
   double rms = 0.0;
   double largest = 0.0;         ///< absolute
   double mean = 0.0;            ///< of curve - other
-  double rms_about_mean = 0.0;  ///< what is left of rms when the offset is taken out
+  double rms_about_mean = 0.0;  ///< rms after subtracting the mean
 };
 CurveDifference difference(const ClinicalCurve& curve, const ClinicalCurve& other, Quantity quantity);
 
-/// Curves from the literature: CSV files of clinical numbers over flexion.
+/// A measured or published curve: a CSV file of clinical numbers over flexion.
 struct CurveFile {
-  ClinicalCurve curve;             ///< named like the file, without folder and ending
+  ClinicalCurve curve;             ///< named like the file, without folder and extension
   std::vector<std::string> notes;  ///< its comments, without the '#'
 };
 
-/// A header of column names, then rows; lines that begin with '#' are comments. flexion_deg and at least one
-/// of internal_deg, varus_deg, ant_mm, prox_mm, lat_mm (degrees and mm; the tibia in the femur's frame,
-/// translations of the tibial origin along the femoral axes; internal, adduction, anterior, proximal, lateral
-/// positive). An empty field is no answer. Columns known to mean something else (frame, time_s, T11 to T34,
-/// femur_rel_tibia_..._mm, and what else vrda export writes) are passed over. Throws InputError for any other
-/// column, a row that is too short or long, and what is no number.
+/// Reads a header of column names, then rows; lines starting with '#' are comments. Needs flexion_deg and at
+/// least one of internal_deg, varus_deg, ant_mm, prox_mm, lat_mm (degrees and mm; the tibia in the femur's
+/// frame, translations of the tibial origin along the femoral axes; internal, adduction, anterior, proximal,
+/// lateral positive). An empty field is a missing value. Ignores known other columns (frame, time_s, T11 to
+/// T34, femur_rel_tibia_..._mm, and those of vrda export). Throws InputError for any other column, a row of
+/// wrong length and an invalid number.
 CurveFile read_curve_file(const std::string& file);
 
-/// The same of text; `file` is for the name and for errors.
+/// As read_curve_file, from text; `file` gives the name and appears in errors.
 CurveFile curve_from_text(const std::string& file, std::string_view text);
 
 }  // namespace vrda

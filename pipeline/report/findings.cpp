@@ -14,7 +14,7 @@ namespace {
 
 // The certificate of an equilibrium (DESIGN.md 5.3) allows this share of the push.
 constexpr double residual_share = 1e-2;
-// Poses of a spine a few degrees of flexion apart that turn by more do not belong together.
+// A larger change of theta between neighbouring flexions of the spine is a discontinuity.
 constexpr double jump_deg = 3.0;
 
 double largest(const double* values, Eigen::Index n)
@@ -106,19 +106,18 @@ void add_raw_extremes(const ReportModel& entry, Lines& lines)
 {
   if (entry.raw.largest_penetration_mm > perceptible_mm)
     lines.push_back(line(
-        "The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), more than the %.3g mm "
-        "that can be seen.",
+        "The raw motion overlaps by up to %.3g mm (%lld attitudes overlap), above the perceptible "
+        "%.3g mm.",
         entry.raw.largest_penetration_mm, static_cast<long long>(entry.raw.n_overlapping), perceptible_mm));
   if (std::isinf(entry.raw.largest_gap_mm)) {
-    lines.push_back("At some attitude nothing is in the way along Delta: the objects have left each other.");
+    lines.push_back("At some attitudes no contact is ahead along Delta: the objects have separated.");
   } else if (entry.raw.largest_gap_mm > std::max(perceptible_mm, entry.model.contact_resolution_mm)) {
-    lines.push_back(
-        line("The raw motion leaves a gap of up to %.3g mm, more than the %.3g mm that can be seen.",
-             entry.raw.largest_gap_mm, perceptible_mm));
+    lines.push_back(line("The raw motion has a gap of up to %.3g mm, above the perceptible %.3g mm.",
+                         entry.raw.largest_gap_mm, perceptible_mm));
   }
 }
 
-// One line for all: of many degrees most overlap.
+// One line for all degrees, since most of them overlap.
 void add_audits(const MotionModel& model, Lines& lines)
 {
   std::string found;
@@ -132,9 +131,8 @@ void add_audits(const MotionModel& model, Lines& lines)
                     static_cast<long long>(audit.state.size()));
   }
   if (!found.empty())
-    lines.push_back(
-        line("Audits found overlaps of more than the %.3g mm that can be seen: ", perceptible_mm) + found +
-        ".");
+    lines.push_back(line("Audits found overlaps above the perceptible %.3g mm: ", perceptible_mm) + found +
+                    ".");
 }
 
 void add_rotation(const MotionModel& model, const Numbers& numbers, Lines& lines)
@@ -142,12 +140,12 @@ void add_rotation(const MotionModel& model, const Numbers& numbers, Lines& lines
   if (numbers.theta_undetermined_share > 0.0)
     lines.push_back(
         line("Internal rotation is not determined by contact in %.3g %% of the solved attitudes; the pose "
-             "nearest the neighbour's stands there.",
+             "nearest to the neighbour's is used there.",
              100.0 * numbers.theta_undetermined_share));
   if (numbers.n_several_optima > 0)
     lines.push_back(
-        line("%lld of %zu flexions have several places of rest, up to %.3g degrees of theta apart; the "
-             "lowest counts.",
+        line("%lld of %zu flexions have several equilibria, up to %.3g degrees of theta apart; the "
+             "lowest energy is used.",
              static_cast<long long>(numbers.n_several_optima), model.flexion_deg.size(),
              numbers.largest_optima_spread_deg));
   if (numbers.largest_spine_jump_deg > jump_deg)
@@ -165,8 +163,8 @@ void add_spine_at_border(const MotionModel& model, Lines& lines)
   });
   if (n > 0 && model.has_compartments)
     lines.push_back(
-        line("At %lld flexions the compartments balance at the border of the varus range: it should be "
-             "wider.",
+        line("At %lld flexions the compartments balance at the border of the varus range: use a wider "
+             "range.",
              static_cast<long long>(n)));
 }
 
@@ -223,7 +221,7 @@ std::vector<std::string> warnings_of(const ReportModel& entry)
   add_raw_extremes(entry, lines);
   if (numbers.balance_residual_n > residual_share * numbers.push_n)
     lines.push_back(
-        line("The balance of forces is off by up to %.3g N, more than one part in a hundred of the push of "
+        line("The balance of forces has a residual of up to %.3g N, more than one hundredth of the push of "
              "%.3g N.",
              numbers.balance_residual_n, numbers.push_n));
   add_rotation(model, numbers, lines);

@@ -59,7 +59,7 @@ double cross(const Point& a, const Point& b)
   return a.x() * b.y() - a.y() * b.x();
 }
 
-bool counts(const std::array<Eigen::Vector3d, 3>& corner, const OutlineOptions& options)
+bool is_included(const std::array<Eigen::Vector3d, 3>& corner, const OutlineOptions& options)
 {
   return std::all_of(corner.begin(), corner.end(), [&](const Eigen::Vector3d& p) {
     return p.y() >= options.from_mm && p.y() <= options.to_mm;
@@ -71,7 +71,7 @@ std::vector<Edge> edges_of(const Mesh& mesh, const OutlineOptions& options)
   std::vector<Edge> edges;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
     const std::array<Eigen::Vector3d, 3> corner = corners(mesh, t);
-    if (!counts(corner, options)) continue;
+    if (!is_included(corner, options)) continue;
     for (std::size_t k = 0; k < 3; ++k) {
       const Eigen::Vector3d& a = corner[k];
       const Eigen::Vector3d& b = corner[(k + 1) % 3];
@@ -91,14 +91,14 @@ Point middle_of(const std::vector<Edge>& edges)
   return 0.5 * (least + largest);
 }
 
-// How far along `direction` from `middle` the edge is met; below 0 when it is not.
+// Distance from `middle` along `direction` to the crossing with the edge; negative without one.
 double crossing_mm(const Edge& edge, const Point& middle, const Point& direction)
 {
   const Point a = edge.a - middle, b = edge.b - middle;
   const double side_a = cross(direction, a), side_b = cross(direction, b);
   if ((side_a > 0.0) == (side_b > 0.0)) return -1.0;
-  const double share = side_a / (side_a - side_b);
-  return direction.dot(a + share * (b - a));
+  const double fraction = side_a / (side_a - side_b);
+  return direction.dot(a + fraction * (b - a));
 }
 
 }  // namespace
@@ -110,8 +110,8 @@ std::vector<Eigen::Vector2d> outline(const Mesh& mesh, const OutlineOptions& opt
   const Point middle = middle_of(edges);
   std::vector<Point> rim;
   for (int k = 0; k < options.n_directions; ++k) {
-    const SinCos turn = sin_cos(2.0 * pi * k / options.n_directions);
-    const Point direction(turn.cos, turn.sin);
+    const SinCos angle = sin_cos(2.0 * pi * k / options.n_directions);
+    const Point direction(angle.cos, angle.sin);
     double farthest_mm = 0.0;
     for (const Edge& edge : edges) farthest_mm = std::max(farthest_mm, crossing_mm(edge, middle, direction));
     if (farthest_mm > 0.0) rim.push_back(middle + farthest_mm * direction);
@@ -121,7 +121,7 @@ std::vector<Eigen::Vector2d> outline(const Mesh& mesh, const OutlineOptions& opt
 
 namespace {
 
-// Beyond the heights at which a body bears: enough of it for a rim, not its shaft.
+// Added to the heights of the contacts: includes the rim of a body, but not its shaft.
 constexpr double rim_mm = 12.0;
 
 /// [n_flexion, 3] of the spine's cells.
@@ -153,7 +153,7 @@ std::vector<Path> paths_of(const MotionModel& model)
           {"lateral", along_spine(model, c.lateral_reference_mm), along_spine(model, c.lateral_moving_mm)}};
 }
 
-/// Heights (canonical Y) between which the points lie.
+/// Extends the height range (canonical Y) to include the points.
 void include_heights(const std::vector<double>& points, OutlineOptions& heights)
 {
   for (std::size_t k = 1; k < points.size(); k += 3) {
@@ -299,7 +299,7 @@ Json spine_json(const MotionModel& model)
   const std::vector<Eigen::Index> cells = solved_spine(model);
   std::vector<double> low_deg, high_deg;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    // The band is of theta; where varus and flexion hardly differ, so does internal rotation.
+    // The band is of theta; internal rotation differs from it by the same offset within the band.
     const double shift_deg =
         cells[i] < 0 ? nan : model.clinical.internal_rotation_deg.data()[cells[i]] - spine.theta_deg[i];
     low_deg.push_back(spine.theta_low_deg[i] + shift_deg);

@@ -105,7 +105,7 @@ Json raw_surfaces_json(const MotionModel& model)
   return raw;
 }
 
-// The set's surfaces with the travel into contact on top, in W along the Delta of each flexion.
+// The set's surfaces plus the travel into contact, in W along the Delta of each flexion.
 Json recontacted_json(const MotionModel& model, const SmoothedSet& set, const std::string& name)
 {
   Json result = {{"name", name}};
@@ -113,11 +113,11 @@ Json recontacted_json(const MotionModel& model, const SmoothedSet& set, const st
     GridD values = surface.values;
     for (Eigen::Index i = 0; i < values.rows(); ++i) {
       const Eigen::Vector3d delta = model.push.delta.row(i).transpose();
-      const double share = surface.name == "tx"   ? delta.x()
-                           : surface.name == "ty" ? delta.y()
-                           : surface.name == "tz" ? delta.z()
-                                                  : 0.0;
-      if (share != 0.0) values.row(i) += share * set.recontact_mm->row(i);
+      const double component = surface.name == "tx"   ? delta.x()
+                               : surface.name == "ty" ? delta.y()
+                               : surface.name == "tz" ? delta.z()
+                                                      : 0.0;
+      if (component != 0.0) values.row(i) += component * set.recontact_mm->row(i);
     }
     result[surface.name] = short_grid(values);
   }
@@ -222,17 +222,17 @@ Json flags_json(const GridB& flags)
   return rows;
 }
 
-// Bit 0: the medial compartment touches, bit 1: the lateral one; -1 without a pose.
+// Bit 0: contact of the medial compartment, bit 1: of the lateral one; -1 without a pose.
 Json contacts_json(const MotionModel& model)
 {
   if (!model.has_compartments) return nullptr;
-  GridB touching = model.contact_medial;
-  for (Eigen::Index k = 0; k < touching.size(); ++k) {
-    if (touching.data()[k] < 0) continue;
-    touching.data()[k] =
+  GridB contacts = model.contact_medial;
+  for (Eigen::Index k = 0; k < contacts.size(); ++k) {
+    if (contacts.data()[k] < 0) continue;
+    contacts.data()[k] =
         static_cast<std::int8_t>(model.contact_medial.data()[k] + 2 * model.contact_lateral.data()[k]);
   }
-  return flags_json(touching);
+  return flags_json(contacts);
 }
 
 Json errors_json(const std::string& name, const ErrorMeasures& errors)

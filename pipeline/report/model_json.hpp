@@ -14,51 +14,50 @@ namespace vrda {
 
 using Json = nlohmann::ordered_json;
 
-/// Rounded to 1e-6 of the unit: a page shows fewer digits, and the file is a third as long.
+/// Rounded to 1e-6 of the unit, more than the page shows; reduces the file to a third. Null if not finite.
 Json short_number(double value);
 Json short_numbers(const std::vector<double>& values);
-/// Rows of flexion, each with the values over varus.
+/// One row per flexion with the values over varus.
 Json short_grid(const GridD& grid);
 /// Rows of `width` numbers.
 Json short_rows(const std::vector<double>& values, std::size_t width);
 
-/// The rim of a body near the joint, seen along its long axis, to draw contact paths in.
+/// Options of outline().
 struct OutlineOptions {
-  double from_mm = 0.0;  ///< heights (canonical Y) of the triangles that count, by their corners
+  double from_mm = 0.0;  ///< range of height (canonical Y) of the corners of included triangles
   double to_mm = 0.0;
   int n_directions = 240;  ///< points of the outline
 };
 
-/// Closed star-shaped outline (X, Z, mm; canonical) of the mesh's projection on the plane across Y: in each
-/// direction from the middle of its bounding box the farthest crossing with an edge. Empty when no triangle
-/// counts; directions without a crossing are left out.
+/// Closed star-shaped outline (X, Z, mm; canonical) of the mesh near the joint, projected along Y, as
+/// background of contact paths: in each direction from the centre of its bounding box the farthest crossing
+/// with an edge. Empty if no triangle is included; directions without a crossing are omitted.
 std::vector<Eigen::Vector2d> outline(const Mesh& mesh, const OutlineOptions& options);
 
-/// Points of each compartment on both bodies over flexion and the bodies' outlines; null without
-/// compartments. Of the zero-varus motion where it is there, else of the spine's cells.
+/// Contact points of each compartment on both bodies over flexion, with the bodies' outlines; null without
+/// compartments. From the zero-varus motion if present, else from the spine cells.
 Json contact_paths_json(const MotionModel& model);
 
 /// Finite helical axes, instant centres, rolling and sliding between flexions; null before `vrda reduce`.
 Json axes_json(const MotionModel& model);
 
-/// Force along Delta by compartment over flexion, N; null by the stability search.
+/// Force along Delta by compartment over flexion, N; null for the stability search.
 Json forces_json(const MotionModel& model);
 
-/// By bundle over flexion: strain of the fibre strained most, tension of all together; null without fibres.
+/// By bundle over flexion: largest fibre strain and total tension; null without fibres.
 Json fibres_json(const MotionModel& model);
 
-/// What only the equilibrium's spine knows: internal rotation under an extra moment, places of rest; else
-/// null.
+/// Spine data of the equilibrium: internal rotation under an extra moment, number of optima; else null.
 Json spine_json(const MotionModel& model);
 
-/// Everything the page shows of one model. With `is_whole` false only what a comparison of several needs:
-/// head, numbers, warnings, curves, provenance.
+/// The page's data of one model. With `is_whole` false only those for a comparison of models: header,
+/// numbers, warnings, curves, provenance, spine.
 struct ModelJsonOptions {
   bool is_whole = true;
 };
 Json model_json(const ReportModel& entry, const ModelJsonOptions& options = {});
 
-/// The curves over flexion alone, as the page knows them.
+/// A curve over flexion with the page's keys.
 Json curve_json(const ClinicalCurve& curve);
 
 }  // namespace vrda

@@ -9,7 +9,7 @@
 namespace vrda {
 namespace {
 
-// The translations that files of curves speak of are those of the mesh origin along the femoral axes.
+// Curve files have the translations of the mesh origin along the femoral axes.
 constexpr Quantity compared[] = {Quantity::internal, Quantity::varus, Quantity::origin_anterior,
                                  Quantity::origin_proximal, Quantity::origin_lateral};
 
@@ -52,7 +52,7 @@ Json difference_json(const ClinicalCurve& curve, const ClinicalCurve& other)
   return by_quantity;
 }
 
-// Every curve of every model against every file; several models also against the first one's first curve.
+// Every curve of every model against every file; further models also against the first model's first curve.
 Json differences_json(const Report& report)
 {
   Json list = Json::array();
@@ -87,7 +87,7 @@ Json json_of(const Report& report)
           {"differences", differences_json(report)}};
 }
 
-// JSON within a script element: no '<' may stand there, or a title could end it.
+// Escapes JSON for a script element: with '<' a title could end the element.
 std::string within_script(const std::string& json)
 {
   std::string text;
@@ -130,19 +130,19 @@ std::string as_html(std::string_view plain)
   return text;
 }
 
-// One pass over the template, so that nothing filled in is searched for places.
-std::string filled(std::string_view text, const std::map<std::string_view, std::string_view>& places)
+// A single pass over the template, so inserted text is not searched for placeholders.
+std::string filled(std::string_view text, const std::map<std::string_view, std::string_view>& values)
 {
   std::string page;
   while (true) {
     const std::size_t begin = text.find("{{");
     if (begin == std::string_view::npos) return page += text;
     const std::size_t end = text.find("}}", begin);
-    check(end != std::string_view::npos, "a place of the page template does not end");
-    const auto place = places.find(text.substr(begin + 2, end - begin - 2));
-    check(place != places.end(), "the page template has a place that nothing fills");
+    check(end != std::string_view::npos, "a placeholder of the page template is not closed");
+    const auto value = values.find(text.substr(begin + 2, end - begin - 2));
+    check(value != values.end(), "every placeholder of the page template has a value");
     page += text.substr(0, begin);
-    page += place->second;
+    page += value->second;
     text.remove_prefix(end + 2);
   }
 }
@@ -157,8 +157,8 @@ std::string title_of(const Report& report)
 
 std::string report_json(const Report& report)
 {
-  check(!report.models.empty(), "a report without a motion model");
-  // Titles and names are bytes of files; what is no UTF-8 must not stop the report.
+  check(!report.models.empty(), "a report has a motion model");
+  // Titles and names come from files; invalid UTF-8 must not stop the report.
   return json_of(report).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

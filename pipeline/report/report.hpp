@@ -1,4 +1,4 @@
-/// What a report is made of, what a reader should know before looking at any curve, and the page.
+/// Input data of a report, its warnings, and the page.
 #pragma once
 
 #include <optional>
@@ -16,10 +16,10 @@ namespace vrda {
 struct RawExtremes {
   std::int64_t n_overlapping = 0;
   double largest_penetration_mm = 0.0;
-  double largest_gap_mm = 0.0;  ///< infinite when nothing is in the way of some cell
+  double largest_gap_mm = 0.0;  ///< infinite if a cell has no contact ahead
 };
 
-/// A picture of the joint.
+/// An image of the joint.
 struct Still {
   std::string view;   ///< "front", ...
   std::string label;  ///< "flexion 030"
@@ -28,11 +28,11 @@ struct Still {
 
 struct Stills {
   std::vector<Still> stills;
-  std::string note;  ///< why there are none, or what is missing; else empty
+  std::string note;  ///< reason for missing images; else empty
 };
 
 struct ReportModel {
-  std::string name;  ///< the file's, without folder and ending; unique in a report
+  std::string name;  ///< file name without folder and extension; unique in a report
   MotionModel model;
   RawExtremes raw;
   std::optional<Comparison> comparison;  ///< of smoothing degrees
@@ -45,14 +45,14 @@ struct Report {
   std::vector<CurveFile> against;
 };
 
-/// Numbers of a motion model in short. NaN: not known, or not of this kind of model.
+/// Summary of a motion model. NaN: unknown or not applicable.
 struct Numbers {
   std::int64_t n_cells = 0, n_stable = 0;
   double theta_undetermined_share = 0.0;   ///< of the stable cells
-  double screw_home_range_deg = 0.0;       ///< largest less smallest internal rotation along the spine
-  double largest_spine_jump_deg = 0.0;     ///< of theta between neighbouring flexions of the spine
-  std::int64_t n_several_optima = 0;       ///< flexions; equilibrium only
-  double largest_optima_spread_deg = 0.0;  ///< of theta among them
+  double screw_home_range_deg = 0.0;       ///< range of internal rotation along the spine
+  double largest_spine_jump_deg = 0.0;     ///< of theta, between neighbouring flexions of the spine
+  std::int64_t n_several_optima = 0;       ///< number of flexions; equilibrium only
+  double largest_optima_spread_deg = 0.0;  ///< of theta between them
   double balance_residual_n = 0.0;         ///< largest
   double worst_gap_mm = 0.0;               ///< smallest
   double push_n = 0.0;                     ///< largest force of the push
@@ -61,22 +61,22 @@ struct Numbers {
 };
 Numbers numbers_of(const MotionModel& model);
 
-/// One line each, worst first; empty when there is nothing to warn of.
+/// One line per warning, most severe first.
 std::vector<std::string> warnings_of(const ReportModel& entry);
 
-/// What the page shows, as JSON (report.models whole when there is one, else what a comparison needs).
+/// The page's data as JSON: a single model completely, of several models what a comparison needs.
 std::string report_json(const Report& report);
 
-/// The whole page: style, plotting library, code and data within it. It asks no network for anything, and
-/// forbids the browser to (Content-Security-Policy). Text of the models is never read as HTML.
+/// The complete page with style, plotting library, code and data. A Content-Security-Policy denies all
+/// network access. Text of the models is never interpreted as HTML.
 std::string report_page(const Report& report);
 
-/// Files that travel inside the program: page/ of this room and plotly.js.
-std::string_view page_template();   ///< HTML with the places {{title}}, {{style}}, {{plotly_licence}},
+/// Files embedded in the program: page/ of this room and plotly.js.
+std::string_view page_template();   ///< HTML with placeholders {{title}}, {{style}}, {{plotly_licence}},
                                     ///< {{plotly}}, {{code}}, {{data}}
 std::string_view page_style();      ///< CSS
-std::string_view page_code();       ///< JavaScript, in one piece
-std::string_view plotly_licence();  ///< as a comment of JavaScript
+std::string_view page_code();       ///< JavaScript, bundled
+std::string_view plotly_licence();  ///< as a JavaScript comment
 std::string_view plotly_library();  ///< JavaScript, minified
 
 }  // namespace vrda

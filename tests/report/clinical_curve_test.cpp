@@ -16,7 +16,7 @@ namespace vrda::clinical_curve_test {
 using testing::ElementsAre;
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
-// Angles of up to 100 degrees through a rotation matrix and back: some units in the last place.
+// Rounding of angles up to 100 degrees converted to a rotation matrix and back.
 constexpr double rounding = 1e-12;
 
 ClinicalCurve curve_of(std::vector<double> flexion_deg, std::vector<double> internal_deg)
@@ -34,7 +34,7 @@ CurveDifference internal_difference(const ClinicalCurve& curve, const ClinicalCu
 
 TEST(CurveDifference, OfLinesIsThatOfTheirEnds)
 {
-  // 2 f - (2 f + 1) = -1 at every flexion of the other curve within the range of ours
+  // 2 f - (2 f + 1) = -1 at every flexion of the other curve within the range of the curve
   const CurveDifference d =
       internal_difference(curve_of({0, 10}, {0, 20}), curve_of({-5, 0, 2.5, 10, 11}, {0, 1, 6, 21, 0}));
   EXPECT_EQ(d.n, 3u);
@@ -58,7 +58,7 @@ TEST(CurveDifference, SplitsIntoMeanAndRest)
 
 TEST(CurveDifference, LeavesOutWhatHasNoAnswer)
 {
-  // ours is linear across its hole; frames of a cycle may come in any order and twice
+  // linear across the hole; frames of a cycle may have any order and repeat
   const CurveDifference d =
       internal_difference(curve_of({0, 5, 10}, {0, none, 10}), curve_of({6, 4, 6, 7}, {5, 3, 5, none}));
   EXPECT_EQ(d.n, 3u);
@@ -133,7 +133,7 @@ TEST(ClinicalCurves, ASmoothedSetRunsAtTheVarusWhereTheCompartmentsBalance)
   const MotionModel model = test::sample_model();
   const ClinicalCurve smoothed = named(clinical_curves(model), "degree_1");
   for (std::size_t i = 0; i < 4; ++i) {
-    // Delta is along Y: theta of the set is the internal rotation, and the spine's varus its varus.
+    // Delta is along Y: theta of the set is the internal rotation, the spine's varus is the varus.
     EXPECT_NEAR(smoothed.of(Quantity::varus)[i], 0.0, rounding);
     EXPECT_NEAR(smoothed.of(Quantity::internal)[i],
                 model.smoothed[0].surfaces[3].values(static_cast<Eigen::Index>(i), 1), rounding);
@@ -172,7 +172,7 @@ TEST(CurveFile, ReadsWhatIsExported)
                                   Quantity::origin_proximal, Quantity::origin_lateral}) {
     EXPECT_EQ(file.curve.of(quantity).size(), motion.frames.size());
   }
-  // The surfaces and the Grood-Suntay translations are no columns of a curve.
+  // Surfaces and Grood-Suntay translations are not columns of a curve.
   EXPECT_THAT(file.curve.of(Quantity::anterior), IsEmpty());
 }
 
@@ -187,7 +187,7 @@ TEST(CurveFile, RefusesWhatItWouldHaveToGuess)
   const Row rows[] = {
       {"flexion_deg,fx_n\n0,1\n", "column 'fx_n'", "unknown column", "internal_deg, varus_deg, ant_mm"},
       {"internal_deg\n1\n", "header", "no column flexion_deg", "flexion_deg and at least one"},
-      {"flexion_deg,frame\n0,1\n", "header", "no clinical number", "at least one of"},
+      {"flexion_deg,frame\n0,1\n", "header", "no clinical quantity", "at least one of"},
       {"flexion_deg,varus_deg,varus_deg\n0,1,1\n", "column 'varus_deg'", "twice", "once"},
       {"flexion_deg,varus_deg\n0,1\n5\n", "line 3", "1 fields", "2"},
       {"flexion_deg,varus_deg\n0,1,2\n", "line 2", "3 fields", "2"},

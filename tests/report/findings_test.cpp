@@ -17,7 +17,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// The sample has doubtful poses.
+/// Removes the sample's doubtful poses.
 MotionModel undoubted(MotionModel model)
 {
   model.plausibility.setConstant(static_cast<std::int8_t>(Plausibility::nothing_found));
@@ -84,7 +84,7 @@ TEST(Findings, RawGapsAndPenetrationsCountFromWhatCanBeSeen)
   EXPECT_THAT(warnings_of(entry), AllOf(Contains(HasSubstr("overlaps by up to 0.25 mm (7 attitudes")),
                                         Contains(HasSubstr("gap of up to 0.5 mm"))));
   entry.raw = {0, 0.0, std::numeric_limits<double>::infinity()};
-  EXPECT_THAT(warnings_of(entry), Contains(HasSubstr("nothing is in the way")));
+  EXPECT_THAT(warnings_of(entry), Contains(HasSubstr("no contact is ahead along Delta")));
 }
 
 TEST(Findings, AnAuditThatCanBeSeenIsNamed)
@@ -117,9 +117,9 @@ TEST(Findings, RotationThatIsNotCertainIsSaid)
   entry.model.theta_deg(2, 1) += 5.0;
   const std::vector<std::string> lines = warnings_of(entry);
   EXPECT_THAT(lines, Contains(HasSubstr("in 25 % of the solved")));
-  EXPECT_THAT(lines, Contains(HasSubstr("1 of 4 flexions have several places of rest, up to 6.5 degrees")));
+  EXPECT_THAT(lines, Contains(HasSubstr("1 of 4 flexions have several equilibria, up to 6.5 degrees")));
   EXPECT_THAT(lines,
-              Contains(HasSubstr("jumps by 5.2 degrees")));  // 0.2 a degree of flexion without the jump
+              Contains(HasSubstr("jumps by 5.2 degrees")));  // 0.2 per degree of flexion without the jump
 }
 
 TEST(Findings, ForcesOutOfBalanceAreSaid)
@@ -129,7 +129,7 @@ TEST(Findings, ForcesOutOfBalanceAreSaid)
   entry.model.equilibrium->balance_residual_n(2, 2) = 0.99 * allowed_n;
   EXPECT_THAT(warnings_of(entry), IsEmpty());
   entry.model.equilibrium->balance_residual_n(2, 2) = 1.5 * allowed_n;
-  EXPECT_THAT(warnings_of(entry), Contains(HasSubstr("balance of forces is off")));
+  EXPECT_THAT(warnings_of(entry), Contains(HasSubstr("The balance of forces has a residual")));
 }
 
 TEST(Findings, ASpineAtTheBorderAsksForMoreVarus)
@@ -164,7 +164,7 @@ TEST(Findings, NumbersAreThoseOfTheModel)
   const Numbers search = numbers_of(whole_entry().model);
   EXPECT_TRUE(std::isnan(search.balance_residual_n));
   EXPECT_TRUE(std::isnan(search.largest_strain));
-  // theta is 0.2 degrees a degree of flexion
+  // theta is 0.2 degrees per degree of flexion
   EXPECT_NEAR(search.screw_home_range_deg, 0.6, 1e-12);
   EXPECT_NEAR(search.largest_spine_jump_deg, 0.2, 1e-12);
 }

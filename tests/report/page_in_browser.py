@@ -2,8 +2,8 @@
 """Makes reports of a small generic knee and opens them in headless Chromium.
 
 usage: page_in_browser.py VRDA CHROMIUM JOB [PICTURES]
-Checks that every plot has ink, that the console has no errors and that nothing was asked of the network; on the page of
-one model and of several, light, dark and as wide as a phone. PICTURES: folder to keep the plots in.
+Checks that no plot is blank, that the console has no errors and that there are no network requests; on the page of one
+model and of several, in light and dark colours and at phone width. PICTURES: folder to keep the plots in.
 """
 import base64
 import io
@@ -22,14 +22,14 @@ VRDA, CHROMIUM, JOB = sys.argv[1:4]
 KEPT = pathlib.Path(sys.argv[4]) if len(sys.argv) > 4 else None
 NASTY = "Knee </script><img src=x onerror=document.title='broken'> & <b>bold</b>"
 ALONE = ["--set", "grid.flexion={from=30,to=30,step=1}", "--set", "grid.varus={from=0,to=0,step=1}"]
-# A plot's axes, ticks and one thin line cover more of it than this; a blank plot is one colour.
+# Axes, ticks and one thin line cover more than this share of a plot; a blank plot has one colour.
 LEAST_INK = 0.004
-# Distance of two colours of 8 bits that an eye tells apart on a screen.
+# Perceptible difference of two 8-bit colours on a screen.
 SAME_COLOUR = 24
 
 
 def run(*words):
-    """Standard output of vrda with these words, which must be done."""
+    """Standard output of vrda with these arguments, which must succeed."""
     ended = subprocess.run([VRDA, *map(str, words)], capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stderr
     return ended.stdout
@@ -43,7 +43,7 @@ def ink(picture):
 
 
 class Page(unittest.TestCase):
-    """One browser for all; each test opens a page anew."""
+    """Each test opens a page in its own browser."""
 
     @classmethod
     def setUpClass(cls):
@@ -64,16 +64,16 @@ class Page(unittest.TestCase):
         cls.folder.cleanup()
 
     def opened(self, browser, name, **how):
-        """Opens a page and checks what every page must keep."""
+        """Opens a page and checks the requirements on every page."""
         browser.open(self.root / name / "index.html", **how)
         self.assertEqual(browser.said, [])
-        asked = [address for address in browser.requests if not address.startswith(("file:", "data:", "blob:", "about:"))]
-        self.assertEqual(asked, [])
-        # Nothing reaches beyond the window's width.
+        requested = [address for address in browser.requests if not address.startswith(("file:", "data:", "blob:", "about:"))]
+        self.assertEqual(requested, [])
+        # Nothing exceeds the window's width.
         self.assertLessEqual(browser.value("document.documentElement.scrollWidth"), browser.value("window.innerWidth"))
 
     def plots(self, browser, name):
-        """Looks at every plot of the open page; their titles."""
+        """Checks every plot of the open page; returns their titles."""
         titles = browser.value("[...document.querySelectorAll('figure:has(> .drawing)')].map((f) => f.querySelector('h3').textContent)")
         for k, title in enumerate(titles):
             with self.subTest(page=name, plot=title):
@@ -89,7 +89,7 @@ class Page(unittest.TestCase):
         with Browser(CHROMIUM) as browser:
             self.opened(browser, "one")
             titles = self.plots(browser, "one")
-            for wanted in ("Raw", "Smoothed", "Smoothed less raw", "What smoothing breaks", "Screw-home: internal rotation", "anterior", "On the tibmen",
+            for wanted in ("Raw", "Smoothed", "Smoothed minus raw", "Penetration and gap by degree", "Screw-home: internal rotation", "anterior", "On the tibmen",
                            "On the femur", "Finite helical axes", "Instant centres in the sagittal plane", "Rolling and sliding", "Share of the load",
                            "Strain", "Tension", "The grid"):
                 self.assertIn(wanted, titles)
@@ -124,7 +124,7 @@ class Page(unittest.TestCase):
         with Browser(CHROMIUM) as browser:
             self.opened(browser, "free", is_dark=True)
             titles = self.plots(browser, "free")
-            self.assertIn("varus found, adduction +", titles)
+            self.assertIn("solved varus, adduction +", titles)
             paper = Image.open(io.BytesIO(browser.element("document.querySelector('h1')"))).convert("RGB").getpixel((1, 1))
             self.assertLess(max(paper), 64)
 

@@ -71,7 +71,7 @@ TEST(Page, AScaledJointSaysHowWellItFits)
   scaling.residual_rms_mm = 0.0;
   const Json json = data_of(report).at("models")[0].at("provenance").at("scaling");
   EXPECT_EQ(json.at("factor"), Json({1.07, 1.07, 1.07}));
-  EXPECT_TRUE(json.at("standard_error").is_null()) << "of one pair unknown";
+  EXPECT_TRUE(json.at("standard_error").is_null()) << "unknown for one pair";
   EXPECT_EQ(json.at("landmarks"), Json({"epicondyles"}));
   EXPECT_EQ(json.at("subject_mm"), Json({85.6}));
 }
@@ -129,7 +129,7 @@ TEST(PageData, AddsForcesByCompartmentAndFibresByBundle)
   options.is_equilibrium = true;
   options.n_fibres = 5;
   const Json model = data_of(sample_report(options)).at("models")[0];
-  // Spine cells are 1, 4, 7, 10; the even ones bear 15 N medially and 5 N laterally along Delta.
+  // Spine cells are 1, 4, 7, 10; the even ones carry 15 N medially and 5 N laterally along Delta.
   EXPECT_EQ(model.at("forces").at("medial_n").dump(), "[0.0,15.0,0.0,15.0]");
   EXPECT_EQ(model.at("forces").at("lateral_n").dump(), "[0.0,5.0,0.0,5.0]");
   const Json bundles = model.at("fibres");
@@ -162,13 +162,13 @@ TEST(PageData, ComparesEveryCurveWithEveryFileAndTheFirstModel)
   report.against = {curve_from_text("line.csv", "flexion_deg,internal_deg\n0,1\n3,1.6\n")};
   const Json data = data_of(report);
   EXPECT_FALSE(data.at("models")[0].contains("surfaces"));
-  // Two curves a model against the file; those of the second also against the first of the first.
+  // Two curves per model against the file; those of the second also against the first model's first curve.
   ASSERT_EQ(data.at("differences").size(), 6u);
   int n_raw = 0;
   for (const Json& d : data.at("differences")) {
     if (d.at("curve") != "raw" || d.at("against") != "line") continue;
     ++n_raw;
-    // theta is 0.2 degrees a degree of flexion, the file 1 more
+    // theta is 0.2 degrees per degree of flexion, the file has 1 more
     EXPECT_NEAR(d.at("by_quantity").at("internal").at("mean").get<double>(), -1.0, 1e-6);
     EXPECT_NEAR(d.at("by_quantity").at("internal").at("rms_about_mean").get<double>(), 0.0, 1e-6);
     EXPECT_FALSE(d.at("by_quantity").contains("varus"));

@@ -1,7 +1,7 @@
 // Finite helical axes, instant centres, rolling and sliding.
 import { absent, el, section } from "./dom.js";
 import { axis, compartmentColor, figure, lineStyle, scene, theme } from "./plot.js";
-import { extent } from "./words.js";
+import { extent } from "./format.js";
 
 const HALF_LENGTH_MM = 50;
 
@@ -9,7 +9,7 @@ function midFlexion(model) {
   return model.flexion.slice(1).map((value, k) => 0.5 * (value + model.flexion[k]));
 }
 
-// Each axis is a segment about the point where it passes the plane of the rotation centre, or its own point.
+// Each axis is a segment around its crossing with the sagittal plane of the rotation centre, or around its own point.
 function axisSegments(model) {
   const segments = { x: [], y: [], z: [], color: [] };
   const flexion = midFlexion(model);
@@ -29,15 +29,15 @@ function axisSegments(model) {
   return segments;
 }
 
-// plotly's up is its third axis: canonical Y, proximal.
+// plotly draws its third axis upwards: canonical Y, proximal.
 function helicalFigure(model) {
   return figure({
     title: "Finite helical axes", size: "tall",
-    caption: "The axis about which the moving body turns from one flexion to the next, as segments of 100 mm in the axes of the reference body, mm. Colour is flexion.",
+    caption: "The rotation axis of the moving body from one flexion to the next, as segments of 100 mm in the axes of the reference body, mm. Colour is flexion.",
     make: () => {
       const s = axisSegments(model);
       const line = { color: s.color, colorscale: "Cividis", width: 4, showscale: true, colorbar: { thickness: 10, len: 0.7, outlinewidth: 0, title: { text: "flexion, °", side: "right" } } };
-      // A cube about the rotation centre keeps lengths and directions true and every title in the picture.
+      // A cube around the rotation centre keeps lengths and directions true and every title visible.
       const half = 1.05 * Math.max(...extent([...s.x, ...s.y, ...s.z]).map(Math.abs));
       const axes = scene("right, mm", "anterior, mm", "proximal, mm", { aspectmode: "cube", camera: { eye: { x: 1.6, y: 1.6, z: 0.9 }, center: { x: 0.14, y: -0.14, z: -0.1 } } });
       for (const one of [axes.xaxis, axes.yaxis, axes.zaxis]) one.range = [-half, half];
@@ -53,7 +53,7 @@ function centreFigure(model) {
   const centres = model.axes.instant_centre_mm;
   return figure({
     title: "Instant centres in the sagittal plane", size: "tall",
-    caption: "Where the helical axis pierces the sagittal plane of the reference body, seen from the side with the front to the right; mm. Colour is flexion.",
+    caption: "Intersection of the helical axis with the sagittal plane of the reference body, anterior to the right; mm. Colour is flexion.",
     make: () => ({
       data: [{ type: "scatter", mode: "lines+markers", x: centres.map((p) => p[0]), y: centres.map((p) => p[1]), customdata: midFlexion(model),
         line: { color: theme().rule, width: 1.2 }, marker: { size: 7, color: midFlexion(model), coloraxis: "coloraxis" },
@@ -70,29 +70,29 @@ function rollingFigure(model) {
     hovertemplate: `${name}, ${kind}: %{y:.2f} mm at %{x}°<extra></extra>` })));
   return figure({
     title: "Rolling and sliding",
-    caption: "Travel of the contact from one flexion to the next that both surfaces share (rolling) and by which they differ (sliding), mm a step. The reference rolls backwards (−) and slides forwards (+) on a flexing knee; schemas/clinical.md has the formulas.",
-    make: () => ({ data: series, layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("mm a step") } }),
+    caption: "Contact travel from one flexion to the next: the part common to both surfaces (rolling) and their difference (sliding), mm per step. In a flexing knee the reference rolls backwards (−) and slides forwards (+); schemas/clinical.md has the formulas.",
+    make: () => ({ data: series, layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("mm per step") } }),
   });
 }
 
-function turnFigure(model) {
+function screwFigure(model) {
   return figure({
-    title: "Turn and shift about the axis",
-    caption: "How far the body turns about the axis (degrees, left) and moves along it (mm, right) from one flexion to the next.",
+    title: "Rotation and translation along the axis",
+    caption: "Rotation about the axis (degrees, left) and translation along it (mm, right) from one flexion to the next.",
     make: () => ({
       data: [
-        { type: "scatter", mode: "lines", name: "turn, degrees", x: midFlexion(model), y: model.axes.rotation_deg, line: { ...lineStyle(0), width: 2 } },
-        { type: "scatter", mode: "lines", name: "shift, mm", x: midFlexion(model), y: model.axes.translation_mm, yaxis: "y2", line: { ...lineStyle(1), width: 2 } },
+        { type: "scatter", mode: "lines", name: "rotation, degrees", x: midFlexion(model), y: model.axes.rotation_deg, line: { ...lineStyle(0), width: 2 } },
+        { type: "scatter", mode: "lines", name: "translation, mm", x: midFlexion(model), y: model.axes.translation_mm, yaxis: "y2", line: { ...lineStyle(1), width: 2 } },
       ],
-      layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("degrees a step", { rangemode: "tozero" }), yaxis2: axis("mm a step", { overlaying: "y", side: "right", showgrid: false }) },
+      layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("degrees per step", { rangemode: "tozero" }), yaxis2: axis("mm per step", { overlaying: "y", side: "right", showgrid: false }) },
     }),
   });
 }
 
 export function axesSection(model) {
-  if (!model.axes) return section("axes", "Axes of the motion", absent("The flexion-only motion is not in the file; vrda reduce FILE adds it, with helical axes, instant centres, rolling and sliding."));
+  if (!model.axes) return section("axes", "Axes of the motion", absent("The file has no flexion-only motion; vrda reduce FILE adds it, with helical axes, instant centres, rolling and sliding."));
   const hasRolling = model.axes.medial_rolling_mm.length > 0;
-  return section("axes", "Axes of the motion", el("p", {}, "Of the zero-varus motion, between neighbouring flexions; steps too small for an axis are left out."),
+  return section("axes", "Axes of the motion", el("p", {}, "Zero-varus motion between neighbouring flexions; steps too small to determine an axis are omitted."),
     el("div", { class: "columns" }, helicalFigure(model), centreFigure(model)),
-    el("div", { class: "columns" }, turnFigure(model), hasRolling ? rollingFigure(model) : null));
+    el("div", { class: "columns" }, screwFigure(model), hasRolling ? rollingFigure(model) : null));
 }

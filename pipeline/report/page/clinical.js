@@ -1,9 +1,9 @@
 // Clinical curves of one model: screw-home and translations.
 import { el, folded, section, table } from "./dom.js";
 import { curvePlots } from "./curves.js";
-import { decimal, motionName } from "./words.js";
+import { decimal, motionName } from "./format.js";
 
-// Of many smoothed sets the recommended or the first (the highest) shows, the rest wait to be switched on.
+// Of the smoothed sets only the recommended or the first (highest) one is visible initially.
 function shownCurves(model) {
   const smoothed = model.curves.filter((curve) => curve.name.startsWith("degree_"));
   const shown = smoothed.find((curve) => curve.name === `degree_${model.comparison?.recommended}`) ?? smoothed[0];
@@ -26,7 +26,7 @@ function numbersTable(model) {
   const keys = ["internal", "varus", "anterior", "proximal", "lateral"];
   const rows = curve.flexion.map((flexion, k) => [decimal(flexion, 1), ...keys.map((key) => decimal(curve[key][k], 2))]);
   const headings = ["flexion, °", "internal rotation, °", "varus, °", "anterior, mm", "proximal, mm", "lateral, mm"];
-  return folded("The numbers of these curves", table(`Clinical numbers, ${motionName(curve.name)}`, headings, rows));
+  return folded("Values of these curves", table(`Clinical numbers, ${motionName(curve.name)}`, headings, rows));
 }
 
 function bandText(model) {
@@ -39,7 +39,7 @@ export function rotationSection(model) {
   const quantities = [
     { key: "internal", name: "internal rotation", unit: "degrees", title: isKnee ? "Screw-home: internal rotation" : "Rotation about the moving body’s long axis",
       caption: `Rotation of the ${model.moving.name} about its long axis, internal +, Grood-Suntay.${bandText(model)}` },
-    { key: "varus", name: "varus", unit: "degrees", title: "Varus along the same motion", caption: `Varus (adduction +) at which the motion runs${model.is_varus_free ? "" : "; on the raw spine it moves in steps of the grid"}.` },
+    { key: "varus", name: "varus", unit: "degrees", title: "Varus along the motion", caption: `Varus (adduction +) of the motion${model.is_varus_free ? "" : "; on the raw spine it changes in steps of the grid"}.` },
   ];
   return section("rotation", isKnee ? "Screw-home" : "Rotation", curvePlots(shownCurves(model), quantities));
 }
@@ -47,6 +47,6 @@ export function rotationSection(model) {
 export function translationsSection(model) {
   const of = { anterior: "forward +", proximal: "towards the reference +, distraction −", lateral: "away from the body’s midline + on both sides" };
   const quantities = Object.entries(of).map(([key, sign]) => ({ key, name: key, unit: "mm", caption: `${key[0].toUpperCase()}${key.slice(1)}: ${sign}.` }));
-  const text = `Translations of the ${model.moving.name}, along the Grood-Suntay axes, of its point that lies at the rotation centre in the zero pose; mm over degrees of flexion.`;
+  const text = `Translations of the ${model.moving.name} along the Grood-Suntay axes, of its point that is at the rotation centre in the zero pose; mm over degrees of flexion.`;
   return section("translations", "Translations", el("p", {}, text), curvePlots(shownCurves(model), quantities), numbersTable(model));
 }

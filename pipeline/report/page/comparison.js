@@ -1,7 +1,7 @@
-// Several motions and curves of the literature on the same axes.
+// Compares several motions with measured and published curves on the same axes.
 import { el, folded, section, table } from "./dom.js";
 import { curvePlots, isCycle } from "./curves.js";
-import { decimal, motionName } from "./words.js";
+import { decimal, motionName } from "./format.js";
 
 const COMPARED = [
   { key: "internal", name: "internal rotation", short: "internal, °", unit: "degrees", caption: "Internal rotation +." },
@@ -25,7 +25,7 @@ function fileCurves(data) {
 function zeroControl(plots) {
   const box = el("input", { type: "checkbox" });
   box.addEventListener("change", () => { plots.state.isZeroed = box.checked; plots.redraw(); });
-  return el("div", { class: "controls" }, el("label", {}, box, "take off each curve’s value at the first flexion they share (translations depend on the point tracked)"));
+  return el("div", { class: "controls" }, el("label", {}, box, "subtract each curve’s value at the first common flexion (translations depend on the tracked point)"));
 }
 
 function cellText(d) {
@@ -38,25 +38,25 @@ function differencesTable(data, against) {
     const n = Object.values(d.by_quantity)[0]?.n ?? 0;
     return [name, String(n), ...COMPARED.map((q) => cellText(d.by_quantity[q.key]))];
   });
-  return table(`Against ${against}: RMS and, in brackets, the largest difference at its flexions within the range of both`, ["motion", "points", ...COMPARED.map((q) => q.short)], rows);
+  return table(`Against ${against}: RMS and, in brackets, the largest difference, at its flexions within the range of both`, ["motion", "points", ...COMPARED.map((q) => q.short)], rows);
 }
 
 function offsetsTable(data, against) {
   const text = (d) => (d ? `${decimal(d.mean, 2)} / ${decimal(d.rms_about_mean, 2)}` : "–");
   const rows = data.differences.filter((d) => d.against === against).map((d) => [`${d.model}: ${motionName(d.curve)}`, ...COMPARED.map((q) => text(d.by_quantity[q.key]))]);
-  return table(`Against ${against}: mean difference (motion less curve) / RMS about that mean`, ["motion", ...COMPARED.map((q) => q.short)], rows);
+  return table(`Against ${against}: mean difference (motion minus curve) / RMS about that mean`, ["motion", ...COMPARED.map((q) => q.short)], rows);
 }
 
 function notesOf(data) {
   const items = data.against.map((curve) => el("li", {}, el("strong", {}, `${curve.name}: `), curve.notes.join("; ") || "no notes in the file"));
-  return items.length > 0 ? folded("What the files of curves say of themselves", el("ul", {}, items)) : null;
+  return items.length > 0 ? folded("Comments in the curve files", el("ul", {}, items)) : null;
 }
 
 export function comparisonSection(data) {
   const plots = curvePlots([...modelCurves(data), ...fileCurves(data)], COMPARED);
   const names = [...new Set(data.differences.map((d) => d.against))];
-  const text = "Clinical numbers over flexion, on the same axes: the moving body in the reference’s frame. Translations are those of the origin of the moving meshes along the axes of the reference, as files of measured curves give them; compare rotations first. Points are the frames of a measured cycle.";
+  const text = "Clinical numbers over flexion, on the same axes: the moving body in the reference’s frame. Translations are those of the origin of the moving meshes along the axes of the reference, the convention of measured curves; compare rotations first. Points are the frames of a measured cycle.";
   return section("comparison", data.against.length > 0 && data.models.length === 1 ? "Against measured and published curves" : "Curves over flexion",
     el("p", {}, text), plots, zeroControl(plots), ...names.map((name) => differencesTable(data, name)),
-    names.length > 0 ? folded("Offsets taken out", ...names.map((name) => offsetsTable(data, name))) : null, notesOf(data));
+    names.length > 0 ? folded("Differences without offsets", ...names.map((name) => offsetsTable(data, name))) : null, notesOf(data));
 }

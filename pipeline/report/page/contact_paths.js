@@ -1,8 +1,8 @@
-// Where each compartment bears on both bodies.
+// Contact points of each compartment on both bodies.
 import { absent, el, section } from "./dom.js";
 import { axis, compartmentColor, figure, theme } from "./plot.js";
 
-// Seen along the long axis from above: the subject's right to the right (canonical Z), front up (canonical X).
+// View along the long axis from above: the subject's right to the right (canonical Z), anterior up (canonical X).
 function pathTrace(model, compartment, body) {
   const points = compartment[body];
   const color = compartmentColor(compartment.name);
@@ -20,7 +20,7 @@ function outlineTrace(points) {
   return { type: "scatter", mode: "lines", x: closed.map((p) => p[1]), y: closed.map((p) => p[0]), line: { color: theme().quiet, width: 1.3 }, hoverinfo: "skip" };
 }
 
-// A letter at the first and the last point says which way the path runs.
+// Labels the first and the last point to show the direction of the path.
 function endLabels(model, compartment, body) {
   const known = compartment[body].map((p, k) => [p, model.flexion[k]]).filter(([p]) => p[0] !== null);
   const ends = known.length > 1 ? [known[0], known.at(-1)] : known;
@@ -33,7 +33,7 @@ function bodyFigure(model, body) {
   const name = model[body].name;
   return figure({
     title: `On the ${name}`, size: "tall",
-    caption: `Points where each compartment bears, seen along the ${name}’s long axis from above${outline.length > 0 ? ", within its outline there" : ""}; mm, front upwards, the subject’s right to the right. Colour is flexion.`,
+    caption: `Contact points of each compartment, viewed along the ${name}’s long axis from above${outline.length > 0 ? ", with its outline" : ""}; mm, anterior upwards, the subject’s right to the right. Colour is flexion.`,
     make: () => ({
       data: [...(outline.length > 0 ? [outlineTrace(outline)] : []), ...paths.compartments.map((c) => pathTrace(model, c, body))],
       layout: {
@@ -49,6 +49,6 @@ export function contactPathsSection(model) {
   if (!model.contact_paths) return section("contact-paths", "Contact paths", absent("This joint has no compartments, hence no contact paths."));
   const source = model.axes ? "the zero-varus motion" : "the raw motion along the spine";
   return section("contact-paths", "Contact paths",
-    el("p", {}, `Where the medial (blue) and lateral (orange) compartments bear along ${source}; by the equilibrium weighted by force, by the search the mean of the contacts.`),
+    el("p", {}, `Contact points of the medial (blue) and lateral (orange) compartments along ${source}: the force-weighted mean for the equilibrium, the mean of the contacts for the search.`),
     el("div", { class: "columns" }, bodyFigure(model, "moving"), bodyFigure(model, "reference")));
 }

@@ -1,4 +1,4 @@
-// Curves over flexion, several quantities side by side, with one list of names to switch them on and off.
+// Curves of several quantities over flexion, with a common legend that switches them on and off.
 import { el } from "./dom.js";
 import { axis, cssColor, figure, lineStyle } from "./plot.js";
 
@@ -20,26 +20,26 @@ function swatch(index, isPoints) {
   return svg;
 }
 
-/** True where flexion does not only rise: the frames of a measured cycle are points, not a line. */
+/** True if flexion is not monotonic: the frames of a measured cycle are drawn as points, not as a line. */
 export function isCycle(flexion) {
   return flexion.some((value, k) => k > 0 && value < flexion[k - 1]);
 }
 
 function trace(curve, key, style, unit, offset) {
   const y = curve[key].map((value) => (value === null ? null : value - offset));
-  const look = curve.isPoints ? { mode: "markers", marker: { color: style.color, size: 5, opacity: 0.65 } }
+  const appearance = curve.isPoints ? { mode: "markers", marker: { color: style.color, size: 5, opacity: 0.65 } }
     : { mode: "lines", line: { color: style.color, dash: style.dash, width: curve.width ?? 2 } };
-  return { type: "scatter", x: curve.flexion, y, name: curve.label, ...look, hovertemplate: `%{y:.2f} ${unit} at %{x:.1f}°<extra>${curve.hover}</extra>` };
+  return { type: "scatter", x: curve.flexion, y, name: curve.label, ...appearance, hovertemplate: `%{y:.2f} ${unit} at %{x:.1f}°<extra>${curve.hover}</extra>` };
 }
 
-// Between the low and the high end of a band.
+// Fills the area between the low and the high end of a band.
 function bandTraces(curve, style) {
   const line = { width: 0 }, common = { type: "scatter", mode: "lines", line, hoverinfo: "skip", showlegend: false };
   return [{ ...common, x: curve.flexion, y: curve.band.low },
     { ...common, x: curve.flexion, y: curve.band.high, fill: "tonexty", fillcolor: `${style.color}26` }];
 }
 
-// What is taken off so that curves agree at their first common flexion.
+// Offset that makes curves agree at their first common flexion.
 function startOf(curve, key, flexion) {
   let nearest = null;
   curve.flexion.forEach((value, k) => {
@@ -79,7 +79,7 @@ function escaped(text) {
   return text.replace(/[<>&]/g, (c) => ({ "<": "&lt;", ">": "&gt;", "&": "&amp;" })[c]);
 }
 
-// Rotations in a row of two, translations in a row of three.
+// Rotations in rows of two, translations in rows of three.
 function inRows(quantities, figures) {
   const row = (unit) => figures.filter((_, k) => quantities[k].unit === unit);
   return [["degrees", ""], ["mm", "three"]].filter(([unit]) => row(unit).length > 0)
@@ -88,11 +88,11 @@ function inRows(quantities, figures) {
 
 /**
  * `curves`: { label, flexion, KEY: values, isOff, isPoints, band: { low, high } }; `quantities`: { key, name, unit, caption }.
- * `over` names the axis on which the curves' `flexion` lies. The result has `redraw()` and `state` ({ curves, isZeroed }).
+ * `over` is the title of the axis of the curves' `flexion`. The result has `redraw()` and `state` ({ curves, isZeroed }).
  */
 export function curvePlots(curves, quantities, { size = "", over = FLEXION } = {}) {
-  // plotly reads names as a little HTML, so they go in escaped.
-  // Those shown come first: they get the colours farthest apart.
+  // plotly interprets HTML in names, so they are escaped.
+  // Visible curves come first: they get the most distinct colours.
   const ordered = [...curves].sort((a, b) => Boolean(a.isOff) - Boolean(b.isOff));
   const state = { curves: ordered.map((curve, index) => ({ ...curve, index, hover: escaped(curve.label) })), isZeroed: false };
   const figures = quantities.map((quantity) => figure({

@@ -1,7 +1,7 @@
-// What each degree of smoothing costs and breaks.
+// Errors, gaps and penetrations of each smoothing degree.
 import { absent, el, section, table } from "./dom.js";
 import { axis, figure, lineStyle } from "./plot.js";
-import { number, PARAMETERS, percent, setName } from "./words.js";
+import { number, PARAMETERS, percent, setName } from "./format.js";
 
 function statisticsTable(model) {
   const rows = model.degrees.flatMap((set) => set.surfaces.map((s) => [
@@ -12,7 +12,7 @@ function statisticsTable(model) {
 function auditTable(model) {
   const audits = [...model.audits].sort((a, b) => a.name.localeCompare(b.name, "en", { numeric: true }));
   const rows = audits.map((a) => [setName(a.name), String(a.refine), String(a.attitudes), String(a.overlapping), number(a.largest_penetration_mm), number(a.largest_gap_mm), String(a.nothing_ahead), String(a.no_pose)]);
-  return table("Audits: the meshes measured again at each attitude; refinement tells into how many parts a cell of the grid is cut", ["motion", "refinement", "attitudes", "overlapping", "largest penetration, mm", "largest gap, mm", "nothing ahead", "no pose"], rows);
+  return table("Audits: gap and penetration of the meshes at each attitude; refinement is the number of subdivisions of a grid cell per axis", ["motion", "refinement", "attitudes", "overlapping", "largest penetration, mm", "largest gap, mm", "nothing ahead", "no pose"], rows);
 }
 
 function errorTraces(model, unit) {
@@ -26,7 +26,7 @@ function errorTraces(model, unit) {
 function errorFigure(model, unit) {
   return figure({
     title: `Error by degree, ${unit}`,
-    caption: "RMS of the residuals (dotted) and leave-one-out error (solid): the first only falls with the degree, the second rises again where the polynomial follows the jitter.",
+    caption: "RMS of the residuals (dotted) and leave-one-out error (solid): the RMS always decreases with the degree, the leave-one-out error increases again when the polynomial fits the jitter.",
     make: () => ({ data: errorTraces(model, unit), layout: { showlegend: true, xaxis: axis("degree", { dtick: 1 }), yaxis: axis(unit, { rangemode: "tozero" }) } }),
   });
 }
@@ -39,15 +39,15 @@ function errorsTable({ rows, recommended }) {
   const names = rows[0].errors.map((one) => one.name);
   const headings = names.flatMap((name) => MEASURES.map(([, text], k) => (k === 0 ? `${COMPARED[name].join(", ")}: ${text}` : text)));
   const cells = (row) => row.errors.flatMap((one) => MEASURES.map(([key]) => number(one[key])));
-  return table("Each degree fitted to the raw motion. Roughness is the RMS second derivative, per degree²; the degree recommended is marked.",
+  return table("Each degree fitted to the raw motion. Roughness is the RMS second derivative, per degree²; the recommended degree is highlighted.",
     ["degree", ...headings], rows.map((row) => [String(row.degree), ...cells(row)]), { kinds: Array(headings.length + 1).fill("tight"), chosen: (r) => rows[r].degree === recommended });
 }
 
 function faultsTable({ rows, recommended }) {
   const faults = rows[0].faults ? ["attitudes overlapping", "largest penetration, mm", "largest gap, mm"] : [];
   const cells = ({ faults: f }) => (f ? [`${f.overlapping} of ${f.attitudes}`, number(f.largest_penetration_mm), number(f.largest_gap_mm)] : []);
-  return table("What a viewer would see of each degree: attitudes off by more than 0.145 mm or 0.27 degrees, and the meshes measured at the attitudes of the grid.",
-    ["degree", "attitudes visibly off", ...faults], rows.map((row) => [String(row.degree), percent(row.perceptible_share), ...cells(row)]), { chosen: (r) => rows[r].degree === recommended });
+  return table("Perceptible errors of each degree: attitudes with an error above 0.145 mm or 0.27 degrees, and overlaps and gaps of the meshes at the attitudes of the grid.",
+    ["degree", "attitudes with a perceptible error", ...faults], rows.map((row) => [String(row.degree), percent(row.perceptible_share), ...cells(row)]), { chosen: (r) => rows[r].degree === recommended });
 }
 
 function comparedErrors(rows, unit) {
@@ -69,14 +69,14 @@ function faultTraces(rows) {
     type: "scatter", mode: "lines+markers", name, x: rows.map((row) => row.degree), y: rows.map((row) => row.faults[key]), line: { color: lineStyle(k).color, width: 2 } }));
 }
 
-// Of `vrda compare`, computed with the report.
+// The comparison of `vrda compare`, computed with the report.
 function comparedParts(comparison) {
   const { rows, recommended, reason } = comparison;
-  const caption = "RMS of the residuals (dotted) and leave-one-out error (solid): the first only falls with the degree, the second rises again where the polynomial follows the jitter. The dashed line is the degree recommended.";
+  const caption = "RMS of the residuals (dotted) and leave-one-out error (solid): the RMS always decreases with the degree, the leave-one-out error increases again when the polynomial fits the jitter. The dashed line is the recommended degree.";
   const figures = ["mm", "degrees"].map((unit) => comparedFigure(comparison, `Error by degree, ${unit}`, caption, () => comparedErrors(rows, unit), unit));
-  if (rows[0].faults) figures.push(comparedFigure(comparison, "What smoothing breaks", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
-  const verdict = recommended < 0 ? reason : `Recommended: ${reason}.`;
-  return [el("div", { class: "box good" }, verdict), el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), errorsTable(comparison), faultsTable(comparison)];
+  if (rows[0].faults) figures.push(comparedFigure(comparison, "Penetration and gap by degree", "Largest penetration and gap along Δ of the smoothed motion at the attitudes of the grid, mm.", () => faultTraces(rows), "mm"));
+  const recommendation = recommended < 0 ? reason : `Recommended: ${reason}.`;
+  return [el("div", { class: "box good" }, recommendation), el("div", { class: `columns ${figures.length === 3 ? "three" : ""}` }, figures), errorsTable(comparison), faultsTable(comparison)];
 }
 
 export function degreesSection(model) {
@@ -85,7 +85,7 @@ export function degreesSection(model) {
   if (model.degrees.length > 0) parts.push(statisticsTable(model));
   if (!isCompared && model.degrees.length > 1) parts.push(el("div", { class: "columns" }, errorFigure(model, "mm"), errorFigure(model, "degrees")));
   if (model.audits.length > 0) parts.push(auditTable(model));
-  if (model.degrees.length === 0) parts.push(absent("No smoothed set stands in the file; vrda smooth FILE --degree N adds one."));
-  if (model.audits.length === 0) parts.push(absent("No audit of the smoothed motion stands in the file; vrda audit FILE adds it."));
+  if (model.degrees.length === 0) parts.push(absent("The file has no smoothed set; vrda smooth FILE --degree N adds one."));
+  if (model.audits.length === 0) parts.push(absent("The file has no audit of the smoothed motion; vrda audit FILE adds it."));
   return section("degrees", "Degrees of smoothing", ...parts);
 }

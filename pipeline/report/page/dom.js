@@ -1,4 +1,4 @@
-// Elements. Text only ever enters as text nodes: no string of a model is read as HTML.
+// Creates elements. Text is inserted as text nodes only: no string of a model is interpreted as HTML.
 
 /** An element with attributes; children are elements or text. */
 export function el(tag, attributes = {}, ...children) {
@@ -10,17 +10,17 @@ export function el(tag, attributes = {}, ...children) {
   return node;
 }
 
-/** A heading with what belongs to it. */
+/** A section with a heading. */
 export function section(id, title, ...children) {
   return el("section", { id, "aria-labelledby": `${id}-title` }, el("h2", { id: `${id}-title` }, title), ...children);
 }
 
-/** The line that stands where something is missing. */
+/** A box that reports missing content. */
 export function absent(text) {
   return el("div", { class: "box absent" }, text);
 }
 
-/** Rows of cells under headings; the first cell of a row heads it. `kinds[k]`: class of column k. */
+/** A table; the first cell of a row is its heading. `kinds[k]`: class of column k. */
 export function table(caption, headings, rows, { kinds = [], chosen = () => false } = {}) {
   const head = headings.map((text, k) => el("th", { scope: "col", class: kinds[k] }, text));
   const body = rows.map((row, r) => el("tr", { class: chosen(r) ? "chosen" : null },
@@ -29,14 +29,14 @@ export function table(caption, headings, rows, { kinds = [], chosen = () => fals
     el("table", {}, el("caption", {}, caption), el("thead", {}, el("tr", {}, head)), el("tbody", {}, body)));
 }
 
-/** A labelled choice with one chosen; `changed` gets the value. */
+/** A labelled select element; calls `changed` with the new value. */
 export function choice(label, options, chosen, changed) {
   const select = el("select", {}, options.map(([value, text]) => el("option", { value, selected: value === chosen }, text)));
   select.addEventListener("change", () => changed(select.value));
   return el("label", {}, label, select);
 }
 
-/** Something to unfold. */
+/** A collapsed details element. */
 export function folded(title, ...children) {
   return el("details", {}, el("summary", {}, title), ...children);
 }

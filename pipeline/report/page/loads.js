@@ -1,4 +1,4 @@
-// Which compartment bears how much, and which fibres pull.
+// Contact forces by compartment and fibre strain and tension by bundle.
 import { absent, el, section } from "./dom.js";
 import { axis, compartmentColor, figure, lineStyle, theme } from "./plot.js";
 
@@ -17,7 +17,7 @@ function shareFigure(model) {
   const hasOther = forces.none_n.some((value) => value > 0);
   return figure({
     title: "Share of the load",
-    caption: "Contact force along Δ that each compartment bears, in per cent of all contact force along the spine.",
+    caption: "Contact force along Δ carried by each compartment, per cent of the total contact force along the spine.",
     make: () => ({
       data: [area(model, forces, "medial_n", "medial", compartmentColor("medial")), area(model, forces, "lateral_n", "lateral", compartmentColor("lateral")),
         ...(hasOther ? [area(model, forces, "none_n", "neither", theme().quiet)] : [])],
@@ -29,7 +29,7 @@ function shareFigure(model) {
 function forceFigure(model) {
   const line = (key, name) => ({ type: "scatter", mode: "lines", name, x: model.flexion, y: model.forces[key], line: { color: compartmentColor(name), width: 2 }, hovertemplate: `${name}: %{y:.1f} N at %{x}°<extra></extra>` });
   return figure({
-    title: "Contact force", caption: "The same in N: force along Δ in each compartment; with fibres it is more than the push, for they pull the bodies together.",
+    title: "Contact force", caption: "Force along Δ in each compartment, N; with fibres it exceeds the push, since their tension adds to it.",
     make: () => ({ data: [line("medial_n", "medial"), line("lateral_n", "lateral")], layout: { showlegend: true, xaxis: axis("flexion, degrees"), yaxis: axis("N", { rangemode: "tozero" }) } }),
   });
 }
@@ -46,15 +46,15 @@ function bundleFigure(model, { key, scale, title, caption, unit }) {
 }
 
 export function forcesSection(model) {
-  if (!model.forces) return section("forces", "Load on the compartments", absent("The stability search knows contacts but no forces; method = \"equilibrium\" finds them."));
-  if (!model.has_compartments) return section("forces", "Load on the compartments", absent("This joint has no compartments to share the load."));
+  if (!model.forces) return section("forces", "Load on the compartments", absent("The stability search computes contacts but no forces; method = \"equilibrium\" computes both."));
+  if (!model.has_compartments) return section("forces", "Load on the compartments", absent("This joint has no compartments."));
   return section("forces", "Load on the compartments", el("div", { class: "columns" }, shareFigure(model), forceFigure(model)));
 }
 
 export function fibresSection(model) {
   if (!model.fibres) return section("fibres", "Ligaments", absent("The job has no ligament fibres."));
-  return section("fibres", "Ligaments", el("p", {}, "By bundle along the spine, with the number of fibres in brackets. A fibre below a strain of 0 is slack and bears nothing."),
+  return section("fibres", "Ligaments", el("p", {}, "By bundle along the spine, with the number of fibres in brackets. A fibre with negative strain is slack and has no tension."),
     el("div", { class: "columns" },
-      bundleFigure(model, { key: "largest_strain", scale: 100, title: "Strain", unit: "per cent", caption: "Strain of the fibre strained most in each bundle, per cent of its slack length." }),
-      bundleFigure(model, { key: "tension_n", scale: 1, title: "Tension", unit: "N", caption: "Tension of all fibres of a bundle together, N." })));
+      bundleFigure(model, { key: "largest_strain", scale: 100, title: "Strain", unit: "per cent", caption: "Largest fibre strain in each bundle, per cent of the slack length." }),
+      bundleFigure(model, { key: "tension_n", scale: 1, title: "Tension", unit: "N", caption: "Total tension of the fibres of a bundle, N." })));
 }

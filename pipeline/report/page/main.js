@@ -1,4 +1,4 @@
-// The page of a report: sections in reading order, then their plots.
+// Builds the report: sections in reading order, then their plots.
 import { axesSection } from "./axes.js";
 import { rotationSection, translationsSection } from "./clinical.js";
 import { comparisonSection } from "./comparison.js";

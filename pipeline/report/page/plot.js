@@ -1,4 +1,4 @@
-// Plots in the page's colours, drawn again when those change.
+// Plots in the page's colours, redrawn when these change.
 import { el } from "./dom.js";
 
 const N_COLOURS = 8;
@@ -6,7 +6,7 @@ const DASHES = ["solid", "dash", "dot", "dashdot", "longdash"];
 
 const drawn = [];
 
-/** What plots take from the page. */
+/** Colours of the page for plots. */
 export function theme() {
   const style = getComputedStyle(document.documentElement);
   const of = (name) => style.getPropertyValue(name).trim();
@@ -20,12 +20,12 @@ export function lineStyle(k) {
   return { color: series[k % series.length], dash: DASHES[Math.floor(k / series.length) % DASHES.length] };
 }
 
-/** The same for the page's own elements, which follow light and dark by themselves. */
+/** Colour of the k-th series for page elements; follows the colour scheme. */
 export function cssColor(k) {
   return `var(--series-${k % N_COLOURS})`;
 }
 
-/** Of the two compartments. */
+/** Colour of a compartment. */
 export function compartmentColor(name) {
   return theme().series[name === "medial" ? 0 : 1];
 }
@@ -71,7 +71,7 @@ function draw(entry) {
 }
 
 /**
- * A figure with a plot. `make()` returns { data, layout }; it is asked again when colours or choices change.
+ * A figure with a plot. `make()` returns { data, layout }; it is called again when colours or selections change.
  * The returned element has `redraw()` and `plotNode`.
  */
 export function figure({ title, caption, size = "", make }) {
@@ -84,15 +84,15 @@ export function figure({ title, caption, size = "", make }) {
   return result;
 }
 
-/** Draws everything made so far that stands in the document. */
+/** Draws all figures that are in the document. */
 export function drawAll() {
   return Promise.all(drawn.filter((entry) => entry.node.isConnected).map(draw));
 }
 
-/** Follows the system's light and dark, and prints in light. */
+/** Redraws when the system's colour scheme changes and for printing, which is always light. */
 export function followTheme() {
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
-  // A plot keeps the width it was drawn at, so the page takes the paper's before they are drawn again.
+  // A plot keeps its drawn width, so the page gets the paper's width before redrawing.
   const print = (isNow) => { document.documentElement.classList.toggle("printing", isNow); drawAll(); };
   window.addEventListener("beforeprint", () => print(true));
   window.addEventListener("afterprint", () => print(false));

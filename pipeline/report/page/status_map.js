@@ -1,4 +1,4 @@
-// How the search of each attitude ended, and what touches there.
+// Maps of status, plausibility and contacts of each attitude.
 import { choice, el, section } from "./dom.js";
 import { axis, figure } from "./plot.js";
 
@@ -19,12 +19,12 @@ const ROTATION_KINDS = [{ code: -1, name: "no pose", color: "#9aa3ad" }, { code:
 function maps(model) {
   const list = [["status", "status", { grid: model.status_grid, kinds: statusKinds(model) }]];
   list.push(["plausibility", "plausibility of stable poses", { grid: model.plausibility_grid, kinds: plausibilityKinds(model) }]);
-  if (model.contact_grid) list.push(["contact", "compartments that touch", { grid: model.contact_grid, kinds: CONTACT_KINDS }]);
+  if (model.contact_grid) list.push(["contact", "compartments in contact", { grid: model.contact_grid, kinds: CONTACT_KINDS }]);
   list.push(["rotation", "rotation determined by contact", { grid: model.theta_determined_grid, kinds: ROTATION_KINDS }]);
   return list;
 }
 
-// Steps of equal width, one a kind.
+// Steps of equal width, one per kind.
 function stepScale(kinds) {
   return kinds.flatMap((kind, k) => [[k / kinds.length, kind.color], [(k + 1) / kinds.length, kind.color]]);
 }
@@ -32,7 +32,7 @@ function stepScale(kinds) {
 function mapTrace(model, { grid, kinds }) {
   const index = new Map(kinds.map((kind, k) => [kind.code, k]));
   const z = model.varus.map((_, j) => model.flexion.map((_, i) => index.get(grid[i][j])));
-  const gap = model.flexion.length > 45 ? 0 : 1;  // many cells would become stripes
+  const gap = model.flexion.length > 45 ? 0 : 1;  // gaps would dominate a fine grid
   const text = z.map((row) => row.map((k) => kinds[k]?.name ?? ""));
   return { type: "heatmap", x: model.flexion, y: model.varus, z, text, zmin: -0.5, zmax: kinds.length - 0.5, colorscale: stepScale(kinds), xgap: gap, ygap: gap,
     colorbar: { thickness: 14, outlinewidth: 0, tickvals: kinds.map((_, k) => k), ticktext: kinds.map((kind) => kind.name) },
@@ -44,7 +44,7 @@ export function statusSection(model) {
   const state = { map: all[0][2] };
   const plot = figure({
     title: "The grid", size: model.varus.length > 1 ? "" : "low",
-    caption: "One cell an attitude: flexion to the right, varus (adduction +) upwards. The table in the summary has the counts.",
+    caption: "One cell per attitude: flexion to the right, varus (adduction +) upwards. The table in the summary has the counts.",
     make: () => ({ data: [mapTrace(model, state.map)], layout: { xaxis: axis("flexion, degrees"), yaxis: axis("varus, degrees", model.is_varus_free ? { showticklabels: false, title: { text: "" } } : {}) } }),
   });
   const pick = choice("Show", all.map(([key, name]) => [key, name]), all[0][0], (value) => { state.map = all.find(([key]) => key === value)[2]; plot.redraw(); });

@@ -1,4 +1,4 @@
-// Pictures of the joint.
+// Images of the joint.
 import { absent, el, section } from "./dom.js";
 
 function still(one) {
@@ -6,7 +6,7 @@ function still(one) {
   return el("figure", {}, el("img", { src: `data:image/png;base64,${one.png}`, alt: `The joint, ${label}`, loading: "eager" }), el("figcaption", {}, label));
 }
 
-// A row a view; few pictures stay small.
+// One row per view; with fewer than three images a row has four columns, which keeps them small.
 function perRow(stills) {
   const n = stills.filter((one) => one.view === stills[0].view).length;
   return n < 3 ? 4 : n;

@@ -1,6 +1,6 @@
-// What a reader needs first.
+// Summary: warnings, key numbers, statuses.
 import { el, section, table } from "./dom.js";
-import { decimal, length, number, percent } from "./words.js";
+import { decimal, length, number, percent } from "./format.js";
 
 function card(value, label) {
   return el("div", { class: "card" }, el("span", { class: "value" }, value), el("span", { class: "label" }, label));
@@ -11,9 +11,9 @@ function axisText(values, name) {
   return `${number(values[0])}° to ${number(values[values.length - 1])}° of ${name} in ${values.length} values`;
 }
 
-/** The grid in words. */
+/** Describes the grid. */
 export function gridText(model) {
-  const varus = model.is_varus_free ? "varus found by the equilibrium" : axisText(model.varus, "varus");
+  const varus = model.is_varus_free ? "varus solved by the equilibrium" : axisText(model.varus, "varus");
   return `${axisText(model.flexion, "flexion")}, ${varus}`;
 }
 
@@ -23,22 +23,22 @@ export function methodName(model) {
   return METHODS[model.method] ?? model.method;
 }
 
-/** The line beneath the title. */
+/** The line below the title. */
 export function leadText(model) {
   return `${model.side} ${model.joint === "knee" ? "knee" : "joint"}, ${model.moving.name} on ${model.reference.name}, by ${methodName(model)}; ${gridText(model)}.`;
 }
 
-/** Warnings, or that there are none. */
+/** A box with the warnings, or with "No warnings". */
 export function warningBox(warnings, title = "Read this first") {
-  if (warnings.length === 0) return el("div", { class: "box good" }, el("strong", {}, "No warnings"), "Every attitude is solved, and no gap or penetration is large enough to be seen.");
+  if (warnings.length === 0) return el("div", { class: "box good" }, el("strong", {}, "No warnings"), "Every attitude is solved, and no gap or penetration is perceptible.");
   return el("div", { class: "box warning", role: "note" }, el("strong", {}, title), el("ul", {}, warnings.map((text) => el("li", {}, text))));
 }
 
 function equilibriumCards(n) {
   if (n.push_n === null) return [];
   return [
-    card(`${number(n.balance_residual_n, 2)} N`, `largest force out of balance, of a push of ${number(n.push_n)} N`),
-    card(String(n.several_optima), `flexions with several places of rest${n.several_optima > 0 ? `, up to ${number(n.optima_spread_deg)}° apart` : ""}`),
+    card(`${number(n.balance_residual_n, 2)} N`, `largest residual of the force balance, for a push of ${number(n.push_n)} N`),
+    card(String(n.several_optima), `flexions with several equilibria${n.several_optima > 0 ? `, up to ${number(n.optima_spread_deg)}° apart` : ""}`),
   ];
 }
 
@@ -49,15 +49,15 @@ function cards(model) {
   return el("div", { class: "cards" },
     card(`${n.stable} of ${n.cells}`, "attitudes solved"),
     card(length(n.largest_penetration_mm), `largest penetration; ${n.overlapping} attitudes overlap`),
-    card(n.largest_gap_mm === null ? "unbounded" : length(n.largest_gap_mm), "largest gap left along Δ"),
-    card(percent(n.theta_undetermined_share), "of the solved attitudes leave rotation undetermined"),
+    card(n.largest_gap_mm === null ? "unbounded" : length(n.largest_gap_mm), "largest gap along Δ"),
+    card(percent(n.theta_undetermined_share), "of the solved attitudes have undetermined rotation"),
     card(`${decimal(n.screw_home_range_deg, 1)}°`, rotation),
     ...equilibriumCards(n), ...fibres);
 }
 
 function statusTable(model) {
   const rows = model.statuses.filter((status) => status.cells > 0).map((s) => [s.name, String(s.cells), s.meaning]);
-  return table("Attitudes by how their search ended", ["status", "attitudes", "meaning"], rows, { kinds: ["", "", "text"] });
+  return table("Attitudes by status", ["status", "attitudes", "meaning"], rows, { kinds: ["", "", "text"] });
 }
 
 /** Top of a report on one model. */

@@ -1,8 +1,8 @@
-// Raw and smoothed surfaces side by side, as in figure 16 of the thesis.
+// Raw next to smoothed surfaces, as in figure 16 of the thesis.
 import { curvePlots } from "./curves.js";
 import { absent, choice, el, section } from "./dom.js";
 import { axis, figure, scene } from "./plot.js";
-import { extent, parameterTitle, PARAMETERS, setName } from "./words.js";
+import { extent, parameterTitle, PARAMETERS, setName } from "./format.js";
 
 const SCALE = "Viridis";
 const AROUND_ZERO = [[0, "#0b6aa8"], [0.5, "#f1f0ec"], [1, "#c2500a"]];
@@ -54,14 +54,14 @@ function panel(model, state, isRaw) {
     return { data: [heatTrace(model, grid, range)], layout: heatLayout() };
   };
   return figure({ title: isRaw ? "Raw" : "Smoothed", size: "tall", make,
-    caption: isRaw ? "As the solver left it, attitude by attitude; holes are attitudes without a pose."
-      : "The polynomial of least squares on the same axes and colours; the set and parameter are chosen above." });
+    caption: isRaw ? "The solver's result at each attitude; holes are attitudes without a pose."
+      : "The least-squares polynomial with the same axes and colours; set and parameter are selected above." });
 }
 
 function residualPanel(model, state) {
   return figure({
-    title: "Smoothed less raw", size: "low",
-    caption: "What smoothing changed at each attitude, in the unit of the parameter; pale is no change. Anything above 0.145 mm or 0.27 degrees can be seen on the bench.",
+    title: "Smoothed minus raw", size: "low",
+    caption: "Change by smoothing at each attitude, in the unit of the parameter; pale is no change. Changes above 0.145 mm or 0.27 degrees are perceptible on the bench.",
     make: () => {
       const grid = difference(state.set[state.parameter], model.surfaces[0][state.parameter]);
       const most = Math.max(...extent(grid.flat()).map(Math.abs), 1e-9);
@@ -70,7 +70,7 @@ function residualPanel(model, state) {
   });
 }
 
-// Turning one scene turns the other.
+// Rotating one scene rotates the other.
 function linkCameras(figures, state) {
   figures.forEach((one, k) => {
     one.addEventListener("pointerup", () => {
@@ -93,13 +93,13 @@ function controls(model, state, redraw) {
   return el("div", { class: "controls" }, items);
 }
 
-// The recommended degree where the file holds it, else the highest.
+// The recommended degree if it is in the file, else the highest.
 function preferred(model) {
   const smoothed = model.surfaces.slice(1);
   return smoothed.find((set) => set.name === `degree_${model.comparison?.recommended}`) ?? smoothed.at(-1) ?? model.surfaces[0];
 }
 
-function sideBySide(model) {
+function gridParts(model) {
   const state = { parameter: "tx", set: preferred(model), view: "surface", camera: START_CAMERA };
   const hasSmoothed = model.surfaces.length > 1;
   const panels = hasSmoothed ? [panel(model, state, true), panel(model, state, false)] : [panel(model, state, true)];
@@ -109,7 +109,7 @@ function sideBySide(model) {
   return [controls(model, state, redraw), hasSmoothed ? el("div", { class: "columns" }, panels) : panels, residual];
 }
 
-// One axis only: curves of each parameter, raw as points, smoothed as lines, of which the preferred ones show.
+// A single axis: curves of each parameter, raw as points, smoothed as lines; only the preferred set is shown at first.
 function overOneAxis(model) {
   const isFlexion = model.flexion.length >= model.varus.length;
   const keys = Object.keys(PARAMETERS).filter((key) => model.surfaces[0][key]);
@@ -124,8 +124,8 @@ function overOneAxis(model) {
 
 export function surfacesSection(model) {
   const isGrid = model.flexion.length > 1 && model.varus.length > 1;
-  const intro = isGrid ? "Each parameter of the pose over flexion and varus, as it was solved and as polynomials smooth it. Drag to turn; both turn together."
-    : "Each parameter of the pose over the one axis of this model.";
-  const missing = model.surfaces.length > 1 ? null : absent("No smoothed set stands in the file; vrda smooth FILE --degree 6 adds one.");
-  return section("surfaces", "Raw and smoothed motion", el("p", {}, intro), missing, ...(isGrid ? sideBySide(model) : overOneAxis(model)));
+  const intro = isGrid ? "Each parameter of the pose over flexion and varus, solved and smoothed by polynomials. Drag to rotate both views."
+    : "Each parameter of the pose over the only axis of this model.";
+  const missing = model.surfaces.length > 1 ? null : absent("The file has no smoothed set; vrda smooth FILE --degree 6 adds one.");
+  return section("surfaces", "Raw and smoothed motion", el("p", {}, intro), missing, ...(isGrid ? gridParts(model) : overOneAxis(model)));
 }

@@ -1,6 +1,6 @@
-// Numbers and names as people read them.
+// Formats numbers and names for display.
 
-/** Significant digits; a dash where there is no number. */
+/** Significant digits; a dash for a missing number. */
 export function number(value, digits = 3) {
   if (value === null || value === undefined || !Number.isFinite(value)) return "–";
   if (value === 0) return "0";
@@ -23,15 +23,15 @@ export function percent(share) {
   return share === null ? "–" : `${number(100 * share)} %`;
 }
 
-/** "degree_6_recontacted" in words. */
+/** Display name of a set such as "degree_6_recontacted". */
 export function motionName(set) {
   if (set === "raw") return "raw, along the spine";
-  if (set === "zero_varus") return "zero varus, both compartments bearing";
+  if (set === "zero_varus") return "zero varus, both compartments in contact";
   const found = /^degree_(\d+)(_recontacted)?$/.exec(set);
   return found ? `smoothed, degree ${found[1]}${found[2] ? ", recontacted" : ""}` : set;
 }
 
-/** The same over the whole grid. */
+/** Display name of a set over the whole grid. */
 export function setName(set) {
   return set === "raw" ? "raw" : motionName(set);
 }
@@ -42,14 +42,14 @@ export const PARAMETERS = {
   ty: { name: "y, proximal", unit: "mm" },
   tz: { name: "z, to the subject’s right", unit: "mm" },
   theta: { name: "θ about Δ, internal +", unit: "degrees" },
-  varus: { name: "varus found, adduction +", unit: "degrees" },
+  varus: { name: "solved varus, adduction +", unit: "degrees" },
 };
 
 export function parameterTitle(key) {
   return `${PARAMETERS[key].name}, ${PARAMETERS[key].unit}`;
 }
 
-/** Least and largest of numbers that may be null. */
+/** Minimum and maximum of numbers, ignoring null. */
 export function extent(values) {
   let least = Infinity, most = -Infinity;
   for (const value of values) {
