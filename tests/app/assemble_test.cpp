@@ -43,11 +43,11 @@ TEST(Assemble, OnlyStableCellsHoldNumbers)
   EXPECT_EQ(status_line(model), "35 attitudes: 7 no_contact, 28 stable");
   EXPECT_NEAR(unsolved_fraction(model), 0.2, 1e-12);
   EXPECT_TRUE(std::isnan(model.theta_deg(3, 4)));
-  EXPECT_EQ(model.tz_mm(3, 3), -3.0) << "a left knee goes back to its own side";
+  EXPECT_EQ(model.tz_mm(3, 3), -3.0) << "a left knee is reflected back to its own side";
   EXPECT_EQ(model.contacts.point_world_mm(0, 2), -3.0);
   EXPECT_EQ(model.contacts.row_start.back(), 28);
   EXPECT_EQ(model.is_spine.cast<int>().sum(), 7);
-  // Grid attitudes come back through the decomposition of the stored pose.
+  // The decomposition of the stored pose returns the grid attitudes.
   EXPECT_NEAR(model.clinical.flexion_deg(3, 1), 6.0, 1e-9);
   EXPECT_NEAR(model.clinical.varus_deg(3, 1), -1.0, 1e-9);
 }

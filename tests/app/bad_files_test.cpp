@@ -1,5 +1,5 @@
-// Files that lie, seen from the command line: no area, indices out of range, gigabytes promised by a few
-// bytes, and standard output without room.
+// Invalid files on the command line: no area, indices out of range, gigabytes announced by a few bytes, and a
+// full standard output.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace vrda::bad_files_test {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// A gigabyte; a run of the small job takes some forty megabytes.
+// A gigabyte; a run of the small job needs about forty megabytes.
 constexpr long absurd_kb = 1L << 20;
 
 std::string u32(std::uint32_t value)
@@ -30,7 +30,7 @@ std::string stl_header(std::uint32_t n)
   return std::string(80, ' ') + u32(n);
 }
 
-// Three corners, in a row or at one place.
+// Three corners, collinear or equal.
 std::string stl_facet(const std::vector<float>& corners)
 {
   return floats({0, 0, 1}) + floats(corners) + std::string(2, '\0');
@@ -48,7 +48,7 @@ const std::string corners = "0 0 0\n1 0 0\n0 1 0\n";
 class BadFiles : public testing::Test {
  protected:
   struct Row {
-    std::string file;  // in the place of the ball's
+    std::string file;  // replaces the ball's file
     std::string bytes;
     std::vector<std::string> words;
   };
@@ -166,7 +166,7 @@ TEST_F(BadFiles, MotionModelsThatPromiseGigabytes)
       SCOPED_TRACE(words[0] + " " + file);
       const test::Ended ended = test::run_vrda(words);
       EXPECT_EQ(ended.exit_code, 2);
-      // validate lists findings as data; the others say one thing.
+      // validate lists findings as data; the others print one message.
       EXPECT_EQ(test::n_lines(ended.err), words[0] == "info" ? 1 : 0) << ended.err;
       EXPECT_THAT(ended.err + ended.out, HasSubstr(file));
       EXPECT_THAT(ended.err + ended.out, HasSubstr("wanted"));
@@ -175,7 +175,7 @@ TEST_F(BadFiles, MotionModelsThatPromiseGigabytes)
   }
 }
 
-// `vrda` by a shell, which redirects its standard output.
+// Runs `vrda` in a shell with redirected standard output.
 test::Ended with_output(const std::string& words, const std::string& redirection)
 {
   return test::run({"/bin/sh", {"-c", "exec '" VRDA_PROGRAM "' " + words + " " + redirection}, {}, {}});
@@ -211,7 +211,7 @@ TEST_F(BadFiles, AClosedStandardOutputNeverEndsUpInAFile)
 
 TEST_F(BadFiles, OutputsWithoutRoomAreNamed)
 {
-  // /dev/full behind the name of what is to be written.
+  // The output name is a link to /dev/full.
   const fs::path folder = scratch_.path() / "parts";
   fs::create_directory(folder);
   fs::create_symlink("/dev/full", folder / "head.stl");

@@ -1,4 +1,4 @@
-// What a user gets wrong, seen from the command line: one message, the right exit code, nothing lost.
+// User errors on the command line: one message, the right exit code, nothing lost.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -192,7 +192,7 @@ TEST_F(BadInput, NothingAlongDeltaIsAWarning)
 
 TEST_F(BadInput, AWrongUnitIsRefusedAtOnce)
 {
-  // The ball and the dish in metres, read as millimetres.
+  // Ball and dish in metres, read as millimetres.
   test::edit(job_, "[reference]",
              "[frame]\nunit = \"mm\"\nanterior = \"+X\"\nproximal = \"+Y\"\nright = \"+Z\"\n[reference]");
   for (const std::string name : {"ball.stl", "dish.stl"}) {

@@ -75,7 +75,7 @@ TEST(Plan, ListsTheCasesOfACampaign)
   EXPECT_DOUBLE_EQ(plan.at("total").at("processor_s").get<double>(), processor_s);
   EXPECT_EQ(plan.at("total").at("attitudes"), 2 * (10 + 15));
   EXPECT_EQ(plan.at("estimate_is_within_a_factor_of"), 2.0);
-  // The same for people.
+  // The same as a table.
   const test::Ended text = test::run_vrda({"plan", file});
   EXPECT_EQ(text.exit_code, 0);
   EXPECT_THAT(text.out, AllOf(HasSubstr("Balls"), HasSubstr("ball_search_fine"), HasSubstr("3 x 5"),
@@ -122,7 +122,7 @@ TEST(Plan, ABadCaseIsNamed)
                                Not(HasSubstr("--set"))));
   EXPECT_EQ(test::n_lines(ended.err), 1);
   EXPECT_THAT(ended.out, IsEmpty());
-  // Meshes are looked at too.
+  // Meshes are checked too.
   const std::string sound = small_campaign(scratch).string();
   fs::remove(scratch.path() / "dish.stl");
   const test::Ended gone = test::run_vrda({"plan", sound});
@@ -150,7 +150,7 @@ TEST(Plan, AWrongValueOfALevelIsToldAsTheCampaigns)
                                                ": campaign.scaling.1.set.scaling.factor: found 93, wanted "));
     EXPECT_THAT(ended.err, Not(HasSubstr("--set")));
   }
-  // What the command line gives is still its own.
+  // Options of the command line are still allowed.
   const test::Ended typed =
       test::run_vrda({"plan", small_campaign(scratch).string(), "--set", "scaling.factor=93"});
   EXPECT_EQ(typed.exit_code, 2);

@@ -97,8 +97,7 @@ TEST(Commands, CheckSaysWhatItUnderstood)
   EXPECT_EQ(json.at("components").size(), 2u);
   EXPECT_EQ(json.at("components").at(1).at("triangles"), 168);
   EXPECT_EQ(json.at("components").at(1).at("closed"), true);
-  // The ball's top stands at -40 + 6, the dish above (3, 2) at -13/80; facets of 5 mm: within a sagitta of
-  // 0.2 mm.
+  // The ball's top is at -40 + 6, the dish above (3, 2) at -13/80; facets of 5 mm have a sagitta of 0.2 mm.
   EXPECT_NEAR(json.at("initial_pose").at("travel_along_delta_mm").get<double>(), 34.0 - 13.0 / 80.0, 0.3);
   EXPECT_EQ(json.at("initial_pose").at("overlapping"), false);
 }

@@ -68,10 +68,10 @@ TEST(CompareCommand, PrintsARowADegreeAndTheRecommendation)
   EXPECT_THAT(ended.out, HasSubstr("penetration"));
   EXPECT_THAT(ended.out, HasSubstr("\nrecommended: degree "));
   EXPECT_THAT(ended.err, HasSubstr("measuring degree_3"));
-  EXPECT_EQ(test::sha256_of_file(knee.file), before) << "the file stays as it is";
+  EXPECT_EQ(test::sha256_of_file(knee.file), before) << "the file is unchanged";
   const test::Ended quiet = knee.compare({"--degrees", "1..3", "--quiet", "--threads", "1"});
   EXPECT_THAT(quiet.err, IsEmpty());
-  EXPECT_EQ(quiet.out, ended.out) << "whatever the number of threads";
+  EXPECT_EQ(quiet.out, ended.out) << "for any number of threads";
 }
 
 TEST(CompareCommand, JsonHasEverything)
@@ -124,7 +124,7 @@ TEST(CompareCommand, SaysWhichDegreesTheCellsCannotCarry)
   const SolvedKnee knee;
   const test::Ended ended = knee.compare({"--refine", "0"});
   ASSERT_EQ(ended.exit_code, 0) << ended.err;
-  EXPECT_EQ(test::n_lines(ended.out), 2 + 4 + 1) << "five columns carry degree 4";
+  EXPECT_EQ(test::n_lines(ended.out), 2 + 4 + 1) << "five columns determine degree 4";
   EXPECT_THAT(ended.out, Not(HasSubstr("penetration")));
   EXPECT_THAT(ended.err, HasSubstr("too few solved cells to fit degree 5"));
 }
@@ -148,7 +148,7 @@ TEST(SmoothCommand, RobustIsStoredAndStays)
   EXPECT_EQ(test::sha256_of_file(knee.file), once);
 }
 
-/// Exit code 2, nothing printed, one line that says so.
+/// Expects exit code 2, no output and a one-line message.
 void expect_one_line(const test::Ended& ended, const std::string& said)
 {
   SCOPED_TRACE(said);

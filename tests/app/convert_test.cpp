@@ -1,4 +1,4 @@
-// `vrda convert` from the command line: the thesis's files in, ours out, one message for what is malformed.
+// `vrda convert` on the command line: converts the thesis's files; one message for malformed input.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
 
-// A mesh given in canonical axes and mm as the thesis's files have it: metres, X left, Y up, Z forward.
+// Converts a mesh from canonical axes in mm to the thesis's axes: metres, X left, Y up, Z forward.
 std::string thesis_file(const Mesh& canonical)
 {
   RawMesh raw;
@@ -78,7 +78,7 @@ TEST_F(ConvertConfig, TheJobIsUnderstoodAsTheThesisMeantIt)
   EXPECT_EQ(json.at("delta"), (std::vector<double>{0, 1, 0}));
   EXPECT_EQ(json.at("grid").at("attitudes"), 12);
   EXPECT_EQ(json.at("initial_pose").at("approach_step_mm"), 5.0);
-  constexpr double rounding_mm = 1e-9;  // of metres to millimetres and back
+  constexpr double rounding_mm = 1e-9;  // metres to millimetres and back
   // The femur's box from -17 to 23 forward, 0 to 20 up, -35 to 25 to the right.
   const std::vector<double> expected_min{-17, 0, -35}, expected_max{23, 20, 25};
   const auto& femur = json.at("components").at(0);
@@ -86,25 +86,25 @@ TEST_F(ConvertConfig, TheJobIsUnderstoodAsTheThesisMeantIt)
     EXPECT_NEAR(femur.at("box_min_mm").at(k).get<double>(), expected_min[k], rounding_mm);
     EXPECT_NEAR(femur.at("box_max_mm").at(k).get<double>(), expected_max[k], rounding_mm);
   }
-  // Both boxes' faces stand at y = 0, the lower one 20 mm further down.
+  // The faces of both boxes are at y = 0, the lower box 20 mm below.
   EXPECT_NEAR(json.at("initial_pose").at("travel_along_delta_mm").get<double>(), 20.0, rounding_mm);
   EXPECT_THAT(checked.out, Not(HasSubstr("player")));
 }
 
-// The same point through the files' own axes and through the solver's poses.
+// Transforms a point in the files' own axes and by the solver's poses.
 TEST_F(ConvertConfig, TurnsOfTheThesisAreTurnsOfTheSolver)
 {
   ASSERT_EQ(convert().exit_code, 0);
   const Case job_case = load_case(job_.string());
   const AxisMap map = axis_map(read_job(job_.string()));
   const MovingPose initial = plan_of(job_case).initial;
-  constexpr double rounding_mm = 1e-9;  // of poses a few centimetres from the origin
+  constexpr double rounding_mm = 1e-9;  // poses a few centimetres from the origin
   const Eigen::Vector3d p(0.01, -0.03, 0.02);
-  // Turned by 10 degrees about the files' Y, then moved.
+  // Rotated by 10 degrees about the files' Y, then translated.
   const Eigen::Vector3d turned = rotation_y(rad_from_deg(10.0)) * p + Eigen::Vector3d(0, -0.02, 0);
   EXPECT_LT((X_reference_moving(job_case.frame, {0.0, 0.0}, initial) * map(p) - map(turned)).norm(),
             rounding_mm);
-  // The femur bends by turning about X by the flexion's negative (5.4: 0 to -90), and about Z by the varus.
+  // The femur rotates about X by the negative flexion (5.4: 0 to -90) and about Z by the varus.
   struct Row {
     Attitude attitude;
     Eigen::Matrix3d femur;
@@ -152,7 +152,7 @@ TEST_F(ConvertConfig, TheUnitIsTheUsersToSay)
   EXPECT_EQ(test::run_vrda({"convert", "config", "a", "-o", "b", "--unit", "inch"}).exit_code, 2);
 }
 
-// Exit code 2, one line that says these words, and no output.
+// Expects exit code 2, one line with these texts, and no output.
 void expect_one_message(const test::Ended& ended, const std::vector<std::string>& words)
 {
   EXPECT_EQ(ended.exit_code, 2) << ended.out;

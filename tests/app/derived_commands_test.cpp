@@ -1,4 +1,4 @@
-// `vrda smooth` and `vrda audit`: what they add to a motion model, and what they refuse.
+// `vrda smooth` and `vrda audit`: additions to a motion model, and refused input.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// A gap that was written short of contact and measured again along other sums of coordinates.
+// Rounding of a gap that is measured again with another order of summation.
 constexpr double margin_mm = 2.0 * contact_margin_mm;
 
 class DerivedCommands : public testing::Test {
@@ -93,7 +93,7 @@ TEST_F(DerivedCommands, RecontactLeavesNoOverlapAndTheMarginAtTheAttitudes)
   EXPECT_EQ(fine[0].at("attitudes"), 19 * 13);
   EXPECT_GT(fine[0].at("largest_gap").at("mm").get<double>(), margin_mm);
   const MotionModel model = read_motion_model(file_);
-  ASSERT_EQ(model.audits.size(), 4u);  // of the two grids of that set the last
+  ASSERT_EQ(model.audits.size(), 4u);  // the last of the two grids of that set
   EXPECT_EQ(model.audits[1].name, "degree_2_recontacted");
   EXPECT_EQ(model.audits[1].refine, 3);
   EXPECT_EQ(run({"validate", file_}).exit_code, 0);

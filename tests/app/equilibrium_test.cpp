@@ -40,7 +40,7 @@ MotionModel solved(const test::Scratch& scratch, const fs::path& job,
 
 const std::vector<std::string> free_varus{"--set", "grid.varus=free"};
 
-// Half of what DESIGN.md 6 promises of gap and penetration.
+// Half of the limit of DESIGN.md 6 for gap and penetration.
 constexpr double touch_mm = 5e-4;
 
 TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
@@ -61,7 +61,7 @@ TEST(EquilibriumRun, WithVarusFreeBothSidesTouchAndShareThePush)
     EXPECT_EQ(model.varus_solved_deg(i, 0), model.equilibrium->spine.varus_deg[static_cast<std::size_t>(i)]);
     EXPECT_LE(model.equilibrium->balance_residual_n(i, 0), 0.01 * 20.0);
     EXPECT_EQ(model.equilibrium->varus_moment_nmm(i, 0), 0.0);
-    // Along Delta the two compartments bear the whole push.
+    // Along Delta the two compartments carry the whole push.
     const auto y = static_cast<std::size_t>(3 * i + 1);
     const double borne_n = -model.equilibrium->force_medial_n[y] - model.equilibrium->force_lateral_n[y];
     EXPECT_NEAR(borne_n, 20.0, 0.01 * 20.0);
@@ -132,10 +132,10 @@ std::string digits(const Eigen::RowVector3d& v)
   return text.data();
 }
 
-// Delta over flexion is one direction at each flexion: from the same seed a run with that one gives the same.
+// A Delta over flexion gives at each flexion the result of a run with that constant Delta and the same seed.
 TEST(EquilibriumRun, APushThatTurnsOverFlexionIsOneDirectionAtEach)
 {
-  constexpr double rounding_mm = 1e-9;  // the direction is scaled to unit length once more
+  constexpr double rounding_mm = 1e-9;  // the direction is normalised again
   const test::Scratch scratch;
   const fs::path job = test::small_job(scratch);
   const std::string table = "{ flexion_deg = [0, 4], value = [[0, 1, 0], [0.1, 1, 0.05]] }";

@@ -1,4 +1,4 @@
-// `vrda export`: what it writes where, and what it refuses. The formats themselves: tests/exports.
+// `vrda export`: output files and refused input. The formats are tested in tests/exports.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::StartsWith;
 
-/// The sample model has 4 flexions, 3 varus and one cell that failed, beside the spine.
+/// The sample model has 4 flexions, 3 varus and one failed cell next to the spine.
 class Export : public testing::Test {
  protected:
   Export() { write_motion_model(file_, test::sample_model({})); }
@@ -30,7 +30,7 @@ class Export : public testing::Test {
     return test::run_vrda(words);
   }
 
-  /// Exit code 2, one line that says `words`, and nothing beside the model.
+  /// Expects exit code 2, one line with `words`, and no file besides the model.
   void expect_refused(const test::Ended& ended, const std::vector<std::string>& words) const
   {
     EXPECT_EQ(ended.exit_code, 2) << ended.err;

@@ -1,4 +1,4 @@
-/// A cluster without Slurm, for what vrda asks of it.
+/// Replaces Slurm's programs that vrda calls.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 namespace vrda::test {
 
-/// Programs of Slurm's names that note down how they were called; sbatch runs the script at once when asked.
+/// Programs with Slurm's names that record their calls; sbatch runs the script immediately if `runs` is set.
 class FakeSlurm : public testing::Test {
  protected:
   FakeSlurm()

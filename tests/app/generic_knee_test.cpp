@@ -1,5 +1,5 @@
-// The jobs everybody starts with, whole: 91 x 21 attitudes of the generic knee, held by ligaments and by
-// contact alone, by the equilibrium and by the search.
+// The complete example jobs: 91 x 21 attitudes of the generic knee, with ligaments and with contact only, by
+// the equilibrium and by the search.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -54,8 +54,8 @@ void expect_balanced_spine(const MotionModel& model)
   }
 }
 
-// Mean internal rotation along the spine between two flexions: the facets of the mesh move single values by
-// two degrees either way (DESIGN.md 5.3), a mean over ten flexions by well under one.
+// Mean internal rotation along the spine between two flexions: facets of the mesh change single values by up
+// to two degrees (DESIGN.md 5.3), a mean over ten flexions by well under one.
 double mean_rotation_deg(const MotionModel& model, double from_deg, double to_deg)
 {
   const std::vector<Eigen::Index> spine = spine_of(model);
@@ -93,7 +93,7 @@ void expect_no_overlap_and_gaps_below(double allowed_mm, const MotionModel& mode
   EXPECT_LE(measured.largest_gap.value_mm, allowed_mm);
 }
 
-// Screw-home: the tibia turns inward as the knee bends, half of it early (Walker 1988: 15 degrees over 100
+// Screw-home: the tibia rotates internally during flexion, half of it early (Walker 1988: 15 degrees over 100
 // of flexion, half by 25).
 void expect_screw_home(const MotionModel& model)
 {
@@ -115,7 +115,7 @@ TEST(GenericKnee, EveryAttitudeIsSolvedBalancedTouchingAndTurnsTheAnatomicalWay)
   expect_no_overlap_and_gaps_below(model.contact_resolution_mm, model);
 }
 
-// DESIGN.md 6: gap and penetration of the equilibrium.
+// DESIGN.md 6: limit of gap and penetration of the equilibrium.
 constexpr double exact_mm = 1e-3;
 
 TEST(GenericKnee, ByEquilibriumEveryAttitudeTouchesExactlyAndIsBalanced)
@@ -145,12 +145,12 @@ TEST(GenericKnee, TheEquilibriumGoesAtLeastAsFarAlongDeltaAsTheSearch)
   const MotionModel searched = solved(scratch, {contact_job});
   const MotionModel exact = solved(scratch, {contact_job, "--set", "solver.method=equilibrium"});
   const auto falls_short = exact.ty_mm < searched.ty_mm - searched.contact_resolution_mm;
-  // Other places of rest: where the equilibrium's start lies in the valley of a lower one.
+  // Other equilibria, if the start is in the basin of a lower one.
   EXPECT_LE(falls_short.count(), 0.01 * static_cast<double>(falls_short.size()));
 }
 
-// Twenty random starts at each of 19 attitudes, up to 2 mm and 3 degrees away from the pose of rest, which is
-// the lowest that a sweep's starts find.
+// Twenty random starts at each of 19 attitudes, up to 2 mm and 3 degrees from the equilibrium, which is the
+// lowest of those found from a sweep's starts.
 TEST(GenericKnee, DisturbedStartsReturnToTheSamePose)
 {
   constexpr double same_mm = 1e-3, same_rad = 1e-3 / 30.0;  // 30 mm: half the width of the tibia
@@ -200,7 +200,7 @@ TEST(GenericKnee, DisturbedStartsReturnToTheSamePose)
   EXPECT_GE(n_same, 0.95 * n_all) << n_same << " of " << n_all;
 }
 
-// Of the equilibrium with ligaments: one hash whatever the threads and the vector instructions.
+// Equilibrium with ligaments: one hash for any threads and vector instructions.
 TEST(GenericKnee, OneHashForEveryInstructionSet)
 {
   const test::Scratch scratch;
@@ -238,7 +238,7 @@ TEST_P(GenericKneeHash, IsOneForThreadsProcessorFeaturesAndKills)
   ASSERT_EQ(test::run(without_avx).exit_code, 0);
   EXPECT_EQ(test::sha256_of_file(plain), hash);
 
-  // Two threads, killed three times on the way.
+  // Two threads, killed three times.
   const fs::path journal = two.string() + ".journal";
   std::uintmax_t written = 0;
   for (int k = 0; k < 3; ++k) {

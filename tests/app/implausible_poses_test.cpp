@@ -1,5 +1,5 @@
-// What `vrda run` says of poses that came to rest where they cannot: meshes wound against each other, plates
-// balanced on an edge.
+// Warnings of `vrda run` about implausible stable poses: meshes with opposite winding, plates balanced on an
+// edge.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -31,7 +31,7 @@ std::string wavefront_text(const Mesh& mesh)
   return text.str();
 }
 
-/// A sheet that looks down but for a square in its middle, which the solver does not see from below.
+/// A sheet that faces down except for a square in its middle, which has no facing pair from below.
 Mesh sheet_wound_against_itself(double size_mm, double square_mm)
 {
   Mesh mesh = test::sheet(size_mm, 12);
@@ -111,7 +111,7 @@ TEST(ImplausiblePoses, PlatesBesideEachOtherHaveNothingAheadAndTheRunSaysWhere)
   ASSERT_FALSE(doubtful.empty());
   EXPECT_EQ(doubtful[0]["plausibility"], "nothing_ahead");
   EXPECT_THAT(test::run_vrda({"info", output}).out, HasSubstr("nothing lies ahead along Delta"));
-  // Merged from shards it is the same file, and whoever asks again is told again.
+  // The merge of shards gives the same file, and a repeated command warns again.
   const std::string parts = scratch.path() / "parts.h5";
   for (const char* shard : {"1/2", "2/2"})
     ASSERT_EQ(test::run_vrda({"run", job, "--shard", shard, "-o", parts}).exit_code, 0);

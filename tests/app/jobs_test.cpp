@@ -1,4 +1,4 @@
-// The jobs of the repository, on coarse grids: each must end in honest statuses and clean poses.
+// The jobs of the repository on coarse grids: each must give correct statuses and poses without overlap.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ void expect_clean_poses(const MotionModel& model)
   EXPECT_LE(measured.largest_gap.value_mm, model.contact_resolution_mm);
 }
 
-// At every attitude, with contact just short of the margin (rounding of poses: as much again).
+// At every attitude; contact within the margin plus the same amount for rounding of poses.
 void expect_recontacted(const MotionModel& model)
 {
   ASSERT_EQ(model.smoothed.size(), 1u);
@@ -76,7 +76,7 @@ TEST_P(GenericKneeJob, OnTheLeftHasTheClinicalNumbersOfTheRight)
   ASSERT_EQ(left.side, "left");
   expect_clean_poses(left);
   expect_recontacted(left);
-  // The same travel on both sides; 1e-9 mm: sums of coordinates in another order.
+  // Equal travel on both sides; 1e-9 mm for another order of summation.
   const GridD difference = *left.smoothed.front().recontact_mm - *right.smoothed.front().recontact_mm;
   EXPECT_LE(difference.abs().maxCoeff(), 1e-9);
   EXPECT_TRUE((right.clinical.internal_rotation_deg == left.clinical.internal_rotation_deg).all());

@@ -1,5 +1,5 @@
-// The ground goes from under a run: a disk that fills up, a folder that vanishes. One message, exit code 2,
-// and the same command goes on from what was solved.
+// Loss of storage during a run: a full disk, a removed folder. One message, exit code 2, and the same command
+// resumes from the solved steps.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -39,8 +39,7 @@ class LostGround : public testing::Test {
   }
   std::size_t n_steps_kept() const { return read_journal(journal_.string()).records.size(); }
 
-  /// The command again: it must take over `n_kept` steps and end in the bytes of a run that nothing
-  /// disturbed.
+  /// Repeats the command: it must reuse `n_kept` steps and give the bytes of an undisturbed run.
   void expect_resumed(std::size_t n_kept) const
   {
     const test::Ended ended = test::run_vrda(command());
@@ -58,7 +57,7 @@ class LostGround : public testing::Test {
               undisturbed_trace_);
   }
 
-  /// Runs on a disk that grows from run to run, until all fits. Returns the names of what did not fit, in
+  /// Runs on a disk that grows from run to run until everything fits. Returns the files that did not fit, in
   /// order.
   std::vector<std::string> refused_on_a_growing_disk() const;
 
@@ -67,10 +66,10 @@ class LostGround : public testing::Test {
   {
     process = std::make_unique<test::Process>(test::vrda(command()));
     test::wait_for_bytes(*process, journal_, 5000);
-    ASSERT_TRUE(process->is_running()) << "ended before the ground was lost";
+    ASSERT_TRUE(process->is_running()) << "ended before storage was lost";
   }
 
-  /// The run stands still while the ground goes: else what it puts back could go with it.
+  /// Stops the run during the loss, so that the loss does not affect files it restores.
   static test::Ended ended_after(test::Process& process, const std::function<void()>& lose_ground)
   {
     process.send(SIGSTOP);
@@ -120,7 +119,7 @@ std::vector<std::string> LostGround::refused_on_a_growing_disk() const
     n_kept = kept.records.size();
   }
   EXPECT_EQ(ended.exit_code, 0);
-  // Every step was in the journal before the model fitted: the last run solved nothing.
+  // All steps were in the journal before the model fitted: the last run solved none.
   const auto record = nlohmann::json::parse(test::read_bytes(output_.string() + ".run.json"));
   EXPECT_EQ(record.at("steps_recalled"), n_kept);
   expect_undisturbed();
@@ -129,13 +128,13 @@ std::vector<std::string> LostGround::refused_on_a_growing_disk() const
 
 TEST_F(LostGround, ADiskThatGrowsTakesTheStartFileThenTheJournalThenTheModel)
 {
-  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << test::mount_refusal();
+  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a separate disk, missing: " << test::mount_refusal();
   EXPECT_THAT(refused_on_a_growing_disk(), ElementsAre("knee.h5.start.h5", "knee.h5.journal", "knee.h5"));
 }
 
 TEST_F(LostGround, ADiskThatGrowsTakesATraceToo)
 {
-  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << test::mount_refusal();
+  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a separate disk, missing: " << test::mount_refusal();
   is_traced_ = true;
   const std::vector<std::string> refused = refused_on_a_growing_disk();
   EXPECT_EQ(refused.front(), "knee.h5.start.h5");
@@ -145,8 +144,8 @@ TEST_F(LostGround, ADiskThatGrowsTakesATraceToo)
 
 TEST_F(LostGround, AJournalThatMeetsAFullDiskMidRunGoesOnWhenThereIsRoom)
 {
-  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << test::mount_refusal();
-  // Room for the start file, which the ballast makes the last that fits.
+  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a separate disk, missing: " << test::mount_refusal();
+  // The ballast leaves space for the start file only.
   test::SmallDisk disk(folder_, 4 << 20);
   std::unique_ptr<test::Process> process;
   start(process);
@@ -163,7 +162,7 @@ TEST_F(LostGround, AJournalThatMeetsAFullDiskMidRunGoesOnWhenThereIsRoom)
 
 TEST_F(LostGround, AModelThatIsReplacedStaysWhenTheNewOneDoesNotFit)
 {
-  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << test::mount_refusal();
+  if (!test::mount_refusal().empty()) GTEST_SKIP() << "a separate disk, missing: " << test::mount_refusal();
   test::SmallDisk disk(folder_, 4 << 20);
   ASSERT_EQ(test::run_vrda(command()).exit_code, 0);
   std::ofstream(folder_ / "ballast") << std::string(4 << 20, 'x');
@@ -205,7 +204,7 @@ TEST_F(LostGround, AFolderThatIsMovedLeavesItsStepsInBothPlaces)
 
 TEST_F(LostGround, WhereNothingCanBePutBackTheMessageSaysSo)
 {
-  // A file where the folder was; another journal where the journal was.
+  // A file replaces the folder; another journal replaces the journal.
   for (const bool is_folder_blocked : {true, false}) {
     std::unique_ptr<test::Process> process;
     start(process);

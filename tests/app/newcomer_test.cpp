@@ -1,5 +1,4 @@
-// What newcomers get wrong in a job of their own: each is answered by a warning or an error that names the
-// key and what to write there.
+// Typical mistakes in a new job: each causes a warning or an error that names the key and the correct value.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,7 +45,7 @@ varus = { from = -9, to = 9, step = 3 }
 degrees = [3]
 )";
 
-// The files of a generated knee in a folder, beside the job.
+// The files of a generated knee in the folder of the job.
 struct Folder {
   test::Scratch scratch;
   fs::path job = scratch.write("my-knee.toml", sound_job);
@@ -76,7 +75,7 @@ struct Folder {
     for (const char* name : {"femur.stl", "tibia.stl", "meniscus_medial.stl", "meniscus_lateral.stl"})
       scale_mesh(name, factor);
   }
-  // One fibre instead of the table's.
+  // Replaces the table by one fibre.
   void one_fibre(const std::string& values) const
   {
     scratch.write(
@@ -286,7 +285,7 @@ TEST_P(NewcomerMistake, IsAnsweredWithKeyAndRemedy)
   GetParam().make(folder);
   const test::Ended ended = test::run_vrda({"check", folder.job.string()});
   EXPECT_EQ(ended.exit_code, GetParam().exit_code) << ended.err;
-  // One line has them all.
+  // A single line must contain all texts.
   std::string answer;
   std::istringstream lines(ended.out + ended.err);
   for (std::string line; std::getline(lines, line);) {

@@ -1,4 +1,4 @@
-// The poses that the player shows are those of the pipeline: of every set, at every attitude of the grid.
+// The player's poses equal those of the pipeline, for every set at every attitude of the grid.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -13,8 +13,8 @@
 
 namespace vrda::player_poses_test {
 
-// mm and entries of a rotation: products of three rotations on coordinates of some hundreds err by 1e-12; the
-// player promises this.
+// mm and matrix elements: products of three rotations on coordinates of some hundreds have errors of 1e-12.
+// This is the player's specified accuracy.
 constexpr double promised = 1e-9;
 
 struct Variant {
@@ -22,7 +22,7 @@ struct Variant {
   std::vector<std::string> sets;  ///< --set
 };
 
-/// The generic knee, which its ligaments hold, on a coarse grid.
+/// The generic knee with ligaments on a coarse grid.
 MotionModel solved(const test::Scratch& scratch, const Variant& variant)
 {
   const std::string file = scratch.path() / "knee.h5";
@@ -36,7 +36,7 @@ MotionModel solved(const test::Scratch& scratch, const Variant& variant)
   return read_motion_model(file);
 }
 
-/// By the formulas of the frames, from the numbers that the pipeline stored.
+/// Computed by the formulas of the frames from the stored numbers.
 Pose pose_from(const MotionModel& model, Eigen::Index row, double varus_deg, const PoseNumbers& numbers_deg)
 {
   const Side side = model.side == "left" ? Side::left : Side::right;
@@ -75,7 +75,7 @@ JointPose shown(const Motion& motion, const MotionModel& model, const Cell& cell
                     rad_from_deg(model.varus_deg[static_cast<std::size_t>(cell.column)])});
 }
 
-/// How many poses were compared.
+/// Number of compared poses.
 int expect_raw(const MotionModel& model)
 {
   const Motion motion(model, "raw");
@@ -92,8 +92,7 @@ int expect_raw(const MotionModel& model)
   return n;
 }
 
-/// What the room smooth stored for a set at a cell: x, y, z, theta and, where there is a fifth surface,
-/// varus.
+/// The stored smoothed values of a set at a cell: x, y, z, theta and, with a fifth surface, varus.
 std::vector<double> stored(const SmoothedSet& set, const Cell& cell)
 {
   std::vector<double> numbers;

@@ -15,7 +15,7 @@ TEST(Progress, RateAndRemainingTime)
 
 TEST(Progress, AClockThatWasSetSaysNothingAbsurd)
 {
-  // Back by hours, standing still, and as far ahead as a clock of 64 bits can be: 292 years.
+  // Hours back, unchanged, and the largest step of a 64-bit clock: 292 years.
   EXPECT_EQ(rate_text(5, -7200.0, 10), "starting");
   EXPECT_EQ(rate_text(5, 0.0, 10), "starting");
   EXPECT_EQ(rate_text(1, 9.2e9, 1'000'000), "1.09e-10/s, 153333333333333:20 left");

@@ -1,4 +1,4 @@
-// `vrda reduce` and what `vrda run` leaves of it.
+// `vrda reduce`, and the zero-varus motion written by `vrda run`.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ class Reduce : public testing::Test {
     return file;
   }
 
-  // One line that says all of `words`, exit code 2, and the file as it was.
+  // Expects one line with all of `words`, exit code 2, and an unchanged file.
   static void expect_refused(const std::vector<std::string>& arguments, const std::vector<std::string>& words)
   {
     const std::string before = test::text_of(arguments.front());

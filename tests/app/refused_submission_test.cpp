@@ -1,4 +1,4 @@
-// Submissions of which Slurm takes a part, or nothing.
+// Submissions that Slurm accepts in part or not at all.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ TEST_F(FakeSlurm, ARefusalIsOneLineAndLeavesNothing)
   EXPECT_FALSE(fs::exists(folder_));
 }
 
-// As when others fill the queue meanwhile.
+// As if other users had filled the queue.
 TEST_F(FakeSlurm, WhatWasTakenBeforeARefusalGoesOnAndResumeAddsTheRest)
 {
   const test::Ended ended = submit({"--shards", "3"}, {{"refused", "102"}});
@@ -33,7 +33,7 @@ TEST_F(FakeSlurm, WhatWasTakenBeforeARefusalGoesOnAndResumeAddsTheRest)
   EXPECT_THAT(calls(), Not(HasSubstr("scancel")));
   queue("101|N/A|RUNNING|n1|None\n");
   EXPECT_THAT(run({"status", folder_.string()}).out, HasSubstr("spine             running"));
-  // Refused once more, then not.
+  // Refused again, then accepted.
   EXPECT_EQ(run({"resume", folder_.string()}, {{"refused", "104"}}).exit_code, 2);
   queue(
       "101|N/A|RUNNING|n1|None\n103|1|PENDING||Dependency\n103|2|PENDING||Dependency\n"
@@ -54,7 +54,7 @@ TEST_F(FakeSlurm, AJobThatCannotBeNotedDownIsCancelled)
   EXPECT_THAT(calls(), HasSubstr("scancel 101\n"));
 }
 
-// MaxJobCount is 40 here: twenty cases need 101.
+// MaxJobCount is 40 here; twenty cases need 101 tasks.
 TEST_F(FakeSlurm, MoreJobsThanTheQueueTakesAreRefusedBeforeTheFirst)
 {
   std::string text =

@@ -1,4 +1,4 @@
-// `vrda report`: what it writes, and what it refuses before writing anything.
+// `vrda report`: its output, and input refused before anything is written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ class ReportCommand : public testing::Test {
     return test::run_vrda(words);
   }
 
-  // One line that says all of `words`, exit code 2, and no report.
+  // Expects one line with all of `words`, exit code 2, and no report.
   void expect_refused(std::vector<std::string> arguments, const std::vector<std::string>& words)
   {
     arguments.insert(arguments.end(), {"-o", folder()});
@@ -198,7 +198,7 @@ TEST_F(ReportCommand, AnExportedTableStandsForAPublishedCurve)
     return d.at("curve") == "degree_2" && d.at("against") == "exported";
   });
   ASSERT_NE(exported, differences.end());
-  constexpr double rounding = 1e-9;  // of mm and degrees that went through radians and text
+  constexpr double rounding = 1e-9;  // mm and degrees converted to radians and text
   EXPECT_EQ(exported->at("by_quantity").size(), 5u);
   for (const json& d : exported->at("by_quantity")) EXPECT_LT(d.at("largest").get<double>(), rounding) << d;
 }

@@ -1,4 +1,4 @@
-// Runs of scaled joints: what is kept of the unscaled one, and what a new run finds.
+// Runs of scaled joints: scaled results of the unscaled run against a new run.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ using testing::Not;
 
 constexpr double factor = 1.07;
 
-// Lengths of up to 100 mm through some multiplications and turns.
+// Rounding of lengths up to 100 mm after some multiplications and rotations.
 constexpr double rounding_mm = 1e-11;
 constexpr double rounding_deg = 1e-10;
 
@@ -48,7 +48,7 @@ Solved solved(const fs::path& job, const std::vector<std::string>& settings)
   return {read_motion_model(output.string()), ended.err};
 }
 
-// Of two surfaces with answers in the same cells.
+// For two surfaces with values in the same cells.
 double largest_difference(const GridD& a, const GridD& b)
 {
   EXPECT_TRUE((a.isNaN() == b.isNaN()).all());
@@ -105,7 +105,7 @@ TEST(ScaledRun, OfAJointHeldByContactIsTheUnscaledOneTimesTheFactor)
     expect_scaled_cells(scaled.model, plain.model);
     EXPECT_EQ(scaled.model.contact_resolution_mm, factor * plain.model.contact_resolution_mm);
     EXPECT_TRUE(scaled.model.job.scaling.value().keeps_steps);
-    // What is measured anew on the scaled meshes has scaled gaps: the audit's own measures to 1e-6 mm.
+    // Gaps measured on the scaled meshes are scaled; the audit's measurements agree to 1e-6 mm.
     const AuditFigures before = figures_of(audit(plain.model, "raw", 1, 1));
     const AuditFigures after = figures_of(audit(scaled.model, "raw", 1, 1));
     EXPECT_EQ(after.n_overlapping, 0);
@@ -161,8 +161,8 @@ std::string wavefront(const Mesh& mesh)
   return text;
 }
 
-// Closed form: from the pole of the ball at 20 mm to the underside of the plate at 30 mm it is 10 mm up, on
-// the scaled joint 10 mm times the factor, wherever the rotation centre is.
+// Closed form: the pole of the ball is at 20 mm, the lower face of the plate at 30 mm; the gap of 10 mm
+// scales with the factor for any rotation centre.
 TEST(ScaledRun, ABallUnderAPlateRisesByTheFactor)
 {
   const test::Scratch scratch;
@@ -189,13 +189,13 @@ degrees = []
     const MotionModel model = solved(job, {"scaling.factor=" + shortest(s)}).model;
     EXPECT_NEAR(model.ty_mm(0, 0), 10.0 * s, tolerance_mm * s);
     EXPECT_NEAR(model.X_reference_moving[7], 10.0 * s, tolerance_mm * s);
-    // The ball's pole: 22 mm over the centre, and the centre stays.
+    // The ball's pole is 22 mm above the centre, which does not move.
     EXPECT_NEAR(bounding_box(model.moving.contact.mesh).max_mm.y(), -2.0 + 22.0 * s, rounding_mm);
     EXPECT_NEAR(model.contacts.point_world_mm(0, 1), 32.0 * s, tolerance_mm * s);
   }
 }
 
-// How a sweep ends without any file between.
+// Results of a sweep without intermediate files.
 SweepResult swept(const Case& job_case)
 {
   CaseSolver solver(job_case, 1);
@@ -231,14 +231,14 @@ Case loaded(const fs::path& job, const std::vector<std::string>& settings)
   return load_case(job.string(), {"", settings});
 }
 
-// Each of two runs is at rest to solver.equilibrium.tolerance_mm, here of a joint 1.07 times as large.
+// Both runs converge to solver.equilibrium.tolerance_mm, here for a joint 1.07 times as large.
 constexpr double two_tolerances_mm = 2 * factor * 1e-4;
 constexpr double lever_mm = 20.0;  // from Delta to either ball
 constexpr double push_n = 20.0;
 
 struct Nearness {
   int n_stable = 0;
-  double across_mm = two_tolerances_mm;  // contact alone rests on edges and corners, which hold as hard
+  double across_mm = two_tolerances_mm;  // contact only: edges and corners constrain as stiffly
 };
 
 void expect_near(const SweepResult& a, const SweepResult& b, const Nearness& wanted)
@@ -251,7 +251,7 @@ void expect_near(const SweepResult& a, const SweepResult& b, const Nearness& wan
   EXPECT_LT(worst.energy_nmm, two_tolerances_mm * push_n);
 }
 
-// The oracle: the scaled meshes solved anew.
+// The oracle: a new run on the scaled meshes.
 TEST(ScaledRun, ScaledResultsAreThoseOfTheScaledMeshes)
 {
   const test::Scratch scratch;
@@ -281,8 +281,8 @@ stiffness_n = 200
 slack_length_mm = 30
 )";
 
-// Fibres that keep their strain and stiffness pull as before: the new run of a joint with ligaments finds the
-// scaled poses too, under the same forces and no moment.
+// Fibres with the same strain and stiffness have the same tension: a new run of a joint with ligaments gives
+// the scaled poses under the same forces without moment.
 TEST(ScaledRun, FibresScaledEvenlyHoldTheScaledPose)
 {
   const test::Scratch scratch;
@@ -349,7 +349,7 @@ TEST(ScaledRun, ARunInterruptedAtOneSizeGoesOnAtAnother)
   const std::string start = output.string() + ".start.h5";
   EXPECT_FALSE(read_motion_model(start).job.scaling);
   {
-    // Until it ends, who follows the run sees the joint of its size.
+    // During the run the start file has the joint at its scaled size.
     test::Process process(test::vrda(words(job, output, larger)));
     test::wait_for_bytes(process, journal, fs::file_size(journal) + 2000);
     process.send(SIGTERM);
@@ -362,7 +362,7 @@ TEST(ScaledRun, ARunInterruptedAtOneSizeGoesOnAtAnother)
   EXPECT_EQ(test::sha256_of_file(output), test::sha256_of_file(whole));
 }
 
-// The same journals, merged under the jobs of two sizes.
+// The same journals merged with the jobs of two sizes.
 TEST(ScaledRun, ShardsOfOneSizeServeAnother)
 {
   const test::Scratch scratch;

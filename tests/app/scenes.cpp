@@ -31,7 +31,7 @@ std::string stl_bytes(const Mesh& mesh)
   return bytes;
 }
 
-// A closed slab, 20 mm thick, whose underside has the height given over (x, z).
+// A closed slab, 20 mm thick, with the given height of its lower face over (x, z).
 template <typename Height>
 Mesh ceiling(double size_mm, int n, const Height& height)
 {
@@ -44,7 +44,7 @@ Mesh ceiling(double size_mm, int n, const Height& height)
   under.triangles.col(1).swap(under.triangles.col(2));
   const auto n_under = static_cast<std::int32_t>(under.vertices_mm.rows());
   append(mesh, under);
-  // The rim, walked around; each step closes the wall between a top edge and the edge beneath.
+  // Walls along the rim, each between a top edge and the edge below.
   std::vector<std::int32_t> rim;
   for (int k = 0; k < n; ++k) rim.push_back(k);
   for (int i = 0; i < n; ++i) rim.push_back(i * (n + 1) + n);
@@ -112,7 +112,7 @@ degrees = [1]
 
 std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& side)
 {
-  // Two dents 40 mm apart, the lateral one shallower; two balls of their own radii beneath.
+  // Two dents 40 mm apart, the lateral one shallower; below them two balls of different radii.
   const Mesh plate = ceiling(90, 18, [](double x, double z) {
     const double s = z < 0.0 ? z + 20.0 : z - 20.0;
     return -(x * x + s * s) / (z < 0.0 ? 50.0 : 90.0);

@@ -1,4 +1,4 @@
-/// Small jobs for the command line, and how to run it.
+/// Small jobs for tests of the command line.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 
 namespace vrda::test {
 
-/// `vrda` with these words.
+/// `vrda` with these arguments.
 Command vrda(const std::vector<std::string>& words);
 Ended run_vrda(const std::vector<std::string>& words);
 
@@ -17,29 +17,28 @@ Ended run_vrda(const std::vector<std::string>& words);
 /// under a second. Returns the job file.
 std::filesystem::path small_job(const Scratch& scratch);
 
-/// The same as a right or left knee of two balls under a plate with two dents, 7 x 5 attitudes, mirrored for
-/// the left.
+/// A right or left knee of two balls under a plate with two dents, 7 x 5 attitudes; the left one is mirrored.
 std::filesystem::path small_knee_job(const Scratch& scratch, const std::string& side);
 
-/// small_knee_job with some hundred attitudes: long enough to be met in the middle.
+/// small_knee_job with some hundred attitudes: long enough to be interrupted.
 std::filesystem::path longer_knee_job(const Scratch& scratch);
 
-/// Until the file has `n` bytes or the process has ended.
+/// Waits until the file has `n` bytes or the process has ended.
 void wait_for_bytes(Process& process, const std::filesystem::path& file, std::uintmax_t n);
 
 std::string text_of(const std::filesystem::path& file);
 
-/// `vrda run` of the job must end with exit code 2 and one line that says all of these words; no output then.
+/// Expects `vrda run` to end with exit code 2, one line with all of these texts, and no output file.
 void expect_refused(const std::filesystem::path& job, const std::filesystem::path& output,
                     const std::vector<std::string>& words);
 
-/// How many lines a program said.
+/// Number of lines.
 std::ptrdiff_t n_lines(const std::string& text);
 
-/// Replaces the first `from` in a file by `to`; the text must be there.
+/// Replaces the first `from` in a file by `to`; the file must contain it.
 void edit(const std::filesystem::path& file, const std::string& from, const std::string& to);
 
-/// The hash a user would compare: `sha256sum` of the file.
+/// Output of `sha256sum` for the file.
 std::string sha256_of_file(const std::filesystem::path& file);
 
 }  // namespace vrda::test

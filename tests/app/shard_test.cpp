@@ -19,7 +19,7 @@ using testing::Not;
 // A knee of two balls, 7 flexions x 5 varus angles.
 class Shards : public testing::TestWithParam<const char*> {
  protected:
-  // Of the equilibrium without ligaments: nothing holds the rotation.
+  // Equilibrium without ligaments: the rotation is not constrained.
   static std::ptrdiff_t n_warnings() { return GetParam() == std::string("equilibrium") ? 1 : 0; }
 
   test::Ended part(const std::vector<std::string>& words) { return test::run_vrda(run_words(words)); }
@@ -119,7 +119,7 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
   const test::Ended refused = merge();
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_EQ(test::n_lines(refused.err), 1 + n_warnings());
-  // Rows 1 and 4 of 0 to 6; with the search the spine's journal holds their spine cells.
+  // Rows 1 and 4 of 0 to 6; with the search the spine's journal contains their spine cells.
   const std::string n = GetParam() == std::string("stability-search") ? "8" : "10";
   EXPECT_THAT(refused.err, HasSubstr("no result of " + n + " of 35 attitudes, at flexion 2 and 8;"));
   EXPECT_THAT(refused.err, HasSubstr("no journal of shard 2 of 3"));
@@ -145,7 +145,7 @@ TEST_P(Shards, ASpineThatIsMissingIsNamed)
   const test::Ended refused = merge();
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_EQ(test::n_lines(refused.err), 1 + n_warnings());
-  // With the search the spine's journal holds results as well.
+  // With the search the spine's journal also contains results.
   const bool is_search = GetParam() == std::string("stability-search");
   EXPECT_THAT(refused.err, HasSubstr(is_search ? "no result of 7 of 35 attitudes, at flexion 0"
                                                : "found no whole spine,"));
@@ -157,7 +157,7 @@ TEST_P(Shards, StepsThatStandTwiceAreNamedAndHarmless)
   run_shards(2);
   const std::string copy = scratch_.path() / "copy.journal", first = shard_journal_of(output_, {1, 2});
   fs::copy_file(first, copy);
-  // The copy, which tells nobody whose it is, comes first.
+  // The copy, which does not record its owner, comes first.
   const test::Ended merged =
       merge({copy, spine_journal_of(output_), first, shard_journal_of(output_, {2, 2})});
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
@@ -166,7 +166,7 @@ TEST_P(Shards, StepsThatStandTwiceAreNamedAndHarmless)
                         "4, 8 and 12, in " +
                         copy + ", " + first + "\n"));
   EXPECT_EQ(test::sha256_of_file(output_), wanted);
-  EXPECT_TRUE(fs::exists(copy)) << "a copy elsewhere is the user's";
+  EXPECT_TRUE(fs::exists(copy)) << "a copy elsewhere belongs to the user";
 }
 
 TEST_P(Shards, AMergeKilledWhileItClearedUpOnlyClearsUp)
@@ -204,7 +204,7 @@ TEST_P(Shards, JournalsOfAnotherJobAreRefused)
   EXPECT_THAT(merged.err, HasSubstr("other.h5.shard-1-of-2.journal: key: found the journal of another job; "
                                     "first difference: grid.varus.step: found 2.5, this job has "));
   EXPECT_THAT(merged.err, HasSubstr(", wanted this job's; leave it out"));
-  // The same of the one that a run would go on with.
+  // The same for the journal that a run would resume.
   const test::Ended repeated = part({"--shard", "1/2", "--set", "grid.varus.step=2.5"});
   EXPECT_EQ(repeated.exit_code, 2);
   EXPECT_THAT(repeated.err, HasSubstr(".spine.journal: key: found the journal of another job; first "
@@ -238,7 +238,7 @@ TEST_P(Shards, OneThatIsStoppedGoesOn)
   test::Process process(test::vrda(run_words({"--shard", "1/1"})));
   test::wait_for_bytes(process, journal, 200);
   process.send(SIGTERM);
-  // Interrupted before its end, or just done: the same command leads on from either.
+  // Interrupted before its end, or just done: the same command continues from both.
   EXPECT_THAT(process.wait().exit_code, testing::AnyOf(0, 4));
   EXPECT_EQ(part({"--shard", "1/1"}).exit_code, 0);
   EXPECT_EQ(merge().exit_code, 0);

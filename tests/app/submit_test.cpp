@@ -60,7 +60,7 @@ TEST(SubmitLocal, AnyNumberOfShardsGivesTheBytesOfOneRun)
   }
 }
 
-// Ended by SIGKILL, which nothing can answer, and by SIGTERM: the next one goes on from the journals.
+// Ended by SIGKILL, which cannot be handled, and by SIGTERM: the next start resumes from the journals.
 TEST(SubmitLocal, KilledItGoesOnAndGivesTheSameBytes)
 {
   const test::Scratch scratch;
@@ -92,7 +92,7 @@ TEST(SubmitLocal, AFailureSaysWhyAndIsMendedByResume)
   const test::Scratch scratch;
   const fs::path job = test::small_knee_job(scratch, "right");
   const fs::path folder = scratch.path() / "sub";
-  // Nobody can write this shard's journal.
+  // This shard's journal cannot be written.
   fs::create_directories(folder / "knee_right.h5.shard-2-of-3.journal");
   const test::Ended ended =
       test::run_vrda({"submit", job.string(), "--shards", "3", "--local", "-o", folder.string()});
@@ -109,7 +109,7 @@ TEST(SubmitLocal, AFailureSaysWhyAndIsMendedByResume)
   EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
 }
 
-// A state as a process leaves it that went down with its machine: its lock went with it.
+// The state left by a process on a crashed machine, which no longer holds its lock.
 TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgain)
 {
   const test::Scratch scratch;
@@ -124,7 +124,7 @@ TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgain)
   state["state"] = "running";
   state["host"] = "node17";
   scratch.write("sub/tasks/knee_right.shard-2-of-3.json", state.dump());
-  // While it lives, whoever repeats it waits.
+  // While it runs, a repeated task waits.
   auto lock = OutputLock::take(file.string(), "vrda task", {});
   EXPECT_THAT(test::run_vrda({"status", folder.string()}).out,
               testing::ContainsRegex("shard 2 of 3      running      2 of 10        node17"));
@@ -229,7 +229,7 @@ TEST(Task, RefusesWhatIsNoneOfTheSubmission)
     EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
     EXPECT_THAT(ended.err, HasSubstr(row.said));
   }
-  // A requeued task of a case that is made meanwhile.
+  // A requeued task of a case that was finished meanwhile.
   EXPECT_EQ(task({"--kind", "shard", "--shard", "2"}).exit_code, 0);
 }
 
@@ -269,7 +269,7 @@ TEST_F(FakeSlurm, ScriptsMakeTheModelOfAPlainRun)
 TEST_F(FakeSlurm, ResumeSubmitsOnlyWhatIsMissing)
 {
   ASSERT_EQ(submit({"--shards", "3"}).exit_code, 0);
-  // What a spine and two shards of three would have done.
+  // The results of a spine and two shards of three.
   for (const std::vector<std::string>& words : {std::vector<std::string>{"--kind", "spine"},
                                                 {"--kind", "shard", "--shard", "1"},
                                                 {"--kind", "shard", "--shard", "3"}}) {
@@ -325,7 +325,7 @@ TEST_F(FakeSlurm, ResumeKeepsTheCasesOfATaskWhileTasksAreUnderWay)
   EXPECT_EQ(run({"resume", folder_.string(), "--cases-per-task", "1"}).out, "cases 103_[1], index 104\n");
 }
 
-// sbatch hands its environment on to the job.
+// sbatch passes its environment to the job.
 TEST_F(FakeSlurm, JobsSubmittedWithinAnArrayAreNoneOfIts)
 {
   ASSERT_EQ(submit({"--shards", "2"}, {{"runs", "yes"},
@@ -373,7 +373,7 @@ TEST_F(FakeSlurm, ATimeLimitAndMemoryAreAskedFor)
   EXPECT_THAT(run({"submit", job_.string(), "--time", "10"}).err, HasSubstr("--mem"));
 }
 
-// A spine that another process holds: its task waits, and can be met there.
+// A spine journal that another process holds: its task waits, and can be interrupted there.
 class HeldSpine : public FakeSlurm {
  protected:
   HeldSpine()
@@ -399,7 +399,7 @@ class HeldSpine : public FakeSlurm {
   int lock_ = -1;
 };
 
-// The predecessor may be about to end: nothing is wrong with the time limit.
+// The predecessor may end soon: the time limit is not at fault.
 TEST_F(HeldSpine, ItIsWaitedForSaidSoAndBegunAgain)
 {
   test::Process process(spine());
@@ -444,7 +444,7 @@ TEST_F(HeldSpine, AKilledTaskIsNotedDownByItsScript)
   process.wait();
   test::Command note = spine();
   note.arguments.insert(note.arguments.end(), {"--ended", "137"});
-  // Of another start it says nothing.
+  // The state of another start is not changed.
   note.environment["SLURM_RESTART_COUNT"] = "1";
   EXPECT_EQ(test::run(note).exit_code, 0);
   EXPECT_EQ(nlohmann::json::parse(test::text_of(state()))["state"], "running");

@@ -81,7 +81,7 @@ TEST(Trace, EachIterationTouchesOnceAndTouchesAreSomeOfTheMoves)
     const bool is_probe = trace.searches.node[s] == static_cast<std::int8_t>(StepKind::spine_probe);
     n_iterations += is_probe ? 0 : static_cast<std::int64_t>(touches.size());
   }
-  EXPECT_EQ(nodes, (std::set<int>{0, 1, 2})) << "probes that lost are there, marked";
+  EXPECT_EQ(nodes, (std::set<int>{0, 1, 2})) << "rejected probes are included and marked";
   EXPECT_EQ(n_iterations, model.iterations.cast<std::int64_t>().sum());
 }
 

@@ -1,4 +1,4 @@
-// Two commands on one motion model, and a result where another one is.
+// Two commands on one motion model, and outputs that would replace another result.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,9 +20,9 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// What a command adds, and how one sees that it did.
+/// A command and a check of what it adds.
 struct Change {
-  std::vector<std::string> words;  ///< the file goes behind the first
+  std::vector<std::string> words;  ///< the file is inserted after the first
   bool (*is_in)(const MotionModel& model);
 };
 
@@ -47,7 +47,7 @@ test::Command command_of(const Change& change, const fs::path& file)
   return test::vrda(words);
 }
 
-/// The small knee without anything that these commands add.
+/// The small knee without the additions of these commands.
 fs::path bare_model(const test::Scratch& scratch)
 {
   const fs::path file = scratch.path() / "bare.h5";
@@ -96,7 +96,7 @@ TEST(TwoWriters, NoCommittedChangeIsLostInTwoHundredInterleavingsAndKills)
   }
   EXPECT_GE(n_both, 60);
   EXPECT_GE(n_killed, 20);
-  // The last writer has removed what killed ones left.
+  // The last writer has removed the files of killed ones.
   for (const auto& entry : fs::directory_iterator(scratch.path()))
     EXPECT_THAT(entry.path().filename().string(), testing::Not(HasSubstr(".partial")));
 }
@@ -229,7 +229,7 @@ TEST(ExistingResult, OtherContentOfAnInputIsAnotherJob)
     if (entry.path().extension() == ".stl") meshes.insert(entry.path().filename());
   ASSERT_FALSE(meshes.empty());
   std::string bytes = test::read_bytes(scratch.path() / *meshes.begin());
-  bytes[0] = bytes[0] == 'x' ? 'y' : 'x';  // of the comment that STL begins with
+  bytes[0] = bytes[0] == 'x' ? 'y' : 'x';  // in the comment at the start of the STL file
   scratch.write(*meshes.begin(), bytes);
   const test::Ended ended =
       test::run_vrda({"run", job, "-o", (scratch.path() / "m.h5").string(), "--progress", "none"});
@@ -242,7 +242,7 @@ TEST(ExistingResult, AFileThatIsNoModelIsNeverReplaced)
   const test::Scratch scratch;
   const fs::path file = scratch.path() / "m.h5";
   ASSERT_EQ(run_small(scratch, {"--trace"}).exit_code, 0);
-  fs::rename(scratch.path() / "m.trace.h5", file);  // HDF5, but no motion model
+  fs::rename(scratch.path() / "m.trace.h5", file);  // HDF5, but not a motion model
   const std::string before = test::read_bytes(file);
   for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--replace"}, {"--fresh"}}) {
     const test::Ended ended = run_small(scratch, more);

@@ -1,4 +1,4 @@
-// Every command that works on a motion model, on files it cannot use: one line, exit code 2, nothing written.
+// Every command on an unusable motion model: one line, exit code 2, nothing written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The jobs of thesis chapter 4, jobs/validation: each scene ends as the thesis says, and its trace shows it.
+// The jobs of thesis chapter 4, jobs/validation: each scene and its trace end as described in the thesis.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace vrda::validation_jobs_test {
 
 constexpr double resolution_mm = 0.1, resolution_deg = 0.1;  // of every job
 
-/// A job of one attitude, run as a user would.
+/// A job of one attitude, run from the command line.
 struct Scene {
   explicit Scene(const std::string& job)
   {
@@ -34,7 +34,7 @@ struct Scene {
     return static_cast<int>(
         std::count(trace.moves.kind.begin(), trace.moves.kind.end(), static_cast<std::int8_t>(kind)));
   }
-  /// Of the moving object after a move.
+  /// Position of the moving object after a move.
   Eigen::Vector3d at(std::size_t move) const
   {
     return trace.moves.translation_mm.row(static_cast<Eigen::Index>(move)).cast<double>();
@@ -56,7 +56,7 @@ void expect_run(const Scene& scene, StepStatus status)
   ASSERT_EQ(scene.trace.searches.node.size(), 1U);
 }
 
-// What came to rest ends in a touch, at the pose of the motion model to the precision of the trace.
+// A stable search ends in contact, at the pose of the motion model within the precision of the trace.
 void expect_last_touch_at_rest(const Scene& scene)
 {
   ASSERT_FALSE(scene.trace.moves.in_contact.empty());
@@ -67,7 +67,7 @@ void expect_last_touch_at_rest(const Scene& scene)
   EXPECT_GT(scene.trace.moves.contact_start.back(), *(scene.trace.moves.contact_start.end() - 2));
 }
 
-// Generated on the axis and moved aside by moving.initial: its translation is what it is off.
+// Generated on the axis and displaced by moving.initial: its translation is the error.
 void expect_ball_in_the_middle(const std::string& job)
 {
   const Scene scene(job);
@@ -95,8 +95,8 @@ TEST(ValidationJobs, TheBallGoesThroughTheHole)
   const Scene scene("peg-in-hole.toml");
   expect_run(scene, StepStatus::no_contact);
   EXPECT_EQ(scene.trace.searches.status[0], static_cast<std::int8_t>(StepStatus::no_contact));
-  // It ends where the ball of 5 mm clears the hole of 12 mm on all sides; the polyhedron lies within the
-  // ball, by 0.1 mm at most. The last touch is one step of at most 1 mm along each axis before that.
+  // It ends when the ball of 5 mm clears the hole of 12 mm on all sides; the polyhedron is at most 0.1 mm
+  // inside the ball. The last contact is one step of at most 1 mm along each axis before that.
   const double room_mm = 6.0 - 5.0 + 0.1;
   const Eigen::Vector3d first = scene.at(moves_in_contact(scene.trace, 0).front());
   const Eigen::Vector3d touch = scene.at(moves_in_contact(scene.trace, 0).back());
@@ -109,7 +109,7 @@ TEST(ValidationJobs, TheBallGoesThroughTheHole)
 
 TEST(ValidationJobs, ANarrowerHoleHoldsTheBall)
 {
-  // As the job's comment says.
+  // As described in the job's comment.
   const test::Scratch scratch;
   std::string text = test::text_of(test::source_directory() / "jobs" / "validation" / "peg-in-hole.toml");
   const std::string wide = "hole = 12";
@@ -127,7 +127,7 @@ TEST(ValidationJobs, TheBarTurnsUntilItFitsBetweenThePyramids)
   const Scene scene("bar-on-pyramids.toml");
   expect_run(scene, StepStatus::stable);
   expect_last_touch_at_rest(scene);
-  // On the floor: generated 20 mm beneath it.
+  // On the floor: generated 20 mm below it.
   EXPECT_NEAR(scene.model.ty_mm(0, 0), 20.0, resolution_mm);
   // Between bases 20 mm long and 10 mm apart a bar of 8 mm fits when 8 / cos + 20 tan is at most 10.
   const double theta_rad = std::abs(rad_from_deg(scene.model.theta_deg(0, 0)));
@@ -140,13 +140,14 @@ TEST(ValidationJobs, TheCapSitsInTheSink)
   const Scene scene("cap-in-sink.toml");
   expect_run(scene, StepStatus::stable);
   expect_last_touch_at_rest(scene);
-  // Tip in tip: generated 25 mm beneath it, faces of the same slopes.
+  // Tip in tip: generated 25 mm below it, with faces of equal slope.
   EXPECT_NEAR(scene.model.ty_mm(0, 0), 25.0, resolution_mm);
   EXPECT_LT(std::hypot(scene.model.tx_mm(0, 0), scene.model.tz_mm(0, 0)), resolution_mm);
-  // Turned by the rotation's resolution, or by what moves its sides, 14 mm out, by the other one.
+  // Rotation tolerance: the rotation resolution, or the angle that moves its sides (at 14 mm) by the
+  // translation resolution.
   EXPECT_LE(std::abs(scene.model.theta_deg(0, 0)), resolution_deg + deg_from_rad(resolution_mm / 14.0));
   EXPECT_GT(scene.count(MoveKind::rotate), 10) << "from 30 degrees";
-  EXPECT_GT(scene.count(MoveKind::translate), 0) << "from beside the middle";
+  EXPECT_GT(scene.count(MoveKind::translate), 0) << "from a position off the centre";
 }
 
 }  // namespace vrda::validation_jobs_test
