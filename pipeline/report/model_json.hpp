@@ -22,7 +22,7 @@ Json short_grid(const GridD& grid);
 /// Rows of `width` numbers.
 Json short_rows(const std::vector<double>& values, std::size_t width);
 
-/// Options of outline().
+/// Options of projected_outline().
 struct OutlineOptions {
   double from_mm = 0.0;  ///< range of height (canonical Y) of the corners of included triangles
   double to_mm = 0.0;
