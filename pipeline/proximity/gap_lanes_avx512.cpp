@@ -1,7 +1,7 @@
-// Turning as with AVX; tests two moving lanes against eight reference lanes at a time. Compiled with AVX-512
-// F, VL and DQ; called only where the processor has them.
+// Rotation as with AVX; tests two moving lanes against eight reference lanes at a time. Compiled with AVX-512
+// F, VL and DQ; called only on processors that have them.
 
-// GCC 12 takes its own intrinsics' "undefined" start value for a mistake of ours (GCC bug 105593).
+// False positive in GCC 12 on the undefined initial value of its own intrinsics (GCC bug 105593).
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -59,7 +59,7 @@ bool test(const PlacedBlock& r, const PlacedBlock& m, float limit, BlockPairs& p
 
 }  // namespace
 
-// Set up by the compiler: code that ran at the start would need the processor this is compiled for.
+// Constant-initialized: dynamic initialization would run AVX-512 code on every processor.
 constinit const BlockFunctions block_functions_avx512 = [] {
   BlockFunctions functions = block_functions<Float8>();
   functions.test = test;
