@@ -172,11 +172,11 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
   };
   const std::string twice = one_wrap();
   for (const Row& bad : {
-           Row{"[{", "", "no JSON", "JSON"},
+           Row{"[{", "", "invalid JSON", "JSON"},
            {"[]", "", "[]", "1 to"},
            {"{}", "", "{}", "a list"},
            {"[3]", "wrap.0", "3", "a wrap"},
-           {std::string(1000000, '['), "", "lists within lists", "a list of wraps"},
+           {std::string(1000000, '['), "", "nested lists", "a list of wraps"},
            {"[{\"name\": 1e999}]", "", "beyond the range", "a list of wraps"},
            {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap.1.name", "a second time", "own"},
            {one_wrap("type", "\"WrapTorus\""), "wrap.0.type", "WrapTorus", "WrapCylinder"},
