@@ -104,8 +104,9 @@ TEST(LigamentTableErrors, NameTheLineAndTheColumn)
            {replaced(header, "femur_y_mm", "femur_y"), "line 1", "\"femur_y\"", "\"femur_y_m"},
            {replaced(header, "wrap", "ax"), "line 1", "\"ax\"",
             "name, bundle, wrap, reference_x_mm, _y_mm, _z_mm"},
-           {replaced(header, "femur_y_mm,", "") + row, "line 1, reference_y_mm", "no such column", "one"},
-           {replaced(header, "stiffness_n_per_strain,", ""), "line 1, stiffness", "no such column", "one"},
+           {replaced(header, "femur_y_mm,", "") + row, "line 1, reference_y_mm", "no such column",
+            "mm, cm or m"},
+           {replaced(header, "stiffness_n_per_strain,", ""), "line 1, stiffness", "no such column", "column"},
            {replaced(header, "slack_length_mm,", ""), "line 1, slack_length_mm", "no such column",
             "reference_strain"},
            {replaced(header, "wrap", "reference_x_cm") + row, "line 1, reference_x_cm", "femur_x_mm",
@@ -122,7 +123,7 @@ TEST(LigamentTableErrors, NameTheLineAndTheColumn)
            {header + replaced(row, "30", ""), "line 2", "neither", "one of slack_length_mm"},
            {header + replaced(row, "a", ""), "line 2, name", "nothing", "a name"},
            {header, "line 1", "no fibre", "at least one"},
-           {"# nothing\n", "", "no line", "names of columns"},
+           {"# nothing\n", "", "no line", "column names"},
        }) {
     SCOPED_TRACE(bad.table);
     const InputError::Facts facts = test::facts_of([&] { read_ligament_table("f.csv", bad.table); });
@@ -178,7 +179,8 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
            {"[3]", "wrap.0", "3", "a wrap"},
            {std::string(1000000, '['), "", "nested lists", "a list of wraps"},
            {"[{\"name\": 1e999}]", "", "beyond the range", "a list of wraps"},
-           {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap.1.name", "a second time", "own"},
+           {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap.1.name", "a second time",
+            "unique"},
            {one_wrap("type", "\"WrapTorus\""), "wrap.0.type", "WrapTorus", "WrapCylinder"},
            {one_wrap("body", "\"pelvis\""), "wrap.0.body", "pelvis", "\"tibmen\""},
            {one_wrap("dimensions", "\"30 0 12\""), "wrap.0.dimensions.1", "0", "above 0"},
