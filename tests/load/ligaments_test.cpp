@@ -192,7 +192,7 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
            {one_wrap("xyz_body_rotation", "null"), "0.xyz_body_rotation", "null", "a value"},
            {one_wrap("quadrant", "\"+x\""), "wrap.0.quadrant", "+x", "\"all\""},
            {one_wrap("unit", "\"inch\""), "wrap.0.unit", "inch", "\"mm\""},
-           {one_wrap("name", "\"\""), "wrap.0.name", "\"\"", "a name"},
+           {one_wrap("name", "\"\""), "wrap.0.name", "\"\"", "name"},
            {one_wrap("dimension", "1"), "wrap.0.dimension", "unknown key", "\"dimensions\""},
            {one_wrap("type", "\"WrapCylinder\""), "wrap.0.radius", "nothing", "WrapCylinder"},
            {one_wrap("radius", "5"), "wrap.0.radius", "a key of the other type", "WrapEllipsoid"},
