@@ -14,7 +14,7 @@ DocumentValue checked_job(const Document& document);
 bool is_campaign_alone(const DocumentValue& root);
 
 /// Checks the [campaign] of the document and the job keys that its levels set. Throws InputError like
-/// checked_job(), and for any other key beside a campaign without a joint.
+/// checked_job(), and for any other key next to a campaign without a joint.
 void check_campaign(const Document& document);
 
 }  // namespace vrda

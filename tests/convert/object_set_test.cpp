@@ -9,7 +9,7 @@ namespace vrda::object_set_test {
 
 using testing::HasSubstr;
 
-// Two components that share the edge between vertices 2 and 3: a square and a triangle beside it.
+// Two components that share the edge between vertices 2 and 3: a square and an adjacent triangle.
 ObjectSetTexts two_components()
 {
   return {{"k.coor", "# a knee\n5\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 2, 0.5, 0\n"},

@@ -220,7 +220,7 @@ TEST(WrapErrors, ARadiusOfZero)
 
 TEST(CaseLigaments, GoThroughTheFramesAxesButKeepTheirUnit)
 {
-  // The meshes are in metres with Z up; the table says mm.
+  // The meshes are in metres with Z up; the table is in mm.
   const Folder folder(header + "a1,1,2,30,4,5,6,1000,30,Round\n",
                       one_wrap("xyz_body_rotation", "[0, 0, 0.5]"),
                       "joint = \"other\"\n[frame]\nunit = \"m\"\nanterior = \"-Y\"\nproximal = \"+Z\"\n"
