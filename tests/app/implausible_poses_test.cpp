@@ -85,7 +85,7 @@ TEST(ImplausiblePoses, ABallThroughASheetThatIsWoundAgainstItselfIsOverlappingAn
   const std::string job =
       job_of(scratch, sheet_wound_against_itself(60, 20), test::ball(15), "[0.5, -30, 0.3]");
   EXPECT_THAT(test::run_vrda({"check", job}).err + test::run_vrda({"check", job}).out,
-              HasSubstr("faces wound against each other"));
+              HasSubstr("inconsistent winding"));
   const std::string output = scratch.path() / "out.h5";
   const test::Ended run = test::run_vrda({"run", job, "-o", output});
   EXPECT_EQ(run.exit_code, 3) << run.err;
