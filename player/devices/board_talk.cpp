@@ -24,7 +24,7 @@ void SerialFrames::add(std::span<const std::uint8_t> bytes)
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
 }
 
-/// What stands at the front. A frame that cannot be one any more is noise before it has ended.
+/// Classifies the bytes at the front. A frame with an impossible header is noise before it is complete.
 SerialFrames::Look SerialFrames::look() const
 {
   const std::span<const std::uint8_t> at = waiting();
@@ -97,7 +97,7 @@ std::string BoardTalk::due_version(std::int64_t now_ns)
   return "V";
 }
 
-/// The request, where there is room on the way or the answer is late.
+/// The request, if fewer than two are outstanding in a round or the oldest has timed out.
 std::string BoardTalk::due_reading(Reading& reading, bool is_round, std::int64_t now_ns)
 {
   const bool is_late = reading.n_on_their_way > 0 && now_ns - reading.asked_ns[0] >= late_ns;
@@ -121,7 +121,7 @@ std::string BoardTalk::due(std::int64_t now_ns)
   }
   const bool is_round = now_ns >= next_ns_;
   for (Reading& reading : readings_) requests += due_reading(reading, is_round, now_ns);
-  // Rounds that were slept through are not made up for.
+  // Missed rounds are skipped.
   if (is_round) next_ns_ = next_ns_ + period_ns_ > now_ns ? next_ns_ + period_ns_ : now_ns + period_ns_;
   if (phase_ == Phase::given_up) return "";
   return requests;
@@ -140,7 +140,7 @@ void BoardTalk::hear_version(const SerialFrame& frame, std::int64_t now_ns)
 {
   const std::string tag(frame.payload.begin() + 1, frame.payload.begin() + 5);
   if (frame.n != 5 || tag != "VRDA") {
-    give_up("found an answer to V that is not of this bench's board, wanted its version and VRDA");
+    give_up("found another board's answer to V, wanted the version and VRDA");
   } else if (frame.payload[0] != board_protocol_version) {
     give_up("found protocol version " + std::to_string(frame.payload[0]) + ", wanted " +
             std::to_string(board_protocol_version));
@@ -150,7 +150,7 @@ void BoardTalk::hear_version(const SerialFrame& frame, std::int64_t now_ns)
   }
 }
 
-/// False for what is no reading.
+/// False if the frame is not a valid reading.
 bool BoardTalk::hear_reading(const SerialFrame& frame, Sample& sample)
 {
   const int value = frame.payload[0] | frame.payload[1] << 8;
@@ -187,7 +187,7 @@ std::vector<Sample> BoardTalk::hear(std::span<const std::uint8_t> bytes, std::in
         --reading.n_on_their_way;
       }
     } else {
-      if (phase_ == Phase::up) ++n_refused_;  // before, it may be the answer to another program's question
+      if (phase_ == Phase::up) ++n_refused_;  // before that: maybe an answer to another program
       continue;
     }
     last_answer_ns_ = now_ns;

@@ -26,7 +26,7 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-/// A line that takes not one request for so long is stuck.
+/// A port that accepts no byte for this long is blocked.
 constexpr std::int64_t longest_writing_ns = 1'000'000'000;
 
 }  // namespace
@@ -37,7 +37,7 @@ struct BoardClient::State {
   {
   }
 
-  // Closing a line waits for what was not sent.
+  // Closing a port waits for unsent bytes, so they are discarded first.
   ~State()
   {
     if (port.is_open()) tcflush(port.native_handle(), TCIOFLUSH);
@@ -50,7 +50,7 @@ struct BoardClient::State {
     port.open(settings.port, error);
     if (!error) port.set_option(asio::serial_port::baud_rate(static_cast<unsigned>(settings.baud)), error);
     if (error) return lose(error.message());
-    // What an earlier opening asked for is no answer.
+    // Discards answers to requests of an earlier session.
     tcflush(port.native_handle(), TCIOFLUSH);
     ++n_openings;
     is_writing = false;
@@ -66,7 +66,8 @@ struct BoardClient::State {
         asio::buffer(bytes), [this, opening = n_openings](const error_code& error, std::size_t n) {
           const std::int64_t now_ns = outlet.clock().now_ns();
           if (opening != n_openings) return;
-          if (error) return lose(error == asio::error::eof ? "the line has gone" : error.message());
+          if (error)
+            return lose(error == asio::error::eof ? "the port was closed by the device" : error.message());
           const bool was_up = talk->phase() == BoardTalk::Phase::up;
           const std::vector<Sample> samples = talk->hear(std::span(bytes).first(n), now_ns);
           if (!was_up && talk->phase() == BoardTalk::Phase::up) {
@@ -74,13 +75,14 @@ struct BoardClient::State {
             outlet.set_link(LinkState::up, "");
           }
           outlet.put(samples);
-          outlet.refuse(talk->n_refused() - n_refused, "found noise, wanted frames of the serial protocol");
+          outlet.refuse(talk->n_refused() - n_refused,
+                        "found invalid bytes, wanted frames of the serial protocol");
           n_refused = talk->n_refused();
           if (speak()) read();
         });
   }
 
-  /// Sends what is due, comes again when more is; false where the line was given up.
+  /// Sends due requests and re-arms the timer; false if the port was closed.
   bool speak()
   {
     const std::int64_t now_ns = outlet.clock().now_ns();
@@ -88,11 +90,11 @@ struct BoardClient::State {
       requests = talk->due(now_ns);
       if (!requests.empty()) write(now_ns);
     } else if (now_ns - writing_since_ns >= longest_writing_ns) {
-      lose("the line takes nothing");
+      lose("the port accepts no data");
       return false;
     }
     if (talk->phase() == BoardTalk::Phase::given_up) {
-      const std::string trouble = talk->trouble();  // the talk ends here
+      const std::string trouble = talk->trouble();  // lose() destroys the protocol state
       lose(trouble);
       return false;
     }
@@ -119,7 +121,7 @@ struct BoardClient::State {
 
   void lose(const std::string& trouble)
   {
-    ++n_openings;  // what is on its way belongs to the past
+    ++n_openings;  // invalidates pending handlers
     talk.reset();
     error_code ignored;
     if (port.is_open()) tcflush(port.native_handle(), TCIOFLUSH);
@@ -135,7 +137,7 @@ struct BoardClient::State {
   void zero_stage()
   {
     if (!talk || talk->phase() != BoardTalk::Phase::up)
-      return outlet.note("the stage was not set to zero: the board is not up");
+      return outlet.note("stage not zeroed: the board is not connected");
     talk->zero_stage();
     speak();
   }
@@ -144,11 +146,11 @@ struct BoardClient::State {
   const BoardSettings settings;
   Outlet& outlet;
   asio::serial_port port;
-  asio::steady_timer timer;  ///< of what is due, or of the pause
+  asio::steady_timer timer;  ///< of the next request, or of the back-off
   Backoff backoff;
-  std::optional<BoardTalk> talk;  ///< while the line is open
+  std::optional<BoardTalk> talk;  ///< while the port is open
   std::uint64_t n_openings = 0;
-  std::uint64_t n_refused = 0;  ///< of the talk, told already
+  std::uint64_t n_refused = 0;  ///< of the protocol, already reported
   bool is_writing = false;
   std::int64_t writing_since_ns = 0;
   std::string requests;
@@ -172,10 +174,10 @@ namespace {
 using asio::ip::tcp;
 using Endpoints = tcp::resolver::results_type;
 
-/// Local networks answer in milliseconds; a machine that is off does not answer at all.
+/// Local networks answer in milliseconds; a host that is off never answers.
 constexpr std::chrono::seconds longest_connecting{2};
 
-/// The kernel asks a silent peer after 2 s and gives it up 3 s later.
+/// TCP keep-alive: first probe after 2 s of silence, closed 3 s later.
 void keep_alive(tcp::socket& socket)
 {
   struct Option {
@@ -187,7 +189,7 @@ void keep_alive(tcp::socket& socket)
     setsockopt(socket.native_handle(), option.level, option.name, &option.value, sizeof option.value);
 }
 
-/// A port of this machine that nobody listens on may, once in a while, be met by the socket's own.
+/// TCP self-connect: a socket that connects to an unused local port can get that port as its own.
 bool is_self(const tcp::socket& socket)
 {
   error_code ignored;
@@ -219,7 +221,7 @@ struct TrackerClient::State {
       resolver.cancel();
       close();
     });
-    // A number is not looked up: that would take another thread.
+    // A numeric address needs no resolver, which would start a thread.
     error_code is_name;
     const asio::ip::address address = asio::ip::make_address(settings.host, is_name);
     const std::string port = std::to_string(settings.port);
@@ -255,7 +257,7 @@ struct TrackerClient::State {
     message.kind = IgtlKind::start_tdata;
     message.interval_ms = std::max(1, static_cast<int>(std::lround(settings.tdata_interval_ms)));
     request = bytes_of(message);
-    // Reading finds out where it cannot be sent.
+    // A failed write also shows up as a read error.
     asio::async_write(socket, asio::buffer(request), [](const error_code&, std::size_t) {});
   }
 
@@ -267,7 +269,7 @@ struct TrackerClient::State {
       stream.add(std::span(bytes).first(n));
       while (const std::optional<IgtlMessage> message = stream.next()) take(*message, now_ns);
       outlet.refuse(stream.n_skipped() - n_skipped, "");
-      outlet.refuse(stream.n_malformed() - n_malformed, "found a message of a wrong size, wanted its type's");
+      outlet.refuse(stream.n_malformed() - n_malformed, "found a message whose size does not match its type");
       n_skipped = stream.n_skipped();
       n_malformed = stream.n_malformed();
       if (!stream.is_broken()) return read();
@@ -302,7 +304,7 @@ struct TrackerClient::State {
     });
   }
 
-  /// Four times in the span after which a tool is stale: known a quarter late at most.
+  /// Checks four times per `stale_after_ms`, so a stale tool is reported at most a quarter late.
   void watch_tools()
   {
     watch.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
@@ -318,13 +320,13 @@ struct TrackerClient::State {
   Outlet& outlet;
   tcp::socket socket;
   tcp::resolver resolver;
-  asio::steady_timer timer;  ///< of connecting, or of the pause
+  asio::steady_timer timer;  ///< of the connect timeout, or of the back-off
   asio::steady_timer watch;
   bool is_connecting = false;
   TrackerTalk talk;
   Backoff backoff;
   IgtlStream stream;
-  std::uint64_t n_skipped = 0, n_malformed = 0;  ///< of the stream, told already
+  std::uint64_t n_skipped = 0, n_malformed = 0;  ///< of the stream, already reported
   std::vector<std::uint8_t> request;
   std::array<std::uint8_t, 16384> bytes{};
 };

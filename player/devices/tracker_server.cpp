@@ -24,11 +24,11 @@ using asio::ip::tcp;
 using boost::system::error_code;
 using Bytes = std::vector<std::uint8_t>;
 
-/// Seconds of messages for a client that does not read; then it is dropped.
+/// Some seconds of messages; a client that lags by more is disconnected.
 constexpr std::size_t most_pending_bytes = 1 << 20;
 constexpr std::size_t garbage_bytes = 100;
 
-/// SplitMix64's output function: evenly spread bits of consecutive numbers.
+/// SplitMix64's output function: well distributed bits from consecutive numbers.
 std::uint64_t mixed(std::uint64_t x)
 {
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9U;
@@ -36,8 +36,8 @@ std::uint64_t mixed(std::uint64_t x)
   return x ^ (x >> 31);
 }
 
-/// One client. What it asks is read; what it is told goes out one write after the other. Lives until its last
-/// one has ended.
+/// One client connection. Reads its requests and writes messages one after the other. Kept alive by its
+/// pending handlers.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   explicit Session(tcp::socket socket) : socket_(std::move(socket))
@@ -75,11 +75,11 @@ class Session : public std::enable_shared_from_this<Session> {
                             });
   }
 
-  /// Whether a list of this tick is for this client, which counts as sent.
+  /// Whether this client gets a list in this tick; counts it as sent.
   bool takes_list(double now_ms)
   {
     if (!interval_ms_) return false;
-    // A tick that comes a little early is not left out.
+    // Tolerates a tick that is slightly early.
     if (sent_ms_ && now_ms - *sent_ms_ < 0.99 * *interval_ms_) return false;
     sent_ms_ = now_ms;
     return true;
@@ -115,7 +115,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::array<std::uint8_t, 1024> read_{};
   IgtlStream requests_;
   Bytes pending_, writing_;
-  std::optional<double> interval_ms_;  ///< asked for
+  std::optional<double> interval_ms_;  ///< requested by STT_TDATA
   std::optional<double> sent_ms_;
 };
 
@@ -124,8 +124,7 @@ tcp::endpoint endpoint_of(const TrackerServerOptions& options)
   error_code error;
   const asio::ip::address address = asio::ip::make_address(options.address, error);
   if (error)
-    throw InputError(
-        {"tracker server", "address", options.address, "the number of an address of this machine"});
+    throw InputError({"tracker server", "address", options.address, "a numeric address of this machine"});
   return {address, options.port};
 }
 
@@ -136,19 +135,18 @@ struct TrackerServer::State {
       : options(options_), speak(std::move(speak_)), acceptor(io), timer(io)
   {
     check(options.rate_hz > 0.0 && options.jitter_ms >= 0.0 && options.jitter_ms <= 500.0 / options.rate_hz,
-          "ticks that follow one another");
+          "rate_hz must be positive and jitter_ms at most half a period");
     const tcp::endpoint endpoint = endpoint_of(options);
     error_code error;
     acceptor.open(endpoint.protocol(), error);
-    // Old connections that are not quite closed do not keep the port.
+    // Allows the port to be reused while old connections are in TIME_WAIT.
     if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
     if (!error) acceptor.bind(endpoint, error);
     if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (error)
-      throw InputError(
-          {"tracker server", "port",
-           options.address + ":" + std::to_string(options.port) + ": " + error.message(),
-           "an address of this machine and a port from 1024 to 65535 that nothing listens on, or 0"});
+      throw InputError({"tracker server", "port",
+                        options.address + ":" + std::to_string(options.port) + ": " + error.message(),
+                        "an address of this machine and a free port from 1024 to 65535, or 0"});
     port = acceptor.local_endpoint(error).port();
     accept();
     begin = std::chrono::steady_clock::now();
@@ -174,7 +172,7 @@ struct TrackerServer::State {
     });
   }
 
-  /// Without drift: every tick is counted from the first.
+  /// Tick times are computed from the start, so they do not drift.
   void wait()
   {
     const double part =
@@ -225,7 +223,7 @@ struct TrackerServer::State {
     if (*mischief == Mischief::half_a_message) bytes.resize(bytes.size() / 2);
     if (*mischief == Mischief::wrong_checksum) bytes[igtl_head_bytes - 1] ^= 1;
     if (*mischief == Mischief::garbage) {
-      Bytes garbage(garbage_bytes, 0xFF);  // begins with a version there is none of
+      Bytes garbage(garbage_bytes, 0xFF);  // starts with an invalid header version
       for (std::size_t k = 2; k < garbage.size(); ++k)
         garbage[k] = static_cast<std::uint8_t>(mixed(tick + k));
       bytes.insert(bytes.begin(), garbage.begin(), garbage.end());

@@ -54,7 +54,7 @@ Sample TrackerTalk::sample_of(const Tool& tool, SeenState state, std::int64_t no
   return sample;
 }
 
-/// Of a repeated time stamp there is no sample: `kind` stays that of a link.
+/// A repeated time stamp yields no sample: `kind` remains `link`.
 Sample TrackerTalk::heard(Tool& tool, const IgtlTool& said, const IgtlMessage& message,
                           std::int64_t now_ns) const
 {

@@ -39,7 +39,7 @@ bool IgtlStream::take_head()
   return true;
 }
 
-/// Passes over as much of the body as is there; true when it has ended well.
+/// Skips the available part of the body; true when it is complete and its checksum is right.
 bool IgtlStream::skip_body()
 {
   const std::uint64_t n = std::min<std::uint64_t>(head_->body_bytes - skipped_, waiting().size());

@@ -62,8 +62,8 @@ TEST(BoardTalk, GivesUpOnAnotherVersionAndOnAnotherBoard)
   for (const Bytes& payload : {Bytes{1, 'V', 'R', 'D', 'B'}, Bytes{1}, Bytes{1, 'V', 'R', 'D', 'A', 0}}) {
     BoardTalk other({}, 0);
     other.hear(frame('V', payload), 0);
-    EXPECT_EQ(other.trouble(),
-              "found an answer to V that is not of this bench's board, wanted its version and VRDA");
+    EXPECT_EQ(other.phase(), BoardTalk::Phase::given_up);
+    EXPECT_NE(other.trouble().find("VRDA"), std::string::npos) << other.trouble();
   }
 }
 

@@ -283,8 +283,8 @@ TEST(TrackerServer, RefusesAddressesAndPortsItCannotListenOn)
     TrackerServer server(options, femur);
     FAIL() << "a name is no number";
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(),
-                 "tracker server: address: found localhost, wanted the number of an address of this machine");
+    EXPECT_EQ(error.facts().field, "address");
+    EXPECT_EQ(error.facts().found, "localhost");
   }
   const TrackerServer first({}, femur);
   options.address = "127.0.0.1";
