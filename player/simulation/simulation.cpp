@@ -13,7 +13,7 @@
 namespace vrda {
 namespace {
 
-/// The value of each key, by a function of it.
+/// Path of a scalar of the keys.
 template <typename Keys, typename Value>
 KeyPath path_of(const Keys& keys, bool is_looped, Value value)
 {
@@ -36,7 +36,7 @@ std::int64_t nearest(double value)
 
 constexpr double ns_a_second = 1e9;
 
-/// Noise of a body: a turn about its own axes and a shift.
+/// Adds noise to a body's pose: a rotation about its own axes and a translation.
 Pose shaken(const Pose& X, const SimulationScript& script, Draws& draws)
 {
   const Eigen::Vector3d turn_rad = rad_from_deg(script.noise_deg) * draws.normal_vector();
@@ -70,7 +70,7 @@ LegAngles Simulation::scripted_angles(double time_s) const
 
 void Simulation::require_solved(const std::string& file) const
 {
-  // Finer than a patch between attitudes a degree apart.
+  // Samples more densely than patches between attitudes a degree apart.
   constexpr int n_times = 2000;
   const double first_s = script_.leg.front().time_s, last_s = script_.leg.back().time_s;
   for (int i = 0; i <= n_times; ++i) {
@@ -80,8 +80,8 @@ void Simulation::require_solved(const std::string& file) const
     throw InputError({file, "leg",
                       "flexion " + shortest(deg_from_rad(wanted.flexion_rad)) + ", varus " +
                           shortest(deg_from_rad(wanted.varus_rad)) + " at " + shortest(time_s) +
-                          " s, where the motion is not solved",
-                      "attitudes that are"});
+                          " s, an attitude that the motion model has not solved",
+                      "solved attitudes"});
   }
 }
 
@@ -156,7 +156,7 @@ SimulatedFrame Simulation::frame(std::uint64_t k) const
 std::int64_t Simulation::device_ns(double time_s) const
 {
   const DeviceClock& clock = script_.clock;
-  // Apart, so that a large offset takes no digits away from the time.
+  // Rounded separately, so that a large offset costs no precision.
   std::int64_t shown_ns =
       nearest(clock.offset_s * ns_a_second) + nearest(time_s * (1.0 + 1e-6 * clock.drift_ppm) * ns_a_second);
   for (const ClockStep& step : clock.steps) {
@@ -172,7 +172,7 @@ std::int64_t Simulation::stage_count(double time_s) const
 
 std::vector<QuadratureEdge> Simulation::edges(double from_s, double to_s) const
 {
-  check(to_s >= from_s, "edges are asked for forwards in time");
+  check(to_s >= from_s, "edges(): to_s must not be before from_s");
   constexpr double slice_s = 5e-4;
   std::vector<QuadratureEdge> edges;
   std::int64_t count = stage_count(from_s);

@@ -8,8 +8,8 @@
 namespace vrda {
 namespace {
 
-/// Makes room at the end for a sample of `time_s`: leaves out what is older than the window, and the oldest
-/// of a full one. Returns how many remain.
+/// Makes room at the end for a sample of `time_s`: drops samples older than the window, and the oldest of a
+/// full one. Returns how many remain.
 template <typename Samples>
 std::size_t make_room(Samples& samples, std::size_t n, double time_s, double window_s)
 {
@@ -21,7 +21,7 @@ std::size_t make_room(Samples& samples, std::size_t n, double time_s, double win
   return n - first;
 }
 
-/// Slope of the straight line that fits values at times best.
+/// Slope of the least-squares line through values at times.
 template <typename Vector>
 class Slope {
  public:
@@ -35,7 +35,7 @@ class Slope {
     time_sq_s2_ += from_mean_s * (time_s - mean_time_s_);
     product_ += from_mean_s * (value - mean_);
   }
-  /// Of two values or more.
+  /// Requires two values or more.
   Vector a_second() const { return product_ / time_sq_s2_; }
 
  private:
@@ -65,7 +65,7 @@ void PlacePredictor::add(const TimedPose& sample)
 
 Screw PlacePredictor::velocity() const
 {
-  check(has_sample(), "a predictor is asked after its first sample");
+  check(has_sample(), "a predictor needs a sample");
   const TimedPose& last = samples_[n_ - 1];
   if (n_ < 2 || last.time_s - samples_[0].time_s < options_.shortest_span_s) return {};
   Slope<Vector6> slope;
@@ -96,7 +96,7 @@ void AnglesPredictor::add(const TimedAngles& sample)
 
 LegAngles AnglesPredictor::velocity() const
 {
-  check(has_sample(), "a predictor is asked after its first sample");
+  check(has_sample(), "a predictor needs a sample");
   if (n_ < 2 || samples_[n_ - 1].time_s - samples_[0].time_s < options_.shortest_span_s) return {};
   Slope<Eigen::Vector3d> slope;
   for (std::size_t i = 0; i < n_; ++i) {
@@ -115,14 +115,14 @@ LegAngles AnglesPredictor::at(double time_s) const
 
 namespace {
 
-/// Calls `compare(i, j, s, time_s)` for each sample i whose horizon lies within the series: time_s, which is
-/// the share s of the way from sample j to the next.
+/// Calls `compare(i, j, s, time_s)` for each sample i whose horizon is within the series: time_s is at
+/// fraction s between samples j and j + 1.
 template <typename Series, typename Compare>
 void for_each_horizon(const Series& series, double horizon_s, Compare compare)
 {
   std::size_t j = 0;
   for (std::size_t i = 0; i < series.size(); ++i) {
-    check(i == 0 || series[i].time_s > series[i - 1].time_s, "the times of a series ascend");
+    check(i == 0 || series[i].time_s > series[i - 1].time_s, "the times of a series must ascend");
     const double time_s = series[i].time_s + horizon_s;
     while (j + 1 < series.size() && series[j + 1].time_s < time_s) ++j;
     if (j + 1 == series.size()) return;

@@ -137,7 +137,7 @@ TEST(BuildBody, SaysWhatItCannotUse)
   std::vector<MarkerRow> frames = frames_of(leg_body(), 3, random);
   EXPECT_EQ(input_error([] { build_body({}, "body.csv"); }).field, "frames");
   EXPECT_EQ(input_error([] { build_body({MarkerRow(2)}, "body.csv"); }).field, "markers");
-  EXPECT_EQ(input_error([] { build_body({MarkerRow(3)}, "body.csv"); }).found, "no frame that sees three");
+  EXPECT_EQ(input_error([] { build_body({MarkerRow(3)}, "body.csv"); }).field, "markers");
 
   std::vector<MarkerRow> uneven = frames;
   uneven[1].pop_back();
