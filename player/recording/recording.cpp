@@ -15,7 +15,7 @@ namespace vrda {
 namespace {
 
 /// A frame's samples take some hundred bytes; the texts of bench and calibration some kilobytes.
-constexpr FrameFormat format{"VRDABREC", 1, std::uint32_t{1} << 24, "picture"};
+constexpr FrameFormat format{"VRDABREC", 1, std::uint32_t{1} << 24, "frame"};
 constexpr const char* file_key = "bench recording";
 
 constexpr std::size_t key_bytes = 5, sample_bytes = 80;
