@@ -235,10 +235,10 @@ class Refusals(unittest.TestCase):
         self.assertFalse(tarball_.exists())
 
     def test_a_library_that_is_not_there(self):
-        self.refused("found a program whose libraries are not there")
+        self.refused("found missing shared libraries")
 
     def test_a_library_of_no_debian_package(self):
-        self.refused(f"found {self.base}/libforeign.so.1 of no Debian package", LD_LIBRARY_PATH=str(self.base))
+        self.refused(f"found {self.base}/libforeign.so.1 outside of any Debian package", LD_LIBRARY_PATH=str(self.base))
 
 
 class Again(unittest.TestCase):

@@ -59,7 +59,7 @@ class CheckIncludes(unittest.TestCase):
     def test_commands_alone_catch_input_errors(self):
         for caught in ("const InputError& error", "InputError", "const vrda::InputError&", "const std::exception& e"):
             text = "void f()\n{\n  try {\n    g();\n  } catch (" + caught + ") {\n  }\n}\n"
-            self.assert_one("pipeline/solve/a.cpp", text, 5, "catch of ", "facts that a function returns")
+            self.assert_one("pipeline/solve/a.cpp", text, 5, "catch of ", "facts returned by a function")
             self.assert_one("player/scene/a.hpp", text, 5, "catch of ", "app catches")
             self.assertEqual(self.findings({"pipeline/app/a.cpp": text, "pipeline/store/read_apart.cpp": text})[0], 0)
         others = "try { g(); } catch (const Stopped&) {} // catch (const InputError&)\n"
@@ -97,7 +97,7 @@ class CheckIncludes(unittest.TestCase):
         self.assert_one("pipeline/load/CMakeLists.txt", "add_room(load)\n", 1, "no README.md in pipeline/load", "purpose")
         code, lines = self.findings({"player/web/CMakeLists.txt": "add_room(web)\n", "player/web/README.md": "web\n"})
         self.assertEqual((code, len(lines)), (1, 1))
-        self.assertIn("found room web, wanted it listed in player/CMakeLists.txt", lines[0])
+        self.assertIn("found room web, wanted an entry in player/CMakeLists.txt", lines[0])
 
     def test_words_and_paths(self):
         for word in ("TO" "DO", "FIX" "ME", "XX" "X"):

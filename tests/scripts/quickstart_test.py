@@ -46,7 +46,7 @@ class Quickstart(unittest.TestCase):
         machine.run("quickstart")
         done = machine.run("quickstart")
         self.assertEqual(done.returncode, 0)
-        self.assertIn("done before", done.stdout)
+        self.assertIn("up to date", done.stdout)
         self.assertEqual(len(machine.calls("fake-vrda run")), 1)
         self.assertEqual(machine.calls("cmake")[2], "cmake --preset release")
 
