@@ -51,7 +51,7 @@ class RunRoomTests(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         self.assertEqual(cases["a.A.Good"].get("time"), "1.500")
         self.assertIn("b.cpp:7", cases["a.A.Bad"].findtext("system-out"))
-        self.assertIn("ended with -6", cases["a.A.Crash"].findtext("system-out"))
+        self.assertIn("exit code -6", cases["a.A.Crash"].findtext("system-out"))
         self.assertIn("2 s", cases["a.A.Hang"].findtext("system-out"))
 
     def test_names_select(self):

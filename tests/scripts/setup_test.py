@@ -65,7 +65,7 @@ class Setup(unittest.TestCase):
         with FakeMachine() as machine:
             machine.installed("alpha")
             machine.fake("id", "echo 1000")
-            self.fails(machine, "no sudo", "as root run: apt-get install --no-install-recommends beta gamma")
+            self.fails(machine, "not root", "sudo is not installed", "as root run: apt-get install --no-install-recommends beta gamma")
             machine.fake("sudo", "exit 1")
             self.fails(machine, "password", "no terminal", "as root run: apt-get install")
             machine.fake("sudo", '[[ $1 == -n ]] && shift; "$@"')
