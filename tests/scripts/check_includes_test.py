@@ -1,4 +1,4 @@
-"""Every rule of scripts/check_includes on a small checkout of its own: one that keeps them all, then one broken rule at a time."""
+"""Every rule of scripts/check_includes on a small checkout: one without violations, then one violation at a time."""
 import pathlib
 import subprocess
 import sys
@@ -7,7 +7,7 @@ import unittest
 
 SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "check_includes"
 
-# A checkout that keeps every rule, with what looks like a breach and is none.
+# A checkout without violations, including code that resembles one.
 GOOD = {
     "pipeline/CMakeLists.txt": "add_subdirectory(core)\nadd_subdirectory(store)\nadd_subdirectory(motion)\nadd_subdirectory(load)\n"
                                "if(X)\n  add_subdirectory(solve)\nendif()\n",
@@ -30,7 +30,7 @@ GOOD = {
 
 class CheckIncludes(unittest.TestCase):
     def findings(self, changes=None):
-        """Exit code and lines for GOOD with `changes` written over it."""
+        """Exit code and lines for GOOD with `changes` applied."""
         with tempfile.TemporaryDirectory() as folder:
             for name, text in {**GOOD, **(changes or {})}.items():
                 path = pathlib.Path(folder, name)
@@ -40,7 +40,7 @@ class CheckIncludes(unittest.TestCase):
         return done.returncode, done.stdout.splitlines()
 
     def assert_one(self, name, text, line, found, wanted):
-        """Exactly one finding, at this place, naming both."""
+        """Exactly one finding, at this position, with both texts."""
         code, lines = self.findings({name: text})
         self.assertEqual(code, 1)
         self.assertEqual(len(lines), 1, lines)

@@ -1,4 +1,4 @@
-"""scripts/run_room with a program that answers as GoogleTest does."""
+"""scripts/run_room with a program that behaves like GoogleTest."""
 import os
 import pathlib
 import stat

@@ -1,4 +1,4 @@
-"""scripts/setup: what it asks apt for, and the one reason it gives when it cannot."""
+"""scripts/setup: its calls of apt, and the reason it reports on failure."""
 import unittest
 
 from fake_machine import FakeMachine
@@ -6,7 +6,7 @@ from fake_machine import FakeMachine
 
 class Setup(unittest.TestCase):
     def fails(self, machine, *reasons):
-        """The script fails, and its first line of complaint holds these words."""
+        """The script fails, and the first line of its error contains these texts."""
         done = machine.run("setup")
         self.assertNotEqual(done.returncode, 0)
         first = done.stderr.splitlines()[0]

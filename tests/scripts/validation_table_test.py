@@ -1,4 +1,4 @@
-"""scripts/validation_table on records as the tests write them."""
+"""scripts/validation_table on records in the form of the tests."""
 import json
 import pathlib
 import subprocess
@@ -30,7 +30,7 @@ def a_trace(status="stable"):
 
 class ValidationTable(unittest.TestCase):
     def page(self, release, asan=None, traces=None):
-        """Finished process for these records."""
+        """Completed process for these records."""
         with tempfile.TemporaryDirectory() as folder:
             for name, lines in (("release", release), ("asan", asan)):
                 if lines is None:
