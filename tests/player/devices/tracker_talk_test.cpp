@@ -70,7 +70,7 @@ TEST(ToolWatch, AClockThatStumblesGoesOnFromWhereItWas)
   EXPECT_EQ(watch.hear(1000, 0), ToolWatch::Heard::counts);
   EXPECT_EQ(watch.hear(900, 1), ToolWatch::Heard::behind);
   EXPECT_EQ(watch.hear(1001, 2), ToolWatch::Heard::counts);
-  for (int n = 0; n < 100; ++n)  // back and forth is no clock
+  for (int n = 0; n < 100; ++n)  // alternating stamps are not a clock
     EXPECT_EQ(watch.hear(n % 2 == 0 ? 500 : 400, 3 + n), ToolWatch::Heard::behind);
   EXPECT_TRUE(watch.falls_stale(100 * ms + 2));
 }

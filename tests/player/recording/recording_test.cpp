@@ -20,7 +20,7 @@ Recording read(const std::string& bytes)
   return parsed_recording("a.log", bytes);
 }
 
-/// Bytes of a file after its header, its head, and each picture.
+/// Sizes of a file after its header, its header record, and each frame.
 std::vector<std::size_t> frame_ends(const std::string& bytes)
 {
   std::vector<std::size_t> ends{header_in(bytes, format).n_bytes};
