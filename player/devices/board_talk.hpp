@@ -31,9 +31,9 @@ class SerialFrames {
   std::uint64_t n_noises() const { return n_noises_; }
 
  private:
-  enum class Look { frame, noise, more };
-  Look look() const;
-  std::span<const std::uint8_t> waiting() const { return std::span(buffer_).subspan(begin_); }
+  enum class ParseState { frame, noise, incomplete };
+  ParseState parse_state() const;
+  std::span<const std::uint8_t> unparsed() const { return std::span(buffer_).subspan(begin_); }
 
   std::vector<std::uint8_t> buffer_;
   std::size_t begin_ = 0;  ///< start of the unprocessed bytes
@@ -67,7 +67,7 @@ class BoardTalk {
   std::vector<Sample> hear(std::span<const std::uint8_t> bytes, std::int64_t now_ns);
   /// Requests a stage zero at the next due(), repeated until answered. Ignored while the board is not up: a
   /// delayed zero could be applied after the stage has moved.
-  void zero_stage() { is_zero_wanted_ = is_zero_wanted_ || phase_ == Phase::up; }
+  void zero_stage() { is_zero_pending_ = is_zero_pending_ || phase_ == Phase::up; }
 
   Phase phase() const { return phase_; }
   const std::string& trouble() const { return trouble_; }
@@ -77,14 +77,14 @@ class BoardTalk {
  private:
   struct Reading {
     char request = 'P';
-    int n_on_their_way = 0;
-    std::array<std::int64_t, 2> asked_ns{};  ///< oldest first
+    int n_outstanding = 0;
+    std::array<std::int64_t, 2> sent_ns{};  ///< oldest first
   };
   void give_up(const std::string& trouble);
   std::string due_version(std::int64_t now_ns);
   std::string due_reading(Reading& reading, bool is_round, std::int64_t now_ns);
-  void hear_version(const SerialFrame& frame, std::int64_t now_ns);
-  bool hear_reading(const SerialFrame& frame, Sample& sample);
+  void handle_version(const SerialFrame& frame, std::int64_t now_ns);
+  bool handle_reading(const SerialFrame& frame, Sample& sample);
 
   std::vector<Reading> readings_;
   std::int64_t period_ns_;
@@ -94,8 +94,8 @@ class BoardTalk {
   std::int64_t next_ns_;  ///< next version request, or next round of readings
   int n_version_requests_ = 0;
   std::int64_t last_answer_ns_ = 0;
-  bool is_zero_wanted_ = false;
-  std::int64_t zero_again_ns_ = 0;
+  bool is_zero_pending_ = false;
+  std::int64_t zero_retry_ns_ = 0;
   std::uint64_t n_refused_ = 0;
 };
 

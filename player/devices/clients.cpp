@@ -27,7 +27,7 @@ namespace asio = boost::asio;
 using boost::system::error_code;
 
 /// A port that accepts no byte for this long is blocked.
-constexpr std::int64_t longest_writing_ns = 1'000'000'000;
+constexpr std::int64_t write_timeout_ns = 1'000'000'000;
 
 }  // namespace
 
@@ -49,7 +49,7 @@ struct BoardClient::State {
     error_code error;
     port.open(settings.port, error);
     if (!error) port.set_option(asio::serial_port::baud_rate(static_cast<unsigned>(settings.baud)), error);
-    if (error) return lose(error.message());
+    if (error) return close_and_retry(error.message());
     // Discards answers to requests of an earlier session.
     tcflush(port.native_handle(), TCIOFLUSH);
     ++n_openings;
@@ -57,7 +57,7 @@ struct BoardClient::State {
     n_refused = 0;
     talk.emplace(settings, outlet.clock().now_ns());
     read();
-    speak();
+    send_due();
   }
 
   void read()
@@ -67,7 +67,8 @@ struct BoardClient::State {
           const std::int64_t now_ns = outlet.clock().now_ns();
           if (opening != n_openings) return;
           if (error)
-            return lose(error == asio::error::eof ? "the port was closed by the device" : error.message());
+            return close_and_retry(error == asio::error::eof ? "the port was closed by the device"
+                                                             : error.message());
           const bool was_up = talk->phase() == BoardTalk::Phase::up;
           const std::vector<Sample> samples = talk->hear(std::span(bytes).first(n), now_ns);
           if (!was_up && talk->phase() == BoardTalk::Phase::up) {
@@ -78,30 +79,30 @@ struct BoardClient::State {
           outlet.refuse(talk->n_refused() - n_refused,
                         "found invalid bytes, wanted frames of the serial protocol");
           n_refused = talk->n_refused();
-          if (speak()) read();
+          if (send_due()) read();
         });
   }
 
   /// Sends due requests and re-arms the timer; false if the port was closed.
-  bool speak()
+  bool send_due()
   {
     const std::int64_t now_ns = outlet.clock().now_ns();
     if (!is_writing) {
       requests = talk->due(now_ns);
       if (!requests.empty()) write(now_ns);
-    } else if (now_ns - writing_since_ns >= longest_writing_ns) {
-      lose("the port accepts no data");
+    } else if (now_ns - writing_since_ns >= write_timeout_ns) {
+      close_and_retry("the port accepts no data");
       return false;
     }
     if (talk->phase() == BoardTalk::Phase::given_up) {
-      const std::string trouble = talk->trouble();  // lose() destroys the protocol state
-      lose(trouble);
+      const std::string trouble = talk->trouble();  // close_and_retry() destroys the protocol state
+      close_and_retry(trouble);
       return false;
     }
     timer.expires_at(
-        outlet.clock().time_of(is_writing ? writing_since_ns + longest_writing_ns : talk->next_due_ns()));
+        outlet.clock().time_of(is_writing ? writing_since_ns + write_timeout_ns : talk->next_due_ns()));
     timer.async_wait([this, opening = n_openings](const error_code& error) {
-      if (!error && opening == n_openings) speak();
+      if (!error && opening == n_openings) send_due();
     });
     return true;
   }
@@ -114,12 +115,12 @@ struct BoardClient::State {
                       [this, opening = n_openings](const error_code& error, std::size_t) {
                         if (opening != n_openings) return;
                         is_writing = false;
-                        if (error) return lose(error.message());
-                        speak();
+                        if (error) return close_and_retry(error.message());
+                        send_due();
                       });
   }
 
-  void lose(const std::string& trouble)
+  void close_and_retry(const std::string& trouble)
   {
     ++n_openings;  // invalidates pending handlers
     talk.reset();
@@ -139,7 +140,7 @@ struct BoardClient::State {
     if (!talk || talk->phase() != BoardTalk::Phase::up)
       return outlet.note("stage not zeroed: the board is not connected");
     talk->zero_stage();
-    speak();
+    send_due();
   }
 
   asio::io_context& io;
@@ -175,7 +176,7 @@ using asio::ip::tcp;
 using Endpoints = tcp::resolver::results_type;
 
 /// Local networks answer in milliseconds; a host that is off never answers.
-constexpr std::chrono::seconds longest_connecting{2};
+constexpr std::chrono::seconds connect_timeout{2};
 
 /// TCP keep-alive: first probe after 2 s of silence, closed 3 s later.
 void keep_alive(tcp::socket& socket)
@@ -211,11 +212,11 @@ struct TrackerClient::State {
   {
   }
 
-  void look_up()
+  void resolve()
   {
     outlet.set_link(LinkState::opening, "");
     is_connecting = true;
-    timer.expires_after(longest_connecting);
+    timer.expires_after(connect_timeout);
     timer.async_wait([this](const error_code& error) {
       if (error || !is_connecting) return;
       resolver.cancel();
@@ -229,7 +230,8 @@ struct TrackerClient::State {
       return connect(Endpoints::create(tcp::endpoint(address, settings.port), settings.host, port));
     resolver.async_resolve(settings.host, port, [this](const error_code& error, const Endpoints& endpoints) {
       if (error)
-        return lose(error == asio::error::operation_aborted ? "no address within 2 s" : error.message());
+        return close_and_retry(error == asio::error::operation_aborted ? "no address within 2 s"
+                                                                       : error.message());
       connect(endpoints);
     });
   }
@@ -238,8 +240,8 @@ struct TrackerClient::State {
   {
     asio::async_connect(socket, endpoints, [this](const error_code& error, const tcp::endpoint&) {
       if (error == asio::error::operation_aborted || (!error && !socket.is_open()))
-        return lose("no connection within 2 s");
-      if (error || is_self(socket)) return lose(error ? error.message() : "Connection refused");
+        return close_and_retry("no connection within 2 s");
+      if (error || is_self(socket)) return close_and_retry(error ? error.message() : "Connection refused");
       is_connecting = false;
       timer.cancel();
       keep_alive(socket);
@@ -265,7 +267,7 @@ struct TrackerClient::State {
   {
     socket.async_read_some(asio::buffer(bytes), [this](const error_code& error, std::size_t n) {
       const std::int64_t now_ns = outlet.clock().now_ns();
-      if (error) return lose(error == asio::error::eof ? "closed by the peer" : error.message());
+      if (error) return close_and_retry(error == asio::error::eof ? "closed by the peer" : error.message());
       stream.add(std::span(bytes).first(n));
       while (const std::optional<IgtlMessage> message = stream.next()) take(*message, now_ns);
       outlet.refuse(stream.n_skipped() - n_skipped, "");
@@ -274,7 +276,7 @@ struct TrackerClient::State {
       n_malformed = stream.n_malformed();
       if (!stream.is_broken()) return read();
       outlet.refuse(1, stream.trouble());
-      lose(stream.trouble());
+      close_and_retry(stream.trouble());
     });
   }
 
@@ -291,7 +293,7 @@ struct TrackerClient::State {
     socket.close(ignored);
   }
 
-  void lose(const std::string& trouble)
+  void close_and_retry(const std::string& trouble)
   {
     is_connecting = false;
     n_skipped = n_malformed = 0;
@@ -300,7 +302,7 @@ struct TrackerClient::State {
     timer.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
         std::chrono::duration<double, std::milli>(backoff.next_ms())));
     timer.async_wait([this](const error_code& error) {
-      if (!error) look_up();
+      if (!error) resolve();
     });
   }
 
@@ -334,7 +336,7 @@ struct TrackerClient::State {
 TrackerClient::TrackerClient(asio::io_context& io, const TrackerSettings& settings, Outlet& outlet)
     : state_(std::make_unique<State>(io, settings, outlet))
 {
-  state_->look_up();
+  state_->resolve();
   state_->watch_tools();
 }
 

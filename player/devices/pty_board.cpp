@@ -50,7 +50,7 @@ class Handle {
   int number_;
 };
 
-InputError refused(const std::string& field, const std::string& wanted)
+InputError terminal_error(const std::string& field, const std::string& wanted)
 {
   return InputError({"simulated board", field, std::strerror(errno), wanted});
 }
@@ -61,14 +61,14 @@ void make_link(const std::string& link, const std::string& target)
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::file_status there = fs::symlink_status(link, error);
-  const std::string leads_to = fs::is_symlink(there) ? fs::read_symlink(link, error).string() : "";
-  if (fs::exists(there) && leads_to.rfind("/dev/pts/", 0) != 0)
-    throw InputError({"simulated board", link, leads_to.empty() ? "a file" : "a link to " + leads_to,
+  const std::string link_target = fs::is_symlink(there) ? fs::read_symlink(link, error).string() : "";
+  if (fs::exists(there) && link_target.rfind("/dev/pts/", 0) != 0)
+    throw InputError({"simulated board", link, link_target.empty() ? "a file" : "a link to " + link_target,
                       "a free path, or a link into /dev/pts, for the link to the terminal"});
-  const std::string beside = link + ".new";
-  fs::remove(beside, error);
-  fs::create_symlink(target, beside, error);
-  if (!error) fs::rename(beside, link, error);
+  const std::string temporary = link + ".new";
+  fs::remove(temporary, error);
+  fs::create_symlink(target, temporary, error);
+  if (!error) fs::rename(temporary, link, error);
   if (error)
     throw InputError(
         {"simulated board", link, error.message(), "a path where a link to the terminal can be created"});
@@ -107,12 +107,12 @@ struct PtyBoard::State {
     char name[128] = "";
     if (terminal.number() < 0 || grantpt(terminal.number()) != 0 || unlockpt(terminal.number()) != 0 ||
         ptsname_r(terminal.number(), name, sizeof name) != 0)
-      throw refused("terminal", "a pseudo-terminal of this machine");
+      throw terminal_error("terminal", "a pseudo-terminal of this machine");
     // Kept open, so that a client closing it causes no hang-up; raw mode from the first byte.
     far_end.reset(open(name, O_RDWR | O_NOCTTY | O_CLOEXEC));
     termios settings{};
     if (far_end.number() < 0 || tcgetattr(far_end.number(), &settings) != 0)
-      throw refused(name, "a pseudo-terminal");
+      throw terminal_error(name, "a pseudo-terminal");
     cfmakeraw(&settings);
     tcsetattr(far_end.number(), TCSANOW, &settings);
     path = name;

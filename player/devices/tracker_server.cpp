@@ -131,8 +131,8 @@ tcp::endpoint endpoint_of(const TrackerServerOptions& options)
 }  // namespace
 
 struct TrackerServer::State {
-  State(const TrackerServerOptions& options_, Speak speak_)
-      : options(options_), speak(std::move(speak_)), acceptor(io), timer(io)
+  State(const TrackerServerOptions& options_, Speak make_messages_)
+      : options(options_), make_messages(std::move(make_messages_)), acceptor(io), timer(io)
   {
     check(options.rate_hz > 0.0 && options.jitter_ms >= 0.0 && options.jitter_ms <= 500.0 / options.rate_hz,
           "rate_hz must be positive and jitter_ms at most half a period");
@@ -183,23 +183,23 @@ struct TrackerServer::State {
                                  std::chrono::duration<double, std::milli>(due_ms)));
     timer.async_wait([this](const error_code& error) {
       if (error) return;
-      say();
+      send_tick();
       ++tick;
       wait();
     });
   }
 
-  void say()
+  void send_tick()
   {
-    const std::vector<IgtlMessage> messages = speak(tick);
+    const std::vector<IgtlMessage> messages = make_messages(tick);
     const double now_ms = 1e3 * static_cast<double>(tick) / options.rate_hz;
-    const std::optional<Mischief> mischief = std::exchange(next_mischief, std::nullopt);
+    const std::optional<Mischief> fault = std::exchange(next_fault, std::nullopt);
     for (const std::shared_ptr<Session>& session : sessions) {
       const bool takes_lists = !options.waits_for_request || session->takes_list(now_ms);
-      if (mischief == Mischief::close) {
+      if (fault == Mischief::close) {
         session->end();
       } else {
-        session->send(spoilt(bytes_for(messages, takes_lists), mischief));
+        session->send(corrupted(bytes_for(messages, takes_lists), fault));
       }
     }
     std::erase_if(sessions, [](const std::shared_ptr<Session>& session) { return session->is_done(); });
@@ -217,12 +217,12 @@ struct TrackerServer::State {
     return bytes;
   }
 
-  Bytes spoilt(Bytes bytes, std::optional<Mischief> mischief) const
+  Bytes corrupted(Bytes bytes, std::optional<Mischief> fault) const
   {
-    if (!mischief || bytes.empty()) return bytes;
-    if (*mischief == Mischief::half_a_message) bytes.resize(bytes.size() / 2);
-    if (*mischief == Mischief::wrong_checksum) bytes[igtl_head_bytes - 1] ^= 1;
-    if (*mischief == Mischief::garbage) {
+    if (!fault || bytes.empty()) return bytes;
+    if (*fault == Mischief::half_a_message) bytes.resize(bytes.size() / 2);
+    if (*fault == Mischief::wrong_checksum) bytes[igtl_head_bytes - 1] ^= 1;
+    if (*fault == Mischief::garbage) {
       Bytes garbage(garbage_bytes, 0xFF);  // starts with an invalid header version
       for (std::size_t k = 2; k < garbage.size(); ++k)
         garbage[k] = static_cast<std::uint8_t>(mixed(tick + k));
@@ -232,12 +232,12 @@ struct TrackerServer::State {
   }
 
   const TrackerServerOptions options;
-  const Speak speak;
+  const Speak make_messages;
   asio::io_context io{1};
   tcp::acceptor acceptor;
   asio::steady_timer timer;
   std::vector<std::shared_ptr<Session>> sessions;
-  std::optional<Mischief> next_mischief;
+  std::optional<Mischief> next_fault;
   std::chrono::steady_clock::time_point begin;
   std::uint64_t tick = 0;
   std::atomic<int> n_clients{0};
@@ -245,8 +245,8 @@ struct TrackerServer::State {
   std::thread thread;
 };
 
-TrackerServer::TrackerServer(const TrackerServerOptions& options, Speak speak)
-    : state_(std::make_unique<State>(options, std::move(speak)))
+TrackerServer::TrackerServer(const TrackerServerOptions& options, Speak make_messages)
+    : state_(std::make_unique<State>(options, std::move(make_messages)))
 {
 }
 
@@ -262,9 +262,9 @@ int TrackerServer::n_clients() const
   return state_->n_clients;
 }
 
-void TrackerServer::misbehave(Mischief mischief)
+void TrackerServer::misbehave(Mischief fault)
 {
-  asio::post(state_->io, [state = state_.get(), mischief] { state->next_mischief = mischief; });
+  asio::post(state_->io, [state = state_.get(), fault] { state->next_fault = fault; });
 }
 
 }  // namespace vrda

@@ -37,14 +37,14 @@ class TrackerServer {
   using Speak = std::function<std::vector<IgtlMessage>(std::uint64_t tick)>;
 
   /// Throws InputError if the address is invalid or cannot be listened on.
-  TrackerServer(const TrackerServerOptions& options, Speak speak);
+  TrackerServer(const TrackerServerOptions& options, Speak make_messages);
   ~TrackerServer();
   TrackerServer(const TrackerServer&) = delete;
   TrackerServer& operator=(const TrackerServer&) = delete;
 
   std::uint16_t port() const;
   int n_clients() const;
-  void misbehave(Mischief mischief);
+  void misbehave(Mischief fault);
 
  private:
   struct State;

@@ -35,8 +35,8 @@ class ToolWatch {
 
  private:
   std::int64_t stale_after_ns_;
-  std::int64_t last_news_ns_;    ///< or time of the last stale report
-  std::int64_t counted_ns_ = 0;  ///< last accepted stamp; 0: none
+  std::int64_t last_news_ns_;     ///< or time of the last stale report
+  std::int64_t accepted_ns_ = 0;  ///< last accepted stamp; 0: none
   std::int64_t last_behind_ns_ = 0;
   int n_behind_ = 0;  ///< in a row, each later than the one before
 };
@@ -58,11 +58,12 @@ class TrackerTalk {
   struct Tool {
     std::string name;
     ToolWatch watch;
-    bool is_heard = false;
+    bool was_received = false;
     std::optional<std::string> list = std::nullopt;  ///< device of the list that last contained it
   };
   Sample sample_of(const Tool& tool, SeenState state, std::int64_t now_ns) const;
-  Sample heard(Tool& tool, const IgtlTool& said, const IgtlMessage& message, std::int64_t now_ns) const;
+  Sample observed_sample(Tool& tool, const IgtlTool& observed, const IgtlMessage& message,
+                         std::int64_t now_ns) const;
 
   std::vector<Tool> tools_;
 };

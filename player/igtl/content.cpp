@@ -81,7 +81,7 @@ struct Stripped {
 };
 
 /// PLUS states for every transform whether its tool was visible; a pressed switch also counts as visible.
-bool says_seen(const std::string& key, const std::string& value)
+bool is_visible_value(const std::string& key, const std::string& value)
 {
   if (key == "TransformValid") return value != "0" && value != "false" && value != "False";
   if (key != "TransformStatus") return true;
@@ -90,7 +90,7 @@ bool says_seen(const std::string& key, const std::string& value)
 
 /// The number of entries, entries of 8 bytes (key size, encoding, value size), then keys and values
 /// concatenated. nullopt if the sizes do not fit.
-std::optional<bool> seen_by_meta_data(ByteView entries, ByteView values)
+std::optional<bool> visible_by_meta_data(ByteView entries, ByteView values)
 {
   if (entries.empty()) return true;
   if (entries.size() < 2) return std::nullopt;
@@ -100,8 +100,9 @@ std::optional<bool> seen_by_meta_data(ByteView entries, ByteView values)
   for (std::size_t k = 0, at = 0; k < n; ++k) {
     const std::size_t n_key = number_at(entries, 2 + 8 * k, 2), n_value = number_at(entries, 6 + 8 * k, 4);
     if (n_key + n_value > values.size() - at) return std::nullopt;
-    is_seen = says_seen(text_of(values.subspan(at, n_key)), text_of(values.subspan(at + n_key, n_value))) &&
-              is_seen;
+    is_seen =
+        is_visible_value(text_of(values.subspan(at, n_key)), text_of(values.subspan(at + n_key, n_value))) &&
+        is_seen;
     at += n_key + n_value;
   }
   return is_seen;
@@ -119,7 +120,7 @@ std::optional<Stripped> stripped(int version, ByteView body)
   ByteView rest = body.subspan(n_extended);
   const ByteView values = rest.last(n_values);
   rest = rest.first(rest.size() - n_values);
-  const std::optional<bool> is_seen = seen_by_meta_data(rest.last(n_entries), values);
+  const std::optional<bool> is_seen = visible_by_meta_data(rest.last(n_entries), values);
   if (!is_seen) return std::nullopt;
   return Stripped{rest.first(rest.size() - n_entries), *is_seen};
 }

@@ -33,10 +33,10 @@ class IgtlStream {
 
  private:
   bool has(std::uint64_t n) const { return buffer_.size() - begin_ >= n; }
-  std::span<const std::uint8_t> waiting() const { return std::span(buffer_).subspan(begin_); }
-  bool take_head();
+  std::span<const std::uint8_t> unparsed() const { return std::span(buffer_).subspan(begin_); }
+  bool parse_header();
   bool skip_body();
-  void break_off(const std::string& found, const std::string& wanted);
+  void set_broken(const std::string& found, const std::string& wanted);
 
   std::vector<std::uint8_t> buffer_;
   std::size_t begin_ = 0;                        ///< start of the unprocessed bytes

@@ -46,7 +46,7 @@ void put_transform(igtl_float32* numbers, const IgtlTool& tool)
 }
 
 /// Position, and quaternion as x, y, z, w.
-void put_place(igtl_float32* position, igtl_float32* quaternion, const IgtlTool& tool)
+void put_pose(igtl_float32* position, igtl_float32* quaternion, const IgtlTool& tool)
 {
   const Eigen::Quaterniond q(Eigen::Matrix3d(tool.X_tracker_tool.linear()));
   for (int k = 0; k < 3; ++k) position[k] = static_cast<float>(tool.X_tracker_tool.translation()(k));
@@ -65,7 +65,7 @@ void append_transform(Bytes& bytes, const IgtlTool& tool)
 void append_position(Bytes& bytes, const IgtlTool& tool)
 {
   igtl_float32 position[3], quaternion[4];
-  put_place(position, quaternion, tool);
+  put_pose(position, quaternion, tool);
   igtl_position place;
   std::memcpy(place.position, position, sizeof position);
   std::memcpy(place.quaternion, quaternion, sizeof quaternion);
@@ -88,7 +88,7 @@ void append_tdata(Bytes& bytes, const IgtlTool& tool)
 void append_qtdata(Bytes& bytes, const IgtlTool& tool)
 {
   igtl_float32 position[3], quaternion[4];
-  put_place(position, quaternion, tool);
+  put_pose(position, quaternion, tool);
   igtl_qtdata_element element{};
   put_text(element.name, tool.name);
   element.type = IGTL_QTDATA_TYPE_6D;

@@ -47,7 +47,7 @@ void append_sample(std::string& bytes, const Sample& sample)
   append_i8(bytes, static_cast<std::int8_t>(sample.state));
 }
 
-bool is_possible(const Sample& sample)
+bool has_valid_kind(const Sample& sample)
 {
   switch (sample.kind) {
     case SampleKind::place:
@@ -63,7 +63,7 @@ bool is_possible(const Sample& sample)
 }
 
 /// The pose of a visible tool must be finite with a unit quaternion.
-bool is_sound(const Sample& sample)
+bool has_valid_pose(const Sample& sample)
 {
   const bool counts =
       sample.kind == SampleKind::place && static_cast<SeenState>(sample.state) == SeenState::seen;
@@ -86,7 +86,7 @@ Sample take_sample(Cursor& cursor)
   sample.source = static_cast<std::uint16_t>(cursor.take(2));
   sample.kind = static_cast<SampleKind>(cursor.take(1));
   sample.state = static_cast<std::uint8_t>(cursor.take(1));
-  if (!is_possible(sample) || !is_sound(sample)) cursor.refuse();
+  if (!has_valid_kind(sample) || !has_valid_pose(sample)) cursor.refuse();
   return sample;
 }
 
@@ -101,7 +101,7 @@ KeyPress take_key(Cursor& cursor)
   return press;
 }
 
-std::optional<RecordedPicture> picture_of(std::string_view bytes)
+std::optional<RecordedPicture> recorded_frame(std::string_view bytes)
 {
   Cursor cursor(bytes);
   RecordedPicture picture;
@@ -206,7 +206,7 @@ Recording parsed_recording(const std::string& path, std::string_view bytes)
       has_facts = true;
       return {};
     }
-    std::optional<RecordedPicture> picture = picture_of(frame);
+    std::optional<RecordedPicture> picture = recorded_frame(frame);
     if (!picture) return "an invalid frame record";
     recording.pictures.push_back(std::move(*picture));
     return {};

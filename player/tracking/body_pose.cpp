@@ -114,8 +114,8 @@ PoseFit fit_of(const RigidBody& body, MarkerSpan seen, Mask mask, const FitOptio
 constexpr int least_agreeing = 4;
 
 /// The best of the fits with one or two of the used markers dropped.
-PoseFit without(int n_dropped, const RigidBody& body, MarkerSpan seen, const PoseFit& whole,
-                const FitOptions& options)
+PoseFit fit_dropping(int n_dropped, const RigidBody& body, MarkerSpan seen, const PoseFit& whole,
+                     const FitOptions& options)
 {
   PoseFit best = whole;
   const auto consider = [&](Mask mask) {
@@ -162,7 +162,7 @@ PoseFit fit_pose(const RigidBody& body, MarkerSpan seen, const FitOptions& optio
   PoseFit fit = whole;
   for (int n_dropped = 1; n_dropped <= most_outliers; ++n_dropped) {
     if (fit.status != FitStatus::residual_too_large || whole.cloud.n - n_dropped < least_agreeing) break;
-    fit = without(n_dropped, body, seen, whole, options);
+    fit = fit_dropping(n_dropped, body, seen, whole, options);
   }
   return fit;
 }

@@ -26,7 +26,7 @@ MarkerRow known_part(const Shape& shape, const MarkerRow& frame)
 }
 
 /// Disables outlier rejection while the shape is estimated.
-FitOptions building(const BodyOptions& options)
+FitOptions options_without_outliers(const BodyOptions& options)
 {
   FitOptions fit;
   fit.least_spread_mm = options.least_spread_mm;
@@ -190,7 +190,7 @@ Pose own_frame(const RigidBody& body, const std::string& file)
 }
 
 /// Transforms the shape to the requested frame; returns the RMS distance from given coordinates.
-double place_shape(RigidBody& body, const std::string& file, const BodyOptions& options)
+double move_to_frame(RigidBody& body, const std::string& file, const BodyOptions& options)
 {
   Pose X_body_shape = Pose::Identity();
   double wanted_rms_mm = 0.0;
@@ -202,7 +202,7 @@ double place_shape(RigidBody& body, const std::string& file, const BodyOptions& 
                         "of " + std::to_string(options.wanted_mm.size()) + " markers",
                         "an entry for each of " + std::to_string(body.markers_mm.rows())});
     }
-    const PoseFit fit = fit_pose(body, options.wanted_mm, building(options));
+    const PoseFit fit = fit_pose(body, options.wanted_mm, options_without_outliers(options));
     if (fit.status != FitStatus::fitted) {
       throw FitRefusal(
           {file, "coordinates wanted", text_of(fit.cloud), "three or more markers, not collinear"});
@@ -249,7 +249,7 @@ BuiltBody build_body(const std::vector<MarkerRow>& frames, const std::string& fi
                      const BodyOptions& options)
 {
   require_frames(frames, file);
-  const FitOptions fit = building(options);
+  const FitOptions fit = options_without_outliers(options);
   Shape shape = first_shape(frames, file, options);
   BuiltBody built;
   for (int iteration = 0; iteration < options.most_iterations; ++iteration) {
@@ -262,7 +262,7 @@ BuiltBody build_body(const std::vector<MarkerRow>& frames, const std::string& fi
   }
   require_all_known(shape, frames, file);
   built.body = shape.body;
-  built.wanted_rms_mm = place_shape(built.body, file, options);
+  built.wanted_rms_mm = move_to_frame(built.body, file, options);
   add_residuals(built, frames, fits_of(frames, {built.body, shape.is_known}, fit));
   return built;
 }

@@ -36,7 +36,7 @@ class Slope {
     product_ += from_mean_s * (value - mean_);
   }
   /// Requires two values or more.
-  Vector a_second() const { return product_ / time_sq_s2_; }
+  Vector per_second() const { return product_ / time_sq_s2_; }
 
  private:
   double n_ = 0.0, mean_time_s_ = 0.0, time_sq_s2_ = 0.0;
@@ -75,16 +75,16 @@ Screw PlacePredictor::velocity() const
     numbers << screw.turn_rad, screw.shift_mm;
     slope.add(samples_[i].time_s - last.time_s, numbers);
   }
-  const Vector6 a_second = slope.a_second();
-  return {a_second.head<3>(), a_second.tail<3>()};
+  const Vector6 per_second = slope.per_second();
+  return {per_second.head<3>(), per_second.tail<3>()};
 }
 
 Pose PlacePredictor::at(double time_s) const
 {
-  const Screw a_second = velocity();
+  const Screw per_second = velocity();
   const TimedPose& last = samples_[n_ - 1];
   const Pose X_last_then =
-      pose_of(scaled(a_second, std::clamp(time_s - last.time_s, 0.0, options_.longest_s)));
+      pose_of(scaled(per_second, std::clamp(time_s - last.time_s, 0.0, options_.longest_s)));
   return last.X * X_last_then;
 }
 
@@ -102,15 +102,15 @@ LegAngles AnglesPredictor::velocity() const
   for (std::size_t i = 0; i < n_; ++i) {
     slope.add(samples_[i].time_s - samples_[n_ - 1].time_s, vector_of(samples_[i].angles));
   }
-  return angles_of(slope.a_second());
+  return angles_of(slope.per_second());
 }
 
 LegAngles AnglesPredictor::at(double time_s) const
 {
-  const Eigen::Vector3d a_second = vector_of(velocity());
+  const Eigen::Vector3d per_second = vector_of(velocity());
   const TimedAngles& last = samples_[n_ - 1];
   const double ahead_s = std::clamp(time_s - last.time_s, 0.0, options_.longest_s);
-  return angles_of(vector_of(last.angles) + ahead_s * a_second);
+  return angles_of(vector_of(last.angles) + ahead_s * per_second);
 }
 
 namespace {
@@ -135,10 +135,10 @@ struct Errors {
   PredictionError summary() const { return {summary_of(held), summary_of(predicted)}; }
 };
 
-void add_errors(Errors& shift_mm, Errors& turn_rad, const Pose& X_then, const std::array<Pose, 2>& said)
+void add_errors(Errors& shift_mm, Errors& turn_rad, const Pose& X_then, const std::array<Pose, 2>& estimates)
 {
-  const Pose X_held = X_then.inverse() * said[0];
-  const Pose X_predicted = X_then.inverse() * said[1];
+  const Pose X_held = X_then.inverse() * estimates[0];
+  const Pose X_predicted = X_then.inverse() * estimates[1];
   shift_mm.held.push_back(X_held.translation().norm());
   shift_mm.predicted.push_back(X_predicted.translation().norm());
   turn_rad.held.push_back(turn_of(X_held.linear()).norm());

@@ -166,22 +166,22 @@ std::optional<Share> share_within(const Eigen::Vector2d& from, const Eigen::Vect
 std::vector<Line> pieces_within(const Line& line, const VirtualTruth::Edges& edges)
 {
   std::vector<Line> pieces;
-  bool goes_on = false;
+  bool is_continued = false;
   for (std::size_t k = 1; k < line.size(); ++k) {
     const std::optional<Share> share = share_within(line[k - 1], line[k], edges);
     if (!share) {
-      goes_on = false;
+      is_continued = false;
       continue;
     }
     const Eigen::Vector2d way = line[k] - line[k - 1];
-    if (!goes_on || share->from > 0.0) pieces.push_back({line[k - 1] + share->from * way});
+    if (!is_continued || share->from > 0.0) pieces.push_back({line[k - 1] + share->from * way});
     pieces.back().push_back(line[k - 1] + share->to * way);
-    goes_on = share->to >= 1.0;
+    is_continued = share->to >= 1.0;
   }
   return pieces;
 }
 
-GuideLine thing(bool is_right, Line points, double width_px = 1.5)
+GuideLine outline(bool is_right, Line points, double width_px = 1.5)
 {
   GuideLine line;
   line.is_right = is_right;
@@ -198,7 +198,7 @@ std::vector<GuideLine> visible_border(const Task& task, const VirtualTruth& trut
       {{e.left, e.top}, {e.right, e.top}, {e.right, e.bottom}, {e.left, e.bottom}, {e.left, e.top}});
   const Distortion& optics = eye_of(truth.calibration.eyes, task.is_right).distortion;
   for (Eigen::Vector2d& point : border) point = shown_px(optics, point);
-  return {thing(task.is_right, std::move(border))};
+  return {outline(task.is_right, std::move(border))};
 }
 
 Line ring(const Eigen::Vector2d& middle_px, double radius_px)
@@ -223,13 +223,13 @@ std::vector<GuideLine> physical_grid(const Task& task, const BenchFile& bench, c
   const int n_lines = bench.calibration.grid_columns + bench.calibration.grid_rows + 1;
   lines.reserve(static_cast<std::size_t>(n_lines));
   for (int k = 0; k < bench.calibration.grid_columns; ++k)
-    lines.push_back(thing(task.is_right, {at(k - x, -y), at(k - x, y)}));
+    lines.push_back(outline(task.is_right, {at(k - x, -y), at(k - x, y)}));
   for (int k = 0; k < bench.calibration.grid_rows; ++k)
-    lines.push_back(thing(task.is_right, {at(-x, k - y), at(x, k - y)}));
+    lines.push_back(outline(task.is_right, {at(-x, k - y), at(x, k - y)}));
   if (task.kind == TaskKind::point) {
     for (GuideLine& line : lines) line.colour = aside_colour;
     constexpr double radius_px = 6.0;
-    lines.push_back(thing(task.is_right, ring(at(task.node.x(), task.node.y()), radius_px)));
+    lines.push_back(outline(task.is_right, ring(at(task.node.x(), task.node.y()), radius_px)));
   }
   return lines;
 }
@@ -247,7 +247,7 @@ std::vector<GuideLine> rectangle(const Task& task, const BenchFile& bench, const
                                         {sides.left_table_mm, half_mm},
                                         {sides.left_table_mm, -half_mm}})
     points.push_back(seen_px(truth, task.is_right, {corner.x(), middle_mm + corner.y(), sides.z_table_mm}));
-  return {thing(task.is_right, std::move(points))};
+  return {outline(task.is_right, std::move(points))};
 }
 
 std::vector<GuideLine> marker(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
@@ -258,7 +258,7 @@ std::vector<GuideLine> marker(const Task& task, const BenchFile& bench, const Vi
   // Marker diameter: 8 mm.
   constexpr double radius_mm = 4.0;
   const double radius_px = eye.distance_px * radius_mm / (eye.position_head_mm.z() - p_eyes_mm.z());
-  return {thing(task.is_right, ring(shown_px(eye, p_eyes_mm), radius_px))};
+  return {outline(task.is_right, ring(shown_px(eye, p_eyes_mm), radius_px))};
 }
 
 std::vector<GuideLine> test_object(const VirtualTruth& truth)
@@ -269,14 +269,14 @@ std::vector<GuideLine> test_object(const VirtualTruth& truth)
   for (const bool is_right : {false, true}) {
     const Eye& eye = eye_of(truth.calibration.eyes, is_right);
     const auto at = [&](double x, double y) { return shown_px(eye, Eigen::Vector3d(x, y, z_mm)); };
-    lines.push_back(thing(is_right, {at(-half_mm, -half_mm), at(half_mm, -half_mm), at(half_mm, half_mm),
-                                     at(-half_mm, half_mm), at(-half_mm, -half_mm)}));
+    lines.push_back(outline(is_right, {at(-half_mm, -half_mm), at(half_mm, -half_mm), at(half_mm, half_mm),
+                                       at(-half_mm, half_mm), at(-half_mm, -half_mm)}));
   }
   return lines;
 }
 
 /// Polyline through the points of a scaled model, subdivided so that curvature is visible.
-std::vector<Eigen::Vector3d> way_mm(const std::vector<CalibrationPoint>& points, double scale)
+std::vector<Eigen::Vector3d> polyline_mm(const std::vector<CalibrationPoint>& points, double scale)
 {
   constexpr int n_pieces = 16;
   std::vector<Eigen::Vector3d> way;
@@ -301,9 +301,9 @@ std::vector<GuideLine> leg(const BenchFile& bench, const VirtualTruth& truth)
                               pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
     for (const bool is_right : {false, true}) {
       Line line;
-      for (const Eigen::Vector3d& p_mm : way_mm(points_of(part, bench.calibration), c.subject_scale))
+      for (const Eigen::Vector3d& p_mm : polyline_mm(points_of(part, bench.calibration), c.subject_scale))
         line.push_back(shown_px(eye_of(c.eyes, is_right), Eigen::Vector3d(X_eyes_model * p_mm)));
-      lines.push_back(thing(is_right, std::move(line)));
+      lines.push_back(outline(is_right, std::move(line)));
     }
   }
   return lines;
@@ -331,7 +331,7 @@ std::vector<GuideLine> drawn_points(const PlacedPoints& placed, const BenchFile&
     line.width_px = 1.5;
     const Eye& eye = eye_of(found.eyes, is_right);
     for (const Eigen::Vector3d& p_mm :
-         way_mm(points_of(placed.part, bench.calibration), found.subject_scale)) {
+         polyline_mm(points_of(placed.part, bench.calibration), found.subject_scale)) {
       const Eigen::Vector3d p_eyes_mm = X_eyes_model * p_mm;
       // Points beside or behind the head are not drawn.
       constexpr double nearest_mm = 50.0;

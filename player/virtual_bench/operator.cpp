@@ -96,8 +96,8 @@ struct VirtualOperator::Inner {
   }
 
   Standing standing(const GuideSession& session) const;
-  void send_frame(GuideSession& session, const Standing& stands);
-  void meet_zeroing(GuideSession& session);
+  void send_frame(GuideSession& session, const Standing& poses);
+  void handle_zeroing(GuideSession& session);
   void zero_stage(GuideSession& session);
   void take_samples(GuideSession& session);
 };
@@ -127,7 +127,7 @@ Standing VirtualOperator::Inner::standing(const GuideSession& session) const
   return task.name == "x rail" ? on_x_rail(truth, way) : on_z_rail(truth, way);
 }
 
-void VirtualOperator::Inner::send_frame(GuideSession& session, const Standing& stands)
+void VirtualOperator::Inner::send_frame(GuideSession& session, const Standing& poses)
 {
   FrameFacts facts;
   facts.time_ns = time_ns;
@@ -136,12 +136,12 @@ void VirtualOperator::Inner::send_frame(GuideSession& session, const Standing& s
   facts.is_stage_zeroed = is_stage_zeroed;
   facts.stage_offset_mm = facts.is_stage_zeroed ? 0.0 : stage_offset_mm;
   Draws draws(truth.seed, DrawFor::virtual_tracker, draws_index(session) + n_frames);
-  for (const Sample& sample : tracker_frame(bench, truth, stands, facts, draws)) session.take(sample);
+  for (const Sample& sample : tracker_frame(bench, truth, poses, facts, draws)) session.take(sample);
   time_ns += frame_ns;
   ++n_frames;
 }
 
-void VirtualOperator::Inner::meet_zeroing(GuideSession& session)
+void VirtualOperator::Inner::handle_zeroing(GuideSession& session)
 {
   if (session.zeroes_stage()) is_stage_zeroed = true;
 }
@@ -153,7 +153,7 @@ void VirtualOperator::Inner::zero_stage(GuideSession& session)
   if (session.task()->kind != TaskKind::bullseye || !has_stage(bench) || is_stage_zeroed) return;
   send_frame(session, at_rest(truth));
   press(session, vrda::key_of('Z'));
-  meet_zeroing(session);
+  handle_zeroing(session);
   n_frames = 0;
 }
 
@@ -196,7 +196,7 @@ void VirtualOperator::do_task(GuideSession& session)
   if (wants_samples || task.kind == TaskKind::stop) inner_->send_frame(session, inner_->standing(session));
   press(session, Key::enter);
   if (wants_samples) inner_->take_samples(session);
-  inner_->meet_zeroing(session);
+  inner_->handle_zeroing(session);
   ++inner_->n_done[key];
   if (session.progress().is_refused) ++inner_->n_refusals;
 }
@@ -208,7 +208,7 @@ int VirtualOperator::n_refusals() const
 
 void VirtualOperator::send_samples(GuideSession& session)
 {
-  inner_->meet_zeroing(session);
+  inner_->handle_zeroing(session);
   const Task* task = session.task();
   if (task == nullptr || (task->n_samples == 0 && task->kind != TaskKind::stop)) return;
   if (session.progress().n_samples == 0 && !session.progress().is_taking) inner_->n_frames = 0;

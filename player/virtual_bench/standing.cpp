@@ -135,8 +135,8 @@ const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role)
 namespace {
 
 /// True pose of a tool; nullopt if unused.
-std::optional<Pose> place_of_tool(const BenchFile& bench, const VirtualTruth& truth, const Standing& standing,
-                                  const std::string& used, const std::string& tool)
+std::optional<Pose> true_tool_pose(const BenchFile& bench, const VirtualTruth& truth,
+                                   const Standing& standing, const std::string& used, const std::string& tool)
 {
   if (tool == used) return standing.X_tracker_tool;
   for (std::size_t k = 0; k < n_body_roles; ++k) {
@@ -182,7 +182,7 @@ std::vector<Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& tr
   sample.kind = SampleKind::place;
   sample.count = 0;
   for (std::size_t k = 0; k < bench.tracker->tools.size(); ++k) {
-    const std::optional<Pose> X = place_of_tool(bench, truth, standing, facts.tool, bench.tracker->tools[k]);
+    const std::optional<Pose> X = true_tool_pose(bench, truth, standing, facts.tool, bench.tracker->tools[k]);
     sample.source = static_cast<std::uint16_t>(k);
     sample.state = static_cast<std::uint8_t>(X ? SeenState::seen : SeenState::missing);
     // Drawn for hidden tools too, so that hiding one does not change the others.

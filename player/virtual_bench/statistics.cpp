@@ -32,7 +32,7 @@ struct BenchResult {
 };
 
 /// Rounds to 10 mm and whole degrees.
-SixNumbers by_tape(const SixNumbers& six)
+SixNumbers tape_rounded(const SixNumbers& six)
 {
   constexpr double step_mm = 10.0, step_rad = rad_from_deg(1.0);
   return {(six.shift_mm / step_mm).array().round() * step_mm,
@@ -100,8 +100,8 @@ Calibration uncalibrated(const BenchFile& bench, const VirtualTruth& truth)
   Calibration calibration = truth.calibration;
   const Calibration nominal = nominal_calibration(bench);
   calibration.eyes = nominal.eyes;
-  calibration.X_table_eyes = by_tape(truth.calibration.X_table_eyes);
-  calibration.X_headbody_eyes = by_tape(truth.calibration.X_headbody_eyes);
+  calibration.X_table_eyes = tape_rounded(truth.calibration.X_table_eyes);
+  calibration.X_headbody_eyes = tape_rounded(truth.calibration.X_headbody_eyes);
   return calibration;
 }
 
@@ -175,7 +175,7 @@ double true_number(const VirtualTruth& truth, const std::string& name)
 }
 
 /// nullptr if the name is not that of a pose.
-const SixNumbers* true_place(const VirtualTruth& truth, const std::string& name)
+const SixNumbers* true_pose(const VirtualTruth& truth, const std::string& name)
 {
   const Calibration& c = truth.calibration;
   if (name == "table") return &c.X_tracker_table;
@@ -188,7 +188,7 @@ const SixNumbers* true_place(const VirtualTruth& truth, const std::string& name)
 }
 
 /// mm and degrees: translation error, and rotation error about the fixed axes.
-Eigen::Matrix<double, 6, 1> place_error(const Eigen::Matrix<double, 6, 1>& found, const SixNumbers& truth)
+Eigen::Matrix<double, 6, 1> pose_error(const Eigen::Matrix<double, 6, 1>& found, const SixNumbers& truth)
 {
   SixNumbers six;
   six.shift_mm = found.head<3>();
@@ -246,9 +246,9 @@ Eigen::VectorXd errors_of(const Estimate& estimate, CalibrationPart /*part*/, co
   while (k < errors.size()) {
     const std::string& name = estimate.names[static_cast<std::size_t>(k)];
     const std::size_t dot = name.find(".shift_x");
-    const SixNumbers* place = dot == std::string::npos ? nullptr : true_place(truth, name.substr(0, dot));
+    const SixNumbers* place = dot == std::string::npos ? nullptr : true_pose(truth, name.substr(0, dot));
     if (place) {
-      errors.segment<6>(k) = place_error(estimate.values.segment<6>(k), *place);
+      errors.segment<6>(k) = pose_error(estimate.values.segment<6>(k), *place);
       k += 6;
     } else {
       errors[k] = estimate.values[k] - true_number(truth, name);
