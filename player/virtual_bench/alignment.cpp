@@ -333,7 +333,7 @@ std::vector<GuideLine> drawn_points(const PlacedPoints& placed, const BenchFile&
     for (const Eigen::Vector3d& p_mm :
          polyline_mm(points_of(placed.part, bench.calibration), found.subject_scale)) {
       const Eigen::Vector3d p_eyes_mm = X_eyes_model * p_mm;
-      // Points beside or behind the head are not drawn.
+      // Points next to or behind the head are not drawn.
       constexpr double nearest_mm = 50.0;
       if (eye.position_head_mm.z() - p_eyes_mm.z() > nearest_mm)
         line.points_px.push_back(drawn_px(eye, p_eyes_mm));

@@ -156,7 +156,7 @@ AskedAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt1
   asked.reference = turned(objects.reference, asked.attitude);
   const Box above = bounding_box(asked.reference.mesh), own = bounding_box(objects.moving.mesh);
   const double height_mm = above.max_mm.y() - above.min_mm.y() + own.max_mm.y() - own.min_mm.y() + 2.0;
-  // The moving object may pass through a hole or beside an edge; ten tries per contact suffice.
+  // The moving object may pass through a hole or past an edge; ten tries per contact suffice.
   for (int tries = 0; static_cast<int>(asked.poses.size()) < n_touches * poses_a_touch; ++tries) {
     if (tries > 10 * n_touches) throw std::runtime_error("the moving object rarely touches the reference");
     const MovingPose below = below_reference(asked.reference, objects.moving.mesh, is_level, random);

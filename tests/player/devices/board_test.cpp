@@ -165,7 +165,7 @@ TEST_F(Board, ReturnsAtTheSameLinkAfterTheTerminalHasGone)
       wait_until([&] { return devices_->report(DeviceId::board).trouble == "No such file or directory"; }));
   board_->plug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
-  EXPECT_TRUE(await_stage(0, 0)) << "a board that was off has lost its place, and says so";
+  EXPECT_TRUE(await_stage(0, 0)) << "a restarted board has lost its position and its zero flag";
   stage_ = 60;
   EXPECT_TRUE(await_stage(10, 0));
 }

@@ -77,7 +77,7 @@ BenchFile bench_with(HeadKind head, const std::vector<std::pair<std::string, std
   std::string text = virtual_bench_text(head);
   for (const auto& [from, to] : changes) {
     const std::size_t at = text.find(from);
-    check(at != std::string::npos, "what is to be changed stands in the file");
+    check(at != std::string::npos, "the text to be replaced must be in the file");
     text.replace(at, from.size(), to);
   }
   return parsed_bench_file(text, "virtual bench");
