@@ -49,7 +49,7 @@ struct BoardClient::State {
     error_code error;
     port.open(settings.port, error);
     if (!error) port.set_option(asio::serial_port::baud_rate(static_cast<unsigned>(settings.baud)), error);
-    if (error) return close_and_retry(error.message());
+    if (error) return reconnect(error.message());
     // Discards answers to requests of an earlier session.
     tcflush(port.native_handle(), TCIOFLUSH);
     ++n_openings;
@@ -66,9 +66,7 @@ struct BoardClient::State {
         asio::buffer(bytes), [this, opening = n_openings](const error_code& error, std::size_t n) {
           const std::int64_t now_ns = outlet.clock().now_ns();
           if (opening != n_openings) return;
-          if (error)
-            return close_and_retry(error == asio::error::eof ? "the port was closed by the device"
-                                                             : error.message());
+          if (error) return reconnect(error == asio::error::eof ? "closed by the device" : error.message());
           const bool was_up = talk->phase() == BoardTalk::Phase::up;
           const std::vector<Sample> samples = talk->hear(std::span(bytes).first(n), now_ns);
           if (!was_up && talk->phase() == BoardTalk::Phase::up) {
@@ -76,8 +74,7 @@ struct BoardClient::State {
             outlet.set_link(LinkState::up, "");
           }
           outlet.put(samples);
-          outlet.refuse(talk->n_refused() - n_refused,
-                        "found invalid bytes, wanted frames of the serial protocol");
+          outlet.refuse(talk->n_refused() - n_refused, "found noise, wanted frames of the serial protocol");
           n_refused = talk->n_refused();
           if (send_due()) read();
         });
@@ -91,12 +88,12 @@ struct BoardClient::State {
       requests = talk->due(now_ns);
       if (!requests.empty()) write(now_ns);
     } else if (now_ns - writing_since_ns >= write_timeout_ns) {
-      close_and_retry("the port accepts no data");
+      reconnect("the port accepts no data");
       return false;
     }
     if (talk->phase() == BoardTalk::Phase::given_up) {
-      const std::string trouble = talk->trouble();  // close_and_retry() destroys the protocol state
-      close_and_retry(trouble);
+      const std::string trouble = talk->trouble();  // reconnect() destroys the protocol state
+      reconnect(trouble);
       return false;
     }
     timer.expires_at(
@@ -115,12 +112,12 @@ struct BoardClient::State {
                       [this, opening = n_openings](const error_code& error, std::size_t) {
                         if (opening != n_openings) return;
                         is_writing = false;
-                        if (error) return close_and_retry(error.message());
+                        if (error) return reconnect(error.message());
                         send_due();
                       });
   }
 
-  void close_and_retry(const std::string& trouble)
+  void reconnect(const std::string& trouble)
   {
     ++n_openings;  // invalidates pending handlers
     talk.reset();
@@ -230,8 +227,7 @@ struct TrackerClient::State {
       return connect(Endpoints::create(tcp::endpoint(address, settings.port), settings.host, port));
     resolver.async_resolve(settings.host, port, [this](const error_code& error, const Endpoints& endpoints) {
       if (error)
-        return close_and_retry(error == asio::error::operation_aborted ? "no address within 2 s"
-                                                                       : error.message());
+        return reconnect(error == asio::error::operation_aborted ? "no address within 2 s" : error.message());
       connect(endpoints);
     });
   }
@@ -240,8 +236,8 @@ struct TrackerClient::State {
   {
     asio::async_connect(socket, endpoints, [this](const error_code& error, const tcp::endpoint&) {
       if (error == asio::error::operation_aborted || (!error && !socket.is_open()))
-        return close_and_retry("no connection within 2 s");
-      if (error || is_self(socket)) return close_and_retry(error ? error.message() : "Connection refused");
+        return reconnect("no connection within 2 s");
+      if (error || is_self(socket)) return reconnect(error ? error.message() : "Connection refused");
       is_connecting = false;
       timer.cancel();
       keep_alive(socket);
@@ -267,16 +263,16 @@ struct TrackerClient::State {
   {
     socket.async_read_some(asio::buffer(bytes), [this](const error_code& error, std::size_t n) {
       const std::int64_t now_ns = outlet.clock().now_ns();
-      if (error) return close_and_retry(error == asio::error::eof ? "closed by the peer" : error.message());
+      if (error) return reconnect(error == asio::error::eof ? "closed by the peer" : error.message());
       stream.add(std::span(bytes).first(n));
       while (const std::optional<IgtlMessage> message = stream.next()) take(*message, now_ns);
       outlet.refuse(stream.n_skipped() - n_skipped, "");
-      outlet.refuse(stream.n_malformed() - n_malformed, "found a message whose size does not match its type");
+      outlet.refuse(stream.n_malformed() - n_malformed, "found a message of the wrong size for its type");
       n_skipped = stream.n_skipped();
       n_malformed = stream.n_malformed();
       if (!stream.is_broken()) return read();
       outlet.refuse(1, stream.trouble());
-      close_and_retry(stream.trouble());
+      reconnect(stream.trouble());
     });
   }
 
@@ -293,7 +289,7 @@ struct TrackerClient::State {
     socket.close(ignored);
   }
 
-  void close_and_retry(const std::string& trouble)
+  void reconnect(const std::string& trouble)
   {
     is_connecting = false;
     n_skipped = n_malformed = 0;

@@ -50,8 +50,7 @@ class Outlet {
 
   /// Puts the samples of one message; the loop receives all of them together.
   void put(const std::vector<Sample>& samples);
-  /// Also puts a link sample if the state changed. `trouble` is kept until replaced; it is cleared when the
-  /// link is up.
+  /// Also puts a link sample if the state changed. `trouble` is kept until replaced or the link is up.
   void set_link(LinkState link, const std::string& trouble);
   /// Counts rejected input. An empty `trouble` leaves the last one unchanged.
   void refuse(std::uint64_t n, const std::string& trouble);

@@ -15,8 +15,8 @@ namespace vrda {
 /// - A pose is accepted if its stamp is later than the last accepted one, or 0 (no stamp).
 /// - A repeated stamp carries no news: the tool becomes stale.
 /// - An earlier stamp is `behind`: the clock was set back, or the last stamp was an outlier. It is rejected
-///   until it passes the last accepted one, or until n_to_believe in a row, each later than the one before,
-///   show that the clock was reset.
+///   until it passes the last accepted one, or until n_to_accept_clock in a row, each later than the one
+///   before, show that the clock was reset.
 class ToolWatch {
  public:
   enum class Heard { counts, repeated, behind };

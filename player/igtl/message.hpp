@@ -61,12 +61,11 @@ inline bool is_list(const IgtlMessage& message)
 std::vector<std::uint8_t> bytes_of(const IgtlMessage& message);
 
 /// Bound on the entries of R^T R - I, and on |q|^2 - 1, for rounding: matrices written with three decimals
-/// pass (each entry is off by 5e-4, a column's length and products by 2 sqrt(3) times that); a scale of 0.1
+/// pass (each entry is off by 5e-4, lengths and products of columns by 2 sqrt(3) times that); a scale of 0.1
 /// % fails.
 constexpr double most_rotation_error = 1.8e-3;
 
-/// The nearest rotation; nullopt if the error exceeds most_rotation_error, or the matrix is mirrored or not
-/// finite.
+/// The nearest rotation; nullopt if mirrored, not finite, or off by more than max_rotation_error.
 std::optional<Eigen::Matrix3d> nearest_rotation(const Eigen::Matrix3d& matrix);
 
 /// The normalised quaternion (w, x, y, z); nullopt under the same conditions.

@@ -55,8 +55,7 @@ MarkerCloud cloud_of(const RigidBody& body, Mask mask)
   return cloud;
 }
 
-/// The rigid transform that maps the selected markers of the body to the seen positions, in the
-/// least-squares sense.
+/// Least-squares rigid transform from the selected markers of the body to the seen positions.
 Pose nearest_pose(const RigidBody& body, MarkerSpan seen, Mask mask, const Eigen::Vector3d& centre_body_mm)
 {
   Eigen::Vector3d centre_tracker_mm = Eigen::Vector3d::Zero();
@@ -169,10 +168,8 @@ PoseFit fit_pose(const RigidBody& body, MarkerSpan seen, const FitOptions& optio
 
 PoseError expected_error(const MarkerCloud& cloud, double noise_mm)
 {
-  check(cloud.n >= 3 && cloud.spread_mm(1) > 0.0,
-        "expected_error needs three markers that are not collinear");
-  // The information on a rotation about axis i is the sum of squared distances from it: the other two
-  // spreads.
+  check(cloud.n >= 3 && cloud.spread_mm(1) > 0.0, "collinear markers have no error estimate");
+  // Information on a rotation about axis i: the sum of squared distances from it, the other two spreads.
   const Eigen::Vector3d square = cloud.spread_mm.cwiseAbs2();
   PoseError error;
   for (int i = 0; i < 3; ++i) error.turn_rad(i) = noise_mm / std::sqrt(square.sum() - square(i));

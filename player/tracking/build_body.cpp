@@ -74,8 +74,7 @@ void require_frames(const std::vector<MarkerRow>& frames, const std::string& fil
     }
     for (const auto& marker : frames[i]) {
       if (marker && !(marker->cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < farthest_mm)) {
-        throw FitRefusal(
-            {file, field, "a coordinate that is not finite or exceeds 1 km", "coordinates in mm"});
+        throw FitRefusal({file, field, "a coordinate not finite or above 1 km", "mm"});
       }
     }
   }
@@ -152,11 +151,10 @@ void require_all_known(const Shape& shape, const std::vector<MarkerRow>& frames,
     if (shape.is_known[k]) continue;
     const auto n =
         std::count_if(frames.begin(), frames.end(), [&](const MarkerRow& f) { return f[k].has_value(); });
-    throw FitRefusal(
-        {file, "marker " + std::to_string(k + 1),
-         "seen in " + std::to_string(n) + " frames, never with three known non-collinear markers",
-         "a frame that shows it with three known markers"},
-        {k});
+    throw FitRefusal({file, "marker " + std::to_string(k + 1),
+                      "seen in " + std::to_string(n) + " frames, never with three known, not collinear",
+                      "a frame that shows it with three known markers"},
+                     {k});
   }
 }
 
@@ -204,8 +202,7 @@ double move_to_frame(RigidBody& body, const std::string& file, const BodyOptions
     }
     const PoseFit fit = fit_pose(body, options.wanted_mm, options_without_outliers(options));
     if (fit.status != FitStatus::fitted) {
-      throw FitRefusal(
-          {file, "coordinates wanted", text_of(fit.cloud), "three or more markers, not collinear"});
+      throw FitRefusal({file, "coordinates wanted", text_of(fit.cloud), "three or more, not collinear"});
     }
     X_body_shape = fit.X_tracker_body;
     wanted_rms_mm = fit.residual_rms_mm;

@@ -71,9 +71,8 @@ struct BuiltBody {
 };
 
 /// Least-squares shape over all visible markers, each frame fitted by a rigid transform (generalised
-/// Procrustes without scale, with missing markers). All frames have the same labels. Throws FitRefusal
-/// naming `file` for fewer than three markers, collinear ones, or a marker never visible together with
-/// three others.
+/// Procrustes without scale, with missing markers). All frames have the same labels. Throws FitError
+/// naming `file` for fewer than three markers, collinear ones, or one never visible with three others.
 /// Source: Gower (1975) Psychometrika 40:33-51; missing points as in ten Berge, Kiers, Commandeur (1993) Br
 /// J Math Stat Psychol 46:1-13.
 BuiltBody build_body(const std::vector<MarkerRow>& frames, const std::string& file,

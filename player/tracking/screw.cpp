@@ -17,8 +17,7 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
 
 /// Below this angle two terms of a series are exact to rounding: the third is smaller by angle^4 / 100.
 constexpr double small_angle_rad = 1e-4;
-/// Below this angle a difference of nearly equal terms would lose more than three digits; the series does
-/// not.
+/// Below this angle differences of nearly equal terms lose more than three digits; the series does not.
 constexpr double series_angle_rad = 0.1;
 
 /// (1 - cos a) / a^2, without cancellation.
@@ -121,8 +120,7 @@ SixNumbers six_numbers_of(const Pose& pose)
   six.shift_mm = pose.translation();
   const double cos_y = std::sqrt(R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0));
   six.turn_rad.y() = arc_tangent2(-R(2, 0), cos_y);
-  // At gimbal lock only the sum or difference of the other two angles is defined: all of it is assigned to
-  // x.
+  // At gimbal lock only the sum or difference of the other two angles is defined: x takes all of it.
   constexpr double straight = 1e-12;
   if (cos_y < straight) {
     six.turn_rad.x() = arc_tangent2(-R(1, 2), R(1, 1));

@@ -8,7 +8,6 @@ namespace vrda::test {
 /// Moves of each solved cell, by kind: approach, approach (in contact), bisect (blocked), bisect,
 /// translate, approach (in contact), rotate, approach (in contact, a cycle). They start 3 mm below the
 /// cell's pose and end at it.
-/// end in it.
 inline constexpr int n_moves_of_a_cell = 8;
 inline constexpr int n_touches_of_a_cell = 3;
 

@@ -1,5 +1,4 @@
-/// Distance of two triangles by the standard cases (vertex-face, edge-edge, edge through face), as an
-/// oracle.
+/// Distance of two triangles by the standard cases (vertex-face, edge-edge, edge through face); an oracle.
 #pragma once
 
 #include <Eigen/Core>

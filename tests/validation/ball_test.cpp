@@ -8,8 +8,8 @@
 
 namespace vrda::test::ball_test {
 
-// Half the angle between neighbouring corners of the ball's icosahedron; divided by the subdivision it is
-// that of its facets.
+// Half the angle between neighbouring corners of an icosahedron; that of a facet is this over the
+// subdivision.
 constexpr double icosahedron_edge_rad = 1.1071487177940904;
 
 struct BallCase {
@@ -24,10 +24,8 @@ struct BallCase {
 enum class Size { smaller_than_a_triangle, any, as_large_as_the_dish };
 
 // A dish and a ball below it. Both have so many facets that the equilibrium of the polygons is within a
-// resolution of the
-// centre. The ball's axis starts at least one of its facets inside the border, since a facet parallel to
-// the border's edge
-// is inclined outward as often as inward.
+// resolution of the centre. The ball's axis starts at least one of its facets inside the border, since a
+// facet parallel to the border's edge is inclined outward as often as inward.
 BallCase drawn(Draw& draw, const std::string& section, Size size, bool is_stretched)
 {
   BallCase result;
@@ -41,8 +39,8 @@ BallCase drawn(Draw& draw, const std::string& section, Size size, bool is_stretc
   if (size == Size::as_large_as_the_dish)
     ball_mm = std::min(0.97 * dish_radius_mm, draw.uniform(0.7, 1.0) * width_mm);
   const int ball_edges = draw.whole(8, 20);
-  // Flatter or taller, and up to a fifth wider one way: a wide ellipsoid with the dish's curvature would
-  // have its equilibrium on the border.
+  // Flatter or taller, and up to a fifth wider one way: a wide one with the dish's curvature
+  // would have its equilibrium on the border.
   const Eigen::Vector3d stretch =
       is_stretched ? Eigen::Vector3d(draw.uniform(0.6, 1.0), draw.uniform(0.6, 1.6), draw.uniform(0.6, 1.0))
                    : Eigen::Vector3d(1, 1, 1);

@@ -14,8 +14,7 @@ extern "C" {
 
 namespace {
 
-/// A test bench for the board: encoder signals from the stage's position, a serial line as a queue of
-/// bytes.
+/// Test bench: encoder signals from the stage's position, a serial line as a queue of bytes.
 class Bench {
  public:
   Bench()

@@ -155,9 +155,8 @@ std::vector<IgtlMessage> read(const Bytes& bytes)
   return messages;
 }
 
-/// float32 has 24 bits: entries of rotations within 2^-24, the translations here exactly;
-/// orthonormalisation changes it by at most the same again. Quaternions enter the matrix by up to four
-/// products.
+/// float32 has 24 bits: entries of rotations within 2^-24, the translations here exactly; projection to a
+/// rotation changes it by at most the same again. Quaternions enter the matrix by up to four products.
 constexpr double storage = 4.0 / (1 << 24);
 
 TEST(IgtlMessage, ReadsBackWhatWasWritten)

@@ -101,12 +101,10 @@ TEST(TrackedLeg, FiringInTurnIsCorrectedOnAMovingShank)
     }
     before = BodyMotion{{frame.time_s, fired.fit.X_tracker_body}, fired.velocity};
   }
-  // The shank's centre, 215 mm from the knee, moves at up to 23 to 30 degrees a second; the mean delay is
-  // 2.5 ms.
+  // The shank's centre, 215 mm from the knee, moves at up to 23 to 30 degrees/s; mean delay 2.5 ms.
   EXPECT_GT(worst_plain_mm, 0.8 * rad_from_deg(25.0) * 215.0 * 0.0025);
   // The remaining error is due to acceleration: a twist taken (T + wait) / 2 too early, 0.5 a (T + wait)
-  // wait with a = 6 * 45 deg / 4 s^2 * 215 mm. Deviations of the markers' delays from the mean contribute
-  // the same again.
+  // wait with a = 6 * 45 deg / 4 s^2 * 215 mm. Deviations from the mean delay contribute the same again.
   const double acceleration = rad_from_deg(6.0 * 45.0 / 4.0) * 215.0;
   EXPECT_LT(worst_corrected_mm, acceleration * (0.01 + 0.005) * 0.005);
   EXPECT_LT(worst_corrected_mm, 0.1 * worst_plain_mm);

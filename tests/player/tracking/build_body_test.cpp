@@ -12,8 +12,7 @@ using test::input_error;
 using test::leg_body;
 using test::seen_at;
 
-/// Remaining error of the iteration: its tolerance times the number of steps that slow convergence may
-/// need.
+/// Remaining error of the iteration: its tolerance times the steps that slow convergence needs.
 constexpr double built_mm = 1e-6;
 
 std::vector<MarkerRow> frames_of(const RigidBody& body, int n, std::mt19937_64& random)

@@ -122,8 +122,7 @@ class OtherWays : public testing::TestWithParam<OtherWay> {};
 
 TEST_P(OtherWays, HoldTheTruthAsOften)
 {
-  // Of 200 valid 95 % intervals 90 to 99 % contain the truth except in 0.3 % of cases; there are some
-  // fifty.
+  // Of 200 valid 95 % intervals 90 to 99 % contain the truth except in 0.3 %; there are some fifty.
   constexpr int n_benches = 200, n_threads = 2;
   const VirtualStatistics statistics =
       virtual_statistics(GetParam().bench, VirtualNoise{}, 1, n_benches, n_threads);

@@ -15,8 +15,7 @@ BenchFile bench_of(HeadKind head)
   return parsed_bench_file(virtual_bench_text(head), "virtual bench");
 }
 
-/// Mean square of many draws relative to their variance: one, within five standard deviations of
-/// chi-square.
+/// Mean square of many draws over their variance: one, within five standard deviations of chi-square.
 void expect_variance(double sum_of_squares, int n, double sd)
 {
   const double ratio = sum_of_squares / n / (sd * sd);
