@@ -1,10 +1,9 @@
-# Sourced by the trials, after steps.sh: makes a bare Debian with debootstrap in $bare and runs commands in it. Root only.
-# shellcheck shell=bash disable=SC2154  # root and program are of steps.sh, bare is the trial's
+# Sourced by the trials after steps.sh: makes a minimal Debian with debootstrap in $bare and runs commands in it. Root only.
+# shellcheck shell=bash disable=SC2154  # root and program are set by steps.sh, bare by the trial
 
-marker=$bare/etc/vrda-clean-root # only a root made here is ever removed
+marker=$bare/etc/vrda-clean-root # only a root made by this script is removed
 
-# own_mounts ARGUMENT...: starts the script again in a mount namespace of its own, so that nothing stays mounted
-# whatever happens.
+# own_mounts ARGUMENT...: restarts the script in its own mount namespace, so that all mounts end with it.
 own_mounts() {
   (($(id -u) == 0)) || fail 'not root, wanted root: debootstrap and chroot need it'
   command -v debootstrap >/dev/null || fail 'found no debootstrap, wanted it installed: apt-get install debootstrap'
@@ -13,20 +12,20 @@ own_mounts() {
   fi
 }
 
-# apt_sources: this machine's own Debian mirrors of bookworm, one line each, as apt wants them.
+# apt_sources: bookworm mirrors of this machine's apt configuration, one per line.
 apt_sources() {
   # shellcheck disable=SC2016  # apt's own variables
   apt-get indextargets --format 'deb $(REPO_URI) $(RELEASE) $(COMPONENT)' 'Created-By: Packages' |
     grep -E ' bookworm(-updates|-security)? main$' | sort -u
 }
 
-# apt_settings: its proxy and date settings.
+# apt_settings: apt's proxy and date settings.
 apt_settings() {
   apt-config dump --format '%F "%v";%n' | grep -iE '^Acquire::((http|https)::(Proxy|Timeout)|Check-Valid-Until|Check-Date)\b' || true
 }
 
-# npm_settings: where this machine's npm looks for packages and what it trusts; nothing of who asks. The certificates
-# are copied, since the root has none of its own.
+# npm_settings: registry, proxy and certificates of this machine's npm, without credentials. Certificates are copied,
+# since the new root has none.
 npm_settings() {
   local key value
   command -v npm >/dev/null || return 0
@@ -41,21 +40,21 @@ npm_settings() {
   done
 }
 
-# remove_bare: the root of this trial or an earlier one, and nothing else that may stand there.
+# remove_bare: removes a root made by a trial; fails on any other folder.
 remove_bare() {
   [[ -e $bare ]] || return 0
   [[ -e $marker ]] || fail "found $bare, wanted a folder made by this script or none"
   rm -rf --one-file-system "$bare"
 }
 
-# bootstrap SUITE [PACKAGE]: from the first of apt's bookworm mirrors; the smallest Debian that has apt, and one package
-# more. Only bookworm can install others then.
+# bootstrap SUITE [PACKAGE]: minimal Debian with apt and one additional package, from the first bookworm mirror of apt.
+# Further packages can be installed only in bookworm.
 bootstrap() {
   local mirror
   mirror=$(apt_sources | awk '$3 == "bookworm" { print $2; exit }')
   remove_bare
   mkdir -p "$bare/etc"
-  touch "$marker" # first, so that what an interrupted debootstrap leaves may be removed
+  touch "$marker" # first, so that an interrupted debootstrap can be removed
   http_proxy=$(apt-config dump --format '%v%n' Acquire::http::Proxy) \
     debootstrap --variant=minbase ${2:+--include="$2"} "$1" "$bare" "${mirror:-http://deb.debian.org/debian}"
   apt_sources >"$bare/etc/apt/sources.list"
@@ -64,7 +63,7 @@ bootstrap() {
   cp /etc/resolv.conf /etc/hosts "$bare/etc/"
 }
 
-# mount_system: what programs expect of a kernel.
+# mount_system: /proc and /dev, which programs need.
 mount_system() {
   mount -t proc proc "$bare/proc"
   mount --rbind /dev "$bare/dev"
@@ -72,7 +71,7 @@ mount_system() {
 
 unmount_system() { umount --recursive --lazy "$bare/dev" "$bare/proc"; }
 
-# inside COMMAND...: in the bare root as root, or as $inside_user, with a bare environment.
+# inside COMMAND...: runs it in the bare root as root, or as $inside_user, with a minimal environment.
 inside() {
   env -i PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin HOME=~ LANG=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
     chroot --userspec="${inside_user:-root:root}" "$bare" "$@" </dev/null

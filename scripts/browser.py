@@ -1,4 +1,4 @@
-"""Headless Chromium by its DevTools pipe: opens a page, keeps what it says and asks for, takes pictures."""
+"""Headless Chromium over its DevTools pipe: opens a page, records console messages and requests, takes screenshots."""
 import base64
 import contextlib
 import json
@@ -15,7 +15,7 @@ FLAGS = ("--headless --no-sandbox --disable-quic --no-first-run --disable-backgr
 
 
 class Browser:
-    """One tab. Use it in a `with`: the browser ends with it."""
+    """One tab; a context manager that ends the browser."""
 
     def __init__(self, chromium, deadline_s=150.0):
         self._deadline = time.monotonic() + deadline_s
@@ -32,7 +32,7 @@ class Browser:
         os.close(to_read)
         os.close(from_write)
         self._rest, self._last, self._session = b"", 0, None
-        self.said, self.requests = [], []  # console errors and exceptions; addresses asked for
+        self.said, self.requests = [], []  # console errors and exceptions; requested addresses
         target = self.call("Target.createTarget", url="about:blank")["targetId"]
         self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Network", "Log"):
@@ -50,7 +50,7 @@ class Browser:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
-        with contextlib.suppress(ProcessLookupError):  # its helpers outlive it, and write to the profile
+        with contextlib.suppress(ProcessLookupError):  # child processes outlive it and write to the profile
             os.killpg(self._process.pid, signal.SIGKILL)
         self._log.close()
         self._profile.cleanup()
@@ -62,7 +62,7 @@ class Browser:
                 raise TimeoutError("the browser does not answer")
             piece = os.read(self._from, 1 << 20)
             if not piece:
-                raise EOFError("the browser ended: " + self._last_words())
+                raise EOFError("the browser exited: " + self._last_words())
             self._rest += piece
         line, self._rest = self._rest.split(b"\0", 1)
         return json.loads(line)
@@ -83,7 +83,7 @@ class Browser:
             self.requests.append(facts["request"]["url"])
 
     def call(self, method, **parameters):
-        """The result of a command."""
+        """Sends a command and returns its result."""
         self._last += 1
         command = {"id": self._last, "method": method, "params": parameters}
         if self._session:
@@ -98,19 +98,19 @@ class Browser:
             self._note(message)
 
     def value(self, expression):
-        """What a JavaScript expression is."""
+        """Value of a JavaScript expression."""
         answer = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in answer:
             raise RuntimeError(str(answer["exceptionDetails"]))
         return answer["result"].get("value")
 
     def open(self, path, width=1200, height=900, is_dark=False, is_phone=False):
-        """Opens a file at a window's size and waits until the report is drawn."""
+        """Opens a report file at a window size and waits until it is drawn."""
         self.visit(f"file://{path}", "document.documentElement?.dataset.report === 'ready'", width=width, height=height, is_dark=is_dark, is_phone=is_phone)
         self.settle()
 
     def visit(self, address, is_there, width=1200, height=900, is_dark=False, is_phone=False):
-        """Opens an address at a window's size and waits until the JavaScript expression `is_there` holds."""
+        """Opens an address at a window size and waits until the JavaScript expression `is_there` holds."""
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=is_phone)
         scheme = "dark" if is_dark else "light"
         self.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
@@ -123,17 +123,17 @@ class Browser:
             time.sleep(0.1)
 
     def give(self, selector, path):
-        """Puts a file into the input of a form, as its dialogue would."""
+        """Sets a file input of a form."""
         root = self.call("DOM.getDocument")["root"]["nodeId"]
         node = self.call("DOM.querySelector", nodeId=root, selector=selector)["nodeId"]
         self.call("DOM.setFileInputFiles", nodeId=node, files=[str(path)])
 
     def settle(self):
-        """Waits for what plotly leaves to the next frames."""
+        """Waits 30 animation frames, which plotly needs to finish drawing."""
         self.value("new Promise((done) => { let n = 30; const next = () => (--n ? requestAnimationFrame(next) : done()); next(); })")
 
     def element(self, expression):
-        """PNG of an element, which a JavaScript expression names."""
+        """PNG of the element that a JavaScript expression returns."""
         box = self.value(f"(() => {{ const e = {expression}; e.scrollIntoView({{ block: 'center', behavior: 'instant' }}); "
                          "const r = e.getBoundingClientRect(); return [r.x + scrollX, r.y + scrollY, r.width, r.height]; })()")
         self.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")

@@ -10,14 +10,13 @@
 namespace vrda {
 namespace {
 
-// Cosine of the angle below which two faces lie flat on each other: 1e-6 rad moves a corner of a 10 mm face
-// by 1e-5 mm.
+// Cosine below which two opposed faces are coplanar: 1e-6 rad moves a corner of a 10 mm face by 1e-5 mm.
 constexpr double flat_cosine = -1.0 + 1e-12;
-// Normals count as opposing Delta only beyond rounding.
+// Normals oppose Delta where their component is below this: beyond rounding.
 constexpr double opposing = -1e-9;
 // Sine below which two edges are parallel and their cross product has no direction.
 constexpr double parallel_edges = 1e-6;
-// Points of one feature found through several triangles differ by rounding only.
+// Points of one feature computed from several triangles differ by rounding only.
 constexpr double same_point_mm = 1e-6;
 
 struct Candidate {
@@ -36,7 +35,7 @@ struct Scene {
   RigidPlacement place;  // of the moving object in the reference's frame
   NarrowPhase& narrow_phase;
   const ContactOptions& options;
-  const std::vector<TrianglePair>* candidates;  // none: the trees tell
+  const std::vector<TrianglePair>* candidates;  // null: pairs from the trees
 
   Corners reference_corners(const TrianglePair& pair) const
   {
@@ -48,9 +47,9 @@ struct Scene {
   }
 };
 
-template <typename Place>
+template <typename Transform>
 std::optional<TrianglePair> first_collision(const TreeMesh& reference, const TreeMesh& moving,
-                                            const Place& place, NarrowPhase& narrow_phase,
+                                            const Transform& place, NarrowPhase& narrow_phase,
                                             const TrianglePair& hint)
 {
   std::optional<TrianglePair> found;
@@ -88,9 +87,9 @@ bool is_inside(const Corners& face, const Eigen::Vector3d& n, const Eigen::Vecto
   return true;
 }
 
-// Two flat faces on each other touch in a polygon: its corners are vertices of one inside the other and
-// crossings of their edges.
-std::vector<Candidate> flat_corners(const Scene& scene, const Candidate& pair)
+// Two coplanar faces touch in a polygon: its corners are vertices of one inside the other and crossings of
+// their edges.
+std::vector<Candidate> polygon_corners(const Scene& scene, const Candidate& pair)
 {
   const Corners r = scene.reference_corners(pair.pair), m = scene.moving_corners(pair.pair);
   const Eigen::Vector3d n = unit_normal(r);
@@ -122,7 +121,7 @@ std::vector<Candidate> flat_corners(const Scene& scene, const Candidate& pair)
   return result;
 }
 
-// Every close pair measured, in the order of the pairs.
+// All pairs within the band with their distances, sorted by pair.
 std::vector<Candidate> close_pairs(const Scene& scene)
 {
   std::vector<Candidate> result;
@@ -146,8 +145,8 @@ std::vector<Candidate> close_pairs(const Scene& scene)
   return result;
 }
 
-// One candidate for each pair of features: the nearest, then the smallest pair.
-std::vector<Candidate> one_for_each_feature(std::vector<Candidate> all)
+// One candidate for each pair of features: the nearest, ties by the smallest pair.
+std::vector<Candidate> unique_by_feature(std::vector<Candidate> all)
 {
   const auto key = [](const Candidate& c) { return std::tie(c.reference, c.moving, c.distance_mm, c.pair); };
   std::sort(all.begin(), all.end(), [&](const Candidate& l, const Candidate& r) { return key(l) < key(r); });
@@ -159,9 +158,9 @@ std::vector<Candidate> one_for_each_feature(std::vector<Candidate> all)
   return all;
 }
 
-// Whether no neighbouring pair of triangles comes clearly nearer: otherwise the candidate is only the flank
+// Whether no neighbouring pair of triangles is clearly nearer: otherwise the candidate belongs to the flank
 // of another contact.
-bool touches_by_itself(const Scene& scene, const std::vector<Candidate>& pairs, const Candidate& candidate)
+bool is_separate_contact(const Scene& scene, const std::vector<Candidate>& pairs, const Candidate& candidate)
 {
   for (const std::int32_t r : scene.reference_features.star(candidate.reference)) {
     for (const std::int32_t m : scene.moving.features.star(candidate.moving)) {
@@ -187,7 +186,7 @@ Eigen::Vector3d feature_normal(const Mesh& mesh, const SurfaceFeatures& features
   return length > 0.0 ? Eigen::Vector3d(sum / length) : sum;
 }
 
-// Vertex normals of triangle t weighted at p.
+// Barycentric interpolation of the vertex normals of triangle t at p.
 Eigen::Vector3d interpolated_normal(const Mesh& mesh, std::int32_t t, const Eigen::Vector3d& p,
                                     const Corners& corner)
 {
@@ -208,13 +207,13 @@ Eigen::Vector3d edge_direction(const Mesh& mesh, const SurfaceFeatures& features
   return Eigen::Vector3d(mesh.vertices_mm.row(b) - mesh.vertices_mm.row(a)).normalized();
 }
 
-// A contact's normal and the object it was taken from.
+// A contact's normal and the object that it was taken from.
 struct Reaction {
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   bool is_of_reference = true;
 };
 
-// Direction of a contact's edge on either side; none where it is no edge.
+// Direction of a contact's edge on either side; empty where the feature is not an edge.
 std::optional<Eigen::Vector3d> along_reference(const Scene& scene, const Candidate& c)
 {
   if (c.reference.kind != FeatureKind::edge) return std::nullopt;
@@ -228,8 +227,8 @@ std::optional<Eigen::Vector3d> along_moving(const Scene& scene, const Candidate&
       edge_direction(scene.moving.solid.mesh, scene.moving.features, c.moving.index));
 }
 
-// Without friction nothing acts along an edge. The mean of the faces around a vertex may lean that way: at a
-// corner it counts walls that do not touch.
+// Without friction no force acts along an edge. The mean normal of the faces around a vertex may have such a
+// component: at a corner it includes walls that do not touch.
 Eigen::Vector3d across(const std::optional<Eigen::Vector3d>& edge, const Eigen::Vector3d& normal)
 {
   if (!edge) return normal;
@@ -238,7 +237,7 @@ Eigen::Vector3d across(const std::optional<Eigen::Vector3d>& edge, const Eigen::
   return length > parallel_edges ? Eigen::Vector3d(rest / length) : normal;
 }
 
-// Thesis 3.7: the normal of the surface that bends least; two crossing edges have one of their own.
+// Thesis 3.7: the normal of the surface of least curvature; two crossing edges give their cross product.
 Reaction least_curvature_normal(const Scene& scene, const Candidate& c)
 {
   const auto of_reference = [&] {
@@ -252,7 +251,7 @@ Reaction least_curvature_normal(const Scene& scene, const Candidate& c)
   }
   const bool takes_reference =
       scene.reference_features.bend(c.reference) <= scene.moving.features.bend(c.moving);
-  // An edge's own normal is across it, so only a vertex's changes here.
+  // An edge's own normal is perpendicular to it, so only a vertex's changes here.
   if (takes_reference)
     return {c.reference.kind == FeatureKind::vertex ? across(e, of_reference()) : of_reference(), true};
   const Eigen::Vector3d normal =
@@ -315,15 +314,15 @@ std::vector<Candidate> touching_features(const Scene& scene, const std::vector<C
     const double cosine =
         unit_normal(scene.reference_corners(pair.pair)).dot(unit_normal(scene.moving_corners(pair.pair)));
     if (cosine < flat_cosine) {
-      const std::vector<Candidate> corner = flat_corners(scene, pair);
+      const std::vector<Candidate> corner = polygon_corners(scene, pair);
       all.insert(all.end(), corner.begin(), corner.end());
     }
-    // Flat faces whose polygon degenerates keep their closest points.
+    // Coplanar faces with a degenerate polygon keep their closest points.
     if (cosine >= flat_cosine || all.empty() || all.back().pair != pair.pair)
       all.push_back(with_features(scene, pair));
   }
-  all = one_for_each_feature(std::move(all));
-  std::erase_if(all, [&](const Candidate& c) { return !touches_by_itself(scene, pairs, c); });
+  all = unique_by_feature(std::move(all));
+  std::erase_if(all, [&](const Candidate& c) { return !is_separate_contact(scene, pairs, c); });
   return all;
 }
 

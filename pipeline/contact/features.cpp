@@ -7,9 +7,9 @@
 namespace vrda {
 namespace {
 
-// Bend of an edge with one face, or with more than two: as sharp as can be.
+// Bend of an edge with one face or more than two: the maximum.
 constexpr double open_bend = 2.0;
-// Barycentric distance below which a point counts as on the edge: GJK's points are good to 1e-9 of the size.
+// Barycentric distance below which a point is on the edge: GJK's points are accurate to 1e-9 of the size.
 constexpr double on_edge = 1e-6;
 
 double bend_between(const Mesh& mesh, const std::vector<std::int32_t>& triangles)
@@ -82,7 +82,7 @@ Feature feature_at(const Mesh& mesh, const SurfaceFeatures& features, std::int32
 {
   const Eigen::Vector3d n = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
   const double area_sq = n.squaredNorm();
-  std::array<bool, 3> is_zero{};  // weight of corner k vanishes: p lies on the opposite edge
+  std::array<bool, 3> is_zero{};  // weight of corner k vanishes: p is on the opposite edge
   int n_zero = 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const Eigen::Vector3d& a = corner[(k + 1) % 3];
@@ -102,13 +102,12 @@ Feature feature_at(const Mesh& mesh, const SurfaceFeatures& features, std::int32
 
 namespace {
 
-// How far out of its neighbour's plane, in parts of the largest coordinate, a face may stand and still be
-// called flat: a few roundings of vertices that were turned and shifted.
+// Largest distance of a face from its neighbour's plane, relative to the largest coordinate, at which both
+// are coplanar: a few roundings of transformed vertices.
 constexpr double flat_share = 1e-13;
 
-// Whether `other` stands behind the plane of `face` by more than rounding at some corner, as across an edge
-// that sticks out.
-bool falls_back(const Mesh& mesh, std::int32_t face, std::int32_t other, double flat_mm)
+// Whether a corner of `other` is behind the plane of `face` by more than rounding, as across a convex edge.
+bool is_behind(const Mesh& mesh, std::int32_t face, std::int32_t other, double flat_mm)
 {
   const Eigen::Vector3d normal = face_normal(mesh, face), at = corners(mesh, face)[0];
   for (const Eigen::Vector3d& p : corners(mesh, other)) {
@@ -128,8 +127,8 @@ std::vector<bool> sticking_out(const Mesh& mesh, const SurfaceFeatures& features
     for (int k = 0; k < 3; ++k) {
       const std::int32_t edge = features.edge_of(static_cast<std::int32_t>(t), k);
       const std::vector<std::int32_t> faces = features.star({FeatureKind::edge, edge});
-      const bool is_inner = faces.size() == 2 && !falls_back(mesh, faces[0], faces[1], flat_mm) &&
-                            !falls_back(mesh, faces[1], faces[0], flat_mm);
+      const bool is_inner = faces.size() == 2 && !is_behind(mesh, faces[0], faces[1], flat_mm) &&
+                            !is_behind(mesh, faces[1], faces[0], flat_mm);
       if (is_inner) continue;
       for (const std::int32_t v : features.edge_vertices(edge)) sticks[static_cast<std::size_t>(v)] = true;
     }

@@ -19,8 +19,8 @@ struct Feature {
   auto operator<=>(const Feature&) const = default;
 };
 
-/// Connectivity and bend of a mesh. The bend is 1 - cos of the angle between the normals of two
-/// neighbours: 0 when flat, 2 at an open edge. It does not change when the mesh is moved.
+/// Connectivity and bend of a mesh. The bend is 1 - cos of the angle between the normals of two neighbouring
+/// faces: 0 when flat, 2 at an open edge. It is invariant under rigid motion.
 class SurfaceFeatures {
  public:
   SurfaceFeatures() = default;
@@ -51,14 +51,14 @@ class SurfaceFeatures {
   std::vector<double> vertex_bend_;
 };
 
-/// The feature of triangle `t` on which `p` lies, given the corners where they stand now. A point within
+/// The feature of triangle `t` that contains `p`, given the current positions of the corners. A point within
 /// a millionth of the triangle's size of an edge or corner belongs to it.
 Feature feature_at(const Mesh& mesh, const SurfaceFeatures& features, std::int32_t t,
                    const Eigen::Vector3d& p, const std::array<Eigen::Vector3d, 3>& corner);
 
-/// [n_vertices] whether an edge that sticks out, bounds the sheet or is not shared by two consistently wound
-/// faces ends there. Around any other vertex the surface is flat or hollow: another place touches a face no
-/// later, and the vertex only seems to bear load.
+/// [n_vertices] whether a convex, boundary or non-manifold edge ends at the vertex. Around any other vertex
+/// the surface is flat or concave: another point touches a face no later, so the vertex itself carries no
+/// load.
 std::vector<bool> sticking_out(const Mesh& mesh, const SurfaceFeatures& features);
 
 }  // namespace vrda

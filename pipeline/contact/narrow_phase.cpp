@@ -15,8 +15,8 @@ static_assert(sizeof(btScalar) == 8, "Bullet must be its double-precision build 
 
 namespace {
 
-// Bullet's GJK stops at a squared distance of 1e-12 and was seen to miss by 1e-5 mm on nearly parallel faces.
-// What it calls touching or nearer than this is decided and measured again in closed form.
+// Bullet's GJK stops at a squared distance of 1e-12; errors of 1e-5 mm were measured on nearly parallel
+// faces. Pairs that it reports as touching or nearer than this are measured again in closed form.
 constexpr double uncertain_mm = 1e-3;
 
 btVector3 to_bullet(const Eigen::Vector3d& p)
@@ -31,7 +31,7 @@ Eigen::Vector3d from_bullet(const btVector3& p)
 }  // namespace
 
 struct NarrowPhase::Bullet {
-  // The detector copies the margins when it is made, so the shapes must have lost theirs by then.
+  // The detector copies the margins on construction, so the shapes' margins must be zero by then.
   struct BareTriangle : btTriangleShape {
     BareTriangle() : btTriangleShape({0, 0, 0}, {1, 0, 0}, {0, 0, 1}) { setMargin(0.0); }
   };
@@ -49,7 +49,7 @@ struct NarrowPhase::Bullet {
 
   TriangleDistance measure(const Corners& a, const Corners& b)
   {
-    // Coordinates from a corner of the pair: far origins cost no digits.
+    // Coordinates relative to a corner of the pair: a distant origin loses no digits.
     const Eigen::Vector3d& origin = a[0];
     for (std::size_t k = 0; k < 3; ++k) {
       reference.m_vertices1[k] = to_bullet(a[k] - origin);
@@ -69,7 +69,7 @@ struct NarrowPhase::Bullet {
     return result;
   }
 
-  // A start for GJK; Bullet's own default (0, 1, 0) when both centres coincide.
+  // Initial axis for GJK; Bullet uses (0, 1, 0) when both centres coincide.
   static Eigen::Vector3d centre(const Corners& t) { return (t[0] + t[1] + t[2]) / 3.0; }
 };
 
@@ -91,23 +91,23 @@ bool is_surely_apart(const Corners& a, const Corners& b, double band_mm)
     const Extent ea = extent(a, axis), eb = extent(b, axis);
     if (ea.least - eb.most > band_mm || eb.least - ea.most > band_mm) return true;
   }
-  const auto keeps_apart = [band_mm](const Corners& face, const Corners& other) {
+  const auto separates = [band_mm](const Corners& face, const Corners& other) {
     const Eigen::Vector3d n = (face[1] - face[0]).cross(face[2] - face[0]);
     const double limit = band_mm * n.norm();
     const double d0 = n.dot(other[0] - face[0]), d1 = n.dot(other[1] - face[0]),
                  d2 = n.dot(other[2] - face[0]);
-    // A hair beyond the limit: rounding must never hide a touching pair from the narrow phase.
+    // Margin for rounding: no touching pair may be rejected.
     const double sure = limit + 1e-9 * (n.norm() + std::abs(d0));
     return (d0 > sure && d1 > sure && d2 > sure) || (d0 < -sure && d1 < -sure && d2 < -sure);
   };
-  return keeps_apart(a, b) || keeps_apart(b, a);
+  return separates(a, b) || separates(b, a);
 }
 
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-// Sine below which two edges count as parallel: the square root of the rounding unit, where the error of
-// their cross product's direction meets that of leaving it out.
+// Sine below which two edges are parallel: the square root of the rounding unit, where the error of their
+// cross product's direction equals the error of omitting it.
 constexpr double parallel_sine = 1e-8;
 
 Eigen::Vector3d edge(const Corners& t, std::size_t k)
@@ -119,20 +119,20 @@ Eigen::Vector3d normal_of(const Corners& t)
   return edge(t, 0).cross(edge(t, 1));
 }
 
-// Keeps the largest distance that a direction puts between two triangles.
-class Parting {
+// Keeps the largest separation of two triangles over the tested axes.
+class MaxSeparation {
  public:
-  Parting(const Corners& a, const Corners& b)
+  MaxSeparation(const Corners& a, const Corners& b)
   {
-    // From a corner of the pair: far origins cost no digits.
+    // Relative to a corner of the pair: a distant origin loses no digits.
     for (std::size_t k = 0; k < 3; ++k) {
       a_[k] = a[k] - a[0];
       b_[k] = b[k] - a[0];
     }
   }
 
-  // Directions shorter than `shortest` are rounding.
-  void along(const Eigen::Vector3d& direction, double shortest)
+  // Directions shorter than `shortest` are rounding errors.
+  void test_axis(const Eigen::Vector3d& direction, double shortest)
   {
     const double length = direction.norm();
     if (!(length > shortest)) return;
@@ -140,19 +140,19 @@ class Parting {
     const double b0 = direction.dot(b_[0]), b1 = direction.dot(b_[1]), b2 = direction.dot(b_[2]);
     const double above = std::min({b0, b1, b2}) - std::max({a0, a1, a2});
     const double below = std::min({a0, a1, a2}) - std::max({b0, b1, b2});
-    most_mm_ = std::max(most_mm_, std::max(above, below) / length);
+    max_mm_ = std::max(max_mm_, std::max(above, below) / length);
   }
 
   const Corners& a() const { return a_; }
   const Corners& b() const { return b_; }
-  double most_mm() const { return most_mm_; }
+  double max_mm() const { return max_mm_; }
 
  private:
   Corners a_, b_;
-  double most_mm_ = -infinity;
+  double max_mm_ = -infinity;
 };
 
-// Keeps the two nearest points offered.
+// Keeps the nearest of the offered pairs of points.
 class Nearest {
  public:
   void offer(const Eigen::Vector3d& on_reference, const Eigen::Vector3d& on_moving)
@@ -172,7 +172,7 @@ class Nearest {
   Eigen::Vector3d on_moving_ = Eigen::Vector3d::Zero();
 };
 
-// `p` against the corners, edges and face of a triangle; `offer` takes the point on the triangle.
+// Candidate closest points to `p` on the corners, edges and face of a triangle, passed to `offer`.
 template <typename Offer>
 void offer_point(const Eigen::Vector3d& p, const Corners& t, const Eigen::Vector3d& normal,
                  const Offer& offer)
@@ -188,7 +188,7 @@ void offer_point(const Eigen::Vector3d& p, const Corners& t, const Eigen::Vector
   if (is_over) offer(p - (normal.dot(p - t[0]) / normal.squaredNorm()) * normal);
 }
 
-// Where the common perpendicular of two edges meets them.
+// Feet of the common perpendicular of two edges.
 void offer_edges(const Corners& reference, std::size_t i, const Corners& moving, std::size_t k,
                  Nearest& nearest)
 {
@@ -204,20 +204,20 @@ void offer_edges(const Corners& reference, std::size_t i, const Corners& moving,
 
 double separation_mm(const Corners& a, const Corners& b)
 {
-  Parting parting(a, b);
-  const Eigen::Vector3d normal_a = normal_of(parting.a()), normal_b = normal_of(parting.b());
-  parting.along(normal_a, 0.0);
-  parting.along(normal_b, 0.0);
+  MaxSeparation separation(a, b);
+  const Eigen::Vector3d normal_a = normal_of(separation.a()), normal_b = normal_of(separation.b());
+  separation.test_axis(normal_a, 0.0);
+  separation.test_axis(normal_b, 0.0);
   for (std::size_t i = 0; i < 3; ++i) {
-    const Eigen::Vector3d d = edge(parting.a(), i);
-    parting.along(normal_a.cross(d), 0.0);
-    parting.along(normal_b.cross(edge(parting.b(), i)), 0.0);
+    const Eigen::Vector3d d = edge(separation.a(), i);
+    separation.test_axis(normal_a.cross(d), 0.0);
+    separation.test_axis(normal_b.cross(edge(separation.b(), i)), 0.0);
     for (std::size_t k = 0; k < 3; ++k) {
-      const Eigen::Vector3d e = edge(parting.b(), k);
-      parting.along(d.cross(e), parallel_sine * d.norm() * e.norm());
+      const Eigen::Vector3d e = edge(separation.b(), k);
+      separation.test_axis(d.cross(e), parallel_sine * d.norm() * e.norm());
     }
   }
-  return parting.most_mm();
+  return separation.max_mm();
 }
 
 TriangleDistance closest_points(const Corners& reference, const Corners& moving)

@@ -1,4 +1,4 @@
-/// Distance of two triangles: Bullet's narrow phase in double precision, and closed forms where it is unsure.
+/// Distance of two triangles: Bullet's narrow phase in double precision, closed forms near contact.
 #pragma once
 
 #include <memory>
@@ -8,13 +8,13 @@
 namespace vrda {
 
 struct TriangleDistance {
-  bool is_overlapping = false;  ///< the triangles share a point; distance 0, points meaningless
+  bool is_overlapping = false;  ///< the triangles intersect; distance 0, points undefined
   double distance_mm = 0.0;
   Eigen::Vector3d p_reference_mm = Eigen::Vector3d::Zero();  ///< closest point on the first triangle
   Eigen::Vector3d p_moving_mm = Eigen::Vector3d::Zero();     ///< closest point on the second triangle
 };
 
-/// Owns Bullet's solver state: one for each thread.
+/// Owns Bullet's solver state; use one object per thread.
 class NarrowPhase {
  public:
   NarrowPhase();
@@ -22,8 +22,8 @@ class NarrowPhase {
   NarrowPhase(const NarrowPhase&) = delete;
   NarrowPhase& operator=(const NarrowPhase&) = delete;
 
-  /// Overlap is decided to rounding; distances are good to rounding below 1e-3 mm and to 1e-6 mm above, where
-  /// they are Bullet's, margins zero (README.md says how).
+  /// Overlap is exact to rounding; distances are accurate to rounding below 1e-3 mm and, from Bullet with
+  /// zero margins, to 1e-6 mm above (README.md).
   TriangleDistance measure(const Corners& reference, const Corners& moving);
 
   long long n_measured() const { return n_measured_; }
@@ -34,17 +34,17 @@ class NarrowPhase {
   long long n_measured_ = 0;
 };
 
-/// True when an axis or a plane of either triangle keeps them further apart than `band_mm`: a cheap and safe
-/// "no" that spares the narrow phase.
+/// True when an axis or a face plane separates the triangles by more than `band_mm`. Conservative and cheap:
+/// rejects pairs before the narrow phase.
 bool is_surely_apart(const Corners& a, const Corners& b, double band_mm);
 
-/// How far the best of the directions that can part two triangles (both normals, cross products of edges,
-/// normals of edges within their planes) keeps them apart: positive when they share no point, negative when
-/// each direction finds them overlapping by as much at least. Good to rounding.
+/// Largest separation over the axes of the separating-axis theorem (both normals, cross products of edges,
+/// in-plane edge normals): positive when the triangles are disjoint, negative when they overlap by at least
+/// as much on every axis. Accurate to rounding.
 double separation_mm(const Corners& a, const Corners& b);
 
-/// The nearest of all corners, edges and faces of two triangles that share no point; good to rounding. Where
-/// closest points are not unique (parallel edges or faces) it is the end of a common stretch.
+/// Closest points of two disjoint triangles over all corners, edges and faces; accurate to rounding. Where
+/// they are not unique (parallel edges or faces) the result is an end of the common segment.
 TriangleDistance closest_points(const Corners& reference, const Corners& moving);
 
 }  // namespace vrda

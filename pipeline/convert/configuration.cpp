@@ -10,13 +10,13 @@
 namespace vrda {
 namespace {
 
-constexpr std::uintmax_t largest_configuration_bytes = 1U << 20U;  // the thesis's has some fifteen lines
-constexpr double longest_mm = 1e6;                                 // a kilometre: more is a slip
-constexpr double longest_step_mm = 1000.0;                         // what a job takes
-constexpr double largest_step_deg = 90.0;                          // the same
-constexpr double most_attitudes = 1e6;                             // the same
+constexpr std::uintmax_t largest_configuration_bytes = 1U << 20U;  // the thesis's example has about 15 lines
+constexpr double longest_mm = 1e6;                                 // 1 km: more is probably a mistake
+constexpr double longest_step_mm = 1000.0;                         // limit of a job
+constexpr double largest_step_deg = 90.0;                          // limit of a job
+constexpr double max_attitudes = 1e6;                              // limit of a job
 
-// A product in the digits a person would write: 0.0003 m is 0.3 mm.
+// A product rounded to short decimals: 0.0003 m gives 0.3 mm.
 double in_mm(double length, double unit_mm)
 {
   constexpr double digits = 1e9;
@@ -43,8 +43,8 @@ class Reader {
   struct Keyword {
     const char* name;
     const char* values;  // as messages show them
-    std::size_t fewest;
-    std::size_t most;
+    std::size_t min_values;
+    std::size_t max_values;
     void (Reader::*read)();
   };
 
@@ -77,19 +77,19 @@ class Reader {
     if (keyword == keywords().end()) {
       std::vector<std::string> names;
       for (const Keyword& known : keywords()) names.emplace_back(known.name);
-      // Only short words are worth comparing.
+      // Bounds the cost of the comparison.
       const std::string nearest = nearest_word(name.substr(0, 40), names);
       lines_.refuse("the unknown keyword " + quoted(name), "a keyword; the nearest is \"" + nearest + "\"");
     }
     const std::size_t n = lines_.words().size() - 1;
-    if (n < keyword->fewest || n > keyword->most) {
+    if (n < keyword->min_values || n > keyword->max_values) {
       lines_.refuse(name + " with " + (n == 0 ? "no values" : std::to_string(n) + " value(s)"),
                     name + " " + keyword->values);
     }
     (this->*keyword->read)();
   }
 
-  // Each keyword stands once, or once for each number; line_of_ remembers where.
+  // Each keyword is permitted once, or once for each number. Records its line.
   void note_once(const std::string& key)
   {
     const auto [at, is_new] = line_of_.emplace(key, lines_.line());
@@ -97,7 +97,7 @@ class Reader {
       lines_.refuse("a second " + key + " (first in line " + std::to_string(at->second) + ")", "one");
   }
 
-  // The keyword with the number of a body, view or angle behind it.
+  // The keyword followed by the number of a body, view or angle.
   std::string numbered(std::int64_t number) const
   {
     return std::string(lines_.words().front()) + " " + std::to_string(number);
@@ -129,11 +129,11 @@ class Reader {
   }
 
   // A step or resolution above 0.
-  double positive(double value, double most, const char* unit)
+  double positive(double value, double largest, const char* unit)
   {
-    if (!(value > 0.0) || value > most)
+    if (!(value > 0.0) || value > largest)
       lines_.refuse(shortest(value) + unit,
-                    std::string("above 0") + unit + ", at most " + shortest(most) + unit);
+                    std::string("above 0") + unit + ", at most " + shortest(largest) + unit);
     return value;
   }
 
@@ -149,14 +149,14 @@ class Reader {
     (id == 0 ? out_.reference : out_.moving).push_back(name);
   }
 
-  // Body 0's values must be null: the reference stays where its meshes are.
+  // Returns whether the value is for body 1. Values for body 0 must be zero: the reference does not move.
   bool is_of_moving(const Eigen::Vector3d& value)
   {
     const std::int64_t id = body();
     note_once(numbered(id));
     if (id == 0 && !value.isZero(0.0)) {
       lines_.refuse("a value for body 0 that is not zero",
-                    "zeros: the reference stays where its meshes are; move body 1 instead");
+                    "zeros: the reference does not move; move body 1 instead");
     }
     return id == 1;
   }
@@ -187,8 +187,8 @@ class Reader {
 
   ConfiguredView& view()
   {
-    constexpr std::int64_t most_views = 100;
-    const std::int64_t number = number_up_to(most_views - 1, "a view from 0 to 99");
+    constexpr std::int64_t max_views = 100;
+    const std::int64_t number = number_up_to(max_views - 1, "a view from 0 to 99");
     note_once(numbered(number));
     return out_.views[static_cast<int>(number)];
   }
@@ -198,10 +198,10 @@ class Reader {
 
   int pixels(std::size_t k)
   {
-    constexpr std::int64_t most = 16384;
-    const std::string wanted = "a whole number of pixels from 1 to " + std::to_string(most);
+    constexpr std::int64_t largest = 16384;
+    const std::string wanted = "a whole number of pixels from 1 to " + std::to_string(largest);
     const std::int64_t n = lines_.whole(k, wanted);
-    if (n < 1 || n > most) lines_.refuse(std::to_string(n), wanted);
+    if (n < 1 || n > largest) lines_.refuse(std::to_string(n), wanted);
     return static_cast<int>(n);
   }
 
@@ -213,9 +213,9 @@ class Reader {
 
   void read_zoom()
   {
-    constexpr double most = 1e6;
+    constexpr double largest = 1e6;
     note_once("ZOOM");
-    out_.zoom = positive(lines_.real(1, "a factor above 0"), most, "");
+    out_.zoom = positive(lines_.real(1, "a factor above 0"), largest, "");
   }
 
   void read_contact_resolution()
@@ -249,21 +249,21 @@ class Reader {
     AngleRange& range = angle == 0 ? out_.flexion : out_.varus;
     range.from_deg = lines_.real(2, "an angle");
     range.to_deg = lines_.real(3, "an angle");
-    const double least = std::min(range.from_deg, range.to_deg);
-    const double most = std::max(range.from_deg, range.to_deg);
-    if (angle == 0 && (least < -30.0 || most > 180.0)) {
-      lines_.refuse(shortest(least < -30.0 ? least : most),
-                    "flexion from -30 to 180 degrees, which bends the knee where it is positive");
+    const double lowest = std::min(range.from_deg, range.to_deg);
+    const double highest = std::max(range.from_deg, range.to_deg);
+    if (angle == 0 && (lowest < -30.0 || highest > 180.0)) {
+      lines_.refuse(shortest(lowest < -30.0 ? lowest : highest),
+                    "flexion from -30 to 180 degrees; positive angles bend the knee");
     }
-    if (angle == 1 && (least < -85.0 || most > 85.0))
-      lines_.refuse(shortest(least < -85.0 ? least : most), "varus from -85 to 85 degrees");
+    if (angle == 1 && (lowest < -85.0 || highest > 85.0))
+      lines_.refuse(shortest(lowest < -85.0 ? lowest : highest), "varus from -85 to 85 degrees");
     const bool is_falling = range.to_deg < range.from_deg;
     range.step_deg = lines_.words().size() > 4 ? lines_.real(4, "a step in degrees")
                      : is_falling              ? -1.0
                                                : 1.0;
     if (range.step_deg == 0.0 || (range.from_deg != range.to_deg && (range.step_deg < 0.0) != is_falling)) {
       lines_.refuse("a step of " + shortest(range.step_deg),
-                    "a step that leads from " + shortest(range.from_deg) + " to " + shortest(range.to_deg));
+                    "a step that goes from " + shortest(range.from_deg) + " to " + shortest(range.to_deg));
     }
   }
 
@@ -274,7 +274,7 @@ class Reader {
     if (out_.render != "fill" && out_.render != "wire") lines_.refuse(quoted(out_.render), "fill or wire");
   }
 
-  // 0 when it is not given.
+  // Line of a keyword; 0 if it is missing.
   std::size_t line_of(const std::string& key) const
   {
     const auto found = line_of_.find(key);
@@ -287,19 +287,19 @@ class Reader {
     if (out_.moving.empty()) lines_.refuse("no model of body 1", "MODEL 1 name: the moving body");
   }
 
-  // A job carries a turn about the direction of the motion, and no other.
+  // A job can express only a rotation about the direction of motion.
   void check_orientation()
   {
     if (orientation_deg_.isZero(0.0)) return;
     Eigen::Index axis = 0;
     orientation_deg_.cwiseAbs().maxCoeff(&axis);
-    Eigen::Vector3d others_deg = orientation_deg_, across_mm = out_.motion_mm;
-    others_deg[axis] = across_mm[axis] = 0.0;
-    if (!others_deg.isZero(0.0) || !across_mm.isZero(0.0)) {
+    Eigen::Vector3d other_turns_deg = orientation_deg_, across_mm = out_.motion_mm;
+    other_turns_deg[axis] = across_mm[axis] = 0.0;
+    if (!other_turns_deg.isZero(0.0) || !across_mm.isZero(0.0)) {
       lines_.refuse_at(line_of("INITIAL_ORIENTATION 1"),
-                       "turns of " + shortest(orientation_deg_.x()) + ", " + shortest(orientation_deg_.y()) +
+                       "rotations " + shortest(orientation_deg_.x()) + ", " + shortest(orientation_deg_.y()) +
                            " and " + shortest(orientation_deg_.z()) + " degrees about X, Y and Z",
-                       "a turn about the direction of motion only, the one turn that the search knows");
+                       "a rotation about the direction of motion only");
     }
     out_.turn_deg = out_.motion_mm[axis] < 0.0 ? -orientation_deg_[axis] : orientation_deg_[axis];
   }
@@ -321,7 +321,7 @@ class Reader {
   {
     const auto count = [](const AngleRange& r) { return (r.to_deg - r.from_deg) / r.step_deg + 1.0; };
     const double n = count(out_.flexion) * count(out_.varus);
-    if (n < most_attitudes) return;
+    if (n < max_attitudes) return;
     lines_.refuse_at(std::max(line_of("ANGLE_RANGE 0"), line_of("ANGLE_RANGE 1")),
                      "more than a million attitudes", "at most 1000000: larger steps");
   }

@@ -18,7 +18,7 @@ std::string list_of(const Eigen::Vector3d& v)
   return "[" + shortest(v.x()) + ", " + shortest(v.y()) + ", " + shortest(v.z()) + "]";
 }
 
-// A line and its comment, all comments in one column.
+// A line with an optional comment. Comments are aligned in one column.
 std::string line(const std::string& text, const std::string& comment = "")
 {
   constexpr std::size_t column = 38;
@@ -29,10 +29,10 @@ std::string line(const std::string& text, const std::string& comment = "")
 std::string components_text(const std::string& body, const std::vector<std::string>& models,
                             const std::string& folder)
 {
-  const std::string before = folder.empty() ? "" : folder + "/";
+  const std::string prefix = folder.empty() ? "" : folder + "/";
   std::string text;
   for (const std::string& model : models) {
-    const std::string file = before + model + ".obj";
+    const std::string file = prefix + model + ".obj";
     text += line("\n[[" + body + ".component]]");
     text += line("name = " + value_text({model}));
     text += line("file = " + value_text({file}));
@@ -48,7 +48,7 @@ std::string range_text(const AngleRange& range)
 
 std::string moving_text(const Configuration& c, const std::string& folder)
 {
-  // A left knee is solved reflected, where a turn has the other sense.
+  // theta has the right-knee sign, which is reversed on a left knee.
   const double theta_deg = -c.turn_deg;
   std::string text = line("\n[moving]");
   text += line("name = " + value_text({c.moving.front()}));
@@ -100,12 +100,11 @@ std::string player_text(const Configuration& c)
 std::string job_text(const Configuration& c, const JobPlaces& places)
 {
   std::string text = line("# From the keyword configuration " + value_text({places.source}) +
-                          "; schemas/legacy-formats.md says how.");
+                          "; conversion: schemas/legacy-formats.md.");
   text += line("title = " + value_text({places.title}));
   text += line("joint = \"knee\"");
   text += line("side = \"left\"");
-  text += line(
-      "\n# Thesis 5.2: X from medial to lateral of a left knee, Y up; Z comes forward in OpenGL's view.");
+  text += line("\n# Thesis 5.2: X from medial to lateral of a left knee, Y up, Z forward (OpenGL view).");
   text += line("[frame]");
   text += line("unit = " + value_text({places.unit}));
   text += line("anterior = \"+Z\"");

@@ -1,4 +1,4 @@
-/// A job file from a configuration.
+/// Writes a job file from a configuration.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@ namespace vrda {
 
 struct JobPlaces {
   std::string title;
-  std::string source;         ///< the configuration's name, for the first comment
-  std::string models_folder;  ///< as the job file sees it, where the models' .obj files are
+  std::string source;         ///< name of the configuration, for the first comment
+  std::string models_folder;  ///< folder of the models' .obj files, relative to the job file
   std::string unit = "m";     ///< of the mesh files: m, cm or mm
 };
 
-/// TOML with comments. The frame is the one of thesis 5.2 in OpenGL's view (DESIGN.md 3): X to the subject's
-/// left, Y up, Z forward, a left knee.
+/// TOML with comments. Frame: thesis 5.2 in the OpenGL view (DESIGN.md 3): X to the subject's left, Y up, Z
+/// forward, left knee.
 std::string job_text(const Configuration& configuration, const JobPlaces& places);
 
 }  // namespace vrda

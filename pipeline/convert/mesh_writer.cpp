@@ -21,7 +21,7 @@ std::string point_text(const Points& points, Eigen::Index row)
   return shortest(points(row, 0)) + ' ' + shortest(points(row, 1)) + ' ' + shortest(points(row, 2));
 }
 
-// Calls `act` with the number of corners of each face and where they begin.
+// Calls `act` with the number of corners of each face and a pointer to the first.
 template <typename Act>
 void for_each_face(const RawMesh& mesh, const Act& act)
 {
@@ -126,7 +126,7 @@ std::string ply_bytes(const RawMesh& mesh)
   return bytes;
 }
 
-// 80 bytes of header, a count, 50 bytes a triangle; little-endian like every machine this runs on.
+// 80 bytes of header, a count, 50 bytes for each triangle; little-endian, like all supported machines.
 std::string stl_bytes(const Mesh& mesh, const std::string& header)
 {
   constexpr std::size_t header_bytes = 80;

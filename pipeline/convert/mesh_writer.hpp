@@ -1,4 +1,4 @@
-/// Meshes as the bytes of files. Texts have the fewest digits that read back as the same double.
+/// Serialises meshes to file formats. Text uses the fewest digits that restore the same double.
 #pragma once
 
 #include <string>
@@ -7,26 +7,26 @@
 
 namespace vrda {
 
-/// Vertices-Faces (thesis 4.1), indices from 0. Keeps no normals.
+/// Vertices-Faces (thesis 4.1), indices from 0, without normals.
 std::string vertices_faces_bytes(const RawMesh& mesh);
 
-/// The normals that belong to a Vertices-Faces file: their number, then one a line in the vertices' order.
+/// The normals file of a Vertices-Faces file: their number, then one normal for each vertex and line.
 std::string vertex_normals_bytes(const RawMesh& mesh);
 
-/// Wavefront OBJ and ASCII PLY, with normals where the mesh has them.
+/// Wavefront OBJ and ASCII PLY, with normals if the mesh has them.
 std::string wavefront_bytes(const RawMesh& mesh);
 std::string ply_bytes(const RawMesh& mesh);
 
-/// Binary STL: single precision. `header` comes first, cut at 80 bytes.
+/// Binary STL, single precision. `header`: at most 80 bytes are written.
 std::string stl_bytes(const Mesh& mesh, const std::string& header);
 
-/// The format that the extension of `file` names: .vf, .obj (Wavefront), .ply, or .stl, for which polygons
-/// are cut into triangles as load does. Throws InputError naming `file` for another extension, or for a
-/// coordinate that an STL cannot hold.
+/// Selects the format by the extension of `file`: .vf, .obj (Wavefront), .ply, or .stl (polygons are
+/// triangulated as in load). Throws InputError naming `file` for another extension and for a coordinate
+/// outside the range of an STL.
 std::string mesh_bytes(const std::string& file, const RawMesh& mesh);
 
-/// Vertices of equal coordinates merged: a reader of STL or Wavefront gives each face its own. Their normals
-/// become the mean, of unit length; none at all where one has no direction.
+/// Merges vertices with equal coordinates, since the readers of STL and Wavefront give each face its own
+/// vertices. Normals are averaged and normalised; if one has no direction, all are removed.
 RawMesh with_shared_vertices(const RawMesh& mesh);
 
 }  // namespace vrda

@@ -20,23 +20,23 @@ struct Rows {
   std::int64_t first = 1;
 };
 
-// A first line of one whole number promises that many rows.
-struct Promise {
+// The optional row count: a first line of one whole number.
+struct RowCount {
   std::optional<std::int64_t> n_rows;
   std::size_t line = 0;
 };
 
-Promise promise_in(const TextLines& lines)
+RowCount row_count_in(const TextLines& lines)
 {
   if (lines.words().size() != 1) return {};
   return {whole_in(lines.words().front()), lines.line()};
 }
 
-void check_promise(const TextLines& lines, const Promise& promise, std::size_t n_rows)
+void check_row_count(const TextLines& lines, const RowCount& count, std::size_t n_rows)
 {
-  if (!promise.n_rows || *promise.n_rows == static_cast<std::int64_t>(n_rows)) return;
-  lines.refuse_at(promise.line, "a count of " + std::to_string(*promise.n_rows),
-                  std::to_string(n_rows) + ", as many rows as follow");
+  if (!count.n_rows || *count.n_rows == static_cast<std::int64_t>(n_rows)) return;
+  lines.refuse_at(count.line, "a count of " + std::to_string(*count.n_rows),
+                  std::to_string(n_rows) + ", the number of rows that follow");
 }
 
 std::string numbers_from(std::int64_t first, Eigen::Index n)
@@ -44,7 +44,7 @@ std::string numbers_from(std::int64_t first, Eigen::Index n)
   return "from " + std::to_string(first) + " to " + std::to_string(first + n - 1);
 }
 
-// Numbers of a row: the first row begins at 0 or 1 (or where the vertices do), each next one follows.
+// Checks row numbers: consecutive, from 0 or 1, or from the first number of `vertices`.
 class RowNumbers {
  public:
   explicit RowNumbers(const Rows* vertices) : vertices_(vertices) {}
@@ -54,8 +54,8 @@ class RowNumbers {
   void read(const TextLines& lines)
   {
     const std::int64_t number = lines.whole(0, "the number of the row");
-    const bool may_begin = vertices_ == nullptr ? number == 0 || number == 1 : number == vertices_->first;
-    if (n_ == 0 && !may_begin) {
+    const bool may_be_first = vertices_ == nullptr ? number == 0 || number == 1 : number == vertices_->first;
+    if (n_ == 0 && !may_be_first) {
       lines.refuse(
           "row " + std::to_string(number),
           vertices_ == nullptr ? "row 1 (or 0) first" : "row " + std::to_string(vertices_->first) + " first");
@@ -72,16 +72,16 @@ class RowNumbers {
   std::int64_t n_ = 0;
 };
 
-// `vertices` when these are normals: as many rows then, with the same numbers.
+// For normals `vertices` is given: the rows must have the same numbers.
 Rows read_rows(const NamedText& source, const std::string& what, const Rows* vertices)
 {
   TextLines lines(source);
-  bool is_there = lines.next();
-  const Promise promise = is_there ? promise_in(lines) : Promise{};
-  if (promise.n_rows) is_there = lines.next();
+  bool has_line = lines.next();
+  const RowCount count = has_line ? row_count_in(lines) : RowCount{};
+  if (count.n_rows) has_line = lines.next();
   RowNumbers numbers(vertices);
   std::vector<double> values;
-  for (; is_there; is_there = lines.next()) {
+  for (; has_line; has_line = lines.next()) {
     if (lines.words().size() != 4) {
       lines.refuse(std::to_string(lines.words().size()) + " words",
                    "the number of a " + what + " and its three coordinates");
@@ -97,7 +97,7 @@ Rows read_rows(const NamedText& source, const std::string& what, const Rows* ver
     }
   }
   const auto n = static_cast<Eigen::Index>(values.size() / 3);
-  check_promise(lines, promise, static_cast<std::size_t>(n));
+  check_row_count(lines, count, static_cast<std::size_t>(n));
   if (n == 0) lines.refuse("no " + what, "a row for each " + what);
   if (vertices != nullptr && n != vertices->values.rows()) {
     lines.refuse(std::to_string(n) + " normals",
@@ -106,10 +106,10 @@ Rows read_rows(const NamedText& source, const std::string& what, const Rows* ver
   return {Eigen::Map<const Points>(values.data(), n, 3), numbers.first()};
 }
 
-// Polygons of one component, corners as rows of the whole set.
+// Polygons of one component; corners are row indices of the whole set.
 struct Polygons {
   std::string name;
-  std::size_t line = 0;  // that names it first
+  std::size_t line = 0;  // of its first polygon
   std::vector<std::int32_t> corner;
   std::vector<std::int32_t> size;
 };
@@ -120,16 +120,16 @@ class ElementReader {
 
   std::vector<Polygons> read()
   {
-    bool is_there = lines_.next();
-    const Promise promise = is_there ? promise_in(lines_) : Promise{};
-    if (promise.n_rows) is_there = lines_.next();
+    bool has_line = lines_.next();
+    const RowCount count = has_line ? row_count_in(lines_) : RowCount{};
+    if (count.n_rows) has_line = lines_.next();
     std::size_t n_faces = 0;
-    for (; is_there; is_there = lines_.next()) {
+    for (; has_line; has_line = lines_.next()) {
       if (++n_faces > largest_face_count)
         lines_.refuse("more faces", "at most " + std::to_string(largest_face_count));
       read_face();
     }
-    check_promise(lines_, promise, n_faces);
+    check_row_count(lines_, count, n_faces);
     if (n_faces == 0) lines_.refuse("no element", "the faces of at least one component");
     return std::move(components_);
   }
@@ -158,15 +158,15 @@ class ElementReader {
 
   Polygons& component_named(std::string_view name)
   {
-    if (const auto found = place_.find(name); found != place_.end()) return components_[found->second];
+    if (const auto found = index_of_.find(name); found != index_of_.end()) return components_[found->second];
     if (real_in(name)) {
-      lines_.refuse("an element that names no component: " + quoted(name) + " comes first",
+      lines_.refuse("an element without a component name: its first word is " + quoted(name),
                     "the name of its component, then the numbers of its vertices");
     }
     if (!is_component_name(name)) lines_.refuse(quoted(name), component_name_rule);
     if (components_.size() == most_object_components)
       lines_.refuse("more components", "at most " + std::to_string(most_object_components));
-    place_.emplace(name, components_.size());
+    index_of_.emplace(name, components_.size());
     components_.push_back({std::string(name), lines_.line(), {}, {}});
     return components_.back();
   }
@@ -174,10 +174,10 @@ class ElementReader {
   TextLines lines_;
   const Rows& vertices_;
   std::vector<Polygons> components_;
-  std::map<std::string, std::size_t, std::less<>> place_;  // of a name among the components
+  std::map<std::string, std::size_t, std::less<>> index_of_;  // index in components_ by name
 };
 
-// Rows of the set that the polygons use, in order.
+// Sorted row indices of the vertices that the polygons use.
 std::vector<std::int32_t> used_by(const Polygons& polygons, const std::string& file)
 {
   std::vector<std::int32_t> used = polygons.corner;
@@ -186,7 +186,7 @@ std::vector<std::int32_t> used_by(const Polygons& polygons, const std::string& f
   if (used.size() >= 3) return used;
   throw InputError({file, "line " + std::to_string(polygons.line),
                     "\"" + polygons.name + "\" of " + std::to_string(used.size()) + " vertices",
-                    "at least 3, or no face has an area"});
+                    "at least 3"});
 }
 
 ObjectComponent component_of(Polygons polygons, const std::vector<std::int32_t>& used, const Rows& vertices,

@@ -1,6 +1,5 @@
 /// The three-file Object format of thesis 5.2: coordinates of all components, a normal for each vertex, and
-/// the polygons as the name of their component and the numbers of their vertices. schemas/legacy-formats.md
-/// has the syntax.
+/// the polygons as component name and vertex numbers. Syntax: schemas/legacy-formats.md.
 #pragma once
 
 #include <string>
@@ -17,7 +16,7 @@ struct ObjectSetTexts {
   NamedText elements;
 };
 
-/// One component with the vertices it uses, in the order of the set, and their normals.
+/// One component with its vertices, in the order of the set, and their normals.
 struct ObjectComponent {
   std::string name;
   RawMesh mesh;
@@ -25,11 +24,10 @@ struct ObjectComponent {
 
 inline constexpr std::size_t most_object_components = 1000;
 
-/// The components in the order in which the elements first name them.
-/// Throws InputError naming file and line.
+/// The components in the order of their first polygons. Throws InputError with file and line.
 std::vector<ObjectComponent> parse_object_set(const ObjectSetTexts& texts);
 
-/// Reads PREFIX.coor, PREFIX.norm and PREFIX.elem. Throws InputError for a missing one of the three too.
+/// Reads PREFIX.coor, PREFIX.norm and PREFIX.elem. Throws InputError if one of them is missing.
 ObjectSetTexts read_object_set(const std::string& prefix);
 
 }  // namespace vrda

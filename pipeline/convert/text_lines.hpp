@@ -1,4 +1,4 @@
-/// Line by line through a text of words: blanks, tabs and commas separate, # starts a comment.
+/// Reads a text line by line. Blanks, tabs and commas separate words; # starts a comment.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 
 namespace vrda {
 
-/// A text and the file's name for messages.
+/// A text and its file name for messages.
 struct NamedText {
   std::string file;
   std::string text;
@@ -16,21 +16,21 @@ struct NamedText {
 
 class TextLines {
  public:
-  /// `source` has to outlive this.
+  /// `source` must outlive this object.
   explicit TextLines(const NamedText& source) : source_(source) {}
 
-  /// Steps to the next line that has words; false at the end of the text.
+  /// Advances to the next line with words; false at the end of the text.
   bool next();
 
   const std::vector<std::string_view>& words() const { return words_; }
-  /// Of the words; at the end the last line. Counts from 1.
+  /// Number of the current line, from 1; at the end that of the last line.
   std::size_t line() const { return line_; }
 
-  /// Word `k` of the line as a finite number, or as a whole one. Throw InputError naming file and line.
+  /// Word `k` of the line as a finite or a whole number. Throws InputError with file and line.
   double real(std::size_t k, const std::string& wanted) const;
   std::int64_t whole(std::size_t k, const std::string& wanted) const;
 
-  /// Throws InputError for this line, or for another.
+  /// Throws InputError for the current line, or for line `line`.
   [[noreturn]] void refuse(const std::string& found, const std::string& wanted) const;
   [[noreturn]] void refuse_at(std::size_t line, const std::string& found, const std::string& wanted) const;
 
@@ -43,10 +43,10 @@ class TextLines {
   std::size_t line_ = 0;
 };
 
-/// A word in quotation marks, long ones cut.
+/// A word in quotation marks, cut at 40 characters.
 std::string quoted(std::string_view word);
 
-/// Letters, digits, "_", "-" and ".", a letter first, at most 100 of them: the name of a file anywhere.
+/// Whether the word is a portable file name, as in component_name_rule.
 bool is_component_name(std::string_view word);
 inline constexpr const char* component_name_rule =
     "a name of at most 100 letters, digits, \"_\", \"-\" and \".\", a letter first";

@@ -9,7 +9,7 @@ namespace vrda {
 Clinical clinical_of(const Pose& X_reference_moving, Side side, const Eigen::Vector3d& rotation_centre_mm)
 {
   Eigen::Matrix3d R = X_reference_moving.linear();
-  // Where the moving point at the rotation centre went: free of the choice of the meshes' origin.
+  // Displacement of the moving point at the rotation centre: independent of the meshes' origin.
   Eigen::Vector3d t = X_reference_moving * rotation_centre_mm - rotation_centre_mm;
   if (side == Side::left) {
     const Eigen::Vector3d m(1.0, 1.0, -1.0);
@@ -50,7 +50,7 @@ Turn turn_of(const Eigen::Matrix3d& R)
     if (turn.sin > 0.0) turn.direction = skew / turn.sin;
     return turn;
   }
-  // (R + R^T) / 2 = cos I + (1 - cos) n n^T: its longest column, once cos is off the diagonal, runs along n.
+  // (R + R^T) / 2 = cos I + (1 - cos) n n^T: after subtracting cos I the longest column is parallel to n.
   const Eigen::Matrix3d along =
       0.5 * (R + Eigen::Matrix3d(R.transpose())) - turn.cos * Eigen::Matrix3d::Identity();
   Eigen::Index longest = 0;
@@ -60,7 +60,7 @@ Turn turn_of(const Eigen::Matrix3d& R)
   return turn;
 }
 
-/// Cotangent of half the angle, from whichever form does not cancel.
+/// Cotangent of half the angle, from the form without cancellation.
 double half_cotangent(double sin, double cos)
 {
   return cos >= 0.0 ? (1.0 + cos) / sin : sin / (1.0 - cos);
@@ -85,7 +85,7 @@ std::optional<HelicalAxis> helical_axis(const Pose& X_fixed_start, const Pose& X
   axis.rotation_rad = arc_tangent2(turn.sin, turn.cos);
   if (axis.rotation_rad < least_turn_rad) return {};
   axis.direction = turn.direction;
-  // The way of the body's point that starts at `near`.
+  // Displacement of the body's point that starts at `near`.
   const Eigen::Vector3d way_mm =
       X_fixed_end.translation() - near_fixed_mm + R * (near_fixed_mm - X_fixed_start.translation());
   axis.translation_mm = way_mm.dot(turn.direction);
@@ -107,7 +107,7 @@ std::optional<Eigen::Vector2d> instant_centre_mm(const Pose& X_fixed_start, cons
                                                  const Eigen::Vector3d& near_fixed_mm)
 {
   const Eigen::Matrix3d R = X_fixed_end.linear() * X_fixed_start.linear().transpose();
-  // The turn about Z nearest to R as seen along Z.
+  // The rotation about Z nearest to R, projected along Z.
   const double y = R(1, 0) - R(0, 1), x = R(0, 0) + R(1, 1);
   const double length = std::sqrt(x * x + y * y);
   if (std::abs(arc_tangent2(y, x)) < least_turn_rad) return {};

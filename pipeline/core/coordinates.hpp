@@ -1,6 +1,6 @@
 /// The five coordinates of the equilibrium, in the solver frame S (core/frames.hpp): translation of the
-/// moving object (mm), its turn about Delta = +Y, and the varus of the attitude (rad). Energies are in N mm,
-/// so the gradient holds forces in N and moments in N mm, its second derivatives N/mm, N and N mm.
+/// moving object (mm), its rotation about Delta = +Y, and the varus of the attitude (rad). Energies are in
+/// N mm, so gradients hold forces in N and moments in N mm; second derivatives are in N/mm, N and N mm.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,9 +15,9 @@ inline constexpr Eigen::Index n_coordinates = 5;
 using Vector5d = Eigen::Matrix<double, 5, 1>;
 using Matrix5d = Eigen::Matrix<double, 5, 5>;
 
-/// How fast the point `p_mm` (S) of the moving object moves over the reference as each coordinate grows: one
-/// column a coordinate. More varus turns the reference by -X about the origin of S, which is the moving
-/// object turning by +X.
+/// Derivative of the position of the moving object's point `p_mm` (S) relative to the reference: one column a
+/// coordinate. Varus rotates the reference by -X about the origin of S, which is equivalent to rotating the
+/// moving object by +X.
 inline Eigen::Matrix<double, 3, 5> point_jacobian(const Eigen::Vector3d& p_mm, const MovingPose& pose)
 {
   Eigen::Matrix<double, 3, 5> J;
@@ -27,7 +27,7 @@ inline Eigen::Matrix<double, 3, 5> point_jacobian(const Eigen::Vector3d& p_mm, c
   return J;
 }
 
-/// A value that depends on the coordinates, with its derivatives.
+/// An energy as a function of the coordinates, with its derivatives.
 struct Potential {
   double energy_nmm = 0.0;
   Vector5d gradient = Vector5d::Zero();

@@ -5,13 +5,13 @@
 namespace vrda {
 namespace {
 
-/// Around a vertex of more faces every face counts, since the comparison is quadratic in them.
+/// At a vertex with more faces all are averaged, since the comparison is quadratic in their number.
 constexpr std::size_t most_faces_compared = 1000;
 
 struct Face {
   std::array<std::int32_t, 3> vertex{};
   Eigen::Vector3d normal;       ///< unit
-  Eigen::Vector3d area_normal;  ///< twice the area long
+  Eigen::Vector3d area_normal;  ///< length is twice the area
 };
 
 std::vector<Face> faces_of(const Mesh& mesh, const std::vector<Eigen::Index>& triangles)
@@ -81,7 +81,7 @@ DrawMesh draw_mesh(const Mesh& mesh, const std::vector<Eigen::Index>& triangles,
       }
       const double length = sum.norm();
       const std::array<float, 3> normal = single(length > 0.0 ? Eigen::Vector3d(sum / length) : own.normal);
-      // Corners that share their faces have the same bits: the sums run in one order.
+      // Corners with the same faces have bitwise equal normals, because the sums have the same order.
       std::size_t index = first_made;
       while (index < result.vertices.size() && result.vertices[index].normal != normal) ++index;
       if (index == result.vertices.size()) result.vertices.push_back({single(p_mm), normal});

@@ -8,10 +8,10 @@
 namespace vrda {
 namespace {
 
-/// Longer than any path Linux takes; a key or word of a damaged file can have megabytes.
+/// Longer than any Linux path; a key or word of a damaged file can have megabytes.
 constexpr std::size_t longest_fact = 5000;
 
-/// A fact may quote any bytes of a file.
+/// Escaped and truncated, since a fact may quote any bytes of a file.
 std::string shown(std::string_view fact)
 {
   return printable(fact.substr(0, longest_fact)) + (fact.size() > longest_fact ? "..." : "");

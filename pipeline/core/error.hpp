@@ -1,6 +1,5 @@
-/// The two kinds of exceptions (STYLE.md 4). The commands catch them (pipeline: app, run; player: app, loop);
-/// the few other places stand in scripts/check_includes (CATCHES), each with its reason. The rest answers
-/// with facts.
+/// The two exception types (STYLE.md 4). The commands catch them (pipeline: app, run; player: app, loop); the
+/// few other handlers are listed in scripts/check_includes (CATCHES), each with its reason.
 #pragma once
 
 #include <stdexcept>
@@ -8,16 +7,16 @@
 
 namespace vrda {
 
-/// Somebody outside can fix it. what() reads "file: line 3, field: found ..., wanted ...": one printable
-/// line, whatever bytes the facts quote.
+/// An error that the user can fix. what() is "file: line 3, field: found ..., wanted ...": one printable
+/// line; control characters are escaped.
 class InputError : public std::runtime_error {
  public:
   struct Facts {
     std::string file;    ///< file, or the command line's option
     std::string field;   ///< key, line or part of the file; may be empty
-    std::string found;   ///< what stands there
-    std::string wanted;  ///< what would have been right
-    int line = 0;        ///< of the file, where the field is in one; 0: none
+    std::string found;   ///< the value found
+    std::string wanted;  ///< the value required
+    int line = 0;        ///< line number in the file; 0: unknown
   };
 
   explicit InputError(Facts facts);
@@ -27,7 +26,7 @@ class InputError : public std::runtime_error {
   Facts facts_;
 };
 
-/// We broke a promise to ourselves.
+/// A violated internal invariant: a defect of the program.
 class InternalError : public std::logic_error {
  public:
   using std::logic_error::logic_error;

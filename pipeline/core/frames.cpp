@@ -50,7 +50,7 @@ Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vect
 {
   if (from == to) return Eigen::Matrix3d::Identity();
   const double c = from.dot(to);
-  // 1 + c loses half the digits near -1: there any axis across `from` does.
+  // 1 + c loses half the digits near -1: any axis perpendicular to `from` is valid there.
   if (c < -1.0 + 1e-12) {
     const Eigen::Vector3d trial =
         std::abs(from.x()) < 0.9 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitZ();
@@ -81,7 +81,7 @@ Mesh solver_mesh(const Mesh& canonical, const SolverFrame& frame)
   const Eigen::Matrix3d R = rotation_solver_world(frame);
   Pose X_solver_canonical = Pose::Identity();
   X_solver_canonical.linear() = R;
-  // Subtracting first keeps a mesh far from its origin exact where Delta is +Y.
+  // Subtracting first avoids rounding for a mesh far from its origin when Delta is +Y.
   Pose X_centre = Pose::Identity();
   X_centre.translation() = -of_right_side(frame, frame.rotation_centre_mm);
   const Mesh right = frame.side == Side::left ? mirrored_z(canonical) : canonical;
@@ -100,7 +100,7 @@ Pose X_reference_moving(const SolverFrame& frame, const Attitude& attitude, cons
   X.linear() = rotation;
   X.translation() = c + shift - rotation * c;
   if (frame.side == Side::left) {
-    // M X M with M = diag(1, 1, -1): signs only, so the clinical numbers keep their bits.
+    // M X M with M = diag(1, 1, -1) changes signs only, so clinical coordinates are bitwise equal.
     const Eigen::Vector3d m(1.0, 1.0, -1.0);
     X.linear() = m.asDiagonal() * Eigen::Matrix3d(X.linear()) * m.asDiagonal();
     X.translation() = flipped_z(X.translation());

@@ -2,9 +2,8 @@
 ///
 /// Canonical C: X anterior, Y proximal, Z the subject's right; the meshes' own origin.
 /// World W: axes of C, origin at the rotation centre, at zero attitude.
-/// Solver S: W seen by the solver: reflected in Z for a left joint, then turned by R_solver_delta so
-/// that Delta is +Y. In S an attitude turns the reference by Rx(-varus) Rz(flexion), the moving object
-/// turns by theta about +Y and translates.
+/// Solver S: W reflected in Z for a left joint, then rotated so that Delta is +Y. In S an attitude rotates
+/// the reference by Rx(-varus) Rz(flexion); the moving object rotates by theta about +Y and translates.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,13 +19,13 @@ struct Attitude {
   double varus_rad = 0.0;
 };
 
-/// Where the moving object stands in S: p_S = translation + Ry(theta) p_moving.
+/// Pose of the moving object in S: p_S = translation + Ry(theta) p_moving.
 struct MovingPose {
   Eigen::Vector3d translation_mm = Eigen::Vector3d::Zero();
   double theta_rad = 0.0;
 };
 
-/// What ties S to C. `rotation_centre_mm` and `delta` are in C, of the joint's own side.
+/// Definition of S relative to C. `rotation_centre_mm` and `delta` are in C of the joint's own side.
 struct SolverFrame {
   Side side = Side::right;
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();
@@ -37,7 +36,7 @@ Eigen::Matrix3d rotation_x(double angle_rad);
 Eigen::Matrix3d rotation_y(double angle_rad);
 Eigen::Matrix3d rotation_z(double angle_rad);
 
-/// Shortest rotation taking the unit vector `from` to `to`; about X (or Z) by pi when opposite.
+/// Shortest rotation from the unit vector `from` to `to`; about X (or Z) by pi when opposite.
 Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 /// Rotation of the reference in S at an attitude: Rx(-varus) Rz(flexion).
@@ -46,15 +45,15 @@ Eigen::Matrix3d reference_rotation(const Attitude& attitude);
 /// X_S_moving of a pose.
 Pose pose_of(const MovingPose& pose);
 
-/// Canonical mesh into S at zero attitude: mirrored if left, recentred, turned so that Delta is +Y.
+/// Canonical mesh in S at zero attitude: mirrored if left, recentred, rotated so that Delta is +Y.
 Mesh solver_mesh(const Mesh& canonical, const SolverFrame& frame);
 
-/// The pose, in C of the joint's own side, that takes stored moving vertices to stored reference
+/// The pose, in C of the joint's own side, that maps stored moving vertices to stored reference
 /// vertices (neither recentred).
 Pose X_reference_moving(const SolverFrame& frame, const Attitude& attitude, const MovingPose& pose);
 
-/// The same motion for the vertices of solver_mesh: the moving object in the reference's frame, both in S at
-/// zero attitude. reference_rotation(attitude) times it is pose_of(pose) to rounding.
+/// The same pose for the vertices of solver_mesh: the moving object in the reference's frame, both in S at
+/// zero attitude. reference_rotation(attitude) * result equals pose_of(pose) to rounding.
 Pose X_solver_reference_moving(const SolverFrame& frame, const Pose& X_reference_moving);
 
 /// Translation of `pose` expressed in W of the joint's own side (theta keeps the right-knee sign).
@@ -62,8 +61,7 @@ Eigen::Vector3d world_translation_mm(const SolverFrame& frame, const MovingPose&
 /// Inverse of world_translation_mm.
 Eigen::Vector3d solver_translation_mm(const SolverFrame& frame, const Eigen::Vector3d& p_world_mm);
 
-/// A point or direction of S, in W of the joint's own side. For directions and points alike, since
-/// both frames share their origin.
+/// A point or direction of S, in W of the joint's own side; both frames have the same origin.
 Eigen::Vector3d world_from_solver(const SolverFrame& frame, const Eigen::Vector3d& v_solver);
 
 }  // namespace vrda

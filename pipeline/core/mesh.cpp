@@ -13,7 +13,7 @@ Eigen::Vector3d doubled_area_vector(const Mesh& mesh, Eigen::Index t)
   return (b - a).cross(c - a);
 }
 
-// An undirected edge with the direction in which a face runs through it.
+// An undirected edge with the direction in which a face traverses it.
 struct EdgeUse {
   std::int32_t low = 0;
   std::int32_t high = 0;
@@ -70,7 +70,7 @@ Points vertex_normals(const Mesh& mesh)
 double signed_volume_mm3(const Mesh& mesh)
 {
   if (mesh.vertices_mm.rows() == 0) return 0.0;
-  // Relative to a vertex of the mesh, so that a far origin costs no digits.
+  // Relative to a vertex of the mesh, so that a distant origin loses no digits.
   const Eigen::Vector3d origin = mesh.vertices_mm.row(0);
   double six_volumes = 0.0;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
@@ -179,11 +179,11 @@ Mesh with_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept)
 std::vector<std::vector<Eigen::Index>> triangles_by_component(const Body& body, const Part& part)
 {
   check(part.component.size() == static_cast<std::size_t>(part.mesh.triangles.rows()),
-        "every triangle of a body belongs to a component");
+        "a part has one component index per triangle");
   std::vector<std::vector<Eigen::Index>> triangles(body.components.size());
   for (std::size_t t = 0; t < part.component.size(); ++t) {
     const auto component = static_cast<std::size_t>(part.component[t]);
-    check(component < triangles.size(), "a triangle's component is one of its body");
+    check(component < triangles.size(), "a triangle's component index is within its body");
     triangles[component].push_back(static_cast<Eigen::Index>(t));
   }
   return triangles;

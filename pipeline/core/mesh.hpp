@@ -1,4 +1,4 @@
-/// Triangle meshes, what can be said of one without another, and the two objects of a joint made of them.
+/// Triangle meshes, their measures and maps, and the two bodies of a joint made of them.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,7 +18,7 @@ using Pose = Eigen::Isometry3d;
 struct Mesh {
   Points vertices_mm;   ///< [n_vertices, 3]
   Triangles triangles;  ///< [n_triangles, 3] row indices of vertices_mm
-  Points normals;       ///< [n_vertices, 3] unit, outward; empty when not wanted
+  Points normals;       ///< [n_vertices, 3] unit, outward; may be empty
 };
 
 struct Box {
@@ -37,7 +37,7 @@ Eigen::Vector3d face_normal(const Mesh& mesh, Eigen::Index t);
 Points vertex_normals(const Mesh& mesh);
 
 /// Volume enclosed, by the divergence theorem; positive when normals point outward.
-/// Means nothing for an open mesh.
+/// Undefined for an open mesh.
 double signed_volume_mm3(const Mesh& mesh);
 
 double area_mm2(const Mesh& mesh);
@@ -54,20 +54,20 @@ EdgeCounts edge_counts(const Mesh& mesh);
 /// Bounding box; zero for an empty mesh.
 Box bounding_box(const Mesh& mesh);
 
-/// Every vertex and normal through `X_to_from`.
+/// Every vertex and normal mapped by `X_to_from`.
 Mesh transformed(const Mesh& mesh, const Pose& X_to_from);
 
-/// Reflected in the plane Z = 0, winding reversed so that normals stay outward. An involution to the
-/// last bit.
+/// Reflected in the plane Z = 0, winding reversed so that normals stay outward. Applied twice it gives
+/// bitwise the same mesh.
 Mesh mirrored_z(const Mesh& mesh);
 
 /// Appends `extra` to `mesh`.
 void append(Mesh& mesh, const Mesh& extra);
 
-/// The triangles listed, with all vertices kept.
+/// The mesh with only the listed triangles; all vertices are kept.
 Mesh with_triangles(const Mesh& mesh, const std::vector<Eigen::Index>& kept);
 
-/// One of the two objects of a joint: components that touch, components that are only drawn.
+/// A named component of one of the two bodies of a joint.
 struct Component {
   std::string name;      ///< unique within its body
   std::string material;  ///< "bone", "cartilage", "meniscus", ...
@@ -86,13 +86,13 @@ struct Body {
   Part visual;   ///< drawn only
 };
 
-/// Rows of part.mesh.triangles by the component they belong to, in order: one list a component of `body`.
+/// Rows of part.mesh.triangles by component, in order: one list a component of `body`.
 std::vector<std::vector<Eigen::Index>> triangles_by_component(const Body& body, const Part& part);
 
 /// Both parts of `body` reflected in Z = 0.
 Body mirrored_z(const Body& body);
 
-/// The two sides of a joint that are watched separately.
+/// The two sides of a joint that are evaluated separately.
 enum class Compartment : std::int8_t { none = 0, medial = 1, lateral = 2 };
 
 }  // namespace vrda

@@ -75,7 +75,7 @@ OpenFile opened(const std::string& path)
 {
   OpenFile file(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
   if (file.is_open() || errno != EACCES) return file;
-  return OpenFile(open(path.c_str(), O_RDONLY | O_CLOEXEC));  // another user's, in a folder that both share
+  return OpenFile(open(path.c_str(), O_RDONLY | O_CLOEXEC));  // another user's file in a shared folder
 }
 
 std::string holder_in(int descriptor)
@@ -97,9 +97,9 @@ std::optional<OutputLock> OutputLock::take(const std::string& output, const std:
       throw InputError({output, "", std::strerror(errno), "a folder that exists and can be written"});
     }
     if (lock_without_waiting(file.get(), output)) {
-      if (!is_at(file.get(), path)) continue;  // its holder has just released and removed it
+      if (!is_at(file.get(), path)) continue;  // the previous holder has just removed it
       const std::string holder = command + ", process " + std::to_string(getpid()) + " on " + host_name();
-      // Only for those who wait: a full disk does not matter.
+      // Informative only: a write error (full disk) is ignored.
       if (ftruncate(file.get(), 0) == 0)
         static_cast<void>(!pwrite(file.get(), holder.data(), holder.size(), 0));
       return OutputLock(path, std::move(file));
@@ -119,7 +119,7 @@ bool OutputLock::is_held(const std::string& output)
 
 OutputLock::~OutputLock()
 {
-  if (file_.is_open()) unlink(path_.c_str());  // while it is still locked: a new one is never removed
+  if (file_.is_open()) unlink(path_.c_str());  // while locked, so a new holder's file is never removed
 }
 
 }  // namespace vrda

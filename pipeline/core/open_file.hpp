@@ -1,4 +1,5 @@
-/// An open file, the lock (`flock`) by which processes take turns, and which process may write an output.
+/// File descriptors, advisory file locks (`flock`), and the lock that gives one process write access to an
+/// output.
 #pragma once
 
 #include <sys/types.h>
@@ -11,7 +12,7 @@
 
 namespace vrda {
 
-/// Closes itself; the destructor leaves errno alone, which a message may be about.
+/// An owned file descriptor. The destructor closes it and preserves errno for messages.
 class OpenFile {
  public:
   explicit OpenFile(int value) : value_(value) {}
@@ -28,36 +29,36 @@ class OpenFile {
   int value_;
 };
 
-/// Whether `path` names the open file: another one may have been renamed to it, or it was removed.
+/// Whether `path` still names the open file: it may have been replaced by a rename, or removed.
 bool is_at(int descriptor, const std::string& path);
 
-/// Locks the open file; false while another process holds it. `path`: for the InputError where the file
-/// system has no locks, which must not look like a lock that is held.
+/// Locks the open file without blocking; false while another process holds the lock. Throws InputError naming
+/// `path` where the file system does not support locks.
 bool lock_without_waiting(int descriptor, const std::string& path);
 
-/// Whether all bytes were written; errno says why not.
+/// Writes all bytes; on failure returns false and sets errno.
 bool write_all(int descriptor, std::string_view bytes);
 
-/// After a file was made, renamed or removed: its name has reached the disk, too. Throws InputError naming
+/// Flushes the directory entry of a file that was created, renamed or removed. Throws InputError naming
 /// `path`.
 void sync_folder(const std::string& path);
 
-/// A lock on "<output>.lock", a file of its own that no rename replaces; it names its holder and is removed
-/// on release. A killed process leaves the file, not the lock. Links to the output share its lock.
+/// A lock on "<output>.lock", a separate file that no rename replaces; it names its holder and is removed on
+/// release. A killed process leaves the file but not the lock. Links to the output share its lock.
 class OutputLock {
  public:
   struct Waiting {
-    /// Called once with the holder ("vrda smooth, process 12 on node3") when there is one.
+    /// Called once with the holder ("vrda smooth, process 12 on node3") if the lock is held.
     std::function<void(const std::string& holder)> begins;
-    /// Asked every 50 ms; true gives up.
+    /// Polled every 50 ms; true cancels the wait.
     std::function<bool()> is_stopped = [] { return false; };
   };
 
-  /// Waits for the present holder. Nothing when `waiting.is_stopped`. `command` is for those who wait. Throws
-  /// InputError where the folder cannot be written or has no locks.
+  /// Waits for the current holder; empty if cancelled. `command` is reported to waiting processes. Throws
+  /// InputError where the folder is not writable or does not support locks.
   static std::optional<OutputLock> take(const std::string& output, const std::string& command,
                                         const Waiting& waiting);
-  /// Whether a process holds it now.
+  /// Whether a process currently holds the lock.
   static bool is_held(const std::string& output);
   ~OutputLock();
   OutputLock(OutputLock&&) = default;

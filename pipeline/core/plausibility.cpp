@@ -23,13 +23,13 @@ const char* meaning_of(Plausibility plausibility)
 {
   switch (plausibility) {
     case Plausibility::not_judged:
-      return "no stable pose, or not measured again";
+      return "no stable pose, or not checked";
     case Plausibility::nothing_found:
-      return "measured again, nothing speaks against the pose";
+      return "the check found no objection to the pose";
     case Plausibility::nothing_ahead:
-      return "nothing lies ahead along Delta within the contact resolution, here or that far to a side";
+      return "no surface along Delta within the contact resolution, here or displaced sideways by it";
     case Plausibility::unstable_balance:
-      return "a contact resolution either way along one direction the energy is lower";
+      return "the energy is lower one contact resolution away in both senses of one direction";
   }
   throw InternalError("a plausibility without a meaning");
 }

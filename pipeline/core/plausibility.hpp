@@ -1,4 +1,4 @@
-/// What measuring a stable pose again finds against it. The values are those of the motion model's
+/// Result of the independent check of a stable pose. The values are those of the motion model's
 /// `plausibility`.
 #pragma once
 
@@ -8,9 +8,9 @@ namespace vrda {
 
 enum class Plausibility : std::int8_t {
   not_judged = -1,       ///< no stable pose
-  nothing_found = 0,     ///< nothing speaks against the pose
-  nothing_ahead = 1,     ///< nothing to rest against within the contact resolution
-  unstable_balance = 2,  ///< the energy falls both ways along one direction
+  nothing_found = 0,     ///< the check found no objection
+  nothing_ahead = 1,     ///< no surface along Delta within the contact resolution
+  unstable_balance = 2,  ///< the energy decreases both ways along one direction
 };
 
 /// As stored.
@@ -19,7 +19,7 @@ inline constexpr auto plausibility_not_judged = static_cast<std::int8_t>(Plausib
 inline constexpr Plausibility all_plausibilities[] = {Plausibility::not_judged, Plausibility::nothing_found,
                                                       Plausibility::nothing_ahead,
                                                       Plausibility::unstable_balance};
-/// Those that speak against a pose.
+/// The values that make a pose doubtful.
 inline constexpr Plausibility doubtful_plausibilities[] = {Plausibility::nothing_ahead,
                                                            Plausibility::unstable_balance};
 inline bool is_doubtful(Plausibility plausibility)
@@ -28,7 +28,7 @@ inline bool is_doubtful(Plausibility plausibility)
 }
 
 const char* name_of(Plausibility plausibility);
-/// What it means, in a few words.
+/// One-line description.
 const char* meaning_of(Plausibility plausibility);
 
 }  // namespace vrda

@@ -21,22 +21,22 @@ struct SearchOptions {
   int max_steps = 10000;
 };
 
-/// Of one motion step.
+/// Settings of one equilibrium solve.
 struct EquilibriumOptions {
-  double tolerance_mm = 1e-4;  ///< of the pose, along Delta
+  double tolerance_mm = 1e-4;  ///< convergence tolerance of the pose along Delta
   int max_iterations = 200;
-  double contact_resolution_mm = 0.01;  ///< surfaces closer than this touch, in /contacts and flags
+  double contact_resolution_mm = 0.01;  ///< surfaces closer than this are in contact (/contacts, flags)
 };
 
-/// Of the spine, along which varus is left free.
+/// Settings of the spine: the continuation path along flexion, with varus free, from which each row starts.
 struct SpineOptions {
-  int n_restarts = 4;              ///< starts at each flexion aside from the chains along it
-  double band_moment_nmm = 500.0;  ///< extra moments about Delta that theta is reported for; 0: none
+  int n_restarts = 4;              ///< additional starts at each flexion besides the two chains
+  double band_moment_nmm = 500.0;  ///< extra moments about Delta for the theta band; 0: none
 };
 
-/// Dead loads on the moving object at one flexion, in the solver frame S. Their work is
-/// force . translation + moment_nmm * theta + varus_moment_nmm * varus plus that of the force's moment about
-/// the origin of S when it acts at `point_mm`: (point x force) . (Y theta + X varus).
+/// Constant (dead) loads on the moving object at one flexion, in the solver frame S. Their work is
+/// force . translation + moment_nmm * theta + varus_moment_nmm * varus + (point x force) . (Y theta + X
+/// varus); the last term is the force's moment about the origin of S.
 struct Loads {
   Eigen::Vector3d force_n{0.0, 20.0, 0.0};
   double moment_nmm = 0.0;        ///< about Delta, on theta

@@ -31,17 +31,17 @@ const char* meaning_of(StepStatus status)
     case StepStatus::pending:
       return "not solved yet";
     case StepStatus::stable:
-      return "came to rest";
+      return "stable pose found";
     case StepStatus::no_contact:
-      return "nothing of the reference lies along Delta: slid off, or never met";
+      return "no reference surface along Delta: the moving object slid off or never touched";
     case StepStatus::no_clearance:
-      return "no free pose within reach behind: the objects stay locked into each other";
+      return "no collision-free pose within reach along -Delta: the objects stay interlocked";
     case StepStatus::iteration_limit:
-      return "did not come to rest within max_steps or max_iterations";
+      return "not converged within max_steps or max_iterations";
     case StepStatus::unbounded:
-      return "no place of rest: the loads carry it off the reference";
+      return "no equilibrium: the loads push the moving object off the reference";
     case StepStatus::overlapping:
-      return "came to rest, but the meshes overlap there: see what vrda check says of their winding";
+      return "equilibrium found, but the meshes overlap there: check their winding with vrda check";
   }
   throw InternalError("a step status without a meaning");
 }
@@ -79,7 +79,7 @@ StepRecord scaled(const StepRecord& record, double factor)
   r.balance.worst_gap_mm *= factor;
   r.balance.flexion_moment_nmm *= factor;
   r.balance.varus_moment_nmm *= factor;
-  // The residual's moments are divided by a lever that grows along: it stays.
+  // residual_n is unchanged: its moments are divided by a lever that scales by the same factor.
   for (ContactForce& force : r.balance.forces) force.point_solver_mm *= factor;
   return r;
 }

@@ -1,5 +1,5 @@
-/// What one motion step leaves behind, and what a search tells those who watch it: the rooms solve, sweep,
-/// journal, store and app pass it on. Frame S and its units: core/frames.hpp.
+/// Result of one motion step and trace of one search, passed between solve, sweep, journal, store and app.
+/// Frame S and its units: core/frames.hpp.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,11 +15,11 @@ namespace vrda {
 enum class StepStatus : std::int8_t {
   pending = -1,         ///< not solved yet
   stable = 0,           ///< a stable pose
-  no_contact = 1,       ///< left the reference behind
+  no_contact = 1,       ///< no reference surface along Delta
   no_clearance = 2,     ///< no free pose along -Delta
   iteration_limit = 3,  ///< max_steps or max_iterations reached
-  unbounded = 4,        ///< no rest: slides off however small the steps
-  overlapping = 5,      ///< came to rest, but measured again the meshes overlap
+  unbounded = 4,        ///< no equilibrium: slides off at any step size
+  overlapping = 5,      ///< equilibrium found, but the check finds the meshes overlapping
 };
 
 /// As stored.
@@ -31,33 +31,32 @@ inline constexpr StepStatus all_step_statuses[] = {
     StepStatus::iteration_limit, StepStatus::unbounded, StepStatus::overlapping};
 
 const char* name_of(StepStatus status);
-/// What it means, in a few words.
+/// One-line description.
 const char* meaning_of(StepStatus status);
 
-/// Which node of the seeding graph a step is (DESIGN.md 5.4). The values are those of the journal.
+/// Kind of node in the seeding graph (DESIGN.md 5.4). The values are those of the journal.
 enum class StepKind : std::uint8_t {
-  spine_probe = 0,  ///< solved while the spine looks for its cell; not in the motion model
+  spine_probe = 0,  ///< trial in the search for the spine's cell; not in the motion model
   spine = 1,        ///< the spine's cell of a flexion
-  row = 2,          ///< grown outward from the spine's cell
-  free_spine =
-      3,     ///< solved with varus left free; `varus` counts the starts: the two chains, restarts, handed on
-  band = 4,  ///< the same under an extra moment about Delta; `varus` 0: against theta, 1: with it
+  row = 2,          ///< solved outward from the spine's cell
+  /// Solved with varus free; `varus` numbers the starts: the two chains, restarts, propagated solutions.
+  free_spine = 3,
+  band = 4,  ///< as free_spine with an extra moment about Delta; `varus` 0: against theta, 1: along it
 };
 
-/// Those a stability search can be, which have traces.
+/// The kinds that a stability search can have; these have traces.
 inline constexpr StepKind searched_step_kinds[] = {StepKind::spine_probe, StepKind::spine, StepKind::row};
 inline constexpr StepKind last_step_kind = StepKind::band;
 
 const char* name_of(StepKind kind);
 
-/// Indices into the grid's axes, but for the kinds with varus left free. Ordered by kind, then flexion, then
-/// varus.
+/// Indices into the grid's axes, except for the kinds with free varus. Ordered by kind, flexion, varus.
 struct StepKey {
   StepKind kind = StepKind::row;
   std::int32_t flexion = 0;
   std::int32_t varus = 0;
 
-  // clang-tidy 14 takes the generated comparison with 0 for a null pointer.
+  // clang-tidy 14 mistakes the generated comparison with 0 for a null pointer.
   auto operator<=>(const StepKey&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
@@ -75,24 +74,24 @@ struct ContactRecord {
 struct ContactForce {
   Eigen::Vector3d point_solver_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal_solver = Eigen::Vector3d::Zero();  ///< unit, y < 0
-  double along_delta_n = 0.0;                               ///< above 0: what it takes of the push
+  double along_delta_n = 0.0;                               ///< above 0: its share of the push
   std::int32_t triangle_reference = -1;
   std::int32_t triangle_moving = -1;
   std::int8_t compartment = 0;  ///< 0 none, 1 medial, 2 lateral
 };
 
-/// What holds a pose that the equilibrium found: its certificate. NaN where nothing was certified.
+/// Force balance of an equilibrium pose: its certificate. NaN where none was computed.
 struct Balance {
-  /// Ligaments' energy less the loads' work since zero coordinates.
+  /// Ligament energy minus the work of the loads from zero coordinates.
   double energy_nmm = std::numeric_limits<double>::quiet_NaN();
-  /// What is left unbalanced along the free coordinates: Euclidean norm, moments divided by a lever of the
-  /// moving object's size.
+  /// Residual force along the free coordinates: Euclidean norm, moments divided by a lever of the moving
+  /// object's size.
   double residual_n = std::numeric_limits<double>::quiet_NaN();
   /// Gaps of the load-bearing features, weighted by their share of the load.
   double complementarity_mm = std::numeric_limits<double>::quiet_NaN();
   double worst_gap_mm = std::numeric_limits<double>::quiet_NaN();  ///< smallest signed gap of any feature
-  /// What must hold the attitude, on the moving object over the reference: positive drives towards more
-  /// flexion and more varus (0 where it is free). About the images of both axes in S: -Rx(-varus) Z and X.
+  /// Moments on the moving object that hold the attitude; positive towards more flexion and more varus (0
+  /// where varus is free). About the images of both axes in S: -Rx(-varus) Z and X.
   double flexion_moment_nmm = std::numeric_limits<double>::quiet_NaN();
   double varus_moment_nmm = std::numeric_limits<double>::quiet_NaN();
   std::vector<ContactForce> forces;
@@ -104,8 +103,8 @@ struct StepRecord {
   StepStatus status = StepStatus::pending;
   std::int32_t iterations = 0;
   std::int32_t queries = 0;                                       ///< collision and gap queries
-  double residual_mm = std::numeric_limits<double>::quiet_NaN();  ///< last translation predicted
-  /// Directional gap left in each compartment; NaN where nothing faces.
+  double residual_mm = std::numeric_limits<double>::quiet_NaN();  ///< last predicted translation
+  /// Remaining directional gap of each compartment; NaN without facing surfaces.
   double gap_medial_mm = std::numeric_limits<double>::quiet_NaN();
   double gap_lateral_mm = std::numeric_limits<double>::quiet_NaN();
   bool contact_medial = false;
@@ -116,15 +115,15 @@ struct StepRecord {
   Balance balance;         ///< of the equilibrium only
 };
 
-/// Every length, energy and moment times `factor`; angles, forces, counts and flags as they are: the step of
-/// a joint `factor` times as large.
+/// The record for a joint `factor` times as large: lengths, energies and moments are scaled; angles, forces,
+/// counts and flags are unchanged.
 StepRecord scaled(const StepRecord& record, double factor);
 
 /// The values are those of the trace file and its journal.
 enum class MoveKind : std::uint8_t {
   retreat = 0,    ///< against Delta, out of an overlap
   approach = 1,   ///< along Delta
-  bisect = 2,     ///< a trial on the way of the approach, rotation or translation that is told next
+  bisect = 2,     ///< a trial within the approach, rotation or translation recorded next
   rotate = 3,     ///< about Delta
   translate = 4,  ///< across Delta
 };
@@ -134,21 +133,21 @@ inline constexpr MoveKind all_move_kinds[] = {MoveKind::retreat, MoveKind::appro
 
 const char* name_of(MoveKind kind);
 
-/// One modelling step. Each iteration has one move in contact, the approach that ends in the touch; an
-/// iteration in which nothing is in the way has no move at all.
+/// One modelling step. Each iteration has one move in contact: the approach that ends at the contact. An
+/// iteration without an obstruction has no move.
 struct SearchMove {
   std::int32_t iteration = 0;  ///< 0: the retreat from the seed
   MoveKind kind = MoveKind::approach;
-  MovingPose pose;                   ///< after the move; of a bisection's trial, where it was tried
-  double translation_step_mm = 0.0;  ///< in force; of a move in contact, after cycle detection
+  MovingPose pose;                   ///< after the move; for a bisection, the trial pose
+  double translation_step_mm = 0.0;  ///< current value; for a move in contact, after cycle detection
   double rotation_step_rad = 0.0;
   bool collides = false;                ///< a trial that was blocked
-  bool is_cycle = false;                ///< in contact at an earlier pose, within both resolutions
+  bool is_cycle = false;                ///< equals an earlier pose in contact within both resolutions
   bool in_contact = false;              ///< the approach has ended
-  std::vector<ContactRecord> contacts;  ///< of a move in contact: those that predict the next motion
+  std::vector<ContactRecord> contacts;  ///< for a move in contact: those that predict the next motion
 };
 
-/// One search, from the seed to its end.
+/// One search from seed to result.
 struct SearchTrace {
   StepKey key;
   MovingPose seed;

@@ -9,10 +9,10 @@
 namespace vrda {
 namespace {
 
-/// The smallest character that needs this many bytes after the first.
+/// The smallest code point that needs this many continuation bytes.
 constexpr std::array<std::uint32_t, 4> smallest{0, 0x80, 0x800, 0x10000};
 
-/// Bytes that follow `first`; 4 where it begins no character.
+/// Number of continuation bytes after `first`; 4 where it is not a lead byte.
 std::size_t n_following(unsigned char first)
 {
   if (first < 0x80) return 0;
@@ -21,7 +21,7 @@ std::size_t n_following(unsigned char first)
   return first >= 0xf0 && first < 0xf8 ? 3 : 4;
 }
 
-/// Bytes of the control character that begins at `at`; 0 where none does.
+/// Length in bytes of the control character at `at`; 0 where there is none.
 std::size_t control_bytes(std::string_view text, std::size_t at)
 {
   const auto byte = static_cast<unsigned char>(text[at]);

@@ -1,4 +1,4 @@
-/// Text from outside, numbers as text, and what a misspelt name may have meant.
+/// Checks and escapes for external text, numbers as text, and suggestions for misspelt names.
 #pragma once
 
 #include <string>
@@ -10,21 +10,21 @@ namespace vrda {
 /// Whether the bytes are UTF-8 (RFC 3629): no overlong forms, no surrogates, nothing above U+10FFFF.
 bool is_utf8(std::string_view bytes);
 
-/// Whether a control character stands in the text (UTF-8) that is none of `allowed`: those of ASCII and of
-/// Latin-1 (U+0080 to U+009F), which steer a terminal.
+/// Whether the text (UTF-8) contains a control character of ASCII or Latin-1 (U+0080 to U+009F) that is not
+/// in `allowed`. Control characters can command a terminal.
 bool has_control_characters(std::string_view text, std::string_view allowed = {});
 
-/// The same text with each byte of a control character as "\\x1b": one line that steers no terminal.
+/// The text with each byte of a control character escaped as "\\x1b": one line, safe for a terminal.
 std::string printable(std::string_view text);
 
-/// `value` in the fewest digits that read back as the same double; -0 as 0, so that equal numbers give equal
-/// text.
+/// `value` in the fewest digits that read back as the same double; -0 gives "0", so that equal numbers give
+/// equal text.
 std::string shortest(double value);
 
-/// Fewest insertions, deletions and replacements that turn one word into the other.
+/// Levenshtein distance: fewest insertions, deletions and replacements between two words.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 
-/// The word of `known` nearest to `word`, the earlier of two; empty when there is none.
+/// The word of `known` nearest to `word`, the first of equals; empty when `known` is empty.
 std::string nearest_word(const std::string& word, const std::vector<std::string>& known);
 
 /// "a, b or c".

@@ -57,7 +57,7 @@ double atan_kernel(double x)
 double atan_first_octant(double y, double x)
 {
   const double ratio = y / x;
-  // 7/16 is where fdlibm leaves the plain polynomial; above it, turn by pi/4.
+  // The polynomial is valid up to 7/16 (fdlibm); above it, reduce by pi/4.
   if (ratio <= 0.4375) return atan_kernel(ratio);
   return pi / 4.0 + (y >= x ? 0.0 : -atan_kernel((x - y) / (x + y)));
 }

@@ -1,4 +1,4 @@
-/// Conversions at the border: inside there are only mm, rad, N.
+/// Unit conversions for input and output; internal units are mm, rad, s, N.
 #pragma once
 
 #include <limits>
@@ -8,7 +8,7 @@ namespace vrda {
 inline constexpr double pi = 3.14159265358979323846;
 inline constexpr double metres_per_mm = 1e-3;
 inline constexpr double s_per_ns = 1e-9, ms_per_ns = 1e-6;
-/// In place of a number that is missing.
+/// Marks a missing number.
 inline constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
 constexpr double rad_from_deg(double angle_deg)

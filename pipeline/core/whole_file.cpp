@@ -22,35 +22,36 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Takes errno for the reason.
+/// Reports errno as the reason.
 [[noreturn]] void fail(const std::string& path, const std::string& what)
 {
   throw InputError(
       {path, "", what + " (" + std::strerror(errno) + ")", "a folder that can be written and free space"});
 }
 
-/// A temporary file under a name of its own, locked for as long as its writer lives. Removes itself unless it
-/// was renamed.
+/// A uniquely named temporary file, locked while its writer runs. The destructor removes it unless it was
+/// renamed.
 class Temporary {
  public:
-  /// A few writers of one file may be under way at once; the temporaries of dead ones are removed.
+  /// Several processes may write one target concurrently; temporaries of dead writers are removed.
   explicit Temporary(const std::string& target)
   {
     constexpr int n_names = 8;
-    for (int n = 0; n < n_names; ++n) remove_dead(name_of(target, n));
+    for (int n = 0; n < n_names; ++n) remove_abandoned(name_of(target, n));
     for (int n = 0; n < n_names; ++n) {
       path_ = name_of(target, n);
       file_.emplace(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
       if (!file_->is_open() && errno != EEXIST) fail(target, "an output that cannot be created");
-      // Between creation and lock another writer may have taken it for a dead one's. Without locks (some
-      // network file systems) none is ever taken for dead.
+      // Between creation and lock another writer may have removed it as abandoned. Without lock support
+      // (some network file systems) no file is considered abandoned.
       const bool is_ours = file_->is_open() &&
                            (flock(file_->get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
                            is_at(file_->get(), path_);
       if (is_ours) return;
       file_.reset();
     }
-    throw InputError({target, "", std::to_string(n_names) + " processes that write it", "their end"});
+    throw InputError(
+        {target, "", std::to_string(n_names) + " processes writing it", "fewer concurrent writers"});
   }
   ~Temporary()
   {
@@ -72,7 +73,7 @@ class Temporary {
     return target + ".partial" + (n == 0 ? "" : "-" + std::to_string(n));
   }
 
-  static void remove_dead(const std::string& path)
+  static void remove_abandoned(const std::string& path)
   {
     const OpenFile file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
     if (file.is_open() && flock(file.get(), LOCK_EX | LOCK_NB) == 0 && is_at(file.get(), path))
@@ -94,8 +95,8 @@ void write_pieces(int descriptor, const std::string& path, std::initializer_list
   fail(path, "an output of " + std::to_string(n_bytes) + " bytes that cannot be written");
 }
 
-/// Some file systems report a full disk only when a file is closed. Ours stays open, since its lock says that
-/// its writer lives.
+/// Some file systems report a full disk only on close. A duplicate is closed, because the original holds the
+/// lock that marks the writer as alive.
 bool is_closed_well(int descriptor)
 {
   const int second = dup(descriptor);
@@ -116,7 +117,7 @@ void require_replaceable(const std::string& path, const std::string& target, con
                          std::string_view first_piece)
 {
   constexpr mode_t write_bits = S_IWUSR | S_IWGRP | S_IWOTH;
-  // Root could write such a file as well, but its owner has forbidden every write.
+  // Root could write such a file, but its mode forbids every write.
   if ((old.st_mode & write_bits) == 0 || access(target.c_str(), W_OK) != 0) {
     throw InputError({path, "", "a file without write permission",
                       "write permission (chmod u+w), or another name for the output"});
@@ -124,7 +125,7 @@ void require_replaceable(const std::string& path, const std::string& target, con
   const std::string head = head_of(target);
   const std::string_view found = kind_of_file(head), made = kind_of_file(first_piece);
   if (found.empty() || made.empty() || found == made) return;
-  throw InputError({path, "", std::string(found) + " where " + std::string(made) + " goes",
+  throw InputError({path, "", std::string(found) + " to be replaced by " + std::string(made),
                     "a new name, or a file of the same kind to replace"});
 }
 
@@ -136,7 +137,7 @@ void keep_owner_and_mode(int descriptor, const std::string& path, const struct s
   if (!has_owner && fchown(descriptor, old.st_uid, old.st_gid) != 0) {
     throw InputError({path, "",
                       std::string("a file of another owner or group (") + std::strerror(errno) + ")",
-                      "its owner to write it, or another name for the output"});
+                      "to run as its owner, or another name for the output"});
   }
   constexpr mode_t permissions = S_ISUID | S_ISGID | S_ISVTX | S_IRWXU | S_IRWXG | S_IRWXO;
   if (fchmod(descriptor, old.st_mode & permissions) != 0) fail(path, "an output whose mode cannot be kept");
@@ -162,7 +163,7 @@ std::string link_target(const std::string& path)
     const fs::path next = fs::read_symlink(target, error);
     target = next.is_absolute() ? next.string() : (fs::path(target).parent_path() / next).string();
   }
-  throw InputError({path, "", "symbolic links that lead to themselves", "a file or a link to one"});
+  throw InputError({path, "", "a cycle of symbolic links", "a file or a link to one"});
 }
 
 std::string_view kind_of_file(std::string_view head)
@@ -171,16 +172,15 @@ std::string_view kind_of_file(std::string_view head)
   struct Magic {
     std::string_view bytes, kind;
   };
-  constexpr std::array magics{Magic{"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"},
-                              Magic{"\x89PNG"sv, "a PNG picture"}, Magic{"glTF"sv, "a glTF file"},
-                              Magic{"VRDA"sv, "a journal or recording"}};
-  constexpr std::size_t n_looked_at = 512;
+  constexpr std::array magics{Magic{"\x89HDF\r\n\x1a\n"sv, "an HDF5 file"}, Magic{"\x89PNG"sv, "a PNG image"},
+                              Magic{"glTF"sv, "a glTF file"}, Magic{"VRDA"sv, "a journal or recording"}};
+  constexpr std::size_t n_head_bytes = 512;
   if (head.empty()) return "";
-  head = head.substr(0, n_looked_at);
+  head = head.substr(0, n_head_bytes);
   for (const Magic& magic : magics)
     if (head.substr(0, magic.bytes.size()) == magic.bytes) return magic.kind;
   const std::size_t first = head.find_first_not_of(" \t\r\n");
-  if (first != std::string_view::npos && head[first] == '<') return "an HTML or XML file";  // VTK: then bytes
+  if (first != std::string_view::npos && head[first] == '<') return "an HTML or XML file";  // or VTK
   if (head.find('\0') != std::string_view::npos) return "a binary file";
   return first != std::string_view::npos && head[first] == '{' ? "a JSON file" : "a text file";
 }
@@ -205,13 +205,13 @@ void write_whole(const std::string& path, std::initializer_list<std::string_view
 {
   const std::string target = link_target(path);
   struct stat old {};
-  const bool is_there = stat(target.c_str(), &old) == 0;
-  if (is_there && S_ISDIR(old.st_mode)) throw InputError({path, "", "a folder", "a name for a file"});
-  if (is_there && !S_ISREG(old.st_mode)) return write_through(path, pieces);
-  if (is_there) require_replaceable(path, target, old, pieces.size() == 0 ? "" : *pieces.begin());
+  const bool exists = stat(target.c_str(), &old) == 0;
+  if (exists && S_ISDIR(old.st_mode)) throw InputError({path, "", "a folder", "a name for a file"});
+  if (exists && !S_ISREG(old.st_mode)) return write_through(path, pieces);
+  if (exists) require_replaceable(path, target, old, pieces.size() == 0 ? "" : *pieces.begin());
 
   Temporary temporary(target);
-  if (is_there) keep_owner_and_mode(temporary.descriptor(), path, old);
+  if (exists) keep_owner_and_mode(temporary.descriptor(), path, old);
   write_pieces(temporary.descriptor(), path, pieces);
   if (fsync(temporary.descriptor()) != 0 || !is_closed_well(temporary.descriptor()))
     fail(path, "an output that cannot be written");

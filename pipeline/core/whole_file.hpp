@@ -1,4 +1,4 @@
-/// A file that appears whole or not at all.
+/// Atomic file replacement: a reader finds the old file or the complete new one.
 #pragma once
 
 #include <initializer_list>
@@ -8,27 +8,24 @@
 
 namespace vrda {
 
-/// `path`, or where the symbolic links that it names lead; that file need not exist. Throws InputError on a
-/// ring of links.
+/// `path` with symbolic links resolved; the target need not exist. Throws InputError on a cycle of links.
 std::string link_target(const std::string& path);
 
-/// What the first bytes of a file say that it is: "an HDF5 file", "a JSON file", "a text file", ...; empty
-/// for no bytes.
+/// File type by its first bytes: "an HDF5 file", "a JSON file", "a text file", ...; empty for no bytes.
 std::string_view kind_of_file(std::string_view head);
 
-/// Throws InputError where `path` is a file without write permission, or of another kind than a file that
-/// begins with `head`: what write_whole refuses.
+/// Throws InputError where write_atomically would refuse `path`: a file without write permission, or of
+/// another type than one that begins with `head`.
 void require_same_kind(const std::string& path, std::string_view head);
 
-/// The whole content of a small file that may not be there: nothing where it cannot be opened.
+/// The content of a small file; empty where it cannot be opened.
 std::optional<std::string> text_of_file(const std::string& path);
 
-/// Writes the pieces, one after the other, under a temporary name of its own in the same folder, waits for
-/// the disk and renames, so that `path` holds the old file or the new one. Links are followed; mode, owner
-/// and group of a file that is replaced stay. Temporary files of writers that died are removed. What is no
-/// regular file (a device, a pipe) is written as it is. Throws InputError naming `path` and the system's
-/// reason, and where `path` is a file without write permission or of another kind than the new one; what was
-/// written of the new one is removed then.
+/// Writes the concatenated pieces to a unique temporary file in the same folder, flushes and renames it.
+/// Links are followed; a replaced file's mode, owner and group are kept. Temporary files of dead writers are
+/// removed. A target that is not a regular file (device, pipe) is written directly. Throws InputError naming
+/// `path` and the system's reason, and where `path` has no write permission or another type than the new
+/// file; the temporary file is then removed.
 void write_whole(const std::string& path, std::initializer_list<std::string_view> pieces);
 
 }  // namespace vrda

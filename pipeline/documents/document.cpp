@@ -9,16 +9,16 @@
 namespace vrda {
 namespace {
 
-// Most documents are some pages; a calibration keeps some ten thousand poses.
-constexpr std::size_t most_bytes = 8'000'000;
+// The largest documents are calibrations with about ten thousand poses.
+constexpr std::size_t max_bytes = 8'000'000;
 
 bool is_inside(const std::string& key, const std::string& outer)
 {
   return key == outer || (key.size() > outer.size() && key.starts_with(outer) && key[outer.size()] == '.');
 }
 
-// The value of a key, or the item of that number; null when there is none.
-const DocumentValue* below(const DocumentValue& value, const std::string& name)
+// The value of a table's key or the list item with this index; null if missing.
+const DocumentValue* child_of(const DocumentValue& value, const std::string& name)
 {
   const DocumentValue::List* list = value.list();
   if (list == nullptr) return value.find(name);
@@ -28,13 +28,13 @@ const DocumentValue* below(const DocumentValue& value, const std::string& name)
   return is_index && index < list->size() ? &(*list)[index] : nullptr;
 }
 
-// From the root to the value of a key, or to the innermost one around it.
-std::vector<const DocumentValue*> values_to(const DocumentValue& root, const std::string& key)
+// The path from the root to the value of a key, or to its innermost existing parent.
+std::vector<const DocumentValue*> path_to(const DocumentValue& root, const std::string& key)
 {
   std::vector<const DocumentValue*> values{&root};
   for (std::size_t from = 0; from < key.size();) {
     const std::size_t dot = std::min(key.find('.', from), key.size());
-    const DocumentValue* next = below(*values.back(), key.substr(from, dot - from));
+    const DocumentValue* next = child_of(*values.back(), key.substr(from, dot - from));
     if (next == nullptr) break;
     values.push_back(next);
     from = dot + 1;
@@ -49,7 +49,7 @@ std::string Document::source_of(const std::string& key) const
   for (const std::string& set : overridden) {
     if (is_inside(key, set)) return "--set";
   }
-  // A message about keys that do not fit together: one of them may come from the command line.
+  // A conflict between keys of a table may include one from the command line.
   for (const std::string& set : overridden) {
     if (is_inside(set, key)) return file + " with --set " + set;
   }
@@ -68,7 +68,7 @@ int Document::line_of(const std::string& key) const
 {
   int line = 0;
   if (source_of(key) != file) return line;
-  for (const DocumentValue* value : values_to(root, key)) {
+  for (const DocumentValue* value : path_to(root, key)) {
     if (value->line > 0) line = value->line;
   }
   return line;
@@ -81,19 +81,19 @@ void Document::refuse(const std::string& key, const std::string& found, const st
 
 void Document::refuse_value(const std::string& key, const std::string& wanted) const
 {
-  refuse(key, shown(*values_to(root, key).back()), wanted);
+  refuse(key, shown(*path_to(root, key).back()), wanted);
 }
 
-std::string document_text(const std::string& path, const std::string& what)
+std::string document_text(const std::string& path, const std::string& wanted)
 {
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw InputError({path, "", "no file that can be read", what});
-  std::string text(most_bytes + 1, '\0');
+  if (!file) throw InputError({path, "", "no readable file", wanted});
+  std::string text(max_bytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) throw InputError({path, "", "no file that can be read", what});
+  if (file.bad()) throw InputError({path, "", "no readable file", wanted});
   text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > most_bytes)
-    throw InputError({path, "", "more than " + std::to_string(most_bytes) + " bytes", what});
+  if (text.size() > max_bytes)
+    throw InputError({path, "", "more than " + std::to_string(max_bytes) + " bytes", wanted});
   return text;
 }
 

@@ -10,14 +10,14 @@ namespace {
 
 using Json = nlohmann::json;
 
-// A schema has a dozen levels; many more would overflow the stack where values are copied and shown.
-constexpr std::size_t deepest = 40;
+// A schema has about a dozen levels. The limit prevents a stack overflow in recursive functions.
+constexpr std::size_t max_depth = 40;
 
-// Takes the parser's events: a value of the library's own would lose the order of keys.
+// Builds the tree from parser events, because nlohmann::json values lose the order of keys.
 class TreeBuilder : public nlohmann::json_sax<Json> {
  public:
-  TreeBuilder(std::string_view text, const std::string& file, const std::string& what)
-      : text_(text), file_(file), what_(what)
+  TreeBuilder(std::string_view text, const std::string& file, const std::string& wanted)
+      : text_(text), file_(file), wanted_(wanted)
   {
   }
 
@@ -28,12 +28,12 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
   bool number_integer(number_integer_t number) override { return add({std::int64_t{number}}); }
   bool number_unsigned(number_unsigned_t number) override
   {
-    constexpr number_unsigned_t most = INT64_MAX;
-    return number <= most ? add({static_cast<std::int64_t>(number)}) : add({static_cast<double>(number)});
+    constexpr number_unsigned_t largest = INT64_MAX;
+    return number <= largest ? add({static_cast<std::int64_t>(number)}) : add({static_cast<double>(number)});
   }
   bool number_float(number_float_t number, const std::string& /*text*/) override { return add({number}); }
   bool string(std::string& text) override { return add({text}); }
-  bool binary(Json::binary_t& /*bytes*/) override { refuse("", "bytes", what_); }
+  bool binary(Json::binary_t& /*bytes*/) override { refuse("", "bytes", wanted_); }
   bool start_object(std::size_t /*n*/) override { return open({DocumentValue::Table{}}); }
   bool start_array(std::size_t /*n*/) override { return open({DocumentValue::List{}}); }
   bool end_object() override { return close(); }
@@ -49,8 +49,8 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
         1 + std::count(text_.begin(), text_.begin() + static_cast<long>(std::min(byte, text_.size())), '\n');
     constexpr int out_of_range = 406;
     throw InputError({file_, "",
-                      error.id == out_of_range ? "a number beyond the range of doubles" : "no JSON", what_,
-                      static_cast<int>(line)});
+                      error.id == out_of_range ? "a number beyond the range of doubles" : "invalid JSON",
+                      wanted_, static_cast<int>(line)});
   }
 
  private:
@@ -59,7 +59,7 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
     throw InputError({file_, key, found, wanted});
   }
 
-  // Of the value under way: "0.dimensions".
+  // Dotted key of the current value, such as "0.dimensions".
   std::string path() const
   {
     std::string path;
@@ -70,14 +70,14 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
     return path;
   }
 
-  // Of a key that is there twice the last value counts.
+  // The last value of a repeated key is used.
   bool add(DocumentValue value)
   {
     DocumentValue& parent = open_.empty() ? root : open_.back();
     if (auto* list = std::get_if<DocumentValue::List>(&parent.data)) {
       list->push_back(std::move(value));
-    } else if (DocumentValue* known = open_.empty() ? &root : parent.find(keys_.back())) {
-      *known = std::move(value);
+    } else if (DocumentValue* existing = open_.empty() ? &root : parent.find(keys_.back())) {
+      *existing = std::move(value);
     } else {
       std::get<DocumentValue::Table>(parent.data).push_back({keys_.back(), std::move(value)});
     }
@@ -86,7 +86,8 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
 
   bool open(DocumentValue value)
   {
-    if (open_.size() == deepest) refuse("", "lists within lists within lists", what_);
+    if (open_.size() == max_depth)
+      refuse("", "more than " + std::to_string(max_depth) + " nested lists or tables", wanted_);
     open_.push_back(std::move(value));
     keys_.emplace_back();
     return true;
@@ -102,16 +103,16 @@ class TreeBuilder : public nlohmann::json_sax<Json> {
 
   std::string_view text_;
   const std::string& file_;
-  const std::string& what_;
-  std::vector<DocumentValue> open_;  // outermost first
-  std::vector<std::string> keys_;    // of each: that of the value under way
+  const std::string& wanted_;
+  std::vector<DocumentValue> open_;  // unfinished lists and tables, outermost first
+  std::vector<std::string> keys_;    // [open_] current key of each
 };
 
 }  // namespace
 
-DocumentValue parse_json(std::string_view text, const std::string& file, const std::string& what)
+DocumentValue parse_json(std::string_view text, const std::string& file, const std::string& wanted)
 {
-  TreeBuilder builder(text, file, what);
+  TreeBuilder builder(text, file, wanted);
   Json::sax_parse(text, &builder);
   return std::move(builder.root);
 }

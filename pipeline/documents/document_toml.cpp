@@ -14,26 +14,26 @@
 namespace vrda {
 namespace {
 
-struct Reading {
+struct KeyContext {
   std::string file;
   std::string key;
 
-  Reading below(const std::string& name) const { return {file, key.empty() ? name : key + "." + name}; }
+  KeyContext child(const std::string& name) const { return {file, key.empty() ? name : key + "." + name}; }
   [[noreturn]] void refuse(const toml::node& node, const std::string& found, const std::string& wanted) const
   {
     throw InputError({file, key, found, wanted, static_cast<int>(node.source().begin.line)});
   }
 };
 
-DocumentValue value_of(const toml::node& node, const Reading& at);
+DocumentValue value_of(const toml::node& node, const KeyContext& at);
 
-// The library sorts keys by name; the axes of a campaign follow one another as written.
-DocumentValue table_of(const toml::table& table, const Reading& at)
+// toml++ sorts keys by name. The order of the text is restored: it is the order of a campaign's axes.
+DocumentValue table_of(const toml::table& table, const KeyContext& at)
 {
   std::vector<std::pair<toml::source_position, DocumentEntry>> entries;
   for (const auto& [key, node] : table) {
     const std::string name(key.str());
-    entries.push_back({node.source().begin, {name, value_of(node, at.below(name))}});
+    entries.push_back({node.source().begin, {name, value_of(node, at.child(name))}});
   }
   std::stable_sort(entries.begin(), entries.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -42,15 +42,15 @@ DocumentValue table_of(const toml::table& table, const Reading& at)
   return {in_order};
 }
 
-DocumentValue list_of(const toml::array& array, const Reading& at)
+DocumentValue list_of(const toml::array& array, const KeyContext& at)
 {
   DocumentValue::List items;
   for (const toml::node& node : array)
-    items.push_back(value_of(node, at.below(std::to_string(items.size()))));
+    items.push_back(value_of(node, at.child(std::to_string(items.size()))));
   return {items};
 }
 
-DocumentValue plain_value_of(const toml::node& node, const Reading& at)
+DocumentValue plain_value_of(const toml::node& node, const KeyContext& at)
 {
   if (const toml::table* table = node.as_table()) return table_of(*table, at);
   if (const toml::array* array = node.as_array()) return list_of(*array, at);
@@ -63,18 +63,18 @@ DocumentValue plain_value_of(const toml::node& node, const Reading& at)
   const auto* text = node.as_string();
   if (text == nullptr) at.refuse(node, "a date or time", "text, a number, true or false, a list or a table");
   if (has_control_characters(text->get(), "\t\n"))
-    at.refuse(node, "a text with control characters", "one without");
+    at.refuse(node, "a text with control characters", "text without control characters");
   return {text->get()};
 }
 
-DocumentValue value_of(const toml::node& node, const Reading& at)
+DocumentValue value_of(const toml::node& node, const KeyContext& at)
 {
   DocumentValue value = plain_value_of(node, at);
   value.line = static_cast<int>(node.source().begin.line);
   return value;
 }
 
-// A word without quotes, as a shell user writes it: +X, left, meshes/femur.stl
+// An unquoted word, as written in a shell: +X, left, meshes/femur.stl
 bool is_plain_word(const std::string& text)
 {
   return !text.empty() && text.find_first_of("\"'[]{}=,#\n\r\t") == std::string::npos;
@@ -92,7 +92,7 @@ DocumentValue override_value(const std::string& text, const std::string& key)
       {"--set", key, text.empty() ? "nothing" : text, "one value in TOML syntax, or one plain word"});
 }
 
-// The value of `name` in a table (made when missing), or the item of that number in a list.
+// The value of `name` in a table (added if missing), or the list item with that index.
 DocumentValue& step_into(DocumentValue& value, const std::string& name, const std::string& key)
 {
   if (auto* list = std::get_if<DocumentValue::List>(&value.data)) {

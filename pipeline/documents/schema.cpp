@@ -16,7 +16,7 @@ namespace vrda {
 namespace {
 
 using Json = nlohmann::json;
-using Node = DocumentValue;  // of the schema
+using Node = DocumentValue;  // a node of the schema
 
 const Node any_value{DocumentValue::Table{}};
 
@@ -35,7 +35,7 @@ bool has_type(const Node& node, const DocumentValue& value)
   return type == "boolean";
 }
 
-// The schema of `key` in a table; null when there is none.
+// The schema of `key` in a table; null if the key is not permitted.
 const Node* schema_of_key(const Node& table, const std::string& key)
 {
   const Node* properties = table.find("properties");
@@ -46,7 +46,7 @@ const Node* schema_of_key(const Node& table, const std::string& key)
   return others->table() != nullptr ? others : nullptr;
 }
 
-// Items are alike, or each of its own place.
+// `items` is one schema for all items, or a list with one for each position.
 const Node& schema_of_item(const Node& list, std::size_t index)
 {
   const Node* items = list.find("items");
@@ -68,14 +68,14 @@ std::string range_text(const Node& node)
                                                                      : "of at most");
 }
 
-std::string count_text(const Node& node, const char* least_key, const char* most_key)
+std::string count_text(const Node& node, const char* min_key, const char* max_key)
 {
-  const Node* least = node.find(least_key);
-  const Node* most = node.find(most_key);
-  if (most == nullptr) return least == nullptr ? "" : "at least " + value_text(*least) + " ";
-  const bool is_fixed = least != nullptr && value_text(*least) == value_text(*most);
-  if (is_fixed) return value_text(*most) + " ";
-  return (least == nullptr ? "up to " : value_text(*least) + " to ") + value_text(*most) + " ";
+  const Node* min = node.find(min_key);
+  const Node* max = node.find(max_key);
+  if (max == nullptr) return min == nullptr ? "" : "at least " + value_text(*min) + " ";
+  const bool is_fixed = min != nullptr && value_text(*min) == value_text(*max);
+  if (is_fixed) return value_text(*max) + " ";
+  return (min == nullptr ? "up to " : value_text(*min) + " to ") + value_text(*max) + " ";
 }
 
 std::string words_text(const Node& words)
@@ -85,10 +85,10 @@ std::string words_text(const Node& words)
   return alternatives(quoted);
 }
 
-// A failed check, by the names that lead to it: "<root>", "[grid]", "[flexion]", "[0]".
+// Path to a failed check: "<root>", "[grid]", "[flexion]", "[0]".
 using Context = std::vector<std::string>;
 
-// Messages run from the leaf to the root; within the alternatives of an anyOf the deepest one is meant.
+// Errors are ordered from leaf to root. Among the alternatives of an anyOf the deepest error is reported.
 Context first_failure(valijson::ValidationResults& results)
 {
   Context chosen;
@@ -108,7 +108,7 @@ Json json_of(const DocumentValue& value)
     Json operator()(bool flag) const { return flag; }
     Json operator()(std::int64_t number) const { return number; }
     Json operator()(double number) const { return number; }
-    // Words of tables and of --set may be any bytes; the validator counts characters of UTF-8.
+    // Texts from CSV tables and --set may not be UTF-8, which the validator requires.
     Json operator()(const std::string& text) const
     {
       return is_utf8(text) ? text : std::string(text.size(), '?');
@@ -129,8 +129,8 @@ Json json_of(const DocumentValue& value)
   return std::visit(Visitor{}, value.data);
 }
 
-// "reference.component.0.file" without its list positions, as collect_keys names it.
-std::string without_positions(const std::string& path)
+// "reference.component.file" from "reference.component.0.file", as collect_keys() writes it.
+std::string without_indices(const std::string& path)
 {
   std::string out;
   for (std::size_t begin = 0; begin <= path.size();) {
@@ -146,7 +146,7 @@ std::string without_positions(const std::string& path)
 
 struct DocumentSchema::Compiled {
   Node root;
-  valijson::Schema validated;  // to build it takes longer than to check a document
+  valijson::Schema rules;  // built once: building takes longer than a check
 
   const Node& dereferenced(const Node& node) const;
   const Node& schema_for(const Node& node, const DocumentValue& value) const;
@@ -173,7 +173,7 @@ const Node& DocumentSchema::Compiled::dereferenced(const Node& node) const
   return value_at(root, path);
 }
 
-// The schema that speaks about this value: behind a $ref, and of several shapes the one of its type.
+// The schema that applies to this value: $ref resolved, and the anyOf alternative of its type.
 const Node& DocumentSchema::Compiled::schema_for(const Node& node, const DocumentValue& value) const
 {
   const Node& target = dereferenced(node);
@@ -187,8 +187,8 @@ const Node& DocumentSchema::Compiled::schema_for(const Node& node, const Documen
 std::string DocumentSchema::Compiled::wanted_at(const Node& node) const
 {
   const Node& target = dereferenced(node);
-  for (const Node* told : {&node, &target}) {
-    if (const std::string& text = text_or_empty(*told, "description"); !text.empty()) return text;
+  for (const Node* source : {&node, &target}) {
+    if (const std::string& text = text_or_empty(*source, "description"); !text.empty()) return text;
   }
   return wanted_by_type(target);
 }
@@ -227,13 +227,13 @@ void DocumentSchema::Compiled::collect_keys(const Node& node, const std::string&
   }
 }
 
-// Compares last names first; a key of another table is one further away.
+// Nearest by edit distance of the last name; plus one for a key of another table.
 std::string DocumentSchema::Compiled::nearest_key(const std::string& path, const std::string& unknown) const
 {
-  constexpr std::size_t longest = 100;  // of what is compared with known names
+  constexpr std::size_t max_compared = 100;  // characters: bounds the cost of the edit distance
   std::vector<std::string> keys;
   collect_keys(root, "", keys);
-  const std::string table = without_positions(path), compared = unknown.substr(0, longest);
+  const std::string table = without_indices(path), compared = unknown.substr(0, max_compared);
   std::string best;
   std::size_t best_distance = std::numeric_limits<std::size_t>::max();
   for (const std::string& key : keys) {
@@ -249,15 +249,14 @@ std::string DocumentSchema::Compiled::nearest_key(const std::string& path, const
   return best;
 }
 
-// Unknown keys, in the order the document has them, and infinite numbers: said better here than a validator
-// can.
+// Unknown keys in document order, and infinite numbers. The messages are clearer than those of the validator.
 void DocumentSchema::Compiled::check_known(const Document& document, const Node& node,
                                            const DocumentValue& value, const std::string& path) const
 {
   const Node& schema = schema_for(node, value);
   if (const auto* number = std::get_if<double>(&value.data)) {
-    const bool is_taken = std::isfinite(*number) || schema.find("infinite") != nullptr;
-    if (!is_taken) document.refuse(path, shown(value), "a finite number");
+    const bool is_permitted = std::isfinite(*number) || schema.find("infinite") != nullptr;
+    if (!is_permitted) document.refuse(path, shown(value), "a finite number");
   }
   if (const DocumentValue::List* list = value.list()) {
     for (std::size_t i = 0; i < list->size(); ++i)
@@ -266,12 +265,12 @@ void DocumentSchema::Compiled::check_known(const Document& document, const Node&
   if (value.table() == nullptr || (&schema != &any_value && !has_type(schema, value))) return;
   for (const DocumentEntry& entry : *value.table()) {
     const std::string key = joined(path, entry.key);
-    const Node* below = schema_of_key(schema, entry.key);
-    if (below == nullptr) {
+    const Node* child = schema_of_key(schema, entry.key);
+    if (child == nullptr) {
       document.refuse(key, "an unknown key",
                       "a known key; the nearest is \"" + nearest_key(path, entry.key) + "\"");
     }
-    check_known(document, *below, entry.value, key);
+    check_known(document, *child, entry.value, key);
   }
 }
 
@@ -308,7 +307,7 @@ void DocumentSchema::Compiled::refuse_failure(const Document& document, const Co
       schema = schema_of_key(here, name);
       value = value->find(name);
     }
-    check(schema != nullptr && value != nullptr, "a failed check points to a key that is not there");
+    check(schema != nullptr && value != nullptr, "a validation error has an unknown path");
     path = joined(path, name);
   }
   document.refuse(path, shown(*value), wanted_at(*schema));
@@ -320,7 +319,7 @@ void DocumentSchema::Compiled::validate(const Document& document) const
   const valijson::adapters::NlohmannJsonAdapter adapter(json);
   valijson::Validator validator(valijson::Validator::kStrongTypes);
   valijson::ValidationResults results;
-  if (!validator.validate(validated, adapter, &results)) refuse_failure(document, first_failure(results));
+  if (!validator.validate(rules, adapter, &results)) refuse_failure(document, first_failure(results));
 }
 
 DocumentValue DocumentSchema::Compiled::completed_table(const Node& schema, const DocumentValue& value) const
@@ -335,14 +334,14 @@ DocumentValue DocumentSchema::Compiled::completed_table(const Node& schema, cons
       out.push_back({entry.key, completed(entry.value, *preset)});
     }
   }
-  // Keys the schema leaves open (a generator's parameters) follow in alphabetical order.
-  std::vector<DocumentEntry> open;
+  // Keys that the schema does not list (a generator's parameters) follow in alphabetical order.
+  std::vector<DocumentEntry> additional;
   for (const DocumentEntry& entry : *value.table()) {
-    if (known.find(entry.key) == nullptr) open.push_back(entry);
+    if (known.find(entry.key) == nullptr) additional.push_back(entry);
   }
-  std::sort(open.begin(), open.end(),
+  std::sort(additional.begin(), additional.end(),
             [](const DocumentEntry& a, const DocumentEntry& b) { return a.key < b.key; });
-  for (const DocumentEntry& entry : open)
+  for (const DocumentEntry& entry : additional)
     out.push_back({entry.key, completed(*schema_of_key(schema, entry.key), entry.value)});
   return {out};
 }
@@ -369,7 +368,7 @@ DocumentSchema::DocumentSchema(std::string_view text)
   compiled->root = parse_json(text, "schema", "a JSON schema");
   const Json json = json_of(compiled->root);
   valijson::SchemaParser parser(valijson::SchemaParser::kDraft7);
-  parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(json), compiled->validated);
+  parser.populateSchema(valijson::adapters::NlohmannJsonAdapter(json), compiled->rules);
   compiled_ = std::move(compiled);
 }
 

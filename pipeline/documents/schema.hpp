@@ -1,5 +1,4 @@
-/// The JSON schema of a kind of documents at work: which keys there are, what may be there, what is there by
-/// default, and what messages say is wanted.
+/// Validation of documents against a JSON schema: known keys, permitted values, defaults and error texts.
 #pragma once
 
 #include <memory>
@@ -9,12 +8,12 @@
 
 namespace vrda {
 
-/// Beyond JSON Schema (draft 7), `"infinite": true` lets a number be infinite, which TOML can write. What a
-/// message says is wanted is the `description`; without one it follows from type, range and choices.
+/// JSON Schema (draft 7). Extension: `"infinite": true` permits infinite numbers, which TOML can express. The
+/// "wanted" text of a message is the `description`; without one it is derived from type, range and choices.
 class DocumentSchema {
  public:
-  /// `text`: a schema whose references stay within it. Of several shapes (anyOf) a value takes the one of its
-  /// type.
+  /// `text`: a schema with internal references only. Of the alternatives of an anyOf the one of the value's
+  /// type applies.
   explicit DocumentSchema(std::string_view text);
   ~DocumentSchema();
 
@@ -23,12 +22,12 @@ class DocumentSchema {
   /// value.
   DocumentValue checked(const Document& document) const;
 
-  /// The document of a TOML text, its root checked; `file` is for errors. Throws InputError like these.
+  /// Parses a TOML text and checks its root; `file` is its name in messages. Throws InputError.
   Document read(std::string_view text, const std::string& file) const;
 
-  /// What can be said without the values: throws InputError for an unknown key.
+  /// Throws InputError for an unknown key. Values are not checked.
   void check_known_keys(const Document& document) const;
-  /// Throws InputError for a key that is missing.
+  /// Throws InputError for a missing key.
   void check_required_keys(const Document& document) const;
 
  private:

@@ -46,14 +46,14 @@ bool is_section(const DocumentValue& value)
   return value.table() != nullptr || is_list_of_tables(value);
 }
 
-// A header is needed where plain keys follow it, or nothing at all.
+// A table needs a header if it has plain keys or is empty.
 bool needs_header(const DocumentValue::Table& table)
 {
   const auto is_plain = [](const DocumentEntry& entry) { return !is_section(entry.value); };
   return table.empty() || std::any_of(table.begin(), table.end(), is_plain);
 }
 
-// Plain keys first, then the tables below, as TOML wants it.
+// Plain keys first, then subtables, as TOML requires.
 void write_table(const DocumentValue::Table& table, const std::string& path, std::string& out)
 {
   for (const DocumentEntry& entry : table) {
@@ -110,7 +110,7 @@ const DocumentValue* find_at(const DocumentValue& root, std::string_view dotted_
 const DocumentValue& value_at(const DocumentValue& root, std::string_view dotted_key)
 {
   const DocumentValue* value = find_at(root, dotted_key);
-  check(value != nullptr, "a checked document lacks a key");
+  check(value != nullptr, "a validated document lacks a key");
   return *value;
 }
 
@@ -119,7 +119,7 @@ double number_at(const DocumentValue& root, std::string_view dotted_key)
   const DocumentValue& value = value_at(root, dotted_key);
   if (const auto* integer = std::get_if<std::int64_t>(&value.data)) return static_cast<double>(*integer);
   const auto* number = std::get_if<double>(&value.data);
-  check(number != nullptr, "a checked document holds no number where one belongs");
+  check(number != nullptr, "a value of a validated document is not a number");
   return *number;
 }
 
@@ -128,28 +128,28 @@ std::int64_t integer_at(const DocumentValue& root, std::string_view dotted_key)
   const DocumentValue& value = value_at(root, dotted_key);
   if (const auto* integer = std::get_if<std::int64_t>(&value.data)) return *integer;
   const double number = number_at(value, ""), whole = std::round(number);
-  constexpr double rounding = 1e-15;  // what a validator takes for a multiple of 1
-  check(std::abs(number - whole) < rounding, "a checked document holds no whole number where one belongs");
+  constexpr double rounding = 1e-15;  // tolerance of the validator for a multiple of 1
+  check(std::abs(number - whole) < rounding, "a value of a validated document is not a whole number");
   return static_cast<std::int64_t>(whole);
 }
 
 bool flag_at(const DocumentValue& root, std::string_view dotted_key)
 {
   const auto* flag = std::get_if<bool>(&value_at(root, dotted_key).data);
-  check(flag != nullptr, "a checked document holds no flag where one belongs");
+  check(flag != nullptr, "a value of a validated document is not a flag");
   return *flag;
 }
 
 const std::string& text_at(const DocumentValue& root, std::string_view dotted_key)
 {
   const std::string* text = value_at(root, dotted_key).text();
-  check(text != nullptr, "a checked document holds no text where it belongs");
+  check(text != nullptr, "a value of a validated document is not a text");
   return *text;
 }
 
 std::vector<double> numbers_of(const DocumentValue& value)
 {
-  check(value.list() != nullptr, "a checked document holds no list where one belongs");
+  check(value.list() != nullptr, "a value of a validated document is not a list");
   std::vector<double> numbers;
   for (const DocumentValue& item : *value.list()) numbers.push_back(number_at(item, ""));
   return numbers;
@@ -163,7 +163,7 @@ std::vector<double> numbers_at(const DocumentValue& root, std::string_view dotte
 Eigen::Vector3d vector3_at(const DocumentValue& root, std::string_view dotted_key)
 {
   const std::vector<double> numbers = numbers_at(root, dotted_key);
-  check(numbers.size() == 3, "a checked document holds no three numbers where they belong");
+  check(numbers.size() == 3, "a value of a validated document is not three numbers");
   return {numbers[0], numbers[1], numbers[2]};
 }
 
@@ -192,7 +192,7 @@ const DocumentValue::List& list_or_empty(const DocumentValue& root, std::string_
   static const DocumentValue::List empty;
   const DocumentValue* value = find_at(root, dotted_key);
   if (value == nullptr) return empty;
-  check(value->list() != nullptr, "a checked document holds no list where one belongs");
+  check(value->list() != nullptr, "a value of a validated document is not a list");
   return *value->list();
 }
 
@@ -225,7 +225,7 @@ std::string value_text(const DocumentValue& value)
 
 std::string toml_text(const DocumentValue& root)
 {
-  check(root.table() != nullptr, "toml_text: the root of a document is a table");
+  check(root.table() != nullptr, "toml_text: the root of a document must be a table");
   std::string out;
   write_table(*root.table(), "", out);
   return out;
@@ -233,9 +233,9 @@ std::string toml_text(const DocumentValue& root)
 
 std::string shown(const DocumentValue& value)
 {
-  constexpr std::size_t longest = 60;  // characters: one message, one line
+  constexpr std::size_t max_characters = 60;  // keeps a message on one line
   std::string text = value_text(value);
-  return text.size() > longest ? text.substr(0, longest) + "..." : text;
+  return text.size() > max_characters ? text.substr(0, max_characters) + "..." : text;
 }
 
 }  // namespace vrda

@@ -7,8 +7,8 @@
 namespace vrda {
 namespace {
 
-// Unit tangent point, seen from the axis, of the line from `p` that touches the unit circle on the side where
-// angles grow by `turn` (+1 or -1) from p's own.
+// Tangent point on the unit circle of the line from `p`, on the side of increasing (turn = 1) or decreasing
+// (turn = -1) angle from p's own.
 Eigen::Vector2d tangent_point(const Eigen::Vector2d& p, double turn)
 {
   const double square = p.squaredNorm();
@@ -30,7 +30,7 @@ WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& e
   const double arc_rad =
       between_rad - arc_cosine(1.0 / std::sqrt(start_sq)) - arc_cosine(1.0 / std::sqrt(end_sq));
   if (!(arc_rad > 0.0)) return {};
-  // Unrolled, the way is one straight line across tangent, arc and tangent.
+  // In the unrolled surface the path is one straight line over tangent, arc and tangent.
   const double first_mm = radius_mm * std::sqrt(start_sq - 1.0),
                last_mm = radius_mm * std::sqrt(end_sq - 1.0);
   const double across_mm = first_mm + radius_mm * arc_rad + last_mm;

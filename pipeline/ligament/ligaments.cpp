@@ -11,7 +11,7 @@ Eigen::Vector3d flipped_z(const Eigen::Vector3d& v)
   return {v.x(), v.y(), -v.z()};
 }
 
-// From C of the joint's own side to S: the map of solver_mesh().
+// From C of the joint's own side to S, like solver_mesh().
 struct ToSolver {
   bool is_left = false;
   Eigen::Vector3d centre_mm;  // of the right-sided joint
@@ -45,8 +45,8 @@ double strain_of(const Fibre& fibre, const FibrePath& path)
   return (path.length_mm - fibre.slack_length_mm) / fibre.slack_length_mm;
 }
 
-// Second derivatives of `direction . end` over the coordinates, the end being a point of the moving object
-// seen from the reference: more varus turns it about X after everything else.
+// Second derivatives of `direction . end` over the coordinates, for an end on the moving object relative to
+// the reference: varus rotates it about X last.
 Matrix5d turning_of_moving_end(const FibrePath& path, const MovingPose& pose)
 {
   const Eigen::Vector3d X = Eigen::Vector3d::UnitX(), Y = Eigen::Vector3d::UnitY();
@@ -59,8 +59,8 @@ Matrix5d turning_of_moving_end(const FibrePath& path, const MovingPose& pose)
   return H.selfadjointView<Eigen::Upper>();
 }
 
-// The same of `-direction . end` for a point of the reference seen from the moving object: turning about Y
-// comes last, and both turns and the translation go backwards.
+// The same of `-direction . end` for an end on the reference relative to the moving object: the rotation
+// about Y is last, and rotations and translation are inverted.
 Matrix5d turning_of_reference_end(const FibrePath& path, const MovingPose& pose)
 {
   const Eigen::Vector3d X = Eigen::Vector3d::UnitX(), Y = Eigen::Vector3d::UnitY();
@@ -115,7 +115,7 @@ Tension tension_of(double strain, double stiffness_n, double transition_strain)
   }
   const double toe_energy_n = stiffness_n * transition_strain * transition_strain / 6.0;
   const double force_n = stiffness_n * (strain - 0.5 * transition_strain);
-  // From the end of the toe the force is linear: its mean times the strain since then.
+  // Beyond the toe the force is linear: its mean times the additional strain.
   const double mean_force_n = 0.5 * (0.5 * stiffness_n * transition_strain + force_n);
   return {force_n, stiffness_n, toe_energy_n + mean_force_n * (strain - transition_strain)};
 }
@@ -165,9 +165,9 @@ FibrePath straight_path(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& t
   return path;
 }
 
-/// Round its wrap, in the frame of it. The way starts on the object that bears the wrap, so that its end is
-/// the one that moves over it.
-WrapPath round_wrap(const Fibre& fibre, const Wrap& wrap, const JointPlacement& placement)
+/// Path around the fibre's wrap, in the wrap's frame. It starts at the object with the wrap, so that its end
+/// moves relative to the wrap.
+WrapPath wrapped_path(const Fibre& fibre, const Wrap& wrap, const JointPlacement& placement)
 {
   const Eigen::Matrix3d R_moving_S = placement.R_S_moving.transpose();
   const auto in_wrap = [&](const Eigen::Vector3d& p_body_mm) {
@@ -205,32 +205,33 @@ FibrePath fibre_path(const Fibre& fibre, const std::vector<Wrap>& wraps, const J
   const Eigen::Vector3d moving_mm = placement.t_S_moving_mm + placement.R_S_moving * fibre.moving_mm;
   if (fibre.wrap < 0) return straight_path(reference_mm, moving_mm);
   const Wrap& wrap = wraps[static_cast<std::size_t>(fibre.wrap)];
-  const WrapPath round = round_wrap(fibre, wrap, placement);
-  if (!round.is_wrapped) return straight_path(reference_mm, moving_mm);
+  const WrapPath wrapped = wrapped_path(fibre, wrap, placement);
+  if (!wrapped.is_wrapped) return straight_path(reference_mm, moving_mm);
   const bool is_on_moving = wrap.body == WrapBody::moving;
   const Eigen::Matrix3d R_S_wrap =
       (is_on_moving ? placement.R_S_moving : placement.R_S_reference) * wrap.X_body_wrap.linear();
   FibrePath path;
-  path.length_mm = round.length_mm;
+  path.length_mm = wrapped.length_mm;
   path.is_wrapped = true;
-  path.direction = R_S_wrap * (is_on_moving ? Eigen::Vector3d(-round.arrival) : round.arrival);
+  path.direction = R_S_wrap * (is_on_moving ? Eigen::Vector3d(-wrapped.arrival) : wrapped.arrival);
   path.end_mm = is_on_moving ? reference_mm : moving_mm;
   path.end_body = is_on_moving ? WrapBody::reference : WrapBody::moving;
-  path.bending = R_S_wrap * round.bending * R_S_wrap.transpose();
+  path.bending = R_S_wrap * wrapped.bending * R_S_wrap.transpose();
   return path;
 }
 
 FibreWay fibre_way(const Fibre& fibre, const std::vector<Wrap>& wraps, const JointPlacement& placement,
                    std::span<Eigen::Vector3d> points_mm)
 {
-  check(points_mm.size() >= 4, "a fibre's way has room for four points");
+  check(points_mm.size() >= 4, "points_mm has room for four points");
   points_mm.front() = placement.R_S_reference * fibre.reference_mm;
   points_mm.back() = placement.t_S_moving_mm + placement.R_S_moving * fibre.moving_mm;
   const Eigen::Vector3d start_mm = points_mm.front(), span_mm = points_mm.back() - start_mm;
   const std::size_t last = points_mm.size() - 1;
-  const WrapPath round =
-      fibre.wrap < 0 ? WrapPath{} : round_wrap(fibre, wraps[static_cast<std::size_t>(fibre.wrap)], placement);
-  if (!round.is_wrapped) {
+  const WrapPath wrapped = fibre.wrap < 0
+                               ? WrapPath{}
+                               : wrapped_path(fibre, wraps[static_cast<std::size_t>(fibre.wrap)], placement);
+  if (!wrapped.is_wrapped) {
     for (std::size_t k = 1; k < last; ++k)
       points_mm[k] = start_mm + static_cast<double>(k) / static_cast<double>(last) * span_mm;
     return {span_mm.norm(), false};
@@ -238,17 +239,17 @@ FibreWay fibre_way(const Fibre& fibre, const std::vector<Wrap>& wraps, const Joi
   const Wrap& wrap = wraps[static_cast<std::size_t>(fibre.wrap)];
   const bool is_on_moving = wrap.body == WrapBody::moving;
   for (std::size_t k = 1; k < last; ++k) {
-    // The way starts at the object that bears the wrap; the points start at the reference.
+    // The path starts at the object with the wrap; the points start at the reference.
     const double part = static_cast<double>(k - 1) / static_cast<double>(last - 2);
-    const double along_mm = (is_on_moving ? 1.0 - part : part) * round.arc_mm;
+    const double along_mm = (is_on_moving ? 1.0 - part : part) * wrapped.arc_mm;
     const Eigen::Vector3d p_body_mm =
         wrap.X_body_wrap * (wrap.shape == WrapShape::cylinder
-                                ? cylinder_point_mm(round, along_mm, wrap.radii_mm.x())
-                                : ellipsoid_point_mm(round, along_mm, wrap.radii_mm));
+                                ? cylinder_point_mm(wrapped, along_mm, wrap.radii_mm.x())
+                                : ellipsoid_point_mm(wrapped, along_mm, wrap.radii_mm));
     points_mm[k] = is_on_moving ? Eigen::Vector3d(placement.t_S_moving_mm + placement.R_S_moving * p_body_mm)
                                 : Eigen::Vector3d(placement.R_S_reference * p_body_mm);
   }
-  return {round.length_mm, true};
+  return {wrapped.length_mm, true};
 }
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// The shortest way between two points round a wrapping surface, in the surface's own frame.
+/// The shortest path between two points around a wrapping surface, in the surface's own frame.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,50 +10,48 @@
 namespace vrda {
 
 struct WrapPath {
-  bool is_wrapped = false;  ///< false: the straight line is free, or the wrap does not act; the rest is empty
+  bool is_wrapped = false;  ///< false: the path is straight; the other members are unset
   double length_mm = 0.0;
-  /// Unit, along the last free segment from the surface to the end: the derivative of the length over the
-  /// end.
+  /// Unit, along the last free segment from the surface to the end: derivative of the length over the end.
   Eigen::Vector3d arrival = Eigen::Vector3d::Zero();
-  /// Second derivatives of the length over the end, 1/mm. The free segment rolls on the surface, so it bends
-  /// by one over its own length in the plane of the surface's normal; across that plane, neighbouring ways
-  /// part as geodesics do.
+  /// Second derivatives of the length over the end, 1/mm. The free segment rolls on the surface: in the plane
+  /// of the surface normal the value is 1 / its length; across that plane it follows the divergence of
+  /// neighbouring geodesics.
   Eigen::Matrix3d bending = Eigen::Matrix3d::Zero();
-  /// Where the way comes to the surface, its unit direction there, and how long it stays.
+  /// First point on the surface, unit direction there, and length of the arc on the surface.
   Eigen::Vector3d touch_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d departure = Eigen::Vector3d::Zero();
   double arc_mm = 0.0;
 };
 
-/// Round a cylinder along Z, on the shorter side: a helix between two tangents, in closed form. Does not act
-/// when a point lies inside the endless cylinder, nor when the way would leave the surface beyond the same
-/// end of it as it arrived there.
+/// Around a cylinder along Z, on the shorter side: a helix between two tangents, in closed form. Not wrapped
+/// when a point is inside the infinite cylinder, or when both ends of the arc are beyond the same end of the
+/// cylinder.
 WrapPath cylinder_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm, double radius_mm,
                        double half_length_mm);
 
-/// Round an ellipsoid: a geodesic between two tangents, the shortest of those found from planes all round the
-/// straight line. Does not act when a point lies inside. Length exact to 1e-8 mm of tens, for half-axes up to
-/// five to one; of flatter ones the shortest way may be missed, at worst for one within a plane.
+/// Around an ellipsoid: a geodesic between two tangents, the shortest found from initial planes around the
+/// straight line. Not wrapped when a point is inside. The length is accurate to 1e-8 mm for lengths of tens
+/// of mm and half-axes up to 5 : 1; for flatter shapes the result may be a longer geodesic or a planar path.
 WrapPath ellipsoid_path(const Eigen::Vector3d& start_mm, const Eigen::Vector3d& end_mm,
                         const Eigen::Vector3d& half_axes_mm);
 
-/// The point of a way round a cylinder or an ellipsoid, `along_mm` on from where it came to the surface; to
-/// 1e-8 mm.
+/// The point on a cylinder or an ellipsoid at arc length `along_mm` from the first tangent point; to 1e-8 mm.
 Eigen::Vector3d cylinder_point_mm(const WrapPath& path, double along_mm, double radius_mm);
 Eigen::Vector3d ellipsoid_point_mm(const WrapPath& path, double along_mm,
                                    const Eigen::Vector3d& half_axes_mm);
 
-/// A point of a geodesic and of its neighbour. Places are scaled to the unit sphere: q = p / half-axes.
+/// A point of a geodesic with its Jacobi field. Positions are scaled to the unit sphere: q = p / half-axes.
 struct GeodesicState {
   Eigen::Vector3d q = Eigen::Vector3d::Zero();
-  Eigen::Vector3d q_slope = Eigen::Vector3d::Zero();  ///< over the length, 1/mm
-  double width = 0.0;                                 ///< distance of a neighbouring geodesic
+  Eigen::Vector3d q_slope = Eigen::Vector3d::Zero();  ///< derivative over the length, 1/mm
+  double width = 0.0;                                 ///< Jacobi field: distance of a neighbouring geodesic
   double width_slope = 0.0;
 };
 
-/// `length_mm` further along the geodesic, backwards where negative. With q scaled, Joachimsthal's invariant
-/// C makes it q'' = -C w^-2 q / a^2 where w = sum of q^2 / a^2; the neighbour follows Jacobi's equation.
-/// `step_rad` is the largest angle of that problem a step; the method is of fifth order.
+/// Integrates the geodesic by `length_mm`, backwards if negative. With q scaled and Joachimsthal's invariant
+/// C the equation is q'' = -C w^-2 q / a^2 with w = sum of q^2 / a^2; the width follows Jacobi's equation.
+/// `step_rad` is the largest angle a step; the method is of fifth order.
 GeodesicState advance(const GeodesicState& from, double length_mm, const Eigen::Vector3d& half_axes_mm,
                       double step_rad);
 
@@ -70,21 +68,21 @@ struct WrapScene {
   Eigen::Vector3d mm(const Eigen::Vector3d& q) const { return half_axes_mm.cwiseProduct(q); }
 };
 
-/// Fills in `along` and what follows. False when the straight line is free of the ellipsoid.
+/// Computes `along` and the members after it. False when the straight line misses the ellipsoid.
 bool set_line(WrapScene& scene);
 
-/// A unit vector across a unit vector, the same for the same input.
+/// A unit vector perpendicular to a unit vector; deterministic.
 Eigen::Vector3d any_across(const Eigen::Vector3d& unit);
 
-/// Tangent, arc, tangent.
+/// A planar path: tangent, arc, tangent.
 struct PlaneWay {
   double length_mm = std::numeric_limits<double>::infinity();
   Eigen::Vector3d touch = Eigen::Vector3d::Zero();  ///< scaled
   Eigen::Vector3d leave = Eigen::Vector3d::Zero();
-  double arc_mm = 0.0;  ///< by chords, one percent short
+  double arc_mm = 0.0;  ///< by chords, one percent too short
 };
 
-/// In the half-plane that the straight line bounds, turned by `tilt` from `outward` towards `sideways`.
+/// The path in the half-plane bounded by the straight line, rotated by `tilt` from `outward` to `sideways`.
 PlaneWay way_in_plane(const WrapScene& scene, const SinCos& tilt);
 
 }  // namespace vrda

@@ -1,12 +1,12 @@
-/// What can be noticed about where the objects of a joint and its rotation centre lie.
+/// Warnings about the axes, the side and the rotation centre of a joint, judged from its geometry.
 #pragma once
 
 #include "load/axis_map.hpp"
 
 namespace vrda {
 
-/// One sentence each: axes, side, then rotation centre, each with the value to write into the job. `loaded`
-/// is at factor 1, so that places are those of the mesh files.
+/// One sentence each, with the value to write into the job: axes, side, then rotation centre. `loaded` must
+/// be unscaled (factor 1), so that positions agree with the mesh files.
 std::vector<std::string> anatomy_warnings(const Job& job, const AxisMap& map, const Case& loaded);
 
 }  // namespace vrda

@@ -39,7 +39,7 @@ AxisMap axis_map(const Job& job)
   if (handedness == 0.0) throw InputError({source, "frame", words, "each of X, Y and Z once"});
   if (handedness < 0.0) {
     throw InputError({source, "frame", words + ", a left-handed map",
-                      "a right-handed one: if anterior and proximal are as they should be, right = \"" +
+                      "a right-handed map; if anterior and proximal are correct: right = \"" +
                           opposite(frame.right) + "\""});
   }
   const Eigen::Matrix3d R_align = rotation_z(frame.align_rotation_rad.z()) *

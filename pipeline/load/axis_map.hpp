@@ -5,9 +5,9 @@
 
 namespace vrda {
 
-/// p_canonical = rotation * (unit_mm * p_native) + translation_mm. Order: the unit is scaled to mm, the
-/// alignment is applied in the files' own axes (R = Rz Ry Rx about their fixed axes, then the
-/// translation), then axes are renamed: X anterior, Y proximal, Z the subject's right.
+/// p_canonical = X_canonical_native * (unit_mm * p_native). Order: conversion to mm; alignment in the files'
+/// axes (R = Rz Ry Rx about fixed axes, then the translation); renaming of the axes (X anterior, Y proximal,
+/// Z to the subject's right).
 struct AxisMap {
   double unit_mm = 1.0;
   Pose X_canonical_native = Pose::Identity();
@@ -21,7 +21,7 @@ struct AxisMap {
 /// 1, 10 or 1000 for "mm", "cm" and "m".
 double mm_in(const std::string& unit);
 
-/// Throws InputError when two words name the same axis or the three make a left-handed map.
+/// Throws InputError if two directions name the same axis or the map is left-handed.
 AxisMap axis_map(const Job& job);
 
 }  // namespace vrda

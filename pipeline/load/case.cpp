@@ -16,17 +16,17 @@
 namespace vrda {
 namespace {
 
-// Length of a mean of unit vectors below which it points nowhere.
+// A mean of unit vectors shorter than this has no usable direction.
 constexpr double smallest_direction = 1e-6;
 
 void check_method(const Job& job)
 {
   if (job.method == SolverMethod::equilibrium || !job.is_varus_free) return;
   throw InputError({job.document.source_of_all({"grid.varus", "solver.method"}), "grid.varus", "\"free\"",
-                    "a table { from, to, step }: with solver.method = \"stability-search\" varus is given"});
+                    "a table { from, to, step }: \"stability-search\" cannot leave varus free"});
 }
 
-// What pushes at each flexion of the grid.
+// The load at each flexion of the grid.
 std::vector<Push> push_rows(const Job& job)
 {
   std::vector<Push> rows;
@@ -37,7 +37,7 @@ std::vector<Push> push_rows(const Job& job)
     if (!(direction.norm() > smallest_direction)) {
       throw InputError({job.document.source_of("push.delta"), "push.delta",
                         "directions that cancel out at " + shortest(flexion_deg) + " degrees of flexion",
-                        "rows that differ by less than half a turn"});
+                        "directions of neighbouring rows less than 180 degrees apart"});
     }
     push.delta = direction.normalized();
     const Eigen::Vector2d across_n = at_flexion(job.push.lateral_force_n, flexion_rad);
@@ -72,7 +72,7 @@ Body loaded_body(const BodyJob& body_job, ComponentSource& source, Case& loaded)
   return body;
 }
 
-// What the job alone says.
+// The part of the case that depends on the job file only.
 Case settings_of(const Job& job)
 {
   check_method(job);
@@ -123,16 +123,16 @@ Case load_case(const std::string& job_file, const LoadOptions& options)
   ComponentSource source(job, options.data_directory);
   loaded.reference = loaded_body(job.reference, source, loaded);
   loaded.moving = loaded_body(job.moving, source, loaded);
-  check_unit(job, loaded.survey);  // before fibres, which a wrong unit puts beside their bones
+  check_unit(job, loaded.survey);  // before the fibres: a wrong unit also misplaces attachments
   check_attachments(ligaments, loaded.reference, loaded.moving);
   loaded.ligaments = ligaments.ligaments;
   loaded.inputs.insert(loaded.inputs.end(), ligaments.inputs.begin(), ligaments.inputs.end());
   loaded.compartment_of_triangle = compartments_of(job, loaded.moving, loaded.frame.rotation_centre_mm.z());
-  const Warnings of_place = anatomy_warnings(job, map, loaded);
-  const Warnings of_fibres = fibre_warnings(ligaments, loaded.reference, loaded.moving);
+  const Warnings anatomy = anatomy_warnings(job, map, loaded);
+  const Warnings fibres = fibre_warnings(ligaments, loaded.reference, loaded.moving);
   take_up_scaling(loaded, job, scaling);
   loaded.warnings = case_warnings(job, of_subject(loaded));
-  for (const Warnings& more : {of_place, of_fibres, scaling.warnings})
+  for (const Warnings& more : {anatomy, fibres, scaling.warnings})
     loaded.warnings.insert(loaded.warnings.end(), more.begin(), more.end());
   return loaded;
 }

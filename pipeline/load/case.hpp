@@ -1,4 +1,4 @@
-/// What a job means once read: two bodies in canonical axes and every setting in internal units.
+/// A loaded job: two bodies in canonical axes and all settings in internal units.
 #pragma once
 
 #include <array>
@@ -15,20 +15,20 @@
 
 namespace vrda {
 
-/// The moving object before the first step: shift from where the meshes put it (canonical axes, own
-/// side; DESIGN.md 5.6 `initial`) and turn about Delta (right-knee sign).
+/// Start pose of the moving object: translation from the pose of the meshes (canonical axes, the joint's own
+/// side; DESIGN.md 5.6 `initial`) and rotation about Delta (right-knee sign).
 struct InitialPose {
   Eigen::Vector3d translation_mm{0.0, -20.0, 0.0};
   double theta_rad = 0.0;
 };
 
-/// One axis of the grid, as the job writes it: degrees, in order.
+/// Flexion and varus angles of the grid in degrees, in the order of the job.
 struct GridAxes {
   std::vector<double> flexion_deg;  ///< [n_flexion], at least one
   std::vector<double> varus_deg;    ///< [n_varus], at least one
 };
 
-/// What pushes at one flexion: canonical axes of the joint's own side.
+/// The load at one flexion, in canonical axes of the joint's own side.
 struct Push {
   Eigen::Vector3d delta = Eigen::Vector3d::UnitY();  ///< unit
   Eigen::Vector3d force_n{0.0, 20.0, 0.0};           ///< along Delta and across it
@@ -37,12 +37,12 @@ struct Push {
 };
 
 struct LoadedInput {
-  std::string name;           ///< path as the job writes it, or the generator's name and parameters
+  std::string name;           ///< path as written in the job, or the generator's name and parameters
   std::string sha256;         ///< of the file's bytes, or of the generated mesh
-  bool decides_steps = true;  ///< false: only how their results are scaled
+  bool decides_steps = true;  ///< false: affects only the scaling of the results
 };
 
-/// What happened to one component on its way in; `vrda check` prints it.
+/// Statistics of one component, printed by `vrda check`.
 struct ComponentSurvey {
   std::string body;
   std::string name;
@@ -54,14 +54,14 @@ struct ComponentSurvey {
   Eigen::Index n_degenerate = 0;  ///< faces dropped
   Eigen::Index n_boundary_edges = 0;
   Eigen::Index n_non_manifold_edges = 0;
-  bool was_flipped = false;  ///< winding reversed to point outward
+  bool was_flipped = false;  ///< at least one shell was reversed to point outward
   Box box;                   ///< canonical
   double mean_edge_mm = 0.0;
   double area_mm2 = 0.0;
   double volume_mm3 = 0.0;  ///< meaningful when closed
 };
 
-/// The joint as it is solved. Where scaling keeps the steps that is at factor 1, and of_subject() has the
+/// The joint to solve. If scaling keeps the steps, lengths are at factor 1 and scaled_to_subject() gives the
 /// subject's.
 struct Case {
   std::string title;
@@ -69,47 +69,46 @@ struct Case {
   SolverFrame frame;           ///< side, rotation centre (canonical), Delta of the first flexion
   Body reference;              ///< canonical, own side
   Body moving;
-  Ligaments ligaments;  ///< canonical, own side; no fibre when the job has none
+  Ligaments ligaments;  ///< canonical, own side; empty if the job has none
   InitialPose initial;
   GridAxes grid;
-  bool is_varus_free = false;                               ///< the grid's one varus is then 0
+  bool is_varus_free = false;                               ///< the grid then has the single varus 0
   std::vector<Push> push;                                   ///< [n_flexion]
   Eigen::Vector3d push_point_mm = Eigen::Vector3d::Zero();  ///< from the rotation centre, canonical axes
   std::string method;                                       ///< "stability-search" or "equilibrium"
   SearchOptions search;
   EquilibriumOptions equilibrium;
   SpineOptions spine;
-  /// [n_triangles of moving.contact] of which compartment each moving triangle is; empty when the
-  /// joint has no compartments.
+  /// [n_triangles of moving.contact] compartment of each moving triangle; empty if the joint has none.
   std::vector<Compartment> compartment_of_triangle;
   std::vector<std::int32_t> smooth_degrees;
-  bool smooth_recontact = true;  ///< with travel into contact at every attitude
-  bool smooth_robust = false;    ///< fitted with Huber's weights
+  bool smooth_recontact = true;  ///< y from the directional gap at every attitude
+  bool smooth_robust = false;    ///< fitted with Huber weights
   double unsolved_fraction = 0.0;
 
-  std::optional<Scaling> scaling;   ///< where the job has [scaling]
-  double steps_scale = 1.0;         ///< the subject's size over the one this case is solved at
-  std::string solved_anew_because;  ///< of a scaling that does not keep the steps
-  std::string steps_job;            ///< of `resolved_job` what decides the steps
+  std::optional<Scaling> scaling;   ///< set if the job has [scaling]
+  double steps_scale = 1.0;         ///< ratio of the subject's size to the size of this case
+  std::string solved_anew_because;  ///< why scaling requires a new run; empty if it keeps the steps
+  std::string steps_job;            ///< the part of `resolved_job` that determines the steps
 
-  std::string job_text;      ///< the job file's bytes as given
-  std::string resolved_job;  ///< canonical TOML of every key with its value; equal jobs, equal text
+  std::string job_text;      ///< bytes of the job file
+  std::string resolved_job;  ///< canonical TOML with every key; equal jobs have equal text
   std::vector<LoadedInput> inputs;
   std::vector<ComponentSurvey> survey;
-  std::vector<std::string> warnings;  ///< what loading noticed; one sentence each
+  std::vector<std::string> warnings;  ///< one sentence each
 };
 
 struct LoadOptions {
-  std::string data_directory;          ///< meshes are looked for here first when not empty
+  std::string data_directory;          ///< searched first for input files, if not empty
   std::vector<std::string> overrides;  ///< "key.path=value" in TOML syntax (`--set`)
 };
 
-/// Reads, checks and resolves a job and its meshes.
+/// Loads and validates a job and its input files.
 /// Throws InputError naming file, key, found and wanted. Cost: seconds for a million triangles.
 Case load_case(const std::string& job_file, const LoadOptions& options = {});
 
-/// The case at its subject's size: every length times `steps_scale`, which is 1 then. The lengths among the
-/// settings of both methods too, since they held at factor 1.
+/// The case at the subject's size: every length times `steps_scale`, including the lengths among the solver
+/// settings, which applied at factor 1. The result has `steps_scale` 1.
 Case of_subject(const Case& solved);
 
 }  // namespace vrda

@@ -31,7 +31,7 @@ void check_names(const std::vector<FibreJob>& fibres)
   const auto is_named = [&](const FibreJob& fibre) { return fibre.name == *twice; };
   const auto first = std::find_if(fibres.begin(), fibres.end(), is_named);
   refuse(*std::find_if(first + 1, fibres.end(), is_named), "name", "\"" + *twice + "\" a second time",
-         "a name of its own for each fibre");
+         "a unique name for each fibre");
 }
 
 int wrap_named(const FibreJob& fibre, const std::vector<Wrap>& wraps, const std::string& wraps_file)
@@ -43,12 +43,12 @@ int wrap_named(const FibreJob& fibre, const std::vector<Wrap>& wraps, const std:
     names.push_back(wraps[i].name);
   }
   refuse(fibre, "wrap", "\"" + fibre.wrap + "\"",
-         wraps_file.empty() ? "nothing, or ligaments.wraps = \"wraps.json\" that has it"
+         wraps_file.empty() ? "no wrap, or ligaments.wraps = \"wraps.json\" with this wrap"
                             : "a wrap of \"" + wraps_file + "\"; the nearest is \"" +
                                   nearest_word(fibre.wrap, names) + "\"");
 }
 
-// Lengths on the pose of the meshes decide slack lengths given by strains.
+// Slack lengths from reference strains and the lengths at the pose of the meshes.
 void set_slack_lengths(LoadedLigaments& loaded)
 {
   const std::vector<FibreState> states = fibre_states(loaded.ligaments, {}, {});
@@ -56,7 +56,7 @@ void set_slack_lengths(LoadedLigaments& loaded)
     const FibreJob& job = loaded.jobs[i];
     if (!job.reference_strain) continue;
     if (!(states[i].length_mm > 0.0))
-      refuse(job, "reference_strain", "a fibre without length", "two attachments apart");
+      refuse(job, "reference_strain", "a fibre without length", "two different attachments");
     loaded.ligaments.fibres[i].slack_length_mm = states[i].length_mm / (1.0 + *job.reference_strain);
   }
 }
@@ -69,7 +69,7 @@ Pose canonical(const Pose& X_native, const AxisMap& map)
   return X;
 }
 
-// Both files are found before either is understood: a missing one is the plainer slip.
+// Both files are read before either is parsed, so a missing file is reported first.
 struct Files {
   InputFile fibres, wraps;
 };
@@ -160,12 +160,11 @@ void check_inside(const Eigen::Vector3d& p_mm, const FibreJob& fibre, const Body
                          (p_mm.array() <= box.max_mm.array() + margin_mm).all();
   if (is_inside) return;
   refuse(fibre, key, "fibre \"" + fibre.name + "\" attached at " + in_mm(p_mm) + " mm in canonical axes",
-         "a place within " + shortest(margin_mm) + " mm of " + body.name + "'s bounding box, " +
+         "a point within " + shortest(margin_mm) + " mm of " + body.name + "'s bounding box, " +
              in_mm(box.min_mm) + " to " + in_mm(box.max_mm) + " mm");
 }
 
-// Fibres of a joint in another unit than mm are shorter than any, by 10 or 1000; one without length says
-// nothing.
+// Attachments in cm or m give fibres that are 10 or 1000 times too short. Zero lengths are inconclusive.
 void check_fibre_unit(const LoadedLigaments& loaded)
 {
   constexpr double shortest_mm = 1.0;
@@ -176,7 +175,7 @@ void check_fibre_unit(const LoadedLigaments& loaded)
   refuse(
       loaded.jobs.front(), "reference_mm",
       "attachments whose longest fibre measures " + shortest(std::round(1e4 * longest_mm) / 1e4) + " mm",
-      "attachments in mm, whatever frame.unit says; of a table in m the columns are reference_x_m and so on");
+      "attachments in mm, independent of frame.unit; a table in m has the columns reference_x_m and so on");
 }
 
 }  // namespace

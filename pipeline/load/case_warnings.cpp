@@ -28,14 +28,13 @@ void warn_of_steps(const Job& job, Warnings& warnings)
     if (step >= fewest * resolution) return;
     warnings.push_back(std::string("solver.search: the ") + what + " step is " +
                        one_decimal(step / resolution) +
-                       " times its resolution; below ten times, the search has little room to halve it");
+                       " times its resolution; the search needs at least ten times for its step halving");
   };
   compare("translation", job.search.translation_step_mm, job.search.translation_resolution_mm);
   compare("rotation", job.search.rotation_step_rad, job.search.rotation_resolution_rad);
 }
 
-// Whether the job file or an override names the key, or one below it. `root` is the file's tree, without
-// defaults.
+// Whether the job file or an override sets the key or a part of it. `root`: the file without defaults.
 bool is_given(const Job& job, const DocumentValue& root, const std::string& key)
 {
   for (const std::string& given : job.document.overridden) {
@@ -44,26 +43,26 @@ bool is_given(const Job& job, const DocumentValue& root, const std::string& key)
   return find_at(root, key) != nullptr;
 }
 
-// What one method reads and the other does not.
+// Keys that the selected method ignores.
 void warn_of_other_method(const Job& job, const DocumentValue& root, Warnings& warnings)
 {
-  const auto warn = [&](const std::string& key, const char* why) {
-    if (is_given(job, root, key)) warnings.push_back(key + ": it has no effect on " + why);
+  const auto warn = [&](const std::string& key, const char* reason) {
+    if (is_given(job, root, key)) warnings.push_back(key + ": it has no effect on " + reason);
   };
   if (job.method == SolverMethod::equilibrium) {
     for (const char* key :
          {"approach_step_mm", "translation_step_mm", "translation_resolution_mm", "rotation_step_deg",
           "rotation_resolution_deg", "points", "normals", "max_steps"}) {
-      warn(std::string("solver.search.") + key, "the equilibrium, which takes no steps");
+      warn(std::string("solver.search.") + key, "the equilibrium method");
     }
     return;
   }
   if (job.ligaments) {
-    warnings.push_back("ligaments: they have no effect on the stability search, which knows contact only");
+    warnings.push_back("ligaments: they have no effect on the stability search, which uses contact only");
   }
   for (const char* key : {"push.force_n", "push.lateral_force_n", "push.moment_nmm", "push.varus_moment_nmm",
                           "push.point_mm", "solver.equilibrium"}) {
-    warn(key, "the stability search, which knows directions of forces only");
+    warn(key, "the stability search, which uses directions of forces only");
   }
 }
 
@@ -73,7 +72,7 @@ void warn_of_unused(const Job& job, Warnings& warnings)
   warn_of_other_method(job, root, warnings);
   const std::size_t n_flexion = job.grid.flexion_deg.size(), n_varus = job.grid.varus_deg.size();
   for (const std::int32_t degree : job.smooth_degrees) {
-    // An axis of one angle takes no part: only the constant is used of it.
+    // An axis with one angle is not fitted: only its constant term is used.
     const std::size_t n_angles = n_varus == 1     ? n_flexion
                                  : n_flexion == 1 ? n_varus
                                                   : std::min(n_flexion, n_varus);
@@ -93,18 +92,18 @@ std::string named(const ComponentSurvey& component)
 void warn_of_edges(const ComponentSurvey& component, Warnings& warnings)
 {
   if (component.n_boundary_edges > 0) {
-    // Of a sheet of n triangles some sqrt(n) edges are boundary; a torn closed surface has fewer.
-    const bool is_torn = component.n_boundary_edges * component.n_boundary_edges < component.n_triangles;
+    // A sheet of n triangles has about sqrt(n) boundary edges; a closed surface with holes has fewer.
+    const bool has_small_holes =
+        component.n_boundary_edges * component.n_boundary_edges < component.n_triangles;
     warnings.push_back(
         named(component) +
-        (is_torn ? ": nearly closed, with small holes (boundary edges: "
-                 : ": an open sheet, which is fine (boundary edges: ") +
+        (has_small_holes ? ": nearly closed, with small holes (boundary edges: "
+                         : ": an open sheet, which is valid (boundary edges: ") +
         std::to_string(component.n_boundary_edges) +
-        "); its outside is where its triangles are wound to, or the opposite with winding = \"inward\"");
+        "); the winding of its triangles defines its outside; winding = \"inward\" reverses it");
   }
   if (component.n_non_manifold_edges > 0) {
-    warnings.push_back(named(component) +
-                       ": edges with more than two faces, or with faces wound against each other: " +
+    warnings.push_back(named(component) + ": edges with more than two faces or inconsistent winding: " +
                        std::to_string(component.n_non_manifold_edges));
   }
 }
@@ -117,7 +116,7 @@ std::string measured(const ComponentSurvey& component)
 
 std::string unit_remedy(const Job& job, const std::string& unit)
 {
-  return "; frame.unit says \"" + job.frame.unit + "\", the size suggests \"" + unit + "\": frame.unit = \"" +
+  return "; frame.unit is \"" + job.frame.unit + "\", the size suggests \"" + unit + "\": frame.unit = \"" +
          unit + "\"";
 }
 
@@ -130,17 +129,17 @@ void warn_of_size(const Job& job, const ComponentSurvey& component, Warnings& wa
   warnings.push_back(measured(component) + (unit.empty() ? "" : unit_remedy(job, unit)));
 }
 
-// A knee's bones in cm, read as mm, are of the size of its menisci.
+// Knee bones in cm, read as mm, have the size of menisci.
 void warn_of_small_knee(const Job& job, const Case& loaded, Warnings& warnings)
 {
-  constexpr UsualSizes whole{50.0, 800.0};
+  constexpr UsualSizes whole_bone{50.0, 800.0};
   const auto largest = std::max_element(loaded.survey.begin(), loaded.survey.end(),
                                         [](const ComponentSurvey& a, const ComponentSurvey& b) {
                                           return diagonal_mm(a.box) < diagonal_mm(b.box);
                                         });
   const double size_mm = diagonal_mm(largest->box);
-  if (job.joint != "knee" || size_mm >= whole.least_mm || size_mm < usual_sizes(job).least_mm) return;
-  const std::string unit = likelier_unit(job, size_mm, whole);
+  if (job.joint != "knee" || size_mm >= whole_bone.least_mm || size_mm < usual_sizes(job).least_mm) return;
+  const std::string unit = likelier_unit(job, size_mm, whole_bone);
   warnings.push_back(measured(*largest) + ", the largest of the joint" +
                      (unit.empty() ? "" : unit_remedy(job, unit)));
 }
@@ -159,17 +158,18 @@ void warn_of_last_angle(const Job& job, const std::string& key, const std::vecto
                      ", or a step that divides the range");
 }
 
-// 1.57 or 2.0944, where 90 or 120 degrees were meant.
+// Such as 1.57 or 2.0944 instead of 90 or 120 degrees.
 void warn_of_radians(const Job& job, Warnings& warnings)
 {
   constexpr double step_deg = 15.0, rounding = 0.005;
   const double to = job.grid.flexion_deg.back();
   const double steps = std::round(deg_from_rad(to) / step_deg);
-  const bool looks_so = steps >= 1.0 && to < 3.2 && std::abs(to - rad_from_deg(steps * step_deg)) < rounding;
-  if (!looks_so) return;
-  warnings.push_back("grid.flexion: up to " + shortest(to) +
-                     " degrees; angles are in degrees, and in radians " +
-                     "this is to = " + shortest(steps * step_deg));
+  const bool is_radians =
+      steps >= 1.0 && to < 3.2 && std::abs(to - rad_from_deg(steps * step_deg)) < rounding;
+  if (!is_radians) return;
+  warnings.push_back(
+      "grid.flexion: up to " + shortest(to) +
+      " degrees; angles are in degrees; in radians this is to = " + shortest(steps * step_deg));
 }
 
 void warn_of_grid(const Job& job, Warnings& warnings)
@@ -183,8 +183,8 @@ void warn_of_free_rotation(const Job& job, Warnings& warnings)
 {
   if (job.method != SolverMethod::equilibrium || job.ligaments || job.is_varus_free) return;
   warnings.emplace_back(
-      "ligaments: there are none, so with given varus contact leaves the rotation about push.delta nearly "
-      "free; [ligaments] with fibres = \"ligaments.csv\" holds it (theta_determined says where it is held)");
+      "ligaments: there are none, so with given varus the rotation about push.delta is nearly free; give "
+      "[ligaments] with fibres = \"ligaments.csv\" (theta_determined marks where it is determined)");
 }
 
 std::vector<const ComponentJob*> all_components(const Job& job)
@@ -196,7 +196,7 @@ std::vector<const ComponentJob*> all_components(const Job& job)
   return all;
 }
 
-// A copied job whose generated parts were not all replaced.
+// Probably a copied job with generated parts left over.
 void warn_of_generated_parts(const Job& job, Warnings& warnings)
 {
   std::string keys;
@@ -210,17 +210,17 @@ void warn_of_generated_parts(const Job& job, Warnings& warnings)
   if (!has_file) return;
   if (!keys.empty()) {
     warnings.push_back(keys +
-                       ": generated among mesh files, so of another knee's size and place; give file = "
-                       "\"...\" instead of generate, or leave them out");
+                       ": generated part next to mesh files, with the size and position of another knee; "
+                       "give file = \"...\" instead of generate, or remove it");
   }
   if (job.ligaments && job.ligaments->generate) {
     warnings.emplace_back(
-        "ligaments.generate: generated fibres among mesh files attach to another knee's bones; give fibres = "
-        "\"ligaments.csv\" instead, or leave [ligaments] out");
+        "ligaments.generate: generated fibres next to mesh files fit the bones of another knee; give "
+        "fibres = \"ligaments.csv\" instead, or remove [ligaments]");
   }
 }
 
-// Two components of one file: a line copied and not changed.
+// Two components with the same file: probably a copied line.
 void warn_of_equal_files(const Job& job, const Case& loaded, Warnings& warnings)
 {
   const std::vector<const ComponentJob*> components = all_components(job);
@@ -228,9 +228,8 @@ void warn_of_equal_files(const Job& job, const Case& loaded, Warnings& warnings)
     for (std::size_t j = i + 1; j < components.size(); ++j) {
       const bool are_files = !components[i]->generate && !components[j]->generate;
       if (!are_files || loaded.inputs[i].sha256 != loaded.inputs[j].sha256) continue;
-      warnings.push_back(components[j]->key + ".file: \"" + components[j]->file +
-                         "\" holds the same mesh as " + components[i]->key + ".file; name the mesh of \"" +
-                         components[j]->name + "\"");
+      warnings.push_back(components[j]->key + ".file: \"" + components[j]->file + "\" is the same mesh as " +
+                         components[i]->key + ".file; name the mesh of \"" + components[j]->name + "\"");
     }
   }
 }
@@ -242,7 +241,7 @@ std::vector<std::string> case_warnings(const Job& job, const Case& loaded)
   Warnings warnings;
   if (job.has_campaign) {
     warnings.emplace_back(
-        "campaign: this is the job itself, without the campaign, which is for vrda plan and vrda submit");
+        "campaign: ignored here, the job is used without it; vrda plan and vrda submit use the campaign");
   }
   if (job.method == SolverMethod::stability_search) warn_of_steps(job, warnings);
   warn_of_unused(job, warnings);

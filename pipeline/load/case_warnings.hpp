@@ -1,12 +1,11 @@
-/// What loading can notice about a job that runs and may still not be meant.
+/// Warnings about valid jobs that are probably not intended.
 #pragma once
 
 #include "load/job.hpp"
 
 namespace vrda {
 
-/// One sentence each, in a fixed order: settings, then components. anatomy_warnings and fibre_warnings have
-/// the rest.
+/// One sentence each, in a fixed order: settings, then components. See also anatomy_warnings, fibre_warnings.
 std::vector<std::string> case_warnings(const Job& job, const Case& loaded);
 
 }  // namespace vrda

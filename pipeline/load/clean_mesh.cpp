@@ -11,7 +11,7 @@
 namespace vrda {
 namespace {
 
-// The corners of a face after welding, without one that repeats its neighbour.
+// The corners of a face after welding, without consecutive duplicates.
 std::vector<std::int32_t> distinct_corners(const std::vector<std::int32_t>& of_raw,
                                            const std::int32_t* corner, std::int32_t n)
 {
@@ -49,7 +49,7 @@ Triangles triangles_of(const RawMesh& raw, const WeldedVertices& merged, Eigen::
         if (has_area(merged.vertices, triangle)) kept.push_back(triangle);
       }
     }
-    // A polygon of n corners has n - 2 triangles; one that lost all counts as one face.
+    // A polygon of n corners has n - 2 triangles. If none is kept, one degenerate face is counted.
     if (kept.size() == n_before)
       ++n_degenerate;
     else
@@ -63,7 +63,7 @@ Triangles triangles_of(const RawMesh& raw, const WeldedVertices& merged, Eigen::
   return triangles;
 }
 
-// Vertices in the order of their first use, without those never used.
+// Vertices in the order of first use; unused vertices are removed.
 Mesh renumbered(const Mesh& mesh, Side side)
 {
   constexpr std::int32_t unused = -1;
@@ -88,7 +88,7 @@ Mesh renumbered(const Mesh& mesh, Side side)
   return out;
 }
 
-// Reverses the shells that need it.
+// Reverses shells to point outward. Returns whether any was reversed.
 bool turn_outward(Mesh& mesh, Winding winding)
 {
   const std::vector<Shell> shells = shells_of(mesh);
@@ -103,7 +103,7 @@ bool turn_outward(Mesh& mesh, Winding winding)
   return was_flipped;
 }
 
-// The file's normals, unit and outward; the computed ones when any of the file's is no direction.
+// The file's normals as outward unit vectors; computed normals if any of the file's is zero or not finite.
 Points outward_normals(const Mesh& mesh)
 {
   Points computed = vertex_normals(mesh);

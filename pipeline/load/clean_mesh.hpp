@@ -1,4 +1,4 @@
-/// From a file's polygons to a mesh the solver can use.
+/// Converts the polygons of a file to a triangle mesh for the solver.
 #pragma once
 
 #include "load/job.hpp"
@@ -7,21 +7,20 @@
 namespace vrda {
 
 struct CleanMesh {
-  Mesh mesh;                      ///< in the raw mesh's axes and unit; with normals, all vertices in use
+  Mesh mesh;                      ///< axes and unit of the raw mesh; has normals, no unused vertices
   Eigen::Index n_welded = 0;      ///< vertices merged with an earlier one
-  Eigen::Index n_degenerate = 0;  ///< faces and triangles dropped: a repeated corner or no area
+  Eigen::Index n_degenerate = 0;  ///< faces and triangles removed: repeated corner or zero area
   bool was_flipped = false;       ///< the winding of at least one shell was reversed
 };
 
-/// Welds vertices of equal coordinates (exactly equal: parsers repeat a shared vertex bit for bit, and a
-/// tolerance would close gaps the author left), triangulates, drops what is degenerate or unused.
-/// Orientation, shell by shell (triangles connected over edges): a closed shell that lies in no other one is
-/// turned outward by its signed volume; a closed shell inside another turns along with the outermost one
-/// around it, so the inner wall of a hollow body stays an inner wall; an open shell follows `winding`.
-/// Normals: the file's, averaged over merged vertices and turned to the outside, where every one has a
-/// length; else computed.
-/// Vertices are numbered by first use along the final winding, on a left joint against it: a mirrored file
-/// with the other side gives the mirrored mesh to the last bit, with its winding reversed or not.
+/// Welds vertices with exactly equal coordinates (weld.hpp), triangulates, and removes degenerate faces and
+/// unused vertices.
+/// Orientation of each shell (triangles connected by edges): an outermost closed shell is oriented outward by
+/// its signed volume; a closed shell inside another is reversed together with its outermost enclosing shell,
+/// so an inner wall of a hollow body remains an inner wall; an open shell follows `winding`. Normals: those
+/// of the file, averaged over merged vertices and oriented outward, if none is zero; otherwise computed.
+/// Vertices are numbered by first use along the final winding (on a left joint against it): a mirrored file
+/// with the other side gives the mirrored mesh bit for bit, whether or not its winding is reversed.
 CleanMesh clean_mesh(const RawMesh& raw, Winding winding, Side side);
 
 }  // namespace vrda

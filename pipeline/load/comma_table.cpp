@@ -12,23 +12,22 @@ CommaTable::CommaTable(std::string file, std::string_view text, const RowWords& 
 {
   if (lines_.empty()) {
     throw InputError(
-        {file_, "", "no line but comments", std::string("names of columns, then ") + words_.in_full});
+        {file_, "", "no line except comments", std::string("column names, then ") + words_.in_full});
   }
   n_columns_ = fields_in(header().text).size();
 }
 
-void CommaTable::require_rows(std::size_t most) const
+void CommaTable::require_rows(std::size_t max_rows) const
 {
-  if (n_rows() == 0)
-    refuse(header(), "", std::string("names of columns but no ") + words_.one, "at least one");
-  if (n_rows() > most) {
-    refuse(header(), "", std::to_string(n_rows()) + ' ' + words_.many, "at most " + std::to_string(most));
+  if (n_rows() == 0) refuse(header(), "", std::string("column names but no ") + words_.one, "at least one");
+  if (n_rows() > max_rows) {
+    refuse(header(), "", std::to_string(n_rows()) + ' ' + words_.many, "at most " + std::to_string(max_rows));
   }
 }
 
 std::vector<std::string_view> CommaTable::fields(const TableLine& row) const
 {
-  if (has_control_characters(row.text, "\t\r")) refuse(row, "", "control characters", "text");
+  if (has_control_characters(row.text, "\t\r")) refuse(row, "", "control characters", "plain text");
   std::vector<std::string_view> fields = fields_in(row.text);
   if (fields.size() == n_columns_) return fields;
   refuse(row, "", std::to_string(fields.size()) + " fields",
@@ -44,11 +43,12 @@ void CommaTable::refuse(const TableLine& line, const std::string& column, const 
 }
 
 void CommaTable::refuse_unknown(std::string_view name, const std::vector<std::string>& known,
-                                const std::string& in_words) const
+                                const std::string& description) const
 {
-  constexpr std::size_t longest = 100;  // of what is compared with known names
+  constexpr std::size_t max_compared = 100;  // characters: bounds the cost of the edit distance
   refuse(header(), "", "the unknown column " + quoted(name),
-         in_words + "; the nearest is " + quoted(nearest_word(std::string(name.substr(0, longest)), known)));
+         description + "; the nearest is " +
+             quoted(nearest_word(std::string(name.substr(0, max_compared)), known)));
 }
 
 void CommaTable::refuse_number(const TableLine& line, const std::string& column, std::string_view field) const

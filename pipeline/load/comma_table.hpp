@@ -1,5 +1,4 @@
-/// What tables of comma-separated text have in common: a line of column names, then rows, refused by line
-/// and column.
+/// Tables of comma-separated text: a line of column names, then rows. Errors name line and column.
 #pragma once
 
 #include <string>
@@ -10,17 +9,17 @@
 
 namespace vrda {
 
-/// What a row is, for messages: "pair", "pairs", "pairs of landmarks".
+/// Names of the rows in messages: "pair", "pairs", "pairs of landmarks".
 struct RowWords {
   const char* one;
   const char* many;
   const char* in_full;
 };
 
-/// Refers to the text.
+/// The text must outlive the table.
 class CommaTable {
  public:
-  /// Throws InputError of a text without any line.
+  /// Throws InputError if the text has no line other than comments.
   CommaTable(std::string file, std::string_view text, const RowWords& words);
 
   const std::string& file() const { return file_; }
@@ -28,21 +27,21 @@ class CommaTable {
   std::size_t n_rows() const { return lines_.size() - 1; }
   const TableLine& row(std::size_t i) const { return lines_.at(i + 1); }
 
-  /// Refuses a table without rows or with more than `most`.
-  void require_rows(std::size_t most) const;
-  /// The fields of a row; refuses another number than there are columns.
+  /// Throws InputError if there are no rows or more than `max_rows`.
+  void require_rows(std::size_t max_rows) const;
+  /// The fields of a row. Throws InputError if their number differs from the number of columns.
   std::vector<std::string_view> fields(const TableLine& row) const;
 
-  /// Throws InputError naming the file, the line and, where there is one, the column.
+  /// Throws InputError naming file, line and, unless empty, column.
   [[noreturn]] void refuse(const TableLine& line, const std::string& column, const std::string& found,
                            const std::string& wanted) const;
-  /// Tells the known columns, as `in_words` lists them, and the nearest of `known`.
+  /// The message contains `description` (the list of known columns) and the nearest name of `known`.
   [[noreturn]] void refuse_unknown(std::string_view name, const std::vector<std::string>& known,
-                                   const std::string& in_words) const;
+                                   const std::string& description) const;
   [[noreturn]] void refuse_number(const TableLine& line, const std::string& column,
                                   std::string_view field) const;
 
-  /// In quotation marks, whole.
+  /// The text in quotation marks, not shortened.
   static std::string quoted(std::string_view text);
 
  private:

@@ -14,16 +14,16 @@ std::vector<std::string> contact_names(const Body& moving)
   std::vector<std::string> names;
   for (std::size_t c = 0; c < moving.components.size(); ++c) {
     const auto& of_triangle = moving.contact.component;
-    const bool touches =
+    const bool has_triangles =
         std::find(of_triangle.begin(), of_triangle.end(), static_cast<std::int32_t>(c)) != of_triangle.end();
-    if (touches) names.push_back(moving.components[c].name);
+    if (has_triangles) names.push_back(moving.components[c].name);
   }
   return names;
 }
 
-using Claims = std::vector<Compartment>;  // [n components] which compartment claims each by name
+using Assignment = std::vector<Compartment>;  // [n components] compartment of each, by name
 
-Claims with_claim(Claims claims, const Job& job, const Body& moving, Compartment which)
+Assignment with_named(Assignment assigned, const Job& job, const Body& moving, Compartment which)
 {
   const bool is_medial = which == Compartment::medial;
   const std::string key = std::string("compartments.") + (is_medial ? "medial" : "lateral") + ".components";
@@ -34,21 +34,21 @@ Claims with_claim(Claims claims, const Job& job, const Body& moving, Compartment
   for (const std::string& name : (is_medial ? job.medial : job.lateral)->components) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       refuse("\"" + name + "\"",
-             "a moving component in contact; the nearest is \"" + nearest_word(name, known) + "\"");
+             "a moving contact component; the nearest is \"" + nearest_word(name, known) + "\"");
     }
     std::size_t c = 0;
     while (moving.components[c].name != name) ++c;
-    if (claims[c] != Compartment::none)
+    if (assigned[c] != Compartment::none)
       refuse("\"" + name + "\" a second time", "each component in one compartment");
-    claims[c] = which;
+    assigned[c] = which;
   }
-  return claims;
+  return assigned;
 }
 
-Claims claims_by_name(const Job& job, const Body& moving)
+Assignment assigned_by_name(const Job& job, const Body& moving)
 {
-  const Claims nobody(moving.components.size(), Compartment::none);
-  return with_claim(with_claim(nobody, job, moving, Compartment::medial), job, moving, Compartment::lateral);
+  const Assignment none(moving.components.size(), Compartment::none);
+  return with_named(with_named(none, job, moving, Compartment::medial), job, moving, Compartment::lateral);
 }
 
 bool is_in(const std::string& half_space, double z_mm, double centre_z_mm)
@@ -65,14 +65,14 @@ std::vector<Compartment> compartments_of(const Job& job, const Body& moving, dou
     throw InputError({job.document.source_of("compartments"), "compartments",
                       "medial and lateral both \"" + job.medial->half_space + "\"", "one half-space each"});
   }
-  const Claims claims = claims_by_name(job, moving);
+  const Assignment assigned = assigned_by_name(job, moving);
   const Mesh& mesh = moving.contact.mesh;
   std::vector<Compartment> out;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
     const auto [a, b, c] = corners(mesh, t);
     const double z_mm = (a.z() + b.z() + c.z()) / 3.0;
     Compartment compartment =
-        claims[static_cast<std::size_t>(moving.contact.component[static_cast<std::size_t>(t)])];
+        assigned[static_cast<std::size_t>(moving.contact.component[static_cast<std::size_t>(t)])];
     if (compartment == Compartment::none && is_in(job.medial->half_space, z_mm, centre_z_mm))
       compartment = Compartment::medial;
     if (compartment == Compartment::none && is_in(job.lateral->half_space, z_mm, centre_z_mm))

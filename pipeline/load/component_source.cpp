@@ -31,7 +31,7 @@ std::vector<std::string> part_names(const Shape& shape)
   return names;
 }
 
-// Vertices as doubles, then triangles as 32-bit integers, both as memory holds them (little-endian).
+// Vertices as doubles, then triangles as 32-bit integers, in memory byte order (little-endian).
 std::string bytes_of(const Mesh& mesh)
 {
   const std::size_t n_vertex_bytes = static_cast<std::size_t>(mesh.vertices_mm.size()) * sizeof(double);
@@ -59,7 +59,7 @@ Mesh canonical(const Mesh& native, const AxisMap& map)
   return transformed(mesh, map.X_canonical_native);
 }
 
-// Normals stay: a vertex moves along its own.
+// Normals stay unchanged: each vertex moves along its own normal.
 void move_surface(Mesh& mesh, const ComponentJob& component)
 {
   if (component.inset_mm != 0.0) mesh.vertices_mm -= component.inset_mm * vertex_normals(mesh);
@@ -108,7 +108,8 @@ LoadedComponent ComponentSource::load(const ComponentJob& component)
   LoadedComponent out;
   out.clean = component.generate ? generated(component, out.input) : from_file(component, out.input);
   if (out.clean.mesh.triangles.rows() == 0) {
-    throw InputError({out.input.name, "", std::to_string(out.clean.n_degenerate) + " faces, all without area",
+    throw InputError({out.input.name, "",
+                      std::to_string(out.clean.n_degenerate) + " faces, all with zero area",
                       "a mesh with faces"});
   }
   move_surface(out.clean.mesh, component);
@@ -150,8 +151,7 @@ const Shape& ComponentSource::shape_of(const ComponentJob& component)
     return shapes_.emplace(request, generate_shape({generate.shape, generate.numbers, generate.words}))
         .first->second;
   } catch (const InputError& error) {
-    // The generator knows what is wrong, the job where it stands: its field is a parameter when the job gives
-    // it.
+    // Converts the field of the generator to a key of the job: it is a parameter if the job sets it.
     const std::string& field = error.facts().field;
     const bool is_parameter = generate.numbers.contains(field) || generate.words.contains(field);
     const std::string key = component.key + ".generate" + (is_parameter ? "." + field : "");

@@ -1,4 +1,4 @@
-/// Where components come from: mesh files and generators.
+/// Loads components from mesh files and generators.
 #pragma once
 
 #include <map>
@@ -12,21 +12,21 @@ namespace vrda {
 struct LoadedComponent {
   CleanMesh clean;  ///< canonical axes, mm
   LoadedInput input;
-  ComponentSurvey survey;  ///< but for the body's name
+  ComponentSurvey survey;  ///< without the name of the body
 };
 
 /// The shape with its parameters in alphabetical order: "knee resolution=2 side=left".
 std::string request_text(const GenerateJob& generate);
 
-/// Loads components one after the other; a shape with several parts is generated once.
+/// Loads components one by one. A shape with several parts is generated once.
 class ComponentSource {
  public:
-  /// `job` has to outlive this.
+  /// `job` must outlive this object.
   ComponentSource(const Job& job, const std::string& data_directory);
 
-  /// Files are looked for in the data folder, then beside the job file. Their coordinates go through the
-  /// axis map; generated parts are in canonical axes and mm already and skip it.
-  /// Throws InputError naming the mesh file, or the job's key.
+  /// Files are searched in the data folder, then in the folder of the job. Their coordinates are converted by
+  /// the axis map; generated parts are canonical and in mm already.
+  /// Throws InputError naming the mesh file or the key of the job.
   LoadedComponent load(const ComponentJob& component);
 
  private:

@@ -23,10 +23,10 @@ std::vector<Face> faces_of(const Mesh& mesh)
   return faces;
 }
 
-// |p|^2 = 2 c.p + (r^2 - c^2) is linear in c and the bracket.
+// |p|^2 = 2 c.p + (r^2 - |c|^2) is linear in c and in the bracket.
 Sphere fitted(const std::vector<Face>& faces)
 {
-  const Eigen::Vector3d origin = faces.front().centre_mm;  // near the points: keeps the digits
+  const Eigen::Vector3d origin = faces.front().centre_mm;  // near the points, for precision
   Eigen::Matrix4d A = Eigen::Matrix4d::Zero();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
   for (const Face& face : faces) {
@@ -51,8 +51,8 @@ double spread_mm(const std::vector<Face>& faces, const Sphere& sphere)
   return std::sqrt(sum / weight);
 }
 
-// Faces that look backward and down within the back and lower part of the half; w is the femur's width.
-std::vector<Face> first_choice(const std::vector<Face>& half, double w_mm)
+// Faces with a posterior-distal normal in the posterior-distal part of the half; w_mm is the femur's width.
+std::vector<Face> initial_faces(const std::vector<Face>& half, double w_mm)
 {
   double back_mm = half.front().centre_mm.x(), bottom_mm = half.front().centre_mm.y();
   for (const Face& face : half) {
@@ -61,17 +61,16 @@ std::vector<Face> first_choice(const std::vector<Face>& half, double w_mm)
   }
   std::vector<Face> chosen;
   for (const Face& face : half) {
-    const bool looks_there =
-        face.normal.x() < 0.3 && face.normal.y() < 0.3 && std::abs(face.normal.z()) < 0.5;
-    const bool lies_there =
+    const bool is_facing = face.normal.x() < 0.3 && face.normal.y() < 0.3 && std::abs(face.normal.z()) < 0.5;
+    const bool is_near =
         face.centre_mm.x() < back_mm + 0.45 * w_mm && face.centre_mm.y() < bottom_mm + 0.5 * w_mm;
-    if (looks_there && lies_there) chosen.push_back(face);
+    if (is_facing && is_near) chosen.push_back(face);
   }
   return chosen;
 }
 
-// Faces near the sphere that look along its radius, on its posterior-distal side.
-std::vector<Face> next_choice(const std::vector<Face>& half, const Sphere& sphere, double spread)
+// Faces near the sphere with a radial normal, on its posterior-distal side.
+std::vector<Face> faces_near(const std::vector<Face>& half, const Sphere& sphere, double spread)
 {
   const double tolerance_mm = std::clamp(2.0 * spread, 0.3, 0.5);
   std::vector<Face> chosen;
@@ -80,28 +79,28 @@ std::vector<Face> next_choice(const std::vector<Face>& half, const Sphere& spher
     const double distance_mm = arm.norm();
     if (std::abs(distance_mm - sphere.radius_mm) > tolerance_mm) continue;
     const Eigen::Vector3d radial = arm / distance_mm;
-    const bool looks_along = face.normal.dot(radial) > 0.9;
-    if (looks_along && radial.x() < 0.4 && radial.y() < 0.2 && std::abs(radial.z()) < 0.5)
+    const bool is_radial = face.normal.dot(radial) > 0.9;
+    if (is_radial && radial.x() < 0.4 && radial.y() < 0.2 && std::abs(radial.z()) < 0.5)
       chosen.push_back(face);
   }
   return chosen;
 }
 
-// Thresholds here and above were chosen on the four real knees; others nearby move the middle of
-// the spheres by some 3 mm, where 30 mm matter.
+// The thresholds here and above were chosen on four real knees. Nearby values move the midpoint of the
+// spheres by about 3 mm; the warning limit is 30 mm.
 std::optional<Sphere> condyle_sphere(const std::vector<Face>& half, double w_mm)
 {
   constexpr std::size_t fewest_faces = 20;
   constexpr int n_rounds = 20;
   if (half.empty()) return std::nullopt;
-  std::vector<Face> chosen = first_choice(half, w_mm);
+  std::vector<Face> chosen = initial_faces(half, w_mm);
   Sphere sphere;
   for (int round = 0; round < n_rounds; ++round) {
     if (chosen.size() < fewest_faces) return std::nullopt;
     sphere = fitted(chosen);
     if (!(sphere.radius_mm > 5.0) || sphere.radius_mm > 60.0 || !sphere.centre_mm.allFinite())
       return std::nullopt;
-    chosen = next_choice(half, sphere, spread_mm(chosen, sphere));
+    chosen = faces_near(half, sphere, spread_mm(chosen, sphere));
   }
   return sphere;
 }
@@ -116,8 +115,8 @@ Box box_of_faces(const std::vector<Face>& faces)
   return box;
 }
 
-// The condyles of a whole bone: what is lower than 1.2 times the width. The head and the trochanter widen and
-// shift the box of a whole femur, so the width is taken again of what was kept.
+// The distal end of a whole bone, up to 1.2 times its width. Head and trochanter enlarge the box of a whole
+// femur, so the width is recomputed from the remaining faces.
 std::vector<Face> lower_end(std::vector<Face> faces)
 {
   constexpr double height_of_width = 1.2;

@@ -1,4 +1,4 @@
-/// Where a knee's flexion axis should lie, judged from the shape of its reference object.
+/// Sphere fits to the femoral condyles: an estimate of a knee's flexion axis.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@ struct Sphere {
 };
 
 struct CondyleSpheres {
-  Sphere left;  ///< of the half with the smaller canonical z
+  Sphere left;  ///< the half with the smaller canonical z
   Sphere right;
 };
 
 /// Spheres through the posterior-distal faces of both halves of a femoral surface (canonical axes, near
-/// extension; of a whole bone its lower end), by least squares weighted with face area, faces off the sphere
-/// left out in turn. On the four real knees their middle lies within 5 mm of an independent fit. Nothing when
-/// a half has too few such faces or they do not settle on a sphere of a condyle's size (5 to 60 mm).
+/// extension; the lower end of a whole bone). Iterated least squares weighted by face area, without faces off
+/// the sphere. On four real knees the midpoint is within 5 mm of an independent fit. Returns nothing if a
+/// half has too few faces or the radius is outside 5 to 60 mm.
 std::optional<CondyleSpheres> condyle_spheres(const Mesh& femur);
 
 }  // namespace vrda

@@ -34,7 +34,7 @@ double to_triangle_mm(const Eigen::Vector3d& p, const Mesh& mesh, Eigen::Index t
   return std::min({to_segment_mm(p, a, b), to_segment_mm(p, b, c), to_segment_mm(p, c, a)});
 }
 
-// Exact where it exceeds `enough_mm`; else any bound below that: most attachments are near a vertex.
+// Exact if above `enough_mm`, otherwise an upper bound below it: most attachments are near a vertex.
 double to_surface_mm(const Eigen::Vector3d& p, const Mesh& mesh, double enough_mm)
 {
   if (mesh.vertices_mm.rows() == 0) return infinity_mm;
@@ -47,8 +47,8 @@ double to_surface_mm(const Eigen::Vector3d& p, const Mesh& mesh, double enough_m
   return least_mm;
 }
 
-// Fibres of real knees attach up to 14 mm from tibia and femur (those of the fibula, where it is not loaded),
-// and up to 25 mm from cartilage where no bone is.
+// Fibres of real knees attach up to 14 mm from tibia and femur (fibular attachments without a fibula mesh)
+// and up to 25 mm from cartilage without bone meshes.
 double farthest_attachment_mm(const Body& body)
 {
   const bool has_bone = std::any_of(body.components.begin(), body.components.end(),
@@ -67,7 +67,7 @@ std::string and_more(std::size_t n)
   return n > 1 ? " (and " + std::to_string(n - 1) + " more)" : "";
 }
 
-// Both ends of a fibre, by what the job calls them.
+// One end of a fibre: its key in the job, its position and its object.
 struct End {
   const char* key;
   Eigen::Vector3d Fibre::*place_mm;
@@ -99,8 +99,8 @@ void warn_of_far_attachments(const LoadedLigaments& loaded, const End& end,
 void warn_of_scattered_bundles(const LoadedLigaments& loaded, const End& end,
                                std::vector<std::string>& warnings)
 {
-  constexpr double farthest_mm = 20.0;  // fibres of a bundle of the real knees lie within 10 mm
-  constexpr int fewest_others = 2;      // of two fibres apart neither is the wrong one
+  constexpr double farthest_mm = 20.0;  // neighbours in a bundle of the real knees are within 10 mm
+  constexpr int fewest_others = 2;      // with two fibres the wrong one is ambiguous
   const std::vector<Fibre>& fibres = loaded.ligaments.fibres;
   for (std::size_t i = 0; i < fibres.size(); ++i) {
     double nearest_mm = infinity_mm;
@@ -118,7 +118,7 @@ void warn_of_scattered_bundles(const LoadedLigaments& loaded, const End& end,
   }
 }
 
-// On the pose of the meshes, which is that of a scan: those of the real knees go from -0.14 to 0.11.
+// At the pose of the meshes (a scan); the real knees have strains from -0.14 to 0.11.
 constexpr double largest_strain = 0.2;  // ligaments fail there: Butler et al. 1986, J Biomech 19:425-432
 constexpr double least_strain = -0.5;
 
@@ -136,25 +136,25 @@ std::string strain_remedy(const FibreJob& fibre, double strain, double length_mm
 void warn_of_strains(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
 {
   const std::vector<FibreState> states = fibre_states(loaded.ligaments, {}, {});
-  std::size_t first = 0, n_odd = 0;
+  std::size_t first = 0, n_implausible = 0;
   const auto strain_of = [&](std::size_t i) {
     return states[i].length_mm / loaded.ligaments.fibres[i].slack_length_mm - 1.0;
   };
   for (std::size_t i = 0; i < states.size(); ++i) {
     const double strain = strain_of(i);
     if (strain >= least_strain && strain <= largest_strain) continue;
-    if (n_odd++ == 0) first = i;
+    if (n_implausible++ == 0) first = i;
   }
-  if (n_odd == 0) return;
+  if (n_implausible == 0) return;
   const FibreJob& fibre = loaded.jobs[first];
   warnings.push_back(place_of(fibre, fibre.reference_strain ? "reference_strain" : "slack_length_mm") +
                      "has a strain of " + rounded_text(strain_of(first), 1000.0) +
-                     " on the pose of the meshes" + and_more(n_odd) + ", where ligaments have " +
+                     " at the pose of the meshes" + and_more(n_implausible) + "; ligaments have " +
                      shortest(least_strain) + " to " + shortest(largest_strain) +
                      strain_remedy(fibre, strain_of(first), states[first].length_mm));
 }
 
-// The softest bundle of the real knees has 1800 N per unit strain; ligaments have 50 to 200 N/mm.
+// The softest bundle of the real knees has 1800 N per unit strain. Stiffnesses in N/mm are 50 to 200.
 void warn_of_stiffnesses(const LoadedLigaments& loaded, std::vector<std::string>& warnings)
 {
   constexpr double least_n = 300.0;
@@ -165,7 +165,7 @@ void warn_of_stiffnesses(const LoadedLigaments& loaded, std::vector<std::string>
     if (sum_n[fibre.bundle] >= least_n) continue;
     warnings.push_back(place_of(loaded.jobs[i], "stiffness_n") + "and its bundle have " +
                        rounded_text(sum_n[fibre.bundle], 10.0) + " N per unit strain, wanted at least " +
-                       shortest(least_n) + "; a stiffness in N/mm times the slack length in mm is in N: " +
+                       shortest(least_n) + "; N/mm times the slack length in mm gives N: " +
                        "stiffness_n = " + rounded_text(fibre.stiffness_n * fibre.slack_length_mm, 1.0));
     return;
   }

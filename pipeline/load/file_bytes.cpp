@@ -19,7 +19,7 @@ std::string file_bytes(const std::string& file, const InputError::Facts& facts, 
   const fs::file_status status = fs::status(file, error);
   if (status.type() == fs::file_type::not_found) refuse("no file \"" + file + "\"");
   if (status.type() == fs::file_type::directory) refuse("the folder \"" + file + "\"");
-  if (status.type() != fs::file_type::regular) refuse("\"" + file + "\", which is no ordinary file");
+  if (status.type() != fs::file_type::regular) refuse("\"" + file + "\", which is not a regular file");
   const std::uintmax_t size = fs::file_size(file, error);
   if (error) refuse("\"" + file + "\", which cannot be read (" + error.message() + ")");
   if (size > largest_bytes) {
@@ -41,7 +41,7 @@ std::string sha256_of(std::string_view bytes)
   const bool is_done = context != nullptr && EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr) == 1 &&
                        EVP_DigestUpdate(context.get(), bytes.data(), bytes.size()) == 1 &&
                        EVP_DigestFinal_ex(context.get(), digest.data(), &length) == 1;
-  check(is_done, "OpenSSL gave no SHA-256");
+  check(is_done, "OpenSSL failed to compute a SHA-256");
   constexpr std::string_view hex = "0123456789abcdef";
   std::string out;
   for (unsigned int i = 0; i < length; ++i) {

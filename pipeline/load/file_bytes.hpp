@@ -1,4 +1,4 @@
-/// Whole files in memory, bounded, and their SHA-256.
+/// Reads whole files with a size limit, and computes SHA-256.
 #pragma once
 
 #include <cstdint>
@@ -9,11 +9,11 @@
 
 namespace vrda {
 
-/// The content of `file`. Throws InputError for a missing file, a folder, one that cannot be read or is
-/// larger than `largest_bytes`; its file, field and wanted come from `facts`.
+/// The content of `file`. Throws InputError for a missing file, a folder, an unreadable file and one larger
+/// than `largest_bytes`; `facts` supplies file, field and wanted of the message.
 std::string file_bytes(const std::string& file, const InputError::Facts& facts, std::uintmax_t largest_bytes);
 
-/// SHA-256 in 64 lower-case hexadecimal digits.
+/// SHA-256 as 64 lower-case hexadecimal digits.
 std::string sha256_of(std::string_view bytes);
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// Files that a job names.
+/// Input files named in a job.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace vrda {
 
-/// What a job names: under which key, and what is wanted there.
+/// A file name in a job with its key and the expected kind of file.
 struct NamedFile {
   std::string key;   ///< "reference.component.0.file"
-  std::string name;  ///< as the job writes it
+  std::string name;  ///< as written in the job
   std::string what;  ///< "a mesh file"
 };
 
@@ -19,8 +19,8 @@ struct InputFile {
   std::string bytes;
 };
 
-/// Looks in the data folder first when there is one, then beside the job file.
-/// Throws InputError naming the job, the key and the file that is not there or cannot be read.
+/// Searches the data folder (if not empty), then the folder of the job file.
+/// Throws InputError naming job, key and file if the file is missing or unreadable.
 InputFile input_file(const Job& job, const std::string& data_directory, const NamedFile& named);
 
 }  // namespace vrda

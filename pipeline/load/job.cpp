@@ -13,9 +13,9 @@ namespace vrda {
 namespace {
 
 constexpr std::uintmax_t largest_job_bytes = 16U << 20U;  // a job with ten thousand fibres is 2 MiB
-constexpr double largest_grid_cells = 1e6;                // 360 x 1000 at half a degree; more is a slip
+constexpr double largest_grid_cells = 1e6;                // more is probably a mistake
 
-// Parameters the schema leaves open: numbers and words.
+// The parameters of the shape are numbers or words.
 GenerateJob generate_of(const DocumentValue& value)
 {
   GenerateJob generate;
@@ -63,14 +63,14 @@ BodyJob body_of(const Job& job, const DocumentValue& root, const std::string& ke
     ComponentJob component = component_of(job, value, item);
     if (std::find(names.begin(), names.end(), component.name) != names.end()) {
       job.document.refuse(item + ".name", "\"" + component.name + "\" a second time",
-                          "a name of its own for each component");
+                          "a unique name for each component");
     }
     names.push_back(component.name);
     has_contact = has_contact || component.has_contact;
     body.components.push_back(std::move(component));
   }
   if (!has_contact)
-    job.document.refuse(key + ".component", "only drawn components", "at least one with contact = true");
+    job.document.refuse(key + ".component", "no component in contact", "at least one with contact = true");
   return body;
 }
 
@@ -121,15 +121,14 @@ OverFlexion over_flexion_at(const Job& job, const DocumentValue& root, const std
   } else {
     for (const double angle_deg : numbers_at(value, "flexion_deg")) {
       if (!out.flexion_rad.empty() && rad_from_deg(angle_deg) <= out.flexion_rad.back()) {
-        job.document.refuse(key + ".flexion_deg", shown(value_at(value, "flexion_deg")),
-                            "angles that rise from one to the next");
+        job.document.refuse(key + ".flexion_deg", shown(value_at(value, "flexion_deg")), "increasing angles");
       }
       out.flexion_rad.push_back(rad_from_deg(angle_deg));
     }
     for (const DocumentValue& row : *value_at(value, "value").list()) rows.push_back(row_of(row));
     if (rows.size() != out.flexion_rad.size()) {
       job.document.refuse(key + ".value", std::to_string(rows.size()) + " values",
-                          "as many as flexion_deg has angles, " + std::to_string(out.flexion_rad.size()));
+                          "one for each angle of flexion_deg, " + std::to_string(out.flexion_rad.size()));
     }
   }
   out.value.resize(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(rows.front().size()));
@@ -147,7 +146,7 @@ PushJob push_of(const Job& job, const DocumentValue& root)
   push.delta = over_flexion_at(job, root, "push.delta");
   for (Eigen::Index i = 0; i < push.delta.value.rows(); ++i) {
     const Eigen::Vector3d given = push.delta.value.row(i);
-    // Scaled first, so that neither huge nor tiny components leave the range of doubles.
+    // Scaled first: squares of huge or tiny components would leave the range of doubles.
     const double largest = given.cwiseAbs().maxCoeff();
     if (!(largest > 0.0))
       job.document.refuse("push.delta", shown(value_at(root, "push.delta")), "a direction: not all zero");
@@ -161,10 +160,10 @@ PushJob push_of(const Job& job, const DocumentValue& root)
   return push;
 }
 
-// from, from + step, ... as far as `to`, which is included when a whole number of steps reaches it.
+// from, from + step, ... up to `to`, which is included if a whole number of steps reaches it.
 std::vector<double> range_at(const Job& job, const DocumentValue& root, const std::string& key)
 {
-  constexpr double reached = 1e-9;  // of a step: rounding of (to - from) / step
+  constexpr double rounding = 1e-9;  // of (to - from) / step
   const double from_deg = number_at(root, key + ".from");
   const double to_deg = number_at(root, key + ".to");
   const double step_deg = number_at(root, key + ".step");
@@ -173,12 +172,12 @@ std::vector<double> range_at(const Job& job, const DocumentValue& root, const st
   if (n_steps < 0.0) {
     job.document.refuse(
         key, "from " + shortest(from_deg) + " to " + shortest(to_deg) + " by " + shortest(step_deg),
-        "a step that leads from the first angle to the last");
+        "a step with the sign of to - from");
   }
   if (!(n_steps < largest_grid_cells))
     job.document.refuse(key + ".step", shortest(step_deg), "at most 1000000 attitudes");
   std::vector<double> angles_deg;
-  const auto n = static_cast<int>(std::floor(n_steps + reached));
+  const auto n = static_cast<int>(std::floor(n_steps + rounding));
   for (int i = 0; i <= n; ++i) angles_deg.push_back(from_deg + i * step_deg + 0.0);
   return angles_deg;
 }
@@ -215,7 +214,7 @@ SearchOptions search_of(const DocumentValue& root)
   return options;
 }
 
-// A step below its resolution.
+// Throws if the resolution exceeds its step.
 void check_step(const Job& job, const std::string& kind, const std::string& unit)
 {
   const std::string resolution = "solver.search." + kind + "_resolution_" + unit;
@@ -300,7 +299,7 @@ void complete_side(DocumentValue* generate, const std::string& side)
   std::get<DocumentValue::Table>(generate->data).push_back({"side", {side}});
 }
 
-// Without one key: the same order otherwise.
+// The table without one key, in the same order.
 DocumentValue without(const DocumentValue& root, const std::string& key)
 {
   DocumentValue::Table rest;
@@ -310,7 +309,7 @@ DocumentValue without(const DocumentValue& root, const std::string& key)
   return {rest};
 }
 
-// Before defaults are filled in, and before the schema says that tables are tables.
+// Called before validation and before defaults are filled in.
 bool has_start(const DocumentValue& root)
 {
   const DocumentValue* moving = root.find("moving");
@@ -318,7 +317,7 @@ bool has_start(const DocumentValue& root)
   return initial != nullptr && initial->find("translation_mm") != nullptr;
 }
 
-// Of other joints than a knee the moving object starts 20 mm back against the push, wherever that goes.
+// Joints other than a knee start 20 mm back, against the direction of the push.
 void complete_start(DocumentValue& root)
 {
   constexpr double back_mm = 20.0;
@@ -326,21 +325,21 @@ void complete_start(DocumentValue& root)
   const std::vector<double> push =
       numbers_of(delta.table() == nullptr ? delta : value_at(delta, "value").list()->front());
   const double length = Eigen::Vector3d(push[0], push[1], push[2]).stableNorm();
-  // push_of() refuses no direction; along the proximal axis the schema's default is that start already.
+  // push_of() reports a zero direction. For a proximal push the default of the schema is already this start.
   if (!(length > 0.0) || push[1] == length) return;
   DocumentValue* shift = root.find("moving")->find("initial")->find("translation_mm");
   for (std::size_t k = 0; k < push.size(); ++k)
     std::get<DocumentValue::List>(shift->data)[k].data = 0.0 - back_mm * (push[k] / length);
 }
 
-// Defaults that depend on other keys: what a knee's compartments and a generated knee's side are, and that an
-// empty [scaling] scales nothing.
+// Defaults that depend on other keys: compartments of a knee, side of a generated knee, and factor 1 for an
+// empty [scaling].
 void complete(DocumentValue& root)
 {
   const std::string side = text_at(root, "side");
   if (root.find("compartments") == nullptr && text_at(root, "joint") == "knee") {
-    const std::string inner = side == "right" ? "left" : "right";
-    const DocumentValue::Table both{{"medial", half_space(inner)}, {"lateral", half_space(side)}};
+    const std::string medial = side == "right" ? "left" : "right";
+    const DocumentValue::Table both{{"medial", half_space(medial)}, {"lateral", half_space(side)}};
     std::get<DocumentValue::Table>(root.data).push_back({"compartments", {both}});
   }
   for (const char* body : {"reference", "moving"}) {
@@ -354,7 +353,7 @@ void complete(DocumentValue& root)
   if (DocumentValue* ligaments = root.find("ligaments")) complete_side(ligaments->find("generate"), side);
 }
 
-// The player's part is kept as it is given; only what the schema cannot say is checked.
+// [player] is kept as given. Checks what the schema cannot express: unique view numbers.
 void check_views(const Job& job)
 {
   const DocumentValue* player = job.document.root.find("player");
@@ -365,7 +364,7 @@ void check_views(const Job& job)
     const std::int64_t number = integer_at(view, "number");
     if (std::find(numbers.begin(), numbers.end(), number) != numbers.end()) {
       job.document.refuse("player.view." + std::to_string(numbers.size()) + ".number",
-                          std::to_string(number) + " a second time", "a number of its own for each view");
+                          std::to_string(number) + " a second time", "a unique number for each view");
     }
     numbers.push_back(number);
   }
@@ -436,7 +435,7 @@ Job parse_job(const std::string& file, std::string text, const std::vector<std::
   job.document.root = checked_job(job.document);
   complete(job.document.root);
   if (!is_start_given && text_at(job.document.root, "joint") != "knee") complete_start(job.document.root);
-  job.document.root = checked_job(job.document);  // again: what was completed goes to its place
+  job.document.root = checked_job(job.document);  // again, to restore the order of keys
   job.resolved_text = toml_text(job.document.root);
   job.unscaled_text = toml_text(without(job.document.root, "scaling"));
   read_settings(job);

@@ -1,5 +1,5 @@
-/// The job file (DESIGN.md 5.6) as settings in internal units: mm, rad, N. Degrees and other length
-/// units end here, except for the grid, whose axes are written out as the job gives them.
+/// The job file (DESIGN.md 5.6) as settings in internal units: mm, rad, N. The grid axes stay in degrees, as
+/// written in the job.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,10 +15,10 @@
 
 namespace vrda {
 
-/// Where the triangles of an open sheet point, as its file winds them.
+/// Direction of the triangle normals of an open sheet, by the winding in its file.
 enum class Winding { outward, inward };
 
-/// A part made by code instead of read from a file.
+/// A generated part.
 struct GenerateJob {
   std::string shape;
   std::string part;
@@ -30,13 +30,13 @@ struct GenerateJob {
 struct ComponentJob {
   std::string key;  ///< "reference.component.0", for messages
   std::string name;
-  std::string file;  ///< as the job writes it; empty for a generated part
+  std::string file;  ///< as written in the job; empty for a generated part
   std::optional<GenerateJob> generate;
   std::string material;
   bool has_contact = true;
   Winding winding = Winding::outward;
-  double inset_mm = 0.0;  ///< each vertex goes inward along its normal: a thinner part, or a contact offset
-  Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< canonical, of the whole component
+  double inset_mm = 0.0;  ///< inward displacement of each vertex along its normal: reduces the thickness
+  Eigen::Vector3d shift_mm{0.0, 0.0, 0.0};  ///< translation of the component, canonical axes
 };
 
 struct BodyJob {
@@ -44,7 +44,7 @@ struct BodyJob {
   std::vector<ComponentJob> components;
 };
 
-/// From the mesh files' coordinates to canonical axes (load/axis_map.hpp).
+/// Map from mesh file coordinates to canonical axes (load/axis_map.hpp).
 struct FrameJob {
   std::string unit;
   std::string anterior;
@@ -55,19 +55,19 @@ struct FrameJob {
   Eigen::Vector3d align_translation_mm{0.0, 0.0, 0.0};
 };
 
-/// How much larger the subject's joint is: a factor, or a table that one is fitted to.
+/// Scaling of the joint to the subject: a factor, or a landmark table for fitting one.
 struct ScalingJob {
-  Eigen::Vector3d factor{1.0, 1.0, 1.0};  ///< anterior, proximal, right; of no meaning with landmarks
-  std::string landmarks_file;             ///< empty: the factor is given
+  Eigen::Vector3d factor{1.0, 1.0, 1.0};  ///< anterior, proximal, right; unused with landmarks
+  std::string landmarks_file;             ///< empty if the factor is given
 };
 
-/// A setting that may follow flexion: linear between rows, held beyond the ends. A constant has one row.
+/// A setting over flexion: linear between rows, constant beyond the ends. A constant has one row.
 struct OverFlexion {
-  std::vector<double> flexion_rad;  ///< [n] rising
+  std::vector<double> flexion_rad;  ///< [n] increasing
   Eigen::MatrixXd value;            ///< [n, components]
 };
 
-/// The row of values that holds at a flexion.
+/// The interpolated row of values at a flexion.
 Eigen::VectorXd at_flexion(const OverFlexion& setting, double flexion_rad);
 
 struct PushJob {
@@ -84,8 +84,8 @@ enum class SolverMethod { stability_search, equilibrium };
 /// One fibre, from the job or a table. Exactly one of slack length and reference strain is given.
 struct FibreJob {
   std::string name;
-  std::string bundle;  ///< empty: from the name
-  /// Attachments at the pose of the meshes, along the mesh files' axes, mm: mapped like the meshes.
+  std::string bundle;  ///< empty: derived from the name
+  /// Attachments in mm at the pose of the meshes, in the axes of the mesh files.
   Eigen::Vector3d reference_native_mm{0.0, 0.0, 0.0};
   Eigen::Vector3d moving_native_mm{0.0, 0.0, 0.0};
   double stiffness_n = 0.0;  ///< per unit strain, above 0
@@ -100,12 +100,12 @@ struct FibreJob {
 struct LigamentsJob {
   std::string fibres_file;
   std::vector<FibreJob> fibres;
-  std::optional<GenerateJob> generate;  ///< its part is empty
+  std::optional<GenerateJob> generate;  ///< `part` is empty
   std::string wraps_file;
   double transition_strain = 0.06;
 };
 
-/// Either a half-space by the rotation centre or moving components by name.
+/// Either a half-space bounded by the rotation centre or the names of moving components.
 struct CompartmentJob {
   std::string half_space;  ///< "left", "right" or empty
   std::vector<std::string> components;
@@ -116,8 +116,8 @@ struct Job {
   std::string text;           ///< the file's bytes
   std::string resolved_text;  ///< canonical TOML: every key with its value
   std::string unscaled_text;  ///< the same without [scaling]
-  Document document;          ///< for messages that name a key
-  bool has_campaign = false;  ///< left out of the resolved job
+  Document document;          ///< for error messages
+  bool has_campaign = false;  ///< the resolved job does not contain it
 
   std::string title;
   std::string joint;
@@ -129,13 +129,13 @@ struct Job {
   InitialPose initial;
   PushJob push;
   GridAxes grid;
-  bool is_varus_free = false;  ///< grid.varus_deg is then {0}
+  bool is_varus_free = false;  ///< then grid.varus_deg is {0}
   SolverMethod method = SolverMethod::stability_search;
   SearchOptions search;
   EquilibriumOptions equilibrium;
   SpineOptions spine;
   std::optional<LigamentsJob> ligaments;
-  std::optional<CompartmentJob> medial;  ///< with `lateral`, or neither
+  std::optional<CompartmentJob> medial;  ///< set if and only if `lateral` is
   std::optional<CompartmentJob> lateral;
   std::vector<std::int32_t> smooth_degrees;
   bool smooth_recontact = true;
@@ -143,16 +143,16 @@ struct Job {
   double unsolved_fraction = 0.0;
 };
 
-/// The job that `text` says, with `overrides` ("key.path=value") applied; `file` is its name in messages.
-/// Throws InputError naming file, key, found and wanted. Opens no file.
+/// Parses a job and applies `overrides` ("key.path=value"); `file` is its name in messages. Opens no file.
+/// Throws InputError naming file, key, found and wanted.
 Job parse_job(const std::string& file, std::string text, const std::vector<std::string>& overrides = {});
 
-/// parse_job() of a file's bytes. Opens no mesh.
+/// Reads a job file and parses it with parse_job(). Does not open meshes.
 Job read_job(const std::string& file, const std::vector<std::string>& overrides = {});
 
-/// The Case of a job whose meshes, ligaments and compartments `joint` has, a case loaded at factor 1 whose
-/// bodies may be left out: they, survey and warnings are not taken over. Reads landmarks only. Throws
-/// InputError where a valid job asks what no method solves, and for what is wrong with its scaling.
+/// The Case of a job without loading meshes: ligaments, inputs and compartments are copied from `joint`,
+/// which must be at factor 1; bodies, survey and warnings stay empty. The only file read is the landmark
+/// table. Throws InputError for a combination that no method solves and for invalid scaling.
 Case case_of_joint(const Job& job, const std::string& data_directory, const Case& joint);
 
 }  // namespace vrda

@@ -13,11 +13,11 @@ namespace {
 
 constexpr const char* campaign_key = "campaign";
 
-// [campaign] alone: what its schema speaks about.
+// The [campaign] table only, the subject of its schema.
 Document campaign_part(const Document& document)
 {
   const DocumentValue* table = document.root.find(campaign_key);
-  check(table != nullptr, "a document with a campaign");
+  check(table != nullptr, "the document has no [campaign]");
   return {document.file, {DocumentValue::Table{{campaign_key, *table}}}, document.overridden};
 }
 
@@ -30,7 +30,7 @@ DocumentValue without_campaign(const DocumentValue& root)
   return {kept, root.line};
 }
 
-// Names of the job's keys that levels of an axis set.
+// Checks the names of the job keys that the levels of an axis set.
 void check_settings(const Document& document, const DocumentEntry& axis)
 {
   const DocumentValue::List* levels = axis.value.list();
@@ -46,8 +46,8 @@ void check_settings(const Document& document, const DocumentEntry& axis)
 DocumentValue checked_job(const Document& document)
 {
   if (is_campaign_alone(document.root)) {
-    throw InputError({document.file, "reference", "a campaign of jobs and no joint of its own",
-                      "a job here; a campaign is for vrda plan and vrda submit"});
+    throw InputError({document.file, "reference", "a campaign without a joint",
+                      "a job with [reference] and [moving]; run a campaign with vrda plan and vrda submit"});
   }
   const DocumentValue job = job_schema().checked(document);
   if (document.root.find(campaign_key) != nullptr) campaign_schema().checked(campaign_part(document));
@@ -64,8 +64,8 @@ void check_campaign(const Document& document)
 {
   for (const DocumentEntry& entry : *document.root.table()) {
     if (entry.key == campaign_key || !is_campaign_alone(document.root)) continue;
-    document.refuse(entry.key, "a key beside [campaign] in a file that is no job",
-                    "[campaign] alone, or a whole job with [reference] and [moving]");
+    document.refuse(entry.key, "a key next to [campaign] in a file without a joint",
+                    "only [campaign], or a complete job with [reference] and [moving]");
   }
   campaign_schema().checked(campaign_part(document));
   for (const DocumentEntry& axis : *document.root.find(campaign_key)->table()) check_settings(document, axis);

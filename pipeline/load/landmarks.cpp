@@ -16,10 +16,10 @@ const DocumentSchema& landmarks_schema();  // schemas/landmarks.schema.json
 
 namespace {
 
-constexpr std::size_t most_pairs = 10000;  // a table of markers; more is another file
-constexpr double least_distance = 1e-9;    // as the schema has it
+constexpr std::size_t max_pairs = 10000;  // more is probably another kind of file
+constexpr double least_distance = 1e-9;   // as in the schema
 
-// Fields by column. Of one that is empty nothing is there; a word that is no number is left to the schema.
+// A row as a table by column. Empty fields are omitted; invalid numbers stay text, which the schema rejects.
 DocumentValue row_of(const std::vector<std::string_view>& columns,
                      const std::vector<std::string_view>& fields, const TableLine& line)
 {
@@ -42,7 +42,7 @@ std::vector<std::string_view> columns_of(const CommaTable& table)
   landmarks_schema().check_required_keys(header);
   for (const std::string_view column : columns) {
     if (std::count(columns.begin(), columns.end(), column) > 1)
-      header.refuse(std::string(column), "a second such column", "each column once");
+      header.refuse(std::string(column), "a second column of this name", "each column once");
   }
   return columns;
 }
@@ -55,7 +55,7 @@ LandmarkPair pair_of(const Document& row)
   };
   const LandmarkPair landmarks{text_at(pair, "name"), point("a"), point("b"), number_at(pair, "subject_mm")};
   if (!((landmarks.a_native - landmarks.b_native).norm() > least_distance))
-    row.refuse("", "two points in the same place", "two landmarks with a distance between them");
+    row.refuse("", "two coincident points", "two landmarks at different positions");
   return landmarks;
 }
 
@@ -65,7 +65,7 @@ std::vector<LandmarkPair> read_landmarks(const std::string& file, std::string_vi
 {
   const CommaTable table(file, text, {"pair", "pairs", "pairs of landmarks"});
   const std::vector<std::string_view> columns = columns_of(table);
-  table.require_rows(most_pairs);
+  table.require_rows(max_pairs);
   std::vector<LandmarkPair> pairs;
   std::set<std::string> names;
   for (std::size_t i = 0; i < table.n_rows(); ++i) {
@@ -73,14 +73,14 @@ std::vector<LandmarkPair> read_landmarks(const std::string& file, std::string_vi
     pairs.push_back(pair_of(row));
     if (!names.insert(pairs.back().name).second)
       row.refuse("name", CommaTable::quoted(pairs.back().name) + " a second time",
-                 "a name of its own for each pair");
+                 "a unique name for each pair");
   }
   return pairs;
 }
 
 Scaling fitted_scaling(const std::vector<LandmarkPair>& pairs, double unit_mm)
 {
-  check(!pairs.empty(), "a factor is fitted to one pair at least");
+  check(!pairs.empty(), "fitting a factor requires at least one pair");
   Scaling scaling;
   double model_subject = 0.0, model_sq = 0.0, residual_sq = 0.0;
   for (const LandmarkPair& pair : pairs) {

@@ -1,4 +1,4 @@
-/// Distances between landmarks, of the model and of a subject: schemas/scaling.md.
+/// Distances between landmarks of the model and of a subject: schemas/scaling.md.
 #pragma once
 
 #include <string>
@@ -16,14 +16,14 @@ struct LandmarkPair {
   double subject_mm = 0.0;  ///< distance in the subject, above 0
 };
 
-/// The pairs of a table, in its order. `file` is its name in messages. Throws InputError naming the file,
-/// line and column: what schemas/landmarks.schema.json does not take of a row, double columns, points that
-/// coincide, a name twice, no pair at all.
+/// The pairs of a table, in order. `file` is its name in messages. Throws InputError with file, line and
+/// column for rows that violate schemas/landmarks.schema.json, duplicate columns or names, coincident points,
+/// and no pairs.
 std::vector<LandmarkPair> read_landmarks(const std::string& file, std::string_view text);
 
-/// The even factor s that makes sum((subject - s model)^2) least, with what it leaves; `unit_mm` is the
-/// length of the files' unit. Its standard error takes all distances to be equally uncertain:
-/// sqrt(sum(residual^2) / (n - 1) / sum(model^2)). Expects at least one pair.
+/// Least-squares fit of one factor s: minimises sum((subject - s model)^2). `unit_mm` is the length unit of
+/// the files. The standard error assumes equal uncertainty of all distances: sqrt(sum(residual^2) / (n - 1) /
+/// sum(model^2)). Requires at least one pair.
 Scaling fitted_scaling(const std::vector<LandmarkPair>& pairs, double unit_mm);
 
 }  // namespace vrda

@@ -10,7 +10,7 @@
 namespace vrda {
 namespace {
 
-constexpr std::size_t most_fibres = 10000;  // as many as the schema lets a job have
+constexpr std::size_t max_fibres = 10000;  // the limit of the job schema
 
 enum Quantity : std::size_t {
   q_name,
@@ -24,7 +24,7 @@ enum Quantity : std::size_t {
   n_quantities
 };
 
-// A name that a column may have: what stands there, and in which unit.
+// A permitted column name, its quantity and the factor of its unit.
 struct ColumnName {
   std::string name;
   std::size_t quantity;
@@ -37,7 +37,7 @@ struct Unit {
 };
 constexpr std::array<Unit, 3> units{{{"_mm", 1.0}, {"_cm", 10.0}, {"_m", 1000.0}}};
 
-// known_columns() in short.
+// Summary of known_columns() for messages.
 constexpr const char* fibre_columns =
     "name, bundle, wrap, reference_x_mm, _y_mm, _z_mm (or femur_...), moving_x_mm, _y_mm, _z_mm (or "
     "tibia_...), "
@@ -77,14 +77,14 @@ class Fibres {
       for (std::size_t j = 0; j < i; ++j) {
         if (columns_[i].quantity != columns_[j].quantity) continue;
         table_.refuse(table_.header(), columns_[i].name,
-                      "a second column for what " + columns_[j].name + " gives", "one column for each");
+                      "a second column for the quantity of " + columns_[j].name, "one column for each");
       }
     }
     for (const char* needed : {"name", "reference_x_mm", "reference_y_mm", "reference_z_mm", "moving_x_mm",
                                "moving_y_mm", "moving_z_mm", "stiffness_n_per_strain"}) {
       if (has(column_named(needed).quantity)) continue;
       table_.refuse(table_.header(), needed, "no such column",
-                    "one, in mm, cm or m (femur for reference, tibia for moving)");
+                    "this column, in mm, cm or m (or femur for reference, tibia for moving)");
     }
     if (has(q_slack_length) || has(q_strain)) return;
     table_.refuse(table_.header(), "slack_length_mm", "no such column",
@@ -107,7 +107,7 @@ class Fibres {
       if (column.quantity >= q_reference && !(fields[i].empty() && may_be_empty))
         number[column.quantity] = number_in(line, column, fields[i]);
     }
-    if (fibre.name.empty()) table_.refuse(line, "name", "nothing", "a name of its own for each fibre");
+    if (fibre.name.empty()) table_.refuse(line, "name", "nothing", "a unique name for each fibre");
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       fibre.reference_native_mm[axis] = *number[q_reference + static_cast<std::size_t>(axis)];
       fibre.moving_native_mm[axis] = *number[q_moving + static_cast<std::size_t>(axis)];
@@ -171,7 +171,7 @@ std::vector<FibreJob> read_ligament_table(const std::string& file, std::string_v
 {
   const CommaTable table(file, text, {"fibre", "fibres", "fibres"});
   const Fibres rows(table);
-  table.require_rows(most_fibres);
+  table.require_rows(max_fibres);
   std::vector<FibreJob> fibres;
   for (std::size_t i = 0; i < table.n_rows(); ++i) fibres.push_back(rows.fibre(table.row(i)));
   return fibres;

@@ -1,4 +1,4 @@
-/// Fibres in a CSV file: schemas/ligaments.md.
+/// Ligament fibres in a CSV file: schemas/ligaments.md.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace vrda {
 
-/// The fibres of a table, in its order, not yet mapped. `file` is its name in messages.
-/// Throws InputError naming the file, line and column: unknown, missing and double columns, values that are
-/// no numbers or out of range, a name twice, no fibre at all.
+/// The fibres of a table, in order, in the axes of the mesh files. `file` is its name in messages. Throws
+/// InputError with file, line and column for unknown, missing and duplicate columns, invalid values, and no
+/// fibres.
 std::vector<FibreJob> read_ligament_table(const std::string& file, std::string_view text);
 
-/// What a fibre without a bundle belongs to: its name without the digits at its end and one of "_", "-", "."
-/// or a blank before them ("ACLam3" and "ACLam_3" to "ACLam"); the name itself when nothing is left.
+/// Default bundle of a fibre: its name without trailing digits and one preceding "_", "-", "." or blank
+/// ("ACLam" for "ACLam3" and "ACLam_3"); the whole name if nothing remains.
 std::string bundle_of(const std::string& fibre_name);
 
 }  // namespace vrda

@@ -19,7 +19,7 @@
 namespace vrda {
 namespace {
 
-// No importer opens a file but the one given.
+// Prevents importers from opening other files.
 class NoOtherFiles : public Assimp::IOSystem {
  public:
   bool Exists(const char* /*name*/) const override { return false; }
@@ -28,16 +28,16 @@ class NoOtherFiles : public Assimp::IOSystem {
   void Close(Assimp::IOStream* /*stream*/) override {}
 };
 
-// assimp brings some fifty importers: all but the one for this extension are taken out.
+// assimp registers about fifty importers: removes all except the one for this extension.
 void keep_only(Assimp::Importer& importer, const std::string& extension)
 {
   for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
     Assimp::BaseImporter* loader = importer.GetImporter(i);
     if (loader->GetInfo()->mFileExtensions == extension) continue;
     importer.UnregisterLoader(loader);
-    delete loader;  // unregistering hands it over
+    delete loader;  // unregistering transfers ownership
   }
-  check(importer.GetImporterCount() == 1, "assimp has not one importer of this name");
+  check(importer.GetImporterCount() == 1, "assimp must have exactly one importer for this extension");
 }
 
 void append_mesh(RawMesh& mesh, const aiMesh& part, bool& has_normals)
@@ -74,10 +74,10 @@ RawMesh read_with_assimp(const std::string& file, const std::string& bytes, cons
   if (scene == nullptr) {
     throw InputError({file, "",
                       "a file that cannot be parsed (" + std::string(importer.GetErrorString()) + ")",
-                      "a whole " + extension + " file"});
+                      "a complete " + extension + " file"});
   }
   RawMesh mesh;
-  bool has_normals = extension != "stl";  // an STL has them by facet, not by vertex
+  bool has_normals = extension != "stl";  // STL normals belong to facets, not to vertices
   for (unsigned int m = 0; m < scene->mNumMeshes; ++m) append_mesh(mesh, *scene->mMeshes[m], has_normals);
   if (!has_normals) mesh.normals.resize(0, 3);
   return mesh;

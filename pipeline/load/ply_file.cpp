@@ -18,7 +18,7 @@ enum class Type { none, int8, uint8, int16, uint16, int32, uint32, float32, floa
 
 struct Property {
   std::string name;
-  Type count = Type::none;  // of a list's length; none for a plain property
+  Type count = Type::none;  // type of a list's length; none for a scalar property
   Type item = Type::none;
 };
 
@@ -85,7 +85,7 @@ bool is_whole(Type type)
   return type != Type::none && type != Type::float32 && type != Type::float64;
 }
 
-// Both names are in use.
+// Both names occur in practice.
 bool is_corners(std::string_view name)
 {
   return name == "vertex_indices" || name == "vertex_index";
@@ -97,7 +97,7 @@ class HeaderReader {
 
   Header read()
   {
-    if (next_line() != "ply") refuse("no PLY file", "\"ply\" in the first line");
+    if (next_line() != "ply") refuse("not a PLY file", "\"ply\" in the first line");
     while (!is_done_) read_line(next_line());
     header_.body = at_;
     return header_;
@@ -160,7 +160,7 @@ class HeaderReader {
     const std::optional<std::int64_t> given = whole_in(count);
     if (!given || *given < 0) refuse("\"" + count + "\"", "the number of elements");
     const auto n = static_cast<std::size_t>(*given);
-    // At most three vertices a face of their own.
+    // At most three unshared vertices for each face.
     const std::size_t largest = name == "face" ? largest_face_count : 3 * largest_face_count;
     if (n > largest) refuse(count + " of " + name, "at most " + std::to_string(largest));
     for (const Element& earlier : header_.elements) {
@@ -177,7 +177,7 @@ class HeaderReader {
   bool is_done_ = false;
 };
 
-// Takes the values of the body one after the other.
+// Reads the values of the body in sequence.
 class Values {
  public:
   Values(const std::string& bytes, const Header& header)
@@ -185,7 +185,7 @@ class Values {
   {
   }
 
-  /// Nothing when the bytes end first or are no number. Whole numbers up to 32 bits are exact.
+  /// Nothing at the end of the bytes or for an invalid number. Integers up to 32 bits are exact.
   std::optional<double> take(Type type)
   {
     if (format_ == Format::ascii) {
@@ -293,7 +293,7 @@ class PlyBody {
     const std::optional<double> given = values_.take(property.count);
     if (!given || *given < 0.0 || *given > static_cast<double>(n_bytes_)) return false;
     const auto n = static_cast<std::size_t>(*given);
-    // Points and lines are no faces.
+    // Points and lines are not faces.
     const bool is_face = sink == Sink::corners && n >= 3;
     for (std::size_t k = 0; k < n; ++k) {
       const std::optional<double> value = values_.take(property.item);
@@ -306,11 +306,11 @@ class PlyBody {
 
   [[noreturn]] void refuse(const Element& element, std::size_t i) const
   {
-    throw InputError({file_, element.name + " " + std::to_string(i), "a PLY file cut short or damaged there",
-                      std::to_string(element.n) + " of " + element.name + ", as its header says"});
+    throw InputError({file_, element.name + " " + std::to_string(i), "a truncated or damaged PLY file",
+                      std::to_string(element.n) + " of " + element.name + ", as in the header"});
   }
 
-  // Whether an index is one of a vertex is checked with all formats' indices; here it has to fit.
+  // Only the integer range is checked here; read_mesh() checks indices against the vertex count.
   static constexpr double largest_index = std::numeric_limits<std::int32_t>::max();
 
   const std::string& file_;
@@ -343,8 +343,7 @@ void check_properties(const std::string& file, const Header& header)
   }
   const Property* corners = property_named(header, "face", "vertex_indices");
   if (corners == nullptr || corners->count == Type::none || !is_whole(corners->item)) {
-    throw InputError(
-        {file, "header", "no list vertex_indices of a face", "one, of whole numbers: a mesh has faces"});
+    throw InputError({file, "header", "no list vertex_indices of a face", "a list of whole numbers"});
   }
 }
 

@@ -1,5 +1,5 @@
-/// PLY, ASCII or binary of either byte order, read here: assimp's reader hangs on some valid files (lists of
-/// texture coordinates) and keeps floats where the file has doubles.
+/// Parser for PLY: ASCII or binary of either byte order. assimp is not used because it hangs on some valid
+/// files (lists of texture coordinates) and reduces doubles to floats.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace vrda {
 
-/// Vertices with x, y, z (and normals nx, ny, nz); faces with a list of vertex indices. Everything else that
-/// the header announces has to be there in full and is passed over. Throws InputError naming file and place.
+/// Reads vertices with x, y, z (and normals nx, ny, nz) and faces with a list of vertex indices. Other data
+/// named in the header must be complete and is skipped. Throws InputError naming file and line or element.
 RawMesh read_ply(const std::string& file, const std::string& bytes);
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// Polygons cut into triangles.
+/// Triangulation of polygons.
 #pragma once
 
 #include <array>
@@ -8,10 +8,10 @@
 
 namespace vrda {
 
-/// Ear clipping in the polygon's best-fit plane (Newell's normal): concave polygons come out covered once
-/// and not beyond their outline, windings kept. `corners_mm` are the corners in order; the result holds
-/// positions in it. A polygon that crosses itself is clipped as far as it goes and cut into a fan then;
-/// one without area gives nothing. Cost: cube of the number of corners at worst.
+/// Ear clipping in the best-fit plane of the polygon (Newell's normal). Concave polygons are covered exactly
+/// once; the winding is kept. `corners_mm` are the corners in order; the result contains indices into it. If
+/// no ear is left (self-intersecting polygon), the rest becomes a fan. Zero area gives no triangles. Cost:
+/// cubic at worst.
 std::vector<std::array<std::int32_t, 3>> triangulated(const Points& corners_mm);
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// Polygons as a file holds them: native axes and unit, nothing welded, nothing checked but sizes.
+/// Polygons of a mesh file: native axes and unit, not welded; only sizes and indices are checked.
 #pragma once
 
 #include <cstdint>
@@ -11,23 +11,23 @@ namespace vrda {
 
 struct RawMesh {
   Points vertices;                   ///< [n, 3] native unit
-  Points normals;                    ///< [n, 3] as the file gives them, or empty
-  std::vector<std::int32_t> corner;  ///< rows of `vertices`, face after face
-  std::vector<std::int32_t> size;    ///< [n_faces] corners of each face
+  Points normals;                    ///< [n, 3] as in the file, or empty
+  std::vector<std::int32_t> corner;  ///< row indices into `vertices`, face by face
+  std::vector<std::int32_t> size;    ///< [n_faces] number of corners of each face
 };
 
 inline constexpr std::size_t largest_mesh_bytes = std::size_t{512}
                                                   << 20U;  ///< ten times a million-triangle STL
-/// A thousand kilometres in mm: volumes and squares of areas stay far within the range of doubles.
+/// 1000 km in mm: volumes and squared areas stay within the range of doubles.
 inline constexpr double largest_coordinate = 1e9;
 inline constexpr std::size_t largest_face_count = 5'000'000;
 inline constexpr std::size_t largest_face_size =
-    1000;  ///< corners of one polygon: splitting costs their cube
+    1000;  ///< corners of one polygon: triangulation is cubic in it
 
-/// Reads a mesh file's bytes: STL, PLY, Wavefront OBJ (by extension and content), or the Vertices-Faces
-/// format of thesis 4.1: .vf, or .obj as the thesis has it, told from Wavefront by its first word, a number.
-/// Throws InputError naming `file` and the place: wrong extension, cut short, counts that lie, a vertex
-/// that is not finite or too far out, an index out of range, no faces.
+/// Parses the bytes of a mesh file by extension and content: STL, PLY, Wavefront OBJ, or Vertices-Faces
+/// (thesis 4.1) as .vf or as .obj whose first word is a number. Throws InputError naming `file` and the
+/// position for: wrong extension, truncation, wrong counts, a vertex that is not finite or too large, an
+/// index out of range, no faces.
 RawMesh read_mesh(const std::string& file, std::string bytes);
 
 }  // namespace vrda

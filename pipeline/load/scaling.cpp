@@ -12,17 +12,16 @@
 namespace vrda {
 namespace {
 
-// Those of schemas/job.schema.json: an infant's joint of an adult's, or the other way round; beyond is a slip
-// in a unit.
+// The limits of schemas/job.schema.json (infant to adult and reverse); others are probably a wrong unit.
 constexpr double smallest_factor = 0.1, largest_factor = 10.0;
 
-// Share of the distances that a fit may leave before it is doubted: 4 mm of the 80 mm between a knee's
-// epicondyles, about what markers on the skin are off by.
+// Relative RMS residual above which a fit is reported: 4 mm of the 80 mm between a knee's epicondyles, about
+// the error of skin markers.
 constexpr double largest_misfit = 0.05;
 
-std::string rounded(double value, double to)
+std::string rounded(double value, double step)
 {
-  return shortest(std::round(value / to) * to);
+  return shortest(std::round(value / step) * step);
 }
 
 std::string shown_factor(const Eigen::Vector3d& factor)
@@ -34,7 +33,7 @@ std::string shown_factor(const Eigen::Vector3d& factor)
 std::vector<std::string> warnings_of_fit(const Scaling& scaling)
 {
   const std::string key = "scaling.landmarks: ";
-  if (scaling.landmark.size() == 1) return {key + "one pair, so nothing tells how well its factor fits"};
+  if (scaling.landmark.size() == 1) return {key + "one pair, so the error of the factor is unknown"};
   double subject_sq = 0.0;
   for (const double subject_mm : scaling.subject_mm) subject_sq += subject_mm * subject_mm;
   const double n = static_cast<double>(scaling.subject_mm.size());
@@ -42,11 +41,11 @@ std::vector<std::string> warnings_of_fit(const Scaling& scaling)
   if (misfit <= largest_misfit) return {};
   const auto is_smaller = [](double a, double b) { return std::abs(a) < std::abs(b); };
   const auto worst = std::max_element(scaling.residual_mm.begin(), scaling.residual_mm.end(), is_smaller);
-  return {key + "the factor leaves " + rounded(scaling.residual_rms_mm, 0.01) + " mm, " +
+  return {key + "the residual of the factor is " + rounded(scaling.residual_rms_mm, 0.01) + " mm, " +
           rounded(100.0 * misfit, 0.1) + " % of the distances (root mean square), most at \"" +
           scaling.landmark[static_cast<std::size_t>(worst - scaling.residual_mm.begin())] + "\", " +
           rounded(*worst, 0.01) +
-          " mm: the subject is no evenly scaled copy of the model; three factors or meshes of its own are a "
+          " mm: the subject is not a uniformly scaled model; use three factors or meshes of the subject in a "
           "new run"};
 }
 
@@ -58,7 +57,7 @@ Mesh scaled(const Mesh& mesh, const Eigen::Vector3d& centre_mm, const Eigen::Vec
     out.vertices_mm.row(v) = (centre_mm + factor.cwiseProduct(p_mm - centre_mm)).transpose();
   }
   if (is_even(factor)) return out;
-  // Normals are covectors. Zero ones stay zero.
+  // Normals are covectors. Zero normals stay zero.
   for (Eigen::Index v = 0; v < out.normals.rows(); ++v) {
     const Eigen::Vector3d n = Eigen::Vector3d(mesh.normals.row(v)).cwiseQuotient(factor);
     if (n.squaredNorm() > 0.0) out.normals.row(v) = n.normalized().transpose();
@@ -72,10 +71,10 @@ void scale(Ligaments& ligaments, const Eigen::Vector3d& centre_mm, const Eigen::
     return centre_mm + factor.cwiseProduct(p_mm - centre_mm);
   };
   for (Fibre& fibre : ligaments.fibres) {
-    const Eigen::Vector3d way_mm = fibre.reference_mm - fibre.moving_mm;
-    // The strain at the pose of the meshes stays; an uneven factor meets straight fibres only.
+    const Eigen::Vector3d span_mm = fibre.reference_mm - fibre.moving_mm;
+    // The strain at the pose of the meshes is kept. With a non-uniform factor all fibres are straight.
     fibre.slack_length_mm *=
-        is_even(factor) ? factor.x() : factor.cwiseProduct(way_mm).norm() / way_mm.norm();
+        is_even(factor) ? factor.x() : factor.cwiseProduct(span_mm).norm() / span_mm.norm();
     fibre.reference_mm = at(fibre.reference_mm);
     fibre.moving_mm = at(fibre.moving_mm);
   }
@@ -85,8 +84,8 @@ void scale(Ligaments& ligaments, const Eigen::Vector3d& centre_mm, const Eigen::
   }
 }
 
-// Measured again but for the box, whose corners go along.
-void survey_again(Case& loaded, const Eigen::Vector3d& factor)
+// Updates the survey: box corners are scaled, all else is measured again.
+void update_survey(Case& loaded, const Eigen::Vector3d& factor)
 {
   const Eigen::Vector3d& centre_mm = loaded.frame.rotation_centre_mm;
   std::size_t entry = 0;
@@ -106,7 +105,7 @@ void survey_again(Case& loaded, const Eigen::Vector3d& factor)
   }
 }
 
-// Every length of the joint, none of the solver's settings.
+// Scales every length of the joint, but no solver settings.
 void scale_lengths(Case& loaded, const Eigen::Vector3d& factor)
 {
   const Eigen::Vector3d& centre_mm = loaded.frame.rotation_centre_mm;
@@ -116,20 +115,20 @@ void scale_lengths(Case& loaded, const Eigen::Vector3d& factor)
   scale(loaded.ligaments, centre_mm, factor);
   loaded.initial.translation_mm = factor.cwiseProduct(loaded.initial.translation_mm);
   loaded.push_point_mm = factor.cwiseProduct(loaded.push_point_mm);
-  survey_again(loaded, factor);
+  update_survey(loaded, factor);
 }
 
-// Why the steps of the joint at factor 1 do not serve; empty where they do.
-std::string why_solved_anew(const Case& loaded, const Eigen::Vector3d& factor)
+// Why the steps at factor 1 cannot be reused; empty if they can.
+std::string reason_for_rerun(const Case& loaded, const Eigen::Vector3d& factor)
 {
   if (!is_even(factor)) return "the factors differ, which changes the shapes";
-  // The search knows contact and directions only.
+  // The search uses contact and directions only.
   if (factor.x() == 1.0 || loaded.method != "equilibrium") return "";
-  if (!loaded.ligaments.fibres.empty()) return "ligaments hold the joint too";
+  if (!loaded.ligaments.fibres.empty()) return "ligaments constrain the joint";
   const bool has_moment = std::any_of(loaded.push.begin(), loaded.push.end(), [](const Push& push) {
     return push.moment_nmm != 0.0 || push.varus_moment_nmm != 0.0;
   });
-  return has_moment ? "a moment pushes, which does not grow along" : "";
+  return has_moment ? "a moment acts, which does not scale with the joint" : "";
 }
 
 void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& factor)
@@ -141,12 +140,12 @@ void check_uneven(const Case& loaded, const Job& job, const Eigen::Vector3d& fac
   };
   if (!loaded.ligaments.wraps.empty()) {
     refuse("the wrapping surface \"" + loaded.ligaments.wraps.front().name + "\"",
-           "one factor: stretched unevenly, a cylinder is none any more");
+           "one factor: a non-uniformly scaled cylinder is not a cylinder");
   }
   for (const Fibre& fibre : loaded.ligaments.fibres) {
     if (fibre.reference_mm != fibre.moving_mm) continue;
     refuse("the fibre \"" + fibre.name + "\", whose attachments coincide",
-           "one factor, or attachments apart: a slack length follows the distance between them");
+           "one factor, or different attachments: the slack length is scaled by their distance");
   }
 }
 
@@ -176,14 +175,14 @@ LoadedScaling load_scaling(const Job& job, const std::string& data_directory, co
   return loaded;
 }
 
-void take_up_scaling(Case& loaded, const Job& job, const LoadedScaling& asked)
+void take_up_scaling(Case& loaded, const Job& job, const LoadedScaling& requested)
 {
   loaded.steps_job = job.resolved_text;
-  loaded.scaling = asked.scaling;
-  if (!asked.scaling) return;
-  const Eigen::Vector3d& factor = asked.scaling->factor;
+  loaded.scaling = requested.scaling;
+  if (!requested.scaling) return;
+  const Eigen::Vector3d& factor = requested.scaling->factor;
   check_uneven(loaded, job, factor);
-  loaded.solved_anew_because = why_solved_anew(loaded, factor);
+  loaded.solved_anew_because = reason_for_rerun(loaded, factor);
   const bool keeps_steps = loaded.solved_anew_because.empty();
   loaded.scaling->keeps_steps = keeps_steps;
   if (keeps_steps) {
@@ -192,7 +191,7 @@ void take_up_scaling(Case& loaded, const Job& job, const LoadedScaling& asked)
   } else {
     scale_lengths(loaded, factor);
   }
-  for (LoadedInput input : asked.inputs) {
+  for (LoadedInput input : requested.inputs) {
     input.decides_steps = !keeps_steps;
     loaded.inputs.push_back(input);
   }
@@ -204,7 +203,7 @@ Case of_subject(const Case& solved)
   if (solved.steps_scale == 1.0) return subject;
   const double s = solved.steps_scale;
   scale_lengths(subject, Eigen::Vector3d::Constant(s));
-  // The steps were solved with these at factor 1: what they mean has grown along.
+  // The steps were solved with these settings at factor 1, so they scale as well.
   for (double* length_mm : {&subject.search.approach_step_mm, &subject.search.translation_step_mm,
                             &subject.search.translation_resolution_mm, &subject.equilibrium.tolerance_mm,
                             &subject.equilibrium.contact_resolution_mm}) {

@@ -42,7 +42,7 @@ class Groups {
     while (at(i) != i) i = at(i) = at(at(i));
     return i;
   }
-  // The smaller index leads, so that a group is named by its first triangle.
+  // The root is the smallest index: the first triangle of the group.
   void join(Eigen::Index a, Eigen::Index b)
   {
     a = root(a);
@@ -75,9 +75,9 @@ bool box_contains(const Box& outer, const Box& inner)
          (inner.max_mm.array() < outer.max_mm.array()).all();
 }
 
-// Whether the ray meets the triangle (Moeller and Trumbore 1997, J Graphics Tools 2:21-28).
-bool ray_meets(const Eigen::Vector3d& from, const Eigen::Vector3d& along,
-               const std::array<Eigen::Vector3d, 3>& corner)
+// Whether the ray hits the triangle (Moeller and Trumbore 1997, J Graphics Tools 2:21-28).
+bool ray_hits(const Eigen::Vector3d& from, const Eigen::Vector3d& along,
+              const std::array<Eigen::Vector3d, 3>& corner)
 {
   const Eigen::Vector3d e1 = corner[1] - corner[0], e2 = corner[2] - corner[0];
   const Eigen::Vector3d p = along.cross(e2);
@@ -94,11 +94,11 @@ bool shell_contains(const Mesh& mesh, const Shell& outer, const Shell& inner)
 {
   if (!box_contains(outer.box, inner.box)) return false;
   const Eigen::Vector3d from = corners(mesh, inner.triangles.front())[0];
-  // No plane or axis of a made mesh is likely to hold this direction.
+  // An arbitrary direction, unlikely to be parallel to a face or an axis of a mesh.
   const Eigen::Vector3d along(0.8137, 0.4683, 0.3441);
   bool is_inside = false;
   for (const Eigen::Index t : outer.triangles) {
-    if (ray_meets(from, along, corners(mesh, t))) is_inside = !is_inside;
+    if (ray_hits(from, along, corners(mesh, t))) is_inside = !is_inside;
   }
   return is_inside;
 }
@@ -140,11 +140,11 @@ std::vector<bool> inward_shells(const Mesh& mesh, const std::vector<Shell>& shel
 {
   const auto is_negative = [](const Shell& shell) { return shell.is_closed && shell.signed_volume < 0.0; };
   std::vector<bool> is_inward(shells.size(), false);
-  // All positive, as nearly every file: nothing can turn, whatever lies in what.
+  // Usual case: no negative volume, so no shell is reversed.
   if (std::none_of(shells.begin(), shells.end(), is_negative)) return is_inward;
   for (std::size_t i = 0; i < shells.size(); ++i) {
     if (!shells[i].is_closed) continue;
-    // The outermost of nested shells is the largest that contains this one.
+    // The outermost enclosing shell is the largest that contains this one.
     std::size_t outermost = i;
     for (std::size_t k = 0; k < shells.size(); ++k) {
       const bool is_larger = std::abs(shells[k].signed_volume) > std::abs(shells[outermost].signed_volume);

@@ -1,4 +1,4 @@
-/// Connected pieces of a mesh and which way they face.
+/// Connected components of a mesh and their orientation.
 #pragma once
 
 #include <vector>
@@ -7,19 +7,19 @@
 
 namespace vrda {
 
-/// Triangles connected over shared edges.
+/// A set of triangles connected by shared edges.
 struct Shell {
   std::vector<Eigen::Index> triangles;  ///< ascending
-  bool is_closed = true;                ///< every edge has two faces, wound consistently
+  bool is_closed = true;                ///< every edge has two faces with consistent winding
   double signed_volume = 0.0;           ///< cube of the mesh's unit; meaningful when closed
   Box box;                              ///< in the mesh's unit
 };
 
-/// Shells in the order of their first triangles.
+/// Shells, ordered by their first triangles.
 std::vector<Shell> shells_of(const Mesh& mesh);
 
-/// For each shell whether it has to be reversed to point outward: an outermost closed shell by its volume,
-/// a closed shell inside another along with the outermost around it, open shells never.
+/// For each shell whether it must be reversed to point outward: an outermost closed shell if its volume is
+/// negative, a nested closed shell together with its outermost enclosing shell, an open shell never.
 std::vector<bool> inward_shells(const Mesh& mesh, const std::vector<Shell>& shells);
 
 }  // namespace vrda

@@ -20,7 +20,7 @@ std::string lower(std::string_view word)
   return out;
 }
 
-// Begins with "solid" and holds nothing a text file does not: binary headers may begin with it too.
+// Whether the file begins with "solid" and is text: binary headers may also begin with "solid".
 bool is_ascii(const std::string& bytes)
 {
   const std::size_t begin = std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size());
@@ -31,7 +31,7 @@ bool is_ascii(const std::string& bytes)
                      is_text);
 }
 
-bool holds_numbers(const std::vector<std::string_view>& words, std::size_t first)
+bool has_three_numbers(const std::vector<std::string_view>& words, std::size_t first)
 {
   return words.size() == first + 3 && real_in(words[first]) && real_in(words[first + 1]) &&
          real_in(words[first + 2]);
@@ -51,7 +51,7 @@ class AsciiReader {
       begin = end + 1;
       const std::string found = words.empty() ? "" : read(words);
       if (found.empty()) continue;
-      if (end == bytes_.size()) break;  // the last line, broken off: the counts tell
+      if (end == bytes_.size()) break;  // truncated last line: is_complete() reports it
       throw InputError({file_, "line " + std::to_string(line), found,
                         "a line of an ASCII STL file: facets of three vertices, each of three numbers"});
     }
@@ -59,28 +59,28 @@ class AsciiReader {
   }
 
   std::size_t n_facets() const { return n_ended_; }
-  bool is_whole() const { return n_begun_ == n_ended_ && n_vertices_ == 3 * n_ended_ && !is_solid_open_; }
+  bool is_complete() const { return n_begun_ == n_ended_ && n_vertices_ == 3 * n_ended_ && !is_solid_open_; }
 
  private:
-  // What is wrong with a line, or nothing.
+  // The error of a line, or an empty text.
   std::string read(const std::vector<std::string_view>& words)
   {
     const std::string keyword = lower(words[0]);
-    const bool is_of_a_solid = keyword == "solid" || keyword == "endsolid";
-    if (is_of_a_solid || keyword == "facet") {
+    const bool is_solid_keyword = keyword == "solid" || keyword == "endsolid";
+    if (is_solid_keyword || keyword == "facet") {
       if (n_begun_ != n_ended_) return "\"" + keyword + "\" within a facet";
       if ((keyword == "solid") == is_solid_open_)
         return "\"" + keyword + "\" " + (is_solid_open_ ? "within" : "without") + " a solid";
     } else if (n_begun_ == n_ended_) {
       return "\"" + keyword.substr(0, 40) + "\" without a facet";
     }
-    return is_of_a_solid ? read_solid(keyword) : read_facet(keyword, words);
+    return is_solid_keyword ? read_solid(keyword) : read_facet(keyword, words);
   }
 
   std::string read_solid(const std::string& keyword)
   {
     is_solid_open_ = keyword == "solid";
-    out_ += keyword + " part\n";  // free text followed
+    out_ += keyword + " part\n";  // without the name
     return "";
   }
 
@@ -88,11 +88,11 @@ class AsciiReader {
   {
     if (keyword == "facet") {
       ++n_begun_;
-      if (!holds_numbers(words, 2)) return "a facet without the three numbers of its normal";
+      if (!has_three_numbers(words, 2)) return "a facet without the three numbers of its normal";
       out_ += "facet normal 0 0 0\nouter loop\n";
     } else if (keyword == "vertex") {
       ++n_vertices_;
-      if (!holds_numbers(words, 1)) return "a vertex without three numbers";
+      if (!has_three_numbers(words, 1)) return "a vertex without three numbers";
       for (const std::string_view word : {std::string_view("vertex"), words[1], words[2], words[3]})
         (out_ += word) += " ";
       out_ += "\n";
@@ -125,9 +125,9 @@ std::string checked_ascii(const std::string& file, const std::string& bytes)
 {
   AsciiReader reader(file, bytes);
   std::string reduced = reader.reduced();
-  if (!reader.is_whole()) {
+  if (!reader.is_complete()) {
     throw InputError({file, "",
-                      "an STL file cut short after " + std::to_string(reader.n_facets()) + " whole facets",
+                      "an STL file truncated after " + std::to_string(reader.n_facets()) + " complete facets",
                       "\"endsolid\" at its end"});
   }
   check_count(file, "", reader.n_facets());
@@ -138,13 +138,13 @@ void check_binary(const std::string& file, std::size_t n_facets, std::size_t n_b
                   std::size_t wanted_bytes)
 {
   if (n_bytes < header_bytes + 4) {
-    throw InputError({file, "", std::to_string(n_bytes) + " bytes", "an STL file: its header alone has 84"});
+    throw InputError({file, "", std::to_string(n_bytes) + " bytes", "an STL file of at least 84 bytes"});
   }
   if (n_bytes != wanted_bytes) {
     throw InputError(
         {file, "header",
          std::to_string(n_facets) + " triangles in a file of " + std::to_string(n_bytes) + " bytes",
-         std::to_string(wanted_bytes) + " bytes for so many"});
+         std::to_string(wanted_bytes) + " bytes for this number"});
   }
   check_count(file, "header", n_facets);
 }
@@ -160,7 +160,7 @@ std::string checked_stl(const std::string& file, std::string bytes)
     }
   }
   const std::size_t wanted_bytes = header_bytes + 4 + facet_bytes * n_facets;
-  // The size decides before the first word does: a binary header may begin with "solid".
+  // The size is tested before the first word: a binary header may begin with "solid".
   if (bytes.size() != wanted_bytes && is_ascii(bytes)) return checked_ascii(file, bytes);
   check_binary(file, n_facets, bytes.size(), wanted_bytes);
   return bytes;

@@ -10,8 +10,7 @@
 namespace vrda {
 namespace {
 
-// The smallest bones are those of mice, the largest those of whales; a newcomer's wrong unit is off by 10 to
-// 1000.
+// From mice to whales; a wrong unit gives a factor of 10 to 1000.
 UsualSizes possible_sizes(const Job& job)
 {
   return {job.joint == "knee" ? 3.0 : 1.0, 3000.0};
@@ -27,7 +26,7 @@ std::string three_decimals(double value)
   return shortest(std::round(value * 1000.0) / 1000.0);
 }
 
-// The largest mesh file of one object; nothing when all its components are generated.
+// The largest mesh file of one object; null if all components are generated.
 const ComponentSurvey* largest_file(const BodyJob& body, const ComponentSurvey* survey)
 {
   const ComponentSurvey* largest = nullptr;
@@ -47,7 +46,7 @@ double diagonal_mm(const Box& box)
 
 UsualSizes usual_sizes(const Job& job)
 {
-  // A knee's menisci are 40 mm long, a whole tibia 450 mm; other joints go from a finger's to a hip's bones.
+  // Menisci are 40 mm long, a whole tibia 450 mm; other joints range from fingers to hips.
   return job.joint == "knee" ? UsualSizes{12.0, 800.0} : UsualSizes{3.0, 2000.0};
 }
 
@@ -72,11 +71,11 @@ void check_unit(const Job& job, const std::vector<ComponentSurvey>& survey)
     const std::string unit = likelier_unit(job, size_mm, usual_sizes(job));
     const std::string found = "\"" + job.frame.unit + "\", in which \"" + file->name + "\" (" + file->source +
                               ") measures " + three_decimals(size_mm) + " mm across";
-    std::string wanted = "meshes of a joint, written in mm, cm or m";
+    std::string wanted = "meshes of a joint in mm, cm or m";
     if (other != nullptr && is_within(diagonal_mm(other->box), usual_sizes(job))) {
       wanted = "all mesh files in one unit: \"" + other->name + "\" measures " +
-               three_decimals(diagonal_mm(other->box)) + " mm; write \"" + file->source + "\" again in " +
-               job.frame.unit + (unit.empty() ? "" : ", it looks to be in " + unit);
+               three_decimals(diagonal_mm(other->box)) + " mm; convert \"" + file->source + "\" to " +
+               job.frame.unit + (unit.empty() ? "" : ", its size suggests " + unit);
     } else if (!unit.empty()) {
       wanted = "frame.unit = \"" + unit + "\", in which it measures " +
                three_decimals(size_mm / mm_in(job.frame.unit) * mm_in(unit)) + " mm";

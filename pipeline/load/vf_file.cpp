@@ -107,7 +107,7 @@ RawMesh read_vertices_faces(const std::string& file, const std::string& bytes)
   const auto n_faces = words.whole("the number of faces");
   if (n_vertices < 3) words.refuse(count_of(n_vertices, "vertices"), "at least 3");
   if (n_faces < 1) words.refuse(count_of(n_faces, "faces"), "at least 1");
-  // Before anything is allocated: counts that the file is too short for.
+  // Rejects counts too large for the file before memory is allocated.
   const std::size_t most_vertices = words.n_left() / shortest_vertex;
   if (static_cast<std::size_t>(n_vertices) > most_vertices) {
     words.refuse(count_of(n_vertices, "vertices"),

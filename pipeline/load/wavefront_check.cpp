@@ -11,8 +11,8 @@ namespace {
 
 using WordList = std::vector<std::string_view>;
 
-// Keywords that say nothing about the vertices and faces of a mesh.
-bool is_passed_over(std::string_view keyword)
+// Keywords without influence on vertices and faces.
+bool is_ignored(std::string_view keyword)
 {
   constexpr std::array<std::string_view, 15> others{"g",      "o",      "s",      "mg",       "usemtl",
                                                     "mtllib", "usemap", "maplib", "lod",      "vp",
@@ -39,18 +39,18 @@ class Checker {
       ++line_;
       text = text.substr(0, std::min(text.find('#'), text.size()));
       if (!text.empty() && text.back() == '\r') text.remove_suffix(1);
-      // A backslash at the end joins the next line.
-      const bool goes_on = !text.empty() && text.back() == '\\';
-      if (goes_on) text.remove_suffix(1);
+      // A backslash at the end continues the line.
+      const bool is_continued = !text.empty() && text.back() == '\\';
+      if (is_continued) text.remove_suffix(1);
       joined += text;
-      if (goes_on) continue;
+      if (is_continued) continue;
       const WordList words = words_in(joined);
       if (!words.empty()) read(words);
       joined.clear();
     }
-    // A face may name a vertex of a later line: known at the end only.
+    // A face may refer to a vertex of a later line, so indices are checked at the end.
     if (highest_vertex_ > n_vertices_)
-      refuse_at(highest_line_, "index " + std::to_string(highest_vertex_), vertices_there());
+      refuse_at(highest_line_, "index " + std::to_string(highest_vertex_), valid_vertices());
     if (highest_normal_ > n_normals_) {
       refuse_at(highest_line_, "normal " + std::to_string(highest_normal_),
                 "one of " + std::to_string(n_normals_) + " normals");
@@ -74,8 +74,8 @@ class Checker {
       ++n_normals_;
     } else if (keyword == "f") {
       read_face(words);
-    } else if (keyword != "vt" && !is_passed_over(keyword)) {
-      refuse(quoted(keyword), "a keyword of a polygon file, as v, vn, vt or f");
+    } else if (keyword != "vt" && !is_ignored(keyword)) {
+      refuse(quoted(keyword), "a keyword of a polygon mesh, such as v, vn, vt or f");
     }
   }
 
@@ -97,13 +97,13 @@ class Checker {
   {
     if (words.size() < 4) refuse(std::to_string(words.size() - 1) + " corners", "at least 3");
     if (++n_faces_ > largest_face_count)
-      refuse("one face more", "at most " + std::to_string(largest_face_count));
+      refuse("more faces", "at most " + std::to_string(largest_face_count));
     out_ += "f";
     for (std::size_t k = 1; k < words.size(); ++k) read_corner(words[k]);
     out_ += "\n";
   }
 
-  // v, v/t, v//n or v/t/n; textures are left out.
+  // v, v/t, v//n or v/t/n; texture indices are dropped.
   void read_corner(std::string_view corner)
   {
     const std::size_t slash = std::min(corner.find('/'), corner.size());
@@ -122,7 +122,7 @@ class Checker {
   {
     const std::optional<std::int64_t> index = whole_in(word);
     const std::int64_t value = index && *index < 0 ? n_so_far + 1 + *index : index.value_or(0);
-    if (value < 1) refuse(quoted(corner), "indices from 1 on, or back from -1: " + vertices_there());
+    if (value < 1) refuse(quoted(corner), "an index from 1 or a negative one: " + valid_vertices());
     return value;
   }
 
@@ -133,7 +133,7 @@ class Checker {
     highest_line_ = line_;
   }
 
-  std::string vertices_there() const { return "one of " + std::to_string(n_vertices_) + " vertices"; }
+  std::string valid_vertices() const { return "one of " + std::to_string(n_vertices_) + " vertices"; }
 
   [[noreturn]] void refuse(const std::string& found, const std::string& wanted) const
   {

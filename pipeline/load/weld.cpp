@@ -14,7 +14,7 @@ WeldedVertices welded_vertices(const RawMesh& raw)
   const auto compare = [&](std::int32_t a, std::int32_t b) {
     return std::lexicographical_compare(row(a), row(a) + 3, row(b), row(b) + 3);
   };
-  // Stable: the earliest of equal vertices comes first and gives the others its place.
+  // Stable: the first of equal vertices in the file represents the others.
   std::stable_sort(order.begin(), order.end(), compare);
   std::vector<std::int32_t> earliest(order.size());
   for (std::size_t k = 0; k < order.size(); ++k) {

@@ -1,4 +1,4 @@
-/// Vertices of equal coordinates as one.
+/// Merges vertices with equal coordinates.
 #pragma once
 
 #include "load/raw_mesh.hpp"
@@ -6,13 +6,13 @@
 namespace vrda {
 
 struct WeldedVertices {
-  std::vector<std::int32_t> of_raw;  ///< [n raw] row among the merged vertices
-  Points vertices;                   ///< in the order in which the raw ones first give them
-  Points normal_sums;                ///< empty when the file has none
+  std::vector<std::int32_t> of_raw;  ///< [n raw] index of the merged vertex
+  Points vertices;                   ///< in the order of first occurrence
+  Points normal_sums;                ///< empty if the file has no normals
 };
 
-/// Exactly equal: parsers repeat a shared vertex bit for bit, and a tolerance would close gaps the author
-/// left.
+/// Coordinates must be exactly equal: parsers repeat a shared vertex bit for bit, and a tolerance would close
+/// intended gaps.
 WeldedVertices welded_vertices(const RawMesh& raw);
 
 }  // namespace vrda

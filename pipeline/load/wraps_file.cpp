@@ -15,10 +15,10 @@ const DocumentSchema& wraps_schema();  // schemas/wraps.schema.json
 
 namespace {
 
-// Up to here the shortest way was always found (pipeline/ligament/README.md).
+// Largest ratio of half-axes for which the shortest path was always found (pipeline/ligament/README.md).
 constexpr double largest_ratio = 5.0;
 
-// "1 2 3" as the list of numbers it spells, any other text as it is.
+// Converts a text such as "1 2 3" to a list of numbers; any other text stays unchanged.
 void read_numbers(DocumentValue& value)
 {
   if (value.text() == nullptr) return;
@@ -31,7 +31,7 @@ void read_numbers(DocumentValue& value)
   value.data = numbers;
 }
 
-// Numbers of every key that has some; one alone stands for the list of it.
+// Converts the numeric keys; a list of one number becomes that number for radius and length.
 void read_all_numbers(DocumentValue& wrap)
 {
   for (const char* key : {"xyz_body_rotation", "translation", "dimensions", "radius", "length"}) {
@@ -44,13 +44,13 @@ void read_all_numbers(DocumentValue& wrap)
   }
 }
 
-// A wrap of the checked document, and where messages find it.
+// A wrap of the validated document and its index, for messages.
 struct Entry {
   const Document& document;
   const DocumentValue& value;
-  std::string place;
+  std::string index;
 
-  std::string key(const std::string& name) const { return place + "." + name; }
+  std::string key(const std::string& name) const { return index + "." + name; }
 
   Eigen::Vector3d vector(const std::string& name) const
   {
@@ -64,11 +64,11 @@ WrapShape shape_of(const Entry& entry)
   const bool is_cylinder = type == "WrapCylinder";
   for (const char* name : {"radius", "length", "dimensions"}) {
     const bool is_wanted = is_cylinder == (name != std::string("dimensions"));
-    const bool is_there = entry.value.find(name) != nullptr;
-    if (is_wanted == is_there) continue;
+    const bool is_given = entry.value.find(name) != nullptr;
+    if (is_wanted == is_given) continue;
     entry.document.refuse(
-        entry.key(name), is_there ? "a key of the other type" : "nothing",
-        "of a " + type + (is_cylinder ? " radius and length" : " three dimensions") + ", lengths above 0");
+        entry.key(name), is_given ? "a key of the other type" : "nothing",
+        "for a " + type + (is_cylinder ? " radius and length" : " three dimensions") + ", lengths above 0");
   }
   return is_cylinder ? WrapShape::cylinder : WrapShape::ellipsoid;
 }
@@ -129,8 +129,7 @@ std::vector<Wrap> read_wraps(const std::string& file, const std::string& text, c
     const Entry entry{document, value, std::to_string(wraps.size())};
     wraps.push_back(wrap_of(entry, bodies));
     if (!names.insert(wraps.back().name).second)
-      document.refuse(entry.key("name"), shown(value_at(value, "name")) + " a second time",
-                      "a name of its own");
+      document.refuse(entry.key("name"), shown(value_at(value, "name")) + " a second time", "a unique name");
   }
   return wraps;
 }

@@ -1,4 +1,4 @@
-/// Wrapping surfaces in a JSON file: schemas/ligaments.md.
+/// Wrapping surfaces of ligaments in a JSON file: schemas/ligaments.md.
 #pragma once
 
 #include <string>
@@ -8,14 +8,14 @@
 
 namespace vrda {
 
-/// What the job calls its two objects; a wrap names the one it is fixed to.
+/// Names of the two objects in the job. A wrap names the object it is fixed to.
 struct BodyNames {
   std::string reference;
   std::string moving;
 };
 
-/// The wraps of a file, in its order, with poses in the mesh files' axes and mm.
-/// Throws InputError naming the file, wrap and key.
+/// The wraps of a file, in order, with poses in the axes of the mesh files and mm.
+/// Throws InputError naming file, wrap and key.
 std::vector<Wrap> read_wraps(const std::string& file, const std::string& text, const BodyNames& bodies);
 
 }  // namespace vrda

@@ -16,9 +16,9 @@
 namespace vrda {
 namespace {
 
-constexpr int fineness = 2;              // samples a pixel along each axis
-constexpr float hidden_share = 0.4F;     // of a line's colour that shows through what hides it
-constexpr double depth_tolerance = 0.5;  // px: a line on a surface is not hidden by it
+constexpr int fineness = 2;              // samples per pixel along each axis
+constexpr float hidden_share = 0.4F;     // opacity of a hidden line
+constexpr double depth_tolerance = 0.5;  // px: a line on a surface is visible
 
 std::vector<int> latin_letters(std::string_view utf8)
 {
@@ -44,7 +44,7 @@ const stbtt_fontinfo& font()
   static const stbtt_fontinfo loaded = [] {
     stbtt_fontinfo info{};
     const auto* bytes = reinterpret_cast<const unsigned char*>(picture_font().data());
-    check(stbtt_InitFont(&info, bytes, 0) != 0, "the font in the program is whole");
+    check(stbtt_InitFont(&info, bytes, 0) != 0, "the embedded font is valid");
     return info;
   }();
   return loaded;
@@ -71,7 +71,7 @@ void append_bytes(void* text, void* bytes, int n)
   static_cast<std::string*>(text)->append(static_cast<const char*>(bytes), static_cast<std::size_t>(n));
 }
 
-// The samples from `least` to `largest`, within 0 and `end`.
+// Index range of the samples from `least` to `largest`, clipped to [0, end).
 struct Samples {
   int first, last;
 };
@@ -198,7 +198,7 @@ std::string Canvas::png() const
   const int width = width_ / fineness;
   check(
       stbi_write_png_to_func(append_bytes, &bytes, width, height_ / fineness, 3, rgb.data(), 3 * width) != 0,
-      "a picture becomes a PNG");
+      "the image is encoded as PNG");
   return bytes;
 }
 

@@ -1,4 +1,4 @@
-/// A picture in memory: triangles with hidden surfaces removed, lines, discs and text over them.
+/// A raster image: triangles with a depth buffer, and lines, discs and text over them.
 #pragma once
 
 #include <Eigen/Core>
@@ -13,29 +13,29 @@ using Colour = Eigen::Vector3f;  ///< red, green, blue from 0 to 1, sRGB
 
 enum class TextAlign { left, centre, right };
 
-/// Places are in pixels from the upper left, x to the right, y down; z is nearer the larger it is.
+/// Coordinates in pixels from the upper left, x to the right, y down; larger z is nearer.
 class Canvas {
  public:
   Canvas(int width_px, int height_px);
 
   void draw_triangle(const std::array<Eigen::Vector3d, 3>& corners_px, const Colour& colour);
-  /// What triangles hide of it shines through.
+  /// Parts hidden by triangles are drawn translucent.
   void draw_line(const Eigen::Vector3d& from_px, const Eigen::Vector3d& to_px, double width_px,
                  const Colour& colour);
-  /// Over everything.
+  /// Without depth test.
   void draw_disc(const Eigen::Vector2d& centre_px, double radius_px, const Colour& colour);
-  /// On one line over everything, its baseline at `at_px`. Letters beyond Latin-1 become question marks.
+  /// One line without depth test, baseline at `at_px`. Characters outside Latin-1 become question marks.
   void draw_text(const Eigen::Vector2d& at_px, double height_px, std::string_view utf8, TextAlign align,
                  const Colour& colour);
 
-  /// 8-bit RGB; equal drawings give equal bytes.
+  /// 8-bit RGB; deterministic.
   std::string png() const;
 
  private:
   void blend(int x, int y, const Colour& colour, float share);
   std::size_t index(int x, int y) const;
 
-  int width_, height_;  // of the fine raster that png() averages
+  int width_, height_;  // of the supersampled raster that png() averages
   std::vector<Colour> colour_;
   std::vector<float> depth_;
 };

@@ -21,7 +21,7 @@ const std::array<Colour, 3> axis_colours{Colour(0.82F, 0.10F, 0.08F), Colour(0.1
                                          Colour(0.80F, 0.42F, 0.0F)};
 const std::array<const char*, 3> axis_names{"anterior", "proximal", "right"};
 
-// Looks at the case from `towards`, proximal up.
+// A view from direction `towards`, proximal up.
 struct View {
   Eigen::Vector3d rightward, towards;
   std::string title, left_word, right_word;
@@ -47,7 +47,7 @@ View side_view(const Case& job_case)
           is_knee ? "from the lateral side, the right" : "from the right", "posterior", "anterior"};
 }
 
-// Canonical places to pixels, of one view.
+// Projection of canonical coordinates to the pixels of a view.
 struct Projection {
   View view;
   Eigen::Vector3d middle_mm;
@@ -85,7 +85,7 @@ Box box_of_bones(const Case& job_case)
   return box;
 }
 
-// Ends where the moving object begins, seen along the push.
+// Ends behind the moving object, along the push.
 Arrow push_arrow(const Case& job_case, double length_mm)
 {
   const Eigen::Vector3d& delta = job_case.frame.delta;
@@ -96,7 +96,7 @@ Arrow push_arrow(const Case& job_case, double length_mm)
     include(moving, bounding_box(job_case.moving.visual.mesh).max_mm);
   }
   const Eigen::Vector3d foot_mm =
-      (delta.array() > 0.0).select(moving.min_mm, moving.max_mm);  // the corner farthest back
+      (delta.array() > 0.0).select(moving.min_mm, moving.max_mm);  // the rearmost corner
   const double back_mm = (foot_mm - at_mm).dot(delta) - 0.1 * length_mm;
   const Eigen::Vector3d to_mm = at_mm + back_mm * delta;
   return {to_mm - length_mm * delta, to_mm};
@@ -128,7 +128,7 @@ void draw_arrow(Canvas& canvas, const Eigen::Vector3d& from_px, const Eigen::Vec
   }
 }
 
-// Beyond the arrow's end, clear of it.
+// At a distance beyond the arrow's end.
 void draw_label(Canvas& canvas, const Eigen::Vector3d& from_px, const Eigen::Vector3d& to_px,
                 const std::string& text, const Colour& colour)
 {
@@ -141,7 +141,7 @@ void draw_label(Canvas& canvas, const Eigen::Vector3d& from_px, const Eigen::Vec
                                                  : TextAlign::centre;
   const Eigen::Vector2d at =
       to_px.head<2>() + gap_px * direction + Eigen::Vector2d(0.0, 8.0 * (1.0 + direction.y()));
-  for (const double x : {-1.5, 1.5}) {  // a pale rim keeps it legible over bones
+  for (const double x : {-1.5, 1.5}) {  // a white outline for contrast over bones
     for (const double y : {-1.5, 1.5})
       canvas.draw_text(at + Eigen::Vector2d(x, y), text_px, text, align, Colour::Ones());
   }
@@ -227,8 +227,8 @@ void draw_legend(Canvas& canvas, const Case& job_case, const PictureNotes& notes
   const std::vector<Entry> entries{
       {job_case.reference.name + " (reference)", reference_colour},
       {job_case.moving.name + " (moving)", moving_colour},
-      {"drawn only: paler", Colour(0.85F, 0.85F, 0.85F)},
-      {"inside of a surface", inside_colour},
+      {"not in contact: paler", Colour(0.85F, 0.85F, 0.85F)},
+      {"back face", inside_colour},
       {std::to_string(job_case.ligaments.fibres.size()) + " fibres", fibre_colour}};
   double x = 30.0;
   for (const Entry& entry : entries) {
@@ -237,7 +237,7 @@ void draw_legend(Canvas& canvas, const Case& job_case, const PictureNotes& notes
     x += 70.0 + 12.5 * static_cast<double>(entry.text.size());
   }
   canvas.draw_text({30.0, 984.0}, text_px,
-                   "Ring: rotation centre. Pose of the mesh files; the start is shifted by " +
+                   "Ring: rotation centre. Pose of the mesh files; initial translation " +
                        shift_text(job_case.initial.translation_mm) +
                        " mm. Warnings: " + std::to_string(notes.n_warnings) + ".",
                    TextAlign::left, black);

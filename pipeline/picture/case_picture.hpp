@@ -1,4 +1,4 @@
-/// A case as it was understood, drawn from the front and from the side.
+/// Image of a loaded case from the front and from the side.
 #pragma once
 
 #include <array>
@@ -9,13 +9,13 @@
 namespace vrda {
 
 struct PictureNotes {
-  /// The files' axes along anterior, proximal and right, as "-Y"; empty where no component is a file.
+  /// The mesh files' axes along anterior, proximal and right, e.g. "-Y"; empty without mesh files.
   std::array<std::string, 3> file_axes;
   std::size_t n_warnings = 0;
 };
 
-/// The bytes of a PNG file: bones on the pose of the mesh files, anatomical axes at the rotation centre, the
-/// push, fibres and a scale, from the front and from the lateral side (of another joint from the right).
+/// The bytes of a PNG file: bones in the pose of the mesh files, anatomical axes at the rotation centre,
+/// push, fibres and scale bar, from the front and from the lateral side (other joints: from the right).
 std::string case_picture(const Case& job_case, const PictureNotes& notes);
 
 }  // namespace vrda

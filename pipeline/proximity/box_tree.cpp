@@ -12,7 +12,7 @@
 namespace vrda {
 namespace {
 
-// One triangle a leaf measured faster than two on the generic knee: the exact kernel costs more than a node.
+// One triangle a leaf was faster than two on the generic knee: the exact kernel costs more than a node.
 constexpr std::int32_t leaf_size = 1;
 
 struct Range {
@@ -73,10 +73,10 @@ void BoxTree::build(const Mesh& mesh)
     }
     return sums;
   }();
-  // Right children wait on a stack, so that the left child always follows its parent.
+  // Right children are stacked, so that the left child always follows its parent.
   struct Task {
     Range range;
-    std::int32_t parent = -1;  // whose `first` becomes this node; -1 for left children
+    std::int32_t parent = -1;  // node whose `first` is set to this one; -1 for left children
   };
   std::vector<Task> tasks{{{0, static_cast<std::int32_t>(order_.size())}, -1}};
   while (!tasks.empty()) {
@@ -128,22 +128,22 @@ void BoxTree::refit(const Mesh& mesh)
 namespace {
 
 using gap_rules::infinity;
-/// Barycentric: a ray through a shared edge must meet at least one of both triangles.
+/// Barycentric: a ray through a shared edge must hit at least one of the two triangles.
 constexpr double ray_edge_slack = 1e-12;
-/// Boxes are that much wider: a ray along a side of one, or a flat one, must not be lost.
+/// Boxes are widened by this, so that rays along a face of a box and flat boxes are not missed.
 constexpr double box_margin_mm = 1e-9;
-/// Halving the triangles at each node, a tree of all that 32 bits count is no deeper.
-constexpr std::size_t deepest = 64;
+/// Bound on the depth: nodes halve the triangles, whose count has 32 bits.
+constexpr std::size_t max_depth = 64;
 
-/// Slabs divide by the direction: a component of 0 becomes a hair.
+/// Inverse direction for the slab test; a component of 0 is replaced by a tiny one.
 Eigen::Vector3d inverse_of(const Eigen::Vector3d& direction)
 {
-  constexpr double hair = 1e-300;
-  return direction.unaryExpr([](double d) { return 1.0 / (std::abs(d) < hair ? hair : d); });
+  constexpr double tiny = 1e-300;
+  return direction.unaryExpr([](double d) { return 1.0 / (std::abs(d) < tiny ? tiny : d); });
 }
 
-bool meets_box(const BoxTree::Node& node, const Eigen::Vector3d& from_mm, const Eigen::Vector3d& inverse,
-               double longest_mm)
+bool intersects_box(const BoxTree::Node& node, const Eigen::Vector3d& from_mm, const Eigen::Vector3d& inverse,
+                    double longest_mm)
 {
   double enter_mm = 0.0, leave_mm = longest_mm;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -161,7 +161,7 @@ double triangle_travel_mm(const Mesh& mesh, Eigen::Index t, const Ray& ray)
   const std::array<Eigen::Vector3d, 3> p = corners(mesh, t);
   const Eigen::Vector3d a = p[1] - p[0], b = p[2] - p[0];
   const Eigen::Vector3d across = ray.direction.cross(b);
-  const double facing = a.dot(across);  // minus the direction times the doubled area's normal
+  const double facing = a.dot(across);  // -direction . (a x b)
   if (!(facing > 0.0)) return infinity;
   const Eigen::Vector3d start = ray.from_mm - p[0];
   const double u = start.dot(across), least = -ray_edge_slack * facing,
@@ -180,16 +180,16 @@ double ray_travel_mm(const Mesh& mesh, const BoxTree& tree, const Ray& ray)
 {
   if (tree.is_empty()) return infinity;
   const Eigen::Vector3d inverse = inverse_of(ray.direction);
-  std::array<std::int32_t, deepest> stack{};
+  std::array<std::int32_t, max_depth> stack{};
   std::size_t n = 1;
   double shortest_mm = ray.longest_mm;
-  bool is_met = false;
+  bool is_hit = false;
   while (n > 0) {
     const std::int32_t at = stack[--n];
     const BoxTree::Node& node = tree.nodes()[static_cast<std::size_t>(at)];
-    if (!meets_box(node, ray.from_mm, inverse, shortest_mm)) continue;
+    if (!intersects_box(node, ray.from_mm, inverse, shortest_mm)) continue;
     if (!node.is_leaf()) {
-      check(n + 2 <= deepest, "a tree of triangles is not deeper than the stack");
+      check(n + 2 <= max_depth, "the depth of a box tree is within the stack");
       stack[n++] = node.first;
       stack[n++] = at + 1;
       continue;
@@ -198,10 +198,10 @@ double ray_travel_mm(const Mesh& mesh, const BoxTree& tree, const Ray& ray)
       const double travel_mm = triangle_travel_mm(mesh, tree.order()[static_cast<std::size_t>(i)], ray);
       if (travel_mm > shortest_mm) continue;
       shortest_mm = travel_mm;
-      is_met = true;
+      is_hit = true;
     }
   }
-  return is_met ? shortest_mm : infinity;
+  return is_hit ? shortest_mm : infinity;
 }
 
 }  // namespace vrda

@@ -1,5 +1,4 @@
-/// Bounding-volume tree over the triangles of one mesh, in the mesh's own frame, and how far a point travels
-/// before it meets them.
+/// Bounding-volume tree over the triangles of one mesh, in the mesh's own frame, and ray casting.
 #pragma once
 
 #include <array>
@@ -22,11 +21,11 @@ class BoxTree {
   };
 
   BoxTree() = default;
-  /// Only the triangles listed; an empty list gives an empty tree.
+  /// Tree over the listed triangles; an empty list gives an empty tree.
   BoxTree(const Mesh& mesh, const std::vector<std::int32_t>& triangles);
   explicit BoxTree(const Mesh& mesh);
 
-  /// The boxes again, for the same triangles over other vertices (a turned copy of the mesh).
+  /// Recomputes the boxes for the same triangles with other vertices (a rotated copy of the mesh).
   void refit(const Mesh& mesh);
 
   bool is_empty() const { return nodes_.empty(); }
@@ -40,16 +39,16 @@ class BoxTree {
   std::vector<std::int32_t> order_;  // triangle rows, leaf by leaf
 };
 
-/// How far one point can travel before it meets a mesh.
+/// A ray of limited length.
 struct Ray {
   Eigen::Vector3d from_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d direction = Eigen::Vector3d::UnitY();  ///< unit
   double longest_mm = 0.0;
 };
 
-/// Travel to the first triangle of `mesh` that faces the ray (its normal against the direction), infinite
-/// where none is within the longest. Everything in the mesh's own frame, any direction. A ray through an edge
-/// or a vertex meets a triangle there. Allocates nothing; under a microsecond for short rays.
+/// Distance to the first triangle of `mesh` that faces the ray (normal against the direction); infinite where
+/// none is within max_length_mm. In the mesh's own frame. A ray through an edge or a vertex hits a triangle
+/// there. No allocation; under a microsecond for short rays.
 /// Source: Moeller and Trumbore (1997), J Graphics Tools 2(1):21-28.
 double ray_travel_mm(const Mesh& mesh, const BoxTree& tree, const Ray& ray);
 

@@ -23,10 +23,10 @@ struct Least {
 double travel_of(const Corners& reference, const Corners& moving, GapKind kind)
 {
   const GapFace r = gap_face(reference), m = gap_face(moving);
-  // Coming from afar only a face that looks down can be met, and only by one that looks up.
+  // Only a moving face directed up can be the first to touch a reference face directed down.
   if (kind == GapKind::from_afar && !(r.looks_down() && m.looks_up())) return infinity;
   Least least{kind};
-  visit_meeting_places(r, m, [&least](const MeetingPlace& place) { least.offer(place.travel_mm); });
+  visit_meeting_places(r, m, [&least](const MeetingPlace& at) { least.offer(at.travel_mm); });
   return least.travel_mm;
 }
 
@@ -36,7 +36,7 @@ bool projections_overlap(const BoxTree::Node& r, const BoxTree::Node& m)
          m.min_mm[2] <= r.max_mm[2];
 }
 
-// One dual-tree branch and bound.
+// Dual-tree branch and bound.
 class Query {
  public:
   Query(const TreeMesh& reference, const Mesh& moving_mesh, const BoxTree& moving, const MovingPose& pose,
@@ -57,7 +57,7 @@ class Query {
     while (!tasks_.empty()) {
       const Task task = tasks_.back();
       tasks_.pop_back();
-      // Equal bounds are still walked, so that ties end in the smallest pair whatever the hint.
+      // Equal bounds are visited too, so that ties give the smallest pair for any hint.
       if (task.bound > best_.travel_mm) continue;
       descend(task);
     }
@@ -107,7 +107,7 @@ class Query {
       push({task.reference, task.moving + 1});
       push({task.reference, m.first});
     }
-    // The nearer child on top.
+    // The nearer child is visited first.
     if (tasks_.size() == before + 2 && tasks_[before].bound < tasks_[before + 1].bound) {
       std::swap(tasks_[before], tasks_[before + 1]);
     }
@@ -122,7 +122,7 @@ class Query {
     }
   }
 
-  // The bounds of descend() for the two triangles alone: spares most pairs of a leaf the exact kernel.
+  // The bounds of descend() for two triangles: avoids the exact kernel for most pairs of a leaf.
   bool can_improve(const Corners& r, const Corners& m) const
   {
     const Extent rx = extent(r, 0), mx = extent(m, 0), rz = extent(r, 2), mz = extent(m, 2);

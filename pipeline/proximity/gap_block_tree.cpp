@@ -8,8 +8,8 @@
 namespace vrda {
 namespace {
 
-// How far out of its neighbour's plane, in parts of the largest coordinate, a face may stand and still be
-// called flat: a few roundings of vertices that were turned and shifted.
+// Largest distance of a face from its neighbour's plane, relative to the largest coordinate, at which both
+// are coplanar: a few roundings of transformed vertices.
 constexpr double flat_share = 1e-13;
 
 struct EdgeUse {
@@ -37,8 +37,8 @@ std::vector<EdgeUse> sorted_uses(const GapSurface& surface)
   return uses;
 }
 
-// Does face g's far corner stand below the plane of f by more than rounding? Then the edge sticks out.
-bool sticks_out(const GapSurface& surface, const EdgeUse& f, const EdgeUse& g, double flat_mm)
+// The edge is convex if face g's opposite corner is below the plane of f by more than rounding.
+bool is_convex(const GapSurface& surface, const EdgeUse& f, const EdgeUse& g, double flat_mm)
 {
   const Eigen::Vector3d normal = surface.face_normals.row(f.triangle);
   const std::int32_t far = surface.mesh.triangles(g.triangle, (g.slot + 2) % 3);
@@ -77,7 +77,7 @@ GapSurface gap_surface(const Mesh& mesh, std::vector<std::int32_t> triangles)
     if (!is_pair || f.is_forward == g.is_forward || is_degenerate(surface, f) || is_degenerate(surface, g)) {
       continue;
     }
-    if (sticks_out(surface, f, g, flat_mm) || sticks_out(surface, g, f, flat_mm)) continue;
+    if (is_convex(surface, f, g, flat_mm) || is_convex(surface, g, f, flat_mm)) continue;
     surface.neighbours[static_cast<std::size_t>(f.triangle)][static_cast<std::size_t>(f.slot)] = g.triangle;
     surface.neighbours[static_cast<std::size_t>(g.triangle)][static_cast<std::size_t>(g.slot)] = f.triangle;
   }
@@ -99,10 +99,10 @@ namespace {
 constexpr float absent = 1e30F;
 using Rows = std::span<std::int32_t>;
 
-// Arranges rows into blocks; what bounds them is filled in by role.
-class Arranger {
+// Arranges rows into blocks; the bounds are filled in for the role by a callback.
+class BlockArranger {
  public:
-  Arranger(const GapSurface& surface, const std::vector<std::int32_t>& triangles) : rows_(triangles)
+  BlockArranger(const GapSurface& surface, const std::vector<std::int32_t>& triangles) : rows_(triangles)
   {
     centres_.resize(surface.mesh.triangles.rows(), 3);
     for (const std::int32_t t : triangles) {
@@ -111,7 +111,7 @@ class Arranger {
     }
   }
 
-  // `add(block, rows)` is told of every block before its children.
+  // Calls `add(block, rows, groups)` for every block before its children.
   template <typename Add>
   std::vector<Block> arrange(const Add& add)
   {
@@ -148,7 +148,7 @@ class Arranger {
     return index;
   }
 
-  // Halves at multiples of `unit`, so that all blocks but the last are full.
+  // Splits at multiples of `unit`, so that all blocks except the last are full.
   void split(Rows rows, std::size_t unit, std::vector<Rows>& groups)
   {
     if (rows.size() <= unit) {
@@ -167,7 +167,7 @@ class Arranger {
     split(rows.subspan(middle), unit, groups);
   }
 
-  // In space, not across Delta: layers (bone, cartilage, menisci) part early.
+  // In space, not only across Delta, so that layers (bone, cartilage, menisci) are separated early.
   Eigen::Index widest(Rows rows) const
   {
     Eigen::RowVector3d low = centres_.row(rows.front()), high = low;
@@ -207,7 +207,7 @@ Box box_of(const GapSurface& surface, Rows rows)
   return {low, high};
 }
 
-// Mean outward normal by area, as floats round it; zero where the faces cancel out.
+// Area-weighted mean outward normal, rounded to float; zero where the faces cancel out.
 Eigen::Vector3d mean_normal(const GapSurface& surface, Rows rows)
 {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -232,7 +232,7 @@ double least_along(const GapSurface& surface, Rows rows, const Eigen::Vector3d& 
   return least;
 }
 
-// Sine of the widest angle between the faces' normals and `axis`; 1 from a right angle on.
+// Sine of the largest angle between the faces' normals and `axis`; 1 from a right angle on.
 double spread_around(const GapSurface& surface, Rows rows, const Eigen::Vector3d& axis)
 {
   double least_cos = 1.0;
@@ -270,7 +270,7 @@ void fill_leaf(const GapSurface& surface, std::int32_t t, std::size_t lane, Refe
   set(leaf.offset, lane, least_along(surface, row, inward));
 }
 
-// The plane above every vertex with the slope of the faces' mean normal; flat where that is steep.
+// The plane above every vertex with the slope of the faces' mean normal; horizontal where that is steep.
 void fill_plane(const GapSurface& surface, Rows rows, std::size_t lane, BlockRow* const abc[3])
 {
   const Eigen::Vector3d n = mean_normal(surface, rows);
@@ -343,7 +343,7 @@ Tree tree_over(const GapSurface& surface, const std::vector<std::int32_t>& trian
       }
     }
   };
-  tree.blocks = Arranger(surface, triangles).arrange(add);
+  tree.blocks = BlockArranger(surface, triangles).arrange(add);
   return tree;
 }
 

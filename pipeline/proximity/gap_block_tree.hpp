@@ -1,6 +1,5 @@
-/// What a mesh brings to directional gap queries before anybody asks: neighbours and first edges of its
-/// faces, and trees of eight-lane blocks over its triangles, one triangle a lane at the bottom, for either
-/// role in a query.
+/// Precomputed data of a mesh for directional gap queries: neighbours of its faces across flat or reflex
+/// edges, and trees of eight-lane blocks over its triangles (one triangle a lane in a leaf) for either role.
 #pragma once
 
 #include <array>
@@ -12,26 +11,26 @@
 
 namespace vrda {
 
-/// Edges that can be the first to touch are those that stick out (convex by more than rounding), bound the
-/// sheet, or are not shared by exactly two consistently wound faces. Along a flat or reflex edge between two
-/// faces that both count, the height difference is concave: it is never smaller on the edge than all around.
+/// An edge can touch first if it is convex by more than rounding, a boundary, or not shared by exactly two
+/// consistently wound faces. Across a flat or reflex edge between two included faces the height difference is
+/// concave: it is never smaller on the edge than around it.
 struct GapSurface {
   Mesh mesh;
-  std::vector<std::int32_t> triangles;  ///< rows that count, ascending
+  std::vector<std::int32_t> triangles;  ///< rows included, ascending
   /// [n_triangles of mesh] face across the edge from corner i to the next, where that edge is flat or reflex;
   /// -1 where it can touch first.
   std::vector<std::array<std::int32_t, 3>> neighbours;
   Points face_normals;  ///< [n_triangles, 3] unit; zero for a degenerate face
 };
 
-/// The faces listed alone are the surface: an edge to a face not listed bounds it.
+/// The surface consists of the listed faces: an edge to any other face is a boundary.
 GapSurface gap_surface(const Mesh& mesh, std::vector<std::int32_t> triangles);
 
-/// Bit i: the edge from corner i of `triangle` can touch first, where only faces with `counts[row]` count.
+/// Bit i: the edge from corner i of `triangle` can touch first if only faces with `counts[row]` are included.
 unsigned touching_edges(const GapSurface& surface, std::int32_t triangle, const std::vector<bool>& counts);
 
-/// Children of a block: further blocks, or rows of triangles in a leaf. -1 for an absent lane. Blocks stand
-/// in depth-first order, the root first.
+/// Children of a block: blocks, or rows of triangles in a leaf; -1 for an unused lane. Blocks are in
+/// depth-first order, the root first.
 struct Block {
   std::array<std::int32_t, block_lanes> child{};
   std::int32_t height = 0;   ///< levels below
@@ -56,7 +55,7 @@ struct MovingTree {
 /// Over every triangle of the surface.
 ReferenceTree reference_tree(const GapSurface& surface);
 
-/// Over the triangles listed.
+/// Over the listed triangles.
 MovingTree moving_tree(const GapSurface& surface, const std::vector<std::int32_t>& triangles);
 
 }  // namespace vrda

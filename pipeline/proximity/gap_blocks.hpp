@@ -1,8 +1,8 @@
-/// The float side of a directional gap query: blocks of eight bounds, turned and tested eight at a time.
-/// Plain data and no library, since the code that works on it is compiled once for every instruction set.
+/// Single-precision bounds of a directional gap query: blocks of eight bounds, transformed and tested eight
+/// at a time. Plain data without libraries, because this code is compiled once for every instruction set.
 ///
-/// A bound is a box across Delta and two heights: a flat one and a plane a + b x + c z. Floats are rounded
-/// anyhow; whoever compares allows for it (gap_slack_mm).
+/// A bound is a box across Delta and two heights: a flat one and a plane a + b x + c z. Values are rounded to
+/// nearest; comparisons add a margin (gap_slack_mm).
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,20 @@ struct alignas(32) BlockRow {
   float lane[block_lanes];
 };
 
-/// Reference, own frame: boxes in space, a half-space normal . p >= offset that holds every vertex, and how
-/// far the faces' outward normals spread around -normal (sine; 1 beyond a right angle). An absent lane has a
-/// half width of -1e30.
+/// Reference, own frame: boxes in space, a half-space normal . p >= offset that contains every vertex, and
+/// the spread of the faces' outward normals around -normal (sine; 1 beyond a right angle). An unused lane has
+/// a half width of -1e30.
 struct ReferenceInner {
   BlockRow centre[3], half[3], normal[3], offset, spread;
 };
 
 /// Reference, own frame: eight triangles; x, y, z of each corner, the plane of each with its normal inward.
-/// `absent` is 1e30 for a lane without one, else 0.
+/// `absent` is 1e30 for an unused lane, else 0.
 struct ReferenceLeaf {
   BlockRow x[3], y[3], z[3], normal[3], offset, absent;
 };
 
-/// Moving, own frame: boxes across Delta, the highest and the lowest point, the plane above every vertex.
+/// Moving, own frame: boxes across Delta, highest and lowest point, a plane above every vertex.
 struct MovingInner {
   BlockRow centre_x, half_x, centre_z, half_z, top, bottom, a, b, c;
 };
@@ -37,8 +37,8 @@ struct MovingLeaf {
   BlockRow x[3], z[3], top, bottom, a, b, c, absent;
 };
 
-/// Either object's bounds in S: the least height of the reference, the greatest of the moving object, flat
-/// and as a plane; and the farther one, the greatest of the reference or the least of the moving object.
+/// Either object's bounds in S. Near side (`flat` and plane): lower bound of the reference's height, upper
+/// bound of the moving object's. `far`: the opposite bound.
 struct PlacedBlock {
   BlockRow x_low, x_high, z_low, z_high, flat, a, b, c, far;
 };
@@ -55,15 +55,15 @@ struct PlacedCorners {
 
 struct BlockTurn {
   float R[3][3];
-  float cull;  ///< faces that look up by more than this are left out
+  float cull;  ///< faces with a normal further up than this are omitted
 };
 
 struct BlockPlacement {
   float cos, sin, x, y, z;
-  float slack;  ///< boxes grow by it, mm
+  float slack;  ///< margin added to boxes, mm
 };
 
-/// Which of 8 x 8 pairs may come within a limit, and a lower bound of each travel.
+/// The 8 x 8 pairs that may be within a limit, and a lower bound of each travel.
 struct BlockPairs {
   std::uint8_t hits[block_lanes];  ///< per moving lane: bit i for reference lane i
   BlockRow bound[block_lanes];     ///< per moving lane
@@ -73,12 +73,12 @@ struct BlockLimits {
   float least, most;
 };
 
-/// Two leaves that are to be looked at more closely.
+/// Two leaves to be screened triangle by triangle.
 struct LeafPair {
   const PlacedBlock &reference, &moving;
   const PlacedCorners &reference_corners, &moving_corners;
   float limit;
-  float slack;  ///< what a coordinate may be off by, mm
+  float slack;  ///< error bound of a coordinate, mm
 };
 
 /// The same functions compiled for one instruction set; all give the same bits.
@@ -87,23 +87,22 @@ struct BlockFunctions {
   void (*turn_leaf)(const ReferenceLeaf&, const BlockTurn&, PlacedBlock&, PlacedCorners&);
   void (*place_inner)(const MovingInner&, const BlockPlacement&, PlacedBlock&);
   void (*place_leaf)(const MovingLeaf&, const BlockPlacement&, PlacedBlock&, PlacedCorners&);
-  /// Whether any lane may come within the limit of one bound of the other object: nothing for `test` to find
-  /// where none does, for an eighth of its work.
+  /// Whether any lane may be within the limit of one bound of the other object: an early rejection at an
+  /// eighth of the cost of `test`.
   bool (*reference_near)(const PlacedBlock& reference, const PlacedBound& moving, float limit);
   bool (*moving_near)(const PlacedBlock& moving, const PlacedBound& reference, float limit);
   bool (*test)(const PlacedBlock& reference, const PlacedBlock& moving, float limit, BlockPairs&);
-  /// The same without the pairs where all of the moving one stands above the reference by more than -least.
+  /// The same without pairs in which the whole moving bound is above the reference by more than -least.
   bool (*test_ahead)(const PlacedBlock& reference, const PlacedBlock& moving, BlockLimits, BlockPairs&);
-  /// Of the hits, keeps the pairs whose triangles (not their boxes only) may overlap and meet within the
-  /// limit.
+  /// Keeps the hits whose triangles (not only their boxes) may overlap in projection within the limit.
   void (*screen)(const LeafPair&, BlockPairs&);
 };
 
 extern const BlockFunctions block_functions_baseline, block_functions_avx2, block_functions_avx512;
 
-/// Planes steeper than 60 degrees are bounded flat: their slopes would magnify rounding.
+/// Planes steeper than 60 degrees use the flat bound: their slopes would amplify rounding.
 inline constexpr float steep_normal = 0.5F;
-/// Faces that look up by more than this in float certainly do not look down by 1e-6 in double.
+/// A normal with a larger y in float cannot have y <= -1e-6 in double.
 inline constexpr float facing_slack = 1e-5F;
 
 }  // namespace vrda

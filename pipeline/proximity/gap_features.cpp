@@ -6,8 +6,8 @@
 namespace vrda {
 namespace {
 
-// One place computed through different triangles differs by rounding: coordinates of 100 mm, divided by sines
-// of facets down to 1e-3.
+// A point computed from different triangles differs by rounding: coordinates of 100 mm, divided by sines of
+// facets down to 1e-3.
 constexpr double same_travel_mm = 1e-10;
 constexpr double same_point_mm = 1e-9;
 constexpr double same_normal = 1e-9;
@@ -25,26 +25,26 @@ bool is_same(const GapFeature& a, const GapFeature& b)
 
 }  // namespace
 
-GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const MeetingPlace& place,
+GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const MeetingPlace& candidate,
                        const TrianglePair& pair)
 {
   GapFeature feature;
-  feature.travel_mm = place.travel_mm;
+  feature.travel_mm = candidate.travel_mm;
   feature.triangles = pair;
   const Corners &r = reference.corner, &m = moving.corner;
-  switch (place.kind) {
+  switch (candidate.kind) {
     case MeetingPlace::Kind::moving_vertex:
-      feature.point_mm = m[place.moving];
+      feature.point_mm = m[candidate.moving];
       feature.normal = unit_normal(r);
       break;
     case MeetingPlace::Kind::reference_vertex:
-      feature.point_mm = r[place.reference] - place.travel_mm * Eigen::Vector3d::UnitY();
+      feature.point_mm = r[candidate.reference] - candidate.travel_mm * Eigen::Vector3d::UnitY();
       feature.normal = -unit_normal(m);
       break;
     case MeetingPlace::Kind::edges: {
-      const Eigen::Vector3d d = r[(place.reference + 1) % 3] - r[place.reference];
-      const Eigen::Vector3d e = m[(place.moving + 1) % 3] - m[place.moving];
-      feature.point_mm = m[place.moving] + place.along_moving * e;
+      const Eigen::Vector3d d = r[(candidate.reference + 1) % 3] - r[candidate.reference];
+      const Eigen::Vector3d e = m[(candidate.moving + 1) % 3] - m[candidate.moving];
+      feature.point_mm = m[candidate.moving] + candidate.along_moving * e;
       const Eigen::Vector3d n = d.cross(e).normalized();
       feature.normal = n.y() < 0.0 ? n : Eigen::Vector3d(-n);
       break;
@@ -73,8 +73,8 @@ void merge_features(std::vector<GapFeature>& features)
 
 Vector5d travel_gradient(const GapFeature& feature, const MovingPose& pose)
 {
-  // The moving object turns about axes that do not pass through the place itself: what counts is the velocity
-  // of its material point at the moment of touching, travel further up.
+  // The rotation axes do not pass through the feature: the relevant velocity is that of the material point at
+  // contact, i.e. after the travel along +Y.
   const Eigen::Vector3d touch = feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY();
   return -(point_jacobian(touch, pose).transpose() * feature.normal) / feature.normal.y();
 }

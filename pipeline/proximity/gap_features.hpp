@@ -1,4 +1,4 @@
-/// Meeting places of the kernel as features with a point and a normal.
+/// Contact candidates of the kernel as features with a point and a normal.
 #pragma once
 
 #include "proximity/gap_kernel.hpp"
@@ -6,13 +6,14 @@
 
 namespace vrda {
 
-/// `reference` looks down, `moving` looks up. The normal is the face's where a vertex meets it, across both
-/// edges where two meet.
-GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const MeetingPlace& place,
+/// `reference` is directed down, `moving` up. The normal is the face's for a vertex on a face, the cross
+/// product of the edges for two edges.
+GapFeature gap_feature(const GapFace& reference, const GapFace& moving, const MeetingPlace& candidate,
                        const TrianglePair& pair);
 
-/// Nearest first, the same place seen from several pairs of triangles once (of the smallest pair among equal
-/// travels). Places at one point with different normals all stay: each is a one-sided linearisation there.
+/// Sorts by travel and removes duplicates found through several pairs of triangles (of equal travels the
+/// smallest pair stays). Features at one point with different normals stay: each is a one-sided
+/// linearisation.
 void merge_features(std::vector<GapFeature>& features);
 
 }  // namespace vrda

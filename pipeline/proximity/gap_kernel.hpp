@@ -1,7 +1,7 @@
-/// The exact kernel of the directional gap: every place where two triangles can meet as one travels along +Y.
-/// Over the overlap of their projections the height difference is linear, so its minimum lies at a vertex of
-/// one over the face of the other or where two projected edges cross (DESIGN.md 5.2).
-/// One home for the arithmetic: every query that must agree to the last bit goes through here.
+/// The exact kernel of the directional gap: every point where two triangles can touch as one travels along
+/// +Y. Over the overlap of their projections the height difference is linear, so its minimum is at a vertex
+/// of one over the face of the other or where two projected edges cross (DESIGN.md 5.2). All queries that
+/// must agree to the last bit use this arithmetic.
 #pragma once
 
 #include <cmath>
@@ -13,14 +13,13 @@ namespace vrda {
 
 namespace gap_rules {
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
-/// Unit normal's height below which a face projects to a sliver and has no height of its own.
+/// |n_y| of the unit normal below which a face is vertical: its projection is a sliver without a height.
 inline constexpr double vertical_normal = 1e-6;
-/// Barycentric slack: a vertex over a shared edge must belong to at least one of both faces.
+/// Barycentric slack: a vertex over a shared edge must belong to at least one of the two faces.
 inline constexpr double edge_slack = 1e-12;
-/// Sine between projected edges below which their crossing is left to the vertices over faces.
+/// Sine between projected edges below which their crossing is ignored: vertices over faces cover it.
 inline constexpr double parallel_sine = 1e-12;
-/// Below this sine both heights are taken at one common point: the crossing itself wanders by rounding /
-/// sine.
+/// Below this sine both heights are taken at one common point: the crossing has an error of rounding / sine.
 inline constexpr double oblique_sine = 1e-6;
 }  // namespace gap_rules
 
@@ -30,7 +29,7 @@ inline double projected_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
   return (b.z() - a.z()) * (c.x() - a.x()) - (b.x() - a.x()) * (c.z() - a.z());
 }
 
-/// A triangle in S as the kernel wants it.
+/// Input of the kernel: a triangle in S.
 struct GapFace {
   Corners corner;
   double projected = 0.0;  ///< twice the projected area, signed as the normal's y
@@ -59,11 +58,11 @@ inline GapFace gap_face(const Corners& t)
   return gap_face(t, doubled_area(t));
 }
 
-/// Height of the face over p's projection, if p lies over it.
+/// Height of the face over p's projection; false if p is not over the face.
 inline bool height_over(const GapFace& face, const Eigen::Vector3d& p, double& height)
 {
   const Corners& c = face.corner;
-  // Most miss at the first or the second edge: divided only once it lies over.
+  // Most points fail at the first or second edge, so divisions come last.
   const double sign = face.projected < 0.0 ? -1.0 : 1.0;
   const double least = -gap_rules::edge_slack * std::abs(face.projected);
   const double u = projected_area(p, c[1], c[2]);
@@ -76,18 +75,18 @@ inline bool height_over(const GapFace& face, const Eigen::Vector3d& p, double& h
   return true;
 }
 
-/// A place where the pair would meet.
+/// A point where the pair can touch.
 struct MeetingPlace {
   enum class Kind { moving_vertex, reference_vertex, edges };
   Kind kind = Kind::moving_vertex;
   unsigned reference = 0;     ///< corner, or first corner of the edge
   unsigned moving = 0;        ///< likewise
-  double along_moving = 0.0;  ///< edges: 0 to 1 along the moving one
+  double along_moving = 0.0;  ///< edges: parameter 0 to 1 on the moving edge
   double travel_mm = 0.0;     ///< signed
 };
 
-/// Where the edges from corner i of r and k of m cross in projection, if they do.
-inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned k, MeetingPlace& place)
+/// Crossing of the projected edges from corner i of r and k of m; false if they do not cross.
+inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned k, MeetingPlace& candidate)
 {
   const Eigen::Vector3d& a = r.corner[i];
   const Eigen::Vector3d d = r.corner[(i + 1) % 3] - a;
@@ -98,7 +97,7 @@ inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned
   if (std::abs(cross) <= gap_rules::parallel_sine * scale) return false;
   const double wx = b.x() - a.x(), wz = b.z() - a.z();
   constexpr double low = -gap_rules::edge_slack, high = 1.0 + gap_rules::edge_slack;
-  // Most miss each other: divided only once they cross.
+  // Most edges do not cross, so divisions come last.
   const double sign = cross < 0.0 ? -1.0 : 1.0, size = std::abs(cross);
   const double across = wx * e.z() - wz * e.x();
   if (sign * across < low * size || sign * across > high * size) return false;
@@ -110,12 +109,11 @@ inline bool edges_cross(const GapFace& r, unsigned i, const GapFace& m, unsigned
     t = ((s * d.x() - wx) * e.x() + (s * d.z() - wz) * e.z()) / (e.x() * e.x() + e.z() * e.z());
     if (t < low || t > high) return false;
   }
-  place = {MeetingPlace::Kind::edges, i, k, t, (a.y() + s * d.y()) - (b.y() + t * e.y())};
+  candidate = {MeetingPlace::Kind::edges, i, k, t, (a.y() + s * d.y()) - (b.y() + t * e.y())};
   return true;
 }
 
-/// Calls `offer(place)` for every meeting place of the pair, whatever the faces look at; edges masked out are
-/// passed over.
+/// Calls `offer(candidate)` for every candidate of the pair in any orientation; masked edges are skipped.
 template <typename Offer>
 void visit_meeting_places(const GapFace& r, const GapFace& m, const Offer& offer)
 {
@@ -133,8 +131,8 @@ void visit_meeting_places(const GapFace& r, const GapFace& m, const Offer& offer
   for (unsigned i = 0; i < 3; ++i) {
     if ((r.edges >> i & 1U) == 0) continue;
     for (unsigned k = 0; k < 3; ++k) {
-      MeetingPlace place;
-      if ((m.edges >> k & 1U) != 0 && edges_cross(r, i, m, k, place)) offer(place);
+      MeetingPlace candidate;
+      if ((m.edges >> k & 1U) != 0 && edges_cross(r, i, m, k, candidate)) offer(candidate);
     }
   }
 }

@@ -9,10 +9,10 @@ namespace vrda {
 template <typename F>
 constexpr BlockFunctions block_functions()
 {
-  using Place = PlaceLanes<F>;
-  using Test = TestLanes<F>;
-  return {Place::turn_inner, Place::turn_leaf, Place::place_inner, Place::place_leaf, Test::reference_near,
-          Test::moving_near, Test::test,       Test::test_ahead,   Test::screen};
+  using P = PlaceLanes<F>;
+  using T = TestLanes<F>;
+  return {P::turn_inner,  P::turn_leaf, P::place_inner, P::place_leaf, T::reference_near,
+          T::moving_near, T::test,      T::test_ahead,  T::screen};
 }
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-// Eight floats at a time. Compiled with -mavx2; called only where the processor has it.
+// Eight floats at a time. Compiled with -mavx2; called only on processors with AVX2.
 #include "proximity/gap_lanes_float8.hpp"
 
 namespace vrda {

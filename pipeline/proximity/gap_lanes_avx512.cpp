@@ -1,7 +1,7 @@
-// Turning as with AVX; tests two moving lanes against eight reference lanes at a time. Compiled with AVX-512
-// F, VL and DQ; called only where the processor has them.
+// Rotation as with AVX; tests two moving lanes against eight reference lanes at a time. Compiled with AVX-512
+// F, VL and DQ; called only on processors that have them.
 
-// GCC 12 takes its own intrinsics' "undefined" start value for a mistake of ours (GCC bug 105593).
+// False positive in GCC 12 on the undefined initial value of its own intrinsics (GCC bug 105593).
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -29,7 +29,7 @@ unsigned test_two(const PlacedBlock& r, const PlacedBlock& m, int lane, __m512 l
   const __m512 x_high = _mm512_min_ps(twice(r.x_high), pair_of(m.x_high, lanes));
   const __m512 z_low = _mm512_max_ps(twice(r.z_low), pair_of(m.z_low, lanes));
   const __m512 z_high = _mm512_min_ps(twice(r.z_high), pair_of(m.z_high, lanes));
-  const __mmask16 meets =
+  const __mmask16 overlap =
       _mm512_mask_cmp_ps_mask(_mm512_cmp_ps_mask(x_low, x_high, _CMP_LE_OQ), z_low, z_high, _CMP_LE_OQ);
 
   const __m512 a = _mm512_sub_ps(twice(r.a), pair_of(m.a, lanes));
@@ -41,7 +41,7 @@ unsigned test_two(const PlacedBlock& r, const PlacedBlock& m, int lane, __m512 l
   const __m512 bound = _mm512_max_ps(plane, _mm512_sub_ps(twice(r.flat), pair_of(m.flat, lanes)));
   _mm256_store_ps(pairs.bound[lane].lane, _mm512_castps512_ps256(bound));
   _mm256_store_ps(pairs.bound[lane + 1].lane, _mm512_extractf32x8_ps(bound, 1));
-  return _mm512_mask_cmp_ps_mask(meets, bound, limit, _CMP_LE_OQ);
+  return _mm512_mask_cmp_ps_mask(overlap, bound, limit, _CMP_LE_OQ);
 }
 
 bool test(const PlacedBlock& r, const PlacedBlock& m, float limit, BlockPairs& pairs)
@@ -59,7 +59,7 @@ bool test(const PlacedBlock& r, const PlacedBlock& m, float limit, BlockPairs& p
 
 }  // namespace
 
-// Set up by the compiler: code that ran at the start would need the processor this is compiled for.
+// Constant-initialized: dynamic initialization would run AVX-512 code on every processor.
 constinit const BlockFunctions block_functions_avx512 = [] {
   BlockFunctions functions = block_functions<Float8>();
   functions.test = test;

@@ -1,4 +1,4 @@
-// Four floats at a time: what every x86-64 processor has.
+// Four floats at a time: SSE2, available on every x86-64 processor.
 #include <emmintrin.h>
 
 #include "proximity/gap_lanes.hpp"

@@ -1,5 +1,5 @@
-/// Eight floats of AVX. Included only by files compiled with -mavx2 or more; the anonymous namespace keeps
-/// the code inside each.
+/// Eight floats of AVX. Included only by files compiled with -mavx2 or more; the anonymous namespace gives
+/// each file its own copy.
 #pragma once
 
 #include <immintrin.h>

@@ -1,6 +1,6 @@
-/// Blocks turned and placed for a vector type F of F::width floats: bodies of the BlockFunctions. Included
-/// only by the files compiled for one instruction set each; F lives in their anonymous namespaces, so nothing
-/// compiled for a newer processor can be linked into code for an older one.
+/// Rotation and placement of blocks for a vector type F of F::width floats: bodies of the BlockFunctions.
+/// Included only by the files compiled for one instruction set each. F is in their anonymous namespaces, so
+/// code compiled for a newer processor cannot be linked into code for an older one.
 #pragma once
 
 #include "proximity/gap_blocks.hpp"
@@ -11,7 +11,7 @@ template <typename F>
 struct PlaceLanes {
   static F row(const BlockRow& r, int at) { return F::load(r.lane + at); }
 
-  // Writes the half-space n . p >= offset as a plane a + b x + c z below it; steep ones flat.
+  // Writes the half-space n . p >= offset as a plane a + b x + c z below it; steep planes as the flat bound.
   static void write_plane(const F n[3], F offset, PlacedBlock& out, int at)
   {
     const F is_flat_enough = n[1] >= F::all(steep_normal);
@@ -41,8 +41,7 @@ struct PlaceLanes {
         half[k] = turned(size, h);
         n[k] = turned(R, own);
       }
-      // Outward normals lie within the spread around -n: none looks down when n points further down than
-      // that.
+      // Outward normals are within the spread around -n: none is directed down if n points further down.
       const F can_face = n[1] + row(in.spread, at) >= F::all(-turn.cull);
       write_box({middle[0] - half[0], middle[0] + half[0], middle[2] - half[2], middle[2] + half[2]},
                 can_face, out, at);
@@ -56,7 +55,7 @@ struct PlaceLanes {
     F x_low, x_high, z_low, z_high;
   };
 
-  // Lanes not kept get a box that nothing meets.
+  // Lanes that are not kept get an empty box.
   static void write_box(const Sides& box, F keep, PlacedBlock& out, int at)
   {
     F::choose(keep, box.x_low, F::all(1e30F)).store(out.x_low.lane + at);
@@ -90,7 +89,7 @@ struct PlaceLanes {
     }
   }
 
-  // Planes keep their slope's size as they turn about Y; a shifts so that the plane rises and moves along.
+  // A rotation about Y preserves the slope's magnitude; `a` is adjusted for the translation.
   template <typename Moving>
   static void place_plane(const Moving& in, const BlockPlacement& to, PlacedBlock& out, int at)
   {

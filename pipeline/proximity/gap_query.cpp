@@ -19,10 +19,10 @@ std::vector<std::int32_t> all_rows(const Mesh& mesh)
   return rows;
 }
 
-// Pairs tried before the walk: the answer to a small change is often one of the last few.
+// Number of hints: after a small change of pose the result is often one of the last few pairs.
 constexpr std::size_t n_hints = 8;
 
-// A triangle as the exact kernel reads it.
+// Input of the exact kernel for one triangle.
 struct ExactFace {
   Corners corner;
   double doubled_area = 0.0;
@@ -40,13 +40,13 @@ std::vector<ExactFace> exact_faces(const Mesh& mesh)
 
 }  // namespace
 
-// What depends on the role is built when first asked for: most meshes play one.
+// Trees are built on first use of a role, because most meshes have one role only.
 struct GapTree::Data {
   GapSurface surface;
   std::vector<ExactFace> faces;
-  std::vector<std::int32_t> up;    // rows of the faces that look up
-  std::vector<unsigned> up_edges;  // [n_triangles] edges that can touch first, of faces that look up
-  double radius_mm = 0.0;          // the farthest vertex from the origin
+  std::vector<std::int32_t> up;    // rows of the faces directed up
+  std::vector<unsigned> up_edges;  // [n_triangles] edges that can touch first, of faces directed up
+  double radius_mm = 0.0;          // largest distance of a vertex from the origin
 
   const ReferenceTree& as_reference() const
   {
@@ -98,7 +98,7 @@ bool GapTree::is_empty() const
 
 namespace {
 
-// Pairs tried before the walk, each once, newest first.
+// Pairs evaluated before the traversal, without duplicates, newest first.
 class Hints {
  public:
   auto begin() const { return pairs_.begin(); }
@@ -121,14 +121,14 @@ class Hints {
 struct GapQuery::State {
   std::shared_ptr<const GapTree::Data> reference, moving;
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  std::optional<GapWalk> afar_walk, here_walk;  // once asked for
-  Hints afar_hints, here_hints;
+  std::optional<GapWalk> signed_traversal, forward_traversal;  // built on first use
+  Hints signed_hints, forward_hints;
   GapAnswer answer;
-  struct NearPlace {
+  struct NearCandidate {
     TrianglePair pair;
     MeetingPlace at;
   };
-  std::vector<NearPlace> near;  // what may be a feature
+  std::vector<NearCandidate> near;  // possible features
   std::vector<TrianglePair> close;
   int n_queries = 0;
 
@@ -144,11 +144,11 @@ struct GapQuery::State {
   void visit_pair(const TrianglePair& pair, const Placement& place, const Offer& offer);
   void try_pair(const TrianglePair& pair, const Placement& place);
   void try_touch(const TrianglePair& pair, const Placement& place, Gap& best) const;
-  void forget_answer();
+  void reset_answer();
   void start(const MovingPose& pose, const Placement& place);
   void find_least(const Placement& place);
   void find_features(const Placement& place, double band_mm);
-  GapWalk& walk(GapKind kind);
+  GapWalk& traversal(GapKind kind);
 };
 
 bool GapQuery::State::looks_down(std::int32_t row) const
@@ -205,7 +205,7 @@ void GapQuery::State::try_pair(const TrianglePair& pair, const Placement& place)
   visit_pair(pair, place, [](const GapFace&, const GapFace&, const MeetingPlace&) {});
 }
 
-void GapQuery::State::forget_answer()
+void GapQuery::State::reset_answer()
 {
   answer.travel_mm = gap_rules::infinity;
   answer.pair = {};
@@ -215,32 +215,33 @@ void GapQuery::State::forget_answer()
 void GapQuery::State::start(const MovingPose& pose, const Placement& place)
 {
   ++n_queries;
-  forget_answer();
-  walk(GapKind::from_afar).place(pose, reach_mm(pose));
-  for (const TrianglePair& hint : afar_hints) try_pair(hint, place);
+  reset_answer();
+  traversal(GapKind::from_afar).place(pose, reach_mm(pose));
+  for (const TrianglePair& hint : signed_hints) try_pair(hint, place);
 }
 
 void GapQuery::State::find_least(const Placement& place)
 {
-  walk(GapKind::from_afar)
+  traversal(GapKind::from_afar)
       .run([this] { return answer.travel_mm; },
            [this, &place](const TrianglePair& pair) { try_pair(pair, place); });
 }
 
-// Collects while the least travel still falls, and drops in the end what has left the band.
+// Collects candidates while the minimum travel decreases; those outside the final band are removed at the
+// end.
 void GapQuery::State::find_features(const Placement& place, double band_mm)
 {
   near.clear();
-  walk(GapKind::from_afar)
+  traversal(GapKind::from_afar)
       .run([this, band_mm] { return answer.travel_mm + band_mm; },
            [&](const TrianglePair& pair) {
              visit_pair(pair, place, [&](const GapFace&, const GapFace&, const MeetingPlace& at) {
                if (at.travel_mm <= answer.travel_mm + band_mm) near.push_back({pair, at});
              });
            });
-  std::erase_if(near,
-                [this, band_mm](const NearPlace& n) { return n.at.travel_mm > answer.travel_mm + band_mm; });
-  for (const NearPlace& n : near) {
+  std::erase_if(
+      near, [this, band_mm](const NearCandidate& n) { return n.at.travel_mm > answer.travel_mm + band_mm; });
+  for (const NearCandidate& n : near) {
     answer.features.push_back(
         gap_feature(reference_face(n.pair.reference), moving_face(n.pair.moving, place), n.at, n.pair));
   }
@@ -256,9 +257,9 @@ void GapQuery::State::try_touch(const TrianglePair& pair, const Placement& place
   });
 }
 
-GapWalk& GapQuery::State::walk(GapKind kind)
+GapWalk& GapQuery::State::traversal(GapKind kind)
 {
-  std::optional<GapWalk>& known = kind == GapKind::from_afar ? afar_walk : here_walk;
+  std::optional<GapWalk>& known = kind == GapKind::from_afar ? signed_traversal : forward_traversal;
   if (!known) {
     known.emplace(reference->as_reference(), moving->as_moving(kind), kind);
     known->turn(R);
@@ -281,8 +282,8 @@ GapQuery::GapQuery(GapQuery&&) noexcept = default;
 void GapQuery::set_attitude(const Attitude& attitude)
 {
   state_->R = reference_rotation(attitude);
-  for (std::optional<GapWalk>* walk : {&state_->afar_walk, &state_->here_walk}) {
-    if (*walk) (*walk)->turn(state_->R);
+  for (std::optional<GapWalk>* known : {&state_->signed_traversal, &state_->forward_traversal}) {
+    if (*known) (*known)->turn(state_->R);
   }
 }
 
@@ -291,15 +292,15 @@ double GapQuery::travel_mm(const MovingPose& pose)
   const Placement place(pose);
   state_->start(pose, place);
   state_->find_least(place);
-  state_->afar_hints.remember(state_->answer.pair);
+  state_->signed_hints.remember(state_->answer.pair);
   return state_->answer.travel_mm;
 }
 
 double GapQuery::travel_at_most_mm(const MovingPose& pose)
 {
   const Placement place(pose);
-  state_->forget_answer();
-  for (const TrianglePair& hint : state_->afar_hints) state_->try_pair(hint, place);
+  state_->reset_answer();
+  for (const TrianglePair& hint : state_->signed_hints) state_->try_pair(hint, place);
   return state_->answer.travel_mm;
 }
 
@@ -307,10 +308,10 @@ const GapAnswer& GapQuery::features(const MovingPose& pose, double band_mm)
 {
   const Placement place(pose);
   state_->start(pose, place);
-  // Without a good start the band would first gather half the mesh.
+  // Without an initial bound the band would collect half the mesh.
   if (state_->answer.pair.reference < 0) state_->find_least(place);
   if (state_->answer.pair.reference >= 0) state_->find_features(place, band_mm);
-  state_->afar_hints.remember(state_->answer.pair);
+  state_->signed_hints.remember(state_->answer.pair);
   return state_->answer;
 }
 
@@ -319,26 +320,26 @@ Gap GapQuery::touch(const MovingPose& pose)
   State& state = *state_;
   ++state.n_queries;
   const Placement place(pose);
-  GapWalk& walk = state.walk(GapKind::from_here);
-  walk.place(pose, state.reach_mm(pose));
+  GapWalk& traversal = state.traversal(GapKind::from_here);
+  traversal.place(pose, state.reach_mm(pose));
   Gap best;
-  for (const TrianglePair& hint : state.here_hints) state.try_touch(hint, place, best);
-  walk.run([&best] { return best.travel_mm; },
-           [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
-  state.here_hints.remember(best.pair);
+  for (const TrianglePair& hint : state.forward_hints) state.try_touch(hint, place, best);
+  traversal.run([&best] { return best.travel_mm; },
+                [&](const TrianglePair& pair) { state.try_touch(pair, place, best); });
+  state.forward_hints.remember(best.pair);
   return best;
 }
 
 const std::vector<TrianglePair>& GapQuery::close_pairs(const MovingPose& pose, double band_mm)
 {
-  // Two points within the band differ by as much in height; on a plane of 60 degrees, the steepest that
-  // bounds, the band across Delta is worth another 1.74 of it.
+  // Two points within the band differ by at most the band in height; on a plane of 60 degrees, the steepest
+  // bound, the offset across Delta adds at most 1.74 bands.
   const double limit_mm = 3.0 * band_mm;
-  GapWalk& walk = state_->walk(GapKind::from_here);
-  walk.place(pose, state_->reach_mm(pose), band_mm);
+  GapWalk& traversal = state_->traversal(GapKind::from_here);
+  traversal.place(pose, state_->reach_mm(pose), band_mm);
   ++state_->n_queries;
   state_->close.clear();
-  walk.run([&] { return limit_mm; }, [&](const TrianglePair& pair) { state_->close.push_back(pair); });
+  traversal.run([&] { return limit_mm; }, [&](const TrianglePair& pair) { state_->close.push_back(pair); });
   return state_->close;
 }
 

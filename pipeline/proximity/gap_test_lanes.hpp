@@ -1,6 +1,6 @@
-/// Blocks tested against each other for a vector type F of F::width floats: bodies of the BlockFunctions.
-/// Included only by the files compiled for one instruction set each; F lives in their anonymous namespaces,
-/// so nothing compiled for a newer processor can be linked into code for an older one.
+/// Tests between blocks for a vector type F of F::width floats: bodies of the BlockFunctions. Included only
+/// by the files compiled for one instruction set each. F is in their anonymous namespaces, so code compiled
+/// for a newer processor cannot be linked into code for an older one.
 #pragma once
 
 #include "proximity/gap_blocks.hpp"
@@ -11,15 +11,15 @@ template <typename F>
 struct TestLanes {
   static F row(const BlockRow& r, int at) { return F::load(r.lane + at); }
 
-  struct Place {
+  struct Lanes {
     int moving, reference;  // lane; first of F::width lanes
   };
 
   // One moving lane against F::width reference lanes.
-  static unsigned test_lane(const PlacedBlock& r, const PlacedBlock& m, Place place, float limit,
+  static unsigned test_lane(const PlacedBlock& r, const PlacedBlock& m, Lanes lanes, float limit,
                             BlockRow& bounds)
   {
-    const int lane = place.moving, at = place.reference;
+    const int lane = lanes.moving, at = lanes.reference;
     const F x_low = F::most(row(r.x_low, at), F::all(m.x_low.lane[lane]));
     const F x_high = F::least(row(r.x_high, at), F::all(m.x_high.lane[lane]));
     const F z_low = F::most(row(r.z_low, at), F::all(m.z_low.lane[lane]));
@@ -119,7 +119,7 @@ struct TestLanes {
             {F::all(c.z[0].lane[lane]), F::all(c.z[1].lane[lane]), F::all(c.z[2].lane[lane])}};
   }
 
-  // Least of a + b x + c z over the corners.
+  // Minimum of a + b x + c z over the corners.
   static F least_over(const Triangle& t, F a, F b, F c)
   {
     F least = a + b * t.x[0] + c * t.z[0];
@@ -127,11 +127,11 @@ struct TestLanes {
     return least;
   }
 
-  // May the projections overlap, as far as the edges of `t` can tell?
+  // Conservative test whether the projections overlap, by the edges of `t` as separating axes.
   static F may_overlap(const Triangle& t, const Triangle& other, F slack)
   {
-    // Inside, every (edge x (p - corner)) in (z, x) has the sign of the area. A sliver's may be wrong: what
-    // meets it reaches both its sides, within the slack.
+    // Inside, every (edge x (p - corner)) in (z, x) has the sign of the area. For a sliver that sign may be
+    // wrong, but an overlapping triangle is on both its sides within the slack.
     const F area = (t.z[1] - t.z[0]) * (t.x[2] - t.x[0]) - (t.x[1] - t.x[0]) * (t.z[2] - t.z[0]);
     const F sign = F::choose(area >= F::all(0.0F), F::all(1.0F), F::all(-1.0F));
     F may = F::all(0.0F) <= slack;
@@ -156,7 +156,7 @@ struct TestLanes {
     const F c = row(r.c, at) - F::all(m.c.lane[lane]);
     const Triangle tr = reference_triangle(pair.reference_corners, at);
     const Triangle tm = moving_triangle(pair.moving_corners, lane);
-    // The overlap lies in both triangles, so the least over either's corners bounds it.
+    // The overlap is within both triangles, so the minimum over either's corners is a lower bound.
     const F bound = F::most(row(bounds, at), F::most(least_over(tr, a, b, c), least_over(tm, a, b, c)));
     bound.store(bounds.lane + at);
     const F slack = F::all(pair.slack);

@@ -20,8 +20,8 @@ const BlockFunctions& functions_of(InstructionSet set)
   return block_functions_baseline;
 }
 
-// A stamp that no block bears; all are forgotten when the count starts over.
-void renew(std::uint32_t& stamp, std::vector<std::uint32_t>& stamps)
+// Advances to an unused stamp, which invalidates all blocks; on overflow all stamps are cleared.
+void advance_stamp(std::uint32_t& stamp, std::vector<std::uint32_t>& stamps)
 {
   if (++stamp != 0) return;
   std::fill(stamps.begin(), stamps.end(), 0U);
@@ -38,9 +38,9 @@ PlacedBound lane_of(const PlacedBlock& block, std::int32_t lane)
 
 double gap_slack_mm(double reach_mm)
 {
-  // In units of 2^-24 of the reach, planes no steeper than 60 degrees (slopes up to 1.8, a up to 4.5). The
-  // reference's: 12 for the turned normal, 1 for the offset, both over 0.5; 9 for dividing: 35. The moving
-  // one's: 2 for a, 10 for its turned slopes, 25 for the shift: 37. Evaluating their difference: 20. Boxes:
+  // Error bounds in units of 2^-24 reach; planes up to 60 degrees (slopes up to 1.8, a up to 4.5). The
+  // reference: 12 for the rotated normal, 1 for the offset, both over 0.5; 9 for dividing: 35. The moving
+  // object: 2 for a, 10 for the rotated slopes, 25 for the shift: 37. Evaluating the difference: 20. Boxes:
   // below 10.
   return 128.0 / 16777216.0 * reach_mm + 1e-9;
 }
@@ -65,7 +65,7 @@ void GapWalk::turn(const Eigen::Matrix3d& R)
     for (int k = 0; k < 3; ++k) turn_.R[i][k] = static_cast<float>(R(i, k));
   }
   turn_.cull = kind_ == GapKind::from_afar ? facing_slack : 2.0F;  // beyond any normal
-  renew(turn_stamp_, reference_stamps_);
+  advance_stamp(turn_stamp_, reference_stamps_);
 }
 
 void GapWalk::place(const MovingPose& pose, double reach_mm, double margin_mm)
@@ -78,7 +78,7 @@ void GapWalk::place(const MovingPose& pose, double reach_mm, double margin_mm)
   placement_.y = static_cast<float>(pose.translation_mm.y());
   placement_.z = static_cast<float>(pose.translation_mm.z());
   placement_.slack = static_cast<float>(slack_mm_);
-  renew(place_stamp_, moving_stamps_);
+  advance_stamp(place_stamp_, moving_stamps_);
 }
 
 bool GapWalk::test(const Task& task, float limit)
@@ -104,7 +104,7 @@ bool GapWalk::test(const Task& task, float limit)
       functions_->place_inner(moving_.inner[slot], placement_, moving_placed_[m]);
     }
   }
-  // Each against the other's bound as a whole, which the parent holds: most pairs of leaves end here.
+  // Each block against the other's own bound, stored in its parent: rejects most pairs of leaves.
   const Block &r_block = reference_.blocks[r], &m_block = moving_.blocks[m];
   if (r_block.parent >= 0) {
     const PlacedBlock& parent = reference_placed_[static_cast<std::size_t>(r_block.parent)];
@@ -132,8 +132,8 @@ void GapWalk::screen(const Block& r, const Block& m, float limit)
 
 void GapWalk::push_children(const Task& task, const Block& r, const Block& m)
 {
-  // The taller subtree alone steps down, so that leaves meet leaves: a block held against much finer ones is
-  // met too often.
+  // Only the taller subtree descends, so that leaves are paired with leaves: a block paired with much finer
+  // ones is visited too often.
   const bool is_reference_whole = r.height < m.height, is_moving_whole = m.height < r.height;
   const std::size_t first = tasks_.size();
   for (unsigned k = 0; k < block_lanes; ++k) {
@@ -141,7 +141,7 @@ void GapWalk::push_children(const Task& task, const Block& r, const Block& m)
       const auto i = static_cast<unsigned>(std::countr_zero(hits));
       const Task child{is_reference_whole ? task.reference : r.child[i],
                        is_moving_whole ? task.moving : m.child[k], pairs_.bound[k].lane[i]};
-      // The lanes of a block that stays whole share one task, at the nearest bound.
+      // The lanes of a block that does not descend share one task with the smallest bound.
       const auto same = [&child](const Task& t) {
         return t.reference == child.reference && t.moving == child.moving;
       };
@@ -156,7 +156,7 @@ void GapWalk::push_children(const Task& task, const Block& r, const Block& m)
       }
     }
   }
-  // The nearest on top: it shrinks the limit soonest.
+  // The nearest is visited first, because it reduces the limit most.
   const auto nearest = std::min_element(tasks_.begin() + static_cast<std::ptrdiff_t>(first), tasks_.end(),
                                         [](const Task& a, const Task& b) { return a.bound < b.bound; });
   std::iter_swap(nearest, tasks_.end() - 1);

@@ -1,5 +1,5 @@
-/// The dual-tree walk of a directional gap query: block against block in float, each block turned or placed
-/// when first met, and the pairs of triangles that survive handed on to be decided in double.
+/// Dual-tree traversal of a directional gap query: block against block in float, each block rotated or placed
+/// on first visit; remaining pairs of triangles are passed on for evaluation in double.
 #pragma once
 
 #include <bit>
@@ -11,22 +11,21 @@
 
 namespace vrda {
 
-/// What float bounds may be wrong by, mm, for vertices of either object up to `reach_mm` from the origin of
-/// S.
+/// Error bound of the float bounds, mm, for vertices of either object up to `reach_mm` from the origin of S.
 double gap_slack_mm(double reach_mm);
 
 class GapWalk {
  public:
-  /// The trees are kept by reference. Uses instruction_set() as it stands. `from_afar` passes over reference
-  /// faces that look up, `from_here` over pairs that the moving one has passed.
+  /// Keeps references to the trees. Uses the current instruction_set(). `signed_facing` skips reference faces
+  /// directed up, `non_negative` skips pairs that the moving object has passed.
   GapWalk(const ReferenceTree& reference, const MovingTree& moving, GapKind kind);
 
   void turn(const Eigen::Matrix3d& R);
-  /// With a margin, pairs of triangles that come within it of each other count as meeting.
+  /// With a margin, pairs of triangles within it of each other count as touching.
   void place(const MovingPose& pose, double reach_mm, double margin_mm = 0.0);
 
-  /// Calls `visit(pair)` for every pair of triangles that may meet within `limit()` mm, read anew after every
-  /// visit: it may shrink. Pairs of equal bounds are all visited.
+  /// Calls `visit(pair)` for every pair of triangles that may touch within `limit()` mm. The limit is
+  /// evaluated again after every visit, since it may decrease. Pairs of equal bounds are all visited.
   template <typename Limit, typename Visit>
   void run(const Limit& limit, const Visit& visit)
   {
@@ -80,7 +79,7 @@ class GapWalk {
   std::uint32_t turn_stamp_ = 1, place_stamp_ = 1;
   std::vector<PlacedBlock> reference_placed_, moving_placed_;
   std::vector<PlacedCorners> reference_corners_, moving_corners_;  // by leaf
-  std::vector<std::uint32_t> reference_stamps_, moving_stamps_;    // of what is placed
+  std::vector<std::uint32_t> reference_stamps_, moving_stamps_;    // of the placed bounds
   std::vector<Task> tasks_;
   BlockPairs pairs_{};
 };

@@ -30,7 +30,7 @@ std::vector<InstructionSet> instruction_sets()
 void set_instruction_set(InstructionSet set)
 {
   const std::vector<InstructionSet> sets = instruction_sets();
-  check(std::find(sets.begin(), sets.end(), set) != sets.end(), "an instruction set this processor has");
+  check(std::find(sets.begin(), sets.end(), set) != sets.end(), "the processor supports the instruction set");
   chosen() = set;
 }
 

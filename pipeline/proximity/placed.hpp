@@ -1,5 +1,5 @@
-/// The two objects where they stand: the reference turned to an attitude, the moving object placed by a
-/// pose, both in the solver frame S (core/frames.hpp).
+/// The two objects in the solver frame S (core/frames.hpp): the reference rotated to an attitude, the moving
+/// object placed by a pose.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct TreeMesh {
 
 TreeMesh make_tree_mesh(Mesh mesh);
 
-/// `reference` turned to an attitude: vertices, normals and boxes, same triangles.
+/// `reference` rotated to an attitude: vertices, normals and boxes; same triangles.
 TreeMesh turned(const TreeMesh& reference, const Attitude& attitude);
 
 using Corners = std::array<Eigen::Vector3d, 3>;
@@ -35,7 +35,7 @@ inline Extent extent(const Corners& t, Eigen::Index axis)
   return {std::min({t[0][axis], t[1][axis], t[2][axis]}), std::max({t[0][axis], t[1][axis], t[2][axis]})};
 }
 
-/// Places moving boxes and triangles in S without touching the tree: it only turns about Y.
+/// Maps moving boxes and triangles to S without changing the tree; the rotation is about Y only.
 class Placement {
  public:
   explicit Placement(const MovingPose& pose) : turn_(sin_cos(pose.theta_rad)), t_(pose.translation_mm) {}
@@ -59,7 +59,7 @@ class Placement {
     const double cx = 0.5 * (node.min_mm[0] + node.max_mm[0]), hx = 0.5 * (node.max_mm[0] - node.min_mm[0]);
     const double cz = 0.5 * (node.min_mm[2] + node.max_mm[2]), hz = 0.5 * (node.max_mm[2] - node.min_mm[2]);
     const double ac = std::abs(turn_.cos), as = std::abs(turn_.sin);
-    // A hair wider than exact, so that rounding never cuts a vertex off.
+    // Widened, so that rounding never excludes a vertex.
     const double ex = (ac * hx + as * hz) * (1.0 + 1e-12) + 1e-12;
     const double ez = (as * hx + ac * hz) * (1.0 + 1e-12) + 1e-12;
     const double x = turn_.cos * cx + turn_.sin * cz + t_.x();
@@ -75,8 +75,8 @@ class Placement {
   Eigen::Vector3d t_;
 };
 
-/// Places boxes and triangles by any rigid motion. For one that only turns about Y the points have the bits
-/// of Placement.
+/// Maps boxes and triangles by any rigid motion. For a rotation about Y points are bitwise equal to
+/// Placement's.
 class RigidPlacement {
  public:
   explicit RigidPlacement(const Pose& X) : R_(X.linear()), t_(X.translation()) {}
@@ -110,7 +110,7 @@ class RigidPlacement {
       const auto i = static_cast<Eigen::Index>(k);
       const double reach =
           std::abs(R_(i, 0)) * half.x() + std::abs(R_(i, 1)) * half.y() + std::abs(R_(i, 2)) * half.z();
-      // A hair wider than exact, so that rounding never cuts a vertex off.
+      // Widened, so that rounding never excludes a vertex.
       const double h = reach * (1.0 + 1e-12) + 1e-12;
       placed.min_mm[k] = c[i] - h;
       placed.max_mm[k] = c[i] + h;
@@ -145,24 +145,24 @@ bool visit_leaves(const BoxTree& reference, const BoxTree::Node& r, const BoxTre
   return false;
 }
 
-/// Sum of a box's edges.
+/// Sum of the edge lengths of a box.
 inline double size_mm(const BoxTree::Node& node)
 {
   return node.max_mm[0] - node.min_mm[0] + node.max_mm[1] - node.min_mm[1] + node.max_mm[2] - node.min_mm[2];
 }
 
-/// Calls `visit(pair)` for every pair of triangles whose boxes come within `band_mm`, until it returns
-/// true. Returns whether it did. Order is fixed by the trees. `place` brings the moving tree into the
-/// reference's frame.
-template <typename Place, typename Visit>
-bool visit_close_pairs(const BoxTree& reference, const BoxTree& moving, const Place& place, double band_mm,
-                       const Visit& visit)
+/// Calls `visit(pair)` for every pair of triangles whose boxes are within `band_mm`, until it returns true.
+/// Returns whether it did. The order is fixed by the trees. `place` maps the moving tree to the reference's
+/// frame.
+template <typename Transform, typename Visit>
+bool visit_close_pairs(const BoxTree& reference, const BoxTree& moving, const Transform& place,
+                       double band_mm, const Visit& visit)
 {
   if (reference.is_empty() || moving.is_empty()) return false;
   struct Task {
     std::int32_t reference = 0;
     std::int32_t moving = 0;
-    BoxTree::Node placed;  // the moving box: it stays while the reference's is split
+    BoxTree::Node placed;  // the moving box, kept while the reference's node is split
   };
   std::vector<Task> tasks;
   const auto push = [&](std::int32_t of_reference, std::int32_t of_moving, const BoxTree::Node& m) {

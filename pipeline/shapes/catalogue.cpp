@@ -36,13 +36,13 @@ ShapeParameter word(std::string name, std::string meaning, std::vector<std::stri
   return {std::move(name), std::move(meaning), "", 0.0, 0.0, 0.0, false, std::move(choices)};
 }
 
-// A million triangles in all at the upper end of the knee's range.
+// The upper end of the knee's range gives a million triangles.
 Entry knee_entry()
 {
   return {"knee",
           "a right or left knee: femur, tibia, both menisci; shafts and fibula drawn only",
-          {number("resolution", "multiplies the edges along any line; triangles grow with its square", "",
-                  1.0, {0.5, 15.0}),
+          {number("resolution", "factor on the number of edges along a line; triangles grow with its square",
+                  "", 1.0, {0.5, 15.0}),
            word("side", "which knee", {"right", "left"})},
           [](const Values& values) {
             Shape shape = right_knee(values.number("resolution"));
@@ -69,14 +69,14 @@ Entry hip_entry()
   const HipPlan plan;
   return {
       "hip",
-      "a ball on a neck in a deep socket",
-      {number("resolution", "multiplies the edges along any line", "", plan.resolution, {0.5, 12.0}),
+      "a spherical head with a neck in a deep socket",
+      {number("resolution", "factor on the number of edges along a line", "", plan.resolution, {0.5, 12.0}),
        number("radius", "of the head", "mm", plan.radius_mm, {5.0, 100.0}),
-       number("clearance", "the socket's inner radius less the head's", "mm", plan.clearance_mm, {0.0, 20.0}),
-       number("wall", "the socket's thickness", "mm", plan.wall_mm, {2.0, 50.0}),
-       number("depth", "how far the socket's rim reaches below its centre", "mm", plan.depth_mm,
-              {-20.0, 20.0}),
-       number("neck", "lean of the neck from straight down", "deg", plan.neck_deg, {0.0, 80.0})},
+       number("clearance", "inner radius of the socket minus radius of the head", "mm", plan.clearance_mm,
+              {0.0, 20.0}),
+       number("wall", "thickness of the socket", "mm", plan.wall_mm, {2.0, 50.0}),
+       number("depth", "distance of the socket's rim below its centre", "mm", plan.depth_mm, {-20.0, 20.0}),
+       number("neck", "angle of the neck from -Y", "deg", plan.neck_deg, {0.0, 80.0})},
       [](const Values& values) {
         HipPlan chosen;
         chosen.resolution = values.number("resolution");
@@ -96,22 +96,23 @@ Entry ball_in_dish_entry()
   const BallInDishPlan plan;
   return {
       "ball-in-dish",
-      "a ball or ellipsoid pushed up into a dish that opens downward",
-      {number("ball_radius", "of the ball", "mm", plan.ball_radius_mm, {0.1, 200.0}),
-       number("stretch_x", "the ball's half axis along X over its radius", "", 1.0, {0.1, 10.0}),
-       number("stretch_y", "the same along Y", "", 1.0, {0.1, 10.0}),
-       number("stretch_z", "the same along Z", "", 1.0, {0.1, 10.0}),
-       number("dish_radius", "of the bowl's curvature", "mm", plan.dish_radius_mm, {1.0, 1000.0}),
-       number("dish_width", "edge of the square block", "mm", plan.dish_width_mm, {1.0, 1000.0}),
-       number("hole", "width of a square hole through the middle; 0 for none", "mm", plan.hole_mm,
-              {0.0, 500.0}),
-       word("section", "of the dish", {"bowl", "cone", "wave"}),
-       whole("ball_edges", "along an edge of the icosahedron; 20 n^2 triangles", plan.ball_edges, {1, 200}),
-       whole("dish_edges", "along half the block's width", plan.dish_edges, {1, 500}),
-       number("turn", "of an ellipsoid about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
-       number("offset_x", "of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
-       number("offset_z", "of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
-       number("apart", "from the ball's top up to the dish's rim", "mm", plan.apart_mm, {0.0, 100.0})},
+      "a ball or ellipsoid pushed up into a dish that is open at the bottom",
+      {number("ball_radius", "radius of the ball", "mm", plan.ball_radius_mm, {0.1, 200.0}),
+       number("stretch_x", "half axis along X / ball_radius", "", 1.0, {0.1, 10.0}),
+       number("stretch_y", "half axis along Y / ball_radius", "", 1.0, {0.1, 10.0}),
+       number("stretch_z", "half axis along Z / ball_radius", "", 1.0, {0.1, 10.0}),
+       number("dish_radius", "radius of curvature of the bowl", "mm", plan.dish_radius_mm, {1.0, 1000.0}),
+       number("dish_width", "edge length of the square block", "mm", plan.dish_width_mm, {1.0, 1000.0}),
+       number("hole", "width of a square central hole; 0: no hole", "mm", plan.hole_mm, {0.0, 500.0}),
+       word("section", "profile of the dish", {"bowl", "cone", "wave"}),
+       whole("ball_edges", "edges along an edge of the icosahedron; 20 n^2 triangles", plan.ball_edges,
+             {1, 200}),
+       whole("dish_edges", "edges along half the block's width", plan.dish_edges, {1, 500}),
+       number("turn", "rotation of the ellipsoid about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
+       number("offset_x", "X of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
+       number("offset_z", "Z of the ball from the dish's axis", "mm", 0.0, {-500.0, 500.0}),
+       number("apart", "initial distance from the ball's top to the dish's rim", "mm", plan.apart_mm,
+              {0.0, 100.0})},
       [](const Values& values) {
         BallInDishPlan chosen;
         chosen.ball_radius_mm = values.number("ball_radius");
@@ -137,36 +138,38 @@ Entry ball_in_dish_entry()
 Entry bar_on_pyramids_entry()
 {
   const BarOnPyramidsPlan plan;
-  return {"bar-on-pyramids",
-          "a bar pushed up between two pyramids that hang tip down",
-          {number("base", "edge of each pyramid's base", "mm", plan.base_mm, {1.0, 500.0}),
-           number("height", "of each pyramid", "mm", plan.height_mm, {0.1, 500.0}),
-           number("gap", "between the two bases", "mm", plan.gap_mm, {0.1, 500.0}),
-           number("bar_length", "along Z when not turned", "mm", plan.bar_length_mm, {0.1, 1000.0}),
-           number("bar_width", "of the bar", "mm", plan.bar_width_mm, {0.1, 500.0}),
-           number("bar_height", "of the bar", "mm", plan.bar_height_mm, {0.1, 500.0}),
-           number("turn", "of the bar about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
-           number("offset_x", "of the bar from between the pyramids", "mm", 0.0, {-500.0, 500.0}),
-           number("offset_z", "of the bar from between the pyramids", "mm", 0.0, {-500.0, 500.0}),
-           whole("edges", "along half a base", plan.edges, {1, 200}),
-           number("apart", "from the bar up to the tips", "mm", plan.apart_mm, {0.0, 100.0})},
-          [](const Values& values) {
-            BarOnPyramidsPlan chosen;
-            chosen.base_mm = values.number("base");
-            chosen.height_mm = values.number("height");
-            chosen.gap_mm = values.number("gap");
-            chosen.bar_length_mm = values.number("bar_length");
-            chosen.bar_width_mm = values.number("bar_width");
-            chosen.bar_height_mm = values.number("bar_height");
-            chosen.turn_deg = values.number("turn");
-            chosen.offset_x_mm = values.number("offset_x");
-            chosen.offset_z_mm = values.number("offset_z");
-            chosen.edges = values.whole("edges");
-            chosen.apart_mm = values.number("apart");
-            return bar_on_pyramids(chosen);
-          },
-          nullptr,
-          {}};
+  return {
+      "bar-on-pyramids",
+      "a bar pushed up between two pyramids with their tips down",
+      {number("base", "edge length of each pyramid's base", "mm", plan.base_mm, {1.0, 500.0}),
+       number("height", "height of each pyramid", "mm", plan.height_mm, {0.1, 500.0}),
+       number("gap", "distance between the two bases", "mm", plan.gap_mm, {0.1, 500.0}),
+       number("bar_length", "length of the bar, along Z at turn = 0", "mm", plan.bar_length_mm,
+              {0.1, 1000.0}),
+       number("bar_width", "width of the bar", "mm", plan.bar_width_mm, {0.1, 500.0}),
+       number("bar_height", "height of the bar", "mm", plan.bar_height_mm, {0.1, 500.0}),
+       number("turn", "rotation of the bar about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
+       number("offset_x", "X of the bar from the middle between the pyramids", "mm", 0.0, {-500.0, 500.0}),
+       number("offset_z", "Z of the bar from the middle between the pyramids", "mm", 0.0, {-500.0, 500.0}),
+       whole("edges", "edges along half a base", plan.edges, {1, 200}),
+       number("apart", "initial distance from the bar to the tips", "mm", plan.apart_mm, {0.0, 100.0})},
+      [](const Values& values) {
+        BarOnPyramidsPlan chosen;
+        chosen.base_mm = values.number("base");
+        chosen.height_mm = values.number("height");
+        chosen.gap_mm = values.number("gap");
+        chosen.bar_length_mm = values.number("bar_length");
+        chosen.bar_width_mm = values.number("bar_width");
+        chosen.bar_height_mm = values.number("bar_height");
+        chosen.turn_deg = values.number("turn");
+        chosen.offset_x_mm = values.number("offset_x");
+        chosen.offset_z_mm = values.number("offset_z");
+        chosen.edges = values.whole("edges");
+        chosen.apart_mm = values.number("apart");
+        return bar_on_pyramids(chosen);
+      },
+      nullptr,
+      {}};
 }
 
 Entry cap_in_sink_entry()
@@ -174,14 +177,15 @@ Entry cap_in_sink_entry()
   const CapInSinkPlan plan;
   return {"cap-in-sink",
           "a four-faced cap pushed up into a four-faced sink of the same slopes",
-          {number("base", "edge of the sink's opening", "mm", plan.base_mm, {1.0, 500.0}),
-           number("depth", "of the sink", "mm", plan.depth_mm, {0.1, 500.0}),
-           number("cap_scale", "the cap's size over the sink's", "", plan.cap_scale, {0.05, 2.0}),
-           number("turn", "of the cap about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
-           number("offset_x", "of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
-           number("offset_z", "of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
-           whole("edges", "along half a base; 1 makes every face one triangle", plan.edges, {1, 200}),
-           number("apart", "from the cap's tip up to the sink's rim", "mm", plan.apart_mm, {0.0, 100.0})},
+          {number("base", "edge length of the sink's opening", "mm", plan.base_mm, {1.0, 500.0}),
+           number("depth", "depth of the sink", "mm", plan.depth_mm, {0.1, 500.0}),
+           number("cap_scale", "size of the cap / size of the sink", "", plan.cap_scale, {0.05, 2.0}),
+           number("turn", "rotation of the cap about +Y", "deg", plan.turn_deg, {-180.0, 180.0}),
+           number("offset_x", "X of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
+           number("offset_z", "Z of the cap from the sink's axis", "mm", 0.0, {-500.0, 500.0}),
+           whole("edges", "edges along half a base; 1: one triangle a face", plan.edges, {1, 200}),
+           number("apart", "initial distance from the cap's tip to the sink's rim", "mm", plan.apart_mm,
+                  {0.0, 100.0})},
           [](const Values& values) {
             CapInSinkPlan chosen;
             chosen.base_mm = values.number("base");

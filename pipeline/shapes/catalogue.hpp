@@ -1,4 +1,4 @@
-/// The list behind shapes.hpp: each shape's name, parameters and maker.
+/// Registry of shapes for shapes.hpp: name, parameters and builder of each.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace vrda {
 
-/// The parameters of a request, all of them known, in range and present.
+/// The complete, validated parameters of a request.
 class ShapeValues {
  public:
   double number(const std::string& name) const { return numbers_.at(name); }
@@ -30,10 +30,10 @@ struct CatalogueEntry {
   std::vector<ShapeParameter> parameters;
   Shape (*build)(const ShapeValues&) = nullptr;
   std::vector<ShapeFibre> (*fibres)(const ShapeValues&) = nullptr;  ///< null: no ligaments
-  std::string fibre_sources;                                        ///< lines without line ends' last one
+  std::string fibre_sources;                                        ///< comment lines of the fibre table
 };
 
-/// In the order in which help prints them.
+/// In the order of the help text.
 const std::vector<CatalogueEntry>& shape_catalogue();
 
 }  // namespace vrda

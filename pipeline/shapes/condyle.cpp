@@ -27,7 +27,7 @@ Spiral spiral(double angle_rad, double end_rad)
   return {u * u * u * u - 12.0 / e2 * u * u + amplitude, -(4.0 * u * u * u - 24.0 / e2 * u) / end_rad};
 }
 
-// How far p leads the point at angle a along the curve of ball centres, and the slope of that over a:
+// Tangential offset of p from the ball centre at angle a, and its derivative over a:
 // -(height above the curve + the curve's radius).
 struct Lead {
   double value_mm = 0.0;
@@ -87,7 +87,7 @@ CondyleSurface::CondyleSurface(const Condyle& condyle) : condyle_(condyle)
   for (const Eigen::Vector3d& centre : centre_mm) {
     reach_mm_ = std::max(reach_mm_, (centre - middle_mm_).norm());
   }
-  constexpr double between_samples_mm = 0.5;  // sagitta of the longest step, with room
+  constexpr double between_samples_mm = 0.5;  // upper bound of the sagitta of a step
   reach_mm_ += condyle.coronal_radius_mm + between_samples_mm;
 }
 
@@ -104,7 +104,7 @@ Eigen::Vector3d CondyleSurface::nearest_ball_centre_mm(const Eigen::Vector3d& p)
   double low = angle_rad_[at == 0 ? 0 : at - 1];
   double high = angle_rad_[at + 1 == angle_rad_.size() ? at : at + 1];
   double angle_rad = angle_rad_[at];
-  // Newton inside the shrinking bracket; the foot may be an end of the outline.
+  // Newton with bisection as fallback; the foot may be an end of the outline.
   constexpr int most_steps = 60;
   constexpr double resolution_mm = 1e-12, resolution_rad = 1e-14;
   for (int step = 0; step < most_steps && high - low > resolution_rad; ++step) {
@@ -120,7 +120,7 @@ Eigen::Vector3d CondyleSurface::nearest_ball_centre_mm(const Eigen::Vector3d& p)
 
 double CondyleSurface::signed_distance_mm(const Eigen::Vector3d& p) const
 {
-  constexpr double far_mm = 12.0;  // beyond every fillet
+  constexpr double far_mm = 12.0;  // more than the width of every fillet
   const double bound_mm = (p - middle_mm_).norm() - reach_mm_;
   if (bound_mm > far_mm) return bound_mm;
   return (p - nearest_ball_centre_mm(p)).norm() - condyle_.coronal_radius_mm;
@@ -128,7 +128,7 @@ double CondyleSurface::signed_distance_mm(const Eigen::Vector3d& p) const
 
 double CondyleSurface::underside_mm(double x_mm, double z_mm) const
 {
-  // Newton from below, where the distance falls and is convex: it approaches the surface without passing it.
+  // Newton from below, where the distance is decreasing and convex: iterates stay below the surface.
   Eigen::Vector3d p(x_mm, middle_mm_.y() - reach_mm_, z_mm);
   constexpr int most_steps = 60;
   constexpr double resolution_mm = 1e-12;

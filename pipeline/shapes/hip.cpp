@@ -58,13 +58,13 @@ Mesh head(const HipPlan& plan)
 Shape hip(const HipPlan& plan)
 {
   const double inner_mm = plan.radius_mm + plan.clearance_mm;
-  // Rim below the centre: its opening must let the head pass. Rim above: a cap must be left.
+  // A rim below the centre must leave an opening for the head; a rim above it must leave a cap.
   const double deepest_mm = std::sqrt(inner_mm * inner_mm - plan.radius_mm * plan.radius_mm);
   const double shallowest_mm = -0.8 * inner_mm;
   if (plan.depth_mm > deepest_mm || plan.depth_mm < shallowest_mm) {
     throw InputError({"shape hip", "depth", std::to_string(plan.depth_mm),
                       "from " + std::to_string(shallowest_mm) + " to " + std::to_string(deepest_mm) +
-                          " mm for that radius and clearance, so that the head can enter and is held"});
+                          " mm for this radius and clearance, so that the head can enter and is retained"});
   }
   return {{{"socket", "bone", true, socket(plan)}}, {{"head", "bone", true, head(plan)}}};
 }

@@ -1,4 +1,4 @@
-/// A hip-like pair: a ball on a neck pushed up into a deep socket. Origin: the socket's centre.
+/// A hip-like pair: a spherical head with a neck, pushed up into a deep socket. Origin: the socket's centre.
 #pragma once
 
 #include "shapes/shapes.hpp"
@@ -6,17 +6,17 @@
 namespace vrda {
 
 struct HipPlan {
-  double resolution = 1.0;    ///< multiplies the edges along any line
+  double resolution = 1.0;    ///< factor on the number of edges along a line
   double radius_mm = 24.0;    ///< of the head
-  double clearance_mm = 0.5;  ///< the socket's inner radius less the head's
+  double clearance_mm = 0.5;  ///< inner radius of the socket minus radius of the head
   double wall_mm = 6.0;       ///< the socket's thickness
-  double depth_mm = 2.0;      ///< how far the socket's rim reaches below its centre
-  double neck_deg = 45.0;     ///< lean of the neck from straight down, towards the subject's right
+  double depth_mm = 2.0;      ///< distance of the socket's rim below its centre
+  double neck_deg = 45.0;     ///< angle of the neck from -Y, towards the subject's right
 };
 
-/// Reference "socket", moving "head"; generated concentric, so nothing touches. Pushed up, the head rests
-/// with its centre at (0, clearance, 0). Throws InputError when the socket's rim is too narrow for the head
-/// to enter from below.
+/// Reference "socket", moving "head"; generated concentric without contact. Pushed up, the head is in
+/// equilibrium with its centre at (0, clearance, 0). Throws InputError when the socket's rim is too narrow
+/// for the head to enter from below, or too shallow.
 Shape hip(const HipPlan& plan);
 
 }  // namespace vrda

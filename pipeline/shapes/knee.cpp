@@ -8,23 +8,23 @@
 namespace vrda {
 namespace {
 
-// Drawn-only parts gain nothing from more than this.
+// Drawn-only parts do not benefit from a higher resolution.
 constexpr double finest_drawn_resolution = 3.0;
 
 }  // namespace
 
 double apart_mm()
 {
-  return 0.5;  // chords of two facetted hollows stay clear of each other
+  return 0.5;  // more than the chord errors of two concave surfaces
 }
 
 void sink_into_contact_part(Mesh& shaft, const std::function<double(const Eigen::Vector3d&)>& depth_mm,
                             double cell_mm)
 {
-  // The rim is rounded over 2 mm; triangles beside it bend, and so does their shading.
+  // The rim is rounded over 2 mm; adjacent triangles and their shading are curved too.
   const double covered_mm = 2.0 + cell_mm;
   const double lift_mm = 0.02 * cell_mm;  // chords of the two parts over the flare differ by less
-  // So flat that the turn where the surfaces cross is not seen; steeper once hidden.
+  // A small slope makes the crossing of the surfaces invisible; it increases once hidden.
   constexpr double slope = 0.03, bend_per_mm = 0.02, deepest_mm = 1.0;
   const double hidden_mm = covered_mm + 1.5 * cell_mm;
   for (Eigen::Index v = 0; v < shaft.vertices_mm.rows(); ++v) {
@@ -55,12 +55,11 @@ Shape right_knee(double resolution)
 
 namespace {
 
-// Fibres of a bundle start evenly between two places on the femur and end between two on the tibia (or the
-// fibula's head), each moved onto the bone. The places follow the anatomy where this knee has it; its notch
-// has a lower roof than a real one, so the cruciates start from the edge of roof and wall that is nearest to
-// the flexion axis. Along the motion by contact alone no fibre is then strained beyond 0.1 from 0 to 90
-// degrees: PCLal tightens with flexion, ACLpl and the collaterals slacken, ACLam and PCLpm change by about a
-// tenth.
+// Attachments of a bundle's fibres are evenly spaced between two points on the femur and two on the tibia (or
+// the fibula's head), projected onto the bone. They follow the anatomy where this model allows; its notch has
+// a lower roof than a real one, so the cruciates start from the edge of roof and wall nearest to the flexion
+// axis. In the motion by contact alone no strain then exceeds 0.1 from 0 to 90 degrees: PCLal tightens with
+// flexion, ACLpl and the collaterals slacken, ACLam and PCLpm change by about a tenth.
 struct Bundle {
   const char* name;
   int n_fibres;
@@ -71,7 +70,7 @@ struct Bundle {
   double (*moving_field)(const Eigen::Vector3d&);
 };
 
-// The nearest place on the surface, by Newton's steps along the gradient.
+// The nearest point on the surface, by Newton steps along the gradient.
 Eigen::Vector3d on_surface(double (*field)(const Eigen::Vector3d&), const Eigen::Vector3d& near_mm)
 {
   constexpr int most_steps = 20;

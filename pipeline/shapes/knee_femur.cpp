@@ -12,7 +12,7 @@ namespace {
 
 // Above this height the femur is only drawn.
 constexpr double femur_cut_mm = 16.0;
-// How far the drawn shaft reaches into the condylar part: three triangles past its rounded end.
+// Overlap of the drawn shaft with the condylar part: three triangles beyond its rounded end.
 constexpr double femur_overlap_mm = 20.0;
 constexpr double shaft_top_mm = 115.0;
 
@@ -21,8 +21,8 @@ struct Ball {
   double radius_mm;
 };
 
-// The hull of two balls. The nearest ball of the hull is centred ahead of the foot of the perpendicular by
-// the perpendicular's length times the tangent of the half angle at which the hull narrows.
+// Convex hull of two balls. The nearest ball's centre is offset from the foot of the perpendicular by the
+// perpendicular's length times the tangent of the hull's half angle.
 class Hull {
  public:
   Hull(const Ball& a, const Ball& b)
@@ -60,8 +60,8 @@ std::array<Hull, 2> chain(const Ball& a, const Ball& b, const Ball& c)
   return {Hull(a, b), Hull(b, c)};
 }
 
-// The two ridges of the trochlea, from the front of each condyle up and towards the middle; the lateral
-// one stands further forward. Their fillet is the groove's floor.
+// The two ridges of the trochlea, from the front of each condyle up and towards the middle; the lateral one
+// is further anterior. Their fillet is the floor of the groove.
 double trochlea(const Eigen::Vector3d& p)
 {
   static const std::array<Hull, 2> lateral =
@@ -71,7 +71,7 @@ double trochlea(const Eigen::Vector3d& p)
   return smooth_min(chain_of_hulls(lateral, p), chain_of_hulls(medial, p), 7.0);
 }
 
-// Shaft and the flare that carries the condyles: ellipses changing with height.
+// Shaft and metaphysis above the condyles: elliptic sections that vary with height.
 double shaft_and_flare(const Eigen::Vector3d& p)
 {
   const double low = smooth_step(2.0, 48.0, p.y());

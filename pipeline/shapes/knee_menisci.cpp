@@ -11,11 +11,11 @@
 namespace vrda {
 namespace {
 
-// A C around the place where a condyle rests, open towards the eminence.
-// Its upper side follows the condyle in extension, its lower side the plateau.
+// A C-shaped wedge around a condyle's contact point, open towards the eminence. Its upper side follows the
+// condyle in extension, its lower side the plateau.
 struct MeniscusPlan {
   CondyleSurface condyle;
-  Eigen::Vector2d middle_mm;  // (x, z) the rays of the sections start from
+  Eigen::Vector2d middle_mm;  // (x, z) origin of the rays of the sections
   double towards_eminence;    // sign of z
   double half_opening_rad;    // between the ray to the eminence and the first (last) section
   Eigen::Vector2d outer_mm;   // half axes of the outer rim, along x and z
@@ -26,7 +26,7 @@ struct MeniscusPlan {
   int n_across;
 };
 
-// Room for the facets of the plateau, whose chords rise above it where it is hollow.
+// Clearance for the facets of the plateau, whose chords are above the surface where it is concave.
 constexpr double above_plateau_mm = 0.2;
 
 MeniscusPlan medial_plan()
@@ -59,7 +59,7 @@ MeniscusPlan lateral_plan()
           .n_across = 4};
 }
 
-// One ray of the C, seen from above.
+// One ray of the C in the horizontal plane.
 struct Ray {
   Eigen::Vector2d direction;  // (x, z)
   double outer_mm = 0.0;      // distance of the outer rim
@@ -68,7 +68,7 @@ struct Ray {
 
 Ray ray_at(const MeniscusPlan& plan, double t)
 {
-  // t in [0, 1] runs from the anterior horn around the outside to the posterior horn.
+  // t in [0, 1]: from the anterior horn around the outside to the posterior horn.
   const double turn = plan.half_opening_rad + t * 2.0 * (pi - plan.half_opening_rad);
   const SinCos a = sin_cos(turn);
   Ray ray;
@@ -80,8 +80,8 @@ Ray ray_at(const MeniscusPlan& plan, double t)
 }
 
 struct Column {
-  double floor_mm = 0.0;  // height of the plateau, plus the room left above it
-  double roof_mm = 0.0;   // height of the condyle's underside, less the clearance
+  double floor_mm = 0.0;  // height of the plateau plus above_plateau_mm
+  double roof_mm = 0.0;   // height of the condyle's underside minus the clearance
 };
 
 Column column_at(const MeniscusPlan& plan, const Ray& ray, double distance_mm)
@@ -91,7 +91,7 @@ Column column_at(const MeniscusPlan& plan, const Ray& ray, double distance_mm)
           plan.condyle.underside_mm(p.x(), p.y()) - plan.clearance_mm};
 }
 
-// Where the wedge between condyle and plateau becomes high enough for the inner rim.
+// Distance at which the wedge between condyle and plateau reaches the height of the inner rim.
 double inner_distance_mm(const MeniscusPlan& plan, const Ray& ray)
 {
   double low = 5.0, high = ray.outer_mm - 4.0;
@@ -154,7 +154,7 @@ class LoftBuilder {
   std::vector<std::array<std::int32_t, 3>> triangles_;
 };
 
-// Sections one after the other: how many there are, points in each, cells along the upper side.
+// Points of all sections in order; n_ring points a section, n_across cells along the upper side.
 struct Loft {
   std::vector<Eigen::Vector3d> points;
   int n_sections = 0;

@@ -9,7 +9,7 @@ namespace vrda {
 namespace {
 
 constexpr double tibia_cut_mm = -50.0;     // below it the tibia is only drawn
-constexpr double tibia_overlap_mm = 17.0;  // of the drawn shaft: up to the rims of the plateaus
+constexpr double tibia_overlap_mm = 17.0;  // of the drawn shaft with the contact part
 constexpr double shaft_end_mm = -145.0;
 constexpr double tibia_cell_mm = 3.95;
 
@@ -27,12 +27,12 @@ double bump(double dx, double dz)
   return rest * rest * rest;
 }
 
-// Concave both ways; falls back by about 3 degrees from rim to rim while the resting place stays level.
+// Concave in both directions; posterior slope of about 3 degrees from rim to rim, level at the contact point.
 double medial_plateau_mm(double x, double z)
 {
   static const Eigen::Vector3d rest = medial_rest_mm();
   constexpr double slope = 0.08;
-  // dish'(rest) = -slope puts the level point where the condyle rests.
+  // dish'(rest) = -slope makes the surface level at the contact point.
   constexpr double rise = 1.7, reach = 10.0;
   const double u = slope * reach / rise;
   const double ahead = reach * u / std::sqrt(1.0 - u * u);
@@ -41,7 +41,7 @@ double medial_plateau_mm(double x, double z)
   return rest.y() + sagittal + dish(z - rest.z(), 2.0, 10.0);
 }
 
-// Slightly convex from front to back, slightly hollow from side to side, falling back by 4 degrees.
+// Slightly convex from front to back, slightly concave from side to side, posterior slope of 4 degrees.
 double lateral_plateau_mm(double x, double z)
 {
   static const Eigen::Vector3d rest = lateral_rest_mm();
@@ -57,7 +57,7 @@ double eminence_mm(double x, double z)
   return smooth_max(medial, lateral, 3.0) - 0.5;
 }
 
-// Distance outside an ellipse, nearly.
+// Approximate signed distance from an ellipse.
 double ellipse(double dx, double dz, double half_x, double half_z)
 {
   const double u = dx / half_x, w = dz / half_z;
@@ -73,7 +73,7 @@ double head_outline(double x, double z)
   return smooth_min(smooth_min(medial, lateral, 6.0), front, 10.0);
 }
 
-// Triangular section of the shaft with its sharp edge in front, rounded.
+// Rounded triangular section of the shaft with its edge in front.
 double shaft_outline(double x, double z)
 {
   return smooth_max(ellipse(x - 4.0, z, 15.0, 13.0), 0.45 * (x - 4.0) + 0.9 * std::abs(z) - 12.0, 8.0);

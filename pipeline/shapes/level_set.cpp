@@ -47,7 +47,7 @@ void for_each_node(const Index3& first, const Index3& end, const Visit& visit)
   }
 }
 
-// Blocks that the bound on the slope proves empty take the value of their middle.
+// Blocks that cannot contain the surface, by the gradient bound, take the value of their middle.
 Samples sample(const Field& field, const Box& box_mm, double cell_mm, double steepest_slope)
 {
   constexpr int block = 6;
@@ -80,7 +80,7 @@ Samples sample(const Field& field, const Box& box_mm, double cell_mm, double ste
   return samples;
 }
 
-// Mean of the points where the surface crosses the cell's edges; nothing when it does not.
+// Mean of the surface's crossings of the cell's edges; empty without a crossing.
 std::optional<Eigen::Vector3d> cell_vertex(const Samples& samples, const Index3& cell)
 {
   static constexpr std::array<std::array<int, 2>, 12> edges = {
@@ -114,7 +114,7 @@ using Quad = std::array<std::int32_t, 4>;
 struct Net {
   std::vector<Eigen::Vector3d> vertices_mm;
   std::vector<Index3> cells;    // of the grid, one a vertex
-  std::vector<bool> is_pinned;  // vertices that relaxing leaves alone
+  std::vector<bool> is_pinned;  // vertices excluded from relaxation
   std::vector<Quad> quads;
 };
 
@@ -161,7 +161,7 @@ Eigen::Vector3d gradient(const Field& field, const Eigen::Vector3d& p)
   return g;
 }
 
-// A Newton step towards the surface along the unit direction n, no longer than a quarter of a cell.
+// A Newton step towards the surface along the unit direction n, limited to a quarter of a cell.
 Eigen::Vector3d projected(const Field& field, const Eigen::Vector3d& p, const Eigen::Vector3d& n,
                           double cell_mm)
 {
@@ -251,12 +251,12 @@ void put_on_surface(Mesh& mesh, const Field& field, double cell_mm)
   }
 }
 
-// The net's triangles, or nothing when an edge has more than two faces.
+// The net's triangles; empty when an edge has more than two faces.
 std::optional<Mesh> manifold_mesh(const Net& net)
 {
   Mesh mesh = triangulated(net);
   const EdgeCounts edges = edge_counts(mesh);
-  check(edges.boundary == 0, "level_set_mesh: the surface leaves its box");
+  check(edges.boundary == 0, "level_set_mesh: the surface is inside its box");
   if (edges.non_manifold > 0) return std::nullopt;
   return mesh;
 }
@@ -268,8 +268,8 @@ Net relaxed_net(const LevelSet& set, double cell_mm, const LevelSetOptions& opti
   return net;
 }
 
-// Puts vertices of `net` where `neighbour` has the vertices of the same cells, and pins them, as far as both
-// surfaces are the same there. A cell of `net` is `shift` higher in the neighbour's grid.
+// Moves vertices of `net` to the vertices of the same cells in `neighbour`, and pins them, where both
+// surfaces coincide. `shift` is added to a cell of `net` for its index in the neighbour's grid.
 void pin_to_neighbour(Net& net, const Net& neighbour, const Index3& shift, const Field& field,
                       const Field& neighbour_field)
 {
@@ -286,11 +286,11 @@ void pin_to_neighbour(Net& net, const Net& neighbour, const Index3& shift, const
   }
 }
 
-// The net of `wanted` along that of `neighbour`, which was made on cells of that size.
+// The net of `wanted` on the grid of `neighbour`, with common vertices where the surfaces coincide.
 Net net_along(const LevelSet& neighbour, const Net& neighbour_net, const LevelSet& wanted, double cell_mm,
               const LevelSetOptions& options)
 {
-  Box box_mm = wanted.box_mm;  // grown to nodes of the neighbour's grid
+  Box box_mm = wanted.box_mm;  // extended to nodes of the neighbour's grid
   Index3 shift{};
   for (int axis = 0; axis < 3; ++axis) {
     const double corner_mm = neighbour.box_mm.min_mm[axis];
@@ -304,13 +304,13 @@ Net net_along(const LevelSet& neighbour, const Net& neighbour_net, const LevelSe
   return net;
 }
 
-// Cells to try: each a percent smaller.
+// Cell sizes to try, each one percent smaller.
 class CellSizes {
  public:
   explicit CellSizes(double cell_mm) : cell_mm_(cell_mm) {}
   double next_mm()
   {
-    check(n_tried_++ < most_attempts, "level_set_mesh: a cell gives a manifold sampling");
+    check(n_tried_++ < most_attempts, "level_set_mesh: one of the cell sizes gives a manifold mesh");
     return std::exchange(cell_mm_, cell_mm_ * 0.99);
   }
 

@@ -9,15 +9,15 @@
 
 namespace vrda {
 
-/// Union with a fillet: equals the smaller value where the two differ by more than `width_mm`, and lies
-/// at most width_mm / 6 below it where they agree. Twice continuously differentiable.
+/// Union with a fillet: the smaller value where the two differ by more than `width_mm`, and at most
+/// width_mm / 6 below it where they are equal. Twice continuously differentiable.
 inline double smooth_min(double a, double b, double width_mm)
 {
   const double h = std::max(width_mm - std::abs(a - b), 0.0) / width_mm;
   return std::min(a, b) - h * h * h * width_mm / 6.0;
 }
 
-/// Intersection with a rounded edge; the mirror image of smooth_min.
+/// Intersection with a rounded edge: -smooth_min(-a, -b).
 inline double smooth_max(double a, double b, double width_mm)
 {
   return -smooth_min(-a, -b, width_mm);
@@ -30,20 +30,20 @@ inline double smooth_step(double from, double to, double x)
   return t * t * t * (t * (6.0 * t - 15.0) + 10.0);
 }
 
-/// Negative inside, positive outside, in mm; about the signed distance near the surface. Its slope must stay
-/// below LevelSetOptions::steepest_slope.
+/// Negative inside, positive outside, in mm; about the signed distance near the surface. |gradient| must be
+/// below LevelSetOptions::max_gradient.
 using Field = std::function<double(const Eigen::Vector3d&)>;
 
 struct LevelSetOptions {
-  double cell_mm = 2.0;         ///< edge of a sampling cell; mean triangle edges come out about as long
+  double cell_mm = 2.0;         ///< edge of a sampling cell, about the mean edge of the triangles
   double steepest_slope = 2.0;  ///< bound on |gradient|, used to skip empty space
-  int n_relaxations = 12;       ///< passes that even out the triangles along the surface
+  int n_relaxations = 12;       ///< smoothing passes along the surface
 };
 
-/// The zero surface of `field` inside `box_mm` by surface nets, vertices moved onto the surface and evened
-/// out along it; normals from the gradient. The surface must lie inside the box.
-/// Closed and manifold: the cell is shrunk by a percent at a time until no edge is shared by more than two
-/// faces. Cost: field evaluations near the surface only, about 25 a triangle.
+/// The zero surface of `field` inside `box_mm` by surface nets; vertices are projected onto the surface and
+/// relaxed along it; normals from the gradient. The surface must be inside the box. Closed and manifold: the
+/// cell is reduced by one percent until no edge is shared by more than two faces. Cost: field evaluations
+/// near the surface only, about 25 a triangle.
 Mesh level_set_mesh(const Field& field, const Box& box_mm, const LevelSetOptions& options);
 
 struct LevelSet {
@@ -55,10 +55,10 @@ struct AdjoiningMeshes {
   Mesh first, second;
 };
 
-/// level_set_mesh() of `first`, and the zero surface of `second`, which runs along it for a while: where both
-/// fields agree to the last bit the second has the very triangles of the first, so that both look as one.
-/// Other triangles follow on without a break. Closed and manifold; should the first's cell not allow that for
-/// the second, a smaller one is taken, and the triangles only resemble the first's.
+/// level_set_mesh() of `first`, and the zero surface of `second`, which partly coincides with it: where both
+/// fields are bitwise equal both meshes have the same triangles, so that no seam is visible. Closed and
+/// manifold; if the cell of the first does not give a manifold second mesh, a smaller cell is used and the
+/// triangles differ slightly.
 AdjoiningMeshes adjoining_level_set_meshes(const LevelSet& first, const LevelSet& second,
                                            const LevelSetOptions& options);
 

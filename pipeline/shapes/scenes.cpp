@@ -14,7 +14,7 @@
 namespace vrda {
 namespace {
 
-// How much material stands behind the deepest place of a hollow.
+// Material thickness above the deepest point of a cavity.
 constexpr double backing_mm = 6.0;
 
 Mesh placed(const Mesh& mesh, double turn_deg, const Eigen::Vector3d& shift_mm)
@@ -40,7 +40,7 @@ double dish_depth_mm(const BallInDishPlan& plan, double from_axis_mm)
   const double half_mm = 0.5 * plan.dish_width_mm;
   const double slope = bowl_depth_mm(plan.dish_radius_mm, half_mm) / half_mm;
   if (plan.section == DishSection::cone) return slope * from_axis_mm;
-  // The slope swings by 0.7 of its mean about it, four times across the half width.
+  // The slope oscillates by 0.7 of its mean, with four periods over the half width.
   const double wave_per_mm = 2.0 * pi * 4.0 / half_mm;
   return slope * (from_axis_mm - 0.7 / wave_per_mm * sine(wave_per_mm * from_axis_mm));
 }
@@ -111,20 +111,20 @@ Mesh pyramid_mesh(double half_base_mm, double depth_mm, double back_y_mm, int ed
 
 Shape ball_in_dish(const BallInDishPlan& plan)
 {
-  // The block's corners must stay clear of the ball's equator, where the bowl would stand upright.
+  // The block's corners must stay inside the ball's equator, where the bowl would be vertical.
   constexpr double widest = 0.95;
   const double corner_mm = plan.dish_width_mm / std::sqrt(2.0);
   if (corner_mm > widest * plan.dish_radius_mm) {
     throw InputError({"shape ball-in-dish", "dish_width", std::to_string(plan.dish_width_mm),
                       "at most " + std::to_string(widest * std::sqrt(2.0) * plan.dish_radius_mm) +
-                          " mm for that dish_radius"});
+                          " mm for this dish_radius"});
   }
   // A rim of at least one cell must be left around the hole.
   const double widest_hole_mm = plan.dish_width_mm * (1.0 - 1.0 / plan.dish_edges);
   if (plan.hole_mm > 0.0 && plan.hole_mm >= widest_hole_mm) {
     throw InputError(
         {"shape ball-in-dish", "hole", std::to_string(plan.hole_mm),
-         "less than " + std::to_string(widest_hole_mm) + " mm for that dish_width and dish_edges"});
+         "less than " + std::to_string(widest_hole_mm) + " mm for this dish_width and dish_edges"});
   }
   const Eigen::Vector3d half_axes_mm = plan.ball_radius_mm * plan.stretch;
   const double top_mm = -dish_depth_mm(plan, corner_mm) - plan.apart_mm;

@@ -15,7 +15,6 @@ namespace {
 using Entry = CatalogueEntry;
 using Values = ShapeValues;
 
-// Insertions, deletions and substitutions between two words.
 // "one of a, b, c; the nearest is b"
 std::string one_of(const std::string& word, const std::vector<std::string>& known)
 {

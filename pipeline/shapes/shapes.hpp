@@ -1,6 +1,6 @@
-/// Joints and test scenes made by code: no mesh file needed.
+/// Generated meshes of joints and test scenes.
 /// Everything is in mm, canonical axes (X anterior, Y proximal, Z the subject's right), with the
-/// rotation centre at the origin. The reference hangs above, the moving object is pushed up (+Y) onto it.
+/// rotation centre at the origin. The reference is above; the moving object is pushed up (+Y) onto it.
 #pragma once
 
 #include <map>
@@ -19,7 +19,7 @@ struct ShapePart {
   Mesh mesh;
 };
 
-/// What to generate. Parameters left out take their defaults (see shape_parameters).
+/// Shape and parameters to generate. Missing parameters take their defaults (see shape_parameters).
 struct ShapeRequest {
   std::string shape;                         ///< one of shape_names()
   std::map<std::string, double> numbers;     ///< e.g. {"resolution", 1.0}; unit as documented
@@ -31,8 +31,7 @@ struct Shape {
   std::vector<ShapePart> moving;
 };
 
-/// One ligament fibre of a shape, attached to its reference and moving parts where generate_shape() puts
-/// them.
+/// One ligament fibre of a shape, attached to its parts at their generated positions.
 struct ShapeFibre {
   std::string name;
   std::string bundle;
@@ -42,7 +41,7 @@ struct ShapeFibre {
   double slack_length_mm = 0.0;
 };
 
-/// One parameter of a shape: a number with a unit and a range, or a word out of a list.
+/// One parameter of a shape: a number with unit and range, or one of a list of words.
 struct ShapeParameter {
   std::string name;
   std::string meaning;
@@ -51,19 +50,19 @@ struct ShapeParameter {
   double lowest = 0.0;   ///< allowed
   double highest = 0.0;  ///< allowed
   bool is_whole = false;
-  std::vector<std::string> choices;  ///< words only; the first is the default
+  std::vector<std::string> choices;  ///< for words; the first is the default
 };
 
-/// In the order in which help prints them.
+/// In the order of the help text.
 std::vector<std::string> shape_names();
 
-/// One line on what the shape is. Throws InputError for an unknown shape.
+/// One-line description. Throws InputError for an unknown shape.
 std::string shape_summary(const std::string& shape);
 
 /// Every parameter of a shape. Throws InputError for an unknown shape.
 std::vector<ShapeParameter> shape_parameters(const std::string& shape);
 
-/// Builds the shape. Same request, same bits.
+/// Builds the shape; deterministic to the last bit.
 /// Throws InputError (file "shape", field the shape or parameter) for an unknown shape, parameter or word,
 /// naming the nearest known one, and for a number out of range.
 /// Cost: milliseconds at default size, some seconds for a million triangles.
@@ -72,7 +71,7 @@ Shape generate_shape(const ShapeRequest& request);
 /// The ligaments of a shape; throws InputError like generate_shape(), and for a shape without ligaments.
 std::vector<ShapeFibre> generate_fibres(const ShapeRequest& request);
 
-/// The same as a table for a job's `ligaments.fibres` (schemas/ligaments.md), its sources in comments.
+/// The same as a table for a job's `ligaments.fibres` (schemas/ligaments.md), with its sources as comments.
 std::string fibre_table(const ShapeRequest& request);
 
 }  // namespace vrda

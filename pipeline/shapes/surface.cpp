@@ -29,7 +29,7 @@ Mesh assembled(const std::vector<Eigen::Vector3d>& vertices_mm, const std::vecto
   return mesh;
 }
 
-// Vertices and faces of a block under construction; a vertex of front or back is made when first used.
+// Vertices and faces of a block under construction; vertices are created on first use.
 class BlockBuilder {
  public:
   explicit BlockBuilder(const Block& block) : block_(block)
@@ -140,8 +140,7 @@ Icosahedron icosahedron()
   return result;
 }
 
-// Points on a face are named by the corners they weigh and the weights, so that faces share their edges'
-// points.
+// Points on a face are identified by corners and weights, so that faces share the points of their edges.
 using PointName = std::array<std::pair<std::int32_t, int>, 3>;
 
 }  // namespace
@@ -161,7 +160,7 @@ Mesh block_mesh(const Block& block)
 
 Mesh plain_pyramid_mesh(double half_base_mm, double rim_y_mm, double back_y_mm)
 {
-  // Corners counter-clockwise seen from above: 0 to 3 the rim's, 4 to 7 the back's, 8 the tip.
+  // Corners counter-clockwise seen from above: 0 to 3 rim, 4 to 7 back, 8 tip.
   std::vector<Eigen::Vector3d> vertices_mm;
   for (const double y : {rim_y_mm, back_y_mm}) {
     for (const auto& [x, z] : {std::pair(1.0, 1.0), {1.0, -1.0}, {-1.0, -1.0}, {-1.0, 1.0}}) {

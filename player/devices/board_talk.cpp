@@ -24,31 +24,32 @@ void SerialFrames::add(std::span<const std::uint8_t> bytes)
   buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
 }
 
-/// What stands at the front. A frame that cannot be one any more is noise before it has ended.
-SerialFrames::Look SerialFrames::look() const
+/// Classifies the bytes at the front. A frame with an impossible header is noise before it is complete.
+SerialFrames::ParseState SerialFrames::parse_state() const
 {
-  const std::span<const std::uint8_t> at = waiting();
-  if (at.empty()) return Look::more;
-  if (at[0] != board_frame_start_0 || (at.size() > 1 && at[1] != board_frame_start_1)) return Look::noise;
-  if (at.size() < head_bytes) return Look::more;
+  const std::span<const std::uint8_t> at = unparsed();
+  if (at.empty()) return ParseState::incomplete;
+  if (at[0] != board_frame_start_0 || (at.size() > 1 && at[1] != board_frame_start_1))
+    return ParseState::noise;
+  if (at.size() < head_bytes) return ParseState::incomplete;
   const std::size_t n = at[3];
-  if (n > board_most_payload) return Look::noise;
-  if (at.size() < head_bytes + n + crc_bytes) return Look::more;
+  if (n > board_most_payload) return ParseState::noise;
+  if (at.size() < head_bytes + n + crc_bytes) return ParseState::incomplete;
   const std::uint16_t crc = crc16(&at[2], n + 2);
   const bool is_right = at[head_bytes + n] == (crc & 0xFF) && at[head_bytes + n + 1] == crc >> 8;
-  return is_right ? Look::frame : Look::noise;
+  return is_right ? ParseState::frame : ParseState::noise;
 }
 
 std::optional<SerialFrame> SerialFrames::next()
 {
-  Look found = look();
-  for (; found == Look::noise; found = look()) {
+  ParseState found = parse_state();
+  for (; found == ParseState::noise; found = parse_state()) {
     if (!is_in_noise_) ++n_noises_;
     is_in_noise_ = true;
     ++begin_;
   }
-  if (found == Look::more) return std::nullopt;
-  const std::span<const std::uint8_t> at = waiting();
+  if (found == ParseState::incomplete) return std::nullopt;
+  const std::span<const std::uint8_t> at = unparsed();
   SerialFrame frame;
   frame.request = static_cast<char>(at[2]);
   frame.n = at[3];
@@ -97,16 +98,16 @@ std::string BoardTalk::due_version(std::int64_t now_ns)
   return "V";
 }
 
-/// The request, where there is room on the way or the answer is late.
+/// The request, if fewer than two are outstanding in a round or the oldest has timed out.
 std::string BoardTalk::due_reading(Reading& reading, bool is_round, std::int64_t now_ns)
 {
-  const bool is_late = reading.n_on_their_way > 0 && now_ns - reading.asked_ns[0] >= late_ns;
+  const bool is_late = reading.n_outstanding > 0 && now_ns - reading.sent_ns[0] >= late_ns;
   if (is_late) {
-    reading.n_on_their_way = 0;
+    reading.n_outstanding = 0;
     if (now_ns - last_answer_ns_ >= silent_ns) give_up("found no answer for 1 s, wanted readings");
   }
-  if (!is_late && !(is_round && reading.n_on_their_way < 2)) return "";
-  reading.asked_ns[static_cast<std::size_t>(reading.n_on_their_way++)] = now_ns;
+  if (!is_late && !(is_round && reading.n_outstanding < 2)) return "";
+  reading.sent_ns[static_cast<std::size_t>(reading.n_outstanding++)] = now_ns;
   return {reading.request};
 }
 
@@ -115,13 +116,13 @@ std::string BoardTalk::due(std::int64_t now_ns)
   if (phase_ == Phase::given_up) return "";
   if (phase_ == Phase::asking) return due_version(now_ns);
   std::string requests;
-  if (is_zero_wanted_ && now_ns >= zero_again_ns_) {
+  if (is_zero_pending_ && now_ns >= zero_retry_ns_) {
     requests += 'Z';
-    zero_again_ns_ = now_ns + late_ns;
+    zero_retry_ns_ = now_ns + late_ns;
   }
   const bool is_round = now_ns >= next_ns_;
   for (Reading& reading : readings_) requests += due_reading(reading, is_round, now_ns);
-  // Rounds that were slept through are not made up for.
+  // Missed rounds are skipped.
   if (is_round) next_ns_ = next_ns_ + period_ns_ > now_ns ? next_ns_ + period_ns_ : now_ns + period_ns_;
   if (phase_ == Phase::given_up) return "";
   return requests;
@@ -131,16 +132,16 @@ std::int64_t BoardTalk::next_due_ns() const
 {
   std::int64_t next_ns = next_ns_;
   for (const Reading& reading : readings_) {
-    if (reading.n_on_their_way > 0) next_ns = std::min(next_ns, reading.asked_ns[0] + late_ns);
+    if (reading.n_outstanding > 0) next_ns = std::min(next_ns, reading.sent_ns[0] + late_ns);
   }
-  return is_zero_wanted_ ? std::min(next_ns, zero_again_ns_) : next_ns;
+  return is_zero_pending_ ? std::min(next_ns, zero_retry_ns_) : next_ns;
 }
 
-void BoardTalk::hear_version(const SerialFrame& frame, std::int64_t now_ns)
+void BoardTalk::handle_version(const SerialFrame& frame, std::int64_t now_ns)
 {
   const std::string tag(frame.payload.begin() + 1, frame.payload.begin() + 5);
   if (frame.n != 5 || tag != "VRDA") {
-    give_up("found an answer to V that is not of this bench's board, wanted its version and VRDA");
+    give_up("found another board's answer to V, wanted the version and VRDA");
   } else if (frame.payload[0] != board_protocol_version) {
     give_up("found protocol version " + std::to_string(frame.payload[0]) + ", wanted " +
             std::to_string(board_protocol_version));
@@ -150,8 +151,8 @@ void BoardTalk::hear_version(const SerialFrame& frame, std::int64_t now_ns)
   }
 }
 
-/// False for what is no reading.
-bool BoardTalk::hear_reading(const SerialFrame& frame, Sample& sample)
+/// False if the frame is not a valid reading.
+bool BoardTalk::handle_reading(const SerialFrame& frame, Sample& sample)
 {
   const int value = frame.payload[0] | frame.payload[1] << 8;
   if (frame.request == 'P' && frame.n == 2 && value <= largest_potentiometer) {
@@ -176,18 +177,18 @@ std::vector<Sample> BoardTalk::hear(std::span<const std::uint8_t> bytes, std::in
     Sample sample;
     sample.arrival_ns = now_ns;
     if (frame->request == 'V') {
-      if (phase_ == Phase::asking) hear_version(*frame, now_ns);
+      if (phase_ == Phase::asking) handle_version(*frame, now_ns);
     } else if (phase_ == Phase::up && frame->request == 'Z' && frame->n == 4) {
-      is_zero_wanted_ = false;
-    } else if (phase_ == Phase::up && hear_reading(*frame, sample)) {
+      is_zero_pending_ = false;
+    } else if (phase_ == Phase::up && handle_reading(*frame, sample)) {
       samples.push_back(sample);
       for (Reading& reading : readings_) {
-        if (reading.request != frame->request || reading.n_on_their_way == 0) continue;
-        reading.asked_ns[0] = reading.asked_ns[1];
-        --reading.n_on_their_way;
+        if (reading.request != frame->request || reading.n_outstanding == 0) continue;
+        reading.sent_ns[0] = reading.sent_ns[1];
+        --reading.n_outstanding;
       }
     } else {
-      if (phase_ == Phase::up) ++n_refused_;  // before, it may be the answer to another program's question
+      if (phase_ == Phase::up) ++n_refused_;  // before that: maybe an answer to another program
       continue;
     }
     last_answer_ns_ = now_ns;

@@ -26,8 +26,8 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-/// A line that takes not one request for so long is stuck.
-constexpr std::int64_t longest_writing_ns = 1'000'000'000;
+/// A port that accepts no byte for this long is blocked.
+constexpr std::int64_t write_timeout_ns = 1'000'000'000;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ struct BoardClient::State {
   {
   }
 
-  // Closing a line waits for what was not sent.
+  // Closing a port waits for unsent bytes, so they are discarded first.
   ~State()
   {
     if (port.is_open()) tcflush(port.native_handle(), TCIOFLUSH);
@@ -49,15 +49,15 @@ struct BoardClient::State {
     error_code error;
     port.open(settings.port, error);
     if (!error) port.set_option(asio::serial_port::baud_rate(static_cast<unsigned>(settings.baud)), error);
-    if (error) return lose(error.message());
-    // What an earlier opening asked for is no answer.
+    if (error) return reconnect(error.message());
+    // Discards answers to requests of an earlier session.
     tcflush(port.native_handle(), TCIOFLUSH);
     ++n_openings;
     is_writing = false;
     n_refused = 0;
     talk.emplace(settings, outlet.clock().now_ns());
     read();
-    speak();
+    send_due();
   }
 
   void read()
@@ -66,7 +66,7 @@ struct BoardClient::State {
         asio::buffer(bytes), [this, opening = n_openings](const error_code& error, std::size_t n) {
           const std::int64_t now_ns = outlet.clock().now_ns();
           if (opening != n_openings) return;
-          if (error) return lose(error == asio::error::eof ? "the line has gone" : error.message());
+          if (error) return reconnect(error == asio::error::eof ? "closed by the device" : error.message());
           const bool was_up = talk->phase() == BoardTalk::Phase::up;
           const std::vector<Sample> samples = talk->hear(std::span(bytes).first(n), now_ns);
           if (!was_up && talk->phase() == BoardTalk::Phase::up) {
@@ -76,30 +76,30 @@ struct BoardClient::State {
           outlet.put(samples);
           outlet.refuse(talk->n_refused() - n_refused, "found noise, wanted frames of the serial protocol");
           n_refused = talk->n_refused();
-          if (speak()) read();
+          if (send_due()) read();
         });
   }
 
-  /// Sends what is due, comes again when more is; false where the line was given up.
-  bool speak()
+  /// Sends due requests and re-arms the timer; false if the port was closed.
+  bool send_due()
   {
     const std::int64_t now_ns = outlet.clock().now_ns();
     if (!is_writing) {
       requests = talk->due(now_ns);
       if (!requests.empty()) write(now_ns);
-    } else if (now_ns - writing_since_ns >= longest_writing_ns) {
-      lose("the line takes nothing");
+    } else if (now_ns - writing_since_ns >= write_timeout_ns) {
+      reconnect("the port accepts no data");
       return false;
     }
     if (talk->phase() == BoardTalk::Phase::given_up) {
-      const std::string trouble = talk->trouble();  // the talk ends here
-      lose(trouble);
+      const std::string trouble = talk->trouble();  // reconnect() destroys the protocol state
+      reconnect(trouble);
       return false;
     }
     timer.expires_at(
-        outlet.clock().time_of(is_writing ? writing_since_ns + longest_writing_ns : talk->next_due_ns()));
+        outlet.clock().time_of(is_writing ? writing_since_ns + write_timeout_ns : talk->next_due_ns()));
     timer.async_wait([this, opening = n_openings](const error_code& error) {
-      if (!error && opening == n_openings) speak();
+      if (!error && opening == n_openings) send_due();
     });
     return true;
   }
@@ -112,14 +112,14 @@ struct BoardClient::State {
                       [this, opening = n_openings](const error_code& error, std::size_t) {
                         if (opening != n_openings) return;
                         is_writing = false;
-                        if (error) return lose(error.message());
-                        speak();
+                        if (error) return reconnect(error.message());
+                        send_due();
                       });
   }
 
-  void lose(const std::string& trouble)
+  void reconnect(const std::string& trouble)
   {
-    ++n_openings;  // what is on its way belongs to the past
+    ++n_openings;  // invalidates pending handlers
     talk.reset();
     error_code ignored;
     if (port.is_open()) tcflush(port.native_handle(), TCIOFLUSH);
@@ -135,20 +135,20 @@ struct BoardClient::State {
   void zero_stage()
   {
     if (!talk || talk->phase() != BoardTalk::Phase::up)
-      return outlet.note("the stage was not set to zero: the board is not up");
+      return outlet.note("stage not zeroed: the board is not connected");
     talk->zero_stage();
-    speak();
+    send_due();
   }
 
   asio::io_context& io;
   const BoardSettings settings;
   Outlet& outlet;
   asio::serial_port port;
-  asio::steady_timer timer;  ///< of what is due, or of the pause
+  asio::steady_timer timer;  ///< of the next request, or of the back-off
   Backoff backoff;
-  std::optional<BoardTalk> talk;  ///< while the line is open
+  std::optional<BoardTalk> talk;  ///< while the port is open
   std::uint64_t n_openings = 0;
-  std::uint64_t n_refused = 0;  ///< of the talk, told already
+  std::uint64_t n_refused = 0;  ///< of the protocol, already reported
   bool is_writing = false;
   std::int64_t writing_since_ns = 0;
   std::string requests;
@@ -172,10 +172,10 @@ namespace {
 using asio::ip::tcp;
 using Endpoints = tcp::resolver::results_type;
 
-/// Local networks answer in milliseconds; a machine that is off does not answer at all.
-constexpr std::chrono::seconds longest_connecting{2};
+/// Local networks answer in milliseconds; a host that is off never answers.
+constexpr std::chrono::seconds connect_timeout{2};
 
-/// The kernel asks a silent peer after 2 s and gives it up 3 s later.
+/// TCP keep-alive: first probe after 2 s of silence, closed 3 s later.
 void keep_alive(tcp::socket& socket)
 {
   struct Option {
@@ -187,7 +187,7 @@ void keep_alive(tcp::socket& socket)
     setsockopt(socket.native_handle(), option.level, option.name, &option.value, sizeof option.value);
 }
 
-/// A port of this machine that nobody listens on may, once in a while, be met by the socket's own.
+/// TCP self-connect: a socket that connects to an unused local port can get that port as its own.
 bool is_self(const tcp::socket& socket)
 {
   error_code ignored;
@@ -209,17 +209,17 @@ struct TrackerClient::State {
   {
   }
 
-  void look_up()
+  void resolve()
   {
     outlet.set_link(LinkState::opening, "");
     is_connecting = true;
-    timer.expires_after(longest_connecting);
+    timer.expires_after(connect_timeout);
     timer.async_wait([this](const error_code& error) {
       if (error || !is_connecting) return;
       resolver.cancel();
       close();
     });
-    // A number is not looked up: that would take another thread.
+    // A numeric address needs no resolver, which would start a thread.
     error_code is_name;
     const asio::ip::address address = asio::ip::make_address(settings.host, is_name);
     const std::string port = std::to_string(settings.port);
@@ -227,7 +227,7 @@ struct TrackerClient::State {
       return connect(Endpoints::create(tcp::endpoint(address, settings.port), settings.host, port));
     resolver.async_resolve(settings.host, port, [this](const error_code& error, const Endpoints& endpoints) {
       if (error)
-        return lose(error == asio::error::operation_aborted ? "no address within 2 s" : error.message());
+        return reconnect(error == asio::error::operation_aborted ? "no address within 2 s" : error.message());
       connect(endpoints);
     });
   }
@@ -236,8 +236,8 @@ struct TrackerClient::State {
   {
     asio::async_connect(socket, endpoints, [this](const error_code& error, const tcp::endpoint&) {
       if (error == asio::error::operation_aborted || (!error && !socket.is_open()))
-        return lose("no connection within 2 s");
-      if (error || is_self(socket)) return lose(error ? error.message() : "Connection refused");
+        return reconnect("no connection within 2 s");
+      if (error || is_self(socket)) return reconnect(error ? error.message() : "Connection refused");
       is_connecting = false;
       timer.cancel();
       keep_alive(socket);
@@ -255,7 +255,7 @@ struct TrackerClient::State {
     message.kind = IgtlKind::start_tdata;
     message.interval_ms = std::max(1, static_cast<int>(std::lround(settings.tdata_interval_ms)));
     request = bytes_of(message);
-    // Reading finds out where it cannot be sent.
+    // A failed write also shows up as a read error.
     asio::async_write(socket, asio::buffer(request), [](const error_code&, std::size_t) {});
   }
 
@@ -263,16 +263,16 @@ struct TrackerClient::State {
   {
     socket.async_read_some(asio::buffer(bytes), [this](const error_code& error, std::size_t n) {
       const std::int64_t now_ns = outlet.clock().now_ns();
-      if (error) return lose(error == asio::error::eof ? "closed by the peer" : error.message());
+      if (error) return reconnect(error == asio::error::eof ? "closed by the peer" : error.message());
       stream.add(std::span(bytes).first(n));
       while (const std::optional<IgtlMessage> message = stream.next()) take(*message, now_ns);
       outlet.refuse(stream.n_skipped() - n_skipped, "");
-      outlet.refuse(stream.n_malformed() - n_malformed, "found a message of a wrong size, wanted its type's");
+      outlet.refuse(stream.n_malformed() - n_malformed, "found a message of the wrong size for its type");
       n_skipped = stream.n_skipped();
       n_malformed = stream.n_malformed();
       if (!stream.is_broken()) return read();
       outlet.refuse(1, stream.trouble());
-      lose(stream.trouble());
+      reconnect(stream.trouble());
     });
   }
 
@@ -289,7 +289,7 @@ struct TrackerClient::State {
     socket.close(ignored);
   }
 
-  void lose(const std::string& trouble)
+  void reconnect(const std::string& trouble)
   {
     is_connecting = false;
     n_skipped = n_malformed = 0;
@@ -298,11 +298,11 @@ struct TrackerClient::State {
     timer.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
         std::chrono::duration<double, std::milli>(backoff.next_ms())));
     timer.async_wait([this](const error_code& error) {
-      if (!error) look_up();
+      if (!error) resolve();
     });
   }
 
-  /// Four times in the span after which a tool is stale: known a quarter late at most.
+  /// Checks four times per `stale_after_ms`, so a stale tool is reported at most a quarter late.
   void watch_tools()
   {
     watch.expires_after(std::chrono::duration_cast<asio::steady_timer::duration>(
@@ -318,13 +318,13 @@ struct TrackerClient::State {
   Outlet& outlet;
   tcp::socket socket;
   tcp::resolver resolver;
-  asio::steady_timer timer;  ///< of connecting, or of the pause
+  asio::steady_timer timer;  ///< of the connect timeout, or of the back-off
   asio::steady_timer watch;
   bool is_connecting = false;
   TrackerTalk talk;
   Backoff backoff;
   IgtlStream stream;
-  std::uint64_t n_skipped = 0, n_malformed = 0;  ///< of the stream, told already
+  std::uint64_t n_skipped = 0, n_malformed = 0;  ///< of the stream, already reported
   std::vector<std::uint8_t> request;
   std::array<std::uint8_t, 16384> bytes{};
 };
@@ -332,7 +332,7 @@ struct TrackerClient::State {
 TrackerClient::TrackerClient(asio::io_context& io, const TrackerSettings& settings, Outlet& outlet)
     : state_(std::make_unique<State>(io, settings, outlet))
 {
-  state_->look_up();
+  state_->resolve();
   state_->watch_tools();
 }
 

@@ -1,4 +1,4 @@
-/// The connections to the board and to an OpenIGTLink source: made, kept and made again.
+/// Connections to the board and to an OpenIGTLink server, with automatic reconnection.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,7 @@ class io_context;
 
 namespace vrda {
 
-/// Doubles from `first_ms` to 20 times that (0.1 s to 2 s), and stays there: a device that returns is met
-/// within that time, and one that never does costs next to nothing.
+/// Exponential back-off: doubles from `first_ms` to 20 times that (0.1 s to 2 s), then stays constant.
 class Backoff {
  public:
   explicit Backoff(double first_ms) : first_ms_(first_ms), next_ms_(first_ms) {}
@@ -25,15 +24,15 @@ class Backoff {
     return now_ms;
   }
 
-  /// The peer has shown that it is what was looked for.
+  /// Call when the peer has answered correctly.
   void reset() { next_ms_ = first_ms_; }
 
  private:
   double first_ms_, next_ms_;
 };
 
-/// Runs in the thread of `io`. The line is up when the board has told its version; an error of the line,
-/// another version and a board that has fallen silent close it, to be opened anew with growing pauses.
+/// Runs in the thread of `io`. The link is up once the version was received. A port error, a wrong version
+/// or a silent board closes the port; it is reopened with back-off.
 class BoardClient {
  public:
   BoardClient(boost::asio::io_context& io, const BoardSettings& settings, Outlet& outlet);
@@ -49,9 +48,8 @@ class BoardClient {
   std::unique_ptr<State> state_;
 };
 
-/// Runs in the thread of `io`. A broken stream of messages, an error and a silent end of the peer's machine
-/// (TCP keep-alive, 5 s) close the connection; it is made anew with growing pauses, which a first whole
-/// message makes small again.
+/// Runs in the thread of `io`. A corrupt stream, an error or a dead peer (TCP keep-alive, 5 s) closes the
+/// connection; it reconnects with back-off, which the first complete message resets.
 class TrackerClient {
  public:
   TrackerClient(boost::asio::io_context& io, const TrackerSettings& settings, Outlet& outlet);

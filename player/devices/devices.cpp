@@ -37,7 +37,7 @@ struct Devices::State {
   ArrivalClock clock;
   SampleQueue queue;
   Outlet tracker_outlet, board_outlet;
-  boost::asio::io_context io{1};  // outlives the clients, whose work it holds
+  boost::asio::io_context io{1};  // outlives the clients, whose handlers it holds
   std::optional<TrackerClient> tracker;
   std::optional<BoardClient> board;
   bool has_stage = false;

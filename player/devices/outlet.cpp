@@ -22,8 +22,8 @@ double RateMeter::rate_hz(std::int64_t now_ns) const
     if (bucket.number > number - static_cast<std::int64_t>(n_buckets)) n += bucket.n;
   }
   if (n == 0) return 0.0;
-  // The oldest bucket's begin, or the first reading where that is later; a bucket at least, lest one reading
-  // be a storm.
+  // From the oldest bin or the first reading, whichever is later, and at least one bin: a single reading
+  // must not give a high rate.
   const std::int64_t begin_ns = (number - static_cast<std::int64_t>(n_buckets) + 1) * bucket_ns;
   const std::int64_t span_ns = std::max(now_ns - std::max(begin_ns, first_ns_), bucket_ns);
   return 1e9 * static_cast<double>(n) / static_cast<double>(span_ns);

@@ -1,4 +1,4 @@
-/// One device's way to the loop: its samples into the queue, its report to whoever asks.
+/// Output of one device: its samples into the queue, its status report.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace vrda {
 
-/// ns since it was made.
+/// ns since construction.
 class ArrivalClock {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -27,7 +27,7 @@ class ArrivalClock {
   Time begin_ = std::chrono::steady_clock::now();
 };
 
-/// Readings of the last 2 s, counted by quarters of a second.
+/// Rate over the last 2 s, in bins of a quarter of a second.
 class RateMeter {
  public:
   void count(std::int64_t now_ns);
@@ -37,7 +37,7 @@ class RateMeter {
   static constexpr std::int64_t bucket_ns = 250'000'000;
   static constexpr std::size_t n_buckets = 8;
   struct Bucket {
-    std::int64_t number = -1;  ///< counted from the clock's begin
+    std::int64_t number = -1;  ///< counted from the clock's start
     std::uint32_t n = 0;
   };
   std::array<Bucket, n_buckets> buckets_{};
@@ -48,16 +48,16 @@ class Outlet {
  public:
   Outlet(DeviceId device, std::string peer, SampleQueue& queue, const ArrivalClock& clock);
 
-  /// Of one message: the loop takes all of them at once.
+  /// Puts the samples of one message; the loop receives all of them together.
   void put(const std::vector<Sample>& samples);
-  /// A sample of it too where it is news. `trouble` stands until the next one; a link that is up has none.
+  /// Also puts a link sample if the state changed. `trouble` is kept until replaced or the link is up.
   void set_link(LinkState link, const std::string& trouble);
-  /// `trouble` may be empty: what is refused is no harm.
+  /// Counts rejected input. An empty `trouble` leaves the last one unchanged.
   void refuse(std::uint64_t n, const std::string& trouble);
-  /// Something to say that costs nothing.
+  /// Sets `trouble` without counting anything.
   void note(const std::string& trouble);
 
-  /// From any thread; the others from the devices' thread alone.
+  /// Callable from any thread; the others only from the devices' thread.
   DeviceReport report() const;
   const ArrivalClock& clock() const { return clock_; }
 

@@ -24,8 +24,7 @@ extern "C" {
 namespace vrda {
 namespace {
 
-/// The board looks at its encoder at least that often: no hand moves the stage by the counter's 16 cm in that
-/// time.
+/// Poll period of the encoder: the stage cannot be moved by the counter's range of 16 cm in that time.
 constexpr int poll_ms = 5;
 
 /// Closes its descriptor.
@@ -51,28 +50,28 @@ class Handle {
   int number_;
 };
 
-InputError refused(const std::string& field, const std::string& wanted)
+InputError terminal_error(const std::string& field, const std::string& wanted)
 {
   return InputError({"simulated board", field, std::strerror(errno), wanted});
 }
 
-/// A link to a terminal, which a board that was killed leaves, is replaced in one step, so that nobody finds
-/// none.
+/// Replaces the link that a killed board left, atomically, so that the path always exists.
 void make_link(const std::string& link, const std::string& target)
 {
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::file_status there = fs::symlink_status(link, error);
-  const std::string leads_to = fs::is_symlink(there) ? fs::read_symlink(link, error).string() : "";
-  if (fs::exists(there) && leads_to.rfind("/dev/pts/", 0) != 0)
-    throw InputError({"simulated board", link, leads_to.empty() ? "a file" : "a link to " + leads_to,
-                      "a name for a link to the terminal"});
-  const std::string beside = link + ".new";
-  fs::remove(beside, error);
-  fs::create_symlink(target, beside, error);
-  if (!error) fs::rename(beside, link, error);
+  const std::string link_target = fs::is_symlink(there) ? fs::read_symlink(link, error).string() : "";
+  if (fs::exists(there) && link_target.rfind("/dev/pts/", 0) != 0)
+    throw InputError({"simulated board", link, link_target.empty() ? "a file" : "a link to " + link_target,
+                      "a free path, or a link into /dev/pts, for the link to the terminal"});
+  const std::string temporary = link + ".new";
+  fs::remove(temporary, error);
+  fs::create_symlink(target, temporary, error);
+  if (!error) fs::rename(temporary, link, error);
   if (error)
-    throw InputError({"simulated board", link, error.message(), "a name for a link to the terminal"});
+    throw InputError(
+        {"simulated board", link, error.message(), "a path where a link to the terminal can be created"});
 }
 
 }  // namespace
@@ -81,7 +80,8 @@ struct PtyBoard::State {
   explicit State(const PtyBoardOptions& options_)
       : options(options_), wake(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK))
   {
-    check(options.potentiometer && options.stage_count, "a board has a potentiometer and a stage");
+    check(options.potentiometer && options.stage_count,
+          "PtyBoardOptions: potentiometer and stage_count are required");
     plug();
     thread = std::thread([this] { run(); });
   }
@@ -107,12 +107,12 @@ struct PtyBoard::State {
     char name[128] = "";
     if (terminal.number() < 0 || grantpt(terminal.number()) != 0 || unlockpt(terminal.number()) != 0 ||
         ptsname_r(terminal.number(), name, sizeof name) != 0)
-      throw refused("terminal", "a pseudo-terminal of this machine");
-    // Held open, so that a client that closes it is no hang-up; raw from the first byte on.
+      throw terminal_error("terminal", "a pseudo-terminal of this machine");
+    // Kept open, so that a client closing it causes no hang-up; raw mode from the first byte.
     far_end.reset(open(name, O_RDWR | O_NOCTTY | O_CLOEXEC));
     termios settings{};
     if (far_end.number() < 0 || tcgetattr(far_end.number(), &settings) != 0)
-      throw refused(name, "a pseudo-terminal");
+      throw terminal_error(name, "a pseudo-terminal");
     cfmakeraw(&settings);
     tcsetattr(far_end.number(), TCSANOW, &settings);
     path = name;
@@ -129,13 +129,13 @@ struct PtyBoard::State {
     if (terminal.number() < 0) return;
     far_end.close();
     terminal.close();
-    // Another board may have made it its own meanwhile.
+    // Another board may have replaced the link since.
     std::error_code ignored;
     if (!options.link.empty() && std::filesystem::read_symlink(options.link, ignored) == path)
       std::filesystem::remove(options.link, ignored);
   }
 
-  /// Signals of a count: 00, 10, 11, 01 and round again.
+  /// Quadrature signals of a count: 00, 10, 11, 01, cyclic.
   bool signal_a() const { return ((count + 1) & 2) != 0; }
   bool signal_b() const { return (count & 2) != 0; }
 
@@ -145,8 +145,7 @@ struct PtyBoard::State {
     while (count != target) {
       count += target > count ? 1 : -1;
       quadrature_edge(&signals, signal_a(), signal_b());
-      // A leap of the function is a long way for the stage, on which the board reads its counter of 16 bits
-      // often enough.
+      // A jump of stage_count() may exceed the 16-bit counter: it is read often enough on the way.
       if (count % 10'000 == 0) board_poll(&firmware);
     }
   }
@@ -157,7 +156,7 @@ struct PtyBoard::State {
       pollfd waiting[2] = {{wake.number(), POLLIN, 0}, {-1, POLLIN, 0}};
       {
         const std::scoped_lock lock(mutex);
-        waiting[1].fd = terminal.number();  // a negative one is passed over
+        waiting[1].fd = terminal.number();  // poll() ignores negative descriptors
         if (terminal.number() >= 0) {
           move_stage();
           board_loop(&firmware);
@@ -169,7 +168,7 @@ struct PtyBoard::State {
     }
   }
 
-  /// What the line does not take is lost, as on a real one.
+  /// Bytes that the terminal does not accept are lost, as on a real serial line.
   void send(std::vector<std::uint8_t> bytes) const
   {
     if (options.spoil) options.spoil(bytes);
@@ -186,7 +185,7 @@ struct PtyBoard::State {
   }
 
   const PtyBoardOptions options;
-  std::mutex mutex;  ///< of the terminal and the firmware
+  std::mutex mutex;  ///< protects the terminal and the firmware
   Handle wake, terminal, far_end;
   std::string path;
   int count = 0;

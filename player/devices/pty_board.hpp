@@ -1,4 +1,4 @@
-/// The micro-controller's board that is none: its firmware behind a pseudo-terminal.
+/// Simulated micro-controller board: the real firmware behind a pseudo-terminal.
 #pragma once
 
 #include <cstdint>
@@ -10,35 +10,34 @@
 namespace vrda {
 
 struct PtyBoardOptions {
-  /// A symbolic link to the terminal, which stays the same when the board returns; empty: none.
+  /// Symbolic link to the terminal, which keeps its name when the board is replugged; empty: no link.
   std::string link;
   /// 0 to 1023. This and the next are called in the board's thread.
   std::function<int()> potentiometer;
-  /// The stage's place in counts of 5 micrometres, of any begin; it gets there edge by edge.
+  /// Stage position in counts of 5 micrometres, with any offset; the board moves there edge by edge.
   std::function<int()> stage_count;
-  /// What the line does to the bytes on their way; may be empty.
+  /// Corrupts bytes on their way to the host; may be empty.
   std::function<void(std::vector<std::uint8_t>&)> spoil;
 };
 
-/// Runs player/firmware in a thread of its own: what the real board runs, with two square signals for the
-/// encoder.
+/// Runs player/firmware in a thread, with two quadrature signals for the encoder.
 class PtyBoard {
  public:
-  /// Throws InputError where no terminal or link can be made; a link to a terminal that is in the way is
-  /// replaced, any other link and a file are not.
+  /// Throws InputError if the terminal or the link cannot be created. An existing link to a pseudo-terminal
+  /// is replaced; any other link or file is not.
   explicit PtyBoard(const PtyBoardOptions& options);
   ~PtyBoard();
   PtyBoard(const PtyBoard&) = delete;
   PtyBoard& operator=(const PtyBoard&) = delete;
 
-  /// What to open: the link, or the terminal itself.
+  /// The path to open: the link, or the terminal itself.
   std::string path() const;
 
-  /// Pulls the plug: the terminal is gone, and the board's position with it.
+  /// Closes the terminal; the board's position is lost.
   void unplug();
-  /// A new terminal, at the same link; the board starts anew. Throws as the constructor does.
+  /// Opens a new terminal at the same link; the board restarts. Throws as the constructor does.
   void plug();
-  /// Bytes that nobody asked for.
+  /// Sends bytes that were not requested.
   void say(const std::vector<std::uint8_t>& bytes);
 
  private:

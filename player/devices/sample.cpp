@@ -20,7 +20,7 @@ Place place_of(const Pose& pose)
 
 namespace {
 
-/// One of many alike, of which the next tells as much.
+/// One of a periodic series, of which a single one may be dropped.
 bool is_reading(const Sample& sample)
 {
   if (sample.kind == SampleKind::place) return sample.state == static_cast<std::uint8_t>(SeenState::seen);

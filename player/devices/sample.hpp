@@ -1,4 +1,4 @@
-/// What a device said, which the loop takes and a recording keeps, and its queue to the loop.
+/// Samples of the devices, as the frame loop receives them and a recording stores them, and their queue.
 #pragma once
 
 #include <atomic>
@@ -11,18 +11,18 @@
 namespace vrda {
 
 enum class SampleKind : std::uint8_t {
-  place,          ///< a tracked tool: a body, or a marker, of which only the position counts
+  place,          ///< pose of a tracked tool; of a single marker only the position is valid
   potentiometer,  ///< `count` from 0 to 1023
   stage,          ///< `count` of the parallax stage's encoder; `state` holds StageFlags
-  link            ///< of a device: `state` is a LinkState; `source` the device
+  link            ///< `state` is a LinkState, `source` the device
 };
 
-/// Whether a tracked tool was seen.
+/// Visibility of a tracked tool.
 enum class SeenState : std::uint8_t {
   seen,
-  missing,      ///< the tracker does not list it, or says that it is not there
-  stale,        ///< nothing new for too long, or a time stamp that does not go on
-  not_a_place,  ///< a matrix that is no rotation, a number that is none
+  missing,      ///< not listed, or reported as not visible
+  stale,        ///< nothing new for too long, or a time stamp that does not advance
+  not_a_place,  ///< not a rotation matrix or unit quaternion, or not finite
 };
 
 enum class LinkState : std::uint8_t { closed, opening, up };
@@ -32,7 +32,7 @@ enum class DeviceId : std::uint16_t { tracker, board };
 
 enum StageFlags : std::uint8_t { stage_zeroed = 1, stage_lost_counts = 2 };
 
-/// Position (mm) and unit quaternion (w, x, y, z), of a tool in the tracker's frame.
+/// Pose of a tool in the tracker's frame: position (mm) and unit quaternion (w, x, y, z).
 struct Place {
   double position_mm[3] = {0.0, 0.0, 0.0};
   double rotation[4] = {1.0, 0.0, 0.0, 0.0};
@@ -40,20 +40,20 @@ struct Place {
 Pose pose_of(const Place& place);
 Place place_of(const Pose& pose);
 
-/// Plain bytes, equal for equal samples.
+/// Trivially copyable without padding: equal samples have equal bytes.
 struct Sample {
-  std::int64_t arrival_ns = 0;  ///< a steady clock from the session's begin
-  std::int64_t device_ns = 0;   ///< the device's own clock, of any begin; 0 where it has none
+  std::int64_t arrival_ns = 0;  ///< steady clock, since the start of the session
+  std::int64_t device_ns = 0;   ///< the device's own clock, any epoch; 0: none
   Place place;
   std::int32_t count = 0;
-  std::uint16_t source = 0;  ///< of places: which tool of the tracker's settings
+  std::uint16_t source = 0;  ///< of tool poses: index into TrackerSettings::tools
   SampleKind kind = SampleKind::link;
   std::uint8_t state = 0;  ///< by kind: SeenState, StageFlags, LinkState
 };
 static_assert(std::is_trivially_copyable_v<Sample> && sizeof(Sample) == 80);
 
-/// One thread puts, one takes. A loop that does not take loses the newest readings, never the news of links
-/// and of tools that are no longer seen: the last slots are kept for these.
+/// Single producer, single consumer. When nearly full it rejects new readings, but keeps the last slots for
+/// link changes and tools that are no longer visible.
 class SampleQueue {
  public:
   /// 16 tools at 100 Hz fill it in 2.5 s; 320 KB.
@@ -62,18 +62,18 @@ class SampleQueue {
 
   SampleQueue() : slots_(capacity) {}
 
-  /// Puts it in behind the others; it is taken from publish() on, so that what came in one message is taken
-  /// at once or not at all. False where it is full.
+  /// Appends a sample that becomes visible at publish(), so that the samples of a message are taken
+  /// together. False if full.
   bool stage(const Sample& sample);
   void publish();
-  /// Both for one sample.
+  /// stage() and publish() for one sample.
   bool put(const Sample& sample);
-  /// False where it is empty. Neither blocks nor allocates.
+  /// False if empty. Never blocks or allocates.
   bool take(Sample& sample);
 
  private:
   std::vector<Sample> slots_;
-  std::uint64_t n_staged_ = 0;  ///< of the thread that puts
+  std::uint64_t n_staged_ = 0;  ///< written by the producer
   std::atomic<std::uint64_t> n_put_{0}, n_taken_{0};
 };
 

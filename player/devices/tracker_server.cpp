@@ -24,11 +24,11 @@ using asio::ip::tcp;
 using boost::system::error_code;
 using Bytes = std::vector<std::uint8_t>;
 
-/// Seconds of messages for a client that does not read; then it is dropped.
+/// Some seconds of messages; a client that lags by more is disconnected.
 constexpr std::size_t most_pending_bytes = 1 << 20;
 constexpr std::size_t garbage_bytes = 100;
 
-/// SplitMix64's output function: evenly spread bits of consecutive numbers.
+/// SplitMix64's output function: well distributed bits from consecutive numbers.
 std::uint64_t mixed(std::uint64_t x)
 {
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9U;
@@ -36,8 +36,8 @@ std::uint64_t mixed(std::uint64_t x)
   return x ^ (x >> 31);
 }
 
-/// One client. What it asks is read; what it is told goes out one write after the other. Lives until its last
-/// one has ended.
+/// One client connection. Reads its requests and writes messages one after the other. Kept alive by its
+/// pending handlers.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   explicit Session(tcp::socket socket) : socket_(std::move(socket))
@@ -75,11 +75,11 @@ class Session : public std::enable_shared_from_this<Session> {
                             });
   }
 
-  /// Whether a list of this tick is for this client, which counts as sent.
+  /// Whether this client gets a list in this tick; counts it as sent.
   bool takes_list(double now_ms)
   {
     if (!interval_ms_) return false;
-    // A tick that comes a little early is not left out.
+    // Tolerates a tick that is slightly early.
     if (sent_ms_ && now_ms - *sent_ms_ < 0.99 * *interval_ms_) return false;
     sent_ms_ = now_ms;
     return true;
@@ -115,7 +115,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::array<std::uint8_t, 1024> read_{};
   IgtlStream requests_;
   Bytes pending_, writing_;
-  std::optional<double> interval_ms_;  ///< asked for
+  std::optional<double> interval_ms_;  ///< requested by STT_TDATA
   std::optional<double> sent_ms_;
 };
 
@@ -124,31 +124,29 @@ tcp::endpoint endpoint_of(const TrackerServerOptions& options)
   error_code error;
   const asio::ip::address address = asio::ip::make_address(options.address, error);
   if (error)
-    throw InputError(
-        {"tracker server", "address", options.address, "the number of an address of this machine"});
+    throw InputError({"tracker server", "address", options.address, "a numeric address of this machine"});
   return {address, options.port};
 }
 
 }  // namespace
 
 struct TrackerServer::State {
-  State(const TrackerServerOptions& options_, Speak speak_)
-      : options(options_), speak(std::move(speak_)), acceptor(io), timer(io)
+  State(const TrackerServerOptions& options_, Speak make_messages_)
+      : options(options_), make_messages(std::move(make_messages_)), acceptor(io), timer(io)
   {
     check(options.rate_hz > 0.0 && options.jitter_ms >= 0.0 && options.jitter_ms <= 500.0 / options.rate_hz,
-          "ticks that follow one another");
+          "rate_hz must be positive and jitter_ms at most half a period");
     const tcp::endpoint endpoint = endpoint_of(options);
     error_code error;
     acceptor.open(endpoint.protocol(), error);
-    // Old connections that are not quite closed do not keep the port.
+    // Allows the port to be reused while old connections are in TIME_WAIT.
     if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
     if (!error) acceptor.bind(endpoint, error);
     if (!error) acceptor.listen(asio::socket_base::max_listen_connections, error);
     if (error)
-      throw InputError(
-          {"tracker server", "port",
-           options.address + ":" + std::to_string(options.port) + ": " + error.message(),
-           "an address of this machine and a port from 1024 to 65535 that nothing listens on, or 0"});
+      throw InputError({"tracker server", "port",
+                        options.address + ":" + std::to_string(options.port) + ": " + error.message(),
+                        "an address of this machine and a free port from 1024 to 65535, or 0"});
     port = acceptor.local_endpoint(error).port();
     accept();
     begin = std::chrono::steady_clock::now();
@@ -174,7 +172,7 @@ struct TrackerServer::State {
     });
   }
 
-  /// Without drift: every tick is counted from the first.
+  /// Tick times are computed from the start, so they do not drift.
   void wait()
   {
     const double part =
@@ -185,23 +183,23 @@ struct TrackerServer::State {
                                  std::chrono::duration<double, std::milli>(due_ms)));
     timer.async_wait([this](const error_code& error) {
       if (error) return;
-      say();
+      send_tick();
       ++tick;
       wait();
     });
   }
 
-  void say()
+  void send_tick()
   {
-    const std::vector<IgtlMessage> messages = speak(tick);
+    const std::vector<IgtlMessage> messages = make_messages(tick);
     const double now_ms = 1e3 * static_cast<double>(tick) / options.rate_hz;
-    const std::optional<Mischief> mischief = std::exchange(next_mischief, std::nullopt);
+    const std::optional<Mischief> fault = std::exchange(next_fault, std::nullopt);
     for (const std::shared_ptr<Session>& session : sessions) {
       const bool takes_lists = !options.waits_for_request || session->takes_list(now_ms);
-      if (mischief == Mischief::close) {
+      if (fault == Mischief::close) {
         session->end();
       } else {
-        session->send(spoilt(bytes_for(messages, takes_lists), mischief));
+        session->send(corrupted(bytes_for(messages, takes_lists), fault));
       }
     }
     std::erase_if(sessions, [](const std::shared_ptr<Session>& session) { return session->is_done(); });
@@ -219,13 +217,13 @@ struct TrackerServer::State {
     return bytes;
   }
 
-  Bytes spoilt(Bytes bytes, std::optional<Mischief> mischief) const
+  Bytes corrupted(Bytes bytes, std::optional<Mischief> fault) const
   {
-    if (!mischief || bytes.empty()) return bytes;
-    if (*mischief == Mischief::half_a_message) bytes.resize(bytes.size() / 2);
-    if (*mischief == Mischief::wrong_checksum) bytes[igtl_head_bytes - 1] ^= 1;
-    if (*mischief == Mischief::garbage) {
-      Bytes garbage(garbage_bytes, 0xFF);  // begins with a version there is none of
+    if (!fault || bytes.empty()) return bytes;
+    if (*fault == Mischief::half_a_message) bytes.resize(bytes.size() / 2);
+    if (*fault == Mischief::wrong_checksum) bytes[igtl_head_bytes - 1] ^= 1;
+    if (*fault == Mischief::garbage) {
+      Bytes garbage(garbage_bytes, 0xFF);  // starts with an invalid header version
       for (std::size_t k = 2; k < garbage.size(); ++k)
         garbage[k] = static_cast<std::uint8_t>(mixed(tick + k));
       bytes.insert(bytes.begin(), garbage.begin(), garbage.end());
@@ -234,12 +232,12 @@ struct TrackerServer::State {
   }
 
   const TrackerServerOptions options;
-  const Speak speak;
+  const Speak make_messages;
   asio::io_context io{1};
   tcp::acceptor acceptor;
   asio::steady_timer timer;
   std::vector<std::shared_ptr<Session>> sessions;
-  std::optional<Mischief> next_mischief;
+  std::optional<Mischief> next_fault;
   std::chrono::steady_clock::time_point begin;
   std::uint64_t tick = 0;
   std::atomic<int> n_clients{0};
@@ -247,8 +245,8 @@ struct TrackerServer::State {
   std::thread thread;
 };
 
-TrackerServer::TrackerServer(const TrackerServerOptions& options, Speak speak)
-    : state_(std::make_unique<State>(options, std::move(speak)))
+TrackerServer::TrackerServer(const TrackerServerOptions& options, Speak make_messages)
+    : state_(std::make_unique<State>(options, std::move(make_messages)))
 {
 }
 
@@ -264,9 +262,9 @@ int TrackerServer::n_clients() const
   return state_->n_clients;
 }
 
-void TrackerServer::misbehave(Mischief mischief)
+void TrackerServer::misbehave(Mischief fault)
 {
-  asio::post(state_->io, [state = state_.get(), mischief] { state->next_mischief = mischief; });
+  asio::post(state_->io, [state = state_.get(), fault] { state->next_fault = fault; });
 }
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// An OpenIGTLink tracker that is none: it sends what a function makes up.
+/// Simulated OpenIGTLink tracker: streams messages made by a callback.
 #pragma once
 
 #include <cstdint>
@@ -12,39 +12,39 @@
 namespace vrda {
 
 struct TrackerServerOptions {
-  std::string address = "127.0.0.1";  ///< a number; nothing listens beyond this machine unless it says so
-  std::uint16_t port = 0;             ///< 0: a free one
+  std::string address = "127.0.0.1";  ///< numeric; only this machine can connect by default
+  std::uint16_t port = 0;             ///< 0: any free port
   double rate_hz = 100.0;
-  double jitter_ms = 0.0;  ///< each tick comes early or late by up to that, at most half a period
+  double jitter_ms = 0.0;  ///< each tick is early or late by up to this, at most half a period
   std::uint64_t seed = 1;  ///< of the jitter
   bool waits_for_request =
-      false;  ///< sends TDATA and QTDATA only to those who asked (STT_TDATA), no oftener than they asked for
+      false;  ///< sends TDATA and QTDATA only to clients that sent STT_TDATA, at their interval
 };
 
-/// What a client has to live with.
+/// Faults for testing a client.
 enum class Mischief : std::uint8_t {
-  half_a_message,  ///< half of the next tick's bytes; then it goes on as if nothing had been
-  garbage,         ///< bytes that are no message ahead of the next tick's
-  wrong_checksum,  ///< of the next tick's first message
-  close            ///< the connections; new ones are taken
+  half_a_message,  ///< sends half of the next tick's bytes, then continues normally
+  garbage,         ///< sends bytes that are not a message before the next tick
+  wrong_checksum,  ///< in the first message of the next tick
+  close            ///< closes all connections; new ones are accepted
 };
 
-/// A thread of its own; clients that do not read are dropped.
+/// Runs in a thread; clients that do not read are disconnected.
 class TrackerServer {
  public:
-  /// The messages of tick n, due n / rate_hz seconds after the first; called in the server's thread, must not
-  /// throw.
+  /// The messages of tick n, due n / rate_hz seconds after the first. Called in the server's thread; must
+  /// not throw.
   using Speak = std::function<std::vector<IgtlMessage>(std::uint64_t tick)>;
 
-  /// Throws InputError where the address is none or cannot be listened on.
-  TrackerServer(const TrackerServerOptions& options, Speak speak);
+  /// Throws InputError if the address is invalid or cannot be listened on.
+  TrackerServer(const TrackerServerOptions& options, Speak make_messages);
   ~TrackerServer();
   TrackerServer(const TrackerServer&) = delete;
   TrackerServer& operator=(const TrackerServer&) = delete;
 
   std::uint16_t port() const;
   int n_clients() const;
-  void misbehave(Mischief mischief);
+  void misbehave(Mischief fault);
 
  private:
   struct State;

@@ -6,8 +6,8 @@ namespace vrda {
 
 ToolWatch::Heard ToolWatch::hear(std::int64_t device_ns, std::int64_t now_ns)
 {
-  if (device_ns != 0 && device_ns == counted_ns_) return Heard::repeated;
-  if (device_ns != 0 && device_ns < counted_ns_) {
+  if (device_ns != 0 && device_ns == accepted_ns_) return Heard::repeated;
+  if (device_ns != 0 && device_ns < accepted_ns_) {
     if (n_behind_ == 0 || device_ns < last_behind_ns_) {
       n_behind_ = 1;
     } else if (device_ns > last_behind_ns_) {
@@ -16,7 +16,7 @@ ToolWatch::Heard ToolWatch::hear(std::int64_t device_ns, std::int64_t now_ns)
     last_behind_ns_ = device_ns;
     if (n_behind_ < n_to_believe) return Heard::behind;
   }
-  counted_ns_ = device_ns;
+  accepted_ns_ = device_ns;
   n_behind_ = 0;
   last_news_ns_ = now_ns;
   return Heard::counts;
@@ -54,22 +54,22 @@ Sample TrackerTalk::sample_of(const Tool& tool, SeenState state, std::int64_t no
   return sample;
 }
 
-/// Of a repeated time stamp there is no sample: `kind` stays that of a link.
-Sample TrackerTalk::heard(Tool& tool, const IgtlTool& said, const IgtlMessage& message,
-                          std::int64_t now_ns) const
+/// A repeated time stamp yields no sample: `kind` remains `link`.
+Sample TrackerTalk::observed_sample(Tool& tool, const IgtlTool& observed, const IgtlMessage& message,
+                                    std::int64_t now_ns) const
 {
-  tool.is_heard = true;
+  tool.was_received = true;
   tool.list = is_list(message) ? std::optional(message.device) : std::nullopt;
   Sample sample;
-  if (said.sight == IgtlSight::seen) {
+  if (observed.sight == IgtlSight::seen) {
     const ToolWatch::Heard how = tool.watch.hear(message.device_ns, now_ns);
     if (how == ToolWatch::Heard::repeated) return sample;
     sample = sample_of(tool, how == ToolWatch::Heard::counts ? SeenState::seen : SeenState::stale, now_ns);
-    sample.place = place_of(said.X_tracker_tool);
+    sample.place = place_of(observed.X_tracker_tool);
   } else {
     tool.watch.hear_missing(now_ns);
-    sample = sample_of(tool, said.sight == IgtlSight::missing ? SeenState::missing : SeenState::not_a_place,
-                       now_ns);
+    sample = sample_of(
+        tool, observed.sight == IgtlSight::missing ? SeenState::missing : SeenState::not_a_place, now_ns);
   }
   sample.device_ns = message.device_ns;
   return sample;
@@ -79,13 +79,13 @@ std::vector<Sample> TrackerTalk::hear(const IgtlMessage& message, std::int64_t n
 {
   std::vector<Sample> samples;
   for (Tool& tool : tools_) {
-    const auto is_of_tool = [&tool](const IgtlTool& said) { return said.name == tool.name; };
-    const auto said = std::find_if(message.tools.begin(), message.tools.end(), is_of_tool);
-    const bool is_left_out = is_list(message) && (!tool.is_heard || tool.list == message.device);
+    const auto is_of_tool = [&tool](const IgtlTool& observed) { return observed.name == tool.name; };
+    const auto observed = std::find_if(message.tools.begin(), message.tools.end(), is_of_tool);
+    const bool is_left_out = is_list(message) && (!tool.was_received || tool.list == message.device);
     const bool is_called_missing =
         message.kind == IgtlKind::status && message.code != igtl_status_ok && message.device == tool.name;
-    if (has_places(message) && said != message.tools.end()) {
-      const Sample sample = heard(tool, *said, message, now_ns);
+    if (has_places(message) && observed != message.tools.end()) {
+      const Sample sample = observed_sample(tool, *observed, message, now_ns);
       if (sample.kind == SampleKind::place) samples.push_back(sample);
     } else if (is_left_out || is_called_missing) {
       tool.watch.hear_missing(now_ns);

@@ -1,5 +1,4 @@
-/// What a tracker's messages say of the tools that are asked for, and when a tool's last place is too old to
-/// be believed.
+/// Tool poses from a tracker's messages, and detection of stale tools.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +11,12 @@
 
 namespace vrda {
 
-/// Follows the two clocks of one tool: the device's time stamps, and arrivals.
-/// - A place counts where its stamp is later than the last that counted, or where the device gives none (0).
-/// - The same stamp again is nothing new: a tracker that repeats itself goes stale.
-/// - An earlier stamp is behind: the clock was set back, or the last one was a leap ahead. It counts for
-/// nothing until it
-///   passes the last one that did, or until n_to_believe in a row, each later than the one before, say that
-///   this is the clock now.
+/// Tracks the two clocks of one tool: device time stamps and arrival times.
+/// - A pose is accepted if its stamp is later than the last accepted one, or 0 (no stamp).
+/// - A repeated stamp carries no news: the tool becomes stale.
+/// - An earlier stamp is `behind`: the clock was set back, or the last stamp was an outlier. It is rejected
+///   until it passes the last accepted one, or until n_to_accept_clock in a row, each later than the one
+///   before, show that the clock was reset.
 class ToolWatch {
  public:
   enum class Heard { counts, repeated, behind };
@@ -30,48 +28,47 @@ class ToolWatch {
   }
 
   Heard hear(std::int64_t device_ns, std::int64_t now_ns);
-  /// The tracker said that it does not see the tool: news, though not of a place.
+  /// The tracker reported that the tool is not visible; this resets the timeout.
   void hear_missing(std::int64_t now_ns) { last_news_ns_ = now_ns; }
-  /// True where nothing new came for so long; again after as long, lest a listener missed it.
+  /// True if nothing new arrived for `stale_after_ns`; true again after each further period.
   bool falls_stale(std::int64_t now_ns);
 
  private:
   std::int64_t stale_after_ns_;
-  std::int64_t last_news_ns_;    ///< or last said to be stale
-  std::int64_t counted_ns_ = 0;  ///< the last stamp that counted; 0: none
+  std::int64_t last_news_ns_;     ///< or time of the last stale report
+  std::int64_t accepted_ns_ = 0;  ///< last accepted stamp; 0: none
   std::int64_t last_behind_ns_ = 0;
   int n_behind_ = 0;  ///< in a row, each later than the one before
 };
 
-/// Pure: times are handed in.
-/// - Tools are known by name: the device of a TRANSFORM or POSITION, an element's of TDATA and QTDATA.
-/// - A tool that a list leaves out is missing, unless its places come from elsewhere: by another device's
-/// list, or by messages
-///   of its own.
-/// - A STATUS other than OK whose device is a tool says that it is missing; of any other device it is told as
-/// trouble.
+/// Pure: times are passed in.
+/// - Tools are matched by name: the device of a TRANSFORM or POSITION, or an element of TDATA and QTDATA.
+/// - A tool absent from a list is missing, unless its poses come from another device's list or separate
+///   messages.
+/// - A STATUS other than OK from a tool marks it missing; from another device it is reported as trouble.
 class TrackerTalk {
  public:
   TrackerTalk(const TrackerSettings& settings, std::int64_t now_ns);
 
   std::vector<Sample> hear(const IgtlMessage& message, std::int64_t now_ns);
-  /// Those that have fallen stale.
+  /// Samples of the tools that became stale.
   std::vector<Sample> pass_time(std::int64_t now_ns);
 
  private:
   struct Tool {
     std::string name;
     ToolWatch watch;
-    bool is_heard = false;
-    std::optional<std::string> list = std::nullopt;  ///< device of the list that told of it last
+    bool was_received = false;
+    std::optional<std::string> list = std::nullopt;  ///< device of the list that last contained it
   };
   Sample sample_of(const Tool& tool, SeenState state, std::int64_t now_ns) const;
-  Sample heard(Tool& tool, const IgtlTool& said, const IgtlMessage& message, std::int64_t now_ns) const;
+  Sample observed_sample(Tool& tool, const IgtlTool& observed, const IgtlMessage& message,
+                         std::int64_t now_ns) const;
 
   std::vector<Tool> tools_;
 };
 
-/// What a STATUS says that is worth telling, empty for OK and other messages.
+/// Error text of a STATUS or RTS_TDATA message; empty if OK or another message.
 std::string trouble_of(const IgtlMessage& message);
 
 }  // namespace vrda

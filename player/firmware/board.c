@@ -13,7 +13,7 @@ void board_start(board* b, const hal* hardware)
 void board_poll(board* b)
 {
   const uint16_t counter = b->hardware->read_and_reset_counter(b->hardware->self);
-  /* Two's complement without overflow: in unsigned arithmetic, sign extended by hand. */
+  /* Sign extension in unsigned arithmetic, which cannot overflow. */
   const uint32_t moved = (counter & 0x8000u) != 0u ? counter | 0xFFFF0000u : counter;
   b->position = (int32_t)((uint32_t)b->position + moved);
   if (b->hardware->read_and_reset_lost(b->hardware->self) > 0) b->has_lost = true;

@@ -1,4 +1,4 @@
-/* What the board knows and how it answers (schemas/serial-protocol.md). */
+/* State of the board and its answers (schemas/serial-protocol.md). */
 #ifndef VRDA_FIRMWARE_BOARD_H
 #define VRDA_FIRMWARE_BOARD_H
 
@@ -20,21 +20,20 @@ enum { board_flag_zeroed = 1, board_flag_lost = 2 };
 
 typedef struct {
   const hal* hardware;
-  int32_t position; /* counts since power-up or the last zero; wraps like two's complement */
+  int32_t position; /* counts since power-up or the last zero; wraps in two's complement */
   bool is_zeroed;   /* since power-up */
-  bool has_lost;    /* counts, since the last zero */
+  bool has_lost;    /* counts were lost since the last zero */
 } board;
 
 void board_start(board* b, const hal* hardware);
 
-/* Takes the counter over into the position. */
+/* Adds the counter to the position and resets the counter. */
 void board_poll(board* b);
 
-/* The frame that answers a request byte, into `frame`; returns its length, 0 for a byte that is no request.
- */
+/* Writes the answer to a request byte into `frame`; returns its length, 0 for an unknown request. */
 uint8_t board_answer(board* b, uint8_t request, uint8_t frame[board_longest_frame]);
 
-/* One round: polls, and answers what was asked. Call it for ever. */
+/* One iteration: polls the encoder and answers pending requests. Call it for ever. */
 void board_loop(board* b);
 
 #endif

@@ -1,4 +1,4 @@
-/* CRC-16 as CCITT-FALSE: polynomial 0x1021, start 0xFFFF, nothing reflected. */
+/* CRC-16/CCITT-FALSE: polynomial 0x1021, initial value 0xFFFF, not reflected. */
 #ifndef VRDA_FIRMWARE_CRC16_H
 #define VRDA_FIRMWARE_CRC16_H
 

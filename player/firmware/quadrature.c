@@ -14,7 +14,7 @@ void quadrature_start(quadrature* q, bool a, bool b)
 
 void quadrature_edge(quadrature* q, bool a, bool b)
 {
-  /* By the state before (row) and now (column); 2 stands for a step over two states. */
+  /* Row: previous state; column: new state. 2 marks a step over two states. */
   static const int8_t counts[4][4] = {{0, -1, 1, 2}, {1, 0, 2, -1}, {-1, 2, 0, 1}, {2, 1, -1, 0}};
   const uint8_t now = state_of(a, b);
   const int8_t count = counts[q->state][now];

@@ -65,8 +65,8 @@ std::uint64_t number_at(ByteView bytes, std::size_t at, std::size_t n)
   return value;
 }
 
-/// The library's own conversion drops up to 32 ns and can reach a second's end twice: rounded here, so that
-/// whole nanoseconds come back.
+/// The library's own conversion drops up to 32 ns and can map two stamps to the end of a second: rounded
+/// here, so that whole nanoseconds are preserved.
 std::int64_t ns_of(std::uint64_t timestamp)
 {
   const std::uint64_t seconds = timestamp >> 32, fraction = timestamp & 0xFFFFFFFFU;
@@ -74,23 +74,23 @@ std::int64_t ns_of(std::uint64_t timestamp)
                                    ((fraction * 1'000'000'000U + 0x80000000U) >> 32));
 }
 
-/// A body without what header version 2 puts around it.
+/// A body without the extended header and meta data of header version 2.
 struct Stripped {
   ByteView content;
-  bool is_seen = true;  ///< as the meta data have it
+  bool is_seen = true;  ///< according to the meta data
 };
 
-/// PLUS says of every transform whether its tool was seen; a pressed switch is no hindrance.
-bool says_seen(const std::string& key, const std::string& value)
+/// PLUS states for every transform whether its tool was visible; a pressed switch also counts as visible.
+bool is_visible_value(const std::string& key, const std::string& value)
 {
   if (key == "TransformValid") return value != "0" && value != "false" && value != "False";
   if (key != "TransformStatus") return true;
   return value == "OK" || value.starts_with("SWITCH");
 }
 
-/// Entries of 8 bytes (size of the key, encoding, size of the value) behind their number; keys and values
-/// behind one another. Nothing where they do not fit.
-std::optional<bool> seen_by_meta_data(ByteView entries, ByteView values)
+/// The number of entries, entries of 8 bytes (key size, encoding, value size), then keys and values
+/// concatenated. nullopt if the sizes do not fit.
+std::optional<bool> visible_by_meta_data(ByteView entries, ByteView values)
 {
   if (entries.empty()) return true;
   if (entries.size() < 2) return std::nullopt;
@@ -100,14 +100,15 @@ std::optional<bool> seen_by_meta_data(ByteView entries, ByteView values)
   for (std::size_t k = 0, at = 0; k < n; ++k) {
     const std::size_t n_key = number_at(entries, 2 + 8 * k, 2), n_value = number_at(entries, 6 + 8 * k, 4);
     if (n_key + n_value > values.size() - at) return std::nullopt;
-    is_seen = says_seen(text_of(values.subspan(at, n_key)), text_of(values.subspan(at + n_key, n_value))) &&
-              is_seen;
+    is_seen =
+        is_visible_value(text_of(values.subspan(at, n_key)), text_of(values.subspan(at + n_key, n_value))) &&
+        is_seen;
     at += n_key + n_value;
   }
   return is_seen;
 }
 
-/// Extended header, content, meta data's entries, meta data.
+/// Layout: extended header, content, meta data entries, meta data.
 std::optional<Stripped> stripped(int version, ByteView body)
 {
   if (version == 1) return Stripped{body};
@@ -119,7 +120,7 @@ std::optional<Stripped> stripped(int version, ByteView body)
   ByteView rest = body.subspan(n_extended);
   const ByteView values = rest.last(n_values);
   rest = rest.first(rest.size() - n_values);
-  const std::optional<bool> is_seen = seen_by_meta_data(rest.last(n_entries), values);
+  const std::optional<bool> is_seen = visible_by_meta_data(rest.last(n_entries), values);
   if (!is_seen) return std::nullopt;
   return Stripped{rest.first(rest.size() - n_entries), *is_seen};
 }
@@ -164,7 +165,7 @@ std::optional<IgtlMessage> read_transform(ByteView content, IgtlMessage message)
   return message;
 }
 
-/// Sizes: position alone; three of the quaternion's numbers, of which the fourth follows; all.
+/// Sizes: position only; three quaternion components, the fourth computed; all.
 std::optional<IgtlMessage> read_position(ByteView content, IgtlMessage message)
 {
   igtl_position place{};
@@ -277,7 +278,7 @@ std::optional<IgtlMessage> read_content(ByteView content, IgtlMessage message)
 
 IgtlHead head_of(ByteView bytes)
 {
-  check(bytes.size() == igtl_head_bytes, "a whole head");
+  check(bytes.size() == igtl_head_bytes, "head_of needs igtl_head_bytes bytes");
   igtl_header header;
   std::memcpy(&header, bytes.data(), sizeof header);
   igtl_header_convert_byte_order(&header);
@@ -293,7 +294,7 @@ IgtlHead head_of(ByteView bytes)
 
 std::uint64_t igtl_crc(ByteView bytes, std::uint64_t before)
 {
-  // The library reads only.
+  // The library's function is not const-correct; it only reads.
   return crc64(const_cast<std::uint8_t*>(bytes.data()), bytes.size(), before);
 }
 
@@ -307,7 +308,7 @@ const char* type_of(IgtlKind kind)
   for (const TypeName& known : types) {
     if (kind == known.kind) return known.name;
   }
-  check(false, "every kind has a name");
+  check(false, "every kind must have a type name");
   return "";
 }
 
@@ -331,7 +332,7 @@ std::optional<IgtlMessage> message_of(const IgtlHead& head, ByteView body)
 std::optional<Eigen::Matrix3d> nearest_rotation(const Eigen::Matrix3d& matrix)
 {
   const Eigen::Matrix3d error = matrix.transpose() * matrix - Eigen::Matrix3d::Identity();
-  // allFinite first: a maximum may pass over NaN.
+  // allFinite first: a maximum may ignore NaN.
   if (!error.allFinite() || error.cwiseAbs().maxCoeff() > most_rotation_error) return std::nullopt;
   if (matrix.determinant() <= 0.0) return std::nullopt;
   // Newton's iteration to the orthogonal factor squares the error each time: 1e-3, 1e-6, 1e-12, rounding.

@@ -1,4 +1,4 @@
-/// The messages of OpenIGTLink that a tracker speaks, and their bytes.
+/// OpenIGTLink messages of a tracker, and their encoding.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,84 +16,84 @@ namespace vrda {
 enum class IgtlKind : std::uint8_t {
   transform,
   position,
-  tdata,   ///< places of several tools
+  tdata,   ///< poses of several tools
   qtdata,  ///< the same with quaternions
   status,
-  start_tdata,   ///< STT_TDATA: asks for TDATA
+  start_tdata,   ///< STT_TDATA: requests TDATA
   stop_tdata,    ///< STP_TDATA
   tdata_started  ///< RTS_TDATA: the answer to either
 };
 
 enum class IgtlSight : std::uint8_t {
   seen,
-  missing,      ///< the meta data say so (TransformStatus, as PLUS sends it); lists leave such tools out
-  not_a_place,  ///< a matrix that is no rotation, a quaternion not of unit length, a number that is none
+  missing,      ///< according to meta data (TransformStatus, as PLUS sends it); lists omit such tools
+  not_a_place,  ///< not a rotation matrix or unit quaternion, or not finite
 };
 
 struct IgtlTool {
-  std::string name;  ///< at most 20 bytes go over the line
+  std::string name;  ///< at most 20 bytes are sent
   IgtlSight sight = IgtlSight::seen;
-  Pose X_tracker_tool = Pose::Identity();  ///< mm, kept as float32 on the line
+  Pose X_tracker_tool = Pose::Identity();  ///< mm; sent as float32
 };
 
 constexpr int igtl_status_ok = 1;
 
 struct IgtlMessage {
   IgtlKind kind = IgtlKind::transform;
-  int header_version = 1;        ///< 2: with an extended header and meta data (OpenIGTLink 3)
-  std::string device;            ///< at most 20 bytes go over the line
-  std::int64_t device_ns = 0;    ///< since the device's epoch, below 2^32 s; 0: none
-  std::vector<IgtlTool> tools;   ///< of transform and position: one, named as the device
-  int code = igtl_status_ok;     ///< of status; of tdata_started: 0 for success
-  std::string text;              ///< of status; of start_tdata: the name of the coordinate system, 32 bytes
-  std::int32_t interval_ms = 0;  ///< of start_tdata: between two messages, 0 for as often as can be
+  int header_version = 1;       ///< 2: with an extended header and meta data (OpenIGTLink 3)
+  std::string device;           ///< at most 20 bytes are sent
+  std::int64_t device_ns = 0;   ///< since the device's epoch, below 2^32 s; 0: none
+  std::vector<IgtlTool> tools;  ///< of transform and position: one, with the device's name
+  int code = igtl_status_ok;    ///< of status; of tdata_started: 0 for success
+  std::string text;             ///< of status; of start_tdata: the name of the coordinate system, 32 bytes
+  std::int32_t interval_ms =
+      0;  ///< of start_tdata: minimum interval between messages; 0: as fast as possible
 };
 
-/// Whether it holds the places of several tools.
+/// Whether it holds the poses of several tools.
 inline bool is_list(const IgtlMessage& message)
 {
   return message.kind == IgtlKind::tdata || message.kind == IgtlKind::qtdata;
 }
 
-/// Header, body and checksum. A tool that is missing is left out of lists; in a transform or position it
-/// takes header version 2. A tool that is not a place is written with a number that is none.
+/// Encodes header, body and checksum. A missing tool is omitted from lists; in a transform or position it
+/// needs header version 2. A tool with an invalid pose is written with a NaN.
 std::vector<std::uint8_t> bytes_of(const IgtlMessage& message);
 
-/// Largest entry of R^T R - I, and of |q|^2 - 1, that passes as rounding: matrices written with three
-/// decimals (each entry off by 5e-4, a column's length and products by 2 sqrt(3) of that) do, a scale of 0.1
-/// % does not.
+/// Bound on the entries of R^T R - I, and on |q|^2 - 1, for rounding: matrices written with three decimals
+/// pass (each entry is off by 5e-4, lengths and products of columns by 2 sqrt(3) times that); a scale of 0.1
+/// % fails.
 constexpr double most_rotation_error = 1.8e-3;
 
-/// The rotation nearest to the matrix, nothing where it is farther from one than that, mirrored or not
-/// finite.
+/// The nearest rotation; nullopt if mirrored, not finite, or off by more than max_rotation_error.
 std::optional<Eigen::Matrix3d> nearest_rotation(const Eigen::Matrix3d& matrix);
 
-/// The quaternion (w, x, y, z) made of unit length, nothing likewise.
+/// The normalised quaternion (w, x, y, z); nullopt under the same conditions.
 std::optional<Eigen::Quaterniond> unit_quaternion(const Eigen::Vector4d& wxyz);
 
-/// Heads and bodies of single messages: what stream.hpp is made of.
+/// Headers and bodies of single messages, used by stream.hpp.
 constexpr std::size_t igtl_head_bytes = 58;
 
 struct IgtlHead {
   int version = 0;
-  std::string type;  ///< as it stands in the message
+  std::string type;  ///< as sent
   std::string device;
   std::int64_t device_ns = 0;
   std::uint64_t body_bytes = 0, crc = 0;
 };
 
-/// Of igtl_head_bytes bytes; control characters of the names become '?'.
+/// Decodes igtl_head_bytes bytes; control characters in names become '?'.
 IgtlHead head_of(std::span<const std::uint8_t> bytes);
 
-/// ECMA-182, going on from the checksum of what came before.
+/// CRC-64 ECMA-182, continued from the checksum `before`.
 std::uint64_t igtl_crc(std::span<const std::uint8_t> bytes, std::uint64_t before = 0);
 
 bool is_known_type(const std::string& type);
 
-/// Nothing where the body's size or its meta data do not fit the type.
+/// nullopt if the body's size or its meta data do not fit the type.
 std::optional<IgtlMessage> message_of(const IgtlHead& head, std::span<const std::uint8_t> body);
 
-/// The type's name on the line.
+/// Type name in the message header.
 const char* type_of(IgtlKind kind);
 
 }  // namespace vrda

@@ -4,7 +4,7 @@
 
 namespace vrda {
 
-void IgtlStream::break_off(const std::string& found, const std::string& wanted)
+void IgtlStream::set_broken(const std::string& found, const std::string& wanted)
 {
   trouble_ = "found " + found + ", wanted " + wanted;
   buffer_.clear();
@@ -20,17 +20,17 @@ void IgtlStream::add(std::span<const std::uint8_t> bytes)
 }
 
 /// False where the stream is broken.
-bool IgtlStream::take_head()
+bool IgtlStream::parse_header()
 {
-  IgtlHead head = head_of(waiting().first(igtl_head_bytes));
+  IgtlHead head = head_of(unparsed().first(igtl_head_bytes));
   if (head.version != 1 && head.version != 2) {
-    break_off("header version " + std::to_string(head.version), "1 or 2 of OpenIGTLink");
+    set_broken("header version " + std::to_string(head.version), "1 or 2 of OpenIGTLink");
   } else if (head.type.empty() || head.type.find('?') != std::string::npos) {
-    break_off("type '" + head.type + "'", "the name of an OpenIGTLink message");
+    set_broken("type '" + head.type + "'", "the name of an OpenIGTLink message");
   } else if (const std::uint64_t most = is_known_type(head.type) ? most_body_bytes : most_skipped_bytes;
              head.body_bytes > most) {
-    break_off(head.type + " of " + std::to_string(head.body_bytes) + " bytes",
-              "at most " + std::to_string(most));
+    set_broken(head.type + " of " + std::to_string(head.body_bytes) + " bytes",
+               "at most " + std::to_string(most));
   }
   if (is_broken()) return false;
   begin_ += igtl_head_bytes;
@@ -39,16 +39,16 @@ bool IgtlStream::take_head()
   return true;
 }
 
-/// Passes over as much of the body as is there; true when it has ended well.
+/// Skips the available part of the body; true when it is complete and its checksum is right.
 bool IgtlStream::skip_body()
 {
-  const std::uint64_t n = std::min<std::uint64_t>(head_->body_bytes - skipped_, waiting().size());
-  skipped_crc_ = igtl_crc(waiting().first(n), skipped_crc_);
+  const std::uint64_t n = std::min<std::uint64_t>(head_->body_bytes - skipped_, unparsed().size());
+  skipped_crc_ = igtl_crc(unparsed().first(n), skipped_crc_);
   skipped_ += n;
   begin_ += n;
   if (skipped_ < head_->body_bytes) return false;
   if (skipped_crc_ != head_->crc) {
-    break_off(head_->type + " with a wrong checksum", "CRC64 of its body");
+    set_broken(head_->type + " with a wrong checksum", "CRC64 of its body");
     return false;
   }
   ++n_skipped_;
@@ -59,15 +59,15 @@ bool IgtlStream::skip_body()
 std::optional<IgtlMessage> IgtlStream::next()
 {
   while (!is_broken()) {
-    if (!head_ && (!has(igtl_head_bytes) || !take_head())) return std::nullopt;
+    if (!head_ && (!has(igtl_head_bytes) || !parse_header())) return std::nullopt;
     if (!is_known_type(head_->type)) {
       if (!skip_body()) return std::nullopt;
       continue;
     }
     if (!has(head_->body_bytes)) return std::nullopt;
-    const std::span<const std::uint8_t> body = waiting().first(head_->body_bytes);
+    const std::span<const std::uint8_t> body = unparsed().first(head_->body_bytes);
     if (igtl_crc(body) != head_->crc) {
-      break_off(head_->type + " with a wrong checksum", "CRC64 of its body");
+      set_broken(head_->type + " with a wrong checksum", "CRC64 of its body");
       return std::nullopt;
     }
     std::optional<IgtlMessage> message = message_of(*head_, body);

@@ -19,7 +19,7 @@ using Bytes = std::vector<std::uint8_t>;
 template <std::size_t n>
 void put_text(char (&field)[n], const std::string& text)
 {
-  // Padded with zeros, cut where it is too long, as the protocol has it.
+  // Padded with zeros and truncated, as the protocol requires.
   std::fill(std::begin(field), std::end(field), '\0');
   std::copy_n(text.begin(), std::min(n, text.size()), field);
 }
@@ -46,7 +46,7 @@ void put_transform(igtl_float32* numbers, const IgtlTool& tool)
 }
 
 /// Position, and quaternion as x, y, z, w.
-void put_place(igtl_float32* position, igtl_float32* quaternion, const IgtlTool& tool)
+void put_pose(igtl_float32* position, igtl_float32* quaternion, const IgtlTool& tool)
 {
   const Eigen::Quaterniond q(Eigen::Matrix3d(tool.X_tracker_tool.linear()));
   for (int k = 0; k < 3; ++k) position[k] = static_cast<float>(tool.X_tracker_tool.translation()(k));
@@ -65,7 +65,7 @@ void append_transform(Bytes& bytes, const IgtlTool& tool)
 void append_position(Bytes& bytes, const IgtlTool& tool)
 {
   igtl_float32 position[3], quaternion[4];
-  put_place(position, quaternion, tool);
+  put_pose(position, quaternion, tool);
   igtl_position place;
   std::memcpy(place.position, position, sizeof position);
   std::memcpy(place.quaternion, quaternion, sizeof quaternion);
@@ -88,7 +88,7 @@ void append_tdata(Bytes& bytes, const IgtlTool& tool)
 void append_qtdata(Bytes& bytes, const IgtlTool& tool)
 {
   igtl_float32 position[3], quaternion[4];
-  put_place(position, quaternion, tool);
+  put_pose(position, quaternion, tool);
   igtl_qtdata_element element{};
   put_text(element.name, tool.name);
   element.type = IGTL_QTDATA_TYPE_6D;
@@ -121,9 +121,9 @@ Bytes content_of(const IgtlMessage& message)
 {
   Bytes bytes;
   const bool is_one = message.kind == IgtlKind::transform || message.kind == IgtlKind::position;
-  check(!is_one || message.tools.size() == 1, "a TRANSFORM or POSITION is of one tool");
+  check(!is_one || message.tools.size() == 1, "a TRANSFORM or POSITION has exactly one tool");
   check(!is_one || message.header_version == 2 || message.tools[0].sight != IgtlSight::missing,
-        "header version 1 cannot say in a TRANSFORM or POSITION that its tool is missing");
+        "a TRANSFORM or POSITION of a missing tool needs header version 2");
   for (const IgtlTool& tool : message.tools) {
     if (message.kind == IgtlKind::transform) append_transform(bytes, tool);
     if (message.kind == IgtlKind::position) append_position(bytes, tool);
@@ -138,7 +138,7 @@ Bytes content_of(const IgtlMessage& message)
   return bytes;
 }
 
-/// Header version 2 puts the extended header before the content and the meta data behind it.
+/// Header version 2 puts the extended header before the content and the meta data after it.
 Bytes wrapped(const IgtlMessage& message, const Bytes& content)
 {
   const bool is_missing = message.tools.size() == 1 && message.tools[0].sight == IgtlSight::missing;
@@ -148,7 +148,7 @@ Bytes wrapped(const IgtlMessage& message, const Bytes& content)
   append_number(bytes, extended_bytes, 2);
   append_number(bytes, entries_bytes, 2);
   append_number(bytes, key.size() + value.size(), 4);
-  append_number(bytes, 0, 4);  // no number of the message
+  append_number(bytes, 0, 4);  // no message identifier
   bytes.insert(bytes.end(), content.begin(), content.end());
   append_number(bytes, 1, 2);
   append_number(bytes, key.size(), 2);
@@ -159,7 +159,7 @@ Bytes wrapped(const IgtlMessage& message, const Bytes& content)
   return bytes;
 }
 
-/// Seconds, and 2^-32 of them.
+/// Seconds, and fraction in units of 2^-32 s.
 std::uint64_t timestamp_of(std::int64_t device_ns)
 {
   check(device_ns >= 0, "time stamps count from the device's epoch");

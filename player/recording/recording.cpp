@@ -14,12 +14,12 @@
 namespace vrda {
 namespace {
 
-/// A picture's samples take some hundred bytes; texts of bench and calibration some pages.
-constexpr FrameFormat format{"VRDABREC", 1, std::uint32_t{1} << 24, "picture"};
+/// A frame's samples take some hundred bytes; the texts of bench and calibration some kilobytes.
+constexpr FrameFormat format{"VRDABREC", 1, std::uint32_t{1} << 24, "frame"};
 constexpr const char* file_key = "bench recording";
 
 constexpr std::size_t key_bytes = 5, sample_bytes = 80;
-/// Hours at 60 pictures a second; a file beyond it is none of ours.
+/// Hours at 60 frames a second; a larger file is not a recording.
 constexpr std::int64_t most_file_bytes = std::int64_t{1} << 32;
 
 void append_i64(std::string& bytes, std::int64_t value)
@@ -47,7 +47,7 @@ void append_sample(std::string& bytes, const Sample& sample)
   append_i8(bytes, static_cast<std::int8_t>(sample.state));
 }
 
-bool is_possible(const Sample& sample)
+bool has_valid_kind(const Sample& sample)
 {
   switch (sample.kind) {
     case SampleKind::place:
@@ -62,8 +62,8 @@ bool is_possible(const Sample& sample)
   return false;
 }
 
-/// The place of a tool that was seen is one.
-bool is_sound(const Sample& sample)
+/// The pose of a visible tool must be finite with a unit quaternion.
+bool has_valid_pose(const Sample& sample)
 {
   const bool counts =
       sample.kind == SampleKind::place && static_cast<SeenState>(sample.state) == SeenState::seen;
@@ -86,7 +86,7 @@ Sample take_sample(Cursor& cursor)
   sample.source = static_cast<std::uint16_t>(cursor.take(2));
   sample.kind = static_cast<SampleKind>(cursor.take(1));
   sample.state = static_cast<std::uint8_t>(cursor.take(1));
-  if (!is_possible(sample) || !is_sound(sample)) cursor.refuse();
+  if (!has_valid_kind(sample) || !has_valid_pose(sample)) cursor.refuse();
   return sample;
 }
 
@@ -101,7 +101,7 @@ KeyPress take_key(Cursor& cursor)
   return press;
 }
 
-std::optional<RecordedPicture> picture_of(std::string_view bytes)
+std::optional<RecordedPicture> recorded_frame(std::string_view bytes)
 {
   Cursor cursor(bytes);
   RecordedPicture picture;
@@ -147,9 +147,9 @@ struct Recorder::Inner {
 Recorder::Recorder(const std::string& path, const RecordingFacts& facts)
 {
   std::optional<FrameWriter> writer = FrameWriter::try_create(path, file_key, format);
-  if (!writer) throw InputError({path, "", "a file that is there already", "a new name for the recording"});
+  if (!writer) throw InputError({path, "", "an existing file", "a new name for the recording"});
   inner_ = std::make_unique<Inner>(Inner{std::move(*writer)});
-  // A picture does not wait for the disk; close() does.
+  // Frames do not wait for the disk; close() does.
   inner_->writer.sync_every(std::chrono::hours(24));
   inner_->writer.append(bytes_of(facts));
 }
@@ -193,7 +193,7 @@ std::string bytes_of(const RecordingFacts& facts)
 Recording parsed_recording(const std::string& path, std::string_view bytes)
 {
   constexpr const char* wanted = "a recording of vrda-player bench --record, format version 1";
-  // Before parse_frames() does, which speaks of a run's journals.
+  // Checked before parse_frames(), whose messages are about journals of a run.
   if (const FrameHeader header = header_in(bytes, format); header.n_bytes == 0)
     throw InputError({path, header.field, header.found, wanted});
   Recording recording;
@@ -201,19 +201,20 @@ Recording parsed_recording(const std::string& path, std::string_view bytes)
   const FrameFacts frames = parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
     if (!has_facts) {
       std::optional<RecordingFacts> facts = facts_of(frame);
-      if (!facts) return "a head that does not say what it was recorded with";
+      if (!facts) return "an invalid header record";
       recording.facts = std::move(*facts);
       has_facts = true;
       return {};
     }
-    std::optional<RecordedPicture> picture = picture_of(frame);
-    if (!picture) return "what is no picture's record";
+    std::optional<RecordedPicture> picture = recorded_frame(frame);
+    if (!picture) return "an invalid frame record";
     recording.pictures.push_back(std::move(*picture));
     return {};
   });
   if (!has_facts)
-    throw InputError(
-        {path, "", frames.dropped_why.empty() ? "nothing after its header" : frames.dropped_why, wanted});
+    throw InputError({path, "",
+                      frames.dropped_why.empty() ? "no record after the file header" : frames.dropped_why,
+                      wanted});
   recording.dropped_bytes = frames.dropped_bytes;
   recording.dropped_why = frames.dropped_why;
   return recording;

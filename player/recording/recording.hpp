@@ -1,4 +1,4 @@
-/// What came in while the bench ran, picture by picture: enough to show the same pictures again.
+/// Recording of a bench session: the inputs of every frame, enough to reproduce the frames.
 #pragma once
 
 #include <cstdint>
@@ -13,44 +13,45 @@
 
 namespace vrda {
 
-/// What a recording was made with. The texts are whole: a recording stands for itself, but for the motion
-/// model.
+/// What a session was started with. Bench file and calibration are stored as text, so that replay needs
+/// only the motion model.
 struct RecordingFacts {
   std::string bench_path, bench_text;
   std::string calibration_path, calibration_text;
   std::string model_path;
-  std::string model_seal;  ///< that tells the model's file from any other
+  std::string model_seal;  ///< identifies the contents of the model file
   std::string set;
   bool operator==(const RecordingFacts&) const = default;
 };
 
-/// One round of the loop: what was pressed, what had come, when the picture was begun.
+/// Inputs of one frame: key presses, samples, start time.
 struct RecordedPicture {
-  std::int64_t now_ns = 0;  ///< of the samples' clock
+  std::int64_t now_ns = 0;  ///< clock of Sample::arrival_ns
   std::vector<KeyPress> keys;
-  std::vector<Sample> samples;  ///< in the order of arrival
+  std::vector<Sample> samples;  ///< in order of arrival
 };
 
 struct Recording {
   RecordingFacts facts;
   std::vector<RecordedPicture> pictures;
-  std::uint64_t dropped_bytes = 0;  ///< behind the last whole picture: the recording was cut off there
+  std::uint64_t dropped_bytes =
+      0;  ///< after the last complete record: the file is truncated or damaged there
   std::string dropped_why;
 };
 
-/// Writes a recording as the bench runs; a kill loses nothing that was added, a power cut what the disk had
-/// not taken yet.
+/// Writes a recording while the bench runs. After a kill all added records are readable; a power cut can
+/// lose those not yet on disk.
 class Recorder {
  public:
-  /// Throws InputError naming `path` where it cannot be written, or holds a file already.
+  /// Throws InputError naming `path` if it cannot be written or exists already.
   Recorder(const std::string& path, const RecordingFacts& facts);
   ~Recorder();
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
-  /// Throws InputError when the disk is full or gone; what was added before stays readable.
+  /// Throws InputError if the disk is full or missing; earlier records stay readable.
   void add(std::int64_t now_ns, std::span<const KeyPress> keys, std::span<const Sample> samples);
-  /// Waits for the disk.
+  /// Blocks until the data are on disk.
   void close();
 
  private:
@@ -58,14 +59,14 @@ class Recorder {
   std::unique_ptr<Inner> inner_;
 };
 
-/// Throws InputError naming `path` when it is no recording, or none of this version. What is torn or damaged
-/// at its end is left out and told.
+/// Throws InputError naming `path` if it is not a recording of this version. A damaged tail is dropped and
+/// reported in dropped_bytes and dropped_why.
 Recording read_recording(const std::string& path);
 Recording parsed_recording(const std::string& path, std::string_view bytes);
 
-/// Bytes of a picture, the same for equal pictures.
+/// Serialised record of a frame; equal for equal inputs.
 std::string bytes_of(std::int64_t now_ns, std::span<const KeyPress> keys, std::span<const Sample> samples);
-/// Bytes of what stands before the pictures.
+/// Serialised header record.
 std::string bytes_of(const RecordingFacts& facts);
 
 }  // namespace vrda

@@ -3,8 +3,7 @@
 namespace vrda {
 namespace {
 
-/// Spreads neighbouring numbers over all bits. Source: Steele, Lea, Flood (2014) OOPSLA, SplitMix64's
-/// finaliser.
+/// Bit mixer for consecutive numbers. Source: Steele, Lea, Flood (2014) OOPSLA, SplitMix64's finaliser.
 std::uint64_t mixed(std::uint64_t x)
 {
   x += 0x9e3779b97f4a7c15ULL;

@@ -1,4 +1,4 @@
-/// Random numbers that depend on what they are for, not on how many were drawn before.
+/// Random numbers seeded by purpose and index, independent of how many were drawn before.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,17 +7,17 @@
 
 namespace vrda {
 
-/// What numbers are drawn for.
+/// Purpose of a random sequence.
 enum class DrawFor : std::uint64_t { frame, potentiometer, virtual_bench, virtual_hand, virtual_tracker };
 
 class Draws {
  public:
-  /// The same numbers for the same seed, purpose and index.
+  /// Equal seed, purpose and index give an equal sequence.
   Draws(std::uint64_t seed, DrawFor purpose, std::uint64_t index);
   /// In [0, 1), 53 bits.
   double uniform();
-  /// Mean 0, variance 1, within 6 of them: the sum of twelve uniform numbers, which needs no logarithm and
-  /// has the same bits everywhere.
+  /// Mean 0, variance 1, within +-6: the sum of twelve uniform numbers minus 6, with identical bits on
+  /// every processor, since no logarithm is used.
   double normal();
   Eigen::Vector3d normal_vector();
 

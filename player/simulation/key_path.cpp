@@ -26,17 +26,17 @@ double slope_between(double before, double before_s, double after, double after_
 KeyPath::KeyPath(std::vector<PathPoint> points, bool is_looped)
     : points_(std::move(points)), slopes_(points_.size(), 0.0), is_looped_(is_looped && points_.size() > 1)
 {
-  check(!points_.empty(), "a path has a key");
+  check(!points_.empty(), "a path needs at least one key");
   const std::size_t n = points_.size();
   for (std::size_t i = 1; i < n; ++i) {
-    check(points_[i].time_s > points_[i - 1].time_s, "the keys of a path ascend in time");
+    check(points_[i].time_s > points_[i - 1].time_s, "the keys of a path must ascend in time");
   }
   for (std::size_t i = 1; i + 1 < n; ++i) {
     slopes_[i] = slope_between(chord(points_[i - 1], points_[i]), points_[i].time_s - points_[i - 1].time_s,
                                chord(points_[i], points_[i + 1]), points_[i + 1].time_s - points_[i].time_s);
   }
   if (!is_looped_) return;
-  check(points_.front().value == points_.back().value, "a looped path ends where it begins");
+  check(points_.front().value == points_.back().value, "a looped path must end at its first value");
   slopes_.front() =
       slope_between(chord(points_[n - 2], points_[n - 1]), points_[n - 1].time_s - points_[n - 2].time_s,
                     chord(points_[0], points_[1]), points_[1].time_s - points_[0].time_s);
@@ -60,7 +60,7 @@ double KeyPath::at(double time_s) const
   const PathPoint &from = points_[i], &to = points_[i + 1];
   const double length_s = to.time_s - from.time_s;
   const double s = (t - from.time_s) / length_s, left = 1.0 - s;
-  // Hermite's cubic, as departures from either end.
+  // Cubic Hermite polynomial, written relative to either end.
   return left * left * ((1.0 + 2.0 * s) * from.value + s * length_s * slopes_[i]) +
          s * s * ((1.0 + 2.0 * left) * to.value - left * length_s * slopes_[i + 1]);
 }

@@ -1,4 +1,4 @@
-/// A smooth way through key values.
+/// Interpolation of key values over time.
 #pragma once
 
 #include <vector>
@@ -10,18 +10,18 @@ struct PathPoint {
   double value = 0.0;
 };
 
-/// Cubic pieces with a continuous slope that never leave the range of the keys at their ends: at a turning
-/// point the slope is 0. Source: Fritsch and Butland (1984) SIAM J Sci Stat Comput 5:300-304.
+/// Monotone piecewise cubic with continuous slope: never leaves the range of the neighbouring keys; the
+/// slope is 0 at extrema. Source: Fritsch and Butland (1984) SIAM J Sci Stat Comput 5:300-304.
 class KeyPath {
  public:
-  /// One point or more, by time. Looped: the last follows on the first and must have its value; otherwise
-  /// both ends are held.
+  /// One point or more, ascending in time. If looped, the last value must equal the first; otherwise the
+  /// end values are held.
   KeyPath(std::vector<PathPoint> points, bool is_looped);
   double at(double time_s) const;
 
  private:
   std::vector<PathPoint> points_;
-  std::vector<double> slopes_;  ///< a second
+  std::vector<double> slopes_;  ///< per second
   bool is_looped_ = false;
 };
 

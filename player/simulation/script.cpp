@@ -17,7 +17,7 @@ class Checker {
   {
     if (!is_right) throw InputError({file_, field, found, wanted});
   }
-  /// Of keys by time; `is_same(first, last)` says whether a loop closes.
+  /// Checks that keys ascend in time; `is_same(first, last)` returns whether a loop closes.
   template <typename Keys, typename IsSame>
   void path(const Keys& keys, bool is_looped, const std::string& field, IsSame is_same) const
   {
@@ -25,8 +25,8 @@ class Checker {
       require(keys[i].time_s > keys[i - 1].time_s, field + " key " + std::to_string(i + 1),
               "time " + shortest(keys[i].time_s), "a time after " + shortest(keys[i - 1].time_s));
     }
-    require(!is_looped || is_same(keys.front(), keys.back()), field, "a loop whose ends differ",
-            "a last key with the values of the first");
+    require(!is_looped || is_same(keys.front(), keys.back()), field,
+            "different first and last values of a loop", "a last key with the values of the first");
   }
 
  private:
@@ -50,14 +50,14 @@ void require_tools(const SimulationScript& script, const Checker& checker)
   std::sort(names.begin(), names.end());
   const auto twice = std::adjacent_find(names.begin(), names.end());
   checker.require(twice == names.end(), "tool", twice == names.end() ? "" : *twice + " twice",
-                  "names that differ");
+                  "unique names");
   for (const Occlusion& occlusion : script.occlusions) {
     checker.require(std::binary_search(names.begin(), names.end(), occlusion.tool), "occlusion tool",
                     occlusion.tool, "a tool");
     checker.require(occlusion.to_s >= occlusion.from_s, "occlusion to_s", shortest(occlusion.to_s),
-                    "no time before from_s, " + shortest(occlusion.from_s));
+                    "at least from_s = " + shortest(occlusion.from_s));
     checker.require(occlusion.every_s == 0.0 || occlusion.every_s >= occlusion.to_s - occlusion.from_s,
-                    "occlusion every_s", shortest(occlusion.every_s), "0, or no shorter than it lasts");
+                    "occlusion every_s", shortest(occlusion.every_s), "0, or at least to_s - from_s");
   }
 }
 
@@ -66,7 +66,7 @@ void require_clock(const DeviceClock& clock, const Checker& checker)
   for (std::size_t i = 1; i < clock.steps.size(); ++i) {
     checker.require(clock.steps[i].at_s >= clock.steps[i - 1].at_s, "clock step at_s",
                     shortest(clock.steps[i].at_s),
-                    "no time before the last step's, " + shortest(clock.steps[i - 1].at_s));
+                    "at least the previous step's time, " + shortest(clock.steps[i - 1].at_s));
   }
 }
 
@@ -75,7 +75,7 @@ void require_clock(const DeviceClock& clock, const Checker& checker)
 Pose default_X_tracker_femur()
 {
   Pose X = Pose::Identity();
-  // Anterior to the viewer, proximal up, the subject's right to the viewer's left.
+  // Anterior towards the viewer, proximal up, the subject's right to the viewer's left.
   X.linear() << 0, 0, -1, 0, 1, 0, 1, 0, 0;
   X.translation() << 0, 0, -1500;
   return X;
@@ -99,10 +99,10 @@ std::vector<std::string> tool_names(const SimulationScript& script)
 void require_usable(const SimulationScript& script, const std::string& file)
 {
   const Checker checker(file);
-  // Beyond a period frames would overtake each other.
+  // With a longer jitter frames could overtake each other.
   const double period_ms = 1000.0 / script.rate_hz;
   checker.require(script.jitter_ms <= period_ms, "jitter_ms", shortest(script.jitter_ms),
-                  "at most the time between two frames, " + shortest(period_ms));
+                  "at most the frame period, " + shortest(period_ms));
   require_paths(script, checker);
   require_tools(script, checker);
   require_clock(script.clock, checker);

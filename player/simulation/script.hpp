@@ -1,4 +1,4 @@
-/// What the simulated world does, as the bench file tells it: degrees, mm, seconds.
+/// Script of the simulated world, from the bench file: degrees, mm, seconds.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace vrda {
 
-/// Between keys values go smoothly, without leaving their range (simulation/key_path.hpp).
+/// Keys are interpolated by monotone cubics (simulation/key_path.hpp).
 struct LegKey {
   double time_s = 0.0;
   double flexion_deg = 0.0;
@@ -25,17 +25,17 @@ struct PotentiometerKey {
   double count = 0.0;  ///< 0 to 1023
 };
 
-/// While it lasts the tool, and every marker of a body, is not seen.
+/// Interval in which the tool, and every marker of a body, is not visible.
 struct Occlusion {
   std::string tool;
   double from_s = 0.0, to_s = 0.0;
-  double every_s = 0.0;  ///< again after so long, for ever; 0: once
+  double every_s = 0.0;  ///< period of repetition; 0: once
 };
 
-/// A tracked body: a tool of its own; its markers are tools too, named "femur-1" and on after it.
+/// A tracked body is a tool; its markers are tools too, named "femur-1", "femur-2", ...
 struct SimulatedBody {
   std::string tool;
-  Pose X_body_bone = Pose::Identity();      ///< how the bone, or the head frame, lies in the body
+  Pose X_body_bone = Pose::Identity();      ///< pose of the bone, or of the head frame, in the body's frame
   std::vector<Eigen::Vector3d> markers_mm;  ///< in the body's frame
 };
 
@@ -44,50 +44,50 @@ struct ClockStep {
   double by_ms = 0.0;
 };
 
-/// The tracker's clock, of true times.
+/// The tracker's clock as a function of true time.
 struct DeviceClock {
-  double offset_s = 1000.0;  ///< what it shows at time 0
-  double drift_ppm = 20.0;   ///< how much faster it runs
+  double offset_s = 1000.0;  ///< reading at time 0
+  double drift_ppm = 20.0;   ///< rate error: positive runs fast
   std::vector<ClockStep> steps;
 };
 
-/// Facing the knee at 1.5 m: X to the viewer's right, Y up, Z towards the viewer; the leg seen from ahead.
+/// Tracker in front of the knee at 1.5 m: X to the viewer's right, Y up, Z towards the viewer.
 Pose default_X_tracker_femur();
 
 struct SimulationScript {
   std::uint64_t seed = 1;
-  Side side = Side::right;  ///< without a motion, which has its own
+  Side side = Side::right;  ///< used without a motion, which has its own
   double rate_hz = 100.0;
-  double jitter_ms = 2.0;    ///< a frame is sent up to that much after its tick, evenly
-  double drop_rate = 0.005;  ///< share of frames that are never sent
+  double jitter_ms = 2.0;    ///< send delay after the tick, uniform from 0 to this
+  double drop_rate = 0.005;  ///< share of frames that are not sent
   double noise_mm = 0.1;     ///< standard deviation of each coordinate of tools and markers
-  double noise_deg = 0.03;   ///< and of a body's turn about each of its axes
+  double noise_deg = 0.03;   ///< and of a body's rotation about each of its axes
 
-  bool is_looped = true;  ///< each path by itself, from its last key, which equals its first; else held
+  bool is_looped =
+      true;  ///< each path repeats from its last key, which equals its first; otherwise the end is held
   std::vector<LegKey> leg = {{0, 0, 0}, {2, 45, 2}, {4, 90, 0}, {6, 45, -2}, {8, 0, 0}};
   std::vector<StageKey> stage = {{0, 0}, {2.5, 25}, {7.5, -25}, {10, 0}};
   std::vector<PotentiometerKey> potentiometer = {{0, 100}, {4, 900}, {8, 100}};
   double potentiometer_noise_counts = 0.7;
 
-  Pose X_tracker_femur = default_X_tracker_femur();  ///< of the bone, in the middle of its sway
-  double sway_mm = 2.0;                              ///< of the femur to and fro along its X
+  Pose X_tracker_femur = default_X_tracker_femur();  ///< of the bone, at the centre of its sway
+  double sway_mm = 2.0;                              ///< amplitude of the femur's oscillation along its X
   double sway_s = 5.0;
   SimulatedBody femur = {"femur", Pose::Identity(), {}};
   SimulatedBody tibia = {"tibia", Pose::Identity(), {}};
-  std::optional<SimulatedBody> head;  ///< a body on the display
-  Pose X_tracker_head =
-      Pose::Identity();             ///< where the head frame is with the stage at 0; it goes along its X
-  double firing_interval_ms = 0.4;  ///< a body's marker k fires k intervals after the tick
+  std::optional<SimulatedBody> head;       ///< tracked body on the display
+  Pose X_tracker_head = Pose::Identity();  ///< head frame with the stage at 0; moves along its X
+  double firing_interval_ms = 0.4;         ///< marker k fires k intervals after the tick
 
   std::vector<Occlusion> occlusions = {{"tibia", 5.0, 6.0, 16.0}};
   DeviceClock clock;
 };
 
-/// Names of bodies and markers: each body, then its markers; femur, tibia, head.
+/// Names of bodies and markers: each body followed by its markers, in the order femur, tibia, head.
 std::vector<std::string> tool_names(const SimulationScript& script);
 
-/// Throws InputError naming `file` and the field of what does not fit together; ranges are the bench file's
-/// schema's.
+/// Throws InputError naming `file` and the field of an inconsistent value; ranges are checked by the bench
+/// file's schema.
 void require_usable(const SimulationScript& script, const std::string& file);
 
 }  // namespace vrda

@@ -13,7 +13,7 @@
 namespace vrda {
 namespace {
 
-/// The value of each key, by a function of it.
+/// Path of a scalar of the keys.
 template <typename Keys, typename Value>
 KeyPath path_of(const Keys& keys, bool is_looped, Value value)
 {
@@ -29,21 +29,21 @@ const SimulationScript& usable(const SimulationScript& script, const std::string
   return script;
 }
 
-std::int64_t nearest(double value)
+std::int64_t rounded(double value)
 {
   return static_cast<std::int64_t>(std::floor(value + 0.5));
 }
 
 constexpr double ns_a_second = 1e9;
 
-/// Noise of a body: a turn about its own axes and a shift.
-Pose shaken(const Pose& X, const SimulationScript& script, Draws& draws)
+/// Adds noise to a body's pose: a rotation about its own axes and a translation.
+Pose with_noise(const Pose& X, const SimulationScript& script, Draws& draws)
 {
   const Eigen::Vector3d turn_rad = rad_from_deg(script.noise_deg) * draws.normal_vector();
-  Pose X_shaken = X;
-  X_shaken.linear() = X.linear() * rotation_of(turn_rad);
-  X_shaken.translation() += script.noise_mm * draws.normal_vector();
-  return X_shaken;
+  Pose X_noisy = X;
+  X_noisy.linear() = X.linear() * rotation_of(turn_rad);
+  X_noisy.translation() += script.noise_mm * draws.normal_vector();
+  return X_noisy;
 }
 
 }  // namespace
@@ -70,7 +70,7 @@ LegAngles Simulation::scripted_angles(double time_s) const
 
 void Simulation::require_solved(const std::string& file) const
 {
-  // Finer than a patch between attitudes a degree apart.
+  // Samples more densely than patches between attitudes a degree apart.
   constexpr int n_times = 2000;
   const double first_s = script_.leg.front().time_s, last_s = script_.leg.back().time_s;
   for (int i = 0; i <= n_times; ++i) {
@@ -80,8 +80,8 @@ void Simulation::require_solved(const std::string& file) const
     throw InputError({file, "leg",
                       "flexion " + shortest(deg_from_rad(wanted.flexion_rad)) + ", varus " +
                           shortest(deg_from_rad(wanted.varus_rad)) + " at " + shortest(time_s) +
-                          " s, where the motion is not solved",
-                      "attitudes that are"});
+                          " s, an attitude that the motion model has not solved",
+                      "solved attitudes"});
   }
 }
 
@@ -128,7 +128,7 @@ bool Simulation::is_hidden(const std::string& tool, double time_s) const
 void Simulation::add_body(SimulatedFrame& frame, const SimulatedBody& body, Draws& draws) const
 {
   const bool is_hidden_body = is_hidden(body.tool, frame.time_s);
-  frame.tools.push_back({shaken(X_tracker_body(body, frame.time_s), script_, draws), !is_hidden_body});
+  frame.tools.push_back({with_noise(X_tracker_body(body, frame.time_s), script_, draws), !is_hidden_body});
   for (std::size_t k = 0; k < body.markers_mm.size(); ++k) {
     const double fired_s = frame.time_s + 1e-3 * script_.firing_interval_ms * static_cast<double>(k);
     Pose X = Pose::Identity();
@@ -156,23 +156,23 @@ SimulatedFrame Simulation::frame(std::uint64_t k) const
 std::int64_t Simulation::device_ns(double time_s) const
 {
   const DeviceClock& clock = script_.clock;
-  // Apart, so that a large offset takes no digits away from the time.
+  // Rounded separately, so that a large offset costs no precision.
   std::int64_t shown_ns =
-      nearest(clock.offset_s * ns_a_second) + nearest(time_s * (1.0 + 1e-6 * clock.drift_ppm) * ns_a_second);
+      rounded(clock.offset_s * ns_a_second) + rounded(time_s * (1.0 + 1e-6 * clock.drift_ppm) * ns_a_second);
   for (const ClockStep& step : clock.steps) {
-    if (time_s >= step.at_s) shown_ns += nearest(step.by_ms * 1e-3 * ns_a_second);
+    if (time_s >= step.at_s) shown_ns += rounded(step.by_ms * 1e-3 * ns_a_second);
   }
   return shown_ns;
 }
 
 std::int64_t Simulation::stage_count(double time_s) const
 {
-  return nearest(stage_mm_.at(time_s) / stage_mm_a_count);
+  return rounded(stage_mm_.at(time_s) / stage_mm_a_count);
 }
 
 std::vector<QuadratureEdge> Simulation::edges(double from_s, double to_s) const
 {
-  check(to_s >= from_s, "edges are asked for forwards in time");
+  check(to_s >= from_s, "edges(): to_s must not be before from_s");
   constexpr double slice_s = 5e-4;
   std::vector<QuadratureEdge> edges;
   std::int64_t count = stage_count(from_s);
@@ -197,10 +197,10 @@ std::vector<QuadratureEdge> Simulation::edges(double from_s, double to_s) const
 
 int Simulation::potentiometer_count(double time_s) const
 {
-  const auto index = static_cast<std::uint64_t>(nearest(time_s * ns_a_second));
+  const auto index = static_cast<std::uint64_t>(rounded(time_s * ns_a_second));
   const double noise =
       script_.potentiometer_noise_counts * Draws(script_.seed, DrawFor::potentiometer, index).normal();
-  return static_cast<int>(nearest(std::clamp(potentiometer_.at(time_s) + noise, 0.0, 1023.0)));
+  return static_cast<int>(rounded(std::clamp(potentiometer_.at(time_s) + noise, 0.0, 1023.0)));
 }
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// The world before the bench's devices: a leg that bends, a tracker that sees it, a stage, a potentiometer.
+/// Simulated world in front of the bench's devices: a moving leg, a tracker, a stage, a potentiometer.
 #pragma once
 
 #include <cstdint>
@@ -13,11 +13,11 @@
 
 namespace vrda {
 
-/// How everything stands, without noise.
+/// True state, without noise.
 struct SimulatedTruth {
-  LegAngles angles;  ///< as scripted; with a motion, those where it stands
+  LegAngles angles;  ///< as scripted; with a motion, the attitude it returns
   Pose X_femur_tibia = Pose::Identity();
-  Pose X_tracker_femur = Pose::Identity();  ///< of the bone, as is the tibia's
+  Pose X_tracker_femur = Pose::Identity();  ///< of the bone; likewise the tibia's
   Pose X_tracker_tibia = Pose::Identity();
   Pose X_tracker_head = Pose::Identity();
   double stage_mm = 0.0;
@@ -36,37 +36,37 @@ struct SimulatedFrame {
   double time_s = 0.0;  ///< of the tick
   double send_s = 0.0;  ///< with jitter
   std::int64_t device_ns = 0;
-  bool is_dropped = false;           ///< never sent
+  bool is_dropped = false;           ///< not sent
   std::vector<SimulatedTool> tools;  ///< in the order of tool_names()
 };
 
-/// Both signals of the stage's encoder after one of them changed.
+/// State of both encoder signals after one of them changed.
 struct QuadratureEdge {
   double time_s = 0.0;
   bool a = false, b = false;
 };
 
-/// 5 micrometres a count: all four edges of a period counted.
+/// 5 micrometres a count: all four edges of a period are counted.
 inline constexpr double stage_mm_a_count = 0.005;
 
 class Simulation {
  public:
-  /// Without a motion theta and the translation stay 0. Throws InputError naming `file` where the script
-  /// cannot be used, or leads where the motion is not solved.
+  /// Without a motion theta and the translation are 0. Throws InputError naming `file` if the script is
+  /// inconsistent or contains attitudes where the motion is not solved.
   explicit Simulation(const SimulationScript& script, std::optional<Motion> motion = {},
                       const std::string& file = "simulation");
 
   const std::vector<std::string>& tools() const { return tools_; }
   SimulatedTruth truth(double time_s) const;
-  /// Tick k, k / rate_hz after the begin. The same for the same script, whatever was asked before.
+  /// Tick k, at k / rate_hz seconds. Depends only on the script and k.
   SimulatedFrame frame(std::uint64_t k) const;
-  /// What the tracker's clock shows.
+  /// Reading of the tracker's clock.
   std::int64_t device_ns(double time_s) const;
 
-  /// Counts of the encoder from where the stage stands at position 0.
+  /// Encoder count, 0 at stage position 0.
   std::int64_t stage_count(double time_s) const;
-  /// Every edge after `from_s` up to `to_s`, which must not be earlier: as many, signed, as stage_count()
-  /// differs by. Motion to and fro within less than half a millisecond may be left out.
+  /// Every edge in (from_s, to_s], to_s >= from_s; their signed number is the difference of stage_count().
+  /// Oscillations shorter than half a millisecond may be missed.
   std::vector<QuadratureEdge> edges(double from_s, double to_s) const;
   /// 0 to 1023, with noise.
   int potentiometer_count(double time_s) const;

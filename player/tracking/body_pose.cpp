@@ -20,8 +20,8 @@ constexpr Mask bit_of(Eigen::Index k)
 
 Mask mask_of(const RigidBody& body, MarkerSpan seen)
 {
-  check(body.markers_mm.rows() <= most_markers, "a body has at most 64 markers");
-  check(static_cast<std::size_t>(body.markers_mm.rows()) == seen.size(), "there is an entry a marker");
+  check(body.markers_mm.rows() <= most_markers, "at most 64 markers per body");
+  check(static_cast<std::size_t>(body.markers_mm.rows()) == seen.size(), "one entry per marker");
   Mask mask = 0;
   for (std::size_t k = 0; k < seen.size(); ++k) {
     if (seen[k] && seen[k]->cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < farthest_mm)
@@ -30,7 +30,7 @@ Mask mask_of(const RigidBody& body, MarkerSpan seen)
   return mask;
 }
 
-/// Calls `use(k)` for each marker of the mask, by label.
+/// Calls `use(k)` for each marker in the mask, in order of labels.
 template <typename Use>
 void for_each(Mask mask, Use use)
 {
@@ -55,7 +55,7 @@ MarkerCloud cloud_of(const RigidBody& body, Mask mask)
   return cloud;
 }
 
-/// The rotation and translation that take the marked positions of the body nearest to those seen.
+/// Least-squares rigid transform from the selected markers of the body to the seen positions.
 Pose nearest_pose(const RigidBody& body, MarkerSpan seen, Mask mask, const Eigen::Vector3d& centre_body_mm)
 {
   Eigen::Vector3d centre_tracker_mm = Eigen::Vector3d::Zero();
@@ -67,7 +67,7 @@ Pose nearest_pose(const RigidBody& body, MarkerSpan seen, Mask mask, const Eigen
     H += (*seen[static_cast<std::size_t>(k)] - centre_tracker_mm) * p_body.transpose();
   });
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  // Without the last sign a flat or noisy set of markers may come out reflected.
+  // The last sign prevents a reflection for planar or noisy markers.
   const double sign = svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0 ? -1.0 : 1.0;
   Pose X = Pose::Identity();
   X.linear() = svd.matrixU() * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * svd.matrixV().transpose();
@@ -91,7 +91,7 @@ Residuals residuals_of(const RigidBody& body, MarkerSpan seen, Mask mask, const 
   return residuals;
 }
 
-/// Whatever the residual.
+/// Fit of the selected markers without dropping any.
 PoseFit fit_of(const RigidBody& body, MarkerSpan seen, Mask mask, const FitOptions& options)
 {
   PoseFit fit;
@@ -108,13 +108,13 @@ PoseFit fit_of(const RigidBody& body, MarkerSpan seen, Mask mask, const FitOptio
   return fit;
 }
 
-/// Of the markers that agree when some are dropped. Three fit each other too easily to be believed against a
-/// fourth: one may lie anywhere on a circle about the other two.
+/// Least number of markers after dropping. Three always fit too well to reject a fourth: one may be
+/// anywhere on a circle about the other two.
 constexpr int least_agreeing = 4;
 
-/// The best of the fits without one of the markers used, or without two of them.
-PoseFit without(int n_dropped, const RigidBody& body, MarkerSpan seen, const PoseFit& whole,
-                const FitOptions& options)
+/// The best of the fits with one or two of the used markers dropped.
+PoseFit fit_dropping(int n_dropped, const RigidBody& body, MarkerSpan seen, const PoseFit& whole,
+                     const FitOptions& options)
 {
   PoseFit best = whole;
   const auto consider = [&](Mask mask) {
@@ -127,7 +127,7 @@ PoseFit without(int n_dropped, const RigidBody& body, MarkerSpan seen, const Pos
   for_each(whole.used, [&](int k) {
     const Mask one_less = whole.used & ~bit_of(k);
     if (n_dropped == 1) return consider(one_less);
-    // The second of a larger label, so that each pair comes once.
+    // Only larger labels for the second, so that each pair is tried once.
     for_each(one_less & ~(bit_of(k) - 1), [&](int l) { consider(one_less & ~bit_of(l)); });
   });
   return best;
@@ -147,7 +147,7 @@ const char* name_of(FitStatus status)
     case FitStatus::residual_too_large:
       return "residual_too_large";
   }
-  throw InternalError("a fit's status has a name");
+  throw InternalError("every FitStatus must have a name");
 }
 
 MarkerCloud cloud_of(const RigidBody& body, MarkerSpan seen)
@@ -161,15 +161,15 @@ PoseFit fit_pose(const RigidBody& body, MarkerSpan seen, const FitOptions& optio
   PoseFit fit = whole;
   for (int n_dropped = 1; n_dropped <= most_outliers; ++n_dropped) {
     if (fit.status != FitStatus::residual_too_large || whole.cloud.n - n_dropped < least_agreeing) break;
-    fit = without(n_dropped, body, seen, whole, options);
+    fit = fit_dropping(n_dropped, body, seen, whole, options);
   }
   return fit;
 }
 
 PoseError expected_error(const MarkerCloud& cloud, double noise_mm)
 {
-  check(cloud.n >= 3 && cloud.spread_mm(1) > 0.0, "an error is asked for of markers that spread");
-  // The information on a turn about axis i is the sum of squared distances from it: the other two spreads.
+  check(cloud.n >= 3 && cloud.spread_mm(1) > 0.0, "collinear markers have no error estimate");
+  // Information on a rotation about axis i: the sum of squared distances from it, the other two spreads.
   const Eigen::Vector3d square = cloud.spread_mm.cwiseAbs2();
   PoseError error;
   for (int i = 0; i < 3; ++i) error.turn_rad(i) = noise_mm / std::sqrt(square.sum() - square(i));
@@ -190,7 +190,7 @@ double target_error_mm(const MarkerCloud& cloud, double noise_mm, const Eigen::V
 
 double noise_mm(const PoseFit& fit)
 {
-  check(fit.cloud.n >= 3, "a residual speaks for noise where a pose was fitted");
+  check(fit.cloud.n >= 3, "noise_mm needs a fitted pose");
   return fit.residual_rms_mm * std::sqrt(fit.cloud.n / (3.0 * fit.cloud.n - 6.0));
 }
 
@@ -198,7 +198,7 @@ namespace {
 
 using FixedRow = std::array<std::optional<Eigen::Vector3d>, most_markers>;
 
-/// Each marker carried back along `velocity` from when it fired to the frame's time.
+/// Moves each marker back along `velocity` from its firing time to the frame's time.
 FixedRow at_frame_time(MarkerSpan seen, const Screw& velocity, double interval_s)
 {
   FixedRow row;
@@ -208,7 +208,7 @@ FixedRow at_frame_time(MarkerSpan seen, const Screw& velocity, double interval_s
   return row;
 }
 
-/// At most how far a marker of the cloud is moved from one pose to the other, to first order.
+/// First-order bound on how far a marker of the cloud moves between the two poses.
 double step_mm(const MarkerCloud& cloud, const Pose& X_from, const Pose& X_to)
 {
   const double turn = (X_to.linear() - X_from.linear()).norm();
@@ -220,7 +220,7 @@ double step_mm(const MarkerCloud& cloud, const Pose& X_from, const Pose& X_to)
 FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
                    const std::optional<BodyMotion>& before, const Firing& firing)
 {
-  check(seen.size() <= most_markers, "a body has at most 64 markers");
+  check(seen.size() <= most_markers, "at most 64 markers per body");
   FiredFit result;
   const double gap_s = before ? time_s - before->pose.time_s : 0.0;
   const double all_fired_s = firing.interval_s * static_cast<double>(seen.size());
@@ -228,9 +228,9 @@ FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
     result.fit = fit_pose(body, seen, firing.fit);
     return result;
   }
-  // What is wrong with the pose is what is wrong with the velocity times the mean wait, and a new velocity is
-  // wrong by that over the gap: each round gains the ratio of wait to gap, at most a half as all markers fire
-  // within the gap. 40 rounds take a millimetre below a picometre; most take few.
+  // The pose error is the velocity error times the mean delay; the next velocity error is the pose error
+  // over the gap. Each iteration reduces it by the ratio of delay to gap, at most a half since all markers
+  // fire within the gap. 40 iterations reduce a millimetre below a picometre; usually few are needed.
   constexpr int most_rounds = 40;
   constexpr double resolution_mm = 1e-9;
   result.velocity = before->velocity;

@@ -1,4 +1,4 @@
-/// Where a body stands, from the markers that are seen.
+/// Pose of a rigid body from its visible markers.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@ namespace vrda {
 enum class FitStatus {
   fitted,
   too_few_markers,    ///< fewer than three seen
-  collinear,          ///< those seen lie on a line, see least_spread_mm
-  residual_too_large  ///< a marker is as far off as an outlier, and dropping does not help
+  collinear,          ///< the visible markers are on a line, see least_spread_mm
+  residual_too_large  ///< a marker exceeds outlier_mm, and dropping markers does not help
 };
 const char* name_of(FitStatus status);
 
@@ -20,62 +20,62 @@ inline constexpr int most_outliers = 2;
 
 struct FitOptions {
   double least_spread_mm = vrda::least_spread_mm;
-  /// A marker further off than that makes an outlier of one (a reflection, a swapped label): the one, or else
-  /// the two, whose absence leaves the least residual, as long as four markers agree without them.
+  /// A fit with a residual above this drops the one marker, or else the two, whose removal gives the least
+  /// residual, if at least four remaining markers agree (reflections, swapped labels).
   double outlier_mm = 2.0;
 };
 
 struct PoseFit {
-  Pose X_tracker_body = Pose::Identity();  ///< identity without three markers that spread
+  Pose X_tracker_body = Pose::Identity();  ///< identity if too few or collinear
   FitStatus status = FitStatus::too_few_markers;
   std::uint64_t used = 0;        ///< bit k: marker k
-  int n_outliers = 0;            ///< seen and dropped
-  double residual_rms_mm = 0.0;  ///< of the lengths left at the markers used
+  int n_outliers = 0;            ///< visible and dropped
+  double residual_rms_mm = 0.0;  ///< over the markers used
   MarkerCloud cloud;             ///< of the markers used, body frame
 };
 
-/// Least squares over proper rotations and translations, closed form. `seen` has an entry a marker; one that
-/// is not finite, or farthest_mm away, counts as unseen. Allocates nothing.
+/// Least squares over proper rotations and translations, closed form. `seen` has one entry per marker; one
+/// that is not finite, or farthest_mm away, counts as not visible. Does not allocate.
 /// Source: Umeyama (1991) IEEE PAMI 13:376-380, without scale.
 PoseFit fit_pose(const RigidBody& body, MarkerSpan seen, const FitOptions& options = {});
 
-/// What noise of `noise_mm` in every coordinate of every marker does to a fitted pose, to first order.
+/// First-order error of a fitted pose for noise of `noise_mm` in every coordinate of every marker.
 struct PoseError {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< standard deviation about each of cloud.axes
   double centre_mm = 0.0;                              ///< of the cloud's centre, root mean square length
 };
 PoseError expected_error(const MarkerCloud& cloud, double noise_mm);
 
-/// The same at a point of the body, root mean square length.
+/// Target registration error at a point of the body, root mean square length.
 /// Source: Fitzpatrick, West, Maurer (1998) IEEE Trans Med Imaging 17:694-702, eq. 46.
 double target_error_mm(const MarkerCloud& cloud, double noise_mm, const Eigen::Vector3d& p_body_mm);
 
-/// Standard deviation of a coordinate that a fit's residual speaks for: 3 n numbers less the six fitted.
+/// Noise per coordinate estimated from a fit's residual: 3 n coordinates minus six fitted parameters.
 double noise_mm(const PoseFit& fit);
 
-/// Markers that fire one after another.
+/// Timing of markers that fire one after another.
 struct Firing {
   double interval_s = 0.0;     ///< marker k fires k intervals after the frame's time
-  double longest_gap_s = 0.2;  ///< since the pose before; after a longer one nothing is known of the velocity
+  double longest_gap_s = 0.2;  ///< since the previous pose; after a longer gap the velocity is unknown
   FitOptions fit = {};
 };
 
-/// A body on its way.
+/// Pose and velocity of a body.
 struct BodyMotion {
   TimedPose pose;
-  Screw velocity;  ///< a second, tracker's frame; zero where not known
+  Screw velocity;  ///< per second, tracker's frame; zero if unknown
 };
 
 struct FiredFit {
   PoseFit fit;     ///< at the frame's time
-  Screw velocity;  ///< from the pose before to this one; zero where not corrected
+  Screw velocity;  ///< from the previous pose to this one; zero if not corrected
   bool is_corrected = false;
 };
 
-/// The pose at `time_s`, markers taken there along the twist that leads from the pose `before`: with a
-/// constant twist exact, whatever it is. The velocity before is where the search begins: at high speed its
-/// markers would look like outliers without. Without a pose before, too long after it, or sooner than all
-/// markers can have fired since, as fit_pose().
+/// The pose at `time_s`, with markers moved to that time along the twist since the pose `before`; exact for
+/// a constant twist. The previous velocity is the starting value: without it, markers of a fast body would
+/// be outliers. Same as fit_pose() if there is no previous pose, the gap is too long, or it is shorter than
+/// the firing of all markers.
 FiredFit fit_fired(const RigidBody& body, MarkerSpan seen, double time_s,
                    const std::optional<BodyMotion>& before, const Firing& firing);
 

@@ -9,13 +9,13 @@
 namespace vrda {
 namespace {
 
-/// While the shape is found: markers not yet known are nothing.
+/// Current estimate of the shape; markers not yet known are excluded.
 struct Shape {
   RigidBody body;
   std::vector<bool> is_known;
 };
 
-/// Those of a frame that the shape knows.
+/// The markers of a frame that are known in the shape.
 MarkerRow known_part(const Shape& shape, const MarkerRow& frame)
 {
   MarkerRow part = frame;
@@ -25,8 +25,8 @@ MarkerRow known_part(const Shape& shape, const MarkerRow& frame)
   return part;
 }
 
-/// Nothing is an outlier while the shape is not known.
-FitOptions building(const BodyOptions& options)
+/// Disables outlier rejection while the shape is estimated.
+FitOptions options_without_outliers(const BodyOptions& options)
 {
   FitOptions fit;
   fit.least_spread_mm = options.least_spread_mm;
@@ -49,7 +49,7 @@ RigidBody body_of(const MarkerRow& row)
   return body;
 }
 
-/// To a micrometre.
+/// Rounded to a micrometre.
 std::string number_of(double length_mm)
 {
   return shortest(std::round(length_mm * 1000.0) / 1000.0);
@@ -74,13 +74,13 @@ void require_frames(const std::vector<MarkerRow>& frames, const std::string& fil
     }
     for (const auto& marker : frames[i]) {
       if (marker && !(marker->cwiseAbs().maxCoeff<Eigen::PropagateNaN>() < farthest_mm)) {
-        throw FitRefusal({file, field, "a coordinate that is no number, or not within a kilometre", "mm"});
+        throw FitRefusal({file, field, "a coordinate not finite or above 1 km", "mm"});
       }
     }
   }
 }
 
-/// The first of the frames that see the most markers, of those whose markers spread.
+/// The frame with the most visible markers among those that are not collinear; the first of equals.
 Shape first_shape(const std::vector<MarkerRow>& frames, const std::string& file, const BodyOptions& options)
 {
   const MarkerRow* best = nullptr;
@@ -92,7 +92,7 @@ Shape first_shape(const std::vector<MarkerRow>& frames, const std::string& file,
     if (!best || cloud.n > n_seen(*best)) best = &frame;
   }
   if (!best && widest.n < 3) {
-    throw FitRefusal({file, "markers", "no frame that sees three", "three or more in a frame"});
+    throw FitRefusal({file, "markers", "no frame with three visible markers", "three or more in a frame"});
   }
   if (!best) {
     throw FitRefusal({file, "markers", "collinear: at best " + text_of(widest),
@@ -114,7 +114,7 @@ std::vector<PoseFit> fits_of(const std::vector<MarkerRow>& frames, const Shape& 
   return fits;
 }
 
-/// Each marker at the mean of where the fitted frames put it.
+/// Mean position of each marker over the fitted frames.
 Shape mean_shape(const std::vector<MarkerRow>& frames, const std::vector<PoseFit>& fits, const Shape& before)
 {
   Shape shape = before;
@@ -152,8 +152,8 @@ void require_all_known(const Shape& shape, const std::vector<MarkerRow>& frames,
     const auto n =
         std::count_if(frames.begin(), frames.end(), [&](const MarkerRow& f) { return f[k].has_value(); });
     throw FitRefusal({file, "marker " + std::to_string(k + 1),
-                      "seen in " + std::to_string(n) + " frames, never with three known others that spread",
-                      "a frame that shows it together with them"},
+                      "seen in " + std::to_string(n) + " frames, never with three known, not collinear",
+                      "a frame that shows it with three known markers"},
                      {k});
   }
 }
@@ -164,10 +164,10 @@ Pose own_frame(const RigidBody& body, const std::string& file)
   const Points& p = body.markers_mm;
   const Eigen::Vector3d first = p.row(0).transpose();
   const Eigen::Vector3d along = p.row(1).transpose() - first;
-  // Where two markers are one, noise would choose the axis.
+  // If two markers coincide, noise would determine the axis.
   if (along.norm() < least_spread_mm) {
     throw FitRefusal({file, "markers 1 and 2", number_of(along.norm()) + " mm apart",
-                      number_of(least_spread_mm) + " mm or more, or coordinates wanted"},
+                      number_of(least_spread_mm) + " mm or more, or given coordinates of the markers"},
                      {0, 1});
   }
   const Eigen::Vector3d x = along.normalized();
@@ -187,8 +187,8 @@ Pose own_frame(const RigidBody& body, const std::string& file)
   return X_shape_body;
 }
 
-/// Brings the shape into the frame asked for; returns the distance from the coordinates wanted.
-double place_shape(RigidBody& body, const std::string& file, const BodyOptions& options)
+/// Transforms the shape to the requested frame; returns the RMS distance from given coordinates.
+double move_to_frame(RigidBody& body, const std::string& file, const BodyOptions& options)
 {
   Pose X_body_shape = Pose::Identity();
   double wanted_rms_mm = 0.0;
@@ -200,9 +200,9 @@ double place_shape(RigidBody& body, const std::string& file, const BodyOptions& 
                         "of " + std::to_string(options.wanted_mm.size()) + " markers",
                         "an entry for each of " + std::to_string(body.markers_mm.rows())});
     }
-    const PoseFit fit = fit_pose(body, options.wanted_mm, building(options));
+    const PoseFit fit = fit_pose(body, options.wanted_mm, options_without_outliers(options));
     if (fit.status != FitStatus::fitted) {
-      throw FitRefusal({file, "coordinates wanted", text_of(fit.cloud), "three or more markers that spread"});
+      throw FitRefusal({file, "coordinates wanted", text_of(fit.cloud), "three or more, not collinear"});
     }
     X_body_shape = fit.X_tracker_body;
     wanted_rms_mm = fit.residual_rms_mm;
@@ -246,7 +246,7 @@ BuiltBody build_body(const std::vector<MarkerRow>& frames, const std::string& fi
                      const BodyOptions& options)
 {
   require_frames(frames, file);
-  const FitOptions fit = building(options);
+  const FitOptions fit = options_without_outliers(options);
   Shape shape = first_shape(frames, file, options);
   BuiltBody built;
   for (int iteration = 0; iteration < options.most_iterations; ++iteration) {
@@ -259,7 +259,7 @@ BuiltBody build_body(const std::vector<MarkerRow>& frames, const std::string& fi
   }
   require_all_known(shape, frames, file);
   built.body = shape.body;
-  built.wanted_rms_mm = place_shape(built.body, file, options);
+  built.wanted_rms_mm = move_to_frame(built.body, file, options);
   add_residuals(built, frames, fits_of(frames, {built.body, shape.is_known}, fit));
   return built;
 }

@@ -1,4 +1,4 @@
-/// What a leg tracked at thigh and shank says about the knee (thesis 9 left it open).
+/// Knee angles from the tracked poses of thigh and shank (left open in thesis 9).
 #pragma once
 
 #include "core/frames.hpp"
@@ -12,26 +12,26 @@ struct LegAngles {
   double theta_rad = 0.0;
 };
 
-/// How the bones lie in the bodies fixed to them; bones in canonical axes, as a motion model stores them.
+/// Poses of the bones in the bodies fixed to them; bones in canonical axes, as stored in a motion model.
 struct LegBodies {
   Pose X_thigh_femur = Pose::Identity();
   Pose X_shank_tibia = Pose::Identity();
 };
 
-/// The tibia in the femur's frame, from where the tracker sees the bodies.
+/// The tibia in the femur's frame, from the tracked poses of the bodies.
 Pose X_femur_tibia(const LegBodies& bodies, const Pose& X_tracker_thigh, const Pose& X_tracker_shank);
 
-/// The attitude of a motion model's frame, and theta about its Delta, from the rotation of the tibia in the
-/// femur's frame (canonical axes of the own side). With Delta = +Y the Grood-Suntay angles of
-/// core/clinical.hpp. Where Delta turns with flexion, `frame` holds that of the flexion at hand. At 90
-/// degrees of varus only flexion and theta together are defined.
+/// Attitude in a motion model's frame, and theta about its Delta, from the rotation of the tibia in the
+/// femur's frame (canonical axes of its own side). With Delta = +Y these are the Grood-Suntay angles of
+/// core/clinical.hpp. If Delta depends on flexion, `frame` must be that of the current flexion. At 90
+/// degrees of varus only a combination of flexion and theta is defined.
 LegAngles leg_angles(const Pose& X_femur_tibia, const SolverFrame& frame);
 
-/// Where to ask the motion model.
+/// The attitude at which to query the motion model.
 Attitude attitude_of(const LegAngles& angles);
 
-/// The tibia in the femur's frame at those angles, `translation_mm` of it in the solver's frame S
-/// (core/frames.hpp): what leg_angles() undoes.
+/// Inverse of leg_angles(): the tibia in the femur's frame, with `translation_mm` in the solver's frame S
+/// (core/frames.hpp).
 Pose X_femur_tibia(const LegAngles& angles, const SolverFrame& frame,
                    const Eigen::Vector3d& translation_mm = Eigen::Vector3d::Zero());
 

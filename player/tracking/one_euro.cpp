@@ -11,7 +11,7 @@ double cutoff_hz(const OneEuroOptions& options, double speed)
   return options.least_cutoff_hz + options.hz_by_speed * speed;
 }
 
-/// Share of a new value in a first-order low-pass filter: 1 / (1 + tau / step), tau = 1 / (2 pi cutoff).
+/// Smoothing factor of a first-order low-pass filter: 1 / (1 + tau / step), tau = 1 / (2 pi cutoff).
 double share(double cutoff, double step_s)
 {
   return 1.0 / (1.0 + 1.0 / (2.0 * pi * cutoff * step_s));
@@ -19,8 +19,8 @@ double share(double cutoff, double step_s)
 
 }  // namespace
 
-// A first-order filter y += a (x - y) trails a ramp of v by v step (1 - a) / a, and (1 - a) / a is tau /
-// step: the delay is tau, whatever the step.
+// A first-order filter y += a (x - y) lags a ramp of slope v by v step (1 - a) / a, and (1 - a) / a is tau
+// / step: the delay is tau for any step.
 double added_delay_s(const OneEuroOptions& options, double speed)
 {
   return 1.0 / (2.0 * pi * cutoff_hz(options, speed));
@@ -75,7 +75,7 @@ Pose OneEuroPlace::filtered(const Pose& X, double time_s)
     const double s_rotation = share(cutoff_hz(options_.rotation, speed_rad_s_.norm()), step_s);
     const Eigen::Matrix3d R_value = value_.linear();
     const Eigen::Vector3d left_rad = turn_of(X.linear() * R_value.transpose());
-    // Through a unit quaternion, so that rounding does not add up over hours.
+    // Normalised, so that rounding does not accumulate over hours.
     const Eigen::Quaterniond turned(rotation_of(s_rotation * left_rad) * R_value);
     value_.linear() = turned.normalized().toRotationMatrix();
   }

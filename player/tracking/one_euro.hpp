@@ -1,6 +1,6 @@
-/// The One-Euro filter: smooth while something rests, quick while it moves.
-/// Source: Casiez, Roussel, Vogel (2012) CHI, 2527-2530. Differs: the speed is taken from raw values, not
-/// from the filtered one, so that the delay has a closed form.
+/// The One-Euro filter: strong smoothing at rest, little delay in motion.
+/// Source: Casiez, Roussel, Vogel (2012) CHI, 2527-2530. Differs: the speed is computed from raw values
+/// instead of filtered ones, which gives the delay a closed form.
 #pragma once
 
 #include "tracking/leg.hpp"
@@ -9,11 +9,11 @@ namespace vrda {
 
 struct OneEuroOptions {
   double least_cutoff_hz = 1.0;  ///< at rest
-  double hz_by_speed = 0.0;      ///< cutoff gained by each unit of speed: rad/s, or mm/s
-  double speed_cutoff_hz = 1.0;  ///< of the speed itself
+  double hz_by_speed = 0.0;      ///< cutoff gained per unit of speed: rad/s, or mm/s
+  double speed_cutoff_hz = 1.0;  ///< of the speed estimate
 };
 
-/// By how much what moves at a steady speed lags behind: 1 / (2 pi cutoff(speed)), at any sampling rate.
+/// Delay at constant speed: 1 / (2 pi cutoff(speed)), at any sampling rate.
 double added_delay_s(const OneEuroOptions& options, double speed);
 
 /// 0.1 s at rest, 8 ms at 1 rad/s.
@@ -21,7 +21,7 @@ inline constexpr OneEuroOptions default_angle_filter{1.5, 18.0, 1.0};
 /// 0.1 s at rest, 9 ms at 300 mm/s.
 inline constexpr OneEuroOptions default_position_filter{1.5, 0.05, 1.0};
 
-/// Of one number. A time equal to the last changes nothing; an earlier one starts over.
+/// Filter of a scalar. A repeated time changes nothing; an earlier time restarts the filter.
 class OneEuroFilter {
  public:
   explicit OneEuroFilter(const OneEuroOptions& options) : options_(options) {}
@@ -34,7 +34,7 @@ class OneEuroFilter {
   double time_s_ = 0.0, raw_ = 0.0, speed_ = 0.0, value_ = 0.0;
 };
 
-/// Of a leg's angles, each by itself.
+/// Filters each of a leg's angles.
 class OneEuroAngles {
  public:
   explicit OneEuroAngles(const OneEuroOptions& options = default_angle_filter)
@@ -53,8 +53,8 @@ struct PlaceFilterOptions {
   OneEuroOptions rotation = default_angle_filter;
 };
 
-/// Of a place: its position as a vector, with one cutoff from its speed; its rotation along the shortest turn
-/// from the filtered one, in the tangent there.
+/// Filters a pose: the position as a vector with one cutoff from its speed; the rotation along the shortest
+/// rotation from the filtered one, in its tangent space.
 class OneEuroPlace {
  public:
   explicit OneEuroPlace(const PlaceFilterOptions& options = {}) : options_(options) {}

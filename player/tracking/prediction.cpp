@@ -8,8 +8,8 @@
 namespace vrda {
 namespace {
 
-/// Makes room at the end for a sample of `time_s`: leaves out what is older than the window, and the oldest
-/// of a full one. Returns how many remain.
+/// Makes room at the end for a sample of `time_s`: drops samples older than the window, and the oldest of a
+/// full one. Returns how many remain.
 template <typename Samples>
 std::size_t make_room(Samples& samples, std::size_t n, double time_s, double window_s)
 {
@@ -21,7 +21,7 @@ std::size_t make_room(Samples& samples, std::size_t n, double time_s, double win
   return n - first;
 }
 
-/// Slope of the straight line that fits values at times best.
+/// Slope of the least-squares line through values at times.
 template <typename Vector>
 class Slope {
  public:
@@ -35,8 +35,8 @@ class Slope {
     time_sq_s2_ += from_mean_s * (time_s - mean_time_s_);
     product_ += from_mean_s * (value - mean_);
   }
-  /// Of two values or more.
-  Vector a_second() const { return product_ / time_sq_s2_; }
+  /// Requires two values or more.
+  Vector per_second() const { return product_ / time_sq_s2_; }
 
  private:
   double n_ = 0.0, mean_time_s_ = 0.0, time_sq_s2_ = 0.0;
@@ -65,7 +65,7 @@ void PlacePredictor::add(const TimedPose& sample)
 
 Screw PlacePredictor::velocity() const
 {
-  check(has_sample(), "a predictor is asked after its first sample");
+  check(has_sample(), "a predictor needs a sample");
   const TimedPose& last = samples_[n_ - 1];
   if (n_ < 2 || last.time_s - samples_[0].time_s < options_.shortest_span_s) return {};
   Slope<Vector6> slope;
@@ -75,16 +75,16 @@ Screw PlacePredictor::velocity() const
     numbers << screw.turn_rad, screw.shift_mm;
     slope.add(samples_[i].time_s - last.time_s, numbers);
   }
-  const Vector6 a_second = slope.a_second();
-  return {a_second.head<3>(), a_second.tail<3>()};
+  const Vector6 per_second = slope.per_second();
+  return {per_second.head<3>(), per_second.tail<3>()};
 }
 
 Pose PlacePredictor::at(double time_s) const
 {
-  const Screw a_second = velocity();
+  const Screw per_second = velocity();
   const TimedPose& last = samples_[n_ - 1];
   const Pose X_last_then =
-      pose_of(scaled(a_second, std::clamp(time_s - last.time_s, 0.0, options_.longest_s)));
+      pose_of(scaled(per_second, std::clamp(time_s - last.time_s, 0.0, options_.longest_s)));
   return last.X * X_last_then;
 }
 
@@ -96,33 +96,33 @@ void AnglesPredictor::add(const TimedAngles& sample)
 
 LegAngles AnglesPredictor::velocity() const
 {
-  check(has_sample(), "a predictor is asked after its first sample");
+  check(has_sample(), "a predictor needs a sample");
   if (n_ < 2 || samples_[n_ - 1].time_s - samples_[0].time_s < options_.shortest_span_s) return {};
   Slope<Eigen::Vector3d> slope;
   for (std::size_t i = 0; i < n_; ++i) {
     slope.add(samples_[i].time_s - samples_[n_ - 1].time_s, vector_of(samples_[i].angles));
   }
-  return angles_of(slope.a_second());
+  return angles_of(slope.per_second());
 }
 
 LegAngles AnglesPredictor::at(double time_s) const
 {
-  const Eigen::Vector3d a_second = vector_of(velocity());
+  const Eigen::Vector3d per_second = vector_of(velocity());
   const TimedAngles& last = samples_[n_ - 1];
   const double ahead_s = std::clamp(time_s - last.time_s, 0.0, options_.longest_s);
-  return angles_of(vector_of(last.angles) + ahead_s * a_second);
+  return angles_of(vector_of(last.angles) + ahead_s * per_second);
 }
 
 namespace {
 
-/// Calls `compare(i, j, s, time_s)` for each sample i whose horizon lies within the series: time_s, which is
-/// the share s of the way from sample j to the next.
+/// Calls `compare(i, j, s, time_s)` for each sample i whose horizon is within the series: time_s is at
+/// fraction s between samples j and j + 1.
 template <typename Series, typename Compare>
 void for_each_horizon(const Series& series, double horizon_s, Compare compare)
 {
   std::size_t j = 0;
   for (std::size_t i = 0; i < series.size(); ++i) {
-    check(i == 0 || series[i].time_s > series[i - 1].time_s, "the times of a series ascend");
+    check(i == 0 || series[i].time_s > series[i - 1].time_s, "the times of a series must ascend");
     const double time_s = series[i].time_s + horizon_s;
     while (j + 1 < series.size() && series[j + 1].time_s < time_s) ++j;
     if (j + 1 == series.size()) return;
@@ -135,10 +135,10 @@ struct Errors {
   PredictionError summary() const { return {summary_of(held), summary_of(predicted)}; }
 };
 
-void add_errors(Errors& shift_mm, Errors& turn_rad, const Pose& X_then, const std::array<Pose, 2>& said)
+void add_errors(Errors& shift_mm, Errors& turn_rad, const Pose& X_then, const std::array<Pose, 2>& estimates)
 {
-  const Pose X_held = X_then.inverse() * said[0];
-  const Pose X_predicted = X_then.inverse() * said[1];
+  const Pose X_held = X_then.inverse() * estimates[0];
+  const Pose X_predicted = X_then.inverse() * estimates[1];
   shift_mm.held.push_back(X_held.translation().norm());
   shift_mm.predicted.push_back(X_predicted.translation().norm());
   turn_rad.held.push_back(turn_of(X_held.linear()).norm());

@@ -1,4 +1,4 @@
-/// Where something will be a little later if it goes on as it does (thesis 8: prediction).
+/// Short-term extrapolation of poses and angles to compensate latency (thesis 8: prediction).
 #pragma once
 
 #include <array>
@@ -12,11 +12,11 @@
 namespace vrda {
 
 struct PredictionOptions {
-  double window_s = 0.08;  ///< of the samples that the velocity comes from
-  /// Samples closer together say nothing of a velocity but their noise: 0.1 mm of it over 8 ms, carried on by
-  /// 33 ms, is 0.6 mm.
+  double window_s = 0.08;  ///< of samples used for the velocity
+  /// Over shorter spans the velocity is dominated by noise: 0.1 mm over 8 ms, extrapolated by 33 ms, is 0.6
+  /// mm.
   double shortest_span_s = 0.008;
-  double longest_s = 0.1;  ///< no prediction goes further ahead
+  double longest_s = 0.1;  ///< limit of the extrapolation
 };
 
 struct TimedAngles {
@@ -24,21 +24,20 @@ struct TimedAngles {
   LegAngles angles;
 };
 
-/// Samples kept; older ones of a window that holds more are left out.
+/// Capacity; the oldest samples are dropped if the window holds more.
 inline constexpr std::size_t most_window_samples = 32;
 
-/// The last place, carried on by the twist that the samples of the window fit best (least squares over their
-/// screws from the last). Samples that span too little are held. A time that is not after the last starts
-/// over.
+/// Extrapolates the last pose by the least-squares twist of the samples in the window (over their screws
+/// relative to the last). Without a sufficient span the pose is held. A time not after the last restarts.
 class PlacePredictor {
  public:
   explicit PlacePredictor(const PredictionOptions& options = {}) : options_(options) {}
   void add(const TimedPose& sample);
   void start_over() { n_ = 0; }
   bool has_sample() const { return n_ > 0; }
-  /// At `time_s`; needs a sample. Before the last sample: the last. Allocates nothing.
+  /// Requires a sample. Before the last sample's time: the last pose. Does not allocate.
   Pose at(double time_s) const;
-  /// In the axes and about the origin of the body, a second; zero where it is held.
+  /// Per second, in the body's axes about its origin; zero if held.
   Screw velocity() const;
 
  private:
@@ -47,7 +46,7 @@ class PlacePredictor {
   std::size_t n_ = 0;
 };
 
-/// The same for a leg's angles, by the slopes of straight lines.
+/// The same for a leg's angles, with the slope of a fitted line.
 class AnglesPredictor {
  public:
   explicit AnglesPredictor(const PredictionOptions& options = {}) : options_(options) {}
@@ -55,7 +54,7 @@ class AnglesPredictor {
   void start_over() { n_ = 0; }
   bool has_sample() const { return n_ > 0; }
   LegAngles at(double time_s) const;
-  LegAngles velocity() const;  ///< rad a second
+  LegAngles velocity() const;  ///< rad per second
 
  private:
   PredictionOptions options_;
@@ -63,7 +62,7 @@ class AnglesPredictor {
   std::size_t n_ = 0;
 };
 
-/// Over a series; the 95th percentile is the smallest error that 95 % do not exceed.
+/// Error statistics; the 95th percentile is the smallest error that 95 % do not exceed.
 struct ErrorSummary {
   double rms = 0.0;
   double percentile_95 = 0.0;
@@ -81,8 +80,9 @@ struct AnglesPredictionError {
   PredictionError flexion_rad, varus_rad;
 };
 
-/// At each sample: what is said of `horizon_s` later against what the series says of it, between two samples
-/// along the screw or line between them; samples too near the end are left out. Times must ascend.
+/// Compares, for each sample, the prediction for `horizon_s` later with the series at that time,
+/// interpolated along the screw or line between samples. Samples too near the end are left out. Times must
+/// ascend.
 PlacePredictionError prediction_error(std::span<const TimedPose> series, double horizon_s,
                                       const PredictionOptions& options = {});
 AnglesPredictionError prediction_error(std::span<const TimedAngles> series, double horizon_s,

@@ -15,10 +15,9 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v)
   return W;
 }
 
-/// Below it two terms of a series are exact to rounding: the third is smaller by angle^4 / 100.
+/// Below this angle two terms of a series are exact to rounding: the third is smaller by angle^4 / 100.
 constexpr double small_angle_rad = 1e-4;
-/// Below it a difference of nearly equal terms would lose more than three digits; five terms of the series do
-/// not.
+/// Below this angle differences of nearly equal terms lose more than three digits; the series does not.
 constexpr double series_angle_rad = 0.1;
 
 /// (1 - cos a) / a^2, without cancellation.
@@ -40,7 +39,7 @@ double cubic_rest(double angle_rad)
   return (angle_rad - sine(angle_rad)) / (square * angle_rad);
 }
 
-/// (1 - (a / 2) cot(a / 2)) / a^2, of a up to pi.
+/// (1 - (a / 2) cot(a / 2)) / a^2, for a up to pi.
 double inverse_rest(double angle_rad)
 {
   const double square = angle_rad * angle_rad;
@@ -69,7 +68,7 @@ Eigen::Matrix3d rotation_of(const Eigen::Vector3d& turn_rad)
 
 Eigen::Vector3d turn_of(const Eigen::Matrix3d& R)
 {
-  // By the quaternion: its largest part is found without cancellation whatever the angle.
+  // By the quaternion: no cancellation at any angle.
   Eigen::Quaterniond q(R);
   q.normalize();
   if (q.w() < 0.0) q.coeffs() = -q.coeffs();
@@ -121,7 +120,7 @@ SixNumbers six_numbers_of(const Pose& pose)
   six.shift_mm = pose.translation();
   const double cos_y = std::sqrt(R(0, 0) * R(0, 0) + R(1, 0) * R(1, 0));
   six.turn_rad.y() = arc_tangent2(-R(2, 0), cos_y);
-  // Straight up or down only the sum or difference of the other two counts: all of it is x.
+  // At gimbal lock only the sum or difference of the other two angles is defined: x takes all of it.
   constexpr double straight = 1e-12;
   if (cos_y < straight) {
     six.turn_rad.x() = arc_tangent2(-R(1, 2), R(1, 1));

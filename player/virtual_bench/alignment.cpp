@@ -15,12 +15,12 @@
 namespace vrda {
 namespace {
 
-/// The point of a side that the eye sees at the height `row_px`.
+/// The point of a side seen at the height `row_px`.
 Eigen::Vector2d side_at_row(const VirtualTruth& truth, bool is_right, const Eigen::Vector2d& side_table_mm,
                             double row_px)
 {
-  // The row is a ratio of two linear functions of the height; one step of the secant between two points of
-  // the side gives it exactly when the line is parallel to the screen, two more mend the rest.
+  // The row is a ratio of two linear functions of the height. One secant step is exact if the line is
+  // parallel to the screen; two more correct the remaining error.
   const auto seen = [&](double y_mm) -> Eigen::Vector2d {
     return seen_px(truth, is_right, {side_table_mm.x(), y_mm, side_table_mm.y()});
   };
@@ -54,9 +54,9 @@ Pose X_tracker_eyes(const Calibration& calibration, double stage_mm)
 
 RectangleSides rectangle_sides(const BenchFile& bench, const VirtualTruth& truth, std::size_t index)
 {
-  check(index < bench.calibration.rectangles.size(), "a rectangle of the bench file");
+  check(index < bench.calibration.rectangles.size(), "rectangle index out of range");
   const CalibrationRectangle& rectangle = bench.calibration.rectangles[index];
-  // Put up by hand, a few millimetres beside the middle.
+  // Placed by hand, some millimetres off centre.
   constexpr std::uint64_t first = 1000;
   constexpr double off_sd_mm = 5.0;
   const double x_mm = truth.calibration.X_table_eyes.shift_mm.x() +
@@ -120,11 +120,11 @@ namespace {
 
 using Line = std::vector<Eigen::Vector2d>;
 
-/// Straight lines are seen curved: so far apart at most are their points.
+/// Largest distance of neighbouring points: straight lines appear curved.
 constexpr double apart_px = 8.0;
 constexpr std::array<float, 3> real_colour = {1.0F, 0.75F, 0.3F}, aside_colour = {0.45F, 0.34F, 0.14F};
 
-/// The line with points at most `apart_px` from each other.
+/// Subdivides the line so that points are at most `apart_px` apart.
 Line with_points_between(const Line& line)
 {
   Line dense;
@@ -144,7 +144,7 @@ struct Share {
   double from = 0.0, to = 1.0;
 };
 
-/// The part of a segment within the edges. Source: Liang, Barsky (1984) ACM Trans Graph 3:1-22.
+/// The part of a segment inside the edges. Source: Liang, Barsky (1984) ACM Trans Graph 3:1-22.
 std::optional<Share> share_within(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                                   const VirtualTruth::Edges& edges)
 {
@@ -162,26 +162,26 @@ std::optional<Share> share_within(const Eigen::Vector2d& from, const Eigen::Vect
   return share;
 }
 
-/// The pieces of a line that lie within the edges.
+/// The pieces of a line inside the edges.
 std::vector<Line> pieces_within(const Line& line, const VirtualTruth::Edges& edges)
 {
   std::vector<Line> pieces;
-  bool goes_on = false;
+  bool is_continued = false;
   for (std::size_t k = 1; k < line.size(); ++k) {
     const std::optional<Share> share = share_within(line[k - 1], line[k], edges);
     if (!share) {
-      goes_on = false;
+      is_continued = false;
       continue;
     }
     const Eigen::Vector2d way = line[k] - line[k - 1];
-    if (!goes_on || share->from > 0.0) pieces.push_back({line[k - 1] + share->from * way});
+    if (!is_continued || share->from > 0.0) pieces.push_back({line[k - 1] + share->from * way});
     pieces.back().push_back(line[k - 1] + share->to * way);
-    goes_on = share->to >= 1.0;
+    is_continued = share->to >= 1.0;
   }
   return pieces;
 }
 
-GuideLine thing(bool is_right, Line points, double width_px = 1.5)
+GuideLine outline(bool is_right, Line points, double width_px = 1.5)
 {
   GuideLine line;
   line.is_right = is_right;
@@ -198,7 +198,7 @@ std::vector<GuideLine> visible_border(const Task& task, const VirtualTruth& trut
       {{e.left, e.top}, {e.right, e.top}, {e.right, e.bottom}, {e.left, e.bottom}, {e.left, e.top}});
   const Distortion& optics = eye_of(truth.calibration.eyes, task.is_right).distortion;
   for (Eigen::Vector2d& point : border) point = shown_px(optics, point);
-  return {thing(task.is_right, std::move(border))};
+  return {outline(task.is_right, std::move(border))};
 }
 
 Line ring(const Eigen::Vector2d& middle_px, double radius_px)
@@ -223,13 +223,13 @@ std::vector<GuideLine> physical_grid(const Task& task, const BenchFile& bench, c
   const int n_lines = bench.calibration.grid_columns + bench.calibration.grid_rows + 1;
   lines.reserve(static_cast<std::size_t>(n_lines));
   for (int k = 0; k < bench.calibration.grid_columns; ++k)
-    lines.push_back(thing(task.is_right, {at(k - x, -y), at(k - x, y)}));
+    lines.push_back(outline(task.is_right, {at(k - x, -y), at(k - x, y)}));
   for (int k = 0; k < bench.calibration.grid_rows; ++k)
-    lines.push_back(thing(task.is_right, {at(-x, k - y), at(x, k - y)}));
+    lines.push_back(outline(task.is_right, {at(-x, k - y), at(x, k - y)}));
   if (task.kind == TaskKind::point) {
     for (GuideLine& line : lines) line.colour = aside_colour;
     constexpr double radius_px = 6.0;
-    lines.push_back(thing(task.is_right, ring(at(task.node.x(), task.node.y()), radius_px)));
+    lines.push_back(outline(task.is_right, ring(at(task.node.x(), task.node.y()), radius_px)));
   }
   return lines;
 }
@@ -238,7 +238,7 @@ std::vector<GuideLine> rectangle(const Task& task, const BenchFile& bench, const
 {
   const RectangleSides sides = rectangle_sides(bench, truth, static_cast<std::size_t>(task.index));
   const double middle_mm = truth.calibration.X_table_eyes.shift_mm.y();
-  // Two thirds as high as it is wide.
+  // The height is two thirds of the width.
   const double half_mm = (sides.right_table_mm - sides.left_table_mm) / 3.0;
   Line points;
   for (const Eigen::Vector2d& corner : {Eigen::Vector2d(sides.left_table_mm, -half_mm),
@@ -247,7 +247,7 @@ std::vector<GuideLine> rectangle(const Task& task, const BenchFile& bench, const
                                         {sides.left_table_mm, half_mm},
                                         {sides.left_table_mm, -half_mm}})
     points.push_back(seen_px(truth, task.is_right, {corner.x(), middle_mm + corner.y(), sides.z_table_mm}));
-  return {thing(task.is_right, std::move(points))};
+  return {outline(task.is_right, std::move(points))};
 }
 
 std::vector<GuideLine> marker(const Task& task, const BenchFile& bench, const VirtualTruth& truth)
@@ -255,10 +255,10 @@ std::vector<GuideLine> marker(const Task& task, const BenchFile& bench, const Vi
   const Standing standing = at_bullseye(bench, truth, task.index);
   const Eigen::Vector3d p_eyes_mm = standing.X_tracker_eyes.inverse() * standing.X_tracker_tool.translation();
   const Eye& eye = eye_of(truth.calibration.eyes, task.is_right);
-  // A marker 8 mm across.
+  // Marker diameter: 8 mm.
   constexpr double radius_mm = 4.0;
   const double radius_px = eye.distance_px * radius_mm / (eye.position_head_mm.z() - p_eyes_mm.z());
-  return {thing(task.is_right, ring(shown_px(eye, p_eyes_mm), radius_px))};
+  return {outline(task.is_right, ring(shown_px(eye, p_eyes_mm), radius_px))};
 }
 
 std::vector<GuideLine> test_object(const VirtualTruth& truth)
@@ -269,14 +269,14 @@ std::vector<GuideLine> test_object(const VirtualTruth& truth)
   for (const bool is_right : {false, true}) {
     const Eye& eye = eye_of(truth.calibration.eyes, is_right);
     const auto at = [&](double x, double y) { return shown_px(eye, Eigen::Vector3d(x, y, z_mm)); };
-    lines.push_back(thing(is_right, {at(-half_mm, -half_mm), at(half_mm, -half_mm), at(half_mm, half_mm),
-                                     at(-half_mm, half_mm), at(-half_mm, -half_mm)}));
+    lines.push_back(outline(is_right, {at(-half_mm, -half_mm), at(half_mm, -half_mm), at(half_mm, half_mm),
+                                       at(-half_mm, half_mm), at(-half_mm, -half_mm)}));
   }
   return lines;
 }
 
-/// From point to point of a model of that size, dense enough to be seen bent.
-std::vector<Eigen::Vector3d> way_mm(const std::vector<CalibrationPoint>& points, double scale)
+/// Polyline through the points of a scaled model, subdivided so that curvature is visible.
+std::vector<Eigen::Vector3d> polyline_mm(const std::vector<CalibrationPoint>& points, double scale)
 {
   constexpr int n_pieces = 16;
   std::vector<Eigen::Vector3d> way;
@@ -301,9 +301,9 @@ std::vector<GuideLine> leg(const BenchFile& bench, const VirtualTruth& truth)
                               pose_of(c.X_body_model[static_cast<std::size_t>(role)]);
     for (const bool is_right : {false, true}) {
       Line line;
-      for (const Eigen::Vector3d& p_mm : way_mm(points_of(part, bench.calibration), c.subject_scale))
+      for (const Eigen::Vector3d& p_mm : polyline_mm(points_of(part, bench.calibration), c.subject_scale))
         line.push_back(shown_px(eye_of(c.eyes, is_right), Eigen::Vector3d(X_eyes_model * p_mm)));
-      lines.push_back(thing(is_right, std::move(line)));
+      lines.push_back(outline(is_right, std::move(line)));
     }
   }
   return lines;
@@ -314,7 +314,7 @@ std::vector<GuideLine> leg(const BenchFile& bench, const VirtualTruth& truth)
 std::vector<GuideLine> drawn_points(const PlacedPoints& placed, const BenchFile& bench,
                                     const VirtualTruth& truth)
 {
-  check(placed.values.size() == 6, "a place has six dials");
+  check(placed.values.size() == 6, "a pose has six dials");
   const Eigen::Vector3d turn_deg(placed.values[3], placed.values[4], placed.values[5]);
   const Pose X_body_model = pose_of(
       SixNumbers{{placed.values[0], placed.values[1], placed.values[2]}, turn_deg * rad_from_deg(1.0)});
@@ -331,9 +331,9 @@ std::vector<GuideLine> drawn_points(const PlacedPoints& placed, const BenchFile&
     line.width_px = 1.5;
     const Eye& eye = eye_of(found.eyes, is_right);
     for (const Eigen::Vector3d& p_mm :
-         way_mm(points_of(placed.part, bench.calibration), found.subject_scale)) {
+         polyline_mm(points_of(placed.part, bench.calibration), found.subject_scale)) {
       const Eigen::Vector3d p_eyes_mm = X_eyes_model * p_mm;
-      // What dials bring beside the head or behind it is not drawn.
+      // Points next to or behind the head are not drawn.
       constexpr double nearest_mm = 50.0;
       if (eye.position_head_mm.z() - p_eyes_mm.z() > nearest_mm)
         line.points_px.push_back(drawn_px(eye, p_eyes_mm));

@@ -17,10 +17,10 @@ namespace vrda {
 namespace {
 
 constexpr std::int64_t frame_ns = 16'666'667;
-/// Of the encoder before it is zeroed.
+/// Offset of the encoder before it is zeroed.
 constexpr double stage_offset_mm = 37.0;
 
-/// FNV-1a, so that noise depends on the task it is of and not on what was done before.
+/// FNV-1a; makes noise depend on the task only, not on earlier tasks.
 std::uint64_t number_of(const std::string& text)
 {
   std::uint64_t hash = 14695981039346656037ULL;
@@ -33,7 +33,7 @@ void press(GuideSession& session, Key key, bool has_shift = false, bool has_cont
   session.take(KeyPress{key, has_shift, has_control});
 }
 
-/// A step, or ten or a hundred of them, whichever is not too far.
+/// Presses for 1, 10 or 100 steps, whichever does not overshoot.
 void press_towards(GuideSession& session, Key key, long long n_steps)
 {
   press(session, key, n_steps >= 10 && n_steps < 100, n_steps >= 100);
@@ -43,10 +43,10 @@ void select_dial(GuideSession& session, std::size_t k)
 {
   const std::size_t n = session.values().size();
   for (std::size_t step = 0; step < n && session.selected_dial() != k; ++step) press(session, Key::down);
-  check(session.selected_dial() == k, "the down key selects every dial in turn");
+  check(session.selected_dial() == k, "the down key must select every dial in turn");
 }
 
-/// Presses keys until dial `k` is within half a step of `wanted`, or at the end of its range.
+/// Presses keys until dial `k` is within half a step of `wanted`, or at the limit of its range.
 void set_dial(GuideSession& session, const Task& task, std::size_t k, double wanted)
 {
   const bool is_selected = task.dials.size() > 2;
@@ -61,10 +61,10 @@ void set_dial(GuideSession& session, const Task& task, std::size_t k, double wan
     press_towards(session, n_steps > 0 ? up : down, std::llabs(n_steps));
     const double moved = session.values()[k] - before;
     if (moved == 0.0) return;
-    // Of crosses the key that goes up makes y less.
+    // For crosses the up key decreases y.
     if ((moved > 0.0) != (n_steps > 0)) std::swap(up, down);
   }
-  check(false, "keys bring a dial where it is wanted");
+  check(false, "a dial must reach the required value");
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ struct VirtualOperator::Inner {
   VirtualNoise noise;
   std::map<std::string, int> n_done;  ///< by part and task
   int n_refusals = 0;
-  std::uint64_t n_frames = 0;  ///< of the task at hand
+  std::uint64_t n_frames = 0;  ///< of the current task
   std::int64_t time_ns = 0;
   bool is_stage_zeroed = false;
 
@@ -83,7 +83,7 @@ struct VirtualOperator::Inner {
   {
     return std::string(name_of(session.progress().part)) + "/" + session.task()->name;
   }
-  /// Numbers of the task at hand, other ones when it is done again.
+  /// Index of the current task's noise; differs when the task is repeated.
   std::uint64_t draws_index(const GuideSession& session) const
   {
     const std::string key = key_of(session);
@@ -96,8 +96,8 @@ struct VirtualOperator::Inner {
   }
 
   Standing standing(const GuideSession& session) const;
-  void send_frame(GuideSession& session, const Standing& stands);
-  void meet_zeroing(GuideSession& session);
+  void send_frame(GuideSession& session, const Standing& poses);
+  void handle_zeroing(GuideSession& session);
   void zero_stage(GuideSession& session);
   void take_samples(GuideSession& session);
 };
@@ -127,7 +127,7 @@ Standing VirtualOperator::Inner::standing(const GuideSession& session) const
   return task.name == "x rail" ? on_x_rail(truth, way) : on_z_rail(truth, way);
 }
 
-void VirtualOperator::Inner::send_frame(GuideSession& session, const Standing& stands)
+void VirtualOperator::Inner::send_frame(GuideSession& session, const Standing& poses)
 {
   FrameFacts facts;
   facts.time_ns = time_ns;
@@ -136,24 +136,24 @@ void VirtualOperator::Inner::send_frame(GuideSession& session, const Standing& s
   facts.is_stage_zeroed = is_stage_zeroed;
   facts.stage_offset_mm = facts.is_stage_zeroed ? 0.0 : stage_offset_mm;
   Draws draws(truth.seed, DrawFor::virtual_tracker, draws_index(session) + n_frames);
-  for (const Sample& sample : tracker_frame(bench, truth, stands, facts, draws)) session.take(sample);
+  for (const Sample& sample : tracker_frame(bench, truth, poses, facts, draws)) session.take(sample);
   time_ns += frame_ns;
   ++n_frames;
 }
 
-void VirtualOperator::Inner::meet_zeroing(GuideSession& session)
+void VirtualOperator::Inner::handle_zeroing(GuideSession& session)
 {
   if (session.zeroes_stage()) is_stage_zeroed = true;
 }
 
-/// In a session that goes on with a board that was switched on since: the stage at its stop, and Z. What is
-/// drawn for the task is that of one that was not interrupted.
+/// In a resumed session with a restarted board: moves the stage to its stop and presses Z. Resets the frame
+/// count, so that the task's noise equals that of an uninterrupted session.
 void VirtualOperator::Inner::zero_stage(GuideSession& session)
 {
   if (session.task()->kind != TaskKind::bullseye || !has_stage(bench) || is_stage_zeroed) return;
   send_frame(session, at_rest(truth));
   press(session, vrda::key_of('Z'));
-  meet_zeroing(session);
+  handle_zeroing(session);
   n_frames = 0;
 }
 
@@ -161,7 +161,7 @@ void VirtualOperator::Inner::take_samples(GuideSession& session)
 {
   const std::uint64_t most_frames = 10 * static_cast<std::uint64_t>(session.task()->n_samples) + 100;
   while (session.progress().is_taking && n_frames < most_frames) send_frame(session, standing(session));
-  check(!session.progress().is_taking, "as many samples as are wanted end a task");
+  check(!session.progress().is_taking, "a task must end after the required samples");
 }
 
 VirtualOperator::VirtualOperator(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise)
@@ -176,7 +176,7 @@ VirtualOperator::~VirtualOperator() = default;
 
 void VirtualOperator::do_task(GuideSession& session)
 {
-  check(session.task() != nullptr, "there is a task to be done");
+  check(session.task() != nullptr, "do_task needs a current task");
   const Task task = *session.task();
   const std::string key = Inner::key_of(session);
   constexpr int most_refusals = 20;
@@ -184,7 +184,7 @@ void VirtualOperator::do_task(GuideSession& session)
     throw InputError({inner_->bench.path, key,
                       "more than " + std::to_string(most_refusals) + " refusals: " +
                           (session.progress().words.empty() ? "" : session.progress().words.front()),
-                      "marks that the guide takes"});
+                      "marks that the guide accepts"});
   }
   inner_->n_frames = 0;
   inner_->zero_stage(session);
@@ -196,7 +196,7 @@ void VirtualOperator::do_task(GuideSession& session)
   if (wants_samples || task.kind == TaskKind::stop) inner_->send_frame(session, inner_->standing(session));
   press(session, Key::enter);
   if (wants_samples) inner_->take_samples(session);
-  inner_->meet_zeroing(session);
+  inner_->handle_zeroing(session);
   ++inner_->n_done[key];
   if (session.progress().is_refused) ++inner_->n_refusals;
 }
@@ -208,7 +208,7 @@ int VirtualOperator::n_refusals() const
 
 void VirtualOperator::send_samples(GuideSession& session)
 {
-  inner_->meet_zeroing(session);
+  inner_->handle_zeroing(session);
   const Task* task = session.task();
   if (task == nullptr || (task->n_samples == 0 && task->kind != TaskKind::stop)) return;
   if (session.progress().n_samples == 0 && !session.progress().is_taking) inner_->n_frames = 0;
@@ -267,7 +267,7 @@ std::vector<double> sides(const AskedFor& asked, const BenchFile& bench, const V
   return values;
 }
 
-/// Somebody who matches all nodes as well as eight numbers can, each node with the noise of an alignment.
+/// Fits the eight grid parameters to all nodes, each with alignment noise.
 std::vector<double> whole_grid(const AskedFor& asked, const BenchFile& bench, const VirtualTruth& truth,
                                const VirtualNoise& noise, Draws& draws)
 {
@@ -305,7 +305,7 @@ std::vector<double> bullseye(const AskedFor& asked, const BenchFile& bench, cons
   return {value.x(), value.y()};
 }
 
-/// Somebody who puts the model onto the leg to within an alignment of the marks 100 mm around, at 800 mm.
+/// Places the model on the leg to within alignment noise of marks 100 mm around, at 800 mm.
 std::vector<double> place(const AskedFor& asked, const VirtualTruth& truth, const VirtualNoise& noise,
                           Draws& draws)
 {
@@ -343,7 +343,7 @@ double number_of_person(const AskedFor& asked, const VirtualTruth& truth, const 
     case right_arm:
       return eyes.right.position_head_mm.x();
     default:
-      check(asked.task.index == image, "every number that is asked for can be read off");
+      check(asked.task.index == image, "unknown number of the person part");
       return truth.calibration.image_distance_mm;
   }
 }

@@ -1,4 +1,4 @@
-/// Somebody who does what the guide asks, with the noise of a hand and an eye.
+/// Simulated operator that does the guide's tasks with the noise of a hand and an eye.
 #pragma once
 
 #include <memory>
@@ -14,19 +14,19 @@
 
 namespace vrda {
 
-/// Presses the keys and sends the samples that a real bench would: nothing else goes into the session.
+/// Sends the key presses and samples of a real bench; the session receives nothing else.
 class VirtualOperator {
  public:
   VirtualOperator(const BenchFile& bench, const VirtualTruth& truth, const VirtualNoise& noise);
   ~VirtualOperator();
 
-  /// Does the task at hand to its end. A refusal is met by doing again what was asked.
+  /// Completes the current task. If it is refused, the repeated task is done by the next call.
   void do_task(GuideSession& session);
   int n_refusals() const;
-  /// For somebody who trains, once a picture: a frame of the tracker and the stage for the task at hand.
-  /// Meets zeroes_stage() as well. Nothing where no samples are wanted.
+  /// For interactive training, once per frame: sends a tracker frame and the stage for the current task,
+  /// and handles zeroes_stage(). Does nothing if no samples are required.
   void send_samples(GuideSession& session);
-  /// What ruler, tape or pupillometer say, of a number that is asked for; nothing of other tasks.
+  /// Reading of ruler, tape or pupillometer for a task that requires a number; nullopt otherwise.
   std::optional<double> reading(const GuideSession& session) const;
 
  private:
@@ -34,38 +34,37 @@ class VirtualOperator {
   std::unique_ptr<Inner> inner_;
 };
 
-/// Of the real things that the task at hand is aligned with, where that eye sees them, in px of the
-/// undistorted picture ("shown"): the edge of the visible part, the grid, the rectangle, the marker, the
-/// leg's points one after another. For training and pictures.
+/// Outlines of the physical things that the current task is aligned with, as seen by the eye, in
+/// undistorted px: edge of the visible area, grid, rectangle, marker, the leg's points in sequence. For
+/// training and images.
 std::vector<GuideLine> real_things(const Task& task, const BenchFile& bench, const VirtualTruth& truth);
 
-/// A model that is being placed by eye.
+/// A model placed by eye.
 struct PlacedPoints {
   CalibrationPart part = CalibrationPart::leg;
-  std::span<const double> values;  ///< of the task's dials: mm and degrees
-  const Calibration& found;        ///< by which the guide draws
+  std::span<const double> values;  ///< values of the task's dials: mm and degrees
+  const Calibration& found;        ///< calibration used for drawing
 };
-/// Its points one after another, in the frame buffer, with the head and the body at rest.
+/// The model's points in sequence, in the frame buffer, with head and body at rest.
 std::vector<GuideLine> drawn_points(const PlacedPoints& placed, const BenchFile& bench,
                                     const VirtualTruth& truth);
 
-/// Where lines of the frame buffer are seen: through the true optics, what lies beyond the visible part left
-/// out.
+/// Where lines of the frame buffer are seen through the true optics, clipped to the visible area.
 std::vector<GuideLine> seen_lines(std::span<const GuideLine> drawn, const VirtualTruth& truth);
 
-/// The task at hand.
+/// The current task and its context.
 struct AskedFor {
   const Task& task;
   CalibrationPart part = CalibrationPart::viewport;
-  const Calibration& found;  ///< so far: what the guide draws by
+  const Calibration& found;  ///< found so far, used for drawing
 };
 
-/// What a ruler, a tape or a pupillometer says; nothing of tasks that ask for no number.
+/// Simulated reading of a ruler, tape or pupillometer; nullopt if the task requires no number.
 std::optional<double> number_read(const AskedFor& asked, const BenchFile& bench, const VirtualTruth& truth,
                                   const VirtualNoise& noise, Draws& draws);
 
-/// Where the dials stand when everything is seen aligned, in their order and units; nothing of tasks without
-/// dials.
+/// Dial values at which everything appears aligned, in the order and units of the dials; empty if the task
+/// has none.
 std::vector<double> dial_values(const AskedFor& asked, const BenchFile& bench, const VirtualTruth& truth,
                                 const VirtualNoise& noise, Draws& draws);
 

@@ -20,7 +20,7 @@ Eigen::Vector3d even_vector(Draws& draws, double most)
   return most * (2.0 * Eigen::Vector3d(x, y, z) - Eigen::Vector3d::Ones());
 }
 
-/// Numbers of where a hand puts something, of `kind` and `index`.
+/// Random numbers of where a hand puts something, by `kind` and `index`.
 Draws draws_of_hand(const VirtualTruth& truth, std::uint64_t kind, int index)
 {
   constexpr std::uint64_t first = 2000, most_indices = 1000;
@@ -77,7 +77,7 @@ Standing on_z_rail(const VirtualTruth& truth, double way)
 
 Standing pivoting(const VirtualTruth& truth, double way)
 {
-  // Leans by 20 degrees in all directions: 40 degrees about x and about y.
+  // Inclination of 20 degrees in all directions: a range of 40 degrees about x and about y.
   constexpr double turns = 3.0, lean_deg = 20.0;
   const SinCos round = sin_cos(2.0 * pi * turns * way);
   const Eigen::Vector3d lean_rad = rad_from_deg(lean_deg) * Eigen::Vector3d(round.cos, round.sin, 0.0);
@@ -134,9 +134,9 @@ const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role)
 
 namespace {
 
-/// Where a tool truly is; nothing where nobody uses it.
-std::optional<Pose> place_of_tool(const BenchFile& bench, const VirtualTruth& truth, const Standing& standing,
-                                  const std::string& used, const std::string& tool)
+/// True pose of a tool; nullopt if unused.
+std::optional<Pose> true_tool_pose(const BenchFile& bench, const VirtualTruth& truth,
+                                   const Standing& standing, const std::string& used, const std::string& tool)
 {
   if (tool == used) return standing.X_tracker_tool;
   for (std::size_t k = 0; k < n_body_roles; ++k) {
@@ -182,10 +182,10 @@ std::vector<Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& tr
   sample.kind = SampleKind::place;
   sample.count = 0;
   for (std::size_t k = 0; k < bench.tracker->tools.size(); ++k) {
-    const std::optional<Pose> X = place_of_tool(bench, truth, standing, facts.tool, bench.tracker->tools[k]);
+    const std::optional<Pose> X = true_tool_pose(bench, truth, standing, facts.tool, bench.tracker->tools[k]);
     sample.source = static_cast<std::uint16_t>(k);
     sample.state = static_cast<std::uint8_t>(X ? SeenState::seen : SeenState::missing);
-    // Drawn for hidden ones too: hiding one changes no other.
+    // Drawn for hidden tools too, so that hiding one does not change the others.
     const Pose seen = measured(X.value_or(Pose::Identity()), facts.noise, draws);
     sample.place = X ? place_of(seen) : Place{};
     samples.push_back(sample);

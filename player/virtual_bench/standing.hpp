@@ -1,5 +1,4 @@
-/// Where everything on the bench stands while somebody does a task, and what a tracker and an encoder would
-/// send of it.
+/// Poses of everything on the bench during a task, and the samples that tracker and encoder send of them.
 #pragma once
 
 #include "devices/sample.hpp"
@@ -13,26 +12,26 @@ struct Standing {
   double stage_mm = 0.0;  ///< from the stop
   Pose X_tracker_eyes = Pose::Identity();
   Pose X_tracker_headbody = Pose::Identity();
-  Pose X_tracker_tool = Pose::Identity();  ///< of the tool that the task is about
+  Pose X_tracker_tool = Pose::Identity();  ///< of the task's tool
 };
 
-/// Nobody moves anything: the head at the stop of its stage.
+/// Resting pose: the head's stage is at its stop.
 Standing at_rest(const VirtualTruth& truth);
 
-/// The marker on the carriage of the x rail, which is the stage's, or of the z rail; `way` of the sweep from
-/// 0 to 1, to the viewer's right or towards the viewer.
+/// The marker on the carriage of the x rail (the stage's) or the z rail; `way` in [0, 1] is the progress of
+/// the sweep, to the viewer's right or towards the viewer.
 Standing on_x_rail(const VirtualTruth& truth, double way);
 Standing on_z_rail(const VirtualTruth& truth, double way);
 
-/// The probe's tip rests on a point of the table, the probe turns by 40 degrees about two axes.
+/// The probe's tip rests on a point of the table while the probe turns by 40 degrees about two axes.
 Standing pivoting(const VirtualTruth& truth, double way);
 
-/// Place `index` of the marker (guide/task.hpp: marker_place), seen by both eyes; the head a little
-/// elsewhere each time.
+/// Position `index` of the marker (guide/task.hpp: marker_place), visible to both eyes; the head moves
+/// between positions.
 Standing at_bullseye(const BenchFile& bench, const VirtualTruth& truth, int index);
 
-/// The probe's tip on `p_model_mm` of the model that the leg is; held another way at each `index`. The tip
-/// rests `off_mm` (tracker's axes) beside the point.
+/// The probe's tip on `p_model_mm` of the leg's model, in a different orientation for each `index`, offset
+/// by `off_mm` (tracker's axes).
 struct Touched {
   BodyRole role = BodyRole::leg;
   Eigen::Vector3d p_model_mm = Eigen::Vector3d::Zero();
@@ -41,22 +40,22 @@ struct Touched {
 };
 Standing touching(const VirtualTruth& truth, const Touched& touched);
 
-/// Of the body that carries the model.
+/// Pose of the body that carries the model.
 const Pose& X_tracker_body(const VirtualTruth& truth, BodyRole role);
 
-/// A pose as the tracker says, with its noise.
+/// Adds tracker noise to a pose.
 Pose measured(const Pose& X, const VirtualNoise& noise, Draws& draws);
 
 struct FrameFacts {
   std::int64_t time_ns = 0;
-  std::string tool;  ///< that Standing::X_tracker_tool is of
-  /// Of the encoder, before it was zeroed at the stop.
+  std::string tool;  ///< tool of Standing::X_tracker_tool
+  /// Offset of the encoder before it was zeroed at the stop.
   double stage_offset_mm = 0.0;
   bool is_stage_zeroed = false;
   VirtualNoise noise;
 };
 
-/// The stage's count, then every tool of the tracker in its order; tools that nobody uses are not seen.
+/// The stage's count, then every tool of the tracker in order; unused tools are not visible.
 std::vector<Sample> tracker_frame(const BenchFile& bench, const VirtualTruth& truth, const Standing& standing,
                                   const FrameFacts& facts, Draws& draws);
 

@@ -31,8 +31,8 @@ struct BenchResult {
   std::exception_ptr failure;
 };
 
-/// To 10 mm and whole degrees.
-SixNumbers by_tape(const SixNumbers& six)
+/// Rounds to 10 mm and whole degrees.
+SixNumbers tape_rounded(const SixNumbers& six)
 {
   constexpr double step_mm = 10.0, step_rad = rad_from_deg(1.0);
   return {(six.shift_mm / step_mm).array().round() * step_mm,
@@ -85,7 +85,7 @@ void add_bench(const BenchResult& result, VirtualStatistics& statistics)
       at = statistics.numbers.insert(at, NumberStatistics{number.part, number.name, number.unit});
     ++at->n;
     if (std::abs(number.error) <= number.half_width) ++at->n_within;
-    // Sums, for now.
+    // Sums; divided at the end.
     at->rms_error += number.error * number.error;
     at->mean_half_width += number.half_width;
   }
@@ -100,8 +100,8 @@ Calibration uncalibrated(const BenchFile& bench, const VirtualTruth& truth)
   Calibration calibration = truth.calibration;
   const Calibration nominal = nominal_calibration(bench);
   calibration.eyes = nominal.eyes;
-  calibration.X_table_eyes = by_tape(truth.calibration.X_table_eyes);
-  calibration.X_headbody_eyes = by_tape(truth.calibration.X_headbody_eyes);
+  calibration.X_table_eyes = tape_rounded(truth.calibration.X_table_eyes);
+  calibration.X_headbody_eyes = tape_rounded(truth.calibration.X_headbody_eyes);
   return calibration;
 }
 
@@ -153,7 +153,7 @@ double true_number_of_eye(const VirtualTruth& truth, bool is_right, std::string_
   if (name == "sight_x") return eye.sight_px.x();
   if (name == "sight_y") return eye.sight_px.y();
   if (name == "distance") return eye.distance_px;
-  check(name == "depth", "every number of an eye's estimate has a truth");
+  check(name == "depth", "no true value for a parameter of an eye");
   return (pose_of(truth.calibration.X_table_eyes) * eye.position_head_mm).z() -
          truth.reference_plane_table_mm;
 }
@@ -170,12 +170,12 @@ double true_number(const VirtualTruth& truth, const std::string& name)
   if (name == "subject.scale") return c.subject_scale;
   if (name == "probe.tip_x") return truth.tip_probe_mm.x();
   if (name == "probe.tip_y") return truth.tip_probe_mm.y();
-  check(name == "probe.tip_z", "every number of an estimate has a truth");
+  check(name == "probe.tip_z", "no true value for a parameter");
   return truth.tip_probe_mm.z();
 }
 
-/// Nothing where the name is not that of a place.
-const SixNumbers* true_place(const VirtualTruth& truth, const std::string& name)
+/// nullptr if the name is not that of a pose.
+const SixNumbers* true_pose(const VirtualTruth& truth, const std::string& name)
 {
   const Calibration& c = truth.calibration;
   if (name == "table") return &c.X_tracker_table;
@@ -187,8 +187,8 @@ const SixNumbers* true_place(const VirtualTruth& truth, const std::string& name)
   return nullptr;
 }
 
-/// mm and degrees: the shift, and the turn about the fixed axes that the truth wants.
-Eigen::Matrix<double, 6, 1> place_error(const Eigen::Matrix<double, 6, 1>& found, const SixNumbers& truth)
+/// mm and degrees: translation error, and rotation error about the fixed axes.
+Eigen::Matrix<double, 6, 1> pose_error(const Eigen::Matrix<double, 6, 1>& found, const SixNumbers& truth)
 {
   SixNumbers six;
   six.shift_mm = found.head<3>();
@@ -200,12 +200,12 @@ Eigen::Matrix<double, 6, 1> place_error(const Eigen::Matrix<double, 6, 1>& found
   return error;
 }
 
-/// The head and the leg's body at one moment.
+/// Poses of the head and the leg's body at one time.
 struct Moment {
   Pose X_tracker_eyes, X_tracker_body;
 };
 
-/// As the bench finds them by a calibration, from what the tracker and the encoder say.
+/// Poses found with a calibration, from tracker and encoder.
 Moment found_moment(const Calibration& found, const BenchFile& bench, const Standing& standing,
                     const Pose& X_tracker_body_seen, const Pose& X_tracker_headbody_seen)
 {
@@ -218,7 +218,7 @@ Moment found_moment(const Calibration& found, const BenchFile& bench, const Stan
   return moment;
 }
 
-/// Where the eye looks for something shown at `px`, its own axes.
+/// Direction of what is seen at `px`, in the eye's axes.
 Eigen::Vector3d ray(const Eye& eye, const Eigen::Vector2d& px)
 {
   const Eigen::Vector2d off = (px - eye.sight_px) / eye.distance_px;
@@ -246,9 +246,9 @@ Eigen::VectorXd errors_of(const Estimate& estimate, CalibrationPart /*part*/, co
   while (k < errors.size()) {
     const std::string& name = estimate.names[static_cast<std::size_t>(k)];
     const std::size_t dot = name.find(".shift_x");
-    const SixNumbers* place = dot == std::string::npos ? nullptr : true_place(truth, name.substr(0, dot));
+    const SixNumbers* place = dot == std::string::npos ? nullptr : true_pose(truth, name.substr(0, dot));
     if (place) {
-      errors.segment<6>(k) = place_error(estimate.values.segment<6>(k), *place);
+      errors.segment<6>(k) = pose_error(estimate.values.segment<6>(k), *place);
       k += 6;
     } else {
       errors[k] = estimate.values[k] - true_number(truth, name);
@@ -262,7 +262,7 @@ std::vector<TargetError> target_errors(const Calibration& found, const BenchFile
                                        const VirtualTruth& truth, const VirtualNoise& noise,
                                        std::uint64_t index)
 {
-  // Beside the numbers of the procedure itself.
+  // Distinct from the indices of the procedure itself.
   constexpr std::uint64_t first = 1ULL << 32U;
   Draws draws(truth.seed, DrawFor::virtual_tracker, first + index);
   const BodyRole role = bench.leg == LegKind::rigid ? BodyRole::leg : BodyRole::femur;
@@ -274,7 +274,7 @@ std::vector<TargetError> target_errors(const Calibration& found, const BenchFile
       pose_of(real.X_tracker_table).inverse() * X_tracker_body(truth, role) * model_of(real);
   Standing standing = at_rest(truth);
   if (bench.head == HeadKind::stage) {
-    // Somewhere about the place from where the knee is straight ahead.
+    // Near the position from which the knee is straight ahead.
     constexpr double about_mm = 50.0;
     standing.stage_mm = X_table_model.translation().x() - real.X_table_eyes.shift_mm.x() +
                         about_mm * (2.0 * draws.uniform() - 1.0);
@@ -286,7 +286,7 @@ std::vector<TargetError> target_errors(const Calibration& found, const BenchFile
   const Pose X_model_table = X_table_model.inverse();
   std::vector<TargetError> errors;
   for (int k = 0; k < 20; ++k) {
-    // The corners, and three more along each of the upright edges.
+    // The corners, and three more along each vertical edge.
     const int height = k / 4 - 2;
     const bool is_left = k % 2 == 0, is_behind = k / 2 % 2 == 0;
     const Eigen::Vector3d off_mm(is_left ? -80.0 : 80.0, 60.0 * height, is_behind ? -60.0 : 60.0);

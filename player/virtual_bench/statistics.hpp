@@ -1,44 +1,44 @@
-/// How good a calibration is where the truth is known, and how honest its intervals are.
+/// Accuracy of calibrations against ground truth, and coverage of their confidence intervals.
 #pragma once
 
 #include "virtual_bench/operator.hpp"
 
 namespace vrda {
 
-/// Found less true of every number of the part's estimate, in its units; of a place as Estimate says.
+/// Found minus true value of every parameter of the estimate, in its units; poses as in Estimate.
 Eigen::VectorXd errors_of(const Estimate& estimate, CalibrationPart part, const BenchFile& bench,
                           const VirtualTruth& truth);
 
-/// The overlay's error at one target for one eye: where its picture is seen against where it is.
+/// Overlay error at one target for one eye: where its image is seen against its true direction.
 struct TargetError {
-  double mm = 0.0;  ///< across the sight, at the target's distance
+  double mm = 0.0;  ///< perpendicular to the line of sight, at the target's distance
   double arc_min = 0.0;
 };
-/// 20 points of a working volume of 160 x 240 x 120 mm about the knee, both eyes: 40 errors. The leg is where
-/// the tracker, with its noise, says; `index` draws another noise.
+/// 20 points of a working volume of 160 x 240 x 120 mm about the knee, both eyes: 40 errors. The leg's pose
+/// has tracker noise; `index` selects the noise.
 std::vector<TargetError> target_errors(const Calibration& found, const BenchFile& bench,
                                        const VirtualTruth& truth, const VirtualNoise& noise,
                                        std::uint64_t index = 0);
 
-/// As before calibration: nominal eyes, and where they are by a tape (10 mm, whole degrees); table, stage,
-/// leg and size as they truly are, or the numbers would be metres and say nothing of the display.
+/// State before calibration: nominal eyes at tape-measured positions (10 mm, whole degrees). Table, stage,
+/// leg and size are exact; otherwise errors would be metres and unrelated to the display.
 Calibration uncalibrated(const BenchFile& bench, const VirtualTruth& truth);
 
 struct NumberStatistics {
   std::string part, name, unit;
-  int n = 0, n_within = 0;       ///< of the 95 % intervals
-  double rms_error = 0.0;        ///< of found less true
+  int n = 0, n_within = 0;       ///< of the 95 % intervals containing the truth
+  double rms_error = 0.0;        ///< of found minus true values
   double mean_half_width = 0.0;  ///< of the intervals
 };
 
 struct VirtualStatistics {
-  int n_benches = 0, n_refused = 0;  ///< refused: some marks were asked for again
+  int n_benches = 0, n_refused = 0;  ///< n_refused: benches where some marks had to be repeated
   std::vector<NumberStatistics> numbers;
   std::vector<TargetError> before,
-      after;  ///< every target error, by uncalibrated() and by the one found
+      after;  ///< all target errors, by uncalibrated() and by the found calibration
 };
 
-/// Runs the whole procedure of `bench` on benches first_seed, first_seed + 1, ...; one thread each core, the
+/// Runs the whole procedure of `bench` on the benches first_seed, first_seed + 1, ...; the result is the
 /// same for any number of threads.
 VirtualStatistics virtual_statistics(const BenchFile& bench, const VirtualNoise& noise,
                                      std::uint64_t first_seed, int n_benches, int n_threads);

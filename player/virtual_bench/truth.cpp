@@ -10,7 +10,7 @@
 namespace vrda {
 namespace {
 
-/// What numbers of the bench are drawn for, so that another way to draw one changes no other.
+/// Groups of random numbers, so that a change in one does not affect the others.
 enum class Group : std::uint64_t { left_display, right_display, person, table, rails, leg, head, probe };
 
 Draws draws_for(std::uint64_t seed, Group group)
@@ -30,7 +30,7 @@ Eigen::Vector3d vector_within(Draws& draws, double most)
   return {x, y, z};
 }
 
-/// Turned by up to `most_deg` about each axis one after another.
+/// Random pose, rotated by up to `most_deg` about each axis in turn.
 Pose any_pose(Draws& draws, double most_deg, const Eigen::Vector3d& about_mm, double most_mm)
 {
   SixNumbers six;
@@ -48,7 +48,7 @@ Viewport nearest_pixels(const VirtualTruth::Edges& edges)
 
 VirtualTruth::Edges drawn_edges(Draws& draws, const Viewport& window)
 {
-  // Off the window's borders by 2 to 6 % of its size, each by its own.
+  // Inside the window's borders by 2 to 6 % of its size, drawn per border.
   const auto share = [&](double size) { return between(draws, 0.02, 0.06) * size; };
   VirtualTruth::Edges edges;
   edges.left = window.x + share(window.width);
@@ -90,7 +90,7 @@ void add_display(const BenchFile& bench, bool is_right, VirtualTruth& truth)
   truth.grids[k].turn_rad = rad_from_deg(0.5) * draws.normal();
 }
 
-/// A grid of whole 5 mm that nearly fills what both eyes see.
+/// Grid spacing: the largest multiple of 5 mm that fits the area visible to both eyes.
 void add_grid(const BenchFile& bench, VirtualTruth& truth)
 {
   const CalibrationSettings& settings = bench.calibration;
@@ -119,7 +119,7 @@ void add_person(const BenchFile& bench, VirtualTruth& truth)
   c.eyes.left.position_head_mm = 0.5 * Eigen::Vector3d(-ipd_mm, height_apart_mm, depth_apart_mm);
   c.eyes.right.position_head_mm = -c.eyes.left.position_head_mm;
   c.subject_scale = between(draws, 0.93, 1.07);
-  // At the stop of its stage the head is left of the middle; a tracked one is about there.
+  // With the stage at its stop the head is left of the centre; a tracked head is near the centre.
   const double x_mm = bench.head == HeadKind::stage ? -140.0 : 0.0;
   Pose X_table_eyes = Pose::Identity();
   X_table_eyes.linear() =
@@ -131,7 +131,7 @@ void add_person(const BenchFile& bench, VirtualTruth& truth)
 
 void add_table(VirtualTruth& truth)
 {
-  // A tracker two and a half metres away that sees the table from above and from one side.
+  // A tracker two and a half metres away, above the table and to one side.
   Draws draws = draws_for(truth.seed, Group::table);
   truth.calibration.X_tracker_table = six_numbers_of(any_pose(draws, 40.0, {0.0, 0.0, -2500.0}, 200.0));
   Draws rails = draws_for(truth.seed, Group::rails);
@@ -170,7 +170,7 @@ void add_tracked_things(VirtualTruth& truth)
 {
   Calibration& c = truth.calibration;
   Draws head = draws_for(truth.seed, Group::head);
-  // The body is fastened above and before the eyes.
+  // The body is mounted above and in front of the eyes.
   const Pose X_headbody_eyes = any_pose(head, 30.0, {0.0, -80.0, 60.0}, 30.0);
   c.X_headbody_eyes = six_numbers_of(X_headbody_eyes);
   truth.X_tracker_headbody = pose_of(c.X_tracker_table) * pose_of(c.X_table_eyes) * X_headbody_eyes.inverse();
@@ -198,7 +198,7 @@ VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed)
 namespace {
 
 constexpr const char* beginning =
-    R"(# A bench in numbers, to try and to train the calibration on.
+    R"(# Simulated bench for testing and training the calibration.
 title = "Virtual"
 leg = "rigid"
 )";
@@ -221,7 +221,7 @@ tool = "leg"
 tool = "head"
 )";
 
-// Fiducials all around the knee, on both bones; the targets between them.
+// Fiducials all around the knee on both bones; the targets are between them.
 constexpr const char* rest = R"(
 [display]
 width = 1280

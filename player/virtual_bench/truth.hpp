@@ -1,4 +1,4 @@
-/// A bench and a person that exist in numbers only: what calibration has to find.
+/// Ground truth of a simulated bench and person.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@
 namespace vrda {
 
 struct VirtualNoise {
-  double alignment_px = 0.5;  ///< of each coordinate of an alignment
+  double alignment_px = 0.5;  ///< of each coordinate of an aligned position
   double tracker_mm = 0.1;    ///< of each coordinate of a position
-  double tracker_deg = 0.03;  ///< of a turn about each axis
-  double touch_mm = 0.1;      ///< of where the tip rests on a point
+  double tracker_deg = 0.03;  ///< of the rotation about each axis
+  double touch_mm = 0.1;      ///< of the tip's position on a touched point
   double ruler_mm = 0.1;      ///< of screen sizes
   double pupillometer_mm = 0.5;
   double landmark_mm = 1.0;  ///< of a distance between landmarks
@@ -21,16 +21,16 @@ struct VirtualNoise {
 
 struct VirtualTruth {
   std::uint64_t seed = 1;
-  /// Eyes (their `visible` is the whole pixels nearest to `edges_px`), places and scale as they really are.
+  /// True eyes (their `visible` is rounded from `edges_px` to whole pixels), poses and scale.
   Calibration calibration;
   struct Edges {
     double left = 0, right = 0, top = 0, bottom = 0;
   };
-  std::array<Edges, 2> edges_px;  ///< borders of what is seen, parts of pixels
+  std::array<Edges, 2> edges_px;  ///< borders of the visible area, fractional px
   std::array<Eigen::Vector2d, 2> screen_mm;
-  Eigen::Vector3d z_rail_table = Eigen::Vector3d::UnitZ();  ///< unit; not quite square to X
-  double z_rail_above_mm = 0.0;           ///< y of the table at which the z rail crosses the x rail
-  double reference_plane_table_mm = 0.0;  ///< z of the first rectangle
+  Eigen::Vector3d z_rail_table = Eigen::Vector3d::UnitZ();  ///< unit vector, not exactly perpendicular to X
+  double z_rail_above_mm = 0.0;           ///< y on the table where the z rail crosses the x rail
+  double reference_plane_table_mm = 0.0;  ///< z of the first rectangle on the table
   double grid_depth_mm = 800.0, grid_spacing_mm = 40.0;
   std::array<GridPlace, 2> grids;  ///< where each eye sees the grid
   Eigen::Vector3d tip_probe_mm = Eigen::Vector3d::Zero();
@@ -39,11 +39,11 @@ struct VirtualTruth {
   Pose X_tracker_headbody = Pose::Identity();
 };
 
-/// The same for the same seed. What the bench file states as known (alignment_sd_deg, sight_sd_px,
-/// eye_height_sd_mm) is drawn with just those standard deviations.
+/// Equal seeds give equal benches. Quantities that the bench file gives with a standard deviation
+/// (alignment_sd_deg, sight_sd_px, eye_height_sd_mm) are drawn with it.
 VirtualTruth virtual_truth(const BenchFile& bench, std::uint64_t seed);
 
-/// A bench file of its own, for `calibrate --virtual` without --bench.
+/// Built-in bench file for `calibrate --virtual` without --bench.
 const std::string& virtual_bench_text(HeadKind head = HeadKind::stage);
 
 }  // namespace vrda

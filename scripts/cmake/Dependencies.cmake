@@ -1,4 +1,4 @@
-# Every look-up of a third-party library. The Debian packages stand in scripts/packages.txt.
+# All look-ups of third-party libraries. scripts/packages.txt lists the Debian packages.
 find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
@@ -13,17 +13,17 @@ find_path(VALIJSON_INCLUDE_DIR valijson/validator.hpp REQUIRED)
 add_library(vrda_valijson INTERFACE)
 target_include_directories(vrda_valijson SYSTEM INTERFACE ${VALIJSON_INCLUDE_DIR})
 
-# FindHDF5 of CMake 3.25 gives variables; one target keeps rooms readable.
+# FindHDF5 of CMake 3.25 defines variables only; wrapped in one target.
 add_library(vrda_hdf5 INTERFACE)
 target_include_directories(vrda_hdf5 SYSTEM INTERFACE ${HDF5_INCLUDE_DIRS})
 target_link_libraries(vrda_hdf5 INTERFACE ${HDF5_C_HL_LIBRARIES} ${HDF5_C_LIBRARIES})
 target_compile_definitions(vrda_hdf5 INTERFACE ${HDF5_DEFINITIONS})
 
 find_program(ESBUILD esbuild REQUIRED)
-# Debian's own Python: it is the one that sees Debian's fontTools, h5py and xarray.
+# The system's Python, which has Debian's fontTools, h5py and xarray.
 find_program(SYSTEM_PYTHON python3 PATHS /usr/bin NO_DEFAULT_PATH REQUIRED)
 
-# The letters of pictures and of the interface; each program carries them.
+# Font of images and of the user interface; embedded in each program.
 find_file(VRDA_FONT DejaVuSans.ttf PATHS /usr/share/fonts/truetype/dejavu NO_DEFAULT_PATH REQUIRED)
 
 if(VRDA_PIPELINE)
@@ -33,7 +33,7 @@ if(VRDA_PIPELINE)
   pkg_check_modules(bullet REQUIRED IMPORTED_TARGET bullet-float64)
   find_package(assimp REQUIRED)
   find_package(OpenSSL REQUIRED COMPONENTS Crypto)
-  # The report's plots: plotly.js of python3-plotly, made small and bundled by esbuild.
+  # Plots of the report: plotly.js of python3-plotly, minified and bundled by esbuild.
   find_file(PLOTLY_JS plotly.js PATHS /usr/share/python3-plotly NO_DEFAULT_PATH REQUIRED)
 endif()
 
@@ -44,19 +44,19 @@ if(VRDA_PLAYER)
   find_package(glfw3 3.3 REQUIRED)
   find_package(meshoptimizer REQUIRED)
   find_package(PNG REQUIRED)
-  # Boost.Asio, Boost.Beast and Boost.Math, of which nothing is linked.
+  # Header-only use: Boost.Asio, Boost.Beast and Boost.Math.
   find_package(Boost 1.74 REQUIRED)
-  # Its own CMake files name folders of the machine that built it.
+  # Not find_package: its CMake files contain paths of the machine that built it.
   find_path(OPENIGTLINK_INCLUDE_DIR igtlMessageHeader.h PATH_SUFFIXES openigtlink REQUIRED)
   find_library(OPENIGTLINK_LIBRARY OpenIGTLink REQUIRED)
   add_library(vrda_openigtlink INTERFACE)
   target_include_directories(vrda_openigtlink SYSTEM INTERFACE ${OPENIGTLINK_INCLUDE_DIR})
   target_link_libraries(vrda_openigtlink INTERFACE ${OPENIGTLINK_LIBRARY})
-  # Puts the web page together; its libraries are npm's packages, which scripts/setup installs.
+  # Bundles the web page; its npm packages are installed by scripts/setup.
   find_program(NODE NAMES node nodejs REQUIRED)
   find_file(VRDA_WEB_PACKAGES three/package.json PATHS ${CMAKE_SOURCE_DIR}/player/web/node_modules NO_DEFAULT_PATH)
   if(NOT VRDA_WEB_PACKAGES)
-    message(FATAL_ERROR "player/web/node_modules: found no three, wanted what scripts/setup installs (npm ci)")
+    message(FATAL_ERROR "player/web/node_modules: found no three, wanted the npm packages; run scripts/setup")
   endif()
 endif()
 
@@ -70,7 +70,7 @@ if(VRDA_BENCHMARKS)
   find_package(benchmark REQUIRED)
 endif()
 if(VRDA_TESTS AND VRDA_PIPELINE)
-  # Opens the pages of reports.
+  # For tests of report pages.
   find_program(CHROMIUM chromium REQUIRED)
 endif()
 if(VRDA_BENCHMARKS OR (VRDA_TESTS AND VRDA_PIPELINE))

@@ -1,10 +1,10 @@
-# Run by cpack between staging and packing: what Debian wants otherwise than `cmake --install` lays it down.
+# Run by cpack between staging and packing: changes for Debian packages relative to `cmake --install`.
 if(CPACK_GENERATOR STREQUAL "DEB")
   foreach(component IN LISTS CPACK_COMPONENTS_ALL)
     string(TOUPPER ${component} upper)
     set(name ${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
     set(stage ${CPACK_TEMPORARY_DIRECTORY}/${component})
-    # The libraries are the system's: no search path of our own.
+    # Debian packages use the system's libraries: no RPATH.
     file(RPATH_REMOVE FILE ${stage}/usr/bin/${name})
     execute_process(COMMAND ${CPACK_VRDA_FINISH} debian ${name} ${CPACK_PACKAGE_VERSION} ${stage} ${CPACK_PACKAGE_CONTACT}
       COMMAND_ERROR_IS_FATAL ANY)

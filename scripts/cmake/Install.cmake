@@ -1,12 +1,12 @@
-# What `cmake --install DIR` lays down, for any user and any prefix. Nothing in it knows the prefix: the programs read no
-# file of their own, and vrda looks for vrda-player beside itself.
+# Rules of `cmake --install DIR`, for any user and any prefix. The prefix is not compiled in: the programs read no file of
+# their own, and vrda looks for vrda-player in its own folder.
 include(GNUInstallDirs)
 
-# Libraries are looked for beside the programs first; DIR/lib is empty but in the tarball.
+# Libraries are searched in ../lib of the programs first; DIR/lib is empty except in the tarball.
 function(vrda_install program component)
   set_target_properties(${program} PROPERTIES INSTALL_RPATH "$ORIGIN/../lib")
-  # As DT_RPATH, which holds for the libraries' own libraries too and goes before LD_LIBRARY_PATH: the modules of a
-  # cluster often put another libstdc++ or HDF5 there.
+  # DT_RPATH also applies to the libraries' own dependencies and precedes LD_LIBRARY_PATH: cluster modules often put
+  # another libstdc++ or HDF5 there.
   target_link_options(${program} PRIVATE LINKER:--disable-new-dtags)
   install(TARGETS ${program} RUNTIME COMPONENT ${component})
   install(FILES ${CMAKE_BINARY_DIR}/man/${program}.1 TYPE MAN RENAME man1/${program}.1 COMPONENT ${component})
@@ -21,7 +21,7 @@ if(VRDA_PIPELINE)
 endif()
 if(VRDA_PLAYER)
   vrda_install(vrda-player player)
-  # For who has no program, only a browser; vrda-player itself carries the page.
+  # The web page for use without the program; vrda-player embeds it too.
   install(FILES ${CMAKE_BINARY_DIR}/player/web/vrda-player.html DESTINATION ${CMAKE_INSTALL_DATADIR}/vrda COMPONENT player)
 endif()
 install(FILES README.md LICENSE CHANGELOG.md TYPE DOC COMPONENT pipeline)

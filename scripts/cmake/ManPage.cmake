@@ -1,5 +1,5 @@
-# cmake -DPROGRAM=FILE -DVERSION=... -DPAGE=FILE.1 -P ManPage.cmake: the program's own --help as a manual page, so
-# that the two never differ. The first line of the help is the line of NAME.
+# cmake -DPROGRAM=FILE -DVERSION=... -DPAGE=FILE.1 -P ManPage.cmake: manual page from the program's --help, so that both
+# agree. The first line of the help becomes the NAME line.
 execute_process(COMMAND ${PROGRAM} --help OUTPUT_VARIABLE help COMMAND_ERROR_IS_FATAL ANY)
 get_filename_component(name ${PROGRAM} NAME)
 string(TOUPPER ${name} title)

@@ -1,9 +1,9 @@
-# `cpack` in a build folder: for vrda and for vrda-player each a Debian package, which names the libraries it needs, and
-# a tarball, which carries them. Two pairs, since the player drags in LLVM: 170 MB that no cluster node wants.
-# scripts/package is the one command; it also sets SOURCE_DATE_EPOCH, by which two packages of one commit are the same bytes.
+# `cpack` in a build folder makes, for vrda and for vrda-player, a Debian package that depends on its libraries, and a
+# tarball that includes them. The player is separate since it depends on LLVM: 170 MB not needed on cluster nodes.
+# scripts/package runs it and sets SOURCE_DATE_EPOCH, so that packages of one commit are reproducible byte for byte.
 set(CPACK_GENERATOR DEB External)
 set(CPACK_PACKAGE_VENDOR "The VRDA authors")
-set(VRDA_MAINTAINER "The VRDA authors <authors@vrda.invalid>" CACHE STRING "Who answers for the Debian packages")
+set(VRDA_MAINTAINER "The VRDA authors <authors@vrda.invalid>" CACHE STRING "Maintainer of the Debian packages")
 set(CPACK_PACKAGE_CONTACT ${VRDA_MAINTAINER})
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
@@ -25,17 +25,17 @@ if(VRDA_PIPELINE)
   vrda_package(vrda COMPONENT pipeline SUGGESTS vrda-player
     SUMMARY "joint motion from the surfaces of bones"
     TEXT "From surface meshes of two bones, and ligament fibres where there are some,
-vrda finds for every flexion and varus angle where the moving bone comes to
-rest against the fixed one. It writes a motion model (HDF5), reports, and
-files for OpenSim, ParaView and glTF viewers, on a workstation or on a Slurm
-cluster.")
+vrda computes for every flexion and varus angle the equilibrium pose of the
+moving bone in contact with the fixed one. It writes a motion model (HDF5),
+reports, and files for OpenSim, ParaView and glTF viewers, on a workstation or
+on a Slurm cluster.")
 endif()
 if(VRDA_PLAYER)
   vrda_package(vrda-player COMPONENT player SUGGESTS "vrda, ffmpeg"
     SUMMARY "shows the joint motion that vrda computed"
     TEXT "Shows the bones of a motion model that vrda wrote, at any flexion and varus
-angle: in a window, in a browser, as pictures and as films (through ffmpeg).
-Pictures and films need neither a display nor a graphics card.")
+angle: in a window, in a browser, as images and as videos (through ffmpeg).
+Images and videos need neither a display nor a graphics card.")
 endif()
 
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -45,7 +45,7 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_COMPRESSION_TYPE xz)
 
-# The tarballs: staged by CPack, packed by our script, since CPack's own archives name their maker and the hour.
+# The tarballs: staged by CPack, packed by our script, since CPack's own archives contain the user and the time.
 set(CPACK_EXTERNAL_ENABLE_STAGING ON)
 set(CPACK_EXTERNAL_PACKAGE_SCRIPT ${CMAKE_CURRENT_LIST_DIR}/PackTarballs.cmake)
 string(TOLOWER "${CMAKE_SYSTEM_NAME}-${CMAKE_SYSTEM_PROCESSOR}" CPACK_VRDA_SYSTEM)

@@ -1,11 +1,11 @@
-# One static library a room: USES links publicly (rooms), HIDES privately (third-party libraries).
+# One static library per room: USES links publicly (rooms), HIDES privately (third-party libraries).
 
 add_library(vrda_flags INTERFACE)
 target_compile_features(vrda_flags INTERFACE cxx_std_20)
-# No contraction into fused multiply-adds: the same bytes on every x86-64 processor.
+# No fused multiply-adds: identical results on every x86-64 processor.
 target_compile_options(vrda_flags INTERFACE
   -Wall -Wextra -Wconversion -Wshadow -Werror -ffp-contract=off
-  # In a unity source, .cpp files are included: GCC takes their anonymous namespaces for those of headers.
+  # Unity sources include .cpp files, whose anonymous namespaces GCC would report as those of headers.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 
 # The root of a room's includes: "core/mesh.hpp" for pipeline/core/mesh.hpp.
@@ -15,8 +15,8 @@ function(vrda_room_root out)
   set(${out} ${program} PARENT_SCOPE)
 endfunction()
 
-# The player is small: what waits for people, files and lines is compiled for size, in the rooms it shares with the
-# pipeline, too. Not what sanitizers look at, which keep Eigen's own assertions: their texts name whole template instances.
+# Optimises for size: rooms of the player and rooms it shares with the pipeline that are not time-critical. Only in
+# release builds; Eigen's assertions, whose texts contain whole template names, remain under the sanitizers.
 function(vrda_small target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Os>)
   target_compile_definitions(${target} PRIVATE $<$<CONFIG:Release>:EIGEN_NO_DEBUG>)
@@ -39,14 +39,14 @@ function(add_room name)
   endforeach()
   target_link_libraries(${target} PRIVATE ${ROOM_HIDES})
   target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:vrda_flags>)
-  # Each function in a section, so that a program's linker leaves out what is not called.
+  # One section per function, so that the linker can drop unused ones.
   target_compile_options(${target} PRIVATE -ffunction-sections -fdata-sections)
   if(ROOM_SMALL)
     vrda_small(${target})
   endif()
 endfunction()
 
-# add_schema(scene lights): schemas/lights.schema.json travels inside the room, as lights_schema().
+# add_schema(scene lights): embeds schemas/lights.schema.json in the room, as lights_schema().
 function(add_schema room kind)
   set(file ${CMAKE_SOURCE_DIR}/schemas/${kind}.schema.json)
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
@@ -58,9 +58,9 @@ function(add_schema room kind)
   target_sources(${program}_${room} PRIVATE ${source})
 endfunction()
 
-# add_room_test(contact SOURCES a_test.cpp USES pipeline::contact): one test program a room, run as one process, or as
-# SHARDS of them side by side where its tests take long. TIMEOUT in seconds is for a test that may take longer than ten
-# minutes under the sanitizers on a busy machine. A higher COST (roughly its seconds) starts earlier.
+# add_room_test(contact SOURCES a_test.cpp USES pipeline::contact): one test program per room, run as one process or as
+# SHARDS parallel processes. TIMEOUT in seconds, for tests that may take longer than ten minutes under the sanitizers
+# on a busy machine. Tests with a higher COST (roughly seconds) start earlier.
 function(add_room_test name)
   cmake_parse_arguments(TEST "" "TIMEOUT;SHARDS;COST" "SOURCES;USES" ${ARGN})
   if(NOT TEST_TIMEOUT)
@@ -77,7 +77,7 @@ function(add_room_test name)
   target_link_libraries(${target} PRIVATE ${TEST_USES} test_support GTest::gmock GTest::gtest_main vrda_flags)
   target_precompile_headers(${target} REUSE_FROM test_precompiled)
   foreach(shard RANGE 1 ${TEST_SHARDS})
-    # scripts/count_tests replaces each by the tests of its file.
+    # scripts/count_tests replaces this test by the tests in its file.
     set(test room.${name}.${shard})
     add_test(NAME ${test} COMMAND ${SYSTEM_PYTHON} ${CMAKE_SOURCE_DIR}/scripts/run_room $<TARGET_FILE:${target}> ${name}
       ${CMAKE_BINARY_DIR}/rooms/${test}.xml --timeout ${TEST_TIMEOUT} --shard ${shard}/${TEST_SHARDS})
@@ -85,7 +85,7 @@ function(add_room_test name)
   endforeach()
 endfunction()
 
-# add_program(vrda SOURCES main.cpp USES pipeline::app CLI11::CLI11): a program, and its manual page beside it. SMALL as of a room.
+# add_program(vrda SOURCES main.cpp USES pipeline::app CLI11::CLI11): a program and its manual page. SMALL as in add_room.
 function(add_program name)
   cmake_parse_arguments(PROGRAM "SMALL" "" "SOURCES;USES" ${ARGN})
   add_executable(${name} ${PROGRAM_SOURCES})

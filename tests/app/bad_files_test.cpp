@@ -79,7 +79,7 @@ class BadFiles : public testing::Test {
 
 TEST_F(BadFiles, NothingWithoutAreaIsAMesh)
 {
-  const std::vector<std::string> words{"without area"};
+  const std::vector<std::string> words{"zero area"};
   const std::string line = floats({0, 0, 0, 1, 1, 1, 2, 2, 2});
   expect_all_refused({
       {"line.stl",
@@ -128,13 +128,13 @@ TEST_F(BadFiles, GigabytesPromisedByAFewBytes)
       {"faces.ply", ply("ascii", "3", "999999999999" + bytes_list) + corners, {"999999999999 of face"}},
       {"allowed.ply",
        ply("binary_little_endian", "14999999", "1" + bytes_list) + std::string(900, '\0'),
-       {"vertex 75", "cut short"}},
+       {"vertex 75", "truncated"}},
       {"list.ply",
        ply("binary_little_endian", "3", "1" + long_list) + std::string(36, '\0') + u32(0xffffffffU),
-       {"face 0", "cut short"}},
+       {"face 0", "truncated"}},
       {"words.ply",
        ply("ascii", "3", "1" + long_list) + corners + "4000000000 0 1 2\n",
-       {"face 0", "cut short"}},
+       {"face 0", "truncated"}},
       {"vertices.vf",
        "1000000000000 1\n" + corners,
        {"line 1", "1000000000000 vertices", "file of this size"}},

@@ -106,7 +106,7 @@ TEST_F(BadInput, MissingLigamentFilesAreNamed)
   scratch_.write("fibres.csv", "name\n");
   const auto with = [&](const std::string& table) {
     test::edit(job_, "[smooth]", table + "\n[smooth]");
-    expect_refused({"small.toml", "ligaments.", "no file", "wanted", "beside the job"});
+    expect_refused({"small.toml", "ligaments.", "no file", "wanted", "folder of the job"});
     const test::Ended check = test::run_vrda({"check", job_.string()});
     EXPECT_EQ(check.exit_code, 2);
     EXPECT_EQ(test::n_lines(check.err), 1) << check.err;

@@ -172,7 +172,7 @@ TEST_F(ConvertConfig, WhatIsMalformedIsNamedByFileAndLine)
        {Row{"ZOOM 5", "ZOMO 5",
             "line 8: found the unknown keyword \"ZOMO\", wanted a keyword; the nearest is \"ZOOM\""},
         Row{"ZOOM 5", "ZOOM", "line 8: found ZOOM with no values, wanted ZOOM factor"},
-        Row{"1 0 10 0", "1 3 10 0", "line 5: found turns of 3, 10 and 0 degrees"}}) {
+        Row{"1 0 10 0", "1 3 10 0", "line 5: found rotations 3, 10 and 0 degrees"}}) {
     scratch_.write("knee.cfg", knee_configuration);
     test::edit(configuration_, row.from, row.to);
     expect_one_message(convert(), {configuration_.string() + ": " + row.message});
@@ -234,7 +234,7 @@ TEST_F(ConvertObject, WhatIsMalformedIsNamedByFileAndLine)
   for (const Row& row :
        {Row{"knee.coor", "6\n", "7\n", "line 1: found a count of 7, wanted 6"},
         Row{"knee.norm", "6 0 0 1\n", "", "line 5: found 5 normals, wanted 6"},
-        Row{"knee.elem", "Femur 2 5 3", "2 5 3", "line 2: found an element that names no component"},
+        Row{"knee.elem", "Femur 2 5 3", "2 5 3", "line 2: found an element without a component name"},
         Row{"knee.elem", "Femur 2 5 3", "Femur 2 7 3",
             "line 2: found vertex 7, wanted a vertex from 1 to 6"}}) {
     const fs::path file = scratch_.path() / row.file;

@@ -110,11 +110,11 @@ const std::vector<Mistake> mistakes{
        f.set("[ligaments]\nfibres = \"ligaments.csv\"\n", "");
      },
      0,
-     {"frame.unit says \"mm\"", "frame.unit = \"cm\""}},
+     {"frame.unit is \"mm\"", "frame.unit = \"cm\""}},
     {"OneMeshInAnotherUnit",
      [](const Folder& f) { f.scale_mesh("femur.stl", 0.001F); },
      2,
-     {"frame.unit", "all mesh files in one unit", "write \"femur.stl\" again in mm, it looks to be in m"}},
+     {"frame.unit", "all mesh files in one unit", "convert \"femur.stl\" to mm", "suggests m"}},
     {"FibresInMetres",
      [](const Folder& f) {
        f.one_fibre("slack_length_mm\nLCL1,LCL,-.002,0,.0415,-.015,-.0425,.044,2400,40\n");
@@ -124,7 +124,7 @@ const std::vector<Mistake> mistakes{
     {"CentreOfTheScanner",
      [](const Folder& f) { f.set("origin = [0, 0, 0]", "origin = [400, 200, -900]"); },
      0,
-     {"frame.origin: the rotation centre lies", "frame.origin = ["}},
+     {"frame.origin: the rotation centre", "frame.origin = ["}},
     {"CentreInMillimetresWithMetres",
      [](const Folder& f) {
        f.scale_meshes(0.001F);
@@ -132,14 +132,14 @@ const std::vector<Mistake> mistakes{
        f.set("origin = [0, 0, 0]", "origin = [0, 1.5, 0]");
      },
      0,
-     {"frame.origin: the rotation centre lies", "frame.origin = [-0.001, -0.0034, "}},
+     {"frame.origin: the rotation centre", "frame.origin = [-0.001, -0.0034, "}},
     {"CentreOfAnotherJoint",
      [](const Folder& f) {
        f.set("joint = \"knee\"", "joint = \"other\"");
        f.set("origin = [0, 0, 0]", "origin = [0, 430, 0]");
      },
      0,
-     {"frame.origin: the rotation centre lies", "to start from: frame.origin = ["}},
+     {"frame.origin: the rotation centre", ": frame.origin = ["}},
     {"AKneeThatIsOther",
      [](const Folder& f) { f.set("joint = \"knee\"", "joint = \"other\""); },
      0,
@@ -176,7 +176,7 @@ const std::vector<Mistake> mistakes{
     {"WrongSide",
      [](const Folder& f) { f.set("side = \"right\"", "side = \"left\""); },
      0,
-     {"side: the job says left", "side = \"right\""}},
+     {"side: the job has \"left\"", "side = \"right\""}},
     {"OneFileTwice",
      [](const Folder& f) { f.set("\"meniscus_lateral.stl\"", "\"meniscus_medial.stl\""); },
      0,
@@ -262,7 +262,7 @@ const std::vector<Mistake> mistakes{
     {"AMeshThatIsNotThere",
      [](const Folder& f) { f.set("femur.stl", "Femur.stl"); },
      2,
-     {"reference.component.0.file", "Femur.stl", "beside the job"}},
+     {"reference.component.0.file", "Femur.stl", "folder of the job"}},
     {"AMeshInsteadOfAJob",
      [](const Folder& f) { fs::copy_file(f.file("femur.stl"), f.job, fs::copy_options::overwrite_existing); },
      2,

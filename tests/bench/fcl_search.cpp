@@ -82,7 +82,7 @@ class Search {
         {resolution_mm(), options_.rotation_resolution_rad, options_.points, options_.normals});
   }
 
-  // Strides as the product's: short ones first.
+  // The same strides as the product, short ones first.
   bool retreat()
   {
     const double limit_mm =
@@ -96,8 +96,7 @@ class Search {
     return false;
   }
 
-  // Steps up until something is in the way; false once all of the moving object is above all of the
-  // reference.
+  // Moves up until blocked; false once the whole moving object is above the whole reference.
   bool approach()
   {
     const double above_mm = reference_.tree.nodes().front().max_mm[1];
@@ -147,7 +146,8 @@ class Search {
     return std::max(1, static_cast<int>(std::ceil(length_mm / std::max(joint_.substep_mm, resolution_mm()))));
   }
 
-  // From share 0 to 1 in equal parts; the first that collides is bisected. Whether the whole way was free.
+  // From share 0 to 1 in equal parts; the first colliding part is bisected. Returns whether the whole
+  // motion was free.
   template <typename PoseAt>
   bool move_while_free(double length, double resolution, int n_parts, const PoseAt& pose_at)
   {
@@ -174,7 +174,7 @@ class Search {
     return true;
   }
 
-  // Of the corners of the moving object's box, across Delta.
+  // Of the corners of the moving object's box, perpendicular to Delta.
   double farthest_from_mm(const Eigen::Vector3d& centre_mm) const
   {
     const BoxTree::Node& box = joint_.moving.solid.tree.nodes().front();
@@ -210,7 +210,7 @@ class Search {
   const SearchOptions& options_;
   fcl::CollisionObjectd fixed_;
   fcl::CollisionObjectd moving_;
-  TreeMesh reference_;  // at the attitude
+  TreeMesh reference_;  // at the current attitude
   NarrowPhase narrow_phase_;
   MovingPose pose_;
   double translation_step_mm_;

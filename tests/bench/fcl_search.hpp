@@ -1,5 +1,5 @@
-/// The stability search of the thesis with every collision decided by FCL: what our own queries are measured
-/// against. Written for that only; the product's search is solve/stability_search.hpp.
+/// The thesis's stability search with every collision decided by FCL, as a reference for our own queries.
+/// Only for benchmarks; the product's search is solve/stability_search.hpp.
 #pragma once
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -25,16 +25,17 @@ struct FclPair {
 
 struct FclStep {
   StepRecord record;
-  int n_collisions = 0;      ///< asked of FCL; `record.queries` counts contacts and gaps too
+  int n_collisions = 0;      ///< FCL queries; `record.queries` also counts contact and gap queries
   double collision_s = 0.0;  ///< processor time
 };
 
-/// Thesis 3.2 to 3.6: retreat while the seed overlaps; up along Delta in translation steps until something is
-/// in the way, bisected to the resolution; turn or slide as the contacts predict, in the product's sub-steps,
-/// bisected likewise; a pose seen before halves the step that led there. Knows no directional gap, so it
-/// steps where the product measures, and none of the product's additions (no check for a way up, no halving
-/// of slides that leave the reference), which cost queries. Ours are the contact points, the two predictions,
-/// and at the final pose what the sweep needs to choose its spine (flags and gaps of the compartments).
+/// Thesis 3.2 to 3.6: retreat while the seed overlaps; move along Delta in translation steps until blocked,
+/// bisected to the resolution; rotate or translate as the contacts predict, in the product's sub-steps,
+/// bisected likewise; a repeated pose halves the step that led there. Without the directional gap, so it
+/// steps where the product measures, and without the product's additions (no check for a way up, no halving
+/// of translations that leave the reference), which cost queries. Contact points, the two predictions, and
+/// at the final pose the quantities that the sweep needs to choose its spine (flags and gaps of the
+/// compartments) are ours.
 FclStep find_stable_pose_by_fcl(const Joint& joint, const FclPair& models, const Attitude& attitude,
                                 const MovingPose& seed, const SearchOptions& options);
 

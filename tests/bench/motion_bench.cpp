@@ -1,4 +1,4 @@
-// One pose of each set, as the player asks for it in every frame: alone, and with its derivatives.
+// One pose of each set, as queried by the player in every frame: alone, and with its derivatives.
 #include <benchmark/benchmark.h>
 
 #include "core/units.hpp"
@@ -50,7 +50,7 @@ MotionModel thesis_sized()
   return model;
 }
 
-/// Somewhere in the range, another place every time.
+/// Random points in the range, different each time.
 Attitude next(int& k)
 {
   k = (k + 37) % 9000;

@@ -1,4 +1,4 @@
-// What the player does in a second. usage: vrda_player_bench PLAYER NAME=MODEL.h5... [--benchmark_...]
+// Frame rates of the player. usage: vrda_player_bench PLAYER NAME=MODEL.h5... [--benchmark_...]
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -30,7 +30,7 @@ double seconds_since(std::chrono::steady_clock::time_point start)
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-/// A joint that moves a degree a frame, seen as `vrda-player show` frames it.
+/// A joint moved by a degree per frame, with the camera of `vrda-player show`.
 class Film {
  public:
   explicit Film(const std::string& file)
@@ -45,7 +45,7 @@ class Film {
     camera_ = fit.camera();
   }
 
-  /// The next frame; flexion comes back to its start after the last.
+  /// The next frame; flexion restarts after the last.
   Shot next()
   {
     const double range_rad = motion_.last_flexion_rad() - motion_.first_flexion_rad();
@@ -75,7 +75,7 @@ class Film {
   int n_shown_ = 0;
 };
 
-/// Times `draw` frame by frame; the first, for which shaders are compiled, does not count.
+/// Times `draw` per frame; the first, which compiles shaders, is excluded.
 void count_frames(benchmark::State& state, Film& film, const std::function<void(const Shot&)>& draw)
 {
   draw(film.next());
@@ -114,7 +114,7 @@ void in_a_window(benchmark::State& state, const std::string& file)
   });
 }
 
-/// A process from its start to a picture on disk; `is_cold`: with no shader compiled by an earlier one.
+/// A process from its start to an image on disk; `is_cold`: with an empty shader cache.
 void first_picture(benchmark::State& state, const std::string& player, const std::string& file, bool is_cold)
 {
   const test::Scratch scratch;

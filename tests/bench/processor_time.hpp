@@ -1,4 +1,4 @@
-/// Processor time, s: what one core took, whoever else is on the machine.
+/// Processor time, s: independent of other load on the machine.
 #pragma once
 
 #include <time.h>

@@ -1,4 +1,4 @@
-// Single queries on the same near misses, ours and FCL's.
+// Single queries at the same near misses, ours and FCL's.
 #include <benchmark/benchmark.h>
 #include <fcl/narrowphase/collision.h>
 
@@ -10,7 +10,7 @@
 namespace vrda::bench {
 namespace {
 
-// All near misses of a scene, the reference turned once for each step as a search does.
+// All near misses of a scene; the reference is rotated once per step, as in a search.
 struct Asked {
   std::vector<TreeMesh> references;
   std::vector<std::pair<std::size_t, MovingPose>> poses;  // index of its reference
@@ -48,7 +48,7 @@ void gap(benchmark::State& state, const std::string& knee)
   rate(state, all.poses.size());
 }
 
-// The same near misses by the block trees; the reference turns once a step.
+// The same near misses with the block trees; the reference is rotated once per step.
 template <typename Ask>
 void gap_query(benchmark::State& state, const std::string& knee, const Ask& ask)
 {

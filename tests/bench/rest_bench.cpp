@@ -13,8 +13,8 @@ namespace vrda::bench {
 namespace {
 
 constexpr double start_below_mm = 2.0;
-constexpr double neighbour_deg = 5.0;  // the start's attitude is this much flexion off
-constexpr int n_solved = 20;           // times the equilibrium is solved for its time
+constexpr double neighbour_deg = 5.0;  // difference in flexion of the start's attitude
+constexpr int n_solved = 20;           // repetitions of the equilibrium for timing
 
 struct Knee {
   Case job_case = case_of("generic", {"solver.method=equilibrium"});
@@ -41,14 +41,14 @@ StepRecord rest_at(const Attitude& attitude, const MovingPose& seed)
   return knee().solver.solve({attitude, seed, loads_at(knee().job_case, 0), false});
 }
 
-// Where a neighbour rests, a little below the first touch.
+// Pose of a neighbour's equilibrium, slightly below first contact.
 MovingPose start_of(const Attitude& attitude)
 {
   Attitude neighbour = attitude;
   neighbour.flexion_rad += rad_from_deg(attitude.flexion_rad > 0.0 ? -neighbour_deg : neighbour_deg);
   MovingPose start = rest_at(neighbour, plan_of(knee().job_case).initial).pose;
   const double travel_mm = travel_left_mm(attitude, start);
-  check(std::isfinite(travel_mm), "a neighbour's pose faces the reference");
+  check(std::isfinite(travel_mm), "the neighbour's pose must face the reference");
   start.translation_mm.y() += travel_mm - start_below_mm;
   return start;
 }
@@ -62,7 +62,8 @@ void settle(benchmark::State& state, const Attitude& attitude)
     const double between_s = thread_s();
     StepRecord rest;
     for (int k = 0; k < n_solved; ++k) rest = rest_at(attitude, start);
-    check(rest.status == StepStatus::stable, "the generic knee has a rest at each of these attitudes");
+    check(rest.status == StepStatus::stable,
+          "the generic knee must have an equilibrium at each of these attitudes");
     const double settled_s = between_s - before_s, solved_s = (thread_s() - between_s) / n_solved;
     const Eigen::Vector3d off_mm = settled.pose.translation_mm - rest.pose.translation_mm;
     state.SetIterationTime(settled_s);

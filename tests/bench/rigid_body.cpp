@@ -30,7 +30,7 @@ MovingPose from_bullet(const btTransform& X)
   return {mm_a_unit * Eigen::Vector3d(p.x(), p.y(), p.z()), std::atan2(R[0][2], R[0][0])};
 }
 
-// A mesh with its shape.
+// A mesh and its shape.
 struct Surface {
   Surface(const Mesh& mesh, double margin_mm)
   {
@@ -47,7 +47,7 @@ struct Surface {
   std::unique_ptr<btGImpactMeshShape> shape;
 };
 
-// Bullet takes the world apart in the reverse order of its making.
+// Bullet requires destruction in reverse order of construction.
 struct World {
   explicit World(int solver_iterations)
   {

@@ -1,4 +1,4 @@
-// Whole motion steps, and the other rooms a run goes through.
+// Whole motion steps, and other rooms used by a run.
 #include <benchmark/benchmark.h>
 
 #include <chrono>
@@ -46,7 +46,7 @@ void motion_step(benchmark::State& state, const std::string& knee)
   state.counters["turning share"] = spent.turn_s / total_s;
 }
 
-// The motion model of the coarse sweep, as a run assembles it.
+// The motion model of the coarse sweep, assembled as in a run.
 MotionModel small_model(const Scene& s)
 {
   Case job_case = s.job_case;

@@ -44,7 +44,7 @@ bool has_real_knees()
 
 Case case_of(const std::string& knee, const std::vector<std::string>& settings)
 {
-  // By contact alone, which the search and its yardsticks know.
+  // Contact only, as required by the search and its references.
   const std::string name = knee == "generic" ? "generic-contact" : knee;
   const fs::path job = fs::path(VRDA_SOURCE_DIR) / "jobs" / ("knee-" + name + ".toml");
   return load_case(job.string(), {data_directory().string(), settings});

@@ -1,13 +1,13 @@
-/// Where the time of a motion step goes. The linker routes the callers of a room's entry functions through
-/// here (CMakeLists.txt), so the product carries no clock.
+/// Time of a motion step by part. The linker redirects the callers of the rooms' entry functions
+/// (CMakeLists.txt), so the product contains no timing code.
 #pragma once
 
 namespace vrda::bench {
 
-/// Seconds spent since reset_shares(), in this thread.
+/// Seconds since reset_shares(), in this thread.
 struct Shares {
   double gap_s = 0.0;        ///< proximity: directional gap
-  double turn_s = 0.0;       ///< proximity: the reference turned to its attitude
+  double turn_s = 0.0;       ///< proximity: rotating the reference to its attitude
   double collision_s = 0.0;  ///< contact: collision
   double contacts_s = 0.0;   ///< contact: contact points
 };

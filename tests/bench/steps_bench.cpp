@@ -1,4 +1,4 @@
-// Motion steps of the equilibrium on one core: those of a coarse run, solved again one after the other.
+// Motion steps of the equilibrium on one core: those of a coarse run, solved again in sequence.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -15,11 +15,10 @@ constexpr int n_passes = 3;
 
 struct Knee {
   std::string name;                   // of the job
-  std::vector<std::string> settings;  // beside the equilibrium and its grid
+  std::vector<std::string> settings;  // in addition to the equilibrium and its grid
 };
 
-// The tasks of a run, in the order it came to them. Neighbours along varus are a degree apart, as in a full
-// grid.
+// The tasks of a run in their order. Neighbours along varus are a degree apart, as in a full grid.
 std::vector<StepTask> tasks_of(const Case& job_case, CaseSolver& solver)
 {
   std::vector<StepTask> tasks;
@@ -52,7 +51,7 @@ Pass pass_over(const std::vector<StepTask>& tasks, CaseSolver& solver)
   return pass;
 }
 
-// The median of a few passes.
+// The median of several passes.
 Pass timed(const std::vector<StepTask>& tasks, CaseSolver& solver)
 {
   std::array<Pass, n_passes> passes;
@@ -110,7 +109,7 @@ std::vector<std::string> refined(double resolution)
     add("equilibrium/fibres_and_free_varus/jam-smith2019",
         {"jam-smith2019-ligaments", {"grid.flexion={from = 0, to = 90, step = 5}"}});
   }
-  // Each twice as fine as the one before, and one of a million triangles.
+  // Each twice as fine as the previous one, and one with a million triangles.
   struct Row {
     const char* name;
     double resolution;

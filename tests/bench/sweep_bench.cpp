@@ -1,4 +1,4 @@
-// The grid of the thesis by each method in turn, same processor, same threads, same minute.
+// The grid of the thesis by each method in turn, with the same processor and threads.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 enum class Method { equilibrium, stability_search, search_by_fcl };
 
-// What the steps of a sweep took together.
+// Totals over the steps of a sweep.
 struct Spent {
   std::atomic<int> n_steps = 0;
   std::atomic<long> n_queries = 0;
@@ -48,7 +48,7 @@ Case grid_case(Method method, const std::string& grid)
   return case_of("generic", settings);
 }
 
-// Only the sweep is timed: meshes and trees are there before.
+// Only the sweep is timed; meshes and trees are built before.
 Swept swept_by(const SolveStep& solve, const SweepPlan& plan, Spent& spent)
 {
   const double processor_start_s = process_s();
@@ -91,7 +91,7 @@ Swept swept(Method method, const std::string& grid)
   return swept_by(solve, plan, spent);
 }
 
-// The equilibrium's median of three, measured next to whatever it is compared with.
+// The equilibrium's median of three, measured next to the row it is compared with.
 Swept equilibrium_sweep(const std::string& grid)
 {
   std::vector<Swept> runs;
@@ -100,7 +100,7 @@ Swept equilibrium_sweep(const std::string& grid)
   return std::move(runs[1]);
 }
 
-// How much further along Delta the equilibrium rests, mm, at every attitude that both solved; in order.
+// How much further along Delta the equilibrium is, mm, at every attitude that both solved; sorted.
 std::vector<double> behind_mm(const SweepResult& result, const SweepResult& equilibrium)
 {
   std::vector<double> differences;

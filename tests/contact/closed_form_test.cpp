@@ -1,5 +1,4 @@
-// Contact points, normals and distances against closed form, both objects turned and shifted together at
-// random.
+// Contact points, normals and distances against closed form, under random rigid motions of both objects.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +12,7 @@ namespace vrda::closed_form_test {
 
 constexpr double exact_mm = 1e-9;
 constexpr int n_placements = 400;
-// Narrower than the neighbours of a ball's vertex fall away.
+// Less than the distance to the neighbours of a ball's vertex.
 constexpr double band_mm = 0.02;
 
 class Random {
@@ -28,7 +27,7 @@ class Random {
   {
     return {between(-size_mm, size_mm), between(-size_mm, size_mm), between(-size_mm, size_mm)};
   }
-  /// From 1e-7 mm to half the band, each decade as likely.
+  /// Log-uniform from 1e-7 mm to half the band.
   double standoff_mm() { return 0.5 * band_mm * std::pow(10.0, between(-5.0, 0.0)); }
 
  private:
@@ -47,8 +46,8 @@ Pose shifted_by(const Eigen::Vector3d& by_mm)
   return Pose(Eigen::Translation3d(by_mm));
 }
 
-// Two objects made in a local frame L in which the contact's normal is known, and where L stands in S. The
-// reference gets there by an attitude, the moving object by a pose.
+// Two objects made in a local frame L in which the contact's normal is known, and the pose of L in S. The
+// reference is placed by an attitude, the moving object by a pose.
 struct Placed {
   Pose X_S_L;
   TreeMesh reference;
@@ -62,7 +61,7 @@ Placed placed(const Mesh& reference, const Mesh& moving, const Eigen::Vector3d& 
   Placed result;
   Attitude attitude;
   Pose X_reference_L;
-  // Reactions act only against Delta.
+  // Reactions must oppose Delta.
   do {
     attitude = {random.between(-pi, pi), random.between(-1.5, 1.5)};
     X_reference_L = shifted_by(random.within(100.0)) *
@@ -85,7 +84,7 @@ struct Expected {
 
 enum class Taken { from_reference, from_moving };
 
-// One contact, everything about it in L.
+// Expects one contact, given in L.
 void expect_contact(const Placed& scene, const Expected& expected, Taken taken, ContactNormals normals)
 {
   NarrowPhase narrow_phase;
@@ -105,7 +104,7 @@ void expect_contact(const Placed& scene, const Expected& expected, Taken taken, 
   EXPECT_NEAR(c.distance_mm, (expected.on_moving - expected.on_reference).norm(), exact_mm);
 }
 
-// Four slopes about as steep as they are wide, apex up at the origin.
+// Square pyramid with its apex up at the origin.
 Mesh pyramid()
 {
   Mesh mesh;
@@ -125,7 +124,7 @@ Mesh tilted_pyramid(Random& random)
 
 const Eigen::Matrix3d upside_down = Eigen::Vector3d(1, -1, -1).asDiagonal();
 
-// Random points of the face keep clear of its diagonal, which is an edge.
+// Random points of the face away from its diagonal, which is an edge.
 Eigen::Vector3d on_face(Random& random)
 {
   Eigen::Vector3d p;

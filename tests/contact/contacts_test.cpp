@@ -121,7 +121,7 @@ TEST(Contacts, NothingActsAlongTheEdgeThatAVertexTouches)
   const std::vector<Contact> from_below = contacts_of(bar, apex, {{0.5, -apart_mm, 0}, 0.0});
   ASSERT_EQ(from_below.size(), 1u);
   EXPECT_LT((from_below[0].normal - Eigen::Vector3d(0, -1, 0)).norm(), exact_mm);
-  // The same with the roles exchanged: the pyramid hangs and the bar comes from below.
+  // The same with the roles exchanged: the pyramid points down and the bar is below.
   Pose over = Pose::Identity();
   over.linear() = rotation_x(pi);
   const std::vector<Contact> hanging = contacts_of(transformed(apex, over), bar, {{0.5, -apart_mm, 0}, 0.0});
@@ -131,8 +131,7 @@ TEST(Contacts, NothingActsAlongTheEdgeThatAVertexTouches)
 
 TEST(Contacts, BackFacesStruckFromBehindAreDropped)
 {
-  // The moving tip has gone through an upward-facing sheet and touches it from above: no reaction along
-  // -Delta.
+  // The moving tip has passed an upward-facing sheet and touches it from above: no reaction along -Delta.
   const Mesh sheet = test::sheet(10, 4);  // normal +Y
   EXPECT_TRUE(contacts_of(sheet, pyramid(1, 4), {{0.3, -standoff_mm, 0.2}, 0.0}).empty());
   Mesh underside = sheet;
@@ -168,7 +167,7 @@ TEST(Collision, BallsTouchWhenTheirCentresAreNearEnough)
   NarrowPhase narrow_phase;
   const TreeMesh upper = make_tree_mesh(test::ball(10, 32, 64));
   const TreeMesh lower = make_tree_mesh(test::ball(6, 32, 64));
-  // Facets lie inside the spheres by at most the sagitta of an edge of pi / 32.
+  // Facets are inside the spheres by at most the sagitta of an edge of pi / 32.
   const double facet_mm = 16 * (pi / 32) * (pi / 32) / 8 * 2;
   for (const double angle : {0.0, 0.4, 1.0}) {
     const Eigen::Vector3d away(std::sin(angle), -std::cos(angle), 0);

@@ -1,4 +1,4 @@
-// The directional gap against the bisection of the boolean collision, which knows nothing of it.
+// The directional gap against bisection with the independent collision test.
 #include "proximity/gap_query.hpp"
 
 #include <gtest/gtest.h>
@@ -13,10 +13,10 @@
 
 namespace vrda::gap_query_test {
 
-// Below this the boolean answer is the narrow phase's rounding.
+// Below this the collision test is decided by rounding in the narrow phase.
 constexpr double resolution_mm = 1e-7;
 
-// The height between a free and a colliding one at which the objects first collide.
+// The travel between a free and a colliding one at which the objects first collide.
 double bisected_travel_mm(const TreeMesh& reference, const TreeMesh& moving, const MovingPose& pose,
                           double free_mm, double colliding_mm)
 {
@@ -59,7 +59,7 @@ TEST(GapAgainstCollision, TheTravelIsWhereBisectionEnds)
   }
 }
 
-// Every pair of triangles within the band of each other, by looking at all.
+// Every pair of triangles within the band of each other, by exhaustive search.
 std::vector<TrianglePair> pairs_within(const Mesh& reference, const Mesh& moving, const Attitude& attitude,
                                        const MovingPose& pose, double band_mm)
 {
@@ -89,11 +89,11 @@ TEST(ClosePairs, HoldEveryPairWithinTheBand)
   GapQuery query{GapTree(bumps), GapTree(dents)};
   int n_near = 0, n_apart = 0;
   for (int k = 0; k < 60; ++k) {
-    // About touching from any side, from a hair to the size of a facet apart.
+    // Near contact from any direction, with bands from 1e-3 mm to the size of a facet.
     const double band_mm = k % 3 == 0 ? 1e-3 : (k % 3 == 1 ? 0.05 : 2.0);
     const Attitude attitude{3 * unit(random), 0.3 * unit(random)};
-    Eigen::Vector3d way(unit(random), unit(random), unit(random));
-    const MovingPose pose{way.normalized() * (17.0 + 2.0 * unit(random)), 3 * unit(random)};
+    Eigen::Vector3d direction(unit(random), unit(random), unit(random));
+    const MovingPose pose{direction.normalized() * (17.0 + 2.0 * unit(random)), 3 * unit(random)};
     const std::vector<TrianglePair> wanted = pairs_within(bumps, dents, attitude, pose, band_mm);
     query.set_attitude(attitude);
     const std::vector<TrianglePair>& found = query.close_pairs(pose, band_mm);
@@ -113,7 +113,7 @@ TEST(TravelAtMost, IsNoLessThanTheTravel)
   std::uniform_real_distribution<double> unit(-1, 1);
   const GapTree upper(test::ball(10, 14, 22)), lower(test::ball(8, 13, 20));
   GapQuery query(upper, lower);
-  EXPECT_TRUE(std::isinf(query.travel_at_most_mm({{0, -30, 0}, 0}))) << "knows nothing yet";
+  EXPECT_TRUE(std::isinf(query.travel_at_most_mm({{0, -30, 0}, 0}))) << "no hints yet";
   int n_known = 0;
   for (int k = 0; k < 200; ++k) {
     const MovingPose pose{{4 * unit(random), -30, 4 * unit(random)}, 0.3 * unit(random)};

@@ -1,4 +1,4 @@
-// What must not change the answer: which object is asked first, and how triangles and vertices are numbered.
+// Invariance of the result: exchange of the objects, numbering of triangles and vertices.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -52,13 +52,13 @@ Mesh renumbered(const Mesh& mesh, Random& random)
   return result;
 }
 
-// A ball and a box, whose flat faces, edges and corners all get to touch.
+// A ball and a box, so that faces, edges and corners all come into contact.
 struct Objects {
   Mesh box = test::box({0, 0, 0}, {20, 12, 16});
   Mesh ball = test::ball(9.0, 10, 17);
 };
 
-// Near the first touch from below: within 1e-7 to 10 mm of it, on either side.
+// Near the first contact from below: within 1e-7 to 10 mm of it, on either side.
 MovingPose near_touch(const TreeMesh& reference, const TreeMesh& moving, Random& random)
 {
   MovingPose pose{{random.between(-12, 12), -40, random.between(-12, 12)}, random.between(-3, 3)};

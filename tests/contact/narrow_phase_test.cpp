@@ -9,8 +9,8 @@
 
 namespace vrda::narrow_phase_test {
 
-// Distances within 1e-3 mm are exact; Bullet's, further off, are this good for triangles of 3 mm however
-// parallel.
+// Distances within 1e-3 mm are exact; Bullet's distances above have this accuracy for triangles of 3 mm at
+// any angle.
 constexpr double promised_mm = 1e-8;
 
 Corners shifted(Corners t, const Eigen::Vector3d& by)
@@ -85,7 +85,7 @@ TEST(NarrowPhase, TheCheapTestNeverPartsWhatIsWithinTheBand)
   EXPECT_GT(n_separated, 2000);
 }
 
-// Rounding of coordinates up to 100 mm, a hundred times over.
+// A hundred times the rounding of coordinates up to 100 mm.
 constexpr double rounding_mm = 1e-12;
 
 Corners raised(Corners t, double by_mm)
@@ -94,7 +94,7 @@ Corners raised(Corners t, double by_mm)
   return t;
 }
 
-// How far a point stands off a triangle's plane or beyond its edges; not positive within it.
+// Distance of a point from a triangle's plane or beyond its edges; not positive inside it.
 double outside_mm(const Corners& t, const Eigen::Vector3d& p)
 {
   const Eigen::Vector3d n = (t[1] - t[0]).cross(t[2] - t[0]).normalized();
@@ -106,8 +106,7 @@ double outside_mm(const Corners& t, const Eigen::Vector3d& p)
   return most;
 }
 
-// Pairs that overlap as they come, and the height by which the second must rise to touch the first from
-// above.
+// Overlapping pairs, and the height by which the second must rise to touch the first from above.
 struct Pair {
   Corners a, b;
   double touch_mm = 0.0;
@@ -129,7 +128,7 @@ Pair touching_pair(test::Random& random, double size_mm, double flatness)
   return pair;
 }
 
-// From any slope to nearly parallel, where GJK stops early.
+// From random slopes to nearly parallel, where GJK stops early.
 constexpr double flatnesses[] = {1.0, 1e-2, 1e-5, 1e-7};
 constexpr double sizes_mm[] = {0.1, 1.0, 3.0, 40.0};
 
@@ -169,10 +168,11 @@ TEST(Separation, ChangesSignAtTheTouch)
         for (const double above_mm : {-1e-6, -1e-7, -1e-9, 1e-9, 1e-7, 1e-6}) {
           const Corners b = raised(pair.b, pair.touch_mm + above_mm);
           const double expected_mm = test::triangle_distance_mm(pair.a, b);
-          // Raised or lowered by more than its thickness a triangle may be free on either side of the touch.
+          // A triangle raised or lowered by more than its thickness may be free on either side of the
+          // contact.
           const bool is_overlapping = expected_mm <= 0.0;
           EXPECT_EQ(separation_mm(pair.a, b) <= 0.0, is_overlapping) << expected_mm;
-          EXPECT_LE(separation_mm(pair.a, b), expected_mm + rounding_mm) << "no direction shows more";
+          EXPECT_LE(separation_mm(pair.a, b), expected_mm + rounding_mm) << "no axis separates more";
           EXPECT_EQ(narrow_phase.measure(pair.a, b).is_overlapping, is_overlapping) << expected_mm;
           (is_overlapping ? n_overlapping : n_apart) += 1;
         }

@@ -9,7 +9,7 @@ namespace vrda::configuration_test {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Appendix B with the names we chose where the page lost them.
+// Appendix B; keyword names that are illegible there are ours.
 const std::string knee = R"(# the knee
 MODEL 0 femur
 MODEL 1 tibmen
@@ -90,7 +90,7 @@ TEST(Configuration, ABodyMayHaveSeveralModelsAndARangeMayFall)
   EXPECT_EQ(c.varus.step_deg, -1.0);
 }
 
-// The thesis's text with one line replaced, and what the message says.
+// The text of the thesis with one line replaced, and the expected message.
 struct BadLine {
   std::string from;
   std::string to;
@@ -144,7 +144,7 @@ TEST(ConfigurationErrors, Values)
   expect_refused({"1 0 0.005 0", "1 0 5 0", "line 5", "a motion of 5000 mm", "at most 1000 mm"});
   expect_refused({"0 -0.02 0", "0 -2e9 0", "line 4", "-2e+12 mm", "at most 1e+06 mm"});
   expect_refused({"0 -0.02 0", "0 inf 0", "line 4", "\"inf\"", "a length"});
-  expect_refused({"ORIENTATION 1 0 0 0", "ORIENTATION 1 5 0 0", "line 6", "turns of 5, 0 and 0 degrees",
+  expect_refused({"ORIENTATION 1 0 0 0", "ORIENTATION 1 5 0 0", "line 6", "5, 0 and 0 degrees",
                   "about the direction of motion only"});
   expect_refused({"ORIENTATION 1 0 0 0", "ORIENTATION 1 0 270 0", "line 6", "270", "from -180 to 180"});
   expect_refused({"SHIFT_MODEL 0", "SHIFT_MODEL 100", "line 7", "100", "a view from 0 to 99"});
@@ -157,7 +157,7 @@ TEST(ConfigurationErrors, Values)
   expect_refused({"RANGE 0 0 90", "RANGE 0 0 -90", "line 13", "-90", "flexion from -30"});
   expect_refused({"RANGE 1 -15 15", "RANGE 1 -15 99", "line 14", "99", "varus from -85"});
   expect_refused({"RANGE 1 -15 15", "RANGE 1 -15 15 -1", "line 14", "a step of -1", "from -15 to 15"});
-  expect_refused({"RANGE 1 -15 15", "RANGE 1 -15 15 0", "line 14", "a step of 0", "leads"});
+  expect_refused({"RANGE 1 -15 15", "RANGE 1 -15 15 0", "line 14", "a step of 0", "from -15 to 15"});
   expect_refused({"RANGE 1 -15 15", "RANGE 1 -15 15 1e-9", "line 14", "more than a million", "1000000"});
   expect_refused({"RENDER fill", "RENDER full", "line 15", "\"full\"", "fill or wire"});
 }

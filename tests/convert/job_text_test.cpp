@@ -87,7 +87,7 @@ TEST(JobText, ViewKeywordsGoToThePlayersPart)
               HasSubstr("number = 2\nshift_mm = [-100, 0, 50]\norientation_deg = [0, 90, 0]\n"));
 }
 
-// A word of a configuration: mostly right, now and then at or past a limit.
+// A random value of a configuration: mostly valid, sometimes at or beyond a limit.
 std::string value(std::mt19937& random)
 {
   const std::vector<std::string> all{"0",   "1",    "0.1", "-0.02", "5",    "1e-3", "30",   "-15",  "90",

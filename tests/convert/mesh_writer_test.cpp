@@ -21,7 +21,7 @@ RawMesh raw_of(const Mesh& mesh)
   return raw;
 }
 
-// A square and a concave pentagon in one plane, with a normal a vertex.
+// A square and a concave pentagon in one plane, with vertex normals.
 RawMesh polygons()
 {
   RawMesh mesh;
@@ -34,7 +34,7 @@ RawMesh polygons()
   return mesh;
 }
 
-// Each face as the coordinates of its corners, the smallest first in the same order around; then sorted.
+// Sorted faces; each as the coordinates of its corners, rotated so that the smallest corner is first.
 std::vector<std::vector<double>> faces_of(const RawMesh& mesh)
 {
   std::vector<std::vector<double>> faces;
@@ -72,7 +72,7 @@ TEST(MeshWriter, PolygonsStayPolygonsInTextFormats)
 
 TEST(MeshWriter, AnStlHoldsTheTrianglesThatLoadWouldMake)
 {
-  // n - 2 a polygon, the concave one within its outline: area 1 + 1.75.
+  // n - 2 triangles for each polygon; the concave one is inside its outline: area 1 + 1.75.
   const std::string bytes = mesh_bytes("a.stl", polygons());
   EXPECT_EQ(bytes.size(), 84u + 50u * 5u);
   const RawMesh mesh = through("a.stl", polygons());
@@ -98,7 +98,7 @@ TEST(MeshWriter, NormalsTravelInPlyAndWavefront)
 
 TEST(MeshWriter, SinglePrecisionSurvivesEveryPairOfFormats)
 {
-  // What floats hold comes back to the last bit, whatever the way.
+  // Float coordinates are restored exactly through every pair of formats.
   RawMesh mesh = raw_of(test::ball(7.3, 6, 9));
   mesh.vertices = mesh.vertices.cast<float>().cast<double>().eval();
   const auto faces = faces_of(mesh);

@@ -9,7 +9,7 @@ namespace vrda::object_set_test {
 
 using testing::HasSubstr;
 
-// Two components that share the edge between vertices 2 and 3: a square and a triangle beside it.
+// Two components that share the edge between vertices 2 and 3: a square and an adjacent triangle.
 ObjectSetTexts two_components()
 {
   return {{"k.coor", "# a knee\n5\n1, 0, 0, 0\n2, 1, 0, 0\n3, 1, 1, 0\n4, 0, 1, 0\n5, 2, 0.5, 0\n"},
@@ -42,7 +42,7 @@ TEST(ObjectSet, NumbersMayBeginAtZeroAndCountsMayBeLeftOut)
   EXPECT_EQ(components[0].mesh.vertices.row(2), Eigen::RowVector3d(0, 1, 0));
 }
 
-// A set with one text of it changed, and what the message says.
+// A set with one changed text, and the expected message.
 struct BadSet {
   NamedText ObjectSetTexts::*part;
   std::string from;
@@ -70,9 +70,9 @@ void expect_refused(const BadSet& row)
 TEST(ObjectSetErrors, Coordinates)
 {
   const auto part = &ObjectSetTexts::coordinates;
-  expect_refused({part, "5\n", "6\n", "line 2", "a count of 6", "5, as many rows as follow"});
-  expect_refused({part, "5\n", "1000000000000\n", "line 2", "1000000000000", "5, as many rows"});
-  expect_refused({part, "5\n", "-5\n", "line 2", "-5", "5, as many rows"});
+  expect_refused({part, "5\n", "6\n", "line 2", "a count of 6", "5"});
+  expect_refused({part, "5\n", "1000000000000\n", "line 2", "1000000000000", "5, the number of rows"});
+  expect_refused({part, "5\n", "-5\n", "line 2", "-5", "5, the number of rows"});
   expect_refused({part, "3, 1, 1, 0", "3, 1, 1", "line 5", "3 words", "three coordinates"});
   expect_refused({part, "3, 1, 1, 0", "3, 1, 1, 0, 7", "line 5", "5 words", "three coordinates"});
   expect_refused({part, "3, 1, 1, 0", "3, 1, one, 0", "line 5", "\"one\"", "a finite coordinate"});
@@ -96,8 +96,8 @@ TEST(ObjectSetErrors, Normals)
 TEST(ObjectSetErrors, Elements)
 {
   const auto part = &ObjectSetTexts::elements;
-  expect_refused({part, "3\n", "4\n", "line 1", "a count of 4", "3, as many rows"});
-  expect_refused({part, "Femur 2 5 3", "2 5 3", "line 3", "names no component", "the name of its component"});
+  expect_refused({part, "3\n", "4\n", "line 1", "a count of 4", "3, the number of rows"});
+  expect_refused({part, "Femur 2 5 3", "2 5 3", "line 3", "\"2\"", "the name of its component"});
   expect_refused({part, "Femur 2 5 3", "../Femur 2 5 3", "line 3", "\"../Femur\"", "a letter first"});
   expect_refused({part, "Femur 2 5 3", "Femur 2 6 3", "line 3", "vertex 6", "a vertex from 1 to 5"});
   expect_refused({part, "Femur 2 5 3", "Femur 2 0 3", "line 3", "vertex 0", "a vertex from 1 to 5"});

@@ -30,7 +30,7 @@ TEST(Frames, ShortestRotationTakesOneToTheOther)
 
 TEST(Frames, XReferenceMovingAgreesWithTheSolverMeshes)
 {
-  // A moving vertex placed in S must meet the same reference vertex seen through the stored pose.
+  // A moving vertex must have the same position relative to the reference in S and through the stored pose.
   const Attitude attitude{0.7, -0.1};
   const MovingPose pose{{1.5, -20.0, 2.5}, 0.2};
   for (const Side side : {Side::right, Side::left}) {

@@ -9,10 +9,10 @@
 
 namespace vrda::helical_axis_test {
 
-// Products of rotations acting on coordinates of a few hundred mm.
+// Rounding of products of rotations applied to coordinates of a few hundred mm.
 constexpr double rounding_mm = 1e-12;
 constexpr double rounding = 1e-14;
-constexpr double lever_mm = 150.0;  // the farthest axis from the farthest point asked for
+constexpr double lever_mm = 150.0;  // largest distance between an axis and a query point
 
 struct Screw {
   Eigen::Vector3d direction, point_mm;
@@ -21,7 +21,7 @@ struct Screw {
 
 Pose turned(const Screw& screw, double share)
 {
-  // By core's turn about Z in the axis's own frame, so that nothing of the room under test is used.
+  // By core's rotation about Z in the axis's frame, independent of the functions under test.
   const Eigen::Vector3d across = screw.direction.unitOrthogonal();
   Eigen::Matrix3d R_axis;
   R_axis << across, screw.direction.cross(across), screw.direction;
@@ -37,9 +37,9 @@ double distance_to_line_mm(const Eigen::Vector3d& p_mm, const Screw& line)
   return line.direction.cross(p_mm - line.point_mm).norm();
 }
 
-// Entries of products of rotations are good to `rounding`. A turn by a small angle has its direction to
-// rounding / angle; the part of the translation that is then taken for a way across the axis, and the
-// rounding of coordinates, shift the axis by 1 / angle as much.
+// Entries of products of rotations are accurate to `rounding`. The direction of a rotation by a small angle
+// is accurate to rounding / angle; the resulting error of the translation across the axis, and the rounding
+// of coordinates, shift the axis by 1 / angle times as much.
 void expect_found(const Screw& screw, const Pose& X_start, const Eigen::Vector3d& near_mm)
 {
   const double widened = 1.0 + 1.0 / screw.rotation_rad;
@@ -52,7 +52,7 @@ void expect_found(const Screw& screw, const Pose& X_start, const Eigen::Vector3d
   EXPECT_NEAR(axis->translation_mm, screw.translation_mm, along_mm);
   EXPECT_LT((axis->direction - screw.direction).norm(), direction_tolerance);
   EXPECT_LT(distance_to_line_mm(axis->point_mm, screw), across_mm);
-  // Nearest to the point asked for: the way there is across the axis.
+  // Nearest to the query point: the connection is perpendicular to the axis.
   EXPECT_NEAR((axis->point_mm - near_mm).dot(screw.direction), 0.0, along_mm);
 }
 
@@ -87,7 +87,7 @@ TEST(HelicalAxis, FindsScrewsOfAnyTurn)
 
 TEST(HelicalAxis, HalfATurnIsFound)
 {
-  // The skew part is rounding alone; either sense of the axis describes the same turn.
+  // The skew part is rounding only; either sense of the axis describes the same rotation.
   const Screw screw{Eigen::Vector3d(0.6, 0.0, -0.8), {1.0, 2.0, 3.0}, pi, 2.5};
   const auto axis = helical_axis(Pose::Identity(), turned(screw, 1.0), Eigen::Vector3d::Zero());
   ASSERT_TRUE(axis);
@@ -114,7 +114,7 @@ TEST(HelicalAxis, MidwayIsHalfTheTurn)
   EXPECT_LT((found - expected).norm(), 10.0 * rounding);
 }
 
-/// Where the perpendicular bisectors of two points' ways meet, by solving the two lines.
+/// Intersection of the perpendicular bisectors of two points' displacements.
 Eigen::Vector2d meeting_of_bisectors(const Pose& X_start, const Pose& X_end, const Eigen::Vector3d& a,
                                      const Eigen::Vector3d& b)
 {

@@ -80,7 +80,7 @@ TEST(DrawMesh, ACubeKeepsItsEdgesBelowARightAngleAndLosesThemAbove)
 {
   const Mesh cube = test::box({0, 0, 0}, {2, 2, 2});
   const DrawMesh sharp = draw_mesh(cube, every_triangle(cube), {0, 0, 0}, rad_from_deg(89));
-  EXPECT_EQ(sharp.vertices.size(), 24U);  // three faces meet at each corner
+  EXPECT_EQ(sharp.vertices.size(), 24U);  // three faces at each corner
   for (const DrawVertex& vertex : sharp.vertices) {
     const Eigen::Vector3d n = as_vector(vertex.normal);
     EXPECT_NEAR(n.cwiseAbs().maxCoeff(), 1.0, single_rounding);
@@ -98,7 +98,8 @@ TEST(DrawMesh, ABallIsSmoothAndItsNormalsAreRadial)
   const DrawMesh drawn = draw_mesh(ball, every_triangle(ball), {0, 0, 0});
   EXPECT_EQ(drawn.vertices.size(), static_cast<std::size_t>(ball.vertices_mm.rows()));
   EXPECT_EQ(drawn.triangles.size(), static_cast<std::size_t>(3 * ball.triangles.rows()));
-  // A quarter of the angle between neighbouring rings: faces around a vertex lean by half of it each way.
+  // A quarter of the angle between neighbouring rings: faces around a vertex deviate by half of it to either
+  // side.
   constexpr double tolerance_rad = pi / 32 / 4;
   for (const DrawVertex& vertex : drawn.vertices) {
     EXPECT_LT((as_vector(vertex.normal) - as_vector(vertex.position_mm) / 20.0).norm(), tolerance_rad);

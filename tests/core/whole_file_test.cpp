@@ -1,5 +1,4 @@
-// A file that is replaced: whole or not at all, with its mode, through links, by a file of the same kind
-// only.
+// Atomic replacement of files: mode, links, file types and the lock on outputs.
 #include "core/whole_file.hpp"
 
 #include <fcntl.h>
@@ -70,7 +69,7 @@ TEST(WholeFile, ModeOwnerAndGroupStay)
       ASSERT_EQ(chown(file.c_str(), 12345, 23456), 0);
     }
     const struct stat old = facts_of(file);
-    if (!is_root && (mode & S_IRUSR) == 0) continue;  // its kind cannot be read
+    if (!is_root && (mode & S_IRUSR) == 0) continue;  // its type cannot be read
     write_whole(file, {"new"});
     EXPECT_EQ(facts_of(file).st_mode, old.st_mode);
     EXPECT_EQ(facts_of(file).st_uid, old.st_uid);
@@ -101,7 +100,7 @@ TEST(WholeFile, LinksAreFollowedAndStay)
   EXPECT_TRUE(fs::is_symlink(scratch.path() / "nearer"));
   EXPECT_EQ(test::read_bytes(file), "new");
   fs::remove(file);
-  write_whole(scratch.path() / "near", {"again"});  // the file that it names is made
+  write_whole(scratch.path() / "near", {"again"});  // creates the link's target
   EXPECT_EQ(test::read_bytes(file), "again");
 }
 
@@ -179,7 +178,7 @@ TEST(OutputLock, OneAtATimeAndTheHolderIsNamed)
     EXPECT_THAT(holder, HasSubstr("vrda smooth, process " + std::to_string(getpid())));
   }
   EXPECT_TRUE(OutputLock::take(output, "vrda audit", {}));
-  EXPECT_THAT(names_in(scratch.path()), UnorderedElementsAre("l.h5"));  // nothing is left
+  EXPECT_THAT(names_in(scratch.path()), UnorderedElementsAre("l.h5"));  // no lock or temporary file remains
 }
 
 TEST(OutputLock, AKilledHolderLeavesNoLock)
@@ -200,7 +199,7 @@ TEST(OutputLock, AKilledHolderLeavesNoLock)
   EXPECT_FALSE(fs::exists(output + ".lock"));
 }
 
-// Processes that each add one to a number in a file, under the lock; some are killed at a random moment.
+// Several processes increment a number in a file under the lock; some are killed at random times.
 TEST(OutputLock, NoChangeUnderItIsLost)
 {
   const test::Scratch scratch;
@@ -230,7 +229,7 @@ TEST(OutputLock, NoChangeUnderItIsLost)
     kill(children[p], SIGKILL);
   }
   for (const pid_t child : children) waitpid(child, nullptr, 0);
-  // A killed process may have written the file and not yet its line.
+  // A killed process may have written the file but not its log entry.
   const int n_noted = static_cast<int>(test::read_bytes(done).size()),
             n = std::stoi(test::read_bytes(output));
   EXPECT_GE(n, n_noted);

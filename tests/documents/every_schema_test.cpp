@@ -1,4 +1,4 @@
-// Every key of every schema, at its limits and beyond them, as the schema itself says.
+// Every key of every schema: values at the limits are accepted, values beyond them are refused.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ class Walk {
  public:
   explicit Walk(const std::string& text) : schema_(text), root_(parse_json(text, "schema", "JSON")) {}
 
-  int n_taken = 0, n_refused = 0;
+  int n_accepted = 0, n_refused = 0;
 
   void run()
   {
@@ -29,7 +29,7 @@ class Walk {
   }
 
  private:
-  using Put = std::function<DocumentValue(const DocumentValue&)>;  // the document with a value at a place
+  using Put = std::function<DocumentValue(const DocumentValue&)>;  // the document with the value inserted
 
   const Node& dereferenced(const Node& node) const
   {
@@ -46,7 +46,7 @@ class Walk {
     return items.list() != nullptr ? items.list()->at(i) : items;
   }
 
-  // The least that the schema takes.
+  // The smallest value that the schema accepts.
   DocumentValue example(const Node& given) const
   {
     const Node& node = dereferenced(given);
@@ -90,9 +90,9 @@ class Walk {
     return table;
   }
 
-  void take(const DocumentValue& document, const std::string& path)
+  void accept(const DocumentValue& document, const std::string& path)
   {
-    ++n_taken;
+    ++n_accepted;
     try {
       schema_.checked({"a.toml", document});
     } catch (const InputError& error) {
@@ -105,7 +105,7 @@ class Walk {
     ++n_refused;
     try {
       schema_.checked({"a.toml", document});
-      ADD_FAILURE() << path << ": taken";
+      ADD_FAILURE() << path << ": accepted";
     } catch (const InputError& error) {
       EXPECT_EQ(error.facts().field, path) << error.what();
       EXPECT_NE(error.facts().wanted, "");
@@ -115,9 +115,9 @@ class Walk {
   void visit(const Node& given, const std::string& path, const Put& put)
   {
     const Node& node = dereferenced(given);
-    take(put(example(given)), path);
+    accept(put(example(given)), path);
     if (const Node* shapes = node.find("anyOf")) {
-      for (const Node& shape : *shapes->list()) take(put(example(shape)), path);
+      for (const Node& shape : *shapes->list()) accept(put(example(shape)), path);
       refuse(put({true}), path);
       return;
     }
@@ -127,7 +127,7 @@ class Walk {
     if (type == "string") visit_text(node, path, put);
     if (type == "number" || type == "integer") visit_number(node, path, put);
     if (type != "boolean") return;
-    take(put({false}), path);
+    accept(put({false}), path);
     refuse(put({std::int64_t{1}}), path);
   }
 
@@ -139,14 +139,14 @@ class Walk {
     };
     const auto limit = [&](const char* key, double outward) {
       if (node.find(key) == nullptr) return;
-      take(put(typed(node, number_at(node, key))), path);
+      accept(put(typed(node, number_at(node, key))), path);
       refuse(put(typed(node, next(number_at(node, key), outward))), path);
     };
     limit("minimum", -infinite);
     limit("maximum", infinite);
     if (node.find("exclusiveMinimum") != nullptr) {
       const double least = number_at(node, "exclusiveMinimum");
-      take(put({std::nextafter(least, infinite)}), path);
+      accept(put({std::nextafter(least, infinite)}), path);
       refuse(put({least}), path);
     }
     if (is_whole) refuse(put({example_number(node) + 0.5}), path);
@@ -158,14 +158,14 @@ class Walk {
 
   void visit_text(const Node& node, const std::string& path, const Put& put)
   {
-    for (const Node& word : list_or_empty(node, "enum")) take(put(word), path);
+    for (const Node& word : list_or_empty(node, "enum")) accept(put(word), path);
     if (node.find("enum") != nullptr) refuse(put({std::string("no such word")}), path);
     if (node.find("pattern") != nullptr) refuse(put({std::string("not/a name")}), path);
     if (node.find("not") != nullptr) refuse(put({std::string("two\nlines")}), path);
     if (node.find("minLength") != nullptr) refuse(put({std::string()}), path);
     if (node.find("maxLength") != nullptr) {
       const auto most = static_cast<std::size_t>(integer_at(node, "maxLength"));
-      take(put({std::string(most, 'x')}), path);
+      accept(put({std::string(most, 'x')}), path);
       refuse(put({std::string(most + 1, 'x')}), path);
     }
     refuse(put({3.5}), path);
@@ -184,7 +184,7 @@ class Walk {
     if (node.find("minItems") != nullptr) refuse(of_size(least.size() - 1), path);
     if (node.find("maxItems") != nullptr && node.find("uniqueItems") == nullptr) {
       const auto most = static_cast<std::size_t>(integer_at(node, "maxItems"));
-      take(of_size(most), path);
+      accept(of_size(most), path);
       refuse(of_size(most + 1), path);
     }
     refuse(put({true}), path);
@@ -199,7 +199,7 @@ class Walk {
     }
   }
 
-  // Without the default, which may have more.
+  // Without the default, which may have more items than the minimum.
   DocumentValue example_list(const Node& node) const
   {
     Table plain = *node.table();
@@ -248,7 +248,7 @@ TEST_P(EverySchema, TakesEveryKeyAtItsLimitsAndRefusesItBeyond)
 {
   Walk walk(test::read_bytes(std::string(VRDA_SCHEMAS "/") + GetParam() + ".schema.json"));
   walk.run();
-  EXPECT_GT(walk.n_taken, 10);
+  EXPECT_GT(walk.n_accepted, 10);
   EXPECT_GT(walk.n_refused, 20);
 }
 

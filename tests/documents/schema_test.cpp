@@ -78,10 +78,10 @@ TEST(DocumentSchema, EveryKindOfFaultNamesLineKeyFoundAndWanted)
                "a known key; the nearest is \"display.layout\""},
            Row{title + "[[body]]\ntool = \"x\"\n[[body]]\ntol = \"y\"", 5, "body.1.tol", "an unknown key",
                "a known key; the nearest is \"body.tool\""},
-           // Of two that are as near, the one of its own table.
+           // Of two equally near keys the one of the same table.
            Row{title + "[[body]]\ntool = \"x\"\ntole = 1", 4, "body.0.tole", "an unknown key",
                "a known key; the nearest is \"body.tool\""},
-           // Missing ones.
+           // Missing keys.
            Row{"flag = true", 0, "title", "nothing", "a short title"},
            Row{title + "\n[[body]]", 3, "body.0.tool", "nothing", "a text"},
            // Wrong types.
@@ -186,10 +186,10 @@ TEST(ParseJson, WhatIsNoneIsRefused)
     std::string text, field, found;
     int line;
   };
-  for (const Row& row : {Row{"[1,\n2,,]", "", "no JSON", 2}, Row{"", "", "no JSON", 1},
+  for (const Row& row : {Row{"[1,\n2,,]", "", "invalid JSON", 2}, Row{"", "", "invalid JSON", 1},
                          Row{"[1e999]", "", "a number beyond the range of doubles", 1},
                          Row{R"([1, {"a": null}])", "1.a", "null", 0},
-                         Row{std::string(1'000'000, '['), "", "lists within lists within lists", 0}}) {
+                         Row{std::string(1'000'000, '['), "", "more than 40 nested lists or tables", 0}}) {
     const InputError::Facts facts = test::input_error([&] { parse_json(row.text, "j.json", "a list"); });
     EXPECT_EQ(facts.file, "j.json");
     EXPECT_EQ(facts.field, row.field);

@@ -1,5 +1,5 @@
-/// Why mesh files are checked by hand before assimp sees them, and PLY is not left to it: what assimp makes
-/// of them alone. Where a row fails after an update of assimp, the check it stands for may go.
+/// Behaviour of assimp without our checks: the reason for the checks and for our PLY parser. If a row fails
+/// after an update of assimp, the corresponding check may be removed.
 #include <assimp/scene.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ struct MeshText {
   std::string bytes;
 };
 
-/// Number of vertices of faces; nothing where assimp refuses the file.
+/// Number of face corners; nothing if assimp rejects the file.
 std::optional<unsigned> corners_read_by_assimp(const MeshText& text)
 {
   Assimp::Importer importer;

@@ -16,7 +16,7 @@ RawMesh raw_of(const Mesh& mesh)
   return raw;
 }
 
-// Every triangle with vertices of its own, as an STL file has them.
+// Triangles with unshared vertices, as in an STL file.
 RawMesh soup_of(const Mesh& mesh)
 {
   RawMesh raw;
@@ -62,8 +62,8 @@ TEST(CleanMesh, DegenerateFacesAndUnusedVerticesGo)
   RawMesh raw = raw_of(test::box({0, 0, 0}, {2, 2, 2}));
   raw.vertices.conservativeResize(10, 3);
   raw.vertices.row(8) << 5, 5, 5;                                            // unused
-  raw.vertices.row(9) << -1, -1, -1;                                         // the same place as vertex 0
-  for (const std::int32_t corner : {0, 9, 1}) raw.corner.push_back(corner);  // two corners in one place
+  raw.vertices.row(9) << -1, -1, -1;                                         // the same position as vertex 0
+  for (const std::int32_t corner : {0, 9, 1}) raw.corner.push_back(corner);  // two corners at one position
   raw.size.push_back(3);
   for (const std::int32_t corner : {0, 1, 0, 1}) raw.corner.push_back(corner);  // a polygon without area
   raw.size.push_back(4);
@@ -121,7 +121,7 @@ TEST(CleanMesh, SeparateShellsAreTurnedEachForItself)
 
 TEST(CleanMesh, AnInnerWallStaysAnInnerWall)
 {
-  // Outer 4^3, cavity 2^3, as a file winds them rightly and the other way round.
+  // Outer box 4^3, cavity 2^3, with correct and with reversed winding.
   Mesh hollow = test::box({0, 0, 0}, {4, 4, 4});
   append(hollow, reversed(test::box({0, 0, 0}, {2, 2, 2})));
   EXPECT_DOUBLE_EQ(signed_volume_mm3(clean_mesh(raw_of(hollow), Winding::outward, Side::right).mesh), 56.0);
@@ -155,10 +155,10 @@ TEST(CleanMesh, AMirroredSoupGivesTheMirroredMeshToTheLastBit)
   Mesh ball = test::ball(7.3, 9, 13);
   ball.vertices_mm.col(2).array() += 1.7;
   const Mesh expected = mirrored_z(clean_mesh(soup_of(ball), Winding::outward, Side::right).mesh);
-  // Wound like a proper mirror image, and as a program leaves it that negates z only.
-  Mesh careless = ball;
-  careless.vertices_mm.col(2) *= -1.0;
-  for (const Mesh& mirrored : {mirrored_z(ball), careless}) {
+  // With reversed winding, and with z negated only.
+  Mesh negated = ball;
+  negated.vertices_mm.col(2) *= -1.0;
+  for (const Mesh& mirrored : {mirrored_z(ball), negated}) {
     const Mesh mesh = clean_mesh(soup_of(mirrored), Winding::outward, Side::left).mesh;
     EXPECT_EQ(mesh.vertices_mm, expected.vertices_mm);
     EXPECT_EQ(mesh.triangles, expected.triangles);

@@ -20,7 +20,7 @@ TEST(Condyles, TwoBallsAreFound)
   append(femur, moved(test::ball(23, 48, 96), right_mm));
   const std::optional<CondyleSpheres> spheres = condyle_spheres(femur);
   ASSERT_TRUE(spheres.has_value());
-  // Face centres lie inside the sphere by its sagitta, at most r (pi / 48)^2 / 2 = 0.05 mm.
+  // Face centres are inside the sphere by its sagitta, at most r (pi / 48)^2 / 2 = 0.05 mm.
   constexpr double sagitta_mm = 0.05;
   EXPECT_LT((spheres->left.centre_mm - left_mm).norm(), sagitta_mm);
   EXPECT_LT((spheres->right.centre_mm - right_mm).norm(), sagitta_mm);

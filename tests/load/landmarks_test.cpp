@@ -43,7 +43,7 @@ TEST(Landmarks, ColumnsComeInAnyOrder)
 
 TEST(Landmarks, WhatIsNoTableIsRefusedByLineAndColumn)
 {
-  expect_refused("", "", "no line", "names of columns");
+  expect_refused("", "", "no line", "column names");
   expect_refused(header, "line 1", "no pair", "at least one");
   expect_refused("name,ax,ay,az,bx,by,bz\n", "line 1, subject_mm", "nothing", "distance");
   expect_refused("name,ax,ay,az,bx,by,bz,subject_mm,ax\n", "line 1, ax", "a second", "once");
@@ -53,16 +53,17 @@ TEST(Landmarks, WhatIsNoTableIsRefusedByLineAndColumn)
   expect_refused(header + "a,0,0,0,1,0,,5\n", "line 2, bz", "nothing", "a number");
   expect_refused(header + "a,0,0,nan,1,0,0,5\n", "line 2, az", "\"nan\"", "a number");
   expect_refused(header + "a,0,0,1e200,1,0,0,5\n", "line 2, az", "1e+200", "a number");
-  expect_refused(header + ",0,0,0,1,0,0,5\n", "line 2, name", "nothing", "a name");
-  expect_refused(header + "a,1,2,3,1,2,3,5\n", "line 2", "same place", "two landmarks");
-  expect_refused(header + "a,1,2,3,1,2,3.0000000001,5\n", "line 2", "same place", "two landmarks");
+  expect_refused(header + ",0,0,0,1,0,0,5\n", "line 2, name", "nothing", "name");
+  expect_refused(header + "a,1,2,3,1,2,3,5\n", "line 2", "coincident", "two landmarks");
+  expect_refused(header + "a,1,2,3,1,2,3.0000000001,5\n", "line 2", "coincident", "two landmarks");
   expect_refused(header + "a,0,0,0,1,0,0,1e-300\n", "line 2, subject_mm", "1e-300", "above 0");
   expect_refused(header + "a,0,0,0,1,0,0,0\n", "line 2, subject_mm", "0", "above 0");
   expect_refused(header + "a,0,0,0,1,0,0,-5\n", "line 2, subject_mm", "-5", "above 0");
-  expect_refused(header + "a,0,0,0,1,0,0,5\na,0,0,0,2,0,0,5\n", "line 3, name", "\"a\" a second time", "own");
+  expect_refused(header + "a,0,0,0,1,0,0,5\na,0,0,0,2,0,0,5\n", "line 3, name", "\"a\" a second time",
+                 "unique");
 }
 
-// Sums of a handful of products.
+// Rounding of sums of a few products.
 constexpr double rounding = 1e-14;
 
 TEST(Landmarks, AKnownFactorIsFoundWithNothingLeft)
@@ -99,16 +100,16 @@ TEST(Landmarks, OnePairFitsItselfWithoutAnError)
 TEST(Landmarks, TheFitKeepsItsInvariances)
 {
   const Scaling fit = fitted_scaling(read("a,0,0,0,80,0,0,84\nb,0,0,0,0,30,0,33\nc,5,5,5,5,5,45,41\n"), 1.0);
-  // The least squares leave nothing along the model's distances.
+  // Least-squares residuals are orthogonal to the distances of the model.
   double along_sq_mm2 = 0.0;
   for (std::size_t i = 0; i < 3; ++i) along_sq_mm2 += fit.residual_mm[i] * fit.model_mm[i];
   EXPECT_NEAR(along_sq_mm2, 0.0, 84 * 84 * rounding);
-  // Ends swapped, moved together, in cm, and in another order: the same fit.
+  // Swapped ends, a common translation, cm, and another order give the same fit.
   const Scaling other = fitted_scaling(read("c,1,1,5,1,1,1,41\na,9,1,1,1,1,1,84\nb,1,4,1,1,1,1,33\n"), 10.0);
   EXPECT_NEAR(other.factor.x(), fit.factor.x(), rounding);
   EXPECT_NEAR(other.residual_rms_mm, fit.residual_rms_mm, 84 * rounding);
   EXPECT_NEAR(other.standard_error, fit.standard_error, rounding);
-  // Twice the subject, twice the factor and all that is left.
+  // Twice the subject's distances give twice the factor, residuals and error.
   const Scaling twice =
       fitted_scaling(read("a,0,0,0,80,0,0,168\nb,0,0,0,0,30,0,66\nc,5,5,5,5,5,45,82\n"), 1.0);
   EXPECT_NEAR(twice.factor.x(), 2 * fit.factor.x(), rounding);

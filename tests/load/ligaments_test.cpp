@@ -104,8 +104,9 @@ TEST(LigamentTableErrors, NameTheLineAndTheColumn)
            {replaced(header, "femur_y_mm", "femur_y"), "line 1", "\"femur_y\"", "\"femur_y_m"},
            {replaced(header, "wrap", "ax"), "line 1", "\"ax\"",
             "name, bundle, wrap, reference_x_mm, _y_mm, _z_mm"},
-           {replaced(header, "femur_y_mm,", "") + row, "line 1, reference_y_mm", "no such column", "one"},
-           {replaced(header, "stiffness_n_per_strain,", ""), "line 1, stiffness", "no such column", "one"},
+           {replaced(header, "femur_y_mm,", "") + row, "line 1, reference_y_mm", "no such column",
+            "mm, cm or m"},
+           {replaced(header, "stiffness_n_per_strain,", ""), "line 1, stiffness", "no such column", "column"},
            {replaced(header, "slack_length_mm,", ""), "line 1, slack_length_mm", "no such column",
             "reference_strain"},
            {replaced(header, "wrap", "reference_x_cm") + row, "line 1, reference_x_cm", "femur_x_mm",
@@ -122,7 +123,7 @@ TEST(LigamentTableErrors, NameTheLineAndTheColumn)
            {header + replaced(row, "30", ""), "line 2", "neither", "one of slack_length_mm"},
            {header + replaced(row, "a", ""), "line 2, name", "nothing", "a name"},
            {header, "line 1", "no fibre", "at least one"},
-           {"# nothing\n", "", "no line", "names of columns"},
+           {"# nothing\n", "", "no line", "column names"},
        }) {
     SCOPED_TRACE(bad.table);
     const InputError::Facts facts = test::facts_of([&] { read_ligament_table("f.csv", bad.table); });
@@ -172,13 +173,14 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
   };
   const std::string twice = one_wrap();
   for (const Row& bad : {
-           Row{"[{", "", "no JSON", "JSON"},
+           Row{"[{", "", "invalid JSON", "JSON"},
            {"[]", "", "[]", "1 to"},
            {"{}", "", "{}", "a list"},
            {"[3]", "wrap.0", "3", "a wrap"},
-           {std::string(1000000, '['), "", "lists within lists", "a list of wraps"},
+           {std::string(1000000, '['), "", "nested lists", "a list of wraps"},
            {"[{\"name\": 1e999}]", "", "beyond the range", "a list of wraps"},
-           {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap.1.name", "a second time", "own"},
+           {twice.substr(0, twice.size() - 1) + "," + twice.substr(1), "wrap.1.name", "a second time",
+            "unique"},
            {one_wrap("type", "\"WrapTorus\""), "wrap.0.type", "WrapTorus", "WrapCylinder"},
            {one_wrap("body", "\"pelvis\""), "wrap.0.body", "pelvis", "\"tibmen\""},
            {one_wrap("dimensions", "\"30 0 12\""), "wrap.0.dimensions.1", "0", "above 0"},
@@ -190,7 +192,7 @@ TEST(WrapErrors, NameTheWrapAndTheKey)
            {one_wrap("xyz_body_rotation", "null"), "0.xyz_body_rotation", "null", "a value"},
            {one_wrap("quadrant", "\"+x\""), "wrap.0.quadrant", "+x", "\"all\""},
            {one_wrap("unit", "\"inch\""), "wrap.0.unit", "inch", "\"mm\""},
-           {one_wrap("name", "\"\""), "wrap.0.name", "\"\"", "a name"},
+           {one_wrap("name", "\"\""), "wrap.0.name", "\"\"", "name"},
            {one_wrap("dimension", "1"), "wrap.0.dimension", "unknown key", "\"dimensions\""},
            {one_wrap("type", "\"WrapCylinder\""), "wrap.0.radius", "nothing", "WrapCylinder"},
            {one_wrap("radius", "5"), "wrap.0.radius", "a key of the other type", "WrapEllipsoid"},
@@ -218,7 +220,7 @@ TEST(WrapErrors, ARadiusOfZero)
 
 TEST(CaseLigaments, GoThroughTheFramesAxesButKeepTheirUnit)
 {
-  // The meshes are in metres with Z up; the table says mm.
+  // The meshes are in metres with Z up; the table is in mm.
   const Folder folder(header + "a1,1,2,30,4,5,6,1000,30,Round\n",
                       one_wrap("xyz_body_rotation", "[0, 0, 0.5]"),
                       "joint = \"other\"\n[frame]\nunit = \"m\"\nanterior = \"-Y\"\nproximal = \"+Z\"\n"

@@ -78,7 +78,7 @@ TEST(MeshFile, PlyNormalsAreRead)
 
 TEST(MeshFile, ConcavePolygonsOfBothObjFormatsComeOutRight)
 {
-  // An L of area 7; a fan from its first corner would leave it.
+  // An L of area 7; a fan from its first corner would exceed its outline.
   const std::string outline = "4 1 0\n1 1 0\n1 4 0\n0 4 0\n0 0 0\n4 0 0\n";
   std::string wavefront;
   for (std::size_t at = 0; at < outline.size(); at = outline.find('\n', at) + 1) {
@@ -101,7 +101,7 @@ TEST(MeshFile, VerticesFacesTakesCommentsAndAnyLayout)
 
 TEST(MeshFile, VerticesFacesCountsFromZeroWhereNeitherEndOccurs)
 {
-  // Vertices 1 to 3 of 5 are used: nothing tells, and 0 is the rule.
+  // Only vertices 1 to 3 of 5 are used, which is ambiguous: the default is 0.
   const RawMesh raw = read_mesh("v.obj", "5 1\n9 9 9\n0 0 0\n1 0 0\n0 1 0\n8 8 8\n3 1 2 3\n");
   EXPECT_EQ(raw.corner, (std::vector<std::int32_t>{1, 2, 3}));
 }
@@ -130,11 +130,11 @@ TEST(MeshFileErrors, TruncatedStl)
   expect_refused(
       {"a.stl", binary.substr(0, 300), "header", "12 triangles in a file of 300 bytes", "684 bytes"});
   expect_refused({"a.stl", binary + "x", "header", "685 bytes", "684 bytes"});
-  expect_refused({"a.stl", binary.substr(0, 40), "", "40 bytes", "its header alone has 84"});
-  expect_refused({"a.stl", ascii.substr(0, ascii.size() / 2), "", "cut short after", "endsolid"});
-  // Cut between two facets, where nothing but the missing last word shows it.
+  expect_refused({"a.stl", binary.substr(0, 40), "", "40 bytes", "84"});
+  expect_refused({"a.stl", ascii.substr(0, ascii.size() / 2), "", "truncated after", "endsolid"});
+  // Cut between two facets: only the missing "endsolid" shows it.
   const std::size_t second = ascii.find("facet normal", 100);
-  expect_refused({"a.stl", ascii.substr(0, second), "", "cut short after 1 whole facets", "endsolid"});
+  expect_refused({"a.stl", ascii.substr(0, second), "", "truncated after 1 complete facets", "endsolid"});
   std::string four = ascii;
   four.insert(four.find(" endloop"), "  vertex 0 0 0\n");
   expect_refused({"a.stl", four, "line 9", "without exactly three vertices", "three"});
@@ -142,7 +142,7 @@ TEST(MeshFileErrors, TruncatedStl)
 
 TEST(MeshFileErrors, EveryCutOfEveryFormatIsNoticed)
 {
-  // Wavefront has no counts; its cuts show only where an index or a number is lost.
+  // Wavefront has no counts: a cut is detectable only if an index or a number is lost.
   const Mesh box = odd_box();
   const std::vector<std::pair<const char*, std::string>> files{{"a.stl", test::binary_stl(box)},
                                                                {"b.stl", test::ascii_stl(box)},
@@ -160,14 +160,14 @@ TEST(MeshFileErrors, TruncatedAndLyingPly)
 {
   const std::string ascii = test::ascii_ply(odd_box()), binary = test::binary_ply(odd_box());
   expect_refused({"a.ply", ascii.substr(0, 60), "line 5", "\"prope\"", "a keyword"});
-  expect_refused({"a.ply", ascii.substr(0, ascii.size() - 8), "face 11", "cut short", "12 of face"});
-  expect_refused({"a.ply", binary.substr(0, binary.size() - 5), "face 11", "cut short", "12 of face"});
+  expect_refused({"a.ply", ascii.substr(0, ascii.size() - 8), "face 11", "truncated", "12 of face"});
+  expect_refused({"a.ply", binary.substr(0, binary.size() - 5), "face 11", "truncated", "12 of face"});
   expect_refused(
-      {"a.ply", binary.substr(0, binary.find("end_header") + 20), "vertex 0", "cut short", "8 of vertex"});
+      {"a.ply", binary.substr(0, binary.find("end_header") + 20), "vertex 0", "truncated", "8 of vertex"});
   std::string huge = ascii;
   huge.replace(huge.find("vertex 8"), 8, "vertex 99999999999");
   expect_refused({"a.ply", huge, "line 3", "99999999999 of vertex", "at most"});
-  expect_refused({"a.ply", "plx\n", "line 1", "no PLY file", "ply"});
+  expect_refused({"a.ply", "plx\n", "line 1", "not a PLY file", "ply"});
   expect_refused({"a.ply", "ply\nformat ascii 1.0\n", "line 2", "the end of the file", "end_header"});
   expect_refused({"a.ply", "ply\nformat weird 1.0\n", "line 2", "\"weird\"", "ascii"});
   expect_refused({"a.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty quad x\n", "line 4", "quad",
@@ -221,7 +221,7 @@ TEST(MeshFileErrors, WavefrontLines)
   expect_refused({"a.obj", three + "f 1 2 0\n", "line 4", "\"0\"", "one of 3 vertices"});
   expect_refused({"a.obj", three + "f 1 2 -4\n", "line 4", "\"-4\"", "one of 3 vertices"});
   expect_refused({"a.obj", three + "f 1//1 2//1 3//1\n", "line 4", "normal 1", "0 normals"});
-  expect_refused({"a.obj", three + "curv2 1 2\n", "line 4", "\"curv2\"", "a polygon file"});
+  expect_refused({"a.obj", three + "curv2 1 2\n", "line 4", "\"curv2\"", "v, vn, vt or f"});
 }
 
 TEST(MeshFileErrors, AsciiStlLines)
@@ -235,7 +235,7 @@ TEST(MeshFileErrors, AsciiStlLines)
       {"a.stl", with("vertex  -0.5", "vertex x.5"), "line 4", "a vertex without three numbers", "three"});
   expect_refused({"a.stl", with("normal -1  0", "normal -1"), "line 2", "its normal", "three"});
   expect_refused({"a.stl", with("outer loop", "hello"), "line 3", "\"hello\"", "ASCII STL"});
-  // Where assimp loses memory: a solid that ends, or another facet that begins, within a facet.
+  // assimp corrupts memory with these: endsolid or facet within a facet.
   expect_refused(
       {"a.stl", with("outer loop", "endsolid"), "line 3", "\"endsolid\" within a facet", "ASCII STL"});
   expect_refused({"a.stl", with("outer loop", "facet"), "line 3", "\"facet\" within a facet", "ASCII STL"});
@@ -280,8 +280,8 @@ TEST(MeshFileErrors, EmptyMeshesAndForeignFiles)
   expect_refused({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n", "", "an empty mesh: 3 vertices", "faces"});
   expect_refused({"a.fbx", "x", "", "\".fbx\"", ".stl, .ply, .obj or .vf"});
   expect_refused({"a", "x", "", "extension", ".stl, .ply, .obj or .vf"});
-  // The content decides too: another format under this extension is refused.
-  expect_refused({"a.ply", test::ascii_stl(odd_box()), "line 1", "no PLY file", "ply"});
+  // The content is checked too: another format with this extension is refused.
+  expect_refused({"a.ply", test::ascii_stl(odd_box()), "line 1", "not a PLY file", "ply"});
   expect_refused({"a.stl", test::ascii_ply(odd_box()), "header", "triangles in a file of", "bytes"});
   expect_refused({"a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "line 4", "index 9", "one of 3 vertices"});
 }

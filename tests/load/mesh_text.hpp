@@ -1,4 +1,4 @@
-/// Meshes as the bytes of files, small jobs as text, and what an InputError says.
+/// Mesh files as bytes, small jobs as text, and the facts of an InputError.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -18,11 +18,11 @@ std::string wavefront(const Mesh& mesh);
 /// Vertices-Faces, indices counted from `first_index`.
 std::string vertices_faces(const Mesh& mesh, int first_index);
 
-/// A job with reference "reference.stl" and moving "moving.stl"; `head` comes before the tables of the
-/// objects, `tail` after.
+/// A job with the meshes "reference.stl" and "moving.stl"; `head` is before the tables of the objects, `tail`
+/// after them.
 std::string small_job(const std::string& head = "", const std::string& tail = "");
 
-/// The facts of the InputError that `act` throws; a failure when it throws none.
+/// The facts of the InputError thrown by `act`; a test failure if there is none.
 template <class Act>
 InputError::Facts facts_of(Act act)
 {

@@ -8,7 +8,7 @@
 
 namespace vrda::ply_file_test {
 
-// Two triangles with everything a header may announce beside them, in any of the formats.
+// Two triangles with other elements and properties, in any of the formats.
 struct Ply {
   std::string format = "ascii";
   std::string text;
@@ -63,7 +63,7 @@ std::string sheet(const std::string& format)
     ply.put("uchar", 2).put("float", 0).put("float", 1).put("uchar", 3);
     for (const int corner : face) ply.put("short", corner);
   }
-  // An edge, which is no face.
+  // An edge, which is not a face.
   ply.put("uchar", 0).put("uchar", 2).put("short", 0).put("short", 1);
   return ply.text;
 }
@@ -118,10 +118,10 @@ TEST(PlyFile, RefusesWhatItCannotMean)
        "list float int"},
       {head + vertex + "element face 1\nproperty list uchar float vertex_indices\n" + body, "header",
        "no list"},
-      {head + vertex + face + body + "-1", "face 0", "cut short or damaged"},
-      {head + vertex + face + body + "3 0 1 1.5", "face 0", "cut short or damaged"},
-      {head + vertex + face + body + "3 0 1 99999999999", "face 0", "cut short or damaged"},
-      {head + vertex + face + body + "4000000000 0 1 2", "face 0", "cut short or damaged"},
+      {head + vertex + face + body + "-1", "face 0", "truncated or damaged"},
+      {head + vertex + face + body + "3 0 1 1.5", "face 0", "truncated or damaged"},
+      {head + vertex + face + body + "3 0 1 99999999999", "face 0", "truncated or damaged"},
+      {head + vertex + face + body + "4000000000 0 1 2", "face 0", "truncated or damaged"},
   };
   for (const Row& row : rows) {
     SCOPED_TRACE(row.bytes);
@@ -133,7 +133,7 @@ TEST(PlyFile, RefusesWhatItCannotMean)
 
 TEST(PlyFile, AnElementWithoutPropertiesTakesNoTime)
 {
-  // 1000 elements of 15,000,000 nothings: walked one by one they would take a minute.
+  // 1000 elements with 15,000,000 empty rows each: a loop over the rows would take a minute.
   std::string bytes = "ply\nformat ascii 1.0\n";
   for (int k = 0; k < 1000; ++k) bytes += "element e" + std::to_string(k) + " 15000000\n";
   bytes += "element vertex 0\nproperty float x\nproperty float y\nproperty float z\n";

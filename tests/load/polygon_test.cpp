@@ -8,7 +8,7 @@
 
 namespace vrda::polygon_test {
 
-// Rounding of a handful of products of coordinates up to 10.
+// Rounding of a few products of coordinates up to 10.
 constexpr double rounding = 1e-12;
 
 Points flat(const std::vector<Eigen::Vector2d>& outline)
@@ -30,7 +30,7 @@ double outline_area(const std::vector<Eigen::Vector2d>& outline)
   return 0.5 * doubled;
 }
 
-// Crossing number; the points asked for are no outline points.
+// Crossing number; `p` must not be on the outline.
 bool is_inside(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector2d& p)
 {
   bool inside = false;
@@ -42,7 +42,7 @@ bool is_inside(const std::vector<Eigen::Vector2d>& outline, const Eigen::Vector2
   return inside;
 }
 
-// Areas add up to the outline's, all wound like it, and no triangle leaves it.
+// The triangles have the winding of the outline, are inside it, and their areas add up to its area.
 void expect_covers(const std::vector<Eigen::Vector2d>& outline, const Eigen::Matrix3d& R)
 {
   const Points corners = flat(outline) * R.transpose();
@@ -66,7 +66,7 @@ const std::vector<Eigen::Vector2d> arrow{{0, 0}, {4, 2}, {0, 4}, {1, 2}};
 
 TEST(Polygon, ConcaveOutlinesAreCoveredOnceFromEveryFirstCorner)
 {
-  // With comb and a square whose sides carry extra corners on a line.
+  // Also a comb, and a square with extra collinear corners.
   const std::vector<Eigen::Vector2d> comb{{0, 0}, {7, 0}, {7, 3}, {6, 3}, {6, 1},
                                           {5, 1}, {5, 3}, {4, 3}, {4, 1}, {0, 1}};
   const std::vector<Eigen::Vector2d> dotted{{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
@@ -99,7 +99,7 @@ TEST(Polygon, StarsOfRandomRadiiAreCovered)
           rotation_z(0.26 * k) * Eigen::Vector3d(1.0 + static_cast<double>(random() % 1000) / 200.0, 0, 0);
       star.emplace_back(arm.x(), arm.y());
     }
-    // Arms turned by 23 x 0.26 = 5.98 rad: the outline goes once around and does not cross itself.
+    // 23 x 0.26 = 5.98 rad in all: the outline makes one turn and does not cross itself.
     expect_covers(star, rotation_x(0.1 * trial));
     n_concave += star[1].norm() < 0.5 * (star[0].norm() + star[2].norm()) ? 1 : 0;
   }

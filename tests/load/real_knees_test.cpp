@@ -79,7 +79,7 @@ TEST(RealKnees, CondyleSpheresAgreeWithTheDataSets)
                               {"pymskt-dess", {0.932, 14.15, 53.605}, {6.289, 15.947, 94.609}},
                               {"vhf-left", {434.124, 506.156, 448.957}, {439.481, 512.136, 500.011}},
                               {"vhf-right", {427.95, 508.723, 593.074}, {421.07, 514.516, 645.783}}};
-  // Condyles are no spheres: two ways of choosing their faces differ by this much.
+  // Condyles are not spheres: two methods of face selection differ by this much.
   constexpr double centre_mm = 7.0, middle_mm = 3.0;
   for (const Row& row : rows) {
     SCOPED_TRACE(row.name);
@@ -96,22 +96,22 @@ TEST(RealKnees, CondyleSpheresAgreeWithTheDataSets)
 TEST(RealKnees, AlignmentBringsTheCondyleLineToTheRightAxis)
 {
   VRDA_REQUIRE_REAL_KNEES();
-  // The data sets' own sphere centres through the job's map: their line has to come out along Z.
+  // The sphere centres of the data sets, mapped by the job: their line must be along Z.
   struct Row {
     const char* name;
     Eigen::Vector3d left_mm, right_mm;
   };
   const std::vector<Row> rows{{"vhf-left", {434.124, 506.156, 448.957}, {439.481, 512.136, 500.011}},
                               {"vhf-right", {427.95, 508.723, 593.074}, {421.07, 514.516, 645.783}}};
-  constexpr double rounded_deg = 0.1;  // the job's angles carry one decimal
+  constexpr double rounded_deg = 0.1;  // the angles in the job have one decimal
   for (const Row& row : rows) {
-    // A rotation centre goes through the same map: native is X right, Y anterior, Z up.
-    const auto through = [&](const Eigen::Vector3d& p) {
+    // The rotation centre is mapped like the meshes; native axes: X right, Y anterior, Z up.
+    const auto mapped = [&](const Eigen::Vector3d& p) {
       const std::string origin = "frame.origin=[" + std::to_string(p.z()) + "," + std::to_string(p.x()) +
                                  "," + std::to_string(p.y()) + "]";
       return load_knee(row.name, {origin}).frame.rotation_centre_mm;
     };
-    const Eigen::Vector3d line = (through(row.right_mm) - through(row.left_mm)).normalized();
+    const Eigen::Vector3d line = (mapped(row.right_mm) - mapped(row.left_mm)).normalized();
     EXPECT_GT(line.z(), 0.0);
     EXPECT_LT(line.head<2>().norm(), rad_from_deg(rounded_deg));
   }

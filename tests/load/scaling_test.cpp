@@ -1,4 +1,4 @@
-// [scaling] of a job: what becomes larger, and whether the steps are kept.
+// [scaling] of a job: which lengths are scaled, and whether the steps are kept.
 #include "load/scaling.hpp"
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ stiffness_n = 100
 reference_strain = 0.25
 )";
 
-// A box over a ball, with what else a job may name.
+// A box above a ball, with a landmark table and wraps.
 struct Folder {
   test::Scratch scratch;
   std::string job;
@@ -58,7 +58,7 @@ struct Folder {
   }
 };
 
-// Coordinates of up to 100 mm in a handful of operations.
+// Rounding of coordinates up to 100 mm in a few operations.
 constexpr double rounding_mm = 1e-12;
 
 Points scaled(const Points& points_mm, const Eigen::Vector3d& factor)
@@ -71,7 +71,7 @@ Points scaled(const Points& points_mm, const Eigen::Vector3d& factor)
   return out;
 }
 
-// Bodies, start, push and fibres of `got` are those of `plain` times `factor`.
+// Bodies, start and push point of `got` are those of `plain` times `factor`.
 void expect_scaled(const Case& got, const Case& plain, const Eigen::Vector3d& factor)
 {
   EXPECT_EQ(got.frame.rotation_centre_mm, centre_mm);
@@ -157,13 +157,13 @@ TEST(Scaling, WhatElseHoldsTheJointMakesItANewRun)
     std::vector<std::string> overrides = row.overrides;
     const Case plain = folder.load(overrides);
     overrides.emplace_back("scaling.factor=1.25");
-    const Case anew = folder.load(overrides);
-    EXPECT_FALSE(anew.scaling.value().keeps_steps);
-    EXPECT_THAT(anew.solved_anew_because, HasSubstr(row.because));
-    EXPECT_EQ(anew.steps_scale, 1.0);
-    EXPECT_EQ(anew.steps_job, anew.resolved_job);
-    expect_scaled(anew, plain, Eigen::Vector3d::Constant(1.25));
-    EXPECT_EQ(anew.equilibrium.contact_resolution_mm, plain.equilibrium.contact_resolution_mm);
+    const Case rerun = folder.load(overrides);
+    EXPECT_FALSE(rerun.scaling.value().keeps_steps);
+    EXPECT_THAT(rerun.solved_anew_because, HasSubstr(row.because));
+    EXPECT_EQ(rerun.steps_scale, 1.0);
+    EXPECT_EQ(rerun.steps_job, rerun.resolved_job);
+    expect_scaled(rerun, plain, Eigen::Vector3d::Constant(1.25));
+    EXPECT_EQ(rerun.equilibrium.contact_resolution_mm, plain.equilibrium.contact_resolution_mm);
   }
 }
 
@@ -191,7 +191,7 @@ TEST(Scaling, FibresKeepTheirStrainAtThePoseOfTheMeshes)
       EXPECT_NE(after[k].length_mm, before[k].length_mm);
       EXPECT_NEAR(after[k].strain, before[k].strain, 1e-14);
       EXPECT_EQ(now.fibres[k].stiffness_n, plain.fibres[k].stiffness_n);
-      // Half a fibre's energy is force times elongation: it grows with the slack length.
+      // At equal strain the energy is proportional to the slack length.
       EXPECT_NEAR(after[k].energy_nmm * plain.fibres[k].slack_length_mm,
                   before[k].energy_nmm * now.fibres[k].slack_length_mm, 1e-9);
     }
@@ -215,10 +215,10 @@ TEST(Scaling, WrapsGrowEvenlyOrAreRefused)
 TEST(Scaling, UnevenFactorsChangeTheShape)
 {
   const Folder folder;
-  const Case plain = folder.load(), anew = folder.load({"scaling.factor=[1.2,1,0.9]"});
-  EXPECT_FALSE(anew.scaling->keeps_steps);
-  EXPECT_THAT(anew.solved_anew_because, HasSubstr("factors differ"));
-  expect_scaled(anew, plain, {1.2, 1, 0.9});
+  const Case plain = folder.load(), rerun = folder.load({"scaling.factor=[1.2,1,0.9]"});
+  EXPECT_FALSE(rerun.scaling->keeps_steps);
+  EXPECT_THAT(rerun.solved_anew_because, HasSubstr("factors differ"));
+  expect_scaled(rerun, plain, {1.2, 1, 0.9});
 }
 
 TEST(Scaling, NormalsOfAFileStayAcrossTheirSurface)
@@ -233,7 +233,7 @@ TEST(Scaling, NormalsOfAFileStayAcrossTheirSurface)
   const Mesh plain = folder.load({file}).moving.contact.mesh;
   ASSERT_EQ(mesh.normals.rows(), mesh.vertices_mm.rows());
   EXPECT_EQ(even.normals, plain.normals);
-  // Across a direction t of the ball's surface stays across its image.
+  // A normal stays orthogonal to the image of a tangent t.
   for (Eigen::Index v = 0; v < mesh.normals.rows(); ++v) {
     const Eigen::Vector3d n = plain.normals.row(v), n_now = mesh.normals.row(v);
     const Eigen::Vector3d t = n.unitOrthogonal();

@@ -13,7 +13,7 @@ using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Two balls side by side, as femoral condyles lie, over a box.
+// Two balls side by side, like femoral condyles, above a box.
 Mesh condyles()
 {
   Mesh femur = test::ball(22, 24, 48);
@@ -27,7 +27,7 @@ Mesh condyles()
 const std::string search = "solver.method=stability-search";
 const std::string equilibrium = "solver.method=equilibrium";
 
-// By the search, unless an override says otherwise.
+// Uses the stability search unless an override selects another method.
 std::vector<std::string> warnings_of(const std::string& job, std::vector<std::string> overrides = {},
                                      const Mesh& reference = condyles(),
                                      const Mesh& moving = test::box({0, -60, 0}, {50, 30, 70}))
@@ -83,11 +83,11 @@ TEST(Warnings, OpenSheetsAndHolesAndBadEdges)
 {
   const Mesh sheet = test::sheet(80, 12);
   EXPECT_THAT(warnings_of(test::small_job(), {}, condyles(), sheet),
-              ElementsAre(AllOf(HasSubstr("open sheet, which is fine"), HasSubstr("48"))));
+              ElementsAre(AllOf(HasSubstr("open sheet"), HasSubstr("boundary edges: 48"))));
   Mesh torn = test::ball(40, 24, 48);
   torn.triangles.conservativeResize(torn.triangles.rows() - 1, 3);
   EXPECT_THAT(warnings_of(test::small_job(), {}, condyles(), torn),
-              ElementsAre(AllOf(HasSubstr("small holes"), HasSubstr("3)"))));
+              ElementsAre(AllOf(HasSubstr("small holes"), HasSubstr("boundary edges: 3)"))));
   Mesh twisted = test::ball(40, 24, 48);
   std::swap(twisted.triangles(100, 0), twisted.triangles(100, 1));
   EXPECT_THAT(warnings_of(test::small_job(), {}, condyles(), twisted),
@@ -107,14 +107,13 @@ TEST(Warnings, AWrongUnitIsRefusedOrNoticed)
   EXPECT_THAT(refused("m").found, HasSubstr("\"m\", in which \"upper\""));
   EXPECT_THAT(refused("m").wanted, HasSubstr("frame.unit = \"mm\""));
   scale(1e-1);
-  EXPECT_THAT(
-      warnings_of(test::small_job(), {}, femur, tibia),
-      Contains(AllOf(HasSubstr("\"upper\""), HasSubstr("says \"mm\""), HasSubstr("frame.unit = \"cm\""))));
+  EXPECT_THAT(warnings_of(test::small_job(), {}, femur, tibia),
+              Contains(AllOf(HasSubstr("\"upper\""), HasSubstr("\"mm\""), HasSubstr("frame.unit = \"cm\""))));
   scale(1e-2);
   EXPECT_THAT(refused("mm").wanted, HasSubstr("frame.unit = \"m\""));
   EXPECT_THAT(warnings_of(test::small_job(), {"frame.unit=m"}, femur, tibia), ElementsAre());
   tibia.vertices_mm *= 1000.0;
-  EXPECT_THAT(refused("mm").wanted, AllOf(HasSubstr("all mesh files in one unit"), HasSubstr("to be in m")));
+  EXPECT_THAT(refused("mm").wanted, AllOf(HasSubstr("all mesh files in one unit"), testing::EndsWith(" m")));
 }
 
 TEST(Warnings, AFarRotationCentre)
@@ -122,7 +121,7 @@ TEST(Warnings, AFarRotationCentre)
   EXPECT_THAT(warnings_of(test::small_job(), {"frame.origin=[0, 29, 0]"}), ElementsAre());
   EXPECT_THAT(warnings_of(test::small_job(), {"frame.origin=[0, 31, 0]"}),
               ElementsAre(AllOf(HasSubstr("31.0 mm"), HasSubstr("frame.origin = [0, 0, 0]"))));
-  // Another joint has no condyles: far from either object's box, the middle between them to start from.
+  // Other joints have no condyles: distance to the box of either object, and the midpoint as a start value.
   const std::string other = test::small_job("joint = \"other\"\n");
   EXPECT_THAT(warnings_of(other, {"frame.origin=[0, 50, 0]"}), ElementsAre());
   EXPECT_THAT(warnings_of(other, {"frame.origin=[0, 70, 0]"}),
@@ -130,8 +129,8 @@ TEST(Warnings, AFarRotationCentre)
                                 HasSubstr("frame.origin = [0, -33.5, 0]"))));
 }
 
-// A femur from the condyles to the head, 450 mm above them and 45 mm to the left, with the trochanter 80 mm
-// behind, as where the thigh is not quite straight.
+// A femur with condyles, a head 430 mm above and 45 mm to the left, and a trochanter 80 mm posterior: not
+// quite aligned with the proximal axis.
 Mesh whole_femur()
 {
   Mesh femur = condyles();
@@ -158,7 +157,7 @@ TEST(Warnings, AFarRotationCentreOfAWholeBoneInTheFilesAxes)
   const Mesh femur = in_file(whole_femur()), tibia = in_file(test::box({0, -200, 0}, {50, 350, 70}));
   for (const char* origin : {"[0, 0, 0]", "[12, -7, 193]", "[12, -7, 154]"}) {
     SCOPED_TRACE(origin);
-    // To a millimetre: facets lie inside their sphere.
+    // To 1 mm: facets are inside their sphere.
     EXPECT_THAT(warnings_of(job, {"frame.origin=" + std::string(origin)}, femur, tibia),
                 ElementsAre(AllOf(HasSubstr("middle of the condyles"),
                                   ContainsRegex("frame.origin = .(12|11.9.?|12.0.?), -(7|7.0.?|6.9.?), "
@@ -175,7 +174,7 @@ TEST(Warnings, AxesThatPutTheFemurBesideTheTibia)
               ElementsAre(HasSubstr("frame.proximal = \"+Y\"")));
   EXPECT_THAT(warnings_of(test::small_job("[reference]\nname = \"tibia\"\n"), {},
                           test::box({0, -60, 0}, {50, 30, 70}), condyles()),
-              ElementsAre(HasSubstr("are exchanged")));
+              ElementsAre(HasSubstr("exchanged")));
 }
 
 std::string job_with_menisci(const std::string& side)
@@ -196,7 +195,7 @@ TEST(Warnings, NamesThatContradictTheSide)
       ElementsAre());
   EXPECT_THAT(
       load_case(scratch.write("left.toml", job_with_menisci("left")).string(), {"", {search}}).warnings,
-      ElementsAre(AllOf(HasSubstr("the job says left"), HasSubstr("side = \"right\""))));
+      ElementsAre(AllOf(HasSubstr("side: "), HasSubstr("\"left\""), HasSubstr("side = \"right\""))));
 }
 
 }  // namespace vrda::warnings_test

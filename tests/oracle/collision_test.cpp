@@ -1,4 +1,4 @@
-// Our collision answer against that of FCL, an independent library with trees and triangle tests of its own.
+// Our collision answers compared with FCL, an independent library with its own trees and triangle tests.
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace vrda::collision_test {
 
 using test::Zone;
 
-// A disagreement counts only further than this from touching.
+// A disagreement counts only beyond this distance from contact.
 constexpr long double touching_mm = 1e-9L;
 constexpr int n_touches_a_scene = 250;
 constexpr int n_touches_an_attitude = 5;
@@ -61,7 +61,7 @@ class ByFcl {
   fcl::CollisionObjectd reference_, moving_;
 };
 
-// The pose of the reference seen from the moving object.
+// The pose of the reference relative to the moving object.
 MovingPose exchanged(const MovingPose& pose)
 {
   const MovingPose back{Eigen::Vector3d::Zero(), -pose.theta_rad};
@@ -90,14 +90,14 @@ std::ostream& operator<<(std::ostream& out, const Answers& a)
 struct Tally {
   int n_poses = 0;
   int n_colliding = 0;
-  int n_near = 0;  // within 1e-3 mm of the touch
+  int n_near = 0;  // within 1e-3 mm of contact
   std::map<Zone, int> n_in_zone;
   int n_disagreeing = 0;
   int n_we_hit = 0;    // and FCL does not
   int n_fcl_hits = 0;  // and we do not
   int n_fcl_wrong = 0;
   int n_textbook_wrong = 0;
-  int n_excused = 0;  // we were wrong, no further than touching_mm from touching
+  int n_excused = 0;  // we were wrong, within touching_mm of contact
   long double farthest_mm = 0.0L;
 };
 
@@ -111,7 +111,7 @@ std::ostream& operator<<(std::ostream& out, const Tally& t)
              << ", textbook over our tree " << t.n_textbook_wrong;
 }
 
-// One line of JSON to the folder $VRDA_VALIDATION when it is set: results/validation.md is made of these.
+// Appends a JSON line to the folder $VRDA_VALIDATION if set; results/validation.md is made from these.
 void write(const Tally& t, const std::string& scene, unsigned seed)
 {
   const char* folder = std::getenv("VRDA_VALIDATION");
@@ -131,7 +131,7 @@ void write(const Tally& t, const std::string& scene, unsigned seed)
   EXPECT_TRUE(file.good());
 }
 
-// Someone is wrong: the third measure says who. Only we must not be, further than a nanometre from touching.
+// Answers differ: the third measure decides. Ours must not be wrong beyond a nanometre from contact.
 void judge(const Answers& answers, const test::ThirdMeasure& truth, Tally& tally)
 {
   ++tally.n_disagreeing;
@@ -216,7 +216,7 @@ TEST_P(RealKnee, CollidesWhereFclSaysSo)
 INSTANTIATE_TEST_SUITE_P(Oracle, GeneratedScene, testing::ValuesIn(test::generated_scenes()), readable);
 INSTANTIATE_TEST_SUITE_P(Oracle, RealKnee, testing::ValuesIn(test::real_knee_scenes()), readable);
 
-// The judge itself, in closed form.
+// The decision itself, in closed form.
 TEST(ThirdMeasure, TellsDepthAndDistanceOfACornerAtAFace)
 {
   const Mesh above = test::box({0, 2, 0}, {8, 4, 8});

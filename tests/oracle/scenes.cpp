@@ -12,8 +12,8 @@
 namespace vrda::test {
 namespace {
 
-// Of attitudes without any turn: faces and edges of the made scenes are parallel there, which chance never
-// makes.
+// Share of attitudes without rotation: faces and edges of generated scenes are parallel there, which random
+// attitudes never are.
 constexpr double level_share = 0.2;
 
 double uniform(std::mt19937_64& random, double low, double high)
@@ -21,7 +21,7 @@ double uniform(std::mt19937_64& random, double low, double high)
   return std::uniform_real_distribution<double>(low, high)(random);
 }
 
-// Between 10^low and 10^high, each decade as likely.
+// Log-uniform between 10^low and 10^high.
 double spread(std::mt19937_64& random, double low, double high)
 {
   return std::pow(10.0, uniform(random, low, high));
@@ -73,8 +73,8 @@ Case real_knee(const std::string& name)
                    {data_directory()->string(), {}});
 }
 
-// Meets the reference somewhere: the middles one over the other give or take a quarter of the extent, or any
-// two vertices one over the other.
+// A pose that touches the reference: centres aligned to within a quarter of the extent, or any two vertices
+// aligned.
 MovingPose below_reference(const TreeMesh& reference, const Mesh& moving, bool is_level,
                            std::mt19937_64& random)
 {
@@ -156,9 +156,9 @@ AskedAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt1
   asked.reference = turned(objects.reference, asked.attitude);
   const Box above = bounding_box(asked.reference.mesh), own = bounding_box(objects.moving.mesh);
   const double height_mm = above.max_mm.y() - above.min_mm.y() + own.max_mm.y() - own.min_mm.y() + 2.0;
-  // A hole or an edge may let the moving object pass; ten tries a touch are many.
+  // The moving object may pass through a hole or past an edge; ten tries per contact suffice.
   for (int tries = 0; static_cast<int>(asked.poses.size()) < n_touches * poses_a_touch; ++tries) {
-    if (tries > 10 * n_touches) throw std::runtime_error("the moving object hardly ever meets the reference");
+    if (tries > 10 * n_touches) throw std::runtime_error("the moving object rarely touches the reference");
     const MovingPose below = below_reference(asked.reference, objects.moving.mesh, is_level, random);
     const Gap gap = directional_gap(asked.reference, objects.moving.mesh, objects.moving.tree, below);
     if (std::isfinite(gap.travel_mm)) add_poses(below, gap.travel_mm, height_mm, random, asked.poses);

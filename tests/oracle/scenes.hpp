@@ -1,4 +1,4 @@
-/// What the oracle is asked about: two objects and random poses of them.
+/// Inputs of the oracle: two objects and random poses.
 #pragma once
 
 #include <random>
@@ -9,27 +9,27 @@
 
 namespace vrda::test {
 
-/// A scene's two objects in the solver frame at zero attitude.
+/// The two objects of a scene in the solver frame at zero attitude.
 struct TwoObjects {
   TreeMesh reference;
   TreeMesh moving;
 };
 
-/// Every generated shape, the ball's dish in all its sections and with a hole.
+/// All generated shapes, the ball's dish in all its sections and with a hole.
 const std::vector<std::string>& generated_scenes();
 /// The real knees that have a job.
 const std::vector<std::string>& real_knee_scenes();
 
-/// By name from either list; real knees need their data.
+/// By name from either list; real knees require their data.
 TwoObjects two_objects(const std::string& scene);
 
-/// Where a pose was put, by its travel along Delta from the first touch.
+/// Range of a pose's travel along Delta relative to first contact.
 enum class Zone {
-  apart,    ///< 0.01 to 20 mm before it
-  milli,    ///< 1e-4 to 1e-3 mm before or beyond it
+  apart,    ///< 0.01 to 20 mm before contact
+  milli,    ///< 1e-4 to 1e-3 mm before or beyond contact
   micro,    ///< 1e-7 to 1e-6 mm
   nano,     ///< 1e-10 to 1e-9 mm
-  deep,     ///< 0.01 to 10 mm beyond it
+  deep,     ///< 0.01 to 10 mm beyond contact
   anywhere  ///< from below to above the reference
 };
 
@@ -38,18 +38,18 @@ struct AskedPose {
   Zone zone = Zone::anywhere;
 };
 
-/// Poses round one touch.
+/// Poses around one contact.
 constexpr int poses_a_touch = 10;
 
-/// One attitude and the poses at it, poses_a_touch for each of `n_touches` touches.
+/// One attitude and its poses: poses_a_touch for each of `n_touches` contacts.
 struct AskedAttitude {
   Attitude attitude;
-  TreeMesh reference;  ///< turned
+  TreeMesh reference;  ///< rotated
   std::vector<AskedPose> poses;
 };
 
-/// A random attitude (one in five is zero, nothing turned); then random turns and shifts across Delta at
-/// which the moving object, coming from below, meets the reference.
+/// A random attitude (one in five is zero, without rotation), then random rotations and translations
+/// perpendicular to Delta at which the moving object, coming from below, touches the reference.
 AskedAttitude random_attitude(const TwoObjects& objects, int n_touches, std::mt19937_64& random);
 
 }  // namespace vrda::test

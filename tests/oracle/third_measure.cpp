@@ -8,7 +8,7 @@
 namespace vrda::test {
 namespace {
 
-// Boxes further apart than this cannot matter for a question about a nanometre.
+// Boxes further apart than this are irrelevant at nanometre scale.
 constexpr double near_mm = 1e-6;
 
 struct Boxed {

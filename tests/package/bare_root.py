@@ -1,4 +1,4 @@
-"""A root file system that holds glibc and nothing else, to run programs in: what a tarball needs beyond it, it must carry."""
+"""A root file system with only glibc, to run programs in: everything else a tarball needs must be included in it."""
 import functools
 import os
 import pathlib
@@ -9,7 +9,7 @@ import tempfile
 
 import release
 
-# A mount namespace of our own: nothing mounted in it is seen outside, and all of it goes with the process.
+# A separate mount namespace: mounts are not visible outside and end with the process.
 OWN_MOUNTS = ["unshare", "--mount", "--propagation", "private"]
 
 
@@ -19,7 +19,7 @@ def own_mounts():
 
 @functools.cache
 def refusal():
-    """Why no root can be changed to here; empty where it can."""
+    """Why chroot is not possible here; empty if it is."""
     if not shutil.which("unshare") or not shutil.which("chroot"):
         return "no unshare or no chroot"
     with tempfile.TemporaryDirectory() as folder:
@@ -36,7 +36,7 @@ def glibc_files():
 
 
 def make(folder):
-    """Fills the folder with glibc's files; returns what it then holds, by path."""
+    """Fills the folder with glibc's files; returns its contents by path."""
     for path in glibc_files():
         target = folder / str(path).lstrip("/")
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -47,6 +47,6 @@ def make(folder):
 
 
 def run(folder, *command):
-    """A command inside; of the system it sees /proc and /dev, as on any node, and no more."""
+    """Runs a command inside; of the system only /proc and /dev are visible."""
     enter = 'mount --rbind /proc "$0/proc" && mount --rbind /dev "$0/dev" && exec "$(command -v env)" -i PATH=/bin HOME=/tmp "$(command -v chroot)" "$0" "$@"'
     return release.run(*own_mounts(), "sh", "-c", enter, folder, *command)

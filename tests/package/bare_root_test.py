@@ -1,4 +1,4 @@
-"""The tarballs, unpacked where there is nothing but glibc."""
+"""The tarballs, unpacked in a root with only glibc."""
 import pathlib
 import subprocess
 import tempfile

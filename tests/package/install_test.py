@@ -1,4 +1,4 @@
-"""cmake --install under a prefix that is then moved: the files, the programs, and that nothing knows where it stands."""
+"""cmake --install under a prefix that is then moved: files, programs, and that no path is compiled in."""
 import pathlib
 import stat
 import tempfile

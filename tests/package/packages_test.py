@@ -1,4 +1,4 @@
-"""The packages that cpack made of this build: their files, whose they are, what they ask for, and that they come out the same."""
+"""The packages made by cpack from this build: files, owners, dependencies, and reproducibility."""
 import functools
 import gzip
 import io
@@ -57,7 +57,7 @@ def is_dynamic(content):
 
 class Packed(unittest.TestCase):
     def check_whose(self, members):
-        """Anyone may read all; it was made by root, at the given time."""
+        """Everything is readable by all, owned by root, with the given time."""
         for name, member in members.items():
             executable = member.isdir() or re.search(r"/(bin|with-glibc)/|/ld-linux[^/]*$", name)
             self.assertEqual(stat.S_IMODE(member.mode), 0o755 if executable else 0o644, name)
@@ -67,7 +67,7 @@ class Packed(unittest.TestCase):
 
 class Tarballs(Packed):
     def unpack(self, folder, name):
-        """The folder that a tarball unpacks into."""
+        """Name of the folder in a tarball."""
         release.run("tar", "-xzf", tarball(name), "-C", folder, "--no-same-owner")
         return pathlib.Path(folder) / FOLDER.format(version=version())
 
@@ -128,13 +128,13 @@ class Tarballs(Packed):
             program = self.unpack(folder, "vrda") / "bin/vrda"
             modules = pathlib.Path(folder, "modules")
             modules.mkdir()
-            # One that vrda asks for and one that only HDF5 does; neither could be loaded.
+            # One required by vrda and one required only by HDF5; neither can be loaded.
             for name in ("libhdf5_serial.so.103", "libcurl.so.4"):
                 (modules / name).write_bytes(b"")
             environment = {"LD_LIBRARY_PATH": str(modules)}
             self.assertEqual(release.run(program, "--version", env=environment), f"vrda {version()}\n")
             with self.assertRaisesRegex(AssertionError, "file too short"):
-                release.run(release.BUILD / "vrda", "--version", env=environment)  # which has none of its own
+                release.run(release.BUILD / "vrda", "--version", env=environment)  # without its own libraries
 
     def test_with_its_own_glibc_it_gives_the_same_bytes_and_finds_the_player(self):
         with tempfile.TemporaryDirectory(prefix="vrda with glibc ") as folder:
@@ -150,7 +150,7 @@ class Tarballs(Packed):
             for name in release.PROGRAMS:
                 shown = subprocess.run([own / "with-glibc" / name, "--version"], capture_output=True, text=True, check=True,
                                        env=dict(os.environ, LD_DEBUG="libs"))
-                # The shell of the launcher comes first. Of /lib is at most the name that the carried loader goes by.
+                # The launcher's shell comes first. From /lib only the name of the included loader may appear.
                 by_carried_loader = "OWN/lib/" + shown.stderr.replace(str(own), "OWN").partition("OWN/lib/")[2]
                 loaded = re.findall(r"calling init: (\S.*)", by_carried_loader)
                 self.assertIn("OWN/lib/glibc/libc.so.6", loaded)
@@ -214,7 +214,7 @@ class Debian(Packed):
 
 
 class Refusals(unittest.TestCase):
-    """A tarball is not made when something that it should carry cannot be."""
+    """No tarball is made if a required library cannot be included."""
 
     def setUp(self):
         self.base = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
@@ -235,10 +235,10 @@ class Refusals(unittest.TestCase):
         self.assertFalse(tarball_.exists())
 
     def test_a_library_that_is_not_there(self):
-        self.refused("found a program whose libraries are not there")
+        self.refused("found missing shared libraries")
 
     def test_a_library_of_no_debian_package(self):
-        self.refused(f"found {self.base}/libforeign.so.1 of no Debian package", LD_LIBRARY_PATH=str(self.base))
+        self.refused(f"found {self.base}/libforeign.so.1 outside of any Debian package", LD_LIBRARY_PATH=str(self.base))
 
 
 class Again(unittest.TestCase):

@@ -1,4 +1,4 @@
-"""The build that the tests of packages are about: its programs, what it packed, and a small run to compare by."""
+"""The build under test: its programs, its packages, and a small run for comparison."""
 import hashlib
 import json
 import os
@@ -16,7 +16,7 @@ COARSE = ("--set", "grid.flexion.step=15", "--set", "grid.varus.step=5", "--prog
 
 
 def run(*command, **options):
-    """A finished command, which must succeed; its output as text."""
+    """Runs a command, which must succeed; returns its output as text."""
     done = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL, check=False, **options)
     if done.returncode != 0:
         raise AssertionError(f"{command}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
@@ -28,28 +28,28 @@ def sha256(path):
 
 
 def coarse_knee(folder):
-    """The SHA-256 of the coarse generic knee as the build tree's own vrda solves it from the source tree's job."""
+    """SHA-256 of the coarse generic knee, solved by the build tree's vrda from the source tree's job."""
     model = pathlib.Path(folder) / "by-the-build-tree.h5"
     run(BUILD / "vrda", "run", SOURCE / "jobs/knee-generic.toml", *COARSE, "-o", model)
     return sha256(model)
 
 
 def shared_files():
-    """What every installation holds below share/vrda: all jobs and schemas, by path relative to the prefix."""
+    """Contents of share/vrda in every installation: all jobs and schemas, by path relative to the prefix."""
     kinds = (".toml", ".md", ".json", ".csv")
     found = [path for folder in ("jobs", "schemas") for path in (SOURCE / folder).rglob("*") if path.suffix in kinds]
     return {"share/vrda/" + str(path.relative_to(SOURCE)) for path in found}
 
 
 def files_below(folder):
-    """Files and links below a folder, by relative path; folders only where they are empty."""
+    """Files and links below a folder, by relative path; folders only if empty."""
     folder = pathlib.Path(folder)
     return {str(path.relative_to(folder)) for path in folder.rglob("*")
             if path.is_symlink() or not path.is_dir() or not any(path.iterdir())}
 
 
 def stills_of(page):
-    """The pictures in a page that vrda report wrote of one model, and its note on them, None or why there are none."""
+    """The images in a report page of one model, and the page's note on missing images, or None."""
     text = re.search(r'<script type="application/json" id="report-data">(.*?)</script>', pathlib.Path(page).read_text(), re.DOTALL)
     stills = json.loads(text.group(1))["models"][0]["stills"]
     return stills["stills"], stills["note"] or None

@@ -104,7 +104,7 @@ TEST(BoxTree, EmptyTreesHaveNoPairs)
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double rounding_mm = 1e-12;  // of coordinates up to 100 mm
 
-/// The plane of each face in turn, and on which side of its edges the ray passes.
+/// Brute force over all faces: intersection with the plane, then the side of each edge.
 double every_face_mm(const Mesh& mesh, const Ray& ray)
 {
   double shortest_mm = infinity;
@@ -157,7 +157,7 @@ TEST(RayTravel, ASphereInClosedFormFromOutsideAndNothingFromInside)
 {
   const Mesh mesh = test::ball(20.0, 64, 128);
   const BoxTree tree(mesh);
-  // Facets lie inside the sphere by at most r (1 - cos(half a facet's angle)).
+  // Facets are inside the sphere by at most r (1 - cos(half a facet's angle)).
   constexpr double sagitta_mm = 20.0 * 0.5 * 0.05 * 0.05;
   for (const double x_mm : {0.0, 5.0, -12.0}) {
     const double expected_mm = 30.0 - std::sqrt(400.0 - x_mm * x_mm);
@@ -177,7 +177,7 @@ TEST(RayTravel, RaysThroughEdgesAndCornersMeetASheet)
     const Ray down{p_mm + Eigen::Vector3d(0, 4, 0), {0, -1, 0}, 10};
     EXPECT_NEAR(ray_travel_mm(mesh, tree, down), 4.0, rounding_mm);
     ++n_met;
-    // From behind it is not there.
+    // Back faces are not hit.
     EXPECT_EQ(ray_travel_mm(mesh, tree, {p_mm - Eigen::Vector3d(0, 4, 0), {0, 1, 0}, 10}), infinity);
   }
   EXPECT_EQ(n_met, 36);

@@ -60,11 +60,11 @@ TEST(DirectionalGap, VertexUnderFaceEdgeUnderEdgeAndNothing)
 
 TEST(DirectionalGap, BallUnderBallMatchesTheClosedFormWithinTheFacets)
 {
-  // Height between two spheres whose axes stand h apart: d - sqrt((r + R)^2 - h^2).
+  // Height between two spheres whose axes are h apart: d - sqrt((r + R)^2 - h^2).
   const double r = 5, R = 8;
   const TreeMesh reference = make_tree_mesh(test::ball(R, 128, 256));
   const TreeMesh moving = make_tree_mesh(test::ball(r, 128, 256));
-  // Inscribed facets leave up to the sagitta of an edge on each ball.
+  // Inscribed facets add up to the sagitta of an edge on each ball.
   const double facet_mm = (r + R) * 2 * (pi / 128) * (pi / 128) / 8 * 2;
   for (const double h : {0.0, 2.0, 5.0}) {
     const double expected = 30.0 - std::sqrt((r + R) * (r + R) - h * h);

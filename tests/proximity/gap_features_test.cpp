@@ -1,4 +1,4 @@
-// Features: which there are, and their gradients.
+// Gap features: completeness and gradients.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ using test::GapBodies;
 using test::GapRandom;
 
 constexpr double rounding_mm = 1e-11;
-// One place computed through neighbouring triangles: its point wanders along slivers.
+// A point computed from neighbouring triangles has this error along slivers.
 constexpr double same_mm = 1e-8;
 
 TEST(GapFeatures, ReachTheLeastTravelAndKeepTheBand)
@@ -44,15 +44,15 @@ TEST(GapFeatures, ReachTheLeastTravelAndKeepTheBand)
   EXPECT_GT(n_features, 200U);
 }
 
-// Every meeting place of every facing pair within the limit, as features, nothing masked and nothing merged.
-struct Places {
+// Every contact candidate of every facing pair within the limit, as features, unmasked and unmerged.
+struct DenseFeatures {
   std::vector<GapFeature> vertices, edges;
 };
 
-Places dense_places(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose,
-                    double limit_mm)
+DenseFeatures dense_features(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose,
+                             double limit_mm)
 {
-  Places places;
+  DenseFeatures features;
   const Mesh there = turned(make_tree_mesh(bodies.reference), attitude).mesh;
   const Placement place(pose);
   for (std::int32_t m = 0; m < bodies.moving.triangles.rows(); ++m) {
@@ -62,12 +62,12 @@ Places dense_places(const GapBodies& bodies, const Attitude& attitude, const Mov
       if (!reference.looks_down()) continue;
       visit_meeting_places(reference, moving, [&](const MeetingPlace& at) {
         if (at.travel_mm > limit_mm) return;
-        auto& list = at.kind == MeetingPlace::Kind::edges ? places.edges : places.vertices;
+        auto& list = at.kind == MeetingPlace::Kind::edges ? features.edges : features.vertices;
         list.push_back(gap_feature(reference, moving, at, {r, m}));
       });
     }
   }
-  return places;
+  return features;
 }
 
 bool holds(const std::vector<GapFeature>& features, const GapFeature& wanted)
@@ -81,7 +81,7 @@ bool holds(const std::vector<GapFeature>& features, const GapFeature& wanted)
 TEST(GapFeatures, AreEveryVertexOverAFaceAndOnlyEdgesThatReallyCross)
 {
   GapRandom random(21);
-  std::size_t n_vertices = 0, n_edges = 0, n_passed_over = 0;
+  std::size_t n_vertices = 0, n_edges = 0, n_skipped = 0;
   for (const GapBodies& bodies : test::gap_bodies(random)) {
     GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
     for (int k = 0; k < 12; ++k) {
@@ -89,10 +89,10 @@ TEST(GapFeatures, AreEveryVertexOverAFaceAndOnlyEdgesThatReallyCross)
       const MovingPose pose = random.pose(4, bodies.depth_mm);
       query.set_attitude(attitude);
       const GapAnswer& answer = query.features(pose, 1.0);
-      // A hair inside the band, where rounding cannot decide.
-      const Places all = dense_places(bodies, attitude, pose, answer.travel_mm + 1.0 - rounding_mm);
-      for (const GapFeature& place : all.vertices) EXPECT_TRUE(holds(answer.features, place));
-      for (const GapFeature& place : all.edges) n_passed_over += holds(answer.features, place) ? 0 : 1;
+      // Within the band by more than rounding.
+      const DenseFeatures all = dense_features(bodies, attitude, pose, answer.travel_mm + 1.0 - rounding_mm);
+      for (const GapFeature& f : all.vertices) EXPECT_TRUE(holds(answer.features, f));
+      for (const GapFeature& f : all.edges) n_skipped += holds(answer.features, f) ? 0 : 1;
       for (const GapFeature& feature : answer.features) {
         const bool is_vertex = holds(all.vertices, feature), is_edges = holds(all.edges, feature);
         EXPECT_TRUE(is_vertex || is_edges || feature.travel_mm > answer.travel_mm + 1.0 - 2 * rounding_mm);
@@ -103,10 +103,10 @@ TEST(GapFeatures, AreEveryVertexOverAFaceAndOnlyEdgesThatReallyCross)
   }
   EXPECT_GT(n_vertices, 100U);
   EXPECT_GT(n_edges, 100U);
-  EXPECT_GT(n_passed_over, 100U) << "flat and reflex edges";
+  EXPECT_GT(n_skipped, 100U) << "flat and reflex edges";
 }
 
-// Derivatives of the travel by differences of whole queries.
+// Derivatives of the travel by central differences of queries.
 Vector5d gradient_by_differences(GapQuery& query, const Attitude& attitude, const MovingPose& pose,
                                  double step)
 {
@@ -139,14 +139,14 @@ TEST(GapFeatures, GradientMatchesDifferencesAwayFromKinks)
       const Attitude attitude = random.attitude();
       const MovingPose pose = random.pose(4, bodies.depth_mm);
       query.set_attitude(attitude);
-      // Lever arms reach 50 mm: within the band nothing else can become the least over these steps.
+      // Lever arms are up to 50 mm: over these steps no feature outside the band can become the minimum.
       const GapAnswer& answer = query.features(pose, 200 * step);
       const bool is_smooth = answer.features.size() == 1;
       (is_smooth ? n_checked : n_kinks) += 1;
       const Vector5d expected = travel_gradient(answer.features.front(), pose);
       EXPECT_NEAR(expected[along_y], -1.0, 1e-14);
       const Vector5d measured = is_smooth ? gradient_by_differences(query, attitude, pose, step) : expected;
-      // Rounding over the step, and the curvature of a turn of 1e-6 rad over 50 mm, each on slopes up to 100.
+      // Rounding / step, and the curvature of a rotation by 1e-6 rad over 50 mm, each with slopes up to 100.
       EXPECT_LT((measured - expected).cwiseAbs().maxCoeff(), 1e-5 * (1.0 + expected.cwiseAbs().maxCoeff()));
     }
   }
@@ -156,7 +156,7 @@ TEST(GapFeatures, GradientMatchesDifferencesAwayFromKinks)
 
 TEST(GapFeatures, AtAKinkTheLeastOfAllLinearisationsHolds)
 {
-  // An edge of the moving tent right under the corner where four faces of the reference meet.
+  // A face of the moving sheet directly under the common corner of four faces of the reference.
   Mesh upper;
   upper.vertices_mm.resize(5, 3);
   upper.vertices_mm << 0, 0, 0, 5, 2, 0, 0, 3, 5, -5, 1, 0, 0, 2.5, -5;

@@ -1,4 +1,4 @@
-// Least travels: against the dense oracle, and what must not change them.
+// Minimum travels: against brute force, and invariances.
 #include "proximity/gap_query.hpp"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace vrda::gap_query_test {
 using test::GapBodies;
 using test::GapRandom;
 
-// Heights of some 30 mm, each a sum of a few products that a sliver's slope may amplify a hundredfold.
+// Heights of some 30 mm, each a sum of a few products; a sliver's slope may amplify errors a hundredfold.
 constexpr double rounding_mm = 1e-11;
 
 double travel_of(const Mesh& reference, const Mesh& moving, const MovingPose& pose,
@@ -25,7 +25,7 @@ double travel_of(const Mesh& reference, const Mesh& moving, const MovingPose& po
   return query.travel_mm(pose);
 }
 
-// Equal infinities count as equal.
+// Infinities compare equal.
 void expect_same(double a, double b, double tolerance)
 {
   EXPECT_EQ(std::isfinite(a), std::isfinite(b));
@@ -62,7 +62,7 @@ TEST(GapQuery, FarFromTheOriginTheFloatBoundsStillHold)
   GapRandom random(14);
   int n_finite = 0;
   for (GapBodies& bodies : test::gap_bodies(random)) {
-    // The reference turns about a far origin; the moving object follows.
+    // The reference rotates about a distant origin; the moving object follows.
     const Eigen::RowVector3d far(40, -600, 75);
     bodies.reference.vertices_mm.rowwise() += far;
     bodies.moving.vertices_mm.rowwise() -= 2 * far;
@@ -193,7 +193,7 @@ TEST(GapQuery, TouchHasTheBitsOfThePlainWalkFromAnywhere)
     GapQuery query{GapTree(bodies.reference), GapTree(bodies.moving)};
     for (int k = 0; k < 60; ++k) {
       const Attitude attitude = random.attitude();
-      // From well below to well above, sideways past the rim too.
+      // From well below to well above, and sideways beyond the rim.
       MovingPose pose = random.pose(14, bodies.depth_mm);
       pose.translation_mm.y() += 25 * (1 + random.unit());
       query.set_attitude(attitude);

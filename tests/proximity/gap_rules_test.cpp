@@ -1,4 +1,4 @@
-// The stated rules of the directional gap, one by one, on scenes with closed forms.
+// Each rule of gap_query.hpp on a scene with a closed form.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -27,14 +27,14 @@ Mesh flipped(Mesh mesh)
   return mesh;
 }
 
-// Two faces that look down and meet along X at y = height: a ridge, or with a negative rise a valley.
+// Two faces directed down with a common edge along X at y = height: a ridge, or a valley if rise < 0.
 Mesh down_fold(double height, double rise)
 {
   return triangles({{-4, height, 0}, {4, height, 0}, {0, height + rise, 4}, {0, height + rise, -4}},
                    {{0, 1, 2}, {1, 0, 3}});
 }
 
-// Two faces that look up and meet along Z at y = 0.
+// Two faces directed up with a common edge along Z at y = 0.
 Mesh up_fold(double rise)
 {
   return triangles({{0, 0, -4}, {0, 0, 4}, {4, -rise, 0}, {-4, -rise, 0}}, {{0, 1, 2}, {1, 0, 3}});
@@ -49,7 +49,7 @@ GapAnswer answer_of(const Mesh& reference, const Mesh& moving, const MovingPose&
 TEST(GapRules, RidgeOverRidgeIsOneCrossingWhoeverSeesIt)
 {
   const GapAnswer answer = answer_of(down_fold(5, 2), up_fold(2), {}, 0.1);
-  ASSERT_EQ(answer.features.size(), 1U) << "four pairs of triangles see it";
+  ASSERT_EQ(answer.features.size(), 1U) << "found through four pairs of triangles";
   EXPECT_NEAR(answer.travel_mm, 5.0, rounding_mm);
   EXPECT_EQ(answer.pair, (TrianglePair{0, 0}));
   EXPECT_LT((answer.features[0].point_mm - Eigen::Vector3d::Zero()).norm(), rounding_mm);
@@ -58,18 +58,17 @@ TEST(GapRules, RidgeOverRidgeIsOneCrossingWhoeverSeesIt)
 
 TEST(GapRules, ReflexAndFlatEdgesGiveNoCrossing)
 {
-  // A valley over a ridge: they meet where the valley's rim comes down, at its corners over the ridge's
-  // faces.
+  // A valley over a ridge: the first contact is at the valley's rim, at its corners over the ridge's faces.
   const GapAnswer valley = answer_of(down_fold(5, -1), up_fold(2), {}, 10.0);
   EXPECT_LT(valley.travel_mm, 5.0);
   for (const GapFeature& feature : valley.features) {
     EXPECT_GT(feature.point_mm.cwiseAbs().maxCoeff(), 0.1) << "the crossing in the middle is never first";
   }
-  // Coplanar neighbours: diagonals inside flat sheets cross in many places, none of which counts.
+  // Coplanar neighbours: crossings of diagonals inside flat sheets are not features.
   const Mesh above = flipped(test::sheet(4, 4));
   const MovingPose pose{{0.21, -3, 0.13}, 0.2};
   const GapAnswer flat = answer_of(above, test::sheet(20, 3), pose, 1e-9);
-  EXPECT_EQ(flat.features.size(), 25U) << "the upper sheet's vertices; its edges have nothing sharp below";
+  EXPECT_EQ(flat.features.size(), 25U) << "the upper sheet's vertices; no convex edge is below its edges";
   for (const GapFeature& feature : flat.features) EXPECT_NEAR(feature.travel_mm, 3.0, rounding_mm);
 }
 
@@ -86,9 +85,9 @@ TEST(GapRules, AVertexOverASharedEdgeGivesEachFaceItsNormalAndACoplanarOneOnce)
       << "a vertex of the sheet right above: four faces below it, and the sheet itself once";
   const Mesh corner = triangles({{0, 5, 0}, {4, 7, 0}, {0, 7, 4}, {-4, 7, 0}, {0, 7, -4}},
                                 {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}});
-  const GapAnswer meeting = answer_of(corner, tip, {}, 1e-9);
-  EXPECT_NEAR(meeting.travel_mm, 5.0, rounding_mm);
-  EXPECT_GE(meeting.features.size(), 8U) << "four faces above, four below, and edges that cross at the tips";
+  const GapAnswer tips = answer_of(corner, tip, {}, 1e-9);
+  EXPECT_NEAR(tips.travel_mm, 5.0, rounding_mm);
+  EXPECT_GE(tips.features.size(), 8U) << "four faces above, four below, and edges that cross at the tips";
 }
 
 TEST(GapRules, BackFacesCannotBeMet)
@@ -96,19 +95,19 @@ TEST(GapRules, BackFacesCannotBeMet)
   const Mesh up = test::sheet(4, 2), down = flipped(up);
   const MovingPose below{{0, -3, 0}, 0};
   EXPECT_NEAR(answer_of(down, up, below, 0).travel_mm, 3.0, rounding_mm);
-  EXPECT_TRUE(std::isinf(answer_of(up, up, below, 0).travel_mm)) << "the reference is seen from behind";
-  EXPECT_TRUE(std::isinf(answer_of(down, down, below, 0).travel_mm)) << "the moving object shows its back";
+  EXPECT_TRUE(std::isinf(answer_of(up, up, below, 0).travel_mm)) << "back face of the reference";
+  EXPECT_TRUE(std::isinf(answer_of(down, down, below, 0).travel_mm)) << "back face of the moving object";
 }
 
 TEST(GapRules, VerticalFacesTakePartByTheEdgesTheyShare)
 {
-  // A box's walls are vertical; its lower rim is met through the floor's edges.
+  // A box's walls are vertical; contact with its lower rim is through the floor's edges.
   const Mesh box = test::box({0, 5, 0}, {2, 4, 2});
-  // A roof edge along Z that passes under the rim's side only: x = 1 at y = 0, falling both ways.
+  // A roof edge along Z that is beside the rim at x = 1.5; the roof falls to both sides.
   const GapAnswer rim = answer_of(box, up_fold(2), {{1.5, 0, 0}, 0}, 1e-9);
-  // The roof at x = 1 stands 0.5 * 2 / 4 below its ridge; the box's floor is at 3.
+  // The roof at x = 1 is 0.5 * 2 / 4 below its ridge; the box's floor is at 3.
   EXPECT_NEAR(rim.travel_mm, 3.25, rounding_mm);
-  // A vertical sheet alone faces nothing.
+  // A single vertical sheet faces neither way.
   const Mesh wall = triangles({{-2, 4, 0}, {2, 4, 0}, {0, 8, 0}}, {{0, 1, 2}});
   EXPECT_TRUE(std::isinf(answer_of(wall, test::box({0, 0, 0}, {1, 2, 1}), {}, 0).travel_mm));
   // Nor does a face tilted by less than 1e-6; one tilted by more does.
@@ -122,7 +121,7 @@ TEST(GapRules, VerticalFacesTakePartByTheEdgesTheyShare)
 TEST(GapRules, ProjectionsThatOnlyGrazeMeet)
 {
   const Mesh box = test::box({0, 5, 0}, {2, 2, 2}), other = test::box({0, 0, 0}, {2, 2, 2});
-  // Side by side sharing a line, a corner, and a hair apart.
+  // Side by side with a common line, a common corner, and 1e-9 mm apart.
   EXPECT_NEAR(answer_of(box, other, {{2, 0, 0.5}, 0}, 0).travel_mm, 3.0, rounding_mm);
   EXPECT_NEAR(answer_of(box, other, {{2, 0, 2}, 0}, 0).travel_mm, 3.0, rounding_mm);
   EXPECT_TRUE(std::isinf(answer_of(box, other, {{2 + 1e-9, 0, 0}, 0}, 0).travel_mm));
@@ -130,7 +129,7 @@ TEST(GapRules, ProjectionsThatOnlyGrazeMeet)
 
 TEST(GapRules, NearlyParallelEdgesAreMeasuredAtOnePoint)
 {
-  // Ridges along X and nearly along X, each rising as it goes: the lines keep 5 mm apart all along.
+  // Rising ridges along X and nearly along X with a constant distance of 5 mm.
   for (const double sine : {1e-4, 1e-7, 1e-9, 1e-11, 1e-13, 0.0}) {
     SCOPED_TRACE(sine);
     const Mesh upper = triangles({{-4, 1, 0}, {4, 9, 0}, {0, 7, 4}, {0, 7, -4}}, {{0, 1, 2}, {1, 0, 3}});

@@ -1,4 +1,4 @@
-/// Bodies and poses for the tests of the directional gap, and its dense oracle.
+/// Bodies and poses for the tests of the directional gap, and a brute-force reference.
 #pragma once
 
 #include <random>
@@ -12,14 +12,14 @@ class GapRandom {
  public:
   explicit GapRandom(unsigned seed) : engine_(seed) {}
   double unit() { return distribution_(engine_); }
-  /// Within `across_mm` of the axis, about 3 mm around `depth_mm`, turned at will.
+  /// Within `across_mm` of the axis, within 3 mm of `depth_mm`, any rotation.
   MovingPose pose(double across_mm, double depth_mm);
   Attitude attitude() { return {unit(), 0.2 * unit()}; }
-  /// Loose triangles of any slope.
+  /// Unconnected random triangles.
   Mesh soup(int n_triangles, double size_mm);
-  /// Every vertex moved in or out by up to `share` of its distance from the origin.
+  /// Every vertex scaled by a random factor of 1 +- `share`.
   Mesh dented(Mesh mesh, double share);
-  /// The same surface with vertices and triangles renumbered and each triangle begun at another corner.
+  /// The same surface with vertices and triangles renumbered and each triangle starting at another corner.
   Mesh renumbered(const Mesh& mesh);
 
  private:
@@ -30,16 +30,16 @@ class GapRandom {
 
 struct GapBodies {
   Mesh reference, moving;
-  double depth_mm = -25;  ///< where the moving one stands below the reference, about to touch
+  double depth_mm = -25;  ///< height of the moving object close below the reference
 };
 
-/// Convex on convex, a dented pair with reflex edges, flats on flats, soups, and the generic knee, coarse.
+/// Convex pair, dented pair with reflex edges, boxes, unconnected triangles, and the coarse generic knee.
 std::vector<GapBodies> gap_bodies(GapRandom& random);
 
-/// Every pair of triangles, all their edges and vertices, facing pairs only.
+/// Brute force over every facing pair of triangles, with all their edges and vertices.
 double dense_gap_mm(const GapBodies& bodies, const Attitude& attitude, const MovingPose& pose);
 
-/// Travel and all features as one row of bits.
+/// Travel and all features as one row, for bitwise comparison.
 std::vector<double> bits_of(const GapAnswer& answer);
 
 }  // namespace vrda::test

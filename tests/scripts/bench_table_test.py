@@ -10,14 +10,14 @@ SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "bench_table"
 
 
 def run(name, time_ns, **more):
-    """One entry as Google Benchmark writes it."""
+    """One entry in the form of Google Benchmark."""
     return {"name": name, "run_name": name, "run_type": "iteration", "repetitions": 1, "threads": 1, "iterations": 10,
             "real_time": time_ns, "cpu_time": time_ns, "time_unit": "ns", **more}
 
 
 class BenchTable(unittest.TestCase):
     def table(self, *runs):
-        """Finished process for a file with these runs and a context that names the machine."""
+        """Completed process for a file with these runs and a context with the host name."""
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder, "benchmarks.json")
             path.write_text(json.dumps({"context": {"host_name": "secret-host"}, "benchmarks": list(runs)}))

@@ -1,4 +1,4 @@
-"""Every rule of scripts/check_includes on a small checkout of its own: one that keeps them all, then one broken rule at a time."""
+"""Every rule of scripts/check_includes on a small checkout: one without violations, then one violation at a time."""
 import pathlib
 import subprocess
 import sys
@@ -7,7 +7,7 @@ import unittest
 
 SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "check_includes"
 
-# A checkout that keeps every rule, with what looks like a breach and is none.
+# A checkout without violations, including code that resembles one.
 GOOD = {
     "pipeline/CMakeLists.txt": "add_subdirectory(core)\nadd_subdirectory(store)\nadd_subdirectory(motion)\nadd_subdirectory(load)\n"
                                "if(X)\n  add_subdirectory(solve)\nendif()\n",
@@ -30,7 +30,7 @@ GOOD = {
 
 class CheckIncludes(unittest.TestCase):
     def findings(self, changes=None):
-        """Exit code and lines for GOOD with `changes` written over it."""
+        """Exit code and lines for GOOD with `changes` applied."""
         with tempfile.TemporaryDirectory() as folder:
             for name, text in {**GOOD, **(changes or {})}.items():
                 path = pathlib.Path(folder, name)
@@ -40,7 +40,7 @@ class CheckIncludes(unittest.TestCase):
         return done.returncode, done.stdout.splitlines()
 
     def assert_one(self, name, text, line, found, wanted):
-        """Exactly one finding, at this place, naming both."""
+        """Exactly one finding, at this position, with both texts."""
         code, lines = self.findings({name: text})
         self.assertEqual(code, 1)
         self.assertEqual(len(lines), 1, lines)
@@ -59,7 +59,7 @@ class CheckIncludes(unittest.TestCase):
     def test_commands_alone_catch_input_errors(self):
         for caught in ("const InputError& error", "InputError", "const vrda::InputError&", "const std::exception& e"):
             text = "void f()\n{\n  try {\n    g();\n  } catch (" + caught + ") {\n  }\n}\n"
-            self.assert_one("pipeline/solve/a.cpp", text, 5, "catch of ", "facts that a function returns")
+            self.assert_one("pipeline/solve/a.cpp", text, 5, "catch of ", "facts returned by a function")
             self.assert_one("player/scene/a.hpp", text, 5, "catch of ", "app catches")
             self.assertEqual(self.findings({"pipeline/app/a.cpp": text, "pipeline/store/read_apart.cpp": text})[0], 0)
         others = "try { g(); } catch (const Stopped&) {} // catch (const InputError&)\n"
@@ -97,7 +97,7 @@ class CheckIncludes(unittest.TestCase):
         self.assert_one("pipeline/load/CMakeLists.txt", "add_room(load)\n", 1, "no README.md in pipeline/load", "purpose")
         code, lines = self.findings({"player/web/CMakeLists.txt": "add_room(web)\n", "player/web/README.md": "web\n"})
         self.assertEqual((code, len(lines)), (1, 1))
-        self.assertIn("found room web, wanted it listed in player/CMakeLists.txt", lines[0])
+        self.assertIn("found room web, wanted an entry in player/CMakeLists.txt", lines[0])
 
     def test_words_and_paths(self):
         for word in ("TO" "DO", "FIX" "ME", "XX" "X"):

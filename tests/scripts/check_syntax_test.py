@@ -11,7 +11,7 @@ SCRIPT = pathlib.Path(__file__).parents[2] / "scripts" / "check_syntax"
 
 class CheckSyntaxTests(unittest.TestCase):
     def check(self, **sources):
-        """Exit code and output for sources of which those named built_* have an object file."""
+        """Exit code and output; sources named built_* have an object file."""
         with tempfile.TemporaryDirectory() as folder:
             entries = []
             for name, text in sources.items():

@@ -17,7 +17,7 @@ DISABLED = '<testcase name="core.Limit" status="disabled"><skipped message="Disa
 
 class CountTests(unittest.TestCase):
     def count(self, *suites, options=()):
-        """Exit code and lines for one JUnit file a suite."""
+        """Exit code and lines for one JUnit file per suite."""
         with tempfile.TemporaryDirectory() as folder:
             paths = []
             for number, cases in enumerate(suites):

@@ -1,4 +1,4 @@
-"""A checkout with the real scripts in a folder with spaces, on a machine whose cmake, apt, dpkg and sudo are made up."""
+"""A checkout with the real scripts in a folder with spaces, with fake cmake, apt, dpkg and sudo."""
 import os
 import pathlib
 import shutil
@@ -11,7 +11,7 @@ REAL_TOOLS = ("awk", "basename", "bash", "cat", "comm", "cp", "cut", "dirname", 
 
 
 class FakeMachine:
-    """Use in a `with`. `calls()` is what the made-up programs were asked, in order."""
+    """A context manager. `calls()` returns the calls of the fake programs, in order."""
 
     def __enter__(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -39,14 +39,14 @@ class FakeMachine:
         return path
 
     def fake(self, name, body):
-        """A program that notes its call and then does `body` (bash)."""
+        """Creates a program that logs its call and then runs `body` (bash)."""
         path = self.bin / name
         path.write_text(f'#!{self.bin}/bash\nprintf "%s\\n" "{name} $*" >>"{self.log}"\n{body}\n')
         path.chmod(0o755)
 
     def installed(self, *names):
         lines = "\\n".join(f"installed {name}" for name in names)
-        # The real one's exit code where it does not know one of the packages.
+        # The real exit code if a package is unknown.
         self.fake("dpkg-query", f"printf '{lines}\\nnot-installed zeta\\n'; exit 1")
 
     def calls(self, name=""):
@@ -54,7 +54,7 @@ class FakeMachine:
         return [line for line in lines if line.startswith(name)]
 
     def run(self, script, *arguments, cwd="/"):
-        """The finished script, called from `cwd` with no terminal."""
+        """Runs the script from `cwd` without a terminal."""
         environment = {"PATH": str(self.bin), "HOME": os.environ.get("HOME", "/")}
         return subprocess.run([self.checkout / "scripts" / script, *arguments], capture_output=True, text=True, cwd=cwd,
                               env=environment, stdin=subprocess.DEVNULL, timeout=60, check=False)

@@ -1,10 +1,10 @@
-"""scripts/package: what it has built and packed, and what it says and leaves; what is in the packages is tests/package's."""
+"""scripts/package: what it builds, packs, prints and leaves behind; tests/package checks the packages' contents."""
 import hashlib
 import unittest
 
 from fake_machine import FakeMachine
 
-# Writes what it was told into the folder that -B names, as cpack does.
+# Writes its arguments into the folder given by -B, as cpack does.
 CPACK = 'mkdir -p "$4"; echo "$SOURCE_DATE_EPOCH" >"$4/vrda_1_amd64.deb"; echo b >"$4/vrda-1-linux.tar.gz"; echo c >"$4/vrda.json"'
 
 

@@ -1,11 +1,11 @@
-"""scripts/quickstart with made-up programs: its order, its words, its second run, its failures."""
+"""scripts/quickstart with fake programs: order, output, second run, failures."""
 import os
 import re
 import unittest
 
 from fake_machine import FakeMachine
 
-# cmake as it is asked here: configuring leaves build.ninja, building leaves the two programs.
+# Fake cmake: configuring creates build.ninja, building creates the two programs.
 CMAKE = r"""
 if [[ $1 == --preset ]]; then mkdir -p build/release; touch build/release/build.ninja; exit; fi
 [[ -e build/release/vrda ]] && exit
@@ -15,7 +15,7 @@ for program in vrda vrda-player; do cp "${0%/*}/fake-$program" "build/release/$p
 
 class Quickstart(unittest.TestCase):
     def machine(self):
-        """A machine on which all goes well."""
+        """A machine on which all steps succeed."""
         machine = self.enterContext(FakeMachine())
         machine.write("jobs/knee-generic.toml", "title\n")
         machine.fake("cmake", CMAKE)
@@ -46,7 +46,7 @@ class Quickstart(unittest.TestCase):
         machine.run("quickstart")
         done = machine.run("quickstart")
         self.assertEqual(done.returncode, 0)
-        self.assertIn("done before", done.stdout)
+        self.assertIn("up to date", done.stdout)
         self.assertEqual(len(machine.calls("fake-vrda run")), 1)
         self.assertEqual(machine.calls("cmake")[2], "cmake --preset release")
 

@@ -1,4 +1,4 @@
-"""scripts/setup: what it asks apt for, and the one reason it gives when it cannot."""
+"""scripts/setup: its calls of apt, and the reason it reports on failure."""
 import unittest
 
 from fake_machine import FakeMachine
@@ -6,7 +6,7 @@ from fake_machine import FakeMachine
 
 class Setup(unittest.TestCase):
     def fails(self, machine, *reasons):
-        """The script fails, and its first line of complaint holds these words."""
+        """The script fails, and the first line of its error contains these texts."""
         done = machine.run("setup")
         self.assertNotEqual(done.returncode, 0)
         first = done.stderr.splitlines()[0]
@@ -65,7 +65,7 @@ class Setup(unittest.TestCase):
         with FakeMachine() as machine:
             machine.installed("alpha")
             machine.fake("id", "echo 1000")
-            self.fails(machine, "no sudo", "as root run: apt-get install --no-install-recommends beta gamma")
+            self.fails(machine, "not root", "sudo is not installed", "as root run: apt-get install --no-install-recommends beta gamma")
             machine.fake("sudo", "exit 1")
             self.fails(machine, "password", "no terminal", "as root run: apt-get install")
             machine.fake("sudo", '[[ $1 == -n ]] && shift; "$@"')

@@ -1,4 +1,4 @@
-"""scripts/validation_table on records as the tests write them."""
+"""scripts/validation_table on records in the form of the tests."""
 import json
 import pathlib
 import subprocess
@@ -30,7 +30,7 @@ def a_trace(status="stable"):
 
 class ValidationTable(unittest.TestCase):
     def page(self, release, asan=None, traces=None):
-        """Finished process for these records."""
+        """Completed process for these records."""
         with tempfile.TemporaryDirectory() as folder:
             for name, lines in (("release", release), ("asan", asan)):
                 if lines is None:
@@ -56,7 +56,7 @@ class ValidationTable(unittest.TestCase):
         self.assertIn("Not yet run under", self.page(both).stdout)
         self.assertIn("2 of 2 rows of the two tables.\n", self.page(both, both).stdout)
         other = self.page(both, [a_property("A", 1, worst=1.3), an_oracle("knee")]).stdout
-        self.assertIn("1 of 2 rows of the two tables. Not, or with other numbers: A.", other)
+        self.assertIn("1 of 2 rows of the two tables. Failed, or with different numbers: A.", other)
 
     def test_the_oracle_has_a_table_of_its_own(self):
         done = self.page([a_property("A", 1), an_oracle("knee"), an_oracle("hip")])
@@ -67,9 +67,9 @@ class ValidationTable(unittest.TestCase):
         done = self.page([a_property("A", 1)], traces={"ball-in-dish": a_trace()})
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("![Ball in a dish, before and after](pictures/validation-ball-in-dish.png)", done.stdout)
-        self.assertIn("to (0.00, 0.02) mm, turned by 0.0 degrees, touches 9, slides 5, turns 3. End: `stable`, at rest.", done.stdout)
+        self.assertIn("to (0.00, 0.02) mm, rotated by 0.0 degrees, moves in contact 9, translations 5, rotations 3. End: `stable`", done.stdout)
         through = self.page([a_property("A", 1)], traces={"peg-in-hole": a_trace("no_contact")}).stdout
-        self.assertIn("End: `no_contact`, through: nothing lies along the push any more.", through)
+        self.assertIn("End: `no_contact`", through)
 
     def test_the_knee_has_its_totals(self):
         knee = {**a_trace(), "all": {"moves": 1234, "by_kind": {"approach": 1200, "rotate": 34}, "in_contact": 1100, "cycles": 7,

@@ -16,7 +16,7 @@ TEST(Condyle, SupportSlopeAndRadiusMatchDifferences)
   constexpr double h_rad = 1e-4;
   constexpr double first_mm = 1e-6, second_mm = 1e-5;  // h^2 of the fourth derivative; rounding over h^2
   for (const Condyle& condyle : {medial_condyle(), lateral_condyle()}) {
-    // Across the spiral's end at 110 degrees too.
+    // Includes the spiral's end at 110 degrees.
     for (double angle_deg = -20.0; angle_deg <= 130.0; angle_deg += 7.3) {
       const double a = rad_from_deg(angle_deg);
       const double before = support(condyle, a - h_rad).value_mm,
@@ -36,7 +36,7 @@ TEST(Condyle, RadiusFallsFromDistalToPosteriorWithoutAJump)
       const double here = radius_mm(condyle, rad_from_deg(angle_deg));
       const double next = radius_mm(condyle, rad_from_deg(angle_deg + 1.0));
       EXPECT_LE(next, here);
-      EXPECT_LT(here - next, 1.0);  // the steepest fall of the medial spiral is 0.6 mm a degree
+      EXPECT_LT(here - next, 1.0);  // the medial spiral decreases by at most 0.6 mm a degree
     }
   }
   EXPECT_NEAR(radius_mm(medial_condyle(), 0.0), 40.0, 1e-12);
@@ -66,7 +66,7 @@ TEST(CondyleSurface, DistanceMatchesAFineSearchOverTheOutline)
     for (int trial = 0; trial < 400; ++trial) {
       const Eigen::Vector3d p(uniform(-32, 36), uniform(-34, 26), condyle.z_mm + uniform(-25, 25));
       double wanted = 1e9;
-      constexpr int n_steps = 20000;  // 2 micrometres along the outline; the error is its square over 2 mm
+      constexpr int n_steps = 20000;  // 2 micrometres along the outline; the error is its square / 2 mm
       for (int k = 0; k <= n_steps; ++k) {
         const double a = condyle.first_rad + (condyle.last_rad - condyle.first_rad) * k / n_steps;
         wanted = std::min(wanted, (p - ball_centre_mm(condyle, a)).norm() - condyle.coronal_radius_mm);
@@ -74,7 +74,7 @@ TEST(CondyleSurface, DistanceMatchesAFineSearchOverTheOutline)
       const double found = surface.signed_distance_mm(p);
       const bool is_near = wanted < 12.0;
       EXPECT_NEAR(is_near ? found : wanted, wanted, 1e-5);
-      EXPECT_LE(found, wanted + 1e-5);  // farther away a lower bound
+      EXPECT_LE(found, wanted + 1e-5);  // far away: a lower bound
       n_inside += wanted < 0.0 ? 1 : 0;
       n_outside += wanted > 0.0 && is_near ? 1 : 0;
     }

@@ -1,4 +1,4 @@
-/// Heights of meshes over a grid of the plane across Y: where two meshes stand above each other.
+/// Heights of meshes over a grid in the plane across Y, and the vertical distance of two meshes.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +14,12 @@ namespace vrda::test {
 
 enum class Facing { up, down };
 
-/// Highest point of the faces looking up (lowest of those looking down) over each node of a 140 mm square
+/// Highest point of the faces directed up (lowest of those directed down) over each node of a 140 mm square
 /// grid.
 struct Envelope {
   static constexpr int n = 281;
   static constexpr double step_mm = 0.5;
-  std::vector<double> y_mm;  ///< [n * n], quiet NaN where nothing is
+  std::vector<double> y_mm;  ///< [n * n], quiet NaN where there is no face
 };
 
 inline double node_of(double mm)
@@ -27,7 +27,7 @@ inline double node_of(double mm)
   return mm / Envelope::step_mm + 0.5 * (Envelope::n - 1);
 }
 
-/// Takes in one face that looks up (sign 1) or down (sign -1).
+/// Adds one face directed up (sign 1) or down (sign -1).
 inline void include_face(Envelope& result, const std::array<Eigen::Vector3d, 3>& face, double sign)
 {
   const auto& [a, b, c] = face;
@@ -60,7 +60,7 @@ inline Envelope envelope(const Mesh& mesh, Facing facing)
   return result;
 }
 
-/// Smallest height from `lower` up to `upper` where both are; infinite where they never share a node.
+/// Smallest height from `lower` up to `upper` over common nodes; infinite without any.
 inline double smallest_height_mm(const Envelope& upper, const Envelope& lower)
 {
   double smallest = std::numeric_limits<double>::infinity();

@@ -78,7 +78,7 @@ TEST(Knee, TriangleCountsAreNearTheThesisTableAndGrowWithTheSquare)
     const auto n_coarse = static_cast<double>(coarse.at(name).mesh.triangles.rows());
     const auto n_fine = static_cast<double>(fine.at(name).mesh.triangles.rows());
     EXPECT_NEAR(n_coarse / wanted, 1.0, 0.1);
-    // Whole numbers of cells across thin parts: within a tenth of the square.
+    // Integer numbers of cells across thin parts: within a tenth of the square.
     EXPECT_NEAR(n_fine / n_coarse / 6.25, 1.0, 0.1);
   }
 }
@@ -168,7 +168,7 @@ TEST(Knee, ShaftsLieOnTheBoneAndAreHiddenInsideTheContactParts)
     const char* name;
     Mesh shaft;
     double (*field)(const Eigen::Vector3d&);
-    double cut_mm, up;  // the contact part's end, and which way the shaft leaves it
+    double cut_mm, up;  // end of the contact part, and direction of the shaft from it
   };
   for (const double resolution : {1.0, 2.0, 3.0}) {
     for (const Row& row :
@@ -184,7 +184,7 @@ TEST(Knee, ShaftsLieOnTheBoneAndAreHiddenInsideTheContactParts)
         furthest_out_deep = std::max(furthest_out_deep, is_deep ? row.field(p) : -1.0);
       }
       constexpr double steepest = 1.5;                               // of either field near its surface
-      EXPECT_LT(furthest_out, steepest * 0.02 * 5.05 / resolution);  // a fiftieth of a triangle
+      EXPECT_LT(furthest_out, steepest * 0.02 * 5.05 / resolution);  // a fiftieth of an edge
       EXPECT_LT(furthest_out_deep, 0.0);
       EXPECT_GT(furthest_out_deep, -1.0);
     }
@@ -220,12 +220,12 @@ TEST(Knee, PlateausAreHollowMediallyAndSlightlyConvexLaterally)
   EXPECT_GT(bend(medial_rest_mm()), 0.1);
   EXPECT_LT(bend(lateral_rest_mm()), 0.0);
   EXPECT_GT(bend(lateral_rest_mm()), -0.3);
-  // Both fall back: the front edge stands higher than the rear one.
+  // Posterior slope: the front edge is higher than the rear one.
   EXPECT_GT(plateau_height_mm(25.0, -22.0), plateau_height_mm(-19.0, -22.0) + 1.0);
   EXPECT_GT(plateau_height_mm(20.0, 22.0), plateau_height_mm(-18.0, 22.0) + 1.0);
 }
 
-// With each condyle resting where its lowest point is, the tibia turns with the line between the two lowest
+// With each condyle in contact at its lowest point, the tibia rotates with the line between the two lowest
 // points, and the varus at which both touch follows the difference in their heights.
 TEST(Knee, RollingCondylesTurnTheTibiaInwardAndKeepBothTouchingNearZeroVarus)
 {

@@ -18,7 +18,7 @@ std::vector<ShapeFibre> fibres(const std::string& side)
   return generate_fibres({"knee", {}, {{"side", side}}});
 }
 
-// The moving parts stand lower than in the design pose, where the reference strains hold.
+// The moving parts are generated below the design pose, to which the reference strains refer.
 Eigen::Vector3d designed_mm(const ShapeFibre& fibre)
 {
   return fibre.moving_mm + apart_mm() * Eigen::Vector3d::UnitY();
@@ -29,7 +29,7 @@ TEST(KneeLigaments, AreAttachedToTheBones)
   for (const ShapeFibre& fibre : fibres("right")) {
     SCOPED_TRACE(fibre.name);
     const auto moving_field = fibre.bundle == "LCL" ? fibula_field : tibia_field;
-    // Newton's steps end at the rounding of fields of tens of mm.
+    // Newton's method converges to the rounding of fields of tens of mm.
     EXPECT_NEAR(femur_field(fibre.reference_mm), 0.0, 1e-9);
     EXPECT_NEAR(moving_field(designed_mm(fibre)), 0.0, 1e-9);
   }
@@ -55,8 +55,7 @@ TEST(KneeLigaments, HaveTheStiffnessAndReferenceStrainsOfTheirSource)
   for (const auto& [bundle, total_n] : stiffness_n) EXPECT_NEAR(total_n, source.at(bundle).first, 1e-9);
 }
 
-// Where the tibia stands when the places on which the condyles rest in extension stay below their lowest
-// points.
+// Pose of the tibia with the contact points of extension below the condyles' lowest points.
 Pose following_the_condyles(double flexion_rad)
 {
   const auto lowest = [&](const Condyle& condyle, double angle_rad) {

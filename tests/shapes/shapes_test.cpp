@@ -106,7 +106,7 @@ TEST(Hip, HeadAndSocketAreBallsAboutOneCentre)
   constexpr double on_surface_mm = 1e-8;  // Newton's last step
   EXPECT_GE(socket.vertices_mm.rowwise().norm().minCoeff(), 21.0 - on_surface_mm);
   EXPECT_NEAR(socket.vertices_mm.rowwise().norm().minCoeff(), 21.0, on_surface_mm);
-  // The head's upper half carries no neck.
+  // The neck does not extend to the head's upper half.
   for (Eigen::Index v = 0; v < head.vertices_mm.rows(); ++v) {
     const double r = head.vertices_mm(v, 1) > 12.0 ? head.vertices_mm.row(v).norm() : 20.0;
     EXPECT_NEAR(r, 20.0, on_surface_mm);
@@ -178,7 +178,7 @@ TEST(BallInDish, ASmallBallFallsThroughTheHole)
 
 TEST(BallInDish, AnEllipsoidMayStartTurned)
 {
-  // A quarter turn about +Y carries the longer half axis from X to Z, exactly at that place.
+  // A quarter turn about +Y maps the longer half axis from X to Z.
   const auto box = [](double turn_deg) {
     return bounding_box(
         generate_shape({"ball-in-dish",
@@ -206,7 +206,7 @@ TEST(BarOnPyramids, TheBarFitsBetweenThePyramidsWhenItLiesAlongThem)
   EXPECT_NEAR(top_mm, -20.0, 1e-12);  // 15 mm of pyramid, 5 mm apart
   straight.moving.at(0).mesh.vertices_mm.col(1).array() -= top_mm;
   EXPECT_NEAR(apart_mm(straight), 0.0, 1e-12);
-  // Turned it meets the slopes before the floor.
+  // Rotated it touches the slopes before the floor.
   Shape turned = generate_shape({"bar-on-pyramids", {{"turn", 30.0}}, {}});
   turned.moving.at(0).mesh.vertices_mm.col(1).array() -= top_mm;
   EXPECT_LT(apart_mm(turned), -1.0);
@@ -216,7 +216,7 @@ TEST(CapInSink, CreasesAreExactAtAnyTessellation)
 {
   for (const double edges : {1.0, 2.0, 5.0}) {
     const Shape shape = generate_shape({"cap-in-sink", {{"edges", edges}, {"turn", 0.0}}, {}});
-    // A block of 26 mm less a pyramid of 20 mm over a base of 40 mm.
+    // A block of 26 mm minus a pyramid of 20 mm over a base of 40 mm.
     EXPECT_NEAR(signed_volume_mm3(shape.reference.at(0).mesh), 1600.0 * 26.0 - 1600.0 * 20.0 / 3.0, 1e-9);
     EXPECT_NEAR(signed_volume_mm3(shape.moving.at(0).mesh), 1296.0 * 6.0 + 1296.0 * 18.0 / 3.0, 1e-9);
   }

@@ -50,7 +50,7 @@ TEST(LevelSet, SkippedEmptySpaceChangesNothing)
 
 TEST(LevelSet, ASurfaceAlongAnotherHasItsVerticesWhereBothAgree)
 {
-  // Two halves of one rod that overlap from y = -9 to 9; rounding of their ends reaches 2 mm further in.
+  // Two halves of one rod that overlap from y = -9 to 9; their ends are rounded over 2 mm.
   const auto rod = [](const Eigen::Vector3d& p) { return std::sqrt(p.x() * p.x() + p.z() * p.z()) - 8.0; };
   const auto half = [&](double low_mm, double high_mm) {
     const Field field = [=](const Eigen::Vector3d& p) {
@@ -67,7 +67,7 @@ TEST(LevelSet, ASurfaceAlongAnotherHasItsVerticesWhereBothAgree)
   EXPECT_GT(bounding_box(second).max_mm.y(), 29.0);
   int n_shared = 0, n_within = 0;
   for (Eigen::Index v = 0; v < second.vertices_mm.rows(); ++v) {
-    constexpr double safely_shared_mm = 4.0;  // the ends' rounding and more than a cell away
+    constexpr double safely_shared_mm = 4.0;  // more than the ends' rounding and a cell
     const bool is_within = std::abs(second.vertices_mm(v, 1)) < safely_shared_mm &&
                            std::abs(rod(second.vertices_mm.row(v))) < 1e-6;
     const double nearest =

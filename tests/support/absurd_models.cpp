@@ -14,17 +14,17 @@ namespace {
 
 void require(bool is_done, const char* what)
 {
-  if (!is_done) throw std::runtime_error(std::string("HDF5 refused: ") + what);
+  if (!is_done) throw std::runtime_error(std::string("HDF5 failed: ") + what);
 }
 
-/// HDF5 cuts the seal off a file that it changes.
+/// HDF5 removes the seal from a file that it changes.
 void seal(const std::filesystem::path& file)
 {
   const std::string bytes = read_bytes(file);
   std::ofstream(file, std::ios::binary | std::ios::app) << seal_of(bytes);
 }
 
-/// A dataset of which nothing is stored.
+/// A dataset without stored data.
 hid_t promised(hid_t file, const std::string& path, const std::vector<hsize_t>& shape, hid_t type)
 {
   const hid_t space = H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr);
@@ -34,7 +34,7 @@ hid_t promised(hid_t file, const std::string& path, const std::vector<hsize_t>& 
   return dataset;
 }
 
-/// Gives the axis `name` of a copy of `whole`, and the arrays along it, `n` entries.
+/// Resizes the axis `name` in a copy of `whole`, and the arrays along it, to `n` entries.
 std::string with_axis(const std::filesystem::path& whole, const std::filesystem::path& copy, hsize_t n,
                       const std::vector<std::string>& axis_and_arrays)
 {
@@ -43,7 +43,7 @@ std::string with_axis(const std::filesystem::path& whole, const std::filesystem:
   require(file >= 0, "to open a motion model");
   for (std::size_t k = 0; k < axis_and_arrays.size(); ++k) {
     const std::string& path = axis_and_arrays[k];
-    require(H5Ldelete(file, path.c_str(), H5P_DEFAULT) >= 0, "to take a dataset out");
+    require(H5Ldelete(file, path.c_str(), H5P_DEFAULT) >= 0, "to delete a dataset");
     const hid_t dataset =
         k == 0 ? promised(file, path, {n}, H5T_IEEE_F32BE) : promised(file, path, {n, 3}, H5T_IEEE_F64LE);
     if (k == 0) require(H5DSset_scale(dataset, path.c_str()) >= 0, "a scale");

@@ -1,4 +1,4 @@
-/// HDF5 files that promise more than they hold.
+/// HDF5 files that declare more data than they contain.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,9 @@
 
 namespace vrda::test {
 
-/// Made of the motion model `whole` in `folder`: one of a thousand million vertices, one of more contacts than
-/// an index can tell apart, and a file of some kilobytes with one dataset of 80 GB. None of it is stored.
+/// Made from the motion model `whole` in `folder`: one with a thousand million vertices, one with more
+/// contacts than an index can address, and a file of some kilobytes with one dataset of 80 GB. None of
+/// these data are stored.
 std::vector<std::string> models_that_promise_gigabytes(const std::filesystem::path& whole,
                                                        const std::filesystem::path& folder);
 

@@ -9,7 +9,7 @@ std::atomic<long> of_program{0};
 thread_local long of_thread = 0;
 }  // namespace
 
-// Not inlined: GCC would see malloc and delete, or new and free, and call them mismatched.
+// Not inlined: GCC would match malloc with delete, or new with free, and report a mismatch.
 [[gnu::noinline]] void* operator new(std::size_t size)
 {
   ++of_program;

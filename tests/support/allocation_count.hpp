@@ -3,9 +3,9 @@
 
 namespace vrda::test {
 
-/// Since its start, of all its threads.
+/// Since the start of the program, over all threads.
 long allocations_of_program();
-/// Of the calling thread alone: libraries may allocate in threads of their own.
+/// Of the calling thread only: libraries may allocate in their own threads.
 long allocations_of_thread();
 
 }  // namespace vrda::test

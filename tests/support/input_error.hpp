@@ -1,4 +1,4 @@
-/// What an action refuses.
+/// The error facts of a failing action.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 
 namespace vrda::test {
 
-/// The InputError that `action` throws; fails the test when it throws none.
+/// The InputError thrown by `action`; fails the test if none is thrown.
 template <typename Action>
 InputError::Facts input_error(Action action)
 {

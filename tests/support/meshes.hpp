@@ -1,4 +1,4 @@
-/// Small meshes made by code, normals outward.
+/// Small generated meshes, normals outward.
 #pragma once
 
 #include "core/mesh.hpp"

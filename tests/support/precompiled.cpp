@@ -1,1 +1,1 @@
-// Nothing: the program's headers are what is compiled (CMakeLists.txt).
+// Empty: only the precompiled headers matter (CMakeLists.txt).

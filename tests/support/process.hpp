@@ -1,4 +1,4 @@
-/// Runs a program and keeps what it said.
+/// Runs a program and captures its output.
 #pragma once
 
 #include <sys/types.h>
@@ -14,18 +14,18 @@ struct Ended {
   int exit_code = -1;  ///< -1: ended by a signal
   std::string out;
   std::string err;
-  long peak_kb = 0;          ///< largest memory that it or a process it waited for held
-  double processor_s = 0.0;  ///< that it and those took
+  long peak_kb = 0;          ///< largest resident memory of the process or of a child it waited for
+  double processor_s = 0.0;  ///< of the process and those children
 };
 
 struct Command {
   std::filesystem::path program;
   std::vector<std::string> arguments;
-  std::map<std::string, std::string> environment;  ///< added to our own
-  std::filesystem::path folder;                    ///< to run in; empty: here
+  std::map<std::string, std::string> environment;  ///< added to that of the caller
+  std::filesystem::path folder;                    ///< working directory; empty: unchanged
 };
 
-/// A program under way. Its destructor kills and reaps it, by process id.
+/// A running program. The destructor kills and reaps it, by process id.
 class Process {
  public:
   explicit Process(const Command& command);
@@ -35,9 +35,9 @@ class Process {
 
   bool is_running();
   void send(int signal) const;
-  /// What stands on its standard error so far.
+  /// Standard error so far.
   std::string said() const;
-  /// Waits for the end.
+  /// Waits until the program ends.
   Ended wait();
 
  private:

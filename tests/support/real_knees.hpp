@@ -1,4 +1,4 @@
-/// Where the real knees are; tests that need them skip by name when they are absent.
+/// Location of the real knees; tests that need them are skipped if they are missing.
 #pragma once
 
 #include <filesystem>
@@ -6,15 +6,15 @@
 
 namespace vrda::test {
 
-/// $VRDA_DATA, or ../shared/data beside the checkout; nothing when neither holds `knees`.
+/// $VRDA_DATA, or ../shared/data of the checkout; nullopt if neither contains `knees`.
 std::optional<std::filesystem::path> data_directory();
 
-/// The checkout's own folder.
+/// Root of the checkout.
 std::filesystem::path source_directory();
 
 }  // namespace vrda::test
 
-/// Skips the running test, by name, when the real knees are absent.
+/// Skips the running test if the real knees are missing.
 #define VRDA_REQUIRE_REAL_KNEES()    \
   if (!vrda::test::data_directory()) \
-  GTEST_SKIP() << "real knees not found: set VRDA_DATA to the folder that holds `knees` (see README)"
+  GTEST_SKIP() << "real knees not found: set VRDA_DATA to the folder that contains `knees` (see README)"

@@ -1,4 +1,4 @@
-/// A temporary folder of one test, removed with it.
+/// A temporary folder, removed at the end of the test.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +21,7 @@ class Scratch {
   std::filesystem::path path_;
 };
 
-/// The whole content of a file.
+/// Contents of a file.
 std::string read_bytes(const std::filesystem::path& file);
 
 }  // namespace vrda::test

@@ -17,7 +17,7 @@ std::string why(const char* what)
   return std::string(what) + ": " + std::strerror(errno);
 }
 
-// Without root: a user namespace in which we are root, where the system permits one.
+// Without root: a user namespace with root rights, if the system permits one.
 bool enter_user_namespace()
 {
   const uid_t user = getuid();
@@ -32,7 +32,7 @@ bool enter_user_namespace()
 std::string enter_own_mounts()
 {
   if (unshare(CLONE_NEWNS) != 0 && !enter_user_namespace()) return why("no mount namespace");
-  // Nothing mounted here is seen outside, and all of it goes with the process.
+  // Mounts are not visible outside and disappear with the process.
   if (mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) return why("no private mounts");
   const std::filesystem::path probe = std::filesystem::temp_directory_path();
   if (mount("tmpfs", probe.c_str(), "tmpfs", 0, "size=64k") != 0) return why("no tmpfs");

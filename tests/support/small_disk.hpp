@@ -1,4 +1,4 @@
-/// A disk that fills up: a tmpfs in a mount namespace of this process and those it starts.
+/// A disk of limited size: a tmpfs in a mount namespace of this process and its children.
 #pragma once
 
 #include <cstdint>
@@ -7,21 +7,21 @@
 
 namespace vrda::test {
 
-/// Why this process may not mount a disk of its own; empty when it may. A test skips then, saying this.
+/// Reason why this process cannot mount a disk; empty if it can. Tests are skipped with this reason.
 std::string mount_refusal();
 
 class SmallDisk {
  public:
-  /// Mounts in `folder`, which must be there. Throws std::runtime_error when that fails.
+  /// Mounts in `folder`, which must exist. Throws std::runtime_error on failure.
   SmallDisk(std::filesystem::path folder, std::uintmax_t n_bytes);
   ~SmallDisk();
   SmallDisk(const SmallDisk&) = delete;
   SmallDisk& operator=(const SmallDisk&) = delete;
 
   const std::filesystem::path& path() const { return folder_; }
-  /// Makes the disk larger; what is on it stays.
+  /// Enlarges the disk, keeping its contents.
   void resize(std::uintmax_t n_bytes);
-  /// From now on everything on it can only be read, by root too. Throws while a file is open for writing.
+  /// Makes the disk read-only, also for root. Throws while a file is open for writing.
   void forbid_writing();
   void permit_writing();
 

@@ -9,7 +9,7 @@ namespace {
 
 using Place = std::array<double, 4>;  // mm, degrees
 
-struct Told {
+struct MoveTemplate {
   int iteration;
   MoveKind kind;
   Place from_end;
@@ -18,7 +18,7 @@ struct Told {
   int n_contacts = 0;  // above 0: in contact
 };
 
-const Told moves_of_a_cell[n_moves_of_a_cell] = {
+const MoveTemplate moves_of_a_cell[n_moves_of_a_cell] = {
     {1, MoveKind::approach, {0.5, -1, 0, 0.5}},
     {1, MoveKind::approach, {0.5, -0.25, 0, 0.5}, false, false, 2},
     {1, MoveKind::bisect, {0.25, -0.25, 0, 0.5}, true},
@@ -47,21 +47,21 @@ void add_contact(TraceContacts& contacts, int n)
   contacts.compartment.push_back(static_cast<std::int8_t>(n % 3));
 }
 
-void add_move(Trace& trace, const Told& told, const Place& end)
+void add_move(Trace& trace, const MoveTemplate& step, const Place& end)
 {
   TraceMoves& moves = trace.moves;
   const Eigen::Index row = moves.translation_mm.rows();
   moves.translation_mm.conservativeResize(row + 1, 3);
-  moves.translation_mm.row(row) = single(end, told.from_end);
-  moves.theta_deg.push_back(static_cast<float>(end[3] + told.from_end[3]));
-  moves.iteration.push_back(told.iteration);
-  moves.kind.push_back(static_cast<std::int8_t>(told.kind));
+  moves.translation_mm.row(row) = single(end, step.from_end);
+  moves.theta_deg.push_back(static_cast<float>(end[3] + step.from_end[3]));
+  moves.iteration.push_back(step.iteration);
+  moves.kind.push_back(static_cast<std::int8_t>(step.kind));
   moves.translation_step_mm.push_back(1.0F);
-  moves.rotation_step_deg.push_back(told.is_cycle ? 0.5F : 1.0F);
-  moves.collides.push_back(told.collides ? 1 : 0);
-  moves.is_cycle.push_back(told.is_cycle ? 1 : 0);
-  moves.in_contact.push_back(told.n_contacts > 0 ? 1 : 0);
-  for (int n = 0; n < told.n_contacts; ++n) add_contact(trace.contacts, n);
+  moves.rotation_step_deg.push_back(step.is_cycle ? 0.5F : 1.0F);
+  moves.collides.push_back(step.collides ? 1 : 0);
+  moves.is_cycle.push_back(step.is_cycle ? 1 : 0);
+  moves.in_contact.push_back(step.n_contacts > 0 ? 1 : 0);
+  for (int n = 0; n < step.n_contacts; ++n) add_contact(trace.contacts, n);
   moves.contact_start.push_back(static_cast<std::int64_t>(trace.contacts.compartment.size()));
 }
 
@@ -83,7 +83,7 @@ void add_search(Trace& trace, const Cell& cell, const Place& end)
   searches.node.push_back(static_cast<std::int8_t>(cell.node));
   searches.status.push_back(static_cast<std::int8_t>(cell.status));
   if (cell.status == StepStatus::stable) {
-    for (const Told& told : moves_of_a_cell) add_move(trace, told, end);
+    for (const MoveTemplate& step : moves_of_a_cell) add_move(trace, step, end);
   }
   searches.move_start.push_back(static_cast<std::int64_t>(trace.moves.kind.size()));
 }

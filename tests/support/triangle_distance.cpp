@@ -81,7 +81,7 @@ Triangle<long double> fine(const Triangle<double>& t)
   return {t[0].cast<long double>(), t[1].cast<long double>(), t[2].cast<long double>()};
 }
 
-// Length of the shift along `n` after which the two no longer overlap.
+// Length of the translation along `n` that separates the two triangles.
 long double overlap_along(const Vector<long double>& n, const Triangle<long double>& a,
                           const Triangle<long double>& b)
 {
@@ -113,7 +113,7 @@ long double fine_triangle_depth_mm(const Triangle<double>& a_given, const Triang
     directions.insert(directions.end(), {na.cross(d), nb.cross(b[(i + 1) % 3] - b[i])});
     for (std::size_t k = 0; k < 3; ++k) {
       const Direction e = b[(k + 1) % 3] - b[k];
-      // Sines near the rounding unit (1e-19) have no direction.
+      // Cross products near the rounding unit (1e-19) have no reliable direction.
       if (d.cross(e).norm() > 1e-15L * d.norm() * e.norm()) directions.push_back(d.cross(e));
     }
   }

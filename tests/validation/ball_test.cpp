@@ -1,4 +1,4 @@
-// Thesis 4.2.1: a ball dropped anywhere above a dish ends in its middle and is never turned.
+// Thesis 4.2.1: a ball dropped anywhere above a dish ends at its centre and is never rotated.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,14 +8,14 @@
 
 namespace vrda::test::ball_test {
 
-// Half the angle between neighbouring corners of the ball's icosahedron: its facets are this over the
+// Half the angle between neighbouring corners of an icosahedron; that of a facet is this over the
 // subdivision.
 constexpr double icosahedron_edge_rad = 1.1071487177940904;
 
 struct BallCase {
   ShapeRequest request;
   SearchOptions options;
-  Eigen::Vector3d ball_mm;   ///< the ball's middle, in the moving mesh
+  Eigen::Vector3d ball_mm;   ///< the ball's centre, in the moving mesh
   double facet_mm = 0.0;     ///< edge of the ball's facets
   double triangle_mm = 0.0;  ///< edge of the dish's triangles
   double dish_mm = 0.0;      ///< half the dish's width
@@ -23,9 +23,9 @@ struct BallCase {
 
 enum class Size { smaller_than_a_triangle, any, as_large_as_the_dish };
 
-// A dish and a ball beneath it. Both have so many facets that the polygons have their own place of rest
-// within a resolution of the middle; the ball's axis starts at least one of its facets inside the rim, since
-// a facet that lies level on the rim's edge leans outward as often as inward.
+// A dish and a ball below it. Both have so many facets that the equilibrium of the polygons is within a
+// resolution of the centre. The ball's axis starts at least one of its facets inside the border, since a
+// facet parallel to the border's edge is inclined outward as often as inward.
 BallCase drawn(Draw& draw, const std::string& section, Size size, bool is_stretched)
 {
   BallCase result;
@@ -39,8 +39,8 @@ BallCase drawn(Draw& draw, const std::string& section, Size size, bool is_stretc
   if (size == Size::as_large_as_the_dish)
     ball_mm = std::min(0.97 * dish_radius_mm, draw.uniform(0.7, 1.0) * width_mm);
   const int ball_edges = draw.whole(8, 20);
-  // Flatter or taller, and up to a fifth wider one way: a wide ellipsoid of the dish's own curvature would
-  // rest on its rim.
+  // Flatter or taller, and up to a fifth wider one way: a wide one with the dish's curvature
+  // would have its equilibrium on the border.
   const Eigen::Vector3d stretch =
       is_stretched ? Eigen::Vector3d(draw.uniform(0.6, 1.0), draw.uniform(0.6, 1.6), draw.uniform(0.6, 1.0))
                    : Eigen::Vector3d(1, 1, 1);
@@ -77,7 +77,7 @@ void expect_rest_in_the_middle(Tally tally, const std::string& section, Size siz
 {
   tally.claim = "ends in the middle";
   tally.measure = "distance from the middle, translation resolutions";
-  tally.allowed = 2.0;  // halving from 1 mm can miss by 1.25
+  tally.allowed = 2.0;  // halving from 1 mm can leave an error of 1.25
   Draw draw(tally.seed);
   for (int k = 0; k < n_cases; ++k) {
     const BallCase ball = drawn(draw, section, size, is_stretched);
@@ -100,8 +100,8 @@ TEST(BallInDish, EndsInTheMiddleOfACone)
 }
 TEST(BallInDish, EndsInTheMiddleOfANonMonotoneSlope)
 {
-  expect_rest_in_the_middle({.scene = "ball in a dish, slope by turns steep and flat", .seed = 103}, "wave",
-                            Size::any, false, 300);
+  expect_rest_in_the_middle({.scene = "ball in a dish, non-monotone slope", .seed = 103}, "wave", Size::any,
+                            false, 300);
 }
 TEST(BallInDish, ABallSmallerThanATriangleEndsInTheMiddle)
 {
@@ -118,9 +118,9 @@ TEST(BallInDish, AnEllipsoidEndsInTheMiddle)
   expect_rest_in_the_middle({.scene = "ellipsoid in a dish", .seed = 106}, "bowl", Size::any, true, 300);
 }
 
-// A normal interpolated from a ball's analytic ones points from the ball's middle C at every point of a
-// facet. So the moments about the mean B of any contact points, weighted by their distances from C, sum to (C
-// - B) x (C - B) = 0: they never all agree. Facets' own normals have real torques.
+// A normal interpolated from a ball's analytic ones points away from the ball's centre C at every point of
+// a facet. So the moments about the mean B of any contact points, weighted by their distances from C, sum
+// to (C - B) x (C - B) = 0: they cannot all have the same sign. Facet normals do produce torques.
 TEST(BallInDish, AnalyticNormalsNeverTurnTheBall)
 {
   Tally tally{.scene = "ball with analytic normals",

@@ -1,9 +1,7 @@
-// Thesis 4.2.3: a bar pushed up against two pyramids side by side turns until it lies between them.
-//
-// The domain. No tip of a pyramid may stand under the bar at the start: a flat top rests on a tip, and since
-// the search never tilts, that is a place of rest (the last test). And the bar's long edges, not its ends,
-// must meet both pyramids: one that has only an end on a pyramid is pushed off it lengthwise, as it should
-// be.
+// Thesis 4.2.3: a bar pushed up against two adjacent pyramids rotates until it is between them.
+// Domain: no tip of a pyramid may be under the bar at the start, since a flat top on a tip is an
+// equilibrium (the search never tilts; last test). The bar's long edges, not its ends, must be in contact
+// with both pyramids: a bar with only an end on a pyramid is correctly pushed off lengthwise.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,12 +12,12 @@
 
 namespace vrda::test::bar_test {
 
-// A bar under two pyramids whose bases lie along X. Lengths in mm.
+// A bar under two pyramids whose bases are along X. Lengths in mm.
 struct BarCase {
   double base = 0.0, height = 0.0, gap = 0.0;  ///< of the pyramids
   double length = 0.0, width = 0.0;            ///< of the bar
-  double turn_rad = 0.0;                       ///< of the bar from along Z, about +Y
-  double along = 0.0, across = 0.0;            ///< the bar's middle from the scene's, on its own axes
+  double turn_rad = 0.0;                       ///< of the bar relative to Z, about +Y
+  double along = 0.0, across = 0.0;            ///< the bar's centre from the scene's, on its own axes
   int edges = 1;
   SearchOptions options{};
 
@@ -59,7 +57,7 @@ ShapeRequest request_of(const BarCase& bar)
           {}};
 }
 
-// Where a bar came to rest.
+// Final pose of a bar.
 struct Rest {
   double angle_rad = 0.0;
   Eigen::Vector3d middle_mm;  ///< of its upper face
@@ -70,10 +68,10 @@ Rest rest_of(const BarCase& bar, const Solved& solved)
   return {bar.turn_rad + solved.record.pose.theta_rad, placed(solved, start_mm(bar))};
 }
 
-// The height at which a bar over a place touches, by closed form. The pyramids' surface hangs below the base
-// plate by the height times 1 - t / half the base, t the larger of the distances from the tip in x and z; so
-// what counts is the smallest square about each tip, edges along x and z, that meets the bar. Two rectangles
-// are apart exactly when an edge of one separates them.
+// Height of first contact for a given pose, in closed form. The pyramids' surface is below the base plate
+// by the height times 1 - t / half the base, t the larger of the distances from the tip in x and z; so the
+// relevant quantity is the smallest square about each tip, edges along x and z, that intersects the bar.
+// Two rectangles are disjoint exactly if an edge of one separates them.
 double touch_y_mm(const BarCase& bar, const Rest& rest)
 {
   const Eigen::Vector3d along = along_bar(rest.angle_rad), across = across_bar(rest.angle_rad);
@@ -102,8 +100,9 @@ BarCase drawn_pyramids(Draw& draw)
   return bar;
 }
 
-// How far along the bar from the scene's middle its edges meet the pyramids, at its angle or straight. Turned
-// by a, the square about a tip that meets the bar's edge (see touch_y_mm) does so with its corner.
+// How far along the bar from the scene's centre its edges touch the pyramids, at its angle or straight. For
+// a rotation a, the square about a tip that touches the bar's edge (see touch_y_mm) does so with its
+// corner.
 double reach_mm(const BarCase& bar)
 {
   const double c = std::cos(bar.turn_rad), s = std::abs(std::sin(bar.turn_rad));
@@ -112,8 +111,8 @@ double reach_mm(const BarCase& bar)
   return std::max({straight, 0.5 * bar.base, bar.tip() * s + square * (c - s)});
 }
 
-// Any place of the domain for a bar of the width given. A twentieth of the base is kept between the bar's
-// ends and where they would matter: turns of whole degrees end a little beyond the seat.
+// A random start in the domain for a bar of the given width. A twentieth of the base is kept between the
+// bar's ends and critical positions: rotations of whole degrees end slightly beyond the seat.
 void draw_place(Draw& draw, BarCase& bar)
 {
   const double steepest_rad = std::acos(bar.width / (bar.gap + bar.base));
@@ -125,7 +124,7 @@ void draw_place(Draw& draw, BarCase& bar)
   bar.along = draw.sign() * draw.uniform(0.0, 0.5 * bar.length - half_mm);
 }
 
-// One contact at least pushes either way.
+// True if contacts push in both directions.
 bool is_held_from_both_sides(const StepRecord& record)
 {
   const auto pushes = [&](double side) {
@@ -135,17 +134,17 @@ bool is_held_from_both_sides(const StepRecord& record)
   return pushes(1.0) && pushes(-1.0);
 }
 
-// The approach stops a hundredth of the translation resolution short of the exact touch. What is measured is
-// how far from that it ended, over the same hundredth.
+// The approach stops a hundredth of the translation resolution short of contact. Returns the deviation from
+// that, in units of the same hundredth.
 double height_off(const BarCase& bar, const Rest& rest, double touch_mm)
 {
   const double standoff_mm = 0.01 * bar.options.translation_resolution_mm;
   return std::abs(rest.middle_mm.y() - touch_mm + standoff_mm) / standoff_mm;
 }
 
-// Both edges of a straight bar lie on flanks over twice the lever. A turn ends when the far ends of both come
-// within the band of contacts, a translation resolution: by the flanks' slope n_x, an angle of the resolution
-// over 2 lever n_x; and the turn itself is told to within the rotation resolution.
+// Both edges of a straight bar are on flanks over twice the lever. A rotation ends when the far ends of
+// both come within the contact band, a translation resolution: with the flanks' slope n_x, an angle of the
+// resolution over 2 lever n_x; the rotation itself is accurate to the rotation resolution.
 double seat_angle_rad(const BarCase& bar, const Rest& rest)
 {
   const double straight = 0.5 * (bar.gap + bar.base - bar.width);
@@ -160,22 +159,22 @@ TEST(BarOnPyramids, AWideBarIsTurnedIntoItsSeat)
   const std::string scene = "bar wider than the gap";
   Tally angle{.scene = scene,
               .claim = "ends along Z, held by both pyramids",
-              .measure = "angle over what the resolutions allow",
+              .measure = "angle over the allowed one",
               .seed = 301,
               .allowed = 1.0};
   Tally aside{.scene = scene,
-              .claim = "ends in the middle between the pyramids",
-              .measure = "offset across, translation resolutions",
+              .claim = "ends centred between the pyramids",
+              .measure = "offset perpendicular to the bar, translation resolutions",
               .seed = 301,
-              .allowed = 2.0};  // halving from 1 mm can miss by 1.25
+              .allowed = 2.0};  // halving from 1 mm can leave an error of 1.25
   Tally seat{.scene = scene,
-             .claim = "as high as the flanks let it",
-             .measure = "height off the seat's over what angle and offset allow",
+             .claim = "height is determined by the flanks",
+             .measure = "height error over the allowed one",
              .seed = 301,
              .allowed = 1.0};
   Tally touch{.scene = scene,
-              .claim = "touches exactly",
-              .measure = "height off the exact touch, stand-offs",
+              .claim = "exact contact",
+              .measure = "height error at contact, stand-offs",
               .seed = 301,
               .allowed = 0.01};  // rounding: 1e-5 mm
   Draw draw(angle.seed);
@@ -195,8 +194,8 @@ TEST(BarOnPyramids, AWideBarIsTurnedIntoItsSeat)
                  resolution_mm = bar.options.translation_resolution_mm;
     EXPECT_TRUE(angle.add(std::abs(rest.angle_rad) / allowed_rad));
     EXPECT_TRUE(aside.add(std::abs(rest.middle_mm.x()) / resolution_mm));
-    // An edge is off its seat by the offset and by its end's share of the angle; the flank turns that into
-    // height.
+    // An edge deviates from its seat by the offset and by its end's share of the angle; the flank converts
+    // that into height.
     const double steepness = bar.height / (0.5 * bar.base);
     const double seat_mm = -bar.height * (bar.width - bar.gap) / bar.base;
     const double edge_mm = 2.0 * resolution_mm + 0.5 * (bar.gap + bar.base) * allowed_rad;
@@ -207,8 +206,8 @@ TEST(BarOnPyramids, AWideBarIsTurnedIntoItsSeat)
   for (const Tally& tally : {angle, aside, seat, touch}) report(tally);
 }
 
-// The steepest angle at which a strip of a width passes between the two bases, by the corners that face each
-// other: gap cos(a) - base sin(a) = width.
+// The steepest angle at which a strip of a given width passes between the two bases, by the facing corners:
+// gap cos(a) - base sin(a) = width.
 double passing_rad(const BarCase& bar, double width_mm)
 {
   return std::acos(width_mm / std::hypot(bar.gap, bar.base)) - std::atan2(bar.base, bar.gap);
@@ -217,21 +216,21 @@ double passing_rad(const BarCase& bar, double width_mm)
 TEST(BarOnPyramids, ANarrowBarTurnsUntilItPassesBetweenTheBases)
 {
   Tally turned{.scene = "bar narrower than the gap, too steep",
-               .claim = "turns until it passes and no step further",
-               .measure = "angle outside of those allowed, rotation resolutions",
+               .claim = "rotates until it passes, without an extra step",
+               .measure = "angle outside the allowed range, rotation resolutions",
                .seed = 302,
-               .allowed = 0.01};  // the stand-off, a micrometre or two across, over the base
-  // On its way a bar that passes touches one pyramid at a time, which turns nothing. Where it does so within
-  // the band of the base plate, the plate's contacts have no moment, the pyramid's alone decides, and there
-  // is a turn: one, since after it the pyramid is out of the band.
+               .allowed = 0.01};  // the stand-off, one or two micrometres, over the base
+  // A bar that passes touches one pyramid at a time, which causes no rotation. If it does so within the
+  // contact band of the base plate, the plate's contacts have no moment and the pyramid's alone decides:
+  // this causes one rotation, after which the pyramid is outside the band.
   Tally kept{.scene = "bar narrower than the gap, at an angle at which it passes",
-             .claim = "keeps its angle, but for one step next to the base plate",
-             .measure = "turn, rotation steps",
+             .claim = "keeps its angle, except for one step near the base plate",
+             .measure = "rotation, rotation steps",
              .seed = 302,
              .allowed = 1.0 + 1e-9};  // rounding
   Tally touch{.scene = "bar narrower than the gap",
               .claim = "ends on the base plate",
-              .measure = "height off the exact touch, stand-offs",
+              .measure = "height error at contact, stand-offs",
               .seed = 302,
               .allowed = 0.01};  // rounding: 1e-5 mm
   Draw draw(turned.seed);
@@ -246,8 +245,8 @@ TEST(BarOnPyramids, ANarrowBarTurnsUntilItPassesBetweenTheBases)
     const Rest rest = rest_of(bar, solved);
     EXPECT_EQ(solved.record.status, StepStatus::stable);
     EXPECT_TRUE(touch.add(height_off(bar, rest, 0.0)));
-    // Both bases are felt while the play between them is below two bands of contacts, so it may be turned by
-    // one more step from there.
+    // Both bases are in the contact bands while the clearance is below two bands, so the bar may rotate by
+    // one more step.
     const double felt = passing_rad(bar, bar.width + 2.0 * bar.options.translation_resolution_mm);
     const double start = std::abs(bar.turn_rad), end = std::abs(rest.angle_rad);
     if (start < felt) {
@@ -256,7 +255,7 @@ TEST(BarOnPyramids, ANarrowBarTurnsUntilItPassesBetweenTheBases)
     } else {
       const double least = felt - bar.options.rotation_step_rad;
       turned.add(std::max({0.0, end - passing, least - end}) / bar.options.rotation_resolution_rad);
-      ++turned.outcomes[start > passing ? "too steep" : "passes with less play than two resolutions"];
+      ++turned.outcomes[start > passing ? "too steep" : "passes with clearance below two resolutions"];
     }
   }
   EXPECT_GT(kept.outcomes["not turned"], 200);
@@ -266,9 +265,9 @@ TEST(BarOnPyramids, ANarrowBarTurnsUntilItPassesBetweenTheBases)
 
 TEST(BarOnPyramids, AFlatTopRestsOnATip)
 {
-  Tally tally{.scene = "bar with a tip under it",
-              .claim = "rests on the tip, unturned, and says that its angle is its own",
-              .measure = "height off the exact touch, stand-offs",
+  Tally tally{.scene = "bar above a tip",
+              .claim = "equilibrium on the tip without rotation; angle reported as undetermined",
+              .measure = "height error at contact, stand-offs",
               .seed = 303,
               .allowed = 0.01};  // rounding: 1e-5 mm
   Draw draw(tally.seed);
@@ -278,7 +277,7 @@ TEST(BarOnPyramids, AFlatTopRestsOnATip)
     bar.length = draw.uniform(10, 60);
     bar.width = draw.uniform(2, 40);
     bar.turn_rad = draw.uniform(-pi, pi);
-    // The place of a tip under the bar, then of the bar.
+    // Position of a tip under the bar, then of the bar.
     const Eigen::Vector3d tip(draw.sign() * bar.tip(), 0.0, 0.0);
     bar.along = tip.dot(along_bar(bar.turn_rad)) + draw.uniform(-0.49, 0.49) * bar.length;
     bar.across = tip.dot(across_bar(bar.turn_rad)) + draw.uniform(-0.49, 0.49) * bar.width;

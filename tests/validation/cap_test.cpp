@@ -1,4 +1,4 @@
-// Thesis 4.2.2 and 3.7: a four-faced cap turns and slides until it sits in a sink of the same slopes.
+// Thesis 4.2.2 and 3.7: a four-faced cap rotates and translates into a sink of the same slopes.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,9 +42,9 @@ CapCase drawn(Draw& draw, double turn_deg, int edges)
   return result;
 }
 
-// A cap turned by a from its seat touches with its corners, half_mm from the axis, and its tip stays
-// half_mm * a * sin(slope) off the faces: once that is within the contact band, the tip's contacts balance
-// the corners'. One rotation resolution more for the last step.
+// A cap rotated by a from its seat is in contact at its corners, half_mm from the axis, with its tip
+// half_mm * a * sin(slope) from the faces. Once that is within the contact band, the tip's contacts balance
+// the corners'. Plus one rotation resolution for the last step.
 double allowed_deg(const CapCase& cap)
 {
   return deg_from_rad(cap.options.rotation_resolution_rad +
@@ -59,39 +59,39 @@ double turn_left_deg(const CapCase& cap, const Solved& solved)
 TEST(CapInSink, SitsInTheSinkFromEveryAngle)
 {
   Tally tally{.scene = "pyramidal cap in a sink",
-              .claim = "turns back by the shorter way",
-              .measure = "turn left, of what both resolutions allow",
+              .claim = "rotates back by the shorter way",
+              .measure = "remaining rotation over the allowed one",
               .seed = 201,
               .allowed = 1.0};
   Tally tip{.scene = "pyramidal cap in a sink",
-            .claim = "sits tip in tip",
-            .measure = "distance of the tips across Delta, translation resolutions",
+            .claim = "tips coincide",
+            .measure = "distance of the tips perpendicular to Delta, translation resolutions",
             .seed = 201,
             .allowed = 2.0};
   Draw draw(tally.seed);
   for (int k = 0; k < 400; ++k) {
-    // One triangle a face (edges 1): the sink's triangles are not split.
+    // One triangle per face (edges 1): the sink's triangles are not split.
     const CapCase cap = drawn(draw, draw.sign() * draw.uniform(0.0, 44.5), k % 2 == 0 ? 1 : draw.whole(2, 4));
     const Solved solved = solve(scene_of(cap.request), cap.options);
     ++tally.outcomes[std::string(name_of(solved.record.status))];
-    ++tally.outcomes[cap.turn_deg > 0.0 ? "turned against Delta's sense" : "turned with it"];
+    ++tally.outcomes[cap.turn_deg > 0.0 ? "rotated against Delta" : "rotated about Delta"];
     const Eigen::Vector3d top_mm = placed(solved, cap.tip_mm);
     SCOPED_TRACE(testing::Message() << "case " << k << " " << testing::PrintToString(cap.request.numbers));
     EXPECT_TRUE(tally.add(turn_left_deg(cap, solved) / allowed_deg(cap))) << turn_left_deg(cap, solved);
     EXPECT_TRUE(tip.add(std::hypot(top_mm.x(), top_mm.z()) / cap.options.translation_resolution_mm));
     EXPECT_TRUE(solved.record.theta_determined);
   }
-  EXPECT_GT(tally.outcomes["turned with it"], 150);
-  EXPECT_GT(tally.outcomes["turned against Delta's sense"], 150);
+  EXPECT_GT(tally.outcomes["rotated about Delta"], 150);
+  EXPECT_GT(tally.outcomes["rotated against Delta"], 150);
   report(tally);
   report(tip);
 }
 
-// At 45 degrees the corners stand over the middles of the faces: every reaction passes through the axis.
+// At 45 degrees the corners are over the middles of the faces: every reaction passes through the axis.
 TEST(CapInSink, AtFortyFiveDegreesTheTurnIsUndetermined)
 {
   Tally tally{.scene = "pyramidal cap at 45 degrees",
-              .claim = "no turn is preferred, and that is reported",
+              .claim = "rotation is undetermined, and reported as such",
               .measure = "cells with theta reported as determined",
               .seed = 202};
   Draw draw(tally.seed);
@@ -107,7 +107,7 @@ TEST(CapInSink, AtFortyFiveDegreesTheTurnIsUndetermined)
   report(tally);
 }
 
-// Vertex normals of the slopes alone: computed ones also hold the walls, whose diagonals lean them sideways.
+// Vertex normals of the slopes only: computed ones would include the walls, whose diagonals tilt them.
 Mesh with_slope_normals(Mesh mesh, double outward)
 {
   for (Eigen::Index v = 0; v < mesh.vertices_mm.rows(); ++v) {
@@ -120,13 +120,14 @@ Mesh with_slope_normals(Mesh mesh, double outward)
   return mesh;
 }
 
-// Thesis 3.7: a face of one triangle applies its normal at its middle, which passes through the axis, on the
-// sink and on the cap alike: no torque is seen where the exact points turn the cap.
+// Thesis 3.7: with triangle centres, a face of one triangle applies its normal at its centre, and the line
+// of action passes through the axis, for sink and cap alike: there is no torque, whereas the exact points
+// rotate the cap.
 TEST(CapInSink, TriangleCentresDoNotTurnTheCapAsTheThesisFound)
 {
   Tally tally{.scene = "pyramidal cap, points at triangle centres (3.7)",
-              .claim = "fails: the cap stays unturned; exact points turn it",
-              .measure = "turns with triangle centres",
+              .claim = "fails: no rotation; exact points rotate it",
+              .measure = "rotations with triangle centres",
               .seed = 203,
               .allowed = 0.0};
   Draw draw(tally.seed);

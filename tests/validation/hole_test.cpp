@@ -1,4 +1,4 @@
-// Thesis 4.2.1: a ball pushed into a dish with a hole falls through it exactly when the hole is wide enough.
+// Thesis 4.2.1: a ball pushed into a dish with a hole passes through exactly if the hole is wide enough.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,26 +13,26 @@ enum class Stretch { none, along_delta, every_way };
 struct HoleCase {
   Scene scene;
   double hole_mm = 0.0;     ///< width of the opening that the mesh has
-  Eigen::Vector3d ball_mm;  ///< the ball's middle, in the moving mesh
+  Eigen::Vector3d ball_mm;  ///< the ball's centre, in the moving mesh
 };
 
-// The opening is made of whole cells: the nearest any of the block's vertices comes to the axis, by the
-// larger of its distances in x and z.
+// The opening consists of whole cells: twice the smallest distance (maximum norm in x and z) of the block's
+// vertices from the axis.
 double opening_mm(const Mesh& dish)
 {
   const Points& p = dish.vertices_mm;
   return 2.0 * p.col(0).cwiseAbs().cwiseMax(p.col(2).cwiseAbs()).minCoeff();
 }
 
-// Widths of the ball in x and z, turned by an angle.
+// Widths of the ball in x and z, rotated by an angle.
 Eigen::Vector2d widths_mm(const Mesh& ball, double angle_rad)
 {
   const Box box = bounding_box(transformed(ball, pose_of({Eigen::Vector3d::Zero(), angle_rad})));
   return {box.max_mm.x() - box.min_mm.x(), box.max_mm.z() - box.min_mm.z()};
 }
 
-// A ball or ellipsoid whose greater width is the opening's less the play. It has so many facets that its own
-// polygon's place of rest lies within a resolution of the middle.
+// A ball or ellipsoid whose greater width is the opening's minus the play. It has so many facets that the
+// equilibrium of the polygon is within a resolution of the centre.
 HoleCase drawn(Draw& draw, double play_mm, Stretch stretch)
 {
   HoleCase result;
@@ -40,10 +40,10 @@ HoleCase drawn(Draw& draw, double play_mm, Stretch stretch)
   const int dish_edges = draw.whole(6, 16);
   const double cell_mm = 0.5 * width_mm / dish_edges;
   const int hole_cells = draw.whole(1, dish_edges / 2);
-  // A little more than the cells left out, less than another.
+  // Slightly more than the omitted cells, less than one more.
   const double hole_mm = 2.0 * cell_mm * (hole_cells + draw.uniform(0.05, 0.95));
   const double stretch_y = stretch == Stretch::none ? 1.0 : draw.uniform(0.7, 1.5);
-  // The narrower of both ways across Delta, either X or Z.
+  // The narrower direction perpendicular to Delta, either X or Z.
   const double narrower = stretch == Stretch::every_way ? draw.uniform(0.6, 1.0) : 1.0;
   const std::string narrow_way = draw.whole(0, 1) == 0 ? "stretch_x" : "stretch_z";
   const int ball_edges = draw.whole(14, 20);
@@ -70,11 +70,10 @@ HoleCase drawn(Draw& draw, double play_mm, Stretch stretch)
   return result;
 }
 
-// A ball is let through by a hole that has play for both of its widths, at the angle it has in the end, and
-// rests centred on the rim of any other, in the directions in which it is wider.
-//
-// The play is never less than two translation resolutions: a slide ends within 1.25 of the middle (halving
-// from 1 mm), so nothing finds a narrower way for sure.
+// A ball passes through a hole with clearance for both of its widths at its final angle; otherwise its
+// equilibrium is centred on the border, in the directions in which it is wider.
+// The play is at least two translation resolutions: a translation ends within 1.25 of the centre (halving
+// from 1 mm), so a narrower passage may be missed.
 void expect_hole_sorts(const std::string& scene, std::uint64_t seed, Stretch stretch)
 {
   Tally passes{.scene = scene,
@@ -82,10 +81,10 @@ void expect_hole_sorts(const std::string& scene, std::uint64_t seed, Stretch str
                .measure = "wrong outcomes",
                .seed = seed};
   Tally centred{.scene = scene,
-                .claim = "rests in the middle of a hole that is too narrow",
+                .claim = "equilibrium centred on a hole that is too narrow",
                 .measure = "distance from the middle, translation resolutions",
                 .seed = seed,
-                .allowed = 2.0};  // halving from 1 mm can miss by 1.25
+                .allowed = 2.0};  // halving from 1 mm can leave an error of 1.25
   Draw draw(seed);
   for (int k = 0; k < 240; ++k) {
     SCOPED_TRACE(k);

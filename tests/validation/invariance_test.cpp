@@ -1,5 +1,5 @@
-// What must not matter: which object is called the moving one, where the scene stands, how its vertices and
-// faces are numbered, and into how many triangles a flat face is cut.
+// Invariances: which object is the moving one, the position of the scene, the numbering of vertices and
+// faces, and the triangulation of flat faces.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,11 +17,11 @@ namespace vrda::test::invariance_test {
 
 struct RestCase {
   ShapeRequest request;
-  Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< the point of the moving mesh that is compared
-  Eigen::Vector3d held = Eigen::Vector3d::Ones();       ///< 0 along an axis of the scene that leaves it free
-  /// From the axis of a turn to the contacts that stop it; 0 when theta is free.
+  Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< the compared point of the moving mesh
+  Eigen::Vector3d held = Eigen::Vector3d::Ones();  ///< 0 along an axis of the scene in which motion is free
+  /// Lever from the rotation axis to the contacts that stop a rotation; 0 if theta is free.
   double lever_mm = 0.0;
-  double steepness = 1.0;  ///< height of the steepest flank a mm across Delta
+  double steepness = 1.0;  ///< slope of the steepest flank
 };
 
 RestCase ball_in_bowl(Draw& draw)
@@ -43,8 +43,7 @@ RestCase ball_in_bowl(Draw& draw)
   return result;
 }
 
-// In the domain of bar_test.cpp: no tip under the bar, which is long enough to keep its ends off the
-// pyramids.
+// In the domain of bar_test.cpp: no tip under the bar, whose ends are off the pyramids.
 RestCase wide_bar(Draw& draw)
 {
   const double base_mm = draw.uniform(12, 40), gap_mm = draw.uniform(4, 20);
@@ -78,7 +77,7 @@ RestCase cap_in_sink(Draw& draw)
   RestCase result;
   const double scale = draw.uniform(0.5, 0.95);
   result.middle_mm = {draw.uniform(-3, 3), 0.0, draw.uniform(-3, 3)};
-  // The band is measured across the faces, which rise by 45 degrees (cap_test.cpp).
+  // The band is measured perpendicular to the faces, which have a slope of 45 degrees (cap_test.cpp).
   result.lever_mm = 20.0 * scale * std::sqrt(0.5);
   result.request = {"cap-in-sink",
                     {{"turn", draw.sign() * draw.uniform(0.0, 40.0)},
@@ -90,8 +89,7 @@ RestCase cap_in_sink(Draw& draw)
   return result;
 }
 
-// --- ways to put the same scene, and how to read the pose of the moving object in the reference's old frame
-// ----
+// --- equivalent scenes, with the pose of the moving object mapped back to the original frame
 
 struct Retold {
   Scene scene;
@@ -103,7 +101,7 @@ Pose unchanged(const Pose& X)
   return X;
 }
 
-// Rx(pi) turns Delta over. Signs only, so every number keeps its bits.
+// Rx(pi) reverses Delta. Only signs change, so all digits are kept.
 Mesh turned_over(Mesh mesh)
 {
   for (Points* rows : {&mesh.vertices_mm, &mesh.normals}) rows->rightCols<2>() *= -1.0;
@@ -135,7 +133,7 @@ std::vector<Eigen::Index> shuffled(Eigen::Index n, Draw& draw)
   return order;
 }
 
-// Vertices and faces in any order, each face from any of its corners.
+// Vertices and faces in random order, each face starting at a random corner.
 Mesh renumbered_mesh(const Mesh& mesh, Draw& draw)
 {
   const std::vector<Eigen::Index> vertex = shuffled(mesh.vertices_mm.rows(), draw);
@@ -161,7 +159,7 @@ Retold renumbered(const RestCase&, const Scene& scene, Draw& draw)
   return {{std::move(reference), renumbered_mesh(scene.moving, draw)}, unchanged};
 }
 
-// Every triangle in four, by the middles of its edges.
+// Divides every triangle into four at the midpoints of its edges.
 Mesh subdivided_mesh(const Mesh& mesh)
 {
   std::map<std::pair<std::int32_t, std::int32_t>, std::int32_t> middle_of;
@@ -200,8 +198,7 @@ Retold with_finer_grids(const RestCase& rest, const Scene&, Draw& draw)
   return {scene_of(finer), unchanged};
 }
 
-// --- the comparison
-// ---------------------------------------------------------------------------------------------
+// --- comparison
 
 double turn_of(const Pose& X)
 {
@@ -215,9 +212,10 @@ struct Named {
 const std::vector<Named> flat_scenes = {{"wide bar", wide_bar}, {"cap in a sink", cap_in_sink}};
 const std::vector<Named> all_scenes = {{"ball in a bowl", ball_in_bowl}, flat_scenes[0], flat_scenes[1]};
 
-// Two searches of the same rest end within 1.25 translation resolutions of it each (halving from 1 mm), and
-// turn to within what stops a turn: the rotation resolution and one translation resolution at the end of the
-// lever. Where theta matters, a turn of so much moves a flank at the lever's end by as much again.
+// Two searches of the same equilibrium end within 1.25 translation resolutions of it each (halving from 1
+// mm), and rotate to within the stopping tolerance: the rotation resolution and one translation resolution
+// at the end of the lever. If theta is determined, a rotation by that angle moves a flank at the lever's
+// end by the same amount again.
 struct Retelling {
   std::string claim;
   std::uint64_t seed;
@@ -229,12 +227,12 @@ void expect_same_rest_of(const Named& named, const Retelling& told_how)
 {
   Tally place{.scene = named.scene,
               .claim = told_how.claim,
-              .measure = "change of place, translation resolutions",
+              .measure = "change of position, translation resolutions",
               .seed = told_how.seed,
               .allowed = told_how.allowed_resolutions};
   Tally angle{.scene = named.scene,
               .claim = told_how.claim,
-              .measure = "change of angle over what the resolutions allow",
+              .measure = "change of angle over the allowed one",
               .seed = told_how.seed,
               .allowed = 1.0};
   Draw draw(told_how.seed);
@@ -256,7 +254,7 @@ void expect_same_rest_of(const Named& named, const Retelling& told_how)
     const double up = std::abs(change.y()) / rest.steepness;
     if (!place.add(std::max(aside, up) / options.translation_resolution_mm))
       std::cout << named.scene << ", case " << k << ": moved by " << change.transpose() << " mm\n";
-    if (change == Eigen::Vector3d::Zero()) ++place.outcomes["not a bit"];
+    if (change == Eigen::Vector3d::Zero()) ++place.outcomes["bitwise equal"];
     if (rest.lever_mm == 0.0) continue;
     const double allowed_rad =
         2.0 * (options.rotation_resolution_rad + options.translation_resolution_mm / rest.lever_mm);
@@ -275,21 +273,21 @@ void expect_same_rest(const Retelling& told_how, const std::vector<Named>& scene
 
 TEST(Invariance, EitherObjectMayBeTheMovingOne)
 {
-  expect_same_rest({"same rest with the objects exchanged and Delta reversed", 501, exchanged});
+  expect_same_rest({"same equilibrium with the objects exchanged and Delta reversed", 501, exchanged});
 }
 TEST(Invariance, TheSceneMayStandAnywhere)
 {
-  expect_same_rest({"same rest with the scene turned about Delta and shifted", 502, moved});
+  expect_same_rest({"same equilibrium with the scene rotated about Delta and translated", 502, moved});
 }
-// Sums over contacts may be taken in another order; nothing else changes.
+// The order of sums over contacts may change; nothing else does.
 TEST(Invariance, NumbersOfVerticesAndFacesDoNotMatter)
 {
-  expect_same_rest({"same rest with vertices and faces renumbered", 503, renumbered, 1e-9});
+  expect_same_rest({"same equilibrium with vertices and faces renumbered", 503, renumbered, 1e-9});
 }
 TEST(Invariance, FlatFacesMayBeCutIntoMore)
 {
-  expect_same_rest({"same rest with finer grids over flat faces", 505, with_finer_grids}, flat_scenes);
-  expect_same_rest({"same rest with every triangle cut in four", 504, subdivided});
+  expect_same_rest({"same equilibrium with finer grids over flat faces", 505, with_finer_grids}, flat_scenes);
+  expect_same_rest({"same equilibrium with every triangle divided into four", 504, subdivided});
 }
 
 }  // namespace vrda::test::invariance_test

@@ -13,7 +13,7 @@ namespace vrda::test {
 
 double Draw::uniform(double from, double to)
 {
-  // 53 bits: the standard's own distributions differ between libraries.
+  // 53 bits; the standard library's distributions differ between implementations.
   return from + (to - from) * static_cast<double>(bits_() >> 11) * 0x1p-53;
 }
 

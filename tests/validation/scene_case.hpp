@@ -1,4 +1,4 @@
-/// The scenes of thesis chapter 4 as cases of a property test: drawn parameters, one search, what came out.
+/// The scenes of thesis chapter 4 as cases of property tests: random parameters, one search, outcomes.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@
 
 namespace vrda::test {
 
-/// Random numbers of one seed. The same draws everywhere: only the generator's bits are used.
+/// Seeded random numbers, identical on every platform: only the generator's bits are used.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : bits_(seed) {}
   double uniform(double from, double to);
-  /// Even over the logarithm; both ends above zero.
+  /// Uniform in the logarithm; both ends must be positive.
   double log_uniform(double from, double to);
   int whole(int from, int to);  ///< both ends included
   double sign();                ///< -1 or 1
@@ -41,27 +41,27 @@ struct Solved {
 
 Solved solve(const Scene& scene, const SearchOptions& options, const MovingPose& seed = {});
 
-/// Where a point of the moving object stands in the end, mm.
+/// Final position of a point of the moving object, mm.
 Eigen::Vector3d placed(const Solved& solved, const Eigen::Vector3d& p_moving_mm);
 
-/// What a property was held against: printed, kept in CTest's log, and written as one line of JSON to the
-/// folder $VRDA_VALIDATION when it is set (scripts/validation makes results/validation.md of these).
+/// Statistics of a tested property: printed, kept in CTest's log, and appended as a JSON line to the folder
+/// $VRDA_VALIDATION if set (scripts/validation makes results/validation.md from them).
 struct Tally {
   std::string scene{};    ///< as in the table: "ball in a dish, bowl"
-  std::string claim{};    ///< what must hold
-  std::string measure{};  ///< what `worst` is, with its unit: "distance from the middle, resolutions"
+  std::string claim{};    ///< property that must hold
+  std::string measure{};  ///< meaning and unit of `worst`: "distance from the middle, resolutions"
   std::uint64_t seed = 0;
-  double allowed = 0.0;  ///< of the measure
+  double allowed = 0.0;  ///< upper limit of the measure
   int cases = 0;
   int failures = 0;
   double worst = 0.0;
-  std::map<std::string, int> outcomes{};  ///< how often each was met
+  std::map<std::string, int> outcomes{};  ///< number of cases by outcome
 
-  /// Counts a case; it fails when `measured` is above `allowed` or no number.
+  /// Counts a case; it fails if `measured` is above `allowed` or NaN.
   bool add(double measured);
 };
 
-/// Prints and writes the tally, and fails the test when a case failed.
+/// Prints and writes the tally; fails the test if a case failed.
 void report(const Tally& tally);
 
 }  // namespace vrda::test

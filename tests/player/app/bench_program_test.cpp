@@ -150,7 +150,7 @@ TEST_F(BenchProgram, AReplayShowsTheSamePictures)
   const test::Ended taken =
       run({"bench", model_, "--bench", bench_, "--headless", "--seconds", "1", "--record", log});
   EXPECT_EQ(taken.exit_code, 2);
-  EXPECT_THAT(taken.err, HasSubstr("a file that is there already"));
+  EXPECT_THAT(taken.err, HasSubstr("found an existing file"));
   const std::string other = in_scratch("other.h5");
   test::ModelPlan plan;
   plan.flexion_deg = {0, 45, 90};

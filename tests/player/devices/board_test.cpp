@@ -1,4 +1,4 @@
-// The board's client against the firmware behind a pseudo-terminal.
+// The board client against the real firmware behind a pseudo-terminal.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -40,7 +40,7 @@ bool is_closed(const Sample& sample)
   return is_link(sample, DeviceId::board, LinkState::closed);
 }
 
-/// What stands on the desk: a knob, a stage, and a line that may spoil what goes over it.
+/// A board with a knob, a stage, and a line that can corrupt bytes.
 class Board : public testing::Test {
  protected:
   PtyBoardOptions options(const std::string& link)
@@ -116,7 +116,7 @@ TEST_F(Board, LeavesLinksThatAreNotItsOwn)
   EXPECT_EQ(test::input_error([&] { const PtyBoard board(options(link.string())); }).found,
             "a link to " + kept.string());
   EXPECT_EQ(fs::read_symlink(link), kept);
-  // One to a terminal is what a board that was killed leaves; by its end another board may have the name.
+  // A killed board leaves a link to a terminal; at the end another board may own the path.
   fs::remove(link);
   fs::create_symlink("/dev/pts/9999", link);
   {
@@ -165,7 +165,7 @@ TEST_F(Board, ReturnsAtTheSameLinkAfterTheTerminalHasGone)
       wait_until([&] { return devices_->report(DeviceId::board).trouble == "No such file or directory"; }));
   board_->plug();
   EXPECT_TRUE(take_until(*devices_, seen_, is_up));
-  EXPECT_TRUE(await_stage(0, 0)) << "a board that was off has lost its place, and says so";
+  EXPECT_TRUE(await_stage(0, 0)) << "a restarted board has lost its position and its zero flag";
   stage_ = 60;
   EXPECT_TRUE(await_stage(10, 0));
 }

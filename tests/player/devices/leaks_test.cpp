@@ -1,4 +1,4 @@
-// What devices leave behind: nothing; and whom they listen to: this machine.
+// Devices leak no resources, and servers listen only on this machine.
 #include <gtest/gtest.h>
 #include <malloc.h>
 
@@ -51,7 +51,7 @@ PtyBoardOptions knob_and_stage()
   return options;
 }
 
-/// A leak of the smallest block malloc gives, 32 bytes, at every connect would exceed this.
+/// A leak of malloc's smallest block, 32 bytes, per connect would exceed this.
 std::size_t allowed_bytes(int n_connects)
 {
   return static_cast<std::size_t>(n_connects) * 32;
@@ -85,7 +85,7 @@ TEST(Leaks, AThousandConnectsAndDisconnectsOfBothDevicesLeaveNothing)
     }
   };
   const auto is_left = [&server] { return server.n_clients() == 0; };
-  constexpr int n_first = 100, n_connects = 1000;  // the first fill what is kept for reuse
+  constexpr int n_first = 100, n_connects = 1000;  // the first connects fill caches
   for (int n = 0; n < n_first; ++n) connect_and_leave();
   ASSERT_TRUE(test::wait_until(is_left));
   const Held before = held();
@@ -117,7 +117,7 @@ TEST(Leaks, AThousandConnectionsLostAndMadeAgainLeaveNothing)
   for (int n = 0; n < n_first; ++n) be_lost();
   const Held before = held();
   for (int n = 0; n < n_connects; ++n) be_lost();
-  // The connection may stand or not at either moment: three descriptors of its two ends and of one not yet
+  // The connection may or may not exist at either time: three descriptors for its two ends and one not yet
   // accepted.
   const Held after = held();
   EXPECT_LE(std::abs(after.n_descriptors - before.n_descriptors), 3);

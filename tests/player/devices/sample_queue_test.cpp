@@ -29,7 +29,7 @@ TEST(SampleQueue, GivesWhatWasPutInItsOrder)
   SampleQueue queue;
   Sample sample;
   EXPECT_FALSE(queue.take(sample));
-  for (std::int32_t round = 0; round < 3; ++round) {  // beyond its length
+  for (std::int32_t round = 0; round < 3; ++round) {  // wraps around
     for (std::int32_t k = 0; k < 3000; ++k) ASSERT_TRUE(queue.put(reading(k)));
     for (std::int32_t k = 0; k < 3000; ++k) {
       ASSERT_TRUE(queue.take(sample));
@@ -111,7 +111,7 @@ TEST(RateMeter, IsExactForSteadyReadings)
   constexpr std::int64_t period_ns = 10'000'000;
   std::int64_t now_ns = 0;
   for (int n = 0; n < 1000; ++n, now_ns += period_ns) meter.count(now_ns);
-  // One reading more or less within the 1.75 to 2 s that count.
+  // One reading more or less within the counted 1.75 to 2 s.
   EXPECT_NEAR(meter.rate_hz(now_ns), 100.0, 1.0 / 1.75);
   EXPECT_EQ(meter.rate_hz(now_ns + 3'000'000'000), 0.0);
 }

@@ -1,4 +1,4 @@
-// The tracker's client against a server of this machine.
+// The tracker client against a local server.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -17,7 +17,7 @@ using test::wait_until;
 
 constexpr std::int64_t ms = 1'000'000;
 
-/// Where the tick's number is the place's x, and the clock's 10 ms.
+/// The tick number is the pose's x; the clock advances by 10 ms.
 IgtlMessage tdata_of(std::uint64_t tick, const std::vector<std::string>& tools)
 {
   IgtlMessage message;
@@ -45,7 +45,7 @@ TrackerSettings settings_for(const TrackerServer& server)
   return settings;
 }
 
-/// Goes wrong once, and is seen again afterwards by itself.
+/// A fault after which the tool is seen again without intervention.
 class Recovery : public testing::Test {
  protected:
   void start(const TrackerServerOptions& options = {})
@@ -68,7 +68,7 @@ class Recovery : public testing::Test {
   std::optional<TrackerServer> server_;
   std::optional<Devices> devices_;
   std::vector<Sample> seen_;
-  std::string trouble_;  ///< as it stood when the link closed, or already empty where it has come up again
+  std::string trouble_;  ///< when the link closed, or empty if it is up again
 };
 
 TEST(Tracker, AHundredHertzWithJitterArriveWhole)
@@ -111,7 +111,7 @@ TEST_F(Recovery, FromAServerThatIsKilledAndReturns)
       wait_until([&] { return devices_->report(DeviceId::tracker).trouble == "Connection refused"; }));
   TrackerServerOptions options;
   options.port = port;
-  // The clock starts anew, far behind: the places are believed after some.
+  // The new clock is far behind: poses are accepted after several.
   server_.emplace(options, femur);
   EXPECT_TRUE(take_until(*devices_, seen_,
                          [](const Sample& s) { return is_link(s, DeviceId::tracker, LinkState::up); }));
@@ -151,7 +151,7 @@ TEST_F(Recovery, FromAWrongChecksum)
   EXPECT_EQ(devices_->report(DeviceId::tracker).n_refused, 1U);
 }
 
-/// A tracker whose ticks a test changes.
+/// A tracker whose ticks a test can change.
 struct Script {
   std::atomic<bool> is_hidden{false}, stands_still{false}, is_silent{false};
   std::atomic<std::int64_t> clock_ns{0};  ///< added to every stamp
@@ -283,8 +283,8 @@ TEST(TrackerServer, RefusesAddressesAndPortsItCannotListenOn)
     TrackerServer server(options, femur);
     FAIL() << "a name is no number";
   } catch (const InputError& error) {
-    EXPECT_STREQ(error.what(),
-                 "tracker server: address: found localhost, wanted the number of an address of this machine");
+    EXPECT_EQ(error.facts().field, "address");
+    EXPECT_EQ(error.facts().found, "localhost");
   }
   const TrackerServer first({}, femur);
   options.address = "127.0.0.1";

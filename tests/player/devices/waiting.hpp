@@ -1,4 +1,4 @@
-/// Devices in tests: what they say, waited for.
+/// Waiting for devices in tests.
 #pragma once
 
 #include <chrono>
@@ -9,10 +9,10 @@
 
 namespace vrda::test {
 
-/// Against hanging only: nothing here depends on how fast it is.
+/// Only to stop hanging tests: no test depends on speed.
 constexpr std::chrono::seconds hang_guard{60};
 
-/// Looks until the condition holds; false after the guard.
+/// Polls until the condition holds; false after the guard time.
 template <class Condition>
 bool wait_until(Condition condition)
 {
@@ -24,7 +24,7 @@ bool wait_until(Condition condition)
   return true;
 }
 
-/// Takes samples, keeping them in `seen`, until one fits; false after the guard.
+/// Takes samples into `seen` until one matches; false after the guard time.
 template <class Fits>
 bool take_until(Devices& devices, std::vector<Sample>& seen, Fits fits)
 {

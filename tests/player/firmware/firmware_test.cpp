@@ -14,7 +14,7 @@ extern "C" {
 
 namespace {
 
-/// A board on the bench: signals by the stage's place, a line that is a queue of bytes.
+/// Test bench: encoder signals from the stage's position, a serial line as a queue of bytes.
 class Bench {
  public:
   Bench()
@@ -98,8 +98,8 @@ TEST(Quadrature, AStepOverTwoStatesIsCountedAsLostUntilTheNextZero)
 {
   Bench bench;
   bench.move_to(5);
-  bench.jump(1);     // an edge that nobody saw
-  bench.move_to(7);  // two states on from the last one seen
+  bench.jump(1);     // a missed edge
+  bench.move_to(7);  // two states after the last one seen
   EXPECT_EQ(bench.position(), 5);
   EXPECT_EQ(bench.flags(), board_flag_lost);
   bench.ask('Z');
@@ -110,7 +110,7 @@ TEST(Board, PositionsGrowBeyondTheCounterAsLongAsItIsReadInTime)
 {
   Bench bench;
   std::mt19937 random(3);
-  std::uniform_int_distribution<int> step(-20000, 32767);  // the counter tells -32768 to 32767 apart
+  std::uniform_int_distribution<int> step(-20000, 32767);  // range of the 16-bit counter
   int count = 0, furthest = 0;
   for (int n = 0; n < 60; ++n) {
     count += step(random);

@@ -84,7 +84,7 @@ TEST(IgtlMessage, PositionsAreWrittenAsTheLibraryWritesThem)
   EXPECT_EQ(bytes_of(message_with(IgtlKind::position, {"Femur"})), packed(oracle, "Femur"));
 }
 
-/// The library leaves the reserved byte of each element, behind its name and type, as it finds it.
+/// The library leaves the reserved byte of each element, after its name and type, uninitialised.
 Bytes with_reserved_bytes_zero(Bytes bytes, std::size_t element_bytes)
 {
   for (std::size_t at = igtl_head_bytes; at < bytes.size(); at += element_bytes) bytes[at + 21] = 0;
@@ -155,8 +155,8 @@ std::vector<IgtlMessage> read(const Bytes& bytes)
   return messages;
 }
 
-/// float32 keeps 24 bits: entries of rotations within 2^-24, the translations here exactly; making the
-/// rotation orthonormal moves it by no more again. Quaternions enter the matrix by up to four products.
+/// float32 has 24 bits: entries of rotations within 2^-24, the translations here exactly; projection to a
+/// rotation changes it by at most the same again. Quaternions enter the matrix by up to four products.
 constexpr double storage = 4.0 / (1 << 24);
 
 TEST(IgtlMessage, ReadsBackWhatWasWritten)

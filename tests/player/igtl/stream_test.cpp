@@ -20,7 +20,7 @@ IgtlMessage transform(std::int64_t ns)
   return message;
 }
 
-/// A head in front of any body, its checksum right: `type` is one the library need not know.
+/// A header for any body, with a right checksum; `type` may be unknown to the library.
 Bytes message_of_type(const std::string& type, const Bytes& body, int version = 1)
 {
   Bytes bytes = bytes_of(transform(1));
@@ -41,7 +41,7 @@ Bytes& operator+=(Bytes& to, const Bytes& more)
   return to;
 }
 
-/// The time stamps of the messages that come when the bytes are handed over in pieces of `n`.
+/// The time stamps of the messages received when the bytes are passed in pieces of `n`.
 std::vector<std::int64_t> stamps(IgtlStream& stream, const Bytes& bytes, std::size_t n)
 {
   std::vector<std::int64_t> found;
@@ -155,7 +155,7 @@ TEST(IgtlStream, ABodyOfAWrongSizeCostsThatMessageOnly)
 
 TEST(IgtlStream, PositionsMayLeaveOutTheQuaternionOrItsLastNumber)
 {
-  // By hand: the library's class writes past its own memory for these.
+  // Built manually: the library's class writes out of bounds for these.
   IgtlMessage message = transform(1);
   message.kind = IgtlKind::position;
   const Eigen::Quaterniond turn(0.8, 0.0, 0.6, 0.0);
@@ -176,7 +176,7 @@ TEST(IgtlStream, PositionsMayLeaveOutTheQuaternionOrItsLastNumber)
   }
 }
 
-/// Header version 2 by hand, as the protocol's text has it.
+/// Header version 2 built manually from the protocol's specification.
 Bytes extended(std::uint16_t extended_bytes, std::uint16_t entries_bytes, std::uint32_t values_bytes,
                const Bytes& rest)
 {
@@ -198,7 +198,7 @@ Bytes identity_body()
   return {bytes.begin() + igtl_head_bytes, bytes.end()};
 }
 
-/// Content, and one pair of meta data.
+/// Content and one pair of meta data.
 Bytes with_pair(const std::string& key, const std::string& value)
 {
   Bytes rest = identity_body();
@@ -230,7 +230,7 @@ TEST(IgtlStream, MetaDataSayWhetherAToolWasSeen)
 
 TEST(IgtlStream, AnExtendedHeaderMayBeLongerAndWithoutMetaData)
 {
-  Bytes rest{1, 2, 3, 4};  // four bytes of a header to come
+  Bytes rest{1, 2, 3, 4};  // four bytes of the next header
   rest += identity_body();
   IgtlStream stream;
   stream.add(message_of_type("TRANSFORM", extended(16, 0, 0, rest), 2));
@@ -272,7 +272,7 @@ TEST(IgtlStream, GarbageBreaksItOrWaits)
     EXPECT_TRUE(stamps(stream, bytes, 100).empty());
     n_broken += stream.is_broken() ? 1 : 0;
   }
-  EXPECT_EQ(n_broken, 1000);  // a version of 1 or 2 comes by chance once in 32,768
+  EXPECT_EQ(n_broken, 1000);  // a version of 1 or 2 occurs by chance once in 32,768
 }
 
 }  // namespace vrda::stream_test

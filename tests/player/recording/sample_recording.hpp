@@ -1,4 +1,4 @@
-/// Recordings made by code.
+/// Generated recordings.
 #pragma once
 
 #include "recording/recording.hpp"
@@ -7,13 +7,13 @@ namespace vrda::test {
 
 RecordingFacts sample_facts();
 
-/// Samples of every kind, keys of every sort; pictures without either among them.
+/// Samples of every kind and various keys; some frames have none.
 std::vector<RecordedPicture> sample_pictures(int n);
 
-/// What the file of such a recording holds.
+/// File contents of such a recording.
 std::string recording_bytes(const RecordingFacts& facts, const std::vector<RecordedPicture>& pictures);
 
-/// Whether the same bits stand in both.
+/// Whether both are bitwise equal.
 bool is_same(const RecordedPicture& a, const RecordedPicture& b);
 
 }  // namespace vrda::test

@@ -99,7 +99,7 @@ TEST(KeyPath, NeverLeavesTheRangeBetweenTwoKeysAndHasNoCorner)
     EXPECT_GE(path.at(t), std::min(from, to) - rounding * 100);
     EXPECT_LE(path.at(t), std::max(from, to) + rounding * 100);
     n_inside += path.at(t) != from && path.at(t) != to ? 1 : 0;
-    // Slopes of up to 70 a second change within 0.2 s at the quickest: by less than 4 in a step with the
+    // Slopes of up to 70 per second change within 0.2 s at the fastest: by less than 4 in a step with the
     // cubic's 6 (b - a) / length^2.
     const double slope = (path.at(t + step_s) - path.at(t)) / step_s;
     EXPECT_LT(std::abs(slope - slope_before), 4.0);

@@ -220,7 +220,7 @@ TEST(Simulation, OcclusionsHideBodiesWithTheirMarkersAndChangeNoOther)
     EXPECT_TRUE(frame.tools[0].is_seen);
     EXPECT_EQ(frame.tools[1].is_seen, !is_hidden);
     EXPECT_EQ(frame.tools[2].is_seen, !is_hidden);
-    // The second marker fires a little after the tick.
+    // The second marker fires shortly after the tick.
     EXPECT_EQ(frame.tools[3].is_seen, !is_hidden && !(k >= 250 && k < 300));
     for (SimulatedTool& tool : frame.tools) tool.is_seen = true;
     EXPECT_TRUE(is_equal(frame, always.frame(k)));
@@ -246,7 +246,7 @@ TEST(Simulation, TheFirmwareCountsTheEdges)
   SimulationScript script = exact_script();
   script.stage = {{0, -3}, {2.5, 25}, {7.5, -25}, {10, -3}};
   const Simulation simulation{script};
-  // The decoder starts on the state at the begin: that of the last edge before, counts from 0 being 00.
+  // The decoder starts in the state of the last edge before; count 0 is state 00.
   const std::int64_t begin = simulation.stage_count(0.0);
   EXPECT_EQ(begin, -600);
   quadrature decoder;
@@ -311,8 +311,9 @@ TEST(Draws, DependOnWhatTheyAreForAlone)
 
 TEST(Draws, HaveTheirMeanVarianceAndRange)
 {
-  // n numbers; five standard errors of each mean. Of a sum of twelve uniform numbers the fourth moment is
-  // 2.9, so the mean square spreads by sqrt(1.9 / n). First numbers of neighbouring indices count as others.
+  // n numbers; five standard errors of each mean. The fourth moment of a sum of twelve uniform numbers is
+  // 2.9, so the mean square has a standard deviation of sqrt(1.9 / n). Neighbouring indices must be
+  // independent as well.
   constexpr int n = 40000;
   double sum = 0.0, square = 0.0, neighbours = 0.0, before = 0.0, uniform_sum = 0.0;
   for (int i = 0; i < n; ++i) {

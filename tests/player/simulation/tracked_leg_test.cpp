@@ -1,4 +1,4 @@
-/// The simulated leg through the mathematics of tracking: what a bench does with it.
+/// The simulated leg processed by the room tracking, as in a bench session.
 #include <gtest/gtest.h>
 
 #include "core/units.hpp"
@@ -28,8 +28,9 @@ MarkerRow markers_of(const SimulatedFrame& frame, std::size_t first, std::size_t
 
 TEST(TrackedLeg, AnglesFromNoisyBodiesStayWithinTheirNoise)
 {
-  // Each body's turn about each axis spreads by 0.03 degrees, their difference by sqrt(2) of it; a tilted
-  // axis mixes at most 1 / cos(2 degrees) more. Over n frames the mean square spreads by sqrt(2 / n).
+  // Each body's rotation about each axis has a standard deviation of 0.03 degrees, their difference sqrt(2)
+  // of it; a tilted axis adds at most a factor 1 / cos(2 degrees). The relative spread of the mean square
+  // over n frames is sqrt(2 / n).
   SimulationScript script;
   script.occlusions.clear();
   const Simulation simulation{script};
@@ -61,8 +62,8 @@ TEST(TrackedLeg, ABodyIsBuiltFromTheMarkersOfARun)
   const BuiltBody built = build_body(frames, "tibia", options);
   EXPECT_EQ(built.status, BuildStatus::converged);
   EXPECT_EQ(built.n_refused, 25);
-  // 75 frames or more show each marker: its mean spreads by 0.1 / sqrt(75) a coordinate, and the frame put on
-  // the coordinates wanted by no more; five of both.
+  // 75 frames or more show each marker: its mean has a standard deviation of 0.1 / sqrt(75) per coordinate,
+  // and the fitted frame no more; five of both.
   const std::vector<Eigen::Vector3d> wanted = shank_markers();
   for (std::size_t k = 0; k < 6; ++k) {
     EXPECT_GE(built.markers[k].n_frames, 75);
@@ -100,11 +101,10 @@ TEST(TrackedLeg, FiringInTurnIsCorrectedOnAMovingShank)
     }
     before = BodyMotion{{frame.time_s, fired.fit.X_tracker_body}, fired.velocity};
   }
-  // The shank's middle, 215 mm from the knee, goes at up to 23 to 30 degrees a second, waits 2.5 ms on
-  // average.
+  // The shank's centre, 215 mm from the knee, moves at up to 23 to 30 degrees/s; mean delay 2.5 ms.
   EXPECT_GT(worst_plain_mm, 0.8 * rad_from_deg(25.0) * 215.0 * 0.0025);
-  // What is left is the acceleration's: a twist taken (T + wait) / 2 too early, 0.5 a (T + wait) wait with
-  // a = 6 * 45 deg / 4 s^2 * 215 mm. Markers' waits differ from the mean by as much again.
+  // The remaining error is due to acceleration: a twist taken (T + wait) / 2 too early, 0.5 a (T + wait)
+  // wait with a = 6 * 45 deg / 4 s^2 * 215 mm. Deviations from the mean delay contribute the same again.
   const double acceleration = rad_from_deg(6.0 * 45.0 / 4.0) * 215.0;
   EXPECT_LT(worst_corrected_mm, acceleration * (0.01 + 0.005) * 0.005);
   EXPECT_LT(worst_corrected_mm, 0.1 * worst_plain_mm);
@@ -137,7 +137,7 @@ TEST(TrackedLeg, TheFilterLagsByItsDelayAndTakesNoiseAway)
   SimulationScript script;
   script.occlusions.clear();
   script.drop_rate = 0.0;
-  // A steady bend: straight from 1 to 3 s.
+  // Constant flexion rate from 1 to 3 s.
   script.is_looped = false;
   script.leg = {{0, 0, 0}, {1, 20, 0}, {2, 40, 0}, {3, 60, 0}, {4, 80, 0}};
   const Simulation simulation{script};

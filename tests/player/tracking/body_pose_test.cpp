@@ -134,7 +134,7 @@ TEST(FitPose, DropsNoneWhereFewerThanFourWouldAgree)
   const PoseFit four = fit_pose(body, seen);
   EXPECT_EQ(four.status, FitStatus::residual_too_large);
   EXPECT_EQ(four.cloud.n, 4);
-  // Three wrong ones of six are too many.
+  // Three outliers of six are too many.
   seen = seen_at(body, Pose::Identity());
   for (std::size_t k : {0U, 2U, 4U}) *seen[k] += Eigen::Vector3d(10.0 + 15.0 * static_cast<double>(k), 20, 0);
   EXPECT_EQ(fit_pose(body, seen).status, FitStatus::residual_too_large);
@@ -142,7 +142,7 @@ TEST(FitPose, DropsNoneWhereFewerThanFourWouldAgree)
 
 TEST(FitPose, WhateverIsSeenGivesARotationOrARefusal)
 {
-  // Markers anywhere: in one place, on a line, far out, not numbers, some missing.
+  // Markers anywhere: coincident, collinear, far away, not finite, some missing.
   std::mt19937_64 random(26);
   const RigidBody body = leg_body();
   int n_of_status[4] = {0, 0, 0, 0};
@@ -162,7 +162,7 @@ TEST(FitPose, WhateverIsSeenGivesARotationOrARefusal)
     EXPECT_GT(R.determinant(), 0.0);
     EXPECT_TRUE(fit.X_tracker_body.translation().allFinite());
   }
-  // The leg's markers lie on no line whichever three are seen.
+  // No three of the leg's markers are collinear.
   EXPECT_GT(n_of_status[static_cast<std::size_t>(FitStatus::fitted)], 100);
   EXPECT_GT(n_of_status[static_cast<std::size_t>(FitStatus::too_few_markers)], 10);
   EXPECT_EQ(n_of_status[static_cast<std::size_t>(FitStatus::collinear)], 0);
@@ -202,7 +202,7 @@ TEST(ExpectedError, OfARegularCrossIsTheClosedForm)
   EXPECT_NEAR(error.turn_rad(2), noise / (2.0 * a), 1e-15);
   EXPECT_NEAR(error.turn_rad(0), noise / (std::sqrt(2.0) * a), 1e-15);
   EXPECT_NEAR(error.centre_mm, noise * std::sqrt(3.0 / 4.0), 1e-15);
-  // On the normal at distance d: both turns across it, d noise / (sqrt(2) a) each.
+  // On the normal at distance d: both rotations perpendicular to it, d noise / (sqrt(2) a) each.
   const double d = 200.0;
   EXPECT_NEAR(target_error_mm(cloud, noise, {0, 0, d}), noise * std::sqrt(0.75 + d * d / (a * a)), 1e-12);
 }
@@ -241,7 +241,7 @@ TEST(ExpectedError, IsWhatNoiseDoes)
   EXPECT_NEAR(noise_sq / (noise * noise), 1.0, bound);
 }
 
-/// Positions as the markers fire, while the body goes along `twist` a second, in the tracker's frame.
+/// Positions as the markers fire while the body moves along `twist` per second, in the tracker's frame.
 MarkerRow fired_at(const RigidBody& body, const Pose& X_at_time, const Screw& twist, double interval_s)
 {
   MarkerRow row;
@@ -291,7 +291,7 @@ TEST(FitFired, ConstantTwistIsCorrectedExactly)
 
 TEST(FitFired, KnownSpeedKeepsFastMarkersFromLookingLikeOutliers)
 {
-  // 10 m/s and 1 ms apart: 10 mm from each marker to the next.
+  // 10 m/s and intervals of 1 ms: 10 mm between one marker and the next.
   const RigidBody body = leg_body();
   const Screw twist{{0, 0.5, 0}, {10000, 0, 0}};
   const double gap_s = 0.01, interval_s = 1e-3;
@@ -305,7 +305,7 @@ TEST(FitFired, KnownSpeedKeepsFastMarkersFromLookingLikeOutliers)
   ASSERT_EQ(fired.fit.status, FitStatus::fitted);
   EXPECT_TRUE(fired.is_corrected);
   EXPECT_LT(distance_mm(fired.fit.X_tracker_body, X_now), 1e-8);
-  // A true outlier is still found.
+  // A true outlier is still detected.
   seen[2]->y() += 30.0;
   const FiredFit without = fit_fired(body, seen, gap_s, BodyMotion{{0.0, X_before}, twist}, firing);
   EXPECT_EQ(without.fit.n_outliers, 1);
@@ -318,7 +318,7 @@ TEST(FitFired, WithoutARecentPoseItIsThePlainFit)
   const MarkerRow seen = fired_at(body, Pose::Identity(), {{0, 0, 1}, {100, 0, 0}}, 3e-4);
   const PoseFit plain = fit_pose(body, seen);
   const Firing firing{.interval_s = 3e-4};
-  // None; too long ago; at the same time; later; sooner than six markers can fire.
+  // No previous pose; gap too long; same time; later; shorter than the firing of six markers.
   const auto at = [](double time_s) { return std::optional(BodyMotion{{time_s, Pose::Identity()}, {}}); };
   for (const std::optional<BodyMotion>& before :
        {std::optional<BodyMotion>{}, at(0.7), at(1.0), at(2.0), at(1.0 - 5 * 3e-4)}) {

@@ -12,7 +12,7 @@ using test::input_error;
 using test::leg_body;
 using test::seen_at;
 
-/// What the iteration leaves: its tolerance times the number of steps that a gap's slow convergence may hide.
+/// Remaining error of the iteration: its tolerance times the steps that slow convergence needs.
 constexpr double built_mm = 1e-6;
 
 std::vector<MarkerRow> frames_of(const RigidBody& body, int n, std::mt19937_64& random)
@@ -22,7 +22,7 @@ std::vector<MarkerRow> frames_of(const RigidBody& body, int n, std::mt19937_64& 
   return frames;
 }
 
-/// Distances between markers: what a body is, whatever its frame.
+/// Distances between markers, which are independent of the frame.
 void expect_same_shape(const RigidBody& a, const RigidBody& b, double tolerance_mm)
 {
   ASSERT_EQ(a.markers_mm.rows(), b.markers_mm.rows());
@@ -54,7 +54,7 @@ TEST(BuildBody, ItsFrameIsTheOneStated)
   const Eigen::Vector3d along = (p.row(1) - p.row(0)).transpose();
   EXPECT_GT(along.x(), 0.0);
   EXPECT_LT(along.tail<2>().norm(), built_mm);
-  // Of the leg the fourth marker, on the shank, is the first that is far from the line of the first two.
+  // The leg's fourth marker, on the shank, is the first that is far from the line of the first two.
   EXPECT_GT(p(3, 1), p(0, 1));
   EXPECT_NEAR(p(3, 2), p(0, 2), built_mm);
 }
@@ -74,7 +74,7 @@ TEST(BuildBody, IsPutWhereCoordinatesAreGiven)
 
 TEST(BuildBody, GapsAreLeftOut)
 {
-  // No frame sees more than four of the six, some too few to help.
+  // No frame shows more than four of the six markers, some too few.
   std::mt19937_64 random(44);
   std::vector<MarkerRow> frames = frames_of(leg_body(), 60, random);
   std::vector<int> n_seen(6, 0);
@@ -98,8 +98,9 @@ TEST(BuildBody, GapsAreLeftOut)
 
 TEST(BuildBody, NoiseAveragesOut)
 {
-  // A coordinate of the mean shape of m frames spreads by noise / sqrt(m); a distance by sqrt(2) times that;
-  // five of them, over 15 distances. The residual is what 3 n m numbers leave less 6 m poses and the shape.
+  // A coordinate of the mean shape of m frames has a standard deviation of noise / sqrt(m), a distance
+  // sqrt(2) times that; five of them, over 15 distances. The residual has 3 n m numbers minus 6 m pose
+  // parameters and the shape.
   constexpr int m = 400;
   constexpr double noise = 0.2;
   std::mt19937_64 random(45);
@@ -137,7 +138,7 @@ TEST(BuildBody, SaysWhatItCannotUse)
   std::vector<MarkerRow> frames = frames_of(leg_body(), 3, random);
   EXPECT_EQ(input_error([] { build_body({}, "body.csv"); }).field, "frames");
   EXPECT_EQ(input_error([] { build_body({MarkerRow(2)}, "body.csv"); }).field, "markers");
-  EXPECT_EQ(input_error([] { build_body({MarkerRow(3)}, "body.csv"); }).found, "no frame that sees three");
+  EXPECT_EQ(input_error([] { build_body({MarkerRow(3)}, "body.csv"); }).field, "markers");
 
   std::vector<MarkerRow> uneven = frames;
   uneven[1].pop_back();

@@ -57,7 +57,7 @@ TEST(LegAngles, FlexionTakesTheFootBackwardsOnBothSides)
     const Pose X = X_femur_tibia({rad_from_deg(90.0), 0.0, 0.0}, frame);
     // The foot, 400 mm below the knee, points backwards: -X.
     EXPECT_LT((X * Eigen::Vector3d(0, -400, 0) - Eigen::Vector3d(-400, 0, 0)).norm(), 1e-12);
-    // Varus takes it towards the other leg: to the left, -Z, of a right leg.
+    // Varus moves it towards the other leg: to the left, -Z, for a right leg.
     const Pose X_varus = X_femur_tibia({0.0, rad_from_deg(10.0), 0.0}, frame);
     EXPECT_EQ((X_varus * Eigen::Vector3d(0, -400, 0)).z() < 0.0, side == Side::right);
   }

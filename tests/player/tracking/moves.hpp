@@ -1,4 +1,4 @@
-/// Random places, noise and markers for the tests of tracking.
+/// Random poses, noise and markers for the tests of tracking.
 #pragma once
 
 #include <random>
@@ -7,7 +7,7 @@
 
 namespace vrda::test {
 
-/// Any turn, and a shift of up to a metre in each coordinate.
+/// Any rotation, and a translation of up to a metre in each coordinate.
 Pose random_pose(std::mt19937_64& random);
 Eigen::Vector3d random_vector(std::mt19937_64& random, double largest);
 /// Independent in each coordinate.
@@ -15,10 +15,10 @@ Eigen::Vector3d noise_of(std::mt19937_64& random, double sd);
 
 /// The thesis's leg: three markers on the thigh, three on the shank, some 400 mm apart.
 RigidBody leg_body();
-/// All of a body's markers as a tracker sees them.
+/// All markers of a body in the tracker's frame.
 MarkerRow seen_at(const RigidBody& body, const Pose& X_tracker_body);
 
-/// Angle of the rotation between two poses, and distance of where they take `p_mm`.
+/// Angle of the rotation between two poses, and distance between their images of `p_mm`.
 double turn_between_rad(const Pose& a, const Pose& b);
 double distance_mm(const Pose& a, const Pose& b, const Eigen::Vector3d& p_mm = Eigen::Vector3d::Zero());
 

@@ -10,7 +10,7 @@ namespace vrda::one_euro_test {
 
 TEST(OneEuro, LagsARampByTheStatedDelayAtAnyRate)
 {
-  // After 30 s the slowest time constant here, 1 / (2 pi 1 Hz) = 0.16 s, has passed 180 times.
+  // 30 s are 180 times the slowest time constant, 1 / (2 pi 1 Hz) = 0.16 s.
   const OneEuroOptions options{1.0, 5.0, 1.0};
   for (const double rate_hz : {30.0, 100.0, 1000.0}) {
     for (const double speed : {0.0, 0.2, -0.2, 1.5}) {

@@ -39,17 +39,17 @@ TEST(PlacePredictor, HoldsWhatItCannotCarryOn)
   predictor.add({1.01, at_x(6)});
   EXPECT_NEAR(predictor.at(1.03).translation().x(), 8.0, 1e-9);
   EXPECT_EQ(predictor.at(0.5).translation().x(), 6.0);
-  // No further than 0.1 s.
+  // At most 0.1 s ahead.
   EXPECT_NEAR(predictor.at(7.0).translation().x(), 16.0, 1e-9);
-  // After a gap longer than the window the samples before say nothing.
+  // Samples before a gap longer than the window are ignored.
   predictor.add({2.0, at_x(100)});
   EXPECT_EQ(predictor.at(2.05).translation().x(), 100.0);
-  // Samples too close together would carry on their noise.
+  // Samples too close together would amplify their noise.
   predictor.start_over();
   predictor.add({3.0, at_x(1)});
   predictor.add({3.0001, at_x(2)});
   EXPECT_EQ(predictor.at(3.05).translation().x(), 2.0);
-  // A clock that steps back starts over, as does a time given twice.
+  // A clock that steps back restarts the predictor, as does a repeated time.
   predictor.add({0.2, at_x(7)});
   EXPECT_EQ(predictor.at(0.25).translation().x(), 7.0);
   predictor.start_over();
@@ -60,7 +60,7 @@ TEST(PlacePredictor, AWindowTooSmallForTheRateKeepsTheNewest)
 {
   PlacePredictor predictor({.window_s = 10.0});
   for (int i = 0; i <= 200; ++i) {
-    // Turns round long before the last 32 samples.
+    // Reverses long before the last 32 samples.
     const double x_mm = i < 100 ? -i : i - 200.0;
     predictor.add({0.01 * i, Pose(Eigen::Translation3d(x_mm, 0, 0))});
   }
@@ -137,11 +137,11 @@ TEST(PredictionError, OfASteadyMotionIsSpeedTimesHorizonHeldAndNothingPredicted)
   }
   const double horizon_s = 0.035;
   const PlacePredictionError place = prediction_error(series, horizon_s);
-  // Up to 2.0 s less the horizon: 0 to 1.96 s.
+  // Up to 2.0 s minus the horizon: 0 to 1.96 s.
   EXPECT_EQ(place.shift_mm.held.n, 197U);
   EXPECT_NEAR(place.shift_mm.held.rms, 300.0 * horizon_s, 1e-9);
   EXPECT_NEAR(place.turn_rad.held.rms, 0.0, 1e-12);
-  // The first sample has nothing to go by and is held: one in 197.
+  // The first sample has no predecessor and is held: one in 197.
   EXPECT_NEAR(place.shift_mm.predicted.rms, 300.0 * horizon_s / std::sqrt(197.0), 1e-9);
   EXPECT_NEAR(place.shift_mm.predicted.percentile_95, 0.0, 1e-9);
   const AnglesPredictionError of_angles = prediction_error(angles, horizon_s);
@@ -152,9 +152,9 @@ TEST(PredictionError, OfASteadyMotionIsSpeedTimesHorizonHeldAndNothingPredicted)
 
 TEST(PredictionError, OfASwingIsThatOfItsAcceleration)
 {
-  // x = a sin(w t). Ahead by h the held value is off by a w h at most; the predicted one by the acceleration:
-  // a slope over a window T belongs to its middle, T / 2 ago, so a w^2 h (h + T) / 2 at most, and both RMS by
-  // sqrt(2) less. The next term is w T = 0.13 of that.
+  // x = a sin(w t). With a horizon h the held value is off by a w h at most; the predicted one by the
+  // acceleration: the slope over a window T belongs to its centre, T / 2 earlier, so a w^2 h (h + T) / 2 at
+  // most; the RMS of both is smaller by sqrt(2). The next term is w T = 0.13 of that.
   const double a_mm = 150.0, w = 1.6, h = 0.033, T = 0.08;
   std::vector<TimedPose> series;
   for (int i = 0; i <= 4000; ++i) {

@@ -8,7 +8,7 @@
 
 namespace vrda::screw_test {
 
-/// A dozen operations on numbers of 1000 mm.
+/// Rounding of a dozen operations on numbers of 1000 mm.
 constexpr double rounding_mm = 5e-12;
 constexpr double rounding_rad = 2e-15;
 
@@ -55,7 +55,7 @@ TEST(Screw, MidwayIsTheHelicalAxisOfCore)
     const Pose start = test::random_pose(random), end = test::random_pose(random);
     const Pose midway = between(start, end, 0.5);
     EXPECT_LT((midway.linear() - orientation_midway(start, end)).norm(), 1e-12);
-    // What remains is the same screw as what was done.
+    // The remaining motion is along the same screw.
     const Pose X_done = start.inverse() * midway, X_left = midway.inverse() * end;
     EXPECT_LT((X_done.matrix() - X_left.matrix()).norm(), 1e-9);
     EXPECT_LT(test::distance_mm(between(start, end, 1.0), end), 1e-9);

@@ -7,7 +7,7 @@
 
 namespace vrda::alignment_test {
 
-/// Newton's method and the secant end within it.
+/// Tolerance of Newton's method and the secant method.
 constexpr double solved_px = 1e-7;
 
 const BenchFile& bench()
@@ -23,7 +23,7 @@ TEST(ScanReading, IsTheFirstOrLastOfWhichHalfIsSeen)
     bool is_last;
     double expected;
   };
-  // Column c reaches from c to c + 1.
+  // Column c extends from c to c + 1.
   for (const Row& row : {Row{10.0, false, 10},
                          {10.4, false, 10},
                          {10.5, false, 10},
@@ -40,7 +40,7 @@ TEST(SideValue, TheLineDrawnThroughWhatWasFoundIsSeenOnTheSide)
 {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const VirtualTruth truth = virtual_truth(bench(), seed);
-    // What draws is another bench: distortion and sight are wrong.
+    // The drawing calibration is of another bench: distortion and principal point are wrong.
     const Calibration found = virtual_truth(bench(), seed + 1).calibration;
     for (const bool is_right : {false, true}) {
       const RectangleSides sides = rectangle_sides(bench(), truth, 2);
@@ -50,7 +50,7 @@ TEST(SideValue, TheLineDrawnThroughWhatWasFoundIsSeenOnTheSide)
       const double value = side_value(line, truth, is_right, {sides.left_table_mm, sides.z_table_mm}, 0.0);
       const Eigen::Vector2d drawn = drawn_px(line.drawing.distortion, {value, line.row_px});
       const Eigen::Vector2d seen = shown_px(eye_of(truth.calibration.eyes, is_right).distortion, drawn);
-      // The side's points project onto a line; it goes through what is seen.
+      // The side's points project onto a line through the seen point.
       const double y_mm = truth.calibration.X_table_eyes.shift_mm.y();
       const Eigen::Vector2d low =
           seen_px(truth, is_right, {sides.left_table_mm, y_mm - 50.0, sides.z_table_mm});
@@ -99,7 +99,7 @@ TEST(SeenLines, AreCurvedByTheOpticsAndEndWithWhatIsSeen)
   EXPECT_NEAR((points.front() - shown_px(eye.distortion, {edges.left, row})).norm(), 0.0, solved_px);
   EXPECT_NEAR((points.back() - shown_px(eye.distortion, {edges.right, row})).norm(), 0.0, solved_px);
   EXPECT_GT(points.size(), 60u);
-  // Pincushion: the ends of a line above the centre are seen higher than its middle.
+  // Pincushion distortion: the ends of a line above the centre are seen higher than its middle.
   EXPECT_LT(points.front().y(), points[points.size() / 2].y() - 1.0);
 }
 
@@ -168,13 +168,13 @@ TEST(TargetErrors, OfTheTruthAreNoneAndOfAShiftItsLength)
     const std::vector<TargetError> errors = target_errors(truth.calibration, file, truth, none);
     ASSERT_EQ(errors.size(), 40u);
     for (const TargetError& error : errors) EXPECT_LT(error.mm, counted_mm);
-    // The display's picture 2 px higher: 2 px of about 880 at about 800 mm.
+    // The display's image is 2 px higher: 2 px of about 880 at about 800 mm.
     Calibration off = truth.calibration;
     off.eyes.left.sight_px.y() -= 2.0;
     const std::vector<TargetError> shifted = target_errors(off, file, truth, none);
     constexpr double expected_mm = 2.0 * 800.0 / 880.0;
     for (std::size_t k = 0; k < shifted.size(); k += 2) {
-      // Distances, depths and distortion differ by a fifth from the usual ones.
+      // Distances, depths and distortion vary by a fifth.
       EXPECT_NEAR(shifted[k].mm, expected_mm, 0.2 * expected_mm);
       EXPECT_LT(shifted[k + 1].mm, counted_mm);
       EXPECT_NEAR(shifted[k].arc_min, shifted[k].mm / 800.0 * 3437.7, 0.15 * shifted[k].arc_min);

@@ -27,7 +27,7 @@ struct Count {
   int n = 0, n_within = 0;
 };
 
-/// Both eyes' numbers are found the same way: they are counted together.
+/// Both eyes' parameters are estimated the same way, so they are counted together.
 std::map<std::string, Count> counts_of(const VirtualStatistics& statistics)
 {
   std::map<std::string, Count> counts;
@@ -47,8 +47,8 @@ class HonestIntervals : public testing::TestWithParam<HeadKind> {};
 
 TEST_P(HonestIntervals, HoldTheTruthInNinetyToNinetyEightOfAHundredCases)
 {
-  // Of 200 benches chance alone takes a number of an honest 95 % above 98 % in 2.6 % of cases, and there are
-  // some fifty; of 400 in 0.2 %.
+  // For 200 benches, chance takes the coverage of a valid 95 % interval above 98 % in 2.6 % of cases, and
+  // there are some fifty parameters; for 400 in 0.2 %.
   constexpr int n_benches = 400, n_threads = 2;
   const VirtualStatistics statistics =
       virtual_statistics(bench_of(GetParam()), VirtualNoise{}, 1, n_benches, n_threads);
@@ -77,13 +77,13 @@ BenchFile bench_with(HeadKind head, const std::vector<std::pair<std::string, std
   std::string text = virtual_bench_text(head);
   for (const auto& [from, to] : changes) {
     const std::size_t at = text.find(from);
-    check(at != std::string::npos, "what is to be changed stands in the file");
+    check(at != std::string::npos, "the text to be replaced must be in the file");
     text.replace(at, from.size(), to);
   }
   return parsed_bench_file(text, "virtual bench");
 }
 
-/// The points of the leg, as those of the tibia.
+/// The leg's points used as the tibia's.
 std::string tibia_points()
 {
   const std::string& text = virtual_bench_text();
@@ -94,11 +94,11 @@ std::string tibia_points()
   return points;
 }
 
-/// Other ways of doing the parts: grids and places adjusted by eye; two bodies, without a pupillometer.
+/// Other variants of the procedure: grids and poses adjusted by eye; two bodies, without a pupillometer.
 struct OtherWay {
   std::string name;
   BenchFile bench;
-  std::vector<std::string> numbers;  ///< some of those that are found another way
+  std::vector<std::string> numbers;  ///< some parameters that are estimated differently
 };
 
 const std::vector<OtherWay>& other_ways()
@@ -122,7 +122,7 @@ class OtherWays : public testing::TestWithParam<OtherWay> {};
 
 TEST_P(OtherWays, HoldTheTruthAsOften)
 {
-  // Of 200 honest 95 % intervals 90 to 99 % hold the truth but in 0.3 % of cases, and there are some fifty.
+  // Of 200 valid 95 % intervals 90 to 99 % contain the truth except in 0.3 %; there are some fifty.
   constexpr int n_benches = 200, n_threads = 2;
   const VirtualStatistics statistics =
       virtual_statistics(GetParam().bench, VirtualNoise{}, 1, n_benches, n_threads);

@@ -15,7 +15,7 @@ BenchFile bench_of(HeadKind head)
   return parsed_bench_file(virtual_bench_text(head), "virtual bench");
 }
 
-/// Mean of the squares of many draws by their variance: one, within five standard deviations of chi-square.
+/// Mean square of many draws over their variance: one, within five standard deviations of chi-square.
 void expect_variance(double sum_of_squares, int n, double sd)
 {
   const double ratio = sum_of_squares / n / (sd * sd);
@@ -101,7 +101,7 @@ TEST(Standing, TheTipRestsAndTheMarkerStaysOnItsRail)
     const Eigen::Vector3d p = X_table_tracker * on_x.X_tracker_tool.translation();
     EXPECT_NEAR(p.y(), 0.0, rounding_mm);
     EXPECT_NEAR(p.z(), 0.0, rounding_mm);
-    // The stage's way is the marker's.
+    // The marker moves along the stage's direction.
     EXPECT_NEAR(on_x.stage_mm - p.x(), on_x_rail(truth, 0.0).stage_mm + 150.0, rounding_mm);
     const Eigen::Vector3d q = X_table_tracker * on_z_rail(truth, way).X_tracker_tool.translation();
     EXPECT_NEAR(q.y(), truth.z_rail_above_mm, rounding_mm);

@@ -41,7 +41,7 @@ Calibration calibrated(const BenchFile& bench, const VirtualTruth& truth, const 
   return session.calibration();
 }
 
-/// Largest error of a part's numbers.
+/// Largest error of a part's parameters.
 double largest_error(const Calibration& found, CalibrationPart part, const BenchFile& bench,
                      const VirtualTruth& truth)
 {
@@ -58,14 +58,14 @@ TEST(VirtualOperator, WithoutNoiseEveryPartIsFoundToTheStepOfItsDials)
       const Calibration found = calibrated(bench, truth, no_noise);
       // Whole columns and rows.
       EXPECT_LT(largest_error(found, CalibrationPart::viewport, bench, truth), 0.5 + 1e-9);
-      // Steps of a quarter of a pixel are errors of up to an eighth, of which the median is less.
+      // Steps of a quarter of a pixel cause errors of up to an eighth, and a smaller median.
       std::vector<TargetError> errors = target_errors(found, bench, truth, no_noise);
       double sum_mm = 0.0;
       for (const TargetError& error : errors) sum_mm += error.mm;
       constexpr double eighth_mm = 0.125 * 800.0 / 880.0;
       EXPECT_LT(sum_mm / static_cast<double>(errors.size()), eighth_mm);
-      // What only the tracker sees has no step; its rows are kept to 1e-5 mm and 1e-8 of a quaternion, which
-      // is 1e-6 mm at the tip. Scales have the step of the distances, 0.05 mm of 50.
+      // Quantities from the tracker alone have no step; their rows are stored to 1e-5 mm and 1e-8 of a
+      // quaternion, which is 1e-6 mm at the tip. Scales have the step of the distances, 0.05 mm of 50.
       constexpr double rounding = 1e-5;
       EXPECT_LT(largest_error(found, CalibrationPart::probe, bench, truth), rounding);
       EXPECT_LT(largest_error(found, CalibrationPart::subject, bench, truth), 1e-3);
@@ -132,13 +132,13 @@ Eigen::Vector2d middle_of(const GuideLine& ring)
   return sum / static_cast<double>(ring.points_px.size() - 1);
 }
 
-/// How far what a task's mark drew is seen beside the real thing.
+/// Distance between the drawn marks of a task and the real object.
 double off_px(const Task& task, const std::vector<double>& row, const VirtualTruth& truth,
               const std::vector<GuideLine>& real)
 {
   const Eye& eye = task.is_right ? truth.calibration.eyes.right : truth.calibration.eyes.left;
   const Eigen::Vector2d seen = shown_px(eye.distortion, {row[0], row[1]});
-  // A node's ring is the last of the things.
+  // A node's ring is the last item.
   if (task.kind != TaskKind::sides) return (seen - middle_of(real.back())).norm();
   return std::max(distance_from(real, seen), distance_from(real, shown_px(eye.distortion, {row[2], row[3]})));
 }
@@ -150,8 +150,8 @@ TEST(RealThings, AreWhereWhatIsDrawnIsSeenOnceItIsAligned)
   GuideSession session(bench, nominal_calibration(bench), options_of(bench));
   VirtualOperator hand(bench, truth, no_noise);
   std::map<TaskKind, int> met;
-  // Half a step of a quarter of a pixel either way, shown up to half as large again; the marker's ring is
-  // where its middle is without perspective's few hundredths.
+  // Half a step of a quarter of a pixel either way, magnified by up to a half; the marker's ring is centred
+  // up to a few hundredths of a pixel of perspective.
   constexpr double aligned_px = 0.125 * 1.5 * 1.4142136 + 0.02;
   while (session.task() != nullptr) {
     const Task task = *session.task();
@@ -171,7 +171,7 @@ TEST(RealThings, AreWhereWhatIsDrawnIsSeenOnceItIsAligned)
   EXPECT_EQ(met[TaskKind::bullseye], 18);
 }
 
-/// Calibrated as it truly is, and placed where it truly is, the model's points are seen on the leg's.
+/// With the true calibration and pose, the model's points coincide with the leg's.
 TEST(RealThings, TheLegIsWhereAModelIsSeenThatIsPlacedRightly)
 {
   for (const HeadKind head : {HeadKind::stage, HeadKind::tracker}) {
@@ -199,7 +199,7 @@ TEST(RealThings, TheLegIsWhereAModelIsSeenThatIsPlacedRightly)
     };
     EXPECT_LT(furthest_px(drawn_points({CalibrationPart::leg, values, truth.calibration}, bench, truth)),
               rounding_px);
-    // Beside it by 10 mm, at 800 mm and 880 px some 11 px.
+    // An offset of 10 mm at 800 mm and 880 px is some 11 px.
     values[0] += 10.0;
     EXPECT_NEAR(furthest_px(drawn_points({CalibrationPart::leg, values, truth.calibration}, bench, truth)),
                 11.0, 6.0);
