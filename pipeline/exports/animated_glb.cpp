@@ -139,7 +139,8 @@ std::size_t add_body(Scene& scene, const Body& body, const Eigen::Vector3d& cent
   return scene.nodes.size() - 1;
 }
 
-/// Rotation keys, each in the hemisphere of the previous one, so that viewers interpolate along the shorter arc.
+/// Rotation keys, each in the hemisphere of the previous one, so that viewers interpolate along the shorter
+/// arc.
 std::vector<Quaternion> rotations_of(const FlexionMotion& motion, Pose JointPose::*X_world_body)
 {
   std::vector<Quaternion> rotations;
@@ -149,7 +150,7 @@ std::vector<Quaternion> rotations_of(const FlexionMotion& motion, Pose JointPose
     Eigen::Quaterniond q = Eigen::Quaterniond(R).normalized();
     if (q.dot(previous) < 0.0) q.coeffs() = -q.coeffs();
     rotations.push_back({static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
-                     static_cast<float>(q.w())});
+                         static_cast<float>(q.w())});
     previous = q;
   }
   return rotations;
@@ -161,7 +162,8 @@ std::vector<std::array<float, 3>> translations_of(const FlexionMotion& motion, P
   std::vector<std::array<float, 3>> translations;
   for (const FlexionFrame& frame : motion.frames) {
     const Eigen::Vector3d p_m = (frame.pose.*X_world_body) * motion.rotation_centre_mm * metres_per_mm;
-    translations.push_back({static_cast<float>(p_m.x()), static_cast<float>(p_m.y()), static_cast<float>(p_m.z())});
+    translations.push_back(
+        {static_cast<float>(p_m.x()), static_cast<float>(p_m.y()), static_cast<float>(p_m.z())});
   }
   return translations;
 }

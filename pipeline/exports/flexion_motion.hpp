@@ -50,9 +50,9 @@ struct FlexionMotion {
 /// `zero` if the model has a zero-varus table, otherwise `spine`.
 VarusRule default_varus(const MotionModel& model);
 
-/// The poses of `plan`. Flexions without a pose are omitted and listed: poses are not clamped to the measured range
-/// or interpolated across a hole. Throws InputError naming `file` if the model does not have the set, the varus
-/// rule is not available (given although varus was free, zero without a table), or no pose remains.
+/// The poses of `plan`. Flexions without a pose are omitted and listed: poses are not clamped to the measured
+/// range or interpolated across a hole. Throws InputError naming `file` if the model does not have the set,
+/// the varus rule is not available (given although varus was free, zero without a table), or no pose remains.
 FlexionMotion flexion_motion(const MotionModel& model, const std::string& file, const FlexionPlan& plan);
 
 /// Time of a frame in s, 0 at the first frame, for flexion at `degrees_per_second`.

@@ -12,9 +12,9 @@
 
 namespace vrda {
 
-/// Content of the .glb file: both bodies, one node and mesh per component, one material per name, and one animation
-/// "flexion" with one key per frame for the rotation and translation of both bodies.
-/// Metres; Y (up) is proximal, +Z is anterior (axes of glTF); the origin is the rotation centre.
+/// Content of the .glb file: both bodies, one node and mesh per component, one material per name, and one
+/// animation "flexion" with one key per frame for the rotation and translation of both bodies. Metres; Y (up)
+/// is proximal, +Z is anterior (axes of glTF); the origin is the rotation centre.
 std::string animated_glb(const MotionModel& model, const FlexionMotion& motion, double degrees_per_second);
 
 /// One row per flexion: the six numbers of data/kinematics, then the attitude, the surfaces in world W
@@ -42,13 +42,14 @@ struct OpenSimOptions {
 /// (2019); on a left joint they end in _l.
 std::array<std::string, 6> opensim_columns(Side side);
 
-/// Content of the .sto or .mot file. R = Rz(-flexion) Rx(varus) Ry(internal) and (tx, ty, tz) in metres take the moving mesh's
-/// axes to the reference's, both canonical; on a left joint varus and internal are rotations about -X and -Y.
+/// Content of the .sto or .mot file. R = Rz(-flexion) Rx(varus) Ry(internal) and (tx, ty, tz) in metres take
+/// the moving mesh's axes to the reference's, both canonical; on a left joint varus and internal are
+/// rotations about -X and -Y.
 std::string opensim_table(const FlexionMotion& motion, const OpenSimOptions& options);
 
-/// Both bodies posed in world W (mm, single precision) as VTK PolyData in XML with appended raw arrays. Cell data:
-/// `body` (0 reference, 1 moving), `component`, `material` and `has_contact`; field data: the names indexed by
-/// `component` and `material`, the attitude and the clinical numbers.
+/// Both bodies posed in world W (mm, single precision) as VTK PolyData in XML with appended raw arrays. Cell
+/// data: `body` (0 reference, 1 moving), `component`, `material` and `has_contact`; field data: the names
+/// indexed by `component` and `material`, the attitude and the clinical numbers.
 std::string posed_vtp(const MotionModel& model, const FlexionFrame& frame);
 
 /// The contacts of the raw cell at this frame, as points in world W with `normal`, `distance_mm` and

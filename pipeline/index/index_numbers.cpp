@@ -15,7 +15,7 @@ struct Subject {
   double model_bytes = 0.0;
   std::vector<Eigen::Index> spine;        ///< stable cell of each flexion, or -1
   const SmoothedSet* smoothed = nullptr;  ///< the default set
-  std::string smoothed_name;                      ///< its name
+  std::string smoothed_name;              ///< its name
   bool is_varus_free = false;
 };
 
@@ -69,8 +69,8 @@ double largest(const std::vector<double>& values)
   return largest(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-// A quantity at each flexion of the curve, NaN where undefined: `of_zero` if the model has a zero-varus motion,
-// otherwise `of_cell` at the spine's cells.
+// A quantity at each flexion of the curve, NaN where undefined: `of_zero` if the model has a zero-varus
+// motion, otherwise `of_cell` at the spine's cells.
 template <typename OfZero, typename OfCell>
 std::vector<double> along_curve(const Subject& s, const OfZero& of_zero, const OfCell& of_cell)
 {
@@ -101,7 +101,7 @@ std::vector<double> balanced_varus(const Subject& s)
 
 // Anterior coordinate of a compartment's centre of contact on the moving object.
 std::vector<double> contact_x_mm(const Subject& s, const std::vector<double> ZeroVarus::*of_zero,
-                            const std::vector<double> ContactPaths::*of_cell)
+                                 const std::vector<double> ContactPaths::*of_cell)
 {
   const auto at = [](const std::vector<double>& points, std::size_t k) {
     return points.empty() ? nan : points[3 * k];
@@ -305,7 +305,8 @@ std::vector<Column> quality_columns()
 std::vector<Column> curve_columns()
 {
   return {
-      {{"internal_rotation_first_deg", "degree", "internal rotation at the first defined flexion of the curve"},
+      {{"internal_rotation_first_deg", "degree",
+        "internal rotation at the first defined flexion of the curve"},
        [](const Subject& s) { return first_of(internal_rotation(s)); }},
       {{"internal_rotation_last_deg", "degree", "internal rotation at the last defined flexion of the curve"},
        [](const Subject& s) { return last_of(internal_rotation(s)); }},
@@ -348,7 +349,9 @@ std::vector<Column> smooth_columns()
        [](const Subject& s) { return smoothed_theta(s, &SmoothedSurface::leave_one_out_rms); }},
       {{"smooth_penetration_mm", "mm",
         "largest penetration of that set (recontacted if available), if audited"},
-       [](const Subject& s) { return audit_value(s.model, s.smoothed_name, &AuditSummary::largest_penetration_mm); }},
+       [](const Subject& s) {
+         return audit_value(s.model, s.smoothed_name, &AuditSummary::largest_penetration_mm);
+       }},
       {{"smooth_gap_mm", "mm", "largest gap of that set (recontacted if available), if audited"},
        [](const Subject& s) { return audit_value(s.model, s.smoothed_name, &AuditSummary::largest_gap_mm); }},
       {{"model_bytes", "byte", "size of the motion model's file"},

@@ -37,7 +37,7 @@ CellPoints points_of(const MotionModel& model, std::size_t cell, const Eigen::Ve
   if (!model.equilibrium) {
     const ContactRows& contacts = model.contacts;
     return weighted_means(contacts, contacts.row_start[cell], contacts.row_start[cell + 1],
-                 [](std::int64_t) { return 1.0; });
+                          [](std::int64_t) { return 1.0; });
   }
   const ForceRows& forces = model.equilibrium->forces;
   return weighted_means(forces, forces.row_start[cell], forces.row_start[cell + 1], [&](std::int64_t row) {

@@ -1,4 +1,5 @@
-/// Description of one dataset in the registry (registry.hpp, trace_registry.hpp): its row in the specification.
+/// Description of one dataset in the registry (registry.hpp, trace_registry.hpp): its row in the
+/// specification.
 #pragma once
 
 #include <Eigen/Core>

@@ -52,7 +52,8 @@ std::string smoothed_path(std::int32_t degree, const std::string& name);
 /// "/smoothed/degree_6/coefficients_tx".
 std::string coefficients_path(std::int32_t degree, const std::string& name);
 
-/// Name of an element's group below /smoothed or /audit, and the inverse, which returns false for an invalid name.
+/// Name of an element's group below /smoothed or /audit, and the inverse, which returns false for an invalid
+/// name.
 std::string group_name(const SmoothedSet& set);
 bool set_group_name(SmoothedSet& set, const std::string& name);
 /// Names that an element may have, for messages.
@@ -111,9 +112,9 @@ enum class ZeroVarusSource : std::int8_t {
 
 /// The flexion-only motion with both condyles in contact. NaN where the source is none.
 struct ZeroVarus {
-  std::string set = "raw";  ///< motion of these poses: a name as in AuditSet, except "zero_varus"
-  std::vector<std::int8_t> source;                      ///< [n_flexion] ZeroVarusSource
-  std::vector<double> varus_deg;                        ///< [n_flexion]
+  std::string set = "raw";          ///< motion of these poses: a name as in AuditSet, except "zero_varus"
+  std::vector<std::int8_t> source;  ///< [n_flexion] ZeroVarusSource
+  std::vector<double> varus_deg;    ///< [n_flexion]
   std::vector<double> varus_first_deg, varus_last_deg;  ///< [n_flexion] of both_touch only
   std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;   ///< [n_flexion] as the surfaces of those names
   std::vector<double> X_reference_moving;               ///< [n_flexion, 4, 4] row-major

@@ -23,8 +23,8 @@ constexpr std::uint64_t most_links = 2000;
 /// Enough to diagnose a file.
 constexpr std::size_t most_refused = 100;
 constexpr std::int64_t largest_attribute = 4096;
-/// Per dataset; a job's text takes some kilobytes. Variable-length values may share the same bytes of the file,
-/// so the file size is no bound.
+/// Per dataset; a job's text takes some kilobytes. Variable-length values may share the same bytes of the
+/// file, so the file size is no bound.
 constexpr std::size_t most_text_bytes = std::size_t{64} << 20;
 /// zlib's maximum compression factor (zlib technical details, "Maximum Compression Factor").
 constexpr std::uint64_t largest_deflate_ratio = 1032;
@@ -104,7 +104,8 @@ std::vector<std::string> copies(const std::vector<char*>& texts, const H5Place& 
     if (!is_utf8(result.back()))
       throw InputError({place.file, place.object, "\"" + result.back() + "\"", "text in UTF-8"});
     if (has_control_characters(result.back(), "\t\n\r"))
-      throw InputError({place.file, place.object, "control characters in a text", "text without control characters"});
+      throw InputError(
+          {place.file, place.object, "control characters in a text", "text without control characters"});
   }
   return result;
 }
@@ -307,7 +308,8 @@ bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const s
   const H5Id object = kept_open(dataset);
   H5O_info_t info = {};
   check_h5(H5Oget_info2(kept_open(scale), &info, H5O_INFO_BASIC), place(scale), intact_file);
-  // H5DSis_attached also follows the scale's REFERENCE_LIST and fails for all its datasets when one is missing.
+  // H5DSis_attached also follows the scale's REFERENCE_LIST and fails for all its datasets when one is
+  // missing.
   const bool attached =
       H5DSiterate_scales(object, static_cast<unsigned>(axis), nullptr, has_address, &info.addr) > 0;
   H5Eclear2(H5E_DEFAULT);

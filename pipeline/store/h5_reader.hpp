@@ -19,7 +19,7 @@ enum class ObjectKind { group, dataset };
 
 struct DatasetFacts {
   std::optional<ValueKind> kind;  ///< empty: a type that motion models do not use
-  std::string elsewhere;          ///< description of storage outside this file; if not empty, no shape is read
+  std::string elsewhere;  ///< description of storage outside this file; if not empty, no shape is read
   std::vector<std::int64_t> shape;
   std::string scale_name;       ///< of a dimension scale; empty otherwise
   std::string storage_problem;  ///< why its values must not be read; empty: no problem
@@ -34,8 +34,8 @@ struct AttributeValue {
 
 class H5Reader {
  public:
-  /// Throws InputError naming the file when HDF5 cannot open its content. Disables HDF5's plugin loading in this
-  /// process.
+  /// Throws InputError naming the file when HDF5 cannot open its content. Disables HDF5's plugin loading in
+  /// this process.
   explicit H5Reader(const Hdf5Content& content);
 
   const std::string& file_name() const { return file_name_; }

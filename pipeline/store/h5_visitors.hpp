@@ -17,7 +17,8 @@
 
 namespace vrda {
 
-/// Writes one class of objects per visit: HDF5 files are equal byte for byte only if written in the same order.
+/// Writes one class of objects per visit: HDF5 files are equal byte for byte only if written in the same
+/// order.
 class Hdf5Write : public RegistryVisitor {
  public:
   enum class Sort { root_attributes, groups, datasets, attributes };

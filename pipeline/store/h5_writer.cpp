@@ -103,8 +103,8 @@ std::string last_name(const std::string& path)
 
 constexpr double the_nan = std::numeric_limits<double>::quiet_NaN();
 
-/// An unnamed file in memory. HDF5's core driver was tried: version 1.10.8 returns a superblock whose checksum
-/// does not match.
+/// An unnamed file in memory. HDF5's core driver was tried: version 1.10.8 returns a superblock whose
+/// checksum does not match.
 int memory_file(const std::string& path)
 {
   const int descriptor = memfd_create("vrda", MFD_CLOEXEC);

@@ -57,8 +57,8 @@ struct PushRows {
   Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< point of application of the force, world W
 };
 
-/// Centre of contact of each cell and compartment: mean of its contacts, weighted by force if the model has an
-/// equilibrium. NaN where the compartment is not in contact.
+/// Centre of contact of each cell and compartment: mean of its contacts, weighted by force if the model has
+/// an equilibrium. NaN where the compartment is not in contact.
 struct ContactPaths {
   std::vector<double> medial_reference_mm;  ///< [n_cells, 3] canonical axes of the reference body
   std::vector<double> medial_moving_mm;     ///< [n_cells, 3] canonical axes of the moving body
@@ -84,7 +84,8 @@ struct FreeSpine {
   std::vector<double> varus_deg;                       ///< [n_flexion] NaN where not stable, as all below
   std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< as the surfaces of those names
   std::vector<double> energy_nmm;
-  /// Theta under an additional moment of -band and +band about Delta; NaN without a band or if not stable there.
+  /// Theta under an additional moment of -band and +band about Delta; NaN without a band or if not stable
+  /// there.
   std::vector<double> theta_low_deg, theta_high_deg;
   std::vector<std::int32_t> n_optima;            ///< distinct equilibria found from the different starts
   std::vector<double> optima_theta_spread_deg;   ///< largest minus smallest theta of them
@@ -169,15 +170,15 @@ PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion);
 /// Sets the gaps and contact flags to their values for a joint without compartments: NaN and -1.
 void set_no_compartments(MotionModel& model);
 
-/// Returns `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces or
-/// derived data. This is the content of a start file; a run then fills the cells. Keeps the push (or sets
+/// Returns `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces
+/// or derived data. This is the content of a start file; a run then fills the cells. Keeps the push (or sets
 /// constant_push(delta) if its rows do not match flexion), the fibres' properties, and the compartments of
 /// triangles (`none` where missing). Contact paths and equilibrium exist as required by has_compartments and
 /// method.
 MotionModel with_pending_cells(MotionModel model);
 
-/// Returns `model` with `set` inserted or replacing the set of the same degree. If the motion changes, audits of
-/// the old set and a zero-varus motion derived from it are removed; an equal set changes nothing.
+/// Returns `model` with `set` inserted or replacing the set of the same degree. If the motion changes, audits
+/// of the old set and a zero-varus motion derived from it are removed; an equal set changes nothing.
 MotionModel with_smoothed(MotionModel model, SmoothedSet set);
 
 }  // namespace vrda

@@ -36,7 +36,8 @@ void check_repeated(const H5Reader& reader, const std::string& group, const std:
   check(attribute && attribute->numbers.size() == 1, "the structure must have been checked");
   const double found = attribute->numbers[0];
   if (found == wanted || (std::isnan(found) && std::isnan(wanted))) return;
-  findings.push_back({group + "@" + name, text_of(found), text_of(wanted) + ", the value from the group's datasets"});
+  findings.push_back(
+      {group + "@" + name, text_of(found), text_of(wanted) + ", the value from the group's datasets"});
 }
 
 std::vector<Finding> findings_of(const H5Reader& reader, const MotionModel& model)

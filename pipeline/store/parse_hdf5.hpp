@@ -1,5 +1,5 @@
-/// Parses HDF5 content in this process: for files that were just written, for tests, and for the confined process
-/// started by read_motion_model and read_trace (store/read_separately.hpp).
+/// Parses HDF5 content in this process: for files that were just written, for tests, and for the confined
+/// process started by read_motion_model and read_trace (store/read_separately.hpp).
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-/// Serialization of motion models and traces in this machine's byte order, to pass them between processes of one
-/// program. Not a file format.
+/// Serialization of motion models and traces in this machine's byte order, to pass them between processes of
+/// one program. Not a file format.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ namespace vrda {
 std::string plain_bytes(const MotionModel& model);
 std::string plain_bytes(const Trace& trace);
 
-/// Inverse of serialize. For any bytes: never reads beyond them, and allocates at most ten times their number plus
-/// some MB. Throws InputError naming `file` if the values violate the specification.
+/// Inverse of serialize. For any bytes: never reads beyond them, and allocates at most ten times their number
+/// plus some MB. Throws InputError naming `file` if the values violate the specification.
 MotionModel motion_model_of(std::string_view bytes, const std::string& file);
 Trace trace_of(std::string_view bytes, const std::string& file);
 

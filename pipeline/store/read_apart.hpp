@@ -1,8 +1,9 @@
 /// Motion models and traces from untrusted files.
 ///
-/// HDF5 1.10 crashes on some crafted files with a valid seal and plausible values. So HDF5 parses the bytes in a
-/// separate process (store/separate_process.hpp), confined after reading them (store/confinement.hpp). It returns
-/// serialized values, which are checked again here. A crash of that process is one InputError here.
+/// HDF5 1.10 crashes on some crafted files with a valid seal and plausible values. So HDF5 parses the bytes
+/// in a separate process (store/separate_process.hpp), confined after reading them (store/confinement.hpp).
+/// It returns serialized values, which are checked again here. A crash of that process is one InputError
+/// here.
 #pragma once
 
 #include <functional>
@@ -13,8 +14,8 @@
 
 namespace vrda {
 
-/// Asynchronous read_motion_model: the constructor starts the separate process, model() waits for its result. No
-/// other thread may use HDF5 during construction.
+/// Asynchronous read_motion_model: the constructor starts the separate process, model() waits for its result.
+/// No other thread may use HDF5 during construction.
 class ModelReading {
  public:
   explicit ModelReading(const std::string& path);

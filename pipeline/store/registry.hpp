@@ -1,6 +1,6 @@
 /// Registry of the motion model's datasets: one row per dataset, in the order of the file. Writing, reading,
-/// checking, scaling and comparing motion models all visit it. A new dataset is a new row here. The tables of the
-/// specification, schemas/motion-model.md, are generated from these rows.
+/// checking, scaling and comparing motion models all visit it. A new dataset is a new row here. The tables of
+/// the specification, schemas/motion-model.md, are generated from these rows.
 #pragma once
 
 #include <string>

@@ -15,8 +15,8 @@ namespace vrda {
 /// CF 1.9 is the first to allow 64-bit integers (row_start).
 inline constexpr const char* conventions = "CF-1.9";
 
-/// Base of registry visitors, with empty defaults. A visitor also has `void operator()(const Dataset&, Member&)`,
-/// called once per dataset.
+/// Base of registry visitors, with empty defaults. A visitor also has `void operator()(const Dataset&,
+/// Member&)`, called once per dataset.
 class RegistryVisitor {
  public:
   void group(const std::string&) {}

@@ -37,7 +37,8 @@ std::uint64_t content_end(std::string_view bytes)
 std::string bytes_of_file(const std::string& file)
 {
   const auto refuse = [&](const std::string& found) { throw InputError({file, "", found, intact_file}); };
-  const OpenFile open_file(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // does not block on a FIFO
+  const OpenFile open_file(
+      open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // does not block on a FIFO
   struct stat status = {};
   if (!open_file.is_open() || fstat(open_file.get(), &status) != 0) refuse(std::strerror(errno));
   if (!S_ISREG(status.st_mode)) refuse("not a regular file");
@@ -57,7 +58,8 @@ void require_signature(const std::string& file, std::string_view bytes)
 {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
   if (bytes.substr(0, signature.size()) == signature) return;
-  throw InputError({file, "", std::to_string(bytes.size()) + " bytes that are not an HDF5 file", intact_file});
+  throw InputError(
+      {file, "", std::to_string(bytes.size()) + " bytes that are not an HDF5 file", intact_file});
 }
 
 void require_whole(const std::string& file, std::string_view bytes)

@@ -19,11 +19,11 @@ struct SeparateAnswer {
   std::string text;  ///< result of `work`; if not complete, how the process ended: "signal 11"
 };
 
-/// Runs `work` in a forked child process while this process continues. The child has the limits and no open files
-/// of this process, writes no core and no terminal output, and ends with this process; side effects of `work`
-/// are lost. `work` must not throw. Threads are not copied: locks that other threads hold at the fork stay locked
-/// in the child, so no other thread may use what `work` uses. Memory is not limited under address and thread
-/// sanitizers. Throws InputError naming `subject` if the process cannot be created.
+/// Runs `work` in a forked child process while this process continues. The child has the limits and no open
+/// files of this process, writes no core and no terminal output, and ends with this process; side effects of
+/// `work` are lost. `work` must not throw. Threads are not copied: locks that other threads hold at the fork
+/// stay locked in the child, so no other thread may use what `work` uses. Memory is not limited under address
+/// and thread sanitizers. Throws InputError naming `subject` if the process cannot be created.
 class SeparateWork {
  public:
   SeparateWork(const std::function<std::string()>& work, std::string subject,

@@ -15,7 +15,8 @@ namespace {
 /// Indices in the file are 32-bit.
 constexpr std::int64_t largest_dimension = std::numeric_limits<std::int32_t>::max();
 
-constexpr const char* wanted_readable = "values that can be read, filtered by gzip, shuffle and fletcher32 only";
+constexpr const char* wanted_readable =
+    "values that can be read, filtered by gzip, shuffle and fletcher32 only";
 
 std::string shape_text(const std::vector<std::int64_t>& shape)
 {
@@ -54,7 +55,7 @@ class StructureCheck : public RegistryVisitor {
       visit(result.content, *this);
       if (value_bytes_ > largest_value_bytes) {
         report("/", std::to_string(value_bytes_) + " bytes of values",
-             "at most " + std::to_string(largest_value_bytes));
+               "at most " + std::to_string(largest_value_bytes));
       }
     }
     result.sizes = std::move(counted_);
@@ -139,7 +140,7 @@ class StructureCheck : public RegistryVisitor {
     const std::string format = text("/", "format");
     if (format != wanted.name) {
       report("/@format", format.empty() ? "nothing" : "\"" + format + "\"",
-           "\"" + std::string(wanted.name) + "\"");
+             "\"" + std::string(wanted.name) + "\"");
       return false;
     }
     const std::string version = text("/", "format_version");
@@ -155,10 +156,10 @@ class StructureCheck : public RegistryVisitor {
     const std::string least = "1." + std::to_string(wanted.least_minor_version);
     if (major.ec == std::errc() && major_version > 1) {
       report("/@format_version", "\"" + version + "\", a newer format",
-           "\"" + least + "\" or a later \"1.\" version, which this program reads");
+             "\"" + least + "\" or a later \"1.\" version, which this program reads");
     } else {
       report("/@format_version", version.empty() ? "nothing" : "\"" + version + "\"",
-           "\"" + least + "\" or a later \"1.\" version");
+             "\"" + least + "\" or a later \"1.\" version");
     }
     return false;
   }
@@ -191,7 +192,7 @@ class StructureCheck : public RegistryVisitor {
     const std::string& path = dataset.path;
     if (!reader_.is_dataset(path)) {
       report(path, reader_.is_group(path) ? "a group" : "nothing",
-           std::string("a dataset: ") + dataset.long_name);
+             std::string("a dataset: ") + dataset.long_name);
       return;
     }
     const DatasetFacts facts = reader_.facts(path);
@@ -232,7 +233,7 @@ class StructureCheck : public RegistryVisitor {
     for (std::size_t axis = 0; axis < dataset.dimensions.size(); ++axis) {
       if (reader_.is_attached(dataset.path, axis, dataset.dimensions[axis])) continue;
       report(dataset.path, "axis " + std::to_string(axis) + " without its scale",
-           "dimension scale " + dataset.dimensions[axis] + " attached");
+             "dimension scale " + dataset.dimensions[axis] + " attached");
     }
   }
 
@@ -267,7 +268,7 @@ class StructureCheck : public RegistryVisitor {
   /// An attribute with the type and size of `member`; empty, with a finding, if it is missing or different.
   template <typename Member>
   std::optional<AttributeValue> checked_attribute(const std::string& object, const std::string& name,
-                                                const Member&)
+                                                  const Member&)
   {
     constexpr bool is_flag = std::is_same_v<Member, bool>;
     constexpr bool is_vector = std::is_same_v<Member, Eigen::Vector3d>;

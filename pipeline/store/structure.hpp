@@ -21,8 +21,8 @@ struct Structure {
   std::vector<Finding> findings;                            ///< empty: every value can be read
 };
 
-/// Check objects, types, shapes, dimension scales, attributes and storage without reading dataset values. Throw
-/// InputError only if HDF5 cannot list the file.
+/// Check objects, types, shapes, dimension scales, attributes and storage without reading dataset values.
+/// Throw InputError only if HDF5 cannot list the file.
 Structure<MotionModel> structure_of_model(const H5Reader& reader);
 Structure<Trace> structure_of_trace(const H5Reader& reader);
 

@@ -9,8 +9,8 @@
 
 namespace vrda {
 
-/// Compressed rows, cell by cell, of the contacts that `contacts_of(record)` returns (a span of ContactRecord or
-/// ContactForce), in W; `measure` and `measures` are the member specific to that type.
+/// Compressed rows, cell by cell, of the contacts that `contacts_of(record)` returns (a span of ContactRecord
+/// or ContactForce), in W; `measure` and `measures` are the member specific to that type.
 template <typename Rows, typename Contact, typename ContactsOf>
 Rows touch_rows(const MotionModel& model, const std::vector<StepRecord>& cells, const ContactsOf& contacts_of,
                 double Contact::*measure, std::vector<double> Rows::*measures)

@@ -1,5 +1,5 @@
-/// Findings about the values of a file's datasets: one per dataset and rule, with the first wrong entry and the
-/// number of wrong entries.
+/// Findings about the values of a file's datasets: one per dataset and rule, with the first wrong entry and
+/// the number of wrong entries.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,12 +19,12 @@ namespace vrda {
 /// Unit vectors may be stored in single precision.
 inline constexpr double normal_tolerance = 1e-5;
 
-/// Products of three rotations in double are orthonormal to a few 1e-16; after conversion through text or float they
-/// are not, which would appear as penetration: 1e-9 of 500 mm is half a nanometre.
+/// Products of three rotations in double are orthonormal to a few 1e-16; after conversion through text or
+/// float they are not, which would appear as penetration: 1e-9 of 500 mm is half a nanometre.
 inline constexpr double exact_tolerance = 1e-9;
 
-/// In mm, degrees, N or N mm: larger than in any joint, and small enough that values computed from a model cannot
-/// overflow.
+/// In mm, degrees, N or N mm: larger than in any joint, and small enough that values computed from a model
+/// cannot overflow.
 inline constexpr double largest_number = 1e9;
 inline constexpr double least_step_deg = 1e-6;
 

@@ -177,7 +177,8 @@ class ModelRules {
       return;
     }
     if (set.surfaces.size() == 5 && n_varus_ > 1) {
-      findings_.find(smoothed_path(set.degree, "varus"), "a surface", "no such surface where /varus has several values");
+      findings_.find(smoothed_path(set.degree, "varus"), "a surface",
+                     "no such surface where /varus has several values");
     }
     if (!has_right_terms(set, group)) return;
     const AxisRanges ranges = axis_ranges(model_.flexion_deg, model_.varus_deg);

@@ -10,8 +10,8 @@
 
 namespace vrda {
 
-/// Findings name the datasets of the file, one finding per dataset and rule, with the first wrong entry and the
-/// number of wrong entries. All shapes must be consistent, as after reading.
+/// Findings name the datasets of the file, one finding per dataset and rule, with the first wrong entry and
+/// the number of wrong entries. All shapes must be consistent, as after reading.
 std::vector<Finding> check_values(const MotionModel& model);
 std::vector<Finding> check_values(const Trace& trace);
 

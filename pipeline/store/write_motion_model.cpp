@@ -19,9 +19,11 @@ void require_consistent(const MotionModel& model)
   check(model.contact_paths.has_value() == model.has_compartments,
         "contact paths must exist exactly where there are compartments");
   for (const SmoothedSet& set : model.smoothed) {
-    check(set.surfaces.size() == 4 || set.surfaces.size() == 5, "a smoothed set must have four or five surfaces");
+    check(set.surfaces.size() == 4 || set.surfaces.size() == 5,
+          "a smoothed set must have four or five surfaces");
     for (std::size_t i = 0; i < set.surfaces.size(); ++i)
-      check(set.surfaces[i].name == smoothed_names[i], "the surfaces of a smoothed set must be tx, ty, tz, theta, varus");
+      check(set.surfaces[i].name == smoothed_names[i],
+            "the surfaces of a smoothed set must be tx, ty, tz, theta, varus");
   }
   const auto is_unsorted = [](const auto& list, auto is_before) {
     return std::adjacent_find(list.begin(), list.end(),
@@ -31,7 +33,8 @@ void require_consistent(const MotionModel& model)
         "smoothed sets must be sorted by degree, each degree once");
   check(!is_unsorted(model.audits, [](const auto& a, const auto& b) { return a.name < b.name; }),
         "audits must be sorted by name, each name once");
-  for (const AuditSet& audit : model.audits) check(is_audit_name(audit.name), "an audit must have the name of a motion");
+  for (const AuditSet& audit : model.audits)
+    check(is_audit_name(audit.name), "an audit must have the name of a motion");
 }
 
 std::string bytes_of(const std::string& path, const MotionModel& model)
