@@ -326,8 +326,7 @@ InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, cons
 {
   if (campaign.axes.empty()) return error;
   InputError::Facts facts = error.facts();
-  // The format of Document::source_of() for a value from an override; the user did not type a level's
-  // overrides.
+  // The format of Document::source_of() for overrides, which here come from levels, not from the user.
   constexpr std::string_view with_override = " with --set ";
   const std::size_t with = facts.file.find(with_override);
   if (facts.file == "--set") {

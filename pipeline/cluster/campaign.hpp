@@ -29,8 +29,7 @@ struct Campaign {
 Campaign campaign_of(const std::string& job_or_campaign, const std::string& data_directory,
                      const std::vector<std::string>& overrides);
 
-/// Maps an error of a case to the campaign's file and key if a level's setting caused it. Names the case in a
-/// campaign.
+/// Maps an error of a case to the campaign's file and key if a level caused it, and names the case.
 InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, const InputError& error);
 
 }  // namespace vrda

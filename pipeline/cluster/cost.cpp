@@ -10,8 +10,7 @@ namespace {
 
 // Measured on one core of an Intel Xeon with two or three other busy cores, release build, on the generic
 // knee with 1,200 to 75,000 contact triangles, with and without ligaments, and on four real knees with
-// 75,000 to 97,000 (results/benchmarks.md), flexion steps of 1 to 10 degrees: least squares of the
-// logarithms, rounded.
+// 75,000 to 97,000 (results/benchmarks.md), flexion steps of 1 to 10 degrees: log least squares.
 constexpr double reference_triangles = 5000.0;
 
 struct StepSeconds {

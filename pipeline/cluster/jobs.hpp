@@ -59,13 +59,11 @@ struct PlannedJob {
 /// Limits of local runs.
 inline constexpr SlurmLimits no_limits{1'000'000'000, 2'000'000'000};
 
-/// The jobs in submission order. Throws InputError naming the option and a value that fits if Slurm's limits
-/// are exceeded.
+/// The jobs in submission order. Throws InputError naming option and fitting value beyond Slurm's limits.
 std::vector<PlannedJob> jobs_of_work(const Submission& submission, const Work& work,
                                      const SlurmLimits& limits);
 
-/// Cases per array task: the option's value, or the smallest number for which the tasks fill at most half the
-/// queue.
+/// Cases per array task: the option's value, or the smallest number for which tasks fill half the queue.
 std::int32_t cases_per_task(const Submission& submission, const SlurmLimits& limits);
 
 /// "1-3,5": sbatch's notation of ascending numbers.

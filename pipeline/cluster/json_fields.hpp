@@ -1,5 +1,4 @@
-/// Structs as JSON objects: `name_fields(fields, value)` lists each member and its key, for reading and
-/// writing.
+/// Structs as JSON objects: `name_fields(fields, value)` lists members and keys, for both directions.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -40,8 +40,7 @@ bool is_running(const SlurmRow& row);
 /// The error messages of sbatch and similar commands, in one line.
 std::string slurm_message(const std::string& standard_error);
 
-/// Errors are an InputError or its facts: suggesting --local if Slurm is not installed, otherwise with
-/// Slurm's message.
+/// Errors are an InputError or its facts, with Slurm's message, or suggesting --local without Slurm.
 SlurmLimits ask_limits();
 struct SubmitAnswer {
   std::string id;

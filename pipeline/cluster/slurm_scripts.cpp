@@ -90,8 +90,7 @@ std::string escaped(std::string path)
   return path;
 }
 
-// A job's log path with sbatch's patterns. Absolute, since sbatch also expands patterns in its working
-// folder.
+// A job's log path with sbatch's patterns. Absolute: sbatch also expands its working folder.
 std::string log_of(const std::string& folder, const Submission& submission, const PlannedJob& job)
 {
   const std::string logs = escaped(logs_of(folder)) + "/";
@@ -117,8 +116,7 @@ std::string job_name_of(const Submission& submission, const PlannedJob& job)
   return name;
 }
 
-// The index also lists failed cases; other jobs need their dependencies to succeed and are cancelled when
-// that is impossible.
+// The index also lists failed cases; other jobs are cancelled when a dependency fails.
 std::string dependency_of(const PlannedJob& job, const std::vector<std::string>& ids)
 {
   std::string text = job.kind == TaskKind::index ? "afterany" : "afterok";

@@ -58,8 +58,7 @@ void write_scripts(const std::string& folder, const Submission& submission,
 std::vector<SubmittedJob> submit_jobs(const std::string& folder, const Submission& submission,
                                       const std::vector<PlannedJob>& jobs);
 
-/// "spine 12, shards 13_[1-8%4], merge 14": one line per case, then one for cases without shards and the
-/// index.
+/// "spine 12, shards 13_[1-8%4], merge 14": one line per case, then one for unsharded cases and the index.
 std::vector<std::string> lines_of(const Submission& submission, const std::vector<SubmittedJob>& jobs);
 
 }  // namespace vrda

@@ -1,5 +1,4 @@
-/// Status of a submission: each task from its journals, Slurm's queue and its state file; and the remaining
-/// work.
+/// Status of a submission from journals, Slurm's queue and state files of tasks; and its remaining work.
 #pragma once
 
 #include <cstdint>

@@ -97,8 +97,7 @@ std::string full_text_of(const TaskId& task, const Submission& submission);
 /// "<case>.shard-3-of-8": stem of its state file and its log.
 std::string file_stem_of(const TaskId& task, const Submission& submission);
 
-/// Written atomically. Throw InputError naming the file; paths that are not UTF-8 are rejected, since they
-/// could not be read back.
+/// Written atomically. Throw InputError naming the file, also for paths that are not UTF-8.
 void write_submission(const std::string& folder, const Submission& submission);
 Submission read_submission(const std::string& folder);
 

@@ -139,8 +139,7 @@ std::size_t add_body(Scene& scene, const Body& body, const Eigen::Vector3d& cent
   return scene.nodes.size() - 1;
 }
 
-/// Rotation keys, each in the hemisphere of the previous one, so that viewers interpolate along the shorter
-/// arc.
+/// Rotation keys, each in the hemisphere of the previous one: viewers interpolate along the shorter arc.
 std::vector<Quaternion> rotations_of(const FlexionMotion& motion, Pose JointPose::*X_world_body)
 {
   std::vector<Quaternion> rotations;

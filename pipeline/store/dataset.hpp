@@ -1,5 +1,4 @@
-/// Description of one dataset in the registry (registry.hpp, trace_registry.hpp): its row in the
-/// specification.
+/// Description of one dataset in the registry (registry.hpp, trace_registry.hpp).
 #pragma once
 
 #include <Eigen/Core>

@@ -52,8 +52,7 @@ std::string smoothed_path(std::int32_t degree, const std::string& name);
 /// "/smoothed/degree_6/coefficients_tx".
 std::string coefficients_path(std::int32_t degree, const std::string& name);
 
-/// Name of an element's group below /smoothed or /audit, and the inverse, which returns false for an invalid
-/// name.
+/// Name of an element's group below /smoothed or /audit, and the inverse: false for an invalid name.
 std::string group_name(const SmoothedSet& set);
 bool set_group_name(SmoothedSet& set, const std::string& name);
 /// Names that an element may have, for messages.

@@ -1,5 +1,4 @@
-/// HDF5 handles (RAII) and a check of return codes. hdf5.h is included in this room's sources only, hence the
-/// integer type.
+/// HDF5 handles (RAII) and a check of return codes. No header includes hdf5.h, hence the integer.
 #pragma once
 
 #include <cstdint>

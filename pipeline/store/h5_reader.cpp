@@ -308,8 +308,7 @@ bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const s
   const H5Id object = kept_open(dataset);
   H5O_info_t info = {};
   check_h5(H5Oget_info2(kept_open(scale), &info, H5O_INFO_BASIC), place(scale), intact_file);
-  // H5DSis_attached also follows the scale's REFERENCE_LIST and fails for all its datasets when one is
-  // missing.
+  // Not H5DSis_attached, which fails for all datasets of the scale's REFERENCE_LIST when one is missing.
   const bool attached =
       H5DSiterate_scales(object, static_cast<unsigned>(axis), nullptr, has_address, &info.addr) > 0;
   H5Eclear2(H5E_DEFAULT);

@@ -17,8 +17,7 @@
 
 namespace vrda {
 
-/// Writes one class of objects per visit: HDF5 files are equal byte for byte only if written in the same
-/// order.
+/// Writes one class of objects per visit: the bytes of an HDF5 file depend on the order of writing.
 class Hdf5Write : public RegistryVisitor {
  public:
   enum class Sort { root_attributes, groups, datasets, attributes };

@@ -32,8 +32,7 @@ inline constexpr const char* index_format_version = "1.0";
 /// Throws InputError when the file cannot be written.
 void write_index_file(const std::string& path, const IndexTable& table);
 
-/// The table as CSV (RFC 4180): a heading, then one line per row; codes as their words, an empty field for
-/// NaN.
+/// The table as CSV (RFC 4180): a heading, then one line per row; codes as words, NaN as an empty field.
 std::string index_csv(const IndexTable& table);
 
 }  // namespace vrda

@@ -84,8 +84,7 @@ struct FreeSpine {
   std::vector<double> varus_deg;                       ///< [n_flexion] NaN where not stable, as all below
   std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< as the surfaces of those names
   std::vector<double> energy_nmm;
-  /// Theta under an additional moment of -band and +band about Delta; NaN without a band or if not stable
-  /// there.
+  /// Theta under an additional moment of -band and +band about Delta; NaN without a band or if unstable.
   std::vector<double> theta_low_deg, theta_high_deg;
   std::vector<std::int32_t> n_optima;            ///< distinct equilibria found from the different starts
   std::vector<double> optima_theta_spread_deg;   ///< largest minus smallest theta of them
@@ -173,8 +172,7 @@ void set_no_compartments(MotionModel& model);
 /// Returns `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces
 /// or derived data. This is the content of a start file; a run then fills the cells. Keeps the push (or sets
 /// constant_push(delta) if its rows do not match flexion), the fibres' properties, and the compartments of
-/// triangles (`none` where missing). Contact paths and equilibrium exist as required by has_compartments and
-/// method.
+/// triangles (`none` where missing). has_compartments and method decide on contact paths and equilibrium.
 MotionModel with_pending_cells(MotionModel model);
 
 /// Returns `model` with `set` inserted or replacing the set of the same degree. If the motion changes, audits

@@ -1,5 +1,4 @@
-/// Serialization of motion models and traces in this machine's byte order, to pass them between processes of
-/// one program. Not a file format.
+/// Serialization of motion models and traces to pass them between processes. Not a file format.
 #pragma once
 
 #include <string>

@@ -2,8 +2,7 @@
 ///
 /// HDF5 1.10 crashes on some crafted files with a valid seal and plausible values. So HDF5 parses the bytes
 /// in a separate process (store/separate_process.hpp), confined after reading them (store/confinement.hpp).
-/// It returns serialized values, which are checked again here. A crash of that process is one InputError
-/// here.
+/// It returns serialized values, which are checked again here. A crash of that process is an InputError.
 #pragma once
 
 #include <functional>

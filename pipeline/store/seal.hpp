@@ -21,8 +21,7 @@ struct Hdf5Content {
 /// The seal to append to a file with this HDF5 content.
 std::string seal_of(std::string_view content);
 
-/// Sets whether this process accepts files without a seal (written or changed by another program). Default:
-/// no.
+/// Sets whether this process accepts files without a seal (changed by another program). Default: no.
 void accept_unsealed_files(bool accepts = true);
 
 /// Reads the whole file. Throws InputError when it is absent, not a regular HDF5 file, or damaged, or when

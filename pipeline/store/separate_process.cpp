@@ -49,8 +49,7 @@ void restrict_this_process(const ProcessLimits& limits, int answer)
   limit(RLIMIT_FSIZE, limits.answer_bytes);
   limit(RLIMIT_NPROC, 0);
   if (!is_sanitized) limit(RLIMIT_AS, mapped_bytes() + limits.memory_bytes);
-  // The C library prints to the terminal when it detects heap corruption; the caller reports the error
-  // instead.
+  // The C library would print to the terminal on heap corruption, which the caller reports.
   const int null_device = open("/dev/null", O_RDWR | O_CLOEXEC);
   if (null_device >= 0) {
     dup2(null_device, STDOUT_FILENO);

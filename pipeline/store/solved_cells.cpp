@@ -9,8 +9,7 @@
 namespace vrda {
 namespace {
 
-// The axis value where varus was prescribed: degrees converted to radians and back may differ in the last
-// bit.
+// The axis value where varus was prescribed: conversion to radians and back may change the last bit.
 double solved_varus_deg(const MotionModel& model, const StepRecord& r)
 {
   const double axis_deg = model.varus_deg[static_cast<std::size_t>(r.key.varus)];

@@ -13,8 +13,7 @@ namespace vrda {
 SolverFrame solver_frame(const MotionModel& model, std::int32_t flexion);
 
 /// Sets the surfaces of the record's cell: status and counts always, the other values if it is stable. The
-/// record must be at the model's scale (core's scaled()); `model` must have axes, push and surfaces of
-/// matching size.
+/// record must be at the model's scale (core's scaled()); `model` must have axes, push and surfaces.
 void set_cell(MotionModel& model, const StepRecord& record);
 
 /// The contacts of all cells; `cells` is in grid order.

@@ -15,8 +15,7 @@ namespace vrda {
 std::vector<Finding> check_values(const MotionModel& model);
 std::vector<Finding> check_values(const Trace& trace);
 
-/// Differences between `trace` and the model that it belongs to: job, attitudes, final poses of the searches,
-/// triangle indices. Both must be valid.
+/// Differences between `trace` and its model: job, attitudes, final poses, triangles. Both must be valid.
 std::vector<Finding> check_beside(const Trace& trace, const MotionModel& model);
 
 /// Throws InputError naming `file` for the first finding; does nothing without findings.
