@@ -207,8 +207,7 @@ std::string script_of(TaskKind kind, const std::string& folder, const Submission
 {
   const Script& script = scripts.at(static_cast<std::size_t>(kind));
   return "#!/bin/bash\n# " + std::string(script.purpose) +
-         "\n# Submit it from the submission's folder, which contains logs/. It may be killed and restarted "
-         "at "
+         "\n# Submit it from the submission's folder, with logs/. It may be killed and restarted at "
          "any time.\n" +
          options_of(submission.slurm) + "\nprogram=" + shell_word(submission.program) +
          "\nfolder=" + shell_word(folder) + R"(
