@@ -16,10 +16,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uintmax_t largest_campaign_bytes = 16U << 20U;  // ten thousand subjects are 2 MiB
-constexpr std::size_t most_cases = 100'000;  // ten thousand is a large study; more is a slip
+constexpr std::size_t most_cases = 100'000;  // ten thousand is a large study; more is a mistake
 
-// Folders of a submission, which stand beside those of the cases.
-const std::set<std::string> names_taken{"logs", "scripts", "tasks"};
+// Folders of a submission, next to those of the cases.
+const std::set<std::string> reserved_names{"logs", "scripts", "tasks"};
 
 struct Level {
   std::string name;
@@ -32,7 +32,7 @@ struct Level {
 struct Axis {
   std::string name;
   std::vector<Level> levels;
-  std::set<std::string> keys;  // that its levels set
+  std::set<std::string> keys;  // set by its levels
 };
 
 struct Source {
@@ -43,8 +43,8 @@ struct Source {
     document.refuse(key.empty() ? "campaign" : "campaign." + key, found, wanted);
   }
 
-  // Files are relative to the campaign's.
-  std::string beside(const std::string& path) const
+  // Paths are relative to the campaign's file.
+  std::string resolved(const std::string& path) const
   {
     return (fs::absolute(document.file).parent_path() / path).lexically_normal().string();
   }
@@ -55,7 +55,7 @@ std::string key_of(const std::string& override_text)
   return override_text.substr(0, override_text.find('='));
 }
 
-// Whether one key is the other or lies within it.
+// Whether the keys are equal or one is part of the other.
 bool do_overlap(const std::string& a, const std::string& b)
 {
   const std::string& inner = a.size() < b.size() ? b : a;
@@ -63,7 +63,7 @@ bool do_overlap(const std::string& a, const std::string& b)
   return inner.starts_with(outer) && (inner.size() == outer.size() || inner[outer.size()] == '.');
 }
 
-// Every leaf of the table; a list is one.
+// Every leaf of the table; a list is one leaf.
 void add_leaves(const Source& source, const std::string& at, const DocumentValue& value,
                 const std::string& path, std::vector<std::string>& leaves)
 {
@@ -85,8 +85,9 @@ Level level_of(const Source& source, const std::string& key, const DocumentValue
   Level level;
   level.name = text_at(table, "name");
   level.key = "campaign." + key;
-  if (const std::string job = text_or_empty(table, "job"); !job.empty()) level.job = source.beside(job);
-  if (const std::string data = text_or_empty(table, "data"); !data.empty()) level.data = source.beside(data);
+  if (const std::string job = text_or_empty(table, "job"); !job.empty()) level.job = source.resolved(job);
+  if (const std::string data = text_or_empty(table, "data"); !data.empty())
+    level.data = source.resolved(data);
   if (const DocumentValue* settings = table.find("set")) {
     if (settings->find("campaign") != nullptr) source.refuse(key + ".set", "campaign", "keys of a job");
     add_leaves(source, key + ".set", *settings, "", level.overrides);
@@ -102,8 +103,7 @@ Axis axis_of(const Source& source, const DocumentEntry& entry)
     const std::string key = axis.name + "." + std::to_string(axis.levels.size());
     Level level = level_of(source, key, table);
     if (!names.insert(level.name).second) {
-      source.refuse(key + ".name", "\"" + level.name + "\" a second time",
-                    "a name of its own for each level");
+      source.refuse(key + ".name", "\"" + level.name + "\" a second time", "a unique name for each level");
     }
     for (const std::string& setting : level.overrides) axis.keys.insert(key_of(setting));
     axis.levels.push_back(std::move(level));
@@ -120,7 +120,7 @@ std::vector<Axis> axes_of(const Source& source, const DocumentValue& campaign)
   return axes;
 }
 
-// A key of `axis` that lies in `key`, or that it lies in; empty when there is none.
+// A key of `axis` that overlaps `key`; empty if there is none.
 std::string key_that_overlaps(const Axis& axis, const std::string& key)
 {
   const auto found =
@@ -128,21 +128,21 @@ std::string key_that_overlaps(const Axis& axis, const std::string& key)
   return found == axis.keys.end() ? "" : *found;
 }
 
-void check_keys_apart(const Source& source, const std::vector<Axis>& axes)
+void check_disjoint_keys(const Source& source, const std::vector<Axis>& axes)
 {
   for (std::size_t b = 1; b < axes.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       for (const std::string& key : axes[a].keys) {
         const std::string other = key_that_overlaps(axes[b], key);
         if (other.empty()) continue;
-        source.refuse(axes[b].name, other + ", which the axis \"" + axes[a].name + "\" sets too",
+        source.refuse(axes[b].name, other + ", which the axis \"" + axes[a].name + "\" also sets",
                       "keys of the job that no other axis sets");
       }
     }
   }
 }
 
-// What the command line says would make the levels of an axis alike.
+// An override of an axis' key would make its levels equal.
 void check_overrides(const std::vector<Axis>& axes, const std::vector<std::string>& overrides)
 {
   for (const std::string& text : overrides) {
@@ -164,12 +164,12 @@ void check_subjects(const Source& source, const std::vector<Axis>& axes, bool is
   const auto subject =
       std::find_if(axes.begin(), axes.end(), [](const Axis& axis) { return axis.name == "subject"; });
   if (subject == axes.end()) {
-    source.refuse("subject", "nothing", "a list of [[campaign.subject]], since the file is no job itself");
+    source.refuse("subject", "nothing", "a list of [[campaign.subject]], since the file is not a job");
   }
   for (std::size_t i = 0; i < subject->levels.size(); ++i) {
     if (!subject->levels[i].job.empty()) continue;
     source.refuse("subject." + std::to_string(i) + ".job", "nothing",
-                  "the path of a job file, since the campaign's file is no job itself");
+                  "the path of a job file, since the campaign's file is not a job");
   }
 }
 
@@ -246,7 +246,7 @@ CampaignCase case_of(const CaseSpec& base, const Chosen& chosen, const std::vect
   return result;
 }
 
-// The k-th of the product, the last axis fastest.
+// The k-th combination of the product, the last axis fastest.
 Chosen chosen_at(const std::vector<Axis>& axes, std::size_t k)
 {
   Chosen chosen(axes.size());
@@ -263,15 +263,15 @@ std::size_t n_combinations(const Source& source, const std::vector<Axis>& axes)
   for (const Axis& axis : axes) {
     n *= axis.levels.size();
     if (n > most_cases) {
-      source.refuse(axis.name, "more than " + std::to_string(most_cases) + " cases with the axes before it",
+      source.refuse(axis.name, "more than " + std::to_string(most_cases) + " cases with the preceding axes",
                     "axes with fewer levels, or several campaigns");
     }
   }
   return n;
 }
 
-// Where a level sets the key, one that holds it or a part of it; empty: none does.
-std::string place_of(const CampaignCase& one, const std::string& key)
+// Key of the level that sets `key`, a part of it or a table with it; empty if there is none.
+std::string override_location(const CampaignCase& one, const std::string& key)
 {
   for (std::size_t k = 0; k < one.set_at.size(); ++k) {
     if (do_overlap(key_of(one.spec.overrides[k]), key)) return one.set_at[k] + "." + key;
@@ -281,12 +281,12 @@ std::string place_of(const CampaignCase& one, const std::string& key)
 
 void check_names(const Source& source, const std::vector<CampaignCase>& cases)
 {
-  std::set<std::string> names = names_taken;
+  std::set<std::string> names = reserved_names;
   for (const CampaignCase& one : cases) {
     if (names.insert(one.spec.name).second) continue;
     source.refuse("", "two folders named \"" + one.spec.name + "\"",
-                  "names of levels that, joined by _, give each case one of its own, and none of logs, "
-                  "scripts and tasks");
+                  "level names that, joined by _, are unique for each case and none of logs, scripts "
+                  "and tasks");
   }
 }
 
@@ -306,18 +306,18 @@ Campaign campaign_of(const std::string& job_or_campaign, const std::string& data
   const Source source{document};
   const std::vector<Axis> axes = axes_of(source, *table);
   check_subjects(source, axes, is_campaign_alone(document.root));
-  check_keys_apart(source, axes);
+  check_disjoint_keys(source, axes);
   check_overrides(axes, overrides);
-  const std::vector<Combination> left_out = excluded(source, axes, *table);
+  const std::vector<Combination> exclusions = excluded(source, axes, *table);
   Campaign campaign{job_or_campaign, text_or_empty(*table, "title"), {}, {}};
   for (const Axis& axis : axes) campaign.axes.push_back(axis.name);
   const std::size_t n = n_combinations(source, axes);
   const CaseSpec plain{base.name, base.job_file, base.data_directory, {}};
   for (std::size_t k = 0; k < n; ++k) {
     const Chosen chosen = chosen_at(axes, k);
-    if (!is_excluded(axes, chosen, left_out)) campaign.cases.push_back(case_of(plain, chosen, overrides));
+    if (!is_excluded(axes, chosen, exclusions)) campaign.cases.push_back(case_of(plain, chosen, overrides));
   }
-  if (campaign.cases.empty()) source.refuse("exclude", "every case left out", "at least one case to run");
+  if (campaign.cases.empty()) source.refuse("exclude", "every case excluded", "at least one case to run");
   if (!axes.empty()) check_names(source, campaign.cases);
   return campaign;
 }
@@ -326,17 +326,18 @@ InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, cons
 {
   if (campaign.axes.empty()) return error;
   InputError::Facts facts = error.facts();
-  // As Document::source_of() names what an override gave: levels are overrides, which nobody typed.
+  // The format of Document::source_of() for overrides, which here come from levels, not from the user.
   constexpr std::string_view with_override = " with --set ";
   const std::size_t with = facts.file.find(with_override);
   if (facts.file == "--set") {
-    if (const std::string place = place_of(one, facts.field); !place.empty()) {
+    if (const std::string location = override_location(one, facts.field); !location.empty()) {
       facts.file = campaign.file;
-      facts.field = place;
+      facts.field = location;
     }
   } else if (with != std::string::npos) {
-    const std::string place = place_of(one, facts.file.substr(with + with_override.size()));
-    if (!place.empty()) facts.file = facts.file.substr(0, with) + " with " + campaign.file + ": " + place;
+    const std::string location = override_location(one, facts.file.substr(with + with_override.size()));
+    if (!location.empty())
+      facts.file = facts.file.substr(0, with) + " with " + campaign.file + ": " + location;
   }
   facts.file = "case " + one.spec.name + ": " + facts.file;
   return InputError(facts);

@@ -1,4 +1,4 @@
-/// A study: many motion models to make, the product of axes of named levels (schemas/campaign.md).
+/// A campaign: motion models for the product of axes of named levels (schemas/campaign.md).
 #pragma once
 
 #include <string>
@@ -12,25 +12,24 @@ namespace vrda {
 struct CampaignCase {
   CaseSpec spec;
   std::vector<std::string> levels;  ///< [axes] names
-  /// Of the first of spec.overrides, those that levels give: where, "campaign.size.1.set".
+  /// For the first spec.overrides, which come from levels: key of the level, "campaign.size.1.set".
   std::vector<std::string> set_at = {};
 };
 
 struct Campaign {
-  std::string file;  ///< as it was given
+  std::string file;  ///< path as given
   std::string title;
   std::vector<std::string> axes;    ///< in the order written: "subject", "method", ...
   std::vector<CampaignCase> cases;  ///< the last axis fastest
 };
 
-/// The cases of a job with a [campaign] table or of a campaign file; of a plain job the one case named after
-/// the file, with no axis. `data_directory` holds for subjects without one of their own, `overrides` come
-/// last in every case. Opens no mesh. Throws InputError naming file, key, found and wanted.
+/// The cases of a campaign file or of a job with a [campaign] table; for a plain job one case named after the
+/// file, without axes. `data_directory` is the default for subjects, `overrides` are appended to every case.
+/// Opens no mesh. Throws InputError naming file, key, found and wanted.
 Campaign campaign_of(const std::string& job_or_campaign, const std::string& data_directory,
                      const std::vector<std::string>& overrides);
 
-/// What is wrong with a case, told as a fault of the campaign's file where a level's settings are wrong.
-/// Names the case where there are several.
+/// Maps an error of a case to the campaign's file and key if a level caused it, and names the case.
 InputError fault_of_case(const Campaign& campaign, const CampaignCase& one, const InputError& error);
 
 }  // namespace vrda

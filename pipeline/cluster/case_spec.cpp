@@ -39,7 +39,7 @@ void name_fields(const Fields& fields, CaseFile& file)
 
 namespace {
 
-// Nothing where the text is no case file.
+// Empty if the text is not a case file.
 std::optional<CaseFile> parsed(const std::string& text)
 {
   try {
@@ -54,7 +54,7 @@ std::optional<CaseFile> parsed(const std::string& text)
 void write_case_file(const std::string& path, const CaseFile& content)
 {
   const nlohmann::ordered_json json = content;
-  // A path may hold any bytes.
+  // A path may contain invalid UTF-8.
   write_whole(path, {json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace), "\n"});
 }
 
@@ -64,7 +64,7 @@ CaseFile read_case_file(const std::string& path)
   const std::optional<std::string> text = text_of_file(path);
   if (!text) throw InputError({path, "", "no file", wanted});
   std::optional<CaseFile> content = parsed(*text);
-  if (!content) throw InputError({path, "", "something that is no case file", wanted});
+  if (!content) throw InputError({path, "", "content that is not a case file", wanted});
   return std::move(*content);
 }
 

@@ -1,4 +1,4 @@
-/// One motion model to make: what `vrda run` is told.
+/// One motion model to compute: the input of `vrda run`.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct CaseSpec {
   bool operator==(const CaseSpec&) const = default;
 };
 
-/// Its keys in JSON (cluster/json_fields.hpp), of whatever holds one.
+/// JSON keys of a CaseSpec within another struct (cluster/json_fields.hpp).
 template <typename Fields>
 void name_spec_fields(const Fields& fields, CaseSpec& spec)
 {
@@ -28,34 +28,34 @@ void name_spec_fields(const Fields& fields, CaseSpec& spec)
   fields("set", spec.overrides);
 }
 
-/// The case of one job file, named after it; relative paths are taken from the working folder.
+/// The case of one job file, named after it; relative paths are relative to the working folder.
 CaseSpec case_of_job(const std::string& job_file, const std::string& data_directory,
                      const std::vector<std::string>& overrides);
 
-/// "<output>.case.json": whose the journals beside it are.
+/// "<output>.case.json", which records the case of the journals next to it.
 std::string case_file_of(const std::string& output);
 
 struct CaseFile {
   CaseSpec spec;
-  std::string merged_sha256;  ///< of the motion model, once it is merged; a merge cut short then clears up
+  std::string merged_sha256;  ///< of the motion model once merged; an interrupted merge then only cleans up
 };
 
 /// Both throw InputError naming the file.
 void write_case_file(const std::string& path, const CaseFile& content);
 CaseFile read_case_file(const std::string& path);
 
-/// What is wrong with the job of a case file, told as a fault of that file where it gives the value, as when
-/// it was damaged: nobody typed a --set.
+/// Maps an error of a case file's job to the case file if the value comes from it (e.g. a damaged file),
+/// since the user did not type a --set.
 InputError fault_of_case_file(const std::string& path, const CaseSpec& spec, const InputError& error);
 
-/// Larger motion models are refused, not read.
+/// Larger motion models are rejected.
 constexpr std::uintmax_t largest_model_bytes = std::uintmax_t{1} << 34;
 
 /// Throws InputError when there is no such file.
 std::string sha256_of_model(const std::string& output);
 
-/// Whether a merge was killed while it cleared up: the model is whole by its case file, journals may be gone.
-/// False where either cannot be read: the merge says what is wrong.
+/// Whether a merge was interrupted during clean-up: the model matches its case file, journals may be removed.
+/// False if either file cannot be read; the merge then reports the error.
 bool is_only_to_clear_up(const std::string& output);
 
 }  // namespace vrda

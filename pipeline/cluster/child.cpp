@@ -25,19 +25,19 @@ extern "C" char** environ;
 namespace vrda {
 namespace {
 
-constexpr int code_of_absence = 127;
+constexpr int exit_code_not_found = 127;
 
 [[noreturn]] void fail(const std::string& program, const char* what)
 {
   throw InputError({program, "", std::string(what) + " (" + std::strerror(errno) + ")",
-                    "room for one more process and its files"});
+                    "resources for another process and its files"});
 }
 
-// What a child says, in memory: nobody has to read while it still writes.
-OpenFile memory_for(const std::string& program)
+// A file in memory for a child's output, which unlike a pipe need not be read while the child writes.
+OpenFile output_file(const std::string& program)
 {
   OpenFile memory(memfd_create("vrda", MFD_CLOEXEC));
-  if (!memory.is_open()) fail(program, "no memory for what it says");
+  if (!memory.is_open()) fail(program, "no memory for its output");
   return memory;
 }
 
@@ -59,16 +59,16 @@ std::vector<char*> pointers_to(const std::vector<std::string>& words)
   return pointers;
 }
 
-// What a user has set for Slurm's programs, which would overrule or filter what we ask them for; and, within
-// a job of Slurm's, what tells of that: sbatch hands all of it on to the new one.
-constexpr std::array<std::string_view, 6> others_prefixes{
+// User settings that would override or filter our options of Slurm's programs, and variables of an enclosing
+// Slurm job, which sbatch would propagate to the new job.
+constexpr std::array<std::string_view, 6> excluded_prefixes{
     "SBATCH_", "SQUEUE_", "SCANCEL_", "SLURM_JOB", "SLURM_ARRAY_", "SLURM_RESTART_COUNT="};
-constexpr std::string_view wanted_by_sbatch = "SBATCH_EXPORT=";
+constexpr std::string_view sbatch_export = "SBATCH_EXPORT=";
 
 bool is_for_slurm(std::string_view entry)
 {
-  return entry.starts_with(wanted_by_sbatch) ||
-         std::none_of(others_prefixes.begin(), others_prefixes.end(),
+  return entry.starts_with(sbatch_export) ||
+         std::none_of(excluded_prefixes.begin(), excluded_prefixes.end(),
                       [&](std::string_view prefix) { return entry.starts_with(prefix); });
 }
 
@@ -86,8 +86,8 @@ std::vector<std::string> environment_where(bool (*is_kept)(std::string_view))
   return kept;
 }
 
-// What a handler or a mask of ours would mean to another program.
-void forget_signals()
+// Restores default handlers and an empty mask, which a child process would inherit.
+void reset_signals()
 {
   for (const int signal : {SIGINT, SIGTERM, SIGPIPE}) std::signal(signal, SIG_DFL);
   sigset_t none;
@@ -95,7 +95,7 @@ void forget_signals()
   sigprocmask(SIG_SETMASK, &none, nullptr);
 }
 
-int waited(pid_t pid)
+int wait_for_exit(pid_t pid)
 {
   int status = 0;
   while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
@@ -107,25 +107,25 @@ int waited(pid_t pid)
 
 Said run_program(const std::vector<std::string>& words, const std::string& folder)
 {
-  const OpenFile out = memory_for(words.front()), err = memory_for(words.front());
+  const OpenFile out = output_file(words.front()), err = output_file(words.front());
   const std::vector<std::string> environment = environment_where(is_for_slurm);
   const std::vector<char*> arguments = pointers_to(words), variables = pointers_to(environment);
   const pid_t pid = fork();
-  if (pid < 0) fail(words.front(), "no process");
+  if (pid < 0) fail(words.front(), "a process that cannot be created");
   if (pid == 0) {
-    forget_signals();
+    reset_signals();
     dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
     dup2(out.get(), STDOUT_FILENO);
     dup2(err.get(), STDERR_FILENO);
     if (folder.empty() || chdir(folder.c_str()) == 0) {
       execvpe(arguments.front(), arguments.data(), variables.data());
     }
-    _exit(errno == ENOENT ? code_of_absence : code_of_absence - 1);
+    _exit(errno == ENOENT ? exit_code_not_found : exit_code_not_found - 1);
   }
-  const int status = waited(pid);
-  Said said{WIFEXITED(status) ? WEXITSTATUS(status) : -1, false, text_in(out), text_in(err)};
-  said.is_absent = said.exit_code == code_of_absence && said.out.empty() && said.err.empty();
-  return said;
+  const int status = wait_for_exit(pid);
+  Said result{WIFEXITED(status) ? WEXITSTATUS(status) : -1, false, text_in(out), text_in(err)};
+  result.is_absent = result.exit_code == exit_code_not_found && result.out.empty() && result.err.empty();
+  return result;
 }
 
 pid_t start_program(const std::vector<std::string>& words, const std::string& log)
@@ -136,17 +136,17 @@ pid_t start_program(const std::vector<std::string>& words, const std::string& lo
   const std::vector<char*> arguments = pointers_to(words), variables = pointers_to(environment);
   const pid_t parent = getpid();
   const pid_t pid = fork();
-  if (pid < 0) fail(words.front(), "no process");
+  if (pid < 0) fail(words.front(), "a process that cannot be created");
   if (pid > 0) return pid;
-  forget_signals();
+  reset_signals();
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (getppid() != parent) _exit(code_of_absence - 1);  // it ended just before
+  if (getppid() != parent) _exit(exit_code_not_found - 1);  // the parent has already ended
   dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   dup2(file.get(), STDOUT_FILENO);
   dup2(file.get(), STDERR_FILENO);
   execve(arguments.front(), arguments.data(), variables.data());
-  _exit(code_of_absence);
+  _exit(exit_code_not_found);
 }
 
 Ending wait_a_moment(const std::vector<pid_t>& children)

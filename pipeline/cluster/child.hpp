@@ -1,4 +1,4 @@
-/// Other programs, run as children of this one.
+/// Other programs run as child processes.
 #pragma once
 
 #include <sys/types.h>
@@ -10,38 +10,37 @@ namespace vrda {
 
 struct Said {
   int exit_code = -1;      ///< -1: ended by a signal
-  bool is_absent = false;  ///< there is no such program
+  bool is_absent = false;  ///< the program was not found
   std::string out;
   std::string err;
 };
 
-/// Runs `words` in `folder` (empty: here) to the end, without standard input. Left out of the environment are
-/// options for Slurm's programs (SBATCH_... but for SBATCH_EXPORT, SQUEUE_..., SCANCEL_...), which would
-/// overrule what is asked for, and what tells of a job that this is a part of (SLURM_JOB..., SLURM_ARRAY_...,
-/// SLURM_RESTART_COUNT), which a new job would take for its own. Throws InputError when the system refuses a
-/// process.
+/// Runs `words` in `folder` (empty: the working folder) to completion, without standard input. The
+/// environment omits options of Slurm's programs (SBATCH_... except SBATCH_EXPORT, SQUEUE_..., SCANCEL_...),
+/// which would override ours, and variables of an enclosing job (SLURM_JOB..., SLURM_ARRAY_...,
+/// SLURM_RESTART_COUNT), which a new job would inherit. Throws InputError when no process can be created.
 Said run_program(const std::vector<std::string>& words, const std::string& folder);
 
-/// Starts `words` with both outputs appended to the file `log`, in a process group of its own; it gets
-/// SIGTERM when this process ends first. SLURM... of the environment are left out: it is no task of Slurm's,
-/// even within one. Throws InputError when the system refuses.
+/// Starts `words` in its own process group with both outputs appended to the file `log`. It gets SIGTERM when
+/// this process ends first. The environment omits SLURM..., since the child is not a Slurm task. Throws
+/// InputError when no process can be created.
 pid_t start_program(const std::vector<std::string>& words, const std::string& log);
 
-/// How a child ended.
+/// Exit of a child process.
 struct Ending {
   pid_t pid = 0;
-  int exit_code = -1;  ///< -1: by `signal`
+  int exit_code = -1;  ///< -1: ended by `signal`
   int signal = 0;
 };
 
-/// The ending of one of `children`, waiting at most a hundredth of a second; pid 0 when none ended.
+/// The exit of one of `children`, waiting at most 10 ms; pid 0 if none has exited.
 Ending wait_a_moment(const std::vector<pid_t>& children);
 
-/// Path by which another process starts this program: links resolved, or, when a carried loader runs it
-/// (scripts/with_glibc), the launcher's. Empty where /proc does not tell.
+/// Path for starting this program from another process: links resolved, or the launcher's path when run by a
+/// bundled loader (scripts/with_glibc). Empty if /proc is not available.
 std::string own_program();
 
-/// The same of an executable by /proc and of the name that the program was called by.
+/// The same for a given executable (from /proc) and the name that the program was called by.
 std::string program_to_start(const std::string& executable, const std::string& called_by);
 
 }  // namespace vrda

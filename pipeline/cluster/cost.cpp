@@ -8,14 +8,14 @@
 namespace vrda {
 namespace {
 
-// Measured on one core of an Intel Xeon that two or three others kept busy, release build, on the generic
-// knee with 1,200 to 75,000 triangles in contact, with its ligaments and without, and on four real knees with
-// 75,000 to 97,000 (results/benchmarks.md), flexion by 1 to 10 degrees: least squares of the logarithms,
-// rounded.
+// Measured on one core of an Intel Xeon with two or three other busy cores, release build, on the generic
+// knee with 1,200 to 75,000 contact triangles, with and without ligaments, and on four real knees with
+// 75,000 to 97,000 (results/benchmarks.md), flexion steps of 1 to 10 degrees: log least squares.
 constexpr double reference_triangles = 5000.0;
 
 struct StepSeconds {
-  double spine_s;  ///< of a step at `reference_triangles`: further from its seed than one of a row
+  double
+      spine_s;  ///< per step at `reference_triangles`; spine steps are further from their seed than row steps
   double row_s;
 };
 // Equilibrium: 0.6 to 5.3 ms and 0.4 to 5.5 ms measured; one real knee 19 ms on its spine.
@@ -23,28 +23,28 @@ constexpr StepSeconds of_equilibrium{1.5e-3, 0.95e-3};
 // Search: 14 to 150 ms and 12 to 80 ms measured.
 constexpr StepSeconds of_search{30e-3, 19e-3};
 
-// Of meshes made by code it is more, 12 microseconds.
+// Generated meshes need more, 12 microseconds.
 constexpr double load_s_of_triangle = 8e-6;
 constexpr double load_s_at_least = 0.03;
-// Return to contact of a cell, at `reference_triangles`, with its share of fitting and packing.
+// Recontacting one cell at `reference_triangles`, with its share of fitting and compression.
 constexpr double finish_s_of_cell = 0.4e-3;
 constexpr double finish_s_at_least = 0.03;
 
 constexpr double memory_at_least = 20e6;
-constexpr double memory_of_triangle = 1250.0;  // in contact: vertices, trees, both objects' copies
+constexpr double memory_of_triangle = 1250.0;  // of contact meshes: vertices, trees, both objects' copies
 constexpr double memory_of_cell = 8e3;
 
-// A record grows with the contacts found: 460 to 3,500 bytes measured, the most on a fine regular mesh.
+// A record grows with the number of contacts: 460 to 3,500 bytes measured, most on a fine regular mesh.
 constexpr double journal_of_spine = 470.0;
 constexpr double journal_of_row = 1000.0;
 
 constexpr double model_at_least = 250e3;
-constexpr double model_of_triangle = 22.0;  // packed; of everything, drawn parts too
+constexpr double model_of_triangle = 22.0;  // compressed; all meshes, including display-only
 constexpr double model_of_cell = 900.0;
 constexpr double model_of_cell_and_fibre = 22.0;
 
-// The power 1/2 needs no function that differs by processor, and no fit to the measurements is nearer by more
-// than a tenth over their range (0.53 to 0.57).
+// The exponent 1/2 needs only sqrt, which is equal on all processors; fitted exponents (0.53 to 0.57) improve
+// the estimate by less than a tenth over the measured range.
 double growth(std::int64_t n_triangles)
 {
   return std::sqrt(static_cast<double>(n_triangles) / reference_triangles);
@@ -56,7 +56,7 @@ std::int64_t nearest_zero(const std::vector<double>& varus_rad)
   return std::min_element(varus_rad.begin(), varus_rad.end(), nearer) - varus_rad.begin();
 }
 
-// The cell the balance is in, and what is tried on either side of it.
+// The balanced cell, and the probes on either side of it.
 std::int64_t probes_of_flexion(const SweepPlan& plan)
 {
   if (plan.spine == SpineRule::nearest_zero) return 1;

@@ -10,12 +10,13 @@ namespace vrda {
 Shard shard_of(const std::string& text)
 {
   if (const auto shard = parsed_shard(text, "/")) return *shard;
-  throw InputError({"--shard", "", text.empty() ? "nothing" : text, "I/N with I from 1 to N, as 3/8"});
+  throw InputError({"--shard", "", text.empty() ? "nothing" : text, "I/N with I from 1 to N, e.g. 3/8"});
 }
 
 std::vector<std::int32_t> rows_of(const Shard& shard, std::int32_t n_rows)
 {
-  check(shard.number >= 1 && shard.number <= shard.count, "a shard's number is from 1 to their count");
+  check(shard.number >= 1 && shard.number <= shard.count,
+        "a shard's number must be from 1 to the number of shards");
   std::vector<std::int32_t> rows;
   for (std::int32_t i = shard.number - 1; i < n_rows; i += shard.count) rows.push_back(i);
   return rows;
@@ -54,7 +55,7 @@ std::size_t append_jobs(std::vector<PlannedJob>& jobs, const CaseWork& work)
   return jobs.size() - 1;
 }
 
-// Arrays over the cases that are to run, as many as the largest array asks for.
+// Arrays over the cases to run, as many as the maximum array size requires.
 std::vector<std::size_t> append_runs(std::vector<PlannedJob>& jobs, const std::vector<std::int32_t>& cases,
                                      std::int32_t per_task, std::int32_t largest_number)
 {
@@ -78,7 +79,7 @@ std::vector<std::size_t> append_runs(std::vector<PlannedJob>& jobs, const std::v
   return appended;
 }
 
-// sbatch by sbatch Slurm would find out half-way.
+// Checked in advance: otherwise sbatch would fail after some jobs were submitted.
 void require_room(const Submission& submission, const std::vector<PlannedJob>& jobs, std::int32_t per_task,
                   const SlurmLimits& limits)
 {
@@ -90,7 +91,7 @@ void require_room(const Submission& submission, const std::vector<PlannedJob>& j
   const std::int64_t for_cases = std::max<std::int64_t>(1, room - (submission.has_index() ? 1 : 0));
   const std::string of_cases = " for " + std::to_string(n_cases) + (n_cases == 1 ? " case, " : " cases, ") +
                                std::to_string(n_jobs) + " jobs at once";
-  const std::string wanted = "at most " + std::to_string(room) + ", Slurm's MaxJobCount, as with ";
+  const std::string wanted = "at most " + std::to_string(room) + ", Slurm's MaxJobCount, e.g. with ";
   if (submission.n_shards == 1) {
     const std::int64_t fitting = (n_cases + for_cases - 1) / for_cases;
     throw InputError({"--cases-per-task", "", std::to_string(per_task) + of_cases,
@@ -99,10 +100,10 @@ void require_room(const Submission& submission, const std::vector<PlannedJob>& j
   constexpr std::int64_t spine_and_merge = 2;
   const std::int64_t n_shards = std::max<std::int64_t>(1, for_cases / n_cases - spine_and_merge);
   const std::int64_t n_fitting = for_cases / (submission.n_shards + spine_and_merge);
-  const bool has_other_way = n_cases > 1 && n_fitting > 0;
+  const bool has_alternative = n_cases > 1 && n_fitting > 0;
   throw InputError({"--shards", "", std::to_string(submission.n_shards) + of_cases,
                     wanted + "--shards " + std::to_string(n_shards) +
-                        (has_other_way ? ", or " + std::to_string(n_fitting) + " cases at a time" : "")});
+                        (has_alternative ? ", or " + std::to_string(n_fitting) + " cases at a time" : "")});
 }
 
 }  // namespace
@@ -133,7 +134,7 @@ std::vector<PlannedJob> jobs_of_work(const Submission& submission, const Work& w
   const std::int32_t largest_number = std::max(1, limits.max_array_size - 1);
   if (submission.n_shards > largest_number) {
     throw InputError({"--shards", "", std::to_string(submission.n_shards),
-                      "at most " + std::to_string(largest_number) + ", Slurm's MaxArraySize less one"});
+                      "at most " + std::to_string(largest_number) + ", Slurm's MaxArraySize minus one"});
   }
   std::vector<PlannedJob> jobs;
   std::vector<std::size_t> last;

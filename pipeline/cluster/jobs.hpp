@@ -1,5 +1,4 @@
-/// Which tasks are to be done, as jobs and arrays of Slurm that wait for each other; local processes take the
-/// same jobs.
+/// Remaining tasks as Slurm jobs and job arrays with dependencies; local processes use the same jobs.
 #pragma once
 
 #include <cstdint>
@@ -11,20 +10,20 @@
 
 namespace vrda {
 
-/// "3/8". Throws InputError whose file is "--shard".
+/// Parses "3/8". Throws InputError whose file is "--shard".
 Shard shard_of(const std::string& text);
 
-/// The rows, dealt out in turn: i with i % count == number - 1. None for the last ones of more shards than
-/// rows.
+/// Rows of a shard, round-robin: i with i % count == number - 1. Empty for the last shards if there are more
+/// shards than rows.
 std::vector<std::int32_t> rows_of(const Shard& shard, std::int32_t n_rows);
 
-/// What one case still needs: `run` alone, or what is missing of spine and shards and then always a merge.
+/// Remaining tasks of one case: `run` only, or the missing of spine and shards followed by a merge.
 struct CaseWork {
   std::int32_t case_number = 0;
   bool needs_spine = false;
-  std::vector<std::int32_t> shards;  ///< rising
+  std::vector<std::int32_t> shards;  ///< ascending
   bool needs_run = false;
-  /// Slurm's ids of jobs under way that the shards or the merge must wait for.
+  /// Slurm ids of active jobs on which the shards or the merge depend.
   std::vector<std::string> spine_under_way;
   std::vector<std::string> shards_under_way;
 };
@@ -32,51 +31,50 @@ struct CaseWork {
 struct Work {
   std::vector<CaseWork> cases;
   bool needs_index = false;
-  std::vector<std::string> cases_under_way;  ///< Slurm's ids of what the index must wait for besides
+  std::vector<std::string> cases_under_way;  ///< Slurm ids of other active jobs on which the index depends
 
   bool is_nothing() const { return cases.empty() && !needs_index; }
 };
 
-/// Everything of a new submission.
+/// All tasks of a new submission.
 Work all_work(const Submission& submission);
 
-/// How many tasks Slurm takes; its own defaults.
+/// Slurm's limits, with its defaults.
 struct SlurmLimits {
   std::int32_t max_array_size = 1001;  ///< an array's largest number is one less
-  std::int32_t max_job_count = 10000;  ///< jobs in the queue at once, each task of an array counts
+  std::int32_t max_job_count = 10000;  ///< jobs in the queue; each array task counts
 };
 
-/// One sbatch: a job or an array of them.
+/// One sbatch command: a job or a job array.
 struct PlannedJob {
   TaskKind kind = TaskKind::run;
-  std::int32_t case_number = -1;      ///< of spine, shard and merge
-  std::vector<std::int32_t> numbers;  ///< array tasks, rising; empty: no array
-  std::int32_t offset = 0;  ///< of `run`: task t takes the cases from offset + (t - 1) * per_task on
+  std::int32_t case_number = -1;      ///< for spine, shard and merge
+  std::vector<std::int32_t> numbers;  ///< array task numbers, ascending; empty: no array
+  std::int32_t offset = 0;            ///< of `run`: task t starts at case offset + (t - 1) * per_task
   std::int32_t per_task = 1;
-  std::vector<std::size_t> after;      ///< earlier jobs of the list
-  std::vector<std::string> after_ids;  ///< and jobs under way
+  std::vector<std::size_t> after;      ///< dependencies: earlier jobs of the list
+  std::vector<std::string> after_ids;  ///< dependencies: ids of active jobs
 };
 
-/// Of local processes.
+/// Limits of local runs.
 inline constexpr SlurmLimits no_limits{1'000'000'000, 2'000'000'000};
 
-/// The jobs in the order of their submission. Throws InputError naming the option, and what would fit, when
-/// Slurm's limits leave no room.
+/// The jobs in submission order. Throws InputError naming option and fitting value beyond Slurm's limits.
 std::vector<PlannedJob> jobs_of_work(const Submission& submission, const Work& work,
                                      const SlurmLimits& limits);
 
-/// Cases of one task of an array: as asked, or as few as let every task into the queue with room for others'.
+/// Cases per array task: the option's value, or the smallest number for which tasks fill half the queue.
 std::int32_t cases_per_task(const Submission& submission, const SlurmLimits& limits);
 
-/// "1-3,5": sbatch's way of numbers, which rise.
+/// "1-3,5": sbatch's notation of ascending numbers.
 std::string ranges_text(const std::vector<std::int32_t>& numbers);
 
-/// The log of task `number`, or of what stands for it, of a job of runs.
+/// Log file of a `run` job's task `number`, which may also be an sbatch pattern.
 std::string log_of_runs(std::int32_t offset, const std::string& number);
 
-/// The tasks of number `number` of a job (0: of a job without an array); of runs a task a case.
+/// The tasks of array task `number` of a job (0: job without an array); for `run` one per case.
 std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job, std::int32_t number);
-/// Those of all its numbers.
+/// The tasks of all its array tasks.
 std::vector<TaskId> tasks_of(const Submission& submission, const PlannedJob& job);
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// Structs as JSON objects: `name_fields(fields, value)` names each member and its key once, for both ways.
+/// Structs as JSON objects: `name_fields(fields, value)` lists members and keys, for both directions.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -16,7 +16,7 @@ struct JsonWriter {
   }
 };
 
-/// A key that is missing, or a value of another type, is a nlohmann::json::exception.
+/// Throws nlohmann::json::exception for a missing key or a value of another type.
 struct JsonReader {
   const nlohmann::ordered_json& json;
 
@@ -27,7 +27,7 @@ struct JsonReader {
   }
 };
 
-/// Found by the JSON library for every type that has name_fields().
+/// Called by the JSON library for every type with name_fields().
 template <typename Value>
 auto to_json(nlohmann::ordered_json& json, const Value& value)
     -> decltype(name_fields(JsonWriter{json}, const_cast<Value&>(value)))

@@ -26,9 +26,9 @@ int worse_of(int a, int b)
 struct LocalJob {
   const PlannedJob* job = nullptr;
   std::vector<TaskId> tasks;
-  std::size_t n_begun = 0;
+  std::size_t n_started = 0;
   std::size_t n_ended = 0;
-  bool is_well = true;
+  bool is_successful = true;
 
   bool has_ended() const { return n_ended == tasks.size(); }
 };
@@ -46,17 +46,17 @@ class LocalRun {
   {
     try {
       while (true) {
-        if (!is_told_ && options_.is_stopped && options_.is_stopped()) tell_to_end();
-        if (!is_told_) start_ready();
+        if (!is_stopping_ && options_.is_stopped && options_.is_stopped()) terminate_children();
+        if (!is_stopping_) start_ready();
         if (running_.empty()) break;
-        take(wait_a_moment(pids()));
+        handle_exit(wait_a_moment(pids()));
       }
     } catch (...) {
-      tell_to_end();
+      terminate_children();
       while (!running_.empty()) running_.erase(wait_a_moment(pids()).pid);
       throw;
     }
-    outcome_.is_interrupted = is_told_ || outcome_.is_interrupted;
+    outcome_.is_interrupted = is_stopping_ || outcome_.is_interrupted;
     return outcome_;
   }
 
@@ -73,33 +73,35 @@ class LocalRun {
     return all;
   }
 
-  void tell_to_end()
+  void terminate_children()
   {
-    is_told_ = true;
+    is_stopping_ = true;
     for (const auto& [pid, running] : running_) kill(pid, SIGTERM);
   }
 
-  // In the order of the list: what comes first frees what waits for it.
+  // In the order of the list, since later jobs depend on earlier ones.
   void start_ready()
   {
     while (n_ended_ < jobs_.size() && jobs_[n_ended_].has_ended()) ++n_ended_;
     for (std::size_t k = n_ended_; k < jobs_.size(); ++k) {
       LocalJob& job = jobs_[k];
-      const auto before = [&](const auto& claim) {
+      const auto all_dependencies = [&](const auto& condition) {
         return std::all_of(job.job->after.begin(), job.job->after.end(),
-                           [&](std::size_t b) { return claim(jobs_[b]); });
+                           [&](std::size_t b) { return condition(jobs_[b]); });
       };
-      if (job.n_begun == job.tasks.size() || !before([](const LocalJob& b) { return b.has_ended(); }))
+      if (job.n_started == job.tasks.size() ||
+          !all_dependencies([](const LocalJob& b) { return b.has_ended(); }))
         continue;
-      if (job.job->kind != TaskKind::index && !before([](const LocalJob& b) { return b.is_well; })) {
-        job.n_begun = job.n_ended = job.tasks.size();
-        job.is_well = false;
+      if (job.job->kind != TaskKind::index &&
+          !all_dependencies([](const LocalJob& b) { return b.is_successful; })) {
+        job.n_started = job.n_ended = job.tasks.size();
+        job.is_successful = false;
         outcome_.n_left_out += static_cast<int>(job.tasks.size());
         continue;
       }
-      while (job.n_begun < job.tasks.size()) {
+      while (job.n_started < job.tasks.size()) {
         if (running_.size() >= static_cast<std::size_t>(options_.n_workers)) return;
-        start(job, job.tasks[job.n_begun++]);
+        start(job, job.tasks[job.n_started++]);
       }
     }
   }
@@ -114,7 +116,7 @@ class LocalRun {
                                    "--cpus",
                                    std::to_string(options_.n_cpus)};
     if (task.case_number >= 0) {
-      // By number: a name may look like an option.
+      // By number, since a name may look like an option.
       words.insert(words.end(), {"--first", std::to_string(task.case_number + 1)});
     }
     if (task.kind == TaskKind::shard) words.insert(words.end(), {"--shard", std::to_string(task.shard)});
@@ -126,42 +128,42 @@ class LocalRun {
     return logs_of(folder_) + "/" + file_stem_of(task, submission_) + ".log";
   }
 
-  void take(const Ending& ending)
+  void handle_exit(const Ending& ending)
   {
     const auto found = running_.find(ending.pid);
     if (found == running_.end()) return;
     const auto [job, task] = found->second;
     running_.erase(found);
-    const bool is_well = ending.exit_code == 0 || ending.exit_code == 3;
+    const bool is_successful = ending.exit_code == 0 || ending.exit_code == 3;
     ++job->n_ended;
-    job->is_well = job->is_well && is_well;
+    job->is_successful = job->is_successful && is_successful;
     if (ending.exit_code == code_interrupted) {
       outcome_.is_interrupted = true;
       return;
     }
-    is_well ? ++outcome_.n_done : ++outcome_.n_failed;
+    is_successful ? ++outcome_.n_done : ++outcome_.n_failed;
     outcome_.worst_code = worse_of(outcome_.worst_code, ending.exit_code >= 0 ? ending.exit_code : 2);
     const std::string reason = reason_of(task, ending);
     if (!options_.tell) return;
-    options_.tell(full_text_of(task, submission_) + (is_well ? ": done" : ": failed") +
+    options_.tell(full_text_of(task, submission_) + (is_successful ? ": done" : ": failed") +
                   (reason.empty() ? "" : ": ") + reason);
   }
 
-  // A task that was killed could not say so itself.
+  // Records the reason for a task that could not write its final state, e.g. after SIGKILL.
   std::string reason_of(const TaskId& task, const Ending& ending) const
   {
     std::optional<TaskState> state = read_task_state(folder_, submission_, task);
     if (state && state->phase != TaskPhase::running) return state->reason;
     if (!state) {
       state = begun_now(0);
-      state->slurm_job.clear();  // of this process, if any
+      state->slurm_job.clear();  // would be the Slurm job of this process
       state->n_restarts = 0;
     }
     state->phase = TaskPhase::failed;
     state->ended = utc_now();
     state->exit_code = ending.exit_code;
     state->reason = ending.signal != 0 ? "ended by signal " + std::to_string(ending.signal)
-                                       : "could not begin; see " + log_of(task);
+                                       : "could not start; see " + log_of(task);
     write_task_state(folder_, submission_, task, *state);
     return state->reason;
   }
@@ -170,9 +172,9 @@ class LocalRun {
   const Submission& submission_;
   const LocalOptions& options_;
   std::vector<LocalJob> jobs_;
-  std::size_t n_ended_ = 0;  // jobs before the first that has not ended
+  std::size_t n_ended_ = 0;  // number of leading jobs that have ended
   std::map<pid_t, Running> running_;
-  bool is_told_ = false;
+  bool is_stopping_ = false;
   LocalOutcome outcome_;
 };
 
@@ -194,7 +196,7 @@ OpenFile locked_submission(const std::string& folder)
   }
   if (lock_without_waiting(file.get(), path)) return file;
   throw InputError({folder, "", "a submission that another vrda submit or resume is working on",
-                    "its end, or its interruption"});
+                    "the end of that process"});
 }
 
 }  // namespace vrda

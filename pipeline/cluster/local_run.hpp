@@ -1,4 +1,4 @@
-/// The jobs of a submission as processes of this machine, without a cluster.
+/// Runs the jobs of a submission as local processes, without a cluster.
 #pragma once
 
 #include <functional>
@@ -12,26 +12,26 @@
 namespace vrda {
 
 struct LocalOptions {
-  int n_workers = 1;                             ///< tasks at once
-  int n_cpus = 1;                                ///< threads a task
-  std::function<bool()> is_stopped;              ///< asked all the time
-  std::function<void(const std::string&)> tell;  ///< one line a task that ended
+  int n_workers = 1;                             ///< concurrent tasks
+  int n_cpus = 1;                                ///< threads per task
+  std::function<bool()> is_stopped;              ///< polled
+  std::function<void(const std::string&)> tell;  ///< one line per ended task
 };
 
 struct LocalOutcome {
   bool is_interrupted = false;
   int n_done = 0;
-  int n_failed = 0;    ///< ended badly
-  int n_left_out = 0;  ///< waited for one of those
-  int worst_code = 0;  ///< exit code: 5 over 2 over 3 over 0
+  int n_failed = 0;    ///< ended with an error
+  int n_left_out = 0;  ///< skipped because a dependency failed
+  int worst_code = 0;  ///< exit code; priority 5, 2, 3, 0
 };
 
-/// Runs each task, `vrda task`, once the jobs it waits for have ended well. When stopped it tells its
-/// processes to end, and waits for them. Throws InputError when the system refuses a process.
+/// Runs each task (`vrda task`) after its dependencies have succeeded. When stopped it sends SIGTERM to its
+/// processes and waits for them. Throws InputError when a process cannot be created.
 LocalOutcome run_locally(const std::string& folder, const Submission& submission,
                          const std::vector<PlannedJob>& jobs, const LocalOptions& options);
 
-/// The lock that `vrda submit` and `vrda resume` hold: a second one gets an InputError.
+/// Takes the lock of `vrda submit` and `vrda resume`; throws InputError if another process holds it.
 OpenFile locked_submission(const std::string& folder);
 
 }  // namespace vrda

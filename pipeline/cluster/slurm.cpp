@@ -22,7 +22,7 @@
 namespace vrda {
 namespace {
 
-// Ids in one command line: far below what a system takes.
+// Ids per command line, far below the system's limit.
 constexpr std::size_t ids_at_once = 2000;
 
 std::vector<std::string> lines_of(const std::string& text)
@@ -49,23 +49,23 @@ std::int32_t number_in(const std::string& text, std::int32_t otherwise)
   return is_number ? static_cast<std::int32_t>(value) : otherwise;
 }
 
-InputError::Facts failure_of(const std::vector<std::string>& words, const Said& said, const char* wanted)
+InputError::Facts failure_of(const std::vector<std::string>& words, const Said& result, const char* wanted)
 {
-  if (said.is_absent) {
+  if (result.is_absent) {
     return {words.front(), "", "no such program: Slurm is not installed here",
             "a machine of a Slurm cluster, or --local"};
   }
-  const std::string message = slurm_message(said.err);
-  return {words.front(), "", message.empty() ? "an end with code " + std::to_string(said.exit_code) : message,
+  const std::string message = slurm_message(result.err);
+  return {words.front(), "", message.empty() ? "exit code " + std::to_string(result.exit_code) : message,
           wanted};
 }
 
-bool is_done(const Said& said)
+bool is_done(const Said& result)
 {
-  return !said.is_absent && said.exit_code == 0;
+  return !result.is_absent && result.exit_code == 0;
 }
 
-constexpr const char* wanted_controller = "a Slurm controller that answers, or --local";
+constexpr const char* wanted_controller = "a responding Slurm controller, or --local";
 
 std::string joined(const std::vector<std::string>& words, std::size_t from, std::size_t n)
 {
@@ -144,17 +144,17 @@ std::string slurm_message(const std::string& standard_error)
 SlurmLimits ask_limits()
 {
   const std::vector<std::string> words{"scontrol", "show", "config"};
-  const Said said = run_program(words, "");
-  if (!is_done(said)) throw InputError(failure_of(words, said, wanted_controller));
-  return limits_of_config(said.out);
+  const Said result = run_program(words, "");
+  if (!is_done(result)) throw InputError(failure_of(words, result, wanted_controller));
+  return limits_of_config(result.out);
 }
 
 SubmitAnswer submit_job(const std::vector<std::string>& words, const std::string& folder)
 {
-  const Said said = run_program(words, folder);
-  const std::string id = trimmed(said.out.substr(0, said.out.find_first_of(";\n")));
-  if (is_done(said) && !id.empty()) return {id, std::nullopt};
-  return {"", failure_of(words, said, "a job that Slurm takes")};
+  const Said result = run_program(words, folder);
+  const std::string id = trimmed(result.out.substr(0, result.out.find_first_of(";\n")));
+  if (is_done(result) && !id.empty()) return {id, std::nullopt};
+  return {"", failure_of(words, result, "a job that Slurm accepts")};
 }
 
 QueueAnswer ask_rows(const std::vector<std::string>& ids)
@@ -164,11 +164,11 @@ QueueAnswer ask_rows(const std::vector<std::string>& ids)
     const std::vector<std::string> words{
         "squeue",       "--noheader", "--all",       "--array",
         "--states=all", "-o",         squeue_format, "--jobs=" + joined(ids, k, ids_at_once)};
-    const Said said = run_program(words, "");
-    // Of one job alone squeue takes it ill that it is forgotten.
-    const bool is_forgotten = said.err.find("Invalid job id") != std::string::npos;
-    if (!is_done(said) && !is_forgotten) return {{}, failure_of(words, said, wanted_controller)};
-    const std::vector<SlurmRow> some = rows_of_squeue(said.out);
+    const Said result = run_program(words, "");
+    // For a single purged job squeue fails instead of printing no row.
+    const bool is_purged = result.err.find("Invalid job id") != std::string::npos;
+    if (!is_done(result) && !is_purged) return {{}, failure_of(words, result, wanted_controller)};
+    const std::vector<SlurmRow> some = rows_of_squeue(result.out);
     answer.rows.insert(answer.rows.end(), some.begin(), some.end());
   }
   return answer;
@@ -179,8 +179,8 @@ std::optional<InputError::Facts> cancel_jobs(const std::vector<std::string>& ids
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     std::vector<std::string> words{"scancel"};
     for (std::size_t i = k; i < std::min(k + ids_at_once, ids.size()); ++i) words.push_back(ids[i]);
-    const Said said = run_program(words, "");
-    if (!is_done(said)) return failure_of(words, said, "jobs that may be cancelled");
+    const Said result = run_program(words, "");
+    if (!is_done(result)) return failure_of(words, result, "jobs that may be cancelled");
   }
   return std::nullopt;
 }
@@ -189,8 +189,8 @@ void release_jobs(const std::vector<std::string>& ids)
 {
   for (std::size_t k = 0; k < ids.size(); k += ids_at_once) {
     const std::vector<std::string> words{"scontrol", "release", joined(ids, k, ids_at_once)};
-    const Said said = run_program(words, "");
-    if (!is_done(said)) throw InputError(failure_of(words, said, "jobs that may be released"));
+    const Said result = run_program(words, "");
+    if (!is_done(result)) throw InputError(failure_of(words, result, "jobs that may be released"));
   }
 }
 
@@ -198,8 +198,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Whether the last line was cut short, by a kill or a full disk: what follows must not join it.
-bool has_torn_end(int descriptor)
+// Whether the last line is incomplete (killed writer, full disk), so that a line break must be added.
+bool has_incomplete_line(int descriptor)
 {
   const off_t size = lseek(descriptor, 0, SEEK_END);
   char last = '\n';
@@ -229,13 +229,13 @@ std::optional<InputError::Facts> append_submitted(const std::string& folder, con
   const std::string path = submitted_file_of(folder);
   const OpenFile file(open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (file.is_open() &&
-      write_all(file.get(), (has_torn_end(file.get()) ? "\n" : "") + Json(submitted).dump() + "\n") &&
+      write_all(file.get(), (has_incomplete_line(file.get()) ? "\n" : "") + Json(submitted).dump() + "\n") &&
       fsync(file.get()) == 0) {
     return std::nullopt;
   }
   return InputError::Facts{path, "",
                            std::string("a file that cannot be written (") + std::strerror(errno) + ")",
-                           "room and permission to note down job " + submitted.id};
+                           "disk space and permission to record job " + submitted.id};
 }
 
 std::vector<SubmittedJob> read_submitted(const std::string& folder)
@@ -245,7 +245,7 @@ std::vector<SubmittedJob> read_submitted(const std::string& folder)
   for (std::string line; std::getline(file, line);) {
     try {
       jobs.push_back(Json::parse(line).get<SubmittedJob>());
-    } catch (const Json::exception&) {  // a line cut short
+    } catch (const Json::exception&) {  // an incomplete line
     }
   }
   return jobs;
@@ -278,15 +278,15 @@ std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
   return tasks;
 }
 
-void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t asked)
+void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t requested)
 {
   for (const auto& [id, task] : tasks) {
     const bool is_under_way = is_queued(task.row) || is_running(task.row);
-    if (id.kind != TaskKind::run || !is_under_way || task.per_task == asked) continue;
-    const std::string there = std::to_string(task.per_task);
+    if (id.kind != TaskKind::run || !is_under_way || task.per_task == requested) continue;
+    const std::string active = std::to_string(task.per_task);
     throw InputError({"--cases-per-task", "",
-                      std::to_string(asked) + ", while tasks of " + there + " are queued or running",
-                      there + "; another number once they have ended (scancel ends them)"});
+                      std::to_string(requested) + ", while tasks of " + active + " are queued or running",
+                      active + "; another number after they have ended (scancel ends them)"});
   }
 }
 

@@ -1,5 +1,4 @@
-/// Slurm's own commands, as an ordinary user runs them, and what was handed to it: DIR/submitted.jsonl, one
-/// line a job, in order.
+/// Slurm's user commands, and the record of submitted jobs: DIR/submitted.jsonl, one line per job, in order.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +13,7 @@
 
 namespace vrda {
 
-/// What squeue knows of a job or of one task of an array.
+/// squeue's row of a job or of one array task.
 struct SlurmRow {
   std::string id;           ///< of the job or the whole array
   std::int32_t number = 0;  ///< in the array; 0: no array
@@ -23,71 +22,70 @@ struct SlurmRow {
   std::string reason;  ///< "Priority", "Dependency", "NonZeroExitCode", ...
 };
 
-/// The format that rows_of_squeue() reads.
+/// squeue's format for rows_of_squeue().
 inline constexpr const char* squeue_format = "%F|%K|%T|%N|%r";
-/// Lines that are none are left out.
+/// Invalid lines are skipped.
 std::vector<SlurmRow> rows_of_squeue(const std::string& text);
 
-/// MaxArraySize and MaxJobCount of `scontrol show config`; Slurm's defaults where they are not there.
+/// MaxArraySize and MaxJobCount of `scontrol show config`; Slurm's defaults where missing.
 SlurmLimits limits_of_config(const std::string& text);
 
-/// Waiting and may yet begin; a dependency that never can be is none.
+/// Waiting and able to start; false for a dependency that can never be satisfied.
 bool is_queued(const SlurmRow& row);
-/// Queued, but held: its node could not begin it, as Slurm says. Its user may release it.
+/// Queued, but held after a failed launch on its node. The user may release it.
 bool is_held_after_failed_launch(const SlurmRow& row);
-/// Begun, or just about to begin or to end.
+/// Running, starting or completing.
 bool is_running(const SlurmRow& row);
 
-/// The messages that sbatch and its kin print, in one line.
+/// The error messages of sbatch and similar commands, in one line.
 std::string slurm_message(const std::string& standard_error);
 
-/// What goes wrong with these is an InputError or its facts: naming --local where there is no Slurm, else
-/// with Slurm's own reason.
+/// Errors are an InputError or its facts, with Slurm's message, or suggesting --local without Slurm.
 SlurmLimits ask_limits();
 struct SubmitAnswer {
   std::string id;
-  std::optional<InputError::Facts> fault;  ///< then there is no id
+  std::optional<InputError::Facts> fault;  ///< if set, there is no id
 };
-/// The id that `words` (sbatch ...), run in `folder`, prints.
+/// Runs `words` (sbatch ...) in `folder` and returns the printed id.
 SubmitAnswer submit_job(const std::vector<std::string>& words, const std::string& folder);
 struct QueueAnswer {
   std::vector<SlurmRow> rows;
-  std::optional<InputError::Facts> fault;  ///< then there are no rows
+  std::optional<InputError::Facts> fault;  ///< if set, there are no rows
 };
-/// Jobs that Slurm has forgotten are left out.
+/// Jobs that Slurm has purged have no row.
 QueueAnswer ask_rows(const std::vector<std::string>& ids);
 std::optional<InputError::Facts> cancel_jobs(const std::vector<std::string>& ids);
 void release_jobs(const std::vector<std::string>& ids);
 
-/// What was handed to Slurm: DIR/submitted.jsonl, one line a job, in order.
+/// One line of DIR/submitted.jsonl.
 struct SubmittedJob {
   std::string id;
   std::string at;  ///< UTC
-  PlannedJob job;  ///< without what it waits for
+  PlannedJob job;  ///< without dependencies
 };
 
-/// One line at the end, on the disk when it returns: a job that is in Slurm's queue must not be forgotten.
-/// Throws InputError naming the file.
+/// Appends one line and flushes it to disk, so that no job in Slurm's queue is lost. Returns the facts of an
+/// error naming the file.
 [[nodiscard]] std::optional<InputError::Facts> append_submitted(const std::string& folder,
                                                                 const SubmittedJob& submitted);
-/// Lines that are damaged or cut short are left out.
+/// Damaged or incomplete lines are skipped.
 std::vector<SubmittedJob> read_submitted(const std::string& folder);
 
-/// One task as Slurm has it.
+/// One task in Slurm.
 struct SlurmTask {
-  std::string job;            ///< "13_3" or "12", of the last job that had this task
-  SlurmRow row;               ///< its state is empty when Slurm has forgotten the job
-  std::string log{};          ///< name of its log; of cases that share a task the same
-  std::int32_t per_task = 1;  ///< cases that share it
+  std::string job;            ///< "13_3" or "12", of the last job with this task
+  SlurmRow row;               ///< state is empty when Slurm has purged the job
+  std::string log{};          ///< name of its log, shared by the cases of an array task
+  std::int32_t per_task = 1;  ///< cases per array task
 };
 
-/// Of each task that was ever submitted, the last time it was.
+/// The last submission of each task that was submitted.
 std::map<TaskId, SlurmTask> tasks_in_slurm(const Submission& submission,
                                            const std::vector<SubmittedJob>& jobs,
                                            const std::vector<SlurmRow>& rows);
 
-/// Throws InputError whose file is "--cases-per-task" unless runs queued or under way have `asked` cases a
-/// task: a task is a span of case numbers, and spans of two lengths would share cases.
-void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t asked);
+/// Throws InputError whose file is "--cases-per-task" unless queued or running `run` tasks have `requested`
+/// cases per task: a task is a range of case numbers, and ranges of different lengths would overlap.
+void require_same_span(const std::map<TaskId, SlurmTask>& tasks, std::int32_t requested);
 
 }  // namespace vrda

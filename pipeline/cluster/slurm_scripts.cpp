@@ -17,7 +17,7 @@
 namespace vrda {
 namespace {
 
-constexpr const char* wanted_time = "minutes, hours:minutes:seconds or days-hours, as 30, 2:00:00 or 1-12";
+constexpr const char* wanted_time = "minutes, hours:minutes:seconds or days-hours, e.g. 30, 2:00:00 or 1-12";
 
 std::vector<std::int64_t> numbers_of(const std::string& text, const std::string& whole)
 {
@@ -39,27 +39,27 @@ std::vector<std::int64_t> numbers_of(const std::string& text, const std::string&
 
 void require_word(const char* option, const std::string& text)
 {
-  const bool is_sound = std::all_of(text.begin(), text.end(), [](unsigned char c) {
+  const bool is_valid = std::all_of(text.begin(), text.end(), [](unsigned char c) {
     return std::isalnum(c) != 0 ||
            std::string_view("_-.,:@%+=/").find(static_cast<char>(c)) != std::string_view::npos;
   });
-  if (!is_sound) throw InputError({option, "", text, "letters, digits and _-.,:@%+=/"});
+  if (!is_valid) throw InputError({option, "", text, "letters, digits and _-.,:@%+=/"});
 }
 
 struct Script {
   const char* purpose;
-  const char* command;  // what it runs; "$1" is what sbatch_words() appends
+  const char* command;  // arguments of vrda task; "$1" is appended by sbatch_words()
 };
 
 // [kinds]
 constexpr std::array<Script, 5> scripts{{
-    {"The spine of the case $1, which every shard reads.", "--kind spine --case=\"$1\""},
-    {"One shard of the case $1: the task's number of the array.",
+    {"Solves the spine of case $1, which every shard reads.", "--kind spine --case=\"$1\""},
+    {"Solves one shard of case $1; the array task number is the shard.",
      "--kind shard --case=\"$1\" --shard \"$SLURM_ARRAY_TASK_ID\""},
-    {"The motion model of the case $1, from the journals of its shards.", "--kind merge --case=\"$1\""},
-    {"Whole cases, $2 a task; $1 cases come before the first of the array.",
+    {"Merges the journals of the shards of case $1 into its motion model.", "--kind merge --case=\"$1\""},
+    {"Runs whole cases, $2 per task; $1 is the number of cases before the array's first.",
      "--kind run --first $(($1 + (SLURM_ARRAY_TASK_ID - 1) * $2 + 1)) --count \"$2\""},
-    {"The table of all cases.", "--kind index"},
+    {"Writes the table of all cases.", "--kind index"},
 }};
 
 std::string options_of(const SlurmOptions& options)
@@ -83,27 +83,27 @@ std::string options_of(const SlurmOptions& options)
   return text;
 }
 
-// What sbatch takes for the path itself: a % of it is no pattern.
-std::string plain(std::string path)
+// Escapes % in a path, which sbatch would expand as a pattern.
+std::string escaped(std::string path)
 {
   for (std::size_t at = 0; (at = path.find('%', at)) != std::string::npos; at += 2) path.insert(at, "%");
   return path;
 }
 
-// A job's log with sbatch's patterns. Absolute: sbatch looks for patterns in the folder it is run in, too.
+// A job's log path with sbatch's patterns. Absolute: sbatch also expands its working folder.
 std::string log_of(const std::string& folder, const Submission& submission, const PlannedJob& job)
 {
-  const std::string logs = plain(logs_of(folder)) + "/";
+  const std::string logs = escaped(logs_of(folder)) + "/";
   if (job.kind == TaskKind::run) return logs + log_of_runs(job.offset, "%a");
   std::string stem = job.kind == TaskKind::shard
                          ? submission.cases.at(static_cast<std::size_t>(job.case_number)).spec.name
                          : file_stem_of({job.kind, job.case_number, 0}, submission);
-  stem = plain(stem);
+  stem = escaped(stem);
   if (job.kind == TaskKind::shard) stem += ".shard-%a-of-" + std::to_string(submission.n_shards);
   return logs + stem + ".log";
 }
 
-// What squeue shows.
+// Job name for squeue.
 std::string job_name_of(const Submission& submission, const PlannedJob& job)
 {
   std::string name = "vrda-" + std::string(name_of(job.kind));
@@ -116,8 +116,7 @@ std::string job_name_of(const Submission& submission, const PlannedJob& job)
   return name;
 }
 
-// The index tells of failed cases too; anything else needs what comes before it, and leaves the queue when
-// that can no longer be.
+// The index also lists failed cases; other jobs are cancelled when a dependency fails.
 std::string dependency_of(const PlannedJob& job, const std::vector<std::string>& ids)
 {
   std::string text = job.kind == TaskKind::index ? "afterany" : "afterok";
@@ -127,10 +126,10 @@ std::string dependency_of(const PlannedJob& job, const std::vector<std::string>&
   return text.size() == bare ? std::string() : text;
 }
 
-std::variant<SubmittedJob, InputError::Facts> submit_and_note(const std::string& folder,
-                                                              const Submission& submission,
-                                                              const PlannedJob& job,
-                                                              const std::vector<SubmittedJob>& before)
+std::variant<SubmittedJob, InputError::Facts> submit_and_record(const std::string& folder,
+                                                                const Submission& submission,
+                                                                const PlannedJob& job,
+                                                                const std::vector<SubmittedJob>& before)
 {
   std::vector<std::string> ids;
   for (const SubmittedJob& one : before) ids.push_back(one.id);
@@ -139,7 +138,7 @@ std::variant<SubmittedJob, InputError::Facts> submit_and_note(const std::string&
   const SubmittedJob submitted{answer.id, utc_now(), job};
   const auto fault = append_submitted(folder, submitted);
   if (!fault) return submitted;
-  cancel_jobs({answer.id});  // nobody would know of it; the first fault is the one that matters
+  cancel_jobs({answer.id});  // the job would be unknown to this submission; the first error is reported
   return *fault;
 }
 
@@ -173,7 +172,8 @@ std::int64_t warning_seconds(std::int64_t time_limit_seconds)
 void require_log_folder(const std::string& folder)
 {
   if (folder.find_first_of("\\\n") == std::string::npos) return;
-  throw InputError({folder, "folder", "a backslash or a line break", "a path that sbatch takes for a log"});
+  throw InputError(
+      {folder, "folder", "a backslash or a line break", "a path that sbatch accepts for a log file"});
 }
 
 void require_sound(const SlurmOptions& options)
@@ -187,7 +187,7 @@ void require_sound(const SlurmOptions& options)
   }
   for (const std::string& line : options.extra) {
     const bool is_option = line.starts_with("-") && line.find_first_of("\r\n") == std::string::npos;
-    if (!is_option) throw InputError({"--extra", "", line, "one option of sbatch, as --constraint=avx2"});
+    if (!is_option) throw InputError({"--extra", "", line, "one option of sbatch, e.g. --constraint=avx2"});
   }
 }
 
@@ -207,29 +207,29 @@ std::string script_of(TaskKind kind, const std::string& folder, const Submission
 {
   const Script& script = scripts.at(static_cast<std::size_t>(kind));
   return "#!/bin/bash\n# " + std::string(script.purpose) +
-         "\n# Submit it from the submission's folder, where logs/ is; it may be killed and begun again at "
+         "\n# Submit it from the submission's folder, with logs/. It may be killed and restarted at "
          "any time.\n" +
          options_of(submission.slurm) + "\nprogram=" + shell_word(submission.program) +
          "\nfolder=" + shell_word(folder) + R"(
 
-# Slurm tells this shell to end ahead of the time limit, and with its processes on preemption. It stays until
-# vrda has put down what it solved.
-child= told=
-trap 'told=1; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM
+# Slurm sends SIGTERM to this shell before the time limit, and to all its processes on preemption. The shell waits
+# until vrda has written its journal.
+child= terminated=
+trap 'terminated=1; [ -z "$child" ] || kill -TERM "$child" 2>/dev/null' TERM
 words=(task "$folder" )" +
          script.command + R"( --cpus "${SLURM_CPUS_PER_TASK:-1}")
 "$program" "${words[@]}" &
 child=$!
-[ -z "$told" ] || kill -TERM "$child" 2>/dev/null
+[ -z "$terminated" ] || kill -TERM "$child" 2>/dev/null
 wait "$child"; code=$?
-while [ -n "$told" ]; do  # the signal cut the waiting short
-  told=
+while [ -n "$terminated" ]; do  # the signal interrupted the wait
+  terminated=
   wait "$child"; next=$?
   [ "$next" -eq 127 ] || code=$next
 done
 
-# Interrupted, in good order (4) or before it could answer (143): Slurm begins it again and it goes on. Unless
-# somebody cancelled it, or Slurm did begin it again since it took this node for dead: then the count has risen.
+# Interrupted, cleanly (4) or before vrda handled the signal (143): requeue the task, which then resumes. Not if
+# it was cancelled, or if Slurm has restarted it already (lost node), which increases the restart count.
 job=${SLURM_ARRAY_JOB_ID:+${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID}
 job=${job:-$SLURM_JOB_ID}
 if { [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; } && [ "${SLURM_RESTART_COUNT:-0}" -lt )" +
@@ -238,7 +238,7 @@ if { [ "$code" -eq 4 ] || [ "$code" -eq 143 ]; } && [ "${SLURM_RESTART_COUNT:-0}
     "${SLURM_RESTART_COUNT:-0} RUNNING"* | "${SLURM_RESTART_COUNT:-0} "*TimeLimit*) scontrol requeue "$job" && exit 0 ;;
   esac
 elif [ "$code" -gt 128 ]; then
-  "$program" "${words[@]}" --ended "$code"  # a signal, perhaps for want of memory: vrda could not say so
+  "$program" "${words[@]}" --ended "$code"  # killed by a signal, e.g. out of memory; vrda could not record it
 fi
 exit "$code"
 )";
@@ -276,7 +276,7 @@ std::string sbatch_lines(const std::string& folder, const Submission& submission
   for (const PlannedJob& job : jobs) {
     std::string line;
     for (const std::string& word : sbatch_words(folder, submission, job, ids)) {
-      // The ids of jobs before are the shell's variables.
+      // The ids of earlier jobs are shell variables.
       const bool has_variable = word.starts_with("--dependency=");
       const bool is_plain = word.find_first_not_of(
                                 "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
@@ -315,7 +315,7 @@ std::vector<SubmittedJob> submit_jobs(const std::string& folder, const Submissio
 {
   std::vector<SubmittedJob> submitted;
   for (const PlannedJob& job : jobs) {
-    auto answer = submit_and_note(folder, submission, job, submitted);
+    auto answer = submit_and_record(folder, submission, job, submitted);
     if (const auto* one = std::get_if<SubmittedJob>(&answer)) {
       submitted.push_back(*one);
       continue;
@@ -323,7 +323,8 @@ std::vector<SubmittedJob> submit_jobs(const std::string& folder, const Submissio
     InputError::Facts fault = std::get<InputError::Facts>(answer);
     if (!submitted.empty()) {
       fault.wanted += "; " + std::to_string(submitted.size()) + " of " + std::to_string(jobs.size()) +
-                      " jobs were submitted before and go on, vrda resume " + folder + " submits the others";
+                      " jobs were already submitted and continue; vrda resume " + folder +
+                      " submits the others";
     }
     throw InputError(fault);
   }

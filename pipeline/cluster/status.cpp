@@ -27,8 +27,8 @@ std::vector<std::int32_t> rows_of(const Submission& submission, const TaskId& ta
   return rows_of(Shard{task.shard, submission.n_shards}, case_of(submission, task).n_flexion);
 }
 
-// What slurmstepd left at the end of a log when it ended a task: the time limit, memory, a node.
-std::string last_word_of_slurm(const std::string& log)
+// slurmstepd's last message in a log after it ended a task: time limit, memory, node failure.
+std::string slurm_error_in(const std::string& log)
 {
   std::ifstream file(log, std::ios::binary | std::ios::ate);
   if (!file) return {};
@@ -56,16 +56,16 @@ struct Standing {
 constexpr std::array<TaskStanding, 4> standing_of_phase{TaskStanding::running, TaskStanding::done,
                                                         TaskStanding::failed, TaskStanding::interrupted};
 
-/// How one task stands: by Slurm while that has its job, else by what it said last, as far as its journal,
-/// its lock and Slurm bear that out.
-class TaskStander {
+/// Status of one task: from Slurm while it has the job, otherwise from the task's state file, verified with
+/// its journal, its lock and Slurm.
+class TaskAssessment {
  public:
-  TaskStander(const std::string& folder, const Submission& submission, const SubmissionSnapshot& seen,
-              const TaskId& task)
-      : folder_(folder), submission_(submission), seen_(seen), task_(task)
+  TaskAssessment(const std::string& folder, const Submission& submission, const SubmissionSnapshot& snapshot,
+                 const TaskId& task)
+      : folder_(folder), submission_(submission), snapshot_(snapshot), task_(task)
   {
-    if (const auto state = seen.states.find(task); state != seen.states.end()) own_ = &state->second;
-    if (const auto slurm = seen.slurm.find(task); slurm != seen.slurm.end()) queue_ = &slurm->second;
+    if (const auto state = snapshot.states.find(task); state != snapshot.states.end()) own_ = &state->second;
+    if (const auto slurm = snapshot.slurm.find(task); slurm != snapshot.slurm.end()) queue_ = &slurm->second;
     is_of_job_ = own_ != nullptr && queue_ != nullptr && own_->slurm_job == queue_->job;
   }
 
@@ -103,26 +103,26 @@ class TaskStander {
     }
     if (has_own(TaskPhase::done)) return by_state();
     if (is_running(row)) return while_job_runs(row);
-    // It was done again elsewhere since.
+    // It was repeated locally since.
     if (own_ != nullptr && !is_of_job_ && own_->slurm_job.empty()) return by_state();
     if (has_own(TaskPhase::failed)) return {TaskStanding::failed, own_->reason};
-    // Its state may not be seen yet over a network.
+    // Its state file may not be visible yet on a network file system.
     if (row.state == "COMPLETED") return when_done("");
-    const bool never_can_begin = row.reason.find("Dependency") != std::string::npos;
+    const bool has_failed_dependency = row.reason.find("Dependency") != std::string::npos;
     return {has_own(TaskPhase::interrupted) ? TaskStanding::interrupted : TaskStanding::failed,
-            never_can_begin ? row.state + ": what it waited for did not end well"
-                            : with_reason(row.state, row.reason)};
+            has_failed_dependency ? row.state + ": a job it depends on failed"
+                                  : with_reason(row.state, row.reason)};
   }
 
-  // Of cases that share a task, which makes one after the other, the row is of all.
+  // An array task runs its cases sequentially and has one row for all of them.
   Standing while_job_runs(const SlurmRow& row) const
   {
     if (queue_->per_task > 1) {
       if (has_own(TaskPhase::failed)) return {TaskStanding::failed, own_->reason};
-      if (!has_own(TaskPhase::running)) return {TaskStanding::queued, "behind other cases of its task"};
+      if (!has_own(TaskPhase::running)) return {TaskStanding::queued, "waiting for other cases of its task"};
     }
-    const bool has_begun = own_ != nullptr && own_->phase == TaskPhase::running;
-    return {TaskStanding::running, row.state != "RUNNING" ? row.state : has_begun ? own_->reason : ""};
+    const bool has_started = own_ != nullptr && own_->phase == TaskPhase::running;
+    return {TaskStanding::running, row.state != "RUNNING" ? row.state : has_started ? own_->reason : ""};
   }
 
   Standing by_state() const
@@ -131,56 +131,55 @@ class TaskStander {
         own_ != nullptr && queue_ != nullptr && !is_of_job_ && !own_->slurm_job.empty();
     if (own_ == nullptr || is_of_earlier_job) {
       if (queue_ == nullptr) return {TaskStanding::waiting};
-      if (!seen_.remark.empty()) return {TaskStanding::queued, "as far as is known"};
-      return {TaskStanding::lost, "Slurm no longer knows the job, and it never began"};
+      if (!snapshot_.remark.empty()) return {TaskStanding::queued, "last known state"};
+      return {TaskStanding::lost, "Slurm has no record of the job, and it never started"};
     }
     if (own_->phase == TaskPhase::done) return when_done(own_->reason);
     if (own_->phase != TaskPhase::running)
       return {standing_of_phase.at(static_cast<std::size_t>(own_->phase)), own_->reason};
     if (own_->slurm_job.empty()) {
-      if (seen_.locked.count(task_) > 0) return {TaskStanding::running, own_->reason};
-      return {TaskStanding::lost, "its process is gone"};
+      if (snapshot_.locked.count(task_) > 0) return {TaskStanding::running, own_->reason};
+      return {TaskStanding::lost, "its process no longer exists"};
     }
-    if (!seen_.remark.empty()) return {TaskStanding::running, "as far as is known"};
-    const std::string said =
-        queue_ == nullptr ? "" : last_word_of_slurm(logs_of(folder_) + "/" + queue_->log);
-    return {TaskStanding::lost, said.empty() ? "Slurm no longer knows the job" : said};
+    if (!snapshot_.remark.empty()) return {TaskStanding::running, "last known state"};
+    const std::string message = queue_ == nullptr ? "" : slurm_error_in(logs_of(folder_) + "/" + queue_->log);
+    return {TaskStanding::lost, message.empty() ? "Slurm has no record of the job" : message};
   }
 
-  // Its result must still be there: a journal until it is merged.
+  // Its result must still exist: a journal until it is merged.
   Standing when_done(const std::string& reason) const
   {
     const bool has_journal = task_.kind == TaskKind::spine || task_.kind == TaskKind::shard;
     std::error_code ignored;
     if (has_journal && !fs::exists(journals_of(folder_, submission_, task_).front(), ignored))
-      return {TaskStanding::lost, "its journal is gone"};
+      return {TaskStanding::lost, "its journal is missing"};
     return {TaskStanding::done, reason};
   }
 
   const std::string& folder_;
   const Submission& submission_;
-  const SubmissionSnapshot& seen_;
+  const SubmissionSnapshot& snapshot_;
   const TaskId task_;
   const TaskState* own_ = nullptr;
   const SlurmTask* queue_ = nullptr;
-  bool is_of_job_ = false;  // own_ is of the job in the queue
+  bool is_of_job_ = false;  // own_ belongs to the job in the queue
 };
 
 class Viewer {
  public:
-  Viewer(const std::string& folder, const Submission& submission, const SubmissionSnapshot& seen)
-      : folder_(folder), submission_(submission), seen_(seen), counter_(folder, submission)
+  Viewer(const std::string& folder, const Submission& submission, const SubmissionSnapshot& snapshot)
+      : folder_(folder), submission_(submission), snapshot_(snapshot), counter_(folder, submission)
   {
   }
 
   TaskView view(const TaskId& task, bool is_made)
   {
-    const TaskStander stander(folder_, submission_, seen_, task);
-    const TaskState* own = stander.state();
-    TaskView view = stander.view();
+    const TaskAssessment assessment(folder_, submission_, snapshot_, task);
+    const TaskState* own = assessment.state();
+    TaskView view = assessment.view();
     const bool is_done = own != nullptr && own->phase == TaskPhase::done;
     const Standing standing =
-        is_made ? Standing{TaskStanding::done, is_done ? own->reason : ""} : stander.standing();
+        is_made ? Standing{TaskStanding::done, is_done ? own->reason : ""} : assessment.standing();
     view.standing = standing.standing;
     view.reason = standing.reason;
     count(view, own);
@@ -203,8 +202,8 @@ class Viewer {
     }
   }
 
-  // From the last start on, between the last writes of the state, when it began to solve, and of the journal:
-  // both have the times of the one that keeps the files, whose clock is not set while it stamps them.
+  // Rate since the last start, from the modification times of the state (written when solving starts) and of
+  // the journal. Both are times of the same file server, so differences between clocks do not matter.
   void measure(TaskView& view, const TaskState& own) const
   {
     const std::int64_t n_new = view.n_done - own.n_done_at_begin;
@@ -224,7 +223,7 @@ class Viewer {
 
   const std::string& folder_;
   const Submission& submission_;
-  const SubmissionSnapshot& seen_;
+  const SubmissionSnapshot& snapshot_;
   SolvedCounter counter_;
 };
 
@@ -239,7 +238,7 @@ TaskStanding standing_of(const std::vector<TaskView>& tasks)
   return TaskStanding::waiting;
 }
 
-// "2 running, 1 queued", of those there are.
+// "2 running, 1 queued", non-zero counts only.
 std::string counts_text(const std::vector<TaskStanding>& standings)
 {
   std::string text;
@@ -277,31 +276,32 @@ const char* name_of(TaskStanding standing)
 
 SubmissionSnapshot take_snapshot(const std::string& folder, const Submission& submission)
 {
-  SubmissionSnapshot seen;
+  SubmissionSnapshot snapshot;
   const std::vector<SubmittedJob> jobs = read_submitted(folder);
   std::vector<std::string> ids;
   for (const SubmittedJob& job : jobs) ids.push_back(job.id);
   const QueueAnswer queue = ask_rows(ids);
-  if (queue.fault) seen.remark = InputError(*queue.fault).what();
-  // After the queue: a task that ends meanwhile has its state then.
-  seen.states = read_task_states(folder, submission);
-  seen.slurm = tasks_in_slurm(submission, jobs, queue.rows);
-  for (auto& [task, state] : seen.states) {
+  if (queue.fault) snapshot.remark = InputError(*queue.fault).what();
+  // Read after the queue, so that a task that ends meanwhile has its final state.
+  snapshot.states = read_task_states(folder, submission);
+  snapshot.slurm = tasks_in_slurm(submission, jobs, queue.rows);
+  for (auto& [task, state] : snapshot.states) {
     if (state.phase != TaskPhase::running || !state.slurm_job.empty()) continue;
     if (OutputLock::is_held(task_file_of(folder, submission, task))) {
-      seen.locked.insert(task);
+      snapshot.locked.insert(task);
     } else {
       state = read_task_state(folder, submission, task).value_or(state);  // it may have ended meanwhile
     }
   }
-  return seen;
+  return snapshot;
 }
 
-StatusView status_of(const std::string& folder, const Submission& submission, const SubmissionSnapshot& seen)
+StatusView status_of(const std::string& folder, const Submission& submission,
+                     const SubmissionSnapshot& snapshot)
 {
   StatusView status;
-  status.remark = seen.remark;
-  Viewer viewer(folder, submission, seen);
+  status.remark = snapshot.remark;
+  Viewer viewer(folder, submission, snapshot);
   for (std::int32_t k = 0; k < std::ssize(submission.cases); ++k) {
     CaseView view;
     view.case_number = k;
@@ -377,7 +377,7 @@ std::vector<std::string> journals_of(const std::string& folder, const Submission
 
 SolvedCounter::Content SolvedCounter::content_of(const std::string& journal)
 {
-  // Of a damaged one what is whole: the task that goes on with it says what is wrong.
+  // Valid records before damage count; the task that resumes the journal reports the damage.
   Content content;
   FrameTail tail = journal_tail(journal);
   for (bool has_more = true; has_more;) {

@@ -1,5 +1,4 @@
-/// How far a submission is: each task from its journals, Slurm's queue, and what it said of itself last; and
-/// what it still needs.
+/// Status of a submission from journals, Slurm's queue and state files of tasks; and its remaining work.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +18,10 @@ namespace vrda {
 
 struct SolvedCount {
   std::int64_t n_done = 0;
-  std::int64_t n_total = 0;  ///< 0: not known beforehand
+  std::int64_t n_total = 0;  ///< 0: unknown
 };
 
-/// Reads journals, that of a case's spine once for all of its shards.
+/// Counts journal records; the spine journal of a case is read once for all its shards.
 class SolvedCounter {
  public:
   SolvedCounter(const std::string& folder, const Submission& submission)
@@ -30,8 +29,8 @@ class SolvedCounter {
   {
   }
 
-  /// Attitudes of the task's own rows that are solved; of a spine with varus left free its steps, which have
-  /// no known total. Merge and index have none. A journal that is not there or damaged counts nothing.
+  /// Solved attitudes of the task's rows; for a spine with free varus its steps, with unknown total. Zero for
+  /// merge and index, and for a missing journal.
   SolvedCount count(const TaskId& task);
 
   /// Attitudes that the task has to solve; 0 for spine, merge and index.
@@ -49,7 +48,7 @@ class SolvedCounter {
 
   const std::string& folder_;
   const Submission& submission_;
-  std::int32_t spine_case_ = -1;  // whose spine stands in spine_
+  std::int32_t spine_case_ = -1;  // case of spine_
   Content spine_;
 };
 
@@ -58,13 +57,13 @@ std::vector<std::string> journals_of(const std::string& folder, const Submission
                                      const TaskId& task);
 
 enum class TaskStanding {
-  waiting,      ///< for other tasks, or for somebody to submit it
-  queued,       ///< by Slurm
-  running,      ///< begun and under way
-  done,         ///< its result stands
-  failed,       ///< ended without one
-  interrupted,  ///< ended in good order before its end
-  lost,         ///< began and is no longer there
+  waiting,      ///< for other tasks, or not yet submitted
+  queued,       ///< in Slurm's queue
+  running,      ///< running
+  done,         ///< its result exists
+  failed,       ///< ended without a result
+  interrupted,  ///< stopped cleanly before completion
+  lost,         ///< started, but no longer exists
 };
 
 const char* name_of(TaskStanding standing);
@@ -72,48 +71,48 @@ const char* name_of(TaskStanding standing);
 struct TaskView {
   TaskId task;
   TaskStanding standing = TaskStanding::waiting;
-  std::string reason;     ///< why it waits or failed; one line, may be empty
-  std::string host;       ///< where it runs or ran
+  std::string reason;     ///< of waiting or failure; one line, may be empty
+  std::string host;       ///< host of the last start
   std::string slurm_job;  ///< "13_3", or empty
   std::int32_t n_restarts = 0;
-  std::int64_t n_done = 0;           ///< attitudes of its own that are solved
-  std::int64_t n_total = 0;          ///< 0: not known
-  std::optional<double> per_second;  ///< since this start
+  std::int64_t n_done = 0;           ///< solved attitudes of the task
+  std::int64_t n_total = 0;          ///< 0: unknown
+  std::optional<double> per_second;  ///< since the last start
   std::optional<double> seconds_left;
-  bool is_job_running = false;  ///< Slurm still runs the job that made it and makes other cases after it
+  bool is_job_running = false;  ///< Slurm still runs its job for other cases
 };
 
 struct CaseView {
   std::int32_t case_number = 0;
   TaskStanding standing = TaskStanding::waiting;
-  bool is_made = false;         ///< the motion model stands
-  bool is_merged = false;       ///< so it does, but what it was made of is not all cleared up
+  bool is_made = false;         ///< the motion model exists and is cleaned up
+  bool is_merged = false;       ///< the motion model exists, but clean-up is incomplete
   std::vector<TaskView> tasks;  ///< spine, shards, merge; or run
 };
 
 struct StatusView {
   std::vector<CaseView> cases;
   std::optional<TaskView> index;
-  std::string remark;  ///< why Slurm could not be asked; empty when it was, or need not be
+  std::string remark;  ///< reason of a failed Slurm query; empty if none failed
 };
 
-/// What there is to know besides the journals.
+/// State of a submission except journals.
 struct SubmissionSnapshot {
   std::map<TaskId, TaskState> states;
-  std::set<TaskId> locked;  ///< local tasks that run: their lock is held
+  std::set<TaskId> locked;  ///< running local tasks, whose lock is held
   std::map<TaskId, SlurmTask> slurm;
-  std::string remark;  ///< why Slurm could not be asked
+  std::string remark;  ///< reason of a failed Slurm query
 };
 
-/// Everything read but the journals; asks Slurm when anything was submitted to it. Does not throw when Slurm
-/// does not answer: `remark` says why then.
+/// Reads the state of all tasks except journals; queries Slurm if jobs were submitted to it. Does not throw
+/// when the query fails: `remark` then has the reason.
 SubmissionSnapshot take_snapshot(const std::string& folder, const Submission& submission);
 
-/// Reads journals only of tasks that began and have not ended well, of cases that are not made.
-StatusView status_of(const std::string& folder, const Submission& submission, const SubmissionSnapshot& seen);
+/// Reads journals only of started, unfinished tasks of incomplete cases.
+StatusView status_of(const std::string& folder, const Submission& submission,
+                     const SubmissionSnapshot& snapshot);
 
-/// "5 of 8 shards done, 2 running, 1 queued; 1490 of 1911 attitudes, 38/s, 0:11 left"; of a campaign its
-/// cases.
+/// "5 of 8 shards done, 2 running, 1 queued; 1490 of 1911 attitudes, 38/s, 0:11 left"; cases for a campaign.
 std::string summary_of(const StatusView& view, const Submission& submission);
 
 /// "38/s, 0:11 left".
@@ -121,18 +120,17 @@ std::string rate_text(double per_second, std::optional<double> seconds_left);
 /// "0:11", "2:05:30" or "3 days".
 std::string duration_text(double seconds);
 
-/// What a submission still needs.
+/// Remaining work of a submission.
 struct Missing {
   Work work;
-  std::vector<std::string> reasons;    ///< one line a task that is to be done again: which and why
-  std::vector<std::string> to_cancel;  ///< Slurm's jobs that can no longer begin, or begin too early
-  std::int32_t n_under_way = 0;        ///< tasks that Slurm has queued or runs, which are left alone
+  std::vector<std::string> reasons;    ///< one line per task to repeat: name and reason
+  std::vector<std::string> to_cancel;  ///< Slurm jobs that can never start, or would start too early
+  std::int32_t n_under_way = 0;        ///< tasks queued or running in Slurm, which are not repeated
 };
 
-/// Reads the journals of the tasks that ended well in cases that are not made: what they hold counts, not
-/// what was said of them. A local task that still runs is missing, too: whoever repeats it waits for its
-/// lock, and finds what it did.
+/// Reads the journals of finished tasks in incomplete cases: their content decides, not the task states. A
+/// running local task counts as missing: its repetition waits for its lock and uses its results.
 Missing missing_of(const std::string& folder, const Submission& submission, const StatusView& status,
-                   const SubmissionSnapshot& seen);
+                   const SubmissionSnapshot& snapshot);
 
 }  // namespace vrda

@@ -19,8 +19,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* format = "vrda submission 1";
 constexpr std::array<const char*, 5> kind_names{"spine", "shard", "merge", "run", "index"};
 
-// What the program relies on, whoever edited the file.
-bool is_sound(const Submission& s)
+// Invariants of a submission, which a user may have edited.
+bool is_valid(const Submission& s)
 {
   return s.n_shards >= 1 && s.slurm.cpus >= 1 && !s.cases.empty() &&
          std::all_of(s.cases.begin(), s.cases.end(),
@@ -148,14 +148,14 @@ void write_submission(const std::string& folder, const Submission& submission)
   try {
     write_whole(path, {json.dump(1), "\n"});
   } catch (const Json::exception&) {
-    throw InputError({path, "", "a path or name with bytes that are no UTF-8", "paths in UTF-8"});
+    throw InputError({path, "", "a path or name that is not UTF-8", "paths in UTF-8"});
   }
 }
 
 Submission read_submission(const std::string& folder)
 {
   const std::string path = submission_file_of(folder);
-  const std::string wanted = "the folder of a submission, which vrda submit makes";
+  const std::string wanted = "the folder of a submission, created by vrda submit";
   const std::optional<std::string> text = text_of_file(path);
   if (!text) throw InputError({path, "", "no file", wanted});
   try {
@@ -163,10 +163,10 @@ Submission read_submission(const std::string& folder)
     const std::string found = json.at("format");
     if (found != format) throw InputError({path, "format", found, format});
     const auto submission = json.get<Submission>();
-    if (is_sound(submission)) return submission;
+    if (is_valid(submission)) return submission;
   } catch (const Json::exception&) {
   }
-  throw InputError({path, "", "something that is no submission", wanted});
+  throw InputError({path, "", "content that is not a submission", wanted});
 }
 
 std::int32_t case_named(const Submission& submission, const std::string& name)
@@ -177,7 +177,7 @@ std::int32_t case_named(const Submission& submission, const std::string& name)
     names.push_back(c.spec.name);
   }
   throw InputError({"--case", "", name.empty() ? "nothing" : name,
-                    "a case of the submission, perhaps " + nearest_word(name, names)});
+                    "a case of the submission; the nearest is " + nearest_word(name, names)});
 }
 
 }  // namespace vrda

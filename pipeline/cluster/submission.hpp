@@ -1,4 +1,4 @@
-/// A folder in which the cases of a job or of a campaign are made by many tasks (schemas/submission.md).
+/// A submission: a folder in which tasks compute the cases of a job or campaign (schemas/submission.md).
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,11 @@
 
 namespace vrda {
 
-/// What a task does: a whole case is made by `run`, or by `spine`, every `shard`, then `merge`.
+/// Kinds of tasks: a case is computed by `run`, or by `spine`, every `shard`, then `merge`.
 enum class TaskKind { spine, shard, merge, run, index };
 
 const char* name_of(TaskKind kind);
-/// Throws InputError whose file is "--kind".
+/// Empty for an unknown word.
 std::optional<TaskKind> task_kind_of(const std::string& word);
 
 /// One task of a submission.
@@ -37,17 +37,18 @@ struct SubmittedCase {
   bool operator==(const SubmittedCase&) const = default;
 };
 
-/// What Slurm is asked for, each task alike. Empty: the cluster's own default.
+/// sbatch options, equal for all tasks. Empty: the cluster's default.
 struct SlurmOptions {
   std::string partition;
-  std::string time;    ///< as sbatch takes it: "30", "2:00:00", "1-12"
+  std::string time;    ///< in sbatch's format: "30", "2:00:00", "1-12"
   std::string memory;  ///< "500M"
   std::string account;
   std::string qos;
-  std::int32_t cpus = 1;            ///< a task
-  std::int32_t max_parallel = 0;    ///< tasks of one array at once; 0: no limit
-  std::int32_t cases_per_task = 0;  ///< of a campaign without shards; 0: as few as Slurm takes
-  std::vector<std::string> extra;   ///< further options of sbatch, "--constraint=avx2"
+  std::int32_t cpus = 1;          ///< per task
+  std::int32_t max_parallel = 0;  ///< concurrent tasks of one array; 0: no limit
+  std::int32_t cases_per_task =
+      0;  ///< of a campaign without shards; 0: smallest number that fits Slurm's limits
+  std::vector<std::string> extra;  ///< further options of sbatch, "--constraint=avx2"
 
   bool operator==(const SlurmOptions&) const = default;
 };
@@ -61,14 +62,14 @@ struct Submission {
   SlurmOptions slurm;
 
   bool operator==(const Submission&) const = default;
-  /// A table of the cases is the last thing made.
+  /// Whether a table of the cases is written at the end.
   bool has_index() const { return !axes.empty() || cases.size() > 1; }
 };
 
-/// Absolute, without a slash at its end.
+/// Absolute path without a trailing slash.
 std::string absolute_folder(const std::string& folder);
 
-/// What stands in the submission's folder, which is absolute.
+/// Files in the submission's folder, which is absolute.
 // clang-format off
 inline std::string submission_file_of(const std::string& folder) { return folder + "/submission.json"; }
 inline std::string submitted_file_of(const std::string& folder) { return folder + "/submitted.jsonl"; }
@@ -76,33 +77,31 @@ inline std::string scripts_of(const std::string& folder) { return folder + "/scr
 inline std::string logs_of(const std::string& folder) { return folder + "/logs"; }
 inline std::string tasks_of(const std::string& folder) { return folder + "/tasks"; }
 // clang-format on
-/// Absolute where `folder` is.
+/// Absolute if `folder` is.
 std::string output_of(const std::string& folder, const SubmittedCase& submitted);
 
-/// The tasks that make one case, in the order in which they need each other: `run`; or `spine`, every
-/// `shard`, `merge`.
+/// The tasks of one case in dependency order: `run`; or `spine`, every `shard`, `merge`.
 std::vector<TaskId> tasks_of_case(const Submission& submission, std::int32_t case_number);
-/// Those of all cases, and the index where there is one.
+/// The tasks of all cases, and the index task if there is one.
 std::vector<TaskId> tasks_of(const Submission& submission);
-/// Of any task but the index.
+/// The case of any task except the index.
 const SubmittedCase& case_of(const Submission& submission, const TaskId& task);
 
-/// Whether the case's motion model stands and nothing of its making is left to be cleared up.
+/// Whether the case's motion model exists and all intermediate files have been removed.
 bool is_made(const std::string& folder, const SubmittedCase& submitted);
 
-/// "spine", "shard 3 of 8", "index"; the case is not named.
+/// "spine", "shard 3 of 8", "index"; without the case's name.
 std::string text_of(const TaskId& task, const Submission& submission);
-/// The same behind the case's name where there are several: "knee shard 3 of 8".
+/// The same after the case's name if there are several cases: "knee shard 3 of 8".
 std::string full_text_of(const TaskId& task, const Submission& submission);
-/// "<case>.shard-3-of-8": what its state file and its log are called.
+/// "<case>.shard-3-of-8": stem of its state file and its log.
 std::string file_stem_of(const TaskId& task, const Submission& submission);
 
-/// Whole or not at all. Throw InputError naming the file; a path of no UTF-8 is refused, since it could not
-/// be read back.
+/// Written atomically. Throw InputError naming the file, also for paths that are not UTF-8.
 void write_submission(const std::string& folder, const Submission& submission);
 Submission read_submission(const std::string& folder);
 
-/// The case of that name; InputError whose file is "--case" names the nearest one.
+/// Index of the case with that name. Throws InputError whose file is "--case", naming the nearest one.
 std::int32_t case_named(const Submission& submission, const std::string& name);
 
 }  // namespace vrda

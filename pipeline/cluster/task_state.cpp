@@ -79,7 +79,7 @@ std::string host_name()
 TaskState begun_now(std::int64_t n_done)
 {
   TaskState state;
-  // Of several nodes on one machine the name of the node says more.
+  // Several Slurm nodes may share a machine, so the node's name is preferred.
   const std::string node = environment("SLURMD_NODENAME");
   state.host = node.empty() ? host_name() : node;
   state.begun = utc_now();
@@ -102,7 +102,7 @@ std::string task_file_of(const std::string& folder, const Submission& submission
 void write_task_state(const std::string& folder, const Submission& submission, const TaskId& task,
                       const TaskState& state)
 {
-  // A reason may quote any bytes.
+  // A reason may contain invalid UTF-8.
   write_whole(
       task_file_of(folder, submission, task),
       {nlohmann::ordered_json(state).dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace),

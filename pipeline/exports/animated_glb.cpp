@@ -19,7 +19,7 @@ using Quaternion = std::array<float, 4>;  ///< x, y, z, w: the order of glTF
 constexpr int type_float = 5126, type_uint32 = 5125;
 constexpr int target_vertices = 34962, target_indices = 34963;
 
-/// The scene's description and its numbers, which grow together.
+/// The glTF scene under construction: JSON description and binary buffer.
 struct Scene {
   Json nodes = Json::array(), meshes = Json::array(), materials = Json::array();
   Json accessors = Json::array(), views = Json::array();
@@ -37,7 +37,7 @@ struct Limits {
   }
 };
 
-/// A block of numbers, n a row; `target` 0 where it is not drawn.
+/// Adds a block of rows of n numbers; `target` is 0 for animation data. Returns its accessor.
 template <typename Number, std::size_t n>
 std::size_t add_block(Scene& scene, const std::vector<std::array<Number, n>>& rows, const std::string& type,
                       int target)
@@ -57,7 +57,7 @@ std::size_t add_block(Scene& scene, const std::vector<std::array<Number, n>>& ro
                    {"componentType", std::is_same_v<Number, float> ? type_float : type_uint32},
                    {"count", rows.size()},
                    {"type", type}};
-  // Asked for of positions and times; of indices they would only take room.
+  // Required for positions and times, omitted for indices.
   if (std::is_same_v<Number, float>) {
     accessor["min"] = limits.min;
     accessor["max"] = limits.max;
@@ -67,7 +67,7 @@ std::size_t add_block(Scene& scene, const std::vector<std::array<Number, n>>& ro
   return scene.accessors.size() - 1;
 }
 
-/// glTF has no Blinn-Phong: a highlight as wide as its exponent says, roughness^4 = 2 / (exponent + 2).
+/// glTF has no Blinn-Phong model: roughness with an equally wide highlight, roughness^4 = 2 / (exponent + 2).
 Json material_json(const std::string& name)
 {
   const Material material = material_of(name);
@@ -101,7 +101,7 @@ std::array<float, 3> metres(const std::array<float, 3>& p_mm)
   return p_m;
 }
 
-/// The node of one component's mesh.
+/// Adds the node of one component's mesh.
 std::size_t add_component(Scene& scene, const Component& component, const DrawMesh& mesh)
 {
   std::vector<std::array<float, 3>> positions, normals;
@@ -121,7 +121,7 @@ std::size_t add_component(Scene& scene, const Component& component, const DrawMe
   return scene.nodes.size() - 1;
 }
 
-/// The node of a body, around the rotation centre.
+/// Adds the node of a body, with the rotation centre as origin.
 std::size_t add_body(Scene& scene, const Body& body, const Eigen::Vector3d& centre_mm)
 {
   Json children = Json::array();
@@ -139,31 +139,32 @@ std::size_t add_body(Scene& scene, const Body& body, const Eigen::Vector3d& cent
   return scene.nodes.size() - 1;
 }
 
-/// Each on the side of the one before, so that a viewer takes the short way between two keys.
-std::vector<Quaternion> turns_of(const FlexionMotion& motion, Pose JointPose::*X_world_body)
+/// Rotation keys, each in the hemisphere of the previous one: viewers interpolate along the shorter arc.
+std::vector<Quaternion> rotations_of(const FlexionMotion& motion, Pose JointPose::*X_world_body)
 {
-  std::vector<Quaternion> turns;
-  Eigen::Quaterniond before = Eigen::Quaterniond::Identity();
+  std::vector<Quaternion> rotations;
+  Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();
   for (const FlexionFrame& frame : motion.frames) {
     const Eigen::Matrix3d R = (frame.pose.*X_world_body).linear();
     Eigen::Quaterniond q = Eigen::Quaterniond(R).normalized();
-    if (q.dot(before) < 0.0) q.coeffs() = -q.coeffs();
-    turns.push_back({static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
-                     static_cast<float>(q.w())});
-    before = q;
+    if (q.dot(previous) < 0.0) q.coeffs() = -q.coeffs();
+    rotations.push_back({static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()),
+                         static_cast<float>(q.w())});
+    previous = q;
   }
-  return turns;
+  return rotations;
 }
 
-/// Where the body's point at the rotation centre goes.
-std::vector<std::array<float, 3>> places_of(const FlexionMotion& motion, Pose JointPose::*X_world_body)
+/// Translation keys: the position of the body's point at the rotation centre, in metres.
+std::vector<std::array<float, 3>> translations_of(const FlexionMotion& motion, Pose JointPose::*X_world_body)
 {
-  std::vector<std::array<float, 3>> places;
+  std::vector<std::array<float, 3>> translations;
   for (const FlexionFrame& frame : motion.frames) {
     const Eigen::Vector3d p_m = (frame.pose.*X_world_body) * motion.rotation_centre_mm * metres_per_mm;
-    places.push_back({static_cast<float>(p_m.x()), static_cast<float>(p_m.y()), static_cast<float>(p_m.z())});
+    translations.push_back(
+        {static_cast<float>(p_m.x()), static_cast<float>(p_m.y()), static_cast<float>(p_m.z())});
   }
-  return places;
+  return translations;
 }
 
 struct Animation {
@@ -178,16 +179,16 @@ void add_channel(Animation& animation, std::size_t node, const char* path, std::
   animation.samplers.push_back({{"input", animation.times}, {"output", values}, {"interpolation", "LINEAR"}});
 }
 
-/// Moves a node and leaves it where the motion begins, for viewers that stand still.
+/// Animates a node and sets its static pose to the first frame, for viewers without animation.
 void animate(Scene& scene, Animation& animation, std::size_t node, const FlexionMotion& motion,
              Pose JointPose::*X_world_body)
 {
-  const std::vector<Quaternion> turns = turns_of(motion, X_world_body);
-  const std::vector<std::array<float, 3>> places = places_of(motion, X_world_body);
-  add_channel(animation, node, "rotation", add_block(scene, turns, "VEC4", 0));
-  add_channel(animation, node, "translation", add_block(scene, places, "VEC3", 0));
-  scene.nodes[node]["rotation"] = turns.front();
-  scene.nodes[node]["translation"] = places.front();
+  const std::vector<Quaternion> rotations = rotations_of(motion, X_world_body);
+  const std::vector<std::array<float, 3>> translations = translations_of(motion, X_world_body);
+  add_channel(animation, node, "rotation", add_block(scene, rotations, "VEC4", 0));
+  add_channel(animation, node, "translation", add_block(scene, translations, "VEC3", 0));
+  scene.nodes[node]["rotation"] = rotations.front();
+  scene.nodes[node]["translation"] = translations.front();
 }
 
 std::size_t add_times(Scene& scene, const FlexionMotion& motion, double degrees_per_second)
@@ -209,7 +210,7 @@ void put_chunk(std::string& file, const char* kind, std::string chunk, char fill
 
 std::string glb_file(const Json& json, const std::string& bytes)
 {
-  // A title of a file made elsewhere may hold anything.
+  // The title may come from another program and contain invalid UTF-8.
   std::string chunks;
   put_chunk(chunks, "JSON", json.dump(-1, ' ', false, Json::error_handler_t::replace), ' ');
   put_chunk(chunks, "BIN\0", bytes, '\0');
@@ -230,7 +231,7 @@ std::string animated_glb(const MotionModel& model, const FlexionMotion& motion, 
   animation.times = add_times(scene, motion, degrees_per_second);
   animate(scene, animation, reference, motion, &JointPose::X_world_reference);
   animate(scene, animation, moving, motion, &JointPose::X_world_moving);
-  // A quarter turn about Y takes our anterior X to the front of glTF, Z, and the subject's right to -X.
+  // A rotation by 90 degrees about Y maps anterior (+X) to glTF's front (+Z) and the subject's right to -X.
   const double half = std::sqrt(0.5);
   scene.nodes.push_back({{"name", model.title},
                          {"rotation", Json::array({0.0, -half, 0.0, half})},

@@ -27,7 +27,7 @@ void require_varus(const MotionModel& model, const Motion& motion, const std::st
 {
   if (plan.varus == VarusRule::zero && !model.zero_varus) {
     throw InputError(
-        {file, "--varus", "zero without a zero-varus table", "spine, a number, or vrda reduce first"});
+        {file, "--varus", "zero without a zero-varus table", "spine or a number; or run vrda reduce first"});
   }
   if (plan.varus != VarusRule::given) return;
   if (motion.is_varus_free()) {
@@ -44,18 +44,18 @@ bool has_zero_varus(const ZeroVarus& table, std::size_t flexion)
   return table.source[flexion] != static_cast<std::int8_t>(ZeroVarusSource::none);
 }
 
-/// Linear between two flexions of the table that have one.
+/// Linear interpolation between two flexions with a zero-varus pose.
 std::optional<double> zero_varus_deg(const MotionModel& model, double flexion_deg)
 {
   const ZeroVarus& table = *model.zero_varus;
-  const std::vector<double>& at = model.flexion_deg;
-  const auto after = std::lower_bound(at.begin(), at.end(), flexion_deg);
-  if (after == at.end()) return {};
-  const auto i = static_cast<std::size_t>(after - at.begin());
+  const std::vector<double>& grid_deg = model.flexion_deg;
+  const auto after = std::lower_bound(grid_deg.begin(), grid_deg.end(), flexion_deg);
+  if (after == grid_deg.end()) return {};
+  const auto i = static_cast<std::size_t>(after - grid_deg.begin());
   if (!has_zero_varus(table, i)) return {};
-  if (at[i] == flexion_deg) return table.varus_deg[i];
+  if (grid_deg[i] == flexion_deg) return table.varus_deg[i];
   if (i == 0 || !has_zero_varus(table, i - 1)) return {};
-  const double s = (flexion_deg - at[i - 1]) / (at[i] - at[i - 1]);
+  const double s = (flexion_deg - grid_deg[i - 1]) / (grid_deg[i] - grid_deg[i - 1]);
   return table.varus_deg[i - 1] + s * (table.varus_deg[i] - table.varus_deg[i - 1]);
 }
 
@@ -70,7 +70,7 @@ std::optional<double> varus_deg_at(const MotionModel& model, const Motion& motio
     case VarusRule::zero:
       return zero_varus_deg(model, flexion_deg);
   }
-  throw InternalError("a varus rule gives a varus");
+  throw InternalError("an unknown varus rule");
 }
 
 void add_frame(FlexionMotion& result, const Motion& motion, double flexion_deg,
@@ -106,7 +106,7 @@ const char* name_of(VarusRule rule)
     case VarusRule::zero:
       return "zero";
   }
-  throw InternalError("a varus rule has a name");
+  throw InternalError("an unknown varus rule");
 }
 
 VarusRule default_varus(const MotionModel& model)

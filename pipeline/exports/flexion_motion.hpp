@@ -1,4 +1,4 @@
-/// The motion that leaves the program: poses of one set of a motion model along flexion.
+/// The exported motion: poses of one set of a motion model along flexion.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,24 +11,24 @@
 
 namespace vrda {
 
-/// Where the varus of each flexion comes from.
+/// Source of the varus of each flexion.
 enum class VarusRule {
-  given,  ///< one varus throughout
-  spine,  ///< Motion::balanced_varus_rad: that of the sweep's spine, or the one found where it was free
-  zero,   ///< that of the zero-varus table, linear between its flexions
+  given,  ///< one constant varus
+  spine,  ///< Motion::balanced_varus_rad: varus of the sweep's spine, or the one found where it was free
+  zero,   ///< varus of the zero-varus table, linear between its flexions
 };
 
 const char* name_of(VarusRule rule);
 
 struct FlexionPlan {
-  std::string set;                  ///< one of set_names(model); empty: the first of them
-  std::vector<double> flexion_deg;  ///< ascending; empty: those of the model
+  std::string set;                  ///< one of set_names(model); empty: the first
+  std::vector<double> flexion_deg;  ///< ascending; empty: the model's
   VarusRule varus = VarusRule::spine;
   double varus_deg = 0.0;  ///< of VarusRule::given
 };
 
 struct FlexionFrame {
-  double flexion_deg = 0.0;  ///< as asked for
+  double flexion_deg = 0.0;  ///< as requested
   JointPose pose;            ///< solved
   Clinical clinical;         ///< of pose.X_reference_moving
 };
@@ -43,19 +43,19 @@ struct FlexionMotion {
   std::string set;
   Side side = Side::right;
   Eigen::Vector3d rotation_centre_mm = Eigen::Vector3d::Zero();  ///< canonical
-  std::vector<FlexionFrame> frames;                              ///< by ascending flexion
+  std::vector<FlexionFrame> frames;                              ///< in ascending flexion
   std::vector<LeftOut> left_out;                                 ///< flexions without a pose
 };
 
-/// zero where the model has a zero-varus table, else spine.
+/// `zero` if the model has a zero-varus table, otherwise `spine`.
 VarusRule default_varus(const MotionModel& model);
 
-/// The poses of `plan`, those without an answer left out: nothing is clamped to the measured range or bridged
-/// across a hole. Throws InputError naming `file` where the set is none of the model's, where the varus
-/// cannot be had (a given one although it was free, zero without a table), or where no pose is left.
+/// The poses of `plan`. Flexions without a pose are omitted and listed: poses are not clamped to the measured
+/// range or interpolated across a hole. Throws InputError naming `file` if the model does not have the set,
+/// the varus rule is not available (given although varus was free, zero without a table), or no pose remains.
 FlexionMotion flexion_motion(const MotionModel& model, const std::string& file, const FlexionPlan& plan);
 
-/// When a frame is shown, from 0 at the first on, flexing by `degrees_per_second`.
+/// Time of a frame in s, 0 at the first frame, for flexion at `degrees_per_second`.
 double time_s(const FlexionMotion& motion, const FlexionFrame& frame, double degrees_per_second);
 
 }  // namespace vrda

@@ -12,7 +12,7 @@
 namespace vrda {
 namespace {
 
-/// Empty where there is no number.
+/// Text of a number; empty for NaN.
 std::string field(double value)
 {
   return std::isnan(value) ? "" : shortest(value);
@@ -197,7 +197,7 @@ std::string cells_csv(const MotionModel& model)
 
 namespace {
 
-/// The first line of the header: one line that is not taken for a key or for the header's end.
+/// First line of the header, sanitized so that it is neither a key=value line nor the end of the header.
 std::string name_line(const FlexionMotion& motion)
 {
   std::string line = "vrda: ";

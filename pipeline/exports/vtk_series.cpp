@@ -10,11 +10,11 @@
 namespace vrda {
 namespace {
 
-/// An XML file whose arrays lie behind its elements, each led by its size in bytes.
+/// Appended data section of a VTK XML file: raw arrays, each preceded by its size in bytes.
 struct Appended {
   std::string bytes;
 
-  /// The element of an array that is `block`, named with its number type, such as Float32.
+  /// Appends `block` and returns its DataArray element; `type` is the VTK number type, such as Float32.
   std::string array(const std::string& type, const std::string& name, int n_components,
                     const std::string& block)
   {
@@ -85,7 +85,7 @@ std::string number_field(const std::string& name, double value)
          shortest(value) + "</DataArray>\n";
 }
 
-/// VTK writes words as the numbers of their bytes, each word ended by 0.
+/// VTK's ASCII string arrays: byte values as numbers, each word ended by 0.
 std::string words_field(const std::string& name, const std::vector<std::string>& words)
 {
   std::string text = "<Array type=\"String\" Name=\"" + name + "\" NumberOfTuples=\"" +
@@ -149,10 +149,10 @@ std::string closing(const Appended& appended)
          "\n</AppendedData>\n</VTKFile>\n";
 }
 
-/// The raw cell that the frame shows, or -1.
+/// The raw cell of the frame, or -1.
 Eigen::Index cell_of(const MotionModel& model, const FlexionFrame& frame)
 {
-  constexpr double same_deg = 1e-9;  // degrees become radians and back on the way here
+  constexpr double same_deg = 1e-9;  // tolerance of conversion between degrees and radians
   for (Eigen::Index cell = 0; cell < model.status.size(); ++cell) {
     const Eigen::Index i = cell / model.status.cols();
     if (model.status.data()[cell] != status_stable) continue;

@@ -21,17 +21,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_there(const std::string& path)
+bool file_exists(const std::string& path)
 {
   std::error_code ignored;
   return fs::exists(path, ignored);
 }
 
-// A run, whole or in parts, has begun: what it leaves stands beside its output.
-bool is_begun(const std::string& output)
+// Whether a run or a shard has left a start file or journal next to its output.
+bool is_started(const std::string& output)
 {
-  if (is_there(start_file_of(output)) || is_there(journal_of(output))) return true;
-  return is_there(spine_journal_of(output)) || !shard_journals_in_sight(output).empty();
+  if (file_exists(start_file_of(output)) || file_exists(journal_of(output))) return true;
+  return file_exists(spine_journal_of(output)) || !shard_journals_in_sight(output).empty();
 }
 
 std::optional<CaseTimes> times_beside(const std::string& output)
@@ -45,7 +45,7 @@ std::optional<CaseTimes> times_beside(const std::string& output)
                      json.at("threads"),       json.at("processors"),
                      json.at("steps_recalled")};
   } catch (const nlohmann::json::exception&) {
-    return std::nullopt;  // of no result: not worth failing for
+    return std::nullopt;  // not part of the results, so not an error
   }
 }
 
@@ -62,7 +62,7 @@ void add_model(IndexRow& row, const MotionModel& model)
   row.status = CaseStatus::done;
 }
 
-// One value a row.
+// One value per row.
 template <typename Value, typename Of>
 std::vector<Value> each(const std::vector<IndexRow>& rows, const Of& of)
 {
@@ -86,12 +86,12 @@ struct TextColumn {
 };
 
 constexpr TextColumn texts[] = {
-    {"remark", "why it failed", &IndexRow::remark},
+    {"remark", "reason of the failure", &IndexRow::remark},
     {"title", "title of the job", &IndexRow::title},
     {"joint", "knee or other", &IndexRow::joint},
     {"side", "right or left", &IndexRow::side},
     {"solver", "method that solved the case", &IndexRow::solver},
-    {"curve", "motion over flexion that columns are taken from", &IndexRow::curve},
+    {"curve", "motion over flexion used for the curve columns", &IndexRow::curve},
 };
 
 std::string relative_to(const fs::path& folder, const std::string& file)
@@ -116,19 +116,19 @@ IndexTable table_of(const fs::path& folder, const std::string& title, const std:
   std::vector<IndexColumn>& columns = table.columns;
   columns.push_back(text_column("case", "name of the case", rows, [](const auto& r) { return r.name; }));
   for (std::size_t a = 0; a < axes.size(); ++a) {
-    columns.push_back(text_column(axes[a], "level of this axis of the campaign", rows,
+    columns.push_back(text_column(axes[a], "level of this campaign axis", rows,
                                   [a](const auto& r) { return r.levels.at(a); }));
   }
   const auto code = [](const IndexRow& row) { return static_cast<std::int8_t>(row.status); };
   columns.push_back(
-      {"status", "", "how far the case is", each<std::int8_t>(rows, code), FlagSet::case_status});
+      {"status", "", "progress of the case", each<std::int8_t>(rows, code), FlagSet::case_status});
   for (const TextColumn& text : texts) {
     columns.push_back(text_column(text.name, text.what, rows, [&](const auto& r) { return r.*text.value; }));
   }
   add_numbers(columns, rows);
   columns.push_back(text_column("sha256", "SHA-256 of the motion model's file", rows,
                                 [](const auto& r) { return r.sha256; }));
-  columns.push_back(text_column("file", "the motion model, from this file's folder", rows,
+  columns.push_back(text_column("file", "path of the motion model, relative to this file's folder", rows,
                                 [&](const auto& r) { return relative_to(folder, r.file); }));
   return table;
 }
@@ -168,7 +168,7 @@ IndexRow row_of(const IndexedCase& one, ModelReading* reading)
   row.levels = one.levels;
   row.file = absolute_path(one.model_path);
   if (reading == nullptr) {
-    row.status = is_begun(row.file) ? CaseStatus::partial : CaseStatus::missing;
+    row.status = is_started(row.file) ? CaseStatus::partial : CaseStatus::missing;
     return row;
   }
   row.times = times_beside(row.file);
@@ -176,7 +176,7 @@ IndexRow row_of(const IndexedCase& one, ModelReading* reading)
     add_model(row, reading->model());
   } catch (const InputError& error) {
     row.status = CaseStatus::failed;
-    // Without its folder: the index is the same wherever it was made.
+    // Without the folder, so that the index does not depend on its location.
     const InputError::Facts& facts = error.facts();
     row.remark =
         (facts.field.empty() ? "" : facts.field + ": ") + "found " + facts.found + ", wanted " + facts.wanted;
@@ -195,15 +195,15 @@ const char* name_of(CaseStatus status)
 std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_processes)
 {
   std::vector<IndexRow> rows;
-  std::deque<std::unique_ptr<ModelReading>> ahead;  // nothing where there is no model
-  const auto n_ahead = static_cast<std::size_t>(std::max(1, n_processes));
+  std::deque<std::unique_ptr<ModelReading>> pending;  // null if there is no model
+  const auto n_pending = static_cast<std::size_t>(std::max(1, n_processes));
   for (std::size_t k = 0; k < cases.size(); ++k) {
-    for (std::size_t next = k + ahead.size(); next < std::min(cases.size(), k + n_ahead); ++next) {
+    for (std::size_t next = k + pending.size(); next < std::min(cases.size(), k + n_pending); ++next) {
       const std::string file = absolute_path(cases[next].model_path);
-      ahead.push_back(is_there(file) ? std::make_unique<ModelReading>(file) : nullptr);
+      pending.push_back(file_exists(file) ? std::make_unique<ModelReading>(file) : nullptr);
     }
-    rows.push_back(row_of(cases[k], ahead.front().get()));
-    ahead.pop_front();
+    rows.push_back(row_of(cases[k], pending.front().get()));
+    pending.pop_front();
   }
   return rows;
 }
@@ -211,11 +211,11 @@ std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_pr
 void write_index(const std::string& folder, const std::string& title, const std::vector<std::string>& axes,
                  const std::vector<IndexRow>& rows)
 {
-  const fs::path home = fs::absolute(folder).lexically_normal();
-  const IndexTable table = table_of(home, title, axes, rows);
-  write_index_file((home / "index.h5").string(), table);
-  write_whole((home / "index.csv").string(), {index_csv(table)});
-  write_whole((home / "index.times.csv").string(), {index_csv(times_of(rows))});
+  const fs::path root = fs::absolute(folder).lexically_normal();
+  const IndexTable table = table_of(root, title, axes, rows);
+  write_index_file((root / "index.h5").string(), table);
+  write_whole((root / "index.csv").string(), {index_csv(table)});
+  write_whole((root / "index.times.csv").string(), {index_csv(times_of(rows))});
 }
 
 }  // namespace vrda

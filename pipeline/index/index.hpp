@@ -1,4 +1,4 @@
-/// One table of a campaign's results: a row a case. schemas/campaign.md says what each column is.
+/// Table of a campaign's results with one row per case. schemas/campaign.md specifies the columns.
 #pragma once
 
 #include <optional>
@@ -10,34 +10,34 @@
 namespace vrda {
 
 enum class CaseStatus : std::int8_t {
-  done = 0,     ///< the motion model is there, and keeps to its specification
-  partial = 1,  ///< no model; a start file or journals are
-  failed = 2,   ///< the model cannot be read, or the task that was to make it failed
-  missing = 3,  ///< nothing is there
+  done = 0,     ///< the motion model exists and is valid
+  partial = 1,  ///< no model, but a start file or journals
+  failed = 2,   ///< the model cannot be read, or its task failed
+  missing = 3,  ///< no files
 };
 
 const char* name_of(CaseStatus status);
 
-/// How long it took and where, from <model>.run.json: differs from run to run, so it stays out of the index.
+/// Times and host from <model>.run.json. They differ between runs, so they are not part of the index.
 struct CaseTimes {
   std::string begun;  ///< UTC
   std::string host;
-  double seconds = 0.0;                    ///< by the clock
+  double seconds = 0.0;                    ///< wall clock
   double solving_processor_seconds = 0.0;  ///< of all threads
   int n_threads = 0;
   int n_processors = 0;
-  int n_recalled = 0;  ///< steps that were solved before
+  int n_recalled = 0;  ///< steps recalled from journals
 };
 
 struct IndexRow {
   std::string name;
   std::vector<std::string> levels;  ///< [axes]
   CaseStatus status = CaseStatus::missing;
-  std::string remark;  ///< why failed
-  // Of a model only; empty otherwise.
+  std::string remark;  ///< reason of the failure
+  // Only with a model; empty otherwise.
   std::string title, joint, side, solver;
-  std::string curve;            ///< what the columns over flexion are of: "zero_varus" or "spine"
-  std::vector<double> numbers;  ///< one for each of index_numbers(); NaN: no answer
+  std::string curve;            ///< motion of the columns over flexion: "zero_varus" or "spine"
+  std::vector<double> numbers;  ///< one for each of index_numbers(); NaN: no value
   std::string sha256;           ///< of the file
   std::string file;             ///< absolute
   std::optional<CaseTimes> times;
@@ -49,24 +49,24 @@ struct IndexNumber {
   const char* long_name;
 };
 
-/// The columns of numbers, in their order.
+/// The numeric columns, in order.
 const std::vector<IndexNumber>& index_numbers();
 
-/// What `model` has to say to each of index_numbers() but the file's size, which is `model_bytes`.
+/// Values of index_numbers() for `model`; `model_bytes` is the file's size.
 std::vector<double> index_numbers_of(const MotionModel& model, double model_bytes);
 
-/// "zero_varus" where the model has that motion, "spine" where a spine cell is stable, else empty.
+/// "zero_varus" if the model has that motion, otherwise "spine" if a spine cell is stable, otherwise empty.
 std::string index_curve_of(const MotionModel& model);
 
-/// A case and where its motion model goes.
+/// A case and the path of its motion model.
 struct IndexedCase {
   std::string name;
   std::vector<std::string> levels;  ///< [axes]
   std::string model_path;
 };
 
-/// Looks at the files of each case, one row a case. A model that cannot be read is a row, not an error. At
-/// most `n_processes` read models at once, each apart (store/read_apart.hpp): no other thread may use HDF5.
+/// Reads the files of each case; one row per case. An unreadable model becomes a row, not an error. Up to
+/// `n_processes` separate processes read models (store/read_separately.hpp); no other thread may use HDF5.
 std::vector<IndexRow> index_rows(const std::vector<IndexedCase>& cases, int n_processes);
 
 /// Writes folder/index.csv and folder/index.h5, equal bytes for equal results, and folder/index.times.csv.

@@ -9,13 +9,13 @@
 namespace vrda {
 namespace {
 
-/// What the columns are taken from.
+/// Input of the columns.
 struct Subject {
   const MotionModel& model;
   double model_bytes = 0.0;
   std::vector<Eigen::Index> spine;        ///< stable cell of each flexion, or -1
-  const SmoothedSet* smoothed = nullptr;  ///< the set that is shown first
-  std::string shown;                      ///< its name
+  const SmoothedSet* smoothed = nullptr;  ///< the default set
+  std::string smoothed_name;              ///< its name
   bool is_varus_free = false;
 };
 
@@ -48,7 +48,7 @@ double n_stable(const MotionModel& model)
   return count_of((model.status == status_stable).count());
 }
 
-// Largest and smallest number that is one; NaN without any.
+// Largest and smallest finite number; NaN if there is none.
 double largest(const double* values, Eigen::Index n)
 {
   double result = nan;
@@ -69,8 +69,8 @@ double largest(const std::vector<double>& values)
   return largest(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-// A quantity at each flexion of the curve, NaN where it has no answer: `of_zero` where the model has a
-// zero-varus motion, else `of_cell` at the spine's cells.
+// A quantity at each flexion of the curve, NaN where undefined: `of_zero` if the model has a zero-varus
+// motion, otherwise `of_cell` at the spine's cells.
 template <typename OfZero, typename OfCell>
 std::vector<double> along_curve(const Subject& s, const OfZero& of_zero, const OfCell& of_cell)
 {
@@ -99,9 +99,9 @@ std::vector<double> balanced_varus(const Subject& s)
       [&](Eigen::Index c) { return s.model.clinical.varus_deg.data()[c]; });
 }
 
-// Anterior coordinate, on the moving object, of where a compartment bears.
-std::vector<double> bearing(const Subject& s, const std::vector<double> ZeroVarus::*of_zero,
-                            const std::vector<double> ContactPaths::*of_cell)
+// Anterior coordinate of a compartment's centre of contact on the moving object.
+std::vector<double> contact_x_mm(const Subject& s, const std::vector<double> ZeroVarus::*of_zero,
+                                 const std::vector<double> ContactPaths::*of_cell)
 {
   const auto at = [](const std::vector<double>& points, std::size_t k) {
     return points.empty() ? nan : points[3 * k];
@@ -127,9 +127,9 @@ double last_of(const std::vector<double>& values)
 
 double range_of(std::vector<double> values)
 {
-  const double most = largest(values);
+  const double largest_value = largest(values);
   for (double& value : values) value = -value;
-  return most + largest(values);
+  return largest_value + largest(values);
 }
 
 double mean_of(const std::vector<double>& values)
@@ -155,7 +155,7 @@ double width(const Points& vertices_mm)
   return vertices_mm.rows() == 0 ? nan : vertices_mm.col(2).maxCoeff() - vertices_mm.col(2).minCoeff();
 }
 
-double audited(const MotionModel& model, const std::string& name, double AuditSummary::*figure)
+double audit_value(const MotionModel& model, const std::string& name, double AuditSummary::*figure)
 {
   for (const AuditSet& audit : model.audits) {
     if (audit.name == name) return summary_of(audit).*figure;
@@ -163,7 +163,7 @@ double audited(const MotionModel& model, const std::string& name, double AuditSu
   return nan;
 }
 
-// The medial part of the contact forces along the force of the push, mean over the spine.
+// The medial share of the contact forces along Delta, mean over the spine.
 double medial_share(const Subject& s)
 {
   if (!s.model.equilibrium || !s.model.has_compartments) return nan;
@@ -193,7 +193,7 @@ double several_optima(const MotionModel& model)
 
 using Figure = double SmoothedSurface::*;
 
-// Of the three translations together.
+// Root of the sum of squares over the three translations.
 double smoothed_translation(const Subject& s, Figure figure)
 {
   if (s.smoothed == nullptr) return nan;
@@ -232,21 +232,21 @@ std::vector<Column> grid_columns()
        [](const Subject& s) { return s.model.flexion_deg.front(); }},
       {{"flexion_last_deg", "degree", "last flexion of the grid"},
        [](const Subject& s) { return s.model.flexion_deg.back(); }},
-      {{"varus_first_deg", "degree", "first varus of the grid; none where varus was free"},
+      {{"varus_first_deg", "degree", "first varus of the grid; empty where varus was free"},
        [](const Subject& s) { return s.is_varus_free ? nan : s.model.varus_deg.front(); }},
-      {{"varus_last_deg", "degree", "last varus of the grid; none where varus was free"},
+      {{"varus_last_deg", "degree", "last varus of the grid; empty where varus was free"},
        [](const Subject& s) { return s.is_varus_free ? nan : s.model.varus_deg.back(); }},
       {{"attitudes", "1", "attitudes of the grid"},
        [](const Subject& s) { return count_of(s.model.status.size()); }},
       {{"solved", "1", "attitudes with a stable pose"}, [](const Subject& s) { return n_stable(s.model); }},
-      {{"unsolved_fraction", "1", "share of the attitudes without one"},
+      {{"unsolved_fraction", "1", "fraction of the attitudes without a stable pose"},
        [](const Subject& s) { return 1.0 - n_stable(s.model) / count_of(s.model.status.size()); }},
       {{"theta_determined_fraction", "1",
-        "share of the solved attitudes whose rotation contacts or fibres hold"},
+        "fraction of the solved attitudes whose rotation is determined by contacts or fibres"},
        [](const Subject& s) { return determined_fraction(s.model); }},
-      {{"triangles_reference", "1", "triangles in contact of the reference"},
+      {{"triangles_reference", "1", "triangles of the reference's contact mesh"},
        [](const Subject& s) { return count_of(s.model.reference.contact.mesh.triangles.rows()); }},
-      {{"triangles_moving", "1", "triangles in contact of the moving object"},
+      {{"triangles_moving", "1", "triangles of the moving object's contact mesh"},
        [](const Subject& s) { return count_of(s.model.moving.contact.mesh.triangles.rows()); }},
       {{"fibres", "1", "ligament fibres"},
        [](const Subject& s) {
@@ -255,7 +255,7 @@ std::vector<Column> grid_columns()
   };
 }
 
-// Of a joint that was not scaled the factor is 1.
+// The factor is 1 for a joint that was not scaled.
 double factor_along(const Subject& s, Eigen::Index axis)
 {
   return s.model.job.scaling ? s.model.job.scaling->factor[axis] : 1.0;
@@ -264,16 +264,16 @@ double factor_along(const Subject& s, Eigen::Index axis)
 std::vector<Column> scaling_columns()
 {
   return {
-      {{"scale_anterior", "1", "factor that the joint was scaled by from back to front"},
+      {{"scale_anterior", "1", "scale factor of the joint, posterior to anterior"},
        [](const Subject& s) { return factor_along(s, 0); }},
-      {{"scale_proximal", "1", "factor that the joint was scaled by along its height"},
+      {{"scale_proximal", "1", "scale factor of the joint, distal to proximal"},
        [](const Subject& s) { return factor_along(s, 1); }},
-      {{"scale_right", "1", "factor that the joint was scaled by from left to right"},
+      {{"scale_right", "1", "scale factor of the joint, left to right"},
        [](const Subject& s) { return factor_along(s, 2); }},
       {{"scale_error", "1", "standard error of a factor fitted to landmarks"},
        [](const Subject& s) { return s.model.job.scaling ? s.model.job.scaling->standard_error : nan; }},
       {{"landmark_residual_mm", "mm",
-        "root mean square that such a factor leaves of the landmarks' distances"},
+        "root mean square residual of the landmark distances for such a factor"},
        [](const Subject& s) { return s.model.job.scaling ? s.model.job.scaling->residual_rms_mm : nan; }},
   };
 }
@@ -281,23 +281,23 @@ std::vector<Column> scaling_columns()
 std::vector<Column> quality_columns()
 {
   return {
-      {{"reference_width_mm", "mm", "extent of the reference's surfaces in contact from left to right"},
+      {{"reference_width_mm", "mm", "left-to-right extent of the reference's contact mesh"},
        [](const Subject& s) { return width(s.model.reference.contact.mesh.vertices_mm); }},
-      {{"raw_penetration_mm", "mm", "largest penetration of the raw motion, where it was audited"},
-       [](const Subject& s) { return audited(s.model, "raw", &AuditSummary::largest_penetration_mm); }},
-      {{"raw_gap_mm", "mm", "largest gap of the raw motion, where it was audited"},
-       [](const Subject& s) { return audited(s.model, "raw", &AuditSummary::largest_gap_mm); }},
-      {{"worst_gap_mm", "mm", "smallest gap that the equilibrium's certificate found; negative is overlap"},
+      {{"raw_penetration_mm", "mm", "largest penetration of the raw motion, if audited"},
+       [](const Subject& s) { return audit_value(s.model, "raw", &AuditSummary::largest_penetration_mm); }},
+      {{"raw_gap_mm", "mm", "largest gap of the raw motion, if audited"},
+       [](const Subject& s) { return audit_value(s.model, "raw", &AuditSummary::largest_gap_mm); }},
+      {{"worst_gap_mm", "mm", "smallest signed gap of the equilibria; negative is overlap"},
        [](const Subject& s) {
          return s.model.equilibrium ? smallest(s.model.equilibrium->worst_gap_mm) : nan;
        }},
-      {{"balance_residual_n", "N", "largest force left unbalanced by the equilibrium"},
+      {{"balance_residual_n", "N", "largest residual of the force balance of the equilibria"},
        [](const Subject& s) {
          if (!s.model.equilibrium) return nan;
          const GridD& residual_n = s.model.equilibrium->balance_residual_n;
          return largest(residual_n.data(), residual_n.size());
        }},
-      {{"several_optima", "1", "flexions with more than one place of rest, varus left free"},
+      {{"several_optima", "1", "flexions with more than one equilibrium, varus free"},
        [](const Subject& s) { return several_optima(s.model); }},
   };
 }
@@ -305,28 +305,29 @@ std::vector<Column> quality_columns()
 std::vector<Column> curve_columns()
 {
   return {
-      {{"internal_rotation_first_deg", "degree", "internal rotation at the curve's first answer"},
+      {{"internal_rotation_first_deg", "degree",
+        "internal rotation at the first defined flexion of the curve"},
        [](const Subject& s) { return first_of(internal_rotation(s)); }},
-      {{"internal_rotation_last_deg", "degree", "internal rotation at the curve's last answer"},
+      {{"internal_rotation_last_deg", "degree", "internal rotation at the last defined flexion of the curve"},
        [](const Subject& s) { return last_of(internal_rotation(s)); }},
       {{"internal_rotation_range_deg", "degree",
-        "largest less smallest internal rotation of the curve: the screw-home"},
+        "largest minus smallest internal rotation of the curve (screw-home)"},
        [](const Subject& s) { return range_of(internal_rotation(s)); }},
       {{"varus_mean_deg", "degree", "varus of the curve, mean over its flexions"},
        [](const Subject& s) { return mean_of(balanced_varus(s)); }},
       {{"rollback_medial_mm", "mm",
-        "way backward of the medial bearing point on the moving object, first to last flexion"},
+        "posterior travel of the medial centre of contact on the moving object, first to last flexion"},
        [](const Subject& s) {
-         const auto x = bearing(s, &ZeroVarus::medial_moving_mm, &ContactPaths::medial_moving_mm);
+         const auto x = contact_x_mm(s, &ZeroVarus::medial_moving_mm, &ContactPaths::medial_moving_mm);
          return first_of(x) - last_of(x);
        }},
       {{"rollback_lateral_mm", "mm",
-        "way backward of the lateral bearing point on the moving object, first to last flexion"},
+        "posterior travel of the lateral centre of contact on the moving object, first to last flexion"},
        [](const Subject& s) {
-         const auto x = bearing(s, &ZeroVarus::lateral_moving_mm, &ContactPaths::lateral_moving_mm);
+         const auto x = contact_x_mm(s, &ZeroVarus::lateral_moving_mm, &ContactPaths::lateral_moving_mm);
          return first_of(x) - last_of(x);
        }},
-      {{"medial_share", "1", "medial part of the contact forces along Delta, mean over the spine"},
+      {{"medial_share", "1", "medial share of the contact forces along Delta, mean over the spine"},
        medial_share},
       {{"largest_tension_n", "N", "largest tension of a fibre"},
        [](const Subject& s) { return s.model.ligaments ? largest(s.model.ligaments->tension_n) : nan; }},
@@ -336,7 +337,7 @@ std::vector<Column> curve_columns()
 std::vector<Column> smooth_columns()
 {
   return {
-      {{"smooth_degree", "1", "degree of the smoothed set that is shown first"},
+      {{"smooth_degree", "1", "degree of the default smoothed set"},
        [](const Subject& s) { return s.smoothed == nullptr ? nan : count_of(s.smoothed->degree); }},
       {{"smooth_rms_mm", "mm", "root mean square residual of that set's translations"},
        [](const Subject& s) { return smoothed_translation(s, &SmoothedSurface::rms); }},
@@ -347,10 +348,12 @@ std::vector<Column> smooth_columns()
       {{"smooth_leave_one_out_deg", "degree", "leave-one-out error of that set's theta"},
        [](const Subject& s) { return smoothed_theta(s, &SmoothedSurface::leave_one_out_rms); }},
       {{"smooth_penetration_mm", "mm",
-        "largest penetration of that set, recontacted if it is, where it was audited"},
-       [](const Subject& s) { return audited(s.model, s.shown, &AuditSummary::largest_penetration_mm); }},
-      {{"smooth_gap_mm", "mm", "largest gap of that set, recontacted if it is, where it was audited"},
-       [](const Subject& s) { return audited(s.model, s.shown, &AuditSummary::largest_gap_mm); }},
+        "largest penetration of that set (recontacted if available), if audited"},
+       [](const Subject& s) {
+         return audit_value(s.model, s.smoothed_name, &AuditSummary::largest_penetration_mm);
+       }},
+      {{"smooth_gap_mm", "mm", "largest gap of that set (recontacted if available), if audited"},
+       [](const Subject& s) { return audit_value(s.model, s.smoothed_name, &AuditSummary::largest_gap_mm); }},
       {{"model_bytes", "byte", "size of the motion model's file"},
        [](const Subject& s) { return s.model_bytes; }},
   };
@@ -384,8 +387,8 @@ std::vector<double> index_numbers_of(const MotionModel& model, double model_byte
 {
   Subject subject{model, model_bytes, spine_of(model), nullptr, "", Motion(model, "raw").is_varus_free()};
   if (!model.smoothed.empty()) {
-    subject.smoothed = &model.smoothed.back();  // by rising degree; what is shown first is the highest
-    subject.shown = set_names(model).front();
+    subject.smoothed = &model.smoothed.back();  // sorted by degree; the default is the highest
+    subject.smoothed_name = set_names(model).front();
   }
   std::vector<double> numbers;
   for (const Column& column : columns()) {

@@ -13,7 +13,7 @@
 namespace vrda {
 namespace {
 
-/// What the C and C++ libraries, zlib and HDF5 ask of the kernel on open files and memory.
+/// System calls that the C and C++ libraries, zlib and HDF5 need for open files and memory.
 constexpr std::initializer_list<int> allowed_calls{
     SCMP_SYS(read),       SCMP_SYS(write),      SCMP_SYS(pread64),       SCMP_SYS(pwrite64),
     SCMP_SYS(lseek),      SCMP_SYS(close),      SCMP_SYS(fstat),         SCMP_SYS(brk),
@@ -27,7 +27,7 @@ int load_filter(scmp_filter_ctx filter)
 {
   for (const int call : allowed_calls)
     if (const int error = seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 0); error != 0) return error;
-  // Memory, but none with code in it.
+  // Memory, but not executable memory.
   for (const int call : {SCMP_SYS(mmap), SCMP_SYS(mprotect)}) {
     const int error =
         seccomp_rule_add(filter, SCMP_ACT_ALLOW, call, 1, SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0));

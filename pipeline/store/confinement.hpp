@@ -1,14 +1,14 @@
-/// A process that gives up what it does not need.
+/// System call filter (seccomp) of the current process.
 #pragma once
 
 #include <string>
 
 namespace vrda {
 
-/// From now on this process can compute, take memory, read and write the files that are open, and end; the
-/// kernel refuses every other system call with EPERM (seccomp): it opens no file or socket and starts no
-/// program or thread. Returns why the kernel took no such filter; empty: it did. Under address and thread
-/// sanitizers, whose reports need to open files, nothing is given up.
+/// Restricts this process to computing, allocating memory, reading and writing open files, and exiting. The
+/// kernel refuses every other system call with EPERM: no file, socket, program or thread can be opened or
+/// started. Returns an empty string, or the reason why the kernel rejected the filter. Does nothing under
+/// address and thread sanitizers, whose reports need to open files.
 std::string confine_this_process();
 
 }  // namespace vrda

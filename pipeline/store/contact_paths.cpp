@@ -12,9 +12,9 @@ struct CellPoints {
   Eigen::Vector3d lateral_world_mm = Eigen::Vector3d::Constant(nan);
 };
 
-/// Weighted means of the rows first up to, not including, last; `weight(row)` is above 0.
+/// Weighted means of the rows [first, last); `weight(row)` is above 0.
 template <typename Rows, typename Weight>
-CellPoints means(const Rows& rows, std::int64_t first, std::int64_t last, Weight weight)
+CellPoints weighted_means(const Rows& rows, std::int64_t first, std::int64_t last, Weight weight)
 {
   double sums[3] = {};
   Eigen::Vector3d moments[3] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
@@ -36,16 +36,16 @@ CellPoints points_of(const MotionModel& model, std::size_t cell, const Eigen::Ve
 {
   if (!model.equilibrium) {
     const ContactRows& contacts = model.contacts;
-    return means(contacts, contacts.row_start[cell], contacts.row_start[cell + 1],
-                 [](std::int64_t) { return 1.0; });
+    return weighted_means(contacts, contacts.row_start[cell], contacts.row_start[cell + 1],
+                          [](std::int64_t) { return 1.0; });
   }
   const ForceRows& forces = model.equilibrium->forces;
-  return means(forces, forces.row_start[cell], forces.row_start[cell + 1], [&](std::int64_t row) {
+  return weighted_means(forces, forces.row_start[cell], forces.row_start[cell + 1], [&](std::int64_t row) {
     return forces.along_delta_n[static_cast<std::size_t>(row)] / -forces.normal_world.row(row).dot(delta);
   });
 }
 
-void put(std::vector<double>& path_mm, std::size_t cell, const Eigen::Vector3d& point_mm)
+void set_point(std::vector<double>& path_mm, std::size_t cell, const Eigen::Vector3d& point_mm)
 {
   for (std::size_t axis = 0; axis < 3; ++axis)
     path_mm[3 * cell + axis] = point_mm[static_cast<Eigen::Index>(axis)];
@@ -57,8 +57,8 @@ ContactPaths contact_paths_of(const MotionModel& model)
 {
   using Matrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   const std::size_t n_varus = model.varus_deg.size(), n_cells = model.flexion_deg.size() * n_varus;
-  const std::vector<double> nowhere(3 * n_cells, nan);
-  ContactPaths paths{nowhere, nowhere, nowhere, nowhere};
+  const std::vector<double> no_points(3 * n_cells, nan);
+  ContactPaths paths{no_points, no_points, no_points, no_points};
   SolverFrame frame{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm, {}};
   for (std::size_t cell = 0; cell < n_cells; ++cell) {
     if (model.status.data()[cell] != status_stable) continue;
@@ -79,10 +79,10 @@ ContactPaths contact_paths_of(const MotionModel& model)
     const CellPoints points = points_of(model, cell, frame.delta);
     const Eigen::Vector3d medial_mm = in_reference(points.medial_world_mm);
     const Eigen::Vector3d lateral_mm = in_reference(points.lateral_world_mm);
-    put(paths.medial_reference_mm, cell, medial_mm);
-    put(paths.medial_moving_mm, cell, in_moving(medial_mm));
-    put(paths.lateral_reference_mm, cell, lateral_mm);
-    put(paths.lateral_moving_mm, cell, in_moving(lateral_mm));
+    set_point(paths.medial_reference_mm, cell, medial_mm);
+    set_point(paths.medial_moving_mm, cell, in_moving(medial_mm));
+    set_point(paths.lateral_reference_mm, cell, lateral_mm);
+    set_point(paths.lateral_moving_mm, cell, in_moving(lateral_mm));
   }
   return paths;
 }

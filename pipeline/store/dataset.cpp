@@ -25,8 +25,8 @@ FlagTable table_of(const Codes& codes)
   return table;
 }
 
-/// What a value must be, without where.
-std::string value_words(const Valid& valid)
+/// Description of the valid values, without the condition where they are defined.
+std::string value_text(const Valid& valid)
 {
   const std::string bound = valid.excludes_least         ? " above " + text_of(valid.least)
                             : std::isfinite(valid.least) ? " of at least " + text_of(valid.least)
@@ -36,12 +36,12 @@ std::string value_words(const Valid& valid)
       return "";
     case Rule::number:
       return valid.answered.when == Answered::When::always && bound.empty()
-                 ? "finite numbers, none beyond 1e9"
+                 ? "finite numbers of magnitude up to 1e9"
                  : "a number" + bound;
     case Rule::number_or_nan:
       return "a number or NaN";
     case Rule::whole_rows:
-      return "rows of numbers or of NaN";
+      return "rows of numbers, or rows of NaN,";
     case Rule::rigid:
       return "a rotation and a translation";
     case Rule::unit_rows:
@@ -54,18 +54,18 @@ std::string value_words(const Valid& valid)
     case Rule::integer:
       return "a value from " + text_of(valid.least) + " to " + text_of(valid.largest);
     case Rule::row_starts:
-      return "0, never falling, and the number of entries at the end";
+      return "non-decreasing, from 0 to the number of entries";
     case Rule::codes:
       return valid.answered.when == Answered::When::always ? "a code of " + flag_table(valid.flags).meanings
                                                            : "0 or 1";
     case Rule::names:
-      return "names that are not empty";
+      return "non-empty names";
     case Rule::unique_names:
-      return "names that are not empty and differ";
+      return "unique non-empty names";
     case Rule::sha256:
       return "64 hexadecimal digits";
   }
-  throw InternalError("a rule without words");
+  throw InternalError("a rule without a description");
 }
 
 }  // namespace
@@ -86,7 +86,7 @@ const char* name_of(ValueKind kind)
     case ValueKind::text:
       return "variable-length UTF-8 text";
   }
-  throw InternalError("a kind of values without a name");
+  throw InternalError("a value kind without a name");
 }
 
 FlagTable flag_table(FlagSet set)
@@ -128,9 +128,9 @@ FlagTable flag_table(FlagSet set)
 
 std::string words_of(const Valid& valid)
 {
-  const std::string words = value_words(valid);
-  if (valid.answered.when == Answered::When::always) return words;
-  return words + " " + valid.answered.words +
+  const std::string text = value_text(valid);
+  if (valid.answered.when == Answered::When::always) return text;
+  return text + " " + valid.answered.words +
          (valid.rule == Rule::codes ? ", -1 elsewhere" : ", NaN elsewhere");
 }
 

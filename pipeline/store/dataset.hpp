@@ -1,4 +1,4 @@
-/// What the registry (registry.hpp, trace_registry.hpp) says of one dataset: its row in the specification.
+/// Description of one dataset in the registry (registry.hpp, trace_registry.hpp).
 #pragma once
 
 #include <Eigen/Core>
@@ -28,8 +28,7 @@ constexpr ValueKind value_kind()
 
 struct Unit {
   const char* name;
-  int length_power;  ///< 1 where numbers grow with all lengths at equal forces, otherwise 0
-                     ///< s^power
+  int length_power;  ///< power of a uniform length scale, at equal forces: 1 or 0
 };
 namespace unit {
 inline constexpr Unit none{"", 0}, one{"1", 0}, mm{"mm", 1}, degree{"degree", 0}, n{"N", 0}, nmm{"N mm", 1};
@@ -41,8 +40,8 @@ inline constexpr Unit landmark_mm{"mm", 0};
 enum class FlagSet {
   none,
   status,
-  solver_status,  ///< without `overlapping`: of the free spine
-  search_status,  ///< without `unbounded` too: of a trace's searches
+  solver_status,  ///< without `overlapping`: of the spine with free varus
+  search_status,  ///< also without `unbounded`: of a trace's searches
   plausibility,
   answer,
   yes_no,
@@ -58,11 +57,11 @@ enum class FlagSet {
 
 struct FlagTable {
   std::vector<std::int8_t> values;
-  std::string meanings;  ///< one word a value, in order, separated by blanks
+  std::string meanings;  ///< one word per value, in order, separated by blanks
 };
 FlagTable flag_table(FlagSet set);
 
-/// For which leading entries of a dataset there is an answer, by codes that have one value for each of these.
+/// Where a dataset has values: a condition on codes, one code per entry along the leading dimensions.
 struct Answered {
   enum class When { always, at_code, not_at_code, between };
   When when = When::always;
@@ -70,7 +69,7 @@ struct Answered {
   std::int8_t code = 0;
   const char* words = "";  ///< "where status is stable"
 
-  /// Number of leading entries; `between` two entries there is one fewer.
+  /// Number of leading entries; with `between`, one per pair of neighbouring codes.
   std::size_t size() const { return codes.size() - (when == When::between ? 1 : 0); }
   bool at(std::size_t entry) const
   {
@@ -81,24 +80,24 @@ struct Answered {
 };
 
 enum class Rule {
-  any,            ///< also where a rule between datasets decides (values.cpp)
+  any,            ///< also where a rule between datasets applies (values.cpp)
   number,         ///< finite, at most 1e9 in size, from `least`, which `excludes_least`
   number_or_nan,  ///< such a number or NaN
-  whole_rows,     ///< rows of numbers or of NaN, a row for each entry of `answered`
+  whole_rows,     ///< rows of numbers or of NaN, one per leading entry of the condition
   rigid,          ///< 4 x 4 matrices, row by row: a rotation and a translation
   unit_rows,      ///< rows of length 1
   unit_or_zero_rows,
   exact_unit_rows,
   axis,        ///< degrees, strictly increasing
   integer,     ///< from `least` to `largest`
-  row_starts,  ///< of compressed rows: 0, never falling, `largest` at the end
-  codes,       ///< of `flags`; with `answered`: 0 or 1 there, -1 elsewhere
+  row_starts,  ///< of compressed rows: non-decreasing from 0 to `largest`
+  codes,       ///< of `flags`; with a condition: 0 or 1 there, -1 elsewhere
   names,       ///< not empty
   unique_names,
   sha256,
 };
 
-/// What the values of a dataset must satisfy. Elsewhere than `answered`, numbers are NaN and codes -1.
+/// Rule of a dataset's values. Where the condition does not hold, numbers are NaN and codes -1.
 struct Valid {
   Rule rule = Rule::any;
   Answered answered = {};
@@ -108,7 +107,7 @@ struct Valid {
   FlagSet flags = FlagSet::none;
 };
 
-/// In words, for messages and for the pages in schemas/; empty where every value is valid.
+/// Text of the rule for messages and the pages in schemas/; empty where every value is valid.
 std::string words_of(const Valid& valid);
 
 struct Dataset {
@@ -128,14 +127,14 @@ bool may_be_nan(const Dataset& dataset, ValueKind kind);
 struct Count {
   enum class Kind { fixed, counted, axis };
   Kind kind;       ///< fixed: known from the specification or other dimensions; axis: counted, at least 1
-  std::int64_t n;  ///< for `counted` and `axis`: of the model at hand, unknown before it is read
+  std::int64_t n;  ///< for `counted` and `axis`: size in this model, unknown before it is read
 
   static Count fixed(std::int64_t n) { return {Kind::fixed, n}; }
   static Count counted(std::size_t n) { return {Kind::counted, static_cast<std::int64_t>(n)}; }
   static Count axis(std::size_t n) { return {Kind::axis, static_cast<std::int64_t>(n)}; }
 };
 
-/// The values of a member of the model, whatever container holds them.
+/// The values of a model's member as a span.
 template <typename Scalar>
 auto values_of(std::vector<Scalar>& member)
 {
@@ -173,7 +172,7 @@ constexpr ValueKind member_kind()
   return value_kind<typename decltype(values_of(std::declval<const Member&>()))::value_type>();
 }
 
-/// Gives a member the shape of its dataset.
+/// Resizes a member to the shape of its dataset.
 template <typename Scalar>
 void resize(std::vector<Scalar>& member, const std::vector<std::int64_t>& shape)
 {

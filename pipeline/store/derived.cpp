@@ -11,7 +11,7 @@
 namespace vrda {
 namespace {
 
-double largest_known(const GridD& values)
+double largest_number_in(const GridD& values)
 {
   double largest = std::numeric_limits<double>::quiet_NaN();
   for (Eigen::Index k = 0; k < values.size(); ++k) {
@@ -84,7 +84,7 @@ bool set_group_name(AuditSet& audit, const std::string& name)
 
 AuditSummary summary_of(const AuditSet& audit)
 {
-  return {largest_known(audit.penetration_mm), largest_known(audit.gap_mm)};
+  return {largest_number_in(audit.penetration_mm), largest_number_in(audit.gap_mm)};
 }
 
 std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit)

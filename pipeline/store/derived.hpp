@@ -1,4 +1,4 @@
-/// What is made of a motion model's raw surfaces afterwards: smoothed sets, audits, the zero-varus motion.
+/// Data derived from a motion model's raw surfaces: smoothed sets, audits, the zero-varus motion.
 /// Units here are those of the file: mm and degrees.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace vrda {
 
-/// As stored.
+/// The code stored in the file.
 template <typename Code>
 constexpr std::int8_t code_of(Code code)
 {
@@ -36,13 +36,13 @@ struct SmoothedSet {
   std::int32_t degree = 0;
   bool is_robust = false;                                                    ///< fitted with Huber's weights
   Eigen::Array<std::int32_t, Eigen::Dynamic, 2, Eigen::RowMajor> exponents;  ///< [n_terms, 2]
-  std::vector<SmoothedSurface> surfaces;  ///< tx, ty, tz, theta; where varus was free varus too
-  /// Travel along Delta from the smoothed pose into contact, mm; the set "degree_N_recontacted" adds it. NaN
-  /// where nothing is in the way.
+  std::vector<SmoothedSurface> surfaces;  ///< tx, ty, tz, theta; also varus where it was free
+  /// Travel along Delta from the smoothed pose into contact, mm, added by the set "degree_N_recontacted". NaN
+  /// where there is no contact along Delta.
   std::optional<GridD> recontact_mm;
 };
 
-/// The surfaces of a set in their order, by SmoothedSurface::name; the last only where varus was free.
+/// Names of a set's surfaces in order; the last only where varus was free.
 inline constexpr const char* smoothed_names[] = {"tx", "ty", "tz", "theta", "varus"};
 
 /// "/smoothed/degree_6".
@@ -52,32 +52,31 @@ std::string smoothed_path(std::int32_t degree, const std::string& name);
 /// "/smoothed/degree_6/coefficients_tx".
 std::string coefficients_path(std::int32_t degree, const std::string& name);
 
-/// The name of an element's group below /smoothed or /audit, and the way back: false for a name that none
-/// has.
+/// Name of an element's group below /smoothed or /audit, and the inverse: false for an invalid name.
 std::string group_name(const SmoothedSet& set);
 bool set_group_name(SmoothedSet& set, const std::string& name);
 /// Names that an element may have, for messages.
 inline const char* group_names(const SmoothedSet&)
 {
-  return "\"degree_\" and a whole number";
+  return "\"degree_\" followed by an integer";
 }
 
-/// What the audit found at one attitude.
+/// Result of the audit at one attitude.
 enum class AuditState : std::int8_t {
   no_pose = -1,       ///< the motion has no pose there
   free = 0,           ///< a gap, possibly 0
   overlapping = 1,    ///< penetration
-  nothing_ahead = 2,  ///< free, and no touch anywhere along Delta
+  nothing_ahead = 2,  ///< free, without any contact along Delta
 };
 
-/// Gap and penetration of one motion on a grid of its own.
+/// Gap and penetration of one motion on the audit's own grid.
 struct AuditSet {
   std::string name;                            ///< "raw", "degree_6", "degree_6_recontacted", "zero_varus"
-  std::int32_t refine = 1;                     ///< cells of this grid in one of the model's, along each axis
-  std::vector<double> flexion_deg, varus_deg;  ///< axes; of zero_varus, and where varus was free, varus is 0
+  std::int32_t refine = 1;                     ///< subdivisions of each cell of the model, along each axis
+  std::vector<double> flexion_deg, varus_deg;  ///< axes; varus is {0} for zero_varus and where varus was free
   GridB state;                                 ///< AuditState
-  GridD gap_mm;                                ///< travel along Delta to the next touch; NaN unless free
-  GridD penetration_mm;  ///< travel back along Delta until nothing overlaps; 0 when free, NaN without a pose
+  GridD gap_mm;                                ///< travel along Delta to the next contact; NaN unless free
+  GridD penetration_mm;  ///< travel opposite to Delta out of the overlap; 0 when free, NaN without a pose
 };
 
 /// Whether an audit may have this name: "raw", "zero_varus", "degree_6" or "degree_6_recontacted".
@@ -92,43 +91,43 @@ inline const char* group_names(const AuditSet&)
   return "raw, zero_varus, degree_N or degree_N_recontacted";
 }
 
-/// NaN where no attitude has a number.
+/// Maxima over the grid; NaN if no attitude has a value.
 struct AuditSummary {
   double largest_penetration_mm = 0.0;
   double largest_gap_mm = 0.0;
 };
 AuditSummary summary_of(const AuditSet& audit);
 
-/// `audits` in the order that a motion model keeps, with `audit` in it, in place of the one of its name.
+/// Returns `audits`, sorted by name, with `audit` inserted or replacing the one of the same name.
 std::vector<AuditSet> with_audit(std::vector<AuditSet> audits, AuditSet audit);
 
-/// Where the varus of a zero-varus pose comes from (DESIGN.md 5.5).
+/// Source of the varus of a zero-varus pose (DESIGN.md 5.5).
 enum class ZeroVarusSource : std::int8_t {
   none = -1,         ///< no pose
-  both_touch = 0,    ///< mean of the first and last varus at which both compartments touch
+  both_touch = 0,    ///< mean of the first and last varus with both compartments in contact
   interpolated = 1,  ///< root of gap_medial - gap_lateral between two columns
   free = 2,          ///< varus was free
 };
 
-/// The flexion-only motion with both condyles bearing. NaN where the source is none.
+/// The flexion-only motion with both condyles in contact. NaN where the source is none.
 struct ZeroVarus {
-  std::string set = "raw";  ///< the motion these poses are of: a name like AuditSet's, never "zero_varus"
-  std::vector<std::int8_t> source;                      ///< [n_flexion] ZeroVarusSource
-  std::vector<double> varus_deg;                        ///< [n_flexion]
+  std::string set = "raw";          ///< motion of these poses: a name as in AuditSet, except "zero_varus"
+  std::vector<std::int8_t> source;  ///< [n_flexion] ZeroVarusSource
+  std::vector<double> varus_deg;    ///< [n_flexion]
   std::vector<double> varus_first_deg, varus_last_deg;  ///< [n_flexion] of both_touch only
   std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;   ///< [n_flexion] as the surfaces of those names
   std::vector<double> X_reference_moving;               ///< [n_flexion, 4, 4] row-major
   std::vector<double> clinical_flexion_deg, clinical_varus_deg, internal_rotation_deg;  ///< [n_flexion]
   std::vector<double> anterior_mm, proximal_mm, lateral_mm;                             ///< [n_flexion]
-  /// [n_flexion, 3] where each compartment bears; only with compartments (as ContactPaths).
+  /// [n_flexion, 3] centres of contact; only with compartments (as ContactPaths).
   std::vector<double> medial_reference_mm, medial_moving_mm, lateral_reference_mm, lateral_moving_mm;
-  /// Between flexion k and k + 1, [n_flexion - 1]: the finite helical axis of the moving body in canonical
-  /// axes of the reference body. NaN where an end has no pose or the turn is too small for an axis.
+  /// [n_flexion - 1] Finite helical axis of the moving body between flexion k and k + 1, in canonical axes of
+  /// the reference body. NaN where an end has no pose or the rotation is too small for an axis.
   std::vector<double> helical_rotation_deg, helical_translation_mm;
   std::vector<double> helical_direction, helical_point_mm;  ///< [n_flexion - 1, 3]
   std::vector<double> instant_centre_mm;  ///< [n_flexion - 1, 2] anterior, proximal in the sagittal plane
-  /// [n_flexion - 1] travel of the contact on either surface and what of it is rolling and sliding; only with
-  /// compartments. Formulas: schemas/clinical.md.
+  /// [n_flexion - 1] Rolling and sliding of the centre of contact; only with compartments. Formulas:
+  /// schemas/clinical.md.
   std::vector<double> medial_rolling_mm, medial_sliding_mm, lateral_rolling_mm, lateral_sliding_mm;
 };
 

@@ -15,13 +15,13 @@ double unit_slope(const AxisRange& range)
 
 AxisRanges axis_ranges(const std::vector<double>& flexion_deg, const std::vector<double>& varus_deg)
 {
-  check(!flexion_deg.empty() && !varus_deg.empty(), "an axis holds at least one value");
+  check(!flexion_deg.empty() && !varus_deg.empty(), "an axis must have at least one value");
   return {{flexion_deg.front(), flexion_deg.back()}, {varus_deg.front(), varus_deg.back()}};
 }
 
 LegendreTable legendre(double u, int degree)
 {
-  check(degree >= 0 && degree <= largest_smoothed_degree, "the degree must fit the table");
+  check(degree >= 0 && degree <= largest_smoothed_degree, "the degree must not exceed the table");
   LegendreTable table;
   table.value[0] = 1.0;
   table.derivative[0] = 0.0;
@@ -39,7 +39,7 @@ LegendreTable legendre(double u, int degree)
 double unit_coordinate(double x_deg, const AxisRange& range)
 {
   if (range.first_deg == range.last_deg) return 0.0;
-  // Both ends come out exact.
+  // Exactly -1 and 1 at the ends.
   return ((x_deg - range.first_deg) - (range.last_deg - x_deg)) / (range.last_deg - range.first_deg);
 }
 

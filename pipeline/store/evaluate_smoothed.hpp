@@ -1,4 +1,4 @@
-/// The smoothed surfaces between the attitudes of the grid.
+/// Evaluation of smoothed surfaces between the attitudes of the grid.
 #pragma once
 
 #include <vector>
@@ -17,10 +17,10 @@ struct AxisRanges {
   AxisRange flexion, varus;
 };
 
-/// Of axes with at least one value each.
+/// Ranges of axes with at least one value each.
 AxisRanges axis_ranges(const std::vector<double>& flexion_deg, const std::vector<double>& varus_deg);
 
-/// The highest degree that a surface may have: tables of this size are on the stack.
+/// Largest degree of a surface; tables of this size are on the stack.
 inline constexpr int largest_smoothed_degree = 20;
 
 /// Legendre polynomials and their derivatives at one point of [-1, 1] (or a little outside).
@@ -30,7 +30,7 @@ struct LegendreTable {
 };
 LegendreTable legendre(double u, int degree);
 
-/// `x_deg` on [-1, 1]; 0 where the axis has one value.
+/// Maps `x_deg` to [-1, 1]; 0 where the axis has one value.
 double unit_coordinate(double x_deg, const AxisRange& range);
 
 struct SmoothedValue {
@@ -39,8 +39,8 @@ struct SmoothedValue {
   double per_varus = 0.0;    ///< derivative, per degree of varus; 0 where the axis has one value
 };
 
-/// The surface at any attitude; outside the grid it extrapolates, which polynomials do badly.
-/// Allocates nothing. `set` is the set that `surface` belongs to.
+/// Evaluates a surface at any attitude; outside the grid it extrapolates, with large errors.
+/// Allocates nothing. `set` is the set of `surface`.
 SmoothedValue evaluate(const SmoothedSet& set, const SmoothedSurface& surface, const AxisRanges& ranges,
                        double flexion_deg, double varus_deg);
 

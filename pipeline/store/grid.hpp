@@ -6,7 +6,7 @@
 
 namespace vrda {
 
-/// Values over (flexion, varus). NaN (or -1 for flags) where a cell has no answer.
+/// Values over (flexion, varus). NaN (or -1 for flags) where a cell has no value.
 template <typename Scalar>
 using Grid = Eigen::Array<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using GridD = Grid<double>;

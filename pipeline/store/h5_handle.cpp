@@ -36,7 +36,7 @@ H5Id native_type(ValueKind kind)
     case ValueKind::text:
       break;
   }
-  throw InternalError("text has no fixed type in memory");
+  throw InternalError("text has no fixed memory type");
 }
 
 H5Handle& H5Handle::operator=(H5Handle&& other) noexcept

@@ -1,5 +1,4 @@
-/// HDF5 behind two names: a handle that closes itself and one check of return codes. hdf5.h appears in
-/// the sources of this room only, hence the plain integer.
+/// HDF5 handles (RAII) and a check of return codes. No header includes hdf5.h, hence the integer.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +10,7 @@ namespace vrda {
 
 using H5Id = std::int64_t;
 
-/// Owns one HDF5 identifier of any kind and gives it back when it goes.
+/// Owns one HDF5 identifier of any kind and releases it on destruction.
 class H5Handle {
  public:
   H5Handle() = default;
@@ -27,22 +26,22 @@ class H5Handle {
   H5Id id_ = -1;
 };
 
-/// Where a call was made; becomes the InputError's file and field.
+/// Location of a call; becomes the InputError's file and field.
 struct H5Place {
   const std::string& file;
   std::string object;  ///< path inside the file; may be empty
 };
 
-/// Returns `code` when it is not negative; otherwise throws InputError with the library's own reason.
+/// Returns `code` when it is not negative; otherwise throws InputError with HDF5's error text.
 H5Id check_h5(H5Id code, const H5Place& place, const char* wanted);
 
 /// The same for calls that return an identifier to own.
 H5Handle own_h5(H5Id id, const H5Place& place, const char* wanted);
 
-/// How numbers of a kind lie in memory.
+/// HDF5's native type of a kind of numbers.
 H5Id native_type(ValueKind kind);
 
-/// Stops the library from printing its error stack; errors come back through check_h5.
+/// Disables HDF5's printing of its error stack; check_h5 reports errors.
 void silence_h5();
 
 }  // namespace vrda

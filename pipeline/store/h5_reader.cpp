@@ -16,17 +16,17 @@ namespace vrda {
 namespace {
 
 constexpr int deepest_nesting = 8;
-/// A motion model holds about a hundred objects; a file with far more is something else.
+/// A motion model has about a hundred objects.
 constexpr std::size_t most_objects = 10000;
-/// HDF5 looks a link up by its number in a time that grows with their number.
+/// HDF5's look-up of a link by index takes time proportional to the number of links.
 constexpr std::uint64_t most_links = 2000;
-/// Enough to tell what is wrong with a file.
+/// Enough to diagnose a file.
 constexpr std::size_t most_refused = 100;
 constexpr std::int64_t largest_attribute = 4096;
-/// Of one dataset; a job's text takes some kilobytes. HDF5's values of this kind may all be the same bytes of
-/// the file, so that its size is no bound.
+/// Per dataset; a job's text takes some kilobytes. Variable-length values may share the same bytes of the
+/// file, so the file size is no bound.
 constexpr std::size_t most_text_bytes = std::size_t{64} << 20;
-/// The most by which zlib shrinks: 1032 to 1 (zlib technical details, "Maximum Compression Factor").
+/// zlib's maximum compression factor (zlib technical details, "Maximum Compression Factor").
 constexpr std::uint64_t largest_deflate_ratio = 1032;
 
 std::optional<ValueKind> kind_of(H5Id type)
@@ -55,7 +55,7 @@ std::vector<std::int64_t> shape_of(H5Id space)
   return {sizes.begin(), sizes.end()};
 }
 
-/// Number of elements, or nothing when it does not fit `limit`.
+/// Number of elements; empty when it exceeds `limit`.
 std::optional<std::uint64_t> count_within(const std::vector<std::int64_t>& shape, std::uint64_t limit)
 {
   std::uint64_t count = 1;
@@ -67,10 +67,10 @@ std::optional<std::uint64_t> count_within(const std::vector<std::int64_t>& shape
   return count;
 }
 
-/// Memory of the texts that HDF5 reads. Gives them back when it goes, whether or not the reading failed.
+/// Memory of the texts that HDF5 reads. Released on destruction, also after a failed read.
 class TextMemory {
  public:
-  /// For H5Pset_vlen_mem_manager: null where there is no more.
+  /// For H5Pset_vlen_mem_manager: null when the limit is reached.
   static void* allocate(std::size_t size, void* memory)
   {
     return static_cast<TextMemory*>(memory)->allocate(size);
@@ -94,7 +94,7 @@ class TextMemory {
   std::vector<std::unique_ptr<char[]>> blocks_;
 };
 
-/// Copies; the texts themselves stay whose they are.
+/// Copies the texts, checked for UTF-8 and control characters; the caller keeps ownership of `texts`.
 std::vector<std::string> copies(const std::vector<char*>& texts, const H5Place& place)
 {
   std::vector<std::string> result;
@@ -104,12 +104,13 @@ std::vector<std::string> copies(const std::vector<char*>& texts, const H5Place& 
     if (!is_utf8(result.back()))
       throw InputError({place.file, place.object, "\"" + result.back() + "\"", "text in UTF-8"});
     if (has_control_characters(result.back(), "\t\n\r"))
-      throw InputError({place.file, place.object, "control characters in a text", "text alone"});
+      throw InputError(
+          {place.file, place.object, "control characters in a text", "text without control characters"});
   }
   return result;
 }
 
-/// The first filter that a motion model does not use, or nothing.
+/// The first filter that a motion model does not use; empty if there is none.
 std::string filter_problem(H5Id creation)
 {
   const int n_filters = H5Pget_nfilters(creation);
@@ -126,10 +127,10 @@ std::string filter_problem(H5Id creation)
   return {};
 }
 
-/// Where the values lie when that is not this file, or nothing.
-std::string elsewhere(H5Id creation)
+/// Description of storage outside this file; empty if the values are in this file.
+std::string storage_elsewhere(H5Id creation)
 {
-  if (H5Pget_external_count(creation) != 0) return "values kept in another file";
+  if (H5Pget_external_count(creation) != 0) return "values stored in another file";
   const H5D_layout_t layout = H5Pget_layout(creation);
   const bool is_here = layout == H5D_CHUNKED || layout == H5D_CONTIGUOUS || layout == H5D_COMPACT;
   return is_here ? "" : "a virtual dataset";
@@ -146,7 +147,7 @@ bool has_chunks_within(H5Id creation, const std::vector<std::int64_t>& shape)
   return true;
 }
 
-/// Stops the iteration, by returning 1, at the scale that lies at the address wanted.
+/// Stops the iteration, by returning 1, at the scale with the address `wanted`.
 herr_t has_address(hid_t, unsigned, hid_t scale, void* wanted)
 {
   H5O_info_t info = {};
@@ -159,17 +160,17 @@ herr_t has_address(hid_t, unsigned, hid_t scale, void* wanted)
 H5Reader::H5Reader(const Hdf5Content& content) : file_name_(content.file), file_bytes_(content.bytes.size())
 {
   silence_h5();
-  // A filter that HDF5 does not know would make it look for a library to load.
+  // For an unknown filter HDF5 would search for a plugin library to load.
   check_h5(H5PLset_loading_state(0), place(""), intact_file);
   const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), intact_file);
-  // HDF5 meets the bytes whose seal was checked, and no file.
+  // HDF5 parses the bytes whose seal was checked, not a file.
   check_h5(H5Pset_fapl_core(access.id(), content.bytes.size(), false), place(""), intact_file);
-  // It copies the bytes and does not change them.
+  // HDF5 copies the bytes and does not change them.
   check_h5(H5Pset_file_image(access.id(), const_cast<char*>(content.bytes.data()), content.bytes.size()),
            place(""), intact_file);
-  // Every dataset is read once and whole: no memory of its chunks, which would last as long as it is open.
+  // Every dataset is read once and whole, so no chunk cache, which would last as long as the dataset is open.
   check_h5(H5Pset_cache(access.id(), 0, 0, 0, 0.0), place(""), intact_file);
-  // A name that no file has, which HDF5 insists on; one each, since by it HDF5 tells open files apart.
+  // HDF5 requires a name and identifies open files by it: unique, and not the name of a real file.
   const std::string name = "/dev/null/" + content.file;
   file_ = own_h5(H5Fopen(name.c_str(), H5F_ACC_RDONLY, access.id()), place(""), intact_file);
   objects_["/"] = ObjectKind::group;
@@ -270,8 +271,8 @@ DatasetFacts H5Reader::facts(const std::string& dataset) const
   const H5Handle type = own_h5(H5Dget_type(object), place(dataset), intact_file);
   DatasetFacts facts;
   facts.kind = kind_of(type.id());
-  // First of all: asked for the shape of a virtual dataset, HDF5 opens the files that it is made of.
-  facts.elsewhere = elsewhere(creation.id());
+  // Checked first: for the shape of a virtual dataset, HDF5 opens its source files.
+  facts.elsewhere = storage_elsewhere(creation.id());
   if (!facts.elsewhere.empty()) return facts;
   const H5Handle space = own_h5(H5Dget_space(object), place(dataset), intact_file);
   facts.shape = shape_of(space.id());
@@ -293,7 +294,7 @@ std::string H5Reader::storage_problem(const DatasetIds& ids, const DatasetFacts&
   const std::uint64_t element_bytes = std::max<std::uint64_t>(1, H5Tget_size(ids.type));
   const std::uint64_t stored = H5Dget_storage_size(ids.dataset);
   const std::uint64_t factor = is_chunked ? largest_deflate_ratio : 1;
-  if (stored > file_bytes_) return std::to_string(stored) + " bytes of values, more than the file holds";
+  if (stored > file_bytes_) return std::to_string(stored) + " bytes of values, more than the file has";
   if (!count_within(facts.shape, stored * factor / element_bytes)) {
     return "a shape too large for the " + std::to_string(stored) + " bytes stored";
   }
@@ -307,8 +308,7 @@ bool H5Reader::is_attached(const std::string& dataset, std::size_t axis, const s
   const H5Id object = kept_open(dataset);
   H5O_info_t info = {};
   check_h5(H5Oget_info2(kept_open(scale), &info, H5O_INFO_BASIC), place(scale), intact_file);
-  // H5DSis_attached would follow the scale's list of users too, and fail for all of them once one of the
-  // datasets in it is gone.
+  // Not H5DSis_attached, which fails for all datasets of the scale's REFERENCE_LIST when one is missing.
   const bool attached =
       H5DSiterate_scales(object, static_cast<unsigned>(axis), nullptr, has_address, &info.addr) > 0;
   H5Eclear2(H5E_DEFAULT);
@@ -327,7 +327,7 @@ std::optional<AttributeValue> H5Reader::attribute(const std::string& object, con
   AttributeValue value;
   if (shape.size() != 1 || shape[0] > largest_attribute) return value;
   value.kind = kind_of(type.id());
-  // No attribute of ours has several texts; here their memory has no bound.
+  // No attribute of these formats has several texts; reading them here would have no memory bound.
   if (value.kind == ValueKind::text && shape[0] > 1) value.kind.reset();
   if (!value.kind) return value;
   const std::size_t size = static_cast<std::size_t>(shape[0]);

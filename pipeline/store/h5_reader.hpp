@@ -1,5 +1,4 @@
-/// Looks into one HDF5 file and reads from it, trusting nothing: facts first, values when the facts are
-/// right.
+/// Reader of one untrusted HDF5 file: metadata first, values once the metadata has been checked.
 #pragma once
 
 #include <cstdint>
@@ -19,39 +18,39 @@ namespace vrda {
 enum class ObjectKind { group, dataset };
 
 struct DatasetFacts {
-  std::optional<ValueKind> kind;  ///< nothing: a type that motion models do not use
-  std::string elsewhere;          ///< where its values lie when that is not this file; then no shape
+  std::optional<ValueKind> kind;  ///< empty: a type that motion models do not use
+  std::string elsewhere;  ///< description of storage outside this file; if not empty, no shape is read
   std::vector<std::int64_t> shape;
   std::string scale_name;       ///< of a dimension scale; empty otherwise
-  std::string storage_problem;  ///< why its values must not be read; empty: none
+  std::string storage_problem;  ///< why its values must not be read; empty: no problem
 };
 
-/// A one-dimensional attribute. Integers are held as doubles, which is exact for 32 bits and less.
+/// A one-dimensional attribute. Integers are stored as doubles, exact up to 32 bits.
 struct AttributeValue {
-  std::optional<ValueKind> kind;  ///< nothing: another type, another rank or too large; then no values either
+  std::optional<ValueKind> kind;  ///< empty: another type or rank, or too large; then no values
   std::vector<double> numbers;
   std::vector<std::string> texts;
 };
 
 class H5Reader {
  public:
-  /// Throws InputError naming the file when HDF5 cannot open its content. HDF5 loads no plugins any more in
+  /// Throws InputError naming the file when HDF5 cannot open its content. Disables HDF5's plugin loading in
   /// this process.
   explicit H5Reader(const Hdf5Content& content);
 
   const std::string& file_name() const { return file_name_; }
-  /// Every group and dataset by its path; "/" too.
+  /// Every group and dataset by its path, including "/".
   const std::map<std::string, ObjectKind>& objects() const { return objects_; }
   bool is_group(const std::string& path) const;
   bool is_dataset(const std::string& path) const;
-  /// What the walk through the file refused: links out of the file, nesting without end.
+  /// Links out of the file, too deep nesting, and other objects that were rejected while listing the file.
   const std::vector<Finding>& refused() const { return refused_; }
 
   DatasetFacts facts(const std::string& dataset) const;
   bool is_attached(const std::string& dataset, std::size_t axis, const std::string& scale) const;
   std::optional<AttributeValue> attribute(const std::string& object, const std::string& name) const;
 
-  /// Fill `values`, whose number must be that of the dataset. Throw InputError naming file and dataset.
+  /// Fill `values`, whose size must be that of the dataset. Throw InputError naming file and dataset.
   template <typename Number>
   void read(const std::string& dataset, std::span<Number> values) const
   {
@@ -66,7 +65,7 @@ class H5Reader {
 
   H5Place place(const std::string& object) const { return {file_name_, object}; }
   H5Handle open(const std::string& object) const;
-  /// As open, once for all questions about the object: a third of the time of reading went into opening.
+  /// Like open(), but the handle stays open: repeated opening took a third of the reading time.
   H5Id kept_open(const std::string& object) const;
   void walk(const std::string& group, int depth);
   void add_link(H5Id group, const std::string& path, int depth);
@@ -82,7 +81,7 @@ class H5Reader {
   H5Handle file_;
   std::map<std::string, ObjectKind> objects_;
   std::vector<Finding> refused_;
-  mutable std::map<std::string, H5Handle> open_;  ///< behind file_, so that they close before it
+  mutable std::map<std::string, H5Handle> open_;  ///< declared after file_, so closed before it
 };
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// Visitors that carry the registry's datasets and attributes to an HDF5 file and back.
+/// Registry visitors that write datasets and attributes to an HDF5 file and read them.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace vrda {
 
-/// Writes one sort of object a visit: HDF5 files are equal byte for byte only if made in the same order.
+/// Writes one class of objects per visit: the bytes of an HDF5 file depend on the order of writing.
 class Hdf5Write : public RegistryVisitor {
  public:
   enum class Sort { root_attributes, groups, datasets, attributes };
@@ -43,7 +43,7 @@ class Hdf5Write : public RegistryVisitor {
     attribute(object, name, value);
   }
 
-  /// Writes a dataset, and the dimensions that it is the first to use.
+  /// Writes a dataset, and the dimensions that it uses first.
   template <typename Member>
   void operator()(const Dataset& dataset, const Member& member)
   {
@@ -57,7 +57,7 @@ class Hdf5Write : public RegistryVisitor {
     writer_.write(dataset, shape, values_of(member));
   }
 
-  /// Ends a visit: attributes of groups have an order of their own in files of version 1.
+  /// Ends a visit: attributes of groups are written in a fixed order of version 1 of the format.
   void finish()
   {
     const auto rank = [](const std::string& object) {
@@ -104,7 +104,7 @@ inline void write_format(H5Writer& writer, const char* name, const char* version
   writer.write_attribute("/", "Conventions", std::string(conventions));
 }
 
-/// `visit(visitor)` walks the registry of what is written.
+/// `visit(visitor)` visits the registry of the content to write.
 template <typename Visit>
 void write_hdf5(H5Writer& writer, const Visit& visit)
 {
@@ -116,7 +116,7 @@ void write_hdf5(H5Writer& writer, const Visit& visit)
   }
 }
 
-/// Reads the datasets of a file whose structure has been checked into the content that the check made.
+/// Reads the datasets of a file into the content returned by its structure check.
 class Hdf5Read : public RegistryVisitor {
  public:
   using Sizes = std::vector<std::pair<std::string, std::int64_t>>;

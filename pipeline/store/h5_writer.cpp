@@ -18,13 +18,13 @@
 namespace vrda {
 namespace {
 
-constexpr const char* wanted_memory = "room in memory";
+constexpr const char* wanted_memory = "sufficient memory";
 
-/// Smaller datasets stay contiguous: a chunk's index alone takes about this much.
+/// Smaller datasets stay contiguous: a chunk index alone takes about this many bytes.
 constexpr std::size_t smallest_compressed_bytes = 4096;
-/// Chunks of at most this size keep the reader's cache (1 MiB by default) useful.
+/// Chunks of at most this size fit the reader's cache (1 MiB by default).
 constexpr std::size_t largest_chunk_bytes = std::size_t{1} << 20;
-/// zlib's own default.
+/// zlib's default.
 constexpr unsigned deflate_level = 6;
 
 H5Id file_type(ValueKind kind)
@@ -62,7 +62,7 @@ H5Handle extent(const std::vector<std::int64_t>& shape, const H5Place& place)
                 wanted_memory);
 }
 
-void no_times_and_ordered(H5Id properties, const H5Place& place)
+void disable_times_and_order_attributes(H5Id properties, const H5Place& place)
 {
   check_h5(H5Pset_obj_track_times(properties, false), place, wanted_memory);
   check_h5(H5Pset_attr_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
@@ -103,8 +103,8 @@ std::string last_name(const std::string& path)
 
 constexpr double the_nan = std::numeric_limits<double>::quiet_NaN();
 
-/// A file without a name, in memory. HDF5's own driver for that was tried: version 1.10.8 hands out a
-/// superblock whose checksum does not match.
+/// An unnamed file in memory. HDF5's core driver was tried: version 1.10.8 returns a superblock whose
+/// checksum does not match.
 int memory_file(const std::string& path)
 {
   const int descriptor = memfd_create("vrda", MFD_CLOEXEC);
@@ -134,11 +134,11 @@ H5Writer::H5Writer(const std::string& path) : file_name_(path), memory_(memory_f
 {
   silence_h5();
   const H5Handle access = own_h5(H5Pcreate(H5P_FILE_ACCESS), place(""), wanted_memory);
-  // The usual driver asks for the real path of a link, which a file without a name does not have.
+  // The default driver resolves the real path of a link, which an unnamed file does not have.
   check_h5(H5Pset_fapl_stdio(access.id()), place(""), wanted_memory);
   check_h5(H5Pset_libver_bounds(access.id(), H5F_LIBVER_V18, H5F_LIBVER_V18), place(""), wanted_memory);
   const H5Handle creation = own_h5(H5Pcreate(H5P_FILE_CREATE), place(""), wanted_memory);
-  no_times_and_ordered(creation.id(), place(""));
+  disable_times_and_order_attributes(creation.id(), place(""));
   order_links(creation.id(), place(""));
   const std::string name = "/proc/self/fd/" + std::to_string(memory_);
   file_ =
@@ -159,7 +159,7 @@ H5Handle H5Writer::open(const std::string& object) const
 void H5Writer::create_group(const std::string& path)
 {
   const H5Handle creation = own_h5(H5Pcreate(H5P_GROUP_CREATE), place(path), wanted_memory);
-  no_times_and_ordered(creation.id(), place(path));
+  disable_times_and_order_attributes(creation.id(), place(path));
   order_links(creation.id(), place(path));
   own_h5(H5Gcreate2(file_.id(), path.c_str(), H5P_DEFAULT, creation.id(), H5P_DEFAULT), place(path),
          wanted_memory);
@@ -170,13 +170,13 @@ void H5Writer::create_dimension(const std::string& path, std::int64_t size)
   const H5Place here = place(path);
   {
     const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
-    no_times_and_ordered(creation.id(), here);
+    disable_times_and_order_attributes(creation.id(), here);
     const H5Handle space = extent({size}, here);
     own_h5(H5Dcreate2(file_.id(), path.c_str(), H5T_IEEE_F32BE, space.id(), H5P_DEFAULT, creation.id(),
                       H5P_DEFAULT),
            here, wanted_memory);
   }
-  // The name by which the netCDF library knows that there is a dimension here and no variable.
+  // Name by which the netCDF library recognises a dimension without a variable.
   char name[80];
   std::snprintf(name, sizeof name, "This is a netCDF dimension but not a netCDF variable.%10lld",
                 static_cast<long long>(size));
@@ -190,8 +190,8 @@ void H5Writer::make_scale(const std::string& path, const std::string& name)
   scales_.push_back(path);
 }
 
-// H5DSattach_scale would rewrite the scale's list of users at every call and leave uninitialised padding
-// in it, so each DIMENSION_LIST is written with its dataset and each REFERENCE_LIST once, at the end.
+// H5DSattach_scale rewrites the scale's REFERENCE_LIST at every call, with uninitialised padding. So each
+// DIMENSION_LIST is written with its dataset, and each REFERENCE_LIST once, at the end.
 // Source: HDF5 Dimension Scale Specification, section 4.
 void H5Writer::attach_scales(const Dataset& dataset)
 {
@@ -230,12 +230,12 @@ void H5Writer::write_reference_list(const std::string& scale, const std::vector<
 
 void H5Writer::write_raw(const Dataset& dataset, const std::vector<std::int64_t>& shape, const Raw& memory)
 {
-  check(shape.size() == dataset.dimensions.size(), "a dataset's shape and dimensions must agree in number");
-  check(memory.size == count_of(shape), "a motion model's values must fill their dataset");
+  check(shape.size() == dataset.dimensions.size(), "a dataset's shape must have one size per dimension");
+  check(memory.size == count_of(shape), "the number of values must match the dataset's shape");
   const H5Place here = place(dataset.path);
   const bool is_text = memory.kind == ValueKind::text;
   const H5Handle creation = own_h5(H5Pcreate(H5P_DATASET_CREATE), here, wanted_memory);
-  no_times_and_ordered(creation.id(), here);
+  disable_times_and_order_attributes(creation.id(), here);
   const std::size_t element_bytes = H5Tget_size(memory.type);
   if (!is_text && memory.size * element_bytes >= smallest_compressed_bytes) {
     compress(creation.id(), shape, element_bytes, here);
@@ -289,7 +289,7 @@ void H5Writer::write(const Dataset& dataset, const std::vector<std::int64_t>& sh
 {
   std::vector<const char*> texts;
   for (const std::string& value : values) {
-    check(value.find('\0') == std::string::npos, "a text of the motion model must not hold a zero byte");
+    check(value.find('\0') == std::string::npos, "a text of the motion model must not contain a zero byte");
     texts.push_back(value.c_str());
   }
   const H5Handle type = text_type(place(dataset.path));
@@ -309,7 +309,7 @@ void H5Writer::write_raw_attribute(const std::string& object, const std::string&
 
 void H5Writer::write_attribute(const std::string& object, const std::string& name, const std::string& value)
 {
-  check(value.find('\0') == std::string::npos, "a text of the motion model must not hold a zero byte");
+  check(value.find('\0') == std::string::npos, "a text of the motion model must not contain a zero byte");
   const char* text = value.c_str();
   const H5Handle type = text_type(place(object));
   write_raw_attribute(object, name, {ValueKind::text, type.id(), &text, 1});

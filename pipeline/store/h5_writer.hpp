@@ -1,4 +1,4 @@
-/// Makes one HDF5 file in the manner of netCDF-4 and so that equal calls give equal bytes.
+/// Writer of one HDF5 file that is also a netCDF-4 file. Equal calls give equal bytes.
 #pragma once
 
 #include <cstdint>
@@ -13,25 +13,24 @@
 
 namespace vrda {
 
-/// In memory: HDF5 1.10 loses its footing when a disk fills up under it, so that no disk is left to it.
+/// The file is built in memory, since HDF5 1.10 fails badly on a full disk.
 /// Every member throws InputError naming the file and the object when memory runs out.
-/// Objects carry no times and keep the order of creation; the format is that of HDF5 1.8, which MATLAB
+/// Objects have no times and keep the order of creation; the format is that of HDF5 1.8, which MATLAB
 /// and the netCDF library read.
 class H5Writer {
  public:
-  /// `path` is the file's name in messages; nothing is created there.
+  /// `path` is the file name used in messages; no file is created.
   explicit H5Writer(const std::string& path);
   ~H5Writer();
   H5Writer(const H5Writer&) = delete;
   H5Writer& operator=(const H5Writer&) = delete;
 
   void create_group(const std::string& path);
-  /// A dimension without a coordinate variable, the way the netCDF library writes one.
+  /// A dimension without a coordinate variable, as the netCDF library writes it.
   void create_dimension(const std::string& path, std::int64_t size);
 
-  /// Write a dataset with its attributes; `shape` has one size for each of its dimensions, whose scales
-  /// exist already. A dataset that is its own dimension becomes a scale. NaNs are written with one bit
-  /// pattern.
+  /// Write a dataset with its attributes; `shape` has one size per dimension, whose scales must exist. A
+  /// dataset that is its own dimension becomes a scale. NaNs are written with one bit pattern.
   template <typename Number>
   void write(const Dataset& dataset, const std::vector<std::int64_t>& shape, std::span<const Number> values)
   {
@@ -48,7 +47,7 @@ class H5Writer {
     write_number_attribute(object, name, {value_kind<Number>(), values.data(), values.size()});
   }
 
-  /// Ends the dimension scales and gives the file's bytes. Nothing else may be called afterwards.
+  /// Completes the dimension scales and returns the file's bytes. No other member may be called afterwards.
   std::string bytes();
 
  private:
@@ -79,7 +78,7 @@ class H5Writer {
   void write_reference_list(const std::string& scale, const std::vector<Use>& uses);
 
   std::string file_name_;
-  int memory_;  ///< descriptor of a file in memory
+  int memory_;  ///< descriptor of the file in memory
   H5Handle file_;
   std::vector<std::string> scales_;                ///< in order of creation
   std::map<std::string, std::vector<Use>> users_;  ///< of each scale

@@ -14,7 +14,7 @@ namespace {
 
 std::size_t n_rows_of(const IndexTable& table)
 {
-  check(!table.columns.empty(), "an index has a first column: the names of its rows");
+  check(!table.columns.empty(), "an index must have a first column, the names of its rows");
   return std::get<std::vector<std::string>>(table.columns.front().values).size();
 }
 
@@ -44,7 +44,7 @@ std::string word_of(FlagSet flags, std::int8_t code)
     words >> word;
     if (value == code) return word;
   }
-  throw InternalError("a code of an index stands in its table");
+  throw InternalError("a code of an index must be in its flag table");
 }
 
 std::string field_of(const IndexColumn& column, std::size_t row)

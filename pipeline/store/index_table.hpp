@@ -1,4 +1,4 @@
-/// The index of a campaign as a table: one row a case, one column a property, and its HDF5 file
+/// Index of a campaign: a table with one row per case and one column per property, and its HDF5 file
 /// (schemas/campaign.md).
 #pragma once
 
@@ -14,8 +14,8 @@ namespace vrda {
 struct IndexColumn {
   std::string name;       ///< letters, digits and '_'
   std::string units;      ///< of numbers: "mm", "degree", "N", "1"; else empty
-  std::string long_name;  ///< what it is, for people
-  /// [n_rows] texts, numbers (NaN: no answer) or codes of `flags`.
+  std::string long_name;  ///< description for users
+  /// [n_rows] texts, numbers (NaN: no value) or codes of `flags`.
   std::variant<std::vector<std::string>, std::vector<double>, std::vector<std::int8_t>> values;
   FlagSet flags = FlagSet::none;
 };
@@ -32,8 +32,7 @@ inline constexpr const char* index_format_version = "1.0";
 /// Throws InputError when the file cannot be written.
 void write_index_file(const std::string& path, const IndexTable& table);
 
-/// The same as CSV (RFC 4180): a line of names, then one a row; codes as their words, an empty field where
-/// there is no answer.
+/// The table as CSV (RFC 4180): a heading, then one line per row; codes as words, NaN as an empty field.
 std::string index_csv(const IndexTable& table);
 
 }  // namespace vrda

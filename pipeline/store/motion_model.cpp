@@ -11,7 +11,7 @@
 namespace vrda {
 namespace {
 
-/// Gives every dataset of the cells and of the free spine its shape and no answer.
+/// Resizes every dataset of the cells and of the free spine and fills it with empty values.
 class EmptyCells : public RegistryVisitor {
  public:
   template <typename Member>

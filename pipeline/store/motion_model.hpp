@@ -1,4 +1,4 @@
-/// The motion model as plain data. schemas/motion-model.md is the specification of its file.
+/// The motion model as plain data. schemas/motion-model.md specifies its file.
 /// Units here are those of the file: mm and degrees.
 #pragma once
 
@@ -24,7 +24,7 @@ struct ClinicalSurfaces {
   GridD anterior_mm, proximal_mm, lateral_mm;
 };
 
-/// Contacts of all cells in compressed rows: those of cell c = i * n_varus + j are
+/// Contacts of all cells in compressed rows: cell c = i * n_varus + j has rows
 /// [row_start[c], row_start[c + 1]).
 struct ContactRows {
   std::vector<std::int64_t> row_start;           ///< [n_cells + 1]
@@ -37,28 +37,28 @@ struct ContactRows {
 };
 
 struct InputFile {
-  std::string name;    ///< as the job writes it
+  std::string name;    ///< as written in the job
   std::string sha256;  ///< of the file's bytes, or of the generated mesh
 };
 
 struct JobRecord {
-  std::string text;      ///< the job file as given
+  std::string text;      ///< content of the job file
   std::string resolved;  ///< every key with its value
   std::vector<InputFile> inputs;
-  std::optional<Scaling> scaling = std::nullopt;  ///< where the job scales
+  std::optional<Scaling> scaling = std::nullopt;  ///< if the job scales
 };
 
-/// What pushes the moving object at each flexion.
+/// Loads on the moving object at each flexion.
 struct PushRows {
   Points delta;                                        ///< [n_flexion, 3] unit vectors, world W
-  Points force_n;                                      ///< [n_flexion, 3] along Delta and across it, W
+  Points force_n;                                      ///< [n_flexion, 3] along and across Delta, W
   std::vector<double> moment_nmm;                      ///< [n_flexion] about Delta, right-knee sign of theta
   std::vector<double> varus_moment_nmm;                ///< [n_flexion]
-  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< where the force acts, world W
+  Eigen::Vector3d point_mm = Eigen::Vector3d::Zero();  ///< point of application of the force, world W
 };
 
-/// Points of each cell where a compartment bears its load: mean of its contacts, weighted by force where the
-/// equilibrium knows it. NaN where the compartment does not touch.
+/// Centre of contact of each cell and compartment: mean of its contacts, weighted by force if the model has
+/// an equilibrium. NaN where the compartment is not in contact.
 struct ContactPaths {
   std::vector<double> medial_reference_mm;  ///< [n_cells, 3] canonical axes of the reference body
   std::vector<double> medial_moving_mm;     ///< [n_cells, 3] canonical axes of the moving body
@@ -78,20 +78,20 @@ struct ForceRows {
   std::vector<std::int8_t> compartment;          ///< [n] 0 none, 1 medial, 2 lateral
 };
 
-/// The pose of each flexion with varus left free, which the rows of the grid start from.
+/// The spine, the continuation path along flexion from which each row starts, solved with free varus.
 struct FreeSpine {
   std::vector<std::int8_t> status;                     ///< [n_flexion] StepStatus
-  std::vector<double> varus_deg;                       ///< [n_flexion] NaN where not stable, like all below
+  std::vector<double> varus_deg;                       ///< [n_flexion] NaN where not stable, as all below
   std::vector<double> tx_mm, ty_mm, tz_mm, theta_deg;  ///< as the surfaces of those names
   std::vector<double> energy_nmm;
-  /// Theta under an extra moment of -band and +band about Delta; NaN without a band or not stable there.
+  /// Theta under an additional moment of -band and +band about Delta; NaN without a band or if unstable.
   std::vector<double> theta_low_deg, theta_high_deg;
-  std::vector<std::int32_t> n_optima;            ///< different places of rest that the starts led to
-  std::vector<double> optima_theta_spread_deg;   ///< largest less smallest theta among them
-  std::vector<double> optima_energy_spread_nmm;  ///< largest less smallest energy among them
+  std::vector<std::int32_t> n_optima;            ///< distinct equilibria found from the different starts
+  std::vector<double> optima_theta_spread_deg;   ///< largest minus smallest theta of them
+  std::vector<double> optima_energy_spread_nmm;  ///< largest minus smallest energy of them
 };
 
-/// What only the equilibrium knows (core/step_record.hpp, Balance). Surfaces over (flexion, varus).
+/// Results of method "equilibrium" (core/step_record.hpp, Balance). Surfaces over (flexion, varus).
 struct EquilibriumSurfaces {
   double band_moment_nmm = 0.0;  ///< 0: no band
   GridD energy_nmm, balance_residual_n, complementarity_mm, worst_gap_mm;
@@ -129,7 +129,7 @@ struct MotionModel {
   double contact_resolution_mm = 0.1;
   bool has_compartments = true;
   std::vector<std::int8_t>
-      compartment_of_triangle;  ///< [n triangles of moving.contact] Compartment; only with them
+      compartment_of_triangle;  ///< [n triangles of moving.contact] Compartment; empty without compartments
 
   std::vector<double> flexion_deg;  ///< [n_flexion]
   std::vector<double> varus_deg;    ///< [n_varus]
@@ -140,44 +140,43 @@ struct MotionModel {
   GridB plausibility;                      ///< Plausibility
   GridI iterations, queries;
   GridD residual_mm;                    ///< last translation predicted by the solver
-  GridD gap_medial_mm, gap_lateral_mm;  ///< directional gap left; NaN where nothing faces
+  GridD gap_medial_mm, gap_lateral_mm;  ///< remaining directional gap; NaN where nothing faces
   GridB contact_medial, contact_lateral, theta_determined;
   GridB is_spine;  ///< 1 on the spine cell of each flexion
 
   GridD varus_solved_deg;  ///< of each cell; differs from the axis where varus was free
 
   PushRows push;                                   ///< of a file of version 1.0: constant_push(delta)
-  std::optional<EquilibriumSurfaces> equilibrium;  ///< of method "equilibrium" only, and exactly there
-  std::optional<LigamentRows> ligaments;           ///< where the job has fibres
-  std::optional<ContactPaths> contact_paths;       ///< where the joint has compartments
+  std::optional<EquilibriumSurfaces> equilibrium;  ///< if and only if method is "equilibrium"
+  std::optional<LigamentRows> ligaments;           ///< if the job has fibres
+  std::optional<ContactPaths> contact_paths;       ///< if the joint has compartments
 
   ClinicalSurfaces clinical;
   ContactRows contacts;
   Body reference, moving;               ///< canonical, own side
-  std::vector<SmoothedSet> smoothed;    ///< by rising degree
-  std::optional<ZeroVarus> zero_varus;  ///< once reduced
+  std::vector<SmoothedSet> smoothed;    ///< by increasing degree
+  std::optional<ZeroVarus> zero_varus;  ///< after `reduce`
   std::vector<AuditSet> audits;         ///< by name
   JobRecord job;
 };
 
-/// Row `k` of [n, 4, 4] row-major, as X_reference_moving holds them. Of a cell that is not solved all NaN.
+/// Row `k` of [n, 4, 4] row-major, as X_reference_moving. All NaN for a cell that is not solved.
 Pose pose_in(const std::vector<double>& poses, std::size_t k);
 
-/// Along `delta` at each flexion, with a force and moments of 0.
+/// A push along `delta` at each flexion, with zero force and moments.
 PushRows constant_push(const Eigen::Vector3d& delta, std::size_t n_flexion);
 
-/// Gives the gaps and contact flags of the compartments what they are without any: NaN and -1.
+/// Sets the gaps and contact flags to their values for a joint without compartments: NaN and -1.
 void set_no_compartments(MotionModel& model);
 
-/// `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces and
-/// nothing that is made of them. The content of a start file; a run then fills the cells in. Keeps the push,
-/// or makes it that of `delta` where it has not a row a flexion, what is no cell's of the fibres, and the
-/// compartments of triangles, `none` where they are missing. Contact paths and equilibrium exist after it as
-/// has_compartments and method ask.
+/// Returns `model` with every cell of its grid (flexion_deg x varus_deg) pending: no poses, contacts, forces
+/// or derived data. This is the content of a start file; a run then fills the cells. Keeps the push (or sets
+/// constant_push(delta) if its rows do not match flexion), the fibres' properties, and the compartments of
+/// triangles (`none` where missing). has_compartments and method decide on contact paths and equilibrium.
 MotionModel with_pending_cells(MotionModel model);
 
-/// `model` with `set` in place of the one of its degree. Audits of that one and a zero-varus motion made from
-/// it go with it where the motion becomes another; the same set once more changes nothing.
+/// Returns `model` with `set` inserted or replacing the set of the same degree. If the motion changes, audits
+/// of the old set and a zero-varus motion derived from it are removed; an equal set changes nothing.
 MotionModel with_smoothed(MotionModel model, SmoothedSet set);
 
 }  // namespace vrda

@@ -28,15 +28,16 @@ Trace read_trace_values(const H5Reader& reader, Structure<Trace> structure)
   return std::move(structure.content);
 }
 
-/// An attribute that repeats what the group's values say.
+/// Checks an attribute that repeats a number computed from the group's datasets.
 void check_repeated(const H5Reader& reader, const std::string& group, const std::string& name, double wanted,
                     std::vector<Finding>& findings)
 {
   const std::optional<AttributeValue> attribute = reader.attribute(group, name);
-  check(attribute && attribute->numbers.size() == 1, "the structure has been checked");
+  check(attribute && attribute->numbers.size() == 1, "the structure must have been checked");
   const double found = attribute->numbers[0];
   if (found == wanted || (std::isnan(found) && std::isnan(wanted))) return;
-  findings.push_back({group + "@" + name, text_of(found), text_of(wanted) + ", as the group's values"});
+  findings.push_back(
+      {group + "@" + name, text_of(found), text_of(wanted) + ", the value from the group's datasets"});
 }
 
 std::vector<Finding> findings_of(const H5Reader& reader, const MotionModel& model)
@@ -90,7 +91,7 @@ std::vector<Finding> findings_in(const Hdf5Content& content)
     if (!structure.findings.empty()) return structure.findings;
     return findings_of(reader, read_model_values(reader, std::move(structure)));
   } catch (const InputError& error) {
-    // A damaged chunk shows only when its values are read.
+    // A damaged chunk is detected only when its values are read.
     return {{error.facts().field, error.facts().found, error.facts().wanted}};
   }
 }

@@ -1,5 +1,5 @@
-/// HDF5 content as a motion model or trace, in this process: for files that were just written, for tests, and
-/// for the confined process that read_motion_model and read_trace start (store/read_apart.hpp).
+/// Parses HDF5 content in this process: for files that were just written, for tests, and for the confined
+/// process started by read_motion_model and read_trace (store/read_separately.hpp).
 #pragma once
 
 #include <vector>
@@ -11,12 +11,12 @@
 
 namespace vrda {
 
-/// Throw InputError naming the file and the first object that does not follow the specification.
+/// Throw InputError naming the file and the first object that violates the specification.
 MotionModel parse_motion_model(const Hdf5Content& content);
 Trace parse_trace(const Hdf5Content& content);
 
-/// Everything in which the content departs from the specification, that of a trace where it says that it is
-/// one. Throws InputError when it is no HDF5 file or is damaged beyond listing.
+/// All violations of the specification of a trace or motion model, chosen by the `format` attribute. Throws
+/// InputError when the content is not an HDF5 file or too damaged to be listed.
 std::vector<Finding> findings_in(const Hdf5Content& content);
 
 }  // namespace vrda

@@ -12,7 +12,7 @@ template <typename Visit>
 std::string bytes_of(const Visit& visit)
 {
   PlainWriter stream;
-  // Counted first: room made at once saves moving what is there already.
+  // Counted first, so that one allocation suffices.
   stream.count();
   visit(stream);
   stream.reserve_counted();

@@ -1,5 +1,4 @@
-/// Motion models and traces as plain bytes of this machine, to hand them from one process to another. No file
-/// format: nothing but this program reads them, and only while it runs.
+/// Serialization of motion models and traces to pass them between processes. Not a file format.
 #pragma once
 
 #include <string>
@@ -10,12 +9,12 @@
 
 namespace vrda {
 
-/// Of models that write_motion_model would take, and traces likewise.
+/// Preconditions as for write_motion_model and write_trace.
 std::string plain_bytes(const MotionModel& model);
 std::string plain_bytes(const Trace& trace);
 
-/// What plain_bytes was given. Whatever the bytes are, no byte beyond them is read and no more than ten times
-/// their number and some MB allocated. The values follow the specification, or InputError names `file`.
+/// Inverse of serialize. For any bytes: never reads beyond them, and allocates at most ten times their number
+/// plus some MB. Throws InputError naming `file` if the values violate the specification.
 MotionModel motion_model_of(std::string_view bytes, const std::string& file);
 Trace trace_of(std::string_view bytes, const std::string& file);
 

@@ -1,4 +1,4 @@
-/// Values one after the other, as they lie in memory.
+/// Binary stream of values in memory layout.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,10 +17,10 @@
 
 namespace vrda {
 
-/// pass() appends a value; as a visitor of a registry it appends everything in it.
+/// pass() appends a value; as a registry visitor it appends every value of the registry.
 class PlainWriter : public RegistryVisitor {
  public:
-  /// Until reserve_counted() bytes are counted only.
+  /// Until reserve_counted(), bytes are only counted.
   void count() { is_counting_ = true; }
   void reserve_counted()
   {
@@ -94,7 +94,7 @@ class PlainWriter : public RegistryVisitor {
   bool is_counting_ = false;
 };
 
-/// The way back. Throws InputError naming `file` where the bytes end or are none that PlainWriter wrote.
+/// Inverse of BinaryWriter. Throws InputError naming `file` where the bytes end or are invalid.
 class PlainReader : public RegistryVisitor {
  public:
   PlainReader(std::string_view bytes, const std::string& file) : bytes_(bytes), file_(file) {}
@@ -146,7 +146,7 @@ class PlainReader : public RegistryVisitor {
   template <typename List>
   void list(const std::string& group, List& list)
   {
-    /// Sets and audits that a file can hold: its reader takes 10000 objects.
+    /// Limit of sets and audits; the file's reader accepts 10000 objects.
     constexpr std::uint32_t most_elements = 1000;
     std::uint32_t n = 0;
     pass(n);
@@ -178,18 +178,18 @@ class PlainReader : public RegistryVisitor {
     }
   }
 
-  /// Unless there are `size` more bytes.
+  /// Throws unless at least `size` bytes remain.
   void require(std::uint64_t size) const
   {
     if (size <= bytes_.size()) return;
-    throw InputError({file_, "", std::to_string(bytes_.size()) + " bytes of values passed on",
+    throw InputError({file_, "", std::to_string(bytes_.size()) + " bytes of serialized values",
                       std::to_string(size) + " bytes"});
   }
 
  private:
   [[noreturn]] void refuse(const std::string& where) const
   {
-    throw InputError({file_, where, "bytes that hold no such values", "values passed on"});
+    throw InputError({file_, where, "invalid serialized bytes", "serialized values"});
   }
 
   void take(void* data, std::size_t size)

@@ -18,7 +18,7 @@
 namespace vrda {
 namespace {
 
-/// What an answer begins with.
+/// First code of the child process's answer.
 enum class Kind : std::int8_t { value, input_error, internal_error };
 
 std::function<void(const std::string&)>& unconfined_listener()
@@ -27,9 +27,9 @@ std::function<void(const std::string&)>& unconfined_listener()
   return listener;
 }
 
-/// In the separate process: what `parse` makes of the file's content, or what went wrong. Throws nothing.
+/// In the separate process: the result of `parse` for the file's content, or the error. Throws nothing.
 template <typename Parse>
-std::string answered(const std::string& path, const Parse& parse)
+std::string parse_answer(const std::string& path, const Parse& parse)
 {
   std::string why_unconfined;
   const auto answer = [&](Kind kind, const std::vector<std::string>& texts) {
@@ -50,13 +50,13 @@ std::string answered(const std::string& path, const Parse& parse)
   } catch (const InputError& error) {
     return refusal(error.facts());
   } catch (const std::bad_alloc&) {
-    return refusal({path, "", "more than memory is allowed to hold", intact_file});
+    return refusal({path, "", "a file that needs more memory than the limit", intact_file});
   } catch (const std::exception& error) {
     return answer(Kind::internal_error, {error.what()});
   }
 }
 
-/// Where the values begin in an answer; throws what stands there instead.
+/// The serialized values of an answer; throws the error if the answer contains one.
 std::string_view value_of(const std::string& answer, const std::string& path)
 {
   PlainReader stream(answer, path);
@@ -78,18 +78,18 @@ std::string_view value_of(const std::string& answer, const std::string& path)
   throw InternalError(why);
 }
 
-std::string whole(const SeparateAnswer& answer, const std::string& path)
+std::string text_of_complete(const SeparateAnswer& answer, const std::string& path)
 {
   if (answer.is_whole) return answer.text;
   throw InputError(
-      {path, "", "a file that HDF5 cannot read (it ended with " + answer.text + ")", intact_file});
+      {path, "", "a file that HDF5 cannot read (its process ended with " + answer.text + ")", intact_file});
 }
 
 template <typename Parse>
-std::string answer_about(const std::string& path, const Parse& parse)
+std::string read_in_process(const std::string& path, const Parse& parse)
 {
-  const auto work = [&] { return answered(path, parse); };
-  return whole(answer_apart(work, path, reading_limits(path)), path);
+  const auto work = [&] { return parse_answer(path, parse); };
+  return text_of_complete(answer_apart(work, path, reading_limits(path)), path);
 }
 
 }  // namespace
@@ -105,9 +105,9 @@ ProcessLimits reading_limits(const std::string& path)
   return limits;
 }
 
-void on_unconfined_reading(std::function<void(const std::string&)> tell)
+void on_unconfined_reading(std::function<void(const std::string&)> report)
 {
-  unconfined_listener() = std::move(tell);
+  unconfined_listener() = std::move(report);
 }
 
 ModelReading::ModelReading(const std::string& path) : ModelReading(path, reading_limits(path)) {}
@@ -116,7 +116,7 @@ ModelReading::ModelReading(const std::string& path, const ProcessLimits& limits)
     : path_(path),
       work_(
           [&path] {
-            return answered(
+            return parse_answer(
                 path, [](const Hdf5Content& content) { return plain_bytes(parse_motion_model(content)); });
           },
           path, limits)
@@ -125,7 +125,7 @@ ModelReading::ModelReading(const std::string& path, const ProcessLimits& limits)
 
 MotionModel ModelReading::model()
 {
-  const std::string answer = whole(work_.answer(), path_);
+  const std::string answer = text_of_complete(work_.answer(), path_);
   return motion_model_of(value_of(answer, path_), path_);
 }
 
@@ -137,13 +137,13 @@ MotionModel read_motion_model(const std::string& path)
 Trace read_trace(const std::string& path)
 {
   const std::string answer =
-      answer_about(path, [](const Hdf5Content& content) { return plain_bytes(parse_trace(content)); });
+      read_in_process(path, [](const Hdf5Content& content) { return plain_bytes(parse_trace(content)); });
   return trace_of(value_of(answer, path), path);
 }
 
 std::vector<Finding> validate_hdf5(const std::string& path)
 {
-  const std::string answer = answer_about(path, [](const Hdf5Content& content) {
+  const std::string answer = read_in_process(path, [](const Hdf5Content& content) {
     PlainWriter stream;
     for (const Finding& finding : findings_in(content))
       for (const std::string* text : {&finding.where, &finding.found, &finding.wanted}) stream.pass(*text);

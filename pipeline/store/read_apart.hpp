@@ -1,9 +1,8 @@
-/// Motion models and traces from files that nobody vouches for.
+/// Motion models and traces from untrusted files.
 ///
-/// HDF5 1.10 crashes on some files made to make it crash: their seal is right and each value looks possible.
-/// So HDF5 meets the bytes in a process of its own (store/separate_process.hpp), confined once they are read
-/// (store/confinement.hpp), which hands over plain values; these are checked once more here. A crash there is
-/// one InputError here.
+/// HDF5 1.10 crashes on some crafted files with a valid seal and plausible values. So HDF5 parses the bytes
+/// in a separate process (store/separate_process.hpp), confined after reading them (store/confinement.hpp).
+/// It returns serialized values, which are checked again here. A crash of that process is an InputError.
 #pragma once
 
 #include <functional>
@@ -14,13 +13,13 @@
 
 namespace vrda {
 
-/// A motion model being read apart, while this process goes on: read_motion_model in two steps. Another
-/// thread must not be using HDF5 at the first one.
+/// Asynchronous read_motion_model: the constructor starts the separate process, model() waits for its result.
+/// No other thread may use HDF5 during construction.
 class ModelReading {
  public:
   explicit ModelReading(const std::string& path);
   ModelReading(const std::string& path, const ProcessLimits& limits);
-  /// Waits for it. Once only.
+  /// Waits for the process and returns its model. May be called once.
   MotionModel model();
 
  private:
@@ -28,12 +27,11 @@ class ModelReading {
   SeparateWork work_;
 };
 
-/// What reading the file at `path` may take: half a gigabyte, or eight times the file's size where that is
-/// more.
+/// Limits for reading the file at `path`: memory of 512 MB or eight times the file's size if that is more.
 ProcessLimits reading_limits(const std::string& path);
 
-/// `tell` is called once, with the reason, if the kernel does not confine a reading process; its limits hold
-/// nevertheless. Nothing is told until then.
-void on_unconfined_reading(std::function<void(const std::string&)> tell);
+/// `report` is called once, with the reason, if the kernel rejects the confinement of a reading process; its
+/// limits still apply. Without a callback nothing is reported.
+void on_unconfined_reading(std::function<void(const std::string&)> report);
 
 }  // namespace vrda

@@ -1,7 +1,6 @@
-/// The registry of the motion model's datasets: one row each, in the order of the file. Whoever writes,
-/// reads, checks, scales, compares or describes motion models walks it, so they cannot disagree. A new
-/// dataset is a new row here. schemas/motion-model.md is the specification; its tables are made from these
-/// rows.
+/// Registry of the motion model's datasets: one row per dataset, in the order of the file. Writing, reading,
+/// checking, scaling and comparing motion models all visit it. A new dataset is a new row here. The tables of
+/// the specification, schemas/motion-model.md, are generated from these rows.
 #pragma once
 
 #include <string>
@@ -16,7 +15,7 @@ namespace vrda {
 
 namespace registry {
 
-// One line a dataset.
+// One line per dataset.
 // clang-format off
 
 template <typename Model, typename Visitor>
@@ -47,18 +46,18 @@ void visit_root(Model& model, Visitor& visit)
   visit({"/theta", grid, unit::degree, number(stable), "rotation about Delta, right-knee sign"}, model.theta_deg);
   visit({"/X_reference_moving", {"/flexion", "/varus", "/row", "/column"}, unit::mm, rule(Rule::rigid, stable), "pose taking stored moving vertices to stored reference vertices; the rotation in columns 0 to 2 has no unit"}, model.X_reference_moving);
   visit({"/status", grid, unit::none, codes(FlagSet::status), "how the motion step ended"}, model.status);
-  visit({"/plausibility", grid, unit::none, codes(FlagSet::plausibility), "what measuring the stable pose again finds against it"}, model.plausibility);
+  visit({"/plausibility", grid, unit::none, codes(FlagSet::plausibility), "result of the plausibility check of the stable pose"}, model.plausibility);
   visit({"/iterations", grid, unit::one, count(), "iterations of the motion step"}, model.iterations);
   visit({"/queries", grid, unit::one, count(), "collision and gap queries of the motion step"}, model.queries);
-  visit({"/residual", grid, unit::mm, number_or_nan(), "last translation that the solver predicted"}, model.residual_mm);
-  visit({"/theta_determined", grid, unit::none, codes(FlagSet::answer, stable), "whether the contacts hold the rotation about Delta"}, model.theta_determined);
-  visit({"/is_spine", grid, unit::none, codes(FlagSet::yes_no), "whether the cell is its flexion's cell of the spine"}, model.is_spine);
+  visit({"/residual", grid, unit::mm, number_or_nan(), "last translation predicted by the solver"}, model.residual_mm);
+  visit({"/theta_determined", grid, unit::none, codes(FlagSet::answer, stable), "whether the contacts determine the rotation about Delta"}, model.theta_determined);
+  visit({"/is_spine", grid, unit::none, codes(FlagSet::yes_no), "whether the cell is on the spine, the continuation path along flexion"}, model.is_spine);
   visit({"/varus_solved", grid, unit::degree, number(stable), "varus of the pose, adduction positive"}, model.varus_solved_deg);
   if (!model.has_compartments) return;
-  visit({"/gap_medial_mm", grid, unit::mm, number_or_nan(stable), "gap along Delta left in the medial compartment"}, model.gap_medial_mm);
-  visit({"/gap_lateral_mm", grid, unit::mm, number_or_nan(stable), "gap along Delta left in the lateral compartment"}, model.gap_lateral_mm);
-  visit({"/contact_medial", grid, unit::none, codes(FlagSet::answer, stable), "whether the medial compartment touches"}, model.contact_medial);
-  visit({"/contact_lateral", grid, unit::none, codes(FlagSet::answer, stable), "whether the lateral compartment touches"}, model.contact_lateral);
+  visit({"/gap_medial_mm", grid, unit::mm, number_or_nan(stable), "remaining gap along Delta in the medial compartment"}, model.gap_medial_mm);
+  visit({"/gap_lateral_mm", grid, unit::mm, number_or_nan(stable), "remaining gap along Delta in the lateral compartment"}, model.gap_lateral_mm);
+  visit({"/contact_medial", grid, unit::none, codes(FlagSet::answer, stable), "whether the medial compartment is in contact"}, model.contact_medial);
+  visit({"/contact_lateral", grid, unit::none, codes(FlagSet::answer, stable), "whether the lateral compartment is in contact"}, model.contact_lateral);
 }
 
 template <typename Model, typename Visitor>
@@ -91,7 +90,7 @@ void visit_contacts(Model& model, Visitor& visit)
   visit({"/contacts/distance", contact, unit::mm, number(), "distance of the two surfaces"}, contacts.distance_mm);
   visit({"/contacts/triangle_reference", contact, unit::one, row_of(model.reference.contact.mesh.triangles.rows()), "row of /bodies/reference/triangles"}, contacts.triangle_reference);
   visit({"/contacts/triangle_moving", contact, unit::one, row_of(model.moving.contact.mesh.triangles.rows()), "row of /bodies/moving/triangles"}, contacts.triangle_moving);
-  visit({"/contacts/compartment", contact, unit::none, codes(FlagSet::compartment), "compartment that the contact lies in"}, contacts.compartment);
+  visit({"/contacts/compartment", contact, unit::none, codes(FlagSet::compartment), "compartment of the contact"}, contacts.compartment);
 }
 
 template <typename APart, typename Visitor>
@@ -147,13 +146,13 @@ void visit_scaling(AScaling& scaling, Visitor& visit)
   visit({group + "/landmark", pair, unit::none, rule(Rule::names), "names of the pairs of landmarks"}, scaling.landmark);
   visit({group + "/model", pair, unit::landmark_mm, above_0(), "distance of each pair in the unscaled model"}, scaling.model_mm);
   visit({group + "/subject", pair, unit::landmark_mm, above_0(), "distance of each pair in the subject"}, scaling.subject_mm);
-  visit({group + "/residual", pair, unit::landmark_mm, number(), "the subject's distance less the factor times the model's"}, scaling.residual_mm);
+  visit({group + "/residual", pair, unit::landmark_mm, number(), "the subject's distance minus the factor times the model's"}, scaling.residual_mm);
 }
 
 // clang-format on
 }  // namespace registry
 
-/// Visits every row of a motion model, const to write it, not to read it.
+/// Visits every row of a motion model: const for writing, non-const for reading.
 template <typename Model, typename Visitor>
 void visit_motion_model(Model& model, Visitor&& visit)
 {
@@ -190,7 +189,7 @@ void visit_motion_model(Model& model, Visitor&& visit)
   visit_body(model.moving, "/bodies/moving", visit);
   if (model.has_compartments) {
     // clang-format off
-    visit({"/bodies/moving/compartment", {"/bodies/moving/triangle"}, unit::none, codes(FlagSet::compartment), "compartment that the triangle belongs to"}, model.compartment_of_triangle);
+    visit({"/bodies/moving/compartment", {"/bodies/moving/triangle"}, unit::none, codes(FlagSet::compartment), "compartment of the triangle"}, model.compartment_of_triangle);
     // clang-format on
   }
   visit.group("/job");

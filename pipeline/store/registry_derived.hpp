@@ -1,4 +1,4 @@
-/// Rows of the registry: what is made of the raw surfaces (smoothed sets, zero-varus motion, audits).
+/// Rows of the registry: data derived from the raw surfaces (smoothed sets, zero-varus motion, audits).
 #pragma once
 
 #include "store/derived.hpp"
@@ -6,11 +6,11 @@
 
 namespace vrda::registry {
 
-// One line a dataset.
+// One line per dataset.
 // clang-format off
 
-/// A fifth surface, of the varus found, is named `varus_solved` as the raw one: xarray cannot open a `varus`
-/// over (flexion, varus).
+/// The optional fifth surface, of the varus found, is named `varus_solved` like the raw one: xarray cannot open a
+/// `varus` over (flexion, varus).
 template <typename Set, typename Visitor>
 void visit_smoothed(Set& set, Visitor& visit)
 {
@@ -49,13 +49,13 @@ void visit_zero_varus_poses(Motion& motion, Visitor& visit)
   const std::string group = "/zero_varus";
   const std::vector<std::string> flexion{"/flexion"};
   const Answered posed{When::not_at_code, values_of(motion.source), code_of(ZeroVarusSource::none),
-                       "where source is a pose's"};
+                       "where source is not none"};
   const Answered mean{When::at_code, values_of(motion.source), code_of(ZeroVarusSource::both_touch),
                       "where source is both_touch"};
-  visit({group + "/source", flexion, unit::none, codes(FlagSet::zero_varus_source), "where the varus comes from"}, motion.source);
+  visit({group + "/source", flexion, unit::none, codes(FlagSet::zero_varus_source), "source of the varus"}, motion.source);
   visit({group + "/varus", flexion, unit::degree, number(posed), "varus of the attitude, adduction positive"}, motion.varus_deg);
-  visit({group + "/varus_first", flexion, unit::degree, number(mean), "first varus at which both compartments touch"}, motion.varus_first_deg);
-  visit({group + "/varus_last", flexion, unit::degree, number(mean), "last varus at which both compartments touch"}, motion.varus_last_deg);
+  visit({group + "/varus_first", flexion, unit::degree, number(mean), "first varus with both compartments in contact"}, motion.varus_first_deg);
+  visit({group + "/varus_last", flexion, unit::degree, number(mean), "last varus with both compartments in contact"}, motion.varus_last_deg);
   visit({group + "/tx", flexion, unit::mm, number(posed), "translation along X of the world frame W"}, motion.tx_mm);
   visit({group + "/ty", flexion, unit::mm, number(posed), "translation along Y of the world frame W"}, motion.ty_mm);
   visit({group + "/tz", flexion, unit::mm, number(posed), "translation along Z of the world frame W"}, motion.tz_mm);
@@ -79,7 +79,7 @@ void visit_zero_varus(Motion& motion, bool has_compartments, Visitor& visit)
   visit_zero_varus_poses(motion, visit);
   const std::int8_t none = code_of(ZeroVarusSource::none);
   const Answered posed{Answered::When::not_at_code, values_of(motion.source), none,
-                       "where source is a pose's"};
+                       "where source is not none"};
   if (has_compartments) visit_paths(motion, group, {"/flexion", "/xyz"}, posed, visit);
   visit.dimension(group + "/interval", Count::fixed(visit.size("/flexion") - 1));
   visit.dimension(group + "/sagittal", Count::fixed(2));
@@ -106,7 +106,7 @@ void visit_audit(Audit& audit, Visitor& visit)
   const Answered free{When::at_code, values_of(audit.state), code_of(AuditState::free),
                       "where state is free"};
   const Answered posed{When::not_at_code, values_of(audit.state), code_of(AuditState::no_pose),
-                       "where there is a pose"};
+                       "where state is not no_pose"};
   const AuditSummary summary = summary_of(audit);
   visit.group(group);
   visit.attribute(group, "refine", audit.refine);
@@ -116,9 +116,9 @@ void visit_audit(Audit& audit, Visitor& visit)
   visit.dimension(varus, Count::axis(audit.varus_deg.size()));
   visit({flexion, {flexion}, unit::degree, rule(Rule::axis), "flexion of the attitude"}, audit.flexion_deg);
   visit({varus, {varus}, unit::degree, rule(Rule::axis), "varus of the attitude, adduction positive"}, audit.varus_deg);
-  visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "what the audit found"}, audit.state);
-  visit({group + "/gap", grid, unit::mm, at_least_0(free), "travel along Delta to the next touch"}, audit.gap_mm);
-  visit({group + "/penetration", grid, unit::mm, at_least_0(posed), "travel back along Delta to the first touch from afar"}, audit.penetration_mm);
+  visit({group + "/state", grid, unit::none, codes(FlagSet::audit_state), "result of the audit"}, audit.state);
+  visit({group + "/gap", grid, unit::mm, at_least_0(free), "travel along Delta to the next contact"}, audit.gap_mm);
+  visit({group + "/penetration", grid, unit::mm, at_least_0(posed), "travel opposite to Delta to the first contact of an approach from far away"}, audit.penetration_mm);
 }
 
 // clang-format on

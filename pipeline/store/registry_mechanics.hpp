@@ -5,7 +5,7 @@
 
 namespace vrda::registry {
 
-// One line a dataset.
+// One line per dataset.
 // clang-format off
 
 template <typename Push, typename Visitor>
@@ -30,12 +30,12 @@ void visit_forces(Model& model, Visitor& visit)
   visit.dimension(group + "/force", Count::counted(n));
   visit.dimension(group + "/cell_bound", Count::fixed(visit.size("/flexion") * visit.size("/varus") + 1));
   visit({group + "/row_start", {group + "/cell_bound"}, unit::one, row_starts(n), "first force of each cell, cells in the order of the grid, then the number of forces"}, forces.row_start);
-  visit({group + "/point", vectors, unit::mm, number(), "where the force acts, world W"}, forces.point_world_mm);
+  visit({group + "/point", vectors, unit::mm, number(), "point of application, world W"}, forces.point_world_mm);
   visit({group + "/normal", vectors, unit::one, rule(Rule::unit_rows), "unit direction of the force on the moving object, world W"}, forces.normal_world);
-  visit({group + "/along_delta", force, unit::n, above_0(), "part of the force against Delta: what it takes of the push"}, forces.along_delta_n);
+  visit({group + "/along_delta", force, unit::n, above_0(), "component of the force opposite to Delta"}, forces.along_delta_n);
   visit({group + "/triangle_reference", force, unit::one, row_of(model.reference.contact.mesh.triangles.rows()), "row of /bodies/reference/triangles"}, forces.triangle_reference);
   visit({group + "/triangle_moving", force, unit::one, row_of(model.moving.contact.mesh.triangles.rows()), "row of /bodies/moving/triangles"}, forces.triangle_moving);
-  visit({group + "/compartment", force, unit::none, codes(FlagSet::compartment), "compartment that the force lies in"}, forces.compartment);
+  visit({group + "/compartment", force, unit::none, codes(FlagSet::compartment), "compartment of the force"}, forces.compartment);
 }
 
 template <typename Spine, typename Visitor>
@@ -46,17 +46,17 @@ void visit_free_spine(Spine& spine, Visitor& visit)
   const Answered stable = where_stable(spine.status);
   visit.group(group);
   visit({group + "/status", flexion, unit::none, codes(FlagSet::solver_status), "how the motion step with free varus ended"}, spine.status);
-  visit({group + "/varus", flexion, unit::degree, number(stable), "varus at rest, adduction positive"}, spine.varus_deg);
+  visit({group + "/varus", flexion, unit::degree, number(stable), "varus at equilibrium, adduction positive"}, spine.varus_deg);
   visit({group + "/tx", flexion, unit::mm, number(stable), "translation along X of the world frame W"}, spine.tx_mm);
   visit({group + "/ty", flexion, unit::mm, number(stable), "translation along Y of the world frame W"}, spine.ty_mm);
   visit({group + "/tz", flexion, unit::mm, number(stable), "translation along Z of the world frame W"}, spine.tz_mm);
   visit({group + "/theta", flexion, unit::degree, number(stable), "rotation about Delta, right-knee sign"}, spine.theta_deg);
-  visit({group + "/energy", flexion, unit::nmm, number(stable), "energy at rest"}, spine.energy_nmm);
-  visit({group + "/theta_low", flexion, unit::degree, number_or_nan(stable), "theta under a moment of -band_moment_nmm more"}, spine.theta_low_deg);
-  visit({group + "/theta_high", flexion, unit::degree, number_or_nan(stable), "theta under a moment of +band_moment_nmm more"}, spine.theta_high_deg);
-  visit({group + "/n_optima", flexion, unit::one, count(), "different places of rest that the starts led to"}, spine.n_optima);
-  visit({group + "/optima_theta_spread", flexion, unit::degree, at_least_0(stable), "largest less smallest theta of the places of rest"}, spine.optima_theta_spread_deg);
-  visit({group + "/optima_energy_spread", flexion, unit::nmm, at_least_0(stable), "largest less smallest energy of the places of rest"}, spine.optima_energy_spread_nmm);
+  visit({group + "/energy", flexion, unit::nmm, number(stable), "energy at equilibrium"}, spine.energy_nmm);
+  visit({group + "/theta_low", flexion, unit::degree, number_or_nan(stable), "theta under an additional moment of -band_moment_nmm"}, spine.theta_low_deg);
+  visit({group + "/theta_high", flexion, unit::degree, number_or_nan(stable), "theta under an additional moment of +band_moment_nmm"}, spine.theta_high_deg);
+  visit({group + "/n_optima", flexion, unit::one, count(), "distinct equilibria found from the different starts"}, spine.n_optima);
+  visit({group + "/optima_theta_spread", flexion, unit::degree, at_least_0(stable), "largest minus smallest theta of the equilibria"}, spine.optima_theta_spread_deg);
+  visit({group + "/optima_energy_spread", flexion, unit::nmm, at_least_0(stable), "largest minus smallest energy of the equilibria"}, spine.optima_energy_spread_nmm);
 }
 
 template <typename Model, typename Visitor>
@@ -67,12 +67,12 @@ void visit_equilibrium(Model& model, Visitor& visit)
   const Answered stable = where_stable(model.status);
   visit.group("/equilibrium");
   visit.attribute("/equilibrium", "band_moment_nmm", found.band_moment_nmm, unit::nmm);
-  visit({"/equilibrium/energy", grid, unit::nmm, number(stable), "energy of the ligaments less the work of the loads"}, found.energy_nmm);
-  visit({"/equilibrium/balance_residual", grid, unit::n, at_least_0(stable), "what is left unbalanced along the free coordinates, moments divided by a lever"}, found.balance_residual_n);
+  visit({"/equilibrium/energy", grid, unit::nmm, number(stable), "energy of the ligaments minus the work of the loads"}, found.energy_nmm);
+  visit({"/equilibrium/balance_residual", grid, unit::n, at_least_0(stable), "residual of the force balance along the free coordinates, moments divided by a lever arm"}, found.balance_residual_n);
   visit({"/equilibrium/complementarity", grid, unit::mm, number(stable), "gaps of the load-bearing features, weighted by their share of the load"}, found.complementarity_mm);
   visit({"/equilibrium/worst_gap", grid, unit::mm, number(stable), "smallest signed gap of any feature, negative is overlap"}, found.worst_gap_mm);
-  visit({"/equilibrium/flexion_moment", grid, unit::nmm, number(stable), "moment that holds the moving object in flexion over the reference"}, found.flexion_moment_nmm);
-  visit({"/equilibrium/varus_moment", grid, unit::nmm, number(stable), "moment that holds the moving object in varus over the reference"}, found.varus_moment_nmm);
+  visit({"/equilibrium/flexion_moment", grid, unit::nmm, number(stable), "moment that holds the flexion of the moving object relative to the reference"}, found.flexion_moment_nmm);
+  visit({"/equilibrium/varus_moment", grid, unit::nmm, number(stable), "moment that holds the varus of the moving object relative to the reference"}, found.varus_moment_nmm);
   if (model.has_compartments) {
     visit({"/equilibrium/force_medial", vectors, unit::n, number(stable), "sum of the medial contact forces on the moving object, world W"}, found.force_medial_n);
     visit({"/equilibrium/force_lateral", vectors, unit::n, number(stable), "sum of the lateral contact forces on the moving object, world W"}, found.force_lateral_n);
@@ -88,7 +88,7 @@ void visit_wraps(Ligaments& ligaments, Visitor& visit)
   visit.dimension("/ligaments/wrapping", Count::counted(ligaments.wrap_name.size()));
   visit({"/ligaments/wrap_name", wrap, unit::none, rule(Rule::names), "names of the wrapping surfaces"}, ligaments.wrap_name);
   visit({"/ligaments/wrap_shape", wrap, unit::none, codes(FlagSet::wrap_shape), "shape of the wrapping surface"}, ligaments.wrap_shape);
-  visit({"/ligaments/wrap_body", wrap, unit::none, codes(FlagSet::body), "body that the wrapping surface is fixed to"}, ligaments.wrap_body);
+  visit({"/ligaments/wrap_body", wrap, unit::none, codes(FlagSet::body), "body to which the wrapping surface is fixed"}, ligaments.wrap_body);
   visit({"/ligaments/X_body_wrap", {"/ligaments/wrapping", "/row", "/column"}, unit::mm, rule(Rule::rigid), "pose taking points of the wrapping surface to canonical axes of its body; the rotation in columns 0 to 2 has no unit"}, ligaments.X_body_wrap);
   visit({"/ligaments/wrap_radii", {"/ligaments/wrapping", "/xyz"}, unit::mm, above_0(), "half-axes of an ellipsoid; radius, radius and half length of a cylinder along its Z"}, ligaments.wrap_radii_mm);
 }
@@ -104,7 +104,7 @@ void visit_ligaments(Model& model, Visitor& visit)
   visit.attribute("/ligaments", "transition_strain", ligaments.transition_strain);
   visit.dimension("/ligaments/fibre", Count::counted(ligaments.name.size()));
   visit({"/ligaments/name", fibre, unit::none, rule(Rule::names), "names of the fibres"}, ligaments.name);
-  visit({"/ligaments/bundle", fibre, unit::none, rule(Rule::any), "ligament that the fibre belongs to"}, ligaments.bundle);
+  visit({"/ligaments/bundle", fibre, unit::none, rule(Rule::any), "ligament of the fibre"}, ligaments.bundle);
   visit({"/ligaments/reference", vectors, unit::mm, number(), "attachment to the reference body, its canonical axes"}, ligaments.reference_mm);
   visit({"/ligaments/moving", vectors, unit::mm, number(), "attachment to the moving body, its canonical axes"}, ligaments.moving_mm);
   visit({"/ligaments/stiffness", fibre, unit::n, above_0(), "force per unit strain"}, ligaments.stiffness_n);
@@ -115,7 +115,7 @@ void visit_ligaments(Model& model, Visitor& visit)
   visit({"/ligaments/strain", states, unit::one, number(stable), "strain of the fibre, negative is slack"}, ligaments.strain);
   visit({"/ligaments/tension", states, unit::n, at_least_0(stable), "tension of the fibre"}, ligaments.tension_n);
   visit({"/ligaments/energy", states, unit::nmm, at_least_0(stable), "energy of the fibre"}, ligaments.energy_nmm);
-  visit({"/ligaments/is_wrapped", states, unit::none, codes(FlagSet::answer, stable), "whether the fibre touches its wrap"}, ligaments.is_wrapped);
+  visit({"/ligaments/is_wrapped", states, unit::none, codes(FlagSet::answer, stable), "whether the fibre is in contact with its wrapping surface"}, ligaments.is_wrapped);
 }
 
 // clang-format on

@@ -1,4 +1,4 @@
-/// What the rows of a registry are made of, and what may visit them.
+/// Building blocks of a registry's rows, and the base of its visitors.
 #pragma once
 
 #include <optional>
@@ -15,30 +15,30 @@ namespace vrda {
 /// CF 1.9 is the first to allow 64-bit integers (row_start).
 inline constexpr const char* conventions = "CF-1.9";
 
-/// What a visitor of a registry does where it has nothing to do. A visitor also has
-/// `void operator()(const Dataset&, Member&)`, called once a dataset.
+/// Base of registry visitors, with empty defaults. A visitor also has `void operator()(const Dataset&,
+/// Member&)`, called once per dataset.
 class RegistryVisitor {
  public:
   void group(const std::string&) {}
-  /// Whether an optional object is there: what the model says (`is_there`), or what a file says that is read.
+  /// Whether an optional object exists: in the model (`is_there`), or in the file being read.
   bool has(const std::string&, bool is_there) { return is_there; }
   void dimension(const std::string& path, const Count& count) { sizes_.push_back({path, count.n}); }
   template <typename Member>
   void attribute(const std::string&, const std::string&, Member&, const Unit& = unit::none)
   {
   }
-  /// An attribute that repeats what the model says elsewhere.
+  /// An attribute that repeats a value stored elsewhere in the model.
   template <typename Value>
   void repeated(const std::string&, const std::string&, const Value&)
   {
   }
-  /// One group an element below `group`; a reader makes the list.
+  /// A list with one group per element below `group`; a reader fills the list.
   template <typename List>
   void list(const std::string&, List&)
   {
   }
 
-  /// Of a dimension visited before.
+  /// Size of a dimension that was visited before.
   std::int64_t size(const std::string& path) const
   {
     for (const auto& [known, n] : sizes_)
@@ -86,7 +86,7 @@ inline Valid count()
 {
   return integer(0, std::numeric_limits<std::int32_t>::max());
 }
-/// Rows of a table of `n`, from `least`.
+/// Row indices of a table of `n` rows, from `least`.
 inline Valid row_of(Eigen::Index n, double least = 0)
 {
   return integer(least, static_cast<double>(n - 1));
@@ -110,7 +110,7 @@ Answered where_stable(const Codes& status)
   return {Answered::When::at_code, values_of(status), status_stable, "where status is stable"};
 }
 
-/// Visits one text of each element of a list as a column, which a reader makes the list of.
+/// Visits one text member of a list's elements as a column; a reader resizes the list.
 template <typename List, typename Text, typename Visitor>
 void visit_column(Visitor& visit, const Dataset& dataset, List& list, Text text)
 {
@@ -125,7 +125,7 @@ void visit_column(Visitor& visit, const Dataset& dataset, List& list, Text text)
   }
 }
 
-/// Whether an optional part is there; makes it where a file that is read has it.
+/// Whether an optional part exists; a reader creates it if the file has it.
 template <typename Optional, typename Visitor>
 bool is_there(Visitor& visit, const std::string& path, Optional& part)
 {
@@ -136,23 +136,23 @@ bool is_there(Visitor& visit, const std::string& path, Optional& part)
   return found;
 }
 
-/// Where the compartments bear: of the cells, and of the zero-varus motion.
+/// Centres of contact of the compartments, of the cells or of the zero-varus motion.
 template <typename Paths, typename Visitor>
 void visit_paths(Paths& paths, const std::string& group, const std::vector<std::string>& dimensions,
                  const Answered& answered, Visitor& visit)
 {
   const Valid points = rule(Rule::whole_rows, answered);
   visit({group + "/medial_reference", dimensions, unit::mm, points,
-         "where the medial compartment bears, canonical axes of the reference body"},
+         "centre of contact of the medial compartment, canonical axes of the reference body"},
         paths.medial_reference_mm);
   visit({group + "/medial_moving", dimensions, unit::mm, points,
-         "where the medial compartment bears, canonical axes of the moving body"},
+         "centre of contact of the medial compartment, canonical axes of the moving body"},
         paths.medial_moving_mm);
   visit({group + "/lateral_reference", dimensions, unit::mm, points,
-         "where the lateral compartment bears, canonical axes of the reference body"},
+         "centre of contact of the lateral compartment, canonical axes of the reference body"},
         paths.lateral_reference_mm);
   visit({group + "/lateral_moving", dimensions, unit::mm, points,
-         "where the lateral compartment bears, canonical axes of the moving body"},
+         "centre of contact of the lateral compartment, canonical axes of the moving body"},
         paths.lateral_moving_mm);
 }
 

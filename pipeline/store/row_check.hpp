@@ -1,4 +1,4 @@
-/// Holds each dataset of a registry against the rule of its row.
+/// Checks the values of each dataset of a registry against the rule of its row.
 #pragma once
 
 #include <algorithm>
@@ -125,7 +125,7 @@ class RowCheck : public RegistryVisitor {
     });
   }
 
-  /// Poses, or rows of numbers or of NaN.
+  /// Checks poses, or rows that are all numbers or all NaN.
   template <typename Scalar>
   void check_rows(const Dataset& dataset, std::span<const Scalar> values, std::size_t width)
   {
@@ -145,7 +145,7 @@ class RowCheck : public RegistryVisitor {
         },
         [&](std::size_t row) {
           if (!valid.answered.at(row)) return "numbers";
-          return valid.rule == Rule::rigid ? "no rigid pose" : "no numbers";
+          return valid.rule == Rule::rigid ? "not a rigid pose" : "not numbers";
         });
   }
 
@@ -157,7 +157,7 @@ class RowCheck : public RegistryVisitor {
     return is_rigid_pose(copy);
   }
 
-  /// Of vectors of three.
+  /// Checks the lengths of 3-vectors.
   template <typename Scalar>
   void check_lengths(const Dataset& dataset, std::span<const Scalar> values)
   {
@@ -175,7 +175,7 @@ class RowCheck : public RegistryVisitor {
         [&](std::size_t i) { return "a vector of length " + text_of(length(i)); });
   }
 
-  /// Values of one answer.
+  /// Number of values per leading entry.
   static std::size_t width_of(const Answered& answered, std::size_t n_values)
   {
     if (answered.when == Answered::When::always || answered.size() == 0) return 1;

@@ -1,5 +1,4 @@
-/// Whether address or thread sanitizers are built in, which map more than any limit and open files for their
-/// reports.
+/// Whether address or thread sanitizers are enabled, which exceed memory limits and open files for reports.
 #pragma once
 
 namespace vrda {

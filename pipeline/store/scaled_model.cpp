@@ -8,7 +8,7 @@
 namespace vrda {
 namespace {
 
-/// Multiplies by powers of a factor what a unit has of length.
+/// Multiplies values by the factor to the length power of their unit.
 class Scale : public RegistryVisitor {
  public:
   explicit Scale(double factor) : factor_(factor) {}
@@ -26,7 +26,7 @@ class Scale : public RegistryVisitor {
     if constexpr (member_kind<Member>() == ValueKind::float64) {
       const double factor = factor_of(dataset.units);
       const auto values = values_of(member);
-      // Of poses, 4 x 4 row by row, only the translation has a length.
+      // In poses (4 x 4, row by row) only the translation is a length.
       const bool is_pose = dataset.valid.rule == Rule::rigid;
       for (std::size_t k = 0; k < values.size(); ++k)
         if (!is_pose || (k % 4 == 3 && k % 16 != 15)) values[k] *= factor;
@@ -43,7 +43,7 @@ class Scale : public RegistryVisitor {
 
 MotionModel scaled_model(MotionModel model, double factor)
 {
-  check(std::isfinite(factor) && factor > 0.0, "a model is scaled by a number above 0");
+  check(std::isfinite(factor) && factor > 0.0, "the scale factor must be above 0");
   if (factor != 1.0) visit_motion_model(model, Scale(factor));
   return model;
 }

@@ -27,7 +27,7 @@ std::uint64_t little_endian(std::string_view bytes)
   return value;
 }
 
-/// Where the HDF5 content ends, as its superblock (version 2 or 3) says; 0 for another version.
+/// End of the HDF5 content from its superblock (version 2 or 3); 0 for another version.
 std::uint64_t content_end(std::string_view bytes)
 {
   if (bytes.size() < 36 || (bytes[8] != 2 && bytes[8] != 3)) return 0;
@@ -37,34 +37,36 @@ std::uint64_t content_end(std::string_view bytes)
 std::string bytes_of_file(const std::string& file)
 {
   const auto refuse = [&](const std::string& found) { throw InputError({file, "", found, intact_file}); };
-  const OpenFile open_file(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // a pipe without a writer
+  const OpenFile open_file(
+      open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));  // does not block on a FIFO
   struct stat status = {};
   if (!open_file.is_open() || fstat(open_file.get(), &status) != 0) refuse(std::strerror(errno));
-  if (!S_ISREG(status.st_mode)) refuse("no regular file");
+  if (!S_ISREG(status.st_mode)) refuse("not a regular file");
   std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
   for (std::size_t n_read = 0; n_read < bytes.size();) {
     const ssize_t n = read(open_file.get(), bytes.data() + n_read, bytes.size() - n_read);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) refuse(std::string("a read error (") + std::strerror(errno) + ")");
-    if (n == 0) refuse("a file that became shorter while it was read");
+    if (n == 0) refuse("a file that was truncated while being read");
     n_read += static_cast<std::size_t>(n);
   }
   return bytes;
 }
 
-/// The HDF5 content begins with the file: nothing stands before it (a "user block") that we would not check.
+/// The HDF5 content must begin at byte 0: an HDF5 "user block" before it would not be checked.
 void require_signature(const std::string& file, std::string_view bytes)
 {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
   if (bytes.substr(0, signature.size()) == signature) return;
-  throw InputError({file, "", std::to_string(bytes.size()) + " bytes that are no HDF5 file", intact_file});
+  throw InputError(
+      {file, "", std::to_string(bytes.size()) + " bytes that are not an HDF5 file", intact_file});
 }
 
 void require_whole(const std::string& file, std::string_view bytes)
 {
   const std::uint64_t end = content_end(bytes);
   if (end == 0 || end == bytes.size()) return;
-  const char* problem = bytes.size() < end ? " bytes, a truncated file" : " bytes, a damaged end";
+  const char* problem = bytes.size() < end ? " bytes, a truncated file" : " bytes, a damaged end of file";
   throw InputError({file, "", std::to_string(bytes.size()) + problem,
                     intact_file + std::string(" of ") + std::to_string(end) + " bytes"});
 }

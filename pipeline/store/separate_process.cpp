@@ -22,7 +22,7 @@ namespace {
 
 constexpr int done = 0, not_written = 1;
 
-/// Bytes that this process has mapped.
+/// Bytes mapped by this process.
 std::uint64_t mapped_bytes()
 {
   unsigned long long pages = 0;
@@ -36,10 +36,10 @@ std::uint64_t mapped_bytes()
 void limit(int what, std::uint64_t value)
 {
   const rlimit both{value, value};
-  setrlimit(static_cast<__rlimit_resource_t>(what), &both);  // one that is stricter already stays
+  setrlimit(static_cast<__rlimit_resource_t>(what), &both);  // a stricter limit remains in force
 }
 
-/// `answer` is the file that takes the answer: the only one of this process's that stays open.
+/// `answer` is the descriptor of the result file, the only one that stays open.
 void restrict_this_process(const ProcessLimits& limits, int answer)
 {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -49,15 +49,15 @@ void restrict_this_process(const ProcessLimits& limits, int answer)
   limit(RLIMIT_FSIZE, limits.answer_bytes);
   limit(RLIMIT_NPROC, 0);
   if (!is_sanitized) limit(RLIMIT_AS, mapped_bytes() + limits.memory_bytes);
-  // The C library tells the terminal about the heap that it finds destroyed; the message is ours to give.
-  const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
-  if (nowhere >= 0) {
-    dup2(nowhere, STDOUT_FILENO);
-    dup2(nowhere, STDERR_FILENO);
+  // The C library would print to the terminal on heap corruption, which the caller reports.
+  const int null_device = open("/dev/null", O_RDWR | O_CLOEXEC);
+  if (null_device >= 0) {
+    dup2(null_device, STDOUT_FILENO);
+    dup2(null_device, STDERR_FILENO);
   }
   close_range(STDERR_FILENO + 1, static_cast<unsigned>(answer) - 1, 0);
   close_range(static_cast<unsigned>(answer) + 1, ~0U, 0);
-  if (is_sanitized) return;  // their handlers tell what happened
+  if (is_sanitized) return;  // keep the sanitizers' signal handlers
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGXCPU, SIGXFSZ, SIGINT, SIGTERM})
     std::signal(signal, SIG_DFL);
 }
@@ -93,13 +93,13 @@ std::string ending_of(int status, const ProcessLimits& limits)
 {
   if (WIFEXITED(status)) return "exit code " + std::to_string(WEXITSTATUS(status));
   const int signal = WTERMSIG(status);
-  // At the hard limit, which is the same, the kernel sends SIGKILL.
+  // Hard and soft limits are equal; at the hard limit the kernel sends SIGKILL.
   if (signal == SIGXCPU) return "more than " + std::to_string(limits.processor_s) + " s of processor time";
   if (signal == SIGXFSZ) return "more than " + std::to_string(limits.answer_bytes) + " bytes of values";
   return "signal " + std::to_string(signal);
 }
 
-constexpr const char* wanted_room = "room for another process";
+constexpr const char* wanted_process = "resources for another process";
 
 }  // namespace
 
@@ -107,14 +107,14 @@ SeparateWork::SeparateWork(const std::function<std::string()>& work, std::string
                            const ProcessLimits& limits)
     : subject_(std::move(subject)), limits_(limits)
 {
-  // In memory, not through a pipe: nobody has to read while the other still writes.
+  // A file in memory instead of a pipe: the parent need not read while the child writes.
   file_ = memfd_create("vrda", MFD_CLOEXEC);
-  if (file_ < 0) throw InputError({subject_, "", std::strerror(errno), wanted_room});
+  if (file_ < 0) throw InputError({subject_, "", std::strerror(errno), wanted_process});
   child_ = fork();
   if (child_ < 0) {
     const int error = errno;
     ::close(file_);
-    throw InputError({subject_, "", std::strerror(error), wanted_room});
+    throw InputError({subject_, "", std::strerror(error), wanted_process});
   }
   if (child_ > 0) return;
   restrict_this_process(limits_, file_);
@@ -143,7 +143,7 @@ int SeparateWork::wait()
 
 SeparateAnswer SeparateWork::answer()
 {
-  check(child_ > 0, "an answer is waited for once");
+  check(child_ > 0, "the result may be taken once");
   const int status = wait();
   if (status < 0) throw InputError({subject_, "", std::strerror(errno), "the end of a process"});
   if (WIFEXITED(status) && WEXITSTATUS(status) == done) return {true, read_all(file_)};

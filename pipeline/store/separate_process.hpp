@@ -1,4 +1,4 @@
-/// Work on bytes from outside in a process that may end badly.
+/// Runs work on untrusted bytes in a separate process that may crash.
 #pragma once
 
 #include <cstdint>
@@ -8,45 +8,44 @@
 namespace vrda {
 
 struct ProcessLimits {
-  std::uint64_t memory_bytes = std::uint64_t{512} << 20;  ///< beyond what this process has mapped already
+  std::uint64_t memory_bytes = std::uint64_t{512} << 20;  ///< beyond the memory this process has mapped
   std::uint64_t answer_bytes = std::uint64_t{256} << 20;
-  unsigned processor_s = 5;  ///< several hundred times what a model takes
+  unsigned processor_s = 5;  ///< several hundred times the time of a typical model
 };
 
 /// How the process ended.
 struct SeparateAnswer {
   bool is_whole = false;
-  std::string text;  ///< what `work` returned; where it returned nothing, how it ended instead: "signal 11"
+  std::string text;  ///< result of `work`; if not complete, how the process ended: "signal 11"
 };
 
-/// Work on its way in a copy of this process, which goes on meanwhile. The copy has the limits and none of
-/// this process's open files, writes no core and nothing to the terminal, and goes when this process goes;
-/// what `work` changes is lost with it. `work` must not throw. Threads are not copied: locks that others hold
-/// at the call stay locked there, so call it while no other thread uses what `work` does. Under address and
-/// thread sanitizers, which map more than any limit, memory is not limited. Throws InputError naming
-/// `subject` where no process can be made.
+/// Runs `work` in a forked child process while this process continues. The child has the limits and no open
+/// files of this process, writes no core and no terminal output, and ends with this process; side effects of
+/// `work` are lost. `work` must not throw. Threads are not copied: locks that other threads hold at the fork
+/// stay locked in the child, so no other thread may use what `work` uses. Memory is not limited under address
+/// and thread sanitizers. Throws InputError naming `subject` if the process cannot be created.
 class SeparateWork {
  public:
   SeparateWork(const std::function<std::string()>& work, std::string subject,
                const ProcessLimits& limits = {});
-  /// Ends the copy when nobody waited for it.
+  /// Kills the child if its result was not taken.
   ~SeparateWork();
   SeparateWork(const SeparateWork&) = delete;
   SeparateWork& operator=(const SeparateWork&) = delete;
 
-  /// Waits for the work's end. Once only.
+  /// Waits for the end of the child. May be called once.
   SeparateAnswer answer();
 
  private:
-  int wait();  // how the copy ended, as waitpid tells it
+  int wait();  // status of the child from waitpid
 
   std::string subject_;
   ProcessLimits limits_;
-  int file_ = -1;   // takes the answer
-  int child_ = -1;  // until it was waited for
+  int file_ = -1;   // result of the child
+  int child_ = -1;  // -1 after wait()
 };
 
-/// The answer of such work, waited for.
+/// Runs `work` in a child process and waits for its result.
 SeparateAnswer answer_apart(const std::function<std::string()>& work, const std::string& subject,
                             const ProcessLimits& limits = {});
 

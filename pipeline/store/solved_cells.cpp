@@ -9,11 +9,11 @@
 namespace vrda {
 namespace {
 
-// The axis's own number where varus was given: degrees that went through radians may differ in the last bit.
+// The axis value where varus was prescribed: conversion to radians and back may change the last bit.
 double solved_varus_deg(const MotionModel& model, const StepRecord& r)
 {
-  const double given_deg = model.varus_deg[static_cast<std::size_t>(r.key.varus)];
-  return r.varus_rad == rad_from_deg(given_deg) ? given_deg : deg_from_rad(r.varus_rad);
+  const double axis_deg = model.varus_deg[static_cast<std::size_t>(r.key.varus)];
+  return r.varus_rad == rad_from_deg(axis_deg) ? axis_deg : deg_from_rad(r.varus_rad);
 }
 
 Attitude attitude_of(const MotionModel& model, const StepRecord& r)

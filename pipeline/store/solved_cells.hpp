@@ -1,4 +1,4 @@
-/// From solved steps to the cells of a motion model.
+/// Transfer of solved steps to the cells of a motion model.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace vrda {
 
-/// The frame of the solver at a flexion of the grid: Delta may differ from one to the next.
+/// The solver's frame at a flexion index of the grid; Delta may depend on flexion.
 SolverFrame solver_frame(const MotionModel& model, std::int32_t flexion);
 
-/// Fills in the surfaces of the record's cell, at the size of the model (core's scaled()). Its status and
-/// counts always; the rest of a stable one only. `model` has axes and push, and surfaces of their size.
+/// Sets the surfaces of the record's cell: status and counts always, the other values if it is stable. The
+/// record must be at the model's scale (core's scaled()); `model` must have axes, push and surfaces.
 void set_cell(MotionModel& model, const StepRecord& record);
 
-/// The contacts of all cells, given in the order of the grid.
+/// The contacts of all cells; `cells` is in grid order.
 ContactRows contact_rows(const MotionModel& model, const std::vector<StepRecord>& cells);
 
 }  // namespace vrda

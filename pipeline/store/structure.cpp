@@ -15,7 +15,8 @@ namespace {
 /// Indices in the file are 32-bit.
 constexpr std::int64_t largest_dimension = std::numeric_limits<std::int32_t>::max();
 
-constexpr const char* readable = "values that can be read, filtered by gzip, shuffle and fletcher32 only";
+constexpr const char* wanted_readable =
+    "values that can be read, filtered by gzip, shuffle and fletcher32 only";
 
 std::string shape_text(const std::vector<std::int64_t>& shape)
 {
@@ -37,10 +38,10 @@ struct Format {
 std::uint64_t bytes_of(ValueKind kind)
 {
   if (kind == ValueKind::float64 || kind == ValueKind::int64) return 8;
-  return kind == ValueKind::int8 ? 1 : 4;  // a text counts as its length
+  return kind == ValueKind::int8 ? 1 : 4;  // a text counts as its length field
 }
 
-/// Visits the registry of a model or trace that it makes on the way.
+/// Checks a file's structure while visiting the registry of the content that it builds.
 class StructureCheck : public RegistryVisitor {
  public:
   explicit StructureCheck(const H5Reader& reader) : reader_(reader), findings_(reader.refused()) {}
@@ -49,12 +50,12 @@ class StructureCheck : public RegistryVisitor {
   Structure<Content> run(const Format& format, const Visit& visit)
   {
     Structure<Content> result;
-    // A file with links that are refused is not looked into further.
+    // A file with rejected links is not checked further.
     if (findings_.empty() && is_format(format)) {
       visit(result.content, *this);
       if (value_bytes_ > largest_value_bytes) {
-        find("/", std::to_string(value_bytes_) + " bytes of values",
-             "at most " + std::to_string(largest_value_bytes));
+        report("/", std::to_string(value_bytes_) + " bytes of values",
+               "at most " + std::to_string(largest_value_bytes));
       }
     }
     result.sizes = std::move(counted_);
@@ -64,7 +65,7 @@ class StructureCheck : public RegistryVisitor {
 
   void group(const std::string& path)
   {
-    if (!reader_.is_group(path)) find(path, "nothing", "a group");
+    if (!reader_.is_group(path)) report(path, "nothing", "a group");
   }
 
   bool has(const std::string& path, bool) { return reader_.objects().count(path) > 0; }
@@ -72,10 +73,10 @@ class StructureCheck : public RegistryVisitor {
   void dimension(const std::string& path, const Count& count)
   {
     std::int64_t n = size_in_file(path);
-    if (n == 0 && count.kind == Count::Kind::axis) find(path, "no values", "at least one");
+    if (n == 0 && count.kind == Count::Kind::axis) report(path, "no values", "at least one");
     const bool is_fixed = count.kind == Count::Kind::fixed;
     if (is_fixed && are_sizes_known_ && n != count.n)
-      find(path, "size " + std::to_string(n), "size " + std::to_string(count.n));
+      report(path, "size " + std::to_string(n), "size " + std::to_string(count.n));
     if (!is_fixed) counted_.push_back({path, n});
     RegistryVisitor::dimension(path, Count::fixed(is_fixed ? count.n : n));
   }
@@ -83,16 +84,16 @@ class StructureCheck : public RegistryVisitor {
   template <typename Member>
   void attribute(const std::string& object, const std::string& name, Member& member, const Unit& = unit::none)
   {
-    if (const std::optional<AttributeValue> value = sound_attribute(object, name, member)) {
+    if (const std::optional<AttributeValue> value = checked_attribute(object, name, member)) {
       assign(*value, member);
     }
   }
 
-  /// Its value is compared when the values that it repeats have been read.
+  /// The value is compared after the datasets that it repeats have been read.
   template <typename Value>
   void repeated(const std::string& object, const std::string& name, const Value& value)
   {
-    sound_attribute(object, name, value);
+    checked_attribute(object, name, value);
   }
 
   template <typename List>
@@ -104,10 +105,10 @@ class StructureCheck : public RegistryVisitor {
       if (set_group_name(element, path.substr(group.size() + 1))) {
         list.push_back(std::move(element));
       } else if (!is_later_) {
-        find(path, "another name", group_names(element));
+        report(path, "another name", group_names(element));
       }
     }
-    // As the file is written: degree_2 before degree_10.
+    // In the order of the writer: degree_2 before degree_10.
     std::stable_sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return is_before(a, b); });
   }
 
@@ -121,25 +122,25 @@ class StructureCheck : public RegistryVisitor {
   static bool is_before(const SmoothedSet& a, const SmoothedSet& b) { return a.degree < b.degree; }
   static bool is_before(const AuditSet& a, const AuditSet& b) { return a.name < b.name; }
 
-  void find(const std::string& where, const std::string& found, const std::string& wanted)
+  void report(const std::string& where, const std::string& found, const std::string& wanted)
   {
     findings_.push_back({where, found, wanted});
   }
 
-  /// The one text of an attribute, or an empty one.
+  /// The text of a one-element attribute; empty if there is none.
   std::string text(const std::string& object, const std::string& name) const
   {
     const std::optional<AttributeValue> value = reader_.attribute(object, name);
     return value && value->texts.size() == 1 ? value->texts[0] : std::string();
   }
 
-  /// Both formats are in their first major version.
+  /// Both formats have major version 1.
   bool is_format(const Format& wanted)
   {
     const std::string format = text("/", "format");
     if (format != wanted.name) {
-      find("/@format", format.empty() ? "nothing" : "\"" + format + "\"",
-           "\"" + std::string(wanted.name) + "\"");
+      report("/@format", format.empty() ? "nothing" : "\"" + format + "\"",
+             "\"" + std::string(wanted.name) + "\"");
       return false;
     }
     const std::string version = text("/", "format_version");
@@ -154,33 +155,33 @@ class StructureCheck : public RegistryVisitor {
     if (is_whole && major_version == 1 && minor_version >= wanted.least_minor_version) return true;
     const std::string least = "1." + std::to_string(wanted.least_minor_version);
     if (major.ec == std::errc() && major_version > 1) {
-      find("/@format_version", "\"" + version + "\", a newer format",
-           "\"" + least + "\" or a later \"1.\", which is what this program reads");
+      report("/@format_version", "\"" + version + "\", a newer format",
+             "\"" + least + "\" or a later \"1.\" version, which this program reads");
     } else {
-      find("/@format_version", version.empty() ? "nothing" : "\"" + version + "\"",
-           "\"" + least + "\" or a later \"1.\"");
+      report("/@format_version", version.empty() ? "nothing" : "\"" + version + "\"",
+             "\"" + least + "\" or a later \"1.\" version");
     }
     return false;
   }
 
   bool is_elsewhere(const std::string& path, const DatasetFacts& facts)
   {
-    if (!facts.elsewhere.empty()) find(path, facts.elsewhere, readable);
+    if (!facts.elsewhere.empty()) report(path, facts.elsewhere, wanted_readable);
     return !facts.elsewhere.empty();
   }
 
-  /// The size of a dimension; a finding and 0 when there is none.
+  /// The size of a dimension; 0, with a finding, when it is missing.
   std::int64_t size_in_file(const std::string& path)
   {
     const bool is_there = reader_.is_dataset(path);
     const DatasetFacts facts = is_there ? reader_.facts(path) : DatasetFacts();
     if (!is_there) {
-      find(path, "nothing", "a dimension scale");
+      report(path, "nothing", "a dimension scale");
     } else if (!is_elsewhere(path, facts)) {
-      if (facts.scale_name.empty()) find(path, "no dimension scale", "a dimension scale");
+      if (facts.scale_name.empty()) report(path, "no dimension scale", "a dimension scale");
       if (facts.shape.size() == 1 && facts.shape[0] >= 0 && facts.shape[0] <= largest_dimension)
         return facts.shape[0];
-      find(path, "shape " + shape_text(facts.shape), "one axis of at most 2147483647 entries");
+      report(path, "shape " + shape_text(facts.shape), "one axis of at most 2147483647 entries");
     }
     are_sizes_known_ = false;
     return 0;
@@ -190,13 +191,13 @@ class StructureCheck : public RegistryVisitor {
   {
     const std::string& path = dataset.path;
     if (!reader_.is_dataset(path)) {
-      find(path, reader_.is_group(path) ? "a group" : "nothing",
-           std::string("a dataset: ") + dataset.long_name);
+      report(path, reader_.is_group(path) ? "a group" : "nothing",
+             std::string("a dataset: ") + dataset.long_name);
       return;
     }
     const DatasetFacts facts = reader_.facts(path);
     if (is_elsewhere(path, facts)) return;
-    if (facts.kind != kind) find(path, kind_text(facts.kind), name_of(kind));
+    if (facts.kind != kind) report(path, kind_text(facts.kind), name_of(kind));
     if (are_sizes_known_) check_shape(dataset, facts, bytes_of(kind));
     check_text_attribute(path, "units", dataset.units.name);
     if (dataset.flags() != FlagSet::none) check_flags(path, flag_table(dataset.flags()));
@@ -207,9 +208,9 @@ class StructureCheck : public RegistryVisitor {
   {
     const std::vector<std::int64_t> shape = shape_of(dataset);
     if (facts.shape != shape) {
-      find(dataset.path, "shape " + shape_text(facts.shape), "shape " + shape_text(shape));
+      report(dataset.path, "shape " + shape_text(facts.shape), "shape " + shape_text(shape));
     } else if (!facts.storage_problem.empty()) {
-      find(dataset.path, facts.storage_problem, readable);
+      report(dataset.path, facts.storage_problem, wanted_readable);
     } else {
       check_scales(dataset, facts);
     }
@@ -226,13 +227,13 @@ class StructureCheck : public RegistryVisitor {
     if (dataset.dimensions.size() == 1 && dataset.dimensions[0] == dataset.path) {
       const std::string name = dataset.path.substr(dataset.path.rfind('/') + 1);
       if (facts.scale_name != name)
-        find(dataset.path, "scale name \"" + facts.scale_name + "\"", "\"" + name + "\"");
+        report(dataset.path, "scale name \"" + facts.scale_name + "\"", "\"" + name + "\"");
       return;
     }
     for (std::size_t axis = 0; axis < dataset.dimensions.size(); ++axis) {
       if (reader_.is_attached(dataset.path, axis, dataset.dimensions[axis])) continue;
-      find(dataset.path, "axis " + std::to_string(axis) + " without its scale",
-           "dimension scale " + dataset.dimensions[axis] + " attached");
+      report(dataset.path, "axis " + std::to_string(axis) + " without its scale",
+             "dimension scale " + dataset.dimensions[axis] + " attached");
     }
   }
 
@@ -241,7 +242,7 @@ class StructureCheck : public RegistryVisitor {
     if (wanted.empty()) return;
     const std::string found = text(object, name);
     if (found != wanted) {
-      find(object + "@" + name, found.empty() ? "nothing" : "\"" + found + "\"", "\"" + wanted + "\"");
+      report(object + "@" + name, found.empty() ? "nothing" : "\"" + found + "\"", "\"" + wanted + "\"");
     }
   }
 
@@ -251,7 +252,7 @@ class StructureCheck : public RegistryVisitor {
     const std::optional<AttributeValue> found = reader_.attribute(path, "flag_values");
     const std::vector<double> wanted(table.values.begin(), table.values.end());
     if (found && found->kind == ValueKind::int8 && found->numbers == wanted) return;
-    find(path + "@flag_values", found ? "other values" : "nothing", "the int8 codes of " + table.meanings);
+    report(path + "@flag_values", found ? "other values" : "nothing", "the int8 codes of " + table.meanings);
   }
 
   void check_fill_value(const std::string& path)
@@ -261,13 +262,13 @@ class StructureCheck : public RegistryVisitor {
         std::isnan(value->numbers[0])) {
       return;
     }
-    find(path + "@_FillValue", value ? "another value" : "nothing", "one float64 NaN");
+    report(path + "@_FillValue", value ? "another value" : "nothing", "one float64 NaN");
   }
 
-  /// An attribute with the type and size of `member`; nothing, and a finding, where there is none.
+  /// An attribute with the type and size of `member`; empty, with a finding, if it is missing or different.
   template <typename Member>
-  std::optional<AttributeValue> sound_attribute(const std::string& object, const std::string& name,
-                                                const Member&)
+  std::optional<AttributeValue> checked_attribute(const std::string& object, const std::string& name,
+                                                  const Member&)
   {
     constexpr bool is_flag = std::is_same_v<Member, bool>;
     constexpr bool is_vector = std::is_same_v<Member, Eigen::Vector3d>;
@@ -275,19 +276,19 @@ class StructureCheck : public RegistryVisitor {
                                : is_vector
                                    ? ValueKind::float64
                                    : value_kind<std::conditional_t<is_flag || is_vector, double, Member>>();
-    if (reader_.objects().count(object) == 0) return std::nullopt;  // a finding already
+    if (reader_.objects().count(object) == 0) return std::nullopt;  // already reported
     const std::string where = object + "@" + name;
     const std::size_t n = is_vector ? 3 : 1;
     const std::string wanted = std::to_string(n) + " of " + name_of(kind);
     const std::optional<AttributeValue> value = reader_.attribute(object, name);
     if (!value) {
-      find(where, "nothing", wanted);
+      report(where, "nothing", wanted);
     } else if (value->kind != kind) {
-      find(where, kind_text(value->kind), wanted);
+      report(where, kind_text(value->kind), wanted);
     } else if (const std::size_t found = value->numbers.size() + value->texts.size(); found != n) {
-      find(where, std::to_string(found) + " of " + name_of(kind), wanted);
+      report(where, std::to_string(found) + " of " + name_of(kind), wanted);
     } else if (is_flag && value->numbers[0] != 0.0 && value->numbers[0] != 1.0) {
-      find(where, "another value", "0 or 1");
+      report(where, "another value", "0 or 1");
     } else {
       return value;
     }
@@ -310,7 +311,7 @@ class StructureCheck : public RegistryVisitor {
   std::vector<Finding> findings_;
   std::vector<std::pair<std::string, std::int64_t>> counted_;
   bool are_sizes_known_ = true;  ///< whether every dimension so far was found
-  bool is_later_ = false;        ///< of a later minor version, which may know more names
+  bool is_later_ = false;        ///< later minor version, which may have more names
   std::uint64_t value_bytes_ = 0;
 };
 

@@ -8,7 +8,7 @@
 namespace vrda {
 namespace {
 
-/// Grids are typed with fewer digits than this tells apart.
+/// Tolerance of angles typed by a user; grid values have fewer digits.
 constexpr double same_angle_deg = 1e-6;
 
 std::string degrees(double angle_deg)
@@ -18,7 +18,7 @@ std::string degrees(double angle_deg)
   return text;
 }
 
-/// The value of an axis nearest to `wanted_deg`; itself where any value will do.
+/// The value of an axis nearest to `wanted_deg`; "any" without one.
 std::string nearest(const std::vector<double>& axis_deg, const std::optional<double>& wanted_deg)
 {
   if (!wanted_deg) return "any";
@@ -51,18 +51,18 @@ std::vector<std::size_t> searches_at(const Trace& trace, const std::string& file
                                      const AttitudeFilter& filter)
 {
   const TraceSearches& searches = trace.searches;
-  const auto suits = [](const std::optional<double>& wanted_deg, double value_deg) {
+  const auto matches = [](const std::optional<double>& wanted_deg, double value_deg) {
     return !wanted_deg || std::abs(*wanted_deg - value_deg) < same_angle_deg;
   };
   std::vector<std::size_t> found;
   for (std::size_t s = 0; s < searches.node.size(); ++s) {
-    if (suits(filter.flexion_deg, searches.flexion_deg[s]) &&
-        suits(filter.varus_deg, searches.varus_deg[s])) {
+    if (matches(filter.flexion_deg, searches.flexion_deg[s]) &&
+        matches(filter.varus_deg, searches.varus_deg[s])) {
       found.push_back(s);
     }
   }
   if (!found.empty()) return found;
-  if (searches.node.empty()) throw InputError({file, "/searches", "no search", "at least one"});
+  if (searches.node.empty()) throw InputError({file, "/searches", "no searches", "at least one"});
   const auto text = [](const std::optional<double>& angle_deg) {
     return angle_deg ? degrees(*angle_deg) : std::string("any");
   };

@@ -1,4 +1,4 @@
-/// The trace of every search of a run as plain data. schemas/trace.md is the specification of its file.
+/// The trace of every search of a run as plain data. schemas/trace.md specifies its file.
 /// Units here are those of the file: mm and degrees.
 #pragma once
 
@@ -14,17 +14,17 @@ namespace vrda {
 
 using Points32 = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-/// One entry a search, by flexion, varus and node.
+/// One entry per search, sorted by flexion, varus and node.
 struct TraceSearches {
   std::vector<double> flexion_deg, varus_deg;  ///< values of the motion model's axes
-  std::vector<std::int8_t> node;               ///< StepKind; `spine` is the probe that the spine took
+  std::vector<std::int8_t> node;               ///< StepKind; `spine` is the accepted probe of the spine
   std::vector<std::int8_t> status;             ///< StepStatus
   Points32 seed_translation_mm;                ///< world W
   std::vector<float> seed_theta_deg;
   std::vector<std::int64_t> move_start{0};  ///< [n + 1]
 };
 
-/// One entry a move, in the order of the search.
+/// One entry per move, in search order.
 struct TraceMoves {
   std::vector<std::int32_t> iteration;
   std::vector<std::int8_t> kind;  ///< MoveKind
@@ -53,7 +53,7 @@ struct Trace {
   TraceSearches searches;
   TraceMoves moves;
   TraceContacts contacts;
-  JobRecord job;  ///< as in the motion model; `text` is not kept
+  JobRecord job;  ///< as in the motion model, without `text`
 };
 
 /// The moves of one search, [first, end) of Trace::moves.
@@ -63,15 +63,14 @@ struct MoveRange {
 };
 MoveRange moves_of(const Trace& trace, std::size_t search);
 
-/// Those of them in contact: without the others the search plays as a smooth motion (thesis 3.8).
+/// The moves in contact of one search; played alone they show a smooth motion (thesis 3.8).
 std::vector<std::size_t> moves_in_contact(const Trace& trace, std::size_t search);
 
 struct AttitudeFilter {
-  std::optional<double> flexion_deg, varus_deg;  ///< each: of the grid; without, any
+  std::optional<double> flexion_deg, varus_deg;  ///< values of the grid; empty: any
 };
 
-/// The searches at those attitudes, in the order of the file. Throws InputError naming `file` when there is
-/// none.
+/// The searches at those attitudes, in file order. Throws InputError naming `file` when there is none.
 std::vector<std::size_t> searches_at(const Trace& trace, const std::string& file,
                                      const AttitudeFilter& filter);
 

@@ -1,4 +1,4 @@
-/// The trace and its HDF5 file. schemas/trace.md specifies the file.
+/// HDF5 file of the trace (schemas/trace.md).
 #pragma once
 
 #include <string>

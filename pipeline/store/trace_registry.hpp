@@ -1,4 +1,4 @@
-/// The registry of the trace's datasets: one row each, in the order of the file (schemas/trace.md).
+/// Registry of the trace's datasets: one row per dataset, in the order of the file (schemas/trace.md).
 #pragma once
 
 #include "core/step_record.hpp"
@@ -13,7 +13,7 @@ inline constexpr int trace_format_minor_version = 0;
 
 namespace registry {
 
-// One line a dataset.
+// One line per dataset.
 // clang-format off
 
 template <typename ATrace, typename Visitor>
@@ -45,11 +45,11 @@ void visit_moves(ATrace& trace, Visitor& visit)
   visit({"/moves/kind", move, unit::none, codes(FlagSet::move_kind), "kind of the move"}, moves.kind);
   visit({"/moves/translation", vectors, unit::mm, number(), "translation after the move, world W"}, moves.translation_mm);
   visit({"/moves/theta", move, unit::degree, number(), "rotation about Delta after the move, right-knee sign"}, moves.theta_deg);
-  visit({"/moves/translation_step", move, unit::mm, number(), "translation step in force"}, moves.translation_step_mm);
-  visit({"/moves/rotation_step", move, unit::degree, number(), "rotation step in force"}, moves.rotation_step_deg);
+  visit({"/moves/translation_step", move, unit::mm, number(), "current translation step"}, moves.translation_step_mm);
+  visit({"/moves/rotation_step", move, unit::degree, number(), "current rotation step"}, moves.rotation_step_deg);
   visit({"/moves/collides", move, unit::none, codes(FlagSet::yes_no), "whether a trial of a bisection was blocked"}, moves.collides);
-  visit({"/moves/is_cycle", move, unit::none, codes(FlagSet::yes_no), "whether the pose was there before"}, moves.is_cycle);
-  visit({"/moves/in_contact", move, unit::none, codes(FlagSet::yes_no), "whether the approach has ended in the touch"}, moves.in_contact);
+  visit({"/moves/is_cycle", move, unit::none, codes(FlagSet::yes_no), "whether the search visited this pose before"}, moves.is_cycle);
+  visit({"/moves/in_contact", move, unit::none, codes(FlagSet::yes_no), "whether the approach ended in contact"}, moves.in_contact);
   visit({"/moves/contact_start", {"/moves/move_bound"}, unit::one, row_starts(trace.contacts.compartment.size()), "first contact of each move, then the number of contacts"}, moves.contact_start);
 }
 
@@ -64,13 +64,13 @@ void visit_trace_contacts(Contacts& contacts, Visitor& visit)
   visit({"/contacts/distance", contact, unit::mm, number(), "distance of the two surfaces"}, contacts.distance_mm);
   visit({"/contacts/triangle_reference", contact, unit::one, count(), "row of /bodies/reference/triangles of the motion model"}, contacts.triangle_reference);
   visit({"/contacts/triangle_moving", contact, unit::one, count(), "row of /bodies/moving/triangles of the motion model"}, contacts.triangle_moving);
-  visit({"/contacts/compartment", contact, unit::none, codes(FlagSet::compartment), "compartment that the contact lies in"}, contacts.compartment);
+  visit({"/contacts/compartment", contact, unit::none, codes(FlagSet::compartment), "compartment of the contact"}, contacts.compartment);
 }
 
 // clang-format on
 }  // namespace registry
 
-/// Visits every row of a trace, const to write it, not to read it.
+/// Visits every row of a trace: const for writing, non-const for reading.
 template <typename ATrace, typename Visitor>
 void visit_trace(ATrace& trace, Visitor&& visit)
 {

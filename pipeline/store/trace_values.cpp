@@ -13,7 +13,7 @@
 namespace vrda {
 namespace {
 
-/// Rounding to float32 takes at most 6e-8 of a number; twice that, and as much in mm or degrees near 0.
+/// Twice the relative rounding error of float32 (6e-8); also the absolute tolerance near 0, in mm or degrees.
 constexpr double single_precision = 1.2e-7;
 
 constexpr auto stable = status_stable;
@@ -32,7 +32,7 @@ class TraceCheck {
     check_attributes();
     visit_trace(trace_, RowCheck(findings_));
     check_flags();
-    // Where rows begin is right from here on.
+    // Row starts are valid from here on.
     if (findings_.empty()) check_order();
     return findings_.take();
   }
@@ -80,14 +80,14 @@ class TraceCheck {
         [&](std::size_t m) {
           return moves.in_contact[m] == 0 && moves.contact_start[m + 1] > moves.contact_start[m];
         },
-        [&](std::size_t) { return "contacts of another move"; });
+        [&](std::size_t) { return "contacts of a move that is not in contact"; });
     for (std::size_t s = 0; s < trace_.searches.node.size(); ++s) {
       const MoveRange range = moves_of(trace_, s);
       for (std::size_t m = range.first + 1; m < range.end; ++m) {
         if (moves.iteration[m] >= moves.iteration[m - 1]) continue;
         findings_.find("/moves/iteration",
                        std::to_string(moves.iteration[m]) + " at entry " + std::to_string(m),
-                       "iterations that never fall within a search");
+                       "non-decreasing iterations within a search");
         return;
       }
     }
@@ -97,16 +97,16 @@ class TraceCheck {
   ValueFindings findings_;
 };
 
-std::map<double, Eigen::Index> places_on(const std::vector<double>& axis)
+std::map<double, Eigen::Index> indices_on(const std::vector<double>& axis)
 {
-  std::map<double, Eigen::Index> places;
-  for (std::size_t i = 0; i < axis.size(); ++i) places[axis[i]] = static_cast<Eigen::Index>(i);
-  return places;
+  std::map<double, Eigen::Index> indices;
+  for (std::size_t i = 0; i < axis.size(); ++i) indices[axis[i]] = static_cast<Eigen::Index>(i);
+  return indices;
 }
 
-class BesideCheck {
+class MatchCheck {
  public:
-  BesideCheck(const Trace& trace, const MotionModel& model) : trace_(trace), model_(model) {}
+  MatchCheck(const Trace& trace, const MotionModel& model) : trace_(trace), model_(model) {}
 
   std::vector<Finding> run()
   {
@@ -137,17 +137,17 @@ class BesideCheck {
            std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
   }
 
-  // Every cell of the model is the end of one search.
+  // Every cell of the model must be the end of exactly one search.
   void check_cells()
   {
-    const std::map<double, Eigen::Index> flexions = places_on(model_.flexion_deg),
-                                         varuses = places_on(model_.varus_deg);
+    const std::map<double, Eigen::Index> flexions = indices_on(model_.flexion_deg),
+                                         varuses = indices_on(model_.varus_deg);
     GridB n_ends = GridB::Zero(model_.status.rows(), model_.status.cols());
     for (std::size_t s = 0; s < trace_.searches.node.size(); ++s) {
       const auto i = flexions.find(trace_.searches.flexion_deg[s]);
       const auto j = varuses.find(trace_.searches.varus_deg[s]);
       if (i == flexions.end() || j == varuses.end()) {
-        findings_.find("/searches/flexion", "an attitude off the grid at entry " + std::to_string(s),
+        findings_.find("/searches/flexion", "an attitude outside the grid at entry " + std::to_string(s),
                        "attitudes of the grid");
         return;
       }
@@ -156,8 +156,8 @@ class BesideCheck {
       if (!ends_at(s, i->second, j->second)) return;
     }
     if ((n_ends != 1).any())
-      findings_.find("/searches/node", "a cell with no search, or with two",
-                     "one search a cell, besides probes");
+      findings_.find("/searches/node", "a cell without a search or with several",
+                     "one search per cell, not counting spine probes");
   }
 
   bool ends_at(std::size_t s, Eigen::Index i, Eigen::Index j)
@@ -171,7 +171,7 @@ class BesideCheck {
     if (trace_.searches.status[s] != status_stable) return true;
     const MoveRange range = moves_of(trace_, s);
     if (range.first < range.end && is_at(range.end - 1, i, j)) return true;
-    findings_.find("/moves/translation", "another end of the search" + entry, "the pose of its cell");
+    findings_.find("/moves/translation", "another final pose" + entry, "the pose of its cell");
     return false;
   }
 
@@ -201,7 +201,7 @@ std::vector<Finding> check_values(const Trace& trace)
 
 std::vector<Finding> check_beside(const Trace& trace, const MotionModel& model)
 {
-  return BesideCheck(trace, model).run();
+  return MatchCheck(trace, model).run();
 }
 
 }  // namespace vrda

@@ -1,5 +1,5 @@
-/// What is wrong with the values of a file's datasets: one finding a dataset and rule, the first place, and
-/// how many there are.
+/// Findings about the values of a file's datasets: one per dataset and rule, with the first wrong entry and
+/// the number of wrong entries.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,19 +16,19 @@
 
 namespace vrda {
 
-/// Unit vectors may have been stored in single precision.
+/// Unit vectors may be stored in single precision.
 inline constexpr double normal_tolerance = 1e-5;
 
-/// Products of three rotations computed in double stay orthonormal to a few 1e-16; text or float round
-/// trips do not, and would show as penetration: 1e-9 of 500 mm is half a nanometre.
+/// Products of three rotations in double are orthonormal to a few 1e-16; after conversion through text or
+/// float they are not, which would appear as penetration: 1e-9 of 500 mm is half a nanometre.
 inline constexpr double exact_tolerance = 1e-9;
 
-/// In mm, degrees, N or N mm: beyond every joint, and so far below overflow that nothing made of a model's
-/// numbers leaves the finite ones.
+/// In mm, degrees, N or N mm: larger than in any joint, and small enough that values computed from a model
+/// cannot overflow.
 inline constexpr double largest_number = 1e9;
 inline constexpr double least_step_deg = 1e-6;
 
-/// Neither NaN nor infinite, nor larger than any joint's.
+/// Whether `value` is finite and of magnitude up to largest_number.
 inline bool is_number(double value)
 {
   return std::abs(value) <= largest_number;
@@ -46,7 +46,7 @@ inline bool is_rigid_pose(const double* entries)
          X.row(3) == Eigen::RowVector4d(0, 0, 0, 1);
 }
 
-/// As a finding shows it.
+/// The text of a number in findings.
 inline std::string text_of(double value)
 {
   char text[40];
@@ -65,7 +65,7 @@ class ValueFindings {
     findings_.push_back({where, found, wanted});
   }
 
-  /// One finding for all entries of a dataset that are wrong; `show` says what stands at the first.
+  /// Adds one finding for all wrong entries of a dataset; `show` returns the text of the first.
   template <typename IsWrong, typename Show>
   void each(const std::string& where, std::size_t size, const std::string& wanted, IsWrong is_wrong,
             Show show)
@@ -101,7 +101,7 @@ class ValueFindings {
   template <typename Real>
   void all_finite(const std::string& where, const Real* values, std::size_t size)
   {
-    each_number(where, values, size, "finite numbers, none beyond 1e9",
+    each_number(where, values, size, "finite numbers of magnitude up to 1e9",
                 [&](std::size_t i) { return !is_number(static_cast<double>(values[i])); });
   }
 

@@ -13,16 +13,16 @@
 namespace vrda {
 namespace {
 
-/// Smoothed values against their polynomial: sums of at most 231 terms of up to 1e3 mm.
+/// Tolerance of smoothed values against their polynomial: sums of at most 231 terms of up to 1e3 mm.
 constexpr double smoothed_tolerance = 1e-9;
 
-// Sums of squares of the pairs' distances, in another order perhaps.
+// For sums of squares that may be accumulated in another order.
 bool is_near(double a, double b)
 {
   return std::abs(a - b) <= exact_tolerance * (1.0 + std::abs(b));
 }
 
-/// What rows of the registry cannot say: attributes, and rules between datasets.
+/// Rules beyond the rows of the registry: attributes, and relations between datasets.
 class ModelRules {
  public:
   ModelRules(const MotionModel& model, ValueFindings& findings)
@@ -43,7 +43,7 @@ class ModelRules {
     if (!(std::abs(length - 1.0) <= exact_tolerance)) {
       findings_.find("/@delta", "a vector of length " + text_of(length), "length 1");
     } else if ((model_.push.delta.row(0).transpose() - model_.delta).norm() > exact_tolerance) {
-      findings_.find("/@delta", "another direction", "that of the first row of /push/delta");
+      findings_.find("/@delta", "a different direction", "that of the first row of /push/delta");
     }
     if (!(model_.contact_resolution_mm > 0.0) || !is_number(model_.contact_resolution_mm)) {
       findings_.find("/@contact_resolution_mm", text_of(model_.contact_resolution_mm), "a positive length");
@@ -90,7 +90,7 @@ class ModelRules {
         [&](std::size_t cell) { return !is_stable(cell) && plausibility[cell] != plausibility_not_judged; },
         [&](std::size_t cell) { return std::to_string(plausibility[cell]); });
     findings_.each(
-        "/is_spine", model_.flexion_deg.size(), "at most one spine cell a flexion",
+        "/is_spine", model_.flexion_deg.size(), "at most one spine cell per flexion",
         [&](std::size_t i) { return (model_.is_spine.row(static_cast<Eigen::Index>(i)) == 1).count() > 1; },
         [&](std::size_t) { return "several spine cells"; });
     if (n_varus_ == 1) return;
@@ -127,10 +127,10 @@ class ModelRules {
           }
           return false;
         },
-        [&](std::size_t) { return "a cell with one that does not"; });
+        [&](std::size_t) { return "a normal that does not oppose Delta"; });
   }
 
-  /// Every pair (i, j) with i + j <= degree, of an axis with one value its constant only.
+  /// Number of pairs (i, j) with i + j <= degree; an axis with one value has its constant only.
   std::size_t wanted_terms(std::int32_t degree) const
   {
     const bool has_flexion = model_.flexion_deg.size() > 1, has_varus = model_.varus_deg.size() > 1;
@@ -152,11 +152,11 @@ class ModelRules {
     std::set<std::pair<std::int32_t, std::int32_t>> seen;
     const std::size_t before = findings_.size();
     findings_.each(
-        group + "/exponents", n_terms, "each pair of degrees up to the total degree once",
+        group + "/exponents", n_terms, "each pair of degrees up to the total degree exactly once",
         [&](std::size_t k) {
           const std::int32_t i = set.exponents(static_cast<Eigen::Index>(k), 0);
           const std::int32_t j = set.exponents(static_cast<Eigen::Index>(k), 1);
-          // Compared one by one: the sum of two wild values would overflow.
+          // Compared separately: the sum of two arbitrary values could overflow.
           return i < 0 || j < 0 || i > set.degree || j > set.degree - i ||
                  (i > 0 && model_.flexion_deg.size() == 1) || (j > 0 && model_.varus_deg.size() == 1) ||
                  !seen.insert({i, j}).second;
@@ -177,7 +177,8 @@ class ModelRules {
       return;
     }
     if (set.surfaces.size() == 5 && n_varus_ > 1) {
-      findings_.find(smoothed_path(set.degree, "varus"), "a surface", "none where /varus has several values");
+      findings_.find(smoothed_path(set.degree, "varus"), "a surface",
+                     "no such surface where /varus has several values");
     }
     if (!has_right_terms(set, group)) return;
     const AxisRanges ranges = axis_ranges(model_.flexion_deg, model_.varus_deg);
@@ -247,11 +248,11 @@ class ModelRules {
       return !is_number(factor) || factor <= 0.0;
     });
     if ((scaling.keeps_steps || n > 0) && !is_even(scaling.factor)) {
-      findings_.find(group + "@factor", "numbers that differ",
-                     "one number three times where steps are kept or landmarks fitted");
+      findings_.find(group + "@factor", "unequal numbers",
+                     "three equal numbers where steps are kept or landmarks fitted");
     }
     findings_.each_number(group + "/residual", scaling.residual_mm.data(), n,
-                          "the subject's distance less the factor times the model's", [&](std::size_t i) {
+                          "the subject's distance minus the factor times the model's", [&](std::size_t i) {
                             return is_number(scaling.residual_mm[i]) &&
                                    !is_near(scaling.residual_mm[i],
                                             scaling.subject_mm[i] - scaling.factor.x() * scaling.model_mm[i]);
@@ -262,11 +263,11 @@ class ModelRules {
     const double found_mm = scaling.residual_rms_mm, error = scaling.standard_error;
     if (n == 0 ? !std::isnan(found_mm) : !is_near(found_mm, rms_mm)) {
       findings_.find(group + "@residual_rms_mm", text_of(found_mm),
-                     n == 0 ? "NaN without landmarks" : text_of(rms_mm) + ", that of the residuals");
+                     n == 0 ? "NaN without landmarks" : text_of(rms_mm) + ", the value from the residuals");
     }
     if (n < 2 ? !std::isnan(error) : !(is_number(error) && error >= 0.0)) {
       findings_.find(group + "@standard_error", text_of(error),
-                     n < 2 ? "NaN below two pairs of landmarks" : "a number of at least 0");
+                     n < 2 ? "NaN with fewer than two pairs of landmarks" : "a number of at least 0");
     }
   }
 

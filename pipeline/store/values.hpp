@@ -1,4 +1,4 @@
-/// What the values of a motion model or trace must satisfy, whatever file they came from.
+/// Checks of the values of motion models and traces.
 #pragma once
 
 #include <string>
@@ -10,16 +10,15 @@
 
 namespace vrda {
 
-/// Findings name the datasets of the file. Every shape agrees already (as after reading).
-/// One finding a dataset and rule: the first place, and how many there are.
+/// Findings name the datasets of the file, one finding per dataset and rule, with the first wrong entry and
+/// the number of wrong entries. All shapes must be consistent, as after reading.
 std::vector<Finding> check_values(const MotionModel& model);
 std::vector<Finding> check_values(const Trace& trace);
 
-/// Departures of `trace` from the model it belongs to: job, attitudes, ends of the searches, triangles. Both
-/// have been read.
+/// Differences between `trace` and its model: job, attitudes, final poses, triangles. Both must be valid.
 std::vector<Finding> check_beside(const Trace& trace, const MotionModel& model);
 
-/// Throws InputError naming `file` for the first of the findings; empty: nothing.
+/// Throws InputError naming `file` for the first finding; does nothing without findings.
 void require_none(const std::vector<Finding>& findings, const std::string& file);
 
 }  // namespace vrda

@@ -11,27 +11,30 @@
 namespace vrda {
 namespace {
 
-/// What the registry takes for granted.
+/// Preconditions of the registry.
 void require_consistent(const MotionModel& model)
 {
   check(model.equilibrium.has_value() == (model.method == "equilibrium"),
-        "a motion model has the surfaces of its method");
+        "equilibrium surfaces must exist exactly for method equilibrium");
   check(model.contact_paths.has_value() == model.has_compartments,
-        "a motion model has contact paths where it has compartments");
+        "contact paths must exist exactly where there are compartments");
   for (const SmoothedSet& set : model.smoothed) {
-    check(set.surfaces.size() == 4 || set.surfaces.size() == 5, "a smoothed set holds four or five surfaces");
+    check(set.surfaces.size() == 4 || set.surfaces.size() == 5,
+          "a smoothed set must have four or five surfaces");
     for (std::size_t i = 0; i < set.surfaces.size(); ++i)
-      check(set.surfaces[i].name == smoothed_names[i], "a smoothed set holds tx, ty, tz, theta, varus");
+      check(set.surfaces[i].name == smoothed_names[i],
+            "the surfaces of a smoothed set must be tx, ty, tz, theta, varus");
   }
-  const auto falls = [](const auto& list, auto is_before) {
+  const auto is_unsorted = [](const auto& list, auto is_before) {
     return std::adjacent_find(list.begin(), list.end(),
                               [&](const auto& a, const auto& b) { return !is_before(a, b); }) != list.end();
   };
-  check(!falls(model.smoothed, [](const auto& a, const auto& b) { return a.degree < b.degree; }),
-        "smoothed sets are by increasing degree, each degree once");
-  check(!falls(model.audits, [](const auto& a, const auto& b) { return a.name < b.name; }),
-        "audits are by name, each name once");
-  for (const AuditSet& audit : model.audits) check(is_audit_name(audit.name), "an audit is of a motion");
+  check(!is_unsorted(model.smoothed, [](const auto& a, const auto& b) { return a.degree < b.degree; }),
+        "smoothed sets must be sorted by degree, each degree once");
+  check(!is_unsorted(model.audits, [](const auto& a, const auto& b) { return a.name < b.name; }),
+        "audits must be sorted by name, each name once");
+  for (const AuditSet& audit : model.audits)
+    check(is_audit_name(audit.name), "an audit must have the name of a motion");
 }
 
 std::string bytes_of(const std::string& path, const MotionModel& model)
@@ -43,7 +46,7 @@ std::string bytes_of(const std::string& path, const MotionModel& model)
   return writer.bytes();
 }
 
-/// Journals are removed on the strength of this file: what the disk holds counts.
+/// Journals are removed after this file is written, so the content on disk is verified.
 void require_written(const std::string& path, std::size_t n_bytes)
 {
   std::error_code error;

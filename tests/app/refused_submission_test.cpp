@@ -28,7 +28,7 @@ TEST_F(FakeSlurm, WhatWasTakenBeforeARefusalGoesOnAndResumeAddsTheRest)
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
   EXPECT_THAT(ended.err, HasSubstr("Job violates policy"));
-  EXPECT_THAT(ended.err, HasSubstr("; 1 of 3 jobs were submitted before and go on, vrda resume " +
+  EXPECT_THAT(ended.err, HasSubstr("; 1 of 3 jobs were already submitted and continue; vrda resume " +
                                    folder_.string() + " submits the others\n"));
   EXPECT_THAT(calls(), Not(HasSubstr("scancel")));
   queue("101|N/A|RUNNING|n1|None\n");
@@ -50,7 +50,7 @@ TEST_F(FakeSlurm, AJobThatCannotBeNotedDownIsCancelled)
   const test::Ended ended = submit({"--shards", "3"}, {{"folder", folder_.string()}});
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_EQ(test::n_lines(ended.err), 1) << ended.err;
-  EXPECT_THAT(ended.err, HasSubstr("to note down job 101"));
+  EXPECT_THAT(ended.err, HasSubstr("to record job 101"));
   EXPECT_THAT(calls(), HasSubstr("scancel 101\n"));
 }
 

@@ -137,10 +137,10 @@ TEST(SubmitLocal, TasksOfAMachineThatIsGoneAreBegunAgain)
   EXPECT_EQ(waiting.wait().exit_code, 4);
   EXPECT_EQ(nlohmann::json::parse(test::text_of(file)), state);
   lock.reset();
-  EXPECT_THAT(test::run_vrda({"status", folder.string()}).out, HasSubstr("its process is gone"));
+  EXPECT_THAT(test::run_vrda({"status", folder.string()}).out, HasSubstr("its process no longer exists"));
   const test::Ended resumed = test::run_vrda({"resume", folder.string(), "--local"});
   EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
-  EXPECT_THAT(resumed.err, HasSubstr("shard 2 of 3: lost: its process is gone\n"));
+  EXPECT_THAT(resumed.err, HasSubstr("shard 2 of 3: lost: its process no longer exists\n"));
   EXPECT_EQ(test::sha256_of_file(folder / "knee_right.h5"), whole_run(scratch, job));
 }
 

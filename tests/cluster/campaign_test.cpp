@@ -16,7 +16,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// A job; its meshes need not be there.
+// A job; its meshes need not exist.
 const char* const joint = R"(
 [[reference.component]]
 name = "upper"
@@ -78,7 +78,7 @@ TEST(Campaign, CasesAreTheProductTheLastAxisFastest)
 {
   const Campaign campaign = campaign_of_text(std::string(joint) + two_axes);
   EXPECT_EQ(campaign.title, "Two by three");
-  // As written, not as the alphabet has them.
+  // In the order written, not alphabetically.
   EXPECT_THAT(campaign.axes, ElementsAre("resolution", "method"));
   EXPECT_THAT(names_of(campaign), ElementsAre("coarse_rest", "coarse_search", "coarse_free", "fine_rest",
                                               "fine_search", "fine_free"));
@@ -101,7 +101,7 @@ TEST(Campaign, WhatACaseIsToldMeansWhatItsLevelsSay)
   EXPECT_EQ(job.grid.flexion_deg.size(), 10U);
   EXPECT_THAT(job.smooth_degrees, ElementsAre(4, 6));
   EXPECT_EQ(job.push.force_n.value(0, 0), 30.0);
-  // The same by hand, in a job that knows of no campaign: the same resolved job, hence the same journal key.
+  // The same case as a plain job: the same resolved job, hence the same journal key.
   const std::string by_hand = std::string("[grid]\nflexion.step = 10\n[smooth]\ndegrees = [4, 6]\n") +
                               "[solver]\nmethod = \"stability-search\"\nsearch.approach_step_mm = 6\n" +
                               "[push]\nforce_n = 30\n" + joint;
@@ -175,19 +175,19 @@ TEST(Campaign, RefusalsNameKeyFoundAndWanted)
       {"[[campaign.method]]\nname = \"a\"\nset = { ligaments.generate.\"a.b\" = 1 }\n",
        "campaign.method.0.set", "the key \"a.b\"", "without '.'"},
       {"[[campaign.method]]\nname = \"a\"\n[[campaign.method]]\nname = \"a\"\n", "campaign.method.1.name",
-       "\"a\" a second time", "a name of its own"},
+       "\"a\" a second time", "a unique name"},
       {"[[campaign.method]]\nname = \"a\"\nset = { grid.varus = \"free\" }\n"
        "[[campaign.resolution]]\nname = \"b\"\nset = { grid.varus.step = 2 }\n",
        "campaign.resolution", "grid.varus.step, which the axis \"method\" sets", "no other axis sets"},
       {"[[campaign.method]]\nname = \"a_b\"\n[[campaign.method]]\nname = \"a\"\n"
        "[[campaign.resolution]]\nname = \"c\"\n[[campaign.resolution]]\nname = \"b_c\"\n",
-       "campaign", "\"a_b_c\"", "one of its own"},
+       "campaign", "\"a_b_c\"", "unique"},
       {"[[campaign.method]]\nname = \"logs\"\n", "campaign", "\"logs\"", "none of logs"},
       {"exclude = [{ scaling = \"a\" }]\n", "campaign.exclude.0.scaling", "does not have", "one of its axes"},
       {"exclude = [{ method = \"restt\" }]\n[[campaign.method]]\nname = \"rest\"\n",
        "campaign.exclude.0.method", "restt", "nearest is \"rest\""},
       {"exclude = [{ method = \"rest\" }]\n[[campaign.method]]\nname = \"rest\"\n", "campaign.exclude",
-       "every case left out", "at least one"},
+       "every case", "at least one"},
   };
   for (const Refusal& row : rows) {
     SCOPED_TRACE(row.text);

@@ -24,7 +24,7 @@ struct Solved {
   std::int64_t n_kept = 0;
 };
 
-// Sweeps with a solver that counts: every step stable, both compartments touching, highest at zero varus.
+// Sweeps with a counting solver: every step stable, both compartments in contact, highest at zero varus.
 Solved solved_by(const SweepPlan& plan)
 {
   Solved solved;
@@ -123,7 +123,8 @@ TEST(Cost, GrowsWithEverythingThatMakesWork)
   larger.n_contact_triangles *= 4;
   larger.n_triangles *= 4;
   const CaseCost finer = cost_of(larger, steps);
-  EXPECT_DOUBLE_EQ(finer.solving_s(), 2.0 * plain.solving_s());  // grows with the root of the triangles
+  EXPECT_DOUBLE_EQ(finer.solving_s(),
+                   2.0 * plain.solving_s());  // grows with the square root of the triangles
   EXPECT_GT(finer.load_s, plain.load_s);
   EXPECT_GT(finer.finish_s, plain.finish_s);
   EXPECT_GT(finer.memory_bytes, plain.memory_bytes);

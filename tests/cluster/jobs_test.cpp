@@ -41,7 +41,7 @@ TEST(Jobs, ACampaignWithShardsHasAnIndexAfterEveryMerge)
   EXPECT_THAT(jobs.back().after, ElementsAre(2U, 5U, 8U));
 }
 
-// Numbers of every array from 1 below MaxArraySize, each case in exactly one task.
+// Array task numbers are from 1 below MaxArraySize, each case is in exactly one task.
 void expect_each_case_once(const Submission& submission, const SlurmLimits& limits, std::size_t n_arrays)
 {
   const std::vector<PlannedJob> jobs = jobs_of_work(submission, all_work(submission), limits);
@@ -68,7 +68,7 @@ TEST(Jobs, ACampaignIsCutIntoArraysThatSlurmTakes)
   expect_each_case_once(test::campaign(1000, 1), {}, 1);
   expect_each_case_once(test::campaign(1001, 1), {}, 2);
   expect_each_case_once(test::campaign(5000, 1), {}, 5);
-  // More than half of what Slurm's queue takes: two cases a task.
+  // More than half of Slurm's queue: two cases per task.
   expect_each_case_once(test::campaign(5001, 1), {}, 3);
   expect_each_case_once(test::campaign(10000, 1), {}, 5);
   expect_each_case_once(test::campaign(7, 1), {4, 6}, 1);
@@ -121,13 +121,13 @@ TEST(Jobs, MoreJobsThanTheQueueTakesAreRefusedWithWhatWouldFit)
     EXPECT_EQ(facts.file, "--shards");
     EXPECT_EQ(facts.found, row.found);
     EXPECT_EQ(facts.wanted, "at most " + std::to_string(row.limits.max_job_count) +
-                                ", Slurm's MaxJobCount, as with " + row.wanted);
+                                ", Slurm's MaxJobCount, e.g. with " + row.wanted);
   }
   const Submission alone = test::one_case(30);
   EXPECT_EQ(test::input_error([&] {
               jobs_of_work(alone, all_work(alone), {101, 20});
             }).wanted,
-            "at most 20, Slurm's MaxJobCount, as with --shards 18");
+            "at most 20, Slurm's MaxJobCount, e.g. with --shards 18");
 }
 
 TEST(Jobs, WhatWouldFitDoes)
@@ -152,7 +152,7 @@ TEST(Jobs, TooFewCasesATaskAreRefused)
   const auto facts = test::input_error([&] { jobs_of_work(submission, all_work(submission), limits); });
   EXPECT_EQ(facts.file, "--cases-per-task");
   EXPECT_EQ(facts.found, "2 for 100 cases, 51 jobs at once");
-  EXPECT_EQ(facts.wanted, "at most 20, Slurm's MaxJobCount, as with --cases-per-task 6");
+  EXPECT_EQ(facts.wanted, "at most 20, Slurm's MaxJobCount, e.g. with --cases-per-task 6");
   submission.slurm.cases_per_task = 6;
   EXPECT_NO_THROW(jobs_of_work(submission, all_work(submission), limits));
 }

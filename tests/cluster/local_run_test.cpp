@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::Not;
 
-// Tasks are a script that notes down how it was called and does as `act` says.
+// Tasks are a script that records its arguments and runs `act`.
 class LocalRunTest : public testing::Test {
  protected:
   LocalRunTest() : submission_(test::one_case(3)), folder_(test::folder_with(scratch_, submission_)) {}
@@ -54,7 +54,7 @@ TEST_F(LocalRunTest, DoesEveryTaskInOrder)
 
 TEST_F(LocalRunTest, RunsNoMoreAtOnceThanAsked)
 {
-  // Each counts those that run with it, itself included.
+  // Each counts the running tasks, including itself.
   const std::string act = "mkdir -p " + (scratch_.path() / "now").string() + "; cd " +
                           (scratch_.path() / "now").string() +
                           "; touch $$; sleep 0.2; ls | wc -l >> ../counts; rm $$";
@@ -88,7 +88,7 @@ TEST_F(LocalRunTest, StoppedItTellsItsProcessesAndWaitsForThem)
   EXPECT_THAT(what_was_said(), HasSubstr("flushed\n"));
 }
 
-// In a shell that Slurm gave, say.
+// E.g. in a shell within a Slurm job.
 TEST_F(LocalRunTest, ItsTasksAreNoneOfSlurms)
 {
   setenv("SLURM_JOB_ID", "77", 1);
@@ -117,7 +117,7 @@ TEST(Child, SaysWhatAProgramSaid)
   EXPECT_EQ(run_program({"/bin/bash", "-c", "kill -KILL $$"}, "").exit_code, -1);
 }
 
-// A user's for Slurm's programs, and those of a job of Slurm's that this may be a part of.
+// Options for Slurm's programs, and variables of an enclosing Slurm job.
 TEST(Child, KeepsOptionsOfTheEnvironmentFromSlurm)
 {
   const std::vector<std::string> dropped{"SBATCH_PARTITION",    "SQUEUE_STATES",       "SCANCEL_STATE",

@@ -29,8 +29,8 @@ TEST_F(MissingOfCase, AJournalThatIsGoneOrShortIsMissingWhateverItsStateSays)
   ASSERT_EQ(found.work.cases.size(), 1U);
   EXPECT_THAT(found.work.cases[0].shards, ElementsAre(2, 3));
   EXPECT_FALSE(found.work.cases[0].needs_spine);
-  EXPECT_THAT(found.reasons, ElementsAre("shard 2 of 3: lost: its journal is gone",
-                                         "shard 3 of 3: its journal is not whole", "merge: waiting"));
+  EXPECT_THAT(found.reasons, ElementsAre("shard 2 of 3: lost: its journal is missing",
+                                         "shard 3 of 3: its journal is incomplete", "merge: waiting"));
 }
 
 TEST_F(MissingOfCase, ALostSpineIsMissing)
@@ -44,7 +44,7 @@ TEST_F(MissingOfCase, ALostSpineIsMissing)
   EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
 }
 
-// How many steps a spine with varus left free has is known to itself only.
+// The number of steps of a spine with free varus is known only to the spine task.
 TEST_F(MissingOfCase, AFreeSpineIsBegunAgainOnceTheMergeHasFailed)
 {
   all_but_the_merge_is_done();
@@ -71,7 +71,7 @@ TEST_F(MissingOfCase, AFreeSpineIsBegunAgainOnceTheMergeHasFailed)
     EXPECT_EQ(found.work.cases[0].needs_spine, row.needs_spine);
     EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
   }
-  // A shard that is begun again finds it out, too, and mends it.
+  // A repeated shard detects and repairs it, too.
   seen_.slurm.clear();
   write_shard(2, 1);
   ASSERT_EQ(missing().work.cases.size(), 1U);
@@ -96,7 +96,7 @@ TEST_F(MissingOfCase, AMergeKilledWhileItClearedUpIsAllThatIsMissing)
   EXPECT_THAT(found.work.cases[0].shards, IsEmpty());
   EXPECT_THAT(found.reasons, ElementsAre("merge: failed: ended by signal 9"));
   EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::done);
-  // Of another model, or of none, the note is not believed.
+  // The record is ignored if it does not match the model.
   for (const std::string& other : {sha256_of("another"), std::string()}) {
     note(other);
     ASSERT_EQ(missing().work.cases.size(), 1U);
@@ -117,7 +117,7 @@ TEST_F(MissingOfCase, WhatIsUnderWayIsNotSubmittedAgain)
   EXPECT_THAT(found.work.cases[0].shards, ElementsAre(1));
   EXPECT_THAT(found.work.cases[0].shards_under_way, ElementsAre("13_2"));
   EXPECT_EQ(found.n_under_way, 2);
-  // The merge in the queue would not wait for the new shard.
+  // The queued merge does not depend on the new shard.
   EXPECT_THAT(found.to_cancel, ElementsAre("14"));
   EXPECT_THAT(found.reasons, ElementsAre("shard 1 of 3: failed: bad luck"));
   const std::vector<PlannedJob> jobs = jobs_of_work(submission_, found.work, {});
@@ -147,7 +147,7 @@ TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
   EXPECT_THAT(found.work.cases_under_way, ElementsAre("20_2"));
   EXPECT_THAT(found.to_cancel, ElementsAre("21"));
   EXPECT_THAT(found.reasons, ElementsAre("case-3 run: failed: bad mesh", "case-4 run: waiting"));
-  // One that runs may have passed by what is made only now: the next one comes after it.
+  // A running index may miss new models: the next one follows it.
   seen.slurm[{TaskKind::index, -1, 0}].row.state = "RUNNING";
   const Missing beside_index = missing();
   EXPECT_TRUE(beside_index.work.needs_index);
@@ -165,7 +165,7 @@ TEST(MissingOfCampaign, CasesThatAreNotMadeAndThenTheIndex)
   EXPECT_TRUE(missing().work.is_nothing());
 }
 
-// As when the index that should have followed was refused by Slurm, or killed before it began.
+// E.g. when the next index task was rejected by Slurm, or killed before it started.
 TEST(MissingOfCampaign, AnIndexOlderThanACaseIsMadeAnew)
 {
   const test::Scratch scratch;
@@ -191,7 +191,7 @@ TEST(MissingOfCampaign, AnIndexOlderThanACaseIsMadeAnew)
   };
   for (const Row& row : {Row{"2026-03-01T10:00:00Z", "2026-03-01T10:00:00Z", false},
                          Row{"2026-03-01T10:00:01Z", "2026-03-01T10:00:00Z", true},
-                         // By a clock that was set anew since.
+                         // The clock was changed since.
                          Row{"9999-03-01T10:00:01Z", "2026-03-01T10:00:00Z", false}}) {
     SCOPED_TRACE(row.ended);
     seen.states[second].ended = row.ended;
@@ -204,7 +204,7 @@ TEST(MissingOfCampaign, AnIndexOlderThanACaseIsMadeAnew)
   EXPECT_THAT(missing().reasons, ElementsAre("index: done, but older than its cases"));
 }
 
-// Four cases a task, one task: made, failed, running, not begun; the fifth is another task's.
+// One task of four cases: complete, failed, running, not started; the fifth case is another task's.
 class SharedTask : public testing::Test {
  protected:
   SharedTask()
@@ -219,7 +219,7 @@ class SharedTask : public testing::Test {
     seen_.states[run(0)] = test::state_of(TaskPhase::done, "20_1");
     seen_.states[run(1)] = test::state_of(TaskPhase::failed, "20_1", "bad mesh");
     seen_.states[run(2)] = test::state_of(TaskPhase::running, "20_1");
-    // Of an earlier job: it says nothing of this one.
+    // From an earlier job: ignored.
     seen_.states[run(3)] = test::state_of(TaskPhase::failed, "13_1", "of old");
   }
 
@@ -241,7 +241,7 @@ TEST_F(SharedTask, EachCaseStandsForItself)
   const std::vector<Row> rows{{TaskStanding::done, ""},
                               {TaskStanding::failed, "bad mesh"},
                               {TaskStanding::running, ""},
-                              {TaskStanding::queued, "behind other cases of its task"},
+                              {TaskStanding::queued, "waiting for other cases of its task"},
                               {TaskStanding::queued, "Priority"}};
   for (std::size_t k = 0; k < rows.size(); ++k) {
     SCOPED_TRACE(k);

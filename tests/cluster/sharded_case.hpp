@@ -1,4 +1,4 @@
-/// A case in three shards, and what status and resume see of it.
+/// A case in three shards, for tests of status and resume.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -156,7 +156,7 @@ TEST(Scripts, ADryRunIsAScriptOfItsOwn)
               HasSubstr("--dependency=afterok:2 --kill-on-invalid-dep=yes scripts/merge.sbatch knee\n"));
 }
 
-// A shard's script with programs that only note down how they were called.
+// A shard's script with programs that only record their arguments.
 class Wrapper : public testing::Test {
  protected:
   Wrapper()
@@ -172,7 +172,7 @@ class Wrapper : public testing::Test {
     fs::permissions(file, fs::perms::owner_all);
   }
 
-  // `act` is what vrda does, `queue` what squeue says of the task.
+  // `act` is the command of vrda, `queue` the output of squeue.
   test::Command command(const std::string& act, const std::string& queue, const std::string& restarts = "0")
   {
     const fs::path bin = scratch_.path() / folder_;
@@ -238,7 +238,7 @@ TEST_F(Wrapper, ACancelledTaskStaysSo)
   EXPECT_THAT(what_was_said(), Not(HasSubstr("scontrol")));
 }
 
-// Slurm took its node for dead and began it again elsewhere.
+// Slurm considered its node lost and restarted the task elsewhere.
 TEST_F(Wrapper, ATaskThatHasASuccessorLeavesItAlone)
 {
   EXPECT_EQ(test::run(command("exit 4", "2 RUNNING None", "1")).exit_code, 4);
@@ -284,7 +284,7 @@ TEST_F(Wrapper, ASecondSignalDoesNotCutItShort)
 
 TEST_F(Wrapper, ASignalThatVrdaCouldNotAnswerIsNotedDown)
 {
-  // Told before it listened: begins again. Killed: the script says so.
+  // SIGTERM before vrda has a handler: requeued. SIGKILL: the script records it.
   EXPECT_EQ(test::run(command("kill -TERM $$", "0 RUNNING None")).exit_code, 0);
   EXPECT_THAT(what_was_said(), HasSubstr("scontrol requeue 13_3\n"));
   std::filesystem::remove(said());

@@ -77,7 +77,7 @@ TEST(Submitted, ATornLastLineIsLeftOut)
   EXPECT_EQ(jobs[0].job.kind, TaskKind::shard);
   EXPECT_EQ(jobs[0].job.numbers, job.numbers);
 
-  // Nor does it swallow the next one.
+  // The next line is not lost.
   EXPECT_FALSE(append_submitted(folder, {"14", "2026-03-01T10:00:02Z", job}));
   EXPECT_FALSE(append_submitted(folder, {"15", "2026-03-01T10:00:03Z", job}));
   std::vector<std::string> ids;

@@ -29,8 +29,8 @@ TEST_F(Status, StandsAsQueueAndStateSay)
 {
   struct Row {
     const char* name;
-    std::optional<TaskPhase> phase;  // of the task's own state, of job 13_1
-    const char* queue;               // nothing: never submitted; "": forgotten
+    std::optional<TaskPhase> phase;  // of the task's state file, of job 13_1
+    const char* queue;               // null: never submitted; "": purged
     TaskStanding standing;
     const char* reason;
   };
@@ -56,12 +56,12 @@ TEST_F(Status, StandsAsQueueAndStateSay)
       {"done and forgotten", TaskPhase::done, "", TaskStanding::done, ""},
       {"failed and forgotten", TaskPhase::failed, "", TaskStanding::failed, "its own reason"},
       {"interrupted and forgotten", TaskPhase::interrupted, "", TaskStanding::interrupted, ""},
-      {"gone", TaskPhase::running, "", TaskStanding::lost, "Slurm no longer knows the job"},
+      {"gone", TaskPhase::running, "", TaskStanding::lost, "Slurm has no record of the job"},
       {"never begun and gone",
        {},
        "",
        TaskStanding::lost,
-       "Slurm no longer knows the job, and it never began"},
+       "Slurm has no record of the job, and it never started"},
   };
   for (const Row& row : rows) {
     SCOPED_TRACE(row.name);
@@ -85,7 +85,7 @@ TEST_F(Status, AStateOfAnEarlierJobDoesNotSpeakForTheNextOne)
   EXPECT_EQ(view_of(merge).reason, "TIMEOUT");
   seen_.slurm[merge].row = {};
   EXPECT_EQ(view_of(merge).standing, TaskStanding::lost);
-  // Done here since, by a local process.
+  // Repeated since by a local process.
   seen_.slurm[merge].row = {"20", 0, "TIMEOUT", "n1", ""};
   seen_.states[merge] = test::state_of(TaskPhase::done, "");
   EXPECT_EQ(view_of(merge).standing, TaskStanding::done);
@@ -96,10 +96,10 @@ TEST_F(Status, WhatCanNoLongerBeginSaysWhy)
   seen_.slurm[merge] = {"14", {"14", 0, "PENDING", "", "DependencyNeverSatisfied"}};
   const TaskView view = view_of(merge);
   EXPECT_EQ(view.standing, TaskStanding::failed);
-  EXPECT_THAT(view.reason, HasSubstr("what it waited for did not end well"));
+  EXPECT_THAT(view.reason, HasSubstr("depends on"));
 }
 
-// On whatever host: the lock is that of the file system that all share.
+// On any host, since the lock is on the shared file system.
 TEST_F(Status, ALocalTaskRunsWhileItHoldsItsLock)
 {
   TaskState state = test::state_of(TaskPhase::running, "", "waits");
@@ -110,7 +110,7 @@ TEST_F(Status, ALocalTaskRunsWhileItHoldsItsLock)
   EXPECT_THAT(seen_.locked, testing::ElementsAre(shard(1)));
   EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::running);
   EXPECT_EQ(view_of(shard(1)).host, "node17");
-  // Whoever repeats it waits for the lock: it is missing, as what it may not finish.
+  // It counts as missing: a repetition waits for the lock.
   ASSERT_EQ(missing().work.cases.size(), 1U);
   EXPECT_THAT(missing().work.cases[0].shards, testing::Contains(1));
   EXPECT_THAT(missing().reasons, testing::Contains("shard 1 of 3: running: waits"));
@@ -119,7 +119,7 @@ TEST_F(Status, ALocalTaskRunsWhileItHoldsItsLock)
   seen_ = take_snapshot(folder_, submission_);
   EXPECT_THAT(seen_.locked, testing::IsEmpty());
   EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::lost);
-  EXPECT_EQ(view_of(shard(1)).reason, "its process is gone");
+  EXPECT_EQ(view_of(shard(1)).reason, "its process no longer exists");
   EXPECT_THAT(missing().work.cases.at(0).shards, testing::Contains(1));
 }
 
@@ -127,7 +127,7 @@ TEST_F(Status, ACompletedTaskWithoutItsJournalIsNotDone)
 {
   seen_.slurm[shard(1)] = {"13_1", {"13", 1, "COMPLETED", "n1", "None"}};
   EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::lost);
-  EXPECT_EQ(view_of(shard(1)).reason, "its journal is gone");
+  EXPECT_EQ(view_of(shard(1)).reason, "its journal is missing");
   write_shard(1, 3);
   EXPECT_EQ(view_of(shard(1)).standing, TaskStanding::done);
 }
@@ -165,8 +165,7 @@ TEST_F(Status, CountsTheAttitudesOfItsOwnRows)
   EXPECT_EQ(view_of(spine).n_total, 7);
 }
 
-// By the times of the files, which one clock stamped: neither a clock that is set nor another machine's
-// matters.
+// From the modification times of the files, so changes of the clock and other machines' clocks do not matter.
 TEST_F(Status, TheRateIsOfThisStart)
 {
   write_shard(1, 2);

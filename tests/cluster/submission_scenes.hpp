@@ -1,4 +1,4 @@
-/// Submissions made up for tests.
+/// Submissions for tests.
 #pragma once
 
 #include "cluster/submission.hpp"
@@ -15,14 +15,14 @@ Submission campaign(std::int32_t n_cases, std::int32_t n_shards);
 /// Its folder with submission.json, logs/, tasks/ and scripts/.
 std::string folder_with(const Scratch& scratch, const Submission& submission);
 
-/// A state of that phase, of a Slurm job or of none.
+/// A state of that phase; `slurm_job` may be empty.
 TaskState state_of(TaskPhase phase, const std::string& slurm_job, const std::string& reason = "");
 
-/// A journal with the cells of these rows in these columns, all of kind `row` but for `spine_column`.
+/// A journal with the cells of these rows in these columns, all of kind `row` except `spine_column`.
 void write_journal(const std::string& path, const std::vector<std::int32_t>& rows, std::int32_t n_varus,
                    std::int32_t spine_column = -1);
 
-/// The journal of a spine with varus left free, of so many steps.
+/// The journal of a spine with free varus and `n_steps` steps.
 void write_free_spine(const std::string& path, std::int32_t n_steps);
 
 }  // namespace vrda::test

@@ -35,14 +35,14 @@ TEST(Submission, AnythingElseIsRefusedWithItsName)
     scratch.write("submission.json", text);
     const auto facts = test::input_error([&] { read_submission(folder); });
     EXPECT_EQ(facts.file, submission_file_of(folder));
-    EXPECT_THAT(facts.found, HasSubstr("no submission"));
+    EXPECT_THAT(facts.found, HasSubstr("not a submission"));
   }
   scratch.write("submission.json", "{\"format\":\"vrda submission 9\"}");
   EXPECT_EQ(test::input_error([&] { read_submission(folder); }).found, "vrda submission 9");
   Submission without_rows = test::one_case(2);
   without_rows.cases[0].n_flexion = 0;
   write_submission(folder, without_rows);
-  EXPECT_THAT(test::input_error([&] { read_submission(folder); }).found, HasSubstr("no submission"));
+  EXPECT_THAT(test::input_error([&] { read_submission(folder); }).found, HasSubstr("not a submission"));
 }
 
 TEST(Submission, ItsFolderIsAbsoluteAndEndsWithoutASlash)

@@ -18,10 +18,10 @@ namespace vrda::animated_glb_test {
 using testing::UnorderedElementsAre;
 
 constexpr double rate = 30.0;
-// Single precision of places within 0.2 m and of unit quaternions, through two turns.
+// Single precision of positions within 0.2 m and of unit quaternions, for two rotations.
 constexpr double single_rounding_m = 2e-7;
 
-/// The joint turns by more than half a turn: keys then meet the other half of the quaternions.
+/// The joint turns by more than 180 degrees, so quaternions change their hemisphere.
 MotionModel turning_model(const std::string& side)
 {
   test::ModelPlan plan;
@@ -64,7 +64,7 @@ const aiNodeAnim& channel_of(const aiScene& scene, const std::string& node)
   throw InternalError("no channel " + node);
 }
 
-/// The node's pose at a key, as a player makes it.
+/// The node's pose at a key, as computed by a glTF viewer.
 Eigen::Matrix4d keyed(const aiNodeAnim& channel, unsigned key)
 {
   const aiVector3D place = channel.mPositionKeys[key].mValue;
@@ -72,7 +72,7 @@ Eigen::Matrix4d keyed(const aiNodeAnim& channel, unsigned key)
   return matrix(X);
 }
 
-/// What the file's axes are in ours: anterior X is +Z, right Z is -X, in metres.
+/// World coordinates to the file's: anterior X is +Z, right Z is -X, in metres.
 Eigen::Vector3d scene_point(const Eigen::Vector3d& p_world_mm)
 {
   return Eigen::Vector3d(-p_world_mm.z(), p_world_mm.y(), p_world_mm.x()) * 1e-3;
@@ -117,7 +117,7 @@ TEST(AnimatedGlb, KeysTakeTheShortWayAndTheStatedTimes)
   for (const char* node : {"femur", "tibmen"}) {
     const aiNodeAnim& channel = channel_of(*read.scene, node);
     for (unsigned key = 0; key < channel.mNumRotationKeys; ++key) {
-      // assimp counts milliseconds.
+      // assimp uses milliseconds.
       EXPECT_NEAR(channel.mRotationKeys[key].mTime, 1e3 * motion.frames[key].flexion_deg / rate, 1e-3);
       const aiQuaternion q = channel.mRotationKeys[key].mValue;
       has_left_the_first_half = has_left_the_first_half || q.w < 0.0F;
@@ -164,7 +164,7 @@ TEST(AnimatedGlb, MeshesAreInMetresAroundTheRotationCentre)
   const aiMesh& sphere = *read.scene->mMeshes[ball.mMeshes[0]];
   for (unsigned v = 0; v < sphere.mNumVertices; ++v) {
     EXPECT_NEAR(sphere.mVertices[v].Length(), 0.020F, single_rounding_m);
-    // Outward, and within the angle of a facet of the place's own direction.
+    // Outward, and within the facet angle of the radial direction.
     EXPECT_GT(sphere.mNormals[v] * sphere.mVertices[v].Normalize(), 0.9F);
   }
   const aiNode& block = *read.scene->mRootNode->FindNode("block");

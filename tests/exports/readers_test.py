@@ -1,4 +1,4 @@
-"""Reads what vrda export writes with programs that are not ours: VTK (ParaView's reader), pandas, and xarray in the
+"""Reads the files of vrda export with other programs: VTK (ParaView's reader), pandas, and xarray in the
 notebook. The expected numbers come from the motion model by h5py.
 
 usage: readers_test.py VRDA
@@ -22,7 +22,7 @@ from vtk.util.numpy_support import vtk_to_numpy
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FLEXIONS = [0.0, 30.0, 60.0, 90.0]
 SINGLE_MM = 2e-5  # single precision of coordinates within 200 mm
-TOUCH_MM = 1e-3  # a contact point lies on the reference; the equilibrium promises a gap under a micrometre
+TOUCH_MM = 1e-3  # contact points are on the reference; the equilibrium's gap is below a micrometre
 
 
 def check(condition, why):
@@ -99,7 +99,7 @@ def check_bodies(data, model, i, j):
 
 
 def distances(data, body, points):
-    """Of points to the surface of one posed body, by VTK."""
+    """Distances of points to the surface of one posed body, by VTK."""
     threshold = vtk.vtkThreshold()
     threshold.SetInputData(data)
     threshold.SetInputArrayToProcess(0, 0, 0, vtk.vtkDataObject.FIELD_ASSOCIATION_CELLS, "body")

@@ -38,7 +38,7 @@ Rows parsed(const std::string& text)
     EXPECT_EQ(fields.size(), names.size());
     rows.emplace_back();
     for (std::size_t k = 0; k < names.size(); ++k) rows.back()[names[k]] = fields[k];
-    EXPECT_EQ(rows.back().size(), names.size()) << "two columns of one name";
+    EXPECT_EQ(rows.back().size(), names.size()) << "two columns of the same name";
   }
   return rows;
 }
@@ -47,7 +47,7 @@ test::ModelPlan plan_of(const std::string& side)
 {
   test::ModelPlan plan;
   plan.side = side;
-  // World W of a left joint is the right one's seen in a mirror.
+  // World W of a left joint is the mirror image of the right one's.
   const double mirror = side == "left" ? -1.0 : 1.0;
   plan.rotation_centre_mm = {10, -5, mirror * 40};
   plan.motion = [mirror](double flexion_deg, double varus_deg) {
@@ -62,7 +62,7 @@ TEST(CsvTables, AFlexionHasTheNumbersOfItsPose)
   const MotionModel model = test::model_of(plan_of("right"));
   const Rows rows = parsed(flexion_csv(flexion_motion(model, "knee.h5", {})));
   ASSERT_EQ(rows.size(), model.flexion_deg.size());
-  constexpr double rounding = 1e-11;  // of mm and degrees that went through radians
+  constexpr double rounding = 1e-11;  // of mm and of degrees converted through radians
   for (std::size_t i = 0; i < rows.size(); ++i) {
     SCOPED_TRACE(i);
     const auto row = static_cast<Eigen::Index>(i);
@@ -138,7 +138,7 @@ struct Table {
   std::vector<std::vector<double>> rows;
 };
 
-/// By the rules of OpenSim's reader: a name, key=value lines and text up to endheader, tabs between.
+/// Parses as OpenSim does: a name, key=value lines and text up to endheader, then tab-separated columns.
 Table parsed_table(const std::string& text)
 {
   Table table;

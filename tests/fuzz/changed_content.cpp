@@ -7,7 +7,7 @@
 #include "fuzz/odd_values.hpp"
 #include "store/seal.hpp"
 
-/// HDF5's own, which its library exports.
+/// HDF5's internal function, exported by its library.
 extern "C" std::uint32_t H5_checksum_metadata(const void* data, std::size_t size, std::uint32_t seed);
 
 namespace vrda::test {
@@ -41,7 +41,7 @@ void put(std::string& bytes, std::size_t at, const void* value, std::size_t size
   if (at < bytes.size()) std::memcpy(bytes.data() + at, value, std::min(size, bytes.size() - at));
 }
 
-/// A place in the metadata, or in a dataset's values, or anywhere.
+/// An offset in the metadata, in a dataset's values, or anywhere.
 std::size_t place_of(const Change& change, const BaseContent& base, const std::string& bytes)
 {
   if (bytes.empty()) return 0;
@@ -72,7 +72,7 @@ void apply(std::string& bytes, const Change& change, const BaseContent& base, co
     case 3:
       put(bytes, at - at % 4, &odd_reals[change.a % odd_reals.size()], sizeof(double));
       return;
-    case 4: {  // one part over another
+    case 4: {  // copy one part over another
       const std::size_t from = (change.place * std::size_t{2654435761}) % bytes.size();
       const std::string part = bytes.substr(from, 1 + change.a);
       put(bytes, at, part.data(), part.size());
@@ -83,7 +83,7 @@ void apply(std::string& bytes, const Change& change, const BaseContent& base, co
       put(bytes, at, zeros.data(), zeros.size());
       return;
     }
-    case 6:  // a splice; a cut now and then
+    case 6:  // a splice; sometimes a truncation
       if (change.c % 8 == 0) {
         bytes.resize(at);
       } else {
@@ -92,7 +92,7 @@ void apply(std::string& bytes, const Change& change, const BaseContent& base, co
         put(bytes, at, part.data(), part.size());
       }
       return;
-    default:  // a length or an address a little off
+    default:  // a slightly changed length or address
       bytes[at] = static_cast<char>(bytes[at] + (change.a % 2 == 0 ? 1 : -1) * (1 + change.a / 64));
   }
 }
@@ -116,7 +116,7 @@ BaseContent base_of_hdf5(const std::string& bytes, const std::vector<std::size_t
   for (const std::string_view signature : {"OHDR", "OCHK", "FRHP", "BTHD", "BTIN", "BTLF", "FSHD", "SMTB"}) {
     for (std::size_t at = bytes.find(signature); at != std::string::npos;
          at = bytes.find(signature, at + 1)) {
-      // Their lengths stand in other blocks; the checksum tells where each ends.
+      // Their lengths are in other blocks; the end is found by the checksum.
       for (std::size_t size = 8; size < longest && at + size + 4 <= bytes.size(); ++size) {
         if (H5_checksum_metadata(bytes.data() + at, size, 0) != u32_at(bytes, at + size)) continue;
         base.summed.push_back({at, size});

@@ -1,5 +1,5 @@
-/// Motion models changed by a recipe: what libFuzzer makes is not the file, which would be too large and
-/// mostly refused at its checksums, but a few changes to one of the files that we keep.
+/// Motion models changed by a recipe: libFuzzer's input is not the file, which would be too large and mostly
+/// rejected by its checksums, but a few changes to one of the base files.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace vrda::test {
 
-/// Bytes that a checksum follows.
+/// Bytes followed by their checksum.
 struct Summed {
   std::size_t first = 0;
   std::size_t size = 0;
@@ -17,16 +17,16 @@ struct Summed {
 
 struct BaseContent {
   std::string bytes;
-  std::vector<Summed> summed;       ///< blocks of the file's metadata with a checksum behind each
-  std::vector<std::size_t> values;  ///< where datasets' values begin
+  std::vector<Summed> summed;       ///< metadata blocks, each followed by a checksum
+  std::vector<std::size_t> values;  ///< offsets of the datasets' values
 };
 
-/// What HDF5 keeps in the file `bytes`: blocks with checksums and the datasets' values.
+/// Layout of the HDF5 file `bytes`: blocks with checksums and the datasets' values.
 BaseContent base_of_hdf5(const std::string& bytes, const std::vector<std::size_t>& values);
 
-/// The base that the recipe's first byte names, with its changes: eight bytes each, of which the first
-/// chooses between flips, numbers worth trying, copies, cuts and splices from another base. Checksums and the
-/// seal are made right again unless the recipe says otherwise.
+/// The base selected by the recipe's first byte, with changes of eight bytes each. The first byte of a change
+/// selects flips, special numbers, copies, truncations or splices from another base. Checksums and seal are
+/// repaired unless the recipe disables it.
 std::string changed(const std::vector<BaseContent>& bases, const std::uint8_t* recipe, std::size_t size);
 
 }  // namespace vrda::test

@@ -24,7 +24,7 @@ struct Bases {
   std::vector<std::vector<std::string>> paths;  ///< of the objects of each
 };
 
-/// Offsets of the values of every dataset that lies in one piece.
+/// Offsets of the values of every contiguous dataset.
 herr_t add_offset(hid_t group, const char* name, const H5O_info_t* info, void* offsets)
 {
   if (info->type != H5O_TYPE_DATASET) return 0;
@@ -64,7 +64,7 @@ Bases made_bases()
   return bases;
 }
 
-/// A batch takes all of them; the two large ones, which take four times as long, once in a while.
+/// A batch uses all of them; the two large ones, which take four times as long, only occasionally.
 constexpr std::array<std::size_t, 32> order{5, 0, 6, 5, 0, 4, 5, 2, 5, 0, 6, 5, 0, 4, 5, 3,
                                             5, 0, 6, 5, 0, 4, 5, 2, 5, 0, 6, 5, 0, 4, 5, 1};
 
@@ -82,7 +82,7 @@ ChangedFile changed_file(const std::uint8_t* recipe, std::size_t size, std::size
   const std::size_t base = order[(own[0] + k) % order.size()];
   const bool is_trace = base + 1 == bases.contents.size();
   own[0] = static_cast<std::uint8_t>(base + 16 * (own[0] / 16U % bases.contents.size()));
-  // Every third file through HDF5: those that say something else rather than nothing.
+  // Every third file is changed through HDF5, which gives valid files with other content.
   if ((own[1] / 16U + k) % 3 != 0) return {changed(bases.contents, own.data(), own.size()), is_trace};
   const std::string bytes = with_changed_objects(bases.contents[base].bytes, bases.paths[base],
                                                  own.data() + head_bytes, own.size() - head_bytes);

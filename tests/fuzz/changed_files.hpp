@@ -1,4 +1,4 @@
-/// Motion models and traces as sealed HDF5 files, changed by a recipe in each of our manners.
+/// Motion models and traces as sealed HDF5 files, changed by a recipe in one of the ways above.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ struct ChangedFile {
   bool is_trace = false;
 };
 
-/// Variant `k` of the recipe: of another base, and with other places and values.
+/// Variant `k` of the recipe: another base, other offsets and values.
 ChangedFile changed_file(const std::uint8_t* recipe, std::size_t size, std::size_t k);
 
 }  // namespace vrda::test

@@ -9,7 +9,7 @@
 #include "fuzz/odd_values.hpp"
 #include "store/h5_handle.hpp"
 
-/// HDF5's own, which its library exports.
+/// HDF5's internal function, exported by its library.
 extern "C" std::uint32_t H5_checksum_metadata(const void* data, std::size_t size, std::uint32_t seed);
 
 namespace vrda::test {
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t object_change_bytes = 8;
 
-/// What a change of a recipe names.
+/// The parameters of one change of a recipe.
 struct ObjectChange {
   std::uint8_t kind = 0;
   std::string object, other;
@@ -31,7 +31,7 @@ H5Handle opened(const std::string& bytes)
   const H5Handle access(H5Pcreate(H5P_FILE_ACCESS));
   constexpr std::size_t growth_bytes = std::size_t{1} << 16;
   H5Pset_fapl_core(access.id(), growth_bytes, 0);
-  std::string image = bytes;  // HDF5 copies it, though it does not promise to leave it alone
+  std::string image = bytes;  // HDF5 copies it, but does not guarantee that it is unchanged
   H5Pset_file_image(access.id(), image.data(), image.size());
   return H5Handle(H5Fopen("model in memory", H5F_ACC_RDWR, access.id()));
 }
@@ -42,7 +42,7 @@ std::string image_of(const H5Handle& file)
   const ssize_t size = H5Fget_file_image(file.id(), nullptr, 0);
   std::string bytes(static_cast<std::size_t>(std::max<ssize_t>(size, 0)), '\0');
   H5Fget_file_image(file.id(), bytes.data(), bytes.size());
-  // HDF5 1.10 clears a flag in the image and leaves the checksum behind it as it was.
+  // HDF5 1.10 clears a flag in the image without updating the checksum.
   constexpr std::size_t superblock_bytes = 44;
   if (bytes.size() < superblock_bytes + sizeof(std::uint32_t)) return bytes;
   const std::uint32_t sum = H5_checksum_metadata(bytes.data(), superblock_bytes, 0);
@@ -62,7 +62,7 @@ hid_t type_number(std::uint8_t number)
   return types[number % types.size()];
 }
 
-/// Chunks, filters, fill values and files elsewhere.
+/// Chunks, filters, fill values and external files.
 H5Handle creation_of(const ObjectChange& change, const std::vector<hsize_t>& shape)
 {
   H5Handle creation(H5Pcreate(H5P_DATASET_CREATE));
@@ -82,7 +82,7 @@ H5Handle creation_of(const ObjectChange& change, const std::vector<hsize_t>& sha
   return creation;
 }
 
-/// Another dataset in the place of the object. Nothing is written to most; some are as large as numbers go.
+/// Replaces the object by another dataset. Most have no values; some have extreme sizes.
 void put_dataset(H5Id file, const ObjectChange& change)
 {
   cut(file, change.object);
@@ -105,7 +105,7 @@ void put_type(H5Id file, const ObjectChange& change)
                                     H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
 }
 
-/// Every value, or a single one: in files with compressed values no flip of bits gets there.
+/// Changes every value or one value, which bit flips cannot do in compressed datasets.
 void put_value(H5Id file, const ObjectChange& change)
 {
   const H5Handle dataset(H5Dopen2(file, change.object.c_str(), H5P_DEFAULT));
@@ -155,11 +155,11 @@ void apply(H5Id file, const ObjectChange& change)
       cut(file, change.other);
       H5Lmove(file, object, file, other, H5P_DEFAULT, H5P_DEFAULT);
       return;
-    case 2:  // the same object twice; a cycle where the other one is a group above
+    case 2:  // a second link to an object; a cycle if that is a parent group
       cut(file, change.object);
       H5Lcreate_hard(file, other, file, object, H5P_DEFAULT, H5P_DEFAULT);
       return;
-    case 3: {  // a group that holds a group above it
+    case 3: {  // a group that contains a parent group
       const std::string above = change.other.substr(0, std::max<std::size_t>(1, change.other.rfind('/')));
       H5Lcreate_hard(file, above.c_str(), file, (above + "/again").c_str(), H5P_DEFAULT, H5P_DEFAULT);
       return;
@@ -178,7 +178,7 @@ void apply(H5Id file, const ObjectChange& change)
       return put_type(file, change);
     case 8:
       return put_attribute(file, change);
-    case 9: {  // a group in the place of a dataset
+    case 9: {  // a group instead of a dataset
       cut(file, change.object);
       const H5Handle group(H5Gcreate2(file, object, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
       return;

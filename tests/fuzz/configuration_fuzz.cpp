@@ -1,5 +1,5 @@
-// The keyword configuration. One that is taken gives a job that is taken too: whatever is refused, is refused
-// with a line of the configuration.
+// The keyword configuration. An accepted one gives an accepted job: errors must name a line of the
+// configuration.
 #include "convert/configuration.hpp"
 #include "convert/job_text.hpp"
 #include "fuzz/outcome.hpp"

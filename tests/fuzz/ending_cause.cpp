@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* folder_name = "/dev/shm/";
 
-/// The sanitizer puts a point and the number of its process behind it.
+/// The sanitizer appends a dot and its process id.
 const std::string& report_name()
 {
   static const std::string name = "vrda-fuzz-report-" + std::to_string(getpid());
@@ -34,7 +34,7 @@ void in_the_copy()
 
 void report_copies()
 {
-  report_name();  // with the number of this process
+  report_name();  // with the id of this process
   pthread_atfork(nullptr, nullptr, in_the_copy);
 }
 
@@ -65,7 +65,7 @@ std::string cause_in(const std::string& report)
       kind = line.substr(at + 18, line.find(' ', at + 18) - at - 18);
     if (line.find("runtime error") != std::string::npos) return "our own " + line;
     if (line.find("    #") != 0 || ++n_frames > 8) continue;
-    // Above it stand an interceptor of the sanitizer, or the C library.
+    // Frames above are an interceptor of the sanitizer, or the C library.
     if (line.find("libhdf5") != std::string::npos) return "libhdf5 " + kind;
     if (n_frames > 3 && line.find("fuzz_models") != std::string::npos) return "our own " + kind;
   }

@@ -1,17 +1,17 @@
-/// What a process of ours died of, by the report of its sanitizer.
+/// Cause of a crash from the report of the sanitizer.
 #pragma once
 
 #include <string>
 
 namespace vrda::test {
 
-/// In copies of this process, reports go to files and are no crash of this one. Call once.
+/// Writes sanitizer reports of forked children to files, so that they do not count as a crash. Call once.
 void report_copies();
 
-/// All that the copies reported since the last call.
+/// The children's reports since the last call.
 std::string take_reports();
 
-/// "libhdf5 SEGV", or "our own ..." where HDF5 is not to blame.
+/// "libhdf5 SEGV", or "our own ..." if the cause is not in HDF5.
 std::string cause_in(const std::string& report);
 
 }  // namespace vrda::test

@@ -1,4 +1,4 @@
-// Checksums of framed files put right after a change: a change that a checksum finds proves little.
+// Repairs checksums of framed files after a change, since changes detected by a checksum test little.
 #pragma once
 
 #include <zlib.h>
@@ -21,7 +21,7 @@ inline void put(std::uint8_t* at, std::uint32_t value)
   for (int k = 0; k < 4; ++k) at[k] = static_cast<std::uint8_t>(value >> (8 * k));
 }
 
-// Goes along the lengths as the reader does; stops where they leave the data.
+// Follows the lengths like the reader; stops where they exceed the data.
 inline void mend_checksums(std::uint8_t* data, std::size_t size)
 {
   const std::string bytes = text_of(data, size);

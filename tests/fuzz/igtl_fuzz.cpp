@@ -1,5 +1,5 @@
-// A connection's bytes: the first says in which pieces the rest arrives. Most changed bytes fail a checksum,
-// so every second change has its checksums mended.
+// A connection's bytes: the first selects how the rest is split into pieces. Most changes fail a checksum, so
+// every second change has repaired checksums.
 #include <algorithm>
 
 #include "devices/tracker_talk.hpp"
@@ -16,7 +16,7 @@ using Bytes = std::span<const std::uint8_t>;
 
 constexpr std::size_t crc_at = igtl_head_bytes - 8;
 
-// Goes along the sizes as the reader does; stops where they leave the data.
+// Follows the sizes like the reader; stops where they exceed the data.
 void mend_checksums(std::span<std::uint8_t> bytes)
 {
   while (bytes.size() >= igtl_head_bytes) {

@@ -26,7 +26,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   test::read_or_refuse([&] {
     const std::string text = test::text_of(data, size);
     const Job job = parse_job("job.toml", text, overrides_of(text));
-    // The resolved job is a job, and resolved already: motion models keep it, and journals go by its digest.
+    // The resolved job must be a valid job that resolves to itself: motion models store it, journals use its
+    // digest.
     test::must_take([&] {
       const Job again = parse_job("resolved.toml", job.resolved_text);
       test::require(again.resolved_text == job.resolved_text, "a resolved job that resolves to another");

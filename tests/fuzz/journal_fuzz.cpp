@@ -1,5 +1,5 @@
-// Journals, of steps and of traces. Most changed bytes fail a checksum, which proves little, so every second
-// change has its checksums mended.
+// Journals of steps and of traces. Most changes fail a checksum and test little, so every second change has
+// repaired checksums.
 #include "fuzz/framed_checksums.hpp"
 #include "journal/journal.hpp"
 #include "journal/record_bytes.hpp"

@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::vector<LandmarkPair> pairs = read_landmarks("marks.csv", test::text_of(data, size));
     test::require(!pairs.empty(), "no pair");
     const Scaling scaling = fitted_scaling(pairs, 1000.0);
-    test::require(std::isfinite(scaling.factor.x()) && scaling.factor.x() > 0.0, "a factor that is none");
+    test::require(std::isfinite(scaling.factor.x()) && scaling.factor.x() > 0.0, "an invalid factor");
     test::require(std::isfinite(scaling.residual_rms_mm), "a residual that is none");
   });
   return 0;

@@ -1,4 +1,4 @@
-/// What becomes of the bytes of a mesh file, to the mesh the solver would get.
+/// Reading of mesh bytes, up to the solver's mesh.
 #pragma once
 
 #include "fuzz/outcome.hpp"
@@ -6,7 +6,7 @@
 
 namespace vrda::test {
 
-/// Reads, cleans and checks that every index stays within its mesh and every number is one.
+/// Reads, cleans and checks that every index is within its mesh and every number is finite.
 inline void read_and_clean(const std::string& file, std::string bytes)
 {
   read_or_refuse([&] {
@@ -19,8 +19,8 @@ inline void read_and_clean(const std::string& file, std::string bytes)
     for (const Side side : {Side::right, Side::left}) {
       const CleanMesh clean = clean_mesh(raw, Winding::outward, side);
       const Mesh& mesh = clean.mesh;
-      require(mesh.normals.rows() == mesh.vertices_mm.rows(), "not one normal a vertex");
-      require(mesh.vertices_mm.allFinite() && mesh.normals.allFinite(), "a number that is none");
+      require(mesh.normals.rows() == mesh.vertices_mm.rows(), "not one normal per vertex");
+      require(mesh.vertices_mm.allFinite() && mesh.normals.allFinite(), "a number that is not finite");
       require(mesh.triangles.size() == 0 ||
                   (mesh.triangles.minCoeff() >= 0 && mesh.triangles.maxCoeff() < mesh.vertices_mm.rows()),
               "a triangle outside the vertices");

@@ -1,5 +1,5 @@
-// Motion models and traces as HDF5 files, read as the player reads them. HDF5 itself crashes on some; that
-// must end in one message here, and is counted. Whatever else ends the reading process is our mistake.
+// Motion models and traces as HDF5 files, read as by the player. HDF5 itself crashes on some; that must give
+// one message and is counted. Any other end of the reading process is a bug.
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/time.h>
@@ -25,7 +25,7 @@
 #include "store/separate_process.hpp"
 #include "store/trace_file.hpp"
 
-/// Sizes from the file are asked of malloc by HDF5, which can take no for an answer.
+/// HDF5 passes sizes from the file to malloc and handles its failure.
 extern "C" const char* __asan_default_options()
 {
   return "symbolize=0:malloc_context_size=3:allocator_may_return_null=1:max_allocation_size_mb=2048:handle_"
@@ -37,18 +37,18 @@ namespace {
 
 using namespace vrda;
 
-/// Models that one input of libFuzzer's makes. Copying this process takes as long as reading two.
+/// Models per libFuzzer input. Forking this process takes as long as reading two.
 constexpr std::size_t n_variants = 64;
-/// Some files send HDF5 round in circles: so long for one file among others, a hundred times what one takes.
+/// Some files make HDF5 loop: time limit of one file in a batch, a hundred times the typical time.
 constexpr long longest_us = 600'000;
-/// The same for one on its own.
+/// The limit of a single file.
 constexpr unsigned longest_alone_s = 2;
 
 enum class Outcome : std::uint8_t { none, read, refused_seal, refused_by_hdf5, refused_by_us };
 constexpr std::array<const char*, 5> outcome_names{"nothing", "read", "refused: seal",
                                                    "refused: HDF5 says why", "refused: found by us"};
 
-/// What a copy of this process tells while it works, since it may end at any file.
+/// Progress of a child process, which may end at any file.
 struct Progress {
   std::size_t n_done = 0;
   std::array<Outcome, n_variants> outcomes{};
@@ -77,7 +77,7 @@ void print_counts()
 
 std::string file_name()
 {
-  static const pid_t own = getpid();  // of the first process, for its copies too
+  static const pid_t own = getpid();  // of the first process, also in its children
   return "/dev/shm/vrda-fuzz-file-" + std::to_string(own);
 }
 
@@ -99,8 +99,8 @@ void use(const Trace& trace)
   film_of(trace, "a.trace.h5", {});
 }
 
-/// The poses of every model; one in eleven goes all the way, which takes ten times as long. The target
-/// "values" takes every one of its models there.
+/// Uses the poses of every model; one in eleven is also drawn, which takes ten times as long. The target
+/// "values" draws every model.
 void use(const MotionModel& model, std::size_t k)
 {
   if (k % 11 == 0) {
@@ -110,7 +110,7 @@ void use(const MotionModel& model, std::size_t k)
   }
 }
 
-/// Both halves of read_motion_model, and what the player does then.
+/// Both parts of read_motion_model, and the player's use of the model.
 void read_and_use(bool is_trace, std::size_t k)
 {
   if (is_trace) {
@@ -120,7 +120,7 @@ void read_and_use(bool is_trace, std::size_t k)
   }
 }
 
-/// Calls `action`, which may refuse.
+/// Calls `action`, which may throw InputError.
 template <class Action>
 Outcome outcome_of(Action action)
 {
@@ -138,7 +138,7 @@ Outcome outcome_of(Action action)
   return outcome;
 }
 
-/// From now on. What is too late ends as what crashes does: with a report that names the place.
+/// Starts a time limit. Exceeding it ends the process with a report of the place, as a crash does.
 void limit_processor_time()
 {
   std::signal(SIGPROF, [](int) {
@@ -152,13 +152,13 @@ void limit_processor_time()
 bool write_file(const std::uint8_t* recipe, std::size_t size, std::size_t k)
 {
   const test::ChangedFile file = test::changed_file(recipe, size, k);
-  // A new file each time: HDF5 takes one that it failed to close for the same again.
+  // A new name each time: HDF5 would reuse a file that it failed to close.
   std::remove(file_name().c_str());
   std::ofstream(file_name(), std::ios::binary) << file.bytes;
   return file.is_trace;
 }
 
-/// In the copy: every file from the first that is not done.
+/// In the child: every file from the first that is not done.
 std::string work(const std::uint8_t* recipe, std::size_t size)
 {
   for (std::size_t k = progress().n_done; k < n_variants; progress().n_done = ++k) {
@@ -169,7 +169,7 @@ std::string work(const std::uint8_t* recipe, std::size_t size)
   return {};
 }
 
-/// As the player, one file in a process of its own, from which nothing but a message may come here.
+/// Reads one file in a separate process, as the player does; it may only return a message.
 std::string outcome_alone(bool is_trace, std::size_t k)
 {
   ProcessLimits limits;
@@ -190,7 +190,7 @@ std::string outcome_alone(bool is_trace, std::size_t k)
   });
   const std::string report = test::take_reports();
   if (ending.empty()) return outcome_names[static_cast<std::size_t>(outcome)];
-  // Both limits are the same there, and the kernel then sends signal 9.
+  // Both limits are equal there, so the kernel sends signal 9.
   if (ending.rfind("signal 9", 0) == 0 || ending.find("processor") != std::string::npos)
     return "HDF5 ended the process: limit of processor time";
   const std::string cause = test::cause_in(report);
@@ -200,8 +200,8 @@ std::string outcome_alone(bool is_trace, std::size_t k)
   return {};
 }
 
-/// The file at which the copy ended. In HDF5: one in eight once more on its own, as the player reads it. Not
-/// in HDF5: on its own, where what HDF5 wrote over before is not to blame.
+/// The file at which the child ended. In HDF5: one in eight is read again alone, as by the player. Not in
+/// HDF5: read alone, so that earlier memory corruption by HDF5 is excluded.
 void count_end(const std::uint8_t* recipe, std::size_t size)
 {
   static long n_ended_by_hdf5 = 0;
@@ -225,7 +225,7 @@ extern "C" int LLVMFuzzerInitialize(int*, char***)
   file_name();
   test::share_coverage();
   test::report_copies();
-  test::changed_file(nullptr, 0, 0);  // the bases, before any copy
+  test::changed_file(nullptr, 0, 0);  // creates the bases before any fork
   std::atexit(end);
   return 0;
 }

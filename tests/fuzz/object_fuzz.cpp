@@ -5,7 +5,7 @@
 
 namespace {
 
-// Takes the text before the next mark off `rest`.
+// Removes and returns the text before the next mark of `rest`.
 std::string next_part(std::string& rest)
 {
   const std::size_t mark = rest.find("%%");
@@ -25,7 +25,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::vector<ObjectComponent> components =
         parse_object_set({{"a.coor", coordinates}, {"a.norm", normals}, {"a.elem", rest}});
     for (const ObjectComponent& component : components) {
-      // What is written is what was read, and load takes it.
+      // The written file equals the content read, and load accepts it.
       test::must_take([&] {
         const RawMesh again = read_mesh("a.vf", vertices_faces_bytes(component.mesh));
         test::require(again.vertices == component.mesh.vertices && again.corner == component.mesh.corner &&

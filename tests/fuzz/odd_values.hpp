@@ -1,4 +1,4 @@
-/// Numbers that readers stumble over.
+/// Special numbers that may break readers.
 #pragma once
 
 #include <array>

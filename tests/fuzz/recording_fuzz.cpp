@@ -1,4 +1,4 @@
-// Recordings of the bench. Every second change has its checksums mended, as of journals.
+// Recordings of the bench. Every second change has repaired checksums, as for journals.
 #include "fuzz/framed_checksums.hpp"
 #include "recording/recording.hpp"
 
@@ -6,7 +6,7 @@ extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, st
 
 namespace {
 
-// What is kept is written again as it stood.
+// Accepted content is written back unchanged.
 void read(const std::string& bytes)
 {
   using namespace vrda;

@@ -1,5 +1,5 @@
-// A serial line's bytes: the first says in which pieces the rest arrives. Every second change has the
-// checksums behind the frames' marks mended.
+// A serial line's bytes: the first selects how the rest is split into pieces. Every second change has
+// repaired frame checksums.
 #include <algorithm>
 
 #include "devices/board_talk.hpp"
@@ -48,7 +48,7 @@ Found read_in_pieces(Bytes bytes, std::size_t n)
   return found;
 }
 
-// As the client does: each piece is heard, and what is due is asked for. Half a round passes between pieces.
+// As the client: processes each piece and sends due requests. Half a period passes between pieces.
 void talk(Bytes bytes, std::size_t n)
 {
   BoardTalk talk({}, 0);

@@ -8,8 +8,7 @@
 
 #include "fuzz/outcome.hpp"
 
-// Bounds of the counters, a byte for each edge, by which -fsanitize=fuzzer-no-link instruments; the linker
-// names them.
+// Bounds of the counters of -fsanitize=fuzzer-no-link, one byte per edge; symbols of the linker.
 extern "C" std::uint8_t __start___sancov_cntrs[];
 extern "C" std::uint8_t __stop___sancov_cntrs[];
 
@@ -18,7 +17,7 @@ namespace vrda::test {
 void share_coverage()
 {
   const auto page = static_cast<std::uintptr_t>(sysconf(_SC_PAGESIZE));
-  // Whole pages only: other variables stand before and behind.
+  // Whole pages only, since other variables precede and follow.
   const std::uintptr_t first =
       (reinterpret_cast<std::uintptr_t>(__start___sancov_cntrs) + page - 1) / page * page;
   const std::uintptr_t last = reinterpret_cast<std::uintptr_t>(__stop___sancov_cntrs) / page * page;

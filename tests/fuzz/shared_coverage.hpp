@@ -1,9 +1,9 @@
-/// Coverage that processes made by fork add to, so that libFuzzer sees what its copies reach.
+/// Coverage counters shared with forked processes, so that libFuzzer sees the children's coverage.
 #pragma once
 
 namespace vrda::test {
 
-/// From here on this process and its copies count in the same memory. Ends the program where that fails.
+/// From now on this process and its children count in shared memory. Exits on failure.
 void share_coverage();
 
 }  // namespace vrda::test

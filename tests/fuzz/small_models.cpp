@@ -18,7 +18,7 @@ std::vector<MotionModel> small_models()
   rich.n_wraps = 2;
   free.n_varus = 1;
   free.has_failed_cell = false;
-  // The time goes by the number of datasets.
+  // The time is proportional to the number of datasets.
   MotionModel least = sample_model(smallest);
   least.smoothed.clear();
   return {sample_model(smallest),           with_derived(sample_model(rich)),           sample_model(small),

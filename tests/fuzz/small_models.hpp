@@ -8,7 +8,7 @@
 
 namespace vrda::test {
 
-/// Two balls, moved over 3 x 2 attitudes; with all that a run can add; one with free varus; a start file.
+/// Two balls over 3 x 2 attitudes: plain, with all derived data, with free varus, and a start file.
 std::vector<MotionModel> small_models();
 Trace small_trace();
 

@@ -1,15 +1,15 @@
-/// What the player does with a motion model up to drawing it.
+/// The player's use of a motion model, up to drawing.
 #pragma once
 
 #include "store/motion_model.hpp"
 
 namespace vrda::test {
 
-/// Poses of every set at, between and beyond the attitudes of the grid, and their derivatives. Ends the
-/// program where a pose is not a number.
+/// Evaluates poses of every set at, between and beyond the grid, and their derivatives. Aborts if a pose is
+/// not finite.
 void use_motion(const MotionModel& model);
 
-/// Then the scene with all of its layers placed at a pose of every set, and cameras that see it.
+/// Also places the scene with all layers at a pose of every set, and its cameras.
 void use_as_player(const MotionModel& model);
 
 }  // namespace vrda::test

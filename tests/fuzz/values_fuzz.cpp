@@ -1,5 +1,4 @@
-// Motion models and traces as values, past everything that HDF5 refuses: their shapes, their rules, and what
-// the player does with those that pass.
+// Serialized motion models and traces, without HDF5: shapes, value rules, and the player's use of valid ones.
 #include "fuzz/changed_content.hpp"
 #include "fuzz/outcome.hpp"
 #include "fuzz/small_models.hpp"

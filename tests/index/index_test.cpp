@@ -69,7 +69,7 @@ TEST(IndexNumbers, OfAModelByItsSpine)
   EXPECT_DOUBLE_EQ(number_of(n, "smooth_rms_deg"), 0.03);
   EXPECT_DOUBLE_EQ(number_of(n, "smooth_leave_one_out_deg"), 0.04);
   EXPECT_EQ(number_of(n, "model_bytes"), 12345.0);
-  // Not audited, no equilibrium, no fibres, a lateral compartment that never bears.
+  // Not audited, no equilibrium, no fibres, a lateral compartment that is never in contact.
   for (const char* absent :
        {"raw_penetration_mm", "raw_gap_mm", "smooth_penetration_mm", "worst_gap_mm", "balance_residual_n",
         "several_optima", "medial_share", "largest_tension_n", "rollback_lateral_mm"}) {
@@ -185,7 +185,7 @@ TEST(IndexRows, AreInOrderHoweverManyModelsAreReadAtOnce)
   EXPECT_THAT(index_rows({}, 4), IsEmpty());
 }
 
-// The page is what a reader of the table has.
+// schemas/campaign.md must describe every column.
 TEST(Index, ThePageDescribesEveryColumn)
 {
   const std::string page = test::read_bytes(VRDA_CAMPAIGN_PAGE);

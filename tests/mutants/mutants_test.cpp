@@ -1,4 +1,4 @@
-// Motion models, traces and journals with changed content and right checksums, given to the program.
+// The program reads motion models, traces and journals with changed content and valid checksums.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 using testing::AnyOf;
 using testing::HasSubstr;
 
-// What the issue that asked for this test allows.
+// Limits of this test's requirement.
 constexpr long most_kb = 600 * 1024;
 constexpr double most_processor_s = 10.0;
 
@@ -36,12 +36,12 @@ int n_mutants()
   return asked != nullptr ? std::atoi(asked) : 500;
 }
 
-/// One to three changes, with checksums made right.
+/// One to three changes, with repaired checksums.
 std::vector<std::uint8_t> recipe(std::mt19937_64& random)
 {
   std::vector<std::uint8_t> bytes(2 + 8 * (1 + random() % 3));
   for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random());
-  // Changes of bytes or through HDF5; tests/fuzz/changed_content.cpp leaves sums and seal wrong for 1 and 2.
+  // Changes of bytes or through HDF5; changed_content.cpp leaves checksums and seal invalid for 1 and 2.
   while (bytes[1] % 8 == 1 || bytes[1] % 16 == 2) ++bytes[1];
   return bytes;
 }
@@ -57,7 +57,7 @@ void change_bytes(std::string& bytes, std::mt19937_64& random)
 
 class Mutants : public testing::Test {
  protected:
-  /// What it ended with: a result or one refusal that names `file`, within bounds.
+  /// Checks the exit: a result, or one error message that names `file`, within limits.
   void run_on(const std::string& file, const std::vector<std::string>& words)
   {
     const test::Ended ended = test::run_vrda(words);
@@ -110,7 +110,7 @@ TEST_F(Mutants, OfModelsAndTracesGiveAResultOrOneRefusal)
     keep(file, k);
     fs::remove(table);
   }
-  // Neither all refused before HDF5 sees them, nor all taken.
+  // Neither all rejected before HDF5 parses them, nor all accepted.
   for (const char* outcome : {"info: taken", "info: refused", "validate: refused", "export: taken"})
     EXPECT_GT(n_ended_[outcome], 0) << outcome;
 }
@@ -123,7 +123,7 @@ TEST_F(Mutants, OfJournalsGiveAResultOrOneRefusal)
   ASSERT_EQ(test::run_vrda({"run", job.string(), "-o", output, "--spine"}).exit_code, 0);
   ASSERT_EQ(test::run_vrda({"run", job.string(), "-o", output, "--shard", "1/1"}).exit_code, 0);
   const std::string file = (scratch_.path() / "changed.journal").string();
-  // A journal that lacks steps is told by the model that misses them.
+  // A journal without some steps is reported with the model that needs them.
   const std::string model = (scratch_.path() / "changed.journal.h5").string();
   for (int k = 0; k < n_mutants() / 5; ++k) {
     SCOPED_TRACE(k);

@@ -1,4 +1,4 @@
-"""A private Slurm cluster for a test, and what tests ask of it. Use in a `with`."""
+"""A private Slurm cluster for a test, as a context manager."""
 import hashlib
 import json
 import os
@@ -18,7 +18,7 @@ PROGRAM = pathlib.Path(private_slurm.__file__)
 
 
 def skip_without_slurm(name):
-    """Ends the program as skipped, with the reason, where Slurm is not installed or does not start."""
+    """Exits as skipped, with the reason, if Slurm is not installed or does not start."""
     reason = ""
     if missing := private_slurm.missing_programs():
         reason = f"found no {', '.join(missing)}; wanted the packages slurm-wlm and munge"
@@ -26,7 +26,7 @@ def skip_without_slurm(name):
         try:
             with Cluster(nodes=1):
                 pass
-        except private_slurm.Trouble as trouble:
+        except private_slurm.ClusterError as trouble:
             reason = str(trouble)
     if reason:
         print(f"skipped: {name}: {reason}")
@@ -34,7 +34,7 @@ def skip_without_slurm(name):
 
 
 def as_user(name):
-    """Words before a command that run it as this user; only root may."""
+    """Command prefix to run a command as this user; requires root."""
     user = pwd.getpwnam(name)
     return ["setpriv", f"--reuid={user.pw_uid}", f"--regid={user.pw_gid}", "--clear-groups", "--"]
 
@@ -43,8 +43,8 @@ def sha256(path):
     return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
 
 
-def mentions(folder):
-    """Living processes that have to do with a folder, each with how: nothing of a cluster may be left."""
+def processes_using(folder):
+    """Live processes that use a folder, with their command lines: none may be left of a cluster."""
     found, word = [], str(folder)
     for process in private_slurm.parents():
         base = pathlib.Path("/proc", str(process))
@@ -52,21 +52,21 @@ def mentions(folder):
             texts = [(base / "cmdline").read_text(errors="replace"), (base / "environ").read_text(errors="replace"),
                      os.readlink(base / "cwd"), *private_slurm.open_files(process)]
         except OSError:
-            continue  # it ended, or is a thread of the kernel
+            continue  # it has ended, or is a kernel thread
         if process != os.getpid() and any(word in text for text in texts):
             found.append(f"{process}: {texts[0].replace(chr(0), ' ')[:200]}")
     return found
 
 
 class Cluster:
-    """Three nodes of two processors, partitions `batch` and `urgent`. Ends with this process, however that ends."""
+    """Three nodes of two processors, partitions `batch` and `urgent`. Ends with this process in any case."""
 
     def __init__(self, nodes=3, cpus=2, user=None):
         self.nodes, self.cpus, self.user = nodes, cpus, user
 
     def __enter__(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="vrda-slurm-"))
-        self.work = self.folder / "work"  # within what goes when the cluster ends
+        self.work = self.folder / "work"  # removed with the cluster
         if self.user:
             shutil.chown(self.folder, self.user)
         reader, self.tie = os.pipe()
@@ -76,9 +76,9 @@ class Cluster:
                          "--nodes", str(self.nodes), "--cpus", str(self.cpus)]
                 begun = subprocess.run(words, stdin=end, capture_output=True, text=True, check=False)
             if begun.returncode != 0:
-                raise private_slurm.Trouble(begun.stderr.strip())
+                raise private_slurm.ClusterError(begun.stderr.strip())
             self.work.mkdir()
-            self.work.chmod(0o777)  # other users' jobs write there, too
+            self.work.chmod(0o777)  # other users' jobs also write there
         except BaseException:
             self.end()
             raise
@@ -92,13 +92,13 @@ class Cluster:
 
     def end(self):
         os.close(self.tie)
-        shutil.rmtree(self.folder, ignore_errors=True)  # what is left where its user may not remove it
+        shutil.rmtree(self.folder, ignore_errors=True)  # remaining files that the cluster's user may not remove
 
     def environment(self, **more):
         return {**private_slurm.environment(self.folder), **{name: str(value) for name, value in more.items()}}
 
     def run(self, *command, prefix=(), cwd=None, timeout=60, **variables):
-        """A finished command, with the cluster's and these variables in its environment."""
+        """Runs a command with the cluster's variables and these in its environment."""
         return subprocess.run([*prefix, *map(str, command)], env=self.environment(**variables), cwd=cwd or self.work, text=True,
                               capture_output=True, stdin=subprocess.DEVNULL, timeout=timeout, check=False)
 
@@ -106,7 +106,7 @@ class Cluster:
         return private_slurm.ask(self.folder, *words)
 
     def jobs(self, *options):
-        """What squeue knows: {"12_3": "RUNNING"}, pending array tasks one by one."""
+        """squeue's jobs: {"12_3": "RUNNING"}, with one entry per pending array task."""
         listed = self.run("squeue", "-h", "-r", "-o", "%i %T", *options)
         return dict(line.split() for line in listed.stdout.splitlines())
 
@@ -114,28 +114,28 @@ class Cluster:
         listed = self.run("sinfo", "-h", "-N", "-p", "batch", "-o", "%N %t")
         return dict(line.split() for line in listed.stdout.splitlines())
 
-    def told_to_end(self):
-        """Numbers of the jobs whose script was sent SIGTERM, by the nodes' logs: the controller's tells that it sent one on, not
-        that it came. A task that ends by itself may be sent one, too, where the node is slow."""
+    def signalled_jobs(self):
+        """Ids of the jobs whose script received SIGTERM, from the nodes' logs: the controller's log records the request, not
+        the delivery. On a slow node a task that ends by itself may also receive one."""
         logs = (log.read_text() for log in (self.folder / "log").glob("n*"))
         return {job for text in logs for job in re.findall(r"(?i)sent signal 15 to (?:pid \d+ )?StepId=(\d+)\.batch", text)}
 
-    def wait_until(self, what, claim, timeout=60, show=lambda: ""):
-        """Returns the claim's value once that is true; otherwise fails with what was seen, the queue and the logs."""
+    def wait_until(self, what, condition, timeout=60, show=lambda: ""):
+        """Returns the condition's value once it is true; on timeout fails and shows state, queue and logs."""
         deadline = time.monotonic() + timeout
-        while not (value := claim()):
+        while not (value := condition()):
             if time.monotonic() > deadline:
-                raise AssertionError(f"not within {timeout} s: {what}\n{show()}\n{self.picture()}")
+                raise AssertionError(f"not within {timeout} s: {what}\n{show()}\n{self.snapshot()}")
             time.sleep(0.1)
         return value
 
-    def picture(self):
+    def snapshot(self):
         queue = self.run("squeue", "-o", "%i %j %P %T %r %N %M %l").stdout
         nodes = self.run("sinfo", "-N", "-p", "batch", "-o", "%N %T %E").stdout
         return f"--- squeue\n{queue}--- sinfo\n{nodes}{private_slurm.tails(self.folder)}"
 
     def clean(self):
-        """As new for the next test: no job, every node up and idle."""
+        """Resets for the next test: no job, every node up and idle."""
         self.run("scancel", "--full", "--user", "root" if os.getuid() == 0 else str(os.getuid()))
         self.run("scancel", "--state=PENDING", "--partition=batch,urgent")
         for node in self.ask("missing").split():
@@ -145,7 +145,7 @@ class Cluster:
 
 
 def tail(path, lines=30):
-    """The end of a text file, or that it is not there."""
+    """The end of a text file, or a note that it is missing."""
     try:
         return "\n".join(pathlib.Path(path).read_text(errors="replace").splitlines()[-lines:])
     except OSError as error:
@@ -153,7 +153,7 @@ def tail(path, lines=30):
 
 
 def read_json(text):
-    """A JSON value, with the text in the message where it is none."""
+    """Parses JSON; the error message contains the text."""
     try:
         return json.loads(text)
     except json.JSONDecodeError as error:

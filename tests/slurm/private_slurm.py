@@ -4,12 +4,12 @@
 usage: private_slurm.py start DIR [--nodes N] [--cpus C] [--tied]
        private_slurm.py stop | stop-controller | start-controller DIR
        private_slurm.py kill-node | start-node | freeze-node | thaw-node DIR nX
-start returns when every node is idle; then SLURM_CONF=DIR/slurm.conf points sbatch and its kin here. DIR must not
-exist or be empty, and is removed by stop. --tied: the cluster ends when start's standard input is closed, which
-happens to a pipe however its writer dies. A frozen node seems dead, but its tasks live on. Partitions: batch
+start returns when every node is idle; then SLURM_CONF=DIR/slurm.conf points Slurm's commands here. DIR must not
+exist or be empty, and is removed by stop. --tied: the cluster ends when start's standard input is closed, as a
+pipe is when its writer ends. A frozen node seems dead, but its tasks continue. Partitions: batch
 (default) and urgent, which preempts batch by requeue. Works as root and as an ordinary user; needs no systemd,
 cgroups or accounting storage.
-exit: 0 done, 1 it did not work out (said why), 2 usage
+exit: 0 done, 1 failed (reason printed), 2 usage
 """
 import argparse
 import ctypes
@@ -25,7 +25,7 @@ import time
 import traceback
 
 LONGEST_DIR = 64  # Slurm's and our socket paths below it stay under the 107 characters of a Unix socket's address
-START_S = 30  # a start takes 2 s; slower machines are patiently waited for
+START_S = 30  # a start takes 2 s; the limit allows for slower machines
 PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36
 SBIN = os.pathsep.join((os.environ.get("PATH", ""), "/usr/sbin", "/sbin"))
 
@@ -77,38 +77,38 @@ PartitionName=urgent Nodes=ALL MaxTime=INFINITE DefaultTime=10 PriorityTier=10 P
 """
 
 
-class Trouble(Exception):
-    """It did not work out; the text says why."""
+class ClusterError(Exception):
+    """An error of the cluster; the text is the reason."""
 
 
 def missing_programs():
-    """The Slurm and munge programs that this machine lacks."""
+    """The Slurm and munge programs that are not installed."""
     wanted = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "sinfo", "scontrol", "scancel")
     return [name for name in wanted if shutil.which(name, path=SBIN) is None]
 
 
 def environment(folder):
-    """What the Slurm commands need to find this cluster and no other."""
+    """Environment of Slurm commands for this cluster."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith(("SLURM", "SBATCH", "SQUEUE", "LD_PRELOAD"))}
     return {**kept, "PATH": SBIN, "SLURM_CONF": str(folder / "slurm.conf")}
 
 
 def parents():
-    """Parent of every living process of this host; zombies are dead."""
+    """Parent of every live process of this host, without zombies."""
     found = {}
     for entry in os.listdir("/proc"):
         if entry.isdigit():
             try:
                 state, parent = pathlib.Path("/proc", entry, "stat").read_text().rpartition(")")[2].split()[:2]
             except OSError:
-                continue  # it ended meanwhile
+                continue  # it has ended meanwhile
             if state not in "ZX":
                 found[int(entry)] = int(parent)
     return found
 
 
 def descendants(ancestor):
-    """Living processes below `ancestor`."""
+    """Live descendants of `ancestor`."""
     of_process, found, fresh = parents(), [], [ancestor]
     while fresh:
         fresh = [process for process, parent in of_process.items() if parent in fresh]
@@ -124,7 +124,7 @@ def signal_to(process, how):
 
 
 def free_ports(count):
-    """The first of `count` neighbouring ports that nobody listens on, below the ports the system hands out."""
+    """The first of `count` consecutive unused ports, below the ephemeral ports."""
     start = 20000 + os.getpid() * 16 % 10000
     for first in range(start, start + 2000, count):
         sockets = []
@@ -138,11 +138,11 @@ def free_ports(count):
         finally:
             for each in sockets:
                 each.close()
-    raise Trouble(f"found no {count} free ports from {start}")
+    raise ClusterError(f"found no {count} free ports from {start}")
 
 
 class Keeper:
-    """Parent of the daemons and, as their subreaper, of all they leave behind: what descends from it is the cluster."""
+    """Parent of the daemons and subreaper of their orphans, so its descendants are the cluster."""
 
     def __init__(self, folder, nodes, cpus):
         self.folder, self.cpus = folder, cpus
@@ -160,7 +160,7 @@ class Keeper:
         for k, node in enumerate(self.nodes, 1):
             text += f"NodeName={node} NodeHostname={host} NodeAddr=127.0.0.1 Port={port + k} CPUs={self.cpus} RealMemory=2000\n"
         (self.folder / "slurm.conf").write_text(text + PARTITIONS)
-        (self.folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")  # read even where no plugin uses it
+        (self.folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")  # read even if no plugin uses it
 
     def launch(self, name, *command):
         def tie():
@@ -185,13 +185,13 @@ class Keeper:
 
     def start_node(self, node, booted=False):
         if node not in self.nodes or node in self.daemons:
-            raise Trouble(f"found node '{node}', wanted one of {self.nodes} that is down")
+            raise ClusterError(f"found node '{node}', wanted one of {self.nodes} that is down")
         self.launch(node, "slurmd", "-D", "-N", node, *(["-b"] if booted else []))
 
     def kill_node(self, node):
-        """As by a power cut: slurmd first, that it starts no more, then its steps and what they started."""
+        """Simulates a power failure: slurmd first, so that it starts nothing more, then its steps and their children."""
         if node not in self.nodes or node not in self.daemons:
-            raise Trouble(f"found node '{node}', wanted one of {self.nodes} that is up")
+            raise ClusterError(f"found node '{node}', wanted one of {self.nodes} that is up")
         signal_to(self.daemons[node], signal.SIGSTOP)
         killed, fresh = [], [self.daemons[node], *descendants(self.daemons[node])]
         while fresh:
@@ -205,7 +205,7 @@ class Keeper:
         return killed
 
     def steps(self, node):
-        """What a node left to this process to adopt: steps, which keep the node's log open, and what a job detached."""
+        """Orphans of a node: steps, which keep the node's log open, and detached processes of jobs."""
         log, name = str(self.folder / "log" / node), f"SLURMD_NODENAME={node}"
         adopted = [process for process, parent in parents().items() if parent == os.getpid()]
         return [process for process in adopted if process not in self.daemons.values()
@@ -219,7 +219,7 @@ class Keeper:
         deadline = time.monotonic() + limit_s
         while name in self.daemons:
             if time.monotonic() > deadline:
-                raise Trouble(f"{name} did not end within {limit_s} s")
+                raise ClusterError(f"{name} did not end within {limit_s} s")
             time.sleep(0.02)
             self.reap()
 
@@ -229,7 +229,7 @@ class Keeper:
             time.sleep(0.01)
 
     def reap(self):
-        """Buries the dead; false once there is no child left."""
+        """Reaps ended children; false once there is no child left."""
         try:
             while (process := os.waitpid(-1, os.WNOHANG)[0]) > 0:
                 self.daemons = {name: pid for name, pid in self.daemons.items() if pid != process}
@@ -238,7 +238,7 @@ class Keeper:
         return True
 
     def end_all(self):
-        """Nothing is asked to end in order: what Slurm would save is removed anyway."""
+        """Kills everything; a clean shutdown is not needed, since Slurm's state is removed anyway."""
         while self.reap():
             for process in descendants(os.getpid()):
                 signal_to(process, signal.SIGKILL)
@@ -262,11 +262,11 @@ class Keeper:
             case ["missing"]:
                 return " ".join(name for name in ("munged", "slurmctld", *self.nodes) if name not in self.daemons)
             case _:
-                raise Trouble(f"found request '{' '.join(words)}', which does not fit what runs: {', '.join(self.daemons)}")
+                raise ClusterError(f"found request '{' '.join(words)}', which does not match the running daemons: {', '.join(self.daemons)}")
         return ""
 
     def serve(self, listener, tie):
-        """Answers requests until told to stop, or until the other end of `tie` is closed."""
+        """Answers requests until a stop request, or until the other end of `tie` is closed."""
         watched = selectors.DefaultSelector()
         watched.register(listener, selectors.EVENT_READ)
         if tie is not None:
@@ -288,7 +288,7 @@ class Keeper:
     def reply(self, words):
         try:
             return "ok " + self.answer(words)
-        except Trouble as trouble:
+        except ClusterError as trouble:
             return f"error {trouble}"
 
 
@@ -297,14 +297,14 @@ def open_files(process):
     try:
         return [os.readlink(entry) for entry in folder.iterdir()]
     except OSError:
-        return []  # it ended meanwhile
+        return []  # it has ended meanwhile
 
 
 def variables(process):
     try:
         return pathlib.Path("/proc", str(process), "environ").read_text(errors="replace").split("\0")
     except OSError:
-        return []  # it ended meanwhile
+        return []  # it has ended meanwhile
 
 
 def ask(folder, *words, limit_s=60):
@@ -316,15 +316,15 @@ def ask(folder, *words, limit_s=60):
             line.sendall((" ".join(words) + "\n").encode())
             reply = line.makefile().read()
         except OSError as error:
-            raise Trouble(f"{folder}: no cluster answers here: {error}") from None
+            raise ClusterError(f"{folder}: no cluster answers here: {error}") from None
     word, _, text = reply.partition(" ")
     if word != "ok":
-        raise Trouble(text or f"{folder}: the cluster ended before it answered")
+        raise ClusterError(text or f"{folder}: the cluster ended before it answered")
     return text
 
 
 def stop(folder):
-    """Returns when nothing is left, the keeper included."""
+    """Returns when all processes have ended, including the keeper."""
     keeper = int(ask(folder, "stop"))
     while keeper in parents():
         time.sleep(0.01)
@@ -343,7 +343,7 @@ def tails(folder, characters=2000):
 
 
 def keep(folder, nodes, cpus, tie):
-    """The keeper's life, in a process and a session of its own."""
+    """Main function of the keeper, in its own process and session."""
     os.setsid()
     ctypes.CDLL(None).prctl(PR_SET_CHILD_SUBREAPER, 1)
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
@@ -362,14 +362,14 @@ def keep(folder, nodes, cpus, tie):
         client = keeper.serve(listener, tie)
     finally:
         for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
-            signal.signal(number, signal.SIG_IGN)  # nothing keeps the end from being reached
+            signal.signal(number, signal.SIG_IGN)  # the clean-up must not be interrupted
         keeper.end_all()
         if client is not None:
             client.sendall(f"ok {os.getpid()}".encode())
 
 
 def detach(folder, work):
-    """Runs `work` in a grandchild, so that it outlives us and whoever ends us with all our children."""
+    """Runs `work` in a grandchild, so that it survives the end of this process and its children."""
     child = os.fork()
     if child:
         os.waitpid(child, 0)
@@ -377,7 +377,7 @@ def detach(folder, work):
     if os.fork():
         os._exit(0)
     try:
-        # The caller may read our output to its end: leave it.
+        # Close the output, which the caller may read to its end.
         sys.stdout.flush()
         log = os.open(folder / "keeper", os.O_WRONLY | os.O_CREAT, 0o644)
         for descriptor in (1, 2):
@@ -394,12 +394,12 @@ def detach(folder, work):
 def start(folder, nodes=3, cpus=2, tied=False):
     """Returns when every node is idle."""
     if missing := missing_programs():
-        raise Trouble(f"found no {', '.join(missing)}; wanted the packages slurm-wlm and munge")
+        raise ClusterError(f"found no {', '.join(missing)}; wanted the packages slurm-wlm and munge")
     if len(str(folder)) > LONGEST_DIR:
-        raise Trouble(f"{folder}: found {len(str(folder))} characters, wanted at most {LONGEST_DIR}")
+        raise ClusterError(f"{folder}: found {len(str(folder))} characters, wanted at most {LONGEST_DIR}")
     folder.mkdir(exist_ok=True)
     if any(folder.iterdir()):
-        raise Trouble(f"{folder}: found a folder with something in it, wanted an empty one")
+        raise ClusterError(f"{folder}: found a folder that is not empty, wanted an empty one")
     detach(folder, lambda: keep(folder, nodes, cpus, 0 if tied else None))
     deadline = time.monotonic() + START_S
     while time.monotonic() < deadline:
@@ -409,7 +409,7 @@ def start(folder, nodes=3, cpus=2, tied=False):
     words = ask(folder, "missing") or "none"
     logs = tails(folder)
     stop(folder)
-    raise Trouble(f"{folder}: not every node idle after {START_S} s; daemons that ended: {words}{logs}")
+    raise ClusterError(f"{folder}: not every node idle after {START_S} s; daemons that ended: {words}{logs}")
 
 
 def main(arguments):
@@ -430,7 +430,7 @@ def main(arguments):
         else:
             if answer := ask(given.folder, given.command, *given.node):
                 print(answer)
-    except Trouble as trouble:
+    except ClusterError as trouble:
         print(f"private_slurm: {trouble}", file=sys.stderr)
         return 1
     return 0

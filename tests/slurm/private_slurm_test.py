@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The private cluster itself: jobs run, a node crashes and returns, and nothing is left however it ends."""
+"""Tests of the private cluster: jobs run, a node crashes and returns, and nothing is left after any kind of end."""
 import os
 import pathlib
 import signal
@@ -12,7 +12,7 @@ import unittest
 import cluster
 import private_slurm
 
-# Notes each start and the node, then waits for the gate.
+# Records each start and the node, then waits for the gate.
 JOB = """#!/bin/bash
 #SBATCH --open-mode=append --output=%a.log --mem=50M
 echo "start ${SLURM_RESTART_COUNT:-0} $SLURMD_NODENAME"
@@ -33,7 +33,7 @@ class PrivateSlurm(unittest.TestCase):
         return [task for task in tasks if "start" in cluster.tail(machine.work / f"{task}.log")]
 
     def assert_gone(self, machine):
-        self.assertEqual((cluster.mentions(machine.folder), machine.folder.exists()), ([], False))
+        self.assertEqual((cluster.processes_using(machine.folder), machine.folder.exists()), ([], False))
 
     def test_an_array_survives_the_crash_of_a_node_and_a_new_controller(self):
         with cluster.Cluster() as machine:
@@ -71,7 +71,7 @@ class PrivateSlurm(unittest.TestCase):
         self.assert_gone(machine)
 
     def test_it_ends_with_the_program_that_is_tied_to_it(self):
-        """Killed, not asked: with a job that runs, which has left its session and ignores what it can."""
+        """Killed, with a running job that has left its session and ignores signals."""
         with tempfile.TemporaryDirectory(prefix="vrda-slurm-") as folder:
             place = pathlib.Path(folder) / "cluster"
             holder = subprocess.Popen(["sleep", "600"], stdout=subprocess.PIPE)
@@ -86,14 +86,14 @@ class PrivateSlurm(unittest.TestCase):
                 if (pathlib.Path(folder) / "up").exists():
                     break
                 time.sleep(0.1)
-            self.assertGreater(len(cluster.mentions(place)), 5)  # three daemons, a step, a script, two that sleep
+            self.assertGreater(len(cluster.processes_using(place)), 5)  # three daemons, a step, a script, two sleeps
             holder.send_signal(signal.SIGKILL)
             holder.wait()
             for _ in range(200):
-                if not place.exists() and not cluster.mentions(place):
+                if not place.exists() and not cluster.processes_using(place):
                     break
                 time.sleep(0.1)
-            self.assertEqual((cluster.mentions(place), place.exists()), ([], False))
+            self.assertEqual((cluster.processes_using(place), place.exists()), ([], False))
 
     @unittest.skipIf(os.getuid() != 0, "only root becomes another user; others test this as they are")
     def test_it_belongs_to_an_ordinary_user(self):

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""What may befall a submission on a cluster; after each, the motion model is that of a plain run, byte by byte.
+"""Failures of a submission on a cluster; after each, the motion model has the bytes of a plain run.
 
 usage: scenarios_test.py VRDA FAULT_SHIM [CLASS]...
-Each class is a test of its own to CTest, on a cluster of its own: they wait more than they work.
+Each class is a separate CTest test on its own cluster, since they mostly wait.
 """
 import os
 import pathlib
@@ -45,7 +45,7 @@ def setUpModule():
     global machine, programs
     unittest.addModuleCleanup(assert_nothing_left)
     machine = unittest.enterModuleContext(cluster.Cluster())
-    # Copies in a folder that any user may read, as a cluster's shared folder is.
+    # Copies in a folder that any user may read, like a cluster's shared folder.
     programs = machine.work / "programs"
     programs.mkdir()
     for each in (VRDA, SHIM, JOB):
@@ -53,18 +53,18 @@ def setUpModule():
 
 
 def assert_nothing_left():
-    """Of all scenarios, once the cluster has ended."""
+    """Checks all scenarios once the cluster has ended."""
     left = cluster.mentions(machine.folder)
     if left or machine.folder.exists():
         raise AssertionError(f"left of {machine.folder}: {left}")
 
 
 class Submission:
-    """One folder of `vrda submit`, and what is asked of it."""
+    """One folder of `vrda submit`, with its commands and queries."""
 
     def __init__(self, name, job=None, grid=GRID, shards=SHARDS, prefix=()):
         self.job, self.grid, self.shards, self.prefix = job or programs / JOB.name, grid, shards, prefix
-        self.folder = machine.work / name / "out put's"  # shells have to take any folder
+        self.folder = machine.work / name / "out put's"  # scripts must work in any folder
         self.gate = machine.work / name / "gate"
         (machine.work / name).mkdir()
         (machine.work / name).chmod(0o777)
@@ -78,8 +78,8 @@ class Submission:
                          "--mem", "200M", *options, *self.grid, **variables)
 
     def fault(self, do, journal, at=SOME_WRITES):
-        """The variables that make a write of a journal go wrong, in every process that gets as far."""
-        return {"LD_PRELOAD": programs / SHIM.name, "ASAN_OPTIONS": "verify_asan_link_order=0",  # it is no sanitizer
+        """Environment that injects a fault into a write of a journal, in every process that reaches it."""
+        return {"LD_PRELOAD": programs / SHIM.name, "ASAN_OPTIONS": "verify_asan_link_order=0",  # the shim is not a sanitizer
                 "VRDA_FAULT_FILE": journal, "VRDA_FAULT_CALL": "write", "VRDA_FAULT_AT": at,
                 "VRDA_FAULT_DO": do, "VRDA_FAULT_GATE": self.gate}
 
@@ -96,7 +96,7 @@ class Submission:
         return sorted(self.folder.glob("*.journal"))
 
     def begun(self):
-        """Shards whose journal holds something."""
+        """Shards whose journal is not empty."""
         return [shard for shard in range(1, SHARDS + 1) if self.journal(shard).exists() and self.journal(shard).stat().st_size > 0]
 
     def status(self):
@@ -106,7 +106,7 @@ class Submission:
         return cluster.read_json(done.stdout)
 
     def tasks(self):
-        """By kind, shards by number: what status tells of each."""
+        """The tasks of `vrda status` by kind, shards by number."""
         (case,) = self.status()["cases"]
         return {task["shard"] or task["kind"]: task for task in case["tasks"]}
 
@@ -114,7 +114,7 @@ class Submission:
         return {name: task["state"] for name, task in self.tasks().items()}
 
     def restarts(self):
-        """How often Slurm began each shard again, by what the shard itself was told."""
+        """Number of Slurm restarts of each shard, from its state file."""
         states = {shard: self.folder / "tasks" / f"{JOB.stem}.shard-{shard}-of-{SHARDS}.json" for shard in range(1, SHARDS + 1)}
         return {shard: cluster.read_json(path.read_text())["restarts"] for shard, path in states.items()}
 
@@ -129,7 +129,7 @@ class Scenario(unittest.TestCase):
 
     @classmethod
     def plain_run(cls, grid):
-        """SHA-256 of the model that one process makes."""
+        """SHA-256 of the model of a run in one process."""
         path = machine.work / f"plain-{len(list(machine.work.glob('plain-*')))}" / f"{JOB.stem}.h5"
         done = machine.run(programs / VRDA.name, "run", programs / JOB.name, "-o", path, "--progress", "none", *grid)
         if done.returncode != 0:
@@ -152,31 +152,31 @@ class Scenario(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 
-    def wait(self, made, what, claim, timeout=60):
-        return machine.wait_until(what, claim, timeout, show=made.logs)
+    def wait(self, made, what, condition, timeout=60):
+        return machine.wait_until(what, condition, timeout, show=made.logs)
 
     def wait_for_all(self, made):
         self.wait(made, "no job left", lambda: not machine.jobs(), 120)
 
     def assert_done(self, made, sha=None):
-        """The queue is empty, and the model is there and that of a plain run."""
+        """The queue is empty, and the model exists and equals that of a plain run."""
         self.wait_for_all(made)
         self.assertTrue(made.model.exists(), made.logs())
         self.assertEqual(cluster.sha256(made.model), sha or self.plain, made.logs())
         self.assert_no_step_twice(made)
-        # Journals and whatever helped to write them are gone; nothing waits to be removed by hand.
+        # Journals and auxiliary files have been removed.
         left = sorted(path.name for path in made.folder.iterdir())
         self.assertEqual(left, [made.model.name, f"{made.model.name}.run.json", "logs", "scripts", "submission.json", "submission.lock",
                                 "submitted.jsonl", "tasks"])
         self.assertIn("nothing is missing", made.vrda("resume", made.folder).stderr)
 
     def assert_no_step_twice(self, made):
-        """Into no result did an attitude come by two journals: nothing was solved that was there."""
+        """No attitude is in two journals: nothing was solved twice."""
         for log in (made.folder / "logs").iterdir():
             self.assertNotIn("in more than one journal", log.read_text(errors="replace"), log)
 
     def hold_all(self, made, **options):
-        """As many shards as there are processors run, and none can end before the gate is open."""
+        """One shard per processor runs, and none can end before the gate is open."""
         self.submit(made, **options, **made.fault("hold", "-of-8.journal"))
         self.wait(made, "a shard on every processor", lambda: len(made.begun()) == SLOTS and made.held())
 
@@ -189,7 +189,7 @@ class Scenario(unittest.TestCase):
         self.assertIn(what, merged.stderr)
 
     def resume(self, made, said):
-        """Only what is missing is submitted; asked again meanwhile, nothing is."""
+        """Submits only the missing tasks; a second resume submits nothing."""
         done = made.vrda("resume", made.folder)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stdout, said)
@@ -198,7 +198,7 @@ class Scenario(unittest.TestCase):
         self.assertIn("nothing is missing", again.stderr)
 
     def running(self):
-        """Array tasks that run: {"12_3": "n1"}."""
+        """Running array tasks: {"12_3": "n1"}."""
         listed = machine.run("squeue", "-h", "-r", "-t", "RUNNING", "-o", "%i %N").stdout
         return dict(line.split() for line in listed.splitlines() if "_" in line.split()[0])
 
@@ -225,7 +225,7 @@ class Submissions(Scenario):
         self.assert_done(made)
 
     def test_a_shard_that_is_killed_says_so_and_goes_on_when_resumed(self):
-        """As a system does that has no more memory."""
+        """As when the system is out of memory."""
         made = self.submission()
         self.submit(made, **made.fault("kill", "shard-3-of-8.journal"))
         self.wait_for_all(made)
@@ -257,7 +257,7 @@ class Submissions(Scenario):
         self.hold_all(made)
         running = set(machine.run("squeue", "-h", "-r", "-t", "RUNNING", "-o", "%A").stdout.split())
         machine.run("scancel", *{job.partition("_")[0] for job in machine.jobs()})
-        self.wait(made, "all are told", lambda: running <= machine.told_to_end())
+        self.wait(made, "all have received SIGTERM", lambda: running <= machine.signalled_jobs())
         made.open()
         self.wait_for_all(made)
         self.assertFalse(made.model.exists())
@@ -292,11 +292,11 @@ class Submissions(Scenario):
         self.assertEqual((done.returncode, done.stdout, done.stderr.count("\n")), (2, "", 1))
         self.assertRegex(done.stderr, "(?i)partition")
         self.assertEqual(machine.jobs(), {})
-        self.submit(made)  # what failed is not in the way
+        self.submit(made)  # the failed job does not interfere
         self.assert_done(made)
 
     def test_a_submission_from_within_an_array(self):
-        """Its jobs take neither the task nor the restarts of that for their own, though sbatch hands on all variables."""
+        """Its jobs do not inherit that task or its restarts, although sbatch propagates all variables."""
         made = self.submission(shards=3)
         words = ["submit", made.job, "-o", made.folder, "--shards", 3, "--partition", "batch", "--time", 10, "--mem", "200M", *made.grid]
         script = "export SLURM_RESTART_COUNT=1; exec " + shlex.join(map(str, [programs / VRDA.name, *words]))
@@ -309,7 +309,7 @@ class Submissions(Scenario):
             self.assertEqual(state["restarts"], 0)
 
     def test_local_processes_within_a_job(self):
-        """They are no tasks of Slurm's, though they have its variables around them."""
+        """They are not Slurm tasks, although Slurm's variables are in the environment."""
         made = self.submission(shards=3)
         local = ["submit", "--local", "--workers", 2, "--shards", 3, made.job, "-o", made.folder, *made.grid]
         script = "exec " + shlex.join(map(str, [programs / VRDA.name, *local]))
@@ -358,7 +358,7 @@ class LostNodes(Scenario):
         self.assertEqual((spine["state"], spine["restarts"]), ("done", 1))
 
     def test_a_node_only_seems_dead(self):
-        """Its tasks live on beside those that took their place, until it comes back and is told."""
+        """Its tasks continue in parallel with their replacements until it returns and is told to end them."""
         made = self.submission()
         self.submit(made, **made.fault("hold", "shard-4-of-8.journal"))
         self.wait(made, "it is alone and held", lambda: made.held() and len(self.running()) == 1 and len(made.begun()) == SHARDS)
@@ -375,7 +375,7 @@ class LostNodes(Scenario):
         self.assertEqual(made.restarts()[4], 1)
 
     def test_nodes_that_cannot_begin_a_task(self):
-        """Slurm holds such a task, and would for ever."""
+        """Slurm holds such a task indefinitely."""
         spools = [machine.folder / node for node in ("n1", "n2", "n3")]
         for spool in spools:
             spool.rename(f"{spool}.kept")
@@ -398,7 +398,7 @@ class LostNodes(Scenario):
         self.assert_done(made)
 
     def test_two_campaigns_at_once(self):
-        """Whole cases and shards of cases, by one cluster; a node crashes under them."""
+        """Whole cases and shards of cases on one cluster; a node crashes."""
         job = machine.work / "sizes.toml"
         job.write_text(CAMPAIGN.format(job=programs / JOB.name))
         whole, cut = (self.submission(f"-{shards}", job=job, grid=(), shards=shards) for shards in (1, 3))
@@ -420,12 +420,12 @@ class LostNodes(Scenario):
 
 class Interruptions(Scenario):
     def test_the_last_task_reaches_its_time_limit(self):
-        """The last one: its number is the array's, and none of the others may begin again with it."""
+        """The last task has the array's job number; no other task may restart with it."""
         made = self.submission()
         said = self.submit(made, time=2, **made.fault("hold", f"shard-{SHARDS}-of-{SHARDS}.journal"))
         self.wait(made, "it is held", made.held)
         (array,) = re.findall(r"shards (\d+)_", said)
-        self.wait(made, "it is told", lambda: array in machine.told_to_end(), 150)
+        self.wait(made, "it has received SIGTERM", lambda: array in machine.signalled_jobs(), 150)
         made.open()
         self.assert_done(made)
         self.assertEqual(made.restarts(), {shard: int(shard == SHARDS) for shard in range(1, SHARDS + 1)})
@@ -454,7 +454,7 @@ class Interruptions(Scenario):
         state = made.folder / "tasks" / f"{JOB.stem}.shard-{first}-of-{SHARDS}.json"
         self.wait(made, "a shard ends", lambda: cluster.read_json(state.read_text())["state"] == "done")
         status = made.status()
-        self.assertNotEqual(status["remark"], "")  # Slurm does not answer, and that is said
+        self.assertNotEqual(status["remark"], "")  # the failed query of Slurm is reported
         machine.ask("start-controller")
         self.assert_done(made)
 

@@ -20,7 +20,7 @@ void change(const std::string& path, const std::function<void(hid_t)>& action)
   ASSERT_GE(file, 0);
   action(file);
   ASSERT_GE(H5Fclose(file), 0);
-  // HDF5 cut the seal off.
+  // HDF5 has truncated the seal.
   const std::string bytes = read_bytes(path);
   std::ofstream(path, std::ios::binary | std::ios::app) << seal_of(bytes);
 }

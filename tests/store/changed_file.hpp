@@ -1,4 +1,4 @@
-/// Motion models changed as another HDF5 program would.
+/// Motion models changed with HDF5, as by another program.
 #pragma once
 
 #include <hdf5.h>
@@ -12,7 +12,7 @@
 
 namespace vrda::test {
 
-/// Opens the file, changes it, and closes it whatever happened.
+/// Opens the file, changes it, and closes it in any case.
 void change(const std::string& path, const std::function<void(hid_t)>& action);
 
 void remove(hid_t file, const char* path);
@@ -24,10 +24,10 @@ struct NewDataset {
   hid_t creation = H5P_DEFAULT;
 };
 
-/// Puts an unwritten dataset in the place of another.
+/// Replaces a dataset by an unwritten one.
 void replace(hid_t file, const NewDataset& wanted);
 
-/// Gives an attribute another text.
+/// Sets the text of an attribute.
 void set_text(hid_t file, const char* object, const char* name, const char* value);
 
 void make_group(hid_t file, const std::string& path);
@@ -38,7 +38,7 @@ std::vector<Finding> findings_after(const MotionModel& model, const std::functio
 void expect_first(const std::vector<Finding>& findings, const char* where, const char* found,
                   const char* wanted);
 
-/// What damage to a model's values must be told as.
+/// Damage to a model's values and the expected finding.
 struct Damage {
   const char* where;
   const char* found;

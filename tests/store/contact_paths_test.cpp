@@ -18,7 +18,7 @@ Eigen::Vector3d at(const std::vector<double>& path_mm, std::size_t cell)
   return Eigen::Map<const Eigen::Vector3d>(&path_mm[3 * cell]);
 }
 
-/// One cell turned as one attitude asks, the moving object nowhere special.
+/// One cell at one attitude, with a generic pose of the moving object.
 MotionModel one_cell(const std::string& side, const Eigen::Vector3d& delta)
 {
   MotionModel model;
@@ -31,7 +31,7 @@ MotionModel one_cell(const std::string& side, const Eigen::Vector3d& delta)
   model = with_pending_cells(model);
   const SolverFrame frame{side == "left" ? Side::left : Side::right, model.rotation_centre_mm, delta};
   const Attitude attitude{rad_from_deg(30.0), rad_from_deg(-2.0)};
-  model.varus_solved_deg(0, 0) = -2.0;  // free, and not the axis's
+  model.varus_solved_deg(0, 0) = -2.0;  // varus was free: differs from the axis
   const Matrix4 X = X_reference_moving(frame, attitude, {{1.0, -40.0, 2.0}, 0.2}).matrix();
   model.X_reference_moving.assign(X.data(), X.data() + 16);
   model.status(0, 0) = 0;
@@ -47,7 +47,7 @@ void add_contact(MotionModel& model, std::int8_t compartment, const Eigen::RowVe
   contacts.row_start = {0, static_cast<std::int64_t>(contacts.compartment.size())};
 }
 
-/// Where solver_mesh() and the attitude put a stored point of the reference.
+/// Position of a stored point of the reference after solver_mesh() and the attitude.
 Eigen::Vector3d world_of_reference(const MotionModel& model, const Eigen::Vector3d& p_reference_mm)
 {
   const SolverFrame frame{model.side == "left" ? Side::left : Side::right, model.rotation_centre_mm,
@@ -95,7 +95,7 @@ TEST(ContactPaths, OfAnEquilibriumTheForcesWeigh)
   forces.normal_world << 0.0, -1.0, 0.0, 0.6, -0.8, 0.0;
   forces.along_delta_n = {5.0, 12.0};  // forces of 5 and 15 N
   forces.compartment = {2, 2};
-  add_contact(model, 2, {0.0, 0.0, 0.0});  // does not count
+  add_contact(model, 2, {0.0, 0.0, 0.0});  // belongs to no compartment
   const ContactPaths paths = contact_paths_of(model);
   const Eigen::Vector3d mean_mm = 0.25 * first_mm + 0.75 * second_mm;
   EXPECT_LT((at(paths.lateral_reference_mm, 0) - mean_mm).norm(), rounding_mm);

@@ -1,4 +1,4 @@
-// What is put into a motion model beside the raw surfaces finds its place there.
+// Derived data in a motion model: order, replacement and removal.
 #include "store/derived.hpp"
 #include "core/units.hpp"
 
@@ -107,7 +107,7 @@ TEST(WithSmoothed, AZeroVarusMotionMadeOfAnotherGoesWithItsAudit)
   SmoothedSet set = model.smoothed[0];
   EXPECT_TRUE(with_smoothed(model, set).zero_varus.has_value());
   set.recontact_mm.reset();
-  EXPECT_TRUE(with_smoothed(model, set).zero_varus.has_value()) << "made of the plain set";
+  EXPECT_TRUE(with_smoothed(model, set).zero_varus.has_value()) << "derived from the set without recontact";
   set.surfaces[0].coefficients[0] += 1e-12;
   const MotionModel changed = with_smoothed(model, set);
   EXPECT_FALSE(changed.zero_varus.has_value());

@@ -9,7 +9,7 @@
 namespace vrda::test {
 namespace {
 
-/// What a motion model holds, as text by path, so that a difference has a name.
+/// Content of a motion model as text by path, to name differences.
 class Listing : public RegistryVisitor {
  public:
   std::map<std::string, std::vector<std::string>> entries;
@@ -51,7 +51,7 @@ class Listing : public RegistryVisitor {
   template <typename Number>
   static std::string text(Number value)
   {
-    // Exact; and one NaN is as good as another.
+    // Exact, but all NaNs are equal.
     char exact[40];
     std::snprintf(exact, sizeof exact, "%a", static_cast<double>(value));
     return value != value ? "nan" : exact;

@@ -1,4 +1,4 @@
-/// Motion models compared to the last bit.
+/// Exact comparison of motion models.
 #pragma once
 
 #include "store/motion_model.hpp"

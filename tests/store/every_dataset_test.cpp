@@ -1,5 +1,4 @@
-// Whatever the registry lists is needed in a file, and its rule is kept: tried on every dataset and
-// attribute.
+// Every dataset and attribute of the registry is required in a file, and its rule is checked.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5_hl.h>
@@ -23,7 +22,7 @@ struct Named {
   std::string object, attribute;
 };
 
-/// Paths of all datasets but the dimensions' own, and all attributes of the registry.
+/// Paths of all datasets except dimension scales, and all attributes of the registry.
 class Names : public RegistryVisitor {
  public:
   std::vector<Dataset> datasets;
@@ -53,7 +52,7 @@ Names names_of(const MotionModel& model)
   return names;
 }
 
-/// A file of every dataset, to be changed again and again.
+/// A file with every dataset, to be changed repeatedly.
 class WholeFile {
  public:
   WholeFile() : path_((scratch_.path() / "knee.h5").string())
@@ -121,7 +120,7 @@ TEST(EveryAttribute, IsNeeded)
   }
 }
 
-/// Breaks the rule of one dataset in one of its ways: `n_ways` of them is counted on the way.
+/// Violates the rule of one dataset in one of `n_ways` ways, which it counts.
 class Damage : public RegistryVisitor {
  public:
   Damage(std::string path, int way) : path_(std::move(path)), way_(way) {}
@@ -158,7 +157,7 @@ class Damage : public RegistryVisitor {
     }
   }
 
-  /// Entries and what they must not be.
+  /// Entries with invalid values.
   template <typename Scalar>
   std::vector<std::pair<std::size_t, double>> bad_values(const Valid& valid, std::span<Scalar> values) const
   {
@@ -225,7 +224,7 @@ TEST(EveryDataset, KeepsItsRule)
       EXPECT_THAT(places, ::testing::Contains(dataset.path)) << "way " << way;
     }
   }
-  // Some rows have no rule of their own, most have two ways to break it or more.
+  // Some rows have no rule; most rules can be violated in two or more ways.
   EXPECT_GT(n_tried, 200);
 }
 

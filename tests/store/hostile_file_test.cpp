@@ -1,4 +1,4 @@
-// Motion models made to do harm. Each gives one InputError, in bounded memory and time.
+// Malicious motion models: each gives one InputError, in bounded memory and time.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
@@ -34,7 +34,7 @@ using ::testing::HasSubstr;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-/// A file made by `action` from a whole one, and what reading it apart tells.
+/// The error of reading a file, changed by `action`, in a separate process.
 InputError::Facts told_of(const test::Scratch& scratch, const std::function<void(hid_t)>& action)
 {
   const std::string path = scratch.path() / "knee.h5";
@@ -49,7 +49,7 @@ InputError::Facts told_of_bytes(const test::Scratch& scratch, const std::string&
   return test::input_error([&] { read_motion_model(path); });
 }
 
-/// Of the largest process that this one has waited for; grows only.
+/// Peak memory of the largest child process so far; never decreases.
 long peak_kb_of_children()
 {
   rusage usage = {};
@@ -103,7 +103,7 @@ TEST(HostileFile, TenGigabytesThatAreNeverWrittenAreRefused)
 /// Writes `n` chunks, each of the same compressed zeros.
 void write_zeros(hid_t dataset, hsize_t n_chunks, hsize_t rows_of_chunk)
 {
-  // What HDF5 itself packed for the first one.
+  // The compressed bytes of the first chunk as written by HDF5.
   const std::vector<double> zeros(3 * rows_of_chunk, 0.0);
   const hid_t file_space = H5Dget_space(dataset);
   const hsize_t start[] = {0, 0}, count[] = {rows_of_chunk, 3};
@@ -150,7 +150,7 @@ TEST(HostileFile, TenGigabytesOfZerosPackedIntoTenMegabytesAreRefusedBeforeTheyA
   EXPECT_LT(std::filesystem::file_size(scratch.path() / "knee.h5"), 30'000'000U);
   EXPECT_EQ(facts.file, scratch.path() / "knee.h5");
   EXPECT_FALSE(facts.found.empty());
-  // This process itself is what the other one begins as.
+  // The child process starts as a copy of this one.
   EXPECT_LT(peak_kb_of_children(), std::max(before_kb, 400L * 1024));
 }
 
@@ -180,7 +180,7 @@ TEST(HostileFile, MoreValuesThanTheLimitAreRefusedHoweverTheyAreStored)
 
 TEST(HostileFile, TextsThatAreAllTheSameBytesOfTheFileAreBounded)
 {
-  // 2000 input files, the first with a name of 60,000 letters: all given its place in the heap, 120 MB.
+  // 2000 input files whose names all refer to one heap object of 60,000 letters: 120 MB.
   MotionModel model = test::sample_model();
   const std::string sum(64, 'a');
   model.job.inputs = {{std::string(60'000, 'x'), sum}};
@@ -217,7 +217,7 @@ TEST(HostileFile, TextThatSteersATerminalIsRefused)
 
 TEST(HostileFile, ThatCrashesHdf5IsOneMessage)
 {
-  // The size of the first text in HDF5's heap, made enormous; the seal is that of the changed file.
+  // The size of the first text in HDF5's heap is set to a huge value; the seal matches the changed file.
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::sample_model());
@@ -233,7 +233,7 @@ TEST(HostileFile, ThatCrashesHdf5IsOneMessage)
     EXPECT_EQ(facts.file, path);
     n_ended += facts.found.find("it ended with") != std::string::npos ? 1 : 0;
   }
-  // So HDF5 1.10.8 does. Where a later one refuses them all, another process is not needed any more.
+  // HDF5 1.10.8 crashes on some. If a later version rejects all, the separate process is no longer needed.
   EXPECT_GT(n_ended, 0);
 }
 
@@ -261,14 +261,14 @@ TEST(HostileFile, ManyMembersAreRefused)
     for (int k = 0; k < 1500; ++k)
       H5Lcreate_soft("/tx", file, ("/link" + std::to_string(k)).c_str(), H5P_DEFAULT, H5P_DEFAULT);
   });
-  EXPECT_LT(links.size(), 110u);  // enough is enough
+  EXPECT_LT(links.size(), 110u);  // limit of reported links
   EXPECT_THAT(links[0].found, HasSubstr("symbolic link"));
 }
 
 TEST(HostileFile, AVirtualDatasetIsRefusedAndItsFilesAreNotOpened)
 {
   const test::Scratch scratch;
-  // Opening this one would wait for ever.
+  // Opening this one would block forever.
   const std::string pipe = scratch.path() / "elsewhere.h5";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   const InputError::Facts facts = told_of(scratch, [&](hid_t file) {
@@ -381,13 +381,13 @@ TEST(HostileFile, NothingMayStandBeforeTheHdf5Content)
   write_motion_model(path, test::sample_model());
   const std::string whole = test::read_bytes(path);
   const InputError::Facts facts = told_of_bytes(scratch, std::string(512, '\0') + whole);
-  EXPECT_THAT(facts.found, HasSubstr("no HDF5 file"));
+  EXPECT_THAT(facts.found, HasSubstr("not an HDF5 file"));
 }
 
 TEST(HostileFile, ValuesThatWouldBeIndexedOrDrawnAreChecked)
 {
   const test::Damage damages[] = {
-      {"/contacts/row_start", "-1", "never falling", [](MotionModel& m) { m.contacts.row_start[1] = -1; }},
+      {"/contacts/row_start", "-1", "non-decreasing", [](MotionModel& m) { m.contacts.row_start[1] = -1; }},
       {"/bodies/reference/triangles", "1000000", "from 0",
        [](MotionModel& m) { m.reference.contact.mesh.triangles(3, 1) = 1'000'000; }},
       {"/bodies/moving/triangles", "-1", "from 0",
@@ -398,11 +398,11 @@ TEST(HostileFile, ValuesThatWouldBeIndexedOrDrawnAreChecked)
        [](MotionModel& m) { m.reference.contact.mesh.vertices_mm(0, 0) = infinity; }},
       {"/tx", "inf", "a number where", [](MotionModel& m) { m.tx_mm(0, 0) = infinity; }},
       {"/theta", "nan", "a number where", [](MotionModel& m) { m.theta_deg(0, 0) = nan; }},
-      {"/X_reference_moving", "no rigid pose", "a rotation",
+      {"/X_reference_moving", "not a rigid pose", "a rotation",
        [](MotionModel& m) { m.X_reference_moving[3] = infinity; }},
   };
   for (const test::Damage& damage : damages) test::expect_finding(test::sample_model(), damage);
-  // The values that the polynomial should have are wrong then too.
+  // The polynomial's values are then wrong, too.
   for (const double wrong : {nan, infinity}) {
     const test::Scratch scratch;
     const std::string path = scratch.path() / "knee.h5";

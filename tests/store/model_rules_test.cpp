@@ -1,4 +1,4 @@
-// Rules between the datasets of a motion model: what the finding names.
+// Rules between the datasets of a motion model: the object that the finding names.
 #include <gmock/gmock.h>
 
 #include <limits>
@@ -18,7 +18,7 @@ void expect_finding(const test::Damage& damage)
   test::expect_finding(test::sample_model(), damage);
 }
 
-/// Of a model with every dataset; its fifth cell is not solved.
+/// For a model with every dataset; its fifth cell is not solved.
 void expect_finding_in_whole(const test::Damage& damage)
 {
   test::expect_finding(test::whole_model(), damage);
@@ -32,11 +32,11 @@ TEST(ModelRules, RootAttributes)
       {"/@method", "\"magic\"", "\"stability-search\"", [](MotionModel& m) { m.method = "magic"; }});
   expect_finding({"/@rotation_centre_mm", "nan at entry 1", "finite numbers",
                   [](MotionModel& m) { m.rotation_centre_mm.y() = nan; }});
-  // Finite, but what is made of it would not be.
-  expect_finding({"/@rotation_centre_mm", "2e+300 at entry 0", "none beyond 1e9",
+  // Finite, but derived values would overflow.
+  expect_finding({"/@rotation_centre_mm", "2e+300 at entry 0", "up to 1e9",
                   [](MotionModel& m) { m.rotation_centre_mm.x() = 2e300; }});
   expect_finding({"/@delta", "length 2", "length 1", [](MotionModel& m) { m.delta *= 2.0; }});
-  expect_finding({"/@delta", "another direction", "first row of /push/delta",
+  expect_finding({"/@delta", "a different direction", "first row of /push/delta",
                   [](MotionModel& m) { m.push.delta.row(0) << 1.0, 0.0, 0.0; }});
   expect_finding(
       {"/@contact_resolution_mm", "0", "positive", [](MotionModel& m) { m.contact_resolution_mm = 0.0; }});
@@ -99,11 +99,11 @@ TEST(ModelRules, Smoothed)
 
 TEST(ModelRules, ASurfaceOfVarusNeedsAFreeOne)
 {
-  expect_finding({"/smoothed/degree_1/varus_solved", "a surface", "none where /varus has several values",
-                  [](MotionModel& m) {
-                    m.smoothed[0].surfaces.push_back(m.smoothed[0].surfaces[0]);
-                    m.smoothed[0].surfaces[4].name = "varus";
-                  }});
+  expect_finding(
+      {"/smoothed/degree_1/varus_solved", "a surface", "where /varus has several values", [](MotionModel& m) {
+         m.smoothed[0].surfaces.push_back(m.smoothed[0].surfaces[0]);
+         m.smoothed[0].surfaces[4].name = "varus";
+       }});
   const MotionModel free = test::with_derived(test::sample_model({4, 1, true, true, false}));
   test::expect_finding(free, {"/smoothed/degree_1/varus_solved", "at entry 2", "the value of the polynomial",
                               [](MotionModel& m) { m.smoothed[0].surfaces[4].values(2, 0) += 1e-6; }});

@@ -97,8 +97,8 @@ TEST(MotionModelFile, EqualModelsGiveEqualBytes)
   std::filesystem::create_directory(scratch.path() / "folder");
   MotionModel model = test::with_derived(test::sample_model({91, 21, true, true, true, true, 4, 2}));
   write_motion_model(a, model);
-  sleep(1);  // a stored time would differ
-  // A NaN is a NaN, whatever its bits.
+  sleep(1);  // so that a stored time would differ
+  // NaNs are written with one bit pattern.
   model.tx_mm(1, 2) = std::bit_cast<double>(0xfff8000000000001u);
   model.audits[0].gap_mm(0, 0) = model.tx_mm(1, 2);
   write_motion_model(b, model);
@@ -188,13 +188,13 @@ TEST(MotionModelFile, WhatIsNoMotionModelIsRefused)
   const std::string missing = scratch.path() / "missing.h5";
   EXPECT_EQ(input_error([&] { read_motion_model(missing); }).file, missing);
   EXPECT_NE(input_error([&] { read_motion_model(missing); }).found.find("No such file"), std::string::npos);
-  EXPECT_EQ(input_error([&] { read_motion_model(scratch.path()); }).found, "no regular file");
+  EXPECT_EQ(input_error([&] { read_motion_model(scratch.path()); }).found, "not a regular file");
   for (const std::string& bytes :
        {std::string(), std::string("title = \"a job\"\n"), std::string(4096, '\0')}) {
     const std::string file = scratch.write("job.toml", bytes);
     const InputError::Facts facts = input_error([&] { read_motion_model(file); });
     EXPECT_EQ(facts.file, file);
-    EXPECT_NE(facts.found.find("no HDF5 file"), std::string::npos);
+    EXPECT_NE(facts.found.find("not an HDF5 file"), std::string::npos);
     EXPECT_NE(facts.wanted.find("motion model"), std::string::npos);
     EXPECT_THROW(validate_hdf5(file), InputError);
   }

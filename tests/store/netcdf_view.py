@@ -117,7 +117,7 @@ def check_root(dataset):
 
 
 def check_mechanics(path, engine):
-    """As the page of the motion model names them: a spine of its own, forces by cell, fibres by name."""
+    """Groups of an equilibrium as in the specification: free spine, forces by cell, fibres by name."""
     import xarray
 
     spine = xarray.load_dataset(path, engine=engine, group="equilibrium/spine")
@@ -132,7 +132,7 @@ def check_mechanics(path, engine):
 
 
 def check_derived(path, engine):
-    """As the page names them: a motion over flexion alone, and audits on grids of their own."""
+    """Derived groups as in the specification: a motion over flexion only, and audits on their own grids."""
     import numpy
     import xarray
 
@@ -145,12 +145,12 @@ def check_derived(path, engine):
     check(audit.flexion.values.tolist() == [i / 2 for i in range(181)], "the audit's axis of flexion is another")
     cell = audit.sel(flexion=1.0, varus=-0.5)
     check(int(cell.state) == 2 and bool(cell.gap.isnull()), "the audit's state is another")
-    check(int(numpy.atleast_1d(audit.attrs["refine"])[0]) == 2, "the audit is refined otherwise")
+    check(int(numpy.atleast_1d(audit.attrs["refine"])[0]) == 2, "the audit has another refinement")
     check(float(audit.penetration.max()) == float(audit.attrs["largest_penetration"]), "the largest penetration is another")
 
 
 def check_free(path):
-    """With one column there is a surface of the varus found, whose name no coordinate has."""
+    """With one column there is a surface of the varus found, whose name differs from all coordinates."""
     import xarray
 
     for engine in ("netcdf4", "h5netcdf"):
@@ -161,7 +161,7 @@ def check_free(path):
 
 
 def check_xarray(path):
-    # Modules warn on being imported about each other's versions; only what our file causes counts.
+    # Modules warn about versions on import; only warnings caused by the file count.
     for module in ("h5py", "netCDF4", "h5netcdf", "pandas", "xarray"):
         try:
             importlib.import_module(module)
@@ -183,7 +183,7 @@ def check_xarray(path):
 
 
 def check_trace(path):
-    """As the page of the trace shows how to read it."""
+    """Reads the trace as shown in schemas/trace.md."""
     import xarray
 
     header = run("ncdump", "-h", path)
@@ -203,7 +203,7 @@ def check_trace(path):
 
 
 def check_index(path):
-    """One row a case, by name; codes with their meanings; a table for pandas as it stands."""
+    """One row per case, by name; codes with their meanings; a table that pandas reads directly."""
     import xarray
 
     header = run("ncdump", "-h", path)
@@ -222,7 +222,7 @@ def check_index(path):
 
 def check_same_bytes(write_sample, folder, kind):
     contents = set()
-    # Memory that was not set would show: glibc fills it with the byte given.
+    # Detects uninitialised memory: glibc fills it with the given byte.
     for byte in ("0", "85", "170"):
         path = os.path.join(folder, f"{kind}-{byte}.h5")
         run(write_sample, path, kind, MALLOC_PERTURB_=byte)
@@ -261,7 +261,7 @@ def main():
 
             with xarray.open_dataset(other) as dataset:
                 check(set(dataset.load().sizes) == GROUPS["/"], f"other dimensions ({kind})")
-        # No cell of the pending one has a force, and no fibre of it a wrap.
+        # The pending model has no forces, and its fibres have no wraps.
         for group in ("/equilibrium", "/equilibrium/forces", "/equilibrium/spine", "/ligaments"):
             for engine in ("netcdf4", "h5netcdf"):
                 with xarray.open_dataset(os.path.join(folder, "pending.h5"), engine=engine, group=group) as dataset:

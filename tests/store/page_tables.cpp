@@ -18,7 +18,7 @@ std::string replaced(std::string text, const std::string& old, const std::string
   return at == std::string::npos ? text : text.replace(at, old.size(), now);
 }
 
-/// As the page writes it: B for both bodies, N for the degree, NAME for the audited motion.
+/// The page's notation: B for both bodies, N for the degree, NAME for the audited motion.
 std::string on_page(const std::string& path)
 {
   if (path.rfind("/audit/", 0) == 0) return "/audit/NAME" + path.substr(path.find('/', 7));
@@ -92,7 +92,7 @@ std::string with_tables(const std::string& page, bool is_trace)
   std::vector<std::string> groups;
   for (std::string line; std::getline(lines, line);)
     if (line.rfind(mark, 0) == 0) groups.push_back(line.substr(mark.size(), line.rfind(' ') - mark.size()));
-  // Each row belongs to the longest group that it lies below.
+  // Each row belongs to the longest group that contains it.
   std::map<std::string, std::string> tables;
   for (const auto& [path, row] : table.rows) {
     const std::string* best = nullptr;

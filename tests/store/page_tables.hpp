@@ -1,4 +1,4 @@
-/// The tables of the pages in schemas/, made from the registries.
+/// The tables of the pages in schemas/, generated from the registries.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace vrda::test {
 
-/// `page` with each table that follows a line `<!-- table GROUP -->` made of the rows of the motion model's
-/// registry below GROUP, or the trace's where `is_trace`.
+/// `page` with each table after a line `<!-- table GROUP -->` generated from the registry's rows below GROUP,
+/// of the motion model or (`is_trace`) the trace.
 std::string with_tables(const std::string& page, bool is_trace);
 
 }  // namespace vrda::test

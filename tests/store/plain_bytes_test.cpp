@@ -1,4 +1,4 @@
-// Motion models and traces handed from one process to another.
+// Serialization of motion models and traces between processes.
 #include "store/plain_bytes.hpp"
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ std::vector<MotionModel> samples()
   one_cell.n_flexion = one_cell.n_varus = 1;
   one_cell.has_failed_cell = false;
   MotionModel single = test::sample_model(one_cell);
-  single.smoothed.clear();  // its one cell has no terms for a degree
+  single.smoothed.clear();  // one cell has no terms for a degree
   return {test::with_derived(test::sample_model()), test::sample_model(bare),
           test::with_derived(test::sample_model(mechanics)), single};
 }
@@ -69,7 +69,7 @@ TEST(PlainBytes, ChangedAnywhereTheyGiveAModelOrAnInputError)
     const std::string bytes = plain_bytes(model);
     for (int k = 0; k < 400; ++k) {
       std::string changed = bytes;
-      // The shape stands first, and matters most.
+      // Only the shape at the beginning, which matters most.
       const std::size_t range = k % 2 == 0 ? 200 : changed.size();
       changed[random() % range] = static_cast<char>(random() % 256);
       try {

@@ -1,4 +1,4 @@
-// The registry of datasets, the pages in schemas/ and the enumerations say the same.
+// Consistency of the registry of datasets, the pages in schemas/ and the enumerations.
 #include "store/registry.hpp"
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ std::string page_of(const char* name)
   return test::read_bytes(test::source_directory() / "schemas" / name);
 }
 
-/// Dimensions and attributes, and what every row must have.
+/// Collects dimensions and attributes, and checks every row.
 class Rows : public RegistryVisitor {
  public:
   std::set<std::string> paths, dimensions, attributes;

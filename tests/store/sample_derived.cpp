@@ -28,7 +28,7 @@ void put_numbers(ZeroVarus& motion, const MotionModel& model, const Row& row)
   motion.proximal_mm[row.i] = model.clinical.proximal_mm.data()[row.cell];
   motion.lateral_mm[row.i] = model.clinical.lateral_mm.data()[row.cell];
   if (!model.has_compartments) return;
-  // The lateral compartment bears nothing and stays NaN.
+  // The lateral compartment is not in contact and remains NaN.
   for (std::size_t axis = 0; axis < 3; ++axis) {
     motion.medial_reference_mm[3 * row.i + axis] = 1.0 + static_cast<double>(axis);
     motion.medial_moving_mm[3 * row.i + axis] = -2.0 * static_cast<double>(axis);
@@ -59,7 +59,7 @@ void put_interval(ZeroVarus& motion, std::size_t i, bool has_compartments)
     motion.medial_rolling_mm[i] = 0.2;
     motion.medial_sliding_mm[i] = -0.1 * x;
   }
-  if (i == 0) return;  // turned too little
+  if (i == 0) return;  // rotation too small for an axis
   motion.helical_translation_mm[i] = 0.003;
   at(motion.helical_direction, i, {0.0, 0.6, 0.8});
   at(motion.helical_point_mm, i, {1.0, 2.0, x});
@@ -111,7 +111,7 @@ ZeroVarus sample_zero_varus(const MotionModel& model)
   return motion;
 }
 
-/// Two of its cells in one of the model's. Its states follow each other.
+/// Two cells per cell of the model; cycles through all states.
 AuditSet sample_audit(const std::string& name, const MotionModel& model)
 {
   AuditSet audit;

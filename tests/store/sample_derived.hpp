@@ -1,4 +1,4 @@
-/// A sample motion model with everything that is made of its surfaces.
+/// A sample motion model with all derived data.
 #pragma once
 
 #include "store/motion_model.hpp"
@@ -7,13 +7,13 @@ namespace vrda::test {
 
 /// `model` with a robust set and its recontact, a zero-varus motion and audits of all of them. The
 /// zero-varus motion has a pose wherever the first column is solved: at even flexions both compartments
-/// touch, at odd ones the varus is interpolated (or free everywhere, with a fifth smoothed surface, where
-/// the model has one column); the first flexion with a successor turns too little for an axis. The audits
-/// have every state.
+/// are in contact, at odd ones the varus is interpolated (free everywhere, with a fifth smoothed surface, if
+/// the model has one column); the first interval's rotation is too small for an axis. The audits have every
+/// state.
 MotionModel with_derived(MotionModel model);
 
-/// A model with every dataset but the fifth smoothed surface: an equilibrium with five fibres and two wraps,
-/// scaled by landmarks, and what is derived of it.
+/// A model with every dataset except the fifth smoothed surface: an equilibrium with five fibres and two
+/// wraps, scaled by landmarks, with derived data.
 MotionModel whole_model();
 
 }  // namespace vrda::test

@@ -1,4 +1,4 @@
-/// An index of three cases: each kind of column, an answer that is not there, a text that wants quotes.
+/// An index of three cases: each kind of column, a missing value, a text that needs quotes.
 #pragma once
 
 #include "store/index_table.hpp"

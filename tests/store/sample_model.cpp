@@ -57,7 +57,7 @@ void solve_cell(MotionModel& model, Eigen::Index i, Eigen::Index j)
   model.is_spine(i, j) = j == 1 ? 1 : 0;
   model.varus_solved_deg(i, j) = varus_deg;
   if (!model.has_compartments) return;
-  model.gap_medial_mm(i, j) = 0.02;  // the lateral one faces nothing and stays NaN
+  model.gap_medial_mm(i, j) = 0.02;  // the lateral one faces nothing and remains NaN
   model.contact_medial(i, j) = 1;
   model.contact_lateral(i, j) = 0;
 }
@@ -158,7 +158,7 @@ ForceRows sample_forces(const MotionModel& model)
 
 FreeSpine sample_spine(FreeSpine spine)
 {
-  for (std::size_t i = 0; i + 1 < spine.status.size(); ++i) {  // the last one slides off
+  for (std::size_t i = 0; i + 1 < spine.status.size(); ++i) {  // the last one is not stable
     const double x = static_cast<double>(i);
     spine.status[i] = status_stable;
     spine.varus_deg[i] = -0.3 + 0.01 * x;

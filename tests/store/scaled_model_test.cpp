@@ -52,13 +52,13 @@ std::map<std::string, Numbers> numbers_of(const MotionModel& model)
   return all.numbers;
 }
 
-/// Of row k of poses, row by row, that is a shift.
+/// Whether entry k of row-major poses is a translation.
 bool is_shift(std::size_t k)
 {
   return k % 4 == 3 && k % 16 != 15;
 }
 
-// Units say which numbers are lengths, energies and moments, so none is forgotten. Powers of two are exact.
+// Lengths, energies and moments are found by their units, so none is missed. Powers of two are exact.
 TEST(ScaledModel, WhateverHasALengthIsTwiceAsLong)
 {
   const MotionModel model = whole_model();

@@ -1,4 +1,4 @@
-// How a motion model says that its joint was scaled.
+// The record of scaling in a motion model.
 #include <gmock/gmock.h>
 
 #include <cmath>
@@ -47,24 +47,24 @@ TEST(StoredScaling, ItsValuesAgree)
          m.job.scaling->residual_rms_mm =
              std::hypot(m.job.scaling->residual_mm[0], m.job.scaling->residual_mm[1]) / std::sqrt(2.0);
        }});
-  expect_finding({"/job/scaling@factor", "differ", "three times",
+  expect_finding({"/job/scaling@factor", "unequal", "three equal",
                   [](MotionModel& m) { m.job.scaling->factor.z() = 1.1; }});
-  expect_finding({"/job/scaling/landmark", "\"\"", "not empty",
+  expect_finding({"/job/scaling/landmark", "\"\"", "non-empty",
                   [](MotionModel& m) { m.job.scaling->landmark[1] = ""; }});
-  expect_finding({"/job/scaling/residual", "0.2 at entry 0", "less the factor", [](MotionModel& m) {
+  expect_finding({"/job/scaling/residual", "0.2 at entry 0", "minus the factor", [](MotionModel& m) {
                     m.job.scaling->residual_mm[0] = 0.2;
                     m.job.scaling->residual_rms_mm =
                         std::hypot(0.2, m.job.scaling->residual_mm[1]) / std::sqrt(2.0);
                   }});
-  expect_finding({"/job/scaling@residual_rms_mm", "1", "that of the residuals",
+  expect_finding({"/job/scaling@residual_rms_mm", "1", "from the residuals",
                   [](MotionModel& m) { m.job.scaling->residual_rms_mm = 1.0; }});
   expect_finding({"/job/scaling@standard_error", "nan", "at least 0",
                   [](MotionModel& m) { m.job.scaling->standard_error = nan; }});
-  test::expect_finding(stretched_model(), {"/job/scaling@standard_error", "0", "NaN below two pairs",
+  test::expect_finding(stretched_model(), {"/job/scaling@standard_error", "0", "NaN with fewer than two",
                                            [](MotionModel& m) { m.job.scaling->standard_error = 0.0; }});
   test::expect_finding(stretched_model(), {"/job/scaling@residual_rms_mm", "0", "NaN without landmarks",
                                            [](MotionModel& m) { m.job.scaling->residual_rms_mm = 0.0; }});
-  test::expect_finding(stretched_model(), {"/job/scaling@factor", "differ", "three times",
+  test::expect_finding(stretched_model(), {"/job/scaling@factor", "unequal", "three equal",
                                            [](MotionModel& m) { m.job.scaling->keeps_steps = true; }});
 }
 

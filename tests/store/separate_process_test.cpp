@@ -61,7 +61,7 @@ TEST(SeparateProcess, GoesOnWhileThisOneDoes)
         return std::string(1, byte);
       },
       "x");
-  // Work that was done before this line would still wait for it.
+  // The child waits for this; if it had run synchronously, the test would block.
   byte = 'y';
   EXPECT_EQ(work.answer().text, "y");
   munmap(memory, sizeof(std::atomic<char>));
@@ -111,7 +111,7 @@ TEST(SeparateProcess, HasNoneOfTheOpenFiles)
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-// Each of these works before and is refused after.
+// Each of these succeeds before the confinement and fails after it.
 TEST(Confinement, OpensNoFileAndNoSocketStartsNoProgramAndRunsNoNewCode)
 {
   const auto tried = [] {

@@ -36,7 +36,7 @@ std::vector<Finding> findings_after_whole(const std::function<void(hid_t)>& acti
   return test::findings_after(test::whole_model(), action);
 }
 
-/// Another number in an attribute of one element, of the type that it has.
+/// Changes the number of a one-element attribute, keeping its type.
 void set_number(hid_t file, const char* object, const char* name, double value)
 {
   const hid_t old = H5Aopen_by_name(file, object, name, H5P_DEFAULT, H5P_DEFAULT);
@@ -159,7 +159,7 @@ TEST(Structure, SmoothedGroups)
   expect_first(findings_after([](hid_t file) {
                  H5Lmove(file, "/smoothed/degree_1", file, "/smoothed/degree_2", H5P_DEFAULT, H5P_DEFAULT);
                }),
-               "/smoothed/degree_2@degree", "1", "2, as the group's values");
+               "/smoothed/degree_2@degree", "1", "2, the value from");
 }
 
 TEST(Structure, LinksOutOfTheFileAreRefused)
@@ -197,7 +197,7 @@ TEST(Structure, StorageOutOfTheOrdinaryIsRefused)
 
 TEST(Structure, AbsurdSizesAreRefusedBeforeAnythingIsAllocated)
 {
-  // 24 GB of vertices of which the file stores none.
+  // 24 GB of vertices, none of them stored in the file.
   const std::vector<Finding> findings = findings_after([](hid_t file) {
     constexpr hsize_t n = 1000000000;
     replace(file, {"/bodies/reference/vertex", {n}, H5T_IEEE_F32BE});
@@ -254,7 +254,7 @@ TEST(Structure, AnAuditHasAGridOfItsOwn)
                "/audit/raw/state", "[4, 3]", "[7, 3]");
 }
 
-/// An axis of `n` entries of which nothing is stored.
+/// An axis of `n` entries without stored values.
 void promise(hid_t file, const char* axis, hsize_t n)
 {
   replace(file, {axis, {n}, H5T_IEEE_F32BE});
@@ -271,7 +271,7 @@ TEST(Structure, AbsurdSizesOfMechanicsAreRefused)
     expect_first(findings_after_whole([&](hid_t file) { promise(file, axis, many); }), axis,
                  "[1099511627776]", "at most 2147483647");
   }
-  // 16 GB of texts, and 96 GB a surface of the fibres, of which the file stores none.
+  // 16 GB of texts and 96 GB per surface of the fibres, none of them stored in the file.
   constexpr hsize_t n = 1000000000;
   const hid_t text = H5Tcopy(H5T_C_S1);
   H5Tset_size(text, H5T_VARIABLE);
@@ -297,7 +297,7 @@ TEST(Structure, AnAuditHasTheNameOfAMotion)
     expect_first(findings_after_whole([&](hid_t file) { make_group(file, path); }), path.c_str(),
                  "another name", "degree_N_recontacted");
   }
-  // A later minor version may know more of them.
+  // A later minor version may have more of them.
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.h5";
   const MotionModel model = test::whole_model();
@@ -313,11 +313,11 @@ TEST(Structure, TheLargestValuesAreThoseOfTheAudit)
 {
   expect_first(
       findings_after_whole([](hid_t file) { set_number(file, "/audit/raw", "largest_penetration", 0.0); }),
-      "/audit/raw@largest_penetration", "0", "1, as the group's values");
+      "/audit/raw@largest_penetration", "0", "1, the value from");
   expect_first(findings_after_whole([](hid_t file) {
                  set_number(file, "/audit/raw", "largest_gap", std::numeric_limits<double>::quiet_NaN());
                }),
-               "/audit/raw@largest_gap", "nan", "0.5, as the group's values");
+               "/audit/raw@largest_gap", "nan", "0.5, the value from");
 }
 
 TEST(Structure, NestingWithoutEndIsRefused)
@@ -330,7 +330,7 @@ TEST(Structure, NestingWithoutEndIsRefused)
   EXPECT_THAT(findings[0].found, HasSubstr("nested more than 8"));
 }
 
-/// A flip, an overwritten block or a cut at any place must end in an InputError that names the file.
+/// A bit flip, an overwritten block or a truncation anywhere must give an InputError that names the file.
 void expect_refused(const test::Scratch& scratch, const std::string& bytes)
 {
   const std::string file = scratch.write("damaged.h5", bytes);
@@ -349,7 +349,7 @@ TEST(DamagedFile, IsRefusedWhereverTheDamageIs)
   const std::string path = scratch.path() / "knee.h5";
   write_motion_model(path, test::sample_model());
   const std::string whole = test::read_bytes(path);
-  // A prime step, so that the flips meet every position within the file's aligned structures.
+  // A prime step, so that the flips hit every position within aligned structures.
   for (std::size_t at = 0; at < whole.size(); at += 199) {
     SCOPED_TRACE(at);
     std::string flipped = whole;

@@ -29,7 +29,7 @@ using test::input_error;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Of the sample: 4 x 3 cells, one of them not solved, and a probe.
+// The sample: 4 x 3 cells, one of them not solved, and a probe.
 constexpr std::size_t n_searches = 13, n_moves = 11 * test::n_moves_of_a_cell;
 
 Trace sample_trace()
@@ -76,7 +76,7 @@ TEST(TraceFile, GivesBackWhatWasWritten)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "knee.trace.h5";
-  // Large enough to be compressed in several chunks, as small as can be, and without any move.
+  // Several compressed chunks, the smallest size, and no moves.
   MotionModel nothing = test::sample_model({1, 1, false, false, false});
   nothing.status(0, 0) = static_cast<std::int8_t>(StepStatus::no_contact);
   for (const Trace& trace : {test::trace_beside(test::sample_model({91, 21, true, true, true})),
@@ -173,15 +173,16 @@ TEST(TraceFile, ValuesThatBreakARuleAreNamed)
            Row{"/searches/status", "9 at entry 2", "stable", [](Trace& t) { t.searches.status[2] = 9; }},
            Row{"/searches/seed_theta", "nan", "finite",
                [](Trace& t) { t.searches.seed_theta_deg[0] = not_a_number; }},
-           Row{"/searches/move_start", "-1 at entry 1", "never falling",
+           Row{"/searches/move_start", "-1 at entry 1", "non-decreasing",
                [](Trace& t) { t.searches.move_start[1] = -1; }},
-           Row{"/searches/move_start", "87 at entry 13", "number of entries at the end",
+           Row{"/searches/move_start", "87 at entry 13", "number of entries",
                [](Trace& t) {
                  t.searches.move_start.back() = 87;
                  t.searches.move_start[12] = 88;
                }},
            Row{"/moves/iteration", "-1 at entry 0", "from 0", [](Trace& t) { t.moves.iteration[0] = -1; }},
-           Row{"/moves/iteration", "1 at entry 6", "never fall", [](Trace& t) { t.moves.iteration[6] = 1; }},
+           Row{"/moves/iteration", "1 at entry 6", "non-decreasing",
+               [](Trace& t) { t.moves.iteration[6] = 1; }},
            Row{"/moves/kind", "5 at entry 0", "retreat approach bisect rotate translate",
                [](Trace& t) { t.moves.kind[0] = 5; }},
            Row{"/moves/translation", "nan", "finite",
@@ -189,10 +190,9 @@ TEST(TraceFile, ValuesThatBreakARuleAreNamed)
            Row{"/moves/collides", "1 at entry 0", "bisection", [](Trace& t) { t.moves.collides[0] = 1; }},
            Row{"/moves/in_contact", "1 at entry 6", "approach", [](Trace& t) { t.moves.in_contact[6] = 1; }},
            Row{"/moves/is_cycle", "1 at entry 0", "in contact", [](Trace& t) { t.moves.is_cycle[0] = 1; }},
-           Row{"/moves/contact_start", "another move", "in contact",
+           Row{"/moves/contact_start", "not in contact", "in contact",
                [](Trace& t) { t.moves.in_contact[1] = 0; }},
-           Row{"/moves/contact_start", "0, never falling", "",
-               [](Trace& t) { t.moves.contact_start[0] = 1; }},
+           Row{"/moves/contact_start", "from 0", "", [](Trace& t) { t.moves.contact_start[0] = 1; }},
            Row{"/contacts/normal", "length 2", "unit", [](Trace& t) { t.contacts.normal(1, 1) = 2; }},
            Row{"/contacts/triangle_moving", "-1", "from 0",
                [](Trace& t) { t.contacts.triangle_moving[0] = -1; }},
@@ -220,12 +220,11 @@ TEST(TraceFile, MustStandBesideItsOwnModel)
            Row{"/job", "another job (", "a.h5", [](Trace& t) { t.job.resolved += "x"; }},
            Row{"/job", "cccc", "a.h5", [](Trace& t) { t.job.inputs[1].sha256[0] = 'f'; }},
            Row{"/job", "another job", "", [](Trace& t) { t.side = "left"; }},
-           Row{"/searches/flexion", "off the grid at entry 5", "",
-               [](Trace& t) { t.searches.flexion_deg[5] = 0.5; }},
+           Row{"/searches/flexion", "at entry 5", "", [](Trace& t) { t.searches.flexion_deg[5] = 0.5; }},
            Row{"/searches/status", "3 at entry 0", "0", [](Trace& t) { t.searches.status[0] = 3; }},
-           Row{"/searches/node", "a cell with no search", "",
+           Row{"/searches/node", "a cell without a search", "",
                [](Trace& t) { t.searches.node[4] = static_cast<std::int8_t>(StepKind::spine_probe); }},
-           Row{"/moves/translation", "another end of the search at entry 0", "",
+           Row{"/moves/translation", "final pose at entry 0", "",
                [](Trace& t) { t.moves.translation_mm(7, 1) += 1e-3F; }},
            Row{"/contacts/triangle_moving", "100000", "",
                [](Trace& t) { t.contacts.triangle_moving[0] = 100000; }},

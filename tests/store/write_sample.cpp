@@ -1,4 +1,4 @@
-// Writes sample motion models, a trace and an index, for the checks that other programs make:
+// Writes sample motion models, a trace and an index, for checks with other programs:
 // write_sample FILE [rich|plain|free|pending|trace|index], and the tables of a page in schemas/:
 // write_sample PAGE page
 #include <cstdio>
