@@ -178,7 +178,7 @@ TEST_P(TaskInterruption, ToldAtItsLastStepARunEndsAndMakesTheModelTheNextTime)
   fs::remove(model());
   const Ended ended = told_at(task("run"), {"hold", "write", std::to_string(n), journal});
   EXPECT_EQ(ended.exit_code, 4) << ended.err;
-  EXPECT_THAT(ended.err, HasSubstr("interrupted: what is solved stands in"));
+  EXPECT_THAT(ended.err, HasSubstr("interrupted: solved steps are in"));
   EXPECT_FALSE(fs::exists(model()));
   expect_state("run", "interrupted", "");
   expect_done(task("run"));
@@ -215,7 +215,7 @@ TEST_P(TaskInterruption, AMergeEndsAtOnceAndLeavesTheJournals)
     const std::vector<std::string> before = names();
     const Ended ended = told_at(task("merge"), {"hold", "read", "1", name_of_model(".spine.journal")});
     EXPECT_EQ(ended.exit_code, row.exit_code) << ended.err;
-    EXPECT_THAT(ended.err, HasSubstr("interrupted: the journals stay"));
+    EXPECT_THAT(ended.err, HasSubstr("interrupted: the journals are kept"));
     EXPECT_EQ(names(), before);
     expect_state("merge", row.state, row.reason);
     expect_done(task("merge"));

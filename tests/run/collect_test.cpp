@@ -195,11 +195,11 @@ TEST(CollectJournals, WhatIsMissingIsToldByFlexionAndWhereARowWasBegunByVarus)
     steps.emplace(r.key, r);
   const auto said = [&] { return missing_text(missing_steps(plan, steps), flexion_deg, varus_deg); };
   // The spine's own cell of each row is there.
-  EXPECT_EQ(said(), "no result of 8 of 30 attitudes, at flexion 10 and 50");
+  EXPECT_EQ(said(), "no result for 8 of 30 attitudes, at flexion 10 and 50");
   steps.erase({StepKind::row, 3, 0});
-  EXPECT_EQ(said(), "no result of 9 of 30 attitudes, at flexion 10 and 50, and at flexion 30 of varus -2");
+  EXPECT_EQ(said(), "no result for 9 of 30 attitudes, at flexion 10 and 50, and at flexion 30 of varus -2");
   for (const StepRecord& r : steps_of(plan, std::vector<std::int32_t>{1, 5}, spine)) steps.emplace(r.key, r);
-  EXPECT_EQ(said(), "no result of 1 of 30 attitudes, at flexion 30 of varus -2");
+  EXPECT_EQ(said(), "no result for 1 of 30 attitudes, at flexion 30 of varus -2");
   steps = by_key(steps_of(plan, std::nullopt));
   EXPECT_EQ(said(), "");
 }
@@ -210,7 +210,7 @@ TEST(CollectJournals, BandsAreMissedThoughEveryAttitudeIsThere)
   auto steps = by_key(steps_of(plan, std::nullopt));
   ASSERT_EQ(steps.erase({StepKind::band, 2, 0}), 1u);
   EXPECT_EQ(missing_text(missing_steps(plan, steps), {0, 10, 20, 30, 40, 50}, {-2, -1, 0, 1, 2}),
-            "no band of the rotation at flexion 20");
+            "no rotation band at flexion 20");
 }
 
 TEST(CollectJournals, AnglesAreToldInRanges)
