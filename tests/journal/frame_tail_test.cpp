@@ -83,7 +83,7 @@ TEST_F(Tail, ATornRecordIsReadWhenItIsWhole)
     const TailNews news = tail_.look();
     n_read += static_cast<int>(news.frames.size());
     n_torn += news.why_not.find("torn") != std::string::npos ? 1 : 0;
-    n_headless += news.why_not.find("header") != std::string::npos || news.why_not.find("no journal") == 0;
+    n_headless += news.why_not.find("header") != std::string::npos || news.why_not.find("not a journal") == 0;
     const auto n_whole = n < header_bytes ? 0 : static_cast<int>((n - header_bytes) / frame_bytes);
     ASSERT_EQ(n_read, n_whole) << n << " bytes";
   }
@@ -159,7 +159,7 @@ TEST_F(Tail, AFileThatVanishesKeepsWhatWasReadUntilAnotherAppears)
 TEST_F(Tail, WhatIsNoJournalSaysSo)
 {
   scratch_.write("knee.h5.journal", std::string(200, 'x'));
-  EXPECT_EQ(tail_.look().why_not, "no journal (200 bytes)");
+  EXPECT_EQ(tail_.look().why_not, "not a journal (200 bytes)");
   std::filesystem::remove(path_);
   std::filesystem::create_directory(path_);
   EXPECT_FALSE(tail_.look().is_there);

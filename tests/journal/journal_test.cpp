@@ -258,7 +258,7 @@ TEST(Journal, WhatIsNoJournalIsRefused)
     const InputError::Facts facts = input_error([&] { read_journal(file); });
     EXPECT_EQ(facts.file, file);
     EXPECT_EQ(facts.field, "header");
-    EXPECT_NE(facts.found.find("no journal"), std::string::npos);
+    EXPECT_NE(facts.found.find("not a journal"), std::string::npos);
     EXPECT_NE(facts.wanted.find("journal"), std::string::npos);
   }
 }
