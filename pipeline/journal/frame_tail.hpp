@@ -30,10 +30,7 @@ class FrameTail {
   TailNews look();
 
   const std::string& path() const { return path_; }
-  const std::string& key() const
-  {
-    return key_;
-  }  ///< of the job that wrote it; empty before the first header
+  const std::string& key() const { return key_; }  ///< of the job that wrote it; empty if not read yet
 
  private:
   struct Identity {

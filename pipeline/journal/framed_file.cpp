@@ -244,8 +244,7 @@ void FrameWriter::write(std::string_view frame)
     return;
   }
   const int kept = errno;
-  // Truncates a torn frame, so that a later append does not follow it. If this fails too, the reader drops
-  // the tail.
+  // Truncates a torn frame, so that a later append does not follow it. Otherwise the reader drops the tail.
   const int cut = ftruncate(descriptor_, static_cast<off_t>(n_bytes_));
   static_cast<void>(cut);
   errno = kept;

@@ -44,15 +44,15 @@ void add_row(MissingSteps& missing, const SweepPlan& plan, const std::map<StepKe
              std::int32_t row)
 {
   PartOfRow part{row, {}};
-  bool is_begun = false;
+  bool has_results = false;
   for (std::int32_t j = 0; j < static_cast<std::int32_t>(plan.varus_rad.size()); ++j) {
     const bool is_solved = steps.count({StepKind::row, row, j}) > 0;
-    is_begun = is_begun || is_solved;
+    has_results = has_results || is_solved;
     if (!is_solved && steps.count({StepKind::spine, row, j}) == 0) part.columns.push_back(j);
   }
   missing.rows.push_back(row);
   missing.n_attitudes += static_cast<std::int32_t>(part.columns.size());
-  if (is_begun && !part.columns.empty()) missing.parts.push_back(std::move(part));
+  if (has_results && !part.columns.empty()) missing.parts.push_back(std::move(part));
 }
 
 void take(CollectedSteps& collected, std::map<StepKey, std::string>& came_from, const StepRecord& record,

@@ -35,7 +35,7 @@ double processor_s()
 }  // namespace
 
 RunRecord::RunRecord(int n_threads, int n_recalled)
-    : begun_(std::chrono::system_clock::now()),
+    : started_(std::chrono::system_clock::now()),
       start_(std::chrono::steady_clock::now()),
       processor_start_s_(processor_s()),
       n_threads_(n_threads),
@@ -52,7 +52,7 @@ void RunRecord::note_solved()
 void RunRecord::write(const std::string& path) const
 {
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-  const nlohmann::ordered_json record = {{"begun", utc_text(begun_)},
+  const nlohmann::ordered_json record = {{"begun", utc_text(started_)},
                                          {"seconds", elapsed.count()},
                                          {"solving_seconds", solving_.count()},
                                          {"solving_processor_seconds", solving_processor_s_},

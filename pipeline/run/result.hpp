@@ -22,12 +22,11 @@ class RunRecord {
   /// Marks the end of solving; smoothing and writing follow.
   void note_solved();
 
-  /// Writes JSON: total seconds, solving seconds (elapsed, and CPU time of all threads), threads, steps
-  /// recalled, host, processors, date (UTC).
+  /// Writes JSON: total, solving and CPU seconds, threads, steps recalled, host, processors, date (UTC).
   void write(const std::string& path) const;
 
  private:
-  std::chrono::system_clock::time_point begun_;
+  std::chrono::system_clock::time_point started_;
   std::chrono::steady_clock::time_point start_;
   double processor_start_s_;
   std::chrono::duration<double> solving_{0.0};

@@ -60,8 +60,7 @@ void require_replaceable(const std::string& output, const std::string& what);
 /// written. Reports the process that it waits for. Empty when interrupted.
 std::optional<OutputLock> locked_output(const std::string& output, const std::string& command);
 
-/// Removes obsolete files in this order. Stops with a warning at the first that cannot be removed, so that
-/// the same command still finds what it needs to finish.
+/// Removes obsolete files in this order; warns and stops at the first that cannot be removed.
 void remove_needless(const std::vector<std::string>& files);
 
 }  // namespace vrda

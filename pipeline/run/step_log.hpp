@@ -27,8 +27,7 @@ struct StepLog {
   std::optional<FrameWriter> traces;
 };
 
-/// Resumes the journal at `path`, with a message, or starts one. Throws InputError if it is another job's or
-/// another process writes it.
+/// Resumes the journal at `path` or starts one. Throws InputError if it is another job's or being written.
 StepLog open_log(const std::string& path, const std::string& key, bool is_fresh);
 
 /// The same, but waits while another process writes the journal. Empty after the timeout, or when

@@ -11,8 +11,7 @@
 
 namespace vrda {
 
-/// "scaled by 1.07 from the unscaled joint: uniform scaling keeps contact, the steps are shared", or that it
-/// is a new run, with the reason. Empty without [scaling].
+/// One line about the scaling: that the steps are shared, or why it is a new run. Empty without [scaling].
 std::string scaling_line(const Case& job_case);
 
 /// Null without scaling; landmarks are an empty list if the job gives the factor.
@@ -44,8 +43,7 @@ std::string plausibility_line(const MotionModel& model);
 /// load_case(); prints its warnings and scaling.
 Case announced_case(const std::string& job_file, const LoadOptions& options);
 
-/// Reads a motion model with at least one stable attitude. Throws InputError if the file is not a motion
-/// model, is damaged or newer than this version, or has no stable attitude.
+/// Reads a motion model. Throws InputError if the file is invalid, too new, or has no stable attitude.
 MotionModel read_solved_model(const std::string& file);
 
 /// `asked`, or one per processor if that is 0.

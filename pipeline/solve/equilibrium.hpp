@@ -10,8 +10,7 @@
 
 namespace vrda {
 
-/// Solver of one thread for one joint. Keeps scratch memory and hints between motion steps, which change the
-/// run time but never the result.
+/// Solver of one thread for one joint. Scratch memory and hints kept between steps do not affect results.
 class EquilibriumSolver {
  public:
   /// `ligaments` are in the solver's frames and may have no fibre. The references must outlive the solver.

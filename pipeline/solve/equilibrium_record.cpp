@@ -17,17 +17,14 @@ namespace {
 // plan's active set uses cutting planes, which may not be valid at the current configuration.
 constexpr double unbalanced_share = 1e-2;
 constexpr double unbalanced_share_with_cuts = 1e-4;
-// Constraints within this many tolerances of contact may carry load: a step of one tolerance on a slope
-// of 10.
+// Constraints within this many tolerances of contact may carry load: one tolerance on a slope of 10.
 constexpr double touching_tolerances = 10.0;
-// Gap samples a small step aside, for a constraint that balances the residual force: a vertex in a valley is
-// above only one of its flanks.
+// Gap samples a small step aside, to find a constraint that balances the residual force (a second flank).
 constexpr int max_probes = 4;
 constexpr double probe_growth = 3.0;  // when a probe found no new constraint
 // Trust radius of a step across a ridge.
 constexpr double ridge_radius_mm = 0.02;
-// Required share of the gain predicted across a ridge; an estimate must miss it by more than rounding to
-// reject.
+// Required share of the gain predicted across a ridge; an estimate rejects if it misses it beyond rounding.
 constexpr double ridge_gain_share = 0.5;
 constexpr double rounding_share = 0.01;
 // Theta is determined when a rotation by one degree either way costs this many tolerances of height.
@@ -106,8 +103,7 @@ bool EquilibriumSolver::Run::accept_if_improving()
   plan_options_.radius_mm = ridge_radius_mm;
   const StepPlan plan = planner_.plan(current_, constraints_, plan_options_);
   if (plan.gain_nmm <= tolerance_mm_ * push_n_) return false;
-  // An upper bound of the travel, from the pair in contact last time, rejects most trials without a query. It
-  // counts as the query that it saves.
+  // An upper bound of the travel, from the last pair in contact, rejects most trials. Counts as a query.
   state_.set_attitude(attitude_at(plan.end.place));
   const double bound_mm = state_.gap.travel_at_most_mm(pose_at(plan.end.place, state_.grip));
   if (std::isfinite(bound_mm) &&

@@ -15,10 +15,9 @@ namespace equilibrium_rules {
 inline constexpr double first_radius_mm = 0.9;
 }  // namespace equilibrium_rules
 
-/// Initial width of the band beyond the first contact in which features are returned, mm. It depends on the
-/// mean facet areas, so that coarse and fine meshes give similar numbers of features. Features beyond it
-/// become cutting planes of rejected steps. Measured: twice the features save an iteration in eight and cost
-/// more.
+/// Initial width of the band beyond the first contact in which features are returned, mm. Depends on the mean
+/// facet areas, so that coarse and fine meshes give similar numbers of features. Others become cutting planes
+/// of rejected steps. Measured: twice the features save an iteration in eight and cost more.
 double band_of(const Mesh& reference, const Mesh& moving);
 
 struct EquilibriumSolver::State {
@@ -39,12 +38,10 @@ struct EquilibriumSolver::State {
   // Skips the rotation of the reference when the attitude is unchanged.
   void set_attitude(const Attitude& attitude)
   {
-    const bool is_same =
-        has_attitude && now.flexion_rad == attitude.flexion_rad && now.varus_rad == attitude.varus_rad;
-    if (is_same) return;
+    if (is_set && at.flexion_rad == attitude.flexion_rad && at.varus_rad == attitude.varus_rad) return;
     gap.set_attitude(attitude);
-    now = attitude;
-    has_attitude = true;
+    at = attitude;
+    is_set = true;
   }
 
   const Joint& joint;
@@ -57,8 +54,8 @@ struct EquilibriumSolver::State {
   GapQuery medial;
   GapQuery lateral;
   NarrowPhase narrow_phase;
-  Attitude now;  // of `gap`
-  bool has_attitude = false;
+  Attitude at;  // of `gap`
+  bool is_set = false;
 };
 
 /// Result of a gap query at one configuration.
@@ -91,8 +88,7 @@ class EquilibriumSolver::Run {
   // A constraint violated at the current configuration was extended too far and is not valid there.
   bool is_satisfied_here(const Obstacle& constraint, const Rotations& rotations) const;
   Outcome attempt(const StepPlan& plan);
-  // Adds the constraints found at the rejected trial as cutting planes; without any, shrinks the trust
-  // region.
+  // Adds the constraints found at the trial as cutting planes; without any, shrinks the trust region.
   void reject(const StepPlan& plan);
   // Adds the constraints that are satisfied at the current configuration; false if none is.
   bool add_cuts(const std::vector<Obstacle>& found, std::vector<Obstacle>& cuts) const;
@@ -102,11 +98,10 @@ class EquilibriumSolver::Run {
   bool shrink_trust_region();
   // Uses only features sampled at the current configuration, not the constraints of the plan.
   bool is_certified(const StepPlan& plan);
-  // Two borders stay in contact until they separate: whether a small step towards the last unbounded trial
-  // loses contact.
+  // Whether a small step towards the last unbounded trial loses contact.
   bool is_at_border();
-  // Constraints through one point may be alternatives instead of simultaneous: a tip that crosses a ridge
-  // moves from one flank to the other, though each, extended, blocks the step. Tries each constraint alone.
+  // Constraints through one point may be alternatives: a tip that crosses a ridge moves from one flank to the
+  // other, though each, extended, blocks the step. Tries each constraint alone.
   bool crosses_ridge();
   // Plans with `constraints_` and accepts the trial if its true gain is sufficient.
   bool accept_if_improving();

@@ -40,8 +40,7 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
 /// Height of the bounding box: the extent along Delta in S.
 double extent_along_delta_mm(const Mesh& mesh);
 
-/// Mean thickness of the thinnest component: twice volume over area if it is closed, the mean edge length of
-/// an open sheet.
+/// Thickness of the thinnest component: twice volume over area if closed, else its mean edge length.
 double thinnest_mm(const SolverBody& body);
 
 /// The record of a contact; its compartment is that of the moving triangle.

@@ -6,8 +6,7 @@
 namespace vrda {
 namespace {
 
-// A feature's normal is that of a face when the sine of the angle between them is below this: normals of thin
-// triangles have rounding errors of 1e-10.
+// Sine of the angle below which a normal is that of a face; thin triangles have rounding errors of 1e-10.
 constexpr double same_direction = 1e-7;
 // Rounding of one point transformed by both objects' rotations.
 constexpr double same_point_mm = 1e-9;

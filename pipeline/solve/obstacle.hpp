@@ -1,7 +1,6 @@
-/// Coordinates and contact constraints of the equilibrium. Coordinates are the position of a pivot in the
-/// middle of the moving object, its rotation theta about the pivot, and varus: rotation about the middle
-/// keeps the displacement small for meshes far from their origin. Angles are scaled by a lever to mm, so that
-/// one trust radius serves all coordinates.
+/// Coordinates and contact constraints of the equilibrium: position of a pivot in the middle of the moving
+/// object, rotation theta about it, and varus. A central pivot keeps displacements small for meshes far from
+/// their origin. Angles are scaled by a lever to mm, so that one trust radius serves all coordinates.
 #pragma once
 
 #include <algorithm>

@@ -27,7 +27,7 @@ struct Forces {
 Potential potential_at(const Forces& forces, const Place& configuration);
 
 /// Proximal term: stiffness / 2 times the squared step from the seed, without the height. Negligible against
-/// any real stiffness; selects the point nearest the seed where the minimum is a continuum.
+/// real stiffness; selects the point nearest the seed if the minimum is a continuum.
 struct SeedSpring {
   Place seed;
   double stiffness_n_mm = 0.0;
@@ -63,8 +63,7 @@ struct Held {
 };
 
 /// Non-negative least squares: the contact forces of `touching` that minimise the residual gradient of
-/// `potential` along the free coordinates. Solved by its dual, a quadratic programme that projects the
-/// gradient on a cone; the residual is the projection.
+/// `potential` along the free coordinates. Solved by its dual, the projection of the gradient on a cone.
 Held held_by(const Potential& potential, const std::vector<Clearance>& touching, const Grip& scale,
              const std::array<bool, 5>& is_free);
 

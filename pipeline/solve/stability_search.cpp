@@ -204,9 +204,8 @@ class Search {
   }
 
   // The component-wise average may point into a surface in contact, so that halving stops short of
-  // equilibrium (thesis 3.5 and 3.6), and a neighbour within the band may block a rotation too early. So
-  // before a pose counts as stable, its contacts are tested for an ascent, first without a rotation; it is
-  // followed while it rises.
+  // equilibrium (thesis 3.5 and 3.6), and a neighbour within the band may block a rotation too early. So the
+  // contacts of a stable pose are tested for an ascent, first without a rotation.
   bool try_ascend(const std::vector<Contact>& contacts)
   {
     // The lever weighs one resolution of translation and of rotation equally.
@@ -258,8 +257,7 @@ class Search {
 
   double contact_height_mm() { return pose_.translation_mm.y() + gap_ahead().travel_mm; }
 
-  // The pose after a part of an ascent, lowered by the largest displacement of any point in the whole motion,
-  // which clears flanks of up to 45 degrees.
+  // Pose after a part of an ascent, lowered by the whole motion's displacement to clear flanks of 45 degrees.
   MovingPose lowered_pose(const MovingPose& start, const Climb& ascent, double length_mm,
                           double whole_mm) const
   {

@@ -124,15 +124,13 @@ QpSolution StepPlanner::solve_linearised(const Rest& at, const Vector5d& travell
   }
   for (Eigen::Index k = 0; k < n_coordinates; ++k) {
     if (!is_free(k)) continue;
-    const double limit_mm = k == along_y ? heights_per_radius * options.radius_mm : options.radius_mm;
+    const double max_mm = k == along_y ? heights_per_radius * options.radius_mm : options.radius_mm;
     HalfSpace bound;
     bound.normal(k) = 1.0;
-    bound.offset =
-        std::min(0.0, std::max(-limit_mm - travelled(k), -limit_mm * radius_mm / options.radius_mm));
+    bound.offset = std::min(0.0, std::max(-max_mm - travelled(k), -max_mm * radius_mm / options.radius_mm));
     half_spaces_.push_back(bound);
     bound.normal(k) = -1.0;
-    bound.offset =
-        std::min(0.0, std::max(travelled(k) - limit_mm, -limit_mm * radius_mm / options.radius_mm));
+    bound.offset = std::min(0.0, std::max(travelled(k) - max_mm, -max_mm * radius_mm / options.radius_mm));
     half_spaces_.push_back(bound);
   }
   Vector5d from_seed = step_between(spring_.seed, at.place, forces_.grip);
@@ -154,8 +152,7 @@ Rest StepPlanner::candidate_after(const Rest& at, const QpVector& d, const std::
   return candidate;
 }
 
-// Second-order correction for curved constraints, from the travels at the trial: without it a free rotation
-// about a contact would appear to lose height.
+// Second-order correction for curved constraints; without it a free rotation about a contact loses height.
 Rest StepPlanner::corrected(const Rest& at, const Vector5d& travelled, QpVector d,
                             const std::vector<Obstacle>& constraints, const PlanOptions& options)
 {

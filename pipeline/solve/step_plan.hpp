@@ -30,8 +30,7 @@ struct StepPlan {
 
 /// Sequential quadratic programming. Each iterate linearises the constraints, and its Hessian is that of the
 /// potential plus, in the null space of the active constraints, theirs, both made positive definite. Heights
-/// are restored exactly; ligament energy is expanded to second order. Keeps scratch memory, without effect on
-/// results.
+/// are restored exactly; ligament energy is expanded to second order. Scratch memory does not affect results.
 class StepPlanner {
  public:
   StepPlanner(const Forces& forces, const SeedSpring& spring) : forces_(forces), spring_(spring) {}

@@ -72,8 +72,7 @@ double imbalance_mm(const StepRecord& record);
 /// settle.
 bool is_better_balanced(const StepRecord& a, const StepRecord& b);
 
-/// Rethrows the first exception of `solve` or a hook, after the other workers have finished their current
-/// steps.
+/// Rethrows the first exception of `solve` or a hook after the other workers have finished their steps.
 SweepResult sweep(const SweepPlan& plan, const SolveStep& solve, const SweepHooks& hooks, int n_threads);
 
 }  // namespace vrda

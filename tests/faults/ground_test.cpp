@@ -53,9 +53,9 @@ TEST_P(Ground, AFileSystemWithoutLocksIsReportedInOneLine)
   const std::string said = journal() +
                            ": found a lock that cannot be taken (No locks available), wanted a file system "
                            "with flock (Lustre: mounted with -o flock)";
-  const Ended anew = run_anew(without);
-  expect_refused(anew);
-  EXPECT_THAT(anew.err, HasSubstr(said));
+  const Ended refused = run_anew(without);
+  expect_refused(refused);
+  EXPECT_THAT(refused.err, HasSubstr(said));
   EXPECT_THAT(names(), IsEmpty());
   run({"kill", "write", "5", "a.h5.journal"});
   const std::string before = read_bytes(journal());

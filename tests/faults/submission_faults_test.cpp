@@ -1,5 +1,4 @@
-// A submission of local processes, one of which is killed or fails: resumed, it gives the bytes of a single
-// run.
+// A submission of local processes, one of which is killed or fails: resumed, it gives the same bytes.
 #include <gmock/gmock.h>
 
 #include <fstream>

@@ -170,14 +170,14 @@ TEST_F(Tail, ALongJournalNeedsSeveralPolls)
   // 100 contacts are 7 kB: a thousand such records exceed the limit of one poll.
   fresh(1000, key, 100).close();
   std::vector<std::string> all;
-  int n_looks = 0;
-  for (bool has_more = true; has_more; ++n_looks) {
+  int n_polls = 0;
+  for (bool has_more = true; has_more; ++n_polls) {
     const TailNews news = tail_.look();
     EXPECT_EQ(news.why_not, "");
     all.insert(all.end(), news.frames.begin(), news.frames.end());
     has_more = news.has_more;
   }
-  EXPECT_GT(n_looks, 1);
+  EXPECT_GT(n_polls, 1);
   EXPECT_EQ(all, frames_of(0, 999, 100));
   // One record above the limit.
   JournalWriter writer = std::move(JournalWriter::open(path_, key).writer);

@@ -215,11 +215,11 @@ TEST(SearchMoves, ContactsHaveTheCompartmentOfTheMovingTriangle)
   const Joint joint = make_joint({test::ball(3), {}}, {plate, {}}, compartments);
   const Watched w = watch(joint, {{0, -20, 2}, 0});
   ASSERT_EQ(w.result.status, StepStatus::stable);
-  const ContactRecord& told = w.touches.back().contacts.front();
+  const ContactRecord& reported = w.touches.back().contacts.front();
   const ContactRecord& kept = w.result.contacts.front();
-  EXPECT_EQ(told.compartment, kept.compartment);
-  EXPECT_EQ(told.compartment, static_cast<std::int8_t>(Compartment::medial));
-  EXPECT_EQ(told.point_solver_mm, kept.point_solver_mm);
+  EXPECT_EQ(reported.compartment, kept.compartment);
+  EXPECT_EQ(reported.compartment, static_cast<std::int8_t>(Compartment::medial));
+  EXPECT_EQ(reported.point_solver_mm, kept.point_solver_mm);
 }
 
 TEST(SearchMoves, AContactWithoutTravelIsReported)
