@@ -8,7 +8,7 @@
 
 namespace vrda::test {
 
-/// y = height(x, z) over a square about the origin, seen from below; n even puts grid lines on both axes.
+/// y = height(x, z) over a square about the origin, facing down; n even puts grid lines on both axes.
 inline Mesh ceiling(double size_mm, int n, const std::function<double(double, double)>& height)
 {
   Mesh mesh = sheet(size_mm, n);
