@@ -161,10 +161,9 @@ TEST_P(Shards, StepsThatStandTwiceAreNamedAndHarmless)
   const test::Ended merged =
       merge({copy, spine_journal_of(output_), first, shard_journal_of(output_, {2, 2})});
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
-  EXPECT_THAT(merged.err,
-              HasSubstr("steps are in more than one journal, with the same result: at flexion 0, "
-                        "4, 8 and 12, in " +
-                        copy + ", " + first + "\n"));
+  EXPECT_THAT(merged.err, HasSubstr("steps are in more than one journal, with the same result: at flexion 0, "
+                                    "4, 8 and 12, in " +
+                                    copy + ", " + first + "\n"));
   EXPECT_EQ(test::sha256_of_file(output_), wanted);
   EXPECT_TRUE(fs::exists(copy)) << "a copy elsewhere is the user's";
 }
