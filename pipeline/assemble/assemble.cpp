@@ -92,7 +92,7 @@ bool is_stable(const StepRecord& r)
   return r.status == StepStatus::stable;
 }
 
-void put(std::vector<double>& rows, std::size_t row, const Eigen::Vector3d& v)
+void set_row(std::vector<double>& rows, std::size_t row, const Eigen::Vector3d& v)
 {
   for (std::size_t k = 0; k < 3; ++k) rows[3 * row + k] = v[static_cast<Eigen::Index>(k)];
 }
@@ -109,7 +109,7 @@ class BalanceAssembly {
   void add(const StepRecord& r)
   {
     if (!is_stable(r)) return;
-    stand_at(r.key.flexion);
+    set_flexion(r.key.flexion);
     const auto cell = static_cast<std::size_t>(r.key.flexion) * model_.varus_deg.size() +
                       static_cast<std::size_t>(r.key.varus);
     if (model_.equilibrium) add_certificate(r, cell);
@@ -122,8 +122,8 @@ class BalanceAssembly {
     return {rad_from_deg(model_.flexion_deg[static_cast<std::size_t>(r.key.flexion)]), r.varus_rad};
   }
 
-  // Cells come flexion by flexion: frame and fibres change with the flexion only.
-  void stand_at(std::int32_t flexion)
+  // Frame and fibres depend on the flexion only; cells are ordered by flexion.
+  void set_flexion(std::int32_t flexion)
   {
     if (flexion == flexion_) return;
     flexion_ = flexion;
@@ -147,8 +147,8 @@ class BalanceAssembly {
       if (f.compartment == static_cast<std::int8_t>(Compartment::medial)) medial_n += force_n(f);
       if (f.compartment == static_cast<std::int8_t>(Compartment::lateral)) lateral_n += force_n(f);
     }
-    put(surfaces.force_medial_n, cell, world_from_solver(frame_, medial_n));
-    put(surfaces.force_lateral_n, cell, world_from_solver(frame_, lateral_n));
+    set_row(surfaces.force_medial_n, cell, world_from_solver(frame_, medial_n));
+    set_row(surfaces.force_lateral_n, cell, world_from_solver(frame_, lateral_n));
   }
 
   void add_fibres(const StepRecord& r, std::size_t cell)
@@ -167,9 +167,9 @@ class BalanceAssembly {
 
   MotionModel& model_;
   const Case& case_;
-  std::int32_t flexion_ = -1;  // the one in hand
-  SolverFrame frame_;          // at it
-  Ligaments ligaments_;        // in that frame
+  std::int32_t flexion_ = -1;  // of frame_ and ligaments_
+  SolverFrame frame_;
+  Ligaments ligaments_;  // in frame_
 };
 
 ForceRows force_rows(const MotionModel& model, const std::vector<StepRecord>& cells)
@@ -254,7 +254,7 @@ struct Entry {
   StepKind node = StepKind::row;
 };
 
-// By flexion, varus and node, whatever order the steps were solved in.
+// Sorted by flexion, varus and node, independent of the order of solving.
 std::vector<Entry> ordered(const std::map<StepKey, SearchTrace>& searches,
                            const std::vector<std::int32_t>& spine_column)
 {
@@ -264,11 +264,11 @@ std::vector<Entry> ordered(const std::map<StepKey, SearchTrace>& searches,
         key.kind == StepKind::spine_probe && spine_column[static_cast<std::size_t>(key.flexion)] == key.varus;
     entries.push_back({&search, is_spine ? StepKind::spine : key.kind});
   }
-  const auto place = [](const Entry& e) {
+  const auto rank = [](const Entry& e) {
     return std::make_tuple(e.search->key.flexion, e.search->key.varus, e.node);
   };
   std::sort(entries.begin(), entries.end(),
-            [&](const Entry& a, const Entry& b) { return place(a) < place(b); });
+            [&](const Entry& a, const Entry& b) { return rank(a) < rank(b); });
   return entries;
 }
 
@@ -289,7 +289,7 @@ class TraceAssembly {
   {
   }
 
-  void make_room(const std::vector<Entry>& entries)
+  void resize(const std::vector<Entry>& entries)
   {
     Eigen::Index n_moves = 0, n_contacts = 0;
     for (const Entry& entry : entries) {
@@ -350,7 +350,7 @@ class TraceAssembly {
   }
 
   const Case& case_;
-  double scale_;  // of the subject over what was solved
+  double scale_;  // subject over solved size
   const SolverFrame& frame_;
   Trace& trace_;
 };
@@ -371,7 +371,7 @@ Trace trace_of(const Case& job_case, const std::string& job_key,
   for (const LoadedInput& input : job_case.inputs) trace.job.inputs.push_back({input.name, input.sha256});
   const std::vector<Entry> entries = ordered(searches, spine_column);
   TraceAssembly assembly(job_case, trace);
-  assembly.make_room(entries);
+  assembly.resize(entries);
   for (const Entry& entry : entries) assembly.add(entry);
   return trace;
 }

@@ -13,21 +13,21 @@
 
 namespace vrda {
 
-/// Everything but the smoothed surfaces, at the size of the subject (of_subject()). Cells that are not stable
-/// hold NaN next to their status.
+/// The model without smoothed surfaces, at the subject's size (of_subject()). Cells that are not stable
+/// contain NaN and their status.
 MotionModel motion_model_of(const Case& job_case, const SweepResult& result);
 
-/// The start file's model: the plan and the meshes of the subject's size, every cell pending.
+/// The model of the start file: plan and meshes at the subject's size, every cell pending.
 MotionModel pending_model_of(const Case& job_case);
 
-/// Fibres and wraps as the file keeps them, without any cell.
+/// Fibres and wraps in the layout of the file, without cells.
 LigamentRows ligament_rows(const Ligaments& canonical);
 
-/// Fills those members of `model` that it has: contact_paths, equilibrium, ligaments. Poses and contacts are
-/// there already.
+/// Fills contact_paths, equilibrium and ligaments of `model` where present. Poses and contacts must be
+/// filled.
 void add_balance(MotionModel& model, const Case& job_case, const SweepResult& result);
 
-/// `spine_column` as in SweepResult: tells the probe that became the spine's cell from the others.
+/// `spine_column` as in SweepResult: identifies the probes that became spine cells.
 Trace trace_of(const Case& job_case, const std::string& job_key,
                const std::map<StepKey, SearchTrace>& searches, const std::vector<std::int32_t>& spine_column);
 

@@ -6,7 +6,7 @@
 namespace vrda {
 namespace {
 
-// Raised whenever the same job may give other bytes: journals of an older solver are then refused.
+// Must change when the same job may give other bytes: journals of an older solver are then refused.
 constexpr const char* search_version = "stability-search 3";
 constexpr const char* equilibrium_version = "equilibrium 2";
 
@@ -41,7 +41,7 @@ SweepPlan plan_of(const Case& job_case)
   if (job_case.method == "equilibrium") {
     plan.spine = SpineRule::free_varus;
     plan.is_varus_free = job_case.is_varus_free;
-    // Contact alone hardly resists a moment about Delta: a band would say nothing.
+    // Contact alone hardly resists a moment about Delta: without ligaments a band is meaningless.
     plan.has_band = job_case.spine.band_moment_nmm > 0.0 && !job_case.ligaments.fibres.empty();
     plan.n_restarts = job_case.spine.n_restarts;
   } else if (job_case.compartment_of_triangle.empty()) {
@@ -62,9 +62,8 @@ std::string fingerprint_of(const Case& job_case)
 
 namespace {
 
-// The seed as the frame of another Delta sees it: the place in the world stays, theta is about the other
-// Delta.
-MovingPose carried(const MovingPose& pose, const SolverFrame& from, const SolverFrame& to)
+// The seed in the frame of another Delta: keeps the world position; theta is then about the other Delta.
+MovingPose in_frame_of(const MovingPose& pose, const SolverFrame& from, const SolverFrame& to)
 {
   if (from.delta == to.delta) return pose;
   return {solver_translation_mm(to, world_translation_mm(from, pose)), pose.theta_rad};
@@ -94,13 +93,13 @@ Loads loads_at(const Case& job_case, std::int32_t flexion)
 CaseSolver::CaseSolver(const Case& job_case, int n_threads)
     : case_(job_case), workers_(static_cast<std::size_t>(n_threads))
 {
-  first_ = footing_of(job_case.frame);
+  first_ = push_frame_of(job_case.frame);
 }
 
-std::shared_ptr<const CaseSolver::Footing> CaseSolver::footing_of(const SolverFrame& frame)
+std::shared_ptr<const CaseSolver::PushFrame> CaseSolver::push_frame_of(const SolverFrame& frame)
 {
   if (first_ && first_->delta == frame.delta) return first_;
-  auto made = std::make_shared<Footing>();
+  auto made = std::make_shared<PushFrame>();
   made->delta = frame.delta;
   made->joint = joint_of(case_, frame);
   made->ligaments = solver_ligaments(case_.ligaments, frame);
@@ -110,24 +109,24 @@ std::shared_ptr<const CaseSolver::Footing> CaseSolver::footing_of(const SolverFr
 CaseSolver::Worker& CaseSolver::worker_at(int number, const SolverFrame& frame)
 {
   Worker& worker = workers_.at(static_cast<std::size_t>(number));
-  if (worker.footing && worker.footing->delta == frame.delta) return worker;
-  worker.solver.reset();  // it refers to the footing
-  worker.footing = footing_of(frame);
+  if (worker.push_frame && worker.push_frame->delta == frame.delta) return worker;
+  worker.solver.reset();  // it refers to the push frame
+  worker.push_frame = push_frame_of(frame);
   if (case_.method == "equilibrium") {
-    worker.solver = std::make_unique<EquilibriumSolver>(worker.footing->joint, worker.footing->ligaments,
-                                                        case_.equilibrium);
+    worker.solver = std::make_unique<EquilibriumSolver>(worker.push_frame->joint,
+                                                        worker.push_frame->ligaments, case_.equilibrium);
   }
   return worker;
 }
 
-StepRecord CaseSolver::operator()(const StepTask& task, const Watch& watch)
+StepRecord CaseSolver::operator()(const StepTask& task, const Watch& observer)
 {
   const SolverFrame frame = frame_at(case_, task.key.flexion);
   Worker& worker = worker_at(task.worker, frame);
-  const MovingPose seed = carried(task.seed, frame_at(case_, task.seed_flexion), frame);
+  const MovingPose seed = in_frame_of(task.seed, frame_at(case_, task.seed_flexion), frame);
   if (!worker.solver) {
-    check(!task.is_varus_free && task.band == 0, "the stability search holds varus and knows no loads");
-    return find_stable_pose(worker.footing->joint, task.attitude, seed, case_.search, watch);
+    check(!task.is_varus_free && task.band == 0, "the stability search has fixed varus and no loads");
+    return find_stable_pose(worker.push_frame->joint, task.attitude, seed, case_.search, observer);
   }
   EquilibriumSolver::Task solve;
   solve.attitude = task.attitude;

@@ -7,7 +7,7 @@
 namespace vrda {
 namespace {
 
-/// A key is 64 digits; a header that claims a page of key is damaged.
+/// A key has 64 digits; a much larger length means a damaged header.
 constexpr std::uint32_t longest_key = 4096;
 
 std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0)
@@ -32,14 +32,15 @@ FrameHeader header_in(std::string_view bytes, const FrameFormat& format)
 {
   const std::size_t fixed = format.magic.size() + 8;
   if (bytes.substr(0, format.magic.size()) != format.magic || bytes.size() < fixed) {
-    return {"", 0, "header", "no journal (" + std::to_string(bytes.size()) + " bytes)", "a journal of vrda"};
+    return {"", 0, "header", "not a journal (" + std::to_string(bytes.size()) + " bytes)",
+            "a journal of vrda"};
   }
   const std::uint32_t found_version = u32_at(bytes, format.magic.size());
   const std::uint32_t key_bytes = u32_at(bytes, format.magic.size() + 4);
   const bool is_whole = key_bytes <= longest_key && bytes.size() >= fixed + key_bytes + 4;
   const std::size_t end = is_whole ? fixed + key_bytes : 0;
   if (!is_whole || u32_at(bytes, end) != crc_of(bytes.substr(0, end))) {
-    return {"", 0, "header", "a damaged header", std::string("a whole header, or ") + way_to_start_over};
+    return {"", 0, "header", "a damaged header", std::string("an intact header, or ") + way_to_start_over};
   }
   if (found_version != format.version) {
     return {"", 0, "format version", std::to_string(found_version),

@@ -1,4 +1,4 @@
-/// The bytes of framed_file.hpp: what writes the file and what reads it agree here.
+/// Byte format of framed_file.hpp, shared by its writer and its readers.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,24 @@ namespace vrda {
 struct FrameFormat {
   std::string_view magic;  ///< 8 bytes
   std::uint32_t version = 1;
-  std::uint32_t longest_content = 0;  ///< bytes; a frame that claims more is damaged
+  std::uint32_t longest_content = 0;  ///< bytes; a larger length means a damaged frame
   const char* frame_name = "record";  ///< in messages: "a torn record"
 };
 
 std::string header_bytes(const std::string& key, const FrameFormat& format);
 
-/// Of any format: a key is short.
+/// Upper bound for all formats.
 inline constexpr std::size_t longest_header_bytes = 8 + 8 + 4096 + 4;
 
-/// What to do about a file that nothing can go on with; of vrda's commands only `run` has the option.
+/// Remedy for a file that cannot be resumed; only `vrda run` has the option --fresh.
 inline constexpr const char* way_to_start_over =
-    "the file removed to start over (vrda run --fresh; or by hand, then vrda resume)";
+    "the file removed to start over (vrda run --fresh, or by hand and then vrda resume)";
 
 /// The header at the beginning of a file.
 struct FrameHeader {
   std::string key;          ///< of the job that wrote it
-  std::size_t n_bytes = 0;  ///< 0: the header is not that of the format
-  std::string field;        ///< then: where, what is there instead and what was wanted
+  std::size_t n_bytes = 0;  ///< 0: invalid header; then field, found and wanted describe the error
+  std::string field;
   std::string found;
   std::string wanted;
 };
@@ -40,8 +40,8 @@ std::string frame_of(std::string_view content);
 struct Taken {
   std::string_view content;
   std::size_t n_bytes = 0;      ///< frame and content
-  std::string why_not;          ///< empty: the frame is whole
-  std::size_t n_bytes_due = 0;  ///< not whole because `rest` ends too soon: what it would take
+  std::string why_not;          ///< why the frame is invalid; empty if it is valid
+  std::size_t n_bytes_due = 0;  ///< if `rest` is too short: number of bytes needed, else 0
 };
 
 /// The frame at the beginning of `rest`.

@@ -12,11 +12,11 @@
 namespace vrda {
 namespace {
 
-/// What one look reads, unless a single frame is longer: some thousand steps, so that whoever looks on stays
-/// at hand.
-constexpr std::uint64_t bytes_a_look = std::uint64_t{1} << 22;
+/// Size limit of one poll, unless a single frame is longer: some thousand steps, so that a poll returns
+/// quickly.
+constexpr std::uint64_t bytes_per_poll = std::uint64_t{1} << 22;
 
-/// Bytes of the file from `offset`: fewer than asked for where it ends or cannot be read.
+/// Bytes of the file from `offset`: fewer than `n_bytes` if it ends or cannot be read.
 std::string bytes_at(int descriptor, std::uint64_t offset, std::uint64_t n_bytes)
 {
   std::string bytes(n_bytes, '\0');
@@ -46,7 +46,7 @@ TailNews FrameTail::look()
   struct stat facts {};
   const bool is_file =
       descriptor.get() >= 0 && fstat(descriptor.get(), &facts) == 0 && S_ISREG(facts.st_mode);
-  // A number of a deleted file may be given to the next one.
+  // The inode of a deleted file may be reused by the next one.
   const Identity identity{facts.st_dev, facts.st_ino};
   const bool is_same_file = was_there_ && is_file && identity == identity_;
   was_there_ = is_file;
@@ -68,42 +68,42 @@ TailNews FrameTail::look()
     news.is_anew = !header_.empty();
     header_ = found_header;
     key_ = header.key;
-    taken_ = header_.size();
+    n_read_ = header_.size();
     last_head_.clear();
   }
   take_frames(descriptor.get(), n_bytes, news);
   return news;
 }
 
-// Cut and written again it may be as long as before: the last frame taken tells.
+// A file that was cut and written again may be as long as before: compares the last frame read.
 bool FrameTail::is_continued(int descriptor, std::string_view header, std::uint64_t n_bytes) const
 {
-  if (header != header_ || n_bytes < taken_) return false;
+  if (header != header_ || n_bytes < n_read_) return false;
   return last_head_.empty() || bytes_at(descriptor, last_frame_, frame_head_bytes) == last_head_;
 }
 
 void FrameTail::take_frames(int descriptor, std::uint64_t n_bytes, TailNews& news)
 {
-  std::string bytes = bytes_at(descriptor, taken_, std::min(n_bytes - taken_, bytes_a_look));
+  std::string bytes = bytes_at(descriptor, n_read_, std::min(n_bytes - n_read_, bytes_per_poll));
   const Taken first = take_frame(bytes, format_);
-  if (first.n_bytes_due > bytes.size() && first.n_bytes_due <= n_bytes - taken_) {
-    bytes = bytes_at(descriptor, taken_, first.n_bytes_due);
+  if (first.n_bytes_due > bytes.size() && first.n_bytes_due <= n_bytes - n_read_) {
+    bytes = bytes_at(descriptor, n_read_, first.n_bytes_due);
   }
   std::string_view rest = bytes;
   while (!rest.empty()) {
     const Taken taken = take_frame(rest, format_);
     if (!taken.why_not.empty()) {
-      news.has_more = taken.n_bytes_due > 0 && taken_ + taken.n_bytes_due <= n_bytes;
+      news.has_more = taken.n_bytes_due > 0 && n_read_ + taken.n_bytes_due <= n_bytes;
       if (!news.has_more) news.why_not = taken.why_not;
       return;
     }
     news.frames.emplace_back(taken.content);
-    last_frame_ = taken_;
+    last_frame_ = n_read_;
     last_head_ = rest.substr(0, frame_head_bytes);
-    taken_ += taken.n_bytes;
+    n_read_ += taken.n_bytes;
     rest.remove_prefix(taken.n_bytes);
   }
-  news.has_more = taken_ < n_bytes;
+  news.has_more = n_read_ < n_bytes;
 }
 
 }  // namespace vrda

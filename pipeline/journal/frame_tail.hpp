@@ -1,4 +1,4 @@
-/// Looks on while another process, maybe on another machine, appends to a file of framed_file.hpp.
+/// Reads new frames of a file of framed_file.hpp while another process, maybe on another machine, appends.
 #pragma once
 
 #include <cstdint>
@@ -10,19 +10,19 @@
 
 namespace vrda {
 
-/// What one look at the file found.
+/// Result of one poll.
 struct TailNews {
   bool is_there = false;
-  bool is_anew = false;             ///< begun anew: contents of earlier looks count no more
-  std::vector<std::string> frames;  ///< contents of the frames that came since the last look, in order
-  bool has_more = false;            ///< as many as one look takes: look again at once
-  std::string why_not;          ///< what stands behind the last whole frame; it may be whole at the next look
-  std::int64_t changed_ns = 0;  ///< when the file was last changed, by the clock of its disk
+  bool is_anew = false;             ///< the file was restarted: frames of earlier polls are obsolete
+  std::vector<std::string> frames;  ///< contents of the frames since the last poll, in order
+  bool has_more = false;            ///< the size limit of one poll was reached: poll again immediately
+  std::string why_not;              ///< error after the last valid frame; it may be gone at the next poll
+  std::int64_t changed_ns = 0;      ///< modification time of the file
 };
 
-/// Reads each whole frame once. Never locks, never writes and throws nothing about the file: it may be
-/// absent, torn or damaged today and whole tomorrow. Every look opens the file anew: it may have been
-/// replaced, and a network disk tells its size only then.
+/// Reads each complete frame once. Does not lock, write or throw for errors of the file, since an absent,
+/// torn or damaged file may be valid at the next poll. Every poll opens the file again, since it may have
+/// been replaced and network file systems update its size at open.
 class FrameTail {
  public:
   FrameTail(std::string path, const FrameFormat& format) : path_(std::move(path)), format_(format) {}
@@ -30,7 +30,7 @@ class FrameTail {
   TailNews look();
 
   const std::string& path() const { return path_; }
-  const std::string& key() const { return key_; }  ///< of the job that wrote it; empty until it was seen
+  const std::string& key() const { return key_; }  ///< of the job that wrote it; empty if not read yet
 
  private:
   struct Identity {
@@ -44,11 +44,11 @@ class FrameTail {
   FrameFormat format_;
   std::string key_;
   Identity identity_;
-  bool was_there_ = false;        // at the last look
-  std::string header_;            // empty: none seen yet
-  std::uint64_t taken_ = 0;       // bytes of header and frames taken
-  std::uint64_t last_frame_ = 0;  // where the last one begins, and its length and checksum
-  std::string last_head_;
+  bool was_there_ = false;        // at the last poll
+  std::string header_;            // empty: none read yet
+  std::uint64_t n_read_ = 0;      // bytes of header and frames read
+  std::uint64_t last_frame_ = 0;  // offset of the last frame read
+  std::string last_head_;         // its length and checksum
 };
 
 }  // namespace vrda

@@ -29,8 +29,8 @@ constexpr const char* wanted_writable = "a journal that can be written and free 
   throw InputError({path, "", "a journal that another run is writing", "no other run with the same output"});
 }
 
-/// How many names the file has; 0 when it was deleted.
-nlink_t n_names_of(int descriptor)
+/// Link count of the file; 0 if it was deleted.
+nlink_t n_links_of(int descriptor)
 {
   struct stat facts {};
   return fstat(descriptor, &facts) == 0 ? facts.st_nlink : 0;
@@ -38,8 +38,7 @@ nlink_t n_names_of(int descriptor)
 
 enum class Creation { replace, only_new };
 
-/// Removes the second name of a file just opened while it is empty, unless it is kept: where there are no
-/// locks nobody else gets as far as to write it.
+/// Removes an empty temporary file unless it is kept: on a file system without locks no process writes it.
 struct RemovedWhileEmpty {
   int descriptor;
   const std::string& name;
@@ -52,7 +51,7 @@ struct RemovedWhileEmpty {
   }
 };
 
-/// Locks the file with the second name just opened; leaves nothing of it where there are no locks.
+/// Locks the temporary file; removes it on a file system without locks, which throws.
 bool is_locked_by_us(int descriptor, const std::string& temporary, const std::string& path)
 {
   RemovedWhileEmpty opened{descriptor, temporary};
@@ -61,19 +60,19 @@ bool is_locked_by_us(int descriptor, const std::string& temporary, const std::st
   return is_locked;
 }
 
-/// Writes `bytes` under a second name and renames: all of them stand at `path` or nothing does. Returns the
-/// open and locked file; nothing while another process does the same, or where `only_new` finds a file.
+/// Creates `path` with `bytes` atomically, by a temporary file and a rename. Returns the open and locked
+/// file; empty if another process does the same, or if `only_new` finds an existing file.
 std::optional<int> try_write_new(const std::string& path, const std::string& bytes, Creation creation)
 {
   const std::string temporary = path + ".partial";
-  // Not cut when it is opened: it may be another's until it is locked.
+  // Not truncated at open: it may belong to another process until it is locked.
   OpenFile descriptor(open(temporary.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (descriptor.get() < 0) fail(path, "a journal that cannot be created", wanted_writable);
   if (!is_locked_by_us(descriptor.get(), temporary, path) || !is_at(descriptor.get(), temporary)) {
     return std::nullopt;
   }
-  // Asked only now: while the second name is ours nobody else creates the file, and while the old one is
-  // locked by us nobody goes on with it.
+  // Checked under the lock of the temporary file, which excludes other creators; the lock of the old file
+  // excludes processes that resume it.
   const OpenFile old(open(path.c_str(), O_RDWR | O_CLOEXEC));
   const bool is_taken = creation == Creation::only_new
                             ? access(path.c_str(), F_OK) == 0
@@ -210,7 +209,7 @@ FrameWriter::FrameWriter(std::string path, int descriptor, std::uint64_t n_bytes
     : path_(std::move(path)),
       format_(format),
       descriptor_(descriptor),
-      had_name_(n_names_of(descriptor) > 0),
+      had_name_(n_links_of(descriptor) > 0),
       n_bytes_(n_bytes),
       n_synced_bytes_(n_bytes)
 {
@@ -230,7 +229,7 @@ FrameWriter::FrameWriter(FrameWriter&& other) noexcept
 
 void FrameWriter::append(std::string_view content)
 {
-  check(content.size() <= format_.longest_content, "what a journal is given fits a frame");
+  check(content.size() <= format_.longest_content, "journal: the content fits a frame");
   write(frame_of(content));
   require_in_place();
   sync_when_due();
@@ -239,14 +238,13 @@ void FrameWriter::append(std::string_view content)
 void FrameWriter::write(std::string_view frame)
 {
   const std::lock_guard<std::mutex> guard(mutex_);
-  check(descriptor_ >= 0, "nothing is appended to a closed journal");
+  check(descriptor_ >= 0, "journal: write to a closed file");
   if (write_all(descriptor_, frame)) {
     n_bytes_ += frame.size();
     return;
   }
   const int kept = errno;
-  // Takes a torn frame back, so that a later append does not stand behind it. If even this fails, the
-  // reader drops the tail.
+  // Truncates a torn frame, so that a later append does not follow it. Otherwise the reader drops the tail.
   const int cut = ftruncate(descriptor_, static_cast<off_t>(n_bytes_));
   static_cast<void>(cut);
   errno = kept;
@@ -261,7 +259,7 @@ void FrameWriter::sync_when_due()
     if (now - synced_ < sync_interval_) return;
     synced_ = now;
   }
-  // Without the lock: the others go on appending while this thread waits for the disk.
+  // Without the lock, so that other threads can append meanwhile.
   const std::uint64_t n_bytes = n_bytes_;
   if (fdatasync(descriptor_) != 0) fail(path_, "a journal that cannot be flushed", wanted_writable);
   n_synced_bytes_ = n_bytes;
@@ -270,7 +268,7 @@ void FrameWriter::sync_when_due()
 void FrameWriter::flush()
 {
   const std::lock_guard<std::mutex> guard(mutex_);
-  check(descriptor_ >= 0, "a closed journal is flushed already");
+  check(descriptor_ >= 0, "journal: flush of a closed file");
   if (fsync(descriptor_) != 0) fail(path_, "a journal that cannot be flushed", wanted_writable);
   n_synced_bytes_ = n_bytes_.load();
   require_in_place();
@@ -280,14 +278,14 @@ bool FrameWriter::is_in_place() const
 {
   struct stat at_path {};
   const bool is_there = stat(path_.c_str(), &at_path) == 0 || (errno != ENOENT && errno != ENOTDIR);
-  return is_there && (!had_name_ || n_names_of(descriptor_) > 0);
+  return is_there && (!had_name_ || n_links_of(descriptor_) > 0);
 }
 
 void FrameWriter::require_in_place() const
 {
   if (is_in_place()) return;
   throw InputError(
-      {path_, "", "a journal that was deleted or moved while it was written", "it left in its place"});
+      {path_, "", "a journal that was deleted or moved while it was written", "an unchanged path"});
 }
 
 void FrameWriter::restore() const
@@ -297,7 +295,7 @@ void FrameWriter::restore() const
   if (!folder.empty()) std::filesystem::create_directories(folder, error);
   if (access(path_.c_str(), F_OK) == 0) {
     throw InputError(
-        {path_, "", "another file where the journal stood", "no other run with the same output"});
+        {path_, "", "another file in place of the journal", "no other run with the same output"});
   }
   const std::optional<int> written =
       try_write_new(path_, bytes_in(descriptor_, n_bytes_, path_), Creation::only_new);

@@ -12,7 +12,7 @@
 namespace vrda {
 namespace {
 
-/// A record of a hundred contacts takes 7 kB; a frame that claims 16 MiB is damaged.
+/// A record of a hundred contacts takes 7 kB; a length above 16 MiB means a damaged frame.
 constexpr FrameFormat step_format{"VRDAJRNL", 1, std::uint32_t{1} << 24, "record"};
 
 }  // namespace
@@ -22,7 +22,7 @@ JournalContent parse_journal(const std::string& path, std::string_view bytes)
   JournalContent content;
   FrameFacts facts = parse_frames(path, bytes, step_format, [&](std::string_view frame) -> std::string {
     std::optional<StepRecord> record = record_of(frame);
-    if (!record) return "a record that is no motion step";
+    if (!record) return "a record that is not a motion step";
     content.records.push_back(std::move(*record));
     return {};
   });
@@ -64,8 +64,8 @@ std::optional<OpenJournal> JournalWriter::try_open(const std::string& path, cons
   }
   std::optional<FrameWriter> locked = FrameWriter::try_lock(path, step_format);
   const std::optional<std::string> bytes = frame_bytes_if_there(path);
-  if (!bytes) return std::nullopt;  // whoever wrote it has made its model just now, and removed it
-  // Under the lock nobody appends; another job's is refused whoever writes it.
+  if (!bytes) return std::nullopt;  // its writer has just finished the model and removed it
+  // The lock excludes other writers; a journal of another job is an error even while it is being written.
   JournalContent content = parse_journal(path, *bytes);
   require_key(content.key, path, key);
   if (!locked) return std::nullopt;

@@ -1,6 +1,5 @@
-/// The append-only record of finished motion steps: what lets a killed run go on.
-///
-/// File: frames of framed_file.hpp, one a step; doubles as their 64 bits.
+/// The append-only journal of finished motion steps, from which a killed run resumes.
+/// File: frames of framed_file.hpp, one per step; doubles as their 64 bits.
 #pragma once
 
 #include <cstdint>
@@ -17,38 +16,38 @@ namespace vrda {
 
 struct JournalContent {
   std::string key;                  ///< of the job that wrote it
-  std::vector<StepRecord> records;  ///< in the order of finishing
-  std::uint64_t valid_bytes = 0;    ///< header and whole records
-  std::uint64_t dropped_bytes = 0;  ///< what follows them
+  std::vector<StepRecord> records;  ///< in the order of completion
+  std::uint64_t valid_bytes = 0;    ///< header and valid records
+  std::uint64_t dropped_bytes = 0;  ///< the rest
   std::string dropped_why;          ///< empty: nothing was dropped
 };
 
 /// The valid prefix of a journal's bytes; a damaged or torn tail is reported, not thrown. Throws InputError
-/// naming `path` when they are no journal, of another format version or have a damaged header.
+/// with `path` if they are not a journal, have another format version or a damaged header.
 JournalContent parse_journal(const std::string& path, std::string_view bytes);
 
-/// parse_journal() of a file's bytes. Throws InputError also when the file cannot be read.
+/// parse_journal() of a file's bytes. Throws InputError also if the file cannot be read.
 JournalContent read_journal(const std::string& path);
 
-/// Looks on while a journal grows; record_of() (record_bytes.hpp) reads its frames.
+/// Reads a growing journal; record_of() (record_bytes.hpp) parses its frames.
 FrameTail journal_tail(const std::string& path);
 
-/// Throws InputError naming the file, the key found and the key wanted when a journal is of another job.
+/// Throws InputError with the file and both keys if a journal is of another job.
 void require_key(const std::string& found, const std::string& path, const std::string& wanted);
 
 struct OpenJournal;
 
-/// Appends to one journal. The file is locked: a second writer of the same file gets an InputError.
+/// Appends to one journal, which it locks: a second writer of the same file gets an InputError.
 class JournalWriter {
  public:
-  /// Starts an empty journal, replacing what is there; the header appears whole or not at all.
+  /// Creates an empty journal atomically, replacing an existing one.
   /// `key`: hexadecimal SHA-256 of the resolved job, the meshes and the solver's version.
   static JournalWriter create(const std::string& path, const std::string& key);
 
-  /// Goes on with the journal at `path`, or starts one; a dropped tail is cut off. Nothing while another
-  /// process writes it, or when that has just removed it. Throws like read_journal() and require_key().
+  /// Resumes the journal at `path`, or starts one; cuts off a damaged tail. Empty if another process writes
+  /// it or has just removed it. Throws like read_journal() and require_key().
   static std::optional<OpenJournal> try_open(const std::string& path, const std::string& key);
-  /// The same, but throws InputError while another process writes it.
+  /// The same, but throws InputError if another process writes it.
   static OpenJournal open(const std::string& path, const std::string& key);
 
   /// See FrameWriter.
@@ -66,7 +65,7 @@ class JournalWriter {
   FrameWriter file_;
 };
 
-/// A journal to append to, and what stood in it when it was locked.
+/// A journal to append to, and its content when it was locked.
 struct OpenJournal {
   JournalWriter writer;
   JournalContent content;

@@ -1,4 +1,4 @@
-/// Numbers as bytes, least byte first; doubles as their 64 bits.
+/// Numbers as little-endian bytes; doubles as their 64 bits.
 #pragma once
 
 #include <Eigen/Core>
@@ -17,14 +17,14 @@ void append_vector(std::string& bytes, const Eigen::Vector3d& v);
 
 std::uint32_t u32_at(std::string_view bytes, std::size_t offset);
 
-/// Takes values off the front; past the end it gives zeros and remembers that it did.
+/// Reads values sequentially; past the end it returns zeros and becomes invalid.
 class Cursor {
  public:
   explicit Cursor(std::string_view bytes) : bytes_(bytes) {}
 
   std::size_t left() const { return bytes_.size() - at_; }
   bool is_sound() const { return is_sound_; }
-  /// What was taken is not what belongs there.
+  /// Marks the bytes as invalid, for a value out of range.
   void refuse() { is_sound_ = false; }
 
   /// An integer of at most 8 bytes.

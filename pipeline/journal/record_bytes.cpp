@@ -7,10 +7,10 @@ namespace vrda {
 
 namespace {
 
-// The same as in motion models: beyond it no measurement of a pose makes sense.
+// Upper bound of valid coordinates (mm, rad), as in motion models.
 constexpr double largest_pose_number = 1e9;
 
-// Contacts and contact forces have the same bytes: where, which way, one measure, which triangles.
+// Contacts and contact forces have the same layout: point, normal, one measure, triangles, compartment.
 template <typename Touch>
 void append_touch(std::string& bytes, const Touch& touch, double measure)
 {
@@ -71,7 +71,7 @@ MovingPose take_pose(Cursor& cursor)
   MovingPose pose;
   pose.translation_mm = cursor.take_vector();
   pose.theta_rad = cursor.take_double();
-  // NaN where no pose was found.
+  // NaN is allowed: no pose was found.
   if ((pose.translation_mm.array().abs() > largest_pose_number).any() ||
       std::abs(pose.theta_rad) > largest_pose_number)
     cursor.refuse();
@@ -112,7 +112,7 @@ Balance take_balance(Cursor& cursor)
     *value = cursor.take_double();
   }
   const std::uint64_t n_forces = cursor.take(4);
-  // Before any memory is asked for: a force has as many bytes as a contact.
+  // Checked before allocation; a force has as many bytes as a contact.
   if (n_forces > cursor.left() / contact_bytes) cursor.refuse();
   for (std::uint64_t i = 0; cursor.is_sound() && i < n_forces; ++i)
     balance.forces.push_back(take_touch(cursor, &ContactForce::along_delta_n));

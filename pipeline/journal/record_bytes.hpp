@@ -1,4 +1,4 @@
-/// The content of one journal record, byte by byte.
+/// Byte layout of one journal record.
 #pragma once
 
 #include <optional>
@@ -12,10 +12,10 @@ namespace vrda {
 
 std::string bytes_of(const StepRecord& record);
 
-/// The inverse of bytes_of; nothing when the bytes are no record.
+/// The inverse of bytes_of; empty if the bytes are not a valid record.
 std::optional<StepRecord> record_of(std::string_view bytes);
 
-// The parts, for other journals.
+// Parts, shared with the journal of traces.
 
 inline constexpr std::size_t contact_bytes = 7 * 8 + 2 * 4 + 1;
 
@@ -23,7 +23,7 @@ void append_key(std::string& bytes, const StepKey& key);
 void append_pose(std::string& bytes, const MovingPose& pose);
 void append_contact(std::string& bytes, const ContactRecord& contact);
 
-/// Taking what is no key, status or contact makes the cursor unsound.
+/// An invalid key, pose, status or contact makes the reader invalid.
 StepKey take_key(Cursor& cursor);
 MovingPose take_pose(Cursor& cursor);
 StepStatus take_status(Cursor& cursor);

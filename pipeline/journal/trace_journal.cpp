@@ -7,7 +7,7 @@
 namespace vrda {
 namespace {
 
-/// A move in contact at twenty places takes 1.4 kB; the largest journal of a few thousand takes megabytes.
+/// A move with twenty contacts takes 1.4 kB; a search of a few thousand moves takes megabytes.
 constexpr FrameFormat format{"VRDATRCJ", 1, std::uint32_t{1} << 31, "trace"};
 
 constexpr std::size_t move_bytes = 4 + 1 + 4 * 8 + 2 * 8 + 3 + 4;  ///< without contacts
@@ -60,7 +60,7 @@ std::optional<SearchTrace> trace_of(std::string_view bytes)
   Cursor cursor(bytes);
   SearchTrace trace;
   trace.key = take_key(cursor);
-  if (trace.key.kind > StepKind::row) cursor.refuse();  // no search has such a node
+  if (trace.key.kind > StepKind::row) cursor.refuse();  // steps of these kinds have no search
   trace.seed = take_pose(cursor);
   trace.status = take_status(cursor);
   const std::uint64_t n_moves = cursor.take(4);
@@ -75,7 +75,7 @@ TraceJournalContent parse_trace_journal(const std::string& path, std::string_vie
   TraceJournalContent content;
   content.facts = parse_frames(path, bytes, format, [&](std::string_view frame) -> std::string {
     std::optional<SearchTrace> trace = trace_of(frame);
-    if (!trace) return "a trace that is no search";
+    if (!trace) return "a trace that is not a search";
     const StepKey key = trace->key;
     content.searches.emplace(key, std::move(*trace));
     return {};

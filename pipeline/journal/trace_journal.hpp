@@ -1,5 +1,5 @@
-/// The append-only record of finished searches, move by move: what lets the trace of a killed run be whole.
-/// File: frames of framed_file.hpp, one a search.
+/// The append-only journal of finished searches with all their moves, so that a resumed run has a complete
+/// trace. File: frames of framed_file.hpp, one per search.
 #pragma once
 
 #include <map>
@@ -15,24 +15,24 @@ namespace vrda {
 
 struct TraceJournalContent {
   FrameFacts facts;
-  std::map<StepKey, SearchTrace> searches;  ///< of a search solved twice the first: both are the same
+  std::map<StepKey, SearchTrace> searches;  ///< the first of duplicates, which are equal
 };
 
 /// The valid prefix of a journal's bytes; a damaged or torn tail is reported, not thrown. Throws InputError
-/// naming `path` when they are no journal of traces, of another format version or have a damaged header.
+/// with `path` if they are not a journal of traces, have another format version or a damaged header.
 TraceJournalContent parse_trace_journal(const std::string& path, std::string_view bytes);
 
-/// parse_trace_journal() of a file's bytes. Throws InputError also when the file cannot be read.
+/// parse_trace_journal() of a file's bytes. Throws InputError also if the file cannot be read.
 TraceJournalContent read_trace_journal(const std::string& path);
 
-/// Looks on while a journal grows; trace_of() reads its frames.
+/// Reads a growing journal; trace_of() parses its frames.
 FrameTail trace_journal_tail(const std::string& path);
 
-/// Start and go on as a JournalWriter does.
+/// Like JournalWriter::create() and resuming one.
 FrameWriter create_trace_journal(const std::string& path, const std::string& key);
 FrameWriter resume_trace_journal(const std::string& path, const FrameFacts& facts);
 
-/// The content of one frame, and its inverse: nothing when the bytes are no search.
+/// The content of one frame, and its inverse: empty if the bytes are not a valid search.
 std::string bytes_of(const SearchTrace& trace);
 std::optional<SearchTrace> trace_of(std::string_view bytes);
 

@@ -10,11 +10,11 @@
 namespace vrda {
 namespace {
 
-// A replay stops at the first step that is not there.
-SweepResult followed(SweepPlan plan, const std::map<StepKey, StepRecord>& steps)
+// Stops at the first missing step.
+SweepResult replay(SweepPlan plan, const std::map<StepKey, StepRecord>& steps)
 {
   const SolveStep nothing = [](const StepTask&) -> StepRecord {
-    throw InternalError("a replay solves nothing");
+    throw InternalError("a replay solves no step");
   };
   SweepHooks hooks;
   hooks.recall = [&](const StepKey& key) -> std::optional<StepRecord> {
@@ -28,10 +28,10 @@ SweepResult followed(SweepPlan plan, const std::map<StepKey, StepRecord>& steps)
 bool is_complete(SweepPlan plan, const std::map<StepKey, StepRecord>& steps, std::vector<std::int32_t> rows)
 {
   plan.rows = std::move(rows);
-  return followed(std::move(plan), steps).is_complete;
+  return replay(std::move(plan), steps).is_complete;
 }
 
-std::vector<std::int32_t> rows_asked(const SweepPlan& plan)
+std::vector<std::int32_t> rows_of_plan(const SweepPlan& plan)
 {
   if (plan.rows) return *plan.rows;
   std::vector<std::int32_t> all;
@@ -39,20 +39,20 @@ std::vector<std::int32_t> rows_asked(const SweepPlan& plan)
   return all;
 }
 
-// Adds a row that is not whole.
+// Adds an incomplete row.
 void add_row(MissingSteps& missing, const SweepPlan& plan, const std::map<StepKey, StepRecord>& steps,
              std::int32_t row)
 {
   PartOfRow part{row, {}};
-  bool is_begun = false;
+  bool has_results = false;
   for (std::int32_t j = 0; j < static_cast<std::int32_t>(plan.varus_rad.size()); ++j) {
     const bool is_solved = steps.count({StepKind::row, row, j}) > 0;
-    is_begun = is_begun || is_solved;
+    has_results = has_results || is_solved;
     if (!is_solved && steps.count({StepKind::spine, row, j}) == 0) part.columns.push_back(j);
   }
   missing.rows.push_back(row);
   missing.n_attitudes += static_cast<std::int32_t>(part.columns.size());
-  if (is_begun && !part.columns.empty()) missing.parts.push_back(std::move(part));
+  if (has_results && !part.columns.empty()) missing.parts.push_back(std::move(part));
 }
 
 void take(CollectedSteps& collected, std::map<StepKey, std::string>& came_from, const StepRecord& record,
@@ -73,8 +73,8 @@ void take(CollectedSteps& collected, std::map<StepKey, std::string>& came_from, 
                     std::string(name_of(record.key.kind)) + " step at flexion " +
                         std::to_string(record.key.flexion) + ", varus " + std::to_string(record.key.varus) +
                         " of the grid",
-                    "another result than in " + came_from.at(record.key),
-                    "the same: equal jobs give equal steps; leave out the journal you do not trust"});
+                    "a result that differs from that in " + came_from.at(record.key),
+                    "the same result, since the job is the same; leave out the wrong journal"});
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ CollectedSteps collect(const std::vector<std::string>& journals, const std::stri
     const JournalContent content = read_journal(journal);
     if (content.key != key) {
       throw InputError({journal, "key", "the journal of another job (" + content.key + ")",
-                        key + "; leave it out, or name its own job"});
+                        key + "; leave it out, or pass its own job"});
     }
     if (!content.dropped_why.empty()) {
       collected.remarks.push_back(journal + ": dropped " + std::to_string(content.dropped_bytes) +
@@ -101,8 +101,8 @@ CollectedSteps collect(const std::vector<std::string>& journals, const std::stri
 MissingSteps missing_steps(const SweepPlan& plan, const std::map<StepKey, StepRecord>& steps)
 {
   MissingSteps missing;
-  const std::vector<std::int32_t> rows = rows_asked(plan);
-  if (is_complete(plan, steps, rows)) {  // one walk instead of one a row
+  const std::vector<std::int32_t> rows = rows_of_plan(plan);
+  if (is_complete(plan, steps, rows)) {  // one replay instead of one per row
     missing.is_spine_complete = true;
     return missing;
   }
@@ -116,8 +116,8 @@ MissingSteps missing_steps(const SweepPlan& plan, const std::map<StepKey, StepRe
 
 SweepResult replayed(const SweepPlan& plan, const std::map<StepKey, StepRecord>& steps)
 {
-  SweepResult result = followed(plan, steps);
-  check(result.is_complete, "a replay has every step it needs");
+  SweepResult result = replay(plan, steps);
+  check(result.is_complete, "a replay needs every step");
   return result;
 }
 
@@ -149,7 +149,7 @@ std::string missing_text(const MissingSteps& missing, const std::vector<double>&
 {
   if (missing.rows.empty()) return {};
   if (missing.n_attitudes == 0 && missing.is_spine_complete) {
-    return "no band of the rotation at flexion " + angles_text(missing.rows, flexion_deg);
+    return "no rotation band at flexion " + angles_text(missing.rows, flexion_deg);
   }
   if (missing.n_attitudes == 0) return {};
   std::vector<std::int32_t> whole;
@@ -161,7 +161,7 @@ std::string missing_text(const MissingSteps& missing, const std::vector<double>&
       whole.push_back(row);
     }
   }
-  std::string text = "no result of " + std::to_string(missing.n_attitudes) + " of " +
+  std::string text = "no result for " + std::to_string(missing.n_attitudes) + " of " +
                      std::to_string(flexion_deg.size() * varus_deg.size()) + " attitudes";
   if (!whole.empty()) text += ", at flexion " + angles_text(whole, flexion_deg);
   for (const PartOfRow& part : missing.parts) {

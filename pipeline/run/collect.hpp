@@ -1,4 +1,4 @@
-/// Steps of one job out of many journals: which are there, which are missing or doubled.
+/// Collects the steps of one job from many journals and finds missing and duplicate ones.
 #pragma once
 
 #include <map>
@@ -13,43 +13,44 @@ namespace vrda {
 
 struct CollectedSteps {
   std::map<StepKey, StepRecord> steps;
-  std::int32_t n_doubled = 0;           ///< steps that stand more than once, with the same bytes
-  std::set<std::int32_t> doubled_rows;  ///< their flexions, as indices
-  std::set<std::string> doubled_in;     ///< the journals where they stand
-  std::vector<std::string> remarks;     ///< one sentence for each journal with a damaged end
+  std::int32_t n_doubled = 0;           ///< steps found more than once, with the same bytes
+  std::set<std::int32_t> doubled_rows;  ///< their flexion indices
+  std::set<std::string> doubled_in;     ///< the journals that contain them
+  std::vector<std::string> remarks;     ///< one message for each journal with a damaged end
 };
 
-/// Reads them all. Throws InputError naming the file of another job, and both files where a step has two
-/// results: one of them is not this program's.
+/// Reads all journals. Throws InputError with the file for a journal of another job, and with both files if a
+/// step has two different results.
 CollectedSteps collect(const std::vector<std::string>& journals, const std::string& key);
 
-/// What a row lacks that was begun, as by a shard that was stopped in its middle.
+/// The missing cells of a row that has some results, for example of an interrupted shard.
 struct PartOfRow {
   std::int32_t row = 0;
-  std::vector<std::int32_t> columns;  ///< varus angles without a result, as indices
+  std::vector<std::int32_t> columns;  ///< varus indices without a result
 };
 
-/// What is still to be solved.
+/// The steps without a result.
 struct MissingSteps {
   bool is_spine_complete = false;
-  std::vector<std::int32_t> rows;  ///< flexions with anything missing; all of them without a whole spine
-  std::vector<PartOfRow> parts;    ///< of those among `rows` that were begun
-  std::int32_t n_attitudes = 0;    ///< cells of the grid without a result
+  std::vector<std::int32_t>
+      rows;                      ///< flexion indices of incomplete rows; all rows if the spine is incomplete
+  std::vector<PartOfRow> parts;  ///< those of `rows` that have some results
+  std::int32_t n_attitudes = 0;  ///< cells of the grid without a result
 
   bool is_nothing() const { return is_spine_complete && rows.empty(); }
 };
 
-/// Follows the seeding graph of `plan` through `steps`; `plan.rows` says of which rows, absent: of all.
+/// Follows the seeding graph of `plan` through `steps`, for the rows `plan.rows`; absent: all.
 MissingSteps missing_steps(const SweepPlan& plan, const std::map<StepKey, StepRecord>& steps);
 
-/// The sweep of steps that are all there, without solving any.
+/// The sweep result of a complete set of steps; solves none.
 SweepResult replayed(const SweepPlan& plan, const std::map<StepKey, StepRecord>& steps);
 
 /// "0, 10 and 20 to 90": the angles with these indices, ascending, in degrees.
 std::string angles_text(const std::vector<std::int32_t>& indices, const std::vector<double>& angles_deg);
 
-/// "no result of 15 of 110 attitudes, at flexion 0 and 30, and at flexion 60 of varus -2 to 4"; empty where
-/// every row is whole.
+/// "no result for 15 of 110 attitudes, at flexion 0 and 30, and at flexion 60 of varus -2 to 4"; empty if
+/// every row is complete.
 std::string missing_text(const MissingSteps& missing, const std::vector<double>& flexion_deg,
                          const std::vector<double>& varus_deg);
 

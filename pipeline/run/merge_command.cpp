@@ -21,7 +21,7 @@
 namespace vrda {
 namespace {
 
-// A network disk may list a folder as it was a minute ago; asked for a file by its name, it looks.
+// A network file system may list a folder up to a minute late; access by name is current.
 std::vector<std::string> journals_beside(const std::string& output, std::int32_t n_shards)
 {
   std::vector<std::string> journals = shard_journals_beside(output);
@@ -35,10 +35,10 @@ std::vector<std::string> journals_beside(const std::string& output, std::int32_t
   return journals;
 }
 
-// The file beside the journals that says whose they are.
+// The case file of the run that wrote the journals.
 std::string case_file_for(const std::string& output, const std::vector<std::string>& journals)
 {
-  for (const std::string& journal : journals) {  // copies under other names do not tell whose they are
+  for (const std::string& journal : journals) {  // renamed copies do not identify their run
     const std::string run = output_of_journal(journal);
     const std::string case_file = case_file_of(run);
     if (!run.empty() && access(case_file.c_str(), F_OK) == 0) return case_file;
@@ -59,7 +59,7 @@ Case case_to_merge(const MergeOptions& options, const std::vector<std::string>& 
   }
 }
 
-// "of shards 3 and 5 of 8": those of which there is no journal; only the names tell.
+// "; no journal of shard 3, 5 of 8", from the journals' names.
 std::string absent_shards(const std::vector<std::string>& journals)
 {
   std::set<std::pair<std::int32_t, std::int32_t>> present;
@@ -82,34 +82,34 @@ void require_whole(const Case& job_case, const CollectedSteps& collected,
   if (missing.is_nothing()) return;
   std::string found = missing_text(missing, job_case.grid.flexion_deg, job_case.grid.varus_deg);
   if (!found.empty()) found += absent_shards(journals);
-  if (!missing.is_spine_complete) found += found.empty() ? "no whole spine" : "; the spine is not whole";
+  if (!missing.is_spine_complete) found += found.empty() ? "no complete spine" : "; the spine is incomplete";
   throw InputError({output, "journals", found,
-                    "the journals of the spine and of every shard, run to their end; what is there stays"});
+                    "complete journals of the spine and of every shard; the journals found are kept"});
 }
 
 std::string doubled_text(const CollectedSteps& collected, const Case& job_case)
 {
   const std::vector<std::int32_t> rows(collected.doubled_rows.begin(), collected.doubled_rows.end());
   std::string text = std::to_string(collected.n_doubled) +
-                     " steps stand in more than one journal, with the same result: at flexion " +
+                     " steps are in more than one journal, with the same result: at flexion " +
                      angles_text(rows, job_case.grid.flexion_deg) + ", in";
   const char* separator = " ";
   for (const std::string& journal : collected.doubled_in) text += std::exchange(separator, ", ") + journal;
   return text;
 }
 
-// Of the files that shards leave, those beside the output: others are the user's copies.
-void clear_up(const std::string& output, const std::vector<std::string>& journals)
+// Removes the shards' files next to the output; others are copies of the user.
+void remove_shard_files(const std::string& output, const std::vector<std::string>& journals)
 {
-  std::vector<std::string> needless;
-  std::copy_if(journals.begin(), journals.end(), std::back_inserter(needless),
+  std::vector<std::string> obsolete;
+  std::copy_if(journals.begin(), journals.end(), std::back_inserter(obsolete),
                [&](const std::string& journal) { return output_of_journal(journal) == output; });
-  needless.push_back(start_file_of(output));
-  needless.push_back(case_file_of(output));  // last: till then it says that the model is whole
-  remove_needless(needless);
+  obsolete.push_back(start_file_of(output));
+  obsolete.push_back(case_file_of(output));  // last: until then it records that the model is complete
+  remove_needless(obsolete);
 }
 
-// Nothing of its making is left, so there is nothing to hold it against.
+// A complete model without journals and case file, so that its job cannot be compared.
 bool is_merged(const std::string& output, const std::vector<std::string>& journals)
 {
   if (!journals.empty() || access(case_file_of(output).c_str(), F_OK) == 0) return false;
@@ -126,8 +126,9 @@ void note_merged(const std::string& output)
   write_case_file(case_file, content);
 }
 
-/// The model is whole; where that cannot be noted, its journals stay for a merge that can end.
-void note_and_clear_up(const std::string& output, const std::vector<std::string>& journals)
+/// The model is complete; if that cannot be recorded in the case file, the journals are kept for another
+/// merge.
+void finish_merge(const std::string& output, const std::vector<std::string>& journals)
 {
   try {
     note_merged(output);
@@ -135,7 +136,7 @@ void note_and_clear_up(const std::string& output, const std::vector<std::string>
     warn(error.what());
     return;
   }
-  clear_up(output, journals);
+  remove_shard_files(output, journals);
 }
 
 }  // namespace
@@ -150,19 +151,19 @@ ExitCode merge_command(const MergeOptions& options)
   if (!lock) return ExitCode::interrupted;
   require_replaceable(output, "a motion model");
   if (!options.keeps_journals && is_only_to_clear_up(output)) {
-    clear_up(output, journals);
-    say(output + " is merged already");
+    remove_shard_files(output, journals);
+    say(output + ": already merged");
     return ExitCode::done;
   }
   if (is_merged(output, journals)) {
-    say(output + " is whole, and no journals stand beside it");
+    say(output + ": complete; there are no journals to merge");
     return ExitCode::done;
   }
   const Case job_case = case_to_merge(options, journals);
   if (const auto model = finished_result(job_case, output, options.may_replace)) {
-    say(output + ": this job is merged already");
+    say(output + ": this job is already merged");
     const ExitCode code = keep_result(job_case, *model, output, {}, threads_or_all(options.n_threads));
-    if (!options.keeps_journals) note_and_clear_up(output, journals);
+    if (!options.keeps_journals) finish_merge(output, journals);
     return code;
   }
 
@@ -178,11 +179,11 @@ ExitCode merge_command(const MergeOptions& options)
   const SweepResult result = replayed(plan_of(job_case), collected.steps);
   const std::optional<MotionModel> model = result_of(job_case, result, output, n_threads, is_interrupted);
   if (!model) {
-    say("interrupted: the journals stay; the same command begins again");
+    say("interrupted: the journals are kept; run the same command to merge again");
     return ExitCode::interrupted;
   }
   const ExitCode code = write_result(job_case, *model, output, {}, record);
-  if (!options.keeps_journals) note_and_clear_up(output, journals);
+  if (!options.keeps_journals) finish_merge(output, journals);
   return code;
 }
 

@@ -10,19 +10,19 @@
 namespace vrda {
 
 struct MergeOptions {
-  std::vector<std::string> journals;  ///< empty: the spine's and all shards' beside the output
+  std::vector<std::string> journals;  ///< empty: those of the spine and all shards next to the output
   std::string output;
-  std::string job_file;  ///< empty: what the case file beside the journals says, like the next two
+  std::string job_file;  ///< empty: from the case file next to the journals, like the next two
   std::string data_directory;
   std::vector<std::string> overrides;
-  int n_threads = 0;  ///< for smoothing; 0: as many as there are processors
+  int n_threads = 0;  ///< for smoothing; 0: one per processor
   bool keeps_journals = false;
-  bool may_replace = false;   ///< the result of another job
-  std::int32_t n_shards = 0;  ///< known: their journals are looked for by name, too; 0: not known
+  bool may_replace = false;   ///< replaces the result of another job
+  std::int32_t n_shards = 0;  ///< if known: their journals are also opened by name; 0: unknown
 };
 
-/// The same bytes as a run in one piece. Throws InputError naming the attitudes and shards that are missing;
-/// the journals stay then, and when interrupted. An output that holds this result already is left as it is.
+/// Gives the same bytes as a single run. Throws InputError with the missing attitudes and shards. Then, and
+/// when interrupted, the journals are kept. An output that already contains this result is not changed.
 ExitCode merge_command(const MergeOptions& options);
 
 }  // namespace vrda

@@ -35,7 +35,7 @@ double processor_s()
 }  // namespace
 
 RunRecord::RunRecord(int n_threads, int n_recalled)
-    : begun_(std::chrono::system_clock::now()),
+    : started_(std::chrono::system_clock::now()),
       start_(std::chrono::steady_clock::now()),
       processor_start_s_(processor_s()),
       n_threads_(n_threads),
@@ -52,7 +52,7 @@ void RunRecord::note_solved()
 void RunRecord::write(const std::string& path) const
 {
   const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start_;
-  const nlohmann::ordered_json record = {{"begun", utc_text(begun_)},
+  const nlohmann::ordered_json record = {{"begun", utc_text(started_)},
                                          {"seconds", elapsed.count()},
                                          {"solving_seconds", solving_.count()},
                                          {"solving_processor_seconds", solving_processor_s_},
@@ -67,8 +67,8 @@ namespace {
 
 using IsStopped = std::function<bool()>;
 
-// Measured again from meshes and poses: what overlaps is not solved, what is doubtful is marked.
-MotionModel judged_model_of(const Case& job_case, const SweepResult& result, int n_threads)
+// Audits the poses against the meshes: overlapping cells become unsolved, doubtful ones are marked.
+MotionModel audited_model_of(const Case& job_case, const SweepResult& result, int n_threads)
 {
   MotionModel model = motion_model_of(job_case, result);
   PoseVerdicts verdicts = pose_verdicts(model, job_case.ligaments, n_threads);
@@ -84,7 +84,7 @@ MotionModel judged_model_of(const Case& job_case, const SweepResult& result, int
   return model;
 }
 
-// In part when stopped.
+// Incomplete if stopped.
 void add_smoothed(MotionModel& model, const Case& job_case, const std::string& output, int n_threads,
                   const IsStopped& is_stopped)
 {
@@ -95,9 +95,9 @@ void add_smoothed(MotionModel& model, const Case& job_case, const std::string& o
   for (const std::int32_t degree : job_case.smooth_degrees) {
     if (is_stopped()) return;
     if (degree > largest) {
-      warn("smooth.degrees: found " + std::to_string(degree) + ", wanted " +
+      warn("smooth.degrees: found " + std::to_string(degree) + ", wanted at most " +
            std::to_string(std::max(largest, 0)) +
-           " at most on this grid with these solved cells; that degree is left out");
+           " on this grid with these solved cells; the degree is skipped");
       continue;
     }
     SmoothedSet set = smooth(input, degree, {job_case.smooth_robust});
@@ -106,7 +106,7 @@ void add_smoothed(MotionModel& model, const Case& job_case, const std::string& o
   }
 }
 
-// Of the raw poses. A joint or a result that has no such motion goes without.
+// From the raw poses; omitted for joints or results without such a motion.
 void add_zero_varus(MotionModel& model)
 {
   if (!is_reducible(model)) return;
@@ -114,7 +114,7 @@ void add_zero_varus(MotionModel& model)
   if (n_reduced(zero_varus) > 0) model.zero_varus = std::move(zero_varus);
 }
 
-/// The model is whole; times and host are not worth failing for.
+/// An error is only a warning: the model is complete.
 void write_record(const RunRecord& record, const std::string& output)
 {
   try {
@@ -124,7 +124,7 @@ void write_record(const RunRecord& record, const std::string& output)
   }
 }
 
-// Which stable poses to look at twice, and where.
+// Warns of stable poses whose plausibility is doubtful.
 void warn_of_doubtful(const MotionModel& model, const std::string& output)
 {
   const std::vector<DoubtfulCell> cells = doubtful_cells(model);
@@ -132,10 +132,10 @@ void warn_of_doubtful(const MotionModel& model, const std::string& output)
   warn(output + ": /plausibility: " + plausibility_line(model) + " of " +
        std::to_string((model.status == status_stable).count()) + " stable attitudes, the first at flexion " +
        shortest(cells[0].flexion_deg) + ", varus " + shortest(cells[0].varus_deg) +
-       " degrees; vrda info lists what they mean, vrda info --json where they are");
+       " degrees; vrda info explains them, vrda info --json lists the attitudes");
 }
 
-/// Done, or that more attitudes are unsolved than the job allows, with a warning.
+/// Reports the statuses; warns if more attitudes are unsolved than the job allows.
 ExitCode outcome_of(const Case& job_case, const MotionModel& model, const std::string& output)
 {
   say(status_line(model));
@@ -153,8 +153,8 @@ ExitCode outcome_of(const Case& job_case, const MotionModel& model, const std::s
 std::optional<MotionModel> result_of(const Case& job_case, const SweepResult& result,
                                      const std::string& output, int n_threads, const IsStopped& is_stopped)
 {
-  check(result.is_complete, "a result has every attitude");
-  MotionModel model = judged_model_of(job_case, result, n_threads);
+  check(result.is_complete, "result_of: the sweep is complete");
+  MotionModel model = audited_model_of(job_case, result, n_threads);
   add_smoothed(model, job_case, output, n_threads, is_stopped);
   if (is_stopped()) return std::nullopt;
   add_zero_varus(model);
@@ -166,7 +166,7 @@ ExitCode write_result(const Case& job_case, const MotionModel& model, const std:
 {
   write_motion_model(output, model);
   remove_needless(needless);
-  write_record(record, output);  // last: on a full disk there is room again
+  write_record(record, output);  // last: the removed files free space on a full disk
   return outcome_of(job_case, model, output);
 }
 

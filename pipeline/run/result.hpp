@@ -1,4 +1,4 @@
-/// From a finished sweep to the file that is all there is to keep, and beside it what the run needed.
+/// From a finished sweep to the motion model file, and the record of the run's resources.
 #pragma once
 
 #include <chrono>
@@ -16,18 +16,17 @@ namespace vrda {
 
 class RunRecord {
  public:
-  /// The clock starts now.
+  /// Starts the clock.
   RunRecord(int n_threads, int n_recalled);
 
-  /// All steps are solved; what follows is smoothing and writing.
+  /// Marks the end of solving; smoothing and writing follow.
   void note_solved();
 
-  /// Writes JSON: seconds, of them solving (by the clock, and of all threads), threads, steps recalled, host,
-  /// processors, date (UTC).
+  /// Writes JSON: total, solving and CPU seconds, threads, steps recalled, host, processors, date (UTC).
   void write(const std::string& path) const;
 
  private:
-  std::chrono::system_clock::time_point begun_;
+  std::chrono::system_clock::time_point started_;
   std::chrono::steady_clock::time_point start_;
   double processor_start_s_;
   std::chrono::duration<double> solving_{0.0};
@@ -36,20 +35,20 @@ class RunRecord {
   int n_recalled_;
 };
 
-/// The motion model with all that its job asks for: smoothed surfaces, flexion-only motion. `output` is for
-/// messages. The same bytes however the steps came about. Nothing when `is_stopped`, which is asked before
-/// each surface, says so.
+/// The motion model with the smoothed surfaces and flexion-only motion of its job. `output` is for messages.
+/// The bytes do not depend on threads, shards or interruptions. Empty if `is_stopped`, which is polled before
+/// each surface, returns true.
 std::optional<MotionModel> result_of(const Case& job_case, const SweepResult& result,
                                      const std::string& output, int n_threads,
                                      const std::function<bool()>& is_stopped);
 
-/// Ends a command whose result is at `output` already, as write_result does, with what a killed run has left
-/// to do: needless files go, and a record is written where there is none.
+/// Like write_result() for a result that is already at `output`: finishes the work of a killed run by
+/// removing the `needless` files and writing a missing record.
 ExitCode keep_result(const Case& job_case, const MotionModel& model, const std::string& output,
                      const std::vector<std::string>& needless, int n_threads);
 
-/// Writes the model, then removes the journals and start file it makes needless, then leaves `record` beside
-/// it. Prints the output's path. Too many unsolved attitudes are an exit code, not an error.
+/// Writes the model, removes the `needless` journals and start file, writes `record` next to the model and
+/// prints the output's path. Too many unsolved attitudes are an exit code, not an error.
 ExitCode write_result(const Case& job_case, const MotionModel& model, const std::string& output,
                       const std::vector<std::string>& needless, const RunRecord& record);
 

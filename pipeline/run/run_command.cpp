@@ -18,7 +18,7 @@
 namespace vrda {
 namespace {
 
-// Only the search moves step by step, and a trace knows one Delta.
+// Only the stability search has moves, and a trace has a single Delta.
 void require_traceable(const Case& job_case, const std::string& job_file)
 {
   if (job_case.method != "stability-search") {
@@ -32,19 +32,19 @@ void require_traceable(const Case& job_case, const std::string& job_file)
   }
 }
 
-// The traces are read back: a run keeps none of them in memory.
+// Reads the traces back from their journal: a run does not keep them in memory.
 void write_trace_of(const Case& job_case, const SweepResult& result, const std::string& output)
 {
   const TraceJournalContent content = read_trace_journal(trace_journal_of(output));
-  check(content.facts.dropped_why.empty(), "a journal of traces just written is whole");
+  check(content.facts.dropped_why.empty(), "the journal of traces is undamaged");
   const std::string path = trace_name(output);
   write_trace(path, trace_of(job_case, fingerprint_of(job_case), content.searches, result.spine_column));
   say("trace of " + std::to_string(content.searches.size()) + " searches: " + path);
 }
 
-/// Beside a whole model. The steps go first: a journal of steps without their traces could not be gone on
-/// from with --trace.
-std::vector<std::string> needless_of(const StepLog& log, const std::string& output)
+/// Files to remove when the model is complete. The journal of steps comes first: without its traces it could
+/// not be resumed with --trace.
+std::vector<std::string> obsolete_files(const StepLog& log, const std::string& output)
 {
   return {log.path, trace_journal_of(output), start_file_of(output)};
 }
@@ -60,11 +60,10 @@ ExitCode solve_and_write(const Case& job_case, const RunOptions& options, StepLo
   if (log.traces) write_trace_of(job_case, result, output);
   const std::optional<MotionModel> model = result_of(job_case, result, output, n_threads, is_interrupted);
   if (!model) return say_interrupted(log);
-  return write_result(job_case, *model, output, needless_of(log, output), record);
+  return write_result(job_case, *model, output, obsolete_files(log, output), record);
 }
 
-/// The result that is there already, of this job and with the trace that is asked for. Throws where it is
-/// another's.
+/// An existing result of this job that includes the requested trace. Throws if it is another job's.
 std::optional<MotionModel> finished_before(const Case& job_case, const RunOptions& options,
                                            const std::string& output)
 {
@@ -73,7 +72,7 @@ std::optional<MotionModel> finished_before(const Case& job_case, const RunOption
   return options.is_fresh || !has_trace ? std::nullopt : std::move(model);
 }
 
-// Nothing when interrupted.
+// Empty when interrupted.
 std::optional<StepLog> opened_log(const RunOptions& options, const std::string& output,
                                   const std::string& key)
 {
@@ -89,7 +88,7 @@ ExitCode whole_run(const RunOptions& options)
   if (options.writes_trace) require_traceable(job_case, options.job_file);
   const std::string output = output_of(options.output, options.job_file);
   make_folder_of(output);
-  finished_before(job_case, options, output);  // refuses another job's before anything is written
+  finished_before(job_case, options, output);  // throws for another job's result before anything is written
   if (options.writes_trace) require_replaceable(trace_name(output), "a trace");
   const std::string key = fingerprint_of(job_case);
   std::optional<StepLog> opened =
@@ -98,15 +97,16 @@ ExitCode whole_run(const RunOptions& options)
   StepLog& log = *opened;
   const std::optional<OutputLock> lock = locked_output(output, "vrda run");
   if (!lock) return ExitCode::interrupted;
-  // Asked again under both locks: another run may have made it meanwhile.
+  // Checked again under both locks: another run may have written it meanwhile.
   if (const auto model = finished_before(job_case, options, output)) {
     say(output + ": this job is finished; --fresh solves it again");
-    return keep_result(job_case, *model, output, needless_of(log, output), threads_or_all(options.n_threads));
+    return keep_result(job_case, *model, output, obsolete_files(log, output),
+                       threads_or_all(options.n_threads));
   }
   if (options.writes_trace) {
     log.traces.emplace(open_trace_log(trace_journal_of(output), key, log.path, log.known));
   }
-  // A resumed run has its start file, and a disk that filled up may have no room for a second one.
+  // A resumed run keeps its start file: a full disk may have no space for a second one.
   if (log.known.empty() || !has_start_file(output, job_case.resolved_job)) {
     write_motion_model(start_file_of(output), pending_model_of(job_case));
   }
@@ -118,7 +118,7 @@ ExitCode whole_run(const RunOptions& options)
 
 ExitCode run_command(const RunOptions& options)
 {
-  progress_style_of(options.progress);  // a wrong word before any work
+  progress_style_of(options.progress);  // throws for an invalid style before any work
   if (options.only_spine) return spine_command(options);
   return options.shard ? shard_command(options) : whole_run(options);
 }

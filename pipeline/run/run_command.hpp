@@ -17,19 +17,19 @@ struct RunOptions {
   std::string output;  ///< empty: results/<job name>/<job name>.h5
   std::string data_directory;
   std::vector<std::string> overrides;
-  int n_threads = 0;          ///< 0: as many as there are processors
-  bool is_fresh = false;      ///< drop a journal found, and solve a finished job again
-  bool may_replace = false;   ///< the result of another job
-  bool writes_trace = false;  ///< every move of every search, beside the output
+  int n_threads = 0;          ///< 0: one per processor
+  bool is_fresh = false;      ///< discards an existing journal; solves a finished job again
+  bool may_replace = false;   ///< replaces the result of another job
+  bool writes_trace = false;  ///< writes every move of every search next to the output
   std::string progress = "auto";
-  bool only_spine = false;      ///< solve the spine into a journal of its own, for shards
-  std::optional<Shard> shard;   ///< solve these rows only, into a journal of their own
-  std::function<void()> begun;  ///< told before the first step of the spine, and of the rows
-  /// Absent: a shard waits a minute, a whole run not at all.
+  bool only_spine = false;      ///< solves only the spine, into its own journal, for shards
+  std::optional<Shard> shard;   ///< solves only these rows, into their own journal
+  std::function<void()> begun;  ///< called before the first step of the spine, and of the rows
+  /// Absent: a shard waits a minute for its journal, a whole run does not wait.
   std::optional<Patience> patience;
 };
 
-/// The whole job, or with `only_spine` or `shard` a part of it for `vrda merge`.
+/// Solves the whole job, or with `only_spine` or `shard` a part for `vrda merge`.
 ExitCode run_command(const RunOptions& options);
 
 }  // namespace vrda

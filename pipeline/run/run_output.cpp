@@ -59,8 +59,8 @@ std::string difference_text(const std::string& key, const std::string& found, co
          (wanted.empty() ? "nothing" : wanted);
 }
 
-/// A title says less than a key, and limits decide only how a command ends.
-bool is_of_the_result(const std::string& key)
+/// The title is reported last, and limits affect only the exit code.
+bool affects_result(const std::string& key)
 {
   return key != "title" && !key.starts_with("limits.");
 }
@@ -82,10 +82,10 @@ std::string first_difference(const JobRecord& record, const Case& job_case)
   const std::vector<Entry> found = keys_of(record.resolved), wanted = keys_of(job_case.resolved_job);
   for (const auto& [key, value] : wanted) {
     const std::string other = value_of(found, key);
-    if (is_of_the_result(key) && other != value) return difference_text(key, other, value);
+    if (affects_result(key) && other != value) return difference_text(key, other, value);
   }
   for (const auto& [key, value] : found)
-    if (is_of_the_result(key) && value_of(wanted, key).empty()) return difference_text(key, value, "");
+    if (affects_result(key) && value_of(wanted, key).empty()) return difference_text(key, value, "");
 
   for (const LoadedInput& input : job_case.inputs) {
     const auto same = std::find_if(record.inputs.begin(), record.inputs.end(),
@@ -111,7 +111,7 @@ std::optional<MotionModel> finished_result(const Case& job_case, const std::stri
                       "another name (-o), or --replace"});
   } catch (const InputError& error) {
     if (error.facts().file == output && error.facts().field == "output") throw;
-    // Only files of the same kind are replaced.
+    // Only motion models are replaced.
     if (!is_motion_model(error))
       throw InputError({output, "output", "an HDF5 file that is not a motion model", "another name (-o)"});
     if (may_replace) return std::nullopt;
@@ -179,7 +179,8 @@ void require_replaceable(const std::string& output, const std::string& what)
 {
   if (!fs::exists(output)) return;
   const std::string wanted = "a new name, or " + what + " to replace";
-  if (!fs::is_regular_file(output)) throw InputError({output, "output", "something that is no file", wanted});
+  if (!fs::is_regular_file(output))
+    throw InputError({output, "output", "something that is not a regular file", wanted});
   std::array<char, 8> head{};
   std::ifstream(output, std::ios::binary).read(head.data(), head.size());
   constexpr std::array<char, 8> hdf5{'\x89', 'H', 'D', 'F', '\r', '\n', '\x1a', '\n'};
@@ -191,7 +192,7 @@ void require_replaceable(const std::string& output, const std::string& what)
 std::optional<OutputLock> locked_output(const std::string& output, const std::string& command)
 {
   const auto say_holder = [&](const std::string& holder) {
-    say(output + ": waiting for " + holder + ", which writes it");
+    say(output + ": waiting for " + holder + ", which is writing it");
   };
   return OutputLock::take(output, command, {say_holder, is_interrupted});
 }
@@ -202,7 +203,7 @@ void remove_needless(const std::vector<std::string>& files)
     std::error_code error;
     fs::remove(file, error);
     if (!error) continue;
-    warn(file + ": found a file that cannot be removed (" + error.message() + "); it is not needed any more");
+    warn(file + ": found a file that cannot be removed (" + error.message() + "); it is no longer needed");
     return;
   }
 }

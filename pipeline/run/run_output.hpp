@@ -1,4 +1,4 @@
-/// Where a run writes, and what is there before it is replaced: everything stands beside its output.
+/// The output path of a run, the files next to it, and checks before an existing file is replaced.
 #pragma once
 
 #include <optional>
@@ -12,24 +12,24 @@
 
 namespace vrda {
 
-/// Makes the folder and those above it. Throws InputError naming it.
+/// Makes the folder and its parents. Throws InputError.
 void make_folder(const std::string& folder);
 
-/// "solver.method: found \"equilibrium\", wanted \"stability-search\"": the first key, or the first input
-/// file, in which the job of `record` differs from `job_case`; empty where they are the same. The title
-/// comes last, limits do not count.
+/// "solver.method: found \"equilibrium\", this job has \"stability-search\"": the first key, or the first
+/// input file, in which the job of `record` differs from `job_case`; empty if they are equal. The title is
+/// compared last, limits are ignored.
 std::string first_difference(const JobRecord& record, const Case& job_case);
 
-/// The motion model at `output` where it is that of this very job; nothing where there is none, or one that
-/// may be replaced. Throws InputError where it is another job's, with both titles and the first difference,
-/// or cannot be read, unless `may_replace`; and always where it is no motion model.
+/// The motion model at `output` if it is that of this job; empty if there is no file, or one that may be
+/// replaced. Throws InputError unless `may_replace` if it is another job's, with both titles and the first
+/// difference, or cannot be read; and always if it is not a motion model.
 std::optional<MotionModel> finished_result(const Case& job_case, const std::string& output, bool may_replace);
 
-/// The same error, or where it says that a journal is another job's and that job's start file is beside it,
-/// one that names the first difference instead of two hashes.
+/// The same error; if it reports a journal of another job whose start file is next to it, with the first
+/// difference instead of two hashes.
 InputError with_first_difference(const InputError& error, const Case& job_case);
 
-/// work(), with such errors.
+/// Calls work() and rethrows its InputErrors with_first_difference().
 template <typename Work>
 auto telling_differences(const Case& job_case, const Work& work)
 {
@@ -40,28 +40,27 @@ auto telling_differences(const Case& job_case, const Work& work)
   }
 }
 
-/// `asked`, or results/<job name>/<job name>.h5 where that is empty.
+/// `asked`, or results/<job name>/<job name>.h5 if that is empty.
 std::string output_of(const std::string& asked, const std::string& job_file);
 
 std::string run_record_of(const std::string& output);
 
-/// Whether the start file of that resolved job stands beside the output. One of another size of the joint,
-/// whose journal may serve all the same, is none, nor one that cannot be read.
+/// Whether a readable start file of that resolved job is next to the output. False for another size of the
+/// joint, even if its journal can be resumed.
 bool has_start_file(const std::string& output, const std::string& resolved_job);
 
-/// Makes the folder that `file` is to stand in. Throws InputError naming both.
+/// Makes the parent folder of `file`. Throws InputError.
 void make_folder_of(const std::string& file);
 
-/// What stands where a motion model or a trace will go must be one itself, never a job, a mesh or a folder:
-/// InputError. `what` names it.
+/// Throws InputError if an existing file at `output` is not a writable HDF5 file, for example a job, a mesh
+/// or a folder. `what` is the expected kind, for the message.
 void require_replaceable(const std::string& output, const std::string& what);
 
-/// The lock of `output` for `command` ("vrda smooth"), under which it is read, changed and written. Reports
-/// which process is waited for. Nothing when interrupted.
+/// Takes the lock of `output` for `command` ("vrda smooth"), held while the file is read, changed and
+/// written. Reports the process that it waits for. Empty when interrupted.
 std::optional<OutputLock> locked_output(const std::string& output, const std::string& command);
 
-/// Removes, in this order, files that a result makes needless. The first that cannot be removed is a warning,
-/// and those behind it stay too: the same command still finds all that it needs to go on.
+/// Removes obsolete files in this order; warns and stops at the first that cannot be removed.
 void remove_needless(const std::vector<std::string>& files);
 
 }  // namespace vrda

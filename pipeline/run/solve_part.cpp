@@ -20,7 +20,7 @@
 namespace vrda {
 namespace {
 
-// Two chains and the restarts; what neighbours hand on comes to that.
+// Two chains and the restarts; starts propagated from neighbours are not known in advance.
 int n_known_starts(const SweepPlan& plan)
 {
   return 2 + plan.n_restarts;
@@ -92,16 +92,16 @@ SweepResult solve_part(const Case& job_case, const SweepPlan& plan, Counted coun
 
 ExitCode say_interrupted(const StepLog& log)
 {
-  say("interrupted: what is solved stands in " + log.path + "; the same command goes on from there");
+  say("interrupted: solved steps are in " + log.path + "; run the same command to resume");
   return ExitCode::interrupted;
 }
 
 namespace {
 
-// One that is begun again may find its predecessor about to end.
-constexpr std::chrono::seconds patience_for_own{60};
-// Whoever solves the spine holds its lock for as long as that takes.
-constexpr std::chrono::hours patience_for_spine{24 * 365};
+// A restarted task may find its predecessor still ending.
+constexpr std::chrono::seconds own_journal_timeout{60};
+// The task that solves the spine holds its lock until it is complete.
+constexpr std::chrono::hours spine_journal_timeout{24 * 365};
 
 using Steps = std::map<StepKey, StepRecord>;
 
@@ -114,12 +114,12 @@ struct ShardedRun {
 ShardedRun prepared(const RunOptions& options)
 {
   if (options.writes_trace) {
-    throw InputError({"--trace", "", "a part of a run", "a whole run, without --spine and --shard"});
+    throw InputError({"--trace", "", "a part of a run", "a complete run, without --spine and --shard"});
   }
   ShardedRun run{announced_case(options.job_file, {options.data_directory, options.overrides}),
                  output_of(options.output, options.job_file), ""};
   make_folder_of(run.output);
-  finished_result(run.job_case, run.output, options.may_replace);  // refuses that of another job
+  finished_result(run.job_case, run.output, options.may_replace);  // throws for that of another job
   run.key = fingerprint_of(run.job_case);
   watch_for_interrupts();
   return run;
@@ -132,7 +132,7 @@ SweepPlan plan_of_rows(const Case& job_case, std::vector<std::int32_t> rows)
   return plan;
 }
 
-// The steps in a journal; none where there is no such file.
+// The steps in a journal; empty without a file.
 Steps steps_in(const std::string& path, const std::string& key)
 {
   return access(path.c_str(), F_OK) == 0 ? collect({path}, key).steps : Steps{};
@@ -143,7 +143,7 @@ bool has_whole_spine(const ShardedRun& run, const Steps& steps)
   return missing_steps(plan_of_rows(run.job_case, {}), steps).is_spine_complete;
 }
 
-// Under the lock of the spine's journal, so that only one task writes what all of them share.
+// Called under the lock of the spine's journal, so that only one task writes the shared files.
 void write_shared_files(const ShardedRun& run, const RunOptions& options)
 {
   write_case_file(case_file_of(run.output),
@@ -152,12 +152,12 @@ void write_shared_files(const ShardedRun& run, const RunOptions& options)
   write_motion_model(start_file_of(run.output), pending_model_of(run.job_case));
 }
 
-// Nothing when interrupted.
+// Empty when interrupted.
 std::optional<Steps> solved_spine(const ShardedRun& run, const RunOptions& options, bool is_fresh)
 {
   const std::string path = spine_journal_of(run.output);
   Patience patience = options.patience.value_or(Patience{});
-  patience.longest = patience_for_spine;
+  patience.longest = spine_journal_timeout;
   std::optional<StepLog> log = open_log_waiting(path, run.key, is_fresh, patience);
   if (!log) return std::nullopt;
   const bool is_complete = putting_back_lost(*log, run.output, [&] {
@@ -174,7 +174,7 @@ ExitCode solve_rows(const ShardedRun& run, const RunOptions& options, const Step
 {
   const std::string path = shard_journal_of(run.output, *options.shard);
   std::optional<StepLog> log = open_log_waiting(path, run.key, options.is_fresh,
-                                                options.patience.value_or(Patience{patience_for_own}));
+                                                options.patience.value_or(Patience{own_journal_timeout}));
   if (!log && is_interrupted()) return ExitCode::interrupted;
   if (!log) {
     throw InputError({path, "", "a journal that another run is writing", "no other run of the same shard"});

@@ -1,5 +1,5 @@
-/// Solves the steps of a sweep, or of a part of one, into a journal, with progress; parts of a run as
-/// processes of their own.
+/// Solves the steps of a sweep, or of a part of it, into a journal, with progress; and the commands for the
+/// parts of a run, each a separate process.
 #pragma once
 
 #include "load/case.hpp"
@@ -10,24 +10,24 @@
 
 namespace vrda {
 
-/// What progress counts: cells of the grid, or the steps along the spine that are known beforehand (with the
-/// search one a flexion, with varus left free the starts of each).
+/// Unit of progress: cells of the grid, or the spine steps known in advance (one per flexion with the search,
+/// the starts of each flexion with free varus).
 enum class Counted { cells, spine };
 
-/// Recalls what `log` or `spine` knows, keeps what is new in `log`, asks for interrupts before each step. All
-/// that was kept has reached the disk when it returns.
+/// Recalls steps from `log` and `spine`, appends new ones to `log`, and checks for interrupts before each
+/// step. All appended steps are on disk when it returns.
 SweepResult solve_part(const Case& job_case, const SweepPlan& plan, Counted counted,
                        const RunOptions& options, StepLog& log,
                        const std::map<StepKey, StepRecord>& spine = {});
 
-/// Says where the steps are and how to go on.
+/// Reports where the solved steps are and how to resume.
 ExitCode say_interrupted(const StepLog& log);
 
-/// Solves the spine into its own journal; nothing is left to do where that is complete.
+/// Solves the spine into its own journal, unless that is already complete.
 ExitCode spine_command(const RunOptions& options);
 
-/// Solves the rows of options.shard into the shard's journal. Reads the spine, or solves it where nobody else
-/// does.
+/// Solves the rows of options.shard into the shard's journal. Reads the spine's journal; solves an incomplete
+/// spine when it gets its lock.
 ExitCode shard_command(const RunOptions& options);
 
 }  // namespace vrda

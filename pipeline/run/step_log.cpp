@@ -68,23 +68,23 @@ std::optional<StepRecord> recalled(const StepLog& log, const StepKey& key)
 void put_back_lost(const StepLog& log, const std::string& output)
 {
   if (is_in_place(log)) return;
-  const std::string found = "a folder that was deleted or moved during the run";
+  const std::string found = "a folder that was deleted or moved during the run",
+                    wanted = "an unchanged folder";
   try {
     if (!log.writer.is_in_place()) log.writer.restore();
     if (log.traces && !log.traces->is_in_place()) log.traces->restore();
   } catch (const InputError& error) {
-    throw InputError(
-        {output, "folder", found, std::string("it left alone; what was solved is lost: ") + error.what()});
+    throw InputError({output, "folder", found, wanted + "; the solved steps are lost: " + error.what()});
   }
   const std::size_t n = read_journal(log.path).records.size();
   throw InputError({output, "folder", found,
-                    "it left alone; it is there again with the journal of all " + std::to_string(n) +
-                        " steps solved, and the same command goes on from them"});
+                    wanted + "; it was restored with the journal of all " + std::to_string(n) +
+                        " steps solved; run the same command to resume"});
 }
 
 namespace {
 
-// A spine cell has been solved as a probe.
+// A spine cell was solved as a probe, which has the trace.
 bool needs_trace(const StepKey& key)
 {
   return key.kind != StepKind::spine;
@@ -105,10 +105,9 @@ FrameWriter open_trace_log(const std::string& path, const std::string& key, cons
     return needs_trace(step.first) && content.searches.count(step.first) == 0;
   });
   if (n_missing > 0) {
-    throw InputError(
-        {path, "", "no trace of " + std::to_string(n_missing) + " steps that " + steps_path + " holds",
-         "a run that has been traced from its start: use --fresh to start over, or go on without "
-         "--trace"});
+    throw InputError({path, "",
+                      "no trace of " + std::to_string(n_missing) + " steps that " + steps_path + " contains",
+                      "a run traced from its start; use --fresh to start over, or continue without --trace"});
   }
   if (!content.facts.dropped_why.empty()) {
     warn(path + ": dropped " + std::to_string(content.facts.dropped_bytes) + " bytes at the end (" +

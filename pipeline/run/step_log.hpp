@@ -1,4 +1,4 @@
-/// The steps that earlier runs solved, and the journals and traces that new ones go to.
+/// The steps of earlier runs, and the journals of steps and traces for new ones.
 #pragma once
 
 #include <chrono>
@@ -14,35 +14,35 @@
 
 namespace vrda {
 
+/// How to wait for a journal that another process has locked.
 struct Patience {
   std::chrono::milliseconds longest{0};
-  std::function<void()> begins = [] {};  ///< told once when there is something to wait for
+  std::function<void()> begins = [] {};  ///< called once when waiting starts
 };
 
 struct StepLog {
-  std::string path;  ///< of the writer's file
+  std::string path;  ///< of the journal
   JournalWriter writer;
   std::map<StepKey, StepRecord> known;
   std::optional<FrameWriter> traces;
 };
 
-/// Goes on with the journal at `path` or starts one, and says so. Throws InputError when it is another job's
-/// or another process writes it.
+/// Resumes the journal at `path` or starts one. Throws InputError if it is another job's or being written.
 StepLog open_log(const std::string& path, const std::string& key, bool is_fresh);
 
-/// The same, but waits while another process writes the journal: a task that begins again may find its
-/// predecessor about to end. Nothing when patience ends, or when interrupted.
+/// The same, but waits while another process writes the journal. Empty after the timeout, or when
+/// interrupted.
 std::optional<StepLog> open_log_waiting(const std::string& path, const std::string& key, bool is_fresh,
                                         const Patience& patience);
 
-/// Recalls what `log` knows. Both refer to it.
+/// The step of an earlier run, if any.
 std::optional<StepRecord> recalled(const StepLog& log, const StepKey& key);
 
-/// Where the output's folder was deleted or moved under a run: the journals, which are still open, go back to
-/// their places, and the InputError says so. Returns when they are in place.
+/// If the output's folder was deleted or moved during a run: restores the journals from the open files and
+/// throws an InputError that reports it. Otherwise returns.
 void put_back_lost(const StepLog& log, const std::string& output);
 
-/// work(), and put_back_lost() when it fails.
+/// Calls work(), and restore_lost_journals() if it throws InputError.
 template <typename Work>
 auto putting_back_lost(const StepLog& log, const std::string& output, const Work& work)
 {
@@ -54,13 +54,13 @@ auto putting_back_lost(const StepLog& log, const std::string& output, const Work
   }
 }
 
-/// Goes on with the journal of traces at `path`, or starts one when nothing is known yet. Throws InputError
-/// when it lacks the trace of a step that the journal of steps, `steps_path`, holds.
+/// Resumes the journal of traces at `path`, or starts one if `known` is empty. Throws InputError if a step of
+/// the journal `steps_path` has no trace.
 FrameWriter open_trace_log(const std::string& path, const std::string& key, const std::string& steps_path,
                            const std::map<StepKey, StepRecord>& known);
 
-/// Runs `solve` with a watch and appends what it saw. From any thread. Call it before the step is kept: then
-/// a kill in between loses no trace.
+/// Calls `solve` with an observer and appends the observed trace. Thread-safe. Must be called before the step
+/// is kept, so that a kill in between loses no trace.
 StepRecord followed(FrameWriter& log, const StepKey& key, const MovingPose& seed,
                     const std::function<StepRecord(const Watch&)>& solve);
 

@@ -33,7 +33,7 @@ std::string scaling_line(const Case& job_case)
 {
   if (!job_case.scaling) return "";
   const Scaling& scaling = *job_case.scaling;
-  if (scaling.factor == Eigen::Vector3d::Ones()) return "scaled by 1: the joint is that of the meshes";
+  if (scaling.factor == Eigen::Vector3d::Ones()) return "scaled by 1: the joint has the size of the meshes";
   const std::string by = "scaled by " + factor_text(scaling.factor);
   if (scaling.keeps_steps)
     return by + " from the unscaled joint: uniform scaling keeps contact, the steps are shared";

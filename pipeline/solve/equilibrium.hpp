@@ -1,4 +1,4 @@
-/// Where the moving object comes to rest under exact contact, loads and ligaments (DESIGN.md 5.3).
+/// Static equilibrium of the moving object under exact contact, loads and ligaments (DESIGN.md 5.3).
 #pragma once
 
 #include <memory>
@@ -10,27 +10,26 @@
 
 namespace vrda {
 
-/// One thread's tools for one joint: scratch and hints that outlive a motion step. They change the time,
-/// never the answer.
+/// Solver of one thread for one joint. Scratch memory and hints kept between steps do not affect results.
 class EquilibriumSolver {
  public:
-  /// `ligaments` are in the solver's frames and may hold no fibre. References are kept.
+  /// `ligaments` are in the solver's frames and may have no fibre. The references must outlive the solver.
   EquilibriumSolver(const Joint& joint, const Ligaments& ligaments, const EquilibriumOptions& options);
   ~EquilibriumSolver();
   EquilibriumSolver(EquilibriumSolver&&) noexcept;
 
   struct Task {
-    Attitude attitude;  ///< where varus is free: its seed
+    Attitude attitude;  ///< with free varus, its varus is the seed
     MovingPose seed;
     Loads loads;
     bool is_varus_free = false;
-    bool is_measured = true;  ///< false: contacts, gaps and theta_determined are not asked for
+    bool is_measured = true;  ///< false: contacts, gaps and theta_determined are not filled
   };
 
-  /// A pure function of the task: same task, same bits, whatever was solved before. The seed's height does
-  /// not matter. Statuses: `stable` is certified, with `balance`, contacts and gaps filled; `no_contact` when
-  /// nothing faces at the seed; `unbounded` when the loads carry it off the reference; else
-  /// `iteration_limit`. Cost on thesis-sized knees: about ten gap queries a step with a seed a degree away.
+  /// Pure: the same task gives the same bits, independent of earlier steps and of the seed's height.
+  /// Statuses: `stable` is certified, with `balance`, contacts and gaps filled; `no_contact` if no triangles
+  /// face each other at the seed; `unbounded` if the loads move it off the reference; else `iteration_limit`.
+  /// Cost on thesis-sized knees: about ten gap queries per step from a seed one degree away.
   StepRecord solve(const Task& task);
 
  private:

@@ -1,4 +1,4 @@
-// The end of a motion step: whether it rests, and what is recorded of its rest.
+// The certificate of a motion step and its record.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -13,146 +13,147 @@ using namespace equilibrium_rules;
 
 namespace {
 
-// Certified: force left unbalanced, as a share of the push (DESIGN.md 5.3). Tighter where obstacles met
-// elsewhere bear the plan's load, since they may not be what holds here.
+// Largest unbalanced force of a certified pose, as a share of the push (DESIGN.md 5.3). Tighter when the
+// plan's active set uses cutting planes, which may not be valid at the current configuration.
 constexpr double unbalanced_share = 1e-2;
-constexpr double unbalanced_share_by_cuts = 1e-4;
-// Obstacles within this many tolerances of contact may bear load: a step of one tolerance against a slope
-// of 10.
+constexpr double unbalanced_share_with_cuts = 1e-4;
+// Constraints within this many tolerances of contact may carry load: one tolerance on a slope of 10.
 constexpr double touching_tolerances = 10.0;
-// Looks round the corner for what holds a force left over: a vertex in a valley lies over one of its flanks.
-constexpr int most_probes = 4;
-constexpr double longer_hair = 3.0;  // where nothing new was seen
-// How far a way past a ridge is tried.
+// Gap samples a small step aside, to find a constraint that balances the residual force (a second flank).
+constexpr int max_probes = 4;
+constexpr double probe_growth = 3.0;  // when a probe found no new constraint
+// Trust radius of a step across a ridge.
 constexpr double ridge_radius_mm = 0.02;
-// Of the gain that a plan past a ridge predicts; a hint must miss it by more than rounding to decide.
-constexpr double rising_share = 0.5;
+// Required share of the gain predicted across a ridge; an estimate rejects if it misses it beyond rounding.
+constexpr double ridge_gain_share = 0.5;
 constexpr double rounding_share = 0.01;
-// Theta counts as determined when a degree either way costs this many tolerances of height.
+// Theta is determined when a rotation by one degree either way costs this many tolerances of height.
 constexpr double turn_rad = pi / 180.0;
 constexpr double turn_cost_tolerances = 10.0;
-// Looks for a cheap place at the turned angle: two or three decide.
-constexpr int most_turn_looks = 8;
-// Central differences of an energy of 1e3 N mm: 1e-9 N mm of rounding against 1e-8 of its third derivative.
+// Iterations of the minimisation at the rotated angle: two or three suffice.
+constexpr int max_turn_iterations = 8;
+// Central differences of an energy of 1e3 N mm: rounding of 1e-9 N mm against 1e-8 of its third derivative.
 constexpr double difference_rad = 1e-4;
 
 }  // namespace
 
 bool EquilibriumSolver::Run::is_certified(const StepPlan& plan)
 {
-  const double allowed = bears_by_cuts(plan) ? unbalanced_share_by_cuts : unbalanced_share;
+  const double allowed = active_set_uses_cuts(plan) ? unbalanced_share_with_cuts : unbalanced_share;
   touching_.clear();
-  take_touching(fresh_.obstacles);
-  balance();
-  double hair_mm = tolerance_mm_;
-  for (int k = 0; k < most_probes && held_.residual_n > unbalanced_share_by_cuts * push_n_; ++k) {
-    // What would hold the force left over lies a hair in its direction.
-    Vector5d hair = held_.unbalanced_n * (hair_mm / held_.residual_n);
-    hair(along_y) = 0.0;
-    look(moved(here_.place, hair, tools_.grip), touching_tolerances * tolerance_mm_, trial_);
-    const double before_n = held_.residual_n;
-    take_touching(trial_.obstacles);
-    balance();
-    if (held_.residual_n > 0.99 * before_n) hair_mm *= longer_hair;
+  add_touching(sample_.obstacles);
+  update_balance();
+  double probe_mm = tolerance_mm_;
+  for (int k = 0; k < max_probes && balance_.residual_n > unbalanced_share_with_cuts * push_n_; ++k) {
+    // The missing constraint is a small step away, along the residual force.
+    Vector5d probe = balance_.unbalanced_n * (probe_mm / balance_.residual_n);
+    probe(along_y) = 0.0;
+    sample_gap(moved(current_.place, probe, state_.grip), touching_tolerances * tolerance_mm_, trial_sample_);
+    const double before_n = balance_.residual_n;
+    add_touching(trial_sample_.obstacles);
+    update_balance();
+    if (balance_.residual_n > 0.99 * before_n) probe_mm *= probe_growth;
   }
-  return held_.residual_n <= allowed * push_n_;
+  return balance_.residual_n <= allowed * push_n_;
 }
 
-bool EquilibriumSolver::Run::is_at_the_rim()
+bool EquilibriumSolver::Run::is_at_border()
 {
-  if (!led_off_) return false;
-  Vector5d way = step_between(here_.place, *led_off_, tools_.grip);
-  way(along_y) = 0.0;
-  if (way.norm() > ridge_radius_mm) way *= ridge_radius_mm / way.norm();
-  look(moved(here_.place, way, tools_.grip), 0.0, trial_);
-  return !std::isfinite(trial_.travel_mm);
+  if (!unbounded_trial_) return false;
+  Vector5d step = step_between(current_.place, *unbounded_trial_, state_.grip);
+  step(along_y) = 0.0;
+  if (step.norm() > ridge_radius_mm) step *= ridge_radius_mm / step.norm();
+  sample_gap(moved(current_.place, step, state_.grip), 0.0, trial_sample_);
+  return !std::isfinite(trial_sample_.travel_mm);
 }
 
-bool EquilibriumSolver::Run::passes_a_ridge()
+bool EquilibriumSolver::Run::crosses_ridge()
 {
-  const Rotations rotations(here_.place, task_.attitude.flexion_rad);
-  const auto point = [&](const Obstacle& o) {
-    return Eigen::Vector3d(rotations.of_reference * o.reference_mm);
+  const Rotations rotations(current_.place, task_.attitude.flexion_rad);
+  const auto point = [&](const Obstacle& constraint) {
+    return Eigen::Vector3d(rotations.of_reference * constraint.reference_mm);
   };
-  for (const Held::Bearing& bearing : held_.bearing) {
-    const Eigen::Vector3d at = point(touching_[bearing.row]);
-    const auto meets = [&](const Obstacle& o) {
-      return (point(o) - at).cwiseAbs().maxCoeff() <= touching_tolerances * tolerance_mm_;
+  for (const Held::Bearing& active : balance_.bearing) {
+    const Eigen::Vector3d at = point(touching_[active.row]);
+    const auto is_at_point = [&](const Obstacle& constraint) {
+      return (point(constraint) - at).cwiseAbs().maxCoeff() <= touching_tolerances * tolerance_mm_;
     };
-    known_.clear();
-    std::remove_copy_if(fresh_.obstacles.begin(), fresh_.obstacles.end(), std::back_inserter(known_), meets);
-    if (std::count_if(touching_.begin(), touching_.end(), meets) < 2) continue;
-    for (const Obstacle& alone : touching_) {
-      if (!meets(alone)) continue;
-      known_.push_back(alone);
-      if (rises_really()) return true;
-      known_.pop_back();
+    constraints_.clear();
+    std::remove_copy_if(sample_.obstacles.begin(), sample_.obstacles.end(), std::back_inserter(constraints_),
+                        is_at_point);
+    if (std::count_if(touching_.begin(), touching_.end(), is_at_point) < 2) continue;
+    for (const Obstacle& single : touching_) {
+      if (!is_at_point(single)) continue;
+      constraints_.push_back(single);
+      if (accept_if_improving()) return true;
+      constraints_.pop_back();
     }
   }
   return false;
 }
 
-bool EquilibriumSolver::Run::gains(double share, const StepPlan& plan, const Rest& rest) const
+bool EquilibriumSolver::Run::has_gain(double share, const StepPlan& plan, const Rest& candidate) const
 {
-  return rest.is_bounded && planner_.merit_nmm(here_) - planner_.merit_nmm(rest) >= share * plan.gain_nmm;
+  return candidate.is_bounded &&
+         planner_.merit_nmm(current_) - planner_.merit_nmm(candidate) >= share * plan.gain_nmm;
 }
 
-bool EquilibriumSolver::Run::rises_really()
+bool EquilibriumSolver::Run::accept_if_improving()
 {
   plan_options_.radius_mm = ridge_radius_mm;
-  const StepPlan plan = planner_.plan(here_, known_, plan_options_);
+  const StepPlan plan = planner_.plan(current_, constraints_, plan_options_);
   if (plan.gain_nmm <= tolerance_mm_ * push_n_) return false;
-  // Most do not rise, and what touched last time tells: with more travel than there is no pose is worse. It
-  // counts as the query that it spares.
-  tools_.stand(attitude_at(plan.end.place));
-  const double most_mm = tools_.gap.travel_at_most_mm(pose_at(plan.end.place, tools_.grip));
-  if (std::isfinite(most_mm) &&
-      !gains(rising_share - rounding_share, plan, rest_at(plan.end.place, most_mm))) {
-    ++n_spared_;
+  // An upper bound of the travel, from the last pair in contact, rejects most trials. Counts as a query.
+  state_.set_attitude(attitude_at(plan.end.place));
+  const double bound_mm = state_.gap.travel_at_most_mm(pose_at(plan.end.place, state_.grip));
+  if (std::isfinite(bound_mm) &&
+      !has_gain(ridge_gain_share - rounding_share, plan, candidate_at(plan.end.place, bound_mm))) {
+    ++n_queries_saved_;
     return false;
   }
-  look(plan.end.place, band_mm_, trial_);
-  if (!std::isfinite(trial_.travel_mm)) return false;
-  const Rest rest = rest_at(plan.end.place, trial_.travel_mm);
-  if (!gains(rising_share, plan, rest)) return false;
-  accept(rest);
+  sample_gap(plan.end.place, band_mm_, trial_sample_);
+  if (!std::isfinite(trial_sample_.travel_mm)) return false;
+  const Rest candidate = candidate_at(plan.end.place, trial_sample_.travel_mm);
+  if (!has_gain(ridge_gain_share, plan, candidate)) return false;
+  accept(candidate);
   radius_mm_ = first_radius_mm;
   return true;
 }
 
-void EquilibriumSolver::Run::take_touching(const std::vector<Obstacle>& obstacles)
+void EquilibriumSolver::Run::add_touching(const std::vector<Obstacle>& constraints)
 {
-  const Rotations rotations(here_.place, task_.attitude.flexion_rad);
-  for (const Obstacle& o : obstacles) {
-    const double travel_mm = clearance(o, here_.place, rotations).travel_mm;
-    if (travel_mm >= 0.0 && travel_mm <= touching_tolerances * tolerance_mm_) touching_.push_back(o);
+  const Rotations rotations(current_.place, task_.attitude.flexion_rad);
+  for (const Obstacle& constraint : constraints) {
+    const double travel_mm = clearance(constraint, current_.place, rotations).travel_mm;
+    if (travel_mm >= 0.0 && travel_mm <= touching_tolerances * tolerance_mm_) touching_.push_back(constraint);
   }
 }
 
-void EquilibriumSolver::Run::balance()
+void EquilibriumSolver::Run::update_balance()
 {
-  const Rotations rotations(here_.place, task_.attitude.flexion_rad);
+  const Rotations rotations(current_.place, task_.attitude.flexion_rad);
   clearances_.clear();
-  for (const Obstacle& o : touching_) clearances_.push_back(clearance(o, here_.place, rotations));
-  held_ = held_by(here_.potential, clearances_, tools_.grip, plan_options_.is_free);
+  for (const Obstacle& constraint : touching_)
+    clearances_.push_back(clearance(constraint, current_.place, rotations));
+  balance_ = held_by(current_.potential, clearances_, state_.grip, plan_options_.is_free);
 }
 
 void EquilibriumSolver::Run::measure(StepRecord& record)
 {
-  const Attitude attitude = attitude_at(here_.place);
+  const Attitude attitude = attitude_at(current_.place);
   ContactOptions exact;
-  exact.band_mm = tools_.options.contact_resolution_mm;
-  tools_.stand(attitude);
+  exact.band_mm = state_.options.contact_resolution_mm;
+  state_.set_attitude(attitude);
   measure_contacts(
-      tools_.joint,
-      find_contacts(tools_.joint.reference, tools_.joint.moving, {attitude, record.pose},
-                    tools_.gap.close_pairs(record.pose, exact.band_mm), tools_.narrow_phase, exact),
-      tools_.options.contact_resolution_mm, record);
-  if (!tools_.joint.compartment_of_triangle.empty()) {
-    record.gap_medial_mm = gap_left_mm(tools_.medial, attitude, record.pose);
-    record.gap_lateral_mm = gap_left_mm(tools_.lateral, attitude, record.pose);
+      state_.joint,
+      find_contacts(state_.joint.reference, state_.joint.moving, {attitude, record.pose},
+                    state_.gap.close_pairs(record.pose, exact.band_mm), state_.narrow_phase, exact),
+      state_.options.contact_resolution_mm, record);
+  if (!state_.joint.compartment_of_triangle.empty()) {
+    record.gap_medial_mm = gap_left_mm(state_.medial, attitude, record.pose);
+    record.gap_lateral_mm = gap_left_mm(state_.lateral, attitude, record.pose);
   }
-  record.theta_determined = turning_costs(-turn_rad) && turning_costs(turn_rad);
+  record.theta_determined = resists_turn(-turn_rad) && resists_turn(turn_rad);
 }
 
 double EquilibriumSolver::Run::gap_left_mm(GapQuery& query, const Attitude& attitude, const MovingPose& pose)
@@ -162,26 +163,27 @@ double EquilibriumSolver::Run::gap_left_mm(GapQuery& query, const Attitude& atti
   return std::isfinite(travel_mm) ? travel_mm : std::numeric_limits<double>::quiet_NaN();
 }
 
-bool EquilibriumSolver::Run::turning_costs(double turn)
+bool EquilibriumSolver::Run::resists_turn(double turn)
 {
-  const double most_nmm = here_.potential.energy_nmm + turn_cost_tolerances * tolerance_mm_ * push_n_;
+  const double limit_nmm = current_.potential.energy_nmm + turn_cost_tolerances * tolerance_mm_ * push_n_;
   PlanOptions options = plan_options_;
   options.is_free[about_y] = false;
-  options.radius_mm = 2.0 * tools_.grip.lever_mm * turn_rad;
-  Place place = here_.place;
-  place.theta_rad += turn;
-  const Rotations rotations(place, task_.attitude.flexion_rad);
-  known_ = fresh_.obstacles;
-  for (int k = 0; k < most_turn_looks; ++k) {
+  options.radius_mm = 2.0 * state_.grip.lever_mm * turn_rad;
+  Place configuration = current_.place;
+  configuration.theta_rad += turn;
+  const Rotations rotations(configuration, task_.attitude.flexion_rad);
+  constraints_ = sample_.obstacles;
+  for (int k = 0; k < max_turn_iterations; ++k) {
     double least_mm = plan_options_.reach_mm;
-    for (const Obstacle& o : known_) least_mm = std::min(least_mm, clearance(o, place, rotations).travel_mm);
-    const StepPlan plan = planner_.plan(rest_at(place, least_mm), known_, options);
-    if (plan.end.potential.energy_nmm > most_nmm) return true;
-    look(plan.end.place, trial_);
-    if (!std::isfinite(trial_.travel_mm)) return false;
-    const Rest rest = rest_at(plan.end.place, trial_.travel_mm);
-    if (!rest.is_bounded || rest.potential.energy_nmm <= most_nmm) return false;
-    if (!take_cuts(trial_.obstacles, known_)) return true;
+    for (const Obstacle& constraint : constraints_)
+      least_mm = std::min(least_mm, clearance(constraint, configuration, rotations).travel_mm);
+    const StepPlan plan = planner_.plan(candidate_at(configuration, least_mm), constraints_, options);
+    if (plan.end.potential.energy_nmm > limit_nmm) return true;
+    sample_gap(plan.end.place, trial_sample_);
+    if (!std::isfinite(trial_sample_.travel_mm)) return false;
+    const Rest candidate = candidate_at(plan.end.place, trial_sample_.travel_mm);
+    if (!candidate.is_bounded || candidate.potential.energy_nmm <= limit_nmm) return false;
+    if (!add_cuts(trial_sample_.obstacles, constraints_)) return true;
   }
   return true;
 }
@@ -189,11 +191,11 @@ bool EquilibriumSolver::Run::turning_costs(double turn)
 void EquilibriumSolver::Run::fill_balance(StepRecord& record) const
 {
   Balance& out = record.balance;
-  out.energy_nmm = here_.potential.energy_nmm;
-  out.residual_n = held_.residual_n;
-  out.worst_gap_mm = fresh_.ceiling_mm - here_.place.pivot_mm.y();
-  double sum_n = 0.0, weighted = 0.0, varus_nmm = here_.potential.gradient(about_varus);
-  for (const Held::Bearing& b : held_.bearing) {
+  out.energy_nmm = current_.potential.energy_nmm;
+  out.residual_n = balance_.residual_n;
+  out.worst_gap_mm = sample_.ceiling_mm - current_.place.pivot_mm.y();
+  double sum_n = 0.0, weighted = 0.0, varus_nmm = current_.potential.gradient(about_varus);
+  for (const Held::Bearing& b : balance_.bearing) {
     const Clearance& c = clearances_[b.row];
     out.forces.push_back(contact_force(touching_[b.row], c, b.along_delta_n));
     sum_n += b.along_delta_n;
@@ -205,34 +207,34 @@ void EquilibriumSolver::Run::fill_balance(StepRecord& record) const
   out.flexion_moment_nmm = flexion_moment_nmm(out.forces);
 }
 
-ContactForce EquilibriumSolver::Run::contact_force(const Obstacle& o, const Clearance& c,
+ContactForce EquilibriumSolver::Run::contact_force(const Obstacle& constraint, const Clearance& c,
                                                    double along_delta_n) const
 {
-  const Rotations rotations(here_.place, task_.attitude.flexion_rad);
+  const Rotations rotations(current_.place, task_.attitude.flexion_rad);
   ContactForce force;
-  force.point_solver_mm = rotations.of_reference * o.reference_mm;
+  force.point_solver_mm = rotations.of_reference * constraint.reference_mm;
   force.normal_solver = c.gradient.head<3>().normalized();  // -n / n.y
   force.along_delta_n = along_delta_n;
-  force.triangle_reference = o.triangles.reference;
-  force.triangle_moving = o.triangles.moving;
-  if (!tools_.joint.compartment_of_triangle.empty()) {
+  force.triangle_reference = constraint.triangles.reference;
+  force.triangle_moving = constraint.triangles.moving;
+  if (!state_.joint.compartment_of_triangle.empty()) {
     force.compartment = static_cast<std::int8_t>(
-        tools_.joint.compartment_of_triangle[static_cast<std::size_t>(o.triangles.moving)]);
+        state_.joint.compartment_of_triangle[static_cast<std::size_t>(constraint.triangles.moving)]);
   }
   return force;
 }
 
 double EquilibriumSolver::Run::ligament_energy_at(double flexion_rad) const
 {
-  if (tools_.ligaments.fibres.empty()) return 0.0;
-  return ligament_energy(tools_.ligaments, {flexion_rad, here_.place.varus_rad},
-                         pose_at(here_.place, tools_.grip))
+  if (state_.ligaments.fibres.empty()) return 0.0;
+  return ligament_energy(state_.ligaments, {flexion_rad, current_.place.varus_rad},
+                         pose_at(current_.place, state_.grip))
       .energy_nmm;
 }
 
 double EquilibriumSolver::Run::flexion_moment_nmm(const std::vector<ContactForce>& forces) const
 {
-  const Eigen::Vector3d axis = rotation_x(-here_.place.varus_rad) * Eigen::Vector3d::UnitZ();
+  const Eigen::Vector3d axis = rotation_x(-current_.place.varus_rad) * Eigen::Vector3d::UnitZ();
   const Loads& loads = task_.loads;
   double sum_nmm = axis.dot(loads.point_mm.cross(loads.force_n)) + loads.moment_nmm * axis.y();
   for (const ContactForce& f : forces) {

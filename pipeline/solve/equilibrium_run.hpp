@@ -1,4 +1,4 @@
-/// One motion step of the equilibrium under way. Only for the files that implement it.
+/// State of one motion step of the equilibrium. Included only by its implementation files.
 #pragma once
 
 #include <optional>
@@ -10,14 +10,14 @@
 namespace vrda {
 
 namespace equilibrium_rules {
-// A step of the grid moves a knee by as much at most. Measured: 2 mm takes a tenth more iterations, a third
-// of a millimetre a twentieth fewer, but three times as many where a seed lies 20 mm away.
+// A grid step moves a knee by at most this. Measured: 2 mm takes 10 % more iterations; 0.33 mm takes 5 %
+// fewer, but three times as many from a seed 20 mm away.
 inline constexpr double first_radius_mm = 0.9;
 }  // namespace equilibrium_rules
 
-/// How much further than the first touch features are asked for in the beginning, mm. Follows the facets, so
-/// that coarse and fine meshes show about as many; a step then follows what it sees. What lies beyond comes
-/// as cuts of rejected steps. Measured: twice as many save an iteration in eight and cost more than that.
+/// Initial width of the band beyond the first contact in which features are returned, mm. Depends on the mean
+/// facet areas, so that coarse and fine meshes give similar numbers of features. Others become cutting planes
+/// of rejected steps. Measured: twice the features save an iteration in eight and cost more.
 double band_of(const Mesh& reference, const Mesh& moving);
 
 struct EquilibriumSolver::State {
@@ -35,13 +35,13 @@ struct EquilibriumSolver::State {
   {
   }
 
-  // Turning the reference costs time: only when it is not there.
-  void stand(const Attitude& attitude)
+  // Skips the rotation of the reference when the attitude is unchanged.
+  void set_attitude(const Attitude& attitude)
   {
-    if (stands && at.flexion_rad == attitude.flexion_rad && at.varus_rad == attitude.varus_rad) return;
+    if (is_set && at.flexion_rad == attitude.flexion_rad && at.varus_rad == attitude.varus_rad) return;
     gap.set_attitude(attitude);
     at = attitude;
-    stands = true;
+    is_set = true;
   }
 
   const Joint& joint;
@@ -55,93 +55,92 @@ struct EquilibriumSolver::State {
   GapQuery lateral;
   NarrowPhase narrow_phase;
   Attitude at;  // of `gap`
-  bool stands = false;
+  bool is_set = false;
 };
 
-/// What a gap query at a place shows.
+/// Result of a gap query at one configuration.
 struct GapSight {
   double travel_mm = 0.0;
-  double ceiling_mm = 0.0;          ///< height of the pivot at the first touch
-  std::size_t n_features = 0;       ///< of which only some can bear
+  double ceiling_mm = 0.0;          ///< height of the pivot at the first contact
+  std::size_t n_features = 0;       ///< including those that cannot carry load
   std::vector<Obstacle> obstacles;  ///< nearest first
 };
 
 class EquilibriumSolver::Run {
  public:
-  Run(State& tools, const Task& task);
+  Run(State& state, const Task& task);
   StepRecord run();
 
  private:
-  enum class Outcome { accepted, rejected, led_off };
-  StepStatus settle();
+  enum class Outcome { accepted, rejected, unbounded };
+  StepStatus find_equilibrium();
   int n_gap_queries() const;
-  Attitude attitude_at(const Place& place) const;
-  // Into a sight that keeps its memory.
-  void look(const Place& place, double band, GapSight& sight);
-  // As wide as the last looks found good.
-  void look(const Place& place, GapSight& sight);
-  // A vertex in the flat or in a hollow extends to an obstacle that is not there.
-  bool can_bear(const Obstacle& o) const;
-  Rest rest_at(const Place& place, double travel_mm) const;
+  Attitude attitude_at(const Place& configuration) const;
+  // Overwrites `sample`, whose memory is reused.
+  void sample_gap(const Place& configuration, double band, GapSight& sample);
+  // With the current band, which is then adapted to the number of features.
+  void sample_gap(const Place& configuration, GapSight& sample);
+  // False for a vertex in a flat or concave region, whose constraint would not exist.
+  bool can_carry_load(const Obstacle& constraint) const;
+  Rest candidate_at(const Place& configuration, double travel_mm) const;
   StepPlan next_plan();
-  bool bears_by_cuts(const StepPlan& plan) const;
-  // Where it stands the obstacle must leave the standoff; one that does not was extended too far.
-  bool holds_here(const Obstacle& obstacle, const Rotations& rotations) const;
+  bool active_set_uses_cuts(const StepPlan& plan) const;
+  // A constraint violated at the current configuration was extended too far and is not valid there.
+  bool is_satisfied_here(const Obstacle& constraint, const Rotations& rotations) const;
   Outcome attempt(const StepPlan& plan);
-  // The obstacles met there bend the next plan; where none helps, a shorter way.
+  // Adds the constraints found at the trial as cutting planes; without any, shrinks the trust region.
   void reject(const StepPlan& plan);
-  // Adds those that hold where it stands; false when none does.
-  bool take_cuts(const std::vector<Obstacle>& met, std::vector<Obstacle>& cuts) const;
-  // Obstacles of the pose left behind are forgotten: extended too far they block the way.
-  void accept(const Rest& rest);
-  // Not solved after all: without the cuts, from nearer. False when there is no nearer.
-  bool looks_closer();
-  // From fresh features alone, whatever the plan believed.
+  // Adds the constraints that are satisfied at the current configuration; false if none is.
+  bool add_cuts(const std::vector<Obstacle>& found, std::vector<Obstacle>& cuts) const;
+  // Drops the cutting planes of the previous configuration: extended too far, they block valid steps.
+  void accept(const Rest& candidate);
+  // After a failed certificate: drops the cutting planes too. False when the radius reaches its minimum.
+  bool shrink_trust_region();
+  // Uses only features sampled at the current configuration, not the constraints of the plan.
   bool is_certified(const StepPlan& plan);
-  // A rim that leaves another rim touches it to the last: whether a hair further the way leads off.
-  bool is_at_the_rim();
-  // Obstacles that meet in one point of both objects may be alternatives instead of walls: a tip that crosses
-  // a ridge leaves one flank for the other, though each, extended, blocks the way beyond. So each is tried
-  // alone, and a step that really rises is taken.
-  bool passes_a_ridge();
-  // Against the obstacles known.
-  bool rises_really();
-  bool gains(double share, const StepPlan& plan, const Rest& rest) const;
-  // Those that touch here.
-  void take_touching(const std::vector<Obstacle>& obstacles);
-  void balance();
+  // Whether a small step towards the last unbounded trial loses contact.
+  bool is_at_border();
+  // Constraints through one point may be alternatives: a tip that crosses a ridge moves from one flank to the
+  // other, though each, extended, blocks the step. Tries each constraint alone.
+  bool crosses_ridge();
+  // Plans with `constraints_` and accepts the trial if its true gain is sufficient.
+  bool accept_if_improving();
+  bool has_gain(double share, const StepPlan& plan, const Rest& candidate) const;
+  // Adds the constraints in contact at the current configuration.
+  void add_touching(const std::vector<Obstacle>& constraints);
+  void update_balance();
   void measure(StepRecord& record);
   static double gap_left_mm(GapQuery& query, const Attitude& attitude, const MovingPose& pose);
-  // Everything free re-adapting to the obstacles known; where the turn seems cheap, to those met there.
-  bool turning_costs(double turn);
+  // All other coordinates adapt to the constraints; those found at each trial are added.
+  bool resists_turn(double turn);
   void fill_balance(StepRecord& record) const;
-  ContactForce contact_force(const Obstacle& o, const Clearance& c, double along_delta_n) const;
+  ContactForce contact_force(const Obstacle& constraint, const Clearance& c, double along_delta_n) const;
   double ligament_energy_at(double flexion_rad) const;
-  // More flexion turns the reference about `axis`, so a moment that flexes acts on the moving object against
-  // it. Ligaments by differences: their energy has no flexion among its coordinates.
+  // Flexion rotates the reference about `axis`, so a flexing moment acts on the moving object about -axis.
+  // Ligaments by central differences: flexion is not a coordinate of their energy.
   double flexion_moment_nmm(const std::vector<ContactForce>& forces) const;
-  State& tools_;
+  State& state_;
   const Task& task_;
   Forces forces_;
   double push_n_;
   double tolerance_mm_;
-  double band_mm_;  // follows how many features are seen
+  double band_mm_;  // adapted to the number of features
   Place seed_;
   StepPlanner planner_;
   PlanOptions plan_options_;
-  Rest here_;
-  GapSight fresh_, trial_;
-  std::vector<Obstacle> cuts_;  // met by steps rejected from here
-  std::vector<Obstacle> known_, touching_;
+  Rest current_;
+  GapSight sample_, trial_sample_;
+  std::vector<Obstacle> cuts_;  // cutting planes: constraints found at trials rejected from `current_`
+  std::vector<Obstacle> constraints_, touching_;
   std::vector<Clearance> clearances_;
-  Held held_;
+  Held balance_;
   double radius_mm_ = equilibrium_rules::first_radius_mm;
   double residual_mm_ = 0.0;
-  std::optional<Place> led_off_;  // where nothing faced any more
+  std::optional<Place> unbounded_trial_;  // last trial without contact
   int n_rejections_ = 0;
   int iteration_ = 0;
   int n_queries_before_ = 0;
-  int n_spared_ = 0;
+  int n_queries_saved_ = 0;
 };
 
 }  // namespace vrda

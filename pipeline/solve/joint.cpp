@@ -12,11 +12,11 @@
 namespace vrda {
 namespace {
 
-std::vector<std::int32_t> triangles_of(const std::vector<Compartment>& of_triangle, Compartment wanted)
+std::vector<std::int32_t> triangles_of(const std::vector<Compartment>& of_triangle, Compartment compartment)
 {
   std::vector<std::int32_t> rows;
   for (std::size_t t = 0; t < of_triangle.size(); ++t) {
-    if (of_triangle[t] == wanted) rows.push_back(static_cast<std::int32_t>(t));
+    if (of_triangle[t] == compartment) rows.push_back(static_cast<std::int32_t>(t));
   }
   return rows;
 }
@@ -54,7 +54,7 @@ Joint make_joint(const SolverBody& reference, const SolverBody& moving,
   check(reference.mesh.triangles.rows() > 0 && moving.mesh.triangles.rows() > 0, "make_joint: an empty mesh");
   check(compartment_of_triangle.empty() ||
             static_cast<Eigen::Index>(compartment_of_triangle.size()) == moving.mesh.triangles.rows(),
-        "make_joint: one compartment a moving triangle");
+        "make_joint: one compartment per moving triangle");
   Joint joint;
   joint.reference = make_collider(reference.mesh);
   joint.moving = make_collider(moving.mesh);
@@ -86,13 +86,13 @@ double gap_or_nan_mm(const Joint& joint, const TreeMesh& reference, const BoxTre
 
 ContactRecord contact_record(const Joint& joint, const Contact& contact)
 {
-  ContactRecord kept{contact.point_mm,         contact.normal,
-                     contact.distance_mm,      contact.triangles.reference,
-                     contact.triangles.moving, 0};
-  if (joint.compartment_of_triangle.empty()) return kept;
-  kept.compartment = static_cast<std::int8_t>(
+  ContactRecord record{contact.point_mm,         contact.normal,
+                       contact.distance_mm,      contact.triangles.reference,
+                       contact.triangles.moving, 0};
+  if (joint.compartment_of_triangle.empty()) return record;
+  record.compartment = static_cast<std::int8_t>(
       joint.compartment_of_triangle[static_cast<std::size_t>(contact.triangles.moving)]);
-  return kept;
+  return record;
 }
 
 void measure_contacts(const Joint& joint, const std::vector<Contact>& contacts, double resolution_mm,

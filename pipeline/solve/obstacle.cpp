@@ -6,13 +6,12 @@
 namespace vrda {
 namespace {
 
-// A feature's normal is a face's when the sine between them is below this: normals of thin triangles carry
-// 1e-10 of rounding.
+// Sine of the angle below which a normal is that of a face; thin triangles have rounding errors of 1e-10.
 constexpr double same_direction = 1e-7;
-// One point seen through both objects' rotations.
+// Rounding of one point transformed by both objects' rotations.
 constexpr double same_point_mm = 1e-9;
-// Height of a unit normal below which an extended face stands upright.
-constexpr double upright = 1e-6;
+// Component of a unit normal along Delta below which a face counts as parallel to Delta.
+constexpr double parallel_to_delta = 1e-6;
 
 Eigen::Vector3d about_x(const Eigen::Vector3d& v)
 {
@@ -24,7 +23,7 @@ Eigen::Vector3d about_delta(const Eigen::Vector3d& v)
   return {v.z(), 0.0, -v.x()};
 }
 
-// Row of the triangle's corner that lies at `p`, or -1.
+// Row of the triangle's corner at `p`, or -1.
 std::int32_t corner_at(const Mesh& mesh, std::int32_t triangle, const Eigen::Vector3d& p)
 {
   for (Eigen::Index k = 0; k < 3; ++k) {
@@ -34,8 +33,8 @@ std::int32_t corner_at(const Mesh& mesh, std::int32_t triangle, const Eigen::Vec
   return -1;
 }
 
-// The two edges, unit, most nearly across `normal` together.
-void take_edges(const Corners& reference, const Corners& moving, const Eigen::Vector3d& normal, Obstacle& out)
+// Stores the pair of unit edges whose cross product is most nearly parallel to `normal`.
+void set_edges(const Corners& reference, const Corners& moving, const Eigen::Vector3d& normal, Obstacle& out)
 {
   double best = -1.0;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -51,60 +50,62 @@ void take_edges(const Corners& reference, const Corners& moving, const Eigen::Ve
   }
 }
 
-// The common normal and its derivatives over theta and varus, before scaling.
+// The common normal, not of unit length, and its derivatives over theta and varus.
 struct Normal {
   Eigen::Vector3d n, over_theta, over_varus;
 };
 
-Normal common_normal(const Obstacle& o, const Rotations& at)
+Normal common_normal(const Obstacle& constraint, const Rotations& at)
 {
-  switch (o.kind) {
+  switch (constraint.kind) {
     case Obstacle::Kind::face_of_reference: {
-      const Eigen::Vector3d n = at.of_reference * o.reference_direction;
+      const Eigen::Vector3d n = at.of_reference * constraint.reference_direction;
       return {n, Eigen::Vector3d::Zero(), -about_x(n)};
     }
     case Obstacle::Kind::face_of_moving: {
-      const Eigen::Vector3d n = at.of_moving * o.moving_direction;
+      const Eigen::Vector3d n = at.of_moving * constraint.moving_direction;
       return {n, about_delta(n), Eigen::Vector3d::Zero()};
     }
     case Obstacle::Kind::edges:
       break;
   }
-  const Eigen::Vector3d u = at.of_reference * o.reference_direction, v = at.of_moving * o.moving_direction;
+  const Eigen::Vector3d u = at.of_reference * constraint.reference_direction,
+                        v = at.of_moving * constraint.moving_direction;
   return {u.cross(v), u.cross(about_delta(v)), -about_x(u).cross(v)};
 }
 
-// d (n / n.y).
+// Derivative of n / n.y.
 Eigen::Vector3d slope_change(const Normal& n, const Eigen::Vector3d& change)
 {
   return (change - n.n * (change.y() / n.n.y())) / n.n.y();
 }
 
-// How fast reference point minus moving point changes.
-Eigen::Matrix<double, 3, 5> distance_jacobian(const Obstacle& o, const Rotations& at)
+// Jacobian of reference point minus moving point.
+Eigen::Matrix<double, 3, 5> distance_jacobian(const Obstacle& constraint, const Rotations& at)
 {
   Eigen::Matrix<double, 3, 5> J;
   J.leftCols<3>() = -Eigen::Matrix3d::Identity();
-  J.col(about_y) = -about_delta(at.of_moving * o.moving_mm);
-  J.col(about_varus) = -about_x(at.of_reference * o.reference_mm);
+  J.col(about_y) = -about_delta(at.of_moving * constraint.moving_mm);
+  J.col(about_varus) = -about_x(at.of_reference * constraint.reference_mm);
   return J;
 }
 
 }  // namespace
 
-Rotations::Rotations(const Place& place, double flexion_rad)
-    : of_reference(reference_rotation({flexion_rad, place.varus_rad})), of_moving(rotation_y(place.theta_rad))
+Rotations::Rotations(const Place& configuration, double flexion_rad)
+    : of_reference(reference_rotation({flexion_rad, configuration.varus_rad})),
+      of_moving(rotation_y(configuration.theta_rad))
 {
 }
 
-Obstacle obstacle_of(const GapFeature& feature, const TouchingMeshes& meshes, const Place& place,
+Obstacle obstacle_of(const GapFeature& feature, const TouchingMeshes& meshes, const Place& configuration,
                      const Rotations& rotations)
 {
   Obstacle out;
   out.triangles = feature.triangles;
   out.reference_mm =
       rotations.of_reference.transpose() * (feature.point_mm + feature.travel_mm * Eigen::Vector3d::UnitY());
-  out.moving_mm = rotations.of_moving.transpose() * (feature.point_mm - place.pivot_mm);
+  out.moving_mm = rotations.of_moving.transpose() * (feature.point_mm - configuration.pivot_mm);
   const Eigen::Vector3d in_reference = rotations.of_reference.transpose() * feature.normal;
   const Eigen::Vector3d in_moving = rotations.of_moving.transpose() * feature.normal;
   const Eigen::Vector3d n_reference = face_normal(meshes.reference, feature.triangles.reference);
@@ -124,44 +125,44 @@ Obstacle obstacle_of(const GapFeature& feature, const TouchingMeshes& meshes, co
   for (Eigen::Vector3d& p : r) p = rotations.of_reference * p;
   for (Eigen::Vector3d& p : m) p = rotations.of_moving * p;
   out.kind = Obstacle::Kind::edges;
-  take_edges(r, m, feature.normal, out);
+  set_edges(r, m, feature.normal, out);
   out.reference_direction = rotations.of_reference.transpose() * out.reference_direction;
   out.moving_direction = rotations.of_moving.transpose() * out.moving_direction;
   return out;
 }
 
-Clearance clearance(const Obstacle& o, const Place& place, const Rotations& at)
+Clearance clearance(const Obstacle& constraint, const Place& configuration, const Rotations& at)
 {
-  const Normal n = common_normal(o, at);
+  const Normal n = common_normal(constraint, at);
   Clearance result;
-  if (std::abs(n.n.y()) < upright * n.n.norm()) {
+  if (std::abs(n.n.y()) < parallel_to_delta * n.n.norm()) {
     result.travel_mm = std::numeric_limits<double>::infinity();
     return result;
   }
-  const Eigen::Vector3d apart =
-      at.of_reference * o.reference_mm - (place.pivot_mm + at.of_moving * o.moving_mm);
+  const Eigen::Vector3d apart = at.of_reference * constraint.reference_mm -
+                                (configuration.pivot_mm + at.of_moving * constraint.moving_mm);
   const Eigen::Vector3d slope = n.n / n.n.y();
   result.travel_mm = apart.dot(slope);
-  result.gradient = distance_jacobian(o, at).transpose() * slope;
+  result.gradient = distance_jacobian(constraint, at).transpose() * slope;
   result.gradient(about_y) += apart.dot(slope_change(n, n.over_theta));
   result.gradient(about_varus) += apart.dot(slope_change(n, n.over_varus));
   return result;
 }
 
-Matrix5d clearance_bend(const Obstacle& o, const Rotations& at)
+Matrix5d clearance_bend(const Obstacle& constraint, const Rotations& at)
 {
-  const Normal n = common_normal(o, at);
-  if (std::abs(n.n.y()) < upright * n.n.norm()) return Matrix5d::Zero();
+  const Normal n = common_normal(constraint, at);
+  if (std::abs(n.n.y()) < parallel_to_delta * n.n.norm()) return Matrix5d::Zero();
   const Eigen::Vector3d slope = n.n / n.n.y();
-  const Eigen::Matrix<double, 3, 5> J = distance_jacobian(o, at);
-  // Where both points meet, terms with their distance vanish.
+  const Eigen::Matrix<double, 3, 5> J = distance_jacobian(constraint, at);
+  // Terms proportional to the distance of the points vanish where they coincide.
   Matrix5d half = Matrix5d::Zero();
   half.col(about_y) += J.transpose() * slope_change(n, n.over_theta);
   half.col(about_varus) += J.transpose() * slope_change(n, n.over_varus);
-  Matrix5d bend = half + half.transpose();
-  bend(about_y, about_y) -= slope.dot(about_delta(about_delta(at.of_moving * o.moving_mm)));
-  bend(about_varus, about_varus) += slope.dot(about_x(about_x(at.of_reference * o.reference_mm)));
-  return bend;
+  Matrix5d hessian = half + half.transpose();
+  hessian(about_y, about_y) -= slope.dot(about_delta(about_delta(at.of_moving * constraint.moving_mm)));
+  hessian(about_varus, about_varus) += slope.dot(about_x(about_x(at.of_reference * constraint.reference_mm)));
+  return hessian;
 }
 
 }  // namespace vrda

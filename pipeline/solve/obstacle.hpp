@@ -1,6 +1,6 @@
-/// The equilibrium's own coordinates: where the middle of the moving object stands, its turn, and varus.
-/// Turning about the middle keeps a mesh far from its origin from swinging through space, and angles times a
-/// lever are millimetres, so that one trust radius fits all.
+/// Coordinates and contact constraints of the equilibrium: position of a pivot in the middle of the moving
+/// object, rotation theta about it, and varus. A central pivot keeps displacements small for meshes far from
+/// their origin. Angles are scaled by a lever to mm, so that one trust radius serves all coordinates.
 #pragma once
 
 #include <algorithm>
@@ -11,9 +11,9 @@
 
 namespace vrda {
 
-/// Of one moving object.
+/// Centre of rotation of one moving object and the radius by which angles become lengths.
 struct Grip {
-  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< middle of the object, in its own frame
+  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< middle of the object, moving frame
   double lever_mm = 1.0;                               ///< half its larger horizontal extent
 };
 
@@ -24,55 +24,56 @@ inline Grip grip_of(const Mesh& moving)
   return {{middle.x(), 0.0, middle.z()}, std::max(0.5 * std::max(size.x(), size.z()), 1e-6)};
 }
 
+/// Configuration of the joint at one flexion.
 struct Place {
-  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< where the pivot stands, S
+  Eigen::Vector3d pivot_mm = Eigen::Vector3d::Zero();  ///< position of the pivot in S
   double theta_rad = 0.0;
   double varus_rad = 0.0;
 };
 
-/// Angles of `step` are times the lever: all mm.
-inline Place moved(const Place& place, const Vector5d& step, const Grip& grip)
+/// `configuration` after `step`; the angles of `step` are multiplied by the lever, so all are mm.
+inline Place moved(const Place& configuration, const Vector5d& step, const Grip& scale)
 {
-  return {place.pivot_mm + step.head<3>(), place.theta_rad + step(about_y) / grip.lever_mm,
-          place.varus_rad + step(about_varus) / grip.lever_mm};
+  return {configuration.pivot_mm + step.head<3>(), configuration.theta_rad + step(about_y) / scale.lever_mm,
+          configuration.varus_rad + step(about_varus) / scale.lever_mm};
 }
 
-/// The step from one place to another, angles times the lever.
-inline Vector5d step_between(const Place& from, const Place& to, const Grip& grip)
+/// The step between two configurations, mm; angles multiplied by the lever.
+inline Vector5d step_between(const Place& from, const Place& to, const Grip& scale)
 {
   Vector5d step;
-  step << to.pivot_mm - from.pivot_mm, grip.lever_mm * (to.theta_rad - from.theta_rad),
-      grip.lever_mm * (to.varus_rad - from.varus_rad);
+  step << to.pivot_mm - from.pivot_mm, scale.lever_mm * (to.theta_rad - from.theta_rad),
+      scale.lever_mm * (to.varus_rad - from.varus_rad);
   return step;
 }
 
-inline MovingPose pose_at(const Place& place, const Grip& grip)
+inline MovingPose pose_at(const Place& configuration, const Grip& scale)
 {
-  return {place.pivot_mm - rotation_y(place.theta_rad) * grip.pivot_mm, place.theta_rad};
+  return {configuration.pivot_mm - rotation_y(configuration.theta_rad) * scale.pivot_mm,
+          configuration.theta_rad};
 }
 
-inline Place place_at(const MovingPose& pose, double varus_rad, const Grip& grip)
+inline Place place_at(const MovingPose& pose, double varus_rad, const Grip& scale)
 {
-  return {pose.translation_mm + rotation_y(pose.theta_rad) * grip.pivot_mm, pose.theta_rad, varus_rad};
+  return {pose.translation_mm + rotation_y(pose.theta_rad) * scale.pivot_mm, pose.theta_rad, varus_rad};
 }
 
-/// A gap feature kept for other poses: its face or edges extended without end, so that its travel is known
-/// exactly, with derivatives, wherever the moving object goes. What the steps of the equilibrium are made of.
+/// A contact constraint made from a gap feature: its face or edges are extended to infinite planes or lines,
+/// so that the travel left along Delta and its derivatives are exact at every configuration.
 struct Obstacle {
   enum class Kind : std::uint8_t { face_of_reference, face_of_moving, edges };
   Kind kind = Kind::face_of_reference;
-  Eigen::Vector3d reference_mm;         ///< a point of the reference, zero attitude
-  Eigen::Vector3d moving_mm;            ///< a point of the moving object, from its pivot
-  Eigen::Vector3d reference_direction;  ///< face normal or edge of the reference, zero attitude
-  Eigen::Vector3d moving_direction;     ///< face normal or edge of the moving object, its own frame
+  Eigen::Vector3d reference_mm;         ///< point of the reference, S at zero attitude
+  Eigen::Vector3d moving_mm;            ///< point of the moving object, relative to its pivot
+  Eigen::Vector3d reference_direction;  ///< face normal or edge of the reference, S at zero attitude
+  Eigen::Vector3d moving_direction;     ///< face normal or edge of the moving object, moving frame
   TrianglePair triangles;
-  std::int32_t vertex =
-      -1;  ///< that touches the face; of the moving object where the face is the reference's
+  std::int32_t vertex = -1;  ///< touches the face, and belongs to the other object; -1 for edges
 };
 
-/// Both objects' rotations at a place.
+/// Rotations of both objects at a configuration.
 struct Rotations {
-  Rotations(const Place& place, double flexion_rad);
+  Rotations(const Place& configuration, double flexion_rad);
   Eigen::Matrix3d of_reference;
   Eigen::Matrix3d of_moving;
 };
@@ -84,19 +85,19 @@ struct TouchingMeshes {
   const Grip& grip;
 };
 
-/// `feature` as found at `place`.
-Obstacle obstacle_of(const GapFeature& feature, const TouchingMeshes& meshes, const Place& place,
+/// The constraint of `feature`, which was found at `configuration`.
+Obstacle obstacle_of(const GapFeature& feature, const TouchingMeshes& meshes, const Place& configuration,
                      const Rotations& rotations);
 
-/// Travel left and its derivatives over a Place's coordinates (angles in rad, not times the lever). Infinite,
-/// with no derivatives, where the extended edges or face have turned upright.
+/// Travel left along Delta and its gradient over the configuration (angles in rad, not scaled). Infinite with
+/// a zero gradient where the extended face or edges are parallel to Delta.
 struct Clearance {
   double travel_mm = 0.0;
   Vector5d gradient = Vector5d::Zero();
 };
-Clearance clearance(const Obstacle& obstacle, const Place& place, const Rotations& rotations);
+Clearance clearance(const Obstacle& constraint, const Place& configuration, const Rotations& rotations);
 
-/// Second derivatives of the travel, exact where it is zero.
-Matrix5d clearance_bend(const Obstacle& obstacle, const Rotations& rotations);
+/// Hessian of the travel, exact where the travel is zero.
+Matrix5d clearance_bend(const Obstacle& constraint, const Rotations& rotations);
 
 }  // namespace vrda

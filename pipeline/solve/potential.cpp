@@ -10,13 +10,13 @@
 namespace vrda {
 namespace {
 
-// Newton's step with bisection as its guard: halving a reach of 1000 mm down to rounding takes 60.
-constexpr int most_heights = 80;
+// Newton's method safeguarded by bisection: 60 halvings reduce 1000 mm to rounding.
+constexpr int max_iterations = 80;
 
-// From the coordinates of a pose to those of its place: turning about the pivot moves the object's origin.
+// Changes coordinates from the pose to the configuration: rotation about the pivot moves the object's origin.
 Potential about_pivot(const Potential& of_pose, const Eigen::Vector3d& arm)
 {
-  // arm: from the origin of the moving object to its pivot, turned.
+  // arm: from the origin of the moving object to its pivot, in S.
   Vector5d turn = Vector5d::Zero();
   turn.head<3>() = -Eigen::Vector3d::UnitY().cross(arm);
   turn(about_y) = 1.0;
@@ -30,67 +30,68 @@ Potential about_pivot(const Potential& of_pose, const Eigen::Vector3d& arm)
   return out;
 }
 
-Potential to_second_order(const Rest& from, const Place& place)
+Potential second_order_expansion(const Rest& from, const Place& configuration)
 {
   Vector5d step;
-  step << place.pivot_mm - from.place.pivot_mm, place.theta_rad - from.place.theta_rad,
-      place.varus_rad - from.place.varus_rad;
-  const Vector5d bent = from.potential.hessian * step;
+  step << configuration.pivot_mm - from.place.pivot_mm, configuration.theta_rad - from.place.theta_rad,
+      configuration.varus_rad - from.place.varus_rad;
+  const Vector5d change = from.potential.hessian * step;
   Potential u = from.potential;
-  u.energy_nmm += from.potential.gradient.dot(step) + 0.5 * step.dot(bent);
-  u.gradient += bent;
+  u.energy_nmm += from.potential.gradient.dot(step) + 0.5 * step.dot(change);
+  u.gradient += change;
   return u;
 }
 
 }  // namespace
 
-Potential potential_at(const Forces& forces, const Place& place)
+Potential potential_at(const Forces& forces, const Place& configuration)
 {
-  if (forces.near != nullptr) return to_second_order(*forces.near, place);
-  const MovingPose pose = pose_at(place, forces.grip);
+  if (forces.near != nullptr) return second_order_expansion(*forces.near, configuration);
+  const MovingPose pose = pose_at(configuration, forces.grip);
   Potential u;
   if (!forces.ligaments.fibres.empty())
-    u = ligament_energy(forces.ligaments, {forces.flexion_rad, place.varus_rad}, pose);
+    u = ligament_energy(forces.ligaments, {forces.flexion_rad, configuration.varus_rad}, pose);
   const Loads& loads = forces.loads;
   const Eigen::Vector3d turning_nmm = loads.point_mm.cross(loads.force_n);
   Vector5d push;
   push << loads.force_n, loads.moment_nmm + turning_nmm.y(), loads.varus_moment_nmm + turning_nmm.x();
   Vector5d at;
-  at << pose.translation_mm, pose.theta_rad, place.varus_rad;
+  at << pose.translation_mm, pose.theta_rad, configuration.varus_rad;
   u.energy_nmm -= push.dot(at);
   u.gradient -= push;
-  return about_pivot(u, place.pivot_mm - pose.translation_mm);
+  return about_pivot(u, configuration.pivot_mm - pose.translation_mm);
 }
 
-Rest rest_along_delta(const Forces& forces, Place place, const RestLimits& limits)
+Rest rest_along_delta(const Forces& forces, Place configuration, const RestLimits& limits)
 {
   double low = limits.ceiling_mm - limits.reach_mm, high = limits.ceiling_mm;
-  place.pivot_mm.y() = std::clamp(place.pivot_mm.y(), low, high);
-  Rest rest{place, potential_at(forces, place), true};
-  for (int k = 0; k < most_heights; ++k) {
-    double& y = rest.place.pivot_mm.y();
-    const double slope = rest.potential.gradient(along_y),
-                 stiffness = rest.potential.hessian(along_y, along_y);
-    if (std::abs(slope) <= limits.force_tolerance_n || (y >= limits.ceiling_mm && slope < 0.0)) return rest;
+  configuration.pivot_mm.y() = std::clamp(configuration.pivot_mm.y(), low, high);
+  Rest candidate{configuration, potential_at(forces, configuration), true};
+  for (int k = 0; k < max_iterations; ++k) {
+    double& y = candidate.place.pivot_mm.y();
+    const double slope = candidate.potential.gradient(along_y),
+                 stiffness = candidate.potential.hessian(along_y, along_y);
+    if (std::abs(slope) <= limits.force_tolerance_n || (y >= limits.ceiling_mm && slope < 0.0))
+      return candidate;
     (slope > 0.0 ? high : low) = y;
     if (high - low <= 1e-13 * (1.0 + std::abs(y))) break;
-    // Towards the ceiling in one go where nothing bends the way; downwards by doubling, then Newton.
+    // Newton's step, or else the ceiling while it has not been tried, or bisection.
     double next = y - slope / stiffness;
     if (!(stiffness > 0.0) || !(next > low) || !(next < high)) {
       next = slope < 0.0 && high == limits.ceiling_mm ? high : 0.5 * (low + high);
     }
     y = next;
-    rest.potential = potential_at(forces, rest.place);
+    candidate.potential = potential_at(forces, candidate.place);
   }
-  rest.is_bounded = high - low < 0.5 * limits.reach_mm && low > limits.ceiling_mm - limits.reach_mm;
-  return rest;
+  candidate.is_bounded = high - low < 0.5 * limits.reach_mm && low > limits.ceiling_mm - limits.reach_mm;
+  return candidate;
 }
 
-Held held_by(const Potential& potential, const std::vector<Clearance>& touching, const Grip& grip,
+Held held_by(const Potential& potential, const std::vector<Clearance>& touching, const Grip& scale,
              const std::array<bool, 5>& is_free)
 {
   Vector5d s;
-  s << 1.0, 1.0, 1.0, 1.0 / grip.lever_mm, 1.0 / grip.lever_mm;
+  s << 1.0, 1.0, 1.0, 1.0 / scale.lever_mm, 1.0 / scale.lever_mm;
   for (std::size_t k = 0; k < is_free.size(); ++k) s(static_cast<Eigen::Index>(k)) *= is_free[k] ? 1.0 : 0.0;
   std::vector<HalfSpace> rows;
   std::vector<double> length;
@@ -105,8 +106,8 @@ Held held_by(const Potential& potential, const std::vector<Clearance>& touching,
   held.unbalanced_n = qp.d;
   held.residual_n = qp.d.norm();
   for (std::size_t k = 0; k < qp.n_support; ++k) {
-    const QpSolution::Support& one = qp.support[k];
-    if (one.multiplier > 0.0) held.bearing.push_back({one.row, one.multiplier / length[one.row]});
+    const QpSolution::Support& active = qp.support[k];
+    if (active.multiplier > 0.0) held.bearing.push_back({active.row, active.multiplier / length[active.row]});
   }
   std::sort(held.bearing.begin(), held.bearing.end(),
             [](const Held::Bearing& a, const Held::Bearing& b) { return a.row < b.row; });

@@ -1,5 +1,5 @@
-/// What the equilibrium minimises, ligaments' energy less the loads' work (DESIGN.md 5.3), and its
-/// certificate: whether contact forces that can only push hold the loads and ligaments.
+/// The potential of the equilibrium, ligament energy minus work of the loads (DESIGN.md 5.3), and its
+/// certificate: whether compressive contact forces balance loads and ligaments.
 #pragma once
 
 #include <vector>
@@ -13,59 +13,58 @@ namespace vrda {
 
 struct Rest;
 
-/// Everything that pulls and pushes at one flexion, but contact.
+/// All forces at one flexion except contact.
 struct Forces {
   const Ligaments& ligaments;
   const Loads& loads;
   const Grip& grip;
   double flexion_rad = 0.0;
-  /// Where set, its potential to second order stands for the exact one, which costs a path for every fibre.
+  /// If set, the potential is expanded to second order about it, which saves the path of every fibre.
   const Rest* near = nullptr;
 };
 
-/// Ligaments' energy less the loads' work, over the coordinates of a Place (angles in rad, not times the
-/// lever).
-Potential potential_at(const Forces& forces, const Place& place);
+/// Ligament energy minus work of the loads, N mm, with derivatives over the configuration (angles in rad).
+Potential potential_at(const Forces& forces, const Place& configuration);
 
-/// A pull towards the seed, too weak to matter against any stiffness, that makes the answer the point nearest
-/// the seed where the minimum is a continuum: stiffness / 2 times the squared step, height left out.
+/// Proximal term: stiffness / 2 times the squared step from the seed, without the height. Negligible against
+/// real stiffness; selects the point nearest the seed if the minimum is a continuum.
 struct SeedSpring {
   Place seed;
   double stiffness_n_mm = 0.0;
 };
 
+/// A configuration in equilibrium along Delta.
 struct Rest {
-  Place place;          ///< the height changed only
-  Potential potential;  ///< there
+  Place place;
+  Potential potential;  ///< at `configuration`
   bool is_bounded = true;
 };
 
-/// The height of least potential at or below `ceiling_mm` (of the pivot) with all else held: at the ceiling
-/// when that pushes on; else where the derivative along Delta vanishes, searched from `place` downwards.
-/// Not bounded: no such height within `reach_mm` below the ceiling.
+/// Minimises the potential over the height of the pivot, all other coordinates held, searching down from
+/// `configuration`. The minimum is at the ceiling, or where the derivative along Delta vanishes. Not bounded:
+/// no minimum within `reach_mm` below the ceiling.
 struct RestLimits {
-  double ceiling_mm = 0.0;
+  double ceiling_mm = 0.0;  ///< highest pivot without overlap
   double reach_mm = 0.0;
-  double force_tolerance_n = 0.0;
+  double force_tolerance_n = 0.0;  ///< of the derivative along Delta
 };
-Rest rest_along_delta(const Forces& forces, Place place, const RestLimits& limits);
+Rest rest_along_delta(const Forces& forces, Place configuration, const RestLimits& limits);
 
-/// Of the obstacles that touch at one place.
+/// Force balance of the constraints in contact at one configuration.
 struct Held {
   struct Bearing {
-    std::size_t row = 0;         ///< of the obstacles
+    std::size_t row = 0;         ///< of the constraints
     double along_delta_n = 0.0;  ///< above 0
   };
-  Vector5d unbalanced_n =
-      Vector5d::Zero();     ///< force left along the free coordinates, moments over the lever
-  double residual_n = 0.0;  ///< its length
+  /// Residual force along the free coordinates; moments divided by the lever.
+  Vector5d unbalanced_n = Vector5d::Zero();
+  double residual_n = 0.0;  ///< norm of unbalanced_n
   std::vector<Bearing> bearing;
 };
 
-/// The non-negative forces of `touching` that leave least of the gradient of `potential` on the free
-/// coordinates. Least squares with non-negative unknowns are the dual of the projection on a cone, which
-/// is a quadratic programme: what is left over is the projection.
-Held held_by(const Potential& potential, const std::vector<Clearance>& touching, const Grip& grip,
+/// Non-negative least squares: the contact forces of `touching` that minimise the residual gradient of
+/// `potential` along the free coordinates. Solved by its dual, the projection of the gradient on a cone.
+Held held_by(const Potential& potential, const std::vector<Clearance>& touching, const Grip& scale,
              const std::array<bool, 5>& is_free);
 
 }  // namespace vrda

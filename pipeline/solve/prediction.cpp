@@ -6,14 +6,13 @@
 namespace vrda {
 namespace {
 
-// A moment (mm, unit normal) or a projection below this is rounding: contact points are good to 1e-8 mm.
+// A moment (mm, unit normal) or a projection below this is rounding: contact points are accurate to 1e-8 mm.
 constexpr double negligible = 1e-7;
 
-// Passes over the contacts until their nearest point counts as not found; ten are many.
-constexpr std::size_t most_passes = 100;
+// Limit of iterations over the contacts; ten are rarely needed.
+constexpr std::size_t max_iterations = 100;
 
-// +1 or -1 when all moments that are not negligible agree, 0 otherwise or when there is none. `skipped` is
-// left out.
+// +1 or -1 when all moments that are not negligible agree in sign, 0 otherwise. Contact `skipped` is ignored.
 int common_sign(const std::vector<Contact>& contacts, const Eigen::Vector3d& centre, std::size_t skipped)
 {
   int sign = 0;
@@ -28,14 +27,15 @@ int common_sign(const std::vector<Contact>& contacts, const Eigen::Vector3d& cen
   return sign;
 }
 
-// Whether a normal that leans across Delta passes through the centre: only one along Delta has no say there.
+// Whether a normal that is not parallel to Delta has no moment about the centre.
 bool passes_through(const Contact& contact, const Eigen::Vector3d& centre)
 {
-  const bool leans = std::abs(contact.normal.x()) > negligible || std::abs(contact.normal.z()) > negligible;
-  return leans && std::abs(moment_about_mm(contact, centre)) <= negligible;
+  const bool is_oblique =
+      std::abs(contact.normal.x()) > negligible || std::abs(contact.normal.z()) > negligible;
+  return is_oblique && std::abs(moment_about_mm(contact, centre)) <= negligible;
 }
 
-// Mean of the positive values among the components; 0 when there is none.
+// Mean of the positive components; 0 without any.
 class HalfAxis {
  public:
   void add(double component)
@@ -53,7 +53,7 @@ class HalfAxis {
 
 using Vectors = std::vector<Eigen::Vector3d>;
 
-// The point nearest to the origin on the line or plane of two or three corners, when it lies between them.
+// The point nearest to the origin on the line or plane through two or three corners, if it is between them.
 std::optional<Eigen::Vector3d> nearest_on_span(const Vectors& c)
 {
   if (c.size() == 1) return c[0];
@@ -92,12 +92,12 @@ Nearest nearest_of_simplex(const Vectors& simplex)
   return *best;
 }
 
-// Gilbert, Johnson and Keerthi (1988): the simplex takes up the point furthest towards the origin until none
-// is nearer. Zero when the hull holds the origin.
+// Gilbert, Johnson and Keerthi (1988): adds the support point towards the origin to the simplex until none is
+// nearer. Zero when the hull contains the origin.
 Eigen::Vector3d nearest_of_hull(const Vectors& points)
 {
   Nearest nearest{points.front(), {points.front()}};
-  for (std::size_t k = 0; k < most_passes; ++k) {
+  for (std::size_t k = 0; k < max_iterations; ++k) {
     const Eigen::Vector3d& p = nearest.point;
     const double distance_sq = p.squaredNorm();
     if (distance_sq <= negligible * negligible) return Eigen::Vector3d::Zero();
@@ -107,7 +107,7 @@ Eigen::Vector3d nearest_of_hull(const Vectors& points)
     Vectors simplex = nearest.corners;
     simplex.push_back(support);
     nearest = nearest_of_simplex(simplex);
-    // Only around the origin no face of the simplex is nearer than the last.
+    // No progress: the simplex contains the origin.
     if (nearest.point.squaredNorm() >= distance_sq) break;
   }
   return Eigen::Vector3d::Zero();
@@ -131,9 +131,9 @@ Eigen::Vector3d mean_point(const std::vector<Contact>& contacts)
 RotationPrediction predict_rotation(const std::vector<Contact>& contacts)
 {
   if (contacts.size() < 2) return {};
-  const std::size_t nobody = contacts.size();
+  const std::size_t none_skipped = contacts.size();
   const Eigen::Vector3d middle = mean_point(contacts);
-  const int sign = common_sign(contacts, middle, nobody);
+  const int sign = common_sign(contacts, middle, none_skipped);
   if (sign != 0) return {sign, middle};
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   int n_centres = 0;
@@ -144,12 +144,12 @@ RotationPrediction predict_rotation(const std::vector<Contact>& contacts)
   }
   if (n_centres == 0) return {};
   const Eigen::Vector3d centre = sum / n_centres;
-  // Opposite pushes along one line qualify both and meet in their mean: a third beside them slides the
-  // object.
+  // Two opposite forces on one line both qualify and their mean is on that line; a third contact beside it
+  // translates the object instead.
   if (std::any_of(contacts.begin(), contacts.end(),
                   [&](const Contact& c) { return passes_through(c, centre); }))
     return {};
-  return {common_sign(contacts, centre, nobody), centre};
+  return {common_sign(contacts, centre, none_skipped), centre};
 }
 
 Eigen::Vector3d predict_translation(const std::vector<Contact>& contacts)

@@ -9,11 +9,11 @@ namespace vrda {
 namespace {
 
 constexpr Eigen::Index n_unknowns = 5;
-// A normal whose part across the active ones is shorter than this share of it depends on them.
+// A normal whose component orthogonal to the active ones is below this share depends linearly on them.
 constexpr double dependent_share = 1e-11;
-// Every change of the active set raises the dual value, so the true number is some tens; rounding must not
-// make it endless.
-constexpr int most_changes = 400;
+// Every change of the active set raises the dual value, so some tens suffice; the limit stops cycles by
+// rounding.
+constexpr int max_changes = 400;
 
 // L with L L^T = H.
 QpMatrix cholesky(const QpMatrix& H)
@@ -90,7 +90,7 @@ class DualMethod {
     return worst;
   }
 
-  // Moves onto half-space `row`, dropping those it makes needless. False when it cannot be met.
+  // Activates half-space `row`, dropping constraints with a zero multiplier. False if it is infeasible.
   bool take(std::size_t row)
   {
     const QpVector normal = half_spaces_[row].normal;
@@ -149,7 +149,7 @@ class DualMethod {
     ++n_active_;
   }
 
-  // Turns columns k and k + 1 of J so that entry k + 1 of `d` vanishes.
+  // Givens rotation of columns k and k + 1 of J that makes entry k + 1 of `d` zero.
   void turn_columns(Eigen::Index k, double a, double b, QpVector& d)
   {
     const double length = std::sqrt(a * a + b * b);
@@ -175,7 +175,7 @@ class DualMethod {
       active_[static_cast<std::size_t>(k)] = active_[static_cast<std::size_t>(k + 1)];
     }
     --n_active_;
-    // The columns moved have one entry below the diagonal each.
+    // Each shifted column has one entry below the diagonal.
     for (Eigen::Index k = leaving; k < n_active_; ++k) {
       const double a = R_(k, k), b = R_(k + 1, k), length = std::sqrt(a * a + b * b);
       if (b == 0.0) continue;
@@ -194,7 +194,7 @@ class DualMethod {
   QpVector u_ = QpVector::Zero();
   std::array<std::size_t, n_unknowns> active_{};
   Eigen::Index n_active_ = 0;
-  int n_left_ = most_changes;
+  int n_left_ = max_changes;
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ struct HalfSpace {
   double offset = 0.0;
 };
 
-/// Half-spaces count as kept down to this.
+/// Largest violation of a half-space that counts as satisfied.
 inline constexpr double qp_tolerance = 1e-11;
 
 struct QpSolution {
@@ -26,16 +26,16 @@ struct QpSolution {
     double multiplier = 0.0;  ///< above 0: H d + g = sum of multiplier * normal
   };
   QpVector d = QpVector::Zero();
-  std::array<Support, 5> support{};  ///< what holds d; the first n_support, in no particular order
+  std::array<Support, 5> support{};  ///< the active set: the first n_active entries, unordered
   std::size_t n_support = 0;
-  bool is_solved = false;  ///< false: the half-spaces leave nothing over, to rounding
+  bool is_solved = false;  ///< false: infeasible, to rounding
 };
 
 /// The d that minimises d.H d / 2 + g.d subject to every half-space. H must be positive definite.
-/// A coordinate is held at 0 by a zero row and column of H with 1 on the diagonal, and zeros in g and the
-/// normals. Allocates nothing; ties go to the first row.
-/// Source: Goldfarb and Idnani (1983), Math. Programming 27:1-33, the dual algorithm; starts from the minimum
-/// without half-spaces, so redundant and degenerate ones do no harm.
+/// To hold a coordinate at 0, set its row and column of H to zero with 1 on the diagonal, and its entries of
+/// g and the normals to zero. Allocates nothing; ties select the first row. Source: Goldfarb and Idnani
+/// (1983), Math. Programming 27:1-33, the dual algorithm; it starts from the unconstrained minimum, so
+/// redundant and degenerate half-spaces are allowed.
 QpSolution solve_quadratic_program(const QpMatrix& H, const QpVector& g,
                                    const std::vector<HalfSpace>& half_spaces);
 

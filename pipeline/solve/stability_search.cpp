@@ -12,29 +12,28 @@
 namespace vrda {
 namespace {
 
-// The approach stops this share of the translation resolution before the exact touch, so that rounding never
-// makes a result overlap.
+// The approach stops this share of the translation resolution before the exact contact, so that rounding
+// never makes a result overlap.
 constexpr double standoff_share = 0.01;
 
-// Share of the translation resolution within which a contact surely bears load: ten stand-offs. Those
-// further off are neighbours that the thesis's band takes in.
-constexpr double really_touching = 10.0 * standoff_share;
+// Share of the translation resolution within which a contact carries load: ten stand-offs. Contacts further
+// away are neighbours within the thesis's band.
+constexpr double loaded_share = 10.0 * standoff_share;
 
-// Bands, as shares of the translation resolution, whose contacts are asked for a way up: narrow ones name
-// the slope at the pose, wide ones the obstacles next to it.
-constexpr std::array<double, 3> climb_bands = {5.0 * standoff_share, 20.0 * standoff_share, 1.0};
+// Bands, as shares of the translation resolution, whose contacts predict an ascent: narrow ones give the
+// slope at the pose, wide ones include the neighbouring contacts.
+constexpr std::array<double, 3> ascent_bands = {5.0 * standoff_share, 20.0 * standoff_share, 1.0};
 
-// A climb tries a way of half the translation resolution and then longer and longer ones up to the
-// translation step. It must gain a thousandth of the resolution: enough to be no
-// rounding, little enough for slopes of a few thousandths.
-constexpr double climb_way_share = 0.5;
-constexpr double climb_growth = 4.0;
-constexpr double climb_gain_share = 0.001;
+// An ascent starts with half the translation resolution and grows up to the translation step. It must rise by
+// a thousandth of the resolution: above rounding, below the rise of slopes of a few thousandths.
+constexpr double ascent_start_share = 0.5;
+constexpr double ascent_growth = 4.0;
+constexpr double ascent_gain_share = 0.001;
 
-// Bound of the sub-steps of one motion: keeps absurd steps from overflowing the count.
-constexpr double most_substeps = 1e6;
+// Limit of the sub-steps of one motion: avoids integer overflow for extreme step sizes.
+constexpr double max_substeps = 1e6;
 
-MovingPose turned_about(MovingPose pose, const Eigen::Vector3d& centre_mm, double angle_rad)
+MovingPose rotated_about(MovingPose pose, const Eigen::Vector3d& centre_mm, double angle_rad)
 {
   const double height_mm = pose.translation_mm.y();
   pose.translation_mm = centre_mm + rotation_y(angle_rad) * (pose.translation_mm - centre_mm);
@@ -43,18 +42,18 @@ MovingPose turned_about(MovingPose pose, const Eigen::Vector3d& centre_mm, doubl
   return pose;
 }
 
-enum class LastMotion { none, turn, slide };
+enum class LastMotion { none, rotation, translation };
 
 class Search {
  public:
   Search(const Joint& joint, const Attitude& attitude, const MovingPose& seed, const SearchOptions& options,
-         const Watch& watch)
+         const Watch& observer)
       : joint_(joint),
         reference_(turned(joint.reference.solid, attitude)),
         gap_(joint.reference_gap, joint.moving_gap),
         varus_rad_(attitude.varus_rad),
         options_(options),
-        watch_(watch),
+        observer_(observer),
         pose_(seed),
         translation_step_mm_(options.translation_step_mm),
         rotation_step_rad_(options.rotation_step_rad)
@@ -82,14 +81,14 @@ class Search {
     for (iteration_ = 1; iteration_ <= options_.max_steps; ++iteration_) {
       if (!approach()) return StepStatus::no_contact;
       const bool is_cycle = adapt_steps();
-      const std::vector<Contact> contacts = touching();
-      tell_touch(contacts, is_cycle);
+      const std::vector<Contact> contacts = contacts_here();
+      report_contact(contacts, is_cycle);
       const RotationPrediction rotation = predict_rotation(contacts);
       if (rotation.sign != 0 && rotation_step_rad_ >= options_.rotation_resolution_rad) {
-        turn(rotation);
+        rotate(rotation);
         continue;
       }
-      if (!slides_by(contacts) && !slides_by(within(contacts, really_touching)) && !climbs(contacts))
+      if (!try_translate(contacts) && !try_translate(within(contacts, loaded_share)) && !try_ascend(contacts))
         return StepStatus::stable;
     }
     iteration_ = options_.max_steps;
@@ -104,7 +103,7 @@ class Search {
     return hit.has_value();
   }
 
-  std::vector<Contact> touching()
+  std::vector<Contact> contacts_here()
   {
     ++queries_;
     return find_contacts({reference_, joint_.reference.features, joint_.moving}, pose_, narrow_phase_,
@@ -112,7 +111,7 @@ class Search {
                           options_.points, options_.normals});
   }
 
-  // Those nearer than a share of the translation resolution.
+  // The contacts nearer than a share of the translation resolution.
   std::vector<Contact> within(const std::vector<Contact>& contacts, double share) const
   {
     std::vector<Contact> near;
@@ -122,7 +121,7 @@ class Search {
     return near;
   }
 
-  // Asked again at the same pose, the answer is kept.
+  // Cached for repeated queries at the same pose.
   const Gap& gap_ahead()
   {
     const bool is_known =
@@ -134,8 +133,8 @@ class Search {
     return *ahead_;
   }
 
-  // Thesis 5.3 turns the reference under a resting object, which often makes them overlap: back out along
-  // -Delta, with short strides first, since a ball in a socket has little room.
+  // Rotating the reference from one attitude to the next often makes the objects overlap (thesis 5.3). Moves
+  // back along -Delta, with short strides first, since a ball in a socket has little clearance.
   bool retreat()
   {
     const double limit_mm = std::max(
@@ -148,19 +147,19 @@ class Search {
       free.translation_mm.y() -= stride_mm;
       if (collides(free)) continue;
       pose_ = free;
-      tell(MoveKind::retreat, pose_);
+      report(MoveKind::retreat, pose_);
       return true;
     }
     return false;
   }
 
-  // Up to the touch; false when nothing is in the way.
+  // Moves along Delta to contact; false without contact ahead.
   bool approach()
   {
     const Gap gap = gap_ahead();
     if (!std::isfinite(gap.travel_mm)) return false;
     const double travel_mm = gap.travel_mm - standoff_share * options_.translation_resolution_mm;
-    tell_strides(travel_mm);
+    report_strides(travel_mm);
     has_touched_ = true;
     if (travel_mm <= 0.0) return true;
     const MovingPose start = pose_;
@@ -172,82 +171,82 @@ class Search {
     return true;
   }
 
-  // The way is known to be free, so the thesis's approach stride is only for those who watch.
-  void tell_strides(double travel_mm) const
+  // The gap query replaces the thesis's approach strides; they are reported to the observer only.
+  void report_strides(double travel_mm) const
   {
-    if (!watch_ || has_touched_) return;
+    if (!observer_ || has_touched_) return;
     MovingPose pose = pose_;
     for (double s = options_.approach_step_mm; s < travel_mm; s += options_.approach_step_mm) {
       pose.translation_mm.y() = pose_.translation_mm.y() + s;
-      tell(MoveKind::approach, pose);
+      report(MoveKind::approach, pose);
     }
   }
 
-  // Slides as the contacts predict, unless that is below the resolution.
-  bool slides_by(const std::vector<Contact>& contacts)
+  // Translates as the contacts predict; false if that is below the resolution.
+  bool try_translate(const std::vector<Contact>& contacts)
   {
     Eigen::Vector3d by_mm = translation_step_mm_ * predict_translation(contacts);
     residual_mm_ = by_mm.norm();
     if (residual_mm_ < options_.translation_resolution_mm) return false;
     const MovingPose start = pose_;
-    slide(by_mm);
-    // A step that leaves the reference behind may just have been too long.
+    translate(by_mm);
+    // Loss of contact may only mean that the step was too long.
     while (!std::isfinite(gap_ahead().travel_mm)) {
       by_mm *= 0.5;
       if (by_mm.norm() < options_.translation_resolution_mm) break;
       translation_step_mm_ *= 0.5;
       pose_ = start;
-      slide(by_mm);
+      translate(by_mm);
     }
-    last_motion_ = LastMotion::slide;
-    tell(MoveKind::translate, pose_);
+    last_motion_ = LastMotion::translation;
+    report(MoveKind::translate, pose_);
     return true;
   }
 
-  // The average by component may point into a surface that is touched already, halving then ends short of the
-  // place of rest (thesis 3.5 and 3.6), and a neighbour within the band holds a turn before it is reached. So
-  // before a pose counts as stable, its contacts are asked for a motion that leads up, first without a turn;
-  // one that does is taken as far as it goes on rising.
-  bool climbs(const std::vector<Contact>& contacts)
+  // The component-wise average may point into a surface in contact, so that halving stops short of
+  // equilibrium (thesis 3.5 and 3.6), and a neighbour within the band may block a rotation too early. So the
+  // contacts of a stable pose are tested for an ascent, first without a rotation.
+  bool try_ascend(const std::vector<Contact>& contacts)
   {
-    // One resolution of each kind counts alike.
+    // The lever weighs one resolution of translation and of rotation equally.
     const double lever_mm = options_.translation_resolution_mm / options_.rotation_resolution_rad;
-    for (const double band : climb_bands) {
+    for (const double band : ascent_bands) {
       const std::vector<Contact> near = within(contacts, band);
-      if (climbs_by(predict_climb(near)) || climbs_by(predict_climb(near, lever_mm))) return true;
+      if (try_ascend(predict_climb(near)) || try_ascend(predict_climb(near, lever_mm))) return true;
     }
     return false;
   }
 
-  // Goes the longest way tried at whose end the moving object rests higher than here, unless something is in
-  // the way.
-  bool climbs_by(const Climb& climb)
+  // Moves by the longest tried length that ends higher along Delta, unless the motion collides.
+  bool try_ascend(const Climb& ascent)
   {
-    if (climb.rise <= 0.0) return false;
-    const double length_mm = length_up_mm(climb);
+    if (ascent.rise <= 0.0) return false;
+    const double length_mm = ascent_length_mm(ascent);
     if (length_mm <= 0.0) return false;
-    const int n = substeps(length_mm * sweep_of(climb));
+    const int n = substeps(length_mm * sweep_per_mm(ascent));
     for (int k = 0; k <= n; ++k) {
-      if (collides(under(pose_, climb, static_cast<double>(k) / n * length_mm, length_mm))) return false;
+      if (collides(lowered_pose(pose_, ascent, static_cast<double>(k) / n * length_mm, length_mm)))
+        return false;
     }
-    pose_ = under(pose_, climb, length_mm, length_mm);
-    last_motion_ = climb.turn_rad_mm == 0.0 ? LastMotion::slide : LastMotion::turn;
-    tell(climb.turn_rad_mm == 0.0 ? MoveKind::translate : MoveKind::rotate, pose_);
+    pose_ = lowered_pose(pose_, ascent, length_mm, length_mm);
+    last_motion_ = ascent.turn_rad_mm == 0.0 ? LastMotion::translation : LastMotion::rotation;
+    report(ascent.turn_rad_mm == 0.0 ? MoveKind::translate : MoveKind::rotate, pose_);
     return true;
   }
 
-  // 0 when the shortest way does not lead up.
-  double length_up_mm(const Climb& climb)
+  // 0 if the shortest motion does not rise.
+  double ascent_length_mm(const Climb& ascent)
   {
     const MovingPose here = pose_;
-    const double rest_mm = rest_height_mm();  // a slide may have stopped nearer than an approach
-    double best_mm = 0.0, best_rise_mm = climb_gain_share * options_.translation_resolution_mm;
-    for (double length_mm = climb_way_share * options_.translation_resolution_mm / std::max(1.0, climb.rise);
+    const double contact_mm = contact_height_mm();  // a translation may have stopped closer than an approach
+    double best_mm = 0.0, best_rise_mm = ascent_gain_share * options_.translation_resolution_mm;
+    for (double length_mm =
+             ascent_start_share * options_.translation_resolution_mm / std::max(1.0, ascent.rise);
          length_mm <= options_.translation_step_mm &&
-         length_mm * std::abs(climb.turn_rad_mm) <= options_.rotation_step_rad;
-         length_mm *= climb_growth) {
-      pose_ = under(here, climb, length_mm, length_mm);
-      const double rise_mm = rest_height_mm() - rest_mm;
+         length_mm * std::abs(ascent.turn_rad_mm) <= options_.rotation_step_rad;
+         length_mm *= ascent_growth) {
+      pose_ = lowered_pose(here, ascent, length_mm, length_mm);
+      const double rise_mm = contact_height_mm() - contact_mm;
       if (!std::isfinite(rise_mm) || rise_mm <= best_rise_mm) break;
       best_rise_mm = rise_mm;
       best_mm = length_mm;
@@ -256,28 +255,28 @@ class Search {
     return best_mm;
   }
 
-  double rest_height_mm() { return pose_.translation_mm.y() + gap_ahead().travel_mm; }
+  double contact_height_mm() { return pose_.translation_mm.y() + gap_ahead().travel_mm; }
 
-  // A part of a climb, backed out by the way that the whole one takes its farthest point, which clears flanks
-  // of up to 45 degrees.
-  MovingPose under(const MovingPose& start, const Climb& climb, double length_mm, double whole_mm) const
+  // Pose after a part of an ascent, lowered by the whole motion's displacement to clear flanks of 45 degrees.
+  MovingPose lowered_pose(const MovingPose& start, const Climb& ascent, double length_mm,
+                          double whole_mm) const
   {
-    MovingPose pose = turned_about(start, climb.centre_mm, length_mm * climb.turn_rad_mm);
-    pose.translation_mm += length_mm * climb.direction;
-    pose.translation_mm.y() -= whole_mm * sweep_of(climb);
+    MovingPose pose = rotated_about(start, ascent.centre_mm, length_mm * ascent.turn_rad_mm);
+    pose.translation_mm += length_mm * ascent.direction;
+    pose.translation_mm.y() -= whole_mm * sweep_per_mm(ascent);
     return pose;
   }
 
-  // The farthest that any point goes, mm a mm of the motion.
-  double sweep_of(const Climb& climb) const
+  // Largest displacement of any point, mm per mm of the motion.
+  double sweep_per_mm(const Climb& ascent) const
   {
-    if (climb.turn_rad_mm == 0.0) return 1.0;
-    return climb.direction.norm() + std::abs(climb.turn_rad_mm) * farthest_from_axis_mm(climb.centre_mm);
+    if (ascent.turn_rad_mm == 0.0) return 1.0;
+    return ascent.direction.norm() + std::abs(ascent.turn_rad_mm) * farthest_from_axis_mm(ascent.centre_mm);
   }
 
-  // A long slide ends where the way left along Delta is longest: the push would not let the moving object
-  // pass a hollow on its way, and steps as long as the objects would throw it out on the far side.
-  void slide(const Eigen::Vector3d& by_mm)
+  // A long translation ends at the largest travel along Delta: under the push the moving object would
+  // not leave a hollow, and steps as long as the objects would move it out on the far side.
+  void translate(const Eigen::Vector3d& by_mm)
   {
     const int n = substeps(by_mm.norm());
     const Eigen::Vector3d part_mm = by_mm / n;
@@ -301,25 +300,26 @@ class Search {
     pose_ = best;
   }
 
-  void turn(const RotationPrediction& rotation)
+  void rotate(const RotationPrediction& rotation)
   {
     const MovingPose start = pose_;
     const double angle_rad = rotation.sign * rotation_step_rad_;
     const double sweep_mm = std::abs(angle_rad) * farthest_from_axis_mm(rotation.centre_mm);
-    move_while_free(std::abs(angle_rad), options_.rotation_resolution_rad, substeps(sweep_mm),
-                    [&](double share) { return turned_about(start, rotation.centre_mm, share * angle_rad); });
-    last_motion_ = LastMotion::turn;
-    tell(MoveKind::rotate, pose_);
+    move_while_free(
+        std::abs(angle_rad), options_.rotation_resolution_rad, substeps(sweep_mm),
+        [&](double share) { return rotated_about(start, rotation.centre_mm, share * angle_rad); });
+    last_motion_ = LastMotion::rotation;
+    report(MoveKind::rotate, pose_);
   }
 
-  // Parts thinner than the resolution are not told apart from their contacts anyway.
+  // Not below the resolution: thinner parts cannot be resolved.
   int substeps(double length_mm) const
   {
     const double longest_mm = std::max(joint_.substep_mm, options_.translation_resolution_mm);
-    return std::max(1, static_cast<int>(std::ceil(std::min(length_mm / longest_mm, most_substeps))));
+    return std::max(1, static_cast<int>(std::ceil(std::min(length_mm / longest_mm, max_substeps))));
   }
 
-  // Goes from share 0 to 1 in equal sub-steps; the first that collides is bisected down to the resolution.
+  // Moves from share 0 to 1 in equal sub-steps; bisects the first that collides down to the resolution.
   // `length` is that of the whole motion, in the unit of `resolution`.
   template <typename PoseAt>
   void move_while_free(double length, double resolution, int n_substeps, const PoseAt& pose_at)
@@ -336,10 +336,10 @@ class Search {
       double blocked = next;
       while ((blocked - free) * length > resolution) {
         const double middle = 0.5 * (free + blocked);
-        if (middle <= free || middle >= blocked) break;  // a resolution below that of the numbers
+        if (middle <= free || middle >= blocked) break;  // resolution below rounding
         const MovingPose trial = pose_at(middle);
         const bool is_blocked = collides(trial);
-        tell(MoveKind::bisect, trial, is_blocked);
+        report(MoveKind::bisect, trial, is_blocked);
         if (is_blocked) {
           blocked = middle;
         } else {
@@ -365,22 +365,22 @@ class Search {
     return std::sqrt(farthest_sq);
   }
 
-  // Cycle detection (thesis 3.6): back at an earlier pose, the last motion was too coarse; at a new one, the
-  // other kind of motion gets its full step again. Says which.
+  // Cycle detection (thesis 3.6): at an earlier pose, halves the step of the last motion's kind; at a new
+  // pose, restores that of the other kind. Returns whether the pose is an earlier one.
   bool adapt_steps()
   {
-    const bool was_here = std::any_of(history_.begin(), history_.end(), [&](const MovingPose& earlier) {
+    const bool is_earlier = std::any_of(history_.begin(), history_.end(), [&](const MovingPose& earlier) {
       return (earlier.translation_mm - pose_.translation_mm).norm() < options_.translation_resolution_mm &&
              std::abs(earlier.theta_rad - pose_.theta_rad) < options_.rotation_resolution_rad;
     });
-    if (was_here) {
-      if (last_motion_ == LastMotion::turn) rotation_step_rad_ *= 0.5;
-      if (last_motion_ == LastMotion::slide) translation_step_mm_ *= 0.5;
+    if (is_earlier) {
+      if (last_motion_ == LastMotion::rotation) rotation_step_rad_ *= 0.5;
+      if (last_motion_ == LastMotion::translation) translation_step_mm_ *= 0.5;
       return true;
     }
     history_.push_back(pose_);
-    if (last_motion_ == LastMotion::turn) translation_step_mm_ = options_.translation_step_mm;
-    if (last_motion_ == LastMotion::slide) rotation_step_rad_ = options_.rotation_step_rad;
+    if (last_motion_ == LastMotion::rotation) translation_step_mm_ = options_.translation_step_mm;
+    if (last_motion_ == LastMotion::translation) rotation_step_rad_ = options_.rotation_step_rad;
     return false;
   }
 
@@ -404,22 +404,22 @@ class Search {
     return move;
   }
 
-  void tell(MoveKind kind, const MovingPose& pose, bool is_blocked = false) const
+  void report(MoveKind kind, const MovingPose& pose, bool is_blocked = false) const
   {
-    if (!watch_) return;
+    if (!observer_) return;
     SearchMove move = move_of(kind, pose);
     move.collides = is_blocked;
-    watch_(move);
+    observer_(move);
   }
 
-  void tell_touch(const std::vector<Contact>& contacts, bool is_cycle) const
+  void report_contact(const std::vector<Contact>& contacts, bool is_cycle) const
   {
-    if (!watch_) return;
+    if (!observer_) return;
     SearchMove move = move_of(MoveKind::approach, pose_);
     move.is_cycle = is_cycle;
     move.in_contact = true;
     for (const Contact& c : contacts) move.contacts.push_back(contact_record(joint_, c));
-    watch_(move);
+    observer_(move);
   }
 
   const Joint& joint_;
@@ -427,7 +427,7 @@ class Search {
   GapQuery gap_;        // likewise
   double varus_rad_;
   const SearchOptions& options_;
-  const Watch& watch_;
+  const Watch& observer_;
   NarrowPhase narrow_phase_;
   MovingPose pose_;
   double translation_step_mm_;
@@ -446,9 +446,9 @@ class Search {
 }  // namespace
 
 StepRecord find_stable_pose(const Joint& joint, const Attitude& attitude, const MovingPose& seed,
-                            const SearchOptions& options, const Watch& watch)
+                            const SearchOptions& options, const Watch& observer)
 {
-  return Search(joint, attitude, seed, options, watch).run();
+  return Search(joint, attitude, seed, options, observer).run();
 }
 
 }  // namespace vrda

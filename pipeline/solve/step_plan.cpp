@@ -8,27 +8,27 @@
 namespace vrda {
 namespace {
 
-// Newton on a handful of smooth constraints takes three to six.
-constexpr int most_iterations = 20;
-constexpr int most_corrections = 2;
-// A trial that rises is tried again shorter by this.
-constexpr double shorter = 0.25;
-// The height is bounded by this many radii: steeper flanks than that are left to the next plan.
+// With a few smooth constraints Newton's method takes three to six.
+constexpr int max_iterations = 20;
+constexpr int max_corrections = 2;
+// Reduction of the trust radius when a trial does not decrease the merit.
+constexpr double shrink_factor = 0.25;
+// Bound of the height in radii: steeper flanks are left to the next plan.
 constexpr double heights_per_radius = 8.0;
 
-// Squared share of a unit normal below which it adds nothing to the others.
+// Squared component of a unit normal below which it depends linearly on the others.
 constexpr double dependent_sq = 1e-16;
 
-// Angles to millimetres.
-Vector5d scaling(const Grip& grip)
+// Derivatives of the coordinates over the scaled step.
+Vector5d scaling(const Grip& scale)
 {
   Vector5d s;
-  s << 1.0, 1.0, 1.0, 1.0 / grip.lever_mm, 1.0 / grip.lever_mm;
+  s << 1.0, 1.0, 1.0, 1.0 / scale.lever_mm, 1.0 / scale.lever_mm;
   return s;
 }
 
-// Eigenvalues below `least` raised to it.
-QpMatrix made_positive(const QpMatrix& H, double least)
+// Raises eigenvalues below `least` to it.
+QpMatrix make_positive_definite(const QpMatrix& H, double least)
 {
   const Eigen::SelfAdjointEigenSolver<QpMatrix> eigen(H);
   if (eigen.eigenvalues()(0) >= least) return H;
@@ -38,14 +38,15 @@ QpMatrix made_positive(const QpMatrix& H, double least)
   return 0.5 * (out + out.transpose());
 }
 
-double ceiling_mm(const std::vector<Clearance>& clearances, const Place& place, const PlanOptions& options)
+double ceiling_mm(const std::vector<Clearance>& clearances, const Place& configuration,
+                  const PlanOptions& options)
 {
   double least = options.reach_mm;
   for (const Clearance& c : clearances) least = std::min(least, c.travel_mm);
-  return place.pivot_mm.y() + least - options.standoff_mm;
+  return configuration.pivot_mm.y() + least - options.standoff_mm;
 }
 
-double largest_across(const Vector5d& step)
+double largest_but_height(const Vector5d& step)
 {
   return std::max({std::abs(step(along_x)), std::abs(step(along_z)), std::abs(step(about_y)),
                    std::abs(step(about_varus))});
@@ -53,43 +54,44 @@ double largest_across(const Vector5d& step)
 
 }  // namespace
 
-double StepPlanner::merit_nmm(const Rest& rest) const
+double StepPlanner::merit_nmm(const Rest& candidate) const
 {
-  Vector5d away = step_between(spring_.seed, rest.place, forces_.grip);
-  away(along_y) = 0.0;
-  return rest.potential.energy_nmm + 0.5 * spring_.stiffness_n_mm * away.squaredNorm();
+  Vector5d from_seed = step_between(spring_.seed, candidate.place, forces_.grip);
+  from_seed(along_y) = 0.0;
+  return candidate.potential.energy_nmm + 0.5 * spring_.stiffness_n_mm * from_seed.squaredNorm();
 }
 
-void StepPlanner::look(const std::vector<Obstacle>& obstacles, const Place& place)
+void StepPlanner::sample_constraints(const std::vector<Obstacle>& constraints, const Place& configuration)
 {
-  const Rotations rotations(place, forces_.flexion_rad);
-  next_.resize(obstacles.size());
-  for (std::size_t k = 0; k < obstacles.size(); ++k) next_[k] = clearance(obstacles[k], place, rotations);
+  const Rotations rotations(configuration, forces_.flexion_rad);
+  trial_.resize(constraints.size());
+  for (std::size_t k = 0; k < constraints.size(); ++k)
+    trial_[k] = clearance(constraints[k], configuration, rotations);
 }
 
-QpMatrix StepPlanner::curvature(const Rest& at, const std::vector<Obstacle>& obstacles,
+QpMatrix StepPlanner::curvature(const Rest& at, const std::vector<Obstacle>& constraints,
                                 const PlanOptions& options) const
 {
   const Rotations rotations(at.place, forces_.flexion_rad);
   Matrix5d H = at.potential.hessian;
-  Matrix5d bent = H;
-  QpMatrix along = QpMatrix::Identity();  // onto what the bearing obstacles leave free
-  for (std::size_t k = 0; k < obstacles.size(); ++k) {
+  Matrix5d lagrangian = H;
+  QpMatrix null_space = QpMatrix::Identity();  // projector on the null space of the active constraints
+  for (std::size_t k = 0; k < constraints.size(); ++k) {
     if (!(multipliers_[k] > 0.0)) continue;
-    bent -= multipliers_[k] * clearance_bend(obstacles[k], rotations);
-    const QpVector across = along * half_spaces_[k].normal;
+    lagrangian -= multipliers_[k] * clearance_bend(constraints[k], rotations);
+    const QpVector across = null_space * half_spaces_[k].normal;
     const double length_sq = across.squaredNorm();
-    if (length_sq > dependent_sq) along -= across * across.transpose() / length_sq;
+    if (length_sq > dependent_sq) null_space -= across * across.transpose() / length_sq;
   }
   const double least = spring_.stiffness_n_mm;
-  H = made_positive(scaled(H, options), least);
-  if (along.isIdentity(0.0)) return H;
-  const QpMatrix across = QpMatrix::Identity() - along;
-  const QpMatrix sum = along * scaled(bent, options) * along + across * H * across;
-  return made_positive(0.5 * (sum + sum.transpose()), least);
+  H = make_positive_definite(scaled(H, options), least);
+  if (null_space.isIdentity(0.0)) return H;
+  const QpMatrix across = QpMatrix::Identity() - null_space;
+  const QpMatrix sum = null_space * scaled(lagrangian, options) * null_space + across * H * across;
+  return make_positive_definite(0.5 * (sum + sum.transpose()), least);
 }
 
-// With the spring, angles times the lever, held coordinates taken out.
+// Adds the proximal term, scales angles by the lever and removes held coordinates.
 QpMatrix StepPlanner::scaled(const Matrix5d& hessian, const PlanOptions& options) const
 {
   const Vector5d s = scaling(forces_.grip);
@@ -104,9 +106,9 @@ QpMatrix StepPlanner::scaled(const Matrix5d& hessian, const PlanOptions& options
   return H;
 }
 
-// `gone`: from the start of the plan to `at`.
-QpSolution StepPlanner::solve_linearised(const Rest& at, const Vector5d& gone,
-                                         const std::vector<Obstacle>& obstacles, const PlanOptions& options,
+// `travelled`: from the start of the plan to `at`.
+QpSolution StepPlanner::solve_linearised(const Rest& at, const Vector5d& travelled,
+                                         const std::vector<Obstacle>& constraints, const PlanOptions& options,
                                          double radius_mm)
 {
   const Vector5d s = scaling(forces_.grip);
@@ -122,106 +124,106 @@ QpSolution StepPlanner::solve_linearised(const Rest& at, const Vector5d& gone,
   }
   for (Eigen::Index k = 0; k < n_coordinates; ++k) {
     if (!is_free(k)) continue;
-    const double room = k == along_y ? heights_per_radius * options.radius_mm : options.radius_mm;
-    HalfSpace wall;
-    wall.normal(k) = 1.0;
-    wall.offset = std::min(0.0, std::max(-room - gone(k), -room * radius_mm / options.radius_mm));
-    half_spaces_.push_back(wall);
-    wall.normal(k) = -1.0;
-    wall.offset = std::min(0.0, std::max(gone(k) - room, -room * radius_mm / options.radius_mm));
-    half_spaces_.push_back(wall);
+    const double max_mm = k == along_y ? heights_per_radius * options.radius_mm : options.radius_mm;
+    HalfSpace bound;
+    bound.normal(k) = 1.0;
+    bound.offset = std::min(0.0, std::max(-max_mm - travelled(k), -max_mm * radius_mm / options.radius_mm));
+    half_spaces_.push_back(bound);
+    bound.normal(k) = -1.0;
+    bound.offset = std::min(0.0, std::max(travelled(k) - max_mm, -max_mm * radius_mm / options.radius_mm));
+    half_spaces_.push_back(bound);
   }
-  Vector5d away = step_between(spring_.seed, at.place, forces_.grip);
-  away(along_y) = 0.0;
-  QpVector g = s.cwiseProduct(at.potential.gradient) + spring_.stiffness_n_mm * away;
+  Vector5d from_seed = step_between(spring_.seed, at.place, forces_.grip);
+  from_seed(along_y) = 0.0;
+  QpVector g = s.cwiseProduct(at.potential.gradient) + spring_.stiffness_n_mm * from_seed;
   for (Eigen::Index k = 0; k < n_coordinates; ++k) g(k) = is_free(k) ? g(k) : 0.0;
-  return solve_quadratic_program(curvature(at, obstacles, options), g, half_spaces_);
+  return solve_quadratic_program(curvature(at, constraints, options), g, half_spaces_);
 }
 
-Rest StepPlanner::rest_after(const Rest& at, const QpVector& d, const std::vector<Obstacle>& obstacles,
-                             const PlanOptions& options)
+Rest StepPlanner::candidate_after(const Rest& at, const QpVector& d, const std::vector<Obstacle>& constraints,
+                                  const PlanOptions& options)
 {
-  const Place place = moved(at.place, d, forces_.grip);
-  look(obstacles, place);
-  const Rest rest = rest_along_delta(
-      forces_, place, {ceiling_mm(next_, place, options), options.reach_mm, options.force_tolerance_n});
-  sunk_mm_ = place.pivot_mm.y() - rest.place.pivot_mm.y();
-  return rest;
+  const Place configuration = moved(at.place, d, forces_.grip);
+  sample_constraints(constraints, configuration);
+  const Rest candidate = rest_along_delta(
+      forces_, configuration,
+      {ceiling_mm(trial_, configuration, options), options.reach_mm, options.force_tolerance_n});
+  drop_mm_ = configuration.pivot_mm.y() - candidate.place.pivot_mm.y();
+  return candidate;
 }
 
-// What bends away from the tangent is met again where the step really led, by the same step corrected:
-// without it a turn about a contact, which is free, would seem to cost height.
-Rest StepPlanner::corrected(const Rest& at, const Vector5d& gone, QpVector d,
-                            const std::vector<Obstacle>& obstacles, const PlanOptions& options)
+// Second-order correction for curved constraints; without it a free rotation about a contact loses height.
+Rest StepPlanner::corrected(const Rest& at, const Vector5d& travelled, QpVector d,
+                            const std::vector<Obstacle>& constraints, const PlanOptions& options)
 {
-  Rest rest = at;
+  Rest candidate = at;
   const Vector5d s = scaling(forces_.grip);
-  for (int k = 0; k < most_corrections; ++k) {
-    for (std::size_t i = 0; i < obstacles.size(); ++i)
-      linear_[i] = {next_[i].travel_mm - clearances_[i].gradient.dot(s.cwiseProduct(d)),
+  for (int k = 0; k < max_corrections; ++k) {
+    for (std::size_t i = 0; i < constraints.size(); ++i)
+      linear_[i] = {trial_[i].travel_mm - clearances_[i].gradient.dot(s.cwiseProduct(d)),
                     clearances_[i].gradient};
-    const QpSolution qp = solve_linearised(at, gone, obstacles, options, options.radius_mm);
+    const QpSolution qp = solve_linearised(at, travelled, constraints, options, options.radius_mm);
     if (!qp.is_solved) break;
     d = qp.d;
-    rest = rest_after(at, d, obstacles, options);
-    if (rest.is_bounded && merit_nmm(rest) < merit_nmm(at)) break;
+    candidate = candidate_after(at, d, constraints, options);
+    if (candidate.is_bounded && merit_nmm(candidate) < merit_nmm(at)) break;
   }
-  return rest;
+  return candidate;
 }
 
-StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& obstacles,
+StepPlan StepPlanner::plan(const Rest& from, const std::vector<Obstacle>& constraints,
                            const PlanOptions& options)
 {
   StepPlan plan{from};
   forces_.near = forces_.ligaments.fibres.empty() ? nullptr : &from;
-  multipliers_.assign(obstacles.size(), 0.0);
-  look(obstacles, from.place);
-  clearances_.swap(next_);
+  multipliers_.assign(constraints.size(), 0.0);
+  sample_constraints(constraints, from.place);
+  clearances_.swap(trial_);
   const double merit_from = merit_nmm(from);
   double merit = merit_from, radius_mm = options.radius_mm;
-  bool knows_curvature = false;
-  for (int k = 0; k < most_iterations && radius_mm > 0.01 * options.tolerance_mm; ++k) {
-    const Vector5d gone = step_between(from.place, plan.end.place, forces_.grip);
+  bool has_multipliers = false;
+  for (int k = 0; k < max_iterations && radius_mm > 0.01 * options.tolerance_mm; ++k) {
+    const Vector5d travelled = step_between(from.place, plan.end.place, forces_.grip);
     linear_ = clearances_;
-    // Beyond rounding an iterate keeps its standoff: this keeps it a possible answer.
+    // Removes rounding, so that the zero step is feasible.
     for (Clearance& c : linear_) c.travel_mm = std::max(c.travel_mm, options.standoff_mm);
-    const QpSolution qp = solve_linearised(plan.end, gone, obstacles, options, radius_mm);
+    const QpSolution qp = solve_linearised(plan.end, travelled, constraints, options, radius_mm);
     if (!qp.is_solved) {
-      radius_mm *= shorter;
+      radius_mm *= shrink_factor;
       continue;
     }
-    take_support(qp, plan, obstacles.size());
-    if (largest_across(qp.d) <= 0.1 * options.tolerance_mm) break;
-    Rest rest = rest_after(plan.end, qp.d, obstacles, options);
-    if (!(rest.is_bounded && merit_nmm(rest) < merit) && knows_curvature)
-      rest = corrected(plan.end, gone, qp.d, obstacles, options);
-    if (rest.is_bounded && merit_nmm(rest) < merit) {
-      for (Clearance& c : next_) c.travel_mm += sunk_mm_;
-      clearances_.swap(next_);
-      plan.end = rest;
-      merit = merit_nmm(rest);
-      knows_curvature = true;
-    } else if (!knows_curvature) {
-      knows_curvature = true;  // the same again with the curvature of what bears load
+    update_active_set(qp, plan, constraints.size());
+    if (largest_but_height(qp.d) <= 0.1 * options.tolerance_mm) break;
+    Rest candidate = candidate_after(plan.end, qp.d, constraints, options);
+    if (!(candidate.is_bounded && merit_nmm(candidate) < merit) && has_multipliers)
+      candidate = corrected(plan.end, travelled, qp.d, constraints, options);
+    if (candidate.is_bounded && merit_nmm(candidate) < merit) {
+      for (Clearance& c : trial_) c.travel_mm += drop_mm_;
+      clearances_.swap(trial_);
+      plan.end = candidate;
+      merit = merit_nmm(candidate);
+      has_multipliers = true;
+    } else if (!has_multipliers) {
+      has_multipliers = true;  // repeats the iteration with the Hessians of the active constraints
     } else {
-      radius_mm = shorter * std::min(radius_mm, largest_across(qp.d));
+      radius_mm = shrink_factor * std::min(radius_mm, largest_but_height(qp.d));
     }
   }
-  plan.length_mm = largest_across(step_between(from.place, plan.end.place, forces_.grip));
+  plan.length_mm = largest_but_height(step_between(from.place, plan.end.place, forces_.grip));
   plan.gain_nmm = merit_from - merit;
   forces_.near = nullptr;
   return plan;
 }
 
-void StepPlanner::take_support(const QpSolution& qp, StepPlan& plan, std::size_t n_obstacles)
+void StepPlanner::update_active_set(const QpSolution& qp, StepPlan& plan, std::size_t n_constraints)
 {
   std::fill(multipliers_.begin(), multipliers_.end(), 0.0);
   plan.n_bearing = 0;
   for (std::size_t i = 0; i < qp.n_support; ++i) {
-    const QpSolution::Support& held = qp.support[i];
-    if (held.row >= n_obstacles) continue;
-    multipliers_[held.row] = held.multiplier / row_length_[held.row];
-    plan.bearing[plan.n_bearing++] = held.row;
+    const QpSolution::Support& active = qp.support[i];
+    if (active.row >= n_constraints) continue;
+    multipliers_[active.row] = active.multiplier / row_length_[active.row];
+    plan.bearing[plan.n_bearing++] = active.row;
   }
 }
 

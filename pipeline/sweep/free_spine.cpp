@@ -9,10 +9,10 @@
 namespace vrda {
 namespace {
 
-// Poses closer than the search's resolutions are one place of rest.
-constexpr double same_place_mm = 0.1;
+// Poses closer than the search's resolutions are the same equilibrium.
+constexpr double same_position_mm = 0.1;
 constexpr double same_angle_rad = rad_from_deg(0.1);
-// Below what any load would feel: 1e-6 N mm is 20 N along 5e-8 mm.
+// Negligible: 1e-6 N mm is 20 N along 5e-8 mm.
 constexpr double same_energy_nmm = 1e-6;
 
 // A degree of flexion moves a knee by less.
@@ -26,9 +26,9 @@ bool is_within(const StepRecord& a, const StepRecord& b, double length_mm, doubl
          std::abs(a.varus_rad - b.varus_rad) <= angle_rad;
 }
 
-bool is_same_place(const StepRecord& a, const StepRecord& b)
+bool is_same_equilibrium(const StepRecord& a, const StepRecord& b)
 {
-  return is_within(a, b, same_place_mm, same_angle_rad);
+  return is_within(a, b, same_position_mm, same_angle_rad);
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ std::vector<SpineOffset> spine_offsets(int n)
   const std::vector<SpineOffset> all{{turn, 0, 0},      {-turn, 0, 0},      {0, shift_mm, 0},
                                      {0, -shift_mm, 0}, {2.0 * turn, 0, 0}, {-2.0 * turn, 0, 0},
                                      {0, 0, shift_mm},  {0, 0, -shift_mm}};
-  check(n >= 0 && n <= static_cast<int>(all.size()), "spine_offsets: at most eight");
+  check(n >= 0 && n <= static_cast<int>(all.size()), "spine_offsets: at most 8");
   return {all.begin(), all.begin() + n};
 }
 
@@ -51,7 +51,7 @@ bool is_near(const StepRecord& a, const StepRecord& b)
 
 FreeSpineStep lowest_of(const std::vector<StepRecord>& ends)
 {
-  check(!ends.empty(), "lowest_of: no end");
+  check(!ends.empty(), "lowest_of: no result");
   FreeSpineStep step;
   std::vector<const StepRecord*> optima;
   const StepRecord* lowest = nullptr;
@@ -65,8 +65,9 @@ FreeSpineStep lowest_of(const std::vector<StepRecord>& ends)
     most_nmm = is_first ? energy_nmm : std::max(most_nmm, energy_nmm);
     least_rad = is_first ? theta_rad : std::min(least_rad, theta_rad);
     most_rad = is_first ? theta_rad : std::max(most_rad, theta_rad);
-    const bool is_known = std::any_of(optima.begin(), optima.end(),
-                                      [&](const StepRecord* other) { return is_same_place(*other, end); });
+    const bool is_known = std::any_of(optima.begin(), optima.end(), [&](const StepRecord* other) {
+      return is_same_equilibrium(*other, end);
+    });
     if (!is_known) optima.push_back(&end);
   }
   step.chosen = lowest == nullptr ? ends.front() : *lowest;

@@ -14,16 +14,16 @@
 namespace vrda {
 namespace {
 
-std::int32_t column_nearest(const std::vector<double>& varus_rad, double wanted_rad)
+std::int32_t column_nearest(const std::vector<double>& varus_rad, double target_rad)
 {
   std::size_t nearest = 0;
   for (std::size_t j = 1; j < varus_rad.size(); ++j) {
-    if (std::abs(varus_rad[j] - wanted_rad) < std::abs(varus_rad[nearest] - wanted_rad)) nearest = j;
+    if (std::abs(varus_rad[j] - target_rad) < std::abs(varus_rad[nearest] - target_rad)) nearest = j;
   }
   return static_cast<std::int32_t>(nearest);
 }
 
-// Where a step starts from: a pose, the varus it had, and the flexion it belongs to.
+// Start of a step: a pose with its varus and flexion.
 struct Seed {
   MovingPose pose;
   double varus_rad = 0.0;
@@ -43,7 +43,7 @@ Seed moved(Seed seed, const SpineOffset& offset)
   return seed;
 }
 
-struct Stopped {};  // thrown inside a worker to leave the graph; never leaves this file
+struct Stopped {};  // thrown and caught inside a worker to end it
 
 class Sweep {
  public:
@@ -57,7 +57,7 @@ class Sweep {
   {
     check(n_flexion_ > 0 && n_varus_ > 0, "sweep: an empty grid");
     check(!plan.is_varus_free || (plan.spine == SpineRule::free_varus && n_varus_ == 1),
-          "sweep: varus left free has one column, by a free spine");
+          "sweep: free varus needs one column and a free spine");
     result_.cells.resize(plan.flexion_rad.size() * plan.varus_rad.size());
     result_.spine_column.assign(plan.flexion_rad.size(), -1);
     for (std::int32_t i = 0; i < n_flexion_; ++i) {
@@ -103,8 +103,9 @@ class Sweep {
     return result_.cells[static_cast<std::size_t>(i) * plan_.varus_rad.size() + static_cast<std::size_t>(j)];
   }
 
-  // The first worker solves the spine and announces each row; all of them take the rows announced. Along a
-  // free spine they first look for the lowest place of rest of each flexion, and the first hands it on.
+  // The first worker solves the spine and releases each row; all workers solve released rows. With a free
+  // spine all workers first run the restarts of each flexion, then the first propagates the lowest
+  // equilibria.
   void work(int worker)
   {
     try {
@@ -114,7 +115,7 @@ class Sweep {
           restart(*flexion, worker);
           count_restarted();
         }
-        if (worker == 0 && wait_for_restarts()) hand_on_lower_rests();
+        if (worker == 0 && wait_for_restarts()) propagate_lower_equilibria();
       }
       while (const std::optional<std::int32_t> row = next_of(rows_)) {
         if (plan_.spine == SpineRule::free_varus) start_row(*row, worker);
@@ -136,30 +137,30 @@ class Sweep {
     changed_.notify_all();
   }
 
-  // Another worker was stopped or failed: what a full disk cannot keep need not be solved.
+  // Whether another worker was stopped or failed, for example on a full disk.
   bool is_ended()
   {
     const std::lock_guard lock(mutex_);
     return is_ended_;
   }
 
-  // Rows in the order in which they may be taken.
+  // Rows in the order of their release.
   struct Queue {
     std::vector<std::int32_t> ready;
     std::size_t n_taken = 0;
     std::size_t n_expected = 0;
   };
 
-  void announce(Queue& queue, std::int32_t row)
+  void release(Queue& queue, std::int32_t row)
   {
     const std::lock_guard lock(mutex_);
     queue.ready.push_back(row);
     changed_.notify_all();
   }
 
-  void announce_row(std::int32_t row)
+  void release_row(std::int32_t row)
   {
-    if (is_chosen_[static_cast<std::size_t>(row)] != 0) announce(rows_, row);
+    if (is_chosen_[static_cast<std::size_t>(row)] != 0) release(rows_, row);
   }
 
   std::optional<std::int32_t> next_of(Queue& queue)
@@ -240,11 +241,11 @@ class Sweep {
       cell(i, column) = chosen;
       result_.spine_column[static_cast<std::size_t>(i)] = column;
       row_seeds_[static_cast<std::size_t>(i)] = seed;
-      announce_row(i);
+      release_row(i);
     }
   }
 
-  // Something solved under another key that is the spine's cell too.
+  // Keeps a step that was solved under another key also as the spine's cell.
   StepRecord kept_as_spine(StepRecord chosen)
   {
     chosen.key.kind = StepKind::spine;
@@ -252,7 +253,7 @@ class Sweep {
     return chosen;
   }
 
-  // Walks from `column` towards the better balance until it worsens; every cell is seeded by the one before.
+  // Walks from `column` towards better balance until it worsens; each cell is seeded by the previous one.
   StepRecord balanced_cell(std::int32_t flexion, std::int32_t column, const Seed& seed)
   {
     StepRecord best = grid_step({StepKind::spine_probe, flexion, column}, seed, 0);
@@ -265,7 +266,7 @@ class Sweep {
         here = *next;
       }
       if (is_better_balanced(here, best)) best = here;
-      // The way down was on this side: the other one only grows.
+      // The imbalance decreases on this side, so it grows on the other.
       if (best.key.varus != start.key.varus) break;
     }
     return best;
@@ -279,7 +280,7 @@ class Sweep {
                      from.status == StepStatus::stable ? seed_of(from) : seed, 0);
   }
 
-  // One chain up the flexions and one back down; the flexions are announced as the second passes them.
+  // One chain up the flexions and one back down; the second releases the flexions for restarts.
   void solve_free_spine()
   {
     Seed seed{plan_.initial, 0.0, 0};
@@ -293,11 +294,11 @@ class Sweep {
       const StepRecord record = free_step({StepKind::free_spine, i, 1}, seed, 0);
       if (record.status == StepStatus::stable) seed = seed_of(record);
       ends_[static_cast<std::size_t>(i)].push_back(record);
-      announce(flexions_, i);
+      release(flexions_, i);
     }
   }
 
-  // Starts turned and shifted from the lower of both chains' ends.
+  // Starts rotated and shifted from the lower result of both chains.
   void restart(std::int32_t i, int worker)
   {
     const auto row = static_cast<std::size_t>(i);
@@ -310,39 +311,39 @@ class Sweep {
     result_.free_spine[row] = lowest_of(ends_[row]);
   }
 
-  // A place of rest that one flexion's restarts found may be the lower one of its neighbours too: once up the
-  // flexions and once down, each starts where the one before rests, if that is elsewhere.
-  void hand_on_lower_rests()
+  // An equilibrium found by a restart may also be the lowest at neighbouring flexions: once up the flexions
+  // and once down, each flexion starts from its neighbour's equilibrium if that is on another branch.
+  void propagate_lower_equilibria()
   {
-    for (std::int32_t i = 1; i < n_flexion_; ++i) hand_on(i - 1, i, 0);
-    for (std::int32_t i = n_flexion_ - 1; i-- > 0;) hand_on(i + 1, i, 1);
-    for (std::int32_t i = 0; i < n_flexion_; ++i) announce_row(i);
+    for (std::int32_t i = 1; i < n_flexion_; ++i) propagate(i - 1, i, 0);
+    for (std::int32_t i = n_flexion_ - 1; i-- > 0;) propagate(i + 1, i, 1);
+    for (std::int32_t i = 0; i < n_flexion_; ++i) release_row(i);
   }
 
-  void hand_on(std::int32_t from, std::int32_t to, std::int32_t direction)
+  void propagate(std::int32_t from, std::int32_t to, std::int32_t direction)
   {
-    const StepRecord& given = result_.free_spine[static_cast<std::size_t>(from)].chosen;
-    FreeSpineStep& taken = result_.free_spine[static_cast<std::size_t>(to)];
-    if (given.status != StepStatus::stable || is_near(given, taken.chosen)) return;
+    const StepRecord& source = result_.free_spine[static_cast<std::size_t>(from)].chosen;
+    FreeSpineStep& target = result_.free_spine[static_cast<std::size_t>(to)];
+    if (source.status != StepStatus::stable || is_near(source, target.chosen)) return;
     const StepKey key{StepKind::free_spine, to, static_cast<std::int32_t>(offsets_.size()) + 2 + direction};
     std::vector<StepRecord>& ends = ends_[static_cast<std::size_t>(to)];
-    ends.push_back(free_step(key, seed_of(given), 0));
-    taken = lowest_of(ends);
+    ends.push_back(free_step(key, seed_of(source), 0));
+    target = lowest_of(ends);
   }
 
-  // The band of the flexion, and the grid's cell next to its place of rest.
+  // Solves the band of the flexion and the grid's cell nearest to its free equilibrium.
   void start_row(std::int32_t i, int worker)
   {
     const auto row = static_cast<std::size_t>(i);
-    FreeSpineStep& rest = result_.free_spine[row];
-    const bool is_stable = rest.chosen.status == StepStatus::stable;
+    FreeSpineStep& free = result_.free_spine[row];
+    const bool is_stable = free.chosen.status == StepStatus::stable;
     if (plan_.has_band && is_stable) {
-      rest.band_low = free_step({StepKind::band, i, 0}, seed_of(rest.chosen), worker, -1);
-      rest.band_high = free_step({StepKind::band, i, 1}, seed_of(rest.chosen), worker, +1);
+      free.band_low = free_step({StepKind::band, i, 0}, seed_of(free.chosen), worker, -1);
+      free.band_high = free_step({StepKind::band, i, 1}, seed_of(free.chosen), worker, +1);
     }
-    if (is_stable) row_seeds_[row] = seed_of(rest.chosen);
+    if (is_stable) row_seeds_[row] = seed_of(free.chosen);
     const std::int32_t column = column_nearest(plan_.varus_rad, row_seeds_[row].varus_rad);
-    cell(i, column) = plan_.is_varus_free ? spine_cell_of(rest.chosen)
+    cell(i, column) = plan_.is_varus_free ? spine_cell_of(free.chosen)
                                           : grid_step({StepKind::spine, i, column}, row_seeds_[row], worker);
     if (cell(i, column).status == StepStatus::stable) row_seeds_[row] = seed_of(cell(i, column));
     result_.spine_column[row] = column;
@@ -358,7 +359,7 @@ class Sweep {
   {
     const std::int32_t spine = result_.spine_column[static_cast<std::size_t>(i)];
     for (const std::int32_t direction : {+1, -1}) {
-      // The nearest solved cell inward; the spine's own seed where even its cell failed.
+      // The nearest stable cell inward; the spine's own seed if even its cell failed.
       Seed seed = row_seeds_[static_cast<std::size_t>(i)];
       for (std::int32_t j = spine + direction; j >= 0 && j < n_varus_; j += direction) {
         StepRecord record = grid_step({StepKind::row, i, j}, seed, worker);
@@ -374,16 +375,16 @@ class Sweep {
   const std::int32_t n_flexion_;
   const std::int32_t n_varus_;
   const std::vector<SpineOffset> offsets_;
-  // A row's entries are written by the spine before its row is announced, then by the row's worker only.
+  // A row's entries are written by the spine before its row is released, then by the row's worker only.
   SweepResult result_;
   std::vector<Seed> row_seeds_;
-  std::vector<std::int8_t> is_chosen_;         // [n_flexion] the row is to be solved
-  std::vector<std::vector<StepRecord>> ends_;  // of each flexion's starts, along a free spine
+  std::vector<std::int8_t> is_chosen_;         // [n_flexion] whether the row is solved
+  std::vector<std::vector<StepRecord>> ends_;  // [n_flexion] results of all starts of a free spine
 
-  std::mutex mutex_;  // guards all below; what belongs to a row is handed over under it
+  std::mutex mutex_;  // guards the members below and orders the workers' access to a row's data
   std::condition_variable changed_;
-  Queue flexions_;  // whose restarts may begin
-  Queue rows_;      // whose cells may be solved
+  Queue flexions_;  // released for restarts
+  Queue rows_;      // released for their cells
   std::int32_t n_restarted_ = 0;
   bool is_ended_ = false;
   std::atomic<bool> is_stopped_ = false;

@@ -15,7 +15,7 @@
 namespace vrda {
 namespace {
 
-spdlog::logger& talker()
+spdlog::logger& stderr_logger()
 {
   static const std::shared_ptr<spdlog::logger> logger = [] {
     auto made = spdlog::stderr_logger_mt("vrda");
@@ -29,27 +29,27 @@ spdlog::logger& talker()
 
 void be_quiet()
 {
-  talker().set_level(spdlog::level::warn);
+  stderr_logger().set_level(spdlog::level::warn);
 }
 void say(const std::string& line)
 {
-  talker().info(printable(line));
+  stderr_logger().info(printable(line));
 }
 void warn(const std::string& line)
 {
-  talker().warn("warning: " + printable(line));
+  stderr_logger().warn("warning: " + printable(line));
 }
 
 namespace {
 
 std::atomic<bool> interrupted = false;
-std::atomic<bool> bears_terms = false;
+std::atomic<bool> ignores_repeated_terms = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may only touch a lock-free flag");
 
 extern "C" void on_signal(int signal)
 {
   interrupted = true;
-  if (signal != SIGTERM || !bears_terms) std::signal(signal, SIG_DFL);
+  if (signal != SIGTERM || !ignores_repeated_terms) std::signal(signal, SIG_DFL);
 }
 
 }  // namespace
@@ -62,7 +62,7 @@ void watch_for_interrupts()
 
 void bear_repeated_terms()
 {
-  bears_terms = true;
+  ignores_repeated_terms = true;
 }
 
 bool is_interrupted()
@@ -73,7 +73,7 @@ bool is_interrupted()
 namespace {
 
 using std::chrono::steady_clock;
-// Redraws of the bar, and plain lines: often enough to follow, rare enough for a log.
+// Intervals of redrawing the bar and of plain lines in a log.
 constexpr std::chrono::milliseconds bar_interval{100};
 constexpr std::chrono::seconds plain_interval{10};
 constexpr int bar_width = 30;

@@ -1,5 +1,4 @@
-/// What the program says (data to standard output, talk to standard error), how far a run is, and Ctrl-C,
-/// which asks it to end in good order.
+/// Messages on standard error (data use standard output), progress of a run, and signals for an orderly end.
 #pragma once
 
 #include <chrono>
@@ -16,38 +15,38 @@ enum class ExitCode : int {
   our_mistake = 5,
 };
 
-/// Silences say(); warnings and errors stay.
+/// Suppresses log_info(); warnings and errors are still printed.
 void be_quiet();
 
-/// One line each; control characters are printed as \x1b.
+/// Print one line; control characters are printed as \x1b.
 void say(const std::string& line);
 void warn(const std::string& line);
 
-/// From now on the first SIGINT or SIGTERM only sets the flag; a second one ends the process.
+/// Installs handlers: the first SIGINT or SIGTERM sets the flag; a second one ends the process.
 void watch_for_interrupts();
 
-/// A second SIGTERM changes nothing either, from now on: a batch system tells all processes of a task, and
-/// the script that is one of them passes it on. Who means it sends SIGKILL.
+/// Makes a second SIGTERM harmless: a batch system signals all processes of a task, and the task's script
+/// forwards the signal. SIGKILL still ends the process.
 void bear_repeated_terms();
 
 bool is_interrupted();
 
-/// How far a run is: a bar on a terminal, plain lines elsewhere, or nothing.
+/// Progress output: a bar for a terminal, plain lines for a log, or nothing.
 enum class ProgressStyle { bar, plain, none };
 
-/// "auto", "bar", "plain" or "none"; auto asks whether standard error is a terminal.
+/// "auto", "bar", "plain" or "none"; auto selects bar if standard error is a terminal. Throws InputError.
 ProgressStyle progress_style_of(const std::string& word);
 
 class Progress {
  public:
-  /// `n_recalled` of `n_total` steps were solved in an earlier run and do not count for the rate.
-  /// `what`: the steps' name, in the plural.
+  /// `n_recalled` of `n_total` steps were solved in an earlier run and are not part of the rate.
+  /// `what`: plural name of the steps.
   Progress(ProgressStyle style, std::string what, int n_total, int n_recalled);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// One step done. From any thread.
+  /// Counts one finished step. Thread-safe.
   void advance();
 
  private:
@@ -63,7 +62,7 @@ class Progress {
   std::chrono::steady_clock::time_point shown_;
 };
 
-/// "38/s, 0:36 left" for `n_done` steps in `seconds` with `n_left` to go.
+/// "38/s, 0:36 left" for `n_done` steps in `seconds` with `n_left` remaining.
 std::string rate_text(int n_done, double seconds, int n_left);
 
 }  // namespace vrda

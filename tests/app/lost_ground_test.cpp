@@ -214,7 +214,7 @@ TEST_F(LostGround, WhereNothingCanBePutBackTheMessageSaysSo)
     });
     expect_one_message(ended);
     EXPECT_THAT(ended.err, HasSubstr("deleted or moved"));
-    EXPECT_THAT(ended.err, HasSubstr("what was solved is lost"));
+    EXPECT_THAT(ended.err, HasSubstr("steps are lost"));
     EXPECT_EQ(test::read_bytes(is_folder_blocked ? scratch_.path() / "out" : journal_), "in the way");
     fs::remove_all(scratch_.path() / "out");
     fs::create_directories(folder_);

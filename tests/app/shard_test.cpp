@@ -121,7 +121,7 @@ TEST_P(Shards, OneThatIsMissingIsNamedAndNothingIsLost)
   EXPECT_EQ(test::n_lines(refused.err), 1 + n_warnings());
   // Rows 1 and 4 of 0 to 6; with the search the spine's journal contains their spine cells.
   const std::string n = GetParam() == std::string("stability-search") ? "8" : "10";
-  EXPECT_THAT(refused.err, HasSubstr("no result of " + n + " of 35 attitudes, at flexion 2 and 8;"));
+  EXPECT_THAT(refused.err, HasSubstr("no result for " + n + " of 35 attitudes, at flexion 2 and 8;"));
   EXPECT_THAT(refused.err, HasSubstr("no journal of shard 2 of 3"));
   EXPECT_FALSE(fs::exists(output_));
   EXPECT_TRUE(fs::exists(shard_journal_of(output_, {1, 3})));
@@ -147,8 +147,8 @@ TEST_P(Shards, ASpineThatIsMissingIsNamed)
   EXPECT_EQ(test::n_lines(refused.err), 1 + n_warnings());
   // With the search the spine's journal also contains results.
   const bool is_search = GetParam() == std::string("stability-search");
-  EXPECT_THAT(refused.err, HasSubstr(is_search ? "no result of 7 of 35 attitudes, at flexion 0"
-                                               : "found no whole spine,"));
+  EXPECT_THAT(refused.err, HasSubstr(is_search ? "no result for 7 of 35 attitudes, at flexion 0"
+                                               : "found no complete spine,"));
 }
 
 TEST_P(Shards, StepsThatStandTwiceAreNamedAndHarmless)
@@ -161,10 +161,9 @@ TEST_P(Shards, StepsThatStandTwiceAreNamedAndHarmless)
   const test::Ended merged =
       merge({copy, spine_journal_of(output_), first, shard_journal_of(output_, {2, 2})});
   EXPECT_EQ(merged.exit_code, 0) << merged.err;
-  EXPECT_THAT(merged.err,
-              HasSubstr("steps stand in more than one journal, with the same result: at flexion 0, "
-                        "4, 8 and 12, in " +
-                        copy + ", " + first + "\n"));
+  EXPECT_THAT(merged.err, HasSubstr("steps are in more than one journal, with the same result: at flexion 0, "
+                                    "4, 8 and 12, in " +
+                                    copy + ", " + first + "\n"));
   EXPECT_EQ(test::sha256_of_file(output_), wanted);
   EXPECT_TRUE(fs::exists(copy)) << "a copy elsewhere belongs to the user";
 }
@@ -184,7 +183,7 @@ TEST_P(Shards, AMergeKilledWhileItClearedUpOnlyClearsUp)
   scratch_.write("out/" + fs::path(left).filename().string(), bytes);
   const test::Ended again = merge();
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.err, HasSubstr("merged already"));
+  EXPECT_THAT(again.err, HasSubstr("already merged"));
   EXPECT_EQ(test::sha256_of_file(output_), wanted);
   EXPECT_THAT(files(), testing::UnorderedElementsAre("knee.h5", "knee.h5.run.json"));
 }

@@ -17,12 +17,12 @@ namespace {
 
 enum class Action { count, kill, torn, cut_short, full, enospc, eio, enolck, hold, clock };
 
-constexpr const char* call_words[] = {"write", "fsync",  "rename", "truncate", "open",
+constexpr const char* call_names[] = {"write", "fsync",  "rename", "truncate", "open",
                                       "close", "unlink", "read",   "list",     "lock"};
-constexpr const char* action_words[] = {"count",  "kill", "torn",   "short", "full",
+constexpr const char* action_names[] = {"count",  "kill", "torn",   "short", "full",
                                         "enospc", "eio",  "enolck", "hold",  "clock"};
 
-/// Ends a process whose gate never opens, so that a test that died leaves none behind.
+/// Then a held process kills itself, so that an aborted test leaves no process behind.
 constexpr long longest_hold_s = 600;
 constexpr long hold_poll_ms = 10;
 constexpr int setting_exit_code = 125;
@@ -32,7 +32,7 @@ struct Plan {
   bool is_any_call = true;
   Call call = Call::write;
   long at = 1;
-  bool goes_on = false;  ///< every call from `at` on
+  bool is_repeated = false;  ///< every call from `at` on
   Action action = Action::count;
   long clock_from = 0;  ///< reading from which clocks jump; 0: never
   const char* gate = nullptr;
@@ -47,7 +47,7 @@ struct Plan {
 }
 
 template <std::size_t n>
-int place_of(const char* const (&words)[n], const char* name, const char* found)
+int index_of(const char* const (&words)[n], const char* name, const char* found)
 {
   for (std::size_t i = 0; i < n; ++i) {
     if (std::strcmp(words[i], found) == 0) return static_cast<int>(i);
@@ -79,19 +79,19 @@ Plan read_plan()
   plan.count = set_or_null("VRDA_FAULT_COUNT");
   if (const char* word = set_or_null("VRDA_FAULT_CALL"); word != nullptr && std::strcmp(word, "any") != 0) {
     plan.is_any_call = false;
-    plan.call = static_cast<Call>(place_of(call_words, "VRDA_FAULT_CALL", word));
+    plan.call = static_cast<Call>(index_of(call_names, "VRDA_FAULT_CALL", word));
   }
   if (const char* word = set_or_null("VRDA_FAULT_DO"))
-    plan.action = static_cast<Action>(place_of(action_words, "VRDA_FAULT_DO", word));
+    plan.action = static_cast<Action>(index_of(action_names, "VRDA_FAULT_DO", word));
   if (const char* word = set_or_null("VRDA_FAULT_AT")) {
-    plan.goes_on = word[std::strlen(word) - 1] == '+';
-    plan.at = number_of("VRDA_FAULT_AT", word, plan.goes_on ? "+" : "");
+    plan.is_repeated = word[std::strlen(word) - 1] == '+';
+    plan.at = number_of("VRDA_FAULT_AT", word, plan.is_repeated ? "+" : "");
   }
   if (const char* word = set_or_null("VRDA_FAULT_CLOCK"))
     plan.clock_from = number_of("VRDA_FAULT_CLOCK", word, "");
   else if (plan.action == Action::clock)
     plan.clock_from = plan.at;
-  plan.goes_on = plan.goes_on || plan.action == Action::full;
+  plan.is_repeated = plan.is_repeated || plan.action == Action::full;
   if (plan.action == Action::hold && plan.gate == nullptr) refuse("VRDA_FAULT_GATE", "nothing to hold until");
   return plan;
 }
@@ -105,7 +105,7 @@ const Plan& plan_of_process()
 std::atomic<long> n_calls = 0;
 std::atomic<long> n_readings = 0;
 
-// The shim's own files are opened past the calls it watches.
+// Opens the shim's own files without passing its interposed calls.
 int open_directly(const char* path, int flags)
 {
   return static_cast<int>(syscall(SYS_openat, AT_FDCWD, path, flags | O_CLOEXEC, 0666));
@@ -122,7 +122,7 @@ void append_number(const char* path, long number)
   if (n_written != n) refuse(path, std::strerror(errno));
 }
 
-/// Whether no process has had this fault before.
+/// Whether this process is the first to get the fault.
 bool is_first(const Plan& plan)
 {
   if (plan.once == nullptr) return true;
@@ -132,7 +132,7 @@ bool is_first(const Plan& plan)
   return true;
 }
 
-/// Signal handlers of the program run meanwhile; the call that was held goes on afterwards all the same.
+/// Signal handlers of the program run meanwhile; afterwards the held call continues.
 void hold(const char* gate)
 {
   if (access(gate, F_OK) == 0) return;
@@ -195,7 +195,7 @@ Verdict verdict_on(Call call, const char* path, const char* other_path)
   if (plan.file == nullptr || !is_meant) return {};
   if (std::strstr(path, plan.file) == nullptr && std::strstr(other_path, plan.file) == nullptr) return {};
   const long k = ++n_calls;
-  if (k < plan.at || (k > plan.at && !plan.goes_on) || !is_first(plan)) return {};
+  if (k < plan.at || (k > plan.at && !plan.is_repeated) || !is_first(plan)) return {};
   return act(plan, call, k);
 }
 
@@ -211,7 +211,7 @@ timespec disturbed(timespec now)
   if (plan.clock_from == 0) return now;
   const long k = ++n_readings;
   if (k < plan.clock_from) return now;
-  // From 12 hours ago to 12 hours ahead, forward and back by turns: 7 has no factor in common with 25.
+  // From 12 hours ago to 12 hours ahead, alternating: 7 and 25 have no common factor.
   now.tv_sec += (k * 7 % 25 - 12) * 3600;
   return now;
 }

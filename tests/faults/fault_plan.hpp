@@ -1,15 +1,14 @@
-/// Which system call goes wrong, and how: read from the environment once a process. README.md has the
-/// variables.
+/// The fault to inject, read from the environment once per process. README.md lists the variables.
 #pragma once
 
 #include <ctime>
 
 namespace vrda::test {
 
-/// Kinds of calls; those up to `unlink` change what stands on a disk.
+/// Kinds of calls; those up to `unlink` modify the disk.
 enum class Call { write, fsync, rename, truncate, open, close, unlink, read, list, lock };
 
-/// What becomes of one call.
+/// Outcome of one call.
 enum class Fate { pass, half, half_then_die, fail };
 
 struct Verdict {
@@ -17,16 +16,16 @@ struct Verdict {
   int error = 0;  ///< errno of a call that fails
 };
 
-/// Whether any file is watched; when not, there is no need to find out what a descriptor leads to.
+/// Whether any file is watched; if not, descriptors need not be resolved to paths.
 bool is_watching();
 
-/// Counts the call when `path` or `other_path` is the watched file, kills or holds the process when it is
-/// this call's turn, and says what to do otherwise.
+/// Counts the call if `path` or `other_path` is a watched file. If the fault is due, kills or holds the
+/// process, or returns the outcome to inject.
 Verdict verdict_on(Call call, const char* path, const char* other_path = "");
 
 [[noreturn]] void die();
 
-/// What a clock that jumps by hours says instead of `now`; `now` where the plan leaves clocks alone.
+/// The reading of a clock that jumps by hours; `now` without a clock fault.
 timespec disturbed(timespec now);
 
 }  // namespace vrda::test

@@ -1,5 +1,5 @@
-// Stands between a program and the C library (LD_PRELOAD) and lets single system calls go wrong as
-// fault_plan.hpp says. Calls go on to the next library in line, so a sanitizer's own still see them.
+// Interposes the C library (LD_PRELOAD) and injects the fault of fault_plan.hpp into system calls. Other
+// calls are forwarded to the next library, so that sanitizers still intercept them.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -27,7 +27,7 @@ using vrda::test::is_watching;
 using vrda::test::Verdict;
 using vrda::test::verdict_on;
 
-/// The same function of the library behind this one.
+/// The same function of the next library.
 template <typename F>
 F* next(const char* name)
 {
@@ -36,7 +36,7 @@ F* next(const char* name)
   return found;
 }
 
-/// A path, or what a descriptor leads to under its present name.
+/// A path, or the current path of a descriptor's file.
 class Name {
  public:
   explicit Name(int descriptor)
@@ -98,7 +98,7 @@ ssize_t written(int descriptor, std::size_t n_bytes, const WriteFirst& write_fir
   return write_first(n_bytes);
 }
 
-/// Half of several buffers: the first that is not empty, or its beginning.
+/// Half of several buffers: the first non-empty one, or a part of it.
 template <typename WriteBuffers>
 ssize_t written(int descriptor, const iovec* buffers, int n_buffers, const WriteBuffers& write_buffers)
 {
@@ -150,7 +150,7 @@ std::FILE* opened(const char* path, const char* mode, const char* next_name)
   return next<std::FILE*(const char*, const char*)>(next_name)(path, mode);
 }
 
-/// The permissions stand behind the flags only where a file may be made.
+/// The mode argument exists only if the flags may create a file.
 mode_t mode_in(std::va_list words, int flags)
 {
   const bool makes_file = (flags & O_CREAT) != 0 || (flags & O_TMPFILE) == O_TMPFILE;
@@ -167,7 +167,7 @@ int openat_next(const char* name, int folder, const char* path, int flags, mode_
                 [&] { return next<int(int, const char*, int, ...)>(name)(folder, path, flags, mode); });
 }
 
-/// A short read asks for fewer bytes than wanted.
+/// A short read requests fewer bytes.
 template <typename ReadFirst>
 ssize_t taken(int descriptor, std::size_t n_bytes, const ReadFirst& read_first)
 {
@@ -196,7 +196,7 @@ int ftruncate_next(const char* name, int descriptor, off_t size)
               [&] { return next<int(int, off_t)>(name)(descriptor, size); });
 }
 
-/// An entry that fails is left out: the listing is one of before the file was made.
+/// An entry that fails is omitted, as in a listing from before the file was created.
 template <typename Entry>
 Entry* listed(const char* name, DIR* folder)
 {
@@ -347,7 +347,7 @@ std::FILE* fopen64(const char* path, const char* mode)
   return opened(path, mode, "fopen64");
 }
 
-// A failed close has closed the descriptor all the same, as on Linux.
+// A failed close still closes the descriptor, as on Linux.
 int close(int descriptor)
 {
   const Verdict verdict = verdict_on(Call::close, Name(descriptor).text());

@@ -18,7 +18,7 @@ Command with_fault(Command command, const Fault& fault)
 {
   std::map<std::string, std::string>& variables = command.environment;
   variables["LD_PRELOAD"] = VRDA_FAULT_SHIM;
-  // In a build with address checks, whose library would like to be first.
+  // The address sanitizer's library must otherwise be loaded first.
   variables["ASAN_OPTIONS"] = "verify_asan_link_order=0";
   variables["VRDA_FAULT_FILE"] = fault.file;
   variables["VRDA_FAULT_CALL"] = fault.call;
@@ -92,9 +92,9 @@ FaultyRun::FaultyRun()
   fs::create_directory(folder_);
   const Ended ended = run();
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  undisturbed_ = hashes();
-  undisturbed_names_ = names();
-  EXPECT_EQ(undisturbed_.size(), undisturbed_names_.size() - 1);  // all but the times
+  expected_ = hashes();
+  expected_names_ = names();
+  EXPECT_EQ(expected_.size(), expected_names_.size() - 1);  // all but the run record
 }
 
 Command FaultyRun::command() const
@@ -161,13 +161,13 @@ std::string FaultyRun::expect_finishes() const
 
 void FaultyRun::expect_finished() const
 {
-  EXPECT_EQ(hashes(), undisturbed_);
-  EXPECT_EQ(names(), undisturbed_names_);
+  EXPECT_EQ(hashes(), expected_);
+  EXPECT_EQ(names(), expected_names_);
 }
 
 void FaultyRun::expect_refused(const Ended& ended) const
 {
-  // By equilibrium the job has a warning of its own, since it has no ligaments.
+  // With the equilibrium the job has a warning, since it has no ligaments.
   const bool is_warned = ended.err.rfind("warning: ligaments: there are none", 0) == 0;
   const std::string error = is_warned ? ended.err.substr(ended.err.find('\n') + 1) : ended.err;
   EXPECT_EQ(ended.exit_code, 2) << ended.err;
@@ -180,7 +180,7 @@ void FaultyRun::expect_refused(const Ended& ended) const
 
 void FaultyRun::expect_no_part_of_a_result() const
 {
-  for (const auto& [name, hash] : hashes()) EXPECT_EQ(hash, undisturbed_.at(name)) << name;
+  for (const auto& [name, hash] : hashes()) EXPECT_EQ(hash, expected_.at(name)) << name;
 }
 
 int FaultyRun::n_steps_recalled() const

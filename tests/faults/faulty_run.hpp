@@ -1,4 +1,4 @@
-/// Runs of `vrda` in which a system call goes wrong.
+/// Runs of `vrda` with an injected fault.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 
 namespace vrda::test {
 
-/// One fault, in the words of README.md.
+/// One fault, in the terms of README.md.
 struct Fault {
   std::string what;          ///< kill, torn, short, ...
   std::string call = "any";  ///< write, fsync, ...
@@ -21,13 +21,13 @@ struct Fault {
   std::string file = {};     ///< part of the file's path; empty: every file in the output's folder
 };
 
-/// The command with the shim loaded, so that it meets the fault at files whose path has `file` in it.
+/// The command with the shim loaded; the fault applies to files whose path contains `file`.
 Command with_fault(Command command, const Fault& fault);
 
-/// How many calls of the fault's kind a command makes until it ends: one number, all processes together.
+/// Number of calls of the fault's kind by all processes of a command.
 int n_calls_of(const Command& command, const Fault& fault, const std::filesystem::path& counts);
 
-/// A job of six attitudes by one way of solving.
+/// A job of six attitudes and its method.
 struct Setting {
   std::string name;
   std::string method;
@@ -36,18 +36,18 @@ struct Setting {
 };
 const Setting& search();
 const Setting& equilibrium();
-const Setting& traced_search();  ///< more files than the search without
+const Setting& traced_search();  ///< writes more files than the search without traces
 
-/// With VRDA_FAULTS_ALL set the tests go through more calls and settings: minutes instead of seconds.
+/// With VRDA_FAULTS_ALL set the tests cover more calls and settings: minutes instead of seconds.
 bool asks_for_all();
-/// Equilibrium and traced search; all three where all is asked for.
+/// Equilibrium and traced search; all three in the full set.
 std::vector<Setting> every_method();
-/// One, for what does not depend on the method.
+/// One setting, for tests that do not depend on the method.
 std::vector<Setting> one_method();
 std::string name_of(const testing::TestParamInfo<Setting>& setting);
 std::ostream& operator<<(std::ostream& out, const Setting& setting);
 
-/// A job, the folder its output goes to and what an undisturbed run leaves there.
+/// A job, its output folder and the files of a fault-free run.
 class FaultyRun : public testing::TestWithParam<Setting> {
  protected:
   FaultyRun();
@@ -60,20 +60,20 @@ class FaultyRun : public testing::TestWithParam<Setting> {
   /// run() from an empty folder.
   Ended run_anew(const Fault& fault) const;
 
-  /// Of an undisturbed run from an empty folder; more than none, or the test has failed.
+  /// Of a fault-free run from an empty folder; fails the test if there are none.
   int n_calls(const std::string& call, const std::string& file = "") const;
 
-  /// The command once more: it must end well, in the bytes of the undisturbed run, and leave nothing else.
-  /// Returns what it said on standard error.
+  /// Runs the command again: it must succeed with the files and bytes of the fault-free run. Returns its
+  /// standard error.
   std::string expect_finishes() const;
-  /// The folder holds what an undisturbed run leaves, byte for byte, and nothing else.
+  /// The folder contains exactly the files of a fault-free run, byte for byte.
   void expect_finished() const;
-  /// Exit code 2, one line that names a file in the folder; a result that is there is whole.
+  /// Exit code 2, one line that names a file in the folder; an existing result is complete.
   void expect_refused(const Ended& ended) const;
-  /// A model or trace at its final name is whole.
+  /// A model or trace at its final name is complete.
   void expect_no_part_of_a_result() const;
 
-  /// The fault at files in the output's folder.
+  /// The fault, applied to files in the output's folder.
   Fault in_folder(Fault fault) const;
 
   /// Names in the output's folder.
@@ -88,8 +88,8 @@ class FaultyRun : public testing::TestWithParam<Setting> {
  private:
   std::map<std::string, std::string> hashes() const;
 
-  std::map<std::string, std::string> undisturbed_;  ///< result's name -> SHA-256
-  std::vector<std::string> undisturbed_names_;
+  std::map<std::string, std::string> expected_;  ///< result's name -> SHA-256
+  std::vector<std::string> expected_names_;
 };
 
 }  // namespace vrda::test

@@ -1,4 +1,4 @@
-// What a run stands on: a folder that only lets itself be read, a clock that jumps, another run.
+// The environment of a run: a read-only folder, a clock that jumps, another run.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -17,7 +17,7 @@ using testing::IsEmpty;
 
 class Ground : public FaultyRun {};
 
-TEST_P(Ground, AFolderThatCanOnlyBeReadIsOneLine)
+TEST_P(Ground, AReadOnlyFolderIsReportedInOneLine)
 {
   if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();
   SmallDisk disk(folder_, 4 << 20);
@@ -30,7 +30,7 @@ TEST_P(Ground, AFolderThatCanOnlyBeReadIsOneLine)
   expect_finishes();
 }
 
-TEST_P(Ground, AJournalThatCanOnlyBeReadIsLeftAloneAndGoneOnFromLater)
+TEST_P(Ground, AReadOnlyJournalIsUnchangedAndResumedLater)
 {
   if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();
   SmallDisk disk(folder_, 4 << 20);
@@ -46,16 +46,16 @@ TEST_P(Ground, AJournalThatCanOnlyBeReadIsLeftAloneAndGoneOnFromLater)
   EXPECT_EQ(n_steps_recalled(), 3);
 }
 
-// Such locks are no other run's: nothing is to be waited for.
-TEST_P(Ground, AFileSystemWithoutLocksIsOneLine)
+// The failed lock is not held by another run, so there is nothing to wait for.
+TEST_P(Ground, AFileSystemWithoutLocksIsReportedInOneLine)
 {
   const Fault without{"enolck", "lock", "1+"};
   const std::string said = journal() +
                            ": found a lock that cannot be taken (No locks available), wanted a file system "
                            "with flock (Lustre: mounted with -o flock)";
-  const Ended anew = run_anew(without);
-  expect_refused(anew);
-  EXPECT_THAT(anew.err, HasSubstr(said));
+  const Ended refused = run_anew(without);
+  expect_refused(refused);
+  EXPECT_THAT(refused.err, HasSubstr(said));
   EXPECT_THAT(names(), IsEmpty());
   run({"kill", "write", "5", "a.h5.journal"});
   const std::string before = read_bytes(journal());
@@ -66,7 +66,7 @@ TEST_P(Ground, AFileSystemWithoutLocksIsOneLine)
   expect_finishes();
 }
 
-TEST_P(Ground, AResultThatCanOnlyBeReadStays)
+TEST_P(Ground, AReadOnlyResultIsKept)
 {
   if (!mount_refusal().empty()) GTEST_SKIP() << "a disk of its own, missing: " << mount_refusal();
   SmallDisk disk(folder_, 4 << 20);
@@ -78,9 +78,9 @@ TEST_P(Ground, AResultThatCanOnlyBeReadStays)
   expect_finished();
 }
 
-TEST_P(Ground, AClockThatJumpsChangesNoByteAndSaysNothingAbsurd)
+TEST_P(Ground, AClockThatJumpsChangesNoByteAndProgressStaysValid)
 {
-  // At every reading, from the start and from the middle of the run on, by hours forward and back.
+  // Every reading jumps by hours forward or back, from the start or from the middle of the run.
   for (const std::string at : {"1", "40"}) {
     for (const std::string style : {"plain", "bar"}) {
       clear();
@@ -103,8 +103,8 @@ TEST_P(Ground, AClockThatJumpsChangesNoByteAndSaysNothingAbsurd)
 
 TEST_P(Ground, ASecondRunWhileTheFirstBeginsIsRefusedAndHarmsNothing)
 {
-  // The first is held before each of the calls by which its journal comes to be and is first written; before
-  // the very first of them, to open it, it has nothing yet that the second could harm.
+  // The first run is held before each call that creates and first writes its journal, except the first, open,
+  // before which there is nothing to damage.
   const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
   Command fresh = command();
   fresh.arguments.emplace_back("--fresh");

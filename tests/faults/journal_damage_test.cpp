@@ -1,4 +1,5 @@
-// A journal that was cut or that lost a bit: what stands before the damage is kept, the rest solved again.
+// A journal that was cut or has a flipped bit: the records before the damage are kept, the rest is solved
+// again.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -18,7 +19,7 @@ class JournalDamage : public FaultyRun {
  protected:
   JournalDamage()
   {
-    // Killed before its last record: all others stand in the journal.
+    // Killed before its last record: the journal contains all others.
     run_anew({"kill", "open", "1", "a.h5.partial"});
     bytes_ = read_bytes(journal());
     // Magic, version, length of the key, key, checksum; then of each frame its length, checksum and content.
@@ -29,7 +30,7 @@ class JournalDamage : public FaultyRun {
     EXPECT_GT(ends_.size(), 6u);
   }
 
-  /// How many whole frames end at or before this byte.
+  /// Number of complete frames that end at or before this byte.
   std::size_t n_whole_before(std::size_t byte) const
   {
     return static_cast<std::size_t>(std::upper_bound(ends_.begin(), ends_.end(), byte) - ends_.begin()) - 1;
@@ -44,7 +45,7 @@ class JournalDamage : public FaultyRun {
 
   void put(const std::string& bytes) const { std::ofstream(journal(), std::ios::binary) << bytes; }
 
-  /// All before `n_kept` frames is recalled, the rest solved again; the message names what was dropped.
+  /// The first `n_kept` frames are recalled, the rest is solved again; the message reports the dropped bytes.
   void expect_goes_on(const std::string& damaged, std::size_t n_kept) const
   {
     std::filesystem::remove(folder_ / "a.h5");  // a finished job reads no journal
@@ -76,7 +77,7 @@ TEST_P(JournalDamage, EveryLengthIsReadUpToItsLastWholeRecord)
   }
 }
 
-TEST_P(JournalDamage, EveryFlippedBitIsNoticed)
+TEST_P(JournalDamage, EveryFlippedBitIsDetected)
 {
   for (std::size_t byte = ends_[0]; byte < bytes_.size(); ++byte) {
     for (int bit = 0; bit < 8; ++bit) {
@@ -105,10 +106,9 @@ TEST_P(JournalDamage, EveryDamageToTheHeaderIsAnErrorThatNamesTheFile)
   EXPECT_EQ(n_refused, 9 * n_bytes);
 }
 
-TEST_P(JournalDamage, ARunGoesOnBeforeTheDamage)
+TEST_P(JournalDamage, ARunResumesBeforeTheDamage)
 {
-  // Through the journal in steps that have no factor in common with a record's length, and each record's
-  // edges.
+  // Offsets with a stride that is coprime to a record's length, and the ends of each record.
   const std::size_t n = ends_.size() - 1;
   for (const std::size_t size : {ends_[0] + 1, ends_[0] + 7, ends_[1] - 1, ends_[2] + 8, ends_[n] - 1}) {
     SCOPED_TRACE(size);
@@ -120,7 +120,7 @@ TEST_P(JournalDamage, ARunGoesOnBeforeTheDamage)
   }
 }
 
-TEST_P(JournalDamage, ARunSaysWhenTheHeaderIsDamagedAndLeavesTheJournal)
+TEST_P(JournalDamage, ADamagedHeaderIsReportedAndTheJournalKept)
 {
   for (const std::string& damaged : {flipped(3, 0), flipped(8, 1), flipped(40, 5), flipped(ends_[0] - 1, 7),
                                      bytes_.substr(0, ends_[0] - 1), std::string()}) {

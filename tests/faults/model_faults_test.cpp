@@ -1,5 +1,5 @@
-// Commands that read a motion model and add to it, write another file or print: the old file or the new one
-// stands there, whatever call goes wrong.
+// Commands that read a motion model and extend it, write another file or print: after any fault the file is
+// the old or the new one.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 using testing::AnyOf;
 using testing::HasSubstr;
 
-/// A command and the file that it writes; none where it prints.
+/// A command and the file that it writes; empty if it prints.
 struct Job {
   std::string name;
   std::vector<std::string> words;
@@ -43,8 +43,7 @@ class ModelFaults : public FaultyRun {
 
   void expect_sound_end(const Fault& fault, const Ended& ended, const Ended& whole) const
   {
-    // Only a kill ends it by a signal; errors of closing folders and of removing names that are gone do not
-    // matter.
+    // Only a kill ends it by a signal; errors of closing folders and of removing missing files are ignored.
     if (fault.what == "kill") {
       EXPECT_THAT(ended.exit_code, AnyOf(-1, 0, 2));
     } else {
@@ -63,7 +62,7 @@ class ModelFaults : public FaultyRun {
   std::string model_;
 };
 
-TEST_P(ModelFaults, TheOldFileStandsOrTheNewOne)
+TEST_P(ModelFaults, TheFileIsTheOldOrTheNewOne)
 {
   const std::string file = (folder_ / "a.h5").string();
   int n_disturbed = 0;
@@ -85,8 +84,7 @@ TEST_P(ModelFaults, TheOldFileStandsOrTheNewOne)
     int n_refused = 0;
     for (const std::string call : {"any", "read"}) {
       put_files();
-      // Of a command that only prints, the process that reads the model makes the calls, and counts for
-      // itself.
+      // In a command that only prints, a separate process reads the model, with its own count of calls.
       const int n = job.output.empty()
                         ? 2
                         : n_calls_of(command, in_folder({"count", call}), scratch_.path() / "counts");

@@ -1,4 +1,4 @@
-// A call of `vrda run` fails or falls short: every one of them in turn, found by counting them first.
+// Injects an error or a short write into every call of `vrda run` in turn, after counting the calls.
 #include <gmock/gmock.h>
 
 #include "app/scenes.hpp"
@@ -30,9 +30,9 @@ struct Row {
   std::string call;
 };
 
-TEST_P(RunErrors, AnErrorIsOneLineAndTheSameCommandGoesOn)
+TEST_P(RunErrors, AnErrorIsOneLineAndTheSameCommandResumes)
 {
-  // Every file and call that a result depends on.
+  // Every file and call on which a result depends.
   for (const auto& [file, call] :
        {Row{"a.h5.journal", "write"}, Row{"a.h5.start.h5.partial", "write"}, Row{"a.h5.partial", "write"},
         Row{"a.h5.journal", "fsync"}, Row{"a.h5.start.h5", "fsync"}, Row{"a.h5.partial", "fsync"},
@@ -49,15 +49,15 @@ TEST_P(RunErrors, AnErrorIsOneLineAndTheSameCommandGoesOn)
   }
 }
 
-TEST_P(RunErrorsOneWay, AnErrorOfWaitingForTheDiskMidRunIsNoticed)
+TEST_P(RunErrorsOneWay, AnErrorOfSynchronisingDuringTheRunIsReported)
 {
-  // By a clock that jumps the journal's time to wait for the disk has come every other record or so.
+  // With a clock that jumps, the journal synchronises at about every other record.
   Command command = this->command();
   command.environment["VRDA_FAULT_CLOCK"] = "1";
   clear();
   const int n =
       n_calls_of(command, in_folder({"count", "fsync", "1", "a.h5.journal"}), scratch_.path() / "counts");
-  EXPECT_GT(n, 2);  // there are two of the header and at the end
+  EXPECT_GT(n, 2);  // two are for the header and at the end
   for (int k = 1; k <= n; ++k) {
     SCOPED_TRACE(k);
     clear();
@@ -71,7 +71,7 @@ TEST_P(RunErrorsOneWay, AnErrorOfWaitingForTheDiskMidRunIsNoticed)
 
 TEST_P(RunErrorsOneWay, ADiskThatIsFullFromAnyWriteOnLosesNothing)
 {
-  const int n = n_calls("write") - 1;  // all but the times, which a run does without
+  const int n = n_calls("write") - 1;  // all but the run record, which is optional
   for (int k = 1; k <= n; ++k) {
     SCOPED_TRACE(k);
     const Ended ended = run_anew({"full", "write", std::to_string(k)});
@@ -82,9 +82,9 @@ TEST_P(RunErrorsOneWay, ADiskThatIsFullFromAnyWriteOnLosesNothing)
   }
 }
 
-TEST_P(RunErrorsOneWay, ADiskThatIsGoneLosesNothing)
+TEST_P(RunErrorsOneWay, ALostDiskLosesNothing)
 {
-  // Nothing can be tidied up then either: torn frames and partial files stay until the next run.
+  // Cleanup fails too: torn frames and partial files remain until the next run.
   const int n = n_calls("write") - 1;
   for (int k = 1; k <= n; ++k) {
     SCOPED_TRACE(k);
@@ -106,7 +106,7 @@ TEST_P(RunErrorsOneWay, TimesThatCannotBeWrittenAreAWarning)
   }
 }
 
-TEST_P(RunErrorsOneWay, WhatCannotBeRemovedIsSaidAndGoesWithTheNextRun)
+TEST_P(RunErrorsOneWay, AFileThatCannotBeRemovedIsReportedAndRemovedByTheNextRun)
 {
   const Ended left = run_anew({"eio", "unlink", "1", "a.h5.journal"});
   EXPECT_EQ(left.exit_code, 0);
@@ -120,7 +120,7 @@ TEST_P(RunErrorsOneWay, WhatCannotBeRemovedIsSaidAndGoesWithTheNextRun)
   }
 }
 
-TEST_P(RunErrorsOneWay, AJournalThatCannotBeReadIsNamedAndLeftAlone)
+TEST_P(RunErrorsOneWay, AnUnreadableJournalIsNamedAndUnchanged)
 {
   run_anew({"kill", "write", "6", "a.h5.journal"});
   const std::string before = read_bytes(journal());

@@ -1,4 +1,4 @@
-// `vrda run` is killed at a call or within it: at every one of them in turn, found by counting them first.
+// Kills `vrda run` before or within every call in turn, after counting the calls.
 #include <gmock/gmock.h>
 
 #include <algorithm>
@@ -56,9 +56,9 @@ TEST_P(RunKills, ATornRecordIsDroppedAndAllBeforeItKept)
   }
 }
 
-TEST_P(RunKills, KilledAtEveryRecordOfEveryResumptionItStillEnds)
+TEST_P(RunKills, FinishesAfterAKillAtEveryRecordOfEveryResumedRun)
 {
-  // Each time one step further: the second write of a resumed run is its second record.
+  // Each run adds one step: the second write of a resumed run is its second record.
   clear();
   int n_killed = 0;
   while (run({"torn", "write", "2", "a.h5.journal"}).exit_code == killed && n_killed < 100) ++n_killed;
@@ -66,7 +66,7 @@ TEST_P(RunKills, KilledAtEveryRecordOfEveryResumptionItStillEnds)
   expect_finished();
 }
 
-TEST_P(RunKillsOneWay, TwoThreadsLoseNothingEither)
+TEST_P(RunKillsOneWay, TwoThreadsLoseNothing)
 {
   Command threaded = command();
   *std::next(std::find(threaded.arguments.begin(), threaded.arguments.end(), "--threads")) = "2";

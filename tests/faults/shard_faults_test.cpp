@@ -1,4 +1,4 @@
-// The parts of a run, each killed or failing at every one of its calls in turn: spine, shards, merge.
+// Injects kills and errors into every call of the parts of a run in turn: spine, shards, merge.
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -28,7 +28,7 @@ std::size_t header_bytes(const std::string& journal)
   return 8 + 4 + 4 + u32_at(journal, 12) + 4;
 }
 
-/// A command that leads from what stands in the folder to what stands there afterwards.
+/// A command with the folder's files before and after it.
 struct Stage {
   std::string name;
   Command command;
@@ -84,9 +84,8 @@ class ShardFaults : public FaultyRun {
     return all;
   }
 
-  /// What must be the same however often a command was disturbed: of times and hosts only that they are
-  /// there, of journals all steps together. Which of them holds a step that follows from others is not laid
-  /// down.
+  /// Content that must not depend on faults: of run records only their existence, of journals the union of
+  /// their steps, since a step that is derived from others may be in any of them.
   Files essence(const Files& files) const
   {
     Files all;
@@ -115,7 +114,7 @@ class ShardFaults : public FaultyRun {
     return test::run(with_fault(stage.command, in_folder(fault)));
   }
 
-  /// The command of the stage once more leads to the very same files.
+  /// Running the stage's command again gives the same files.
   std::string expect_done(const Stage& stage) const
   {
     const Ended ended = test::run(stage.command);
@@ -180,7 +179,7 @@ TEST_P(ShardFaults, ShortWritesChangeNothing)
   }
 }
 
-TEST_P(ShardErrors, AnErrorIsOneLineAndTheSameCommandGoesOn)
+TEST_P(ShardErrors, AnErrorIsOneLineAndTheSameCommandResumes)
 {
   struct Row {
     Stage stage;
@@ -199,7 +198,7 @@ TEST_P(ShardErrors, AnErrorIsOneLineAndTheSameCommandGoesOn)
   }
 }
 
-TEST_P(ShardErrors, AMergeThatCannotNoteItsEndLeavesTheJournals)
+TEST_P(ShardErrors, AMergeThatCannotWriteTheCaseFileKeepsTheJournals)
 {
   for (const std::string call : {"open", "write", "fsync", "close", "rename"}) {
     SCOPED_TRACE(call);
@@ -207,14 +206,14 @@ TEST_P(ShardErrors, AMergeThatCannotNoteItsEndLeavesTheJournals)
     EXPECT_EQ(ended.exit_code, 0);
     EXPECT_EQ(n_lines(ended.err), 1) << ended.err;
     EXPECT_THAT(ended.err, HasSubstr("warning: " + (folder_ / "a.h5.case.json").string() + ": found"));
-    EXPECT_EQ(names().size(), merging().before.size() + 2);  // the model and its times
+    EXPECT_EQ(names().size(), merging().before.size() + 2);  // the model and its run record
     expect_done(merging());
   }
 }
 
-TEST_P(ShardErrors, WhatAMergeCannotRemoveGoesWithTheNext)
+TEST_P(ShardErrors, FilesAMergeCannotRemoveAreRemovedByTheNext)
 {
-  // Journals, start file and case file. The last call counts: before it go temporary names, gone already.
+  // Journals, start file and case file. The last call is the removal: earlier ones are for temporary names.
   for (const auto& [name, bytes] : merging().before) {
     SCOPED_TRACE(name);
     const std::string last = std::to_string(n_calls_in(merging(), "unlink", name));
@@ -227,12 +226,12 @@ TEST_P(ShardErrors, WhatAMergeCannotRemoveGoesWithTheNext)
   }
 }
 
-TEST_P(ShardFaults, ADamagedSpineIsSolvedAgainByTheShardThatMeetsIt)
+TEST_P(ShardFaults, ADamagedSpineIsSolvedAgainByTheShardThatReadsIt)
 {
   const std::string name = "a.h5.spine.journal", bytes = shard().before.at(name);
   const std::size_t header = header_bytes(bytes), n_records = bytes.size() - header;
   ASSERT_GT(n_records, 500u);
-  // Up to the last record, which follows from the others with the search.
+  // Up to the last record, which with the search is derived from the others.
   for (std::size_t byte = header; byte < header + n_records * 4 / 5; byte += n_records / 5) {
     SCOPED_TRACE(byte);
     Files damaged = shard().before;
@@ -245,7 +244,7 @@ TEST_P(ShardFaults, ADamagedSpineIsSolvedAgainByTheShardThatMeetsIt)
   }
 }
 
-TEST_P(ShardFaults, ADamagedHeaderIsNamedAndLeftAlone)
+TEST_P(ShardFaults, ADamagedHeaderIsNamedAndUnchanged)
 {
   for (const auto& [stage, name] :
        {std::pair{shard(), "a.h5.spine.journal"}, std::pair{merging(), "a.h5.spine.journal"},
@@ -260,7 +259,7 @@ TEST_P(ShardFaults, ADamagedHeaderIsNamedAndLeftAlone)
   }
 }
 
-TEST_P(ShardFaults, AMergeNeverTakesADamagedJournal)
+TEST_P(ShardFaults, AMergeRejectsADamagedJournal)
 {
   for (const std::string name :
        {"a.h5.spine.journal", "a.h5.shard-1-of-2.journal", "a.h5.shard-2-of-2.journal"}) {
@@ -285,7 +284,7 @@ TEST_P(ShardFaults, AShardThatWaitsForTheSpineTakesItOverFromOneThatDies)
 {
   const fs::path held = scratch_.path() / "gate.held";
   const int n = n_calls_in(spine(), "any");
-  for (const int k : {3, n / 2, n - 4}) {  // the spine is locked and not whole
+  for (const int k : {3, n / 2, n - 4}) {  // the spine is locked and incomplete
     SCOPED_TRACE(k);
     clear();
     fs::remove(held);

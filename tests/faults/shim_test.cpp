@@ -1,4 +1,4 @@
-// The shim itself, on a program whose calls are known: dd writes blocks, one call each.
+// Tests of the shim with dd, which makes one write call per block.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -96,7 +96,7 @@ TEST_F(Shim, LeavesEntriesOutOfListingsAndRefusesLocks)
   EXPECT_EQ(run(with_fault(lock, {"enolck", "lock", "1+", "/other"})).exit_code, 0);
 }
 
-TEST_F(Shim, OnlyTheFirstProcessHasAFaultThatComesOnce)
+TEST_F(Shim, OnlyTheFirstProcessGetsAFaultOnce)
 {
   Command command = with_fault(blocks(), {"kill", "write", "2", "/blocks"});
   command.environment["VRDA_FAULT_ONCE"] = scratch_.path() / "done";
@@ -105,7 +105,7 @@ TEST_F(Shim, OnlyTheFirstProcessHasAFaultThatComesOnce)
   EXPECT_EQ(size(), 400u);
 }
 
-TEST_F(Shim, HoldsUntilTheGateIsThere)
+TEST_F(Shim, HoldsUntilTheGateExists)
 {
   const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
   Command command = with_fault(blocks(), {"hold", "write", "3", "/blocks"});
@@ -117,10 +117,10 @@ TEST_F(Shim, HoldsUntilTheGateIsThere)
   scratch_.write("gate", "");
   EXPECT_EQ(process.wait().exit_code, 0);
   EXPECT_EQ(size(), 400u);
-  EXPECT_EQ(run(command).exit_code, 0);  // an open gate holds nobody
+  EXPECT_EQ(run(command).exit_code, 0);  // an existing gate holds no process
 }
 
-TEST_F(Shim, AHeldProcessStillTakesSignals)
+TEST_F(Shim, AHeldProcessStillHandlesSignals)
 {
   Command command = with_fault(blocks(), {"hold", "write", "3", "/blocks"});
   command.environment["VRDA_FAULT_GATE"] = scratch_.path() / "gate";
@@ -131,7 +131,7 @@ TEST_F(Shim, AHeldProcessStillTakesSignals)
   EXPECT_EQ(process.wait().exit_code, -1);
 }
 
-TEST_F(Shim, WordsItDoesNotKnowAreRefused)
+TEST_F(Shim, UnknownValuesAreRefused)
 {
   for (const auto& [name, value] :
        {std::pair{"VRDA_FAULT_DO", "explode"}, std::pair{"VRDA_FAULT_CALL", "writes"},

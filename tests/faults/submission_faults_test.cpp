@@ -1,4 +1,4 @@
-// A submission of local processes, one of which dies or fails: resumed, it ends in the bytes of one run.
+// A submission of local processes, one of which is killed or fails: resumed, it gives the same bytes.
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -23,7 +23,7 @@ class SubmissionFaults : public FaultyRun {
     return vrda(words);
   }
 
-  /// What a user does after a failure: the same command until there is a submission, then resume.
+  /// The remedy after a failure: the same command until there is a submission, then resume.
   Ended go_on() const
   {
     const bool is_submitted = fs::exists(folder_ / "submission.json");
@@ -33,7 +33,7 @@ class SubmissionFaults : public FaultyRun {
 
   fs::path model() const { return folder_ / job_.stem() += ".h5"; }
 
-  /// One process of all has the fault at its k-th such call.
+  /// Only one process gets the fault, at its k-th such call.
   Ended disturbed(const Fault& fault) const
   {
     fs::remove_all(folder_);
@@ -54,12 +54,12 @@ class SubmissionFaults : public FaultyRun {
   }
 };
 
-TEST_P(SubmissionFaults, WhicheverProcessDiesOrFailsTheRestIsMadeByResume)
+TEST_P(SubmissionFaults, ResumeFinishesAfterAnyProcessIsKilledOrFails)
 {
   const std::string wanted = sha256_of_file(folder_ / "a.h5");
   const fs::path counts = scratch_.path() / "counts";
   fs::remove_all(folder_);
-  // Of all processes together; no single one makes as many.
+  // Of all processes together; a single one makes fewer.
   const int n = n_calls_of(submit(), in_folder({"count"}), counts);
   expect_made(wanted);
   EXPECT_GT(n, 100);
@@ -80,8 +80,8 @@ TEST_P(SubmissionFaults, WhicheverProcessDiesOrFailsTheRestIsMadeByResume)
   EXPECT_GT(n_disturbed, 12);
 }
 
-// Every task is done but the merge; then a bit of a journal flips, or its end is lost.
-TEST_P(SubmissionFaults, ADamagedJournalIsMendedByResume)
+// All tasks but the merge are done; then a bit of a journal is flipped, or its end cut off.
+TEST_P(SubmissionFaults, ADamagedJournalIsRepairedByResume)
 {
   const std::string wanted = sha256_of_file(folder_ / "a.h5");
   fs::remove_all(folder_);
@@ -99,7 +99,7 @@ TEST_P(SubmissionFaults, ADamagedJournalIsMendedByResume)
   fs::copy(folder_, kept, fs::copy_options::recursive);
   for (const std::string which : {".spine.journal", ".shard-2-of-2.journal"}) {
     const std::string bytes = read_bytes(kept / (model().filename() += which));
-    const std::size_t at = bytes.size() * 3 / 4;  // behind the header, before the last step's end
+    const std::size_t at = bytes.size() * 3 / 4;  // after the header, before the end of the last step
     std::string flipped = bytes;
     flipped[at] = static_cast<char>(flipped[at] ^ 16);
     for (const std::string& damaged : {flipped, bytes.substr(0, at)}) {
@@ -117,7 +117,7 @@ TEST_P(SubmissionFaults, ADamagedJournalIsMendedByResume)
   }
 }
 
-TEST_P(SubmissionFaults, AFileSystemWithoutLocksIsOneLine)
+TEST_P(SubmissionFaults, AFileSystemWithoutLocksIsReportedInOneLine)
 {
   const std::string wanted = sha256_of_file(folder_ / "a.h5");
   fs::remove_all(folder_);

@@ -1,5 +1,4 @@
-// Tasks of Slurm's that are told to end, each met at one system call: what they make of it, and how they go
-// on.
+// Slurm tasks that are signalled to end at a certain system call: their state, and how they resume.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <sys/file.h>
@@ -18,14 +17,14 @@ namespace vrda::test::task_interruption_test {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-// A submission of one case, cut into as many shards as a test asks for, with nothing done yet.
+// A submission of one case in a given number of shards, with no task done yet.
 class TaskInterruption : public FaultyRun {
  protected:
   TaskInterruption() : wanted_(sha256_of_file(folder_ / "a.h5")) {}
 
   void submit(const std::string& n_shards, const std::string& time) { submit(job_, n_shards, time); }
 
-  /// Two whole cases, `a` and `b`, each the job's.
+  /// Two unsharded cases, `a` and `b`, of the same job.
   void submit_two(const std::string& time)
   {
     std::string campaign = "[campaign]\ntitle = \"Two\"\n";
@@ -61,23 +60,23 @@ class TaskInterruption : public FaultyRun {
     return command;
   }
 
-  static Command begun_again(Command command, int n_restarts)
+  static Command restarted(Command command, int n_restarts)
   {
     command.environment["SLURM_RESTART_COUNT"] = std::to_string(n_restarts);
     return command;
   }
 
-  /// Told twice to end, as by Slurm and by the script, at the fault's call.
-  Ended told_at(const Command& command, const Fault& fault)
+  /// Signalled twice, as by Slurm and by the script, at the fault's call.
+  Ended signalled_at(const Command& command, const Fault& fault)
   {
-    return met_at(command, fault, [](const Process& process) {
+    return held_at(command, fault, [](const Process& process) {
       process.send(SIGTERM);
       process.send(SIGTERM);
     });
   }
 
   template <typename Meanwhile>
-  Ended met_at(const Command& command, const Fault& fault, const Meanwhile& meanwhile)
+  Ended held_at(const Command& command, const Fault& fault, const Meanwhile& meanwhile)
   {
     const fs::path gate = scratch_.path() / "gate", held = scratch_.path() / "gate.held";
     fs::remove(gate);
@@ -116,10 +115,10 @@ class TaskInterruption : public FaultyRun {
   fs::path model() const { return folder_ / job_.stem() += ".h5"; }
   std::string name_of_model(const std::string& ending) const { return model().filename().string() + ending; }
 
-  std::string wanted_;  ///< SHA-256 of the plain run's model
+  std::string wanted_;  ///< SHA-256 of the model of a run without shards
 };
 
-// Held while it loads, it has solved nothing when it is told.
+// Held while it loads, so that no step is solved when the signal arrives.
 const Fault while_loading{"hold", "write", "1", ".start.h5"};
 
 TEST_P(TaskInterruption, ATimeLimitWithoutAStepIsAFailure)
@@ -127,58 +126,58 @@ TEST_P(TaskInterruption, ATimeLimitWithoutAStepIsAFailure)
   submit("2", "1");
   Fault fault = while_loading;
   fault.file = name_of_model(fault.file);
-  const Ended ended = told_at(task("spine"), fault);
+  const Ended ended = signalled_at(task("spine"), fault);
   EXPECT_EQ(ended.exit_code, 2) << ended.err;
   EXPECT_THAT(ended.err,
               HasSubstr("--time: found 1 in which no step was solved, wanted a longer time limit"));
   expect_state("spine", "failed", "no step was solved");
-  // Begun again by hand: what it is alone with is not passed over.
-  expect_done(begun_again(task("spine"), 1));
+  // Restarted by hand: a task's only case is not skipped.
+  expect_done(restarted(task("spine"), 1));
 }
 
-TEST_P(TaskInterruption, ACaseThatFailedLeavesTheNextStartToTheOthersOfItsTask)
+TEST_P(TaskInterruption, AFailedCaseIsSkippedByTheNextStartOfItsTask)
 {
   submit_two("1");
   Command both = task("run");
   both.arguments.insert(both.arguments.end(), {"--first", "1", "--count", "2"});
   Fault fault = while_loading;
   fault.file = "a/a.h5.start.h5";
-  // The first has failed and the second not begun: Slurm is asked to begin the task again.
-  EXPECT_EQ(told_at(both, fault).exit_code, 4);
+  // The first case has failed and the second has not started: the task requests a restart by Slurm.
+  EXPECT_EQ(signalled_at(both, fault).exit_code, 4);
   expect_state_of("a.run", "failed", "no step was solved");
-  const Ended again = test::run(begun_again(both, 1));
+  const Ended again = test::run(restarted(both, 1));
   EXPECT_EQ(again.exit_code, 2) << again.err;
   EXPECT_THAT(again.err, HasSubstr("a.run failed before this restart"));
   expect_state_of("a.run", "failed", "--time: found 1 in which no step was solved");
   expect_state_of("b.run", "done", "");
   EXPECT_FALSE(fs::exists(model_of("a")));
   EXPECT_EQ(sha256_of_file(model_of("b")), wanted_);
-  // Another job, as vrda resume submits it.
+  // Another Slurm job, as submitted by vrda resume.
   both.environment["SLURM_JOB_ID"] = "102";
   expect_done(both);
   EXPECT_EQ(sha256_of_file(model_of("a")), wanted_);
 }
 
-// With a limit of ten minutes it was preempted, and may do better the next time.
-TEST_P(TaskInterruption, AnEarlyOneIsNone)
+// With a limit of ten minutes the task was preempted early, which is not a failure.
+TEST_P(TaskInterruption, AnEarlySignalIsNotAFailure)
 {
   submit("2", "10");
   Fault fault = while_loading;
   fault.file = name_of_model(fault.file);
-  EXPECT_EQ(told_at(task("spine"), fault).exit_code, 4);
+  EXPECT_EQ(signalled_at(task("spine"), fault).exit_code, 4);
   expect_state("spine", "interrupted", "");
 }
 
-TEST_P(TaskInterruption, ToldAtItsLastStepARunEndsAndMakesTheModelTheNextTime)
+TEST_P(TaskInterruption, SignalledAtItsLastStepARunMakesTheModelTheNextTime)
 {
   submit("1", "1");
   const std::string journal = name_of_model(".journal");
   const int n =
       n_calls_of(task("run"), in_folder({"count", "write", "1", journal}), scratch_.path() / "counts");
   fs::remove(model());
-  const Ended ended = told_at(task("run"), {"hold", "write", std::to_string(n), journal});
+  const Ended ended = signalled_at(task("run"), {"hold", "write", std::to_string(n), journal});
   EXPECT_EQ(ended.exit_code, 4) << ended.err;
-  EXPECT_THAT(ended.err, HasSubstr("interrupted: what is solved stands in"));
+  EXPECT_THAT(ended.err, HasSubstr("interrupted: solved steps are in"));
   EXPECT_FALSE(fs::exists(model()));
   expect_state("run", "interrupted", "");
   expect_done(task("run"));
@@ -193,8 +192,8 @@ TEST_P(TaskInterruption, AWholeLimitWithoutAModelIsAFailure)
   const int n =
       n_calls_of(task("run"), in_folder({"count", "write", "1", journal}), scratch_.path() / "counts");
   fs::remove(model());
-  EXPECT_EQ(told_at(task("run"), {"hold", "write", std::to_string(n), journal}).exit_code, 4);
-  const Ended again = told_at(task("run"), {"hold", "open", "1", journal});
+  EXPECT_EQ(signalled_at(task("run"), {"hold", "write", std::to_string(n), journal}).exit_code, 4);
+  const Ended again = signalled_at(task("run"), {"hold", "open", "1", journal});
   EXPECT_EQ(again.exit_code, 2) << again.err;
   expect_state("run", "failed",
                "--time: found 1 in which the model was not made, wanted a longer time limit");
@@ -202,7 +201,7 @@ TEST_P(TaskInterruption, AWholeLimitWithoutAModelIsAFailure)
   EXPECT_EQ(sha256_of_file(model()), wanted_);
 }
 
-TEST_P(TaskInterruption, AMergeEndsAtOnceAndLeavesTheJournals)
+TEST_P(TaskInterruption, AMergeEndsImmediatelyAndKeepsTheJournals)
 {
   struct Row {
     std::string time, state, reason;
@@ -213,9 +212,9 @@ TEST_P(TaskInterruption, AMergeEndsAtOnceAndLeavesTheJournals)
     submit("2", row.time);
     for (const Command& each : {task("spine"), task("shard", "1"), task("shard", "2")}) expect_done(each);
     const std::vector<std::string> before = names();
-    const Ended ended = told_at(task("merge"), {"hold", "read", "1", name_of_model(".spine.journal")});
+    const Ended ended = signalled_at(task("merge"), {"hold", "read", "1", name_of_model(".spine.journal")});
     EXPECT_EQ(ended.exit_code, row.exit_code) << ended.err;
-    EXPECT_THAT(ended.err, HasSubstr("interrupted: the journals stay"));
+    EXPECT_THAT(ended.err, HasSubstr("interrupted: the journals are kept"));
     EXPECT_EQ(names(), before);
     expect_state("merge", row.state, row.reason);
     expect_done(task("merge"));
@@ -224,7 +223,7 @@ TEST_P(TaskInterruption, AMergeEndsAtOnceAndLeavesTheJournals)
   }
 }
 
-// As a network disk lists a folder, up to a minute late.
+// A network file system may list a folder up to a minute late.
 TEST_P(TaskInterruption, AMergeFindsJournalsThatAreNotListedYet)
 {
   submit("2", "10");
@@ -241,7 +240,7 @@ TEST_P(TaskInterruption, AMergeFindsJournalsThatAreNotListedYet)
   EXPECT_THAT(names(), testing::Not(testing::Contains(testing::EndsWith(".journal"))));
 }
 
-// It would wait for ever for a process that is not there.
+// Otherwise it would wait forever for a process that does not exist.
 TEST_P(TaskInterruption, WithoutLocksATaskFails)
 {
   submit("2", "10");
@@ -252,12 +251,12 @@ TEST_P(TaskInterruption, WithoutLocksATaskFails)
   expect_done(task("shard", "1"));
 }
 
-// Its predecessor, on a node that only seems dead: a whole case waits like a shard.
-TEST_P(TaskInterruption, AWholeCaseWaitsForWhoWritesItsJournal)
+// The predecessor may run on a node that was declared dead: a whole case waits like a shard.
+TEST_P(TaskInterruption, AWholeCaseWaitsForTheWriterOfItsJournal)
 {
   submit("1", "10");
   const std::string journal = name_of_model(".journal");
-  EXPECT_EQ(told_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
+  EXPECT_EQ(signalled_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
   const int lock = open((folder_ / journal).c_str(), O_RDWR | O_CLOEXEC);
   EXPECT_EQ(flock(lock, LOCK_EX), 0);
   Process waiting(task("run"));
@@ -271,8 +270,8 @@ TEST_P(TaskInterruption, AWholeCaseWaitsForWhoWritesItsJournal)
   EXPECT_EQ(sha256_of_file(model()), wanted_);
 }
 
-// What the predecessor made counts, though its journal is gone.
-TEST_P(TaskInterruption, AWholeCaseThatItsPredecessorMadeIsNotSolvedAgain)
+// The predecessor's model is used, although its journal is removed.
+TEST_P(TaskInterruption, AWholeCaseFinishedByItsPredecessorIsNotSolvedAgain)
 {
   submit("1", "10");
   const std::string journal = name_of_model(".journal");
@@ -292,7 +291,7 @@ TEST_P(TaskInterruption, AWholeCaseThatItsPredecessorMadeIsNotSolvedAgain)
     EXPECT_EQ(sha256_of_file(model()), wanted_);
     fs::remove(model());
   };
-  EXPECT_EQ(told_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
+  EXPECT_EQ(signalled_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
   const int lock = open((folder_ / journal).c_str(), O_RDWR | O_CLOEXEC);
   EXPECT_EQ(flock(lock, LOCK_EX), 0);
   Process waiting(task("run"));
@@ -303,10 +302,10 @@ TEST_P(TaskInterruption, AWholeCaseThatItsPredecessorMadeIsNotSolvedAgain)
   close(lock);
   expect_untouched(waiting.wait());
 
-  // Between its look for the journal and the opening.
-  EXPECT_EQ(told_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
+  // Between the check for the journal and its opening.
+  EXPECT_EQ(signalled_at(task("run"), {"hold", "write", "3", journal}).exit_code, 4);
   expect_untouched(
-      met_at(task("run"), {"hold", "open", "1", journal}, [&](const Process&) { predecessor_ends(); }));
+      held_at(task("run"), {"hold", "open", "1", journal}, [&](const Process&) { predecessor_ends(); }));
 }
 
 INSTANTIATE_TEST_SUITE_P(All, TaskInterruption, testing::Values(equilibrium()), name_of);

@@ -1,4 +1,4 @@
-// Looking on while a journal grows, at every stage a look may meet.
+// Polling a growing journal in every state.
 #include "journal/frame_tail.hpp"
 
 #include <gtest/gtest.h>
@@ -76,14 +76,14 @@ TEST_F(Tail, ATornRecordIsReadWhenItIsWhole)
   const std::string bytes = test::read_bytes(path_);
   const std::size_t frame_bytes = frame_head_bytes + bytes_of(record(0)).size();
   const std::size_t header_bytes = bytes.size() - 3 * frame_bytes;
-  // A prefix of every length, as a network disk may show it.
+  // A prefix of every length, as on a network file system.
   int n_read = 0, n_torn = 0, n_headless = 0;
   for (std::size_t n = 0; n <= bytes.size(); ++n) {
     scratch_.write("knee.h5.journal", bytes.substr(0, n));
     const TailNews news = tail_.look();
     n_read += static_cast<int>(news.frames.size());
     n_torn += news.why_not.find("torn") != std::string::npos ? 1 : 0;
-    n_headless += news.why_not.find("header") != std::string::npos || news.why_not.find("no journal") == 0;
+    n_headless += news.why_not.find("header") != std::string::npos || news.why_not.find("not a journal") == 0;
     const auto n_whole = n < header_bytes ? 0 : static_cast<int>((n - header_bytes) / frame_bytes);
     ASSERT_EQ(n_read, n_whole) << n << " bytes";
   }
@@ -109,7 +109,7 @@ TEST_F(Tail, AJournalStartedOverIsReadFromItsBeginning)
   expect(tail_.look(), true, frames_of(0, 5, 3));
 }
 
-TEST_F(Tail, ATornEndThatIsCutAndGoneOnWithIsNoNewBeginning)
+TEST_F(Tail, AResumedJournalWithATornEndIsNotRestarted)
 {
   fresh(2).close();
   std::ofstream(path_, std::ios::binary | std::ios::app) << "torn";
@@ -121,7 +121,7 @@ TEST_F(Tail, ATornEndThatIsCutAndGoneOnWithIsNoNewBeginning)
   expect(tail_.look(), false, frames_of(2, 2));
 }
 
-TEST_F(Tail, WhatIsCutBelowTheLastLookIsReadAgain)
+TEST_F(Tail, AFileCutBelowTheLastPollIsReadAgain)
 {
   fresh(4).close();
   expect(tail_.look(), false, frames_of(0, 3));
@@ -133,7 +133,7 @@ TEST_F(Tail, WhatIsCutBelowTheLastLookIsReadAgain)
     writer.append(record(2));
     expect(tail_.look(), false, frames_of(2, 2));
   }
-  // Cut and grown past the place of the last look between two looks.
+  // Cut and grown beyond the previous length between two polls.
   std::filesystem::resize_file(path_, std::filesystem::file_size(path_) - 2 * frame_bytes);
   {
     JournalWriter writer = std::move(JournalWriter::open(path_, key).writer);
@@ -156,30 +156,30 @@ TEST_F(Tail, AFileThatVanishesKeepsWhatWasReadUntilAnotherAppears)
   expect(tail_.look(), true, frames_of(0, 2));
 }
 
-TEST_F(Tail, WhatIsNoJournalSaysSo)
+TEST_F(Tail, AnotherFileIsReported)
 {
   scratch_.write("knee.h5.journal", std::string(200, 'x'));
-  EXPECT_EQ(tail_.look().why_not, "no journal (200 bytes)");
+  EXPECT_EQ(tail_.look().why_not, "not a journal (200 bytes)");
   std::filesystem::remove(path_);
   std::filesystem::create_directory(path_);
   EXPECT_FALSE(tail_.look().is_there);
 }
 
-TEST_F(Tail, ALongJournalComesInSeveralLooks)
+TEST_F(Tail, ALongJournalNeedsSeveralPolls)
 {
-  // 100 contacts are 7 kB: a thousand such records are more than one look takes.
+  // 100 contacts are 7 kB: a thousand such records exceed the limit of one poll.
   fresh(1000, key, 100).close();
   std::vector<std::string> all;
-  int n_looks = 0;
-  for (bool has_more = true; has_more; ++n_looks) {
+  int n_polls = 0;
+  for (bool has_more = true; has_more; ++n_polls) {
     const TailNews news = tail_.look();
     EXPECT_EQ(news.why_not, "");
     all.insert(all.end(), news.frames.begin(), news.frames.end());
     has_more = news.has_more;
   }
-  EXPECT_GT(n_looks, 1);
+  EXPECT_GT(n_polls, 1);
   EXPECT_EQ(all, frames_of(0, 999, 100));
-  // One record longer than that.
+  // One record above the limit.
   JournalWriter writer = std::move(JournalWriter::open(path_, key).writer);
   writer.append(record(1000, 100000));
   expect(tail_.look(), false, frames_of(1000, 1000, 100000));

@@ -127,7 +127,7 @@ TEST(Journal, GivesBackEveryBit)
   expect_records(content, 20);
 }
 
-TEST(Journal, ARestingPoseBeyondEveryMeasureIsNoRecord)
+TEST(Journal, AStablePoseOutOfRangeIsNotARecord)
 {
   StepRecord record;
   record.status = StepStatus::stable;
@@ -208,7 +208,7 @@ TEST(Journal, AFlippedBitInTheHeaderIsRefused)
   }
 }
 
-TEST(Journal, ResumingCutsTheTailAndGoesOn)
+TEST(Journal, ResumingCutsTheTailAndContinues)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
@@ -249,7 +249,7 @@ TEST(Journal, AnotherJobsJournalNamesFileAndBothKeys)
   EXPECT_NE(facts.wanted.find("vrda resume"), std::string::npos);  // which has no --fresh
 }
 
-TEST(Journal, WhatIsNoJournalIsRefused)
+TEST(Journal, AnotherFileIsRefused)
 {
   const test::Scratch scratch;
   for (const std::string& bytes :
@@ -258,14 +258,14 @@ TEST(Journal, WhatIsNoJournalIsRefused)
     const InputError::Facts facts = input_error([&] { read_journal(file); });
     EXPECT_EQ(facts.file, file);
     EXPECT_EQ(facts.field, "header");
-    EXPECT_NE(facts.found.find("no journal"), std::string::npos);
+    EXPECT_NE(facts.found.find("not a journal"), std::string::npos);
     EXPECT_NE(facts.wanted.find("journal"), std::string::npos);
   }
 }
 
 TEST(Journal, AnotherFormatVersionIsNamed)
 {
-  // The bytes of a header of version 2, made by hand: the CRC-32 was computed by Python's zlib.crc32.
+  // A header of version 2, written by hand; CRC-32 by Python's zlib.crc32.
   const test::Scratch scratch;
   const std::string header("VRDAJRNL\x02\x00\x00\x00\x01\x00\x00\x00k", 17);
   const std::string file = scratch.write("a.journal", header + std::string("\x9d\x00\xd8\x69", 4));
@@ -291,7 +291,7 @@ TEST(Journal, AMissingOrUnwritableFileIsNamed)
 
 TEST(Journal, AFullDiskIsNamedAndLeavesAValidJournal)
 {
-  // A limit on the file's size stands in for a full disk: the write stops in the middle of a record.
+  // A file size limit simulates a full disk: the write stops in the middle of a record.
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
   write_journal(path, 0);
@@ -341,7 +341,7 @@ TEST(Journal, WaitsForTheDiskAtIntervals)
   EXPECT_EQ(writer.n_unsynced_bytes(), 0u);
 }
 
-// A journal of three records in a folder of its own, whose ground is lost before the third.
+// A journal of three records whose folder is lost before the third.
 void expect_put_back(const std::function<void(const std::filesystem::path& folder)>& lose)
 {
   const test::Scratch scratch;
@@ -362,7 +362,7 @@ void expect_put_back(const std::function<void(const std::filesystem::path& folde
   expect_records(read_journal(path), 3);
 }
 
-TEST(Journal, WhatWasDeletedOrMovedIsNoticedAndPutBack)
+TEST(Journal, ADeletedOrMovedFileIsDetectedAndRestored)
 {
   expect_put_back(
       [](const std::filesystem::path& folder) { std::filesystem::remove_all(folder.parent_path()); });
@@ -372,7 +372,7 @@ TEST(Journal, WhatWasDeletedOrMovedIsNoticedAndPutBack)
   });
 }
 
-TEST(Journal, NothingIsPutBackOverAnotherFile)
+TEST(Journal, RestoreDoesNotReplaceAnotherFile)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
@@ -407,7 +407,7 @@ TEST(Journal, ASecondWriterIsRefused)
 
 TEST(Journal, OfManyThatOpenANewOneAtOnceEachWritesAloneInTurn)
 {
-  // Opened, one record each, closed: whoever finds it in use tries again.
+  // Each writer opens, appends one record and closes; it retries while the file is in use.
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.journal";
   constexpr int n_writers = 8;
@@ -475,7 +475,7 @@ TEST(Journal, SurvivesAKillInTheMiddle)
       JournalWriter writer = JournalWriter::open(path, key).writer;
       for (int n = static_cast<int>(before.records.size());; ++n) writer.append(record(n, n % 3));
     }
-    // Each record takes at least 100 bytes: some hundreds of them, then the kill.
+    // Each record takes at least 100 bytes: the kill comes after some hundreds.
     while (std::filesystem::file_size(path) < before.valid_bytes + 50000) usleep(100);
     kill(child, SIGKILL);
     int status = 0;

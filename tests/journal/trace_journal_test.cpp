@@ -36,7 +36,7 @@ SearchTrace trace(int n, int n_moves)
   return search;
 }
 
-// Of a hand-made search of five moves, which have four contacts in all.
+// Of a constructed search of five moves with four contacts in total.
 constexpr std::size_t key_bytes = 9, seed_bytes = 32, status_bytes = 1, count_bytes = 4;
 constexpr std::size_t five_moves_bytes =
     key_bytes + seed_bytes + status_bytes + count_bytes + 5 * 60 + (0 + 1 + 2 + 0 + 1) * 65;
@@ -54,7 +54,7 @@ TEST(TraceJournal, GivesBackEveryBit)
   EXPECT_EQ(bytes_of(trace(3, 5)).size(), five_moves_bytes);
 }
 
-TEST(TraceJournal, BytesThatAreNoSearchAreRefused)
+TEST(TraceJournal, InvalidBytesAreRefused)
 {
   const std::string bytes = bytes_of(trace(3, 5));
   for (std::size_t size = 0; size < bytes.size(); ++size) {
@@ -98,7 +98,7 @@ TEST(TraceJournal, KeepsWholeSearchesAndDropsATornOne)
   EXPECT_EQ(test::read_bytes(cut), whole);
 }
 
-TEST(TraceJournal, ASearchSolvedTwiceStandsOnce)
+TEST(TraceJournal, ADuplicateSearchIsReadOnce)
 {
   const test::Scratch scratch;
   const std::string path = scratch.path() / "a.trace.journal";
@@ -109,7 +109,7 @@ TEST(TraceJournal, ASearchSolvedTwiceStandsOnce)
   EXPECT_EQ(read_trace_journal(path).searches.size(), 1u);
 }
 
-TEST(TraceJournal, TheTwoKindsOfJournalsAreToldApart)
+TEST(TraceJournal, TheTwoKindsOfJournalsAreDistinguished)
 {
   const test::Scratch scratch;
   const std::string traces = scratch.path() / "a.trace.journal", steps = scratch.path() / "a.journal";

@@ -30,7 +30,7 @@ SweepPlan plan_of(SpineRule rule, int n_flexion = 6, int n_varus = 5)
   return plan;
 }
 
-// A pose that depends on where the step starts, so that another order of seeds would be seen.
+// A pose that depends on the seed, which reveals any other seeding order.
 StepRecord solved(const StepTask& task)
 {
   StepRecord record;
@@ -117,7 +117,7 @@ TEST_P(Collect, WhateverStepIsTakenAwayIsMissed)
     auto steps = whole;
     steps.erase(gone);
     const MissingSteps missing = missing_steps(plan, steps);
-    // The spine's cell follows from the step it is: a probe, or the place of rest where varus is free.
+    // The spine's cell is derived from another step: a probe, or the equilibrium with free varus.
     const bool is_copy =
         gone.kind == StepKind::spine && (plan.spine != SpineRule::free_varus || plan.is_varus_free);
     EXPECT_EQ(missing.is_nothing(), is_copy) << name_of(gone.kind) << gone.flexion << ' ' << gone.varus;
@@ -147,7 +147,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, Collect,
                                          plan_of(SpineRule::nearest_zero), plan_of(SpineRule::free_varus),
                                          plan_of(SpineRule::free_varus, 6, 1)));
 
-TEST(CollectJournals, CountsWhatStandsTwiceAndRefusesTwoResults)
+TEST(CollectJournals, CountsDuplicatesAndRefusesTwoResults)
 {
   const test::Scratch scratch;
   std::vector<StepRecord> records = steps_of(plan_of(SpineRule::walk_to_balance), std::nullopt);
@@ -167,7 +167,7 @@ TEST(CollectJournals, CountsWhatStandsTwiceAndRefusesTwoResults)
   EXPECT_THAT(facts.found, HasSubstr(all));
 }
 
-TEST(CollectJournals, RefusesAnotherJobAndRemarksOnADamagedEnd)
+TEST(CollectJournals, RefusesAnotherJobAndReportsADamagedEnd)
 {
   const test::Scratch scratch;
   const std::vector<StepRecord> records = steps_of(plan_of(SpineRule::walk_to_balance), std::nullopt);
@@ -185,7 +185,7 @@ TEST(CollectJournals, RefusesAnotherJobAndRemarksOnADamagedEnd)
   EXPECT_THAT(collected.remarks[0], HasSubstr(torn));
 }
 
-TEST(CollectJournals, WhatIsMissingIsToldByFlexionAndWhereARowWasBegunByVarus)
+TEST(CollectJournals, MissingAttitudesAreListedByFlexionAndForIncompleteRowsByVarus)
 {
   const SweepPlan plan = plan_of(SpineRule::nearest_zero);
   const std::vector<double> flexion_deg{0, 10, 20, 30, 40, 50}, varus_deg{-2, -1, 0, 1, 2};
@@ -194,26 +194,26 @@ TEST(CollectJournals, WhatIsMissingIsToldByFlexionAndWhereARowWasBegunByVarus)
   for (const StepRecord& r : steps_of(plan, std::vector<std::int32_t>{0, 2, 3, 4}, spine))
     steps.emplace(r.key, r);
   const auto said = [&] { return missing_text(missing_steps(plan, steps), flexion_deg, varus_deg); };
-  // The spine's own cell of each row is there.
-  EXPECT_EQ(said(), "no result of 8 of 30 attitudes, at flexion 10 and 50");
+  // The spine cell of each row is present.
+  EXPECT_EQ(said(), "no result for 8 of 30 attitudes, at flexion 10 and 50");
   steps.erase({StepKind::row, 3, 0});
-  EXPECT_EQ(said(), "no result of 9 of 30 attitudes, at flexion 10 and 50, and at flexion 30 of varus -2");
+  EXPECT_EQ(said(), "no result for 9 of 30 attitudes, at flexion 10 and 50, and at flexion 30 of varus -2");
   for (const StepRecord& r : steps_of(plan, std::vector<std::int32_t>{1, 5}, spine)) steps.emplace(r.key, r);
-  EXPECT_EQ(said(), "no result of 1 of 30 attitudes, at flexion 30 of varus -2");
+  EXPECT_EQ(said(), "no result for 1 of 30 attitudes, at flexion 30 of varus -2");
   steps = by_key(steps_of(plan, std::nullopt));
   EXPECT_EQ(said(), "");
 }
 
-TEST(CollectJournals, BandsAreMissedThoughEveryAttitudeIsThere)
+TEST(CollectJournals, MissingBandsAreReportedWithEveryAttitudePresent)
 {
   const SweepPlan plan = plan_of(SpineRule::free_varus);
   auto steps = by_key(steps_of(plan, std::nullopt));
   ASSERT_EQ(steps.erase({StepKind::band, 2, 0}), 1u);
   EXPECT_EQ(missing_text(missing_steps(plan, steps), {0, 10, 20, 30, 40, 50}, {-2, -1, 0, 1, 2}),
-            "no band of the rotation at flexion 20");
+            "no rotation band at flexion 20");
 }
 
-TEST(CollectJournals, AnglesAreToldInRanges)
+TEST(CollectJournals, AnglesAreListedAsRanges)
 {
   const std::vector<double> degrees{0, 0.5, 1, 1.5, 2, 2.5};
   EXPECT_EQ(angles_text({}, degrees), "");

@@ -1,4 +1,4 @@
-// The certificate by itself: forces that can only push, found by an independent way.
+// The certificate of the equilibrium: compressive contact forces, compared with an independent solution.
 #include "solve/potential.hpp"
 
 #include <gtest/gtest.h>
@@ -11,9 +11,9 @@
 namespace vrda::balance_test {
 
 constexpr std::array<bool, 5> all_free{true, true, true, true, true};
-const Grip grip{{0, 0, 0}, 20};
+const Grip scale{{0, 0, 0}, 20};
 
-// Least of |g - A l| over l >= 0 by trying every choice of columns.
+// Minimum of |g - A l| over l >= 0 by exhaustive search over the active columns.
 double least_residual(const Vector5d& g, const std::vector<Clearance>& touching)
 {
   double best = g.norm();
@@ -24,7 +24,7 @@ double least_residual(const Vector5d& g, const std::vector<Clearance>& touching)
       A.conservativeResize(5, A.cols() + 1);
       A.col(A.cols() - 1) = touching[k].gradient;
     }
-    A.bottomRows(2) /= grip.lever_mm;
+    A.bottomRows(2) /= scale.lever_mm;
     const Eigen::VectorXd l = A.colPivHouseholderQr().solve(g);
     if (l.minCoeff() >= 0.0) best = std::min(best, (A * l - g).norm());
   }
@@ -35,25 +35,25 @@ TEST(Balance, IsTheLeastSquaresOfForcesThatPush)
 {
   std::mt19937_64 random(1);
   std::normal_distribution<double> normal;
-  int n_held = 0, n_left = 0;
+  int n_balanced = 0, n_unbalanced = 0;
   for (int k = 0; k < 300; ++k) {
     Potential u;
     u.gradient << normal(random), -20, normal(random), 20 * normal(random), 20 * normal(random);
     std::vector<Clearance> touching(static_cast<std::size_t>(1 + k % 9));
     for (Clearance& c : touching)
       c.gradient << 0.3 * normal(random), -1, 0.3 * normal(random), 10 * normal(random), 10 * normal(random);
-    const Held held = held_by(u, touching, grip, all_free);
+    const Held balance = held_by(u, touching, scale, all_free);
     Vector5d g = u.gradient;
-    g.tail<2>() /= grip.lever_mm;
-    EXPECT_NEAR(held.residual_n, least_residual(g, touching), 1e-7);
-    for (const Held::Bearing& b : held.bearing) EXPECT_GT(b.along_delta_n, 0.0);
-    ++(held.residual_n < 1e-9 ? n_held : n_left);
+    g.tail<2>() /= scale.lever_mm;
+    EXPECT_NEAR(balance.residual_n, least_residual(g, touching), 1e-7);
+    for (const Held::Bearing& b : balance.bearing) EXPECT_GT(b.along_delta_n, 0.0);
+    ++(balance.residual_n < 1e-9 ? n_balanced : n_unbalanced);
   }
-  EXPECT_GT(n_held, 5);
-  EXPECT_GT(n_left, 50);
+  EXPECT_GT(n_balanced, 5);
+  EXPECT_GT(n_unbalanced, 50);
 }
 
-TEST(Balance, ATamperedPoseIsFoundOut)
+TEST(Balance, PoseOffEquilibriumHasResidual)
 {
   const Joint joint = test::joint_of(
       test::ceiling(60, 12, [](double x, double z) { return -0.5 * (std::abs(x) + std::abs(z)); }),
@@ -65,22 +65,22 @@ TEST(Balance, ATamperedPoseIsFoundOut)
   struct Row {
     double x_mm, residual_share;
   };
-  // A hair from the middle all four flanks are within reach of each other; on a flank its slope is left: the
-  // part of the push across the normal (1, -2, 1) / sqrt(6).
+  // In the middle all four flanks are in the band and balance the push. On one flank the residual is the
+  // component of the push perpendicular to the normal (1, -2, 1) / sqrt(6).
   for (const Row row : {Row{0.0, 0.0}, Row{1.0, std::sqrt(1.0 / 3.0)}}) {
     MovingPose pose{{row.x_mm, 0, row.x_mm}, 0};
     pose.translation_mm.y() += query.travel_mm(pose);
-    const Place place = place_at(pose, 0.0, grip);
-    const Rotations rotations(place, 0.0);
+    const Place configuration = place_at(pose, 0.0, scale);
+    const Rotations rotations(configuration, 0.0);
     std::vector<Clearance> touching;
     for (const GapFeature& f : query.features(pose, 1e-3).features) {
-      const Obstacle o =
-          obstacle_of(f, {joint.reference.solid.mesh, joint.moving.solid.mesh, grip}, place, rotations);
-      touching.push_back(clearance(o, place, rotations));
+      const Obstacle constraint = obstacle_of(f, {joint.reference.solid.mesh, joint.moving.solid.mesh, scale},
+                                              configuration, rotations);
+      touching.push_back(clearance(constraint, configuration, rotations));
     }
-    const Held held = held_by(potential_at({none, loads, grip, 0.0}, place), touching, grip,
-                              {true, true, true, true, false});
-    EXPECT_NEAR(held.residual_n, row.residual_share * 20, 1e-6);
+    const Held balance = held_by(potential_at({none, loads, scale, 0.0}, configuration), touching, scale,
+                                 {true, true, true, true, false});
+    EXPECT_NEAR(balance.residual_n, row.residual_share * 20, 1e-6);
   }
 }
 
@@ -88,7 +88,7 @@ TEST(Balance, NothingTouchingLeavesThePush)
 {
   Potential u;
   u.gradient << 0, -20, 0, 0, 0;
-  EXPECT_NEAR(held_by(u, {}, grip, all_free).residual_n, 20, 1e-12);
+  EXPECT_NEAR(held_by(u, {}, scale, all_free).residual_n, 20, 1e-12);
 }
 
 }  // namespace vrda::balance_test

@@ -1,5 +1,5 @@
-// The equilibrium against NLopt's subplex, which knows nothing of features, gradients or active sets: it asks
-// for the potential at a place, at rest along Delta, and nothing else.
+// Compares the equilibrium with NLopt's subplex, which uses only the potential of a configuration in
+// equilibrium along Delta: no features, gradients or active sets.
 #include <gtest/gtest.h>
 #include <nlopt.h>
 
@@ -18,22 +18,23 @@ constexpr double lever_mm = 20.0;
 struct Landscape {
   const test::LittleKnee& knee;
   Loads loads;
-  Grip grip{{0, 0, 0}, lever_mm};
+  Grip scale{{0, 0, 0}, lever_mm};
   GapQuery query{knee.joint.reference_gap, knee.joint.moving_gap};
   Place start{};
-  std::exception_ptr thrown{};  // nothing may leave a C callback
+  std::exception_ptr thrown{};  // exceptions must not propagate through a C callback
   nlopt_opt optimiser = nullptr;
 
   double potential_nmm(const double* step)
   {
-    Vector5d by;
-    by << step[0], 0, step[1], step[2], step[3];
-    const Place place = moved(start, by, grip);
-    query.set_attitude({0.1, place.varus_rad});
-    const double travel_mm = query.travel_mm(pose_at(place, grip));
+    Vector5d step_mm;
+    step_mm << step[0], 0, step[1], step[2], step[3];
+    const Place configuration = moved(start, step_mm, scale);
+    query.set_attitude({0.1, configuration.varus_rad});
+    const double travel_mm = query.travel_mm(pose_at(configuration, scale));
     check(std::isfinite(travel_mm), "cross-check: nothing faces");
-    const Forces forces{knee.ligaments, loads, grip, 0.1};
-    return rest_along_delta(forces, place, {place.pivot_mm.y() + travel_mm, 100, 1e-9}).potential.energy_nmm;
+    const Forces forces{knee.ligaments, loads, scale, 0.1};
+    return rest_along_delta(forces, configuration, {configuration.pivot_mm.y() + travel_mm, 100, 1e-9})
+        .potential.energy_nmm;
   }
 };
 
@@ -49,7 +50,7 @@ double objective(unsigned, const double* x, double*, void* data)
   }
 }
 
-// Subplex, started again from its own best until that stops helping: kinks stall its simplex.
+// Subplex with restarts from its best point, since kinks stall its simplex.
 double least_by_subplex(Landscape& landscape)
 {
   double x[4] = {0, 0, 0, 0}, least = 0.0;
@@ -68,7 +69,7 @@ double least_by_subplex(Landscape& landscape)
   return least;
 }
 
-TEST(CrossCheck, SubplexFindsNoBetterPlaceNearTheEquilibrium)
+TEST(CrossCheck, SubplexFindsNoLowerPotentialNearTheEquilibrium)
 {
   const test::LittleKnee knee;
   int n_reached = 0, n_cases = 0;
@@ -80,9 +81,9 @@ TEST(CrossCheck, SubplexFindsNoBetterPlaceNearTheEquilibrium)
       const StepRecord r = knee.solve({{0, -5, 0}, 0}, 0.0, loads);
       ASSERT_EQ(r.status, StepStatus::stable);
       Landscape landscape{knee, loads};
-      Vector5d off;
-      off << 0.3, 0, -0.2, 0.25, -0.3;
-      landscape.start = moved(place_at(r.pose, r.varus_rad, landscape.grip), off, landscape.grip);
+      Vector5d offset;
+      offset << 0.3, 0, -0.2, 0.25, -0.3;
+      landscape.start = moved(place_at(r.pose, r.varus_rad, landscape.scale), offset, landscape.scale);
       const double found_nmm = least_by_subplex(landscape);
       // The stand-off of 1e-5 mm costs 4e-4 N mm, a step of one tolerance against 40 N ten times as much.
       EXPECT_GE(found_nmm, r.balance.energy_nmm - 5e-3);
@@ -90,7 +91,7 @@ TEST(CrossCheck, SubplexFindsNoBetterPlaceNearTheEquilibrium)
       ++n_cases;
     }
   }
-  // Facets' kinks stop a simplex short now and then.
+  // Kinks between facets sometimes stop the simplex early.
   EXPECT_GE(n_reached, n_cases / 2);
 }
 

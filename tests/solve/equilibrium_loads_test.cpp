@@ -1,4 +1,4 @@
-// The equilibrium with ligaments and loads: springs instead of contact, and both together.
+// The equilibrium with ligaments and loads, with and without contact.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ double flat(double, double)
   return 0.0;
 }
 
-// Pushed up by `push_n` under a plate and held down by one fibre of slack length 40 mm from (0, -60, 0).
+// Pushed up by `push_n` towards a plate and pulled down by one fibre of slack length 40 mm from (0, -60, 0).
 StepRecord tethered(double push_n)
 {
   const Joint joint = joint_of(ceiling(60, 4, flat), pins({{0, 0, 0}}));
@@ -37,7 +37,7 @@ StepRecord tethered(double push_n)
 
 TEST(EquilibriumLoads, AFibreHoldsThePushOffTheContact)
 {
-  // Past the toe the tension is k (strain - transition / 2): 120 N stretch it by 9 %, to 43.6 mm.
+  // Beyond the toe region the tension is k (strain - transition / 2): 120 N stretch it by 9 %, to 43.6 mm.
   const StepRecord r = tethered(120);
   ASSERT_EQ(r.status, StepStatus::stable);
   EXPECT_NEAR(r.pose.translation_mm.y(), 40 * (1 + 120 / k_n + 0.5 * transition) - 45, 1e-4);
@@ -51,7 +51,7 @@ TEST(EquilibriumLoads, AFibreHoldsThePushOffTheContact)
 
 TEST(EquilibriumLoads, MorePushAndThePlateTakesTheRest)
 {
-  // At 45 mm the fibre pulls k (0.125 - 0.03) = 190 N; the plate takes what is left of 250 N.
+  // At 45 mm the tension is k (0.125 - 0.03) = 190 N; the plate carries the remainder of 250 N.
   const StepRecord r = tethered(250);
   ASSERT_EQ(r.status, StepStatus::stable);
   EXPECT_NEAR(r.pose.translation_mm.y(), -standoff_mm, 1e-7);
@@ -61,7 +61,7 @@ TEST(EquilibriumLoads, MorePushAndThePlateTakesTheRest)
 
 TEST(EquilibriumLoads, AMomentTurnsItAgainstTorsionSprings)
 {
-  // Four fibres of 30 mm at the corners of a square, each along Z: turning stretches two.
+  // Four fibres of 30 mm at the corners of a square, each along Z: rotation stretches two.
   const Joint joint = joint_of(ceiling(80, 4, flat), pins({{20, 0, 0}, {-20, 0, 0}, {0, 0, 0}}));
   Ligaments ligaments;
   for (const double x : {20.0, -20.0}) {
@@ -93,24 +93,24 @@ TEST(EquilibriumLoads, AMomentTurnsItAgainstTorsionSprings)
 TEST(EquilibriumLoads, StartsNearbyEndAtTheSamePose)
 {
   const test::LittleKnee knee;
-  const StepRecord rest = knee.solve({{0, -5, 0}, 0}, 0.0);
-  ASSERT_EQ(rest.status, StepStatus::stable);
-  EXPECT_TRUE(rest.theta_determined);
+  const StepRecord stable = knee.solve({{0, -5, 0}, 0}, 0.0);
+  ASSERT_EQ(stable.status, StepStatus::stable);
+  EXPECT_TRUE(stable.theta_determined);
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int k = 0; k < 30; ++k) {
-    MovingPose seed = rest.pose;
+    MovingPose seed = stable.pose;
     seed.translation_mm += 2.0 * Eigen::Vector3d(unit(random), unit(random), unit(random));
     seed.theta_rad += rad_from_deg(3 * unit(random));
-    const StepRecord r = knee.solve(seed, rest.varus_rad + rad_from_deg(3 * unit(random)));
+    const StepRecord r = knee.solve(seed, stable.varus_rad + rad_from_deg(3 * unit(random)));
     ASSERT_EQ(r.status, StepStatus::stable);
-    EXPECT_LT((r.pose.translation_mm - rest.pose.translation_mm).norm(), 1e-3);
-    EXPECT_LT(std::abs(r.pose.theta_rad - rest.pose.theta_rad) * 40, 1e-3);
-    EXPECT_LT(std::abs(r.varus_rad - rest.varus_rad) * 40, 1e-3);
+    EXPECT_LT((r.pose.translation_mm - stable.pose.translation_mm).norm(), 1e-3);
+    EXPECT_LT(std::abs(r.pose.theta_rad - stable.pose.theta_rad) * 40, 1e-3);
+    EXPECT_LT(std::abs(r.varus_rad - stable.varus_rad) * 40, 1e-3);
   }
 }
 
-// Forces and moments about the origin of S on the moving object, from the record and the fibres alone.
+// Forces and moments about the origin of S on the moving object, from the record and the fibres only.
 struct Wrench {
   Eigen::Vector3d force_n = Eigen::Vector3d::Zero();
   Eigen::Vector3d moment_nmm = Eigen::Vector3d::Zero();
@@ -149,17 +149,17 @@ TEST(EquilibriumLoads, ForcesAndMomentsBalanceOfTheRecordAlone)
     ASSERT_EQ(r.status, StepStatus::stable);
     ASSERT_FALSE(r.balance.forces.empty());
     const Wrench sum = wrench(knee.ligaments, {0.1, r.varus_rad}, r, loads);
-    // Free: the certificate's residual (forces, and moments over a lever of 21 mm). Held: the holder's
-    // moments.
+    // Free coordinates: the certificate's residual (forces, and moments over a lever of 21 mm). Held
+    // coordinates: the holding moments.
     const double allowed_n = r.balance.residual_n + 1e-6;
     EXPECT_LT(sum.force_n.norm(), allowed_n);
-    // About Delta moments count about the object's own axis, where dead loads have no lever.
+    // Moments about Delta are about the object's own axis, where dead loads have no moment arm.
     const Eigen::Vector3d at = r.pose.translation_mm;
     EXPECT_NEAR(sum.moment_nmm.y() - (at.z() * loads.force_n.x() - at.x() * loads.force_n.z()) * -1.0, 0.0,
                 30 * allowed_n);
     EXPECT_NEAR(sum.moment_nmm.x(), -r.balance.varus_moment_nmm, 30 * allowed_n);
     const Eigen::Vector3d axis = rotation_x(-r.varus_rad) * Eigen::Vector3d::UnitZ();
-    // A holder that flexes turns the moving object against the axis.
+    // A flexing holding moment acts on the moving object about -axis.
     EXPECT_NEAR(axis.dot(sum.moment_nmm), r.balance.flexion_moment_nmm, 30 * allowed_n + 1e-4);
     EXPECT_LE(r.balance.residual_n, 1e-2 * loads.force_n.norm());
     EXPECT_EQ(r.balance.varus_moment_nmm == 0.0, is_varus_free);

@@ -1,4 +1,4 @@
-// The equilibrium held by contact alone.
+// The equilibrium with contact and without ligaments.
 #include "solve/equilibrium.hpp"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace vrda::equilibrium_test {
 const EquilibriumOptions options;
 // Travel left in the end: a tenth of the tolerance.
 constexpr double standoff_mm = 1e-5;
-// Of poses held by flat faces: a hundredth of the tolerance.
+// Tolerance of poses determined by flat faces: a hundredth of the solver's tolerance.
 constexpr double exact_mm = 1e-6;
 
 using test::ceiling;
@@ -51,7 +51,7 @@ TEST(Equilibrium, APinEndsInTheMiddleOfItsPit)
     ASSERT_EQ(r.status, StepStatus::stable);
     EXPECT_NEAR((r.pose.translation_mm - Eigen::Vector3d(0, -standoff_mm, 0)).norm(), 0.0, exact_mm);
     EXPECT_FALSE(r.theta_determined);
-    // Nothing turns it.
+    // No moment about Delta.
     EXPECT_NEAR(r.pose.theta_rad, seed.theta_rad, 1e-6);
     EXPECT_LT(r.balance.residual_n, 1e-6);
     EXPECT_NEAR(r.balance.worst_gap_mm, standoff_mm, 1e-9);
@@ -66,9 +66,9 @@ TEST(Equilibrium, ABallEndsInTheMiddleOfItsDish)
   const double radius_mm = 10, dish_mm = 30;
   const Box box = bounding_box(shape.moving.front().mesh);
   const Eigen::Vector3d top_mm(0, box.max_mm.y(), 0);
-  // Facets lie inside the ball and the dish by their sagitta: edges of 1.4 mm and 0.75 mm sqrt(2).
+  // Facets deviate from ball and dish by their sagitta: edges of 1.4 mm and 0.75 mm sqrt(2).
   const double sagitta_mm = 1.4 * 1.4 / (4 * radius_mm) + 1.1 * 1.1 / (4 * dish_mm);
-  // That much height the middle may be missed for: r^2 / 2 (1 / R_dish... ) of the gap's curvature.
+  // Error of the middle for that height, by the gap's curvature: r^2 / 2 (1 / R_dish... ).
   const double off_mm = std::sqrt(2 * sagitta_mm * (dish_mm - radius_mm));
   std::mt19937_64 random(2);
   for (int k = 0; k < 20; ++k) {
@@ -92,8 +92,8 @@ TEST(Equilibrium, ABallUnderAPlateRestsWhereItWasSeeded)
 
 TEST(Equilibrium, AGrooveTurnsUntilBothSpikesLieInIt)
 {
-  // Spikes of the reference at (10, 0, 1) and (-10, 0, -1), a groove along X below: it turns by -atan(0.1);
-  // along itself it stays.
+  // Spikes of the reference at (10, 0, 1) and (-10, 0, -1), a groove along X below: it rotates by -atan(0.1)
+  // and does not move along itself.
   Mesh spikes = test::box({0, 10, 0}, {30, 2, 10});
   for (const double side : {1.0, -1.0}) {
     Mesh spike = test::pin({0, 0, 0});
@@ -123,13 +123,13 @@ TEST(Equilibrium, ACapTurnsIntoItsSink)
     const Joint joint = make_joint({shape.reference.front().mesh, {}}, {shape.moving.front().mesh, {}}, {});
     const StepRecord r = solve(joint, {});
     ASSERT_EQ(r.status, StepStatus::stable);
-    // Edges in line with edges: rounding of the turned mesh over its size, and the tolerance.
+    // Edges parallel to edges: rounding of the rotated mesh over its size, and the tolerance.
     EXPECT_NEAR(deg_from_rad(r.pose.theta_rad), -turn_deg, 1e-3);
     EXPECT_TRUE(r.theta_determined);
   }
 }
 
-// Two troughs along X at z = +-20: the moving object's pins fit when its tips lie 40 mm apart.
+// Two troughs along X at z = +-20: the moving object's pins fit if their tips are 40 mm apart.
 Mesh troughs()
 {
   return ceiling(80, 8, [](double, double z) { return -0.3 * std::abs(std::abs(z) - 20); });
@@ -168,14 +168,14 @@ TEST(Equilibrium, ThePushPointSharesTheLoadByTheLeverRule)
 
 TEST(Equilibrium, AHeldVarusIsHeldByAMoment)
 {
-  // One pin at z = 20 takes all the push; the holder keeps the object from tipping.
+  // One pin at z = 20 carries all the push; the holding moment prevents tipping.
   const Joint joint = joint_of(troughs(), pins({{0, 0, 20}, {0, -3, -20}}));
   const StepRecord r = solve(joint, {{0, -25, 0.3}, 0.01});
   ASSERT_EQ(r.status, StepStatus::stable);
-  // More varus lowers the reference on that side by 20 mm a radian: it costs F times that.
+  // Varus lowers the reference on that side by 20 mm per radian: the moment is F times that.
   EXPECT_NEAR(r.balance.varus_moment_nmm, -20 * 20.0, 0.01);
   ASSERT_EQ(r.balance.forces.size(), 2u);  // both flanks
-  // The contact pushes down in front of the axis or behind it; a holder that flexes turns against it.
+  // The contact pushes down in front of the axis or behind it; the flexion moment balances it.
   EXPECT_NEAR(r.balance.flexion_moment_nmm, -20 * r.balance.forces[0].point_solver_mm.x(), 1e-3);
   EXPECT_TRUE(r.contact_lateral);
   EXPECT_FALSE(r.contact_medial);
@@ -207,7 +207,7 @@ TEST(Equilibrium, FlanksShareALateralForceUntilItSlidesOut)
   EXPECT_EQ(solve(joint, {{4, -20, 1}, 0}, loads).status, StepStatus::unbounded);
 }
 
-TEST(Equilibrium, EveryOtherEndHasItsName)
+TEST(Equilibrium, EveryOtherStatusOccurs)
 {
   const Joint joint = joint_of(ceiling(60, 12, pit), pins({{0, 0, 0}}));
   EXPECT_EQ(solve(joint, {{100, 0, 0}, 0}).status, StepStatus::no_contact);
@@ -253,8 +253,8 @@ TEST(Equilibrium, WhatWasSolvedBeforeChangesNoBit)
   EXPECT_TRUE(is_same(EquilibriumSolver(joint, none, options).solve(b), between));
 }
 
-// It is a local optimum of what the search climbs: never lower, by more than the search's resolution.
-TEST(Equilibrium, StandsAtLeastAsFarAlongDeltaAsTheSearch)
+// The search maximises the same height: the equilibrium is not lower by more than the search's resolution.
+TEST(Equilibrium, IsAtLeastAsFarAlongDeltaAsTheSearch)
 {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);

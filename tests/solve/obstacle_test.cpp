@@ -8,62 +8,63 @@
 #include "solve/pins.hpp"
 #include "support/meshes.hpp"
 
-namespace vrda::obstacle_test {
+namespace vrda::contact_constraint_test {
 
-// Central differences of 1e-5: travels of 10 mm carry 1e-15 of rounding each, second differences of a sine
-// 1e-10 of itself.
+// Central differences of 1e-5: travels of 10 mm have rounding errors of 1e-15, second differences of a sine
+// relative errors of 1e-10.
 constexpr double h = 1e-5;
 constexpr double of_differences = 1e-7;
 
 struct Scene {
   Mesh reference = test::ball(30, 7, 13);
   Mesh moving = test::ball(12, 6, 11);
-  Grip grip{{3, 0, -2}, 15};
+  Grip scale{{3, 0, -2}, 15};
   double flexion_rad = 0.3;
 };
 
-// Features of a small ball under a large one, with everything turned a little.
-std::vector<GapFeature> features_at(const Scene& scene, const Place& place)
+// Features of a small ball under a large one, both rotated.
+std::vector<GapFeature> features_at(const Scene& scene, const Place& configuration)
 {
   const GapTree reference(scene.reference), moving(scene.moving);
   GapQuery query(reference, moving);
-  query.set_attitude({scene.flexion_rad, place.varus_rad});
-  return query.features(pose_at(place, scene.grip), 3.0).features;
+  query.set_attitude({scene.flexion_rad, configuration.varus_rad});
+  return query.features(pose_at(configuration, scene.scale), 3.0).features;
 }
 
-Place random_place(std::mt19937_64& random)
+Place random_configuration(std::mt19937_64& random)
 {
   std::uniform_real_distribution<double> unit(-1, 1);
   return {{15 * unit(random), -45, 15 * unit(random)}, unit(random), 0.3 * unit(random)};
 }
 
-Place nudged(Place place, Eigen::Index coordinate, double by)
+Place displaced(Place configuration, Eigen::Index coordinate, double by)
 {
-  if (coordinate < 3) place.pivot_mm(coordinate) += by;
-  if (coordinate == about_y) place.theta_rad += by;
-  if (coordinate == about_varus) place.varus_rad += by;
-  return place;
+  if (coordinate < 3) configuration.pivot_mm(coordinate) += by;
+  if (coordinate == about_y) configuration.theta_rad += by;
+  if (coordinate == about_varus) configuration.varus_rad += by;
+  return configuration;
 }
 
-Clearance clearance_at(const Scene& scene, const Obstacle& o, const Place& place)
+Clearance clearance_at(const Scene& scene, const Obstacle& constraint, const Place& configuration)
 {
-  return clearance(o, place, Rotations(place, scene.flexion_rad));
+  return clearance(constraint, configuration, Rotations(configuration, scene.flexion_rad));
 }
 
-TEST(Obstacle, IsTheFeatureItWasMadeOf)
+TEST(ContactConstraint, EqualsItsFeature)
 {
   const Scene scene;
   std::mt19937_64 random(1);
   std::map<Obstacle::Kind, int> n;
   for (int k = 0; k < 60; ++k) {
-    const Place place = random_place(random);
-    const Rotations rotations(place, scene.flexion_rad);
-    for (const GapFeature& f : features_at(scene, place)) {
-      const Obstacle o = obstacle_of(f, {scene.reference, scene.moving, scene.grip}, place, rotations);
-      const Clearance c = clearance(o, place, rotations);
+    const Place configuration = random_configuration(random);
+    const Rotations rotations(configuration, scene.flexion_rad);
+    for (const GapFeature& f : features_at(scene, configuration)) {
+      const Obstacle constraint =
+          obstacle_of(f, {scene.reference, scene.moving, scene.scale}, configuration, rotations);
+      const Clearance c = clearance(constraint, configuration, rotations);
       EXPECT_NEAR(c.travel_mm, f.travel_mm, 1e-9);
       EXPECT_LT((c.gradient.head<3>().normalized() - f.normal).norm(), 1e-6);
-      ++n[o.kind];
+      ++n[constraint.kind];
     }
   }
   for (const auto kind :
@@ -71,60 +72,63 @@ TEST(Obstacle, IsTheFeatureItWasMadeOf)
     EXPECT_GT(n[kind], 20);
 }
 
-TEST(Obstacle, DerivativesMatchDifferences)
+TEST(ContactConstraint, DerivativesMatchDifferences)
 {
   const Scene scene;
   std::mt19937_64 random(2);
   for (int k = 0; k < 40; ++k) {
-    const Place place = random_place(random);
-    const Rotations rotations(place, scene.flexion_rad);
-    for (const GapFeature& f : features_at(scene, place)) {
-      const Obstacle o = obstacle_of(f, {scene.reference, scene.moving, scene.grip}, place, rotations);
-      const Clearance c = clearance(o, place, rotations);
-      // Second derivatives are those of a pose where it touches.
-      const Place touching = nudged(place, along_y, c.travel_mm);
-      const Matrix5d bend = clearance_bend(o, Rotations(touching, scene.flexion_rad));
+    const Place configuration = random_configuration(random);
+    const Rotations rotations(configuration, scene.flexion_rad);
+    for (const GapFeature& f : features_at(scene, configuration)) {
+      const Obstacle constraint =
+          obstacle_of(f, {scene.reference, scene.moving, scene.scale}, configuration, rotations);
+      const Clearance c = clearance(constraint, configuration, rotations);
+      // The Hessian is exact at contact.
+      const Place touching = displaced(configuration, along_y, c.travel_mm);
+      const Matrix5d hessian = clearance_bend(constraint, Rotations(touching, scene.flexion_rad));
       for (Eigen::Index i = 0; i < n_coordinates; ++i) {
-        const auto at = [&](const Place& p, double by) { return clearance_at(scene, o, nudged(p, i, by)); };
+        const auto at = [&](const Place& p, double by) {
+          return clearance_at(scene, constraint, displaced(p, i, by));
+        };
         const double scale = 1.0 + c.gradient.norm() * c.gradient.norm();
-        EXPECT_NEAR((at(place, h).travel_mm - at(place, -h).travel_mm) / (2 * h), c.gradient(i),
-                    of_differences * scale * 40);
+        EXPECT_NEAR((at(configuration, h).travel_mm - at(configuration, -h).travel_mm) / (2 * h),
+                    c.gradient(i), of_differences * scale * 40);
         const Vector5d change = (at(touching, h).gradient - at(touching, -h).gradient) / (2 * h);
-        EXPECT_LT((change - bend.col(i)).norm(), of_differences * scale * (40 + bend.norm()));
+        EXPECT_LT((change - hessian.col(i)).norm(), of_differences * scale * (40 + hessian.norm()));
       }
     }
   }
 }
 
-TEST(Obstacle, AFeatureStaysExactWhereItsFaceIs)
+TEST(ContactConstraint, IsExactUnderItsFace)
 {
-  // A vertex under a large flat face: its travel after any motion is the gap query's.
+  // A vertex under a large flat face: its travel equals that of the gap query after any motion.
   Scene scene;
   scene.reference = test::box({0, 20, 0}, {200, 10, 200});
   scene.moving = test::pin({5, 2, -3});
   std::mt19937_64 random(3);
-  const Place place = random_place(random);
-  const GapFeature f = features_at(scene, place).front();
-  const Obstacle o =
-      obstacle_of(f, {scene.reference, scene.moving, scene.grip}, place, Rotations(place, scene.flexion_rad));
+  const Place configuration = random_configuration(random);
+  const GapFeature f = features_at(scene, configuration).front();
+  const Obstacle constraint = obstacle_of(f, {scene.reference, scene.moving, scene.scale}, configuration,
+                                          Rotations(configuration, scene.flexion_rad));
   for (int k = 0; k < 50; ++k) {
-    Place other = random_place(random);
-    other.varus_rad = place.varus_rad + 0.02 * other.varus_rad;
+    Place other = random_configuration(random);
+    other.varus_rad = configuration.varus_rad + 0.02 * other.varus_rad;
     const std::vector<GapFeature> now = features_at(scene, other);
     ASSERT_FALSE(now.empty());
-    EXPECT_NEAR(clearance_at(scene, o, other).travel_mm, now.front().travel_mm, 1e-9);
+    EXPECT_NEAR(clearance_at(scene, constraint, other).travel_mm, now.front().travel_mm, 1e-9);
   }
 }
 
-TEST(Obstacle, AnUprightOneNeverTouches)
+TEST(ContactConstraint, ParallelToDeltaHasInfiniteTravel)
 {
-  Obstacle o;
-  o.reference_mm = Eigen::Vector3d(0, 1, 0);
-  o.moving_mm = Eigen::Vector3d::Zero();
-  o.reference_direction = Eigen::Vector3d::UnitX();
-  o.moving_direction = Eigen::Vector3d::UnitY();
-  EXPECT_TRUE(std::isinf(clearance(o, {}, Rotations({}, 0.0)).travel_mm));
-  EXPECT_EQ(clearance_bend(o, Rotations({}, 0.0)).norm(), 0.0);
+  Obstacle constraint;
+  constraint.reference_mm = Eigen::Vector3d(0, 1, 0);
+  constraint.moving_mm = Eigen::Vector3d::Zero();
+  constraint.reference_direction = Eigen::Vector3d::UnitX();
+  constraint.moving_direction = Eigen::Vector3d::UnitY();
+  EXPECT_TRUE(std::isinf(clearance(constraint, {}, Rotations({}, 0.0)).travel_mm));
+  EXPECT_EQ(clearance_bend(constraint, Rotations({}, 0.0)).norm(), 0.0);
 }
 
-}  // namespace vrda::obstacle_test
+}  // namespace vrda::contact_constraint_test

@@ -1,4 +1,4 @@
-/// Scenes of the equilibrium with closed forms: steep pins pushed up under ceilings of flat faces.
+/// Scenes of the equilibrium with closed-form solutions: steep pins pushed up under ceilings of flat faces.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,7 @@
 
 namespace vrda::test {
 
-/// y = height(x, z) over a square about the origin, seen from below; n even puts grid lines on both axes.
+/// y = height(x, z) over a square about the origin, facing down; n even puts grid lines on both axes.
 inline Mesh ceiling(double size_mm, int n, const std::function<double(double, double)>& height)
 {
   Mesh mesh = sheet(size_mm, n);
@@ -55,7 +55,7 @@ inline Joint joint_of(const Mesh& reference, const Mesh& moving)
   return make_joint({reference, {}}, {moving, {}}, sides(moving));
 }
 
-/// A contact force of a record, from the record alone.
+/// The force vector of a recorded contact force.
 inline Eigen::Vector3d force_of(const ContactForce& f)
 {
   return f.normal_solver * (f.along_delta_n / -f.normal_solver.y());
@@ -73,7 +73,7 @@ inline Fibre fibre(const Eigen::Vector3d& reference_mm, const Eigen::Vector3d& m
   return f;
 }
 
-/// Two pins under two bowls of facets, four bundles of fibres round about: a knee as simple as can be.
+/// A minimal knee: two pins under two faceted bowls, and five fibres.
 struct LittleKnee {
   Joint joint = joint_of(ceiling(80, 40,
                                  [](double x, double z) {

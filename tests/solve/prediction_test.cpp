@@ -29,13 +29,13 @@ TEST(PredictRotation, FewerThanTwoContactsAndParallelPushesNeverTurn)
 {
   EXPECT_EQ(predict_rotation({}).sign, 0);
   EXPECT_EQ(predict_rotation({contact({0, 0, 1}, {1, -1, 0})}).sign, 0);
-  // Both push along +X: every point qualifies, their mean does not pass the verification.
+  // Both push along +X: every point qualifies, but their mean fails the verification.
   EXPECT_EQ(predict_rotation({contact({0, 0, 1}, {1, -1, 0}), contact({0, 0, -1}, {1, -1, 0})}).sign, 0);
 }
 
 TEST(PredictRotation, QualifyingPointsBecomeTheCentre)
 {
-  // Three pushes of which only the first and the last point see the others turn one way (thesis figure 7).
+  // Three forces; only about the first and the last point do the other moments agree (thesis figure 7).
   const std::vector<Contact> contacts = {contact({0, 0, 0}, {1, -1, 0}), contact({0, 0, 3}, {1, -1, 0}),
                                          contact({1, 0, -0.5}, {0, -1, -1})};
   const RotationPrediction r = predict_rotation(contacts);
@@ -55,7 +55,8 @@ TEST(PredictRotation, NormalsThroughOneAxisNeverTurn)
 
 TEST(PredictRotation, ReactionsActWhereTheirNormalsWereTaken)
 {
-  // On the reference the points would see a couple; where the reactions act they pass through one axis.
+  // At the points on the reference they would be a couple; at their points of application they share one
+  // axis.
   std::vector<Contact> contacts = {contact({0, 0, 1}, {1, -1, 0}), contact({0, 0, -1}, {-1, -1, 0})};
   for (Contact& c : contacts) c.application_mm = Eigen::Vector3d::Zero();
   EXPECT_EQ(predict_rotation(contacts).sign, 0);
@@ -82,29 +83,29 @@ TEST(PredictTranslation, SlopesDoNotMatterAndNormalsAlongDeltaContributeNone)
 
 TEST(PredictRotation, ANormalThroughTheCentreForbidsTheTurn)
 {
-  // Two opposite pushes through one line and a third beside it, all through one axis: the mean of the first
-  // two lies on their line, where only the third would have a moment.
+  // Two opposite forces on one line and a third beside it, all through one axis: the mean of the first two is
+  // on their line, where only the third would have a moment.
   const std::vector<Contact> contacts = {contact({1, 0, 0}, {-1, -1, 0}), contact({-2, 0, 0}, {1, -1, 0}),
                                          contact({0, 0, 1}, {0, -1, -1})};
   EXPECT_EQ(predict_rotation(contacts).sign, 0);
 }
 
-TEST(PredictClimb, AgainstOneSlopeLeadsStraightUpIt)
+TEST(PredictAscent, OneSlopeIsFollowedStraightUp)
 {
   const Climb climb = predict_climb({contact({0, 0, 0}, {3, -10, 4})});
   EXPECT_NEAR(climb.rise, 0.5, 1e-15);
   EXPECT_TRUE(climb.direction.isApprox(Eigen::Vector3d(0.6, 0, 0.8), 1e-15));
 }
 
-TEST(PredictClimb, InAValleyLeadsAlongItsFloor)
+TEST(PredictAscent, InAValleyFollowsItsFloor)
 {
-  // Two flanks that fall towards each other and towards +Z: the thesis's average would halve its step here.
+  // Two flanks inclined towards each other and towards +Z: the thesis's average would halve its step here.
   const Climb climb = predict_climb({contact({0, 0, 0}, {5, -1, 0.2}), contact({1, 0, 0}, {-3, -1, 0.2})});
   EXPECT_NEAR(climb.rise, 0.2, 1e-15);
   EXPECT_TRUE(climb.direction.isApprox(Eigen::Vector3d(0, 0, 1), 1e-14));
 }
 
-TEST(PredictClimb, BalancedReactionsLeaveNoWay)
+TEST(PredictAscent, BalancedReactionsHaveNoAscent)
 {
   EXPECT_EQ(predict_climb({}).rise, 0.0);
   EXPECT_EQ(predict_climb({contact({0, 0, 0}, {0, -1, 0}), contact({0, 0, 0}, {1, -1, 0})}).rise, 0.0);
@@ -115,8 +116,8 @@ TEST(PredictClimb, BalancedReactionsLeaveNoWay)
             0.0);
 }
 
-// No unit direction rises faster than the one found: against a scan of the circle.
-TEST(PredictClimb, IsTheBestOfAllDirections)
+// No unit direction rises faster: compared with a scan of the circle.
+TEST(PredictAscent, IsTheBestOfAllDirections)
 {
   std::mt19937_64 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -134,7 +135,7 @@ TEST(PredictClimb, IsTheBestOfAllDirections)
       best = std::max(best, rise);
     }
     const Climb climb = predict_climb(contacts);
-    // Between two of the scan's directions, 0.1 degrees apart, slopes of up to 15 change by 0.015.
+    // Slopes of up to 15 change by 0.015 between two directions of the scan, 0.1 degrees apart.
     EXPECT_NEAR(climb.rise, best, 0.015);
     EXPECT_GE(climb.rise, best - 1e-12);
     ++(climb.rise > 0.0 ? n_ways : n_none);
@@ -143,9 +144,10 @@ TEST(PredictClimb, IsTheBestOfAllDirections)
   EXPECT_GT(n_none, 100);
 }
 
-TEST(PredictClimb, ACoupleTurnsOnlyWithALever)
+TEST(PredictAscent, ACoupleRotatesOnlyWithALever)
 {
-  // Moments of 3 mm a mm along Delta, forces balanced: at a lever of 6 mm a mm of motion turns by 1/6 rad.
+  // Moments of 3 mm per mm along Delta, forces balanced: with a lever of 6 mm one mm of motion rotates by 1/6
+  // rad.
   const std::vector<Contact> couple = {contact({1, 0, 3}, {1, -1, 0}), contact({1, 0, -3}, {-1, -1, 0})};
   EXPECT_EQ(predict_climb(couple).rise, 0.0);
   const Climb climb = predict_climb(couple, 6.0);
@@ -155,9 +157,8 @@ TEST(PredictClimb, ACoupleTurnsOnlyWithALever)
   EXPECT_EQ(climb.centre_mm, Eigen::Vector3d(1, 0, 0));
 }
 
-// By duality: every contact gives way by at least the rise, and no motion of unit length that is tried makes
-// all of them give way by more.
-TEST(PredictClimb, IsTheBestOfAllMotions)
+// By duality: every contact allows at least the rise, and no tried motion of unit length allows more.
+TEST(PredictAscent, IsTheBestOfAllMotions)
 {
   constexpr double lever_mm = 2.0;
   std::mt19937_64 random(6);
@@ -182,7 +183,7 @@ TEST(PredictClimb, IsTheBestOfAllMotions)
       const Eigen::Vector3d motion = Eigen::Vector3d(unit(random), unit(random), unit(random)).normalized();
       best = std::max(best, rise_of({motion.x(), 0.0, motion.z()}, motion.y() / lever_mm));
     }
-    // A share of 1e-7 is what the search for the nearest point leaves.
+    // The nearest-point search is accurate to a share of 1e-7.
     EXPECT_LE(best, climb.rise + 1e-6);
     EXPECT_GE(rise_of(climb.direction, climb.turn_rad_mm), climb.rise - 1e-6);
     ++(climb.rise > 0.0 ? n_ways : n_none);

@@ -7,7 +7,7 @@
 
 namespace vrda::quadratic_program_test {
 
-// Coordinates of size 1 to 100, half-spaces kept to 1e-11, Hessians of condition up to 1e6.
+// Coordinates of size 1 to 100, half-spaces satisfied to 1e-11, Hessians of condition up to 1e6.
 constexpr double rounding = 1e-7;
 
 HalfSpace half_space(const std::vector<double>& normal, double offset)
@@ -23,7 +23,7 @@ double value(const QpMatrix& H, const QpVector& g, const QpVector& d)
   return 0.5 * d.dot(H * d) + g.dot(d);
 }
 
-// The best of the minima on the intersection of every choice of at most five half-spaces as equalities.
+// The best minimum over every choice of at most five half-spaces as equalities.
 double brute_force(const QpMatrix& H, const QpVector& g, const std::vector<HalfSpace>& rows)
 {
   double best = std::numeric_limits<double>::infinity();
@@ -82,7 +82,7 @@ TEST(QuadraticProgram, ACornerIsHeldByItsWalls)
     EXPECT_NEAR(s.support[k].multiplier, static_cast<double>(s.support[k].row) + 1.0, 1e-14);
 }
 
-TEST(QuadraticProgram, WhatCannotBeKeptIsSaid)
+TEST(QuadraticProgram, InfeasibleIsReported)
 {
   const QpSolution s = solve_quadratic_program(QpMatrix::Identity(), QpVector::Zero(),
                                                {half_space({1}, 1), half_space({-1}, 0)});
@@ -158,8 +158,8 @@ TEST(QuadraticProgram, AHeldCoordinateStays)
   EXPECT_EQ(s.d(4), 0.0);
 }
 
-// Many half-spaces through one point (a vertex on a vertex) and a push as linear as contact's: hardly any
-// curvature, the answer held by walls.
+// Many half-spaces through one point (a vertex on a vertex) and an almost linear objective: the solution is
+// determined by the constraints.
 TEST(QuadraticProgram, DegenerateCornersOfAContactAreFound)
 {
   std::mt19937_64 random(4);
@@ -180,7 +180,7 @@ TEST(QuadraticProgram, DegenerateCornersOfAContactAreFound)
     H(4, 4) = 1.0;
     const QpSolution s = solve_quadratic_program(H, QpVector(0, -20, 0, 0, 0), rows);
     ASSERT_TRUE(s.is_solved);
-    // With 60 random slopes about it, the corner itself is the highest place.
+    // With 60 random slopes about it, the corner itself is the highest point.
     EXPECT_LT(s.d.norm(), 1e-9);
     n_supported += s.n_support == 4 ? 1 : 0;
   }

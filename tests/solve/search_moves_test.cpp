@@ -1,4 +1,4 @@
-// What the search tells those who watch it.
+// The moves that the search reports to its observer.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace vrda::search_moves_test {
 
-// A sheet y = -(x^2 + z^2) / 80 seen from below: a ball pushed up ends in its middle. `narrowing` > 1 makes
+// A sheet y = -(x^2 + z^2) / 80 that faces down: a ball pushed up ends in its middle. `narrowing` > 1 makes
 // it a trough along X.
 Mesh dish(double narrowing = 1.0)
 {
@@ -24,7 +24,7 @@ Mesh dish(double narrowing = 1.0)
   return mesh;
 }
 
-// A dish with a thin fin in the way: its searches bisect.
+// A dish with a thin fin as an obstruction: its searches bisect.
 Joint ball_and_fin()
 {
   Mesh scene = dish();
@@ -32,7 +32,7 @@ Joint ball_and_fin()
   return make_joint({scene, {}}, {test::ball(2, 8, 16), {}}, {});
 }
 
-// A bar under a trough: its searches turn.
+// A bar under a trough: its searches rotate.
 Joint bar_in_trough()
 {
   return make_joint({dish(4.0), {}}, {test::box({0, 0, 0}, {24, 2, 3}), {}}, {});
@@ -55,7 +55,7 @@ Watched watch(const Joint& joint, const MovingPose& seed, const SearchOptions& o
   return w;
 }
 
-// Searches from all over both scenes, each of which comes to rest.
+// Searches from many seeds in both scenes, all of which end stable.
 std::vector<Watched> searches()
 {
   std::mt19937_64 random(11);
@@ -118,7 +118,7 @@ TEST(SearchMoves, IterationsNeverFallAndOnlyTouchesCarryContacts)
 
 TEST(SearchMoves, TrialsOfABisectionHalve)
 {
-  // Trials stand together, followed by the motion they belong to; from each to the next goes half as far.
+  // Trials are consecutive, followed by their motion; each difference is half the previous one.
   int n_halvings = 0;
   for (const Watched& w : searches()) {
     std::vector<double> strides;
@@ -133,7 +133,7 @@ TEST(SearchMoves, TrialsOfABisectionHalve)
                             ? (b.pose.translation_mm - a.pose.translation_mm).norm()
                             : std::abs(b.pose.theta_rad - a.pose.theta_rad));
       if (strides.size() < 2) continue;
-      // Poses of tens of mm carry 1e-14 mm of rounding.
+      // Poses of tens of mm have rounding errors of 1e-14 mm.
       EXPECT_NEAR(strides[strides.size() - 2], 2.0 * strides.back(), 1e-12);
       ++n_halvings;
     }
@@ -141,7 +141,7 @@ TEST(SearchMoves, TrialsOfABisectionHalve)
   EXPECT_GT(n_halvings, 20);
 }
 
-// A turn ends there; a long slide there or earlier, where the way along Delta was longer.
+// A rotation ends there; a long translation there or earlier, at a larger travel along Delta.
 TEST(SearchMoves, AMotionEndsAtItsLastFreeTrialOrBefore)
 {
   int n_there = 0, n_before = 0;
@@ -171,7 +171,7 @@ TEST(SearchMoves, ACycleIsAPoseSeenBeforeWithinBothResolutions)
 {
   int n_cycles = 0, n_new = 0;
   for (const Watched& w : searches()) {
-    std::vector<MovingPose> seen;  // only new poses: a cycle's own would let the search creep
+    std::vector<MovingPose> seen;  // new poses only: with those of cycles the search could creep
     for (const SearchMove& m : w.touches) {
       const bool was_here = std::any_of(seen.begin(), seen.end(), [&](const MovingPose& p) {
         return (p.translation_mm - m.pose.translation_mm).norm() < w.options.translation_resolution_mm &&
@@ -215,14 +215,14 @@ TEST(SearchMoves, ContactsHaveTheCompartmentOfTheMovingTriangle)
   const Joint joint = make_joint({test::ball(3), {}}, {plate, {}}, compartments);
   const Watched w = watch(joint, {{0, -20, 2}, 0});
   ASSERT_EQ(w.result.status, StepStatus::stable);
-  const ContactRecord& told = w.touches.back().contacts.front();
+  const ContactRecord& reported = w.touches.back().contacts.front();
   const ContactRecord& kept = w.result.contacts.front();
-  EXPECT_EQ(told.compartment, kept.compartment);
-  EXPECT_EQ(told.compartment, static_cast<std::int8_t>(Compartment::medial));
-  EXPECT_EQ(told.point_solver_mm, kept.point_solver_mm);
+  EXPECT_EQ(reported.compartment, kept.compartment);
+  EXPECT_EQ(reported.compartment, static_cast<std::int8_t>(Compartment::medial));
+  EXPECT_EQ(reported.point_solver_mm, kept.point_solver_mm);
 }
 
-TEST(SearchMoves, ATouchWithNothingToTravelIsTold)
+TEST(SearchMoves, AContactWithoutTravelIsReported)
 {
   const Joint joint = bar_in_trough();
   const Watched first = watch(joint, {{3, -40, 1}, 0.3});
@@ -240,7 +240,7 @@ TEST(SearchMoves, TheRetreatBelongsToNoIteration)
   EXPECT_EQ(count(w, MoveKind::retreat), 1);
 }
 
-TEST(SearchMoves, NothingInTheWayHasNoMove)
+TEST(SearchMoves, WithoutContactThereIsNoMove)
 {
   const Watched w = watch(bar_in_trough(), {{200, -40, 0}, 0});
   EXPECT_EQ(w.result.status, StepStatus::no_contact);
@@ -258,7 +258,7 @@ TEST(SearchMoves, TheLimitEndsWithAMotion)
   EXPECT_TRUE(is_same(w.moves.back().pose, w.result.pose));
 }
 
-TEST(SearchMoves, WatchingChangesNothing)
+TEST(SearchMoves, AnObserverChangesNothing)
 {
   const Joint joint = ball_and_fin();
   const MovingPose seed{{14, -40, 3}, 0.2};

@@ -12,7 +12,7 @@
 
 namespace vrda::stability_search_test {
 
-// A sheet y = height(x, z) seen from below (normals down) or above.
+// A sheet y = height(x, z) with normals down or up.
 Mesh surface(double size_mm, int n, bool faces_down, const std::function<double(double, double)>& height)
 {
   Mesh mesh = test::sheet(size_mm, n);
@@ -24,7 +24,7 @@ Mesh surface(double size_mm, int n, bool faces_down, const std::function<double(
   return mesh;
 }
 
-// The ceiling of a dish: highest in the middle, so that a ball pushed up ends there.
+// The underside of a dish: highest in the middle, where a ball pushed up ends.
 Mesh dish()
 {
   return surface(60, 30, true, [](double x, double z) { return -(x * x + z * z) / 80.0; });
@@ -55,7 +55,7 @@ TEST(StabilitySearch, ABallEndsInTheMiddleOfADishFromAnywhere)
     const StepRecord r = find_stable_pose(joint, {}, seed, options);
     SCOPED_TRACE(testing::Message() << seed.translation_mm.transpose());
     ASSERT_EQ(r.status, StepStatus::stable);
-    // The facets of ball and dish are 2 mm wide and 1 to 2 degrees apart: a polygonal optimum lies within one
+    // The facets of ball and dish are 2 mm wide and 1 to 2 degrees apart: a polygonal optimum is within one
     // facet.
     EXPECT_LT(std::abs(r.pose.translation_mm.x()), 1.0);
     EXPECT_LT(std::abs(r.pose.translation_mm.z()), 1.0);
@@ -67,7 +67,7 @@ TEST(StabilitySearch, ABallEndsInTheMiddleOfADishFromAnywhere)
 
 TEST(StabilitySearch, AGrooveTurnsUntilBothPinsLieInIt)
 {
-  // Two downward spikes at (10, 0, 1) and (-10, 0, -1); the groove along X must turn by -atan(0.1).
+  // Two downward spikes at (10, 0, 1) and (-10, 0, -1); the groove along X must rotate by -atan(0.1).
   Mesh spikes = test::box({0, 10, 0}, {30, 2, 10});
   for (const double side : {1.0, -1.0}) {
     Mesh spike;
@@ -110,8 +110,8 @@ TEST(StabilitySearch, NoFreePoseBelowIsNoClearance)
 
 TEST(StabilitySearch, ATiltedThinPlateIsBackedOutOf)
 {
-  // 100 mm of plate at 10 degrees reach 9 mm down on one side: the limit must follow the attitude, not the
-  // thickness.
+  // A plate of 100 mm at 10 degrees extends 9 mm down on one side: the limit must depend on the attitude, not
+  // on the thickness.
   const Joint joint =
       make_joint({test::box({0, 0.5, 0}, {100, 1, 100}), {}}, {test::ball(6, 16, 32), {}}, {});
   const StepRecord r = find_stable_pose(joint, {rad_from_deg(10), 0}, {{-10, -3, 0}, 0}, {});
@@ -172,7 +172,7 @@ TEST(StabilitySearch, SameInputSameBits)
   EXPECT_EQ(a.queries, b.queries);
 }
 
-TEST(StabilitySearch, EveryMotionIsTold)
+TEST(StabilitySearch, EveryMotionIsReported)
 {
   int n_slides = 0, n_approaches = 0, last = 0;
   const Watch watch = [&](const SearchMove& move) {
@@ -187,7 +187,7 @@ TEST(StabilitySearch, EveryMotionIsTold)
   EXPECT_EQ(last, r.iterations);
 }
 
-TEST(StabilitySearch, TheFirstApproachIsToldInStrides)
+TEST(StabilitySearch, TheFirstApproachIsReportedInStrides)
 {
   std::vector<double> heights_mm;
   const Watch watch = [&](const SearchMove& move) {
@@ -205,7 +205,7 @@ TEST(StabilitySearch, TheFirstApproachIsToldInStrides)
 
 TEST(StabilitySearch, ThinPartsAreNotPassedInOneStep)
 {
-  // A thin vertical fin stands in the ball's way to the middle; steps of 10 mm must stop at it.
+  // A thin vertical fin obstructs the ball's path to the middle; steps of 10 mm must stop at it.
   Mesh scene = dish();
   append(scene, test::box({5, -10, 0}, {0.2, 20, 40}));
   std::vector<std::int32_t> component(static_cast<std::size_t>(scene.triangles.rows()), 0);

@@ -20,7 +20,7 @@ StepRecord end_at(double theta_deg, double energy_nmm, StepStatus status = StepS
   return record;
 }
 
-TEST(FreeSpine, TheLowestEnergyIsChosenAndOtherPlacesOfRestAreCounted)
+TEST(FreeSpine, TheLowestEnergyIsChosenAndOtherEquilibriaAreCounted)
 {
   const FreeSpineStep step = lowest_of({end_at(3.0, -5.0), end_at(3.05, -5.0), end_at(-4.0, -7.5),
                                         end_at(9.0, -99.0, StepStatus::unbounded), end_at(6.0, -5.5)});
@@ -38,7 +38,7 @@ TEST(FreeSpine, OfEqualEnergiesTheEarlierStartCounts)
             rad_from_deg(2.0));
 }
 
-TEST(FreeSpine, WithoutAPlaceOfRestTheFirstStartTellsHowItEnded)
+TEST(FreeSpine, WithoutAnEquilibriumTheFirstResultIsChosen)
 {
   const FreeSpineStep step =
       lowest_of({end_at(1, 0, StepStatus::unbounded), end_at(2, 0, StepStatus::no_contact)});
@@ -59,9 +59,8 @@ SweepPlan plan_of(int n_flexion, int n_varus)
   return plan;
 }
 
-// Two wells over theta at +-5 degrees, the right one the deeper from 22 degrees of flexion on; every start
-// falls into the well of its own side. Varus comes to rest at a tenth of flexion, theta remembers the seed's
-// height.
+// Two potential wells in theta at +-5 degrees, the right one deeper from 22 degrees of flexion; every start
+// ends in the well of its own side. Varus is a tenth of flexion; theta depends on the seed's height.
 StepRecord in_wells(const StepTask& task)
 {
   StepRecord record;
@@ -90,7 +89,7 @@ TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
     EXPECT_DOUBLE_EQ(step.chosen.varus_rad, 0.1 * plan.flexion_rad[i]);
     EXPECT_EQ(step.n_optima, 2);
     EXPECT_DOUBLE_EQ(step.theta_spread_rad, 2.0 * rad_from_deg(5.0));
-    // The band is solved from the pose chosen: each well answers for its own side.
+    // The band is solved from the chosen pose: it stays in the same well.
     EXPECT_DOUBLE_EQ(step.band_low.pose.theta_rad, rad_from_deg(well_deg - 2.0));
     EXPECT_DOUBLE_EQ(step.band_high.pose.theta_rad, rad_from_deg(well_deg + 2.0));
     const auto column = static_cast<std::size_t>(result.spine_column[i]);
@@ -103,11 +102,10 @@ TEST(FreeSpine, EachFlexionKeepsTheLowestOfBothChainsAndTheRestarts)
   }
 }
 
-TEST(FreeSpine, ALowerRestFoundAtOneFlexionIsHandedOnToItsNeighbours)
+TEST(FreeSpine, ALowerEquilibriumIsPropagatedToNeighbouringFlexions)
 {
   const SweepPlan plan = plan_of(8, 3);
-  // The right well is the lower one everywhere, but only the restarts of 15 degrees fall into it by
-  // themselves.
+  // The right well is lower everywhere, but only the restarts at 15 degrees reach it directly.
   const SolveStep hidden = [&](const StepTask& task) {
     StepTask seen = task;
     const bool is_restart = task.key.kind == StepKind::free_spine && task.key.varus >= 2 &&
@@ -183,7 +181,7 @@ TEST(FreeSpine, AnyNumberOfWorkersAndAnyInterruptionGiveTheSameBits)
   EXPECT_EQ(numbers(last), one);
 }
 
-TEST(FreeSpine, AFlexionWithoutRestIsSteppedOver)
+TEST(FreeSpine, AFlexionWithoutEquilibriumIsSkipped)
 {
   const SweepPlan plan = plan_of(5, 3);
   const SolveStep with_hole = [&](const StepTask& task) {

@@ -24,8 +24,8 @@ SweepPlan plan_of(int n_flexion, int n_varus)
   return plan;
 }
 
-// A joint whose balanced varus drifts with flexion and whose pose remembers its seed, so that any other order
-// of seeds shows.
+// A joint whose balanced varus changes with flexion and whose pose depends on its seed, which reveals any
+// other seeding order.
 StepRecord drifting(const Attitude& attitude, const MovingPose& seed)
 {
   StepRecord r;
@@ -116,7 +116,7 @@ TEST(Sweep, AResumedRunSolvesNothingTwiceAndGivesTheSameBits)
   EXPECT_EQ(last, whole);
 }
 
-TEST(Sweep, AFailedCellStopsNothingAndIsSteppedOver)
+TEST(Sweep, AFailedCellIsSkippedAndTheSweepContinues)
 {
   const SweepPlan plan = plan_of(3, 7);
   const SolveStep with_hole = [&](const StepTask& task) {
@@ -152,9 +152,9 @@ TEST(Sweep, AFailedSpineSeedsItsRowFromTheLastStableSpine)
   EXPECT_EQ(result.cells[2 * 5 + third_spine].pose.translation_mm, expected.pose.translation_mm);
 }
 
-TEST(Sweep, WhereBothSidesTouchTheSpineClimbsAlongDelta)
+TEST(Sweep, WithContactOnBothSidesTheSpineMaximisesTheHeight)
 {
-  // Both sides touch over six degrees of varus; the moving object gets furthest up at 2 degrees.
+  // Both sides are in contact over six degrees of varus; the height is largest at 2 degrees.
   SweepPlan plan = plan_of(3, 11);
   const SolveStep locked = [](const StepTask& task) {
     StepRecord r;
@@ -219,7 +219,7 @@ TEST(Sweep, EachStepIsSolvedOnceUnderTheKeyItIsKeptWith)
   }
 }
 
-TEST(Sweep, WhatASolverThrowsComesOut)
+TEST(Sweep, RethrowsExceptionsOfTheSolver)
 {
   std::atomic<int> n = 0;
   const SolveStep throwing = [&](const StepTask& task) {
@@ -229,19 +229,19 @@ TEST(Sweep, WhatASolverThrowsComesOut)
   EXPECT_THROW(sweep(plan_of(6, 6), throwing, {}, 3), std::runtime_error);
 }
 
-TEST(Sweep, AStepThatCannotBeKeptStopsTheOthersAfterTheStepInHand)
+TEST(Sweep, AStepThatCannotBeKeptStopsTheOthersAfterTheirCurrentStep)
 {
   constexpr int n_cells = 900, first_refused = 12;
   std::atomic<int> n_solved = 0, n_kept = 0;
   const SolveStep counting = [&](const StepTask& task) {
-    // Slow once a step was refused, so that the refusal is noted long before the grid is solved.
+    // Slow after a refused step, so that the refusal takes effect long before the grid is solved.
     if (n_kept >= first_refused) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     ++n_solved;
     return drifting(task.attitude, task.seed);
   };
   SweepHooks hooks;
   hooks.keep = [&](const StepRecord&) {
-    // Only this one: a smaller record may fit a full disk again.
+    // Refuses one record only: a smaller record may fit on a full disk.
     if (++n_kept == first_refused) throw std::runtime_error("full");
   };
   EXPECT_THROW(sweep(plan_of(30, 30), counting, hooks, 4), std::runtime_error);
