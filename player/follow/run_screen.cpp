@@ -10,12 +10,12 @@
 namespace vrda {
 namespace {
 
-// The look of scene/contact_layer: of a knee, mm.
+// As in scene/contact_layer; sized for a knee, mm.
 constexpr double ball_radius_mm = 1.3, shaft_radius_mm = 0.55, arrow_mm = 9.0;
 constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
-constexpr std::size_t usual_contacts = 32;  // most steps have fewer than ten
+constexpr std::size_t usual_contacts = 32;  // initial capacity; most steps have fewer than ten
 
-void cut(Drawable& drawable, const std::vector<std::uint32_t>& triangles, std::size_t n_indices)
+void truncate(Drawable& drawable, const std::vector<std::uint32_t>& triangles, std::size_t n_indices)
 {
   drawable.mesh.triangles.assign(triangles.begin(),
                                  triangles.begin() + static_cast<std::ptrdiff_t>(n_indices));
@@ -61,7 +61,7 @@ void RunScene::show(const JointPose& pose, const Motion& motion)
   hide_signs();
 }
 
-// Contacts of a whole model are at its cells: those of a step are drawn here.
+// The layers draw the contacts of a model's cells; those of a step are drawn here.
 LayerSet RunScene::layers_of_step() const
 {
   LayerSet layers = options_.layers;
@@ -115,13 +115,14 @@ void RunScene::place_signs(const SeenStep& step)
     set_arrow(arrows.mesh, k * arrow_size().n_vertices, tip_mm - scale_ * arrow_mm * normal, tip_mm,
               scale_ * shaft_radius_mm);
   }
-  cut(points, point_triangles_, n * ball_size().n_indices);
-  cut(arrows, arrow_triangles_, n * arrow_size().n_indices);
+  truncate(points, point_triangles_, n * ball_size().n_indices);
+  truncate(arrows, arrow_triangles_, n * arrow_size().n_indices);
 }
 
 void RunScene::load(Renderer& renderer)
 {
-  // A mesh of a new revision may be no larger than the one loaded.
+  // The renderer allows a new revision of a mesh to be at most as large as the loaded one: load full
+  // capacity.
   std::vector<std::uint32_t> points = point_triangles_, arrows = arrow_triangles_;
   points.swap(scene_.drawables[points_].mesh.triangles);
   arrows.swap(scene_.drawables[arrows_].mesh.triangles);
@@ -148,10 +149,10 @@ std::vector<Eigen::Vector3d> RunScene::framed_points() const
 
 namespace {
 
-// Of the picture's width, within what words and map need and what they can use.
+// Fraction of the image width, limited to what text and map need at least and can use at most.
 constexpr double panel_part = 0.25;
 constexpr int narrowest_panel_px = 150, widest_panel_px = 420;
-// Text as large as on a page, whatever the size of the picture.
+// Text size relative to the image height.
 constexpr double text_part = 1.0 / 60.0, smallest_text_px = 10.0, largest_text_px = 22.0;
 
 }  // namespace
