@@ -51,7 +51,7 @@ void make_folder(const std::string& folder, const std::string& option)
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder)) {
-    throw InputError({folder, option, error ? error.message() : "no folder", "a folder that can be written"});
+    throw InputError({folder, option, error ? error.message() : "not a folder", "a writable folder"});
   }
 }
 

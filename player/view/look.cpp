@@ -11,8 +11,8 @@
 namespace vrda {
 namespace {
 
-/// Opacity left to bodies that are looked through. A closed bone lies before what it holds with four walls at
-/// most: half of that is still seen, and the bone too.
+/// Opacity of transparent bodies. At most four walls of a closed bone are in front of an object inside it:
+/// about half of its light still passes, and the bone stays visible.
 constexpr float glassy = 0.18F;
 
 constexpr double least_scale_mm = 0.1, most_scale_mm = 1000.0;

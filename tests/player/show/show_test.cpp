@@ -395,7 +395,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Wrong{"MissingFile", [](ShowOptions& o) { o.file = "absent.h5"; }, "absent.h5", "",
                           "No such file", "motion model"},
                     Wrong{"FolderIsAFile", [](ShowOptions& o) { o.folder = o.file; }, "sample.h5",
-                          "--offscreen", "", "a folder that can be written"}),
+                          "--offscreen", "", "folder"}),
     [](const testing::TestParamInfo<Wrong>& row) { return row.param.name; });
 
 }  // namespace vrda::show_test
