@@ -52,13 +52,13 @@ void RunScene::show(const SeenStep& step)
   const Eigen::Vector3d t_mm = world_translation_mm(frame, step.pose);
   place_bodies(raw_.placed(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}), raw_,
                layers_of_step());
-  place_signs(step);
+  place_markers(step);
 }
 
 void RunScene::show(const JointPose& pose, const Motion& motion)
 {
   place_bodies(pose, motion, options_.layers);
-  hide_signs();
+  hide_markers();
 }
 
 // The layers draw the contacts of a model's cells; those of a step are drawn here.
@@ -77,7 +77,7 @@ void RunScene::place_bodies(const JointPose& pose, const Motion& motion, const L
   layers_->update(scene_, motion, {pose, frames, layers});
 }
 
-void RunScene::hide_signs()
+void RunScene::hide_markers()
 {
   scene_.drawables[points_].is_shown = false;
   scene_.drawables[arrows_].is_shown = false;
@@ -85,7 +85,7 @@ void RunScene::hide_signs()
 
 void RunScene::make_room(std::size_t n_contacts)
 {
-  n_signs_ = n_contacts;
+  n_markers_ = n_contacts;
   Drawable& points = scene_.drawables[points_];
   Drawable& arrows = scene_.drawables[arrows_];
   points.mesh = {};
@@ -97,10 +97,10 @@ void RunScene::make_room(std::size_t n_contacts)
   ++n_layouts_;
 }
 
-void RunScene::place_signs(const SeenStep& step)
+void RunScene::place_markers(const SeenStep& step)
 {
   const std::size_t n = step.contacts.size();
-  if (n > n_signs_) make_room(2 * n);
+  if (n > n_markers_) make_room(2 * n);
   Drawable& points = scene_.drawables[points_];
   Drawable& arrows = scene_.drawables[arrows_];
   points.is_shown = options_.layers.has(Layer::contacts) && n > 0;

@@ -50,8 +50,8 @@ class RunScene {
  private:
   void place_bodies(const JointPose& pose, const Motion& motion, const LayerSet& layers);
   LayerSet layers_of_step() const;
-  void place_signs(const SeenStep& step);
-  void hide_signs();
+  void place_markers(const SeenStep& step);
+  void hide_markers();
   void make_room(std::size_t n_contacts);
 
   RunSceneOptions options_;
@@ -62,7 +62,7 @@ class RunScene {
   double scale_ = 1.0;
   std::optional<JointLayers> layers_;    // all layers except contacts and normals of steps
   std::size_t points_ = 0, arrows_ = 0;  // drawables
-  std::size_t n_signs_ = 0;              // contact capacity
+  std::size_t n_markers_ = 0;            // contact capacity
   std::vector<std::uint32_t> point_triangles_, arrow_triangles_;
   JointPose pose_;
   std::uint64_t n_layouts_ = 1;
