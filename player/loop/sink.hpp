@@ -38,8 +38,8 @@ class Sink {
 
   /// Sets the folder for recorded frames. Throws InputError, naming `option`, if it cannot be created.
   void keep_pictures(const std::string& folder, const std::string& option);
-  void keep_film(const VideoOptions& options) { film_ = std::make_unique<VideoFile>(options); }
-  bool keeps() const { return !folder_.empty() || film_; }
+  void keep_film(const VideoOptions& options) { video_ = std::make_unique<VideoFile>(options); }
+  bool keeps() const { return !folder_.empty() || video_; }
 
   /// Displays the frame; returns when it is complete.
   void show(const Frame& frame);
@@ -52,7 +52,7 @@ class Sink {
   std::unique_ptr<Window> window_;
   std::unique_ptr<Renderer> memory_;
   std::string folder_;
-  std::unique_ptr<VideoFile> film_;
+  std::unique_ptr<VideoFile> video_;
 };
 
 /// Creates the folder given by `option`. Throws InputError if it is not writable.

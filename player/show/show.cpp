@@ -40,7 +40,7 @@ std::string plain(double angle_rad)
   return (text[0] == '-' ? "-" : "") + digits;
 }
 
-struct Still {
+struct LabelledPose {
   JointPose pose;
   std::string label;  ///< part of the file name: VIEW_label.png
 };
@@ -95,7 +95,7 @@ void report_clamped(const Motion& motion, const JointPose& pose, const Attitude&
 }
 
 /// Collects the solved poses. Reports clamped angles, and unsolved attitudes if the plan is for images.
-Plan plan_of(const Motion& motion, const ShowOptions& options, bool is_of_stills, std::ostream& talk)
+Plan plan_of(const Motion& motion, const ShowOptions& options, bool reports_unsolved, std::ostream& talk)
 {
   Plan plan;
   std::optional<double> last_flexion_rad, reported_varus_rad;
@@ -112,7 +112,7 @@ Plan plan_of(const Motion& motion, const ShowOptions& options, bool is_of_stills
       plan.poses.push_back(pose);
       continue;
     }
-    if (!is_of_stills) continue;
+    if (!reports_unsolved) continue;
     ++plan.n_unsolved;
     talk << "flexion " << plain(flexion_rad) << ", varus " << plain(pose.attitude.varus_rad)
          << ": no image, a neighbouring cell is unsolved (" << name_of(pose.status) << ")\n";
@@ -120,17 +120,17 @@ Plan plan_of(const Motion& motion, const ShowOptions& options, bool is_of_stills
   return plan;
 }
 
-std::vector<Still> stills_of(const std::vector<JointPose>& poses)
+std::vector<LabelledPose> labelled_poses(const std::vector<JointPose>& poses)
 {
   std::vector<double> all_flexion_deg;
   all_flexion_deg.reserve(poses.size());
   for (const JointPose& pose : poses) all_flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
-  std::vector<Still> stills;
-  stills.reserve(poses.size());
+  std::vector<LabelledPose> images;
+  images.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    stills.push_back({poses[i], "flexion_" + angle_label(all_flexion_deg[i], all_flexion_deg)});
+    images.push_back({poses[i], "flexion_" + angle_label(all_flexion_deg[i], all_flexion_deg)});
   }
-  return stills;
+  return images;
 }
 
 /// The frame number, zero-padded so that names sort in order.
@@ -168,17 +168,17 @@ int frames_per_s(const ShowOptions& options)
   return options.frames_per_s.value_or(default_frames_per_s);
 }
 
-struct PlayedFilm {
+struct PlayedMotion {
   std::vector<JointPose> poses;  ///< one per frame
   int n_unsolved = 0;            ///< unsolved intervals
 };
 
 /// The motion at the requested speed. Unsolved attitudes repeat the last frame; each interval is reported.
-PlayedFilm played_film(const Motion& motion, const ShowOptions& options, std::ostream& talk)
+PlayedMotion played_motion(const Motion& motion, const ShowOptions& options, std::ostream& talk)
 {
   AngleRange range = wanted_range(motion, options);
   range.step_deg = options.speed_deg_s.value_or(default_speed_deg_s) / frames_per_s(options);
-  PlayedFilm film;
+  PlayedMotion film;
   std::optional<double> first_rad;
   double last_rad = 0.0;
   const auto report_interval = [&] {
@@ -205,25 +205,25 @@ PlayedFilm played_film(const Motion& motion, const ShowOptions& options, std::os
   return film;
 }
 
-std::vector<JointPose> poses_of(const std::vector<Still>& stills)
+std::vector<JointPose> poses_of(const std::vector<LabelledPose>& images)
 {
   std::vector<JointPose> poses;
-  poses.reserve(stills.size());
-  for (const Still& still : stills) poses.push_back(still.pose);
+  poses.reserve(images.size());
+  for (const LabelledPose& image : images) poses.push_back(image.pose);
   return poses;
 }
 
 /// Writes one image per view and pose into the folder, and one path per line to `data`.
-void write_stills(const ShowOptions& options, PictureMaker& maker, const std::vector<Still>& stills,
+void write_images(const ShowOptions& options, PictureMaker& maker, const std::vector<LabelledPose>& images,
                   std::ostream& data)
 {
   make_folder(options.folder, "--offscreen");
   const std::vector<std::string> views = parsed_views(options.views);
   for (std::size_t v = 0; v < views.size(); ++v) {
-    for (const Still& still : stills) {
-      const std::string name = views[v] + "_" + still.label + ".png";
+    for (const LabelledPose& image : images) {
+      const std::string name = views[v] + "_" + image.label + ".png";
       const std::string path = (std::filesystem::path(options.folder) / name).string();
-      write_png(maker.single(v, still.pose), path);
+      write_png(maker.single(v, image.pose), path);
       data << path << std::endl;
     }
   }
@@ -272,22 +272,22 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model,
   require_beside(trace, options.trace, model, options.file);
   const Film film = film_of(trace, options.trace, chosen);
   const Motion motion(model, "raw");
-  std::vector<Still> stills;
-  stills.reserve(film.frames.size());
+  std::vector<LabelledPose> images;
+  images.reserve(film.frames.size());
   for (std::size_t i = 0; i < film.frames.size(); ++i) {
-    stills.push_back({motion.placed(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
+    images.push_back({motion.placed(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
   }
-  PictureMaker maker(options, model, {"raw", false}, poses_of(stills), std::move(renderer));
-  if (!options.folder.empty()) write_stills(options, maker, stills, streams.data);
-  if (!options.video.empty()) write_video(options, maker, poses_of(stills), streams);
-  const std::size_t n_stills =
-      options.folder.empty() ? 0 : stills.size() * parsed_views(options.views).size();
+  PictureMaker maker(options, model, {"raw", false}, poses_of(images), std::move(renderer));
+  if (!options.folder.empty()) write_images(options, maker, images, streams.data);
+  if (!options.video.empty()) write_video(options, maker, poses_of(images), streams);
+  const std::size_t n_images =
+      options.folder.empty() ? 0 : images.size() * parsed_views(options.views).size();
   if (!options.is_quiet) {
     streams.talk << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad) << ", varus "
-                 << plain(film.attitude.varus_rad) << ", " << counted(stills.size(), "frame") << ", "
-                 << counted(n_stills, "image") << "\n";
+                 << plain(film.attitude.varus_rad) << ", " << counted(images.size(), "frame") << ", "
+                 << counted(n_images, "image") << "\n";
   }
-  return {static_cast<int>(n_stills), 0};
+  return {static_cast<int>(n_images), 0};
 }
 
 ShowSummary show_poses(const ShowOptions& options, const MotionModel& model,
@@ -295,14 +295,14 @@ ShowSummary show_poses(const ShowOptions& options, const MotionModel& model,
 {
   const std::string set = chosen_set(model, options.file, options.set);
   const Motion motion(model, set);
-  const bool has_stills = !options.folder.empty(), has_film = !options.video.empty();
-  const bool is_played = has_film && (options.speed_deg_s || !options.flexion);
-  const Plan plan = plan_of(motion, options, has_stills || !is_played, streams.talk);
-  PlayedFilm film;
-  if (is_played) film = played_film(motion, options, streams.talk);
+  const bool has_images = !options.folder.empty(), has_video = !options.video.empty();
+  const bool is_played = has_video && (options.speed_deg_s || !options.flexion);
+  const Plan plan = plan_of(motion, options, has_images || !is_played, streams.talk);
+  PlayedMotion film;
+  if (is_played) film = played_motion(motion, options, streams.talk);
   // One frame per angle; also the fallback if no attitude of the played motion is solved.
   if (film.poses.empty()) film.poses = plan.poses;
-  const std::size_t n_views = has_stills ? parsed_views(options.views).size() : 0;
+  const std::size_t n_views = has_images ? parsed_views(options.views).size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!options.varus_deg && !motion.has_spine()) {
     streams.talk << "no spine cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
@@ -311,8 +311,8 @@ ShowSummary show_poses(const ShowOptions& options, const MotionModel& model,
   const std::vector<JointPose>& framed = plan.poses.empty() ? film.poses : plan.poses;
   if (framed.empty()) return summary;
   PictureMaker maker(options, model, {set, true}, framed, std::move(renderer));
-  if (has_stills) write_stills(options, maker, stills_of(plan.poses), streams.data);
-  if (has_film) write_video(options, maker, film.poses, streams);
+  if (has_images) write_images(options, maker, labelled_poses(plan.poses), streams.data);
+  if (has_video) write_video(options, maker, film.poses, streams);
   if (!options.is_quiet) {
     streams.talk << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
                  << set << ", " << counted(plan.poses.size(), "attitude") << ", "
