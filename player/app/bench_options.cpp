@@ -1,4 +1,4 @@
-// The options of `bench` and `devices`.
+// Options of the modes `bench`, `devices`, `calibrate`, `body` and `simulate`.
 #include <CLI/CLI.hpp>
 
 #include "app/options.hpp"
@@ -10,98 +10,95 @@ namespace vrda {
 CLI::App* add_bench(CLI::App& app, BenchOptions& options)
 {
   CLI::App* bench = app.add_subcommand(
-      "bench",
-      "Drive the see-through stereoscopic bench: tracker, parallax stage and potentiometer move the joint");
+      "bench", "Drive the see-through stereoscopic bench from its tracker, parallax stage and potentiometer");
   options.look.mode = DrawMode::smooth;
   bench->add_option("FILE", options.file, "Motion model (.h5)")->required();
-  bench->add_option("--bench", options.bench, "Display, tracker and board (schemas/bench.md)")
+  bench->add_option("--bench", options.bench, "Bench file: display, tracker and board (schemas/bench.md)")
       ->type_name("BENCH.toml");
   bench
       ->add_option("--calibration", options.calibration,
-                   "What calibration found (schemas/calibration.md); W writes it (default: a nominal one)")
+                   "Calibration file (schemas/calibration.md); the key W writes it (default: nominal values)")
       ->type_name("FILE.toml");
-  bench->add_option("--set", options.set, "raw, degree_N, ... (default: what show shows first)")
+  bench->add_option("--set", options.set, "raw, degree_N, ... (default: the default set of show)")
       ->type_name("SET");
-  bench->add_flag("--headless", options.is_headless, "Draw into memory, without a window");
-  bench->add_option("--seconds", options.seconds, "How long to run")
+  bench->add_flag("--headless", options.is_headless, "Render to memory, without a window");
+  bench->add_option("--seconds", options.seconds, "Duration of the run")
       ->type_name("S")
       ->check(CLI::Range(0.1, 1e6));
-  bench->add_option("--pictures", options.pictures, "Folder for what is shown, as PNG files")
+  bench->add_option("--pictures", options.pictures, "Folder for the displayed frames, as PNG files")
       ->type_name("DIR");
-  bench->add_option("--video", options.video, "A film of what is shown")->type_name("FILE.mp4");
-  bench->add_option("--every", options.every, "Of the pictures and film: one of so many")
+  bench->add_option("--video", options.video, "Video file of the displayed frames")->type_name("FILE.mp4");
+  bench->add_option("--every", options.every, "Keep every N-th frame for --pictures and --video")
       ->type_name("N")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
-  bench->add_option("--record", options.record, "Keep every device sample and key in a new file")
+  bench->add_option("--record", options.record, "Record every device sample and key in a new file")
       ->type_name("LOG");
-  bench->add_option("--replay", options.replay, "Show a recording again instead of the devices")
+  bench->add_option("--replay", options.replay, "Replay a recording instead of reading the devices")
       ->type_name("LOG");
-  bench->add_option("--from", options.from_s, "Second of the recording to begin at")
+  bench->add_option("--from", options.from_s, "Start time of the replay in the recording")
       ->type_name("S")
       ->check(CLI::Range(0.0, 1e6));
   bench
       ->add_option("--speed", options.speed,
-                   "Of a replay (default: 1 in a window, without one as fast as it goes)")
+                   "Replay speed factor (default: 1 in a window, unlimited without a window)")
       ->type_name("X");
   bench->add_option("--timing", options.timing, "Write latency, jitter and counts as JSON")
       ->type_name("FILE.json");
-  bench->add_option("--samples", options.samples, "Samples a pixel")
+  bench->add_option("--samples", options.samples, "Samples per pixel")
       ->type_name("1|2|4")
       ->check(CLI::IsMember({1, 2, 4}))
       ->option_text("1|2|4=1");
-  // As a function: a flag that stores its value does so, as false, when it is absent, too.
+  // A callback, because CLI11 also stores false in a bound flag when the option is absent.
   bench->add_flag_function(
       "--panel,!--no-panel", [&options](std::int64_t given) { options.has_panel = given > 0; },
-      "Begin with the operator's panel (default: in a window)");
+      "Show the operator's panel at the start (default: only in a window)");
   add_look(*bench, options.look);
-  bench->add_flag("--quiet", options.is_quiet, "Only warnings");
-  bench->footer(
-      keys_text(bench_key_lines(), 16) +
-      "While a recording plays: Space pauses, Left and Right leap by 5 s, + and - change the speed.\n"
-      "Examples:\n  vrda-player bench knee.h5 --bench bench.toml --calibration anna.toml\n"
-      "  vrda-player bench knee.h5 --replay monday.log --headless --video monday.mp4");
+  bench->add_flag("--quiet", options.is_quiet, "Print only warnings");
+  bench->footer(keys_text(bench_key_lines(), 16) +
+                "During a replay: Space pauses, Left and Right skip 5 s, + and - change the speed.\n"
+                "Examples:\n  vrda-player bench knee.h5 --bench bench.toml --calibration anna.toml\n"
+                "  vrda-player bench knee.h5 --replay monday.log --headless --video monday.mp4");
   return bench;
 }
 
 CLI::App* add_devices(CLI::App& app, DevicesOptions& options)
 {
   CLI::App* devices = app.add_subcommand(
-      "devices", "List a bench's devices: whether each answers, its rate, its last values");
+      "devices", "List the devices of a bench: whether each answers, its sample rate, its last values");
   devices->add_option("BENCH", options.bench, "Bench file (schemas/bench.md)")->required();
-  devices->add_option("--seconds", options.seconds, "How long to listen")
+  devices->add_option("--seconds", options.seconds, "Duration of the measurement")
       ->type_name("S")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
-  devices->add_flag("--json", options.has_json, "For programs");
+  devices->add_flag("--json", options.has_json, "Print JSON");
   devices->footer("Example:\n  vrda-player devices bench.toml");
   return devices;
 }
-
-// The options of `calibrate`.
 
 namespace {
 
 void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
 {
   calibrate->add_flag("--virtual", options.is_virtual,
-                      "A bench and a person that exist in numbers: in a window to train, with --headless (or "
-                      "without a screen, where no --calibration is kept) they do every task themselves");
-  calibrate->add_option("--seed", options.seed, "Which virtual bench; a calibration is of one seed")
+                      "Use a simulated bench and person: in a window for training; with --headless (or "
+                      "with neither screen nor --calibration) a simulated operator does every task");
+  calibrate
+      ->add_option("--seed", options.seed, "Seed of the virtual bench; a calibration belongs to one seed")
       ->type_name("N")
       ->capture_default_str();
-  calibrate->add_option("--head", options.head, "What carries the virtual bench's display, without --bench")
+  calibrate->add_option("--head", options.head, "Mount of the virtual bench's display, without --bench")
       ->type_name("stage|tracker")
       ->capture_default_str();
   calibrate
       ->add_option("--benches", options.n_benches,
-                   "So many virtual benches from --seed on: how often the truth lies within the intervals; "
-                   "nothing else is kept")
+                   "Calibrate N virtual benches, seeds from --seed on, and report how often the intervals "
+                   "contain the true values; nothing else is written")
       ->type_name("N")
       ->check(CLI::Range(1, 100000));
   calibrate
       ->add_option("--pictures", options.pictures,
-                   "Folder for pictures of what a virtual bench found (--headless), or of each task of a "
+                   "Folder for images of the calibrated virtual bench (--headless) or of each task of a "
                    "script")
       ->type_name("DIR");
 }
@@ -111,47 +108,47 @@ void add_virtual(CLI::App* calibrate, CalibrateOptions& options)
 CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
 {
   CLI::App* calibrate = app.add_subcommand(
-      "calibrate", "Calibrate a bench and whoever looks through it, guided step by step, with intervals");
+      "calibrate", "Calibrate a bench and its user step by step, with confidence intervals");
   calibrate
       ->add_option("STEP", options.step,
                    "viewport, distortion, eyepoints, ipd, tracking, head, subject, or one part of them; all; "
-                   "bench, person: what is once a bench, once a person; status: what is known so far; solve: "
-                   "all anew from the marks in the file")
+                   "bench, person: the steps done once per bench or per person; status: report the current "
+                   "results; solve: recompute all results from the marks in the file")
       ->required();
-  calibrate->add_option("--bench", options.bench, "Display, tracker and board (schemas/bench.md)")
+  calibrate->add_option("--bench", options.bench, "Bench file: display, tracker and board (schemas/bench.md)")
       ->type_name("BENCH.toml");
   calibrate
       ->add_option(
           "--calibration", options.calibration,
-          "What was found, kept after every mark (schemas/calibration.md); it goes on where it was left")
+          "Calibration file, written after every mark (schemas/calibration.md); an existing one is resumed")
       ->type_name("FILE.toml");
   calibrate
       ->add_option("--bench-from", options.bench_from,
-                   "Another person's calibration, whose once-per-bench parts a new FILE begins with")
+                   "Calibration of another person; its per-bench parts are copied to a new FILE")
       ->type_name("FILE.toml");
   calibrate->add_flag("--anew", options.is_anew,
-                      "STEP's parts from their first tasks; once begun so, it goes on without --anew");
+                      "Restart the parts of STEP from their first task; omit it to resume them");
   calibrate
       ->add_option("--model", options.model,
-                   "Motion model, where its place is adjusted by eye, and for pictures")
+                   "Motion model, for visual adjustment of its placement and for images")
       ->type_name("FILE.h5");
-  calibrate
-      ->add_option("--set", options.set, "Of the model: raw, degree_N, ... (default: what show shows first)")
+  calibrate->add_option("--set", options.set, "Set of the model: raw, degree_N, ... (default: that of show)")
       ->type_name("SET");
-  calibrate->add_flag("--headless", options.is_headless, "Without a window");
+  calibrate->add_flag("--headless", options.is_headless, "Run without a window");
   calibrate
-      ->add_option("--script", options.script, "Keys from a file: lines \"press Right 12\", \"wait 0.5\"")
+      ->add_option("--script", options.script,
+                   "Read keys from a file: lines \"press Right 12\", \"wait 0.5\"")
       ->type_name("FILE");
-  calibrate->add_option("--samples", options.samples, "Samples a pixel")
+  calibrate->add_option("--samples", options.samples, "Samples per pixel")
       ->type_name("1|2|4")
       ->check(CLI::IsMember({1, 2, 4}))
       ->option_text("1|2|4=1");
   add_virtual(calibrate, options);
-  calibrate->add_flag("--json", options.has_json, "For programs");
-  calibrate->add_flag("--quiet", options.is_quiet, "Only warnings");
+  calibrate->add_flag("--json", options.has_json, "Print JSON");
+  calibrate->add_flag("--quiet", options.is_quiet, "Print only warnings");
   calibrate->footer(
       keys_text(guide_key_lines(), 24) +
-      "Exit code 4: left before all that was asked for is done; the same command goes on there.\n"
+      "Exit code 4: stopped before STEP was complete; the same command resumes it.\n"
       "Examples:\n  vrda-player calibrate all --bench bench.toml --calibration anna.toml\n"
       "  vrda-player calibrate person --bench bench.toml --calibration bob.toml --bench-from anna.toml\n"
       "  vrda-player calibrate status --bench bench.toml --calibration anna.toml\n"
@@ -159,49 +156,44 @@ CLI::App* add_calibrate(CLI::App& app, CalibrateOptions& options)
   return calibrate;
 }
 
-// The options of `body`.
-
 CLI::App* add_measure_body(CLI::App& app, MeasureBodyOptions& options)
 {
   CLI::App* body = app.add_subcommand(
-      "body", "Measure a body of markers with the bench's tracker: its lines for the bench file");
+      "body", "Measure a marker body with the bench's tracker and print its lines for the bench file");
   body->add_option("ROLE", options.role,
-                   "Body of the bench file whose markers are named: leg, femur, tibia, head")
+                   "Body in the bench file that has marker names: leg, femur, tibia, head")
       ->required();
   body->add_option("--bench", options.bench, "Bench file (schemas/bench.md); markers_mm may be missing")
       ->type_name("BENCH.toml")
       ->required();
-  body->add_option("--seconds", options.seconds, "How long to listen")
+  body->add_option("--seconds", options.seconds, "Duration of the measurement")
       ->type_name("S")
       ->check(CLI::Range(0.1, 600.0))
       ->capture_default_str();
-  body->add_flag("--quiet", options.is_quiet, "Only the lines");
+  body->add_flag("--quiet", options.is_quiet, "Print only the lines");
   body->footer("Example:\n  vrda-player body femur --bench bench.toml");
   return body;
 }
 
-// The options of `simulate`.
-
 CLI::App* add_simulate(CLI::App& app, SimulateOptions& options)
 {
   CLI::App* simulate = app.add_subcommand(
-      "simulate",
-      "Stand in for a bench's tracker and board: a leg that bends, with noise, occlusions, drop-outs");
+      "simulate", "Simulate a bench's tracker and board: a bending leg with noise, occlusions and drop-outs");
   simulate->add_option("BENCH", options.bench, "Bench file with or without [simulation] (schemas/bench.md)")
       ->required();
   simulate
       ->add_option("--model", options.model,
-                   "Motion model the simulated tibia follows (default: it only turns)")
+                   "Motion model that the simulated tibia follows (default: rotation only)")
       ->type_name("FILE.h5");
   simulate
       ->add_option("--address", options.address,
-                   "To listen on; others than 127.0.0.1 are reached from outside (default: the bench file's "
-                   "simulation.address, else 127.0.0.1)")
+                   "Listen address; any but 127.0.0.1 is reachable from other machines (default: the bench "
+                   "file's simulation.address, else 127.0.0.1)")
       ->type_name("ADDRESS");
-  simulate->add_option("--seconds", options.seconds, "How long (default: until Ctrl-C)")
+  simulate->add_option("--seconds", options.seconds, "Duration (default: until Ctrl-C)")
       ->type_name("S")
       ->check(CLI::Range(0.1, 1e6));
-  simulate->add_flag("--quiet", options.is_quiet, "Only the addresses");
+  simulate->add_flag("--quiet", options.is_quiet, "Print only the addresses");
   simulate->footer(
       "Example:\n  vrda-player simulate jobs/bench-desk.toml &\n"
       "  vrda-player bench knee.h5 --bench jobs/bench-desk.toml");

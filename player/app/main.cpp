@@ -1,4 +1,4 @@
-// vrda-player: reads the command line, runs a mode, turns what went wrong into one message and a code.
+// vrda-player: parses the command line, runs a mode, converts exceptions to one message and an exit code.
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <iostream>
@@ -16,8 +16,8 @@ namespace {
 /// DESIGN.md 7.
 enum ExitCode { done = 0, bad_input = 2, unsolved_attitudes = 3, interrupted = 4, our_mistake = 5 };
 
-/// The modes around the bench.
-struct BenchChoice {
+/// The modes that use a bench file.
+struct BenchModes {
   vrda::BenchOptions options;
   vrda::DevicesOptions devices_options;
   vrda::MeasureBodyOptions body_options;
@@ -34,7 +34,7 @@ struct BenchChoice {
     simulate = vrda::add_simulate(app, simulate_options);
     calibrate = vrda::add_calibrate(app, calibrate_options);
   }
-  /// Nothing: none of them was chosen.
+  /// Runs the chosen mode and returns its exit code; empty if none of these modes was chosen.
   std::optional<int> run() const
   {
     if (bench->parsed()) {
@@ -61,8 +61,7 @@ struct BenchChoice {
   }
 };
 
-/// An option that a mode does not know is named before one that it misses: CLI11 tells them the other way
-/// round.
+/// Reports an unknown option before a missing one; CLI11 reports the missing one first.
 void parse(CLI::App& app, int argc, char** argv)
 {
   try {
@@ -79,24 +78,25 @@ int run(int argc, char** argv)
   CLI::App app("Shows the motion of a joint from a motion model", "vrda-player");
   app.add_flag_callback(
       "--unsealed", [] { vrda::accept_unsealed_files(); },
-      "Before the mode: read files without a seal too, which another program wrote or changed");
+      "Accept files without a seal, written or changed by another program (must precede the mode)");
   vrda::on_unconfined_reading([](const std::string& why) {
-    std::cerr << "vrda-player: this system does not confine the process that reads HDF5 (" << why
-              << "); its limits hold\n";
+    std::cerr << "vrda-player: this system does not sandbox the process that reads HDF5 (" << why
+              << "); its resource limits still apply\n";
   });
   app.set_version_flag("--version", "vrda-player " VRDA_VERSION);
   app.require_subcommand(0, 1);
   app.footer(
       "Example:\n  vrda-player show knee.h5\n\n"
-      "Exit codes: 0 done, 2 bad input, 3 some attitudes (or devices) have no answer, 4 stopped before the "
-      "run that was followed ended or the calibration was done, 5 a mistake of the program");
+      "Exit codes: 0 success, 2 invalid input, 3 unsolved attitudes (or silent devices), 4 stopped before "
+      "the "
+      "followed run or the calibration was complete, 5 internal error");
   vrda::ShowOptions options;
   vrda::add_show(app, options);
   vrda::WebOptions web_options;
   const CLI::App* web = vrda::add_web(app, web_options);
   vrda::FollowOptions follow_options;
   const CLI::App* follow = vrda::add_follow(app, follow_options);
-  BenchChoice bench;
+  BenchModes bench;
   bench.add_to(app);
   try {
     parse(app, argc, argv);

@@ -9,7 +9,7 @@
 namespace vrda {
 namespace {
 
-std::string refusal(const std::string& word, const std::map<std::string, int>& choices)
+std::string unknown_choice(const std::string& word, const std::map<std::string, int>& choices)
 {
   std::vector<std::string> names;
   for (const auto& [name, value] : choices) names.push_back(name);
@@ -22,7 +22,7 @@ CLI::Validator named_choice(const std::map<std::string, int>& choices)
 {
   return {[choices](std::string& word) {
             const auto chosen = choices.find(word);
-            if (chosen == choices.end()) return refusal(word, choices);
+            if (chosen == choices.end()) return unknown_choice(word, choices);
             word = std::to_string(chosen->second);
             return std::string();
           },

@@ -1,4 +1,4 @@
-/// The modes on the command line, and options whose values have names.
+/// Declares the modes on the command line and helpers for named option values.
 #pragma once
 
 #include <map>
@@ -20,7 +20,7 @@ class Validator;
 
 namespace vrda {
 
-/// The values of an enum as numbers.
+/// Converts enum values to integers.
 template <typename Value>
 std::map<std::string, int> numbers_of(const std::map<std::string, Value>& choices)
 {
@@ -29,13 +29,13 @@ std::map<std::string, int> numbers_of(const std::map<std::string, Value>& choice
   return numbers;
 }
 
-/// From a name of `choices` to its number; any other is refused as "found X, wanted A, B or C".
+/// Maps a name of `choices` to its number; reports any other as "found X, wanted A, B or C".
 CLI::Validator named_choice(const std::map<std::string, int>& choices);
 
-/// For CLI::Option::check: what is wrong with an empty name, else nothing.
+/// For CLI::Option::check: returns an error text for an empty value, otherwise an empty string.
 std::string refusal_of_nothing(const std::string& text);
 
-/// "Keys:" and a line each, what they do from `column` on.
+/// Returns "Keys:" and one line per key; the descriptions start at `column`.
 std::string keys_text(std::span<const HelpLine> lines, std::size_t column);
 
 CLI::App* add_bench(CLI::App& app, BenchOptions& options);
@@ -47,7 +47,7 @@ CLI::App* add_show(CLI::App& app, ShowOptions& options);
 CLI::App* add_simulate(CLI::App& app, SimulateOptions& options);
 CLI::App* add_web(CLI::App& app, WebOptions& options);
 
-/// Of every mode that draws.
+/// Adds the appearance options shared by all modes that render.
 void add_look(CLI::App& mode, LookOptions& look);
 
 }  // namespace vrda

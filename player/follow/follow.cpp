@@ -19,15 +19,15 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// Often enough that a step is seen as it comes, rare enough for a network disk.
-constexpr std::chrono::milliseconds between_looks{200};
+// A compromise between latency and the load on a network disk.
+constexpr std::chrono::milliseconds poll_interval{200};
 constexpr double frame_s = 1.0 / 60.0;
-constexpr double idle_s = 0.1;       // nothing moves: steps that come are seen soon enough
-constexpr double reading_s = 0.005;  // what is there already is being read
-// Steps come in bursts; each is played within this time, so that moves are seen without falling behind.
+constexpr double idle_s = 0.1;       // nothing moves: latency for new steps
+constexpr double reading_s = 0.005;  // while existing records are being read
+// Steps arrive in bursts; a burst is played within this time.
 constexpr double play_s = 1.0;
 
-/// The finished motion, to and fro; in a file, its middle.
+/// Playback of the finished motion, forwards and backwards; without a window its middle pose.
 struct Playback {
   Playback(const MotionModel& result, bool is_played) : set(set_names(result).front()), motion(result, set)
   {
@@ -46,7 +46,7 @@ struct Playback {
   Timeline timeline;
 };
 
-/// A run and its views: in a window, where its user looks about; in files; or in words alone.
+/// Shows a run in an interactive window, as image files or as text only.
 class FollowedRun final : public Mode {
  public:
   FollowedRun(const FollowOptions& options, StepChoice choice, const Streams& streams, RunWatch watch,
@@ -63,7 +63,7 @@ class FollowedRun final : public Mode {
       screen_.emplace(watch.model(), screen_options(options, watch.model()));
       screen_->show(state_, {});
     }
-    thread_.emplace(std::move(watch), between_looks);
+    thread_.emplace(std::move(watch), poll_interval);
   }
 
   FollowEnd end()
@@ -79,8 +79,8 @@ class FollowedRun final : public Mode {
   {
     if (is_in_window()) return {sink_.is_hidden() || is_still() ? idle_s : frame_s};
     if (!queue_.empty() || is_due_) return {0.0};
-    const std::chrono::duration<double> looks = between_looks;
-    return {is_caught_up_ ? looks.count() : reading_s};
+    const std::chrono::duration<double> interval = poll_interval;
+    return {is_caught_up_ ? interval.count() : reading_s};
   }
 
   void take(const InputEvent& event) override
@@ -161,7 +161,7 @@ class FollowedRun final : public Mode {
 
   void begin_again(const MotionModel& model)
   {
-    if (n_steps_ > 0 || state_.n_done() > 0) progress_.say("the run began anew");
+    if (n_steps_ > 0 || state_.n_done() > 0) progress_.say("the run was restarted");
     progress_.begin_again();
     queue_.clear();
     drag_.reset();
@@ -172,7 +172,7 @@ class FollowedRun final : public Mode {
     screen_->show(state_, {});
   }
 
-  /// In a window as many as are due by now; else all, up to the next picture.
+  /// In a window plays the steps due by now; otherwise all up to the next image.
   void play_steps(double elapsed_s)
   {
     if (queue_.empty()) return;
@@ -259,17 +259,17 @@ class FollowedRun final : public Mode {
   Sink& sink_;
   RunState state_;
   FollowProgress progress_;
-  std::optional<RunScreen> screen_;  // nothing: in words alone
+  std::optional<RunScreen> screen_;  // empty for text output
   std::optional<WatchThread> thread_;
-  std::deque<SeenStep> queue_;  // seen, not yet shown
+  std::deque<SeenStep> queue_;  // read, not yet shown
   std::shared_ptr<const MotionModel> result_;
   std::optional<Playback> playback_;
   int n_steps_ = 0;
   bool is_caught_up_ = false;
   std::optional<Drag> drag_;
-  std::size_t view_ = 0;  // that the pointer is at
+  std::size_t view_ = 0;  // under the pointer
   bool is_paused_ = false, is_left_ = false;
-  // Of files: whether one is to be written, when the last was, and of how many steps.
+  // For image files: whether one is due, when the last was written, and its number of steps.
   bool is_due_ = false, is_over_ = false;
   steady_clock::time_point drawn_;
   int n_drawn_ = 0;
@@ -284,20 +284,19 @@ StepChoice choice_of(const FollowOptions& options)
   return static_cast<StepChoice>(found - names.begin());
 }
 
-void require_sound(const FollowOptions& options)
+void require_valid(const FollowOptions& options)
 {
   choice_of(options);
   if (!(options.every_s >= 0.0))
     throw InputError({"--every", "", std::to_string(options.every_s), "seconds"});
   if (options.each < 0) throw InputError({"--each", "", std::to_string(options.each), "1 or more steps"});
-  const bool has_rhythm = options.every_s > 0.0 || options.each > 0;
-  if (has_rhythm && options.folder.empty())
-    throw InputError(
-        {"--offscreen", "", "nothing", "the folder of the pictures that --every and --each ask for"});
+  const bool has_interval = options.every_s > 0.0 || options.each > 0;
+  if (has_interval && options.folder.empty())
+    throw InputError({"--offscreen", "", "nothing", "a folder for the images of --every and --each"});
   if (options.is_once && options.folder.empty() && !options.is_text)
     throw InputError({"--once", "", "a window", "--offscreen or --text with it"});
   if (options.is_text && !options.folder.empty())
-    throw InputError({"--text", "", "--offscreen " + options.folder, "pictures or none"});
+    throw InputError({"--text", "", "--offscreen " + options.folder, "only one of them"});
 }
 
 Sink sink_of(const FollowOptions& options, const MotionModel& model)
@@ -320,8 +319,8 @@ Sink sink_of(const FollowOptions& options, const MotionModel& model)
 
 FollowEnd follow(const FollowOptions& options, const Streams& streams)
 {
-  require_sound(options);
-  StopSignals stop;  // before the thread, which keeps them too
+  require_valid(options);
+  StopSignals stop;  // before the thread, which inherits the signal mask
   const StepChoice choice = choice_of(options);
   RunWatch watch(options.file, choice != StepChoice::stable);
   Sink sink = sink_of(options, watch.model());

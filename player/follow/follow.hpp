@@ -1,4 +1,4 @@
-/// The mode `follow`: a run while it computes.
+/// The mode `follow`: shows a run while it computes.
 #pragma once
 
 #include <string>
@@ -9,38 +9,39 @@
 
 namespace vrda {
 
-/// With contacts and normals.
+/// The default appearance: with contacts and normals.
 LookOptions follow_look();
 
-/// As on the command line.
+/// The options of the command line.
 struct FollowOptions {
   std::string file;              ///< OUTPUT.start.h5
-  std::string folder;            ///< of pictures; empty wants a window
-  double every_s = 0.0;          ///< a picture every so many seconds in which something came; 0: none
-  int each = 0;                  ///< a picture each so many steps; 0: none
-  bool is_once = false;          ///< what there is now, and the end
-  bool is_text = false;          ///< only progress, no picture
-  std::string steps = "stable";  ///< step_choice_names()
-  std::string views;             ///< names; empty: those of the job, else front and lateral
-  std::string orient, shift;     ///< X,Y,Z;X,Y,Z;... one a view, degrees and mm
+  std::string folder;            ///< output folder of images; empty: a window
+  double every_s = 0.0;          ///< write an image at this interval if there are new steps; 0: off
+  int each = 0;                  ///< write an image every N steps; 0: off
+  bool is_once = false;          ///< report the present state and exit
+  bool is_text = false;          ///< print progress only, without images
+  std::string steps = "stable";  ///< one of step_choice_names()
+  std::string views;             ///< names; empty: the job's, else front and lateral
+  std::string orient, shift;     ///< X,Y,Z;X,Y,Z;... one triple per view, degrees and mm
   LookOptions look = follow_look();
-  bool has_mode = false;   ///< look.mode was asked for; else it is that of the job, if that has one
-  bool is_opaque = false;  ///< the reference too, where contacts are to be seen
-  std::string size;        ///< empty: that of the job, else 1280x960
+  bool has_mode = false;   ///< the draw mode was given by option; otherwise the job's applies, if any
+  bool is_opaque = false;  ///< false: the reference is transparent if contacts are shown
+  std::string size;        ///< empty: the job's, else 1280x960
   Backdrop backdrop = Backdrop::studio;
   bool is_quiet = false;
 };
 
-/// How following ended.
+/// Why following ended.
 enum class FollowEnd {
-  finished,  ///< so has the run, or it was asked for what there is now
-  stopped    ///< by Ctrl-C or the closing of the window, before the run ended
+  finished,  ///< the run finished, or `is_once` was set
+  stopped    ///< Ctrl-C or the window was closed before the run finished
 };
 
-/// Data: a path a line, without pictures the progress. Throws InputError for everything a user can put right.
+/// Runs the mode. `streams.data` gets one path per image, or the progress if no images are written. Throws
+/// InputError for invalid input.
 FollowEnd follow(const FollowOptions& options, const Streams& streams);
 
-/// What the options say of the pictures of a run with this model. Throws InputError like follow().
+/// Converts the options to those of the screen for a run with this model. Throws InputError like follow().
 RunScreenOptions screen_options(const FollowOptions& options, const MotionModel& model);
 
 }  // namespace vrda

@@ -14,10 +14,10 @@
 namespace vrda {
 namespace {
 
-constexpr std::size_t most_views = 16;                        // smaller tiles show nothing
-constexpr double most_turn_deg = 360.0, most_shift_mm = 1e4;  // more is a slip
+constexpr std::size_t most_views = 16;                        // smaller tiles are unreadable
+constexpr double most_turn_deg = 360.0, most_shift_mm = 1e4;  // larger values are typing errors
 
-/// Numbers from -most to most.
+/// Parses triples of numbers from -most to most.
 std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::string& text, double most)
 {
   std::vector<Eigen::Vector3d> triples;
@@ -25,24 +25,24 @@ std::vector<Eigen::Vector3d> triples_of(const std::string& option, const std::st
   for (const std::string& part : split(text, ';')) {
     const std::vector<std::string> numbers = split(part, ',');
     Eigen::Vector3d triple = Eigen::Vector3d::Zero();
-    bool is_sound = numbers.size() == 3;
-    for (std::size_t i = 0; is_sound && i < 3; ++i) {
+    bool is_valid = numbers.size() == 3;
+    for (std::size_t i = 0; is_valid && i < 3; ++i) {
       double& value = triple[static_cast<Eigen::Index>(i)];
       const char* const end = numbers[i].data() + numbers[i].size();
       const auto read = std::from_chars(numbers[i].data(), end, value);
-      is_sound = read.ec == std::errc() && read.ptr == end && std::abs(value) <= most;
+      is_valid = read.ec == std::errc() && read.ptr == end && std::abs(value) <= most;
     }
-    if (!is_sound) {
+    if (!is_valid) {
       throw InputError(
           {option, "", "\"" + part + "\"",
-           "X,Y,Z;X,Y,Z;... a triple a view, numbers from -" + shortest(most) + " to " + shortest(most)});
+           "X,Y,Z;X,Y,Z;... one triple per view, numbers from -" + shortest(most) + " to " + shortest(most)});
     }
     triples.push_back(triple);
   }
   return triples;
 }
 
-/// As ORIENTATION_MODEL and SHIFT_MODEL; what one of them leaves out is zero.
+/// The views of --orient and --shift; missing triples of the shorter list are zero.
 std::vector<RunView> turned_views(const FollowOptions& options, Side side)
 {
   std::vector<Eigen::Vector3d> turns_deg = triples_of("--orient", options.orient, most_turn_deg);
@@ -54,7 +54,7 @@ std::vector<RunView> turned_views(const FollowOptions& options, Side side)
   for (std::size_t k = 0; k < n; ++k) {
     const Eigen::Vector3d turn_rad = turns_deg[k] * rad_from_deg(1.0);
     const auto degrees = [&](Eigen::Index i) { return shortest(turns_deg[k][i]); };
-    views.push_back(turned_view("turned " + degrees(0) + ", " + degrees(1) + ", " + degrees(2), turn_rad,
+    views.push_back(turned_view("rotated " + degrees(0) + ", " + degrees(1) + ", " + degrees(2), turn_rad,
                                 shifts_mm[k], side));
   }
   return views;
@@ -65,7 +65,7 @@ std::vector<RunView> views_of(const FollowOptions& options, const JobViews& job,
   const bool is_turned = !options.orient.empty() || !options.shift.empty();
   if (is_turned && !options.views.empty()) {
     throw InputError(
-        {"--views", "", options.views + " with --orient or --shift", "one way to name the views"});
+        {"--views", "", options.views + " with --orient or --shift", "either --views or --orient/--shift"});
   }
   if (is_turned) return turned_views(options, side);
   std::vector<RunView> views;
@@ -81,7 +81,7 @@ std::vector<RunView> views_of(const FollowOptions& options, const JobViews& job,
   return views;
 }
 
-/// Lines hide nothing; other bodies hide where they touch.
+/// True if opaque bodies hide the contact layers; wire frames do not.
 bool hides_contacts(const LookOptions& look, const LayerSet& layers)
 {
   return look.mode != DrawMode::wire && (layers.has(Layer::contacts) || layers.has(Layer::normals));
@@ -100,7 +100,8 @@ RunSceneOptions scene_options(const FollowOptions& options, const JobViews& job)
   return scene;
 }
 
-/// A job may name a display of another time: what no picture can be is passed over.
+/// The size of the options, or the job's display if within the limits of images; a historic one may exceed
+/// them.
 PictureSize size_of(const FollowOptions& options, const JobViews& job)
 {
   const bool is_usable =

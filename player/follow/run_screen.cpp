@@ -10,12 +10,12 @@
 namespace vrda {
 namespace {
 
-// The look of scene/contact_layer: of a knee, mm.
+// As in scene/contact_layer; sized for a knee, mm.
 constexpr double ball_radius_mm = 1.3, shaft_radius_mm = 0.55, arrow_mm = 9.0;
 constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
-constexpr std::size_t usual_contacts = 32;  // most steps have fewer than ten
+constexpr std::size_t usual_contacts = 32;  // initial capacity; most steps have fewer than ten
 
-void cut(Drawable& drawable, const std::vector<std::uint32_t>& triangles, std::size_t n_indices)
+void truncate(Drawable& drawable, const std::vector<std::uint32_t>& triangles, std::size_t n_indices)
 {
   drawable.mesh.triangles.assign(triangles.begin(),
                                  triangles.begin() + static_cast<std::ptrdiff_t>(n_indices));
@@ -52,16 +52,16 @@ void RunScene::show(const SeenStep& step)
   const Eigen::Vector3d t_mm = world_translation_mm(frame, step.pose);
   place_bodies(raw_.placed(step.attitude, {t_mm.x(), t_mm.y(), t_mm.z(), step.pose.theta_rad}), raw_,
                layers_of_step());
-  place_signs(step);
+  place_markers(step);
 }
 
 void RunScene::show(const JointPose& pose, const Motion& motion)
 {
   place_bodies(pose, motion, options_.layers);
-  hide_signs();
+  hide_markers();
 }
 
-// Contacts of a whole model are at its cells: those of a step are drawn here.
+// The layers draw the contacts of a model's cells; those of a step are drawn here.
 LayerSet RunScene::layers_of_step() const
 {
   LayerSet layers = options_.layers;
@@ -77,7 +77,7 @@ void RunScene::place_bodies(const JointPose& pose, const Motion& motion, const L
   layers_->update(scene_, motion, {pose, frames, layers});
 }
 
-void RunScene::hide_signs()
+void RunScene::hide_markers()
 {
   scene_.drawables[points_].is_shown = false;
   scene_.drawables[arrows_].is_shown = false;
@@ -85,7 +85,7 @@ void RunScene::hide_signs()
 
 void RunScene::make_room(std::size_t n_contacts)
 {
-  n_signs_ = n_contacts;
+  n_markers_ = n_contacts;
   Drawable& points = scene_.drawables[points_];
   Drawable& arrows = scene_.drawables[arrows_];
   points.mesh = {};
@@ -97,10 +97,10 @@ void RunScene::make_room(std::size_t n_contacts)
   ++n_layouts_;
 }
 
-void RunScene::place_signs(const SeenStep& step)
+void RunScene::place_markers(const SeenStep& step)
 {
   const std::size_t n = step.contacts.size();
-  if (n > n_signs_) make_room(2 * n);
+  if (n > n_markers_) make_room(2 * n);
   Drawable& points = scene_.drawables[points_];
   Drawable& arrows = scene_.drawables[arrows_];
   points.is_shown = options_.layers.has(Layer::contacts) && n > 0;
@@ -115,13 +115,14 @@ void RunScene::place_signs(const SeenStep& step)
     set_arrow(arrows.mesh, k * arrow_size().n_vertices, tip_mm - scale_ * arrow_mm * normal, tip_mm,
               scale_ * shaft_radius_mm);
   }
-  cut(points, point_triangles_, n * ball_size().n_indices);
-  cut(arrows, arrow_triangles_, n * arrow_size().n_indices);
+  truncate(points, point_triangles_, n * ball_size().n_indices);
+  truncate(arrows, arrow_triangles_, n * arrow_size().n_indices);
 }
 
 void RunScene::load(Renderer& renderer)
 {
-  // A mesh of a new revision may be no larger than the one loaded.
+  // The renderer allows a new revision of a mesh to be at most as large as the loaded one: load full
+  // capacity.
   std::vector<std::uint32_t> points = point_triangles_, arrows = arrow_triangles_;
   points.swap(scene_.drawables[points_].mesh.triangles);
   arrows.swap(scene_.drawables[arrows_].mesh.triangles);
@@ -148,10 +149,10 @@ std::vector<Eigen::Vector3d> RunScene::framed_points() const
 
 namespace {
 
-// Of the picture's width, within what words and map need and what they can use.
+// Fraction of the image width, limited to what text and map need at least and can use at most.
 constexpr double panel_part = 0.25;
 constexpr int narrowest_panel_px = 150, widest_panel_px = 420;
-// Text as large as on a page, whatever the size of the picture.
+// Text size relative to the image height.
 constexpr double text_part = 1.0 / 60.0, smallest_text_px = 10.0, largest_text_px = 22.0;
 
 }  // namespace

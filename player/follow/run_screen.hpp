@@ -1,4 +1,4 @@
-/// The joint as a run moves it, and views and panel of the run as a renderer draws them.
+/// The scene of a followed run, and its screen with views and panel.
 #pragma once
 
 #include <cstdint>
@@ -20,53 +20,54 @@
 namespace vrda {
 
 struct RunSceneOptions {
-  LayerSet layers;  ///< the helical axis needs a result
+  LayerSet layers;  ///< the helical axis is available only for a result
   Backdrop backdrop = Backdrop::studio;
-  std::function<void(Scene&)> dress;  ///< gives a new scene its looks; may be empty
+  std::function<void(Scene&)> dress;  ///< applies the appearance to a new scene; may be empty
 };
 
 class RunScene {
  public:
-  /// Of a start file or a result: both objects at the first flexion, not moved.
+  /// From a start file or a result; shows both objects at the first flexion with zero translation and
+  /// rotation.
   RunScene(const MotionModel& model, const RunSceneOptions& options);
 
-  /// Where a step of the run is: the attitude turns the reference, as in the search.
+  /// Shows the pose of a step; the attitude rotates the reference, as in the search.
   void show(const SeenStep& step);
-  /// A pose of the result that the scene was made of, from a set of it.
+  /// Shows a pose of `motion`, a set of the result that the scene was made from.
   void show(const JointPose& pose, const Motion& motion);
 
   const Scene& scene() const { return scene_; }
   const JointPose& pose() const { return pose_; }
-  /// Raised when a renderer must load the scene again.
+  /// Increases when a renderer must reload the scene.
   std::uint64_t n_layouts() const { return n_layouts_; }
-  /// Loads it, with room for as many contacts as there may be.
+  /// Loads the scene into a renderer at the full contact capacity.
   void load(Renderer& renderer);
 
-  /// What a picture wants room for: the points near the joint at every flexion, moved as now.
+  /// The points to be framed, world: near the joint at first, middle and last flexion, at the present
+  /// translation.
   std::vector<Eigen::Vector3d> framed_points() const;
 
  private:
   void place_bodies(const JointPose& pose, const Motion& motion, const LayerSet& layers);
   LayerSet layers_of_step() const;
-  void place_signs(const SeenStep& step);
-  void hide_signs();
+  void place_markers(const SeenStep& step);
+  void hide_markers();
   void make_room(std::size_t n_contacts);
 
   RunSceneOptions options_;
   Scene scene_;
   Motion raw_;
-  SolverFrame frame_;                    // of the first flexion
+  SolverFrame frame_;                    // at the first flexion
   std::vector<Eigen::Vector3d> deltas_;  // [n_flexion]
   double scale_ = 1.0;
-  std::optional<JointLayers> layers_;    // all but the signs
+  std::optional<JointLayers> layers_;    // all layers except contacts and normals of steps
   std::size_t points_ = 0, arrows_ = 0;  // drawables
-  std::size_t n_signs_ = 0;              // for which there is room
+  std::size_t n_markers_ = 0;            // contact capacity
   std::vector<std::uint32_t> point_triangles_, arrow_triangles_;
   JointPose pose_;
   std::uint64_t n_layouts_ = 1;
 };
 
-/// Views and panel of a run as a renderer draws them.
 struct RunScreenOptions {
   int width = 1280, height = 960;
   RunSceneOptions scene;
@@ -74,31 +75,31 @@ struct RunScreenOptions {
   double zoom = 1.0;
 };
 
+/// Views and panel of a run, as scene, shots and overlay for a renderer.
 class RunScreen {
  public:
   RunScreen(const MotionModel& model, const RunScreenOptions& options);
 
-  /// The run began anew, maybe with another joint.
+  /// Resets for a restarted run, possibly of another joint.
   void begin(const MotionModel& model);
-  /// The step that the state shows, and its panel with more words. The cameras are set by the first step:
-  /// the joint moves, the picture does not.
+  /// Shows the step of the state, and its panel with additional lines. The first step sets the cameras.
   void show(const RunState& state, const std::vector<std::string>& lines);
-  /// The run is finished: from now on its result is shown, from where one looks.
+  /// Switches to the result of the finished run; keeps the cameras.
   void finish(const MotionModel& result);
-  /// A pose of the result, from a set of it.
+  /// Shows a pose of `motion`, a set of the result.
   void show(const RunState& state, const std::vector<std::string>& lines, const JointPose& pose,
             const Motion& motion);
-  /// Whether it had another size; show() then.
+  /// Sets the size in pixels. Returns true if it changed; show() must follow.
   bool resize(int width, int height);
 
-  // What a pointer does: each view is looked at alone.
+  // Pointer interaction; each view has its own camera.
   std::optional<std::size_t> view_at(const Eigen::Vector2d& pointer_px) const;
   Gaze gaze(std::size_t view) const;
   void look(std::size_t view, const Gaze& gaze);
-  /// All views as they were in the beginning.
+  /// Refits the cameras of all views.
   void reset_views();
 
-  /// Loads what the renderer has not got yet; then its draw() or present() takes the rest.
+  /// Loads new meshes and fonts into the renderer; must precede its draw() or present().
   void load(Renderer& renderer);
   const Scene& scene() const { return scene_->scene(); }
   const std::vector<Shot>& shots() const { return shots_; }
@@ -116,8 +117,8 @@ class RunScreen {
   Viewport panel_area_;
   std::vector<Shot> shots_;
   Overlay overlay_;
-  std::vector<Eigen::Vector3d> pivots_world_mm_;  // one a view
-  bool has_step_ = false;                         // the cameras are set
+  std::vector<Eigen::Vector3d> pivots_world_mm_;  // one per view
+  bool has_step_ = false;                         // the cameras were fitted to a step
   std::uint64_t n_loaded_layouts_ = 0;
   bool is_font_loaded_ = false;
 };

@@ -15,17 +15,17 @@ constexpr VertexColour paper{24, 27, 32, 255}, ink{226, 230, 235, 255}, faint{15
     frame_colour{255, 255, 255, 255};
 constexpr float margin_px = 12.0F;
 constexpr float largest_cell_px = 48.0F;
-constexpr float ruled_from_px = 5.0F;  // smaller cells have no gaps between them
+constexpr float ruled_from_px = 5.0F;  // smaller cells are drawn without gaps
 
-std::string words_of(StepStatus status)
+std::string label_of(StepStatus status)
 {
   std::string words = name_of(status);
   std::replace(words.begin(), words.end(), '_', ' ');
   return words;
 }
 
-/// Where the map lies and how large its cells are.
-struct MapPlace {
+/// Position of the map and size of its cells.
+struct MapLayout {
   float left_px = 0.0F, top_px = 0.0F, cell_width_px = 0.0F, cell_height_px = 0.0F;
 
   OverlayBox cell(Eigen::Index i, Eigen::Index j) const
@@ -85,18 +85,18 @@ class PanelDrawing {
     const auto n_flexion = static_cast<float>(panel_.status.rows());
     const auto n_varus = static_cast<float>(panel_.status.cols());
     const float label_px = 1.3F * std::max(text_.width_px("flexion"), text_.width_px("-180"));
-    MapPlace place;
+    MapLayout place;
     place.left_px = left_px_ + label_px;
     place.top_px = y_px_ + 2.0F * text_.line_px();
     place.cell_width_px = std::min((right_px_ - place.left_px) / n_varus, largest_cell_px);
     place.cell_height_px = std::min((bottom_px - place.top_px) / n_flexion, largest_cell_px);
-    if (place.cell_width_px <= 0.0F || place.cell_height_px <= 0.0F) return;  // a tiny picture
+    if (place.cell_width_px <= 0.0F || place.cell_height_px <= 0.0F) return;  // no room for the map
     draw_cells(place);
     label_flexion(place);
     label_varus(place);
   }
 
-  void draw_cells(const MapPlace& place)
+  void draw_cells(const MapLayout& place)
   {
     const float gap_px = std::min(place.cell_width_px, place.cell_height_px) >= ruled_from_px ? 1.0F : 0.0F;
     for (Eigen::Index i = 0; i < panel_.status.rows(); ++i) {
@@ -121,7 +121,7 @@ class PanelDrawing {
     text_.add_area(overlay_, {box.right_px, box.top_px, out.right_px, box.bottom_px}, frame_colour);
   }
 
-  void label_flexion(const MapPlace& place)
+  void label_flexion(const MapLayout& place)
   {
     const auto n = static_cast<Eigen::Index>(panel_.flexion_deg.size());
     const float step_px = std::max(place.cell_height_px, 1.0F);
@@ -134,14 +134,14 @@ class PanelDrawing {
     text_.add_words(overlay_, left_px_, place.top_px - 2.0F * text_.line_px(), "flexion", faint);
   }
 
-  void label_varus(const MapPlace& place)
+  void label_varus(const MapLayout& place)
   {
     const auto n = static_cast<Eigen::Index>(panel_.varus_deg.size());
     float widest_px = 0.0F;
     for (const double varus_deg : panel_.varus_deg)
       widest_px = std::max(widest_px, text_.width_px(shortest(varus_deg) + " "));
     auto every = static_cast<Eigen::Index>(std::ceil(1.3F * widest_px / place.cell_width_px));
-    // Both ends and the middle carry numbers where they can.
+    // Prefer intervals that label both ends and the middle.
     while (n > 1 && every < n - 1 && (n - 1) % every != 0) ++every;
     for (Eigen::Index j = 0; j < n; j += every) {
       const std::string words = shortest(panel_.varus_deg[static_cast<std::size_t>(j)]);
@@ -157,7 +157,7 @@ class PanelDrawing {
     const float side_px = 0.7F * text_.line_px(), top_px = y_px_ + 0.1F * text_.line_px();
     text_.add_area(overlay_, {left_px_, top_px, left_px_ + side_px, top_px + side_px}, colour_of(status));
     text_.add_words(overlay_, left_px_ + 1.2F * text_.line_px(), y_px_,
-                    std::to_string(n) + " " + words_of(status), n > 0 ? ink : faint);
+                    std::to_string(n) + " " + label_of(status), n > 0 ? ink : faint);
     y_px_ += text_.line_px();
   }
 
@@ -169,7 +169,7 @@ class PanelDrawing {
 
 }  // namespace
 
-// Colours that colour-blind eyes tell apart. Source: Okabe and Ito (2008), Color universal design.
+// Colour-blind safe palette. Source: Okabe and Ito (2008), Color universal design.
 VertexColour colour_of(StepStatus status)
 {
   switch (status) {
@@ -188,7 +188,7 @@ VertexColour colour_of(StepStatus status)
     case StepStatus::overlapping:
       return {0, 114, 178, 255};
   }
-  throw InternalError("a status without a colour");
+  throw InternalError("unknown step status");
 }
 
 void add_panel(Overlay& overlay, const OverlayText& text, const Viewport& area, const RunPanel& panel)
@@ -231,12 +231,12 @@ bool RunState::is_chosen(const SeenStep& step) const
     case StepChoice::all:
       return true;
   }
-  throw InternalError("a choice of steps chooses");
+  throw InternalError("unknown step choice");
 }
 
 bool RunState::take(const SeenStep& step)
 {
-  // Of steps with varus left free the number counts starts.
+  // For steps with free varus, key.varus is the index of a start, not of a cell.
   const bool is_at_cell = step.key.kind <= StepKind::row;
   if (is_at_cell) current_ = GridCell{step.key.flexion, step.key.varus};
   if (step.kind == SeenKind::cell) {

@@ -1,4 +1,4 @@
-/// What of a run is on screen, its panel, and the same in lines of text.
+/// The displayed state of a run, its panel, and its progress as text.
 #pragma once
 
 #include <chrono>
@@ -22,24 +22,24 @@ struct GridCell {
 
 struct RunPanel {
   std::string title;
-  std::vector<std::string> lines;  ///< under the title
+  std::vector<std::string> lines;  ///< below the title
   std::vector<double> flexion_deg, varus_deg;
   GridB status;
-  std::optional<GridCell> current;  ///< framed
+  std::optional<GridCell> current;  ///< outlined in the map
 };
 
-/// The panel in its part of the picture: flexion downwards, varus to the right, a colour a status with the
-/// number of cells that have it.
+/// Draws the panel in `area`: the map of statuses (flexion downwards, varus to the right) and a legend with
+/// the number of cells per status.
 void add_panel(Overlay& overlay, const OverlayText& text, const Viewport& area, const RunPanel& panel);
 
-/// The name of a view over its tile.
+/// Draws the name of a view on its tile.
 void add_label(Overlay& overlay, const OverlayText& text, const Viewport& tile, const std::string& name);
 
-/// Which steps of a run are shown; all of them fill in the grid.
+/// Which steps of a run are shown; the grid is updated by all steps.
 enum class StepChoice {
-  stable,   ///< cells that found their rest
-  contact,  ///< the moves in contact too, which play as a smooth motion (thesis 3.8)
-  all       ///< every modelling step and probe
+  stable,   ///< stable cells
+  contact,  ///< also search moves in contact, which give a smooth motion (thesis 3.8)
+  all       ///< every search move and probe
 };
 
 /// "stable", "contact", "all", in the order of the enum.
@@ -49,9 +49,9 @@ class RunState {
  public:
   RunState(const MotionModel& model, StepChoice choice);
 
-  /// Whether the step is one to show.
+  /// Updates the grid. Returns true if the step is to be shown.
   bool take(const SeenStep& step);
-  /// The result's grid; no step is shown any more.
+  /// Takes the grid of the result and clears the shown step.
   void finish(const MotionModel& result);
 
   const std::optional<SeenStep>& shown() const { return shown_; }
@@ -60,8 +60,8 @@ class RunState {
   int n_done() const { return n_done_; }
   int n_cells() const { return static_cast<int>(status_.size()); }
   std::string counts() const;  ///< "640/1911 attitudes"
-  std::string place() const;   ///< "flexion 30, varus -4", or nothing
-  /// Title, grid and the cell in hand.
+  std::string place() const;   ///< "flexion 30, varus -4"; empty without a current cell
+  /// Title, grid and current cell.
   RunPanel panel() const;
 
  private:
@@ -77,19 +77,20 @@ class RunState {
   bool is_finished_ = false;
 };
 
-/// How far a followed run is, in lines of text.
+/// Prints the progress of a followed run as lines of text.
 class FollowProgress {
  public:
   FollowProgress(std::ostream& stream, bool is_quiet) : stream_(stream), is_quiet_(is_quiet) {}
 
-  /// The run began anew: its rate does too.
+  /// Restarts the rate measurement.
   void begin_again() { n_first_ = -1; }
-  /// The run has done that many of its attitudes. Those of the first time do not count for the rate.
+  /// Updates the rate. Attitudes done before the first call are not counted.
   void note(int n_done, int n_cells);
-  /// "512/s, 0:02 left", or nothing while it is not known.
+  /// "512/s, 0:02 left"; empty while unknown.
   const std::string& rate() const { return rate_; }
 
-  /// Of the state, with the rate; every few seconds, and only when something came.
+  /// Prints the state with the rate, at most every few seconds and only if it changed; `is_due` ignores the
+  /// interval.
   void say_state(const RunState& state, int n_steps, bool is_due = false);
   void say(const std::string& line);
 

@@ -25,7 +25,7 @@ RunView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad, co
 {
   const Eigen::Matrix3d R_turn =
       rotation_z(turn_rad.z()) * rotation_y(turn_rad.y()) * rotation_x(turn_rad.x());
-  // The camera goes the other way round the joint.
+  // Rotating the joint equals the inverse rotation of the camera.
   return {name, view_rotation(View::front, side) * R_turn.transpose(), shift_mm};
 }
 
@@ -59,7 +59,7 @@ std::vector<Viewport> tiles(std::size_t n, const Viewport& area)
 std::vector<Shot> fitted_shots(const std::vector<RunView>& views, const std::vector<Viewport>& areas,
                                const std::vector<Eigen::Vector3d>& points_world_mm, double zoom)
 {
-  check(views.size() == areas.size(), "each view has a place");
+  check(views.size() == areas.size(), "each view has a tile");
   std::vector<Shot> shots;
   for (std::size_t k = 0; k < views.size(); ++k) {
     FrameOptions options;
@@ -76,7 +76,7 @@ std::vector<Shot> fitted_shots(const std::vector<RunView>& views, const std::vec
 
 namespace {
 
-/// "key = value" of one line; empty where it is none.
+/// "key = value" of one line; empty for any other line.
 struct Entry {
   std::string_view key, value;
 };
@@ -89,7 +89,7 @@ Entry entry_of(std::string_view line)
   return {line.substr(0, at), line.substr(at + equals.size())};
 }
 
-/// The number at the beginning of `text`, and what follows it.
+/// Parses the number at the start of `text` and removes it from `text`.
 std::optional<double> take_number(std::string_view& text)
 {
   double value = 0.0;
@@ -99,7 +99,7 @@ std::optional<double> take_number(std::string_view& text)
   return value;
 }
 
-/// The first numbers of a list; all zero where there are fewer.
+/// The first n numbers of a list; all zero if there are fewer.
 template <int n>
 Eigen::Matrix<double, n, 1> numbers_of(std::string_view text)
 {
@@ -123,7 +123,7 @@ void read(JobViews& job, const Entry& entry)
     if (zoom > 0.0) job.zoom = zoom;
   }
   if (entry.key == "display_px") {
-    // The schema's bound: no display is larger, and a picture may be smaller yet.
+    // Upper limit of the schema.
     const Eigen::Vector2d size = numbers_of<2>(entry.value).cwiseMin(16384.0).cwiseMax(0.0);
     job.width_px = static_cast<int>(size.x());
     job.height_px = static_cast<int>(size.y());

@@ -1,4 +1,4 @@
-/// Several looks at one joint, side by side, as the job wants them.
+/// Tiled views of one joint, as configured by the job.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,25 +14,25 @@ namespace vrda {
 struct RunView {
   std::string name;
   Eigen::Matrix3d R_world_camera = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d shift_camera_mm = Eigen::Vector3d::Zero();  ///< of the joint, on screen
+  Eigen::Vector3d shift_camera_mm = Eigen::Vector3d::Zero();  ///< shift of the joint, camera axes
 };
 
 RunView named_view(const std::string& name, View view, Side side);
 
-/// The front view with the joint turned about X, then Y, then Z and shifted, all along the axes of that view:
-/// X to the right of the picture (the subject's left), Y up, Z towards the viewer.
-/// Source: ORIENTATION_MODEL and SHIFT_MODEL of the thesis's appendix B; the order of the turns is ours.
+/// The front view with the joint rotated about X, then Y, then Z and shifted, all in the axes of that view:
+/// X right on screen (the subject's left), Y up, Z towards the viewer.
+/// Source: ORIENTATION_MODEL and SHIFT_MODEL, thesis appendix B, which does not state the order of rotations.
 RunView turned_view(const std::string& name, const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& shift_mm,
                     Side side);
 
-/// The parts of `area` for `n` views, row by row: as large as they can be, none much wider than a picture.
+/// Divides `area` into `n` tiles, row by row, as large as possible at an aspect near 4:3.
 std::vector<Viewport> tiles(std::size_t n, const Viewport& area);
 
-/// One camera a tile with room for the points; `zoom` above 1 is nearer.
+/// One camera per tile, fitted to the points, with the field of view divided by `zoom`.
 std::vector<Shot> fitted_shots(const std::vector<RunView>& views, const std::vector<Viewport>& areas,
                                const std::vector<Eigen::Vector3d>& points_world_mm, double zoom);
 
-/// How the job wants to be seen: its table [player] (schemas/job.schema.json).
+/// A view of the job's table [player] (schemas/job.schema.json).
 struct JobView {
   int number = 0;
   Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
@@ -40,14 +40,14 @@ struct JobView {
 };
 
 struct JobViews {
-  std::vector<JobView> views;  ///< as they stand in the job
+  std::vector<JobView> views;  ///< in the job's order
   double zoom = 1.0;
-  int width_px = 0, height_px = 0;  ///< of the display; 0 where the job does not say
-  std::string render;               ///< "fill", "wire" or nothing
+  int width_px = 0, height_px = 0;  ///< display size; 0 if not given
+  std::string render;               ///< "fill", "wire" or empty
 };
 
-/// Of a resolved job as a motion model keeps it: one key a line, as `vrda` writes it, so that no reader of
-/// jobs is needed. What is not of that form, or not there, is left at its default.
+/// Parses the resolved job text of a motion model: one key per line, as `vrda` writes it, so that no TOML
+/// reader is needed. Missing or malformed entries keep their defaults.
 JobViews job_views(std::string_view resolved_job);
 
 }  // namespace vrda

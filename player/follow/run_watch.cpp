@@ -34,10 +34,10 @@ RunWatch::RunWatch(const std::string& start_file, bool with_moves)
     : start_file_(start_file), output_(output_of_start_file(start_file)), with_moves_(with_moves)
 {
   if (output_.empty()) {
-    throw InputError({start_file, "name", "a file that no run begins with",
-                      "OUTPUT.start.h5, which vrda run writes beside its output"});
+    throw InputError({start_file, "name", "another name than that of a start file",
+                      "OUTPUT.start.h5, which vrda run writes next to its output"});
   }
-  // A run that is over has taken its start file away.
+  // A finished run deletes its start file.
   WatchNews unused;
   start_ = version_of(start_file_);
   if (start_) {
@@ -48,7 +48,7 @@ RunWatch::RunWatch(const std::string& start_file, bool with_moves)
     phase_ = RunPhase::finished;
     n_done_ = n_cells();
   } else {
-    throw InputError({start_file_, "", "no such file", "the start file of a run that computes"});
+    throw InputError({start_file_, "", "no such file", "the start file of a run in progress"});
   }
 }
 
@@ -73,7 +73,7 @@ std::optional<RunWatch::Version> RunWatch::version_of(const std::string& path)
                  std::int64_t{facts.st_mtim.tv_sec} * 1'000'000'000 + facts.st_mtim.tv_nsec};
 }
 
-// A file may go between the look at it and its reading: that is no fault of the file.
+// A file deleted between stat and read is not an error.
 std::optional<MotionModel> RunWatch::read_if_there(const std::string& path)
 {
   if (!version_of(path)) return std::nullopt;
@@ -133,49 +133,49 @@ void RunWatch::find_journals()
 
 void RunWatch::read_steps(WatchNews& news)
 {
-  // A journal that began anew takes the steps of all of them along: they are read once more from fresh.
+  // A restarted journal invalidates the steps of all journals: they are read again from the start.
   for (int attempt = 0; attempt < 2; ++attempt) {
-    std::vector<TailNews> looks;
-    looks.reserve(journals_.size());
-    for (auto& [path, tail] : journals_) looks.push_back(tail.look());
-    if (take_all(looks, news)) return;
+    std::vector<TailNews> updates;
+    updates.reserve(journals_.size());
+    for (auto& [path, tail] : journals_) updates.push_back(tail.look());
+    if (take_all(updates, news)) return;
     start_over(news);
     find_journals();
   }
   news.has_more = true;
 }
 
-// False when what was taken before does not count any more. The journal written last says which job runs:
-// those of another one are leftovers.
-bool RunWatch::take_all(const std::vector<TailNews>& looks, WatchNews& news)
+// Returns false if the steps read so far are obsolete. The most recently written journal determines the job;
+// journals of another job are leftovers.
+bool RunWatch::take_all(const std::vector<TailNews>& updates, WatchNews& news)
 {
   std::int64_t latest_ns = 0;
   std::string latest_key;
   std::size_t k = 0;
   for (const auto& [path, tail] : journals_) {
-    const TailNews& look = looks[k++];
-    if (look.is_anew) return false;
-    if (!look.is_there || tail.key().empty() || look.changed_ns <= latest_ns) continue;
-    latest_ns = look.changed_ns;
+    const TailNews& update = updates[k++];
+    if (update.is_anew) return false;
+    if (!update.is_there || tail.key().empty() || update.changed_ns <= latest_ns) continue;
+    latest_ns = update.changed_ns;
     latest_key = tail.key();
   }
   if (!latest_key.empty() && !key_.empty() && latest_key != key_) return false;
   if (key_.empty()) key_ = latest_key;
   k = 0;
   for (const auto& [path, tail] : journals_) {
-    const TailNews& look = looks[k++];
-    if (look.frames.empty()) continue;
+    const TailNews& update = updates[k++];
+    if (update.frames.empty()) continue;
     if (tail.key() != key_) {
-      remark(path + ": the journal of another job, left aside", news);
+      remark(path + ": found the journal of another job: ignored", news);
       continue;
     }
-    news.has_more = news.has_more || look.has_more;
-    for (const std::string& frame : look.frames) {
+    news.has_more = news.has_more || update.has_more;
+    for (const std::string& frame : update.frames) {
       const std::optional<StepRecord> record = record_of(frame);
       if (record && is_in_grid(record->key)) {
         take(scale_ == 1.0 ? *record : scaled(*record, scale_), news);
       } else {
-        remark(path + ": a record that is no step of this grid, left aside", news);
+        remark(path + ": record: found no step of this grid: ignored", news);
       }
     }
   }
@@ -185,7 +185,7 @@ bool RunWatch::take_all(const std::vector<TailNews>& looks, WatchNews& news)
 bool RunWatch::is_in_grid(const StepKey& key) const
 {
   if (key.flexion < 0 || key.flexion >= model_.status.rows()) return false;
-  // With varus left free it counts starts.
+  // With free varus, key.varus is the index of a start.
   return key.kind > StepKind::row || (key.varus >= 0 && key.varus < model_.status.cols());
 }
 
@@ -213,17 +213,17 @@ void RunWatch::take(const StepRecord& step, WatchNews& news)
 void RunWatch::read_moves(WatchNews& news)
 {
   if (!move_journal_) move_journal_.emplace(trace_journal_tail(trace_journal_of(output_)));
-  const TailNews look = move_journal_->look();
-  if (look.is_anew) early_moves_.clear();
-  has_move_journal_ = has_move_journal_ || look.is_there;
+  const TailNews update = move_journal_->look();
+  if (update.is_anew) early_moves_.clear();
+  has_move_journal_ = has_move_journal_ || update.is_there;
   if (!has_move_journal_ && n_steps_ > 0) {
-    remark(move_journal_->path() + ": no such file; only a run with --trace keeps its moves", news);
+    remark(move_journal_->path() + ": no such file: only a run with --trace records search moves", news);
   }
-  news.has_more = news.has_more || look.has_more;
-  for (const std::string& frame : look.frames) {
+  news.has_more = news.has_more || update.has_more;
+  for (const std::string& frame : update.frames) {
     std::optional<SearchTrace> search = trace_of(frame);
     if (!search || !is_in_grid(search->key)) continue;
-    // Mostly before its step; a network disk may show that first.
+    // Moves are written before their step, but may become visible later on a network disk.
     if (seen_.count(search->key) > 0) {
       take_moves(*search, news);
     } else {
@@ -247,7 +247,7 @@ void RunWatch::take_moves(const SearchTrace& search, WatchNews& news)
   }
 }
 
-// An older one is of an earlier run of the job.
+// A result older than the start file belongs to an earlier run.
 void RunWatch::look_at_result(WatchNews& news)
 {
   const std::optional<Version> version = version_of(output_), start = version_of(start_file_);
@@ -256,10 +256,10 @@ void RunWatch::look_at_result(WatchNews& news)
   if (!result) return;
   result_ = version;
   const bool is_own = result->job.resolved == model_.job.resolved;
-  // Another job began and ended here between two looks.
+  // Another job started and finished between two polls.
   const bool is_of_next = !is_own && !start && version->changed_ns >= start_->changed_ns;
   if (!(is_own || is_of_next) || (result->status == status_pending).any()) {
-    remark(output_ + ": the result of another job, left aside", news);
+    remark(output_ + ": found the result of another job: ignored", news);
     return;
   }
   if (is_of_next) begin(with_pending_cells(*result), news);
@@ -309,7 +309,7 @@ void WatchThread::run()
   }
 }
 
-// False when there is nothing to look at any more.
+// Returns false when there is nothing left to watch.
 bool WatchThread::look()
 {
   WatchNews news = watch_.look();

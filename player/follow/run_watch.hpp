@@ -1,4 +1,4 @@
-/// A run as it computes, seen from its files alone: the start file, the journals, the result.
+/// Watches a run in progress through its files: start file, journals, result.
 #pragma once
 
 #include <chrono>
@@ -21,50 +21,51 @@
 namespace vrda {
 
 enum class SeenKind {
-  cell,   ///< a cell of the grid is done
-  probe,  ///< a step that is no cell: a spine looks for its cell, a band is tried
-  move    ///< a modelling step on the way to one of these
+  cell,   ///< a grid cell was solved
+  probe,  ///< a step outside the grid: a candidate for the spine, a rotation band
+  move    ///< a search move that leads to a cell or probe
 };
 
-/// What a run did. Lengths are the subject's.
+/// A step of a run. Lengths are at the subject's scale.
 struct SeenStep {
   SeenKind kind = SeenKind::cell;
-  StepKey key;                              ///< of a move: of the step that it leads to
-  StepStatus status = StepStatus::pending;  ///< of a move too
-  bool in_contact = false;                  ///< of a move
+  StepKey key;                              ///< for a move: the key of its step
+  StepStatus status = StepStatus::pending;  ///< for a move: the status of its step
+  bool in_contact = false;                  ///< moves only
   Attitude attitude;
-  MovingPose pose;                      ///< in S
-  std::vector<ContactRecord> contacts;  ///< in S
+  MovingPose pose;                      ///< in the solver frame S
+  std::vector<ContactRecord> contacts;  ///< in the solver frame S
 };
 
 enum class RunPhase {
   waiting,  ///< no step yet
   running,
-  finished  ///< the result is there
+  finished  ///< the result exists
 };
 
 struct WatchNews {
-  bool is_anew = false;              ///< the run began anew: what was seen before counts no more
-  bool has_more = false;             ///< look again at once
-  std::vector<SeenStep> steps;       ///< in the order of the journals; moves before their step
-  std::vector<std::string> remarks;  ///< each is made once
+  bool is_anew = false;              ///< the run was restarted: discard all earlier steps
+  bool has_more = false;             ///< more data is available: poll again at once
+  std::vector<SeenStep> steps;       ///< in journal order; moves before their step
+  std::vector<std::string> remarks;  ///< messages for the user, each reported once
 };
 
-/// What one run has come to. Reads only; any file but the first may be absent, torn or rewritten at any look.
+/// The state of one run. Read-only; any file but the start file may be missing, torn or rewritten at any
+/// poll.
 class RunWatch {
  public:
-  /// `start_file`: OUTPUT.start.h5. Throws InputError when the name is not of that form, and when neither it
-  /// nor OUTPUT is what a run leaves there.
+  /// `start_file`: OUTPUT.start.h5. Throws InputError if the name has another form, or if neither a valid
+  /// start file nor a valid result OUTPUT exists.
   explicit RunWatch(const std::string& start_file, bool with_moves = false);
 
-  /// Reads what came since the last look; nothing any more once finished. Throws InputError of a start file
-  /// or a result that is there and damaged.
+  /// Reads the data added since the last poll; returns no news once finished. Throws InputError for a damaged
+  /// start file or result.
   WatchNews look();
 
   /// The start file's model with the cells solved so far; once finished, the result.
   const MotionModel& model() const { return model_; }
-  /// One a cell, in the order of the grid; pending where not solved. Of a result that was there from the
-  /// beginning all pending.
+  /// One record per cell in grid order; pending if unsolved. All pending if the result existed from the
+  /// start.
   const std::vector<StepRecord>& cells() const { return cells_; }
   RunPhase phase() const { return phase_; }
   const std::string& output() const { return output_; }
@@ -73,7 +74,7 @@ class RunWatch {
   int n_steps() const { return n_steps_; }  ///< cells and probes in the journals
 
  private:
-  /// Which content a path leads to.
+  /// Identifies the content of a path.
   struct Version {
     std::uint64_t device = 0, inode = 0, n_bytes = 0;
     std::int64_t changed_ns = 0;
@@ -89,7 +90,7 @@ class RunWatch {
   void find_journals();
   void read_moves(WatchNews& news);
   void read_steps(WatchNews& news);
-  bool take_all(const std::vector<TailNews>& looks, WatchNews& news);
+  bool take_all(const std::vector<TailNews>& updates, WatchNews& news);
   void take(const StepRecord& step, WatchNews& news);
   void take_moves(const SearchTrace& search, WatchNews& news);
   bool is_in_grid(const StepKey& key) const;
@@ -99,49 +100,49 @@ class RunWatch {
   bool with_moves_;
   std::optional<Version> start_, result_;  // as last read
   MotionModel model_;
-  double scale_ = 1.0;  // of the subject over what was solved
+  double scale_ = 1.0;  // subject's length over solved length
   std::vector<StepRecord> cells_;
   std::map<std::string, FrameTail> journals_;
-  std::string key_;  // of the journals that count
+  std::string key_;  // of the journals in use
   std::optional<FrameTail> move_journal_;
-  bool has_move_journal_ = false;               // ever had
-  std::map<StepKey, SearchTrace> early_moves_;  // of steps still to come
+  bool has_move_journal_ = false;               // it existed at some poll
+  std::map<StepKey, SearchTrace> early_moves_;  // moves of steps not yet read
   std::set<StepKey> seen_;
   RunPhase phase_ = RunPhase::waiting;
   int n_done_ = 0, n_steps_ = 0;
   std::set<std::string> remarks_made_;
 };
 
-/// What came since it was last asked for.
+/// The data that arrived since the last take().
 struct WatchArrivals {
   bool is_anew = false;  ///< as in WatchNews
-  /// The plan of the run that began anew, or the result of one that is finished; else nothing.
+  /// The start file's model of a restarted run, or the result of a finished one; otherwise null.
   std::shared_ptr<const MotionModel> model;
   std::vector<SeenStep> steps;
   std::vector<std::string> remarks;
   RunPhase phase = RunPhase::waiting;
   int n_done = 0, n_steps = 0;
-  bool is_caught_up = false;  ///< with all that there was when it was last looked
+  bool is_caught_up = false;  ///< all data available at the last poll was read
 };
 
 class WatchThread {
  public:
-  /// Looks until the run is finished, `pause` after each time that nothing is left to read.
+  /// Polls until the run is finished, with a `pause` whenever all data was read.
   WatchThread(RunWatch watch, std::chrono::milliseconds pause);
   ~WatchThread();
   WatchThread(const WatchThread&) = delete;
   WatchThread& operator=(const WatchThread&) = delete;
 
-  /// Never waits for a file. Rethrows, once, what ended the thread.
+  /// Never blocks on a file. Rethrows once the exception that ended the thread.
   WatchArrivals take();
 
  private:
   void run();
   bool look();
 
-  RunWatch watch_;  // of the thread alone
+  RunWatch watch_;  // used only by the thread
   std::chrono::milliseconds pause_;
-  std::mutex mutex_;  // guards what follows
+  std::mutex mutex_;  // guards the members below
   std::condition_variable wake_;
   WatchArrivals arrivals_;
   std::exception_ptr failure_;

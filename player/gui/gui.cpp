@@ -14,9 +14,9 @@
 namespace vrda {
 namespace {
 
-constexpr double text_px = 15.0;  // at scale 1: read at arm's length on 96 dots an inch
+constexpr double text_px = 15.0;  // at scale 1: readable at arm's length at 96 dots per inch
 constexpr float panel_width_em = 16.0F, bar_height_em = 4.6F;
-constexpr float least_elapsed_s = 1e-4F;  // the library wants time to go on
+constexpr float least_elapsed_s = 1e-4F;  // the library requires a positive time step
 
 std::atomic<std::uint64_t> n_allocations{0};
 
@@ -40,7 +40,7 @@ void set_style(float scale)
   style.GrabRounding = 3.0F;
   style.WindowBorderSize = 0.0F;
   style.ItemSpacing = ImVec2(6.0F, 5.0F);
-  // Baked lines want a font's image filtered the way the library's own renderers do it.
+  // Texture-based lines require bilinear filtering of the font image, which this renderer does not do.
   style.AntiAliasedLinesUseTex = false;
   style.Colors[ImGuiCol_PopupBg] = ImVec4(0.14F, 0.15F, 0.18F, 1.0F);
   style.Colors[ImGuiCol_WindowBg] = ImVec4(0.10F, 0.11F, 0.13F, 1.0F);
@@ -58,9 +58,9 @@ OverlayFont built_font(ImFontAtlas& atlas, float size_px)
   unsigned char* coverage = nullptr;
   OverlayFont font;
   atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
-  check(coverage != nullptr, "the font gives an image");
+  check(coverage != nullptr, "the font has been rasterised");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
-  atlas.ClearInputData();  // what points into `file`
+  atlas.ClearInputData();  // it points into `file`
   return font;
 }
 
@@ -107,7 +107,7 @@ Gui::Gui(const GuiOptions& options) : inner_(std::make_unique<Inner>())
   inner_->context = ImGui::CreateContext();
   ImGui::SetCurrentContext(inner_->context);
   ImGuiIO& io = ImGui::GetIO();
-  io.IniFilename = nullptr;  // a window that remembers nothing writes no file
+  io.IniFilename = nullptr;  // no settings file
   io.LogFilename = nullptr;
   io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
   inner_->title = options.title;
@@ -161,7 +161,7 @@ GuiAnswer Gui::frame(const GuiFrame& frame, const PlayerState& state, const Play
 const Overlay& Gui::still(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
                           const Readout& readout)
 {
-  // The library hides a new window for a frame and fits its size to the text of the frame before.
+  // The library hides a new window for one frame and sizes it by the text of the previous frame.
   constexpr int frames_to_fit = 3;
   frame.has_controls = false;
   for (int i = 0; i < frames_to_fit; ++i) this->frame(frame, state, range, readout);
@@ -193,7 +193,7 @@ ColourKey colour_key(const JointLayers& layers, const LayerSet& shown)
   if (shown.has(Layer::gap_map) && layers.available().has(Layer::gap_map)) key.gaps = &layers.gap_legend();
   if (shown.has(Layer::ligaments) && layers.available().has(Layer::ligaments))
     key.strain = &layers.strain_legend();
-  // The helical axis stands last.
+  // The helical axis is the last label.
   const std::span<const Label> labels = JointLayers::axis_labels();
   const std::size_t first = shown.has(Layer::axes) ? 0 : labels.size() - 1;
   const std::size_t last = shown.has(Layer::helical_axis) ? labels.size() : labels.size() - 1;

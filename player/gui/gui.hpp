@@ -1,4 +1,4 @@
-/// The interface over the picture: numbers, timeline, controls, help.
+/// The user interface over the scene: readouts, timeline, controls, help.
 #pragma once
 
 #include <cstdint>
@@ -14,29 +14,29 @@
 
 namespace vrda {
 
-/// What does not change while a file is shown.
+/// Constant while a file is shown.
 struct GuiOptions {
   std::string title;
-  std::vector<std::string> sets;  ///< names as set_names() gives them, in the order of PlayerState::set
-  double scale = 1.0;             ///< of text and controls; a monitor's content scale
+  std::vector<std::string> sets;  ///< from set_names(); PlayerState::set is an index into them
+  double scale = 1.0;             ///< of text and controls: the monitor's content scale
 };
 
-/// The pointer, in pixels from the picture's top left corner.
+/// The pointer, in pixels from the top left corner of the window.
 struct GuiPointer {
   double x_px = -1.0, y_px = -1.0;
   bool is_left_down = false;
   double wheel = 0.0;  ///< notches since the last frame; up is positive
 };
 
-/// Numbers on screen.
+/// The displayed numbers.
 struct Readout {
   JointPose pose;
   bool is_varus_balanced = false;
   GapReading gap;
-  const char* message = nullptr;  ///< one line for a while: "picture written to ..."
+  const char* message = nullptr;  ///< temporary message, or null
 };
 
-/// What the colours of the layers shown mean; empty or null where nothing is to be said.
+/// Legends of the visible layers; null or empty if not applicable.
 struct ColourKey {
   const Legend* gaps = nullptr;
   const Legend* strain = nullptr;
@@ -47,17 +47,17 @@ struct ColourKey {
 ColourKey colour_key(const JointLayers& layers, const LayerSet& shown);
 
 struct GuiFrame {
-  int width = 0, height = 0;  ///< of the picture, pixels
+  int width = 0, height = 0;  ///< of the window, pixels
   double elapsed_s = 0.0;     ///< since the last frame
   GuiPointer pointer;
   ColourKey key;
-  bool has_controls = true;  ///< false: numbers and legends alone, as over a film
+  bool has_controls = true;  ///< false: only readouts and legends, as for a video
 };
 
-/// What the user did in this frame.
+/// The user's changes in this frame.
 struct GuiAnswer {
   PlayerState state;
-  Action action = Action::none;  ///< of a button, still to be done
+  Action action = Action::none;  ///< of a pressed button, not yet applied
 };
 
 class Gui {
@@ -70,18 +70,18 @@ class Gui {
   /// For Renderer::load, once.
   const OverlayFont& font() const;
 
-  /// One frame. Allocates nothing once every part was shown.
+  /// Builds one frame. Allocates nothing once every part was shown.
   GuiAnswer frame(const GuiFrame& frame, const PlayerState& state, const PlayerRange& range,
                   const Readout& readout);
-  /// Numbers and legends alone, for a picture on its own; nothing can be pressed in it.
+  /// Builds the overlay of an image: readouts and legends without controls.
   const Overlay& still(GuiFrame frame, const PlayerState& state, const PlayerRange& range,
                        const Readout& readout);
-  /// Of the last frame.
+  /// The overlay of the last frame.
   const Overlay& overlay() const;
-  /// The pointer is over a part of the interface, or was pressed there.
+  /// True if the pointer is over the interface or was pressed there.
   bool wants_pointer() const;
 
-  /// The part of the picture that neither panel nor timeline cover.
+  /// The area of the window not covered by panel and timeline.
   Viewport free_area(int width, int height, const PlayerState& state, bool has_controls = true) const;
 
  private:
@@ -89,11 +89,10 @@ class Gui {
   std::unique_ptr<Inner> inner_;
 };
 
-/// "degree_6_recontacted" as people say it: "degree 6, recontacted".
+/// Display name of a set: "degree_6_recontacted" gives "degree 6, recontacted".
 std::string set_label(const std::string& set);
 
-/// How often the interface library asked for memory since the program began: it has its own allocator, which
-/// a count of operator new does not see.
+/// Number of allocations by the interface library since program start; it bypasses operator new.
 std::uint64_t gui_allocations();
 
 }  // namespace vrda

@@ -12,7 +12,7 @@
 namespace vrda {
 namespace {
 
-/// The last four bytes of a gzip file: how long its content is, little-endian.
+/// Uncompressed size: the last four bytes of a gzip file, little-endian.
 std::size_t content_size(std::string_view gzip)
 {
   std::size_t size = 0;
@@ -27,7 +27,7 @@ std::string font_file()
   const std::string_view gzip = compressed_font_file();
   std::string file(content_size(gzip), '\0');
   z_stream stream{};
-  // The library only reads its input, but does not say so.
+  // zlib only reads its input, but the pointer is not const.
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(gzip.data()));
   stream.avail_in = static_cast<uInt>(gzip.size());
   stream.next_out = reinterpret_cast<Bytef*>(file.data());
@@ -36,13 +36,13 @@ std::string font_file()
   check(inflateInit2(&stream, gzip_window) == Z_OK, "zlib starts");
   const int ended = inflate(&stream, Z_FINISH);
   inflateEnd(&stream);
-  check(ended == Z_STREAM_END && stream.avail_out == 0, "the font in the program is whole");
+  check(ended == Z_STREAM_END && stream.avail_out == 0, "the embedded font is complete");
   return file;
 }
 
 namespace {
 
-/// Two triangles with the same colour all over.
+/// Two triangles of one colour.
 void add_quad(Overlay& overlay, const OverlayBox& box, const OverlayBox& uv, const VertexColour& colour)
 {
   const auto first = static_cast<std::uint32_t>(overlay.vertices.size());
@@ -53,18 +53,19 @@ void add_quad(Overlay& overlay, const OverlayBox& box, const OverlayBox& uv, con
   for (const std::uint32_t corner : {0U, 1U, 2U, 0U, 2U, 3U}) overlay.indices.push_back(first + corner);
 }
 
-/// Across the line at point `k`: what both pieces there are wide by 1 along it.
+/// Mitre vector at point `k`: its component normal to both adjacent segments is 1.
 Eigen::Vector2d across(std::span<const Eigen::Vector2d> points_px, std::size_t k)
 {
   const auto normal = [&](std::size_t first) {
-    const Eigen::Vector2d way = points_px[first + 1] - points_px[first];
-    const double length = way.norm();
-    return length > 0.0 ? Eigen::Vector2d(-way.y() / length, way.x() / length) : Eigen::Vector2d::Zero();
+    const Eigen::Vector2d segment = points_px[first + 1] - points_px[first];
+    const double length = segment.norm();
+    return length > 0.0 ? Eigen::Vector2d(-segment.y() / length, segment.x() / length)
+                        : Eigen::Vector2d::Zero();
   };
   const std::size_t last = points_px.size() - 1;
   const Eigen::Vector2d before = normal(k == 0 ? 0 : k - 1), after = normal(k == last ? last - 1 : k);
   const Eigen::Vector2d sum = before + after;
-  // |sum|^2 / 2 is 1 + the cosine of the turn; 0.5 at 120 degrees.
+  // |sum|^2 / 2 is 1 + the cosine of the turning angle; 0.5 at 120 degrees.
   return sum / std::max(0.5, 0.5 * sum.squaredNorm());
 }
 
@@ -79,7 +80,7 @@ struct OverlayText::Inner {
   {
     const bool is_printable = character >= ' ' && character <= '~';
     const ImFontGlyph* const found = face->FindGlyph(static_cast<ImWchar>(is_printable ? character : '?'));
-    check(found != nullptr, "the font has every printable character");
+    check(found != nullptr, "the font has all printable ASCII characters");
     return *found;
   }
 };
@@ -97,9 +98,9 @@ OverlayText::OverlayText(double size_px) : inner_(std::make_unique<Inner>())
   unsigned char* coverage = nullptr;
   OverlayFont& font = inner_->font;
   inner_->atlas.GetTexDataAsAlpha8(&coverage, &font.width, &font.height);
-  check(coverage != nullptr && inner_->face != nullptr, "the font gives an image");
+  check(coverage != nullptr && inner_->face != nullptr, "the font has been rasterised");
   font.coverage.assign(coverage, coverage + static_cast<std::ptrdiff_t>(font.width) * font.height);
-  inner_->atlas.ClearInputData();  // what points into `file`
+  inner_->atlas.ClearInputData();  // it points into `file`
 }
 
 OverlayText::~OverlayText() = default;
@@ -145,9 +146,9 @@ void OverlayText::add_area(Overlay& overlay, const OverlayBox& box, const Vertex
 void OverlayText::add_line(Overlay& overlay, std::span<const Eigen::Vector2d> points_px, double width_px,
                            const VertexColour& colour) const
 {
-  check(points_px.size() > 1, "a line has two points");
+  check(points_px.size() > 1, "a line has at least two points");
   const ImVec2 white = inner_->atlas.TexUvWhitePixel;
-  // Covered from 0 to all over the pixel about each edge; what is narrower than a pixel is fainter instead.
+  // Coverage falls from 1 to 0 over one pixel at each edge; lines narrower than a pixel are fainter instead.
   const double inner_px = std::max(0.0, 0.5 * (width_px - 1.0)), outer_px = inner_px + 1.0;
   const double covered = std::min(1.0, width_px);
   VertexColour solid = colour, clear = colour;
@@ -158,8 +159,8 @@ void OverlayText::add_line(Overlay& overlay, std::span<const Eigen::Vector2d> po
   const auto first = static_cast<std::uint32_t>(overlay.vertices.size());
   for (std::size_t k = 0; k < points_px.size(); ++k) {
     const Eigen::Vector2d n = across(points_px, k);
-    for (const auto& [way_px, tint] : rows) {
-      const Eigen::Vector2f at = (points_px[k] + way_px * n).cast<float>();
+    for (const auto& [offset_px, tint] : rows) {
+      const Eigen::Vector2f at = (points_px[k] + offset_px * n).cast<float>();
       overlay.vertices.push_back({at.x(), at.y(), white.x, white.y, *tint});
     }
   }

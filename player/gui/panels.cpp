@@ -1,4 +1,4 @@
-// What can be pressed: the timeline, the panel at the side, the help page.
+// The controls: timeline, side panel, help page.
 #include "gui/panels.hpp"
 
 #include <imgui.h>
@@ -16,7 +16,7 @@ namespace {
 constexpr ImGuiWindowFlags fixed = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize |
                                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
                                    ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav;
-// Keys belong to the player: no number is typed.
+// Keys are handled by the player, so sliders accept no typed numbers.
 constexpr ImGuiSliderFlags sliding = ImGuiSliderFlags_NoInput | ImGuiSliderFlags_AlwaysClamp;
 
 struct Press {
@@ -29,7 +29,7 @@ bool is_pressed(const char* label, float width)
   return ImGui::Button(label, ImVec2(width, 0.0F));
 }
 
-/// Buttons side by side, as wide together as the place there is.
+/// Buttons side by side over the available width; returns the action of the pressed one.
 Action row_of(std::span<const Press> presses)
 {
   const float spacing = ImGui::GetStyle().ItemSpacing.x;
@@ -56,10 +56,10 @@ void heading(const char* text)
 
 const char* name_of(Held held)
 {
-  return held == Held::moving ? "moving object still" : "reference still";
+  return held == Held::moving ? "moving object fixed" : "reference fixed";
 }
 
-/// The value chosen of an enum 0 ... last.
+/// Combo box over the enum values 0 ... last; returns the chosen value.
 template <typename Enum>
 Enum choice(const char* id, Enum value, Enum last)
 {
@@ -93,7 +93,7 @@ PlayerState with_varus(const PanelView& view, PlayerState state)
   ImGui::SameLine(10.0F * view.layout.em_px);
   ImGui::Text("%.1f°", static_cast<double>(varus_deg));
   if (range.is_varus_free || range.first_varus_rad >= range.last_varus_rad) {
-    ImGui::TextDisabled(range.is_varus_free ? "this set has its own" : "one angle only");
+    ImGui::TextDisabled(range.is_varus_free ? "fixed by this set" : "one angle only");
     return state;
   }
   ImGui::SetNextItemWidth(-1.0F);
@@ -215,10 +215,10 @@ GuiAnswer with_panel(const PanelView& view, GuiAnswer answer)
   PlayerState& state = answer.state;
   state.set = chosen_set(view, state.set);
   state = with_varus(view, state);
-  heading("drawn (M)");
+  heading("draw mode (M)");
   state.mode = choice("##mode", state.mode, DrawMode::textured);
   state = with_layers(view, state);
-  heading("backdrop (K), held (O)");
+  heading("background (K), fixed (O)");
   state.backdrop = choice("##backdrop", state.backdrop, Backdrop::black);
   state.held = choice("##held", state.held, Held::reference);
   for (const Action action : {pressed_view(), pressed_tool()}) {
@@ -246,14 +246,15 @@ GuiAnswer with_help(const PanelView& view, GuiAnswer answer)
   return answer;
 }
 
-// What is only read: the numbers of the attitude, the colours' meaning.
+// Display only: readouts and legends.
 
 namespace {
 
 constexpr ImGuiWindowFlags text_only = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoInputs |
                                        ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoNav |
                                        ImGuiWindowFlags_NoBringToFrontOnFocus;
-constexpr float backing = 0.85F;  // blended in linear light: less would leave white text on grey
+constexpr float backing =
+    0.85F;  // opacity; less leaves too little contrast, since blending is in linear light
 constexpr float column_em = 5.0F, legend_width_em = 10.0F, message_width_em = 22.0F;
 constexpr int labels_a_row = 3;
 const ImVec4 warning_colour(1.0F, 0.72F, 0.30F, 1.0F), quiet_colour(0.72F, 0.76F, 0.80F, 1.0F);
@@ -264,7 +265,7 @@ void label(const PanelView& view, const char* text)
   ImGui::SameLine(column_em * view.layout.em_px);
 }
 
-/// Degrees with the sign of zero taken away: "-0.0" looks like a fault.
+/// Degrees rounded to 0.1, without negative zero.
 double shown_deg(double angle_rad)
 {
   return std::round(deg_from_rad(angle_rad) * 10.0) / 10.0 + 0.0;
@@ -281,7 +282,7 @@ void draw_angle(const PanelView& view, const char* name, double angle_rad, const
 
 const char* varus_remark(const PanelView& view)
 {
-  if (view.range.is_varus_free) return "as found";
+  if (view.range.is_varus_free) return "solved";
   if (view.readout.pose.is_varus_clamped) return "end of the range";
   return view.readout.is_varus_balanced ? "balanced" : nullptr;
 }
@@ -290,11 +291,11 @@ const char* name_of(GapSource source)
 {
   switch (source) {
     case GapSource::cells:
-      return "the solver's cells";
+      return "solver, at the cells";
     case GapSource::audit:
       return "nearest audited attitude";
     case GapSource::travel:
-      return "way into contact at the cells";
+      return "contact travel at the cells";
     case GapSource::recontacted:
       return "recontacted at the cells";
     case GapSource::none:
@@ -306,7 +307,7 @@ const char* name_of(GapSource source)
 void draw_mm(const char* name, double length_mm)
 {
   if (std::isnan(length_mm)) {
-    ImGui::Text("%s: nothing faces", name);
+    ImGui::Text("%s: none facing", name);
   } else {
     ImGui::Text("%s %.3f mm", name, length_mm);
   }
@@ -351,7 +352,7 @@ void draw_swatch(const PanelView& view, const VertexColour& colour, const std::s
   ImGui::TextUnformatted(text.c_str());
 }
 
-/// Colours run on between those of the palette, as colour_of() mixes them.
+/// Interpolates the palette linearly, like colour_of().
 void draw_bar(const Legend& legend, float width, float height)
 {
   const ImVec2 corner = ImGui::GetCursorScreenPos();
@@ -407,7 +408,7 @@ void draw_numbers(const PanelView& view, const PlayerState& state)
     draw_angle(view, "theta", pose.theta_rad, nullptr);
     draw_gap(view);
   } else {
-    ImGui::TextColored(warning_colour, "no answer here: a cell around it is unsolved");
+    ImGui::TextColored(warning_colour, "unsolved: a neighbouring cell has no pose");
   }
   label(view, "set");
   ImGui::Text("%s", view.set_labels[state.set].c_str());

@@ -1,4 +1,4 @@
-/// The parts of the interface, drawn into the current frame of the interface library.
+/// The parts of the interface; each adds to the current frame of the interface library.
 #pragma once
 
 #include "gui/gui.hpp"

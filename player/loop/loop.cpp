@@ -13,7 +13,7 @@ StopSignals::StopSignals()
   pthread_sigmask(SIG_BLOCK, &signals_, &before_);
 }
 
-// What came is answered: it does not end the program when it is let through again.
+// Consumes pending signals, so that unblocking them does not end the program.
 StopSignals::~StopSignals()
 {
   const timespec none{};
@@ -98,17 +98,17 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double longest_s = 10.0;  // a machine that slept is not time that was seen
+constexpr double longest_s = 10.0;  // limits the elapsed time after the machine was suspended
 
 Clock::duration duration_of(double s)
 {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(s));
 }
 
-/// When rounds begin.
+/// Timing of rounds.
 class Rounds {
  public:
-  /// Waits for the next round, and takes what happened until then; false: a signal came.
+  /// Waits for the next round and passes the events to the mode; returns false after a stop signal.
   bool next(Mode& mode, Sink& sink, StopSignals& stop)
   {
     const RoundTime time = mode.round_time();
@@ -123,7 +123,7 @@ class Rounds {
     if (is_by_input) due_ = Clock::now();
     return true;
   }
-  /// Since the round before.
+  /// Time since the previous round.
   double elapsed_s()
   {
     const std::chrono::duration<double> elapsed = Clock::now() - began_;

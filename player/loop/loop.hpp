@@ -1,4 +1,4 @@
-/// The loop of every mode that shows something that changes, and what it waits for.
+/// The main loop of every interactive mode, and its stop signals.
 #pragma once
 
 #include <signal.h>
@@ -16,8 +16,7 @@
 
 namespace vrda {
 
-/// Keeps SIGINT and SIGTERM from ending the program, for as long as it lives. Threads begun meanwhile keep
-/// them too.
+/// Blocks SIGINT and SIGTERM during its lifetime; threads started meanwhile inherit the mask.
 class StopSignals {
  public:
   StopSignals();
@@ -25,7 +24,7 @@ class StopSignals {
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
 
-  /// Whether one came; waits for it until `due`.
+  /// Waits until `due` for a signal; returns true if one has arrived.
   bool came_by(std::chrono::steady_clock::time_point due);
 
  private:
@@ -33,30 +32,29 @@ class StopSignals {
   bool has_come_ = false;
 };
 
-/// Of InputEvent::key, which is the character without shift, and has_shift; Key::none for one that nothing
-/// listens to.
+/// Maps InputEvent::key (the unshifted character) and the shift state to a Key; Key::none if unused.
 Key key_of_window(int key, bool has_shift);
 
-/// Nothing where the event is no press of a key that means something.
+/// The key press of an event; empty for other events and unused keys.
 std::optional<KeyPress> key_press_of(const InputEvent& event);
 
 Button button_of(MouseButton button);
 
-/// Where a mode writes.
+/// The output streams of a mode.
 struct Streams {
-  std::ostream& data;  ///< what a program reads: a path a line
-  std::ostream& talk;
+  std::ostream& data;  ///< machine-readable output: one path per line
+  std::ostream& talk;  ///< messages for the user
 };
 
-/// From the begin of a round to that of the next.
+/// The period from the start of a round to that of the next.
 struct RoundTime {
   double s = 0.0;
-  /// What the user does begins it at once, where there is a window. Else rounds come at even times; after a
-  /// long one the next comes at once, but more than one that was missed is not made up for.
+  /// With a window, input starts the next round at once. Otherwise rounds have a fixed period; after an
+  /// overrun the next starts at once, and at most one missed round is caught up.
   bool is_ended_by_input = true;
 };
 
-/// What is shown and what its user does. A round takes the events, goes on by the time that went by, draws.
+/// State, input handling and drawing of a mode. Each round calls take for all events, advance, then draw.
 class Mode {
  public:
   virtual ~Mode() = default;
@@ -67,11 +65,11 @@ class Mode {
   virtual void draw() = 0;
 };
 
-/// Until the mode is over, the window of `sink` is closed or a signal comes. `stop` blocks the signals from
-/// before threads of the mode began.
+/// Runs until the mode is over, the window of `sink` is closed or a signal arrives. `stop` must be
+/// constructed before the mode starts threads.
 void run_loop(Mode& mode, Sink& sink, StopSignals& stop);
 
-/// Runs what a session survives where it fails (a full disk, a file that is none): why, or nothing.
+/// Runs `work` and returns a caught InputError (a full disk, an invalid file); empty on success.
 std::optional<InputError> attempt(const std::function<void()>& work);
 
 }  // namespace vrda

@@ -34,7 +34,7 @@ void Sink::show(const Frame& frame)
 std::string Sink::keep(const Frame& frame, const std::string& name)
 {
   const Image& image = renderer().draw(frame.scene, frame.shots, frame.overlay);
-  if (film_) film_->add(image);
+  if (video_) video_->add(image);
   if (folder_.empty()) return {};
   std::string path = (std::filesystem::path(folder_) / name).string();
   write_png(image, path);
@@ -43,7 +43,7 @@ std::string Sink::keep(const Frame& frame, const std::string& name)
 
 void Sink::finish()
 {
-  if (film_) film_->finish();
+  if (video_) video_->finish();
 }
 
 void make_folder(const std::string& folder, const std::string& option)
@@ -51,7 +51,7 @@ void make_folder(const std::string& folder, const std::string& option)
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder)) {
-    throw InputError({folder, option, error ? error.message() : "no folder", "a folder that can be written"});
+    throw InputError({folder, option, error ? error.message() : "not a folder", "a writable folder"});
   }
 }
 

@@ -1,4 +1,4 @@
-/// Where a mode's frames go: a window, memory, pictures and a film; or nowhere.
+/// Output of a mode's frames: a window, memory, image files and a video; or none.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace vrda {
 
-/// What is drawn in a round.
+/// The content of one frame.
 struct Frame {
   const Scene& scene;
   std::span<const Shot> shots;
@@ -20,45 +20,45 @@ struct Frame {
 
 class Sink {
  public:
-  /// Nowhere: nothing is drawn.
+  /// No output: nothing is drawn.
   Sink() = default;
-  /// Throws InputError where there is no display.
+  /// Throws InputError if there is no display.
   explicit Sink(const WindowOptions& options) : window_(std::make_unique<Window>(options)) {}
   explicit Sink(const RenderOptions& options) : memory_(make_offscreen_renderer(options)) {}
 
   bool is_anywhere() const { return window_ || memory_; }
-  /// Nothing where there is none.
+  /// Null without a window.
   Window* window() const { return window_.get(); }
-  /// Of a sink that is somewhere.
+  /// Requires is_anywhere().
   Renderer& renderer() const { return window_ ? window_->renderer() : *memory_; }
   bool is_closed() const { return window_ && window_->should_close(); }
-  /// An icon, or a window that is behind: nothing needs drawing.
+  /// The window is minimised: nothing needs drawing.
   bool is_hidden() const { return window_ && window_->is_iconified(); }
   std::span<const InputEvent> events(double wait_s);
 
-  /// Frames that are kept go there, too. Throws InputError where it cannot be made.
+  /// Sets the folder for recorded frames. Throws InputError, naming `option`, if it cannot be created.
   void keep_pictures(const std::string& folder, const std::string& option);
-  void keep_film(const VideoOptions& options) { film_ = std::make_unique<VideoFile>(options); }
-  bool keeps() const { return !folder_.empty() || film_; }
+  void keep_film(const VideoOptions& options) { video_ = std::make_unique<VideoFile>(options); }
+  bool keeps() const { return !folder_.empty() || video_; }
 
-  /// Returns when the frame is finished.
+  /// Displays the frame; returns when it is complete.
   void show(const Frame& frame);
-  /// Draws the frame into the film, and into a file of the folder; returns the file's path.
+  /// Draws the frame to the video and to file `name` in the folder; returns the path, empty without a folder.
   std::string keep(const Frame& frame, const std::string& name);
-  /// Ends the film.
+  /// Completes the video.
   void finish();
 
  private:
   std::unique_ptr<Window> window_;
   std::unique_ptr<Renderer> memory_;
   std::string folder_;
-  std::unique_ptr<VideoFile> film_;
+  std::unique_ptr<VideoFile> video_;
 };
 
-/// Makes the folder that `option` names. Throws InputError.
+/// Creates the folder given by `option`. Throws InputError if it is not writable.
 void make_folder(const std::string& folder, const std::string& option);
 
-/// "task_0012": numbers padded so that names sort.
+/// "task_0012": the number zero-padded to `width` digits, so that names sort.
 std::string numbered(const std::string& stem, std::size_t number, std::size_t width);
 
 /// "2 frames", "1 frame"

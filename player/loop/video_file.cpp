@@ -22,7 +22,7 @@ extern char** environ;
 namespace vrda {
 namespace {
 
-constexpr std::size_t longest_message = 600;  // bytes: a few lines of ffmpeg
+constexpr std::size_t longest_message = 600;  // bytes: a few lines of ffmpeg output
 
 enum class Coding { mp4, webm, gif };
 
@@ -35,8 +35,8 @@ Coding coding_of(const std::string& path)
   throw InputError({"--video", "", "\"" + path + "\"", "a name that ends in .mp4, .webm or .gif"});
 }
 
-/// How the pictures become a film. Sizes are cut to even ones, as half the colour samples want, and
-/// colours are coded and named as those of HD television, which players expect.
+/// Encoder arguments. Chroma subsampling requires even sizes, so odd ones are cropped. Colours are encoded
+/// and tagged as BT.709, which players expect.
 std::vector<std::string> coding_arguments(Coding coding)
 {
   const std::string to_even_yuv =
@@ -66,7 +66,7 @@ std::vector<std::string> arguments_for(const VideoOptions& options, const std::s
                                      "-hide_banner",
                                      "-loglevel",
                                      "error",
-                                     "-xerror",  // or a disk that is full at the end goes unnoticed
+                                     "-xerror",  // otherwise a disk that fills up at the end is not reported
                                      "-y",
                                      "-f",
                                      "rawvideo",
@@ -92,7 +92,7 @@ std::vector<std::string> arguments_for(const VideoOptions& options, const std::s
 
 [[noreturn]] void refuse(const std::string& path, const std::string& found)
 {
-  throw InputError({path, "--video", found, "a film written by ffmpeg"});
+  throw InputError({path, "--video", found, "a video written by ffmpeg"});
 }
 
 }  // namespace
@@ -106,7 +106,7 @@ VideoFile::VideoFile(const VideoOptions& options)
     : options_(options), unfinished_path_(options.path + ".part")
 {
   require_video_name(options.path);
-  constexpr std::string_view binary("\0", 1);  // as every film
+  constexpr std::string_view binary("\0", 1);  // every video is binary
   require_same_kind(options.path, binary);
   start();
 }
@@ -119,7 +119,8 @@ VideoFile::~VideoFile()
 void VideoFile::start()
 {
   std::array<int, 2> ends{};
-  // A socket rather than a pipe: writing to an ffmpeg that ended is then an error of ours, not a signal.
+  // A socket rather than a pipe: writing after ffmpeg has ended then returns an error instead of raising
+  // SIGPIPE.
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
     refuse(options_.path, std::strerror(errno));
   frames_ = ends[0];
@@ -141,8 +142,7 @@ void VideoFile::start()
   ffmpeg_ = -1;
   stop();
   if (error == ENOENT)
-    throw InputError(
-        {"--video", "", "no ffmpeg on the PATH", "ffmpeg installed, or pictures without --video"});
+    throw InputError({"--video", "", "no ffmpeg on the PATH", "ffmpeg installed, or images without --video"});
   refuse(options_.path, std::strerror(error));
 }
 
@@ -160,7 +160,7 @@ void VideoFile::stop()
   std::filesystem::remove(unfinished_path_, gone);
 }
 
-/// Waits for ffmpeg's end; its status as waitpid gives it.
+/// Waits for ffmpeg to end; returns the status of waitpid.
 int VideoFile::ended()
 {
   int status = 0;
@@ -172,19 +172,20 @@ int VideoFile::ended()
 
 void VideoFile::fail(int status)
 {
-  std::array<char, longest_message> words{};
-  const ssize_t n = pread(messages_, words.data(), words.size(), 0);
-  std::string said(words.data(), n > 0 ? static_cast<std::size_t>(n) : 0);
-  while (!said.empty() && (said.back() == '\n' || said.back() == ' ')) said.pop_back();
+  std::array<char, longest_message> buffer{};
+  const ssize_t n = pread(messages_, buffer.data(), buffer.size(), 0);
+  std::string message(buffer.data(), n > 0 ? static_cast<std::size_t>(n) : 0);
+  while (!message.empty() && (message.back() == '\n' || message.back() == ' ')) message.pop_back();
   stop();
   const std::string how = WIFEXITED(status) ? "exit code " + std::to_string(WEXITSTATUS(status))
                                             : "signal " + std::to_string(WTERMSIG(status));
-  refuse(options_.path, "ffmpeg ended with " + how + (said.empty() ? "" : ": " + said));
+  refuse(options_.path, "ffmpeg ended with " + how + (message.empty() ? "" : ": " + message));
 }
 
 void VideoFile::add(const Image& image)
 {
-  check(image.width == options_.width && image.height == options_.height, "frames of a film have one size");
+  check(image.width == options_.width && image.height == options_.height,
+        "all frames of a video have the same size");
   const std::uint8_t* left = image.rgba.data();
   std::size_t n_left = image.rgba.size();
   while (n_left > 0) {

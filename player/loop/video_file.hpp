@@ -1,4 +1,4 @@
-/// A film written by ffmpeg, which is a program of its own and need not be there.
+/// A video file encoded by the external program ffmpeg, which is optional.
 #pragma once
 
 #include <sys/types.h>
@@ -10,26 +10,25 @@
 namespace vrda {
 
 struct VideoOptions {
-  std::string path;  ///< .mp4, .webm or .gif, which says how it is coded
+  std::string path;  ///< .mp4, .webm or .gif; the suffix selects the encoding
   int width = 0, height = 0;
   int frames_per_s = 25;
 };
 
-/// Throws InputError for an ending that is not known.
+/// Throws InputError for an unknown suffix.
 void require_video_name(const std::string& path);
 
-/// Frames go to ffmpeg as they come, through a socket; what it writes gets its name when it is whole.
-/// Throws InputError when there is no ffmpeg, when it fails (with its own words), or for an ending that is
-/// not known.
+/// Sends frames to ffmpeg through a socket; the output is renamed to `path` when complete. Throws InputError
+/// for an unknown suffix, if ffmpeg is not installed, or if it fails (with its error output).
 class VideoFile {
  public:
   explicit VideoFile(const VideoOptions& options);
-  /// Without `finish` nothing is left of the file.
+  /// Without `finish`, deletes the incomplete file.
   ~VideoFile();
   VideoFile(const VideoFile&) = delete;
   VideoFile& operator=(const VideoFile&) = delete;
 
-  /// Of the size in the options.
+  /// Adds a frame of the size in the options.
   void add(const Image& image);
   void finish();
 
@@ -42,8 +41,8 @@ class VideoFile {
   VideoOptions options_;
   std::string unfinished_path_;
   pid_t ffmpeg_ = -1;
-  int frames_ = -1;    ///< our end of the socket
-  int messages_ = -1;  ///< what ffmpeg says, in memory
+  int frames_ = -1;    ///< local end of the socket
+  int messages_ = -1;  ///< ffmpeg's output, a file in memory
 };
 
 }  // namespace vrda

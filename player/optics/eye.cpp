@@ -21,14 +21,14 @@ double slope(const Distortion& d, double r)
   return 1.0 + r * r * (3.0 * d.k1 + 5.0 * d.k2 * r * r);
 }
 
-/// Smallest r > 0 at which 1 + 3 k1 r^2 + 5 k2 r^4 is 0; infinite where it stays positive.
+/// Smallest root r > 0 of 1 + 3 k1 r^2 + 5 k2 r^4; infinite if there is none.
 double fold_radius(const Distortion& d)
 {
   constexpr double never = std::numeric_limits<double>::infinity();
   const double a = 5.0 * d.k2, b = 3.0 * d.k1;  // of a s^2 + b s + 1, s = r^2
   const double discriminant = b * b - 4.0 * a;
   if (discriminant < 0.0) return never;
-  // 2 / (-b + root) is the root of smallest size where it is positive, without cancellation.
+  // 2 / (-b +- root) is the form of the roots without cancellation.
   const double root = std::sqrt(discriminant);
   double smallest = never;
   for (const double denominator : {-b + root, -b - root}) {
@@ -37,7 +37,7 @@ double fold_radius(const Distortion& d)
   return std::sqrt(smallest);
 }
 
-/// From pixels to units and back, both about the centre.
+/// Conversions between pixels and units about the centre.
 Eigen::Vector2d in_units(const Distortion& d, const Eigen::Vector2d& px)
 {
   const Eigen::Vector2d from_centre = px - d.centre_px;
@@ -49,7 +49,7 @@ Eigen::Vector2d in_pixels(const Distortion& d, const Eigen::Vector2d& units)
   return d.centre_px + d.unit_px * Eigen::Vector2d(units.x(), units.y() / d.pixel_aspect);
 }
 
-/// The r at which shown_radius is `shown`, or the fold where none is.
+/// The r with shown_radius(r) = `shown`, or the fold radius if there is none.
 double drawn_radius(const Distortion& d, double shown)
 {
   double low = 0.0, high = std::max(1.0, shown);
@@ -122,11 +122,11 @@ void set_ipd(EyePair& eyes, double ipd_mm)
 ShownBox shown_box(const Eye& eye)
 {
   const Viewport& v = eye.visible;
-  // Along an edge the place shown is furthest out at a corner (pincushion) or beside the centre (barrel).
+  // Along an edge the shown position is extreme at a corner (pincushion) or nearest to the centre (barrel).
   const double x = std::clamp<double>(eye.distortion.centre_px.x(), v.x, v.x + v.width);
   const double y = std::clamp<double>(eye.distortion.centre_px.y(), v.y, v.y + v.height);
   const std::array<Eigen::Vector2d, 4> corners = corners_px(v);
-  const std::array<Eigen::Vector2d, 8> places = {corners[0],
+  const std::array<Eigen::Vector2d, 8> points = {corners[0],
                                                  corners[1],
                                                  corners[2],
                                                  corners[3],
@@ -135,9 +135,9 @@ ShownBox shown_box(const Eye& eye)
                                                  Eigen::Vector2d(v.x, y),
                                                  Eigen::Vector2d(v.x + v.width, y)};
   ShownBox box;
-  box.low_px = box.high_px = shown_px(eye.distortion, places[0]);
-  for (const Eigen::Vector2d& place : places) {
-    const Eigen::Vector2d shown = shown_px(eye.distortion, place);
+  box.low_px = box.high_px = shown_px(eye.distortion, points[0]);
+  for (const Eigen::Vector2d& point : points) {
+    const Eigen::Vector2d shown = shown_px(eye.distortion, point);
     box.low_px = box.low_px.cwiseMin(shown);
     box.high_px = box.high_px.cwiseMax(shown);
   }
@@ -147,7 +147,7 @@ ShownBox shown_box(const Eye& eye)
 Eigen::Vector2d shown_px(const Eye& eye, const Eigen::Vector3d& p_head_mm)
 {
   const Eigen::Vector3d p = p_head_mm - eye.position_head_mm;
-  check(p.z() < 0.0, "a point that is shown lies in front of the eye");
+  check(p.z() < 0.0, "a projected point is in front of the eye");
   return eye.sight_px + Eigen::Vector2d(eye.distance_px * p.x(), -distance_y_px(eye) * p.y()) / -p.z();
 }
 
@@ -192,15 +192,15 @@ std::optional<InputError::Facts> unusable(const Eye& eye, const std::string& fil
   const double furthest_px = furthest_radius_px(eye.distortion, eye.visible);
   const double fold_px = fold_radius_px(eye.distortion);
   if (!(fold_px > furthest_px)) {
-    return refused("distortion", numbers + ", which fold at " + text(fold_px) + " px",
-                   "optics that keep the order of pixels out to " + text(furthest_px) + " px");
+    return refused("distortion", numbers + ", which fold at a radius of " + text(fold_px) + " px",
+                   "a distortion that is monotonic up to " + text(furthest_px) + " px");
   }
   const Eigen::Vector2d shown = shown_box(eye).high_px - shown_box(eye).low_px;
   const Eigen::Vector2d most =
       (most_shown_share * Eigen::Vector2d(eye.visible.width, eye.visible.height)).cwiseMin(most_shown_px);
   if (!(shown.array() <= most.array()).all()) {
     return refused("distortion",
-                   numbers + ", which ask for " + text(shown.x()) + " x " + text(shown.y()) + " px",
+                   numbers + ", which require " + text(shown.x()) + " x " + text(shown.y()) + " px",
                    "at most " + text(most.x()) + " x " + text(most.y()));
   }
   return std::nullopt;
@@ -228,8 +228,7 @@ Eigen::Vector2d node_px(const Viewport& visible, const Cells& cells, double i, d
   return {visible.x + visible.width * (i / cells.across), visible.y + visible.height * (j / cells.down)};
 }
 
-/// Largest distance between the place shown in the middle of a cell's edge or diagonal and the mean of its
-/// ends.
+/// Largest interpolation error at the midpoints of cell edges and diagonals.
 double largest_error_px(const Eye& eye, const Cells& cells)
 {
   const auto shown = [&](double i, double j) {
@@ -250,7 +249,7 @@ double largest_error_px(const Eye& eye, const Cells& cells)
 
 Cells cells_for(const Eye& eye, double error_px)
 {
-  constexpr int most = 512;  // a pixel or two a cell
+  constexpr int most = 512;  // one or two pixels per cell
   const double shape = static_cast<double>(eye.visible.height) / eye.visible.width;
   const auto cells = [shape](int across) {
     return Cells{across, std::max(1, static_cast<int>(std::ceil(across * shape)))};
@@ -279,7 +278,7 @@ WarpMesh warp_mesh(const Eye& eye, const ShownBox& box, double error_px)
   for (std::uint32_t j = 0; j < static_cast<std::uint32_t>(cells.down); ++j) {
     for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(cells.across); ++i) {
       const std::uint32_t a = j * n + i;
-      // The diagonal runs from a to d, as largest_error_px looks at it.
+      // The diagonal is a-d, as in largest_error_px.
       mesh.triangles.insert(mesh.triangles.end(), {a, a + n, a + n + 1, a, a + n + 1, a + 1});
     }
   }
@@ -302,7 +301,7 @@ Eigen::Vector2d looked_up_px(const WarpMesh& mesh, const ShownBox& box, const Ei
     const Eigen::Vector2d found = uv(a) + weight.x() * (uv(b) - uv(a)) + weight.y() * (uv(c) - uv(a));
     return box.low_px + found.cwiseProduct(box.high_px - box.low_px);
   }
-  throw InternalError("a place that is looked up lies in the visible part");
+  throw InternalError("a sampled point is within the visible part");
 }
 
 }  // namespace vrda

@@ -22,8 +22,8 @@ std::optional<Layout> layout_named(const std::string& name)
 
 namespace {
 
-/// 640 x 480 (or all of a smaller quarter) in the middle of the quarter whose corner is (x, y): NTSC's part
-/// of the thesis's 640 x 512.
+/// 640 x 480, or all of a smaller quarter, centred in the quarter with corner (x, y): the part of the
+/// thesis's 640 x 512 that NTSC displays.
 Viewport in_quarter(int x, int y, int width, int height)
 {
   constexpr int most_width = 640, most_height = 480;

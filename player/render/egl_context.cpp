@@ -1,6 +1,6 @@
 #include "render/gl_context.hpp"
 
-// No types of a window system: there is none here.
+// Excludes the types of window systems.
 #define EGL_NO_X11
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -24,7 +24,7 @@ bool has_extension(EGLDisplay display, const char* name)
   return false;
 }
 
-/// Initialised, or none.
+/// An initialised display, or EGL_NO_DISPLAY.
 EGLDisplay opened_display(EGLenum platform, void* device)
 {
   const auto get_display =
@@ -87,7 +87,7 @@ class EglContext final : public GlContext {
   }
   ~EglContext() override
   {
-    // The display stays initialised: it is the process's, and another context may be on it.
+    // The display stays initialised, since other contexts of the process may use it.
     if (eglGetCurrentContext() == context_)
       eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
     eglDestroyContext(display_, context_);

@@ -1,4 +1,4 @@
-/// Where OpenGL comes from, which alone differs between off-screen and window, and the renderer over it.
+/// OpenGL contexts for off-screen and window rendering, and the renderer that uses them.
 #pragma once
 
 #include <memory>
@@ -13,22 +13,22 @@ class GlContext {
   using Function = void (*)();
 
   virtual ~GlContext() = default;
-  /// Makes it the calling thread's context.
+  /// Makes the context current in the calling thread.
   virtual void make_current() = 0;
   /// Address of an OpenGL function, or null.
   virtual Function function(const char* name) = 0;
-  /// Whether frame buffer 0 is somewhere to be seen.
+  /// True if frame buffer 0 is displayed.
   virtual bool has_screen() const { return false; }
 };
 
-/// Throws InputError when the installed library gives no OpenGL 3.3 core context.
+/// Throws InputError if the installed library does not support OpenGL 3.3 core.
 std::unique_ptr<GlContext> make_osmesa_context();
 
-/// Surfaceless, on the first graphics card, or on the processor where there is none.
-/// Throws InputError when the installed library gives no OpenGL 3.3 core context.
+/// Surfaceless, on the first graphics card, or in software if there is none.
+/// Throws InputError if the installed library does not support OpenGL 3.3 core.
 std::unique_ptr<GlContext> make_egl_context();
 
-/// Takes the context over. Draws into a frame buffer of its own, never into the context's.
+/// Takes ownership of the context. Renders to its own frame buffer, not to the context's.
 std::unique_ptr<Renderer> make_gl_renderer(std::unique_ptr<GlContext> context, const RenderOptions& options);
 
 }  // namespace vrda

@@ -14,14 +14,14 @@
 namespace vrda {
 namespace {
 
-/// From half a pixel of a close look (20 pixels a mm) to one of a whole leg, by the square root of 2.
-constexpr std::array<double, 9> wanted_error_mm{0.03, 0.042, 0.06, 0.085, 0.12, 0.17, 0.25, 0.35, 0.5};
+/// From half a pixel in a close-up (20 pixels per mm) to half a pixel of a whole leg, in steps of sqrt(2).
+constexpr std::array<double, 9> target_error_mm{0.03, 0.042, 0.06, 0.085, 0.12, 0.17, 0.25, 0.35, 0.5};
 
-/// Below this many triangles a mesh costs next to nothing.
+/// Smaller meshes have negligible cost and get no levels.
 constexpr std::size_t least_triangles = 500;
 
-/// A level is kept when it has less than this part of the triangles before it.
-constexpr double worthwhile = 0.8;
+/// A level is kept if it has at most this fraction of the previous level's triangles.
+constexpr double largest_fraction = 0.8;
 
 std::vector<std::uint32_t> cache_ordered(const std::vector<std::uint32_t>& triangles, std::size_t n_vertices)
 {
@@ -30,10 +30,10 @@ std::vector<std::uint32_t> cache_ordered(const std::vector<std::uint32_t>& trian
   return ordered;
 }
 
-/// For each vertex the first one, in the order of their coordinates, that lies at the same place.
-std::vector<std::uint32_t> first_at_place(const DrawMesh& mesh)
+/// For each vertex, the lowest-numbered vertex with the same position.
+std::vector<std::uint32_t> merged_vertices(const DrawMesh& mesh)
 {
-  std::vector<std::uint32_t> order(mesh.vertices.size()), place(mesh.vertices.size());
+  std::vector<std::uint32_t> order(mesh.vertices.size()), merged(mesh.vertices.size());
   std::iota(order.begin(), order.end(), 0U);
   const auto position = [&](std::uint32_t i) { return mesh.vertices[i].position_mm; };
   std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -41,9 +41,9 @@ std::vector<std::uint32_t> first_at_place(const DrawMesh& mesh)
   });
   for (std::size_t i = 0; i < order.size(); ++i) {
     const bool is_new = i == 0 || position(order[i]) != position(order[i - 1]);
-    place[order[i]] = is_new ? order[i] : place[order[i - 1]];
+    merged[order[i]] = is_new ? order[i] : merged[order[i - 1]];
   }
-  return place;
+  return merged;
 }
 
 double volume_mm3(const DrawMesh& mesh)
@@ -68,18 +68,18 @@ MeshLevels levels_of(const DrawMesh& mesh)
   levels.push_back({cache_ordered(mesh.triangles, n_vertices), 0.0});
   if (mesh.triangles.size() < 3 * least_triangles) return levels;
   const float* const positions = mesh.vertices.front().position_mm.data();
-  // meshoptimizer measures errors as parts of the mesh's extent.
+  // meshoptimizer's errors are relative to the mesh's extent.
   const double extent_mm = meshopt_simplifyScale(positions, n_vertices, sizeof(DrawVertex));
-  for (const double wanted_mm : wanted_error_mm) {
-    // From the whole mesh each time: made from the level before, errors add up, and a level within 0.085 mm
-    // has three times the triangles.
+  for (const double wanted_mm : target_error_mm) {
+    // Simplify the full mesh each time: errors of successive simplification add up, and a level within 0.085
+    // mm would have three times the triangles.
     std::vector<std::uint32_t> fewer(mesh.triangles.size());
     float error = 0.0F;
     fewer.resize(meshopt_simplify(fewer.data(), mesh.triangles.data(), mesh.triangles.size(), positions,
                                   n_vertices, sizeof(DrawVertex), 0,
                                   static_cast<float>(wanted_mm / extent_mm), 0, &error));
     const auto n_before = static_cast<double>(levels.back().triangles.size());
-    if (static_cast<double>(fewer.size()) > worthwhile * n_before) continue;
+    if (static_cast<double>(fewer.size()) > largest_fraction * n_before) continue;
     levels.push_back({cache_ordered(fewer, n_vertices), static_cast<double>(error) * extent_mm});
   }
   return levels;
@@ -87,24 +87,24 @@ MeshLevels levels_of(const DrawMesh& mesh)
 
 bool is_closed(const DrawMesh& mesh)
 {
-  const std::vector<std::uint32_t> place = first_at_place(mesh);
-  // Each directed edge, with the smaller end first and whether that turned it.
+  const std::vector<std::uint32_t> merged = merged_vertices(mesh);
+  // Edges with the smaller vertex first; the sign is the original direction.
   struct Edge {
     std::uint32_t low, high;
-    int turned;
+    int sign;
   };
   std::vector<Edge> edges;
   edges.reserve(mesh.triangles.size());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const std::size_t next = i % 3 == 2 ? i - 2 : i + 1;
-    const std::uint32_t a = place[mesh.triangles[i]], b = place[mesh.triangles[next]];
+    const std::uint32_t a = merged[mesh.triangles[i]], b = merged[mesh.triangles[next]];
     edges.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
   }
   std::sort(edges.begin(), edges.end(),
             [](const Edge& a, const Edge& b) { return a.low != b.low ? a.low < b.low : a.high < b.high; });
   int balance = 0;
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    balance += edges[i].turned;
+    balance += edges[i].sign;
     const bool is_last =
         i + 1 == edges.size() || edges[i + 1].low != edges[i].low || edges[i + 1].high != edges[i].high;
     if (is_last && balance != 0) return false;
@@ -123,7 +123,7 @@ GLsizeiptr bytes_of(const std::vector<T>& items)
 void upload_colours(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
 {
   const std::vector<VertexColour>& colours = drawable.colours;
-  check(colours.empty() || colours.size() == drawable.mesh.vertices.size(), "a vertex has one colour");
+  check(colours.empty() || colours.size() == drawable.mesh.vertices.size(), "there is one colour per vertex");
   mesh.has_colours = !colours.empty();
   mesh.has_translucent_colours =
       std::any_of(colours.begin(), colours.end(), [](const VertexColour& colour) { return colour[3] < 255; });
@@ -179,13 +179,13 @@ void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh)
   if (drawable.revision == mesh.revision) return;
   const DrawMesh& changed = drawable.mesh;
   check(changed.vertices.size() <= mesh.n_vertices && changed.triangles.size() <= mesh.n_indices,
-        "a mesh of a new revision is no larger than the one loaded");
+        "a new revision of a mesh is not larger than at its upload");
   gl.BindVertexArray(mesh.vertex_array);
   gl.BindBuffer(GL_ARRAY_BUFFER, mesh.buffers[0]);
   gl.BufferSubData(GL_ARRAY_BUFFER, 0, bytes_of(changed.vertices), changed.vertices.data());
   gl.BufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, bytes_of(changed.triangles), changed.triangles.data());
   upload_colours(gl, drawable, mesh);
-  // Into the room of the first level; its coarser ones are no longer of this mesh.
+  // Only the full level is overwritten; the coarser ones are invalid now.
   mesh.is_changed = true;
   mesh.is_closed = false;
   mesh.levels.resize(1);

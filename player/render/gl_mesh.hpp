@@ -1,4 +1,4 @@
-/// Meshes in the memory of OpenGL, and their levels of detail.
+/// OpenGL buffers of meshes, and their levels of detail.
 #pragma once
 
 #include <array>
@@ -12,21 +12,21 @@
 namespace vrda {
 
 struct DetailLevel {
-  std::vector<std::uint32_t> triangles;  ///< three indices of the mesh's vertices each
-  double error_mm = 0.0;                 ///< how far its surface may lie from the mesh's
+  std::vector<std::uint32_t> triangles;  ///< three vertex indices per triangle
+  double error_mm = 0.0;                 ///< distance of its surface from the full mesh
 };
 
 using MeshLevels = std::vector<DetailLevel>;
 
-/// `mesh` in an order that suits graphics hardware, then coarser levels, each with clearly fewer triangles
-/// and a larger error than the one before.
+/// Level 0 is `mesh` in an order optimised for vertex caches; each further level has clearly fewer triangles
+/// and a larger error.
 MeshLevels levels_of(const DrawMesh& mesh);
 
-/// Whether nothing of the inside can be seen from outside: vertices at one place taken as one, every edge has
-/// as many triangles one way as the other, and the triangles enclose a positive volume.
+/// True if back faces are invisible from outside: with coincident vertices merged, every edge has equally
+/// many triangles in both directions, and the enclosed volume is positive.
 bool is_closed(const DrawMesh& mesh);
 
-/// A run of indices that draws the mesh to within an error.
+/// The range of indices of one level of detail.
 struct IndexRun {
   std::size_t first = 0;
   int n = 0;
@@ -36,23 +36,23 @@ struct IndexRun {
 struct GpuMesh {
   unsigned vertex_array = 0;
   std::array<unsigned, 3> buffers{};  ///< vertices, triangles, colours
-  std::size_t n_vertices = 0;         ///< there is room for
-  std::size_t n_indices = 0;          ///< there is room for
-  std::vector<IndexRun> levels;       ///< the whole mesh, then coarser ones
+  std::size_t n_vertices = 0;         ///< capacity
+  std::size_t n_indices = 0;          ///< capacity
+  std::vector<IndexRun> levels;       ///< the full mesh, then coarser ones
   std::uint64_t revision = 0;
-  bool is_changed = false;  ///< since it was uploaded
-  bool is_closed = false;   ///< its back faces need no drawing while it is opaque
+  bool is_changed = false;  ///< since the upload
+  bool is_closed = false;   ///< its back faces can be culled while it is opaque
   bool has_colours = false;
   bool has_translucent_colours = false;
 };
 
 GpuMesh uploaded(const GlTable& gl, const Drawable& drawable);
-/// Gives the mesh its coarser levels, when there are some and it is still the one that was uploaded.
+/// Uploads the coarser levels, if there are any and the mesh is unchanged since its upload.
 void add_levels(const GlTable& gl, const MeshLevels& levels, GpuMesh& mesh);
-/// Takes a new revision over. A mesh larger than the one uploaded is a broken promise.
+/// Uploads a new revision. Throws InternalError if the mesh is larger than at its upload.
 void refresh(const GlTable& gl, const Drawable& drawable, GpuMesh& mesh);
 void drop(const GlTable& gl, GpuMesh& mesh);
-/// The coarsest level within the error allowed.
+/// Draws the coarsest level within the allowed error.
 void draw(const GlTable& gl, const GpuMesh& mesh, double allowed_error_mm);
 
 }  // namespace vrda

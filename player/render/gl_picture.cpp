@@ -38,7 +38,7 @@ OverlayPainter::~OverlayPainter()
 void OverlayPainter::load(const OverlayFont& font)
 {
   check(font.coverage.size() == static_cast<std::size_t>(font.width) * static_cast<std::size_t>(font.height),
-        "a font's image has a byte a pixel");
+        "a font image has one byte per pixel");
   if (font_ == 0) gl_.GenTextures(1, &font_);
   gl_.BindTexture(GL_TEXTURE_2D, font_);
   gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -54,9 +54,9 @@ void OverlayPainter::upload(const Overlay& overlay)
 {
   const auto fill = [&](std::size_t i, GLenum kind, std::size_t n_bytes, const void* data) {
     const auto size = static_cast<GLsizeiptr>(n_bytes);
-    // Twice what is wanted, so that a growing overlay does not grow its buffer every frame.
+    // Twice the required size, so that a growing overlay does not reallocate every frame.
     if (size > room_bytes_[i]) room_bytes_[i] = 2 * size;
-    // A buffer of its own for this frame: the last one may still be read from.
+    // Orphan the previous storage, which the GPU may still be reading.
     gl_.BufferData(kind, room_bytes_[i], nullptr, GL_STREAM_DRAW);
     gl_.BufferSubData(kind, 0, size, data);
   };
@@ -84,7 +84,7 @@ void OverlayPainter::draw(const Overlay& overlay, int width, int height)
   };
   for (const OverlayCommand& command : overlay.commands) {
     check(std::size_t{command.first_index} + command.n_indices <= overlay.indices.size(),
-          "an overlay's commands lie within its indices");
+          "an overlay's commands are within its indices");
     const int left = pixel(command.clip_px[0], width), top = pixel(command.clip_px[1], height);
     const int right = pixel(command.clip_px[2], width), bottom = pixel(command.clip_px[3], height);
     if (right <= left || bottom <= top) continue;
@@ -136,7 +136,7 @@ WarpPainter::~WarpPainter()
 void WarpPainter::upload(const WarpMesh& mesh)
 {
   for (const std::uint32_t k : mesh.triangles)
-    check(k < mesh.vertices.size(), "a warp's triangles have vertices");
+    check(k < mesh.vertices.size(), "a warp's triangles are within its vertices");
   n_indices_ = static_cast<int>(mesh.triangles.size());
   gl_.GenVertexArrays(1, &vertex_array_);
   gl_.GenBuffers(2, buffers_.data());

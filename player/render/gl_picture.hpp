@@ -1,4 +1,4 @@
-/// What is done to a finished picture: an overlay drawn over it, a mesh that carries it into another.
+/// Post-processing of a rendered image: overlay and warp.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ class OverlayPainter {
   OverlayPainter& operator=(const OverlayPainter&) = delete;
 
   void load(const OverlayFont& font);
-  /// Onto the bound frame buffer, of `width` x `height` pixels.
+  /// Draws onto the bound frame buffer of `width` x `height` pixels.
   void draw(const Overlay& overlay, int width, int height);
 
  private:
@@ -29,7 +29,7 @@ class OverlayPainter {
   int size_px_ = -1;
 };
 
-/// Carries a finished picture over into another by a mesh.
+/// Warps a rendered image by a mesh.
 class WarpPainter {
  public:
   WarpPainter(const GlTable& gl, const Warp& warp, int picture_width, int picture_height);
@@ -37,7 +37,8 @@ class WarpPainter {
   WarpPainter(const WarpPainter&) = delete;
   WarpPainter& operator=(const WarpPainter&) = delete;
 
-  /// Reads the frame buffer `picture`, which has no samples; draws into warped(), which is bound afterwards.
+  /// Reads the frame buffer `picture`, which is not multisampled; draws to warped(), which is bound
+  /// afterwards.
   void draw(unsigned picture);
   const Target& warped() const { return warped_; }
   int width() const { return width_; }
@@ -51,7 +52,7 @@ class WarpPainter {
   int n_indices_ = 0;
   unsigned program_ = 0, vertex_array_ = 0;
   std::array<unsigned, 2> buffers_{};           // vertices, indices
-  unsigned picture_ = 0, picture_texture_ = 0;  // frame buffer and its colour
+  unsigned picture_ = 0, picture_texture_ = 0;  // frame buffer and its colour texture
   Target warped_;
 };
 

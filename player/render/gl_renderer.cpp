@@ -50,9 +50,9 @@ class GlRenderer final : public Renderer {
   void read_pixels();
 
   bool is_multisampled() const { return options_.samples > 1; }
-  /// Where a whole picture stands: drawn to directly, or resolved from its samples.
+  /// The complete frame: drawn directly, or resolved from samples.
   const Target& finished() const { return is_multisampled() ? resolved_ : drawn_; }
-  /// What is shown of it, and its size.
+  /// The output after warping, and its size.
   const Target& shown() const { return warper_ ? warper_->warped() : finished(); }
   int shown_width() const { return warper_ ? warper_->width() : options_.width; }
   int shown_height() const { return warper_ ? warper_->height() : options_.height; }
@@ -63,7 +63,7 @@ class GlRenderer final : public Renderer {
   RenderOptions options_;
   unsigned background_program_ = 0, empty_array_ = 0;
   int top_ = -1, bottom_ = -1;
-  // Opened once the context is current, closed while it still is.
+  // Created after the context is current and destroyed while it still is.
   std::optional<SurfacePainter> surfaces_;
   std::optional<OverlayPainter> overlays_;
   std::optional<LayerPeeler> peeler_;
@@ -115,10 +115,10 @@ void GlRenderer::check_size(const RenderOptions& options) const
   GLint most = 0;
   gl_.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most);
   if (std::min(options.width, options.height) < 1 || std::max(options.width, options.height) > most) {
-    throw InputError({"picture", "size", std::to_string(options.width) + "x" + std::to_string(options.height),
+    throw InputError({"image", "size", std::to_string(options.width) + "x" + std::to_string(options.height),
                       "1 to " + std::to_string(most) + " pixels each way"});
   }
-  check(options.samples >= 1, "a pixel has a sample");
+  check(options.samples >= 1, "there is at least one sample per pixel");
 }
 
 void GlRenderer::open_targets()
@@ -213,7 +213,7 @@ void GlRenderer::draw_shot(const Scene& scene, const Shot& shot)
   gl_.Enable(GL_SCISSOR_TEST);
   gl_.Scissor(box.x, box.y, box.width, box.height);
   gl_.Clear(GL_DEPTH_BUFFER_BIT);
-  // Black is what the picture was cleared to.
+  // The frame buffer was cleared to black.
   if (!is_black(scene.background)) draw_background(scene.background);
   gl_.Enable(GL_DEPTH_TEST);
   surfaces_->begin(scene, shot.camera, box);
@@ -237,7 +237,8 @@ void GlRenderer::draw_frame(const Scene& scene, std::span<const Shot> shots, con
   if (overlay != nullptr) overlays_->draw(*overlay, shown_width(), shown_height());
 }
 
-/// Samples are averaged in linear light while sRGB is on; with it off, codes are copied as they are.
+/// With GL_FRAMEBUFFER_SRGB enabled samples are averaged in linear light; disabled, values are copied
+/// unchanged.
 void GlRenderer::blit(unsigned from, unsigned to, int w, int h)
 {
   gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, from);

@@ -12,7 +12,7 @@
 namespace vrda {
 namespace {
 
-/// Bone's mottling is stronger than this, that of soft parts weaker: what the texture is for.
+/// Separates bone (stronger mottling), which gets the texture, from soft tissue.
 constexpr float texture_mottling = 0.1F;
 
 /// Texture units.
@@ -23,10 +23,10 @@ bool is_line_mode(DrawMode mode)
   return mode == DrawMode::wire || mode == DrawMode::hidden_line;
 }
 
-/// Lines of a material's own colour drown in a light backdrop: they are darkened there.
+/// Lines are darkened on a light background for contrast.
 Eigen::Vector3f line_shade(const Background& background)
 {
-  constexpr float light_backdrop = 0.1F, darkened = 0.2F;  // linear; by eye
+  constexpr float light_backdrop = 0.1F, darkened = 0.2F;  // linear; chosen visually
   const float brightness = 0.5F * (background.top + background.bottom).mean();
   return Eigen::Vector3f::Constant(brightness > light_backdrop ? darkened : 1.0F);
 }
@@ -56,7 +56,7 @@ void SurfacePainter::load(const Scene& scene)
   if (!options_.is_coarser_later) take_levels();
 }
 
-/// A mesh with colours keeps all its triangles: coarser ones would lose the pattern.
+/// Meshes with vertex colours get no levels: simplification would lose the pattern.
 void SurfacePainter::find_levels(const Scene& scene)
 {
   std::vector<DrawMesh> wanted;
@@ -70,7 +70,7 @@ void SurfacePainter::find_levels(const Scene& scene)
   });
 }
 
-/// Waits for them.
+/// Waits for the levels and uploads them.
 void SurfacePainter::take_levels()
 {
   const std::vector<MeshLevels> levels = levels_.get();
@@ -85,7 +85,8 @@ void SurfacePainter::load_texture(const Texture& texture)
   if (texture.is_empty()) return;
   const std::size_t n_bytes =
       3 * static_cast<std::size_t>(texture.width) * static_cast<std::size_t>(texture.height);
-  check(texture.rgb.size() == n_bytes && texture.scale_mm > 0.0, "a texture has three bytes a pixel");
+  check(texture.rgb.size() == n_bytes && texture.scale_mm > 0.0,
+        "a texture has three bytes per pixel and a positive scale");
   gl_.GenTextures(1, &texture_);
   gl_.ActiveTexture(GL_TEXTURE0 + image_unit);
   gl_.BindTexture(GL_TEXTURE_2D, texture_);
@@ -126,15 +127,17 @@ bool SurfacePainter::is_translucent(const Drawable& drawable, const GpuMesh& mes
   return drawable.material.opacity < 1.0F || mesh.has_translucent_colours;
 }
 
-/// The smallest box with every corner of the translucent drawables' boxes; the viewport when one lies behind.
+/// The bounds of the projected boxes of the translucent drawables; the whole viewport if a corner is behind
+/// the camera.
 void SurfacePainter::bound_translucent(const Scene& scene, const PixelBox& view)
 {
-  Eigen::Array2d low = Eigen::Array2d::Ones(), high = -low;  // of the viewport, on -1 to 1
+  Eigen::Array2d low = Eigen::Array2d::Ones(), high = -low;  // normalised device coordinates
   const auto include = [&](const Eigen::Vector4d& p_clip) {
-    const bool is_before = p_clip.w() > 0.0;
-    const Eigen::Array2d p = is_before ? Eigen::Array2d(p_clip.head<2>() / p_clip.w()) : Eigen::Array2d(0, 0);
-    low = low.min(is_before ? p : -Eigen::Array2d::Ones());
-    high = high.max(is_before ? p : Eigen::Array2d::Ones());
+    const bool is_in_front = p_clip.w() > 0.0;
+    const Eigen::Array2d p =
+        is_in_front ? Eigen::Array2d(p_clip.head<2>() / p_clip.w()) : Eigen::Array2d(0, 0);
+    low = low.min(is_in_front ? p : -Eigen::Array2d::Ones());
+    high = high.max(is_in_front ? p : Eigen::Array2d::Ones());
   };
   for (std::size_t i = 0; i < meshes_.size(); ++i) {
     const Drawable& drawable = scene.drawables[i];
@@ -150,7 +153,7 @@ void SurfacePainter::bound_translucent(const Scene& scene, const PixelBox& view)
   }
   translucent_box_ = {};
   if ((low >= high).any()) return;
-  // One pixel more each way, for what rounding to single precision may add.
+  // One pixel of margin for rounding to single precision.
   const Eigen::Array2d size(view.width, view.height);
   const Eigen::Array2d first = ((low.max(-1.0) * 0.5 + 0.5) * size - 1.0).max(0.0).floor();
   const Eigen::Array2d last = ((high.min(1.0) * 0.5 + 0.5) * size + 1.0).min(size).ceil();
@@ -174,10 +177,10 @@ SurfacePainter::Shading SurfacePainter::shading_of(const Drawable& drawable) con
       if (repeats_by_mm_ > 0.0F && drawable.material.mottling >= texture_mottling) return Shading::textured;
       return drawable.material.mottling > 0.0F ? Shading::mottled : Shading::smooth;
   }
-  throw InternalError("a mode has a shading");
+  throw InternalError("unknown draw mode");
 }
 
-/// At the nearest point of the drawable; none where single triangles are looked at.
+/// The allowed error at the nearest depth of the drawable; 0 in modes that show single triangles.
 double SurfacePainter::allowed_error_mm(const Drawable& drawable) const
 {
   if (drawable.layer == Layer::bodies && (is_line_mode(mode_) || mode_ == DrawMode::flat)) return 0.0;
@@ -231,7 +234,7 @@ void SurfacePainter::set_shot(Program& program)
   gl_.Uniform3fv(at.up_camera, 1, up_camera.data());
   gl_.Uniform3fv(at.sky, 1, lighting_->sky.data());
   gl_.Uniform3fv(at.ground, 1, lighting_->ground.data());
-  // An unused uniform's place is -1, and that is ignored.
+  // OpenGL ignores the location -1 of unused uniforms.
   gl_.Uniform3fv(n_lights > 0 ? at.light_direction : -1, n_lights, direction.data());
   gl_.Uniform3fv(n_lights > 0 ? at.light_colour : -1, n_lights, colour.data());
   gl_.Uniform1i(at.behind, behind_unit);
@@ -272,7 +275,7 @@ void SurfacePainter::draw_lines(const Scene& scene)
     }
   };
   if (mode_ == DrawMode::hidden_line) {
-    // Depth of the faces, a little farther than their edges.
+    // Depth of the faces, offset slightly behind their edges.
     gl_.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     gl_.Enable(GL_POLYGON_OFFSET_FILL);
     gl_.PolygonOffset(1.0F, 1.0F);

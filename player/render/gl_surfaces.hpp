@@ -1,4 +1,4 @@
-/// Draws the surfaces of a scene: meshes, materials, lights and modes.
+/// Draws the surfaces of a scene with its materials, lights and draw mode.
 #pragma once
 
 #include <array>
@@ -11,15 +11,14 @@
 
 namespace vrda {
 
-/// What a pass over the surfaces is for.
 enum class SurfacePass {
-  opaque,             ///< colour and depth of everything opaque
-  translucent_store,  ///< every fragment of the translucent ones, into the lists of gl_translucency.hpp
-  translucent_depth,  ///< depth alone of the translucent ones that lie before the depth texture of unit 0
-  translucent_colour  ///< the translucent ones, blended over what is there
+  opaque,             ///< colour and depth of opaque surfaces
+  translucent_store,  ///< fragments of translucent surfaces, to the lists of gl_translucency.hpp
+  translucent_depth,  ///< depth of translucent surfaces in front of the depth texture in unit 0
+  translucent_colour  ///< translucent surfaces, blended over the frame buffer
 };
 
-/// Part of the picture in OpenGL's pixels: y from the bottom.
+/// Rectangle in OpenGL pixels: y from the bottom.
 struct PixelBox {
   int x = 0, y = 0, width = 0, height = 0;
 };
@@ -38,12 +37,12 @@ class SurfacePainter {
   SurfacePainter& operator=(const SurfacePainter&) = delete;
 
   void load(const Scene& scene);
-  /// Takes over what has a new revision. The scene has the drawables that were loaded.
+  /// Uploads drawables with a new revision. The scene must have the loaded drawables.
   void refresh(const Scene& scene);
-  /// Sets camera, lights and mode for the passes that follow; `view` is the viewport in OpenGL's pixels.
+  /// Sets camera, lights and mode for the following passes; `view` is the viewport.
   void begin(const Scene& scene, const Camera& camera, const PixelBox& view);
   void draw(const Scene& scene, SurfacePass pass);
-  /// Where the translucent ones can be, within the viewport; empty when there are none.
+  /// Bounds of the translucent surfaces within the viewport; empty if there are none.
   const PixelBox& translucent_box() const { return translucent_box_; }
 
  private:
@@ -55,7 +54,7 @@ class SurfacePainter {
   struct Program {
     unsigned id = 0;
     Uniforms at;
-    std::uint64_t n_begun = 0;  ///< the shot whose camera and lights it has
+    std::uint64_t n_begun = 0;  ///< number of the shot whose uniforms are set
   };
   enum class Shading { smooth, mottled, textured, flat, lines, depth };
   static constexpr std::size_t n_shadings = 6;
@@ -76,19 +75,18 @@ class SurfacePainter {
   const GlTable& gl_;
   SurfaceOptions options_;
   std::vector<GpuMesh> meshes_;
-  std::future<std::vector<MeshLevels>> levels_;  ///< by mesh, while they are being found
+  std::future<std::vector<MeshLevels>> levels_;  ///< one entry per mesh, while being computed
   static constexpr std::size_t n_variants = n_shadings * 4 * (most_lights + 1);
-  /// By shading, whether vertices have colours, whether fragments are stored, and number of lights; compiled
-  /// when first used.
+  /// Indexed by shading, vertex colours, fragment storage and number of lights; compiled on first use.
   std::array<Program, n_variants> programs_{};
   std::uint64_t n_begun_ = 0;
   DrawMode mode_ = DrawMode::smooth;
-  const Lighting* lighting_ = nullptr;  ///< of the scene begun with
+  const Lighting* lighting_ = nullptr;  ///< of the scene of begin()
   unsigned texture_ = 0;
-  float repeats_by_mm_ = 0.0F;  ///< of the texture; 0 without one
+  float repeats_by_mm_ = 0.0F;  ///< texture tiles per mm; 0 without a texture
   Eigen::Vector3f line_shade_{1.0F, 1.0F, 1.0F};
   Pose X_camera_world_ = Pose::Identity();
-  double px_mm_at_1_mm_ = 0.0;  ///< pixels a mm, times the depth in mm
+  double px_mm_at_1_mm_ = 0.0;  ///< pixels per mm, times the depth in mm
   double near_mm_ = 1.0;
   Eigen::Matrix4f projection_ = Eigen::Matrix4f::Identity();
   PixelBox translucent_box_;

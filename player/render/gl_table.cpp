@@ -28,7 +28,7 @@ GLuint compiled_shader(const GlTable& gl, GLenum kind, const char* first, const 
   if (is_compiled == 0) {
     std::array<char, 1024> log{};
     gl.GetShaderInfoLog(shader, static_cast<GLsizei>(log.size()), nullptr, log.data());
-    throw InternalError("a shader compiles: " + std::string(log.data()));
+    throw InternalError("a shader does not compile: " + std::string(log.data()));
   }
   return shader;
 }
@@ -63,7 +63,7 @@ unsigned linked_program(const GlTable& gl, const char* first, const char* vertex
   gl.DeleteShader(fragment);
   GLint is_linked = 0;
   gl.GetProgramiv(program, GL_LINK_STATUS, &is_linked);
-  check(is_linked != 0, "the shaders of a program link");
+  check(is_linked != 0, "the shader program links");
   return program;
 }
 
@@ -88,7 +88,7 @@ void attach_depth(const GlTable& gl, const TargetPlan& plan, Target& target)
   gl.GenTextures(1, &target.depth);
   gl.BindTexture(kind, target.depth);
   if (plan.samples > 0) {
-    // Fixed sample locations: render buffers, which colour is, have no others.
+    // Fixed sample locations, to match the render buffer of the colour.
     gl.TexImage2DMultisample(kind, plan.samples, GL_DEPTH_COMPONENT32F, plan.width, plan.height, GL_TRUE);
   } else {
     gl.TexImage2D(kind, 0, GL_DEPTH_COMPONENT32F, plan.width, plan.height, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
@@ -134,7 +134,7 @@ Target opened_layer(const GlTable& gl, const TargetPlan& plan, const Target& oth
 
 void close_target(const GlTable& gl, Target& target)
 {
-  // Zero names nothing and is ignored.
+  // OpenGL ignores the name 0.
   gl.DeleteFramebuffers(1, &target.frame);
   gl.DeleteRenderbuffers(1, &target.colour);
   gl.DeleteTextures(1, &target.depth);

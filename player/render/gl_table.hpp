@@ -1,4 +1,5 @@
-/// The OpenGL functions used, in plain types so that OpenGL's headers stay in .cpp files; frame buffers.
+/// Table of the OpenGL functions in use, with plain types so that OpenGL headers stay in .cpp files; render
+/// targets.
 #pragma once
 
 #include <cstddef>
@@ -86,7 +87,7 @@ namespace vrda {
   X(VertexAttribPointer, void(unsigned, int, unsigned, unsigned char, int, const void*))  \
   X(Viewport, void(int, int, int, int))
 
-/// Of OpenGL 4.3, null without.
+/// OpenGL 4.3; null if not supported.
 #define VRDA_GL_LATER_FUNCTIONS(X) X(MemoryBarrier, void(unsigned))
 
 struct GlTable {
@@ -96,33 +97,33 @@ struct GlTable {
 #undef VRDA_GL_MEMBER
 };
 
-/// Of the current context. A function that is missing breaks the promise of OpenGL 3.3.
+/// Loads the functions of the current context. Throws InternalError if one of OpenGL 3.3 is missing.
 GlTable table_of(GlContext& context);
 
-/// A program of two shaders, each `first` (its #version and #define lines) followed by its source.
+/// Compiles and links two shaders; `first` (#version and #define lines) precedes each source.
 unsigned linked_program(const GlTable& gl, const char* first, const char* vertex_source,
                         const char* fragment_source);
 
-/// An offset into a buffer, in the form OpenGL takes it.
+/// A buffer offset as the pointer that OpenGL expects.
 const void* buffer_offset(std::size_t bytes);
 
-/// Frame buffers to draw to.
+/// Properties of a render target.
 struct TargetPlan {
   int width = 0, height = 0;
   int samples = 0;  ///< 0 for no multisampling
   bool has_depth = true;
 };
 
-/// Colour is a render buffer, sRGB; depth is a texture (32-bit), so that shaders may compare with it.
+/// A frame buffer. Colour is an sRGB render buffer; depth is a 32-bit texture, so that shaders can read it.
 struct Target {
   unsigned frame = 0;
-  unsigned colour = 0;  ///< 0: shares that of another
+  unsigned colour = 0;  ///< 0: shared with another target
   unsigned depth = 0;   ///< 0: none
 };
 
-/// With colour of its own.
+/// Creates a target with its own colour buffer.
 Target opened_target(const GlTable& gl, const TargetPlan& plan);
-/// With depth of its own, drawing into the colour of `other`.
+/// Creates a target with its own depth that shares the colour buffer of `other`.
 Target opened_layer(const GlTable& gl, const TargetPlan& plan, const Target& other);
 void close_target(const GlTable& gl, Target& target);
 

@@ -54,9 +54,8 @@ void LayerPeeler::draw(SurfacePainter& surfaces, const Scene& scene, const Targe
   gl_.Scissor(box.x, box.y, box.width, box.height);
   gl_.ClearDepth(0.0);
   gl_.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  // Asking whether a layer held anything waits for it to be drawn. So as many layers as the last time are
-  // drawn without asking, one that turns out empty draws nothing; whether the last of them was needed is
-  // asked a frame later.
+  // Reading a query waits until the layer is drawn. Therefore as many layers as in the previous frame are
+  // drawn without queries (an empty one draws nothing), and the query of the last one is read a frame later.
   if (n_expected_ > 0 && !is_found(last_query_)) --n_expected_;
   unsigned behind = drawn.depth;
   for (int i = 0; i < most_layers; ++i) {
@@ -85,10 +84,10 @@ void LayerPeeler::draw(SurfacePainter& surfaces, const Scene& scene, const Targe
 
 namespace {
 
-/// Next node, depth, colour in two.
+/// Next node, depth, and colour in two words.
 constexpr std::size_t node_bytes = 16;
 
-/// Fragments a pixel of the picture to begin with: see-through bones have about four in half of it.
+/// Initial capacity per pixel: transparent bones have about four fragments in half of the image.
 constexpr std::size_t first_nodes_a_pixel = 2;
 
 }  // namespace
@@ -153,7 +152,7 @@ void FragmentLists::reserve(std::size_t n_nodes)
                  GL_DYNAMIC_COPY);
 }
 
-/// Fills the lists; how many nodes that took, or would have taken.
+/// Fills the lists; returns the number of nodes required, which may exceed the capacity.
 std::size_t FragmentLists::store(SurfacePainter& surfaces, const Scene& scene)
 {
   // Node 0 is the end of every list.

@@ -1,4 +1,4 @@
-/// Translucent surfaces in their right order.
+/// Order-independent transparency.
 #pragma once
 
 #include <array>
@@ -8,13 +8,12 @@
 
 namespace vrda {
 
-/// Layer by layer from the farthest: a first pass finds the farthest translucent depth before the last
-/// layer's, a second one blends what has exactly that depth over the picture.
-/// Source: Everitt (2001), "Interactive order-independent transparency"; here from the back, which needs no
-/// second colour buffer.
+/// Depth peeling from the farthest layer: one pass finds the farthest translucent depth in front of the
+/// previous layer, a second one blends the fragments of exactly that depth. Source: Everitt (2001),
+/// "Interactive order-independent transparency"; here back to front, which needs no second colour buffer.
 class LayerPeeler {
  public:
-  /// Layers beyond this many are left out, the nearest ones: a bound for hostile scenes.
+  /// Limit for malicious scenes; further (nearer) layers are omitted.
   static constexpr int most_layers = 64;
 
   LayerPeeler(const GlTable& gl, const TargetPlan& plan, const Target& drawn);
@@ -22,24 +21,24 @@ class LayerPeeler {
   LayerPeeler(const LayerPeeler&) = delete;
   LayerPeeler& operator=(const LayerPeeler&) = delete;
 
-  /// Over the opaque surfaces that stand in `drawn`, which stays bound.
+  /// Blends over the opaque surfaces in `drawn`, which stays bound.
   void draw(SurfacePainter& surfaces, const Scene& scene, const Target& drawn);
 
  private:
   bool is_found(unsigned query) const;
-  /// The farthest depths before `behind`; `query` then tells whether there were any, unless it is 0.
+  /// Finds the farthest depths in front of `behind`; `query`, unless 0, records whether there are any.
   void peel(SurfacePainter& surfaces, const Scene& scene, unsigned behind, unsigned query);
 
   const GlTable& gl_;
   bool is_multisampled_;
-  std::array<Target, 2> layers_{};       // the last one and the one being found
-  int n_expected_ = 0;                   // layers of the last picture
-  unsigned query_ = 0, last_query_ = 0;  // of a layer beyond them, and of the last of them
+  std::array<Target, 2> layers_{};       // the previous and the present layer
+  int n_expected_ = 0;                   // layers of the previous frame
+  unsigned query_ = 0, last_query_ = 0;  // for the layer after those, and for the last of those
 };
 
-/// A pass over the translucent surfaces keeps every fragment in a list of its pixel; a second one, over
-/// pixels, blends each list from the farthest on. Wants OpenGL 4.3, and one sample a pixel. Source: Yang et
-/// al. (2010), "Real-time concurrent linked list construction on the GPU".
+/// Per-pixel linked lists: one pass stores all translucent fragments, a second one blends each list back to
+/// front. Requires OpenGL 4.3 and one sample per pixel. Source: Yang et al. (2010), "Real-time concurrent
+/// linked list construction on the GPU".
 class FragmentLists {
  public:
   static bool are_possible(const GlTable& gl);
@@ -49,11 +48,10 @@ class FragmentLists {
   FragmentLists(const FragmentLists&) = delete;
   FragmentLists& operator=(const FragmentLists&) = delete;
 
-  /// Wanted before anything is drawn, and when the picture's size changes.
+  /// Must be called before the first draw and after every change of size.
   void resize(int width, int height);
-  /// Over the opaque surfaces that stand in the frame buffer bound, by blending. `empty_array` is a vertex
-  /// array without attributes. False, with nothing drawn, when there are more fragments than a buffer can
-  /// hold.
+  /// Blends over the opaque surfaces in the bound frame buffer. `empty_array` is a vertex array without
+  /// attributes. Returns false without drawing if the fragments exceed the largest buffer.
   bool draw(SurfacePainter& surfaces, const Scene& scene, unsigned empty_array);
 
  private:
@@ -67,7 +65,7 @@ class FragmentLists {
   unsigned heads_ = 0, nodes_ = 0, count_ = 0;
   std::size_t capacity_ = 0, most_nodes_ = 0;
   unsigned blend_program_ = 0;
-  bool is_open_ = false;  // buffers for this size, the program for any: made when first used
+  bool is_open_ = false;  // buffers of the present size and the program exist; created on first use
 };
 
 }  // namespace vrda

@@ -12,7 +12,7 @@ void write_png(const Image& image, const std::string& path)
   check(image.width > 0 && image.height > 0 &&
             image.rgba.size() ==
                 static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4,
-        "an image has four bytes a pixel");
+        "an image has four bytes per pixel");
   png_image header{};
   header.version = PNG_IMAGE_VERSION;
   header.width = static_cast<png_uint_32>(image.width);
@@ -23,18 +23,18 @@ void write_png(const Image& image, const std::string& path)
   png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(header);
   std::string bytes(size, '\0');
   if (png_image_write_to_memory(&header, bytes.data(), &size, 0, image.rgba.data(), stride, nullptr) == 0)
-    throw InputError({path, "picture", header.message, "a picture that PNG can hold"});
+    throw InputError({path, "image", header.message, "an image that PNG supports"});
   write_whole(path, {std::string_view(bytes).substr(0, size)});
 }
 
 Texture read_png_texture(const std::string& path)
 {
-  constexpr png_uint_32 longest_side = 4096;  // 50 MB; what every OpenGL takes as a texture
+  constexpr png_uint_32 longest_side = 4096;  // 50 MB; supported as a texture by every OpenGL 3.3
   png_image header{};
   header.version = PNG_IMAGE_VERSION;
   const auto refuse = [&](const std::string& found) {
     png_image_free(&header);
-    throw InputError({path, "texture", found, "a PNG picture of at most 4096 x 4096 pixels"});
+    throw InputError({path, "texture", found, "a PNG image of at most 4096 x 4096 pixels"});
   };
   if (png_image_begin_read_from_file(&header, path.c_str()) == 0) refuse(header.message);
   if (header.width > longest_side || header.height > longest_side)

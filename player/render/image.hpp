@@ -1,4 +1,4 @@
-/// Pixels, and PNG files of them.
+/// Images and PNG files.
 #pragma once
 
 #include <cstdint>
@@ -16,12 +16,12 @@ struct Image {
   std::vector<std::uint8_t> rgba;  ///< [height * width * 4]
 };
 
-/// Writes 8-bit RGBA marked as sRGB, without times: equal images give equal bytes.
-/// Throws InputError when the file cannot be written.
+/// Writes 8-bit RGBA tagged as sRGB, without time stamps: equal images give equal bytes.
+/// Throws InputError if the file cannot be written.
 void write_png(const Image& image, const std::string& path);
 
-/// A picture as a texture, whatever kind of PNG it is; transparency is laid over white. Throws InputError
-/// when the file cannot be read, is damaged, or has more than 4096 pixels along a side.
+/// Reads any kind of PNG as a texture; transparent pixels are composited over white. Throws InputError if the
+/// file cannot be read, is damaged, or has more than 4096 pixels along a side.
 Texture read_png_texture(const std::string& path);
 
 }  // namespace vrda

@@ -7,7 +7,7 @@
 #include "core/error.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
-// OSMesaMakeCurrent of Mesa 22.3 keeps some 200 bytes a context for ever.
+// OSMesaMakeCurrent of Mesa 22.3 leaks about 200 bytes per context.
 extern "C" const char* __lsan_default_suppressions()
 {
   return "leak:libOSMesa.so\n";
@@ -60,7 +60,7 @@ class OsmesaContext final : public GlContext {
   Function function(const char* name) override { return OSMesaGetProcAddress(name); }
 
  private:
-  static constexpr std::size_t side = 4;  // pixels; never drawn to
+  static constexpr std::size_t side = 4;  // pixels; required by OSMesa, never drawn to
   OSMesaContext context_ = nullptr;
   std::array<unsigned char, side * side * 4> pixels_{};
 };

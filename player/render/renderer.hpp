@@ -1,4 +1,4 @@
-/// Draws scenes into images.
+/// The interface of renderers.
 #pragma once
 
 #include <array>
@@ -14,31 +14,31 @@
 
 namespace vrda {
 
-/// Of a picture that moves. Half a pixel is not seen in an outline, but small pits lose their shade.
+/// For animated scenes. An error of half a pixel is invisible in outlines, but removes the shading of small
+/// pits.
 inline constexpr double moving_coarseness_px = 0.35;
 
 struct RenderOptions {
   int width = 1280;
   int height = 960;
-  int samples = 4;  ///< a pixel, or as many as OpenGL has; 1 for no multisampling
-  /// How far, in pixels, surfaces may lie beside their place where fewer triangles are drawn for speed;
-  /// 0 draws every triangle.
+  int samples = 4;  ///< per pixel, limited to the maximum of OpenGL; 1 for no multisampling
+  /// Allowed error of surfaces by levels of detail, in pixels; 0 draws every triangle.
   double coarseness_px = 0.0;
-  /// Fewer triangles are found by a thread, and until then all are drawn: the first picture comes sooner, and
-  /// which one has fewer depends on the clock. False: `load` waits for them.
+  /// A thread computes the levels of detail, and all triangles are drawn until then, so that the first frame
+  /// is early but the switch is not reproducible. False: `load` waits for the levels.
   bool is_coarser_later = false;
 };
 
-/// One look at the scene. The camera's aspect is that of the viewport.
+/// One view of the scene. The camera must have the aspect of the viewport.
 struct Shot {
   Camera camera;
   Viewport viewport;
 };
 
-/// Triangles over the picture, as user interfaces make them.
+/// Triangles drawn over the rendered scene, as produced by user interfaces.
 struct OverlayVertex {
   float x_px = 0.0F, y_px = 0.0F;  ///< from the top left corner
-  float u = 0.0F, v = 0.0F;        ///< of the font's image
+  float u = 0.0F, v = 0.0F;        ///< coordinates in the font image
   VertexColour colour{};
 };
 struct OverlayCommand {
@@ -51,7 +51,7 @@ struct Overlay {
   std::vector<OverlayCommand> commands;
 };
 
-/// How much of each pixel a glyph covers; one corner is wholly covered, for areas without glyphs.
+/// Glyph coverage image; one corner is fully covered, for areas without glyphs.
 struct OverlayFont {
   int width = 0, height = 0;
   std::vector<std::uint8_t> coverage;  ///< [height * width]
@@ -60,35 +60,35 @@ struct OverlayFont {
 class Renderer {
  public:
   virtual ~Renderer() = default;
-  /// Takes over the meshes of `scene`. Wanted before `draw`, and again when drawables come or go.
+  /// Uploads the meshes of `scene`. Required before `draw` and after drawables were added or removed.
   virtual void load(const Scene& scene) = 0;
-  /// Wanted before an overlay is drawn.
+  /// Required before an overlay is drawn.
   virtual void load(const OverlayFont& font) = 0;
-  /// From then on shots are drawn into a picture of the warp's size, and what is shown is that picture
-  /// carried over by `warp`; overlays are drawn over it, unwarped. A renderer that warps keeps its size.
+  /// Enables warping: shots are drawn to an image of the warp's source size, which `warp` maps to the output;
+  /// overlays are drawn unwarped over the result. A warping renderer ignores resize().
   virtual void load(const Warp& warp) = 0;
   virtual void resize(int width, int height) = 0;
   virtual int width() const = 0;   ///< pixels
   virtual int height() const = 0;  ///< pixels
 
-  /// Draws the loaded meshes with the poses, materials and lights of `scene`, which must have the same
-  /// drawables; meshes and colours of a new revision are taken over, of the sizes loaded or smaller. The
-  /// image is valid until the next draw. Allocates nothing but what the overlay's growth needs.
+  /// Renders the loaded meshes with the poses, materials and lights of `scene`, which must have the same
+  /// drawables; uploads meshes and colours of a new revision, which must not be larger than at load. The
+  /// image is valid until the next draw. Allocates nothing except for a growing overlay.
   virtual const Image& draw(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
-  /// The same without an image: into the window, where there is one; returns when it is drawn.
+  /// Renders to the window, if any, without reading back an image; returns when the frame is complete.
   virtual void present(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay) = 0;
 
-  /// One shot as large as the picture.
+  /// Renders one shot at full size.
   const Image& draw(const Scene& scene, const Camera& camera);
 };
 
 enum class Backend {
-  osmesa,  ///< in memory; wants no display and no driver
-  egl      ///< surfaceless; a graphics card where there is one
+  osmesa,  ///< software rendering to memory, without display and driver
+  egl      ///< surfaceless, on a graphics card if there is one
 };
 
-/// Rendering without any display.
-/// Throws InputError when the library gives no OpenGL 3.3 or the size is beyond its limits.
+/// Creates a renderer that needs no display. Throws InputError if the library does not support OpenGL 3.3 or
+/// the size exceeds its limits.
 std::unique_ptr<Renderer> make_offscreen_renderer(const RenderOptions& options,
                                                   Backend backend = Backend::osmesa);
 

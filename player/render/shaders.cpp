@@ -2,14 +2,14 @@
 
 namespace vrda {
 
-// `invariant`: passes over the same triangles agree on their depths to the last bit.
+// `invariant`: passes over the same triangles give bitwise equal depths.
 const char* const surface_vertex_shader = R"(
 layout(location = 0) in vec3 p_mesh;
 layout(location = 1) in vec3 n_mesh;
 uniform mat4 X_camera_mesh;
 uniform mat4 projection;
 invariant gl_Position;
-out vec3 p_surface;  // mesh, mm: a pattern moves with its bone
+out vec3 p_surface;  // mesh frame, mm: the pattern moves with the bone
 out vec3 n_surface;
 out vec3 p_camera;
 out vec3 n_camera;
@@ -32,7 +32,7 @@ void main()
 }
 )";
 
-// Everything in linear light; the frame buffer encodes as sRGB.
+// Linear light; the frame buffer encodes as sRGB.
 const char* const surface_fragment_shader = R"(
 in vec3 p_surface;
 in vec3 n_surface;
@@ -47,7 +47,7 @@ uniform vec3 up_camera;
 uniform vec3 sky;
 uniform vec3 ground;
 #ifdef STORED
-// Lists of fragments (gl_translucency.hpp): of each pixel the last node, of each node the one before it.
+// Fragment lists (gl_translucency.hpp): heads is the last node of each pixel; a node holds its predecessor.
 layout(early_fragment_tests) in;
 layout(std430, binding = 0) buffer Heads { uint heads[]; };
 layout(std430, binding = 1) buffer Nodes { uvec4 nodes[]; };
@@ -73,7 +73,7 @@ uniform vec3 light_colour[N_LIGHTS];
 #endif
 
 #ifdef MOTTLED
-// An integer hash (Jarzynski and Olano 2020, pcg3d) of a lattice point, on [0, 1].
+// Integer hash (Jarzynski and Olano 2020, pcg3d) of a lattice point, on [0, 1].
 float lattice(ivec3 cell)
 {
   uvec3 v = uvec3(cell) * 1664525u + 1013904223u;
@@ -96,7 +96,7 @@ float value_noise(vec3 p)
   return mix(y.x, y.y, s.z);
 }
 
-// About zero; patches of 11 mm and grain of 2 mm.
+// Mean zero; patches of 11 mm and grain of 2 mm.
 float mottle(vec3 p_mm)
 {
   return 1.2 * (value_noise(p_mm * 0.09) - 0.5) + 0.5 * (value_noise(p_mm * 0.5 + 17.0) - 0.5);
@@ -136,7 +136,7 @@ void main()
   give(vec4(base().rgb, 1.0));
 #else
 #ifdef FLAT
-  // The triangle's own plane, looked at along the camera's axis: one shade a triangle.
+  // Face normal and a constant view direction give one shade per triangle.
   vec3 n = normalize(cross(dFdx(p_camera), dFdy(p_camera)));
   vec3 to_eye = vec3(0.0, 0.0, 1.0);
 #else
@@ -180,7 +180,7 @@ void main()
 }
 )";
 
-// From the farthest on; of two at one depth the one drawn first. Leaves empty lists.
+// Back to front; at equal depth in drawing order. Clears the lists.
 const char* const blend_fragment_shader = R"(
 layout(std430, binding = 0) buffer Heads { uint heads[]; };
 layout(std430, binding = 1) readonly buffer Nodes { uvec4 nodes[]; };
@@ -218,7 +218,7 @@ const char* const background_vertex_shader = R"(
 out float height;
 void main()
 {
-  // One triangle over the whole picture.
+  // One triangle that covers the viewport.
   vec2 p = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
   height = 0.5 + 0.5 * p.y;
   gl_Position = vec4(p, 0.0, 1.0);

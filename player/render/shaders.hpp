@@ -1,17 +1,17 @@
-/// The programs that run at every vertex and pixel (GLSL 3.30), without their #version line.
-/// A variant is chosen by #define: on a processor a branch not taken is paid for at every pixel.
+/// Shader sources (GLSL 3.30) without their #version line. Variants are selected by #define, since software
+/// rendering executes both sides of a branch at every pixel.
 #pragma once
 
 namespace vrda {
 
-// Surfaces: N_LIGHTS n, COLOURED (a colour a vertex), STORED (into lists of fragments) and one of MOTTLED,
-// TEXTURED, FLAT, LINES or none.
+// Surfaces: N_LIGHTS n, COLOURED (vertex colours), STORED (to fragment lists) and at most one of MOTTLED,
+// TEXTURED, FLAT, LINES.
 extern const char* const surface_vertex_shader;
 extern const char* const surface_fragment_shader;
-/// Drops what does not lie before the depth in `behind`; MULTISAMPLED compares sample by sample.
+/// Discards fragments not in front of the depth in `behind`; MULTISAMPLED compares per sample.
 extern const char* const peel_fragment_shader;
 
-/// Blends the lists of fragments, at most MOST_LAYERS of each; over the whole picture, as the background.
+/// Blends the fragment lists, at most MOST_LAYERS fragments each; used with background_vertex_shader.
 extern const char* const blend_fragment_shader;
 
 extern const char* const background_vertex_shader;

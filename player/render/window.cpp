@@ -19,11 +19,11 @@ namespace {
 static_assert(key_escape == GLFW_KEY_ESCAPE && key_end == GLFW_KEY_END && key_f1 == GLFW_KEY_F1 &&
                   key_keypad_0 == GLFW_KEY_KP_0 && key_keypad_enter == GLFW_KEY_KP_ENTER &&
                   key_shift == GLFW_KEY_LEFT_SHIFT && key_right_super == GLFW_KEY_RIGHT_SUPER,
-              "keys are numbered as GLFW does");
+              "key codes equal those of GLFW");
 
 constexpr std::size_t events_at_once = 1000;
 
-// As desktops have it.
+// Typical desktop settings.
 constexpr double double_click_s = 0.4, double_click_px = 6.0;
 
 std::string last_error()
@@ -33,7 +33,7 @@ std::string last_error()
   return text == nullptr ? "no reason given" : text;
 }
 
-/// GLFW as a whole, open as long as a window is.
+/// Initialises GLFW for the lifetime of a window.
 class Library {
  public:
   explicit Library(const std::string& instead)
@@ -50,8 +50,9 @@ class Library {
   Library& operator=(const Library&) = delete;
 };
 
-/// By the name of the current context's driver: four samples take the processor three times as long as one.
-bool is_drawn_by_processor()
+/// Detects software rendering by the driver name of the current context; there four samples take three times
+/// as long as one.
+bool is_software_rendered()
 {
   constexpr unsigned renderer_name = 0x1F01;  // GL_RENDERER
   const auto get_string =
@@ -59,8 +60,8 @@ bool is_drawn_by_processor()
   check(get_string != nullptr, "OpenGL has the function glGetString");
   const unsigned char* const given = get_string(renderer_name);
   const std::string name = given == nullptr ? "" : reinterpret_cast<const char*>(given);
-  for (const char* const by_processor : {"llvmpipe", "softpipe", "swrast", "Software"}) {
-    if (name.find(by_processor) != std::string::npos) return true;
+  for (const char* const driver : {"llvmpipe", "softpipe", "swrast", "Software"}) {
+    if (name.find(driver) != std::string::npos) return true;
   }
   return false;
 }
@@ -90,12 +91,12 @@ std::unique_ptr<GLFWwindow, CloseWindow> opened_window(const WindowOptions& opti
   glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
-  // The renderer draws into a frame buffer of its own, with depth and samples.
+  // The renderer has its own frame buffer with depth and samples.
   glfwWindowHint(GLFW_DEPTH_BITS, 0);
   glfwWindowHint(GLFW_STENCIL_BITS, 0);
   glfwWindowHint(GLFW_RESIZABLE, options.is_resizable ? GLFW_TRUE : GLFW_FALSE);
   glfwWindowHint(GLFW_DECORATED, options.at ? GLFW_FALSE : GLFW_TRUE);
-  // Placed before it is seen: a desktop keeps such a place.
+  // Positioned before it is shown, so that the desktop keeps the position.
   glfwWindowHint(GLFW_VISIBLE, options.at ? GLFW_FALSE : GLFW_TRUE);
   std::unique_ptr<GLFWwindow, CloseWindow> window(
       glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr));
@@ -118,7 +119,7 @@ class Window::State {
     glfwMakeContextCurrent(window_.get());
     glfwSwapInterval(options.is_vsynced ? 1 : 0);
     RenderOptions render;
-    render.samples = options.samples > 0 ? options.samples : is_drawn_by_processor() ? 1 : 4;
+    render.samples = options.samples > 0 ? options.samples : is_software_rendered() ? 1 : 4;
     render.coarseness_px = moving_coarseness_px;
     render.is_coarser_later = true;
     glfwGetFramebufferSize(window_.get(), &render.width, &render.height);
@@ -143,7 +144,7 @@ class Window::State {
     }
     int width = 0, height = 0;
     glfwGetFramebufferSize(window(), &width, &height);
-    // An icon has no area.
+    // A minimised window has no area.
     if (width > 0 && height > 0) renderer_->resize(width, height);
     return events_;
   }
@@ -165,7 +166,7 @@ class Window::State {
  private:
   static State& of(GLFWwindow* window) { return *static_cast<State*>(glfwGetWindowUserPointer(window)); }
 
-  /// Called by GLFW, through which nothing may be thrown.
+  /// Called by GLFW, so it must not throw.
   void add(InputEvent event) noexcept
   {
     event.x_px = x_px_;
@@ -217,7 +218,7 @@ class Window::State {
           std::abs(x_px_ - click_x_px_) < double_click_px && std::abs(y_px_ - click_y_px_) < double_click_px;
       const bool is_second = is_near && button == clicked_button_ && now_s - clicked_s_ < double_click_s;
       event.n_clicks = is_second ? 2 : 1;
-      // A third click starts anew.
+      // A third click counts as a first one.
       clicked_s_ = is_second ? -std::numeric_limits<double>::infinity() : now_s;
       clicked_button_ = button;
       click_x_px_ = x_px_;
@@ -278,7 +279,7 @@ class Window::State {
   std::unique_ptr<Renderer> renderer_;
   std::vector<InputEvent> events_;
   std::vector<std::string> dropped_;
-  std::array<int, 4> place_{};  // before it filled the screen: x, y, width, height
+  std::array<int, 4> place_{};  // before full screen: x, y, width, height
   double x_px_ = 0.0, y_px_ = 0.0;
   double click_x_px_ = 0.0, click_y_px_ = 0.0;
   double clicked_s_ = -std::numeric_limits<double>::infinity();

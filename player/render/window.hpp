@@ -1,4 +1,4 @@
-/// A window on a screen, what happens in it, and the renderer that draws into it.
+/// A window with its input events and renderer.
 #pragma once
 
 #include <array>
@@ -13,25 +13,25 @@
 namespace vrda {
 
 struct WindowOptions {
-  int width = 1280;  ///< of the area drawn to, in screen coordinates
+  int width = 1280;  ///< of the content area, in screen coordinates
   int height = 800;
   std::string title;
-  int samples = 0;         ///< a pixel; 0: four with a graphics card, one where the processor draws
-  bool is_vsynced = true;  ///< `show` waits for the screen
+  int samples = 0;         ///< per pixel; 0: four with a graphics card, one with software rendering
+  bool is_vsynced = true;  ///< `show` waits for vertical synchronisation
   bool is_resizable = true;
-  /// What a message offers where there is no screen or no OpenGL.
+  /// The alternative named by error messages if there is no screen or no OpenGL.
   std::string instead = "--offscreen DIR";
-  /// Top left corner of the area drawn to, in screen coordinates of the desktop: a window without a frame,
-  /// there. Without, the desktop places it.
+  /// Top left corner of the content area in screen coordinates; the window is then undecorated. Empty: placed
+  /// by the desktop.
   std::optional<std::array<int, 2>> at;
 };
 
-/// Where a window is, as WindowOptions has it; width and height in pixels.
+/// Position in screen coordinates as in WindowOptions; width and height in pixels.
 struct WindowPlace {
   int x = 0, y = 0, width = 0, height = 0;
 };
 
-/// A key by the character on it in the US layout (capitals: 'A', '1', ' '), or one of these.
+/// Key codes: the upper-case character in the US layout ('A', '1', ' '), or one of these.
 enum NamedKey : int {
   key_escape = 256,
   key_enter,
@@ -66,19 +66,19 @@ enum class InputKind {
   motion,     ///< x_px, y_px
   press,      ///< button, n_clicks
   release,    ///< button
-  wheel,      ///< wheel_x, wheel_y: notches, to the right and away from the hand
-  key_press,  ///< key; again while it is held
+  wheel,      ///< wheel_x, wheel_y: notches, positive to the right and away from the user
+  key_press,  ///< key; repeated while it is held
   key_release,
-  character,  ///< of text as typed
-  resize,     ///< the renderer has its new size already
+  character,  ///< of typed text
+  resize,     ///< the renderer already has the new size
   focus_gained,
   focus_lost,
-  left_window,  ///< the pointer is outside
+  left_window,  ///< the pointer left the window
   close,
-  drop  ///< of files: `Window::dropped_files`
+  drop  ///< of files: see Window::dropped_files
 };
 
-/// Positions are pixels of the picture from its top left corner, whatever the kind.
+/// Positions are in pixels from the top left corner of the window, for all kinds.
 struct InputEvent {
   InputKind kind = InputKind::motion;
   double x_px = 0.0, y_px = 0.0;
@@ -92,35 +92,35 @@ struct InputEvent {
 
 class Window {
  public:
-  /// Throws InputError when there is no display or no OpenGL 3.3. One window at a time, on the main thread.
+  /// Throws InputError if there is no display or no OpenGL 3.3. One window at a time, on the main thread.
   explicit Window(const WindowOptions& options);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  /// As large as the area drawn to.
+  /// The renderer, of the size of the content area.
   Renderer& renderer();
-  /// What happened since the last call; valid until the next. Waits for something for up to `wait_s`.
-  /// Allocates nothing but for dropped files and more than 1000 events at once.
+  /// The events since the last call; valid until the next. Waits up to `wait_s` for an event.
+  /// Allocates only for dropped files and for more than 1000 events at once.
   const std::vector<InputEvent>& events(double wait_s = 0.0);
-  /// Of the last drop.
+  /// The files of the last drop.
   const std::vector<std::string>& dropped_files() const;
-  /// Draws a frame and brings it to the screen.
+  /// Renders a frame and displays it.
   void show(const Scene& scene, std::span<const Shot> shots, const Overlay* overlay);
 
-  /// Asks the desktop.
+  /// The present position and size.
   WindowPlace place() const;
   bool should_close() const;
-  void close();  ///< from now on it should
+  void close();  ///< sets should_close()
   void set_title(const std::string& title);
   bool is_full_screen() const;
   void toggle_full_screen();
-  /// How much larger than on an ordinary screen letters should be.
+  /// The monitor's scale factor for text and controls.
   double content_scale() const;
-  /// Whether it can be seen at all: nothing needs drawing while it is an icon.
+  /// True while minimised: nothing needs drawing.
   bool is_iconified() const;
 
-  /// Text other programs may paste, or have copied.
+  /// The text of the system clipboard.
   std::string clipboard() const;
   void set_clipboard(const std::string& text);
 

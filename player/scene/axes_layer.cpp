@@ -9,7 +9,7 @@
 namespace vrda {
 namespace {
 
-// Of a knee, mm: rods longer than it is wide, so that their ends stand out of the bones.
+// Sizes for a knee, mm: rods are longer than its width, so that their ends protrude from the bones.
 constexpr double half_rod_mm = 62.0, arrow_mm = 48.0, delta_from_mm = -75.0, delta_to_mm = -40.0;
 constexpr double rod_radius_mm = 0.8, arrow_radius_mm = 0.9, helical_radius_mm = 1.1;
 
@@ -26,7 +26,7 @@ constexpr std::array<Axis, 7> axes{{{"anterior", {205, 52, 44, 255}},
                                     {"Delta", {245, 245, 240, 255}},
                                     {"helical axis", {32, 186, 196, 255}}}};
 
-/// A rod through the origin, or an arrow, along +Y.
+/// Builds a rod through the origin, or an arrow, along +Y.
 void set_mesh(Drawable& drawable, AxisRow row, double scale)
 {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitY();
@@ -53,8 +53,9 @@ std::size_t add_axis(const MotionModel& model, Scene& scene, AxisRow row)
   return index;
 }
 
-/// A mesh along +Y to a point and direction of the world. It is round: how it turns about itself is free.
-Pose laid(const Eigen::Vector3d& through_world_mm, const Eigen::Vector3d& along_world)
+/// Pose of a mesh along +Y through a world point along a world direction; the rotation about its axis is
+/// arbitrary.
+Pose aligned(const Eigen::Vector3d& through_world_mm, const Eigen::Vector3d& along_world)
 {
   Pose X = Pose::Identity();
   X.linear() = shortest_rotation(Eigen::Vector3d::UnitY(), along_world.normalized());
@@ -87,7 +88,7 @@ void AxesLayer::update(Scene& scene, const Motion& motion, const Shown& shown) c
   const Pose& X_world_reference = shown.frames.X_world_reference;
   const Eigen::Vector3d centre_mm = X_world_reference * rotation_centre_mm_;
   const Eigen::Vector3d delta = motion.delta(shown.pose.attitude.flexion_rad);
-  // The axes of the attitude are those of the solver's frame: Z, turned by the varus, and X.
+  // Flexion axis: Z of the solver frame rotated by the varus; varus axis: X of the solver frame.
   const SolverFrame frame{side_, rotation_centre_mm_, delta};
   const Eigen::Matrix3d R_world_delta = shown.frames.X_world_delta.linear();
   const auto on_screen = [&](const Eigen::Vector3d& v_solver) {
@@ -102,7 +103,7 @@ void AxesLayer::update(Scene& scene, const Motion& motion, const Shown& shown) c
   for (std::size_t row = 0; row < along.size(); ++row) {
     Drawable& drawable = scene.drawables[first_drawable_ + row];
     drawable.is_shown = true;
-    drawable.X_world_mesh = laid(centre_mm, along[row]);
+    drawable.X_world_mesh = aligned(centre_mm, along[row]);
   }
 }
 
@@ -131,7 +132,7 @@ void HelicalAxisLayer::update(Scene& scene, const Motion& motion, const Shown& s
   if (!axis) return;
   const Pose& X_world_reference = shown.frames.X_world_reference;
   drawable.X_world_mesh =
-      laid(X_world_reference * axis->point_mm, X_world_reference.linear() * axis->direction);
+      aligned(X_world_reference * axis->point_mm, X_world_reference.linear() * axis->direction);
 }
 
 }  // namespace vrda

@@ -10,9 +10,10 @@
 namespace vrda {
 namespace {
 
-/// The near plane stays beyond this part of the far one: 24 bits of depth then resolve 0.01 mm at a metre.
+/// Smallest ratio of near to far plane: 24 bits of depth then resolve 0.01 mm at one metre.
 constexpr double least_near_by_far = 0.01;
 
+/// Camera axes for a viewer in direction `from`.
 Eigen::Matrix3d looking(const Eigen::Vector3d& from, const Eigen::Vector3d& up)
 {
   Eigen::Matrix3d R;
@@ -33,7 +34,7 @@ const std::vector<std::string>& view_names()
 
 std::optional<View> view_named(const std::string& name)
 {
-  // What a knee is usually looked at from when somebody says "from the side".
+  // The usual side view of a knee is the lateral one.
   const std::string own_name = name == "side" ? "lateral" : name;
   const auto found = std::find(view_names().begin(), view_names().end(), own_name);
   if (found == view_names().end()) return std::nullopt;
@@ -65,7 +66,7 @@ Eigen::Matrix3d view_rotation(View view, Side side)
     case View::inverted:
       return looking(anterior + 0.75 * lateral - 0.75 * proximal, -proximal);
   }
-  throw InternalError("a view has a direction");
+  throw InternalError("unknown view");
 }
 
 CameraFit::CameraFit(const Eigen::Matrix3d& R_world_camera, const FrameOptions& options)

@@ -1,4 +1,4 @@
-/// Where a scene is seen from.
+/// Cameras, anatomical views, and fitting a camera to points.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,45 +12,46 @@
 
 namespace vrda {
 
-/// Camera axes: X to the right of the picture, Y up, Z towards the viewer.
+/// Camera axes: X right, Y up, Z towards the viewer.
 struct Camera {
   Pose X_world_camera = Pose::Identity();
   double half_height_tangent = 0.25;  ///< tangent of half the vertical field of view
-  double aspect = 4.0 / 3.0;          ///< width by height
+  double aspect = 4.0 / 3.0;          ///< width / height
   double near_mm = 1.0;
   double far_mm = 1000.0;
-  /// Off-axis: tangents, right and up, of the direction that falls on the middle of the picture.
+  /// Off-axis projection: tangents (right, up) of the direction at the image centre.
   Eigen::Vector2d middle_tangent = Eigen::Vector2d::Zero();
 };
 
-/// The side of the subject that faces the viewer. `inverted` is oblique with the subject upside down: a push
-/// upward is seen as a fall, and a hollow that opens downward as a bowl.
+/// The side of the subject that faces the viewer. `inverted` is oblique and upside down, so that an upward
+/// push appears as a fall.
 enum class View { front, back, left, right, medial, lateral, top, oblique, inverted };
 
-/// The names accepted on the command line, in the order of the enum.
+/// The names on the command line, in the order of the enum.
 const std::vector<std::string>& view_names();
 std::optional<View> view_named(const std::string& name);
 
 struct FrameOptions {
-  double vertical_field_of_view_rad = rad_from_deg(22.0);  ///< a knee at arm's length and a half
+  double vertical_field_of_view_rad = rad_from_deg(22.0);  ///< a knee at about one metre
   double aspect = 4.0 / 3.0;
-  double filled = 0.9;  ///< part of the half height or half width the outermost point may reach
+  double filled = 0.9;  ///< fraction of the half height or half width that the outermost point may reach
 };
 
 /// Rotation of the camera: columns are its axes in world W (canonical axes).
 Eigen::Matrix3d view_rotation(View view, Side side);
 
-/// Fits a camera to points, exactly and in one pass, however many poses they come from.
+/// Fits a camera to points of any number of poses, exactly and in one pass.
 class CameraFit {
  public:
   explicit CameraFit(const Eigen::Matrix3d& R_world_camera, const FrameOptions& options = {});
   void include(const std::vector<Eigen::Vector3d>& points_world_mm);
-  /// The nearest camera that has every point in the filled part of the picture: points touch its border
-  /// at the left and right, or at the top and bottom. Wants at least one point; depth range still to be set.
+  /// The nearest camera that has every point in the filled part of the image: points touch its left and right
+  /// or its top and bottom border. Requires at least one point; the depth range must be set by
+  /// with_depth_range().
   Camera camera() const;
 
  private:
-  /// Bounds that the two planes on opposite sides of the picture must pass.
+  /// Bounds for the two opposite side planes of the view frustum.
   struct Wedge {
     double lowest = std::numeric_limits<double>::infinity();
     double highest = -std::numeric_limits<double>::infinity();
@@ -61,7 +62,8 @@ class CameraFit {
   Wedge wide_, tall_;
 };
 
-/// `camera` with near and far planes around everything shown in front of it, as placed.
+/// `camera` with near and far planes that enclose everything visible in front of it, at the present
+/// placement.
 Camera with_depth_range(Camera camera, const Scene& scene);
 
 /// Column-major OpenGL projection matrix.

@@ -11,7 +11,7 @@
 namespace vrda {
 namespace {
 
-// Of a knee, mm: seen between condyle and plateau without hiding either.
+// Sizes for a knee, mm: visible between condyle and plateau without hiding either.
 constexpr double ball_radius_mm = 1.3, normal_radius_mm = 0.55;
 constexpr double plain_arrow_mm = 9.0, longest_arrow_mm = 26.0, shortest_arrow_mm = 3.0;
 constexpr VertexColour ball_colour{226, 74, 28, 255}, arrow_colour{38, 132, 62, 255};
@@ -32,7 +32,7 @@ std::size_t nearest(const std::vector<double>& axis, double value)
   return after == axis.end() || value - axis[i - 1] <= axis[i] - value ? i - 1 : i;
 }
 
-std::size_t fullest(const std::vector<std::size_t>& start)
+std::size_t most_rows(const std::vector<std::size_t>& start)
 {
   std::size_t most = 0;
   for (std::size_t cell = 0; cell + 1 < start.size(); ++cell)
@@ -40,7 +40,7 @@ std::size_t fullest(const std::vector<std::size_t>& start)
   return most;
 }
 
-/// Force of a row, N.
+/// Contact force of a row, N: its component along Delta divided by the normal's.
 double force_n(const ForceRows& rows, std::size_t row, const Eigen::Vector3d& delta)
 {
   const double opposing = -rows.normal_world.row(static_cast<Eigen::Index>(row)).dot(delta);
@@ -61,12 +61,12 @@ double highest_force_n(const MotionModel& model)
 }  // namespace
 
 template <typename Rows, typename Length>
-ContactLayer::Signs ContactLayer::signs_of(const MotionModel& model, const Rows& rows,
-                                           const Length& length_mm)
+ContactLayer::Markers ContactLayer::markers_of(const MotionModel& model, const Rows& rows,
+                                               const Length& length_mm)
 {
   const Motion raw(model, "raw");
-  Signs signs;
-  signs.start.push_back(0);
+  Markers markers;
+  markers.start.push_back(0);
   const std::size_t n_cells = rows.row_start.empty() ? 0 : rows.row_start.size() - 1;
   for (std::size_t cell = 0; cell < n_cells; ++cell) {
     const bool is_solved = model.status.data()[cell] == status_stable;
@@ -81,26 +81,27 @@ ContactLayer::Signs ContactLayer::signs_of(const MotionModel& model, const Rows&
       const Pose X_moving_world = pose.X_world_moving.inverse();
       for (std::size_t row = first; row < last; ++row) {
         const auto k = static_cast<Eigen::Index>(row);
-        signs.tip_mm.emplace_back(X_moving_world * Eigen::Vector3d(rows.point_world_mm.row(k).transpose()) -
-                                  model.rotation_centre_mm);
-        signs.arrow_mm.emplace_back(length_mm(row) * (X_moving_world.linear() *
-                                                      Eigen::Vector3d(rows.normal_world.row(k).transpose())));
+        markers.tip_mm.emplace_back(X_moving_world * Eigen::Vector3d(rows.point_world_mm.row(k).transpose()) -
+                                    model.rotation_centre_mm);
+        markers.arrow_mm.emplace_back(
+            length_mm(row) *
+            (X_moving_world.linear() * Eigen::Vector3d(rows.normal_world.row(k).transpose())));
       }
     }
-    signs.start.push_back(signs.tip_mm.size());
+    markers.start.push_back(markers.tip_mm.size());
   }
-  return signs;
+  return markers;
 }
 
 ContactLayer::ContactLayer(const MotionModel& model, Scene& scene)
     : flexion_rad_(radians(model.flexion_deg)),
       varus_rad_(radians(model.varus_deg)),
       scale_(sign_scale(model)),
-      points_(signs_of(model, model.contacts, [&](std::size_t) { return scale_ * plain_arrow_mm; }))
+      points_(markers_of(model, model.contacts, [&](std::size_t) { return scale_ * plain_arrow_mm; }))
 {
   if (model.equilibrium) {
     const double highest_n = highest_force_n(model);
-    arrows_ = signs_of(model, model.equilibrium->forces, [&](std::size_t row) {
+    arrows_ = markers_of(model, model.equilibrium->forces, [&](std::size_t row) {
       const double part = force_n(model.equilibrium->forces, row, model.delta) / highest_n;
       return scale_ * std::clamp(part * longest_arrow_mm, shortest_arrow_mm, longest_arrow_mm);
     });
@@ -110,14 +111,14 @@ ContactLayer::ContactLayer(const MotionModel& model, Scene& scene)
   points_.drawable = add_layer(scene, Layer::contacts, Owner::moving, "contacts");
   arrows_.drawable = add_layer(scene, Layer::normals, Owner::moving,
                                model.equilibrium ? "contact forces" : "contact normals");
-  for (Signs* signs : {&points_, &arrows_}) {
-    Drawable& drawable = scene.drawables[signs->drawable];
-    const bool is_points = signs == &points_;
+  for (Markers* markers : {&points_, &arrows_}) {
+    Drawable& drawable = scene.drawables[markers->drawable];
+    const bool is_points = markers == &points_;
     drawable.origin_mm = model.rotation_centre_mm;
     drawable.material = sign_material(is_points ? ball_colour : arrow_colour);
-    const std::size_t most = fullest(signs->start);
+    const std::size_t most = most_rows(markers->start);
     is_points ? add_balls(drawable.mesh, most) : add_arrows(drawable.mesh, most);
-    signs->triangles = drawable.mesh.triangles;
+    markers->triangles = drawable.mesh.triangles;
   }
 }
 
@@ -147,19 +148,19 @@ void ContactLayer::update_arrows(Drawable& drawable)
 void ContactLayer::update(Scene& scene, const JointPose& pose, const LayerSet& wanted)
 {
   const std::size_t cell = nearest_cell(pose.attitude);
-  for (Signs* signs : {&points_, &arrows_}) {
-    Drawable& drawable = scene.drawables[signs->drawable];
-    const bool is_points = signs == &points_;
+  for (Markers* markers : {&points_, &arrows_}) {
+    Drawable& drawable = scene.drawables[markers->drawable];
+    const bool is_points = markers == &points_;
     if (!wanted.has(is_points ? Layer::contacts : Layer::normals)) continue;
-    const bool is_row = cell + 1 < signs->start.size();
-    const std::size_t n = is_row ? signs->start[cell + 1] - signs->start[cell] : 0;
+    const bool is_row = cell + 1 < markers->start.size();
+    const std::size_t n = is_row ? markers->start[cell + 1] - markers->start[cell] : 0;
     drawable.is_shown = n > 0;
-    if (n == 0 || signs->cell == cell) continue;
-    signs->cell = cell;
+    if (n == 0 || markers->cell == cell) continue;
+    markers->cell = cell;
     is_points ? update_points(drawable) : update_arrows(drawable);
-    // As many triangles as ever: those left over shrink to a point.
+    // The number of triangles is constant: unused ones are degenerate.
     const std::size_t n_indices = n * (is_points ? ball_size() : arrow_size()).n_indices;
-    std::copy_n(signs->triangles.begin(), n_indices, drawable.mesh.triangles.begin());
+    std::copy_n(markers->triangles.begin(), n_indices, drawable.mesh.triangles.begin());
     std::fill(drawable.mesh.triangles.begin() + static_cast<std::ptrdiff_t>(n_indices),
               drawable.mesh.triangles.end(), 0U);
     update_box(drawable);

@@ -10,12 +10,13 @@
 namespace vrda {
 namespace {
 
-constexpr double range_mm = 6.0;    ///< farther is no neighbourhood: a meniscus is as high
-constexpr double deepest_mm = 3.0;  ///< overlap that a smoothed motion may show; deeper is another surface
+constexpr double range_mm = 6.0;    ///< about the height of a meniscus
+constexpr double deepest_mm = 3.0;  ///< largest overlap of a smoothed motion; deeper hits are other surfaces
 constexpr double above_mm =
-    0.05;  ///< of a knee: far above single precision and depth, far below what is seen
-constexpr double least_upward = 0.3;  ///< of a face's normal along Delta: steeper ones face nothing along it
-constexpr double fades_from = 0.7;    ///< part of the range where the colours begin to fade into the bone
+    0.05;  ///< for a knee: far above the resolution of the depth buffer, far below visibility
+constexpr double least_upward =
+    0.3;  ///< smallest component of a face normal along Delta; steeper faces are omitted
+constexpr double fades_from = 0.7;  ///< fraction of the range where the colours start to fade into the bone
 
 Legend gap_legend()
 {
@@ -32,8 +33,8 @@ Eigen::Vector3d position_mm(const DrawVertex& vertex)
   return {vertex.position_mm[0], vertex.position_mm[1], vertex.position_mm[2]};
 }
 
-/// The faces that look along `delta`, and the vertices they use, with the normals of the whole: shaded like
-/// what lies below.
+/// The faces oriented along `delta` and their vertices, with the normals of the whole mesh, so that the
+/// shading matches the surface below.
 DrawMesh upward_part(const DrawMesh& whole, const Eigen::Vector3d& delta)
 {
   constexpr std::uint32_t unused = UINT32_MAX;
@@ -95,7 +96,7 @@ void GapLayer::add_sheet(const MotionModel& model, Scene& scene, std::size_t com
 
 void GapLayer::update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vector3d& delta_moving) const
 {
-  // The reference stays where its tree is; the rays come to it.
+  // The rays are transformed to the reference's frame, so that its tree stays valid.
   Ray ray;
   ray.direction = X_reference_moving_.linear() * delta_moving;
   ray.longest_mm = deepest_mm + range_mm;
@@ -115,7 +116,7 @@ void GapLayer::update_sheet(Drawable& drawable, Sheet& sheet, const Eigen::Vecto
     if (is_near) next = std::copy(corner, corner + 3, next);
   }
   sheet.is_near = next != drawable.mesh.triangles.begin();
-  // As many triangles as ever: those left over shrink to a point.
+  // The number of triangles is constant: unused ones are degenerate.
   std::fill(next, drawable.mesh.triangles.end(), 0U);
 }
 
@@ -124,7 +125,7 @@ void GapLayer::update(Scene& scene, const Motion& motion, const JointPose& pose)
   const bool is_same = is_made_ && X_reference_moving_.matrix() == pose.X_reference_moving.matrix();
   X_reference_moving_ = pose.X_reference_moving;
   is_made_ = true;
-  // Theta turns about Delta: it is the same direction on the moving object.
+  // Theta rotates about Delta, so Delta has the same coordinates in the moving object.
   const Eigen::Vector3d delta_moving = motion.delta(pose.attitude.flexion_rad);
   for (Sheet& sheet : sheets_) {
     Drawable& drawable = scene.drawables[sheet.drawable];

@@ -33,10 +33,10 @@ VertexColour colour_of(const Legend& legend, double value)
 {
   if (value < legend.lowest && !legend.below_label.empty()) return legend.below;
   constexpr std::size_t last = std::tuple_size_v<Palette> - 1;
-  const double place =
+  const double position =
       std::clamp((value - legend.lowest) / (legend.highest - legend.lowest), 0.0, 1.0) * last;
-  const std::size_t before = std::min(static_cast<std::size_t>(place), last - 1);
-  return mixed(legend.palette[before], legend.palette[before + 1], place - static_cast<double>(before));
+  const std::size_t before = std::min(static_cast<std::size_t>(position), last - 1);
+  return mixed(legend.palette[before], legend.palette[before + 1], position - static_cast<double>(before));
 }
 
 VertexColour encoded(const Eigen::Vector3f& linear)
@@ -82,7 +82,7 @@ const std::vector<std::string>& layer_names()
 
 const std::string& name_of(Layer layer)
 {
-  check(layer != Layer::bodies, "the bodies are no layer that comes and goes");
+  check(layer != Layer::bodies, "only optional layers have names");
   return layer_names()[static_cast<std::size_t>(layer) - 1];
 }
 

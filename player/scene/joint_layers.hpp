@@ -1,4 +1,4 @@
-/// What can be shown beside the bodies: contacts, forces, axes, gaps, ligaments; numbers as colours.
+/// Optional layers (contacts, forces, axes, gaps, ligaments) and colour palettes.
 #pragma once
 
 #include <array>
@@ -17,32 +17,32 @@ namespace vrda {
 /// Evenly spaced colours from the lowest to the highest value.
 using Palette = std::array<VertexColour, 11>;
 
-/// A layer's colours in words and numbers.
+/// The colour scale of a layer.
 struct Legend {
   std::string title;  ///< with the unit: "strain, %"
   double lowest = 0.0;
   double highest = 1.0;
   Palette palette{};
-  VertexColour below{};      ///< of values under the lowest
-  std::string below_label;   ///< empty: none are
-  std::string beyond_label;  ///< of values above the highest
+  VertexColour below{};      ///< colour of values below the lowest
+  std::string below_label;   ///< empty: no such colour
+  std::string beyond_label;  ///< label for values above the highest
 };
 
-/// The colour of `value`: between the two nearest of the palette, held at its ends.
+/// The colour of `value`, interpolated in the palette and clamped at its ends.
 VertexColour colour_of(const Legend& legend, double value);
 
-/// `part` of the way from a to b, in sRGB.
+/// Linear interpolation from a (`part` = 0) to b (`part` = 1), in sRGB.
 VertexColour mixed(const VertexColour& a, const VertexColour& b, double part);
 
-/// The sRGB colour nearest to a material's, opaque.
+/// Conversion of linear RGB to opaque sRGB, and back.
 VertexColour encoded(const Eigen::Vector3f& linear);
 Eigen::Vector3f decoded(const VertexColour& colour);
 
-/// Bright where things are close, dark far away: lightness falls evenly, to colour-blind eyes too.
+/// For gaps: bright is close, with uniformly decreasing lightness, also for colour-blind viewers.
 /// Source: "plasma" of matplotlib (Smith and van der Walt, CC0).
 const Palette& closeness_palette();
 
-/// Blue by way of grey to red, of even lightness on either side.
+/// For strains: diverging from blue over grey to red.
 /// Source: Moreland (2009), Diverging color maps for scientific visualization.
 const Palette& tension_palette();
 
@@ -58,44 +58,44 @@ class LayerSet {
   std::array<bool, n_layers> is_on_{};
 };
 
-/// "contacts", "normals", "axes", "helical-axis", "gaps", "ligaments": Layer's, without the bodies.
+/// "contacts", "normals", "axes", "helical-axis", "gaps", "ligaments": the names of Layer without the bodies.
 const std::vector<std::string>& layer_names();
 const std::string& name_of(Layer layer);  ///< not of the bodies
 std::optional<Layer> layer_named(const std::string& name);
 
-/// A word and the colour that stands for it.
+/// An entry of a colour key.
 struct Label {
   std::string name;
   VertexColour colour{};
 };
 
-/// Where a joint is, and how the screen shows it.
+/// A pose to display, its frames, and the visible layers.
 struct Shown {
   JointPose pose;
   JointFrames frames;  ///< of `pose`
   LayerSet layers;
 };
 
-/// The layers of one motion model in one scene. Made once; a frame updates them without allocating.
+/// The layers of one motion model in one scene. Built once; updating allocates nothing.
 class JointLayers {
  public:
-  /// Appends the layers' drawables, hidden, to `scene`, which keeps its order from then on. Copies what it
-  /// needs of the model.
+  /// Appends the layers' drawables, hidden, to `scene`, whose order must not change afterwards. Copies the
+  /// required data of the model.
   JointLayers(const MotionModel& model, Scene& scene);
   ~JointLayers();
   JointLayers(JointLayers&&) noexcept;
   JointLayers& operator=(JointLayers&&) noexcept;
 
-  /// Shows the wanted layers at a pose of `motion`, hides the others; all of them where the pose is not
-  /// solved. After place(): it moves only the layers'. A mesh changes, and its revision rises, only when it
-  /// must: with the pose, the cell, or not at all. Sizes stay those made.
+  /// Shows `shown.layers` at a pose of `motion` and hides the others (all if the pose is not solved). Must be
+  /// called after place(), since it moves only the layers. A mesh and its revision change only if necessary;
+  /// mesh sizes are constant.
   void update(Scene& scene, const Motion& motion, const Shown& shown);
 
-  /// Those that the model has something for.
+  /// The layers for which the model has data.
   const LayerSet& available() const { return available_; }
   const Legend& gap_legend() const;     ///< mm
   const Legend& strain_legend() const;  ///< percent
-  /// The axes' colours: of "axes", then of "helical-axis".
+  /// The colours of the axes: those of layer "axes", then of "helical-axis".
   static const std::vector<Label>& axis_labels();
 
  private:
@@ -104,9 +104,9 @@ class JointLayers {
   LayerSet available_;
 };
 
-/// Opacity of one object's bodies: `part` of their materials' own. To look through to what lies behind.
+/// Multiplies the opacity of one object's bodies by `part`.
 void see_through(Scene& scene, Owner owner, float part);
-/// One object's bodies out of sight; its layers stay.
+/// Hides one object's bodies; its layers stay visible.
 void hide(Scene& scene, Owner owner);
 
 }  // namespace vrda

@@ -10,7 +10,8 @@
 namespace vrda {
 namespace {
 
-/// Straight fibres need no more than four; on a wrap 12 points bend by a few degrees from each to the next.
+/// Points per fibre: four suffice for straight ones; on a wrap 12 points give a few degrees of bend per
+/// segment.
 constexpr std::size_t n_straight = 4, n_wrapped = 14;
 constexpr double thickness_mm = 0.9,
                  slack_thickness_mm = 0.55;  // radii on a knee: fibres lie 2 to 4 mm apart
@@ -21,7 +22,8 @@ std::size_t n_points(const Fibre& fibre)
   return fibre.wrap < 0 ? n_straight : n_wrapped;
 }
 
-/// From 0 to what most taut fibres of the telling cells stay below, in steps of 2 %.
+/// Scale from 0 to the 95 % quantile of positive strains in the informative cells, rounded up to steps of 2
+/// %.
 Legend legend_of(const MotionModel& model, std::size_t n_fibres)
 {
   constexpr double step = 0.02, most = 0.95;
@@ -34,10 +36,10 @@ Legend legend_of(const MotionModel& model, std::size_t n_fibres)
   }
   double highest = step;
   if (!taut.empty()) {
-    const auto place =
+    const auto quantile =
         taut.begin() + static_cast<std::ptrdiff_t>(most * static_cast<double>(taut.size() - 1));
-    std::nth_element(taut.begin(), place, taut.end());
-    highest = std::max(step, step * std::ceil(*place / step - 1e-9));
+    std::nth_element(taut.begin(), quantile, taut.end());
+    highest = std::max(step, step * std::ceil(*quantile / step - 1e-9));
   }
   Legend legend;
   legend.title = "strain, %";
@@ -96,20 +98,20 @@ void LigamentLayer::update(Scene& scene, const JointPose& pose)
   X_reference_moving_ = pose.X_reference_moving;
   is_made_ = true;
   Drawable& drawable = scene.drawables[drawable_];
-  // Lengths do not mind which frame both objects stand in: the reference's own.
+  // Fibre lengths do not depend on the common frame: use the reference's.
   const JointPlacement placement{Eigen::Matrix3d::Identity(), pose.X_reference_moving.linear(),
                                  pose.X_reference_moving.translation()};
   std::array<Eigen::Vector3d, n_wrapped> points_mm;
   std::size_t vertex = 0;
   for (std::size_t i = 0; i < ligaments_.fibres.size(); ++i) {
     const Fibre& fibre = ligaments_.fibres[i];
-    const std::span<Eigen::Vector3d> way_mm(points_mm.data(), n_points(fibre));
-    const FibreWay way = fibre_way(fibre, ligaments_.wraps, placement, way_mm);
-    strain_[i] = way.length_mm / fibre.slack_length_mm - 1.0;
-    for (Eigen::Vector3d& p_mm : way_mm) p_mm -= origin_mm_;
-    set_tube(drawable.mesh, vertex, way_mm, scale_ * (strain_[i] < 0.0 ? slack_thickness_mm : thickness_mm));
+    const std::span<Eigen::Vector3d> path_mm(points_mm.data(), n_points(fibre));
+    const FibreWay path = fibre_way(fibre, ligaments_.wraps, placement, path_mm);
+    strain_[i] = path.length_mm / fibre.slack_length_mm - 1.0;
+    for (Eigen::Vector3d& p_mm : path_mm) p_mm -= origin_mm_;
+    set_tube(drawable.mesh, vertex, path_mm, scale_ * (strain_[i] < 0.0 ? slack_thickness_mm : thickness_mm));
     const auto first = drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex);
-    vertex += tube_size(way_mm.size()).n_vertices;
+    vertex += tube_size(path_mm.size()).n_vertices;
     std::fill(first, drawable.colours.begin() + static_cast<std::ptrdiff_t>(vertex),
               colour_of(legend_, 100.0 * strain_[i]));
   }

@@ -25,7 +25,7 @@ Background background_of(Backdrop backdrop)
     case Backdrop::black:
       return {};
   }
-  throw InternalError("a backdrop has colours");
+  throw InternalError("unknown backdrop");
 }
 
 }  // namespace vrda

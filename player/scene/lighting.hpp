@@ -1,4 +1,4 @@
-/// How lights and the backdrop look. Colours are linear RGB on [0, 1].
+/// Lights and backgrounds. Colours are linear RGB on [0, 1].
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,7 @@ struct Light {
   Eigen::Vector3f colour{1.0F, 1.0F, 1.0F};
 };
 
-/// Hemisphere light along world Y, plus lights that hang on the camera.
+/// Hemisphere light along world Y, plus directional lights attached to the camera.
 struct Lighting {
   Eigen::Vector3f sky{0.2F, 0.2F, 0.2F};
   Eigen::Vector3f ground{0.1F, 0.1F, 0.1F};
@@ -25,11 +25,11 @@ struct Background {
   Eigen::Vector3f bottom{0.0F, 0.0F, 0.0F};
 };
 
-/// Key light from the upper left of the viewer, a cooler fill, a rim from behind.
+/// Key light from the upper left, a cooler fill light, a rim light from behind.
 Lighting studio_lighting();
 
 enum class Backdrop {
-  studio,  ///< calm light grey
+  studio,  ///< light grey
   night,   ///< dark blue grey
   black,   ///< transparent on the bench's display
 };

@@ -20,7 +20,7 @@ Light light_of(const Document& document, const DocumentValue& value, const std::
   constexpr float shortest_direction = 1e-3F;
   const Eigen::Vector3f towards = three(value, "towards");
   if (towards.norm() < shortest_direction)
-    document.refuse(key + ".towards", "no direction", "a vector that is not 0");
+    document.refuse(key + ".towards", "no direction", "a non-zero vector");
   Light light;
   light.towards_camera = towards.normalized();
   light.colour = three(value, "colour");
@@ -47,7 +47,7 @@ Lights parsed_lights(const std::string& text, const std::string& name)
 
 Lights read_lights(const std::string& path)
 {
-  return parsed_lights(document_text(path, "a file of lights (schemas/lights.md)"), path);
+  return parsed_lights(document_text(path, "a lights file (schemas/lights.md)"), path);
 }
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// Lights and background from a file.
+/// Reads lights and background from a file.
 #pragma once
 
 #include <optional>
@@ -10,13 +10,13 @@ namespace vrda {
 
 struct Lights {
   Lighting lighting;
-  std::optional<Background> background;  ///< where the file has one
+  std::optional<Background> background;  ///< if the file has one
 };
 
-/// Reads a TOML file as schemas/lights.md describes it. Throws InputError naming the file and the key.
+/// Reads a TOML file (schemas/lights.md). Throws InputError naming the file and the key.
 Lights read_lights(const std::string& path);
 
-/// The same from the text of a file; `name` is for errors.
+/// Parses the text of a lights file; `name` is used in errors.
 Lights parsed_lights(const std::string& text, const std::string& name);
 
 }  // namespace vrda

@@ -46,7 +46,7 @@ struct Extent {
   Eigen::Vector3d max_mm = -min_mm;
 };
 
-/// Bounding box of the contact parts of one object, as placed.
+/// World bounding box of the contact parts of one object at the present placement.
 Extent extent_of(const Scene& scene, Owner owner)
 {
   Extent extent;
@@ -67,7 +67,7 @@ JointFrames frames_of(const JointPose& pose, Held held)
 {
   JointFrames frames{pose.X_world_reference, Pose::Identity(), pose.X_world_moving};
   if (held == Held::moving) return frames;
-  // Undo the turn of the attitude for everybody: the reference then only stands recentred.
+  // Remove the attitude's rotation from both objects: the reference is then only recentred.
   frames.X_world_delta.linear() = pose.X_world_reference.linear().transpose();
   frames.X_world_reference = frames.X_world_delta * pose.X_world_reference;
   return frames;
@@ -110,7 +110,7 @@ Sphere joint_sphere(const Scene& scene, double widths)
   const Eigen::Vector3d low = reference.min_mm.cwiseMax(moving.min_mm);
   const Eigen::Vector3d high = reference.max_mm.cwiseMin(moving.max_mm);
   if (!low.allFinite() || !high.allFinite()) return {};
-  // Apart along an axis, `low` lies above `high` and their middle is the middle of the gap.
+  // If the boxes are separate along an axis, `low` exceeds `high` and their mean is the centre of the gap.
   const double width_mm = std::max(high.x() - low.x(), high.z() - low.z());
   return {0.5 * (low + high), widths * std::max(width_mm, 0.0)};
 }

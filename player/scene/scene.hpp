@@ -1,4 +1,4 @@
-/// The drawables of a joint and where they stand.
+/// The drawables of a joint and their placement.
 #pragma once
 
 #include <array>
@@ -14,21 +14,21 @@
 
 namespace vrda {
 
-/// Repeated over a surface, seen along each of the three axes of its mesh and mixed by the normal
-/// (triplanar), so that it needs no coordinates of its own and moves with the mesh.
+/// A tiled texture with triplanar mapping: projected along the three mesh axes and blended by the normal, so
+/// that it needs no texture coordinates and moves with the mesh.
 struct Texture {
   int width = 0;  ///< pixels; 0: no texture
   int height = 0;
   std::vector<std::uint8_t> rgb;  ///< [height * width * 3] sRGB, top row first
-  double scale_mm = 40.0;         ///< width of one repeat
+  double scale_mm = 40.0;         ///< width of one tile
 
   bool is_empty() const { return rgb.empty(); }
 };
 
-/// The object whose frame a drawable hangs in.
+/// The object to whose frame a drawable is attached.
 enum class Owner { reference, moving, world };
 
-/// What a drawable belongs to; all but the bodies come and go on demand.
+/// The layer of a drawable; all except the bodies are optional.
 enum class Layer { bodies, contacts, normals, axes, helical_axis, gap_map, ligaments };
 
 /// sRGB with straight alpha.
@@ -39,38 +39,38 @@ struct Drawable {
   Layer layer = Layer::bodies;
   Owner owner = Owner::reference;
   bool is_shown = true;
-  bool has_contact = true;            ///< false: drawn only
+  bool has_contact = true;            ///< false: visual part only
   DrawMesh mesh;                      ///< relative to origin_mm
-  std::vector<VertexColour> colours;  ///< one a vertex instead of the material's, or none
-  std::uint64_t revision = 0;         ///< raised with every change of mesh or colours once loaded
+  std::vector<VertexColour> colours;  ///< one per vertex, replacing the material's colour; or empty
+  std::uint64_t revision = 0;         ///< must be increased with every change of mesh or colours after load
   Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();  ///< canonical
-  Box box_mm;                                           ///< of mesh, relative to origin_mm
+  Box box_mm;                                           ///< of the mesh, relative to origin_mm
   Material material;
   Pose X_world_mesh = Pose::Identity();
 };
 
-/// How bodies are drawn (thesis, appendix C); other layers are always smooth.
+/// Draw mode of bodies (thesis, appendix C); other layers are always smooth.
 enum class DrawMode {
   wire,         ///< edges
-  hidden_line,  ///< edges that nothing hides
-  flat,         ///< one shade a triangle
+  hidden_line,  ///< visible edges
+  flat,         ///< one shade per triangle
   smooth,       ///< shaded by vertex normals
   textured      ///< smooth, with the bone's texture
 };
 
 struct Scene {
   std::vector<Drawable> drawables;
-  Texture texture;  ///< of bone, in DrawMode::textured; without one bone is mottled
+  Texture texture;  ///< for bone in DrawMode::textured; if empty, bone is mottled
   DrawMode mode = DrawMode::textured;
   Lighting lighting = studio_lighting();
   Background background = background_of(Backdrop::studio);
 };
 
-/// Which object stands still on screen.
+/// The object that is fixed on screen.
 enum class Held { moving, reference };
 
-/// The frames of a joint on screen: the reference under its attitude, the moving object under Delta's
-/// frame and, within it, theta and the translation.
+/// The frames of a displayed joint: the reference at its attitude, and the moving object (theta and
+/// translation) in Delta's frame.
 struct JointFrames {
   Pose X_world_reference = Pose::Identity();
   Pose X_world_delta = Pose::Identity();
@@ -79,12 +79,12 @@ struct JointFrames {
 
 JointFrames frames_of(const JointPose& pose, Held held = Held::moving);
 
-/// One drawable for each component of each part that has triangles. Placed as in the meshes' own frame
-/// with the rotation centre at the origin.
+/// One drawable per component of each part that has triangles, placed in the meshes' frame with the rotation
+/// centre at the origin.
 Scene scene_of(const Body& reference, const Body& moving, const Eigen::Vector3d& rotation_centre_mm,
                double crease_rad = default_crease_rad);
 
-/// Moves every drawable to its frame; those of the world's stay. Allocates nothing.
+/// Places every drawable in its owner's frame; those of the world are unchanged. Allocates nothing.
 void place(Scene& scene, const JointFrames& frames);
 
 struct Sphere {
@@ -92,31 +92,31 @@ struct Sphere {
   double radius_mm = 0.0;
 };
 
-/// Bodies that are shown: a picture needs room for them, and for nothing else.
+/// True for visible bodies, to which cameras are fitted.
 bool is_framed(const Drawable& drawable);
 
-/// The place where the objects meet, as placed: around the middle of the overlap of the bounding boxes of
-/// their contact parts, as wide as `widths` times the larger width of that overlap across world Y. Hidden
-/// bodies count: the joint is where it is.
+/// The region of contact at the present placement: a sphere about the centre of the overlap of the contact
+/// parts' bounding boxes, with a radius of `widths` times the larger width of the overlap normal to world Y.
+/// Includes hidden bodies.
 Sphere joint_sphere(const Scene& scene, double widths = 0.85);
 
-/// The vertices of the bodies, as placed, within the sphere; every one of theirs when none is.
+/// The world positions of the visible bodies' vertices within the sphere; all vertices if there is none.
 std::vector<Eigen::Vector3d> points_within(const Scene& scene, const Sphere& sphere);
 
-/// How large signs are drawn: 1 for a knee, whose plateaus are 80 mm wide.
+/// Scale factor for markers: 1 for a knee with a plateau width of 80 mm.
 double sign_scale(const MotionModel& model);
 
-/// The cells whose values set a scale: the stable ones of the spine, where a joint is shown by default;
-/// without any, every stable one.
+/// The cells that determine colour and force scales: the stable cells of the spine, otherwise all stable
+/// cells.
 std::vector<std::size_t> telling_cells(const MotionModel& model);
 
-/// Appended hidden; its place in the scene is returned. It does not take part in contact.
+/// Appends a hidden drawable without contact; returns its index.
 std::size_t add_layer(Scene& scene, Layer layer, Owner owner, const std::string& name);
 
-/// The material of signs: plain, opaque, a soft highlight.
+/// The material of markers: plain, opaque, with a soft highlight.
 Material sign_material(const VertexColour& colour);
 
-/// The box of the vertices that the triangles use. Wanted after a mesh was changed.
+/// Recomputes the box of the vertices used by the triangles; required after a change of the mesh.
 void update_box(Drawable& drawable);
 
 }  // namespace vrda

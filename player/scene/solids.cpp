@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t n_sides = 12;
 constexpr std::size_t n_ball_rings = 9;
-/// Of an arrow: pairs of rings for tail, shaft, back of the head and cone, each with normals of its own.
+/// An arrow has pairs of rings for tail, shaft, back of the head and cone, each with its own normals.
 constexpr std::size_t n_arrow_rings = 8, n_rod_rings = 6;
 
 using Circle = std::array<SinCos, n_sides>;
@@ -28,7 +28,7 @@ const Circle& circle()
   return points;
 }
 
-/// Right-handed, unit: two directions across, one along.
+/// Right-handed orthonormal frame: two directions across, one along.
 struct Frame {
   Eigen::Vector3d u, v, along;
 };
@@ -44,8 +44,8 @@ Frame frame_along(const Eigen::Vector3d& along)
 struct Ring {
   Eigen::Vector3d centre_mm;
   double radius_mm = 0.0;
-  double outward = 1.0;  ///< the normal's parts across and along the axis
-  double forward = 0.0;
+  double outward = 1.0;  ///< radial component of the normal
+  double forward = 0.0;  ///< axial component of the normal
 };
 
 std::array<float, 3> single(const Eigen::Vector3d& v)
@@ -56,8 +56,8 @@ std::array<float, 3> single(const Eigen::Vector3d& v)
 std::size_t set_ring(DrawMesh& mesh, std::size_t first_vertex, const Frame& frame, const Ring& ring)
 {
   for (std::size_t k = 0; k < n_sides; ++k) {
-    const SinCos& place = circle()[k];
-    const Eigen::Vector3d across = place.cos * frame.u + place.sin * frame.v;
+    const SinCos& angle = circle()[k];
+    const Eigen::Vector3d across = angle.cos * frame.u + angle.sin * frame.v;
     DrawVertex& vertex = mesh.vertices[first_vertex + k];
     vertex.position_mm = single(ring.centre_mm + ring.radius_mm * across);
     vertex.normal = single(ring.outward * across + ring.forward * frame.along);
@@ -65,7 +65,7 @@ std::size_t set_ring(DrawMesh& mesh, std::size_t first_vertex, const Frame& fram
   return first_vertex + n_sides;
 }
 
-/// Triangles between the rings first and first + n_sides, seen from outside counter-clockwise.
+/// Triangles between the rings at vertices first and first + n_sides, counter-clockwise seen from outside.
 void add_band(DrawMesh& mesh, std::size_t first)
 {
   for (std::size_t k = 0; k < n_sides; ++k) {
@@ -76,7 +76,7 @@ void add_band(DrawMesh& mesh, std::size_t first)
   }
 }
 
-/// Room for rings and the bands from each to the next, or from each second one to the next.
+/// Adds rings and the bands between successive rings; with step 2 only between the rings of each pair.
 void add_rings(DrawMesh& mesh, std::size_t n_rings, std::size_t step)
 {
   const std::size_t first = mesh.vertices.size();
@@ -89,7 +89,7 @@ SolidSize size_of(std::size_t n_rings, std::size_t step)
   return {n_rings * n_sides, n_rings / step * 6 * n_sides - (step == 1 ? 6 * n_sides : 0)};
 }
 
-/// A flat end: a ring and its centre, in the order in which the rings go on. `ring.forward` is -1 or 1.
+/// Writes a flat end cap: a ring and its centre, in axial order. `ring.forward` is -1 or 1.
 std::size_t set_end(DrawMesh& mesh, std::size_t vertex, const Frame& frame, const Ring& ring)
 {
   const Ring centre{ring.centre_mm, 0.0, 0.0, ring.forward};
@@ -167,7 +167,7 @@ void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& 
   vertex = set_ring(mesh, vertex, frame, {from_mm, shaft_radius_mm});
   vertex = set_ring(mesh, vertex, frame, {arrow_neck_mm, shaft_radius_mm});
   vertex = set_end(mesh, vertex, frame, {arrow_neck_mm, head_radius_mm, 0.0, -1.0});
-  // A cone's normal: across its slope, which falls by the radius over head_slimness radii.
+  // Normal of a cone with a length of head_slimness radii.
   constexpr double outward = 0.933, forward = 0.359;
   vertex = set_ring(mesh, vertex, frame, {arrow_neck_mm, head_radius_mm, outward, forward});
   set_ring(mesh, vertex, frame, {to_mm, 0.0, outward, forward});
@@ -176,18 +176,18 @@ void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& 
 void set_tube(DrawMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
               double radius_mm)
 {
-  constexpr double same_place_mm = 1e-9;
-  check(points_mm.size() >= 2, "a tube goes round at least two points");
+  constexpr double coincident_mm = 1e-9;
+  check(points_mm.size() >= 2, "a tube has at least two points");
   const std::size_t last = points_mm.size() - 1;
   Frame frame = frame_along(Eigen::Vector3d::UnitY());
   bool has_frame = false;
   std::size_t vertex = first_vertex;
   for (std::size_t i = 0; i <= last; ++i) {
-    const Eigen::Vector3d way_mm = points_mm[std::min(i + 1, last)] - points_mm[i > 0 ? i - 1 : 0];
-    const double length_mm = way_mm.norm();
-    if (length_mm > same_place_mm) {
-      // The frame of the last ring, turned no more than it must.
-      const Eigen::Vector3d along = way_mm / length_mm;
+    const Eigen::Vector3d tangent_mm = points_mm[std::min(i + 1, last)] - points_mm[i > 0 ? i - 1 : 0];
+    const double length_mm = tangent_mm.norm();
+    if (length_mm > coincident_mm) {
+      // Minimal rotation from the previous ring's frame.
+      const Eigen::Vector3d along = tangent_mm / length_mm;
       const Eigen::Vector3d u = frame.u - along.dot(frame.u) * along;
       frame = has_frame && u.norm() > 0.1 ? Frame{u.normalized(), along.cross(u.normalized()), along}
                                           : frame_along(along);

@@ -1,4 +1,4 @@
-/// Round solids of triangles: balls, rods, arrows and tubes, written into room made beforehand.
+/// Meshes of balls, rods, arrows and tubes, written to preallocated vertices.
 #pragma once
 
 #include <Eigen/Core>
@@ -9,7 +9,7 @@
 
 namespace vrda {
 
-/// Sizes of a solid: `n` of them fill n times as many vertices and indices.
+/// Numbers of vertices and indices of one solid.
 struct SolidSize {
   std::size_t n_vertices = 0;
   std::size_t n_indices = 0;
@@ -20,22 +20,22 @@ SolidSize rod_size();
 SolidSize arrow_size();
 SolidSize tube_size(std::size_t n_points);
 
-/// Room for `n` solids, every index written: a solid's triangles never change, only its vertices. The
-/// triangles of the first k solids are the first k n_indices.
+/// Append `n` solids with all indices; only the vertices change afterwards. The triangles of the first k
+/// solids are the first k * n_indices indices.
 void add_balls(DrawMesh& mesh, std::size_t n);
 void add_rods(DrawMesh& mesh, std::size_t n);
 void add_arrows(DrawMesh& mesh, std::size_t n);
 void add_tube(DrawMesh& mesh, std::size_t n_points);
 
-/// These write a solid's vertices, from `first_vertex` on, and allocate nothing. Lengths above 0, mm.
+/// Write the vertices of a solid from `first_vertex` on; allocate nothing. Lengths must be positive, mm.
 void set_ball(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& centre_mm, double radius_mm);
-/// A cylinder from one end to the other.
+/// A cylinder with flat ends.
 void set_rod(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
              const Eigen::Vector3d& to_mm, double radius_mm);
-/// `radius_mm` is that of the shaft; the head is three times as wide, and shorter where the arrow is short.
+/// `radius_mm` is the shaft radius; the head has three times the radius. Both are reduced for short arrows.
 void set_arrow(DrawMesh& mesh, std::size_t first_vertex, const Eigen::Vector3d& from_mm,
                const Eigen::Vector3d& to_mm, double radius_mm);
-/// Round a way of at least two points, closed at both ends. Points that coincide are passed over.
+/// A tube along at least two points, closed at both ends. Coincident points are allowed.
 void set_tube(DrawMesh& mesh, std::size_t first_vertex, std::span<const Eigen::Vector3d> points_mm,
               double radius_mm);
 

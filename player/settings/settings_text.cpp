@@ -34,9 +34,9 @@ std::string number_text(double value)
 
 std::string rounded_text(double value, int decimals)
 {
-  double of_one = 1.0;
-  for (int k = 0; k < decimals; ++k) of_one *= 10.0;
-  return shortest(std::round(value * of_one) / of_one);
+  double scale = 1.0;
+  for (int k = 0; k < decimals; ++k) scale *= 10.0;
+  return shortest(std::round(value * scale) / scale);
 }
 
 std::string list_text(std::span<const double> values)

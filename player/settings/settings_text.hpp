@@ -1,4 +1,4 @@
-/// Values as a TOML file holds them.
+/// Formatting of TOML values.
 #pragma once
 
 #include <span>
@@ -7,14 +7,15 @@
 
 namespace vrda {
 
-/// In quotes, with escapes.
+/// A quoted string with escapes.
 std::string quoted_text(std::string_view text);
 
-/// "[1.5, 2.0]"; a number always has a point or an exponent, so that it reads back as one.
+/// Numbers always have a decimal point or an exponent, so that TOML reads them as floats; a list is
+/// "[1.5, 2.0]".
 std::string number_text(double value);
 std::string list_text(std::span<const double> values);
 
-/// The fewest digits that read as `value` rounded to that many decimals, at most 9.
+/// `value` rounded to `decimals` (at most 9), in the fewest digits.
 std::string rounded_text(double value, int decimals);
 
 }  // namespace vrda

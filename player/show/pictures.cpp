@@ -9,7 +9,7 @@
 namespace vrda {
 namespace {
 
-/// The part of the picture of the `row`th of `n` views side by side; together they cover it.
+/// The viewport of view `row` of `n` views tiled side by side.
 Viewport column(const PictureSize& size, std::size_t row, std::size_t n)
 {
   const auto edge = [&](std::size_t i) {
@@ -28,16 +28,16 @@ void require_layers(const std::string& file, const LayerSet& wanted, const Layer
   for (const std::string& name : layer_names()) {
     const Layer layer = *layer_named(name);
     if (wanted.has(layer) && !available.has(layer))
-      throw InputError({file, "--layers", name, "a layer that the model has something for"});
+      throw InputError({file, "--layers", name, "a layer for which the model has data"});
   }
 }
 
-/// A box a material.
+/// Three boxes, one per material (bone, cartilage, meniscus).
 Body sample_body()
 {
   Body body;
   body.name = "sample";
-  // Corner k has the bits of k; each face counter-clockwise from outside.
+  // The bits of k are the coordinates of corner k; faces are counter-clockwise seen from outside.
   constexpr std::array<std::array<int, 3>, 12> faces{{{0, 2, 3},
                                                       {0, 3, 1},
                                                       {4, 5, 7},
@@ -76,9 +76,10 @@ std::unique_ptr<Renderer> warm_renderer(const ShowOptions& options)
   place(scene, {});
   CameraFit fit(view_rotation(View::oblique, Side::right));
   fit.include(framed_points(scene, Framed::all));
-  dress(scene, options.look);  // which may hide bodies
+  dress(scene, options.look);  // after fitting, since it may hide bodies
   renderer->load(scene);
-  const Shot shot{with_depth_range(fit.camera(), scene), {0, 0, 16, 12}};  // few pixels: programs count
+  const Shot shot{with_depth_range(fit.camera(), scene),
+                  {0, 0, 16, 12}};  // few pixels: only shader compilation matters
   renderer->draw(scene, {&shot, 1}, nullptr);
   return renderer;
 }
@@ -96,7 +97,7 @@ PictureMaker::PictureMaker(const ShowOptions& options, const MotionModel& model,
       layers_(model, scene_),
       renderer_(std::move(renderer))
 {
-  check(!scene_.drawables.empty(), "a motion model that was read has triangles");
+  check(!scene_.drawables.empty(), "a validated motion model has triangles");
   scene_.background = background_of(options.backdrop);
   dress(scene_, options.look);
   wanted_ = parsed_layers(options.look.layers);

@@ -1,4 +1,4 @@
-/// Pictures of a joint at the poses of a series, without a window.
+/// Off-screen images of a joint at a series of poses.
 #pragma once
 
 #include <memory>
@@ -17,28 +17,28 @@
 
 namespace vrda {
 
-/// Which motion the poses are of.
+/// The set of the motion model that the poses belong to.
 struct PosedSet {
   std::string name;      ///< one of set_names(model)
-  bool has_gaps = true;  ///< false: poses of a search on its way, of which no gap is known
+  bool has_gaps = true;  ///< false for intermediate search poses, which have no gap data
 };
 
-/// A renderer of `options`' size that has drawn its first picture, of boxes as bones, cartilage and menisci
-/// look: what the first picture of a joint waits for most, done before there is a joint. Throws InputError as
-/// make_offscreen_renderer and dress do.
+/// Returns a renderer of the size in `options` whose shaders are compiled: it has drawn boxes with the
+/// materials of bone, cartilage and meniscus. Shader compilation dominates the time to the first frame.
+/// Throws InputError like make_offscreen_renderer and apply_appearance.
 std::unique_ptr<Renderer> warm_renderer(const ShowOptions& options);
 
-/// One camera a view for the whole series: the joint moves, the picture does not.
+/// Renders a series of poses with one fixed camera per view.
 class PictureMaker {
  public:
-  /// `model` must outlive it; `renderer` is of the options' size; of `options` counts how to draw. Cameras
-  /// have room for every one of `poses`.
+  /// `model` and `options` must outlive it; `renderer` has the size given in `options`. The cameras are
+  /// fitted to all of `poses`.
   PictureMaker(const ShowOptions& options, const MotionModel& model, const PosedSet& set,
                const std::vector<JointPose>& poses, std::unique_ptr<Renderer> renderer);
 
-  /// One view (a row of --views), as large as the picture. Valid until the next.
+  /// Renders one view (index into --views) at full size. The result is valid until the next call.
   const Image& single(std::size_t view, const JointPose& pose);
-  /// All views side by side.
+  /// Renders all views side by side. The result is valid until the next call.
   const Image& tiled(const JointPose& pose);
 
  private:
@@ -57,7 +57,7 @@ class PictureMaker {
   JointLayers layers_;
   LayerSet wanted_;
   std::unique_ptr<Renderer> renderer_;
-  std::optional<Gui> gui_;  ///< with --overlay
+  std::optional<Gui> gui_;  ///< with --numbers
   std::vector<Camera> single_, tiled_;
   std::vector<Shot> shots_;
 };

@@ -11,9 +11,9 @@
 namespace vrda {
 namespace {
 
-constexpr int framed_places = 7;           // of the motion: its outline changes slowly
+constexpr int n_framed_poses = 7;          // samples of the motion for framing; its outline changes slowly
 constexpr double session_message_s = 4.0;  // long enough to read a path
-constexpr double most_elapsed_s = 0.25;    // a program that was stopped goes on where it was
+constexpr double most_elapsed_s = 0.25;    // a suspended program resumes where it stopped
 
 std::vector<PlayedSet> played_sets(const MotionModel& model)
 {
@@ -27,16 +27,16 @@ std::size_t row_of(const MotionModel& model, const std::string& set)
 {
   const std::vector<std::string> names = set_names(model);
   const auto found = std::find(names.begin(), names.end(), set);
-  check(found != names.end(), "a session is asked for a set that the model has");
+  check(found != names.end(), "the session's set is in the model");
   return static_cast<std::size_t>(found - names.begin());
 }
 
-/// What the picture has room for, over the whole motion.
+/// The points to be framed over the whole motion, world.
 std::vector<Eigen::Vector3d> points_over(Scene& scene, const Motion& motion, const SessionOptions& options)
 {
   std::vector<Eigen::Vector3d> all;
-  for (int i = 0; i < framed_places; ++i) {
-    const double part = static_cast<double>(i) / (framed_places - 1);
+  for (int i = 0; i < n_framed_poses; ++i) {
+    const double part = static_cast<double>(i) / (n_framed_poses - 1);
     const double flexion_rad =
         motion.first_flexion_rad() + part * (motion.last_flexion_rad() - motion.first_flexion_rad());
     const JointPose pose = motion.at({flexion_rad, motion.balanced_varus_rad(flexion_rad)});
@@ -67,7 +67,7 @@ Session::Session(MotionModel model, const SessionOptions& options)
       width_(options.width),
       height_(options.height)
 {
-  check(!scene_.drawables.empty(), "a motion model that was read has triangles");
+  check(!scene_.drawables.empty(), "a validated motion model has triangles");
   state_.set = row_of(model_, options.set);
   state_.timeline = timeline_of(sets_[state_.set].motion, options);
   state_.varus_rad = options.varus_rad;
@@ -196,7 +196,7 @@ void Session::place_joint()
   readout_.pose = sets_[state_.set].motion.at(wanted);
   readout_.is_varus_balanced = !state_.varus_rad.has_value();
   readout_.gap = sets_[state_.set].gaps.at(readout_.pose.attitude);
-  // Where nothing is solved the joint stays as it stood last, and the numbers say so.
+  // At an unsolved attitude the joint keeps its last pose; the readout reports it.
   const JointFrames frames = frames_of(readout_.pose, state_.held);
   if (readout_.pose.status == PoseStatus::solved) place(scene_, frames);
   layers_.update(scene_, sets_[state_.set].motion, {readout_.pose, frames, state_.layers});
@@ -274,11 +274,9 @@ void Session::tell(const std::string& message)
   message_left_s_ = session_message_s;
 }
 
-// A window's events as what they mean for a session.
-
 namespace {
 
-constexpr int frames_after_input = 3;  // buttons of the interface answer within two
+constexpr int frames_after_input = 3;  // the interface library needs two frames to react to a button
 
 }  // namespace
 
@@ -312,7 +310,7 @@ void Session::take(const InputEvent& event)
       return;
     case InputKind::focus_lost:
       held_key_ = 0;
-      // A release outside never comes.
+      // A release outside the window is not delivered.
       for (const Button button : {Button::left, Button::middle, Button::right}) release(button);
       return;
     default:
@@ -328,18 +326,18 @@ bool is_reached(double wanted_rad, double shown_rad)
   return std::abs(wanted_rad - shown_rad) < rounding_rad;
 }
 
-/// What of the attitude asked for is not shown; empty where all of it is.
-std::string what_is_not_shown(const SessionOptions& asked, const Session& session)
+/// Message that names the requested angles that were clamped; empty if none was.
+std::string clamping_message(const SessionOptions& requested, const Session& session)
 {
   const bool is_flexion_shown =
-      !asked.flexion_rad || is_reached(*asked.flexion_rad, session.state().timeline.flexion_rad);
+      !requested.flexion_rad || is_reached(*requested.flexion_rad, session.state().timeline.flexion_rad);
   const bool is_varus_shown =
-      !asked.varus_rad || is_reached(*asked.varus_rad, session.pose().attitude.varus_rad);
+      !requested.varus_rad || is_reached(*requested.varus_rad, session.pose().attitude.varus_rad);
   if (is_flexion_shown && is_varus_shown) return {};
-  if (!is_varus_shown && session.is_varus_free()) return "varus was free and is shown as it was found";
+  if (!is_varus_shown && session.is_varus_free()) return "varus was free: the solved varus is shown";
   const std::string which = is_varus_shown ? "flexion" : is_flexion_shown ? "varus" : "flexion and varus";
-  return "the " + which + " asked for " + (is_varus_shown || is_flexion_shown ? "lies" : "lie") +
-         " outside the measured range";
+  return "the requested " + which + (is_varus_shown || is_flexion_shown ? " is" : " are") +
+         " outside the grid's range";
 }
 
 }  // namespace
@@ -361,7 +359,7 @@ void ShownModel::show(MotionModel model, const SessionOptions& options)
   made->load_into(renderer_);
   session_ = std::move(made);
   title_ = own.title;
-  const std::string remark = what_is_not_shown(own, *session_);
+  const std::string remark = clamping_message(own, *session_);
   if (!remark.empty()) session_->tell(remark);
 }
 

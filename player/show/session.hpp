@@ -1,4 +1,4 @@
-/// A joint being looked at: what a window shows and what its user does, without the window itself.
+/// The interactive state of mode `show`, independent of the window.
 #pragma once
 
 #include <memory>
@@ -24,17 +24,17 @@ struct SessionOptions {
   std::string set;  ///< one of set_names(model)
   std::string title;
   View view = View::oblique;
-  std::optional<double> flexion_rad;  ///< default the first
-  std::optional<double> varus_rad;    ///< default the balanced one
+  std::optional<double> flexion_rad;  ///< default: the first of the set
+  std::optional<double> varus_rad;    ///< default: the balanced varus
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
   LookOptions look;
   Framed framed = Framed::joint;
   int width = 1280, height = 960;
-  double scale = 1.0;  ///< of text and controls
+  double scale = 1.0;  ///< factor for text and controls
 };
 
-/// One set of the model: its poses and what is known of its gaps.
+/// One set of the model: its poses and gap readings.
 struct PlayedSet {
   Motion motion;
   GapReader gaps;
@@ -44,10 +44,10 @@ class Session {
  public:
   Session(MotionModel model, const SessionOptions& options);
 
-  /// The meshes and the font, for a renderer that has not got them.
+  /// Loads the meshes and the font into a renderer.
   void load_into(Renderer& renderer) const;
 
-  // What the user does, in the order it happens. Pixels from the picture's top left corner.
+  // Input events in order of occurrence. Pixels from the top left corner of the window.
   void take(const InputEvent& event);
   void press(Button button, const Eigen::Vector2d& pointer_px, bool has_shift, bool has_control);
   void release(Button button);
@@ -57,10 +57,11 @@ class Session {
   void press_key(const KeyPress& press);
   void resize(int width, int height);
 
-  /// Goes on by `elapsed_s`, then the picture is up to date. Allocates nothing once warm.
+  /// Advances by `elapsed_s` (not negative) and updates scene, shots and overlay. Allocates nothing once
+  /// warm.
   void advance(double elapsed_s);
 
-  /// Nothing will change until something happens.
+  /// True if the frame does not change before the next event.
   bool is_idle() const;
 
   const Scene& scene() const { return scene_; }
@@ -69,17 +70,17 @@ class Session {
   const PlayerState& state() const { return state_; }
   const JointPose& pose() const { return readout_.pose; }
   bool is_varus_free() const { return range_.is_varus_free; }
-  /// What was told last, whether it still stands or not.
+  /// The latest message, also after its display time.
   const std::string& told() const { return message_; }
   const Gaze& gaze() const { return gaze_; }
 
-  /// True once after the user asked for it.
+  /// Return a pending request of the user and clear it.
   bool takes_picture();
   bool toggles_full_screen();
 
-  /// The picture without controls, as large as the renderer's.
+  /// Renders a screenshot without controls at the renderer's size.
   const Image& picture(Renderer& renderer);
-  /// Shown for some seconds.
+  /// Displays a message for some seconds.
   void tell(const std::string& message);
 
  private:
@@ -105,33 +106,33 @@ class Session {
   Readout readout_;
   Gaze gaze_;
   View view_ = View::oblique;
-  Backdrop backdrop_ = Backdrop::studio;  ///< that the scene has; a file of lights may bring another
+  Backdrop backdrop_ = Backdrop::studio;  ///< last applied to the scene; a lights file may replace it
   Shot shot_;
   std::optional<Drag> drag_;
   std::optional<Button> drag_button_;
   GuiPointer pointer_;
-  int held_key_ = 0;               ///< of the window's codes
-  int n_frames_due_ = 0;           ///< until the interface stands still again
-  bool was_left_pressed_ = false;  ///< since the last frame: a click shorter than a frame counts
+  int held_key_ = 0;               ///< key code of the window
+  int n_frames_due_ = 0;           ///< frames to draw until the interface settles
+  bool was_left_pressed_ = false;  ///< since the last frame, so that a click shorter than a frame counts
   int width_ = 0, height_ = 0;
   bool takes_picture_ = false, toggles_full_screen_ = false;
   std::string message_;
   double message_left_s_ = 0.0;
 };
 
-/// The joint in the window: the file of the command line, then those dropped on it.
+/// The motion model shown in the window; dropped files replace it.
 class ShownModel {
  public:
-  /// Shows `model`, which came from `file`. The renderer must outlive this. Throws InputError where the
-  /// options want what the model has not.
+  /// Shows `model`, read from `file`. The renderer must outlive this. Throws InputError if the model lacks
+  /// what the options request.
   ShownModel(const std::string& file, MotionModel model, const SessionOptions& options, Renderer& renderer);
 
   Session& session() const { return *session_; }
   const std::string& file() const { return file_; }
   const std::string& title() const { return title_; }
 
-  /// Shows the motion model in `file`, with the same options as far as it has their set. What stands in the
-  /// way is one message on the picture, and the joint stays. True: there is another joint.
+  /// Opens the motion model in `file` with the same options, or its default set if it lacks theirs. On
+  /// failure shows the error message, keeps the present model and returns false.
   bool open(const std::string& file);
 
  private:

@@ -21,14 +21,14 @@
 namespace vrda {
 namespace {
 
-constexpr double default_steps = 6.0;         // seven stills, 15 degrees apart over 0 to 90
-constexpr double default_speed_deg_s = 30.0;  // as a knee is bent to be looked at
-constexpr int default_frames_per_s = 25, most_frames_per_s = 120;  // screens show no more
+constexpr double default_steps = 6.0;         // seven images, 15 degrees apart over 0 to 90
+constexpr double default_speed_deg_s = 30.0;  // an examiner's slow bending of a knee
+constexpr int default_frames_per_s = 25, most_frames_per_s = 120;  // usual limit of screens
 
-/// Two attitudes nearer than this are one still.
+/// Attitudes closer than this share one image.
 constexpr double same_angle_rad = rad_from_deg(1e-6);
 
-/// Angles as people read them: the label without padding.
+/// The angle's label without zero padding.
 std::string plain(double angle_rad)
 {
   const double angle_deg = deg_from_rad(angle_rad);
@@ -40,13 +40,13 @@ std::string plain(double angle_rad)
   return (text[0] == '-' ? "-" : "") + digits;
 }
 
-struct Still {
+struct LabelledPose {
   JointPose pose;
-  std::string label;  ///< of the file's name: VIEW_label.png
+  std::string label;  ///< part of the file name: VIEW_label.png
 };
 
 struct Plan {
-  std::vector<JointPose> poses;  ///< one a still of each view, solved
+  std::vector<JointPose> poses;  ///< solved poses, one image per view each
   int n_unsolved = 0;
 };
 
@@ -71,39 +71,40 @@ std::vector<Attitude> wanted_attitudes(const Motion& motion, const ShowOptions& 
   return attitudes;
 }
 
-/// Clamped by more than what converting degrees to radians and back leaves.
+/// True if the clamping exceeds the rounding of degree conversion.
 bool is_beyond(double wanted_rad, double used_rad)
 {
   return std::abs(wanted_rad - used_rad) > same_angle_rad;
 }
 
-void tell_clamped(const Motion& motion, const JointPose& pose, const Attitude& wanted, std::ostream& talk)
+void report_clamped(const Motion& motion, const JointPose& pose, const Attitude& wanted, std::ostream& talk)
 {
   if (pose.is_flexion_clamped && is_beyond(wanted.flexion_rad, pose.attitude.flexion_rad)) {
-    talk << "flexion " << plain(wanted.flexion_rad) << " lies outside the measured "
+    talk << "--flexion: found " << plain(wanted.flexion_rad) << ", wanted "
          << plain(motion.first_flexion_rad()) << " to " << plain(motion.last_flexion_rad())
          << " degrees: drawn at " << plain(pose.attitude.flexion_rad) << "\n";
   }
   if (pose.is_varus_clamped && motion.is_varus_free()) {
-    talk << "varus was free and is drawn as it was found, not at " << plain(wanted.varus_rad) << "\n";
+    talk << "--varus: found " << plain(wanted.varus_rad)
+         << ", but varus was free in the solver: drawn at the solved varus\n";
   } else if (pose.is_varus_clamped && is_beyond(wanted.varus_rad, pose.attitude.varus_rad)) {
-    talk << "varus " << plain(wanted.varus_rad) << " lies outside the measured "
-         << plain(motion.first_varus_rad()) << " to " << plain(motion.last_varus_rad())
-         << " degrees: drawn at " << plain(pose.attitude.varus_rad) << "\n";
+    talk << "--varus: found " << plain(wanted.varus_rad) << ", wanted " << plain(motion.first_varus_rad())
+         << " to " << plain(motion.last_varus_rad()) << " degrees: drawn at "
+         << plain(pose.attitude.varus_rad) << "\n";
   }
 }
 
-/// Tells what lies outside the range, and of stills what has no answer.
-Plan plan_of(const Motion& motion, const ShowOptions& options, bool is_of_stills, std::ostream& talk)
+/// Collects the solved poses. Reports clamped angles, and unsolved attitudes if the plan is for images.
+Plan plan_of(const Motion& motion, const ShowOptions& options, bool reports_unsolved, std::ostream& talk)
 {
   Plan plan;
-  std::optional<double> last_flexion_rad, last_told_varus_rad;
+  std::optional<double> last_flexion_rad, reported_varus_rad;
   for (const Attitude& wanted : wanted_attitudes(motion, options, wanted_range(motion, options))) {
     JointPose pose = motion.at(wanted);
-    // The varus is told once: it is the same for every flexion when it was given.
-    if (last_told_varus_rad == wanted.varus_rad) pose.is_varus_clamped = false;
-    tell_clamped(motion, pose, wanted, talk);
-    if (pose.is_varus_clamped) last_told_varus_rad = wanted.varus_rad;
+    // A varus given by option is the same for every flexion: it is reported once.
+    if (reported_varus_rad == wanted.varus_rad) pose.is_varus_clamped = false;
+    report_clamped(motion, pose, wanted, talk);
+    if (pose.is_varus_clamped) reported_varus_rad = wanted.varus_rad;
     const double flexion_rad = pose.attitude.flexion_rad;
     if (last_flexion_rad && flexion_rad - *last_flexion_rad < same_angle_rad) continue;
     last_flexion_rad = flexion_rad;
@@ -111,28 +112,28 @@ Plan plan_of(const Motion& motion, const ShowOptions& options, bool is_of_stills
       plan.poses.push_back(pose);
       continue;
     }
-    if (!is_of_stills) continue;
+    if (!reports_unsolved) continue;
     ++plan.n_unsolved;
     talk << "flexion " << plain(flexion_rad) << ", varus " << plain(pose.attitude.varus_rad)
-         << ": no picture, a cell around it is not solved (" << name_of(pose.status) << ")\n";
+         << ": no image, a neighbouring cell is unsolved (" << name_of(pose.status) << ")\n";
   }
   return plan;
 }
 
-std::vector<Still> stills_of(const std::vector<JointPose>& poses)
+std::vector<LabelledPose> labelled_poses(const std::vector<JointPose>& poses)
 {
   std::vector<double> all_flexion_deg;
   all_flexion_deg.reserve(poses.size());
   for (const JointPose& pose : poses) all_flexion_deg.push_back(deg_from_rad(pose.attitude.flexion_rad));
-  std::vector<Still> stills;
-  stills.reserve(poses.size());
+  std::vector<LabelledPose> images;
+  images.reserve(poses.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
-    stills.push_back({poses[i], "flexion_" + angle_label(all_flexion_deg[i], all_flexion_deg)});
+    images.push_back({poses[i], "flexion_" + angle_label(all_flexion_deg[i], all_flexion_deg)});
   }
-  return stills;
+  return images;
 }
 
-/// The number of a frame, padded so that names sort as the film plays.
+/// The frame number, zero-padded so that names sort in order.
 std::string frame_label(std::size_t frame, std::size_t n_frames)
 {
   return numbered("frame_", frame, std::max<std::size_t>(4, std::to_string(n_frames - 1).size()));
@@ -142,11 +143,10 @@ void require_trace_options(const ShowOptions& options)
 {
   if (options.every < 1) refuse_option("--every", std::to_string(options.every), "1 or more");
   if (!options.trace.empty() && !options.set.empty())
-    refuse_option("--set", options.set, "no --set: a trace has poses of its own");
+    refuse_option("--set", options.set, "no --set: a trace contains its own poses");
   if (!options.trace.empty()) return;
-  if (options.contact_only)
-    refuse_option("--contact-only", "no --trace", "the trace whose moves to choose from");
-  if (options.every != 1) refuse_option("--every", "no --trace", "the trace whose moves to choose from");
+  if (options.contact_only) refuse_option("--contact-only", "no --trace", "--trace FILE with it");
+  if (options.every != 1) refuse_option("--every", "no --trace", "--trace FILE with it");
 }
 
 FilmOptions film_options(const ShowOptions& options)
@@ -158,7 +158,7 @@ FilmOptions film_options(const ShowOptions& options)
   if (!options.flexion) return film;
   const AngleRange range = parsed_angles("--flexion", *options.flexion);
   if (range.first_deg != range.last_deg)
-    throw InputError({"--flexion", "", *options.flexion, "one angle: a trace is shown at one cell"});
+    throw InputError({"--flexion", "", *options.flexion, "one angle: --trace shows one cell"});
   film.cell.flexion_deg = range.first_deg;
   return film;
 }
@@ -168,32 +168,32 @@ int frames_per_s(const ShowOptions& options)
   return options.frames_per_s.value_or(default_frames_per_s);
 }
 
-struct PlayedFilm {
-  std::vector<JointPose> poses;  ///< a frame each
-  int n_unsolved = 0;            ///< stretches without an answer
+struct PlayedMotion {
+  std::vector<JointPose> poses;  ///< one per frame
+  int n_unsolved = 0;            ///< unsolved intervals
 };
 
-/// At a speed. Where nothing is solved the joint stands still; every such stretch is told.
-PlayedFilm played_film(const Motion& motion, const ShowOptions& options, std::ostream& talk)
+/// The motion at the requested speed. Unsolved attitudes repeat the last frame; each interval is reported.
+PlayedMotion played_motion(const Motion& motion, const ShowOptions& options, std::ostream& talk)
 {
   AngleRange range = wanted_range(motion, options);
   range.step_deg = options.speed_deg_s.value_or(default_speed_deg_s) / frames_per_s(options);
-  PlayedFilm film;
+  PlayedMotion film;
   std::optional<double> first_rad;
   double last_rad = 0.0;
-  const auto tell_stretch = [&] {
+  const auto report_interval = [&] {
     if (!first_rad) return;
     ++film.n_unsolved;
     talk << "flexion " << plain(*first_rad);
     if (last_rad > *first_rad) talk << " to " << plain(last_rad);
-    talk << ": cells around it are not solved, "
-         << (film.poses.empty() ? "the film leaves it out\n" : "the film stands still\n");
+    talk << ": neighbouring cells are unsolved, "
+         << (film.poses.empty() ? "omitted from the video\n" : "the video repeats the last frame\n");
     first_rad.reset();
   };
   for (const Attitude& wanted : wanted_attitudes(motion, options, range)) {
     const JointPose pose = motion.at(wanted);
     if (pose.status == PoseStatus::solved) {
-      tell_stretch();
+      report_interval();
       film.poses.push_back(pose);
       continue;
     }
@@ -201,29 +201,29 @@ PlayedFilm played_film(const Motion& motion, const ShowOptions& options, std::os
     if (!first_rad) first_rad = last_rad;
     if (!film.poses.empty()) film.poses.push_back(film.poses.back());
   }
-  tell_stretch();
+  report_interval();
   return film;
 }
 
-std::vector<JointPose> poses_of(const std::vector<Still>& stills)
+std::vector<JointPose> poses_of(const std::vector<LabelledPose>& images)
 {
   std::vector<JointPose> poses;
-  poses.reserve(stills.size());
-  for (const Still& still : stills) poses.push_back(still.pose);
+  poses.reserve(images.size());
+  for (const LabelledPose& image : images) poses.push_back(image.pose);
   return poses;
 }
 
-/// Each still of each view into the folder, and a path a line.
-void write_stills(const ShowOptions& options, PictureMaker& maker, const std::vector<Still>& stills,
+/// Writes one image per view and pose into the folder, and one path per line to `data`.
+void write_images(const ShowOptions& options, PictureMaker& maker, const std::vector<LabelledPose>& images,
                   std::ostream& data)
 {
   make_folder(options.folder, "--offscreen");
   const std::vector<std::string> views = parsed_views(options.views);
   for (std::size_t v = 0; v < views.size(); ++v) {
-    for (const Still& still : stills) {
-      const std::string name = views[v] + "_" + still.label + ".png";
+    for (const LabelledPose& image : images) {
+      const std::string name = views[v] + "_" + image.label + ".png";
       const std::string path = (std::filesystem::path(options.folder) / name).string();
-      write_png(maker.single(v, still.pose), path);
+      write_png(maker.single(v, image.pose), path);
       data << path << std::endl;
     }
   }
@@ -232,7 +232,7 @@ void write_stills(const ShowOptions& options, PictureMaker& maker, const std::ve
 void write_video(const ShowOptions& options, PictureMaker& maker, std::vector<JointPose> poses,
                  const Streams& streams)
 {
-  // The ends once only, so that a player that repeats the film does not stumble there.
+  // First and last frame appear once, so that looped playback does not pause there.
   if (options.is_to_and_fro) {
     for (std::size_t i = poses.size() - 1; i-- > 1;) poses.push_back(poses[i]);
   }
@@ -243,7 +243,7 @@ void write_video(const ShowOptions& options, PictureMaker& maker, std::vector<Jo
   streams.data << options.video << std::endl;
   if (!options.is_quiet) {
     streams.talk << options.video << ": " << counted(poses.size(), "frame") << ", " << frames_per_s(options)
-                 << " a second\n";
+                 << " per second\n";
   }
 }
 
@@ -254,14 +254,14 @@ void require_video_options(const ShowOptions& options)
                                                    {"--speed", options.speed_deg_s.has_value()},
                                                    {"--to-and-fro", options.is_to_and_fro}};
     for (const auto& [option, is_given] : unused)
-      if (is_given) refuse_option(option, "no --video", "the film that it is for");
+      if (is_given) refuse_option(option, "no --video", "--video FILE with it");
     return;
   }
   require_video_name(options.video);
   if (frames_per_s(options) < 1 || frames_per_s(options) > most_frames_per_s)
     throw InputError({"--fps", "", std::to_string(frames_per_s(options)), "1 to 120"});
   if (options.speed_deg_s && !(*options.speed_deg_s >= 0.1 && *options.speed_deg_s <= 3600.0))
-    throw InputError({"--speed", "", std::to_string(*options.speed_deg_s), "0.1 to 3600 degrees a second"});
+    throw InputError({"--speed", "", std::to_string(*options.speed_deg_s), "0.1 to 3600 degrees per second"});
 }
 
 ShowSummary show_trace(const ShowOptions& options, const MotionModel& model,
@@ -272,22 +272,22 @@ ShowSummary show_trace(const ShowOptions& options, const MotionModel& model,
   require_beside(trace, options.trace, model, options.file);
   const Film film = film_of(trace, options.trace, chosen);
   const Motion motion(model, "raw");
-  std::vector<Still> stills;
-  stills.reserve(film.frames.size());
+  std::vector<LabelledPose> images;
+  images.reserve(film.frames.size());
   for (std::size_t i = 0; i < film.frames.size(); ++i) {
-    stills.push_back({motion.placed(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
+    images.push_back({motion.placed(film.attitude, film.frames[i]), frame_label(i, film.frames.size())});
   }
-  PictureMaker maker(options, model, {"raw", false}, poses_of(stills), std::move(renderer));
-  if (!options.folder.empty()) write_stills(options, maker, stills, streams.data);
-  if (!options.video.empty()) write_video(options, maker, poses_of(stills), streams);
-  const std::size_t n_stills =
-      options.folder.empty() ? 0 : stills.size() * parsed_views(options.views).size();
+  PictureMaker maker(options, model, {"raw", false}, poses_of(images), std::move(renderer));
+  if (!options.folder.empty()) write_images(options, maker, images, streams.data);
+  if (!options.video.empty()) write_video(options, maker, poses_of(images), streams);
+  const std::size_t n_images =
+      options.folder.empty() ? 0 : images.size() * parsed_views(options.views).size();
   if (!options.is_quiet) {
     streams.talk << options.trace << ": search at flexion " << plain(film.attitude.flexion_rad) << ", varus "
-                 << plain(film.attitude.varus_rad) << ", " << counted(stills.size(), "frame") << ", "
-                 << counted(n_stills, "picture") << "\n";
+                 << plain(film.attitude.varus_rad) << ", " << counted(images.size(), "frame") << ", "
+                 << counted(n_images, "image") << "\n";
   }
-  return {static_cast<int>(n_stills), 0};
+  return {static_cast<int>(n_images), 0};
 }
 
 ShowSummary show_poses(const ShowOptions& options, const MotionModel& model,
@@ -295,28 +295,28 @@ ShowSummary show_poses(const ShowOptions& options, const MotionModel& model,
 {
   const std::string set = chosen_set(model, options.file, options.set);
   const Motion motion(model, set);
-  const bool has_stills = !options.folder.empty(), has_film = !options.video.empty();
-  const bool is_played = has_film && (options.speed_deg_s || !options.flexion);
-  const Plan plan = plan_of(motion, options, has_stills || !is_played, streams.talk);
-  PlayedFilm film;
-  if (is_played) film = played_film(motion, options, streams.talk);
-  // A frame an angle; or solved at the angles of the stills alone.
+  const bool has_images = !options.folder.empty(), has_video = !options.video.empty();
+  const bool is_played = has_video && (options.speed_deg_s || !options.flexion);
+  const Plan plan = plan_of(motion, options, has_images || !is_played, streams.talk);
+  PlayedMotion film;
+  if (is_played) film = played_motion(motion, options, streams.talk);
+  // One frame per angle; also the fallback if no attitude of the played motion is solved.
   if (film.poses.empty()) film.poses = plan.poses;
-  const std::size_t n_views = has_stills ? parsed_views(options.views).size() : 0;
+  const std::size_t n_views = has_images ? parsed_views(options.views).size() : 0;
   const ShowSummary summary{static_cast<int>(plan.poses.size() * n_views), plan.n_unsolved + film.n_unsolved};
   if (!options.varus_deg && !motion.has_spine()) {
-    streams.talk << "no balanced cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
-                 << " for every flexion\n";
+    streams.talk << "no spine cell is solved: varus " << plain(motion.balanced_varus_rad(0.0))
+                 << " is used for every flexion\n";
   }
   const std::vector<JointPose>& framed = plan.poses.empty() ? film.poses : plan.poses;
   if (framed.empty()) return summary;
   PictureMaker maker(options, model, {set, true}, framed, std::move(renderer));
-  if (has_stills) write_stills(options, maker, stills_of(plan.poses), streams.data);
-  if (has_film) write_video(options, maker, film.poses, streams);
+  if (has_images) write_images(options, maker, labelled_poses(plan.poses), streams.data);
+  if (has_video) write_video(options, maker, film.poses, streams);
   if (!options.is_quiet) {
     streams.talk << options.file << ": " << (model.title.empty() ? "untitled" : model.title) << ", set "
                  << set << ", " << counted(plan.poses.size(), "attitude") << ", "
-                 << counted(plan.poses.size() * n_views, "picture") << "\n";
+                 << counted(plan.poses.size() * n_views, "image") << "\n";
   }
   return summary;
 }

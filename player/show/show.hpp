@@ -1,4 +1,4 @@
-/// The mode `show`: a motion model in a window, as pictures, as a film.
+/// The mode `show`: displays a motion model in a window, as images or as a video.
 #pragma once
 
 #include <optional>
@@ -12,41 +12,42 @@
 
 namespace vrda {
 
-/// As on the command line; angles in degrees.
+/// The options of the command line; angles in degrees.
 struct ShowOptions {
   std::string file;
-  std::string folder;                  ///< of the stills; without it and a video a window is opened
-  std::optional<std::string> flexion;  ///< A:B:STEP; default the measured range in six steps
-  std::optional<double> varus_deg;     ///< default the balanced varus of each flexion
-  std::string set;                     ///< default the first of set_names()
+  std::string folder;                  ///< output folder of images; if it and `video` are empty: a window
+  std::optional<std::string> flexion;  ///< A:B:STEP; default: the grid's range in six steps
+  std::optional<double> varus_deg;     ///< default: the balanced varus of each flexion
+  std::string set;                     ///< default: the first of set_names()
   std::string views = "oblique";
   std::string size = "1280x960";
-  int samples = 4;            ///< a pixel; 1 is fastest and has jagged edges
-  std::string trace;          ///< a trace of the model: one of its searches instead of attitudes
-  bool contact_only = false;  ///< only moves in contact
-  int every = 1;              ///< only every so many frames, and the last
+  int samples = 4;            ///< per pixel; 1 is fastest and has jagged edges
+  std::string trace;          ///< trace file of the model; shows one search instead of attitudes
+  bool contact_only = false;  ///< with `trace`: only steps in contact
+  int every = 1;              ///< with `trace`: only every N-th frame, and the last
   Backdrop backdrop = Backdrop::studio;
   Held held = Held::moving;
   Framed framed = Framed::joint;
   LookOptions look;
-  bool has_numbers = false;           ///< angles and gaps over the pictures
-  std::string video;                  ///< a film of all views side by side
-  std::optional<int> frames_per_s;    ///< of the film; default 25
-  std::optional<double> speed_deg_s;  ///< of the film; default 30, but a frame an angle with `flexion`
-  bool is_to_and_fro = false;         ///< the film comes back to where it began
+  bool has_numbers = false;           ///< draw angles and gaps on the images
+  std::string video;                  ///< video file, all views side by side
+  std::optional<int> frames_per_s;    ///< of the video; default 25
+  std::optional<double> speed_deg_s;  ///< of the video; default 30; with `flexion` one frame per angle
+  bool is_to_and_fro = false;         ///< the video plays forwards, then backwards
   bool is_quiet = false;
 };
 
 struct ShowSummary {
-  int n_stills = 0;    ///< written
-  int n_unsolved = 0;  ///< attitudes without an answer and so without pictures; stretches of a film
+  int n_stills = 0;    ///< images written
+  int n_unsolved = 0;  ///< unsolved attitudes without image, plus unsolved intervals of a video
 };
 
-/// Throws InputError for everything a user can put right.
+/// Runs the mode; results go to `streams.data`, messages to standard error. Throws InputError for invalid
+/// input.
 ShowSummary show(const ShowOptions& options, const Streams& streams);
 
-/// Until the user closes it. `set` is one of set_names(model). Throws InputError when there is no display, or
-/// for options that want pictures.
+/// Runs until the user closes the window. `set` is one of set_names(model). Throws InputError if there is no
+/// display, or for options that require images.
 void show_in_window(const ShowOptions& options, MotionModel model, const std::string& set);
 
 }  // namespace vrda

@@ -15,17 +15,17 @@
 namespace vrda {
 namespace {
 
-constexpr double paused_wait_s = 0.25;         // a paused picture wants no work
-constexpr double least_frame_s = 1.0 / 120.0;  // where the screen sets no pace
+constexpr double paused_wait_s = 0.25;         // saves work while nothing changes
+constexpr double least_frame_s = 1.0 / 120.0;  // limit without vertical synchronisation
 
 void require_window_options(const ShowOptions& options)
 {
   if (!options.trace.empty()) {
     throw InputError(
-        {"--trace", "", "no --offscreen and no --video", "either of them: a window shows no such series"});
+        {"--trace", "", "no --offscreen and no --video", "either of them: a window cannot show a trace"});
   }
   if (parsed_views(options.views).size() > 1)
-    throw InputError({"--views", "", options.views, "one view: a window begins with it"});
+    throw InputError({"--views", "", options.views, "one view: the window starts with it"});
 }
 
 SessionOptions session_options(const ShowOptions& options, const std::string& set)
@@ -46,7 +46,7 @@ SessionOptions session_options(const ShowOptions& options, const std::string& se
   return session;
 }
 
-/// A name in the current folder that nothing has yet: knee_flexion_040.png, then knee_flexion_040_2.png.
+/// An unused file name in the current folder: knee_flexion_040.png, then knee_flexion_040_2.png.
 std::string free_name(const std::string& file, double flexion_rad)
 {
   const std::string stem = std::filesystem::path(file).stem().string() + "_flexion_" +
@@ -65,7 +65,7 @@ WindowOptions window_options(const ShowOptions& options, const SessionOptions& s
   return window;
 }
 
-/// A joint, the files dropped on it, and what its user does.
+/// Runs a session in a window and opens dropped files.
 class ShowMode final : public Mode {
  public:
   ShowMode(const ShowOptions& options, MotionModel model, const SessionOptions& session, Sink& sink)
@@ -85,7 +85,7 @@ class ShowMode final : public Mode {
   {
     shown_.session().take(event);
     const std::vector<std::string>& dropped = sink_.window()->dropped_files();
-    // Of several, the first.
+    // Only the first of several dropped files is opened.
     if (event.kind == InputKind::drop && !dropped.empty() && shown_.open(dropped.front())) set_title();
   }
 
@@ -115,7 +115,7 @@ class ShowMode final : public Mode {
     Session& session = shown_.session();
     const std::string name = free_name(shown_.file(), session.pose().attitude.flexion_rad);
     const auto refused = attempt([&] { write_png(session.picture(sink_.renderer()), name); });
-    session.tell(refused ? refused->what() : "picture written: " + name);
+    session.tell(refused ? refused->what() : "image written: " + name);
   }
 
   Sink& sink_;

@@ -7,7 +7,7 @@
 namespace vrda {
 namespace {
 
-/// `box` with a corner on whole pixels and the size of the viewport that holds it.
+/// `box` enlarged to whole pixels.
 ShownBox on_whole_pixels(const ShownBox& box)
 {
   return {box.low_px.array().floor(), box.high_px.array().ceil()};

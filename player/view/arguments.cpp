@@ -14,9 +14,9 @@
 namespace vrda {
 namespace {
 
-constexpr double most_angles = 10000.0;  // a series nobody waits for
+constexpr double most_angles = 10000.0;  // a longer series would take hours
 constexpr double least_step_deg = 1e-3;
-constexpr double largest_angle_deg = 360.0;  // more is a slip
+constexpr double largest_angle_deg = 360.0;  // larger values are typing errors
 constexpr int smallest_side = 16,
               largest_side = 4096;  // pixels; the largest takes half a gigabyte at four samples
 
@@ -36,7 +36,7 @@ std::optional<double> angle_of(const std::string& text)
   return value;
 }
 
-/// Decimals needed to write the angle to a thousandth of a degree.
+/// Number of decimals needed for the angle at a resolution of a thousandth of a degree.
 int decimals_of(double angle_deg)
 {
   double scale = 1.0;
@@ -78,7 +78,7 @@ AngleRange parsed_angles(const std::string& option, const std::string& text)
   if (range.step_deg < least_step_deg)
     throw InputError({option, "STEP", parts[2], "a step of 0.001 or more"});
   if (range.last_deg < range.first_deg) {
-    throw InputError({option, "", "\"" + text + "\"", "A at most B (a series runs upwards)"});
+    throw InputError({option, "", "\"" + text + "\"", "A at most B"});
   }
   if ((range.last_deg - range.first_deg) / range.step_deg >= most_angles) {
     throw InputError({option, "STEP", parts[2], "at most 10000 angles"});

@@ -1,4 +1,4 @@
-/// Values of the command line.
+/// Parsers of option values.
 #pragma once
 
 #include <string>
@@ -14,20 +14,20 @@ struct AngleRange {
   double step_deg = 1.0;
 };
 
-/// The parts between separators, empty ones too; at least one.
+/// The parts between separators, including empty ones; at least one.
 std::vector<std::string> split(const std::string& text, char separator);
 
-/// Throws InputError of an option.
+/// Throws InputError for an option.
 [[noreturn]] void refuse_option(const char* option, const std::string& found, const std::string& wanted);
 
-/// "A:B:STEP" or one angle "A", in degrees. Throws InputError on anything else, a reversed range, a step
-/// below 0.001, or more than 10,000 angles.
+/// Parses "A:B:STEP" or one angle "A", in degrees. Throws InputError for another form, a reversed range, a
+/// step below 0.001, or more than 10,000 angles.
 AngleRange parsed_angles(const std::string& option, const std::string& text);
 
 /// Throws InputError unless it is a number from -360 to 360.
 void require_angle(const std::string& option, double angle_deg);
 
-/// first, first + step, ... up to last (within a millionth of a step).
+/// first, first + step, ... up to last (with a tolerance of a millionth of a step).
 std::vector<double> angles_deg(const AngleRange& range);
 
 struct PictureSize {
@@ -35,18 +35,18 @@ struct PictureSize {
   int height = 960;
 };
 
-/// "WxH" in pixels. Throws InputError unless both lie within 16 and 4096.
+/// Parses "WxH" in pixels. Throws InputError unless both are from 16 to 4096.
 PictureSize parsed_size(const std::string& text);
 
-/// Names separated by commas. Throws InputError on an unknown, repeated or missing one.
+/// Parses view names separated by commas. Throws InputError for an unknown, repeated or missing one.
 std::vector<std::string> parsed_views(const std::string& text);
 
-/// `wanted`, which must be one of the model's sets; of an empty one what to show first. Throws InputError
-/// naming `file` and --set.
+/// Returns `wanted`, which must be a set of the model; if empty, the default set. Throws InputError naming
+/// `file` and --set.
 std::string chosen_set(const MotionModel& model, const std::string& file, const std::string& wanted);
 
-/// The angle with the fewest decimals (at most three) that `others` need too, padded to three whole digits:
-/// "005", "-05", "007.5".
+/// Formats the angle with the decimals (at most three) that it and `others_deg` need, zero-padded: "005",
+/// "-05", "007.5".
 std::string angle_label(double angle_deg, const std::vector<double>& others_deg);
 
 }  // namespace vrda

@@ -9,13 +9,13 @@
 namespace vrda {
 namespace {
 
-/// A place on an ascending axis: between `row` and the next by `part` of the way.
-struct Place {
+/// Interpolation position on an ascending axis: `part` (0 to 1) between `row` and the next.
+struct AxisPosition {
   Eigen::Index row = 0;
   double part = 0.0;
 };
 
-Place place_on(const std::vector<double>& axis_deg, double angle_rad)
+AxisPosition position_on(const std::vector<double>& axis_deg, double angle_rad)
 {
   const double angle_deg = deg_from_rad(angle_rad);
   const auto above = std::upper_bound(axis_deg.begin(), axis_deg.end(), angle_deg);
@@ -25,8 +25,8 @@ Place place_on(const std::vector<double>& axis_deg, double angle_rad)
   return {row, (angle_deg - *(above - 1)) / (*above - *(above - 1))};
 }
 
-/// Bilinear. A corner without weight has no say, so that a hole beside a cell does not hide the cell.
-double between(const GridD& grid, const Place& flexion, const Place& varus)
+/// Bilinear interpolation. Corners of weight 0 are skipped, so that a NaN next to a cell does not affect it.
+double interpolated(const GridD& grid, const AxisPosition& flexion, const AxisPosition& varus)
 {
   double sum = 0.0;
   for (const int i : {0, 1}) {
@@ -41,8 +41,8 @@ double between(const GridD& grid, const Place& flexion, const Place& varus)
 
 Eigen::Index nearest_row(const std::vector<double>& axis_deg, double angle_rad)
 {
-  const Place place = place_on(axis_deg, angle_rad);
-  return place.row + (place.part >= 0.5 ? 1 : 0);
+  const AxisPosition position = position_on(axis_deg, angle_rad);
+  return position.row + (position.part >= 0.5 ? 1 : 0);
 }
 
 GapReading of_audit(const AuditSet& audit, const Attitude& attitude)
@@ -76,14 +76,15 @@ GapReader::GapReader(const MotionModel& model, const std::string& set)
 GapReading GapReader::at(const Attitude& attitude) const
 {
   if (!has_cells_ && audit_ != nullptr) return of_audit(*audit_, attitude);
-  const Place flexion = place_on(model_.flexion_deg, attitude.flexion_rad);
-  const Place varus = model_.varus_deg.size() > 1 ? place_on(model_.varus_deg, attitude.varus_rad) : Place{};
+  const AxisPosition flexion = position_on(model_.flexion_deg, attitude.flexion_rad);
+  const AxisPosition varus =
+      model_.varus_deg.size() > 1 ? position_on(model_.varus_deg, attitude.varus_rad) : AxisPosition{};
   if (has_cells_) {
-    return {GapSource::cells, between(model_.gap_medial_mm, flexion, varus),
-            between(model_.gap_lateral_mm, flexion, varus), nan, nan};
+    return {GapSource::cells, interpolated(model_.gap_medial_mm, flexion, varus),
+            interpolated(model_.gap_lateral_mm, flexion, varus), nan, nan};
   }
   if (travel_mm_ != nullptr) {
-    const double travel_mm = between(*travel_mm_, flexion, varus);
+    const double travel_mm = interpolated(*travel_mm_, flexion, varus);
     if (std::isnan(travel_mm)) return {GapSource::travel, nan, nan, nan, nan};
     return {GapSource::travel, nan, nan, std::max(travel_mm, 0.0), std::max(-travel_mm, 0.0)};
   }

@@ -1,4 +1,4 @@
-/// How far the objects are apart at an attitude, as far as the motion model says it.
+/// The gap between the objects at an attitude, from the data of the motion model.
 #pragma once
 
 #include <string>
@@ -9,25 +9,25 @@
 namespace vrda {
 
 enum class GapSource {
-  none,         ///< the file says nothing of this set: audit it
-  cells,        ///< what the solver left at the cells, linear between them; of the set "raw"
-  audit,        ///< of the nearest attitude that an audit of the set measured
-  travel,       ///< the way into contact at the cells, linear between them; of a set that was recontacted
-  recontacted,  ///< none at the cells, by construction
+  none,         ///< no data for this set; an audit would provide it
+  cells,        ///< solver gaps at the cells, interpolated linearly; set "raw" only
+  audit,        ///< the nearest audited attitude of the set
+  travel,       ///< travel into contact at the cells, interpolated linearly; for a set that was recontacted
+  recontacted,  ///< zero at the cells by construction
 };
 
-/// mm; NaN where there is no number.
+/// mm; NaN if unknown.
 struct GapReading {
   GapSource source = GapSource::none;
-  double medial_mm = 0.0, lateral_mm = 0.0;   ///< of cells
-  double gap_mm = 0.0, penetration_mm = 0.0;  ///< of all other sources: one is 0, or both are NaN
+  double medial_mm = 0.0, lateral_mm = 0.0;   ///< for source `cells`
+  double gap_mm = 0.0, penetration_mm = 0.0;  ///< for other sources: one is 0, or both are NaN
 };
 
-/// One set's readings. `model` must outlive it.
+/// Reads the gaps of one set. `model` must outlive it.
 class GapReader {
  public:
   GapReader(const MotionModel& model, const std::string& set);
-  /// `attitude` within the measured range. Allocates nothing.
+  /// `attitude` must be within the grid's range. Allocates nothing.
   GapReading at(const Attitude& attitude) const;
 
  private:

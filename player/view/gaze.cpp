@@ -7,19 +7,19 @@
 namespace vrda {
 namespace {
 
-constexpr double ball_fills = 0.9;             // of the smaller side of the viewport
-constexpr double wheel_factor = 0.9;           // of the depth, a notch
-constexpr double most_of_a_drag = 0.9;         // of the viewport's height; beyond, depth would run away
-constexpr double least_depth_mm = 10.0;        // a cartilage seen from within is no view
-constexpr double most_depth_mm = 20000.0;      // a knee is a few pixels then
-constexpr double parallel_determinant = 1e-9;  // mm^2: a triangle seen edge on has no point under a pixel
+constexpr double ball_fraction = 0.9;          // of the smaller side of the viewport
+constexpr double wheel_factor = 0.9;           // of the depth, per notch
+constexpr double largest_drag = 0.9;           // of the viewport height; the depth diverges at 1
+constexpr double least_depth_mm = 10.0;        // keeps the camera outside cartilage
+constexpr double most_depth_mm = 20000.0;      // a knee covers only a few pixels there
+constexpr double parallel_determinant = 1e-9;  // mm^2: triangles seen edge-on are skipped
 
-Eigen::Vector3d seen(const Gaze& gaze)
+Eigen::Vector3d pivot_camera_mm(const Gaze& gaze)
 {
   return gaze.camera.X_world_camera.inverse() * gaze.pivot_world_mm;
 }
 
-/// Direction through a pixel in camera axes, one deep.
+/// Direction through a pixel in camera axes, with z = -1.
 Eigen::Vector3d ray_camera(const Camera& camera, const Viewport& viewport, const Eigen::Vector2d& p_px)
 {
   const double right = 2.0 * (p_px.x() - viewport.x) / viewport.width - 1.0;
@@ -30,13 +30,13 @@ Eigen::Vector3d ray_camera(const Camera& camera, const Viewport& viewport, const
 
 Eigen::Vector2d pixel_of(const Gaze& gaze, const Viewport& viewport)
 {
-  const Eigen::Vector3d p = seen(gaze);
+  const Eigen::Vector3d p = pivot_camera_mm(gaze);
   const double t = -p.z() * gaze.camera.half_height_tangent;
   return {viewport.x + 0.5 * viewport.width * (1.0 + p.x() / (t * gaze.camera.aspect)),
           viewport.y + 0.5 * viewport.height * (1.0 - p.y() / t)};
 }
 
-/// Unit vector, in camera axes, to the point of the ball under the pointer.
+/// Unit vector to the point of the ball under the pointer, camera axes.
 Eigen::Vector3d on_ball(const Eigen::Vector2d& from_middle_px, double radius_px)
 {
   const double x = from_middle_px.x() / radius_px, y = -from_middle_px.y() / radius_px;
@@ -50,7 +50,7 @@ Eigen::Matrix3d half_turn(const Eigen::Vector3d& axis)
   return 2.0 * axis * axis.transpose() - Eigen::Matrix3d::Identity();
 }
 
-/// Without the rounding that many drags leave.
+/// Re-orthonormalised, against accumulated rounding.
 Eigen::Matrix3d orthonormal(const Eigen::Matrix3d& R)
 {
   Eigen::Matrix3d clean;
@@ -73,15 +73,15 @@ Gaze rotated(const Drag& drag, const Eigen::Vector2d& pointer_px, const Viewport
 {
   const Gaze& gaze = drag.at_press;
   const Eigen::Vector2d middle_px = pixel_of(gaze, viewport);
-  const double radius_px = 0.5 * ball_fills * std::min(viewport.width, viewport.height);
-  // Two half turns are a turn by twice the angle between their axes.
+  const double radius_px = 0.5 * ball_fraction * std::min(viewport.width, viewport.height);
+  // The product of two half turns is a rotation by twice the angle between their axes.
   const Eigen::Matrix3d R_object = half_turn(on_ball(pointer_px - middle_px, radius_px)) *
                                    half_turn(on_ball(drag.press_px - middle_px, radius_px));
   const Eigen::Matrix3d R_world_camera = gaze.camera.X_world_camera.linear();
   Gaze next = gaze;
   next.camera.X_world_camera.linear() = orthonormal(R_world_camera * R_object.transpose());
   next.camera.X_world_camera.translation() =
-      gaze.pivot_world_mm - next.camera.X_world_camera.linear() * seen(gaze);
+      gaze.pivot_world_mm - next.camera.X_world_camera.linear() * pivot_camera_mm(gaze);
   return next;
 }
 
@@ -95,7 +95,7 @@ Gaze at_depth(const Gaze& gaze, double wanted_mm)
   return next;
 }
 
-/// Distance along the ray to a triangle, in lengths of `direction`; infinite without a hit.
+/// Distance along the ray to a triangle, in units of |direction|; infinite without a hit.
 double hit(const Eigen::Vector3d& from, const Eigen::Vector3d& direction,
            const std::array<Eigen::Vector3d, 3>& corners)
 {
@@ -129,7 +129,7 @@ double nearest_hit(const DrawMesh& mesh, const Eigen::Vector3d& from, const Eige
 
 double depth_mm(const Gaze& gaze)
 {
-  return -seen(gaze).z();
+  return -pivot_camera_mm(gaze).z();
 }
 
 double mm_per_pixel(const Camera& camera, const Viewport& viewport, double depth_mm)
@@ -147,7 +147,7 @@ Gaze dragged(const Drag& drag, const Eigen::Vector2d& pointer_px, const Viewport
     case DragKind::rotate:
       return rotated(drag, pointer_px, viewport);
     case DragKind::depth: {
-      const double s = std::clamp(-moved_px.y() / viewport.height, -most_of_a_drag, most_of_a_drag);
+      const double s = std::clamp(-moved_px.y() / viewport.height, -largest_drag, largest_drag);
       return at_depth(drag.at_press, depth_mm(drag.at_press) * (1.0 + s) / (1.0 - s));
     }
   }
@@ -158,7 +158,7 @@ Gaze nearer(const Gaze& gaze, double notches)
 {
   double factor = 1.0, left = std::abs(notches);
   const double whole = notches > 0.0 ? wheel_factor : 1.0 / wheel_factor;
-  // Touchpads send parts of a notch: straight between whole ones.
+  // Touchpads send fractions of a notch: interpolate linearly between whole ones.
   for (; left >= 1.0; left -= 1.0) factor *= whole;
   factor *= 1.0 + left * (whole - 1.0);
   return at_depth(gaze, depth_mm(gaze) * factor);
@@ -168,7 +168,7 @@ Gaze centred_on(const Gaze& gaze, const Eigen::Vector3d& point_world_mm)
 {
   Gaze next = gaze;
   next.pivot_world_mm = point_world_mm;
-  const Eigen::Vector3d from_camera = seen(next);
+  const Eigen::Vector3d from_camera = pivot_camera_mm(next);
   next.camera.X_world_camera.translation() +=
       gaze.camera.X_world_camera.linear() * Eigen::Vector3d(from_camera.x(), from_camera.y(), 0.0);
   return at_depth(next, depth_mm(next));

@@ -12,7 +12,7 @@ struct Binding {
   Action with_shift = Action::none;  ///< none: shift makes no difference
 };
 
-// A character that a layout has behind shift (+) stands without it.
+// Characters that some layouts need shift for (+) are listed without it.
 constexpr std::array bindings{
     Binding{Key::space, Action::play_pause},
     Binding{Key::right, Action::step_forward, Action::leap_forward},
@@ -68,9 +68,9 @@ constexpr std::array key_lines{
     HelpLine{"M", "textured, wire, hidden lines, flat, smooth"},
     HelpLine{"F1 ... F6", "contacts, normals, axes, helical axis, gap map, ligaments"},
     HelpLine{"1 ... 6", "from the front, back, medial, lateral, top, oblique"},
-    HelpLine{"R", "the view as it was"},
-    HelpLine{"O", "hold the other object still"},
-    HelpLine{"K", "backdrop: studio, night, black"},
+    HelpLine{"R", "reset the view"},
+    HelpLine{"O", "fix the other object on screen"},
+    HelpLine{"K", "background: studio, night, black"},
     HelpLine{"N, T", "numbers, controls on and off"},
     HelpLine{"P", "screenshot (PNG, in the current folder)"},
     HelpLine{"F or F11", "full screen"},
@@ -79,11 +79,11 @@ constexpr std::array key_lines{
 };
 
 constexpr std::array mouse_lines{
-    HelpLine{"Left drag", "move in the plane of the picture"},
+    HelpLine{"Left drag", "move in the image plane"},
     HelpLine{"Middle drag", "turn; also Ctrl and left drag"},
     HelpLine{"Right drag", "move in depth; also Shift and left drag"},
     HelpLine{"Wheel", "move in depth"},
-    HelpLine{"Double click", "centre on that point, and turn about it"},
+    HelpLine{"Double click", "centre on the point and turn about it"},
 };
 
 void append(std::string& text, std::span<const HelpLine> lines)

@@ -1,4 +1,4 @@
-/// What the keys do. One table for the window, its help page and the command line's help.
+/// Key bindings: one table for the window, its help page and the help of the command line.
 #pragma once
 
 #include <span>
@@ -6,7 +6,7 @@
 
 namespace vrda {
 
-/// Printable keys are their character, letters in upper case.
+/// Printable keys have the code of their character, letters in upper case.
 enum class Key : int {
   none = 0,
   backspace = 8,
@@ -83,10 +83,10 @@ enum class Action {
   quit
 };
 
-/// Action::none for a press that means nothing.
+/// The action of a key press; Action::none if it has none.
 Action action_of(const KeyPress& press);
 
-/// Steps go on while their key is held; switches turn once.
+/// True for steps, which repeat while their key is held; false for toggles.
 bool goes_on_while_held(Action action);
 
 struct HelpLine {
@@ -94,11 +94,11 @@ struct HelpLine {
   const char* does;
 };
 
-/// Every key, in reading order; then what the mouse does.
+/// All keys in display order, and the mouse actions.
 std::span<const HelpLine> key_help();
 std::span<const HelpLine> mouse_help();
 
-/// Both as the text of a terminal, two columns.
+/// Both as two columns of text for a terminal.
 std::string help_text();
 
 }  // namespace vrda

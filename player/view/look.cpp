@@ -11,9 +11,9 @@
 namespace vrda {
 namespace {
 
-/// Opacity left to bodies that are looked through. A closed bone lies before what it holds with four walls at
-/// most: half of that is still seen, and the bone too.
-constexpr float glassy = 0.18F;
+/// Opacity of transparent bodies. At most four walls of a closed bone are in front of an object inside it:
+/// about half of its light still passes, and the bone stays visible.
+constexpr float transparent_opacity = 0.18F;
 
 constexpr double least_scale_mm = 0.1, most_scale_mm = 1000.0;
 
@@ -28,22 +28,22 @@ void set_texture(Scene& scene, const LookOptions& look)
   scene.texture.scale_mm = look.texture_scale_mm;
 }
 
-void set_transparency(Scene& scene, const std::string& who)
+void set_transparency(Scene& scene, const std::string& owner)
 {
-  if (who.empty()) return;
-  if (who != "reference" && who != "moving" && who != "both") {
-    throw InputError({"--see-through", "", "\"" + who + "\"", "reference, moving or both"});
+  if (owner.empty()) return;
+  if (owner != "reference" && owner != "moving" && owner != "both") {
+    throw InputError({"--see-through", "", "\"" + owner + "\"", "reference, moving or both"});
   }
-  if (who != "moving") see_through(scene, Owner::reference, glassy);
-  if (who != "reference") see_through(scene, Owner::moving, glassy);
+  if (owner != "moving") see_through(scene, Owner::reference, transparent_opacity);
+  if (owner != "reference") see_through(scene, Owner::moving, transparent_opacity);
 }
 
-void set_hidden(Scene& scene, const std::string& who)
+void set_hidden(Scene& scene, const std::string& owner)
 {
-  if (who.empty()) return;
-  if (who != "reference" && who != "moving")
-    throw InputError({"--hide", "", "\"" + who + "\"", "reference or moving"});
-  hide(scene, who == "reference" ? Owner::reference : Owner::moving);
+  if (owner.empty()) return;
+  if (owner != "reference" && owner != "moving")
+    throw InputError({"--hide", "", "\"" + owner + "\"", "reference or moving"});
+  hide(scene, owner == "reference" ? Owner::reference : Owner::moving);
 }
 
 }  // namespace

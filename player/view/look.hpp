@@ -1,4 +1,4 @@
-/// How a scene looks: what the modes that draw have in common.
+/// The appearance of a scene: options shared by the modes that draw.
 #pragma once
 
 #include <string>
@@ -9,30 +9,30 @@
 
 namespace vrda {
 
-/// As on the command line.
+/// The options of the command line.
 struct LookOptions {
   std::string layers;  ///< names separated by commas; empty for none
   DrawMode mode = DrawMode::textured;
   std::string texture;             ///< PNG file for bone; empty: mottled
-  double texture_scale_mm = 40.0;  ///< width of one repeat
+  double texture_scale_mm = 40.0;  ///< width of one tile
   std::string lights;              ///< TOML file (schemas/lights.md); empty: studio_lighting()
   std::string see_through;         ///< "reference", "moving" or "both"; empty for none
   std::string hidden;              ///< "reference" or "moving"; empty for none
 };
 
-/// What every picture has room for.
+/// What the cameras are fitted to.
 enum class Framed {
-  joint,  ///< where the objects meet: long shafts run out of the picture
-  all     ///< both objects, whole
+  joint,  ///< the region of contact; long shafts are cropped
+  all     ///< both objects completely
 };
-/// The points that a picture must have room for, as placed.
+/// The points to be framed at the present placement, world.
 std::vector<Eigen::Vector3d> framed_points(const Scene& scene, Framed framed);
 
-/// Throws InputError on an unknown or repeated name.
+/// Parses layer names separated by commas. Throws InputError for an unknown or repeated one.
 LayerSet parsed_layers(const std::string& text);
 
-/// Gives `scene` the mode, texture, lights, transparent and hidden objects asked for. Throws InputError for
-/// what is wrong with an option or its file. Before the scene is loaded.
+/// Applies draw mode, texture, lights, transparency and visibility to `scene`; must precede Renderer::load.
+/// Throws InputError for an invalid option or file.
 void dress(Scene& scene, const LookOptions& look);
 
 }  // namespace vrda

@@ -10,14 +10,14 @@ namespace vrda {
 namespace {
 
 constexpr std::array speeds_deg_s{1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 90.0, 180.0, 360.0};
-constexpr double same_speed = 1e-9;  // relative: the table's own values through degrees and back
+constexpr double same_speed = 1e-9;  // relative: rounding of the table's values by the conversion to radians
 
-/// Where a point `way` along a path that bounces between 0 and `length` is, and which way it goes.
+/// The timeline after `travel_rad` along a path that bounces between its ends.
 Timeline bounced(Timeline timeline, double travel_rad)
 {
   const double length = timeline.last_rad - timeline.first_rad;
   const double done = timeline.flexion_rad - timeline.first_rad;
-  // Unfolded: the way back lies beyond the far end.
+  // Unfolded: the return path follows beyond the far end.
   const double unfolded = timeline.direction > 0 ? done : 2.0 * length - done;
   const double at = std::fmod(unfolded + travel_rad, 2.0 * length);
   timeline.direction = at < length ? 1 : -1;
@@ -37,12 +37,12 @@ const char* name_of(LoopMode mode)
     case LoopMode::bounce:
       return "to and fro";
   }
-  throw InternalError("a loop mode has a name");
+  throw InternalError("unknown loop mode");
 }
 
 Timeline advanced(Timeline timeline, double elapsed_s)
 {
-  check(elapsed_s >= 0.0, "time goes forward");
+  check(elapsed_s >= 0.0, "the elapsed time is not negative");
   const double length = timeline.last_rad - timeline.first_rad;
   if (!timeline.is_playing || length <= 0.0) return timeline;
   const double travel_rad = timeline.speed_rad_s * elapsed_s;
@@ -86,7 +86,7 @@ Timeline moved_to(Timeline timeline, double flexion_rad)
 
 Timeline with_range(Timeline timeline, double first_rad, double last_rad)
 {
-  check(first_rad <= last_rad, "a timeline runs upwards");
+  check(first_rad <= last_rad, "the range of a timeline ascends");
   timeline.first_rad = first_rad;
   timeline.last_rad = last_rad;
   return moved_to(timeline, timeline.flexion_rad);
@@ -118,7 +118,7 @@ namespace {
 
 constexpr double step_rad = rad_from_deg(1.0), leap_rad = rad_from_deg(10.0);
 
-/// The next of an enum's values 0 ... last, round and round.
+/// The next of the enum values 0 ... last, cyclically.
 template <typename Enum>
 Enum next_of(Enum value, Enum last)
 {
@@ -279,7 +279,7 @@ const char* name_of(DrawMode mode)
     case DrawMode::textured:
       return "textured";
   }
-  throw InternalError("a draw mode has a name");
+  throw InternalError("unknown draw mode");
 }
 
 const char* name_of(Backdrop backdrop)
@@ -292,7 +292,7 @@ const char* name_of(Backdrop backdrop)
     case Backdrop::black:
       return "black";
   }
-  throw InternalError("a backdrop has a name");
+  throw InternalError("unknown backdrop");
 }
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-/// Everything that the user of a window can set, and what each action makes of it.
+/// The state that the user of a window can change, and the effect of each action.
 #pragma once
 
 #include <cstddef>
@@ -16,8 +16,8 @@ namespace vrda {
 
 enum class LoopMode {
   once,   ///< stops at the end
-  wrap,   ///< goes on from the other end
-  bounce  ///< turns round
+  wrap,   ///< continues from the first end
+  bounce  ///< reverses at the ends
 };
 
 const char* name_of(LoopMode mode);
@@ -26,38 +26,37 @@ inline constexpr double slowest_rad_s = rad_from_deg(1.0), fastest_rad_s = rad_f
 
 struct Timeline {
   double first_rad = 0.0, last_rad = 0.0;   ///< first <= last
-  double flexion_rad = 0.0;                 ///< within them
+  double flexion_rad = 0.0;                 ///< within first and last
   double speed_rad_s = rad_from_deg(30.0);  ///< within slowest and fastest
-  int direction = 1;                        ///< 1 or -1; -1 only on the way back of a bounce
+  int direction = 1;                        ///< 1, or -1 on the return of a bounce
   bool is_playing = false;
   LoopMode loop = LoopMode::bounce;
 };
 
-/// After `elapsed_s` (not negative; a huge one is a valid one). Exact for any length: two halves of a time
-/// lead where the whole of it does, to rounding.
+/// Advances by `elapsed_s` (not negative, arbitrarily large) in closed form: splitting the time gives the
+/// same result up to rounding.
 Timeline advanced(Timeline timeline, double elapsed_s);
 
-/// Played or paused the other way; at the end of `once` it begins again.
+/// Toggles play and pause; at the end of `once`, play restarts.
 Timeline toggled(Timeline timeline);
 
-/// Paused, further by `by_rad`, within the range.
+/// Pauses and moves by `by_rad`, clamped to the range.
 Timeline stepped(Timeline timeline, double by_rad);
 
-/// At `flexion_rad`, within the range; plays on if it plays.
+/// Moves to `flexion_rad`, clamped to the range; keeps playing.
 Timeline moved_to(Timeline timeline, double flexion_rad);
 
-/// With another range: flexion is kept where it can be.
+/// Sets another range and clamps the flexion to it.
 Timeline with_range(Timeline timeline, double first_rad, double last_rad);
 
-/// The next speed up or down of 1, 2, 5, 10, 20, 30, 45, 60, 90, 180, 360 degrees a second.
+/// The next higher or lower of 1, 2, 5, 10, 20, 30, 45, 60, 90, 180, 360 degrees per second.
 Timeline faster(Timeline timeline);
 Timeline slower(Timeline timeline);
 
-/// Everything that the user of a window can set, and what each action makes of it.
 struct PlayerState {
   Timeline timeline;
-  std::optional<double> varus_rad;  ///< none: where the compartments balance
-  std::size_t set = 0;              ///< row of the sets
+  std::optional<double> varus_rad;  ///< empty: the balanced varus
+  std::size_t set = 0;              ///< index of the set
   DrawMode mode = DrawMode::textured;
   LayerSet layers;
   Backdrop backdrop = Backdrop::studio;
@@ -65,26 +64,26 @@ struct PlayerState {
   bool shows_numbers = true;
   bool shows_panel = true;
   bool shows_help = false;
-  bool is_done = false;  ///< the window is to close
+  bool is_done = false;  ///< the window should close
 };
 
-/// What the joint at hand allows.
+/// Limits given by the motion model and the current set.
 struct PlayerRange {
   std::size_t n_sets = 1;
   double first_varus_rad = 0.0, last_varus_rad = 0.0;  ///< of the set
-  bool is_varus_free = false;                          ///< the set has a varus of its own
-  double balanced_varus_rad = 0.0;                     ///< at the flexion
+  bool is_varus_free = false;                          ///< the set determines the varus
+  double balanced_varus_rad = 0.0;                     ///< at the current flexion
   LayerSet available;
 };
 
-/// `state` once `action` happened. Views, screenshots and the full screen are no part of it and change
-/// nothing here. Allocates nothing.
+/// Applies `action` to `state`. View, screenshot and full-screen actions have no effect here. Allocates
+/// nothing.
 PlayerState after(PlayerState state, Action action, const PlayerRange& range);
 
-/// The attitude to show: varus within the range.
+/// The attitude to show, with varus clamped to the range.
 Attitude wanted_attitude(const PlayerState& state, const PlayerRange& range);
 
-/// What a key or button says of the view, if it says anything of it.
+/// The view selected by an action; empty for other actions.
 std::optional<View> view_of(Action action);
 
 const char* name_of(DrawMode mode);

@@ -1,16 +1,16 @@
-// Puts the page into one file: node assemble.mjs TEMPLATE STYLE CODE PACKAGES OUT.html
-// PACKAGES is the folder of the npm packages, whose licences go along, with that of the HDF5 library within h5wasm. Also writes OUT.html.gz, which the server sends.
+// Assembles the page in one file: node assemble.mjs TEMPLATE STYLE CODE PACKAGES OUT.html
+// PACKAGES is the folder of the npm packages; their licences and that of the HDF5 library in h5wasm are included. Also writes OUT.html.gz for the server.
 import fs from "node:fs";
 import path from "node:path";
 import zlib from "node:zlib";
 
 const [template, style, code, packages, out] = process.argv.slice(2);
 const read = (file) => fs.readFileSync(file, "utf8");
-const beside = path.dirname(process.argv[1]);
-const licences = [["three.js", packages, "three/LICENSE"], ["h5wasm", packages, "h5wasm/LICENSE.txt"], ["HDF5", beside, "hdf5_licence.txt"], ["uPlot", packages, "uplot/LICENSE"]]
+const ownFolder = path.dirname(process.argv[1]);
+const licences = [["three.js", packages, "three/LICENSE"], ["h5wasm", packages, "h5wasm/LICENSE.txt"], ["HDF5", ownFolder, "hdf5_licence.txt"], ["uPlot", packages, "uplot/LICENSE"]]
   .map(([name, folder, file]) => `${name}\n\n${read(path.join(folder, file)).trim()}`).join("\n\n").replace(/-(?=-)/g, "- ");
 const parts = { licences, style: `${read(path.join(packages, "uplot/dist/uPlot.min.css"))}\n${read(style)}`, code: read(code) };
-// A function, since the texts hold $ signs.
+// A replacement function, since the texts contain $ signs.
 const page = read(template).replace(/\{\{(\w+)\}\}/g, (_, name) => parts[name]);
 fs.writeFileSync(out, page);
 fs.writeFileSync(`${out}.gz`, zlib.gzipSync(page, { level: 9 }));

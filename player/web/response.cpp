@@ -15,7 +15,7 @@ std::string random_token()
 {
   std::array<unsigned char, 16> bytes{};
   check(getrandom(bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()),
-        "the kernel gives random bytes");
+        "the kernel provides random bytes");
   constexpr const char* digits = "0123456789abcdef";
   std::string token;
   for (const unsigned char byte : bytes) {
@@ -37,7 +37,7 @@ namespace {
 
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
-/// What every answer says: nothing is kept, shown in another page's frame or read by it.
+/// Header fields of every response: no caching, no embedding in frames, no cross-origin reading.
 Fields fields_of(std::uint64_t n_bytes, const Fields& more)
 {
   Fields fields{{"Content-Length", std::to_string(n_bytes)},
@@ -72,7 +72,7 @@ Response page(const Site& site)
   return response;
 }
 
-/// Bytes of UTF-8, all but letters and digits as %XX (RFC 8187).
+/// Percent-encodes UTF-8 (RFC 8187).
 std::string percent_encoded(const std::string& text)
 {
   constexpr const char* digits = "0123456789ABCDEF";
@@ -92,13 +92,13 @@ std::string percent_encoded(const std::string& text)
   return result;
 }
 
-/// Bytes `first` to `last`, both included; what the header left out is empty.
+/// Bytes `first` to `last` inclusive; parts omitted in the header are empty.
 struct ByteRange {
   std::optional<std::uint64_t> first;
-  std::optional<std::uint64_t> last;  ///< without `first`: so many bytes at the end
+  std::optional<std::uint64_t> last;  ///< without `first`: the number of bytes at the end
 };
 
-/// False where the text is not a number; true and nothing where it is empty.
+/// Returns false if the text is not a number; leaves `number` empty for an empty text.
 bool read_number(std::string_view text, std::optional<std::uint64_t>& number)
 {
   if (text.empty()) return true;
@@ -139,7 +139,8 @@ Response model(const std::optional<ByteRange>& range, const Site& site)
     response.first_byte = range->first ? *range->first : size - std::min(size, wanted_last);
     const std::uint64_t end = range->first && wanted_last < size ? wanted_last + 1 : size;
     if (response.first_byte >= end)
-      return text_response(416, "found a range beyond the end", {{"Content-Range", "bytes *" + of_size}});
+      return text_response(416, "found a range beyond the end of the file",
+                           {{"Content-Range", "bytes *" + of_size}});
     response.status = 206;
     response.n_bytes = end - response.first_byte;
     more.emplace_back("Content-Range", "bytes " + std::to_string(response.first_byte) + "-" +
@@ -155,7 +156,7 @@ bool is_own_host(std::string_view host, int port)
   const std::string own_port = ":" + std::to_string(port);
   const std::string_view name =
       host.substr(0, host.ends_with(own_port) ? host.size() - own_port.size() : host.size());
-  // Browsers leave out a port that is the scheme's own.
+  // Browsers omit the default port of the scheme.
   if (name.size() == host.size() && port != 80) return false;
   return std::ranges::equal(name, std::string_view("localhost"), {}, lower) || name == "127.0.0.1";
 }
@@ -170,7 +171,7 @@ Response response_to(const Request& request, const Site& site)
   const std::string_view path = std::string_view(request.target).substr(1);
   const std::string_view token = path.substr(0, path.find_first_of("/?"));
   if (!is_same_token(token, site.token))
-    return text_response(403, "found no token or another one, wanted the address that the server printed");
+    return text_response(403, "found no valid token, wanted the address that the server printed");
   if (request.method != "GET")
     return text_response(405, "found another method, wanted GET", {{"Allow", "GET"}});
   const std::string_view target = path.substr(token.size());
@@ -183,12 +184,12 @@ Response response_to(const Request& request, const Site& site)
 
 Response bad_request()
 {
-  return text_response(400, "found no request that could be read");
+  return text_response(400, "found a malformed request");
 }
 
 Response request_timeout()
 {
-  return text_response(408, "found no whole request in time");
+  return text_response(408, "found no complete request within the time limit");
 }
 
 }  // namespace vrda

@@ -1,4 +1,4 @@
-// The only file that sees Boost.Beast: its headers take the compiler long.
+// The only file that includes Boost.Beast, whose headers compile slowly.
 #include "web/server.hpp"
 
 #include <spawn.h>
@@ -38,22 +38,22 @@ using asio::ip::tcp;
 using boost::system::error_code;
 using Clock = std::chrono::steady_clock;
 
-/// From accept to the whole request, and from the end of the answer to the client's end.
+/// Time limit from accept to the complete request, and from the end of the response to the client's close.
 constexpr std::chrono::seconds request_limit{10};
-/// A client that takes nothing of its answer for so long is given up.
+/// Time limit for a client that reads nothing of its response.
 constexpr std::chrono::seconds longest_silence{20};
 constexpr std::chrono::milliseconds accept_pause{100};
-/// Of those that wait for their client, and again of those that are being answered; a browser opens six.
+/// Limit for pending requests, and separately for responses in progress; a browser opens six connections.
 constexpr std::size_t most_sessions = 32;
-/// A browser's own stay below 2 KB.
+/// Browsers send less than 2 KB.
 constexpr std::uint32_t longest_request_head = 16384;
 constexpr std::size_t read_size = 4096, piece_size = 65536;
-/// Of what comes after the request; who sends more is cut off.
+/// Limit for data after the request; the connection is closed beyond it.
 constexpr std::size_t most_drained = 1U << 20U;
 
 struct Answer {
   Response response;
-  beast::file_posix model;  ///< open at its first byte where the response sends the model
+  beast::file_posix model;  ///< positioned at the first byte if the response sends the model
 };
 
 std::string head_of(const Response& response)
@@ -73,7 +73,8 @@ std::optional<Request> request_of(const http::request<http::empty_body>& message
                  message[http::field::host].to_string(), message[http::field::range].to_string()};
 }
 
-/// Beast waits for more where a line ends by LF alone, and where the first one is too short.
+/// Detects malformed requests for which Beast waits for more data: a line ending with LF alone, a short first
+/// line.
 bool is_malformed(std::string_view unread)
 {
   for (std::size_t k = 0; k < unread.size(); ++k) {
@@ -82,8 +83,8 @@ bool is_malformed(std::string_view unread)
   return unread.find("\r\n\r\n") != std::string_view::npos;
 }
 
-/// One connection: reads one request, sends one answer, waits for the client's end. Each wait has a limit.
-/// Lives as long as something is under way on it.
+/// One connection: reads one request, sends one response, waits for the client's close; each with a time
+/// limit. Kept alive by its pending operations.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   using Answering = std::function<Answer(const Request&)>;
@@ -112,7 +113,7 @@ class Session : public std::enable_shared_from_this<Session> {
   bool is_open() const { return phase_ != Phase::ended; }
   bool is_answering() const { return phase_ == Phase::answering; }
 
-  /// When its client last took something of the answer; before that, when it came.
+  /// Time of the client's last read of the response; before the response, of the connection.
   Clock::time_point waits_since() const { return waits_since_; }
 
  private:
@@ -122,7 +123,7 @@ class Session : public std::enable_shared_from_this<Session> {
   {
     timer_.expires_after(time);
     timer_.async_wait([this, self = shared_from_this()](const error_code& error) {
-      // A limit that was reached just before the next one was set is void.
+      // Ignore an expiry that was already queued when the next limit was set.
       if (error || timer_.expiry() > Clock::now()) return;
       if (phase_ == Phase::requesting) return answer({request_timeout(), {}});
       end();
@@ -160,14 +161,14 @@ class Session : public std::enable_shared_from_this<Session> {
     phase_ = Phase::answering;
     waits_since_ = Clock::now();
     error_code ignored;
-    socket_.cancel(ignored);  // a read under way
+    socket_.cancel(ignored);  // a pending read
     answer_ = std::move(answer);
     piece_ = head_of(answer_.response);
     unsent_ = piece_;
     send();
   }
 
-  /// The next of the answer's content; empty at the end, and where the file has become shorter.
+  /// The next piece of the content; empty at the end, or if the file was truncated.
   std::string_view next_piece()
   {
     const Response& response = answer_.response;
@@ -207,7 +208,7 @@ class Session : public std::enable_shared_from_this<Session> {
     drain();
   }
 
-  /// Closing a socket with something unread in it would take the answer back from the client.
+  /// Reads remaining data: closing a socket with unread data resets the connection and discards the response.
   void drain()
   {
     piece_.resize(read_size);
@@ -227,9 +228,9 @@ class Session : public std::enable_shared_from_this<Session> {
   beast::flat_buffer buffer_;
   http::request_parser<http::empty_body> parser_;
   Answer answer_;
-  std::string piece_;          ///< of the answer, or of what is drained
-  std::string_view unsent_;    ///< of piece_
-  std::uint64_t n_taken_ = 0;  ///< bytes of the content that went into pieces
+  std::string piece_;          ///< piece of the response, or buffer for draining
+  std::string_view unsent_;    ///< part of piece_
+  std::uint64_t n_taken_ = 0;  ///< bytes of the content copied to pieces
   std::size_t n_drained_ = 0;
 };
 
@@ -245,7 +246,7 @@ class Server {
     if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
     if (error)
       throw InputError({"--port", "", std::to_string(options.port) + ": " + error.message(),
-                        "a port from 1024 to 65535 that nothing listens on, or 0 for a free one"});
+                        "an unused port from 1024 to 65535, or 0 for any free port"});
     site_.port = acceptor_.local_endpoint().port();
     site_.token = random_token();
     site_.page_size = compressed_page().size();
@@ -257,7 +258,7 @@ class Server {
     return "http://127.0.0.1:" + std::to_string(site_.port) + "/" + site_.token + "/";
   }
 
-  /// Until SIGINT or SIGTERM.
+  /// Runs until SIGINT or SIGTERM.
   void run()
   {
     signals_.async_wait([this](const error_code&, int) { io_.stop(); });
@@ -279,14 +280,14 @@ class Server {
     });
   }
 
-  /// Where descriptors are short.
+  /// Retries after a pause if no file descriptor is available.
   void accept_later()
   {
     pause_.expires_after(accept_pause);
     pause_.async_wait([this](const error_code&) { accept(); });
   }
 
-  /// The model as it is now, open where it is asked for.
+  /// The response for the present state of the model file.
   Answer answer_to(const Request& request)
   {
     Answer answer;
@@ -297,13 +298,13 @@ class Server {
       answer.model.open(file_.c_str(), beast::file_mode::scan, error);
     if (answer.model.is_open()) site.model_size = answer.model.size(error);
     answer.response = response_to(request, site);
-    // A refusal is short: it takes nobody's place.
+    // Text responses are short and do not count towards the limit.
     if (answer.response.content != Content::text) make_room(true);
     if (answer.response.content == Content::model) answer.model.seek(answer.response.first_byte, error);
     return answer;
   }
 
-  /// Where one session of a kind more would be too many, ends the one that has waited longest for its client.
+  /// Makes room for one more session of a kind: at the limit ends the session idle for the longest time.
   void make_room(bool is_answering)
   {
     std::vector<std::shared_ptr<Session>> rivals;
@@ -331,16 +332,16 @@ class Server {
 
 void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk)
 {
-  // Says what is wrong with the file before anyone opens a page.
+  // Reports an invalid file before the page is opened.
   read_motion_model(options.file);
   Server server(options);
   const std::string address = server.address();
   data << address << std::endl;
   if (!options.is_quiet)
-    talk << options.file << ": open the address above in a browser; Ctrl-C ends" << std::endl;
+    talk << options.file << ": open the address above in a browser; Ctrl-C quits" << std::endl;
   std::optional<BrowserVisit> visit;
   if (options.is_open) visit.emplace(address);
-  if (visit && !visit->has_begun()) talk << "no browser: open " << address << " in one" << std::endl;
+  if (visit && !visit->has_begun()) talk << "no browser found: open " << address << std::endl;
   server.run();
 }
 

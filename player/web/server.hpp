@@ -1,5 +1,4 @@
-/// The web page of the player, served with one motion model on this machine alone, and shown in the desktop's
-/// browser.
+/// Serves the player's web page with one motion model on this machine, and opens it in the default browser.
 #pragma once
 
 #include <iosfwd>
@@ -9,25 +8,25 @@ namespace vrda {
 
 struct WebOptions {
   std::string file;
-  int port = 0;          ///< 0: a free one
-  bool is_open = false;  ///< asks the desktop's browser to show the page
+  int port = 0;          ///< 0: any free port
+  bool is_open = false;  ///< open the page in the default browser
   bool is_quiet = false;
 };
 
-/// Listens on 127.0.0.1, writes the page's address to `data` (a line) and serves until SIGINT or SIGTERM.
-/// The file is read anew for each request: a run that replaced it shows after a reload.
-/// Throws InputError for a file that is no motion model and a port that is taken.
+/// Listens on 127.0.0.1, writes the page's address to `data` (one line) and serves until SIGINT or SIGTERM.
+/// The file is read for each request, so that a reload shows a new version.
+/// Throws InputError for an invalid motion model or a port in use.
 void serve_web(const WebOptions& options, std::ostream& data, std::ostream& talk);
 
-/// Command lines are open to all users of a machine. So the browser is given a file that only this user may
-/// read, which leads to the address and is removed with this object.
+/// Opens the browser with a private temporary file that redirects to the address, since command lines are
+/// visible to all users of the machine. The destructor removes the file.
 class BrowserVisit {
  public:
   explicit BrowserVisit(const std::string& address);
   ~BrowserVisit();
   BrowserVisit(const BrowserVisit&) = delete;
   BrowserVisit& operator=(const BrowserVisit&) = delete;
-  /// False where the file cannot be written, or there is no xdg-open.
+  /// False if the file cannot be written or xdg-open is missing.
   bool has_begun() const { return has_begun_; }
 
  private:

@@ -1,8 +1,8 @@
-// A map over flexion (to the right) and varus (up) with the current attitude marked. A click or drag asks for an attitude.
+// A map over flexion (right) and varus (up) with the current attitude marked. A click or drag selects an attitude.
 
 const marginLeft = 34, marginBottom = 24, marginTop = 4, marginRight = 8;
 
-/// Where the cell around node k of an axis begins and ends: half way to its neighbours.
+/// Limits of the cell around node k of an axis: the midpoints to its neighbours.
 function edges(at, k) {
   const step = at.length > 1 ? (at.at(-1) - at[0]) / (at.length - 1) : 1;
   const low = k > 0 ? (at[k - 1] + at[k]) / 2 : at[0] - step / 2;
@@ -10,7 +10,7 @@ function edges(at, k) {
   return [low, high];
 }
 
-/// Round numbers, at most `most` of them, within the range.
+/// At most `most` round numbers within the range.
 function ticks(low, high, most) {
   const step = [0.5, 1, 2, 5, 10, 15, 30, 45, 90].find((s) => (high - low) / s <= most) ?? 180;
   const found = [];
@@ -19,19 +19,19 @@ function ticks(low, high, most) {
 }
 
 export class AttitudeMap {
-  constructor(canvas, onAsk) {
+  constructor(canvas, onSelect) {
     this.canvas = canvas;
-    const ask = (event) => {
+    const select = (event) => {
       if (!this.axes || (event.type === "pointermove" && event.buttons === 0)) return;
       if (event.type === "pointerdown") canvas.setPointerCapture(event.pointerId);
       const box = canvas.getBoundingClientRect();
-      onAsk(...this.#attitudeAt(event.clientX - box.left, event.clientY - box.top));
+      onSelect(...this.#attitudeAt(event.clientX - box.left, event.clientY - box.top));
     };
-    canvas.addEventListener("pointerdown", ask);
-    canvas.addEventListener("pointermove", ask);
+    canvas.addEventListener("pointerdown", select);
+    canvas.addEventListener("pointermove", select);
   }
 
-  /// `colourOf(i, j)` gives [r, g, b] of a node; axes in degrees.
+  /// `colourOf(i, j)` returns [r, g, b] of a node; axes in degrees.
   setCells(axes, colourOf) {
     this.axes = axes;
     this.range = { flexion: [edges(axes.flexion, 0)[0], edges(axes.flexion, axes.flexion.length - 1)[1]],

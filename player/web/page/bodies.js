@@ -1,9 +1,9 @@
-// The meshes of a body: what takes part in contact and what is only drawn.
+// The meshes of a body: contact and visual parts.
 import { refuse } from "./model_error.js";
 
-function checkIndices(place, indices, count) {
+function checkIndices(field, indices, count) {
   for (const index of indices) {
-    if (index < 0 || index >= count) refuse(place, `row ${index}`, `0 to ${count - 1}`);
+    if (index < 0 || index >= count) refuse(field, `row ${index}`, `0 to ${count - 1}`);
   }
 }
 
@@ -11,7 +11,7 @@ function part(file, group, nComponents) {
   const vertices = file.numbers(`${group}/vertices`, [null, 3]);
   const triangles = file.numbers(`${group}/triangles`, [null, 3], "int32");
   const component = file.numbers(`${group}/component`, [triangles.length / 3], "int32");
-  if (!vertices.every(Number.isFinite)) refuse(`${group}/vertices`, "a coordinate that is no number", "finite numbers");
+  if (!vertices.every(Number.isFinite)) refuse(`${group}/vertices`, "a coordinate that is not a finite number", "finite numbers");
   checkIndices(`${group}/triangles`, triangles, vertices.length / 3);
   checkIndices(`${group}/component`, component, nComponents);
   return { vertices, triangles, component };

@@ -1,4 +1,4 @@
-// The clinical numbers of schemas/clinical.md, from X_reference_moving and the rotation centre alone.
+// The clinical numbers of schemas/clinical.md, computed from X_reference_moving and the rotation centre.
 import { degree, difference, sum, turned } from "./frames.js";
 
 /// Name, unit and meaning, in the order of the tables.

@@ -1,12 +1,12 @@
-// Where the compartments bear, over flexion at one varus; and the same seen from above the moving body.
+// Contact points of the compartments over flexion at one varus, and their plot seen from above the moving body.
 
-/// After Okabe and Ito (2008): told apart by the colour-blind too.
+/// Colour-blind safe, after Okabe and Ito (2008).
 export const compartmentColours = { medial: "#0b6aa8", lateral: "#c2500a" };
 
-// Between neighbouring flexions a contact rolls and slides by less; what is further has jumped to another facet or horn.
+// Larger steps between neighbouring flexions are jumps to another facet or horn, not rolling or sliding.
 const longestStepMm = 4;
 
-/// Column of the grid whose varus is nearest, for each flexion; `varusAt(flexion)` in degrees.
+/// For each flexion the grid column with the nearest varus; `varusAt(flexion)` in degrees.
 export function columnsAlong(model, varusAt) {
   return Array.from(model.flexion, (flexion) => {
     const wanted = varusAt(flexion);
@@ -16,7 +16,7 @@ export function columnsAlong(model, varusAt) {
   });
 }
 
-/// Bearing cells, one a flexion: [{ flexion, point mm, isAt }]; isAt is true at the flexions nearest to this cell's.
+/// Cells in contact, at most one per flexion: [{ flexion, point mm, isAt }]; isAt(flexion) is true if this cell is the nearest.
 export function pathAlong(model, name, columns) {
   const table = model.contactPaths[name], n = model.varus.length, path = [];
   for (let i = 0; i < model.flexion.length; ++i) {
@@ -29,7 +29,7 @@ export function pathAlong(model, name, columns) {
   return path;
 }
 
-/// The path in pieces without a jump.
+/// The path split at jumps.
 export function unbroken(path) {
   const pieces = [];
   path.forEach((cell, k) => {
@@ -50,7 +50,7 @@ function bounds(part) {
   return { low, high };
 }
 
-/// Draws the moving body's contact parts from above, anterior up, right to the right, and both paths.
+/// Draws the moving body's contact parts from above (anterior up, the subject's right to the right) and both paths.
 export class PlateauPlot {
   constructor(canvas) {
     this.canvas = canvas;
@@ -87,7 +87,7 @@ export class PlateauPlot {
       for (const p of [a, b, c]) pen.lineTo(...place(p));
       pen.closePath();
       pen.fill();
-      pen.stroke();  // closes the seams between neighbours
+      pen.stroke();  // covers seams between neighbouring triangles
     }
   }
 
@@ -113,7 +113,7 @@ export class PlateauPlot {
     };
     pen.strokeStyle = pen.fillStyle = colour;
     pen.lineCap = "round";
-    line(path, 0.8, [2 * px, 3 * px]);  // over the jumps
+    line(path, 0.8, [2 * px, 3 * px]);  // dashed across the jumps
     for (const piece of unbroken(path)) line(piece.length > 1 ? piece : [piece[0], piece[0]], 2.2, []);
     const here = path.find(({ isAt }) => isAt(flexionDeg));
     if (!here) return;

@@ -1,11 +1,11 @@
-// Curves over flexion at the current varus (uPlot): raw, the chosen set, and the attitude shown.
+// Curves over flexion at the current varus (uPlot): raw, the chosen set, and the current attitude.
 import uPlot from "uplot";
 import { degree } from "./frames.js";
 
 const mostPoints = 181;
 const ink = "#4a5563", rule = "#e2e6ea";
 
-/// Degrees over the measured range, its nodes included when they are few.
+/// Sampled flexions in degrees over the grid's range; includes the nodes.
 function sampledFlexion(model) {
   const { flexion } = model;
   if (flexion.length >= 46 || flexion.length === 1) return Array.from(flexion);
@@ -21,13 +21,13 @@ function valuesOf(motion, flexion, varusOf, quantity) {
 }
 
 export class CurvePlot {
-  constructor(place, onAsk) {
-    this.place = place;
-    this.onAsk = onAsk;
-    new ResizeObserver(() => this.plot?.setSize(this.#size())).observe(place);
+  constructor(container, onSelect) {
+    this.container = container;
+    this.onSelect = onSelect;
+    new ResizeObserver(() => this.plot?.setSize(this.#size())).observe(container);
   }
 
-  #size() { return { width: Math.max(this.place.clientWidth, 100), height: 230 }; }
+  #size() { return { width: Math.max(this.container.clientWidth, 100), height: 230 }; }
 
   /// `curves`: [{ label, motion, colour, dash }]; `varusOf(flexion)` in radians.
   setCurves(model, curves, varusOf, quantity) {
@@ -42,19 +42,19 @@ export class CurvePlot {
   #make(data, curves, quantity) {
     this.plot?.destroy();
     const axis = (label) => ({ label, labelSize: 18, labelFont: "12px system-ui, sans-serif", font: "11px system-ui, sans-serif", stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule, width: 1 }, size: 44 });
-    const isLonely = data[0].length < 3;
+    const hasFewPoints = data[0].length < 3;
     this.plot = new uPlot({
       ...this.#size(),
       legend: { live: false },
       cursor: { drag: { x: false, y: false }, y: false, points: { show: false } },
       scales: { x: { time: false } },
       axes: [axis("flexion, °"), axis(`${quantity.label}, ${quantity.unit}`)],
-      series: [{ label: "flexion" }, ...curves.map(({ label, colour, dash }) => ({ label, stroke: colour, dash, width: 2, points: { show: isLonely } }))],
+      series: [{ label: "flexion" }, ...curves.map(({ label, colour, dash }) => ({ label, stroke: colour, dash, width: 2, points: { show: hasFewPoints } }))],
       hooks: { draw: [(plot) => this.#drawMark(plot)] },
-    }, data, this.place);
-    const ask = (event) => { if (event.buttons === 1) this.onAsk(this.plot.posToVal(event.clientX - this.plot.over.getBoundingClientRect().left, "x")); };
-    this.plot.over.addEventListener("pointerdown", ask);
-    this.plot.over.addEventListener("pointermove", ask);
+    }, data, this.container);
+    const select = (event) => { if (event.buttons === 1) this.onSelect(this.plot.posToVal(event.clientX - this.plot.over.getBoundingClientRect().left, "x")); };
+    this.plot.over.addEventListener("pointerdown", select);
+    this.plot.over.addEventListener("pointermove", select);
   }
 
   #drawMark(plot) {
@@ -78,7 +78,7 @@ export class CurvePlot {
     ctx.restore();
   }
 
-  /// Marks what is shown: flexion in degrees and the quantity, NaN where there is none.
+  /// Marks the current flexion in degrees and the quantity (NaN if unknown).
   setMark(flexion, value) {
     this.mark = { flexion, value };
     this.plot?.redraw(false, false);

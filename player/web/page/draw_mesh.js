@@ -1,10 +1,10 @@
-// A mesh as graphics hardware wants it, its normals by crease angle: pipeline/core/draw_mesh in JavaScript.
+// A mesh for graphics hardware with normals by crease angle; as pipeline/core/draw_mesh.
 
-const leastCosine = Math.cos(80 / 180 * Math.PI);  // edges bent by more stay sharp
-// Around a vertex of more faces every face counts, since the comparison is quadratic in them.
+const leastCosine = Math.cos(80 / 180 * Math.PI);  // edges with a larger angle stay sharp
+// At vertices with more faces all faces are averaged, since the comparison is quadratic.
 const mostFacesCompared = 1000;
 
-/// Area normal (twice the area long) and unit normal of each triangle that has an area.
+/// Area normal (length: twice the area) and unit normal of each non-degenerate triangle.
 function facesOf(part, component) {
   const { vertices: p, triangles } = part, faces = [];
   for (let t = 0; t < triangles.length / 3; ++t) {
@@ -35,8 +35,8 @@ function cornerNormal(own, around) {
   return length > 0 ? [x / length, y / length, z / length] : own.unit;
 }
 
-/// Three corners a triangle of one component: positions relative to `origin` (single precision then suffices), normals, and the
-/// rows of their vertices.
+/// The corners of one component's triangles: positions relative to `origin` (for single precision), normals, and vertex
+/// indices.
 export function drawMesh(part, component, origin) {
   const faces = facesOf(part, component), around = facesAround(faces, part.vertices.length / 3);
   const positions = new Float32Array(9 * faces.length), normals = new Float32Array(9 * faces.length), vertices = new Int32Array(3 * faces.length);

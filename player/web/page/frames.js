@@ -1,4 +1,4 @@
-// Rotations and poses, as pipeline/core/frames: 3 x 3 matrices are rows of rows, a pose is { R, t } in mm.
+// Rotations and poses, as pipeline/core/frames: 3 x 3 matrices are arrays of rows, a pose is { R, t } in mm.
 
 export const degree = Math.PI / 180;
 
@@ -32,7 +32,7 @@ function shortestRotationToY(from) {
   return V.map((row, r) => row.map((x, k) => (r === k ? 1 : 0) + x + VV[r][k] / (1 + c)));
 }
 
-/// Orthogonal, solver's frame to world W; a reflection for a left joint. Both share their origin.
+/// Orthogonal matrix from the solver frame to world W; a reflection for a left joint. Both frames have the same origin.
 export function rotationWorldSolver(side, delta) {
   const R = transposed(shortestRotationToY(side === "left" ? [delta[0], delta[1], -delta[2]] : delta));
   return side === "left" ? [R[0], R[1], scaled(R[2], -1)] : R;
@@ -40,10 +40,10 @@ export function rotationWorldSolver(side, delta) {
 
 const conjugated = (R, A) => product(product(R, A), transposed(R));
 
-/// Turns about the rotation centre, then shifts: stored vertices to W.
+/// Rotation about the rotation centre, then translation: stored vertices to W.
 const aboutCentre = (R, shift, centre) => ({ R, t: difference(shift, turned(R, centre)) });
 
-/// Both bodies in W and the moving one in the reference's frame. Radians; `translation` in W.
+/// Poses of both bodies in W, and of the moving body in the reference's frame. Radians; `translation` in W.
 export function placed(frame, attitude, translation, theta) {
   const { worldSolver, centre } = frame;
   const attitudeTurn = product(rotationX(-attitude.varus), rotationZ(attitude.flexion));
@@ -53,7 +53,7 @@ export function placed(frame, attitude, translation, theta) {
   return { reference, moving, referenceMoving: { R: product(back, moving.R), t: turned(back, difference(moving.t, reference.t)) } };
 }
 
-/// Sixteen numbers, row by row, as `X_reference_moving` in the file.
+/// Sixteen numbers in row-major order, as `X_reference_moving` in the file.
 export function rows({ R, t }) {
   return [...R[0], t[0], ...R[1], t[1], ...R[2], t[2], 0, 0, 0, 1];
 }

@@ -1,15 +1,15 @@
-// Gaps along Delta from the moving body's upward faces to the reference, as colours on them. Numbers of player/scene/gap_layer.
+// Directional gaps from the moving body's upward faces to the reference, as colours. Constants as in player/scene/gap_layer.
 import { BufferAttribute, BufferGeometry, Group, Mesh } from "three";
 import { drawMesh } from "./draw_mesh.js";
 import { sum, turned } from "./frames.js";
 import { colouredMaterialOf, colourOf } from "./material.js";
 import { RayTree } from "./ray_tree.js";
-import { closeness, colourAt, encoded, mixed, setLinear } from "./scale_of_layer.js";
+import { colourAt, gapPalette, interpolated, setLinear, srgbFromLinear } from "./palettes.js";
 
 export const rangeMm = 6;
 const deepestMm = 3, aboveMm = 0.05, leastUpward = 0.3, fadesFrom = 0.7;
 
-/// Corners of the triangles that look along `delta`.
+/// Corners of the triangles oriented along `delta`.
 function upwardCorners(positions, delta) {
   const corners = [];
   for (let at = 0; at < positions.length; at += 9) {
@@ -45,7 +45,7 @@ function sheetOf(part, component, { material }, model, scale) {
     return rowOf.get(vertex);
   });
   const points = [...rowOf.keys()].map((vertex) => Array.from(part.vertices.subarray(3 * vertex, 3 * vertex + 3)));
-  return { mesh, rows, points, gaps: new Float64Array(points.length), bone: encoded(colourOf(material)) };
+  return { mesh, rows, points, gaps: new Float64Array(points.length), bone: srgbFromLinear(colourOf(material)) };
 }
 
 export class GapLayer {
@@ -57,13 +57,13 @@ export class GapLayer {
     this.group.add(...this.sheets.map(({ mesh }) => mesh));
   }
 
-  /// mm from a point of the moving body along Delta to the reference; overlap is negative.
+  /// Gap in mm from a point of the moving body along Delta to the reference; negative for overlap.
   gap(point, X, delta) {
     const direction = turned(X.R, delta), from = sum(turned(X.R, point), X.t).map((x, k) => x - deepestMm * direction[k]);
     return this.tree.travel(from, direction, deepestMm + rangeMm) - deepestMm;
   }
 
-  /// `X` takes moving to reference; `delta`: the same direction on the moving body, theta turns about it.
+  /// `X` maps moving to reference; `delta` has the same coordinates in the moving body, since theta rotates about it.
   update(X, delta) {
     for (const { mesh, rows, points, gaps, bone } of this.sheets) {
       points.forEach((point, row) => { gaps[row] = this.gap(point, X, delta); });
@@ -74,8 +74,8 @@ export class GapLayer {
         for (let k = 0; k < 3 && isNear; ++k) index.array[n++] = c + k;
       }
       rows.forEach((row, c) => {
-        const place = Math.min(gaps[row], rangeMm) / rangeMm, fading = (place - fadesFrom) / (1 - fadesFrom);
-        setLinear(colour.array, 3 * c, mixed(colourAt(closeness, place), bone, Math.min(Math.max(fading, 0), 1)));
+        const position = Math.min(gaps[row], rangeMm) / rangeMm, fading = (position - fadesFrom) / (1 - fadesFrom);
+        setLinear(colour.array, 3 * c, interpolated(colourAt(gapPalette, position), bone, Math.min(Math.max(fading, 0), 1)));
       });
       mesh.geometry.setDrawRange(0, n);
       colour.needsUpdate = index.needsUpdate = true;

@@ -1,8 +1,8 @@
-// One HDF5 file in memory. Every size is known and bounded before anything is read.
+// One HDF5 file in memory. Every size is checked before data are read.
 import { File, FS, Module, ready } from "h5wasm";
 import { ModelError, refuse } from "./model_error.js";
 
-/// Numbers in one dataset: a hundred times those of a full grid's poses; 400 MB of float64.
+/// Limit per dataset: a hundred times a full grid of poses; 400 MB of float64.
 const mostNumbers = 50_000_000;
 const mostTexts = 10_000;
 const path = "/model.h5";
@@ -12,7 +12,7 @@ const kinds = { float64: ["Float64Array", 1, 8], int64: ["BigInt64Array", 0, 8],
 export class Hdf5File {
   #file;
 
-  /// Opens the bytes; throws ModelError when HDF5 cannot. Call close() at the end.
+  /// Opens the bytes; throws ModelError if HDF5 cannot open them. close() must be called.
   static async open(bytes) {
     await ready;
     const opened = new Hdf5File();
@@ -51,19 +51,19 @@ export class Hdf5File {
 
   /// Lengths of a dataset's axes.
   shape(name) {
-    if (!this.hasDataset(name)) refuse(name, "no such dataset", "one");
+    if (!this.hasDataset(name)) refuse(name, "no such dataset", "a dataset");
     return this.#file.get(name).metadata.shape.map(Number);
   }
 
   #checked(name, wanted) {
     const shape = this.shape(name);
     if (shape.length !== wanted.length || wanted.some((n, i) => n !== null && n !== shape[i])) {
-      refuse(name, `a size of ${shape.join(" x ") || "one"}`, wanted.map((n) => n ?? "any").join(" x "));
+      refuse(name, `a size of ${shape.join(" x ") || "1"}`, wanted.map((n) => n ?? "any").join(" x "));
     }
     return { shape, metadata: this.#file.get(name).metadata, count: shape.reduce((a, b) => a * b, 1) };
   }
 
-  /// Numbers of a dataset of this size (null: any) and kind, row by row.
+  /// The numbers of a dataset of this size (null: any) and type, in row-major order.
   numbers(name, wanted, kind = "float64") {
     const { metadata, count } = this.#checked(name, wanted);
     const [array, type, size] = kinds[kind];
@@ -75,7 +75,7 @@ export class Hdf5File {
     return value;
   }
 
-  /// Texts of a dataset of one axis.
+  /// The strings of a one-dimensional dataset.
   texts(name) {
     const { metadata, count } = this.#checked(name, [null]);
     if (metadata.type !== Module.H5T_class_t.H5T_STRING.value) refuse(name, "another type", "text");
@@ -91,7 +91,7 @@ export class Hdf5File {
     }
   }
 
-  /// Elements of a root attribute, or nothing.
+  /// The elements of a root attribute; undefined if missing.
   attribute(name) {
     try {
       const attribute = this.#file.attrs[name];

@@ -1,7 +1,6 @@
-// Values at the nodes of a grid of attitudes, joined by bicubic Hermite patches: pipeline/motion/hermite_grid in
-// JavaScript. Angles in radians.
+// Bicubic Hermite interpolation of values on a grid of attitudes; as pipeline/motion/hermite_grid. Angles in radians.
 
-/// A grid of `width` numbers a node. `value` [n_flexion n_varus width], varus runs faster; `solved` [n_flexion n_varus].
+/// A grid with `width` numbers per node. `value` [n_flexion n_varus width], row-major; `solved` [n_flexion n_varus].
 export function hermiteGrid(flexion, varus, width, value, solved) {
   const size = value.length;
   const grid = { flexion, varus, width, value, solved, byFlexion: new Float64Array(size), byVarus: new Float64Array(size), byBoth: new Float64Array(size) };
@@ -16,7 +15,7 @@ export function hermiteGrid(flexion, varus, width, value, solved) {
   return grid;
 }
 
-/// Slopes of `from` along the grid line of `at`, whose nodes lie `stride` apart from `first` on.
+/// Slopes of `from` along a grid line with coordinates `at`, whose nodes are `first`, `first` + `stride`, ...
 function fillSlopes(grid, at, first, stride, number, from, to) {
   const line = {
     at,
@@ -47,10 +46,10 @@ function oneSidedSlope({ at, value, isSolved }, k, step) {
   return chord - ((at[k + step] - at[k]) * (nextChord - chord)) / (at[far] - at[k]);
 }
 
-// Part of a step that counts as being on the node, as in the library.
+// Relative distance below which a point is on the node, as in the library.
 const onNode = 1e-9;
 
-/// Index of the cell of `at` that holds x: the last whose lower end is not above it.
+/// Index of the cell of `at` that contains x: the last whose lower end is not above it.
 export function cellOf(at, x) {
   let first = 0;
   while (first + 2 < at.length && at[first + 1] <= x) ++first;
@@ -68,12 +67,12 @@ function spanOf(at, x) {
   return { first, value: [r * r * (1 + 2 * s), s * s * (1 + 2 * r)], slope: [h * s * r * r, -h * r * s * s] };
 }
 
-/// The numbers at an attitude within the axes, or null where a corner of the patch is not solved.
+/// The interpolated numbers at an attitude within the axes; null if a corner of the patch is not solved.
 export function sample(grid, flexion, varus) {
   const f = spanOf(grid.flexion, flexion), v = spanOf(grid.varus, varus);
   const numbers = new Array(grid.width).fill(0);
   for (let a = 0; a < 2; ++a) {
-    if (f.value[a] === 0) continue;  // on a node the far end of the patch does not matter
+    if (f.value[a] === 0) continue;  // on a node the far end has no weight
     for (let b = 0; b < 2; ++b) {
       if (v.value[b] === 0) continue;
       const node = (f.first + a) * grid.varus.length + v.first + b;

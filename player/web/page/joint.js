@@ -1,5 +1,5 @@
-// The joint as three.js sees it: two groups of meshes, each under the pose of its body; on the moving one contact paths and gaps, on
-// the reference its ligaments.
+// The joint as three.js objects: two groups of meshes at the poses of their bodies; contact paths and gaps are attached to the
+// moving body, ligaments to the reference.
 import { BufferAttribute, BufferGeometry, CatmullRomCurve3, Group, Mesh, MeshBasicMaterial, SphereGeometry, TubeGeometry, Vector3 } from "three";
 import { compartmentColours, pathAlong, unbroken } from "./contact_paths.js";
 import { drawMesh } from "./draw_mesh.js";
@@ -31,7 +31,7 @@ export class Joint {
   constructor(model) {
     this.model = model;
     this.group = new Group();
-    // Meshes are kept relative to the rotation centre; `place` adds it back.
+    // Meshes are relative to the rotation centre; `place` adds it.
     this.bodies = {};
     for (const name of ["reference", "moving"]) {
       const group = this.bodies[name] = new Group();
@@ -52,7 +52,7 @@ export class Joint {
 
   get meshes() { return [...this.bodies.reference.children, ...this.bodies.moving.children].filter((child) => child.isMesh); }
 
-  /// The joint's size over a knee's: signs are drawn in proportion.
+  /// The joint's size relative to a knee, the scale factor for markers.
   #scale() {
     const widthOfKneeMm = 80, { vertices } = this.model.bodies.moving.parts[0];
     const widths = [0, 2].map((axis) => {
@@ -64,7 +64,7 @@ export class Joint {
     return width > 0 ? width / widthOfKneeMm : 1;
   }
 
-  /// Layers at a pose. The gaps' tree is made when they are first wanted: it takes a moment.
+  /// Updates the layers at a pose. The gap layer is built on first use, since its tree takes time.
   showLayers(pose, motion, { hasLigaments, hasGaps }) {
     this.ligamentGroup.visible = hasLigaments && Boolean(this.ligaments);
     if (this.ligamentGroup.visible) this.ligaments.update(pose.referenceMoving);
@@ -74,7 +74,7 @@ export class Joint {
     this.gaps.update(pose.referenceMoving, motion.delta(pose.attitude.flexion));
   }
 
-  /// `held`: the body that stands still on screen.
+  /// `held`: the body that is fixed on screen.
   place(pose, held) {
     const back = held === "reference" ? transposed(pose.reference.R) : null;
     for (const name of ["reference", "moving"]) {
@@ -86,7 +86,7 @@ export class Joint {
     this.group.updateMatrixWorld(true);
   }
 
-  /// Contact paths on the moving body, one column of varus a flexion, and a dot where it bears now.
+  /// Shows the contact paths on the moving body (one varus column per flexion) and dots at the current contacts.
   showPaths(columns, flexionDeg) {
     if (!this.model.contactPaths) return;
     const key = columns.join();
@@ -118,7 +118,7 @@ export class Joint {
 
   #add(geometry, material) {
     const mesh = new Mesh(geometry, material);
-    mesh.renderOrder = 10;  // over everything: bones and menisci would hide them
+    mesh.renderOrder = 10;  // drawn over bones and menisci
     this.paths.add(mesh);
     return mesh;
   }

@@ -1,4 +1,4 @@
-// The keyboard. Controls that have the focus keep their own keys.
+// Keyboard shortcuts. A focused control keeps its own keys.
 
 const actions = {
   " ": ({ play }) => play(),

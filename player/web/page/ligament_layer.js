@@ -1,14 +1,14 @@
-// Ligaments as tubes: thin and grey where slack, else coloured by strain. Numbers of player/scene/ligament_layer.
+// Ligaments as tubes: thin and grey if slack, otherwise coloured by strain. Constants as in player/scene/ligament_layer.
 import { BufferAttribute, BufferGeometry, Mesh } from "three";
-import { acrossOf, Fibres } from "./ligaments.js";
-import { signMaterial } from "./material.js";
-import { colourAt, setLinear, tension } from "./scale_of_layer.js";
+import { crossSections, Fibres } from "./ligaments.js";
+import { markerMaterial } from "./material.js";
+import { colourAt, setLinear, strainPalette } from "./palettes.js";
 
 const thicknessMm = 0.9, slackThicknessMm = 0.55, nSides = 10;
 export const slackColour = [205, 203, 196];
 const stable = 0;
 
-/// Strain at the end of the scale: what most taut fibres stay below, in steps of 2 %.
+/// Strain at the end of the scale: the 95 % quantile of positive strains, rounded up to steps of 2 %.
 export function highestStrain(model) {
   const step = 0.02, most = 0.95, { strain, fibres } = model.ligaments, taut = [];
   const solved = [...model.status.keys()].filter((cell) => model.status[cell] === stable);
@@ -24,10 +24,10 @@ export function highestStrain(model) {
   return Math.max(step, step * Math.ceil(taut[Math.trunc(most * (taut.length - 1))] / step - 1e-9));
 }
 
-function geometryOf(ways) {
-  const nRings = ways.reduce((n, { points }) => n + points.length, 0), indices = [];
+function geometryOf(paths) {
+  const nRings = paths.reduce((n, { points }) => n + points.length, 0), indices = [];
   let ring = 0;
-  for (const { points } of ways) {
+  for (const { points } of paths) {
     for (let k = 0; k + 1 < points.length; ++k) {
       for (let side = 0; side < nSides; ++side) {
         const a = (ring + k) * nSides + side, b = (ring + k) * nSides + ((side + 1) % nSides);
@@ -43,38 +43,38 @@ function geometryOf(ways) {
 }
 
 export class LigamentLayer {
-  /// `scale`: the joint's size over a knee's.
+  /// `scale`: the joint's size relative to a knee.
   constructor(model, scale) {
     this.origin = model.rotationCentre;
     this.scale = scale;
     this.fibres = new Fibres(model.ligaments);
     this.highest = highestStrain(model);
-    this.mesh = new Mesh(new BufferGeometry(), signMaterial());
+    this.mesh = new Mesh(new BufferGeometry(), markerMaterial());
     this.mesh.frustumCulled = false;
   }
 
   strains(X) { return this.fibres.fibres.map((_, k) => this.fibres.at(k, X).strain); }
 
-  /// In the reference's frame; `X` takes moving to reference.
+  /// In the reference's frame; `X` maps moving to reference.
   update(X) {
-    const ways = this.fibres.fibres.map((_, k) => this.fibres.at(k, X));
-    // Fibres come off their surfaces and lie down on them: another number of points.
-    const sizes = ways.map(({ points }) => points.length).join();
+    const paths = this.fibres.fibres.map((_, k) => this.fibres.at(k, X));
+    // The number of points changes when a fibre starts or stops wrapping.
+    const sizes = paths.map(({ points }) => points.length).join();
     if (sizes !== this.sizes) {
       this.mesh.geometry.dispose();
-      this.mesh.geometry = geometryOf(ways);
+      this.mesh.geometry = geometryOf(paths);
       this.sizes = sizes;
     }
     let ring = 0;
-    for (const way of ways) ring = this.#setTube(ring, way);
+    for (const path of paths) ring = this.#setTube(ring, path);
     for (const name of ["position", "normal", "color"]) this.mesh.geometry.getAttribute(name).needsUpdate = true;
   }
 
   #setTube(firstRing, { points, strain }) {
     const [position, normal, color] = ["position", "normal", "color"].map((name) => this.mesh.geometry.getAttribute(name).array);
     const radius = this.scale * (strain < 0 ? slackThicknessMm : thicknessMm);
-    const rgb = strain < 0 ? slackColour : colourAt(tension, strain / this.highest);
-    acrossOf(points).forEach(([u, v], k) => {
+    const rgb = strain < 0 ? slackColour : colourAt(strainPalette, strain / this.highest);
+    crossSections(points).forEach(([u, v], k) => {
       for (let side = 0; side < nSides; ++side) {
         const angle = (2 * Math.PI * side) / nSides, at = 3 * ((firstRing + k) * nSides + side);
         for (let axis = 0; axis < 3; ++axis) {

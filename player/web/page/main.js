@@ -1,4 +1,4 @@
-// The page: ties its controls, pictures and plots to a Player.
+// The page: connects its controls, 3-D view and plots to a Player.
 import { clinicalNumbers, clinicalOf } from "./clinical.js";
 import { columnsAlong, PlateauPlot } from "./contact_paths.js";
 import { CurvePlot } from "./curves.js";
@@ -7,25 +7,25 @@ import { Joint } from "./joint.js";
 import { Maps } from "./maps.js";
 import { readMotionModel } from "./model_file.js";
 import { Player } from "./player.js";
-import { quantitiesOf, written } from "./quantities.js";
+import { quantitiesOf, formatNumber } from "./quantities.js";
 import { watchFiles } from "./files.js";
 import { watchKeys } from "./keys.js";
-import { closeness, gradientOf, tension } from "./scale_of_layer.js";
+import { gapPalette, gradientOf, strainPalette } from "./palettes.js";
 import { Viewer, views } from "./viewer.js";
 
-const the = (id) => document.getElementById(id);
-const framedPoses = 5;  // over flexion, that the camera must have room for
+const byId = (id) => document.getElementById(id);
+const framedPoses = 5;  // over flexion, to which the camera is fitted
 
 let player = null, joint = null, view = "oblique", quantities = [], lastFrame = null;
-const viewer = new Viewer(the("joint"));
-const plateau = new PlateauPlot(the("plateau"));
-const maps = new Maps(the("maps"), (flexion, varus) => ask({ flexion, varus }));
-const curve = new CurvePlot(the("curve"), (flexion) => ask({ flexion }));
+const viewer = new Viewer(byId("joint"));
+const plateau = new PlateauPlot(byId("plateau"));
+const maps = new Maps(byId("maps"), (flexion, varus) => goTo({ flexion, varus }));
+const curve = new CurvePlot(byId("curve"), (flexion) => goTo({ flexion }));
 
 const clampToRange = (x, axis) => Math.min(Math.max(x, axis[0]), axis.at(-1));
 
-/// Goes to an attitude in degrees, as a click or a slider asks for it.
-function ask({ flexion, varus }) {
+/// Goes to an attitude in degrees selected by a click or slider, clamped to the grid's range.
+function goTo({ flexion, varus }) {
   if (flexion !== undefined) player.flexion = clampToRange(flexion, player.model.flexion);
   if (varus !== undefined && player.model.varus.length > 1 && !player.motion().isVarusFree) {
     player.varus = clampToRange(varus, player.model.varus);
@@ -35,48 +35,48 @@ function ask({ flexion, varus }) {
   draw();
 }
 
-/// The camera, with room for the joint over the whole range.
-function look() {
+/// Fits the camera to the joint over the whole range.
+function fitCamera() {
   const { model } = player, first = model.flexion[0], last = model.flexion.at(-1);
-  // From above the cut shaft is what comes nearest: the picture must have room for it.
-  viewer.look(view, the("whole").checked || view === "top", (include) => {
+  // In the top view the cut shaft is nearest to the camera and must be framed.
+  viewer.fitCamera(view, byId("whole").checked || view === "top", (include) => {
     for (let k = 0; k < framedPoses; ++k) {
       const flexion = (first + (k / (framedPoses - 1)) * (last - first)) * degree;
       const pose = player.motion().at({ flexion, varus: player.varusAt(flexion) });
       if (!pose.isSolved) continue;
-      joint.place(pose, the("held").value);
+      joint.place(pose, byId("held").value);
       include();
     }
     const pose = player.pose();
     if (!pose.isSolved) return include();
-    joint.place(pose, the("held").value);
+    joint.place(pose, byId("held").value);
     include();
   });
-  for (const button of the("views").children) button.setAttribute("aria-pressed", String(button.value === view));
+  for (const button of byId("views").children) button.setAttribute("aria-pressed", String(button.value === view));
 }
 
 function noteOf(pose) {
-  const notes = [], range = (axis, unit) => `${written(axis[0], 1)} to ${written(axis.at(-1), 1)}${unit}`;
+  const notes = [], range = (axis, unit) => `${formatNumber(axis[0], 1)} to ${formatNumber(axis.at(-1), 1)}${unit}`;
   const { model } = player, isBeyond = (x, axis) => x < axis[0] || x > axis.at(-1);
-  if (isBeyond(player.flexion, model.flexion)) notes.push(`Flexion ${written(player.flexion, 1)}° lies outside the measured ${range(model.flexion, "°")}: drawn at ${written(pose.attitude.flexion / degree, 1)}°.`);
-  if (player.motion().isVarusFree) notes.push(player.set === "zero_varus" ? "This motion has a varus of its own." : "Varus was free: it is drawn as it was found.");
-  else if (!player.isBalanced && isBeyond(player.varus, model.varus)) notes.push(`Varus ${written(player.varus, 1)}° lies outside the measured ${range(model.varus, "°")}: drawn at ${written(pose.attitude.varus / degree, 1)}°.`);
-  if (!pose.isSolved) notes.push("No pose here: an attitude around it is not solved. The joint stays where it was.");
+  if (isBeyond(player.flexion, model.flexion)) notes.push(`Flexion ${formatNumber(player.flexion, 1)}° is outside the grid's range ${range(model.flexion, "°")}: drawn at ${formatNumber(pose.attitude.flexion / degree, 1)}°.`);
+  if (player.motion().isVarusFree) notes.push(player.set === "zero_varus" ? "Varus is determined by this motion." : "Varus was free: the solved varus is shown.");
+  else if (!player.isBalanced && isBeyond(player.varus, model.varus)) notes.push(`Varus ${formatNumber(player.varus, 1)}° is outside the grid's range ${range(model.varus, "°")}: drawn at ${formatNumber(pose.attitude.varus / degree, 1)}°.`);
+  if (!pose.isSolved) notes.push("No pose: a neighbouring attitude is not solved. The last pose is shown.");
   return notes.join(" ");
 }
 
 function rowsOf(pose) {
   const numbers = pose.isSolved ? clinicalOf(pose.referenceMoving, player.model.rotationCentre, player.model.side) : {};
-  const clinical = clinicalNumbers.map(({ name, label, unit, note }) => [note ? `${label} (${note})` : label, `${written(numbers[name])} ${unit}`]);
+  const clinical = clinicalNumbers.map(({ name, label, unit, note }) => [note ? `${label} (${note})` : label, `${formatNumber(numbers[name])} ${unit}`]);
   const [x, y, z] = pose.translation ?? [NaN, NaN, NaN];
-  return [...clinical, ["x, world", `${written(x)} mm`], ["y, world", `${written(y)} mm`], ["z, world", `${written(z)} mm`], ["theta about Delta", `${written(pose.theta / degree)} °`]];
+  return [...clinical, ["x, world", `${formatNumber(x)} mm`], ["y, world", `${formatNumber(y)} mm`], ["z, world", `${formatNumber(z)} mm`], ["theta about Delta", `${formatNumber(pose.theta / degree)} °`]];
 }
 
 function writeNumbers(pose) {
   const shown = { flexion: pose.attitude.flexion / degree, varus: pose.attitude.varus / degree };
-  the("shown").textContent = `flexion ${written(shown.flexion, 1)}°   varus ${written(shown.varus, 1)}°   ${player.set}`;
-  the("note").textContent = noteOf(pose);
-  the("numbers").tBodies[0].replaceChildren(...rowsOf(pose).map(([label, value], k) => {
+  byId("shown").textContent = `flexion ${formatNumber(shown.flexion, 1)}°   varus ${formatNumber(shown.varus, 1)}°   ${player.set}`;
+  byId("note").textContent = noteOf(pose);
+  byId("numbers").tBodies[0].replaceChildren(...rowsOf(pose).map(([label, value], k) => {
     const row = document.createElement("tr"), name = document.createElement("th"), number = document.createElement("td");
     name.textContent = label;
     number.textContent = value;
@@ -84,10 +84,10 @@ function writeNumbers(pose) {
     row.append(name, number);
     return row;
   }));
-  const asked = { flexion: player.flexion, varus: player.varusAt(player.flexion * degree) / degree };
+  const requested = { flexion: player.flexion, varus: player.varusAt(player.flexion * degree) / degree };
   for (const angle of ["flexion", "varus"]) {
-    the(angle).value = asked[angle];
-    if (document.activeElement !== the(`${angle}-number`)) the(`${angle}-number`).value = Number(asked[angle].toFixed(2));
+    byId(angle).value = requested[angle];
+    if (document.activeElement !== byId(`${angle}-number`)) byId(`${angle}-number`).value = Number(requested[angle].toFixed(2));
   }
 }
 
@@ -95,21 +95,21 @@ function draw() {
   const pose = player.pose();
   const flexion = pose.attitude.flexion / degree, varus = pose.attitude.varus / degree;
   const columns = columnsAlong(player.model, (f) => player.varusAt(f * degree) / degree);
-  if (pose.isSolved) joint.place(pose, the("held").value);
-  if (pose.isSolved) joint.showLayers(pose, player.motion(), { hasLigaments: the("ligaments").checked, hasGaps: the("gaps").checked });
-  the("strain-scale").hidden = !(joint.ligaments && the("ligaments").checked);
-  the("gap-scale").hidden = !the("gaps").checked;
-  joint.paths.visible = the("paths").checked;
+  if (pose.isSolved) joint.place(pose, byId("held").value);
+  if (pose.isSolved) joint.showLayers(pose, player.motion(), { hasLigaments: byId("ligaments").checked, hasGaps: byId("gaps").checked });
+  byId("strain-scale").hidden = !(joint.ligaments && byId("ligaments").checked);
+  byId("gap-scale").hidden = !byId("gaps").checked;
+  joint.paths.visible = byId("paths").checked;
   joint.showPaths(columns, flexion);
   viewer.redraw();
   writeNumbers(pose);
-  the("balanced").checked = player.isBalanced;
+  byId("balanced").checked = player.isBalanced;
   maps.draw(flexion, varus);
   curve.setMark(flexion, pose.isSolved ? quantity().of(pose) : NaN);
   plateau.draw(columns, flexion);
 }
 
-const quantity = () => quantities.find(({ name }) => name === the("quantity").value) ?? quantities[0];
+const quantity = () => quantities.find(({ name }) => name === byId("quantity").value) ?? quantities[0];
 
 function drawCurves() {
   const raw = { label: "raw", motion: player.raw, colour: "#c2500a", dash: player.set === "raw" ? undefined : [5, 3] };
@@ -124,10 +124,10 @@ function drawPlots() {
 }
 
 function useSet(set) {
-  player.set = the("set").value = set;
+  player.set = byId("set").value = set;
   const isOwn = player.motion().isVarusFree || player.model.varus.length === 1;
-  for (const id of ["varus", "varus-number", "balanced"]) the(id).disabled = isOwn;
-  the("balanced").disabled ||= player.raw.spine.length === 0;
+  for (const id of ["varus", "varus-number", "balanced"]) byId(id).disabled = isOwn;
+  byId("balanced").disabled ||= player.raw.spine.length === 0;
   drawPlots();
 }
 
@@ -136,7 +136,7 @@ function options(select, names, labels = names) {
 }
 
 function setRange(angle, low, high) {
-  Object.assign(the(angle), { min: low, max: high });
+  Object.assign(byId(angle), { min: low, max: high });
 }
 
 function show(model, name) {
@@ -144,54 +144,54 @@ function show(model, name) {
   const made = new Joint(model);
   player = new Player(model);
   joint = made;
-  the("title").textContent = model.title || name;
+  byId("title").textContent = model.title || name;
   document.title = `${model.title || name} – VRDA player`;
   const solved = model.status.reduce((count, status) => count + (status === 0), 0);
-  the("facts").textContent = `${name}: ${model.side} ${model.joint}, ${model.method}, ${solved} of ${model.status.length} attitudes solved`;
-  the("welcome").hidden = the("message").hidden = true;
-  the("player").hidden = false;
+  byId("facts").textContent = `${name}: ${model.side} ${model.joint}, ${model.method}, ${solved} of ${model.status.length} attitudes solved`;
+  byId("welcome").hidden = byId("message").hidden = true;
+  byId("player").hidden = false;
   setRange("flexion", model.flexion[0], model.flexion.at(-1));
   const own = [player.raw.firstVarus / degree, player.raw.lastVarus / degree];
   setRange("varus", Math.min(own[0], model.varus[0]), Math.max(own[1], model.varus.at(-1)));
-  options(the("set"), player.sets);
+  options(byId("set"), player.sets);
   quantities = quantitiesOf(model, player.raw.isVarusFree);
-  options(the("quantity"), quantities.map((q) => q.name), quantities.map((q) => `${q.label}, ${q.unit}`));
-  the("plateau-figure").hidden = !model.contactPaths;
+  options(byId("quantity"), quantities.map((q) => q.name), quantities.map((q) => `${q.label}, ${q.unit}`));
+  byId("plateau-figure").hidden = !model.contactPaths;
   plateau.setModel(model);
-  the("ligaments-choice").hidden = !joint.ligaments;
-  if (joint.ligaments) the("strain-highest").textContent = `${Math.round(100 * joint.ligaments.highest)} %`;
+  byId("ligaments-choice").hidden = !joint.ligaments;
+  if (joint.ligaments) byId("strain-highest").textContent = `${Math.round(100 * joint.ligaments.highest)} %`;
   viewer.show(joint);
   useSet(player.sets[0]);
-  look();
+  fitCamera();
   draw();
 }
 
-/// Shows the file's bytes, or says what is wrong with them; what was shown before stays.
+/// Shows the file, or an error message; the previous model then stays.
 async function load(bytes, name, isLatest) {
   document.documentElement.dataset.state = "loading";
   try {
     const model = await readMotionModel(bytes);
     if (isLatest()) show(model, name);
   } catch (error) {
-    if (isLatest()) complain(`${name}: ${error.message}`);
+    if (isLatest()) showError(`${name}: ${error.message}`);
   }
   if (isLatest()) document.documentElement.dataset.state = "ready";
 }
 
-function complain(message) {
-  the("message").textContent = message;
-  the("message").hidden = false;
+function showError(message) {
+  byId("message").textContent = message;
+  byId("message").hidden = false;
 }
 
 function stop() {
   lastFrame = null;
-  the("play").setAttribute("aria-pressed", "false");
-  the("play").textContent = "Play";
+  byId("play").setAttribute("aria-pressed", "false");
+  byId("play").textContent = "Play";
 }
 
 function frame(now) {
   if (lastFrame === null) return;
-  player.advance((now - lastFrame) / 1000, Number(the("speed").value));
+  player.advance((now - lastFrame) / 1000, Number(byId("speed").value));
   lastFrame = now;
   draw();
   requestAnimationFrame(frame);
@@ -200,41 +200,41 @@ function frame(now) {
 function togglePlay() {
   if (lastFrame !== null) return stop();
   lastFrame = performance.now();
-  the("play").setAttribute("aria-pressed", "true");
-  the("play").textContent = "Pause";
+  byId("play").setAttribute("aria-pressed", "true");
+  byId("play").textContent = "Pause";
   requestAnimationFrame(frame);
 }
 
 function useView(name) {
   view = name;
-  look();
+  fitCamera();
   draw();
 }
 
 function watchControls() {
-  const number = (id) => (the(id).value === "" ? undefined : Number(the(id).value));
-  the("flexion").addEventListener("input", () => ask({ flexion: number("flexion") }));
-  the("varus").addEventListener("input", () => ask({ varus: number("varus") }));
-  // Typed numbers may lie outside: then the page says where it draws instead.
-  the("flexion-number").addEventListener("input", () => { player.flexion = number("flexion-number") ?? player.flexion; draw(); });
-  the("varus-number").addEventListener("input", () => {
+  const number = (id) => (byId(id).value === "" ? undefined : Number(byId(id).value));
+  byId("flexion").addEventListener("input", () => goTo({ flexion: number("flexion") }));
+  byId("varus").addEventListener("input", () => goTo({ varus: number("varus") }));
+  // Typed numbers may be outside the range: a note then reports the clamped value.
+  byId("flexion-number").addEventListener("input", () => { player.flexion = number("flexion-number") ?? player.flexion; draw(); });
+  byId("varus-number").addEventListener("input", () => {
     [player.varus, player.isBalanced] = [number("varus-number") ?? player.varus, false];
     drawCurves();
     draw();
   });
-  the("balanced").addEventListener("change", () => {
+  byId("balanced").addEventListener("change", () => {
     player.varus = player.varusAt(player.flexion * degree) / degree;
-    player.isBalanced = the("balanced").checked;
+    player.isBalanced = byId("balanced").checked;
     drawCurves();
     draw();
   });
-  the("set").addEventListener("change", () => useSet(the("set").value));
-  the("quantity").addEventListener("change", drawPlots);
-  the("play").addEventListener("click", togglePlay);
-  for (const id of ["paths", "ligaments", "gaps"]) the(id).addEventListener("change", draw);
-  for (const [id, palette] of [["strain-scale", tension], ["gap-scale", closeness]]) the(id).querySelector("i").style.background = gradientOf(palette);
-  for (const id of ["whole", "held"]) the(id).addEventListener("change", () => useView(view));
-  the("views").append(...Object.keys(views).map((name) => {
+  byId("set").addEventListener("change", () => useSet(byId("set").value));
+  byId("quantity").addEventListener("change", drawPlots);
+  byId("play").addEventListener("click", togglePlay);
+  for (const id of ["paths", "ligaments", "gaps"]) byId(id).addEventListener("change", draw);
+  for (const [id, palette] of [["strain-scale", strainPalette], ["gap-scale", gapPalette]]) byId(id).querySelector("i").style.background = gradientOf(palette);
+  for (const id of ["whole", "held"]) byId(id).addEventListener("change", () => useView(view));
+  byId("views").append(...Object.keys(views).map((name) => {
     const button = Object.assign(document.createElement("button"), { type: "button", value: name, textContent: name });
     button.addEventListener("click", () => useView(name));
     return button;
@@ -242,7 +242,7 @@ function watchControls() {
 }
 
 function fitPlateau() {
-  const canvas = the("plateau"), px = Math.min(window.devicePixelRatio, 2);
+  const canvas = byId("plateau"), px = Math.min(window.devicePixelRatio, 2);
   [canvas.width, canvas.height] = [Math.max(1, Math.round(canvas.clientWidth * px)), Math.max(1, Math.round(canvas.clientHeight * px))];
   if (player) draw();
 }
@@ -252,17 +252,17 @@ watchKeys({
   isReady: () => player !== null,
   play: togglePlay,
   view: (k) => useView(Object.keys(views)[k]),
-  step: (flexion, varus) => ask(varus ? { varus: player.varusAt(player.flexion * degree) / degree + varus } : { flexion: player.flexion + flexion }),
+  step: (flexion, varus) => goTo(varus ? { varus: player.varusAt(player.flexion * degree) / degree + varus } : { flexion: player.flexion + flexion }),
   set: (by) => useSet(player.sets.at((player.sets.indexOf(player.set) + by) % player.sets.length)),
 });
-new ResizeObserver(fitPlateau).observe(the("plateau"));
+new ResizeObserver(fitPlateau).observe(byId("plateau"));
 window.vrda = {
   pose: (set, flexion, varus) => player.poseOf(set, flexion, varus),
   shown: () => ({ ...player.poseOf(player.set, player.flexion, player.varusAt(player.flexion * degree) / degree), set: player.set, flexion: player.flexion }),
   sets: () => player.sets,
-  /// As the layers draw them at a pose { R, t } of the moving body in the reference.
+  /// For tests: strains at a pose { R, t } of the moving body in the reference, and the present gaps.
   strains: (X) => joint.ligaments.strains(X),
   gaps: () => joint.gaps.sheets.flatMap(({ points, gaps }) => points.map((point, k) => [...point, Number.isFinite(gaps[k]) ? gaps[k] : null])),
 };
 document.documentElement.dataset.state = "ready";
-watchFiles({ input: the("file"), overlay: the("drop"), load, complain });
+watchFiles({ input: byId("file"), overlay: byId("drop"), load, showError });

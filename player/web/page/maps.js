@@ -1,8 +1,8 @@
-// The maps over flexion and varus: raw, the chosen set, their difference, and how each attitude ended.
+// Maps over flexion and varus: raw, the chosen set, their difference, and the status of each attitude.
 import { AttitudeMap } from "./attitude_map.js";
 import { empty, scales, statuses } from "./colours.js";
 import { degree } from "./frames.js";
-import { written } from "./quantities.js";
+import { formatNumber } from "./quantities.js";
 
 const barStops = 9;
 
@@ -32,16 +32,16 @@ function rangeOf(...columns) {
 }
 
 export class Maps {
-  constructor(place, onAsk) {
-    this.panels = Object.fromEntries(["raw", "set", "difference", "status"].map((name) => [name, this.#panel(place, onAsk)]));
+  constructor(container, onSelect) {
+    this.panels = Object.fromEntries(["raw", "set", "difference", "status"].map((name) => [name, this.#panel(container, onSelect)]));
   }
 
-  #panel(place, onAsk) {
+  #panel(container, onSelect) {
     const figure = document.createElement("figure"), caption = document.createElement("figcaption");
     const canvas = document.createElement("canvas"), key = document.createElement("div");
     figure.append(caption, canvas, key);
-    place.append(figure);
-    return { figure, caption, key, map: new AttitudeMap(canvas, onAsk) };
+    container.append(figure);
+    return { figure, caption, key, map: new AttitudeMap(canvas, onSelect) };
   }
 
   #fill(panel, model, caption, values, range, scale) {
@@ -55,13 +55,13 @@ export class Maps {
     const bar = document.createElement("i");
     bar.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
     panel.key.className = "scale";
-    panel.key.replaceChildren(written(range[0]), bar, written(range[1]));
+    panel.key.replaceChildren(formatNumber(range[0]), bar, formatNumber(range[1]));
   }
 
   #fillStatus(model) {
     const { caption, key, map } = this.panels.status, n = model.varus.length;
     const known = new Map(statuses.map((status) => [status.code, status]));
-    caption.textContent = "How each attitude ended";
+    caption.textContent = "Status of each attitude";
     map.setCells(model, (i, j) => known.get(model.status[i * n + j])?.colour ?? empty);
     key.className = "legend";
     key.replaceChildren(...statuses.filter(({ code }) => model.status.includes(code)).map(({ code, label, colour }) => {
@@ -72,7 +72,7 @@ export class Maps {
     }));
   }
 
-  /// `motion` of the set `name`. Where the set has a varus of its own there is nothing to map.
+  /// `motion` belongs to the set `name`. A set that determines the varus has no maps.
   setModel(model, raw, motion, name, quantity) {
     const isGrid = model.varus.length > 1 && model.flexion.length > 1;
     const hasOwn = isGrid && name !== "raw" && !motion.isVarusFree;
@@ -87,7 +87,7 @@ export class Maps {
     this.#fill(this.panels.set, model, `${what}: ${name}`, values, range, scales.value);
     const difference = values.map((x, k) => x - rawValues[k]);
     const most = Math.max(...rangeOf(difference).map(Math.abs));
-    this.#fill(this.panels.difference, model, `${what}: ${name} less raw`, difference, [-most, most], scales.difference);
+    this.#fill(this.panels.difference, model, `${what}: ${name} minus raw`, difference, [-most, most], scales.difference);
   }
 
   /// Degrees.

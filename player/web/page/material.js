@@ -1,18 +1,18 @@
-// How parts look: the numbers of pipeline/core/draw_mesh.cpp and player/scene/lighting.cpp, and the shader of player/render.
+// Materials, lights and shader; values as in pipeline/core/material, player/scene/lighting.cpp and player/render.
 // Colours are linear RGB on [0, 1].
 import { Color, DoubleSide, FrontSide, ShaderMaterial, Vector3 } from "three";
 
-const looks = {
+const materials = {
   bone: { colour: [0.839, 0.745, 0.591], opacity: 1, specular: 0.1, shininess: 24, mottling: 0.13 },
   cartilage: { colour: [0.617, 0.73, 0.776], opacity: 1, specular: 0.3, shininess: 60, mottling: 0.03 },
   meniscus: { colour: [0.552, 0.138, 0.107], opacity: 0.6, specular: 0.25, shininess: 50, mottling: 0.04 },
   other: { colour: [0.402, 0.456, 0.503], opacity: 1, specular: 0.12, shininess: 30, mottling: 0 },
 };
-// What is drawn to be read, as player/scene's sign_material.
-const sign = { colour: [1, 1, 1], opacity: 1, specular: 0.18, shininess: 40, mottling: 0 };
+// Markers, as marker_material of player/scene.
+const marker = { colour: [1, 1, 1], opacity: 1, specular: 0.18, shininess: 40, mottling: 0 };
 
-const lookOf = (name) => looks[name] ?? looks.other;
-export const colourOf = (name) => lookOf(name).colour;
+const parametersOf = (name) => materials[name] ?? materials.other;
+export const colourOf = (name) => parametersOf(name).colour;
 
 const sky = [0.19, 0.21, 0.25], ground = [0.075, 0.065, 0.06];
 // Directions to the lights in camera axes: key, fill, rim.
@@ -23,7 +23,7 @@ const lights = [
 ];
 
 const vertexShader = `
-varying vec3 p_surface;  // mesh, mm: the mottling moves with the bone
+varying vec3 p_surface;  // mesh frame, mm: the mottling moves with the bone
 varying vec3 p_camera;
 varying vec3 n_camera;
 varying vec3 up_camera;
@@ -60,7 +60,7 @@ uniform vec3 light_colour[3];
 varying vec3 colour_surface;
 #endif
 
-// An integer hash (Jarzynski and Olano 2020, pcg3d) of a lattice point, on [0, 1].
+// Integer hash (Jarzynski and Olano 2020, pcg3d) of a lattice point, on [0, 1].
 float lattice(ivec3 cell) {
   uvec3 v = uvec3(cell) * 1664525u + 1013904223u;
   v.x += v.y * v.z; v.y += v.z * v.x; v.z += v.x * v.y;
@@ -80,7 +80,7 @@ float value_noise(vec3 p) {
   return mix(y.x, y.y, s.z);
 }
 
-// About zero; patches of 11 mm and grain of 2 mm.
+// Mean zero; patches of 11 mm and grain of 2 mm.
 float mottle(vec3 p_mm) {
   return 1.2 * (value_noise(p_mm * 0.09) - 0.5) + 0.5 * (value_noise(p_mm * 0.5 + 17.0) - 0.5);
 }
@@ -110,29 +110,29 @@ void main() {
 
 const uniform = (value) => ({ value });
 
-/// The material of that name; an unknown one is grey.
-export const materialOf = (name) => shaded(lookOf(name), false);
-/// The same with colours of the vertices' own, linear, in the place of its own.
-export const colouredMaterialOf = (name) => shaded({ ...lookOf(name), mottling: 0 }, true);
-export const signMaterial = () => shaded(sign, true);
+/// The material of that name; grey if unknown.
+export const materialOf = (name) => shaded(parametersOf(name), false);
+/// The same with linear vertex colours instead of its colour.
+export const colouredMaterialOf = (name) => shaded({ ...parametersOf(name), mottling: 0 }, true);
+export const markerMaterial = () => shaded(marker, true);
 
-function shaded(look, hasColours) {
-  const isSolid = look.opacity === 1;
+function shaded(parameters, hasColours) {
+  const isSolid = parameters.opacity === 1;
   return new ShaderMaterial({
     vertexShader,
     fragmentShader,
     vertexColors: hasColours,
-    // Seen through: far walls first, then near ones, none hiding another.
+    // Translucent walls are drawn back to front without writing depth.
     transparent: !isSolid,
     depthWrite: isSolid,
-    // The ends of tubes are open.
-    side: isSolid && look !== sign ? FrontSide : DoubleSide,
+    // The tubes of markers have open ends.
+    side: isSolid && parameters !== marker ? FrontSide : DoubleSide,
     uniforms: {
-      colour: uniform(new Color(...look.colour)),
-      opacity: uniform(look.opacity),
-      specular: uniform(look.specular),
-      shininess: uniform(look.shininess),
-      mottling: uniform(look.mottling),
+      colour: uniform(new Color(...parameters.colour)),
+      opacity: uniform(parameters.opacity),
+      specular: uniform(parameters.specular),
+      shininess: uniform(parameters.shininess),
+      mottling: uniform(parameters.mottling),
       sky: uniform(new Color(...sky)),
       ground: uniform(new Color(...ground)),
       light_direction: uniform(lights.map(({ direction }) => new Vector3(...direction).normalize())),

@@ -1,7 +1,7 @@
-/// Something wrong with a file, said for the person who brought it.
+/// An error in a file, with a message for the user.
 export class ModelError extends Error {}
 
-/// Says where, what was found and what was wanted.
-export function refuse(place, found, wanted) {
-  throw new ModelError(`${place ? `${place}: ` : ""}found ${found}, wanted ${wanted}`);
+/// Throws a ModelError that names the field, what was found and what was wanted.
+export function refuse(field, found, wanted) {
+  throw new ModelError(`${field ? `${field}: ` : ""}found ${found}, wanted ${wanted}`);
 }

@@ -1,4 +1,4 @@
-// The bytes of a file -> a motion model (schemas/motion-model.md), angles in degrees as in the file.
+// Reads a motion model (schemas/motion-model.md) from the bytes of a file; angles in degrees as in the file.
 import { readBodies } from "./bodies.js";
 import { Hdf5File } from "./hdf5_file.js";
 import { readLigaments } from "./ligaments.js";
@@ -9,7 +9,7 @@ import { surfaceNames } from "./smoothed_surfaces.js";
 const formatName = "vrda motion model";
 const formatMajor = 1;
 const mostDegree = 20;
-// Room for floats that were stored by other programs; a library's unit vector is exact to 1e-15.
+// Allows for single precision in files of other programs; the pipeline's unit vectors are exact to 1e-15.
 const unitTolerance = 1e-6;
 
 const stable = 0;
@@ -21,7 +21,7 @@ function text(file, name) {
 
 function threeNumbers(file, name) {
   const value = file.attribute(name);
-  if (value?.length !== 3 || !value.every(Number.isFinite)) refuse(name, "something else", "three numbers");
+  if (value?.length !== 3 || !value.every(Number.isFinite)) refuse(name, "another value", "three numbers");
   return value;
 }
 
@@ -33,19 +33,19 @@ function checkFormat(file) {
   const found = /^(\d+)\.(\d+)$/.exec(version);
   if (!found) refuse("format_version", `"${version}"`, `${formatMajor}.x`);
   if (Number(found[1]) !== formatMajor) {
-    throw new ModelError(`This motion model has format version ${version}; this page reads ${formatMajor}.x. Use the player that belongs to the vrda that wrote it.`);
+    throw new ModelError(`This motion model has format version ${version}; this page reads ${formatMajor}.x. Use the player of the vrda version that wrote it.`);
   }
 }
 
 function axis(file, name) {
   const at = file.numbers(name, [null]);
-  if (at.length === 0) refuse(name, "no value", "at least one");
-  if (!at.every((x, i) => Number.isFinite(x) && (i === 0 || x > at[i - 1]))) refuse(name, "values that do not rise", "strictly increasing numbers");
+  if (at.length === 0) refuse(name, "no value", "at least one value");
+  if (!at.every((x, i) => Number.isFinite(x) && (i === 0 || x > at[i - 1]))) refuse(name, "values that do not increase", "strictly increasing numbers");
   return at;
 }
 
-function unit(v, place) {
-  if (!(Math.abs(Math.hypot(...v) - 1) <= unitTolerance)) refuse(place, `(${v})`, "a unit vector");
+function unit(v, field) {
+  if (!(Math.abs(Math.hypot(...v) - 1) <= unitTolerance)) refuse(field, `(${v})`, "a unit vector");
   return v;
 }
 
@@ -60,7 +60,7 @@ function readSurfaces(file, model) {
   for (let k = 0; k < model.status.length; ++k) {
     if (model.status[k] === stable && !used.every((surface) => Number.isFinite(surface[k]))) refuse("/status", `a solved attitude (number ${k}) without a pose`, "finite numbers");
   }
-  if (!model.status.includes(stable)) throw new ModelError("No attitude of this motion model is solved: there is nothing to show. A run still under way writes its results at the end.");
+  if (!model.status.includes(stable)) throw new ModelError("No attitude of this motion model is solved: there is nothing to show. A run writes its results when it ends.");
 }
 
 function readPush(file, model) {
@@ -75,7 +75,7 @@ function coefficients(file, group, nTerms) {
     const name = `${group}/coefficients_${surface}`;
     if (surface === "varus_solved" && !file.hasDataset(name)) return null;
     const found = file.numbers(name, [nTerms]);
-    if (!found.every(Number.isFinite)) refuse(name, "a coefficient that is no number", "finite numbers");
+    if (!found.every(Number.isFinite)) refuse(name, "a coefficient that is not finite", "finite numbers");
     return found;
   });
 }
@@ -100,7 +100,7 @@ function readZeroVarus(file, model) {
   const table = { source: file.numbers("/zero_varus/source", size, "int8") };
   for (const name of ["tx", "ty", "tz", "theta", "varus"]) table[name] = file.numbers(`/zero_varus/${name}`, size);
   for (let i = 0; i < size[0]; ++i) {
-    if (table.source[i] !== -1 && !["tx", "ty", "tz", "theta", "varus"].every((name) => Number.isFinite(table[name][i]))) refuse("/zero_varus/source", `a pose (number ${i}) that is none`, "finite numbers");
+    if (table.source[i] !== -1 && !["tx", "ty", "tz", "theta", "varus"].every((name) => Number.isFinite(table[name][i]))) refuse("/zero_varus/source", `a pose (number ${i}) that is not finite`, "finite numbers");
   }
   model.zeroVarus = table;
 }
@@ -130,7 +130,7 @@ function readAll(file) {
   return model;
 }
 
-/// Throws ModelError with one message for the reader.
+/// Throws ModelError with one message for the user.
 export async function readMotionModel(bytes) {
   checkBytes(bytes);
   const file = await Hdf5File.open(bytes);
@@ -138,7 +138,7 @@ export async function readMotionModel(bytes) {
     return readAll(file);
   } catch (error) {
     if (error instanceof ModelError) throw error;
-    throw new ModelError(`The file is damaged, or laid out otherwise than a motion model (${error.message}).`);
+    throw new ModelError(`The file is damaged, or does not have the structure of a motion model (${error.message}).`);
   } finally {
     file.close();
   }

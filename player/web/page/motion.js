@@ -1,4 +1,4 @@
-// Poses of a joint at any attitude, from one set of surfaces of a motion model: pipeline/motion/poses in JavaScript.
+// Poses of a joint at any attitude, from one set of surfaces of a motion model; as pipeline/motion/poses.
 import { degree, normalised, placed, rotationWorldSolver, scaled, sum } from "./frames.js";
 import { cellOf, hermiteGrid, sample } from "./hermite_grid.js";
 import { evaluateSmoothed } from "./smoothed_surfaces.js";
@@ -7,7 +7,7 @@ const stable = 0;
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high);
 const radians = (angles) => Array.from(angles, (x) => x * degree);
 
-/// What to show first: smoothed sets by falling degree, each after the one recontacted from it; then raw; last zero_varus.
+/// Set names in order of preference: smoothed sets by decreasing degree, recontacted ones first; then raw; last zero_varus.
 export function setNames(model) {
   const names = [];
   for (const set of [...model.smoothed].sort((a, b) => b.degree - a.degree)) {
@@ -19,7 +19,7 @@ export function setNames(model) {
   return names;
 }
 
-/// A grid whose unsolved nodes are 0. `columns` are as long as the axes say; the factor of each makes radians of degrees.
+/// A grid with unsolved nodes set to 0. `columns` have one value per node; `factors` convert degrees to radians.
 function gridOf(axes, columns, factors, isSolved) {
   const width = columns.length, n = axes.flexion.length * axes.varus.length;
   const value = new Float64Array(n * width), solved = new Uint8Array(n);
@@ -30,7 +30,7 @@ function gridOf(axes, columns, factors, isSolved) {
   return hermiteGrid(axes.flexion, axes.varus, width, value, solved);
 }
 
-/// Linear in flexion between [flexion, varus] pairs, constant beyond the first and last. There must be one.
+/// Linear interpolation over flexion between [flexion, varus] pairs (at least one), constant beyond the ends.
 function varusBetween(attitudes, flexion) {
   const after = attitudes.findIndex((a) => a[0] >= flexion);
   if (after === 0) return attitudes[0][1];
@@ -39,7 +39,7 @@ function varusBetween(attitudes, flexion) {
   return before[1] + ((flexion - before[0]) / (next[0] - before[0])) * (next[1] - before[1]);
 }
 
-/// The varus found at each solved flexion, or nothing where it was that of the axis.
+/// The solved varus at each solved flexion; empty if varus was not free.
 function freeVarus(model, axes) {
   if (axes.varus.length > 1) return [];
   const found = [];
@@ -89,8 +89,8 @@ export class Motion {
     const { pushDelta, delta, side } = this.model;
     const rowOf = (i) => Array.from(pushDelta.subarray(3 * i, 3 * i + 3));
     const rows = pushDelta ? this.axes.flexion.map((_, i) => rowOf(i)) : [];
-    const turns = rows.some((row) => row.some((x, k) => x !== rows[0][k]));
-    this.deltas = turns ? rows : null;
+    const isVariable = rows.some((row) => row.some((x, k) => x !== rows[0][k]));
+    this.deltas = isVariable ? rows : null;
     this.fixedFrame = { worldSolver: rotationWorldSolver(side, delta), centre: this.model.rotationCentre };
   }
 
@@ -110,7 +110,7 @@ export class Motion {
     if (recontacted) this.travel = gridOf(this.axes, [set.recontact], [1], (k) => !Number.isNaN(set.recontact[k]));
   }
 
-  /// Unit, world W: linear between the rows of the push, then normalised.
+  /// Unit vector, world W: the rows of the push interpolated linearly, then normalised.
   delta(flexion) {
     if (!this.deltas) return this.model.delta;
     const at = this.axes.flexion;
@@ -143,19 +143,19 @@ export class Motion {
     return { attitude, translation: numbers.slice(0, 3), theta: numbers[3], isSolved: true };
   }
 
-  /// The poses at an attitude, or at the nearest of the measured range.
+  /// The poses at an attitude, clamped to the grid's range.
   at(wanted) {
     const found = this.#found({ flexion: clamp(wanted.flexion, this.firstFlexion, this.lastFlexion),
                                 varus: clamp(wanted.varus, this.firstVarus, this.lastVarus) });
     const { attitude } = found;
-    const told = { attitude, isSolved: found.isSolved, isFlexionClamped: attitude.flexion !== wanted.flexion, isVarusClamped: attitude.varus !== wanted.varus };
-    if (!found.isSolved) return told;
+    const result = { attitude, isSolved: found.isSolved, isFlexionClamped: attitude.flexion !== wanted.flexion, isVarusClamped: attitude.varus !== wanted.varus };
+    if (!found.isSolved) return result;
     const frame = !this.deltas ? this.fixedFrame
       : { worldSolver: rotationWorldSolver(this.model.side, this.delta(attitude.flexion)), centre: this.model.rotationCentre };
-    return { ...told, ...placed(frame, attitude, found.translation, found.theta), translation: found.translation, theta: found.theta };
+    return { ...result, ...placed(frame, attitude, found.translation, found.theta), translation: found.translation, theta: found.theta };
   }
 
-  /// Varus at which the compartments are most nearly in balance.
+  /// The varus at which the compartments are closest to balance.
   balancedVarus(flexion) {
     if (this.isVarusFree) return this.#found({ flexion: clamp(flexion, this.firstFlexion, this.lastFlexion), varus: 0 }).attitude.varus;
     return this.spine.length ? varusBetween(this.spine, flexion) : clamp(0, this.firstVarus, this.lastVarus);

@@ -1,4 +1,4 @@
-// What is shown of a model: the attitude asked for, the set, and the pose that follows. No page in it.
+// The state of the player, independent of the page: requested attitude, set, and resulting pose.
 import { rows, degree } from "./frames.js";
 import { Motion, setNames } from "./motion.js";
 
@@ -16,12 +16,12 @@ export class Player {
   }
 
   motion(set = this.set) {
-    if (!this.sets.includes(set)) throw new Error(`found set "${set}", wanted of: ${this.sets.join(", ")}`);
+    if (!this.sets.includes(set)) throw new Error(`found set "${set}", wanted one of: ${this.sets.join(", ")}`);
     if (!this.motions.has(set)) this.motions.set(set, new Motion(this.model, set));
     return this.motions.get(set);
   }
 
-  /// Varus asked for at a flexion, both in radians: the balanced one, or the slider's.
+  /// The requested varus at a flexion, both in radians: the balanced varus, or the slider's.
   varusAt(flexion) {
     return this.isBalanced || this.motion().isVarusFree ? this.motion().balancedVarus(flexion) : this.varus * degree;
   }
@@ -31,7 +31,7 @@ export class Player {
     return this.motion().at({ flexion, varus: this.varusAt(flexion) });
   }
 
-  /// Flexion after `seconds` at `speed` degrees a second, to and fro over the measured range.
+  /// Advances flexion by `seconds` at `speed` degrees per second, back and forth over the grid's range.
   advance(seconds, speed) {
     const [low, high] = [this.model.flexion[0], this.model.flexion.at(-1)];
     let next = Math.min(Math.max(this.flexion, low), high) + this.direction * speed * seconds;
@@ -40,10 +40,10 @@ export class Player {
     this.flexion = next;
   }
 
-  /// For programs and tests: any set at any attitude in degrees.
+  /// For scripts and tests: the pose of any set at any attitude in degrees.
   poseOf(set, flexion, varus) {
     const pose = this.motion(set).at({ flexion: flexion * degree, varus: varus * degree });
-    const told = { isSolved: pose.isSolved, isFlexionClamped: pose.isFlexionClamped, isVarusClamped: pose.isVarusClamped };
-    return pose.isSolved ? { ...told, X_reference_moving: rows(pose.referenceMoving), theta_rad: pose.theta } : told;
+    const result = { isSolved: pose.isSolved, isFlexionClamped: pose.isFlexionClamped, isVarusClamped: pose.isVarusClamped };
+    return pose.isSolved ? { ...result, X_reference_moving: rows(pose.referenceMoving), theta_rad: pose.theta } : result;
   }
 }

@@ -1,4 +1,4 @@
-// What the plots show of a pose: names, units, and the number in it.
+// Quantities of a pose for the plots: names, units and values.
 import { clinicalNumbers, clinicalOf } from "./clinical.js";
 import { degree } from "./frames.js";
 
@@ -9,9 +9,9 @@ const surfaces = [
   { name: "theta", label: "theta about Delta", unit: "°", of: (pose) => pose.theta / degree },
 ];
 
-/// The quantities of a model: its surfaces, the varus found where it was free, and the clinical numbers.
+/// The quantities of a model: its surfaces, the solved varus if it was free, and the clinical numbers.
 export function quantitiesOf(model, isVarusFree) {
-  const found = { name: "varus_found", label: "varus found", unit: "°", of: (pose) => pose.attitude.varus / degree };
+  const found = { name: "varus_found", label: "solved varus", unit: "°", of: (pose) => pose.attitude.varus / degree };
   const clinical = clinicalNumbers.map(({ name, label, unit, note }) => ({
     name: `clinical_${name}`, label: note ? `${label} (${note})` : label, unit, isClinical: true,
     of: (pose) => clinicalOf(pose.referenceMoving, model.rotationCentre, model.side)[name],
@@ -19,5 +19,5 @@ export function quantitiesOf(model, isVarusFree) {
   return [...surfaces, ...(isVarusFree ? [found] : []), ...clinical];
 }
 
-/// A number as the page writes it; NaN as a dash.
-export const written = (x, digits = 2) => (Number.isFinite(x) ? x.toFixed(digits).replace(/^-(0\.?0*)$/, "$1").replace("-", "−") : "–");
+/// Formats a number for the page; NaN as a dash.
+export const formatNumber = (x, digits = 2) => (Number.isFinite(x) ? x.toFixed(digits).replace(/^-(0\.?0*)$/, "$1").replace("-", "−") : "–");

@@ -1,8 +1,8 @@
-// How far a point can travel before it meets a mesh: pipeline/proximity/ray_travel in JavaScript.
+// Distance along a ray to a mesh; as pipeline/proximity/ray_travel.
 
 const mostInLeaf = 4;
 
-/// Boxes around halves of halves of the triangles.
+/// A bounding-box hierarchy of triangles, split at the median.
 export class RayTree {
   constructor({ vertices, triangles }) {
     this.vertices = vertices;
@@ -38,7 +38,7 @@ export class RayTree {
     return at;
   }
 
-  #meets({ box }, from, inverse, longest) {
+  #intersects({ box }, from, inverse, longest) {
     let enter = 0, leave = longest;
     for (let axis = 0; axis < 3; ++axis) {
       const a = (box[axis] - 1e-9 - from[axis]) * inverse[axis], b = (box[axis + 3] + 1e-9 - from[axis]) * inverse[axis];
@@ -48,7 +48,7 @@ export class RayTree {
     return enter <= leave;
   }
 
-  /// Moeller and Trumbore (1997); triangles that face the ray only.
+  /// Moeller and Trumbore (1997); only triangles that face the ray.
   #travel(t, from, d) {
     const p = this.vertices, [i, j, k] = [0, 1, 2].map((corner) => 3 * this.triangles[3 * t + corner]);
     const ax = p[j] - p[i], ay = p[j + 1] - p[i + 1], az = p[j + 2] - p[i + 2];
@@ -66,14 +66,14 @@ export class RayTree {
     return travel >= 0 ? travel : Infinity;
   }
 
-  /// Infinite where nothing is met within `longest`. `direction` is a unit vector.
+  /// Distance to the first facing triangle; infinite beyond `longest`. `direction` is a unit vector.
   travel(from, direction, longest) {
     if (this.nodes.length === 0) return Infinity;
     const inverse = direction.map((x) => 1 / (Math.abs(x) < 1e-300 ? 1e-300 : x)), stack = [0];
-    let shortest = longest, isMet = false;
+    let shortest = longest, isHit = false;
     while (stack.length > 0) {
       const node = this.nodes[stack.pop()];
-      if (!this.#meets(node, from, inverse, shortest)) continue;
+      if (!this.#intersects(node, from, inverse, shortest)) continue;
       if (node.left >= 0) {
         stack.push(node.right, node.left);
         continue;
@@ -81,9 +81,9 @@ export class RayTree {
       for (let i = node.first; i < node.last; ++i) {
         const travel = this.#travel(this.order[i], from, direction);
         if (travel > shortest) continue;
-        [shortest, isMet] = [travel, true];
+        [shortest, isHit] = [travel, true];
       }
     }
-    return isMet ? shortest : Infinity;
+    return isHit ? shortest : Infinity;
   }
 }

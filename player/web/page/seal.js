@@ -1,14 +1,14 @@
-// What stands in the bytes of a file before HDF5 looks at them: its signature, and the seal of schemas/motion-model.md.
+// Checks of a file's bytes before HDF5 reads them: the HDF5 signature, and the seal of schemas/motion-model.md.
 import { ModelError } from "./model_error.js";
 
-/// What the page holds in memory at most. Far above any knee, well below what a browser gives a page.
+/// Largest file. Far above any knee, well below the memory limit of a page.
 export const largestFileMb = 400;
 
 const signature = [0x89, 0x48, 0x44, 0x46, 0x0d, 0x0a, 0x1a, 0x0a];
 const sealName = "VRDASEAL";
 const sealLength = 16;
 
-/// CRC-32 as zlib's.
+/// CRC-32 as in zlib.
 export function crc32(bytes) {
   const table = Array.from({ length: 256 }, (_, n) => {
     let c = n;
@@ -28,5 +28,5 @@ export function checkBytes(bytes) {
   const seal = bytes.subarray(bytes.length - sealLength);
   if (![...sealName].every((letter, i) => seal[i] === letter.charCodeAt(0))) return;
   const stored = new DataView(seal.buffer, seal.byteOffset + 8, 4).getUint32(0, true);
-  if (stored !== crc32(bytes.subarray(0, bytes.length - sealLength))) throw new ModelError("The file is damaged: its bytes do not match its seal. Copy it once more.");
+  if (stored !== crc32(bytes.subarray(0, bytes.length - sealLength))) throw new ModelError("The file is damaged: its bytes do not match its seal. Copy it again.");
 }

@@ -1,6 +1,6 @@
-// The polynomials of a smoothed set, as schemas/motion-model.md writes them out. Degrees here, as in the file.
+// The polynomials of a smoothed set (schemas/motion-model.md). Angles in degrees, as in the file.
 
-/// Names of a pose's numbers in the order in which every module keeps them; varus only where it was free.
+/// Names of a pose's numbers in the order used by all modules; varus only if it was free.
 export const surfaceNames = ["tx", "ty", "tz", "theta", "varus_solved"];
 
 function legendre(u, degree) {
@@ -13,7 +13,7 @@ function unitCoordinate(x, first, last) {
   return first === last ? 0 : (x - first - (last - x)) / (last - first);
 }
 
-/// [x, y, z mm, theta degree, varus degree] of a set at an attitude in degrees; 0 for a surface it does not have.
+/// [x, y, z mm, theta degree, varus degree] of a set at an attitude in degrees; 0 for a missing surface.
 export function evaluateSmoothed(set, axes, flexionDeg, varusDeg) {
   const P = legendre(unitCoordinate(flexionDeg, axes.flexion[0], axes.flexion.at(-1)), set.degree);
   const Q = legendre(unitCoordinate(varusDeg, axes.varus[0], axes.varus.at(-1)), set.degree);

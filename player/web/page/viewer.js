@@ -1,19 +1,19 @@
-// The 3-D picture: camera, trackball, named views. Draws only when something changed.
+// The 3-D view: camera, trackball, named views. Renders only after changes.
 import { Box3, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
-const fieldOfViewDeg = 22;  // a knee at arm's length and a half, as vrda-player draws it
+const fieldOfViewDeg = 22;  // as in vrda-player
 const filled = 0.92;
 const X = new Vector3(1, 0, 0), Y = new Vector3(0, 1, 0), Z = new Vector3(0, 0, 1);
 
-/// Directions from the joint to the eye in canonical axes, as player/scene/camera.
+/// Directions from the joint to the camera in canonical axes, as in player/scene/camera.
 export const views = {
   oblique: (lateral) => X.clone().addScaledVector(lateral, 0.75).addScaledVector(Y, 0.45),
   front: () => X.clone(),
   back: () => X.clone().negate(),
   medial: (lateral) => lateral.clone().negate(),
   lateral: (lateral) => lateral.clone(),
-  top: () => Y.clone().addScaledVector(X, -1e-3),  // a hair from behind: straight down has no "up"
+  top: () => Y.clone().addScaledVector(X, -1e-3),  // slightly tilted, since "up" is undefined for a vertical view
 };
 
 export class Viewer {
@@ -46,12 +46,12 @@ export class Viewer {
     this.redraw();
   }
 
-  /// Points of the meshes as placed now, within the sphere around the joint or all of them.
+  /// Points of the meshes at the present placement: within the sphere around the joint, or all.
   #points(isWhole) {
     const box = (name) => this.joint.bodies[name].children.filter((m) => m.isMesh && m.userData.hasContact)
       .reduce((all, mesh) => all.union(mesh.geometry.boundingBox.clone().applyMatrix4(mesh.matrixWorld)), new Box3());
     const reference = box("reference"), moving = box("moving");
-    // Apart along an axis, low lies above high and their middle is the middle of the gap.
+    // If the boxes are separate along an axis, low exceeds high and their mean is the centre of the gap.
     const low = reference.min.clone().max(moving.min), high = reference.max.clone().min(moving.max);
     const centre = low.clone().add(high).multiplyScalar(0.5);
     const radius = isWhole ? Infinity : 0.85 * Math.max(high.x - low.x, high.z - low.z, 1);
@@ -66,8 +66,8 @@ export class Viewer {
     return { points, centre };
   }
 
-  /// Puts the camera where it has room for the joint at each of the poses that `placeEach` goes through.
-  look(name, isWhole, placeEach) {
+  /// Fits the camera to the joint at all poses of `placeEach`.
+  fitCamera(name, isWhole, placeEach) {
     const from = views[name](this.lateral).normalize();
     const right = new Vector3().crossVectors(name === "top" ? X : Y, from).normalize(), up = new Vector3().crossVectors(from, right);
     const ty = filled * Math.tan((fieldOfViewDeg * Math.PI) / 360), tx = ty * this.camera.aspect;

@@ -1,4 +1,4 @@
-// `bench`, `simulate` and `devices` as their users meet them: the simulator is a program of its own.
+// The programs `bench`, `simulate` and `devices`; the simulator runs as a separate process.
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ sockaddr_in local(std::uint16_t port)
   return address;
 }
 
-/// One that nobody listens on; nothing where the machine has no loopback.
+/// A free port; empty if the machine has no loopback interface.
 std::optional<std::uint16_t> free_port()
 {
   const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
@@ -58,7 +58,7 @@ bool is_listening(std::uint16_t port)
   return is_taken;
 }
 
-/// Only so that nothing hangs.
+/// Upper limit, so that a failing test does not hang.
 constexpr auto longest = std::chrono::seconds(120);
 
 class BenchProgram : public testing::Test {
@@ -91,7 +91,7 @@ class BenchProgram : public testing::Test {
     return test::run({VRDA_PLAYER_PROGRAM, std::move(arguments), {}, scratch_.path()});
   }
 
-  /// Until both its devices can be opened.
+  /// Waits until both devices can be opened.
   void simulate()
   {
     simulator_ = std::make_unique<test::Process>(
@@ -181,7 +181,7 @@ TEST_F(BenchProgram, DevicesAreListedWhileTheyAnswer)
   EXPECT_FALSE(std::filesystem::exists(board_));
 }
 
-/// What a bench has shown so far, from the log that it writes; nothing before that has begun.
+/// The frames in the log that a bench is writing; empty before the log exists.
 std::vector<BenchFrame> shown_so_far(const std::string& log, const std::string& model)
 {
   std::vector<BenchFrame> frames;
@@ -208,7 +208,7 @@ bool is_without_simulator(const BenchFrame& frame)
          !frame.potentiometer.is_live;
 }
 
-/// The last `n` of the frames, all there are of them, are as `claim` says.
+/// True if there are at least `n` frames and the last `n` satisfy `claim`.
 bool are_last(const std::vector<BenchFrame>& frames, std::size_t n, bool (*claim)(const BenchFrame&))
 {
   return frames.size() >= n &&
@@ -238,7 +238,7 @@ TEST_F(BenchProgram, GoesOnWithoutItsSimulatorAndFindsTheNextOne)
   ASSERT_TRUE(await(1, is_live)) << bench.said();
   simulator_.reset();  // killed
   ASSERT_TRUE(await(n_without, is_without_simulator)) << bench.said();
-  // The picture goes on with the last good poses, marked.
+  // The display continues with the last valid poses, marked as stale.
   const BenchFrame& first = frames[frames.size() - n_without];
   const BenchFrame& last = frames.back();
   EXPECT_TRUE(last.bodies[1].was_seen && last.bodies[2].was_seen);

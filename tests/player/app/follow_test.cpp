@@ -1,4 +1,4 @@
-// `vrda-player follow` as its users meet it: what it says, writes and ends with.
+// The program `vrda-player follow`: messages, files and exit codes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,7 +25,7 @@ using testing::EndsWith;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-/// A busy machine is given a minute.
+/// Polls for up to a minute, for busy machines.
 bool comes_true(const std::function<bool()>& claim)
 {
   for (int i = 0; i < 600; ++i) {
@@ -97,7 +97,7 @@ TEST_F(Follow, WritesAPictureEachSoManySteps)
   const test::Ended ended =
       follow({"--once", "--offscreen", path("pictures"), "--each", "3", "--size", "160x120"});
   EXPECT_EQ(ended.exit_code, 0) << ended.err;
-  // Four of the six found their rest; the last of them is there in the end.
+  // Four of the six are stable: an image for the third, and one for the last at the end.
   EXPECT_EQ(ended.out, path("pictures/step_000003.png") + "\n" + path("pictures/step_000004.png") + "\n");
   EXPECT_THAT(ended.err, HasSubstr("6/9 attitudes"));
   EXPECT_TRUE(fs::exists(path("pictures/step_000003.png")));
@@ -115,7 +115,7 @@ TEST_F(Follow, EndsWithTheRunAndShowsItsResult)
   EXPECT_EQ(ended.exit_code, 0);
   EXPECT_THAT(ended.out, EndsWith(path("pictures/finished.png") + "\n"));
   EXPECT_THAT(ended.err, EndsWith(output_ + ": 9/9 attitudes, finished\n"));
-  // Once more, when all is over.
+  // Again, after the run has finished.
   const test::Ended again = follow({"--text"});
   EXPECT_EQ(again.exit_code, 0);
   EXPECT_EQ(again.out, output_ + ": 9/9 attitudes, finished\n");
@@ -125,7 +125,7 @@ TEST_F(Follow, StopsWhenItIsInterrupted)
 {
   add_steps(0);
   test::Process program(command({"--text"}));
-  // The folder it was begun in is where it writes nothing: what it says tells that it runs.
+  // It writes no file, so only the process itself shows that it runs.
   std::this_thread::sleep_for(std::chrono::seconds(1));
   EXPECT_TRUE(program.is_running());
   program.send(SIGINT);
@@ -142,7 +142,7 @@ TEST_F(Follow, SaysWhenTheRunBeginsAnew)
   ASSERT_TRUE(comes_true([&] { return fs::exists(path("pictures/step_000002.png")); })) << program.said();
   fs::remove(journal_of(output_));
   add_steps(1);
-  EXPECT_TRUE(comes_true([&] { return program.said().find("the run began anew") != std::string::npos; }));
+  EXPECT_TRUE(comes_true([&] { return program.said().find("restarted") != std::string::npos; }));
   program.send(SIGTERM);
   EXPECT_EQ(program.wait().exit_code, 4);
 }
@@ -163,7 +163,7 @@ TEST_F(Follow, TakesEveryWayToNameViews)
   EXPECT_NE(picture({"--orient", "0,0,0", "--shift", "5,0,0"}), picture({"--orient", "0,0,0"}));
   EXPECT_NE(picture({"--views", "front", "--mode", "wire"}), front);
   EXPECT_NE(picture({"--views", "front", "--layers", "axes"}), front);
-  EXPECT_EQ(picture({"--views", "front"}), front) << "equal runs give equal pictures";
+  EXPECT_EQ(picture({"--views", "front"}), front) << "equal runs give equal images";
 }
 
 TEST_F(Follow, ShowsTheViewsOfTheJob)
@@ -202,7 +202,7 @@ TEST_F(Follow, RefusesWhatItCannotDo)
            Row{{"--offscreen", "x", "--views", "nowhere"}, "--views"},
            Row{{"--offscreen", "x", "--orient", "1,2"}, "--orient: found \"1,2\""},
            Row{{"--offscreen", "x", "--shift", "1,2,3;1,nan,2"}, "--shift: found \"1,nan,2\""},
-           Row{{"--offscreen", "x", "--views", "front", "--shift", "1,2,3"}, "one way to name the views"},
+           Row{{"--offscreen", "x", "--views", "front", "--shift", "1,2,3"}, "--views: found front with"},
            Row{{"--offscreen", "x", "--layers", "skin"}, "--layers"},
            Row{{"--offscreen", "x", "--size", "1x1"}, "--size"},
        }) {
@@ -234,7 +234,7 @@ TEST_F(Follow, FillsInTheGridInAWindow)
   add_steps(0);
   test::Process program(command({"--size", "640x480", "--views", "front"}));
   const auto n_stable = [&] { return count(screen.picture(640, 480), colour_of(StepStatus::stable)); };
-  // The legend's square is smaller than a cell.
+  // The legend's swatch is smaller than a cell.
   ASSERT_TRUE(comes_true([&] { return n_stable() > 2000; })) << program.said();
   const int with_two = n_stable();
   add_steps(1);

@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""vrda-player stays small: what it links, what of ours is in it, how large it is.
+"""Checks the libraries, functions and size of vrda-player.
 
 usage: what_it_links.py PROGRAM [FOREIGN_ROOM.a]... -- [OWN_ROOM.a]...
-The libraries it needs stand in LIBRARIES; no function of a foreign room's archive that no own room has is in it, and none of
-a name in FOREIGN_NAMES. Exit code 1 with one line for each departure.
+It may link only LIBRARIES, and must contain no function of a foreign room's archive (unless an own room defines it) and no
+name in FOREIGN_NAMES. Exit code 1 with one line per violation.
 """
 import os
 import re
@@ -11,24 +11,24 @@ import subprocess
 import sys
 import tempfile
 
-# Asked for by name in the program itself, not what those ask for in turn. toml++ is for files that people write, stb for glyphs.
+# Direct dependencies of the program. toml++ is for settings files, stb for glyphs.
 LIBRARIES = re.compile(r"(ld-linux-x86-64|libc|libm|libgcc_s|libstdc\+\+|libpthread|libdl|libhdf5_serial(_hl)?|libz|libsz|libpng16"
                        r"|libOSMesa|libEGL|libOpenGL|libGL|libglfw|libX11|libmeshoptimizer|libtomlplusplus|libOpenIGTLink|libnlopt|libseccomp|libstb)\.so[.\dd]*")
 FOREIGN_NAMES = re.compile(r"\b(btCollision\w*|btGImpact\w*|btConvex\w*|Assimp::|spdlog::)")
 LARGEST_BYTES = 5_000_000
 
 
-def said(*command):
+def output_of(*command):
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
 def needed(program):
-    return re.findall(r"\(NEEDED\).*\[(.+)\]", said("readelf", "-d", program))
+    return re.findall(r"\(NEEDED\).*\[(.+)\]", output_of("readelf", "-d", program))
 
 
 def functions(file):
-    """Mangled names of the functions defined for others; inline ones, which are weak, belong to nobody."""
-    lines = said("nm", "--defined-only", "--extern-only", file).splitlines()
+    """Mangled names of the exported functions, without weak symbols (inline functions)."""
+    lines = output_of("nm", "--defined-only", "--extern-only", file).splitlines()
     return {line.split()[-1] for line in lines if re.match(r"[0-9a-f]+ T ", line)}
 
 
@@ -39,7 +39,7 @@ def stripped_bytes(program):
         return os.path.getsize(copy)
 
 
-def departures(program, foreign, own):
+def violations(program, foreign, own):
     for library in needed(program):
         if not LIBRARIES.fullmatch(library):
             yield f"needs {library}"
@@ -48,9 +48,9 @@ def departures(program, foreign, own):
     for archive in foreign:
         found = sorted((functions(archive) - of_own) & inside)
         if found:
-            yield f"holds {len(found)} functions of {os.path.basename(archive)}: {found[0]}"
-    for name in sorted(set(FOREIGN_NAMES.findall(said("nm", "--demangle", program)))):
-        yield f"holds {name}"
+            yield f"contains {len(found)} functions of {os.path.basename(archive)}: {found[0]}"
+    for name in sorted(set(FOREIGN_NAMES.findall(output_of("nm", "--demangle", program)))):
+        yield f"contains {name}"
     size = stripped_bytes(program)
     print(f"{os.path.basename(program)}: {size} bytes stripped, needs {', '.join(needed(program))}")
     if size >= LARGEST_BYTES:
@@ -63,7 +63,7 @@ def main():
     foreign, own = archives[:split], archives[split + 1:]
     if not own:
         sys.exit("wanted the archives of the program's own rooms")
-    found = list(departures(program, foreign, own))
+    found = list(violations(program, foreign, own))
     for line in found:
         print(f"{program} {line}", file=sys.stderr)
     sys.exit(1 if found else 0)

@@ -1,4 +1,4 @@
-// The program in a window, driven by the keys and the mouse of a screen without a monitor.
+// The program in a window on a virtual screen, driven by simulated keys and mouse.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -26,7 +26,7 @@ MotionModel small_model()
   return model;
 }
 
-/// A busy machine is given a minute.
+/// Polls for up to a minute, for busy machines.
 bool comes_true(const std::function<bool()>& claim)
 {
   for (int i = 0; i < 600; ++i) {
@@ -51,18 +51,18 @@ class InWindow : public testing::Test {
   {
     EXPECT_EQ(test::run({"/usr/bin/xdotool", arguments, {}, {}}).exit_code, 0);
   }
-  /// Of the lower right corner, where the panel is dark.
+  /// Tests the dark panel's pixel in the lower right corner.
   bool is_panel_there() const
   {
     const Image image = screen_.picture(width, height);
     return image.rgba[image.rgba.size() - 4] == 26;
   }
-  /// Waits until what stands on the screen is not `before` any more.
+  /// Waits until the screen differs from `before`.
   bool changes_from(const Image& before) const
   {
     return comes_true([&] { return screen_.picture(width, height).rgba != before.rgba; });
   }
-  /// The help page hides much of the window; a button that lights up changes less than a hundredth.
+  /// The help page covers much of the window; a highlighted button changes less than a hundredth.
   bool is_page_over(const Image& before) const
   {
     const Image now = screen_.picture(width, height);
@@ -125,7 +125,7 @@ TEST_F(InWindow, TheMouseTurnsTheJointAndPressesButtons)
   EXPECT_EQ(program.wait().exit_code, 0);
 }
 
-/// In quarters of 1280 x 1024 the left half is the operator's, with a dark area.
+/// In the layout "quarters" the left half is the operator's area, with a dark background.
 bool is_operators_area_at(const Image& image, int x, int y)
 {
   constexpr int red = 24;
@@ -139,7 +139,7 @@ bool is_operators_area_there(const Image& image)
 
 constexpr int place_x = 220, place_y = 130;
 
-/// A bench nobody listens for, its display of 640 x 512 put to a place.
+/// A bench file without a reachable tracker, with a display of 640 x 512 at a given position.
 std::string placed_bench_text()
 {
   return "title = \"Placed\"\nleg = \"rigid\"\nhead = \"stage\"\n[display]\nwidth = 640\nheight = 512\n"
@@ -148,7 +148,7 @@ std::string placed_bench_text()
          "]\n[tracker]\nport = 1\n[body.leg]\ntool = \"leg\"\n[calibration]\n";
 }
 
-/// What the screen says of the window of that title.
+/// Checks position and size of the window with that title.
 bool is_at_its_place(const std::string& title)
 {
   const std::string told =

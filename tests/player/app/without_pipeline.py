@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""vrda-player configures without the pipeline's rooms and packages, and would be built by the very commands of BUILT, from the
-same sources: what they make there they make here.
+"""Checks that vrda-player configures without the pipeline's rooms and packages, and that its build commands and sources are
+those of BUILT, so that the resulting program is the same.
 
 usage: without_pipeline.py CMAKE SOURCE BUILT FOLDER
-BUILT is a build folder that holds the program; FOLDER is to configure in, and goes afterwards.
+BUILT is a build folder with the program; FOLDER is the folder to configure in, removed afterwards.
 """
 import pathlib
 import shutil
@@ -19,12 +19,12 @@ def run(*command):
 
 
 def commands_in(folder):
-    """All that makes the program, whichever folder it is made in."""
+    """The build commands of the program, independent of the build folder."""
     return set(run("ninja", "-C", folder, "-t", "commands", "vrda-player").replace(folder, "BUILD").splitlines())
 
 
 def joined_sources_in(folder):
-    """CMake's files that include the sources of a room, by their place."""
+    """CMake's unity source files by their path."""
     return {path.relative_to(folder): path.read_text(encoding="utf-8").replace(folder, "BUILD")
             for path in pathlib.Path(folder).glob("**/Unity/*.cxx")}
 
@@ -33,13 +33,13 @@ def compare(built, folder):
     known = commands_in(built)
     for command in commands_in(folder) - known:
         if not command.startswith("ninja: "):
-            sys.exit(f"a command that {built} does not know:\n{command}")
+            sys.exit(f"a command that is not in {built}:\n{command}")
     sources = joined_sources_in(built)
     for path, text in joined_sources_in(folder).items():
         if sources.get(path) != text:
-            sys.exit(f"{path} is another one in {built}")
+            sys.exit(f"{path} differs from that in {built}")
     if "Example:" not in run(pathlib.Path(built) / "vrda-player", "--help"):
-        sys.exit("vrda-player --help says nothing")
+        sys.exit("vrda-player --help prints no example")
 
 
 def main():

@@ -1,4 +1,4 @@
-// The cells that a watch fills in against the model that the pipeline makes of the same steps.
+// Compares the cells filled in by a watch with the model that the pipeline makes from the same steps.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ namespace vrda::followed_run_test {
 
 namespace fs = std::filesystem;
 
-/// Every step of a sweep in the order of solving.
+/// Every step of a sweep in solving order.
 std::vector<StepRecord> steps_of(const Case& job_case)
 {
   std::vector<StepRecord> steps;
@@ -53,7 +53,7 @@ void add(SweepResult& result, const StepRecord& r, Eigen::Index n_varus)
     result.spine_column[static_cast<std::size_t>(r.key.flexion)] = r.key.varus;
 }
 
-/// What a watch knows of the cells, with what only the whole model has from `whole`.
+/// The cells of a watch, completed from `whole` with the data that only a full model has.
 MotionModel cells_of(const RunWatch& watch, const MotionModel& whole)
 {
   MotionModel model = watch.model();
@@ -104,11 +104,11 @@ TEST(FollowedRun, CellsOfAScaledJobToo)
   expect_followed_to_the_bit(job_case, scratch);
 }
 
-/// Looks until the run is over.
+/// Polls until the run has finished.
 void follow_to_the_end(RunWatch& watch, int& n_moves, int& n_looks_with_part)
 {
   for (int patience = 0; watch.phase() != RunPhase::finished; ++patience) {
-    ASSERT_LT(patience, 3000) << "the run does not end";
+    ASSERT_LT(patience, 3000) << "the run does not finish";
     for (const SeenStep& step : watch.look().steps) n_moves += step.kind == SeenKind::move ? 1 : 0;
     n_looks_with_part += watch.n_done() > 0 && watch.n_done() < watch.n_cells() ? 1 : 0;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));

@@ -1,4 +1,4 @@
-// What is on screen, in the pixels of a picture.
+// The screen of a followed run, checked by its pixels.
 #include "follow/run_screen.hpp"
 
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ int count(const Image& image, const Viewport& area, const VertexColour& colour)
   return n;
 }
 
-/// Pixels in which two pictures differ within the area.
+/// Number of pixels that differ between two images within the area.
 int differing(const Image& a, const Image& b, const Viewport& area)
 {
   int n = 0;
@@ -102,7 +102,7 @@ TEST_F(Screen, EveryStatusFillsItsCellOfTheGrid)
   state_.take(step(1, 1, StepStatus::stable, 1));
   const int a_cell = with_one - in_legend;
   EXPECT_GT(a_cell, 0);
-  // Cells are rounded to whole pixels on their two sides, at most 48 long.
+  // Cells are at most 48 pixels wide, rounded to whole pixels on both sides.
   EXPECT_NEAR(stable_pixels(picture()), in_legend + 3 * a_cell, 2 * 3 * 48);
   state_.take(step(2, 1, StepStatus::unbounded, 0));
   EXPECT_GT(count(picture(), panel(), colour_of(StepStatus::unbounded)), a_cell / 2);

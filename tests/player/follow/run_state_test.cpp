@@ -69,7 +69,7 @@ TEST(RunState, SaysWhereTheRunIs)
   state.take(cell(1, 2, StepStatus::unbounded));
   EXPECT_EQ(state.counts(), "1/6 attitudes");
   EXPECT_EQ(state.place(), "flexion 10, varus 1");
-  // Its number counts starts: it is no place in the grid.
+  // Its number is the index of a start, not a grid cell.
   state.take(probe(StepKind::free_spine, 7));
   EXPECT_EQ(state.place(), "flexion 10, varus 1");
   ASSERT_TRUE(state.panel().current);

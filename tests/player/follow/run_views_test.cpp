@@ -28,7 +28,7 @@ TEST(RunViews, TilesCoverTheAreaWithoutOverlap)
       }
     }
     EXPECT_EQ(*std::max_element(n_covering.begin(), n_covering.end()), 1);
-    // Borders of two pixels at most, right of and under each tile.
+    // Borders of at most two pixels, right of and below each tile.
     EXPECT_GE(n_pixels, area.width * area.height - static_cast<int>(n) * 2 * (area.width + area.height));
   }
 }
@@ -42,7 +42,7 @@ TEST(RunViews, FourTilesAreTwoByTwo)
   EXPECT_EQ(all[2].y, 300);
 }
 
-/// Where a camera sees a point: in its own axes.
+/// A point in camera axes.
 Eigen::Vector3d seen(const Camera& camera, const Eigen::Vector3d& p_world_mm)
 {
   return camera.X_world_camera.inverse() * p_world_mm;

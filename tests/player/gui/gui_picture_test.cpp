@@ -61,13 +61,13 @@ TEST(GuiPicture, PanelIsOpaqueNumbersAreReadableAndThePictureIsFree)
   PlayerState state;
   const Image image = drawn.picture(state);
   const Viewport free = drawn.gui_.free_area(width, height, state);
-  // The panel's own colour, sRGB 0.10, 0.11, 0.13, to a code.
+  // The panel's colour, sRGB 0.10, 0.11, 0.13, to within one code.
   const std::array<int, 3> ground = pixel(image, width - 2, 590);
   EXPECT_NEAR(ground[0], 26, 1);
   EXPECT_NEAR(ground[1], 28, 1);
   EXPECT_NEAR(ground[2], 33, 1);
   EXPECT_EQ(pixel(image, free.width - 20, free.height - 20), (std::array<int, 3>{255, 255, 255}));
-  // White letters stand out from their ground, which lets little of a white scene through.
+  // White text has enough contrast: its backing hides most of a white scene.
   const std::array<int, 3> backing = pixel(image, 2, 2);
   EXPECT_LT(backing[0], 120);
   EXPECT_GT(n_bright(image, {8, 6, 60, 20}, 230), 40);

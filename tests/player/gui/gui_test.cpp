@@ -37,7 +37,7 @@ Legend sample_legend()
   return legend;
 }
 
-/// A user at an interface of a given size.
+/// An interface of a given size with a simulated user.
 class Desk {
  public:
   explicit Desk(int width = 800, int height = 600)
@@ -56,7 +56,7 @@ class Desk {
     state_ = answer.state;
     return answer.action;
   }
-  /// Pressed and let go there; what that asked for.
+  /// Clicks there and returns the resulting action.
   Action click(double x_px, double y_px)
   {
     frame_.pointer = {x_px, y_px, false, 0.0};
@@ -75,7 +75,7 @@ class Desk {
   Gui gui_;
 };
 
-/// Every action that a button gives anywhere in the rectangle.
+/// All actions triggered by clicks in the rectangle.
 std::vector<Action> actions_in(Desk& desk, const Viewport& area)
 {
   std::vector<Action> actions;
@@ -167,7 +167,7 @@ TEST(Gui, VarusLayersAndListsAreSetInThePanel)
   EXPECT_TRUE(desk.state_.layers.has(Layer::contacts));
   desk.click(left, 347);
   EXPECT_TRUE(desk.state_.layers.has(Layer::ligaments));
-  // The list of sets opens below; its second row.
+  // The list of sets opens below; select its second row.
   desk.click(680, 38);
   desk.click(620, 84);
   EXPECT_EQ(desk.state_.set, 1u);
@@ -193,7 +193,7 @@ TEST(Gui, ThePointerBelongsToTheInterfaceOverItAlone)
   EXPECT_TRUE(desk.gui_.wants_pointer());
 }
 
-/// Of all that is drawn.
+/// Bounding box of all vertices.
 Eigen::AlignedBox2d extent_of(const Overlay& overlay)
 {
   Eigen::AlignedBox2d box;
@@ -250,7 +250,7 @@ TEST(Gui, EveryStateOfTheNumbersIsDrawn)
   }
   const std::size_t before = desk.gui_.overlay().vertices.size();
   desk.readout_.pose.status = PoseStatus::unsolved_cell;
-  desk.readout_.message = "picture written: knee_flexion_040.png";
+  desk.readout_.message = "image written: knee_flexion_040.png";
   desk.step();
   EXPECT_NE(desk.gui_.overlay().vertices.size(), before);
 }

@@ -1,4 +1,4 @@
-// The loop that every mode runs in, with a mode that counts its rounds.
+// The main loop, with a mode that counts its rounds.
 #include "loop/loop.hpp"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ struct Counted final : Mode {
   void take(const InputEvent&) override { ++n_events; }
   void advance(double elapsed_s) override
   {
-    EXPECT_EQ(elapsed.size(), static_cast<std::size_t>(n_drawn)) << "it goes on before it draws";
+    EXPECT_EQ(elapsed.size(), static_cast<std::size_t>(n_drawn)) << "advance precedes draw";
     elapsed.push_back(elapsed_s);
   }
   void draw() override
@@ -48,7 +48,7 @@ TEST(Loop, ARoundGoesOnByItsTimeAndDraws)
     Counted mode;
     mode.time = {0.02, is_ended_by_input};
     mode.n_rounds = 5;
-    // Rounds never come before their time; where nobody looks, no input ends one.
+    // Rounds never start early; without a window no input ends one.
     EXPECT_GE(run(mode), 5 * 0.02);
     double sum_s = 0.0;
     for (const double s : mode.elapsed) sum_s += s;
@@ -80,7 +80,7 @@ TEST(Attempt, TellsWhatASessionSurvives)
   const auto refused = attempt([] { throw InputError({"a.h5", "key", "nothing", "something"}); });
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->facts().field, "key");
-  EXPECT_THROW(attempt([] { check(false, "a mistake of ours"); }), InternalError);
+  EXPECT_THROW(attempt([] { check(false, "an internal error"); }), InternalError);
 }
 
 TEST(Sink, PicturesAndFilmAreOfWhatIsKept)
@@ -94,7 +94,7 @@ TEST(Sink, PicturesAndFilmAreOfWhatIsKept)
   const Scene nothing;
   sink.renderer().load(nothing);
   sink.show({nothing, {}});
-  EXPECT_TRUE(std::filesystem::is_empty(folder)) << "what is shown is not kept";
+  EXPECT_TRUE(std::filesystem::is_empty(folder)) << "show() writes no file";
   EXPECT_EQ(sink.keep({nothing, {}}, "a.png"), folder + "/a.png");
   EXPECT_TRUE(std::filesystem::exists(folder + "/a.png"));
   const std::string file = scratch.write("file", "").string();

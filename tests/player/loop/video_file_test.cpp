@@ -22,7 +22,7 @@ Image plain_image(int width, int height, std::uint8_t red)
   return image;
 }
 
-/// Another PATH for the while of a test.
+/// Replaces PATH during a test.
 class Path {
  public:
   explicit Path(const std::string& path) : before_(std::getenv("PATH")) { setenv("PATH", path.c_str(), 1); }
@@ -37,7 +37,7 @@ class Path {
 class Video : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return (scratch_.path() / name).string(); }
-  /// A program that goes by ffmpeg's name.
+  /// Installs a script named ffmpeg.
   void pretend(const std::string& script) const
   {
     std::filesystem::permissions(scratch_.write("ffmpeg", "#!/bin/sh\n" + script),
@@ -81,7 +81,7 @@ TEST_F(Video, HasEveryFrameInItsColourInEachForm)
     constexpr std::size_t frame_bytes = 64 * 48 * 3;
     ASSERT_EQ(raw.size(), 12 * frame_bytes);
     for (std::size_t i = 0; i < 12; ++i) {
-      // Within what coded colours lose: a few codes.
+      // Lossy coding changes colours by a few codes.
       EXPECT_NEAR(static_cast<unsigned char>(raw[i * frame_bytes + frame_bytes / 2]),
                   20.0 * static_cast<double>(i), 12.0);
     }
@@ -98,7 +98,7 @@ TEST_F(Video, AFullDiskIsAnErrorInEachFormAndTheOldFilmStays)
     const std::string before("\0the film before", 16);
     scratch_.write(name, before);
     VideoFile video({path(name), 160, 120, 25});
-    // Noise, which no coding makes small; the disk is full before the end, for some forms only at it.
+    // Noise is incompressible; the disk fills up before the end, for some formats only at the end.
     std::mt19937 random(3);
     Image image = plain_image(160, 120, 0);
     EXPECT_THROW(

@@ -5,7 +5,8 @@
 
 namespace vrda::allocation_test {
 
-class RendererAllocation : public testing::TestWithParam<int> {};  // samples: translucent parts differ
+class RendererAllocation : public testing::TestWithParam<int> {
+};  // samples: they select the transparency algorithm
 
 TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
 {
@@ -26,11 +27,11 @@ TEST_P(RendererAllocation, AHundredFramesAllocateNothing)
       renderer->draw(scene, {&shot, 1}, &overlay);
     }
   };
-  draw_all_modes();  // each mode's programs are compiled when first used
+  draw_all_modes();  // shaders of each mode are compiled on first use
   const long n_before = test::allocations_of_thread();
   for (int i = 0; i < 20; ++i) draw_all_modes();
   EXPECT_EQ(test::allocations_of_thread(), n_before);
-  // The counter counts.
+  // The counter works.
   const std::vector<int> counted(10);
   EXPECT_EQ(test::allocations_of_thread(), n_before + 1);
 }

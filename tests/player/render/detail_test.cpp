@@ -21,7 +21,7 @@ Eigen::Vector3d corner_mm(const DrawMesh& mesh, std::uint32_t vertex)
   return Eigen::Map<const Eigen::Vector3f>(mesh.vertices[vertex].position_mm.data()).cast<double>();
 }
 
-/// How far inside a ball of `radius_mm` the middles of the triangles lie at most.
+/// Largest depth of triangle centroids inside a ball of `radius_mm`.
 double sagitta_mm(const DrawMesh& mesh, const std::vector<std::uint32_t>& triangles, double radius_mm)
 {
   double most_mm = 0.0;
@@ -48,7 +48,7 @@ TEST(Detail, LevelsOfABallLieWithinTheirErrors)
     EXPECT_LT(levels[i].triangles.size(), 0.8 * static_cast<double>(levels[i - 1].triangles.size()));
     EXPECT_GT(levels[i].error_mm, levels[i - 1].error_mm);
     // meshoptimizer's error is a mean over the planes around a vertex: the largest distance is up to about
-    // twice it.
+    // twice that.
     EXPECT_LE(sagitta_mm(mesh, levels[i].triangles, radius_mm), whole_mm + 2.0 * levels[i].error_mm);
     for (const std::uint32_t vertex : levels[i].triangles) ASSERT_LT(vertex, mesh.vertices.size());
   }
@@ -71,7 +71,8 @@ TEST(Detail, EqualMeshesHaveEqualLevels)
 
 TEST(Closed, BoxesAndBallsAreAndSheetsAreNot)
 {
-  EXPECT_TRUE(is_closed(mesh_of(test::box({0, 0, 0}, {1, 2, 3}))));  // split along every edge by its creases
+  EXPECT_TRUE(is_closed(
+      mesh_of(test::box({0, 0, 0}, {1, 2, 3}))));  // vertices are split along every edge by the creases
   EXPECT_TRUE(is_closed(mesh_of(test::ball(20))));
   EXPECT_FALSE(is_closed(mesh_of(test::sheet(20, 3))));
   EXPECT_FALSE(is_closed({}));

@@ -31,7 +31,7 @@ int n_pixels(const Image& image, const Codes& codes)
   return n;
 }
 
-/// A white square, 40 mm wide and 160 pixels of 240 seen by camera_at(120).
+/// A white square of 40 mm, 160 of 240 pixels wide for camera_at(120).
 Scene square()
 {
   Scene scene = test::dark_scene();
@@ -48,7 +48,7 @@ TEST(DrawMode, WiresAreTheEdgesOfTheTriangles)
   scene.mode = DrawMode::wire;
   const Image image = test::drawn(scene, test::camera_at(120), {width, height, 1});
   const int n = n_pixels(image, white);
-  // 2 x 2 cells: twelve sides and four diagonals, each 80 rows or columns; a line has a pixel a step.
+  // 2 x 2 cells: twelve sides and four diagonals of 80 rows or columns each, one pixel per row or column.
   EXPECT_NEAR(n, 16 * 80, 40);
 }
 
@@ -63,7 +63,7 @@ TEST(DrawMode, HiddenLinesAreHiddenAndOthersAreNot)
   scene.mode = DrawMode::hidden_line;
   const Image hidden = test::drawn(scene, test::camera_at(120), {width, height, 1});
   EXPECT_EQ(n_pixels(hidden, red), 0);
-  // Edges are not hidden by the faces they bound.
+  // Edges are not hidden by their own faces.
   EXPECT_NEAR(n_pixels(hidden, white), 16 * 80, 40);
 }
 
@@ -83,8 +83,8 @@ TEST(DrawMode, FlatHasOneShadeATriangle)
     }
     return found.size();
   };
-  // Lit from above, a shade a ring: six rings have 4 facing ones at the sides, halved by their triangles at
-  // most, each with a neighbour in rounding; and black.
+  // Lit from above there is one shade per ring: six rings with 4 visible on the sides, at most doubled by
+  // their triangles, each with a neighbouring code by rounding; and black.
   EXPECT_LE(shades(DrawMode::flat), 25U);
   EXPECT_GT(shades(DrawMode::smooth), 50U);
 }
@@ -109,15 +109,15 @@ TEST(DrawMode, ATextureRepeatsAsWideAsItSays)
   Material material = test::plain({0.5F, 0.5F, 0.5F});
   material.mottling = 0.2F;
   test::add(scene, test::facing_sheet(400), material);
-  // Red and blue, repeated every 100 mm: the sheet's mesh X is the world's. Eight columns, so that the middle
-  // of a half is clear of the other.
+  // Red and blue, repeated every 100 mm along mesh X (= world X). Eight columns, so that the middle of each
+  // half is not blended with the other.
   scene.texture = {8, 1, {}, 100.0};
   for (int i = 0; i < 8; ++i) {
     const std::uint8_t red = i < 4 ? 255 : 0, blue = i < 4 ? 0 : 255;
     scene.texture.rgb.insert(scene.texture.rgb.end(), {red, 0, blue});
   }
   const Image image = test::drawn(scene, test::camera_at(400));
-  // 120 pixels are 100 mm; the middle of the picture is mesh X = 0, where a repeat begins.
+  // 120 pixels are 100 mm; the image centre is mesh X = 0, where a tile starts.
   for (const int repeat : {-1, 0, 1}) {
     expect_near(at(image, width / 2 + 120 * repeat + 30, 50), {255, 0, 0, 255});
     if (repeat < 1) {
@@ -185,7 +185,7 @@ TEST(Shots, EachHasItsPartOfThePicture)
 {
   Scene scene = square();
   scene.background = {{0, 0, 1}, {0, 0, 1}};
-  // The second overlaps the first and is nearer than anything of it by order alone.
+  // The second overlaps the first and covers it because it is drawn later.
   const std::array<Shot, 2> shots{Shot{test::camera_at(60), {0, 0, 160, 240}},
                                   Shot{test::camera_at(240), {100, 60, 160, 120}}};
   const std::unique_ptr<Renderer> renderer = make_offscreen_renderer({width, height});
@@ -209,10 +209,10 @@ TEST(Coarseness, HalfAPixelIsHardlySeen)
   scene.mode = DrawMode::smooth;
   const Image whole = test::drawn(scene, test::camera_at(150), {width, height, 4, 0.0});
   const Image coarse = test::drawn(scene, test::camera_at(150), {width, height, 4, 0.5});
-  EXPECT_NE(whole.rgba, coarse.rgba);  // there was something to leave out
-  // The border, 2 pi 64 pixels long, moves by up to half a pixel; elsewhere normals are mixed over larger
-  // triangles. An error of the surface e on a radius r spans s = sqrt(8 e r), and mixing along s turns a
-  // normal by (s / r)^2 / 8 = e / r: 0.5 / 64, a code or two.
+  EXPECT_NE(whole.rgba, coarse.rgba);  // simplification had an effect
+  // The outline (2 pi 64 pixels) moves by up to half a pixel; elsewhere normals are interpolated over larger
+  // triangles. A surface error e at radius r has a chord s = sqrt(8 e r), and interpolation along s changes a
+  // normal by (s / r)^2 / 8 = e / r: 0.5 / 64, one or two codes.
   int n_changed = 0;
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {

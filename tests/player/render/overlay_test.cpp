@@ -13,7 +13,7 @@ using test::Codes;
 
 constexpr int width = 64, height = 48;
 
-/// Covered in the left half, bare in the right; the first column stands for areas.
+/// Coverage 1 in the left half and 0 in the right; the first column is used for areas.
 OverlayFont half_font()
 {
   return {4, 2, {255, 255, 0, 0, 255, 255, 0, 0}};

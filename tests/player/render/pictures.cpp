@@ -31,7 +31,7 @@ Scene dark_scene()
 {
   Scene scene;
   scene.background = background_of(Backdrop::black);
-  // Light from everywhere: a surface shows its own colour.
+  // Uniform ambient light: a surface shows its own colour.
   scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Ones();
   scene.lighting.lights.clear();
   return scene;

@@ -1,4 +1,4 @@
-/// What the tests of the renderer draw, and how they look at it.
+/// Scenes and cameras for the tests of the renderer.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 namespace vrda::test {
 
-/// Codes of 255: OpenGL allows an error of 0.6 in the conversion to sRGB; blending rounds once more.
+/// In codes of 255: OpenGL allows an error of 0.6 in the conversion to sRGB; blending rounds again.
 inline constexpr int code_tolerance = 2;
 
 using Codes = std::array<int, 4>;
@@ -18,14 +18,15 @@ Codes at(const Image& image, int x, int y);
 int srgb_code(double linear);
 double linear_value(int code);
 
-/// Black, lit from everywhere: a surface shows its own colour.
+/// Black background and uniform ambient light: a surface shows its own colour.
 Scene dark_scene();
 Material plain(const Eigen::Vector3f& colour, float opacity = 1.0F);
 void add(Scene& scene, const Mesh& mesh, const Material& material, const Eigen::Vector3d& at_mm = {0, 0, 0});
-/// A square of 2 x 2 cells across the world's Z.
+/// A square of 2 x 2 cells normal to world Z.
 Mesh facing_sheet(double size_mm);
 
-/// Looks along -Z of the world from (0, 0, distance); half the height is a quarter of it.
+/// A camera at (0, 0, distance) that looks along world -Z; half the image height is a quarter of the
+/// distance.
 Camera camera_at(double distance_mm);
 
 /// A ball on a box with a translucent plate between them, and a camera that sees all of it.

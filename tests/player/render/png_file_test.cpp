@@ -10,7 +10,7 @@
 
 namespace vrda::png_file_test {
 
-/// Odd sizes, so that a wrong stride shows; every byte differs from its neighbours.
+/// Odd sizes reveal a wrong stride; every byte differs from its neighbours.
 Image pattern()
 {
   Image image{37, 11, {}};
@@ -87,14 +87,14 @@ TEST(PngFile, ATextureIsThePictureOverWhite)
     for (const std::uint8_t byte : {shade, std::uint8_t{7}, std::uint8_t{200}, std::uint8_t{255}})
       image.rgba.push_back(byte);
   }
-  image.rgba[7] = 0;  // the second pixel is not there
+  image.rgba[7] = 0;  // the second pixel is transparent
   write_png(image, path);
   const Texture texture = read_png_texture(path);
   EXPECT_EQ(texture.width, 3);
   EXPECT_EQ(texture.height, 2);
   ASSERT_EQ(texture.rgb.size(), 18U);
   EXPECT_EQ(texture.rgb[0], 0);
-  EXPECT_EQ(texture.rgb[3], 255);  // white shows
+  EXPECT_EQ(texture.rgb[3], 255);  // composited over white
   EXPECT_EQ(texture.rgb[6], 80);
   EXPECT_EQ(texture.rgb[15], 200);
   EXPECT_EQ(texture.rgb[17], 200);
@@ -114,7 +114,7 @@ TEST(PngFile, ATextureThatIsNoPictureIsRefused)
   write_png(pattern(), whole);
   const std::string bytes = test::read_bytes(whole);
   EXPECT_FALSE(refused(scratch.write("cut.png", bytes.substr(0, bytes.size() / 2)).string()).found.empty());
-  // Its header promises more than a texture may have.
+  // The size in its header exceeds the limit of textures.
   write_png({4097, 1, std::vector<std::uint8_t>(4 * 4097)}, whole);
   EXPECT_EQ(refused(whole).found, "4097 x 1 pixels");
 }

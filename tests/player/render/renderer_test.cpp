@@ -48,16 +48,16 @@ TEST(Renderer, ABallsSilhouetteHasTheAreaOfItsPerspectiveProjection)
   add(scene, ball(radius_mm, 128, 256), plain({1, 1, 1}));
   const RenderOptions options{640, 480};
   const Image image = drawn(scene, camera_at(distance_mm), options);
-  double area_px = 0.0;  // covered parts of pixels: white over black, resolved in linear light
+  double area_px = 0.0;  // sum of pixel coverage: white over black, resolved in linear light
   for (int y = 0; y < options.height; ++y) {
     for (int x = 0; x < options.width; ++x) area_px += linear_value(at(image, x, y)[0]);
   }
-  // A cone touches the ball: its half angle has the sine r / d. Half the height spans 0.25.
+  // The tangent cone of the ball has a half angle of asin(r / d). Half the image height has tangent 0.25.
   const double radius_px =
       0.5 * options.height / 0.25 * radius_mm / std::sqrt(distance_mm * distance_mm - radius_mm * radius_mm);
   const double expected_px = pi * radius_px * radius_px;
-  // Facets: 1 - sin(a) / a for a = 2 pi / 256 and the rings', twice 1e-4. Samples: 800 border pixels, each
-  // off by 0.15 at random, are 5 pixels of 52,000. Codes of partly covered pixels: rounded by 1/510 of them.
+  // Facets: 1 - sin(a) / a for a = 2 pi / 256 and for the rings, twice 1e-4. Samples: 800 border pixels with
+  // random errors of 0.15 are 5 of 52,000 pixels. Codes of partly covered pixels: rounded by 1/510 of them.
   EXPECT_NEAR(area_px / expected_px, 1.0, 4e-4);
 }
 
@@ -67,7 +67,7 @@ TEST(Renderer, ALitBallFollowsLambert)
   scene.lighting.sky = scene.lighting.ground = Eigen::Vector3f::Zero();
   scene.lighting.lights.push_back({Eigen::Vector3f(0, 0, 1), {0.8F, 0.8F, 0.8F}});
   add(scene, ball(20, 128, 256), plain({0.5F, 0.25F, 1.0F}));
-  // Far away, so that the projection is nearly parallel: pixel offset / radius is the sine of the slope.
+  // From far away the projection is nearly parallel: pixel offset / radius is the sine of the slope.
   Camera camera = camera_at(10000);
   camera.half_height_tangent = 0.0025;  // 25 mm half the height
   camera.near_mm = 9000;
@@ -147,7 +147,7 @@ TEST(Renderer, MottlingVariesTheColourAboutItsMean)
       highest = std::max(highest, code);
     }
   }
-  EXPECT_NEAR(sum / (width * height), 0.5, 0.01);  // noise of mean zero over hundreds of patches
+  EXPECT_NEAR(sum / (width * height), 0.5, 0.01);  // the noise has mean zero over hundreds of patches
   EXPECT_GT(highest - lowest, 5);
   EXPECT_LT(highest - lowest, 40);
 }

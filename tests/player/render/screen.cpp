@@ -11,7 +11,7 @@
 namespace vrda::test {
 namespace {
 
-/// The line of digits that the server writes once it listens; empty until then.
+/// The display number that the server writes once it listens; empty until then.
 std::string display_number(const std::string& said)
 {
   std::istringstream lines(said);
@@ -30,7 +30,7 @@ Screen::Screen()
                {},
                {}})
 {
-  // A second on an idle machine; a busy one is given a minute.
+  // Takes a second on an idle machine; waits up to a minute.
   for (int i = 0; i < 600 && server_.is_running(); ++i) {
     const std::string number = display_number(server_.said());
     if (!number.empty()) {

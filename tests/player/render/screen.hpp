@@ -1,4 +1,4 @@
-/// A screen without a monitor.
+/// A virtual screen.
 #pragma once
 
 #include "render/image.hpp"
@@ -7,7 +7,7 @@
 
 namespace vrda::test {
 
-/// Xvfb on a free display; DISPLAY names it from then on. The destructor ends the server it started.
+/// Starts Xvfb on a free display and sets DISPLAY. The destructor ends the server.
 class Screen {
  public:
   Screen();
@@ -15,11 +15,11 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
 
-  /// The upper left part of what is on it.
+  /// The upper left part of the screen.
   Image picture(int width, int height) const;
 
  private:
-  Scratch folder_;  // with the screen's memory as a file
+  Scratch folder_;  // contains the screen's memory as a file
   Process server_;
 };
 

@@ -20,7 +20,7 @@ struct Sheet {
   float opacity;
 };
 
-/// Depth along the camera's axis where the ray through (x, y, -1) meets the sheet's plane.
+/// Depth along the camera axis of the intersection of the ray through (x, y, -1) with the sheet's plane.
 double depth_mm(const Sheet& sheet, const Eigen::Vector3d& ray)
 {
   const Eigen::Vector3d normal = rotation_y(sheet.tilt_rad) * Eigen::Vector3d::UnitZ();
@@ -28,7 +28,7 @@ double depth_mm(const Sheet& sheet, const Eigen::Vector3d& ray)
   return (sheet.middle_mm - eye).dot(normal) / ray.dot(normal);
 }
 
-/// "Over", from the farthest; each sheet reaches beyond the picture.
+/// Blending by "over" from the farthest sheet; each sheet extends beyond the image.
 Eigen::Array3d expected_colour(std::vector<Sheet> sheets, const Eigen::Vector3d& ray)
 {
   std::sort(sheets.begin(), sheets.end(),
@@ -41,7 +41,7 @@ Eigen::Array3d expected_colour(std::vector<Sheet> sheets, const Eigen::Vector3d&
   return colour;
 }
 
-/// For each sheet how many lie before it.
+/// For each sheet the number of sheets in front of it.
 using Order = std::vector<std::ptrdiff_t>;
 
 Order order_of(const std::vector<Sheet>& sheets, const Eigen::Vector3d& ray)
@@ -66,22 +66,22 @@ Scene scene_of_sheets(const std::vector<Sheet>& sheets)
   return scene;
 }
 
-/// The blended picture is rounded to a code after each sheet, and each rounding is dimmed by those before it:
-/// at opacity 0.4 or more the sum is below 1 / 0.4 codes.
+/// The blended colour is rounded to a code after each sheet, and each rounding error is attenuated by the
+/// sheets in front: at opacity 0.4 or more the sum is below 1 / 0.4 codes.
 constexpr int sheets_tolerance = 3;
 
 void expect_as_computed(const std::vector<Sheet>& sheets, int samples, std::set<Order>& orders)
 {
   const Image image =
       test::drawn(scene_of_sheets(sheets), test::camera_at(distance_mm), {width, height, samples});
-  const double slope = 2.0 * 0.25 / height;  // of a ray, a pixel; the camera's aspect is 4 : 3
+  const double slope = 2.0 * 0.25 / height;  // ray slope per pixel; the camera's aspect is 4 : 3
   int n_wrong = 0;
   for (int y = 0; y < height; y += 7) {
     for (int x = 0; x < width; ++x) {
       const Eigen::Vector3d ray((x + 0.5 - 0.5 * width) * slope, (0.5 * height - y - 0.5) * slope, -1.0);
       const Eigen::Vector3d left = ray - Eigen::Vector3d(slope, 0, 0),
                             right = ray + Eigen::Vector3d(slope, 0, 0);
-      // Where sheets cross, a pixel has samples of both orders.
+      // Where sheets intersect, a pixel has samples of both orders.
       const bool has_one_order = order_of(sheets, left) == order_of(sheets, right);
       orders.insert(order_of(sheets, ray));
       const Eigen::Array3d expected = expected_colour(sheets, ray);
@@ -114,7 +114,7 @@ TEST(Translucency, SheetsThatPassThroughEachOtherBlendInTheOrderOfEachPixel)
       expect_as_computed(turned, samples, orders);
     }
   }
-  EXPECT_GE(orders.size(), 4U * 5U);  // five orders or more from left to right, named anew by each turn
+  EXPECT_GE(orders.size(), 4U * 5U);  // at least five orders from left to right for each permutation
 }
 
 TEST(Translucency, ManySheetsAllCount)
@@ -132,7 +132,7 @@ TEST(Translucency, ManySheetsAllCount)
   expect_as_computed(sheets, 1, orders);
 }
 
-/// Eight sheets over all of a picture of `large` pixels: with llvmpipe more fragments than a buffer holds.
+/// Eight sheets that cover an image of `large` pixels: with llvmpipe more fragments than a buffer holds.
 TEST(Translucency, MoreFragmentsThanABufferHoldsCountToo)
 {
   const RenderOptions large{1280, 960, 1};
@@ -171,7 +171,7 @@ TEST(Translucency, WhatIsOpaqueHidesWhatLiesBehindIt)
 
 TEST(Translucency, WallsOfOneDrawableCountOnceEachInTheirPlace)
 {
-  // One drawable of two boxes: whatever the order of its triangles, each wall counts once, in its place.
+  // One drawable of two boxes: each wall is blended once in depth order, regardless of the triangle order.
   const Mesh near_wall = test::box({0, 0, 30}, {200, 200, 10}),
              far_wall = test::box({0, 0, -30}, {200, 200, 10});
   for (const bool is_near_first : {true, false}) {

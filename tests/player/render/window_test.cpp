@@ -29,7 +29,7 @@ WindowOptions quiet_window(int samples)
   return options;
 }
 
-/// Part of the pixels of which a channel differs by more than `code_tolerance`.
+/// Fraction of the pixels with a channel that differs by more than `code_tolerance`.
 double differing_share(const Image& a, const Image& b)
 {
   EXPECT_EQ(a.rgba.size(), b.rgba.size());
@@ -42,10 +42,9 @@ double differing_share(const Image& a, const Image& b)
   return static_cast<double>(n_differing) / (a.width * a.height);
 }
 
-/// OpenGL fixes which samples a triangle covers but for the rounding of its corners to (at least) 1/16 of a
-/// pixel, and codes but for `code_tolerance`. A border pixel whose sample lies within that rounding may go
-/// either way: of the some 4,000 pixels on borders inside and around the joint 1 in 16, and 307,200 pixels
-/// there are.
+/// OpenGL defines the covered samples up to the rounding of vertices to (at least) 1/16 pixel, and colours up
+/// to `code_tolerance`. A border pixel whose sample is within that rounding may differ: 1 in 16 of about
+/// 4,000 border pixels of the joint, out of 307,200 pixels.
 constexpr double agreed_share = 4000.0 / 16.0 / (width * height);
 
 Image from_backend(Backend backend, const Scene& scene, int samples)
@@ -55,7 +54,7 @@ Image from_backend(Backend backend, const Scene& scene, int samples)
   return renderer->draw(scene, test::joint_camera(scene));
 }
 
-/// What stands on the screen once the server has brought it there; within a minute.
+/// The screen's content, polled for up to a minute until it equals `expected`.
 Image shown(const test::Screen& screen, const Image& expected)
 {
   Image found = screen.picture(width, height);
@@ -76,7 +75,7 @@ TEST(Backends, OsmesaEglAndAWindowAgree)
     const Image osmesa = from_backend(Backend::osmesa, scene, samples);
     EXPECT_LE(differing_share(osmesa, from_backend(Backend::egl, scene, samples)), agreed_share);
     Window window(quiet_window(samples));
-    // The comparison can fail: the bare screen is another picture.
+    // The comparison can fail: the empty screen is a different image.
     EXPECT_GT(differing_share(osmesa, screen.picture(width, height)), 0.5);
     window.renderer().load(scene);
     window.events();
@@ -149,8 +148,7 @@ TEST(Window, ItIsClosedWhenAsked)
   EXPECT_TRUE(window.should_close());
 }
 
-/// What the window hears of one call of xdotool, until an event of the kind `last` with the key `key`; within
-/// a minute.
+/// The events of one call of xdotool, up to an event of kind `last` with key `key`; waits up to a minute.
 std::vector<InputEvent> heard(Window& window, const std::vector<std::string>& arguments, InputKind last,
                               int key)
 {
@@ -162,7 +160,7 @@ std::vector<InputEvent> heard(Window& window, const std::vector<std::string>& ar
       if (event.kind == last && event.key == key) return all;
     }
   }
-  ADD_FAILURE() << "the last event did not come";
+  ADD_FAILURE() << "the last event did not arrive";
   return all;
 }
 
@@ -179,7 +177,7 @@ TEST(Window, TheMouseIsHeard)
   const test::Screen screen;
   Window window(quiet_window(1));
   window.events();
-  // "z" ends each: keys come after what was done before.
+  // "z" ends each sequence: key events arrive after earlier events.
   std::vector<InputEvent> events =
       heard(window, {"mousemove", "100", "50", "click", "--repeat", "2", "--delay", "20", "1", "key", "z"},
             InputKind::key_release, 'Z');

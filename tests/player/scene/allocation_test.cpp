@@ -10,7 +10,7 @@ TEST(LayersAllocation, AFrameOfEveryLayerAllocatesNothing)
   for (const std::string side : {"right", "left"}) {
     test::Stage stage(test::layered_model(side));
     const LayerSet all = test::every_layer();
-    stage.show(test::Degrees{0.0, 0.0}, all);  // what is made once: the circle that solids are turned on
+    stage.show(test::Degrees{0.0, 0.0}, all);  // creates the static circle table of the solids
     const long before = test::allocations_of_program();
     int n_shown = 0;
     for (int k = 0; k < 200; ++k) {
@@ -20,7 +20,7 @@ TEST(LayersAllocation, AFrameOfEveryLayerAllocatesNothing)
     EXPECT_EQ(test::allocations_of_program() - before, 0);
     EXPECT_GT(n_shown, 200 * 10);
   }
-  // The counter counts.
+  // The counter works.
   const long before = test::allocations_of_program();
   ::operator delete(::operator new(1));
   EXPECT_GE(test::allocations_of_program() - before, 1);

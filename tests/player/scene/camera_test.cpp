@@ -7,9 +7,9 @@
 
 namespace vrda::camera_test {
 
-constexpr double rounding = 1e-10;  // of picture coordinates of order one
+constexpr double rounding = 1e-10;  // of image coordinates of order one
 
-/// Where a point lands: x and y on [-1, 1] across the picture, z in the depth range.
+/// Normalised device coordinates of a point: x and y on [-1, 1], z in the depth range.
 Eigen::Vector3d projected(const Camera& camera, const Eigen::Vector3d& p_world_mm)
 {
   const Eigen::Vector3d p_camera = camera.X_world_camera.inverse() * p_world_mm;
@@ -55,7 +55,7 @@ TEST(Camera, EveryViewHasTheWholeBoxInTheFilledPartAndFillsIt)
       EXPECT_LE(high.maxCoeff(), 0.8 + rounding);
       EXPECT_NEAR(low.minCoeff(), -0.8, rounding);
       EXPECT_NEAR(high.maxCoeff(), 0.8, rounding);
-      // Both ends of one direction touch.
+      // Both borders of one direction are touched.
       EXPECT_NEAR((high - low).maxCoeff(), 1.6, rounding);
     }
   }
@@ -93,10 +93,10 @@ TEST(Camera, ViewsShowTheSideTheyAreNamedAfter)
     EXPECT_LT((R.col(0) - row.right_of_picture).norm(), rounding);
     EXPECT_NEAR(R.determinant(), 1.0, rounding);
   }
-  // The oblique view sees front, lateral side and top of either knee.
+  // The oblique view shows front, lateral side and top of both knees.
   EXPECT_GT(view_rotation(View::oblique, Side::right).col(2).minCoeff(), 0.2);
   EXPECT_LT(view_rotation(View::oblique, Side::left)(2, 2), -0.2);
-  // Inverted it sees front, lateral side and underside, and up in the picture is down in the world.
+  // The inverted view shows front, lateral side and underside, and image up is world down.
   const Eigen::Matrix3d inverted = view_rotation(View::inverted, Side::right);
   EXPECT_GT(inverted(0, 2), 0.2);
   EXPECT_LT(inverted(1, 2), -0.2);

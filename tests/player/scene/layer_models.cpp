@@ -17,7 +17,7 @@ Eigen::Vector3d single_precision(const std::array<float, 3>& v)
   return {v[0], v[1], v[2]};
 }
 
-/// Two rows a cell: [start, 2 cells) of points, normals and whatever else.
+/// Two rows per cell: points, normals and further columns.
 template <typename Rows>
 void set_rows(Rows& rows, std::size_t n_cells, double z_sign)
 {

@@ -1,4 +1,4 @@
-/// Motion models with something for every layer, made by code, and what is drawn of them.
+/// Generated motion models with data for every layer, and measurements of the drawn layers.
 #pragma once
 
 #include <initializer_list>
@@ -8,10 +8,11 @@
 
 namespace vrda::test {
 
-inline constexpr double force_ratio = 3.0;  ///< of the two contact forces of each cell
+inline constexpr double force_ratio = 3.0;  ///< ratio of the two contact forces of each cell
 
-/// A ball of 20 mm on a finely divided sheet, with two contacts and forces a cell, a straight fibre that is
-/// slack at 0 degrees and taut from 37 on, and one round a cylinder. The left one mirrors the right one.
+/// A ball of 20 mm on a finely divided sheet, with two contacts and forces per cell, a straight fibre that is
+/// slack at 0 degrees and taut from 37 degrees, and one wrapped around a cylinder. The left model mirrors the
+/// right one.
 MotionModel layered_model(const std::string& side);
 
 struct Degrees {
@@ -36,22 +37,22 @@ struct Stage {
 LayerSet set_of(std::initializer_list<Layer> layers);
 LayerSet every_layer();
 
-/// The first of that name.
+/// The first drawable with that name.
 const Drawable& drawable_of(const Scene& scene, const std::string& name);
 
-/// Mean of vertices as placed.
+/// Mean of vertices, world.
 Eigen::Vector3d middle_world_mm(const Drawable& drawable, std::size_t first, std::size_t n);
-/// Mean of the corners of all triangles that have not shrunk to a point, as placed.
+/// Mean of the corners of all non-degenerate triangles, world.
 Eigen::Vector3d middle_of_drawn_mm(const Drawable& drawable);
 
-/// Vertex `v` of a sheet of gaps, on the part that it lies above; canonical axes of the moving body.
+/// Vertex `v` of a gap sheet projected back onto the part below; canonical axes of the moving body.
 Eigen::Vector3d unlifted_mm(const Stage& stage, const Drawable& sheet, std::size_t v);
 
-/// Travel along world Y from a point of the moving body to the first face of `reference` that looks down,
-/// from 3 mm inside it on; infinite where there is none.
+/// Travel along world Y from a point of the moving body to the first downward face of `reference`, from 3 mm
+/// of overlap on; infinite if there is none.
 double gap_by_every_face_mm(const Mesh& reference, const JointPose& pose, const Eigen::Vector3d& p_moving_mm);
 
-/// The largest of any channel.
+/// The largest difference of any channel.
 int difference(const VertexColour& a, const VertexColour& b);
 
 }  // namespace vrda::test

@@ -14,7 +14,7 @@ using test::layered_model;
 using test::middle_world_mm;
 using test::Stage;
 
-constexpr double single_rounding_mm = 1e-4;  // single precision at 100 mm, a mean of some hundred
+constexpr double single_rounding_mm = 1e-4;  // single precision at 100 mm, mean of about a hundred values
 constexpr double rounding = 1e-12;
 
 TEST(Layers, NothingIsShownUntilItIsWanted)
@@ -42,7 +42,7 @@ TEST(Layers, AModelWithoutContactsAndFibresSaysSo)
   EXPECT_TRUE(available.has(Layer::axes));
   EXPECT_TRUE(available.has(Layer::helical_axis));
   EXPECT_TRUE(available.has(Layer::gap_map));
-  // Wanted all the same, there is nothing to show and nothing breaks.
+  // Requesting them shows nothing and does not fail.
   stage.show({30, 0}, {Layer::contacts, Layer::normals, Layer::ligaments});
   for (const Drawable& drawable : stage.scene.drawables)
     EXPECT_EQ(drawable.is_shown, drawable.layer == Layer::bodies) << drawable.name;
@@ -129,7 +129,7 @@ TEST(Layers, AxesStandAtTheRotationCentreAndAlongTheirDirections)
   EXPECT_LT((direction("anterior") - R.col(0)).norm(), rounding);
   EXPECT_LT((direction("proximal") - R.col(1)).norm(), rounding);
   EXPECT_LT((direction("right") - R.col(2)).norm(), rounding);
-  // The flexion axis is fixed in the femur, so it is the femur's own.
+  // The flexion axis is fixed in the femur.
   EXPECT_LT((direction("flexion axis") - R.col(2)).norm(), rounding);
   EXPECT_LT((direction("varus axis") - Eigen::Vector3d::UnitX()).norm(), rounding);
   EXPECT_LT((direction("Delta") - Eigen::Vector3d::UnitY()).norm(), rounding);
@@ -146,7 +146,7 @@ TEST(Layers, HeldReferenceTurnsTheWorldsAxesWithTheRest)
       rounding);
   const Drawable& moving = drawable_of(stage.scene, "block");
   const Eigen::Vector3d delta = drawable_of(stage.scene, "Delta").X_world_mesh.linear().col(1);
-  // Delta is the direction about which the moving object turns: fixed in it.
+  // Theta rotates about Delta, so Delta is fixed in the moving object.
   EXPECT_LT((delta - moving.X_world_mesh.linear() * Eigen::Vector3d::UnitY()).norm(), rounding);
 }
 
@@ -185,7 +185,7 @@ TEST(Layers, FibresRunFromAttachmentToAttachmentAndAreColouredByTheirStrain)
       const JointPose pose = stage.motion.at({rad_from_deg(flexion_deg), rad_from_deg(1.0)});
       const Drawable& tubes = drawable_of(stage.scene, "ligaments");
       ASSERT_TRUE(tubes.is_shown);
-      // The first fibre is straight: four points. Its rings follow that of its end.
+      // The first fibre is straight with four points; its rings follow the end ring.
       const Eigen::Vector3d from_mm = pose.X_world_reference * rows.reference_mm.row(0).transpose();
       const Eigen::Vector3d to_mm = pose.X_world_moving * rows.moving_mm.row(0).transpose();
       EXPECT_LT((middle_world_mm(tubes, 12, 12) - from_mm).norm(), single_rounding_mm);
@@ -242,7 +242,7 @@ TEST(Layers, GapsAreThoseOfEveryFaceInTurn)
     for (std::size_t v = 0; v < sheet.mesh.vertices.size(); ++v) {
       const double gap_mm = test::gap_by_every_face_mm(ball, pose, test::unlifted_mm(stage, sheet, v));
       const bool is_far = gap_mm > legend.highest + 1e-3;
-      const bool is_near = gap_mm < 0.69 * legend.highest;  // where nothing fades yet
+      const bool is_near = gap_mm < 0.69 * legend.highest;  // where fading has not started
       n_far += is_far ? 1 : 0;
       n_near += is_near ? 1 : 0;
       const VertexColour& colour = sheet.colours[v];
@@ -278,7 +278,7 @@ TEST(Layers, ARevisionRisesOnlyWhenSomethingChanges)
   stage.show({25, 2}, all);
   std::vector<std::uint64_t> revisions;
   for (const Drawable& drawable : stage.scene.drawables) revisions.push_back(drawable.revision);
-  stage.held = Held::reference;  // another look at the same pose
+  stage.held = Held::reference;  // the same pose in another frame
   stage.show({25, 2}, all);
   for (std::size_t i = 0; i < revisions.size(); ++i)
     EXPECT_EQ(stage.scene.drawables[i].revision, revisions[i]) << stage.scene.drawables[i].name;
@@ -298,10 +298,10 @@ TEST(Layers, AMirroredJointShowsTheMirrorImage)
     left.show({flexion_deg, 1.0}, all);
     for (std::size_t i = 0; i < right.scene.drawables.size(); ++i) {
       const Drawable &a = right.scene.drawables[i], &b = left.scene.drawables[i];
-      if (a.layer == Layer::bodies || a.name == "right") continue;  // the subject's right is no mirror image
+      if (a.layer == Layer::bodies || a.name == "right") continue;  // the subject's right is not mirrored
       SCOPED_TRACE(a.name);
       EXPECT_EQ(a.is_shown, b.is_shown);
-      if (!a.is_shown) continue;  // nothing is near the box under the sheet
+      if (!a.is_shown) continue;  // no gap is within the range at the box under the sheet
       ++n_compared;
       const Eigen::Vector3d middle_a = test::middle_of_drawn_mm(a), middle_b = test::middle_of_drawn_mm(b);
       EXPECT_LT((middle_a - middle_b.cwiseProduct(Eigen::Vector3d(1, 1, -1))).norm(), single_rounding_mm);
@@ -348,7 +348,7 @@ Legend legend()
   return made;
 }
 
-/// Relative luminance, to which perceived lightness is monotone.
+/// Relative luminance; perceived lightness increases monotonically with it.
 double luminance(const VertexColour& colour)
 {
   return Eigen::Vector3f(0.2126F, 0.7152F, 0.0722F).dot(decoded(colour));

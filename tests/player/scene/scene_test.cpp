@@ -36,7 +36,7 @@ double difference(const Pose& a, const Pose& b)
 TEST(Scene, ThereIsADrawableForEachComponentWithItsMaterial)
 {
   MotionModel model = moving_model("right");
-  model.moving.visual = model.moving.contact;  // the same components once more, drawn only
+  model.moving.visual = model.moving.contact;  // the same components again as visual parts
   const Scene scene = scene_of(model);
   ASSERT_EQ(scene.drawables.size(), 5U);
   EXPECT_EQ(scene.drawables[0].name, "ball");

@@ -33,7 +33,7 @@ double volume_mm3(const DrawMesh& mesh)
   return volume;
 }
 
-/// Unit normals that lie on the side of the faces they belong to.
+/// Checks that normals are unit vectors on the outer side of their faces.
 void expect_sound(const DrawMesh& mesh)
 {
   for (const DrawVertex& vertex : mesh.vertices) EXPECT_NEAR(normal(vertex).norm(), 1.0, 1e-3);
@@ -43,7 +43,7 @@ void expect_sound(const DrawMesh& mesh)
                           b = position(mesh.vertices[mesh.triangles[t + 1]]),
                           c = position(mesh.vertices[mesh.triangles[t + 2]]);
     const Eigen::Vector3d face = (b - a).cross(c - a);
-    const bool is_face = face.norm() > 1e-6;  // rings that shrink to a point leave none
+    const bool is_face = face.norm() > 1e-6;  // degenerate triangles have no area
     n_faces += is_face ? 1 : 0;
     for (std::size_t k = 0; k < 3; ++k) {
       const double agreement = face.dot(normal(mesh.vertices[mesh.triangles[t + k]]));
@@ -53,7 +53,7 @@ void expect_sound(const DrawMesh& mesh)
   EXPECT_GT(n_faces, 40);
 }
 
-double polygon_part()  // area of the regular twelve-sided polygon by its circle's
+double polygon_part()  // area of the regular 12-gon / area of its circle
 {
   return 12.0 * 0.5 * 0.5 / pi;
 }

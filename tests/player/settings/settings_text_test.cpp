@@ -45,7 +45,7 @@ TEST(SettingsText, QuotedWordsReadBack)
                                  "knie gr\xc3\xbc\xc3\x9f", "# no comment", "'single'", "\\u0041", "]["}) {
     EXPECT_EQ(text_at(value_in(vrda::quoted_text(text)), ""), text);
   }
-  // Control characters are valid TOML so, and refused as settings.
+  // Escaped control characters are valid TOML, but rejected as settings.
   EXPECT_EQ(vrda::quoted_text("a\nb\x7f"), "\"a\\u000Ab\\u007F\"");
 }
 

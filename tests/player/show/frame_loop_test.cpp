@@ -1,6 +1,5 @@
-// The loop of the window, frame by frame as app runs it, drawn into memory: no allocation, and memory that
-// stays. VRDA_FRAMES asks for more frames than a test has time for, VRDA_FRAMES_MODEL for another motion
-// model.
+// The window's frame loop, rendered to memory: no allocation and constant resident memory. VRDA_FRAMES sets
+// the number of frames (for long runs), VRDA_FRAMES_MODEL the motion model.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -16,9 +15,9 @@
 namespace vrda::frame_loop_test {
 
 constexpr double frame_s = 1.0 / 60.0;
-// The motion plays over and back within these, in every mode.
+// The motion completes a forward and backward cycle within these.
 constexpr long n_warm = 400;
-// More than half a kilobyte a frame would show; a driver's own caches breathe by less.
+// Detects a leak of half a kilobyte per frame; a driver's caches vary by less.
 constexpr long allowed_growth_kb = 1024;
 
 std::string environment(const char* name)
@@ -84,7 +83,7 @@ TEST(FrameLoop, AllocatesNothingAndKeepsItsMemory)
   EXPECT_GT(largest_rad - least_rad, 1.0);  // it did play
   std::cout << n_frames << " frames: " << before_kb << " KB resident before, " << growth_kb
             << " KB more after\n";
-  // The counter counts.
+  // The counter works.
   const long counted = test::allocations_of_thread();
   ::operator delete(::operator new(1));
   EXPECT_EQ(test::allocations_of_thread(), counted + 1);

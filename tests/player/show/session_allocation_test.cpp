@@ -44,8 +44,7 @@ TEST(SessionAllocation, PlayingTurningAndSwitchingSetsAllocateNothing)
   };
   session.press_key({Key::space});
   for (const Key key : {Key::f1, Key::f2, Key::f3, Key::f4, Key::f5, Key::f6}) session.press_key({key});
-  // The overlay and the interface grow to their largest within one way of the motion, 3 seconds there and
-  // back.
+  // The overlay and the interface reach their largest size within one cycle of the motion.
   round(400);
   const long before = test::allocations_of_thread();
   const std::uint64_t gui_before = gui_allocations();
@@ -53,7 +52,7 @@ TEST(SessionAllocation, PlayingTurningAndSwitchingSetsAllocateNothing)
   EXPECT_EQ(test::allocations_of_thread() - before, 0);
   EXPECT_EQ(gui_allocations() - gui_before, 0u);
   const std::vector<int> counted(10);
-  EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the count counts";
+  EXPECT_EQ(test::allocations_of_thread() - before, 1) << "the counter works";
 }
 
 }  // namespace vrda::session_allocation_test

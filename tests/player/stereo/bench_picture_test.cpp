@@ -1,4 +1,4 @@
-// What the frame buffer of the bench holds, pixel by pixel.
+// The frame buffer of the bench, checked by pixels.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +16,7 @@ using namespace test;
 constexpr int display_width = 1280, display_height = 1024;
 constexpr double promised_px = 0.05;
 
-/// Both eyes of the thesis's layout behind the same optics.
+/// Both eyes of the thesis's layout with the same optics.
 EyePair sample_eyes(const Optics& lens)
 {
   EyePair eyes{sample_eye(lens.k1, lens.k2), sample_eye(lens.k1, lens.k2)};
@@ -27,7 +27,7 @@ EyePair sample_eyes(const Optics& lens)
   return eyes;
 }
 
-/// Centre of what is lit within `part`, weighted by light.
+/// Centroid of the light within `part`.
 Eigen::Vector2d centre_of_light_px(const Image& image, const Viewport& part)
 {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -44,8 +44,8 @@ Eigen::Vector2d centre_of_light_px(const Image& image, const Viewport& part)
 
 constexpr double spot_px = 12.0;  // radius, before distortion
 
-/// A disc that faces the eyes, white in its middle and black at its rim: there is no edge to be lost between
-/// samples.
+/// A disc that faces the eyes, white in the middle and black at the rim, so that there is no edge to be
+/// missed by samples.
 void add_spot(Scene& scene, const Eigen::Vector3d& p_mm)
 {
   constexpr Eigen::Index n = 64;
@@ -66,8 +66,8 @@ void add_spot(Scene& scene, const Eigen::Vector3d& p_mm)
   }
 }
 
-/// Centre of the light of that spot where it is drawn: optics that are curved within it move it by some
-/// hundredths of a pixel off the place of its middle.
+/// Expected centroid of the drawn spot: the curvature of the distortion within the spot shifts it by some
+/// hundredths of a pixel from the drawn centre.
 Eigen::Vector2d spot_centre_px(const Eye& eye, const Eigen::Vector3d& p_mm)
 {
   const Eigen::Vector2d middle = shown_px(eye, p_mm), drawn = drawn_px(eye, p_mm);

@@ -1,12 +1,11 @@
-/// Eyes of benches that never were.
+/// Sample eyes of simulated benches.
 #pragma once
 
 #include "optics/eye.hpp"
 
 namespace vrda::test {
 
-/// The right eye of the thesis's layout: the lower right quarter, its screen showing less of it, off its
-/// middle.
+/// The right eye of the thesis's layout: the lower right quarter, with a smaller, off-centre visible part.
 Eye sample_eye(double k1 = 0.12, double k2 = 0.02);
 
 struct Optics {

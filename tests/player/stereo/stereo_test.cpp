@@ -14,10 +14,10 @@ namespace vrda::stereo_test {
 
 using namespace test;
 
-constexpr double before_px = 1e-9;  // rounding of a thousand pixels
-constexpr double after_px = 0.05;   // promised; the mesh alone is held to a hundredth
+constexpr double before_px = 1e-9;  // rounding at a thousand pixels
+constexpr double after_px = 0.05;   // required; the mesh error is below 0.01
 
-/// Where the picture that the camera makes of `box` has the point.
+/// Position of the point in the image of `box` rendered by the camera.
 Eigen::Vector2d pictured_px(const Camera& camera, const ShownBox& box, const Eigen::Vector3d& p_world_mm)
 {
   const Eigen::Vector4d clip =
@@ -27,7 +27,7 @@ Eigen::Vector2d pictured_px(const Camera& camera, const ShownBox& box, const Eig
   return box.low_px + share.cwiseProduct(box.high_px - box.low_px);
 }
 
-/// Within the visible part through barrel and pincushion optics of the tests.
+/// A point within the visible part for the barrel and pincushion optics of the tests.
 Eigen::Vector3d random_point_head_mm(std::mt19937& random)
 {
   std::uniform_real_distribution<double> sideways(-0.2, 0.2), depth_mm(400.0, 1500.0);
@@ -58,7 +58,7 @@ TEST(Eye, APointLandsOnTheComputedPixelBeforeAndAfterDistortion)
 TEST(Eye, MovingTheHeadTheEyeOrTheWindowMovesThePixelByTheComputedAmount)
 {
   const Eye eye = sample_eye();
-  const Eigen::Vector3d p(40.0, -25.0, -804.0);  // 800 mm before the eye
+  const Eigen::Vector3d p(40.0, -25.0, -804.0);  // 800 mm in front of the eye
   const Eigen::Vector2d there = shown_px(eye, p);
 
   Pose X_world_head = Pose::Identity();
@@ -78,7 +78,7 @@ TEST(Eye, TheEyesSeeAPointApartByTheirDistance)
 {
   EyePair eyes{sample_eye(), sample_eye()};
   set_ipd(eyes, 63.0);
-  const Eigen::Vector3d p(10.0, 5.0, -754.0);  // 750 mm before both
+  const Eigen::Vector3d p(10.0, 5.0, -754.0);  // 750 mm in front of both
   const Eigen::Vector2d apart = shown_px(eyes.left, p) - shown_px(eyes.right, p);
   EXPECT_NEAR(apart.x(), 880.0 * 63.0 / 750.0, before_px);
   EXPECT_NEAR(apart.y(), 0.0, before_px);
@@ -111,7 +111,7 @@ TEST(Distortion, RadiusGrowsByItsPolynomial)
 {
   const Distortion d{0.1, 0.03, {0.0, 0.0}, 200.0, 2.0};
   EXPECT_NEAR(shown_px(d, {100.0, 0.0}).x(), 100.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
-  // Pixels twice as high as wide: 50 of them are as far as 100 across.
+  // Pixels are twice as high as wide: 50 vertical pixels are as far as 100 horizontal ones.
   EXPECT_NEAR(shown_px(d, {0.0, 50.0}).y(), 50.0 * (1.0 + 0.1 * 0.25 + 0.03 * 0.0625), 1e-12);
 }
 
@@ -124,7 +124,7 @@ TEST(Distortion, FoldsWhereTheRadiusStopsGrowing)
   EXPECT_EQ(fold(-0.1, 0.1), never);  // 0.09 < 4 * 0.5: the slope has no root
   EXPECT_NEAR(fold(-0.3, 0.0), std::sqrt(1.0 / 0.9), 1e-15);
   EXPECT_NEAR(fold(0.0, -0.2), 1.0, 1e-15);
-  const double r = fold(0.3, -0.1), step = 1e-4;  // the slope changes its sign there
+  const double r = fold(0.3, -0.1), step = 1e-4;  // the slope changes sign there
   const auto slope = [](double at) { return 1.0 + 0.9 * at * at - 0.5 * at * at * at * at; };
   EXPECT_GT(slope(r - step), 0.0);
   EXPECT_LT(slope(r + step), 0.0);
@@ -149,7 +149,7 @@ TEST(WarpMesh, CoversTheVisiblePartAndItsPictureExactly)
     }
     EXPECT_EQ(left, 660.0F);
     EXPECT_EQ(right, 1250.0F);
-    constexpr float share = 1e-3F;  // barrel: the widest place may lie between two nodes
+    constexpr float share = 1e-3F;  // barrel: the extreme point may be between two nodes
     EXPECT_NEAR(u_low, 0.0F, share);
     EXPECT_NEAR(u_high, 1.0F, share);
     EXPECT_NEAR(v_low, 0.0F, share);
@@ -182,7 +182,7 @@ TEST(WarpMesh, OpticsTooStrongForTheBoundHaveTheFinestMesh)
     const ShownBox box = shown_box(eye);
     const WarpMesh mesh = warp_mesh(eye, box);
     EXPECT_EQ(mesh.triangles.size() % (2 * 3 * 512), 0U);
-    // Furthest out, in the middle of cells, it is worst.
+    // The error is largest at the outermost cell centres.
     const double cell_px = row.window.width / 512.0;
     for (const double cells : {0.5, 1.5, 40.5}) {
       const Eigen::Vector2d drawn(cells * cell_px, 0.5 * cell_px);
@@ -214,7 +214,7 @@ TEST(Eye, UnusableOnesAreRefusedByName)
   EXPECT_EQ(refused(sample_eye()), "");
   Eye eye = sample_eye(-0.5, 0.0);
   EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
-  // A picture of 4.2 times the visible part's sides.
+  // Needs an image of 4.2 times the visible part's size.
   eye = sample_eye(1.0, 1.0);
   EXPECT_NE(refused(eye).find("left.distortion"), std::string::npos) << refused(eye);
   EXPECT_NE(refused(eye).find("at most 2360.000000 x 1760.000000"), std::string::npos) << refused(eye);

@@ -16,7 +16,7 @@ TEST(Arguments, AnglesRunFromTheFirstToTheLast)
   EXPECT_THAT(angles_deg(parsed_angles("--flexion", "-5:7:5")), ElementsAre(-5, 0, 5));
   EXPECT_THAT(angles_deg(parsed_angles("--flexion", "12.5")), ElementsAre(12.5));
   EXPECT_THAT(angles_deg(parsed_angles("--flexion", "3:3:1")), ElementsAre(3));
-  // Ten steps of a tenth end on the last angle in spite of rounding.
+  // Ten steps of 0.1 reach the last angle in spite of rounding.
   EXPECT_EQ(angles_deg(parsed_angles("--flexion", "0:1:0.1")).size(), 11U);
   EXPECT_EQ(angles_deg(parsed_angles("--flexion", "0:1:0.1")).back(), 1.0);
 }
@@ -111,7 +111,7 @@ TEST(Arguments, LabelsSortLikeTheirAngles)
   EXPECT_EQ(angle_label(-0.0, {}), "000");
   EXPECT_EQ(angle_label(-5, {}), "-05");
   EXPECT_EQ(angle_label(1.0 / 3.0, {}), "000.333");
-  EXPECT_EQ(angle_label(15.000000000000002, {}), "015");  // what a conversion to radians and back leaves
+  EXPECT_EQ(angle_label(15.000000000000002, {}), "015");  // rounding of a conversion to radians and back
   EXPECT_LT(angle_label(9, {10}), angle_label(10, {9}));
 }
 

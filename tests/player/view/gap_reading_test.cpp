@@ -17,7 +17,7 @@ Attitude at_deg(double flexion_deg, double varus_deg)
   return {rad_from_deg(flexion_deg), rad_from_deg(varus_deg)};
 }
 
-/// 3 x 2 cells, 10 degrees apart; one without an answer.
+/// 3 x 2 cells, 10 degrees apart; one is unsolved.
 MotionModel sample_model()
 {
   MotionModel model;

@@ -8,7 +8,7 @@
 
 namespace vrda::gaze_test {
 
-constexpr double rounding_mm = 1e-9;  // of places some 1000 mm away
+constexpr double rounding_mm = 1e-9;  // of positions about 1000 mm away
 constexpr double rounding_px = 1e-8;
 constexpr Viewport viewport{40, 20, 800, 600};
 
@@ -24,7 +24,7 @@ Gaze sample_gaze()
   return gaze;
 }
 
-/// Where a point of the world is drawn, from OpenGL's own projection.
+/// Pixel of a world point by the OpenGL projection.
 Eigen::Vector2d pixel(const Camera& camera, const Eigen::Vector3d& p_world_mm)
 {
   const Eigen::Vector3d p = camera.X_world_camera.inverse() * p_world_mm;
@@ -92,7 +92,7 @@ TEST(Gaze, TurnsByTwiceTheArcAboutThePivotWhichStays)
   EXPECT_NEAR(depth_mm(turned), depth_mm(gaze), rounding_mm);
   const Eigen::Matrix3d R_camera = gaze.camera.X_world_camera.linear(),
                         R_turned = turned.camera.X_world_camera.linear();
-  // The object's near side goes to the right: about the picture's up axis by 60 degrees.
+  // The near side of the object moves right: a rotation about the screen's up axis by 60 degrees.
   const Eigen::Matrix3d R_object = R_turned.transpose() * R_camera;
   const SinCos sixty = sin_cos(rad_from_deg(60.0));
   Eigen::Matrix3d expected;
@@ -110,7 +110,7 @@ TEST(Gaze, ManyTurnsLeaveARotation)
   const Eigen::Matrix3d R = gaze.camera.X_world_camera.linear();
   EXPECT_LE((R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff(), 1e-14);
   EXPECT_NEAR(R.determinant(), 1.0, 1e-14);
-  EXPECT_NEAR(depth_mm(gaze), 400.0, 1e-7);  // 20,000 roundings of some 1e-13 mm
+  EXPECT_NEAR(depth_mm(gaze), 400.0, 1e-7);  // 20,000 rounding errors of about 1e-13 mm
 }
 
 TEST(Gaze, DepthGoesAlongTheLineOfSight)
@@ -143,7 +143,7 @@ TEST(Gaze, NeitherWheelNorDragLeadsThroughThePivotOrOutOfSight)
   EXPECT_NEAR(depth_mm(gaze), 10.0, rounding_mm);
 }
 
-/// A triangle across the line of sight, 300 mm before the camera, in a scene whose mesh hangs in a frame.
+/// A triangle normal to the line of sight, 300 mm in front of the camera; its mesh has its own frame.
 Scene one_triangle(const Pose& X_world_mesh)
 {
   Scene scene;

@@ -1,4 +1,4 @@
-// Poses of every set of a motion model at seeded attitudes, as JSON, by the library that the player uses.
+// Prints poses of every set of a motion model at seeded attitudes as JSON, computed by the player's library.
 // usage: print_poses FILE COUNT SEED
 #include <cstdint>
 #include <exception>
@@ -12,7 +12,7 @@
 
 namespace {
 
-/// Numerical Recipes' 64-bit linear congruence; its upper bits are good enough to scatter attitudes.
+/// 64-bit linear congruential generator of Numerical Recipes; its upper bits suffice to scatter attitudes.
 class Seeded {
  public:
   explicit Seeded(std::uint64_t seed) : state_(seed) {}
@@ -27,7 +27,7 @@ class Seeded {
   std::uint64_t state_;
 };
 
-/// Every third a node, every third between the nodes, every third from a range half as wide again.
+/// One third nodes, one third between nodes, one third from a range 1.5 times as wide.
 double angle_deg(const std::vector<double>& axis_deg, int k, Seeded& seeded)
 {
   const double first = axis_deg.front(), last = axis_deg.back(), share = seeded.next();
@@ -56,7 +56,7 @@ void print_set(const vrda::MotionModel& model, const std::string& set, int count
   const vrda::Motion motion(model, set);
   Seeded seeded(seed);
   for (int k = 0; k < count; ++k) {
-    // Kept in degrees: the numbers that both sides are asked.
+    // Kept in degrees, so that both implementations get the same numbers.
     const double flexion_deg = angle_deg(model.flexion_deg, k, seeded);
     const double varus_deg = angle_deg(model.varus_deg, k, seeded);
     if (k > 0) std::cout << ",\n";

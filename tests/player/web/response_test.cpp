@@ -102,7 +102,7 @@ TEST(WebResponse, RefusesOtherHostsAndMethods)
   EXPECT_EQ(response_to({"GET", "x", "localhost:8123", ""}, site).status, 400);
 }
 
-// Whoever does not know the token learns nothing: the answer is the same with and without a file.
+// Without the token nothing is revealed: the response is the same with and without a file.
 TEST(WebResponse, RefusesAllWithoutTheToken)
 {
   Site gone = site;
@@ -148,8 +148,8 @@ TEST(WebToken, IsRecognised)
   }
 }
 
-// Half of the text must not be read: who stops at the first difference never reads it, who compares all ends
-// here.
+// The second half of the text is unreadable: a comparison that stops at the first difference never reads it;
+// a constant-time one crashes here.
 TEST(WebTokenDeathTest, IsComparedToItsEndWhateverItsBeginning)
 {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""`vrda-player web` from outside: what it answers on its socket, to a browser, and to the signals that end it.
+"""`vrda-player web` as a process: its responses on a socket and to a browser, and its reaction to signals.
 
 usage: server_test.py VRDA PLAYER CHROMIUM JOB PAGE
 """
@@ -26,7 +26,7 @@ READY = "document.documentElement?.dataset.state === 'ready' && !document.getEle
 
 
 class Served:
-    """A server of one file. Use it in a `with`; leaving it ends the server by SIGINT."""
+    """A server of one file. Use it in a `with`, which ends the server by SIGINT."""
 
     def __init__(self, file, *words, env=None):
         self.process = subprocess.Popen([PLAYER, "web", file, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env)
@@ -52,17 +52,17 @@ class Served:
         return line
 
     def request(self, target, more="", method="GET", host=None, below=None):
-        """Its bytes; `below` another path than the token's."""
+        """The bytes of a request; `below` replaces the path of the token."""
         path = (self.below if below is None else below) + target
         return f"{method} {path} HTTP/1.1\r\nHost: {host or f'127.0.0.1:{self.port}'}\r\n{more}\r\n".encode()
 
     def ask(self, target, *words, **how):
-        """Status, head and body of an answer."""
+        """Status, header and body of a response."""
         with self.open(self.request(target, *words, **how)) as line:
             return answer(line)
 
     def sockets(self):
-        """How many the server has open."""
+        """Number of open sockets of the server."""
         links = []
         for link in pathlib.Path(f"/proc/{self.process.pid}/fd").iterdir():
             with contextlib.suppress(FileNotFoundError):
@@ -71,7 +71,7 @@ class Served:
 
 
 def received(line):
-    """All until the server ends the connection."""
+    """All data until the server closes the connection."""
     pieces = []
     with contextlib.suppress(ConnectionResetError):
         while piece := line.recv(1 << 16):
@@ -85,7 +85,7 @@ def answer(line):
 
 
 def client_hello():
-    """What a browser sends that was told https."""
+    """The first bytes of a browser that uses https."""
     sent = ssl.MemoryBIO()
     with contextlib.suppress(ssl.SSLWantReadError):
         ssl.create_default_context().wrap_bio(ssl.MemoryBIO(), sent, server_hostname="localhost").do_handshake()
@@ -93,7 +93,7 @@ def client_hello():
 
 
 def is_silent(line):
-    """Open, and nothing came."""
+    """True if the connection is open and nothing was received."""
     return not select.select([line], [], [], 0)[0]
 
 
@@ -142,7 +142,7 @@ class Server(unittest.TestCase):
                     self.assertEqual(answer(line)[0], 400)
             gone = served.open()
             gone.sendall(served.request("/model.h5"))
-            gone.close()  # before the answer
+            gone.close()  # before the response
             self.assertEqual(served.ask("/model.h5")[2], self.model.read_bytes())
             for line in (*silent, half):
                 line.close()
@@ -158,11 +158,11 @@ class Server(unittest.TestCase):
                         status, head, body = served.ask(target or "/", below=below)
                         self.assertEqual(status, 403)
                         said.add((head, body))
-            self.assertEqual(len(said), 1)  # nothing about the file, nor whether there is one
+            self.assertEqual(len(said), 1)  # reveals neither the file nor its existence
             self.assertNotIn(b"knee", said.pop()[1])
 
     def test_what_is_no_request_is_answered_at_once(self):
-        """400 while the client still waits, not 408 when its time is over."""
+        """400 at once, not 408 after the time limit."""
         with Served(self.model) as served:
             host = f"Host: 127.0.0.1:{served.port}".encode()
             line = b"GET " + served.below.encode() + b"/ HTTP/1.1\r\n"
@@ -193,7 +193,7 @@ class Server(unittest.TestCase):
                 slow.sendall(request[k:k + 1])
                 time.sleep(3 / len(request))
             self.assertEqual(answer(slow)[0], 302)
-            # Each byte comes soon after the one before; together they would take two minutes.
+            # Bytes at short intervals, which together would take two minutes.
             steady.sendall(request[:-2])
             for _ in range(240):
                 steady.sendall(b"z")
@@ -209,7 +209,7 @@ class Server(unittest.TestCase):
         with Served(self.model) as served:
             slow = [served.open(b"GET / HTTP/1.1\r\nX: ") for _ in range(34)]
             self.assertEqual(served.ask("/model.h5")[2], self.model.read_bytes())
-            # The good one was answered before the slow ones' time was over: the first gave way.
+            # The valid request was answered before the slow ones timed out: the first of them was dropped.
             self.assertTrue(is_silent(slow[-1]))
             self.assertEqual(received(slow[0]), b"")
             slow += [served.open() for _ in range(200)]
@@ -229,7 +229,7 @@ class Server(unittest.TestCase):
             self.assertEqual(served.ask("/model.h5")[2], whole)
             self.assertEqual(answer(slow[-1])[2], whole)
             self.assertLess(len(received(slow[0])), len(whole))  # dropped
-            # The oldest, but not the slowest.
+            # The oldest session, but not the longest idle one.
             steady, taken = served.open(served.request("/model.h5")), []
 
             def take():
@@ -275,7 +275,7 @@ class Server(unittest.TestCase):
                 self.assertEqual(len(done.stderr.splitlines()), 1)
 
     def test_the_browser_is_opened_without_the_token_on_its_command_line(self):
-        """Command lines are open to all: it is given a file that only this user may read."""
+        """Command lines are visible to all users, so the browser gets a file readable by this user only."""
         fake, kept = self.root / "xdg-open", self.root / "kept"
         fake.write_text(f"#!/bin/sh\nprintf '%s\\n' \"$@\" \"$(stat -c %a \"$1\")\" >'{kept}.new'\nmv '{kept}.new' '{kept}'\n")
         fake.chmod(0o755)

@@ -1,4 +1,4 @@
-"""Models of a small generic knee, files that are none, and the page in a browser."""
+"""Models of a small generic knee, invalid files, and the page in a browser."""
 import pathlib
 import shutil
 import subprocess
@@ -18,7 +18,7 @@ MODELS = {
     # Delta differs over flexion.
     "turning": [*SMALL, "--set", "smooth.degrees=[3]", "--set", "side=left",
                 "--set", "push.lateral_force_n={flexion_deg=[0,90],value=[[0,0],[6,-4]]}"],
-    # So few steps that several attitudes do not come to rest.
+    # So few steps that several attitudes do not converge.
     "holes": [*SMALL, "--set", "smooth.degrees=[1]", "--set", "solver.method=stability-search", "--set", "solver.search.max_steps=25",
               "--set", "limits.unsolved_fraction=1"],
 }
@@ -27,7 +27,7 @@ MEGABYTE = 1 << 20
 
 
 def make_models(vrda, job, folder):
-    """Runs each of MODELS; their files by name."""
+    """Runs each of MODELS; returns their files by name."""
     files = {name: folder / f"{name}.h5" for name in MODELS}
     for name, words in MODELS.items():
         subprocess.run([vrda, "run", job, "-o", files[name], *words, "-q", "--progress", "none"], check=True, capture_output=True)
@@ -35,7 +35,7 @@ def make_models(vrda, job, folder):
 
 
 def changed(model, path, change):
-    """A copy of a model that `change` (of an open h5py file) has worked on; HDF5 cuts its seal off."""
+    """A copy of a model changed by `change` (of an open h5py file); HDF5 removes its seal."""
     shutil.copy(model, path)
     with h5py.File(path, "r+") as file:
         change(file)
@@ -43,7 +43,7 @@ def changed(model, path, change):
 
 
 def replaced(name, **how):
-    """A change that puts another dataset in the place of `name`."""
+    """A change that replaces the dataset `name`."""
     def change(file):
         del file[name]
         file.create_dataset(name, **how)
@@ -73,7 +73,7 @@ def in_circles(file):
 
 
 def bad_files(model, folder):
-    """[(path, what the page must say of it)]"""
+    """[(path, required part of the page's message)]"""
     whole = model.read_bytes()
     flipped = bytearray(whole)
     flipped[len(whole) // 2] ^= 1
@@ -95,7 +95,7 @@ def bad_files(model, folder):
         ("kind", replaced("ty", **{**huge, "dtype": "f4"}), "/ty"),
         ("bomb", replaced("bodies/reference/vertices", shape=(1 << 29, 3), dtype="f8", chunks=(1024, 3)), "/bodies/reference/vertices"),
         ("outside", linked_outside, "/tx"),
-        ("circles", in_circles, None),  # read as a model without smoothed sets, or refused: never hung
+        ("circles", in_circles, None),  # read as a model without smoothed sets, or rejected, but it must not hang
     )
     rows += [(changed(model, folder / f"{name}.h5", change), wanted) for name, change, wanted in changes]
     big = folder / "big.h5"
@@ -121,7 +121,7 @@ class Page:
         self.browser.visit(address, READY, **how)
 
     def give(self, path):
-        """Opens a file by the page's button; what the page says of it, or nothing."""
+        """Opens a file by the page's button; returns the page's message, or an empty text."""
         self.browser.value("document.getElementById('message').textContent = ''; document.documentElement.dataset.state = 'asked'")
         self.browser.value("document.getElementById('message').hidden = true")
         self.browser.give("#file", path)
@@ -129,7 +129,7 @@ class Page:
         return self.browser.value("document.getElementById('message').hidden ? '' : document.getElementById('message').textContent")
 
     def set(self, name, value, event="input"):
-        """Moves a control as a hand would."""
+        """Sets a control and dispatches its event."""
         self.browser.value(f"(() => {{ const e = document.getElementById('{name}'); e.value = '{value}'; e.dispatchEvent(new Event('{event}')); }})()")
 
     def text(self, name):
