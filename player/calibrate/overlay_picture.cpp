@@ -66,7 +66,7 @@ void paint_grey(Scene& scene)
 /// Bounding box of the leg in the undistorted image, with a margin.
 ShownBox box_of_leg(ModelOnBench& joint, const Eye& eye)
 {
-  constexpr double margin_px = 40.0;
+  constexpr double border_px = 40.0;
   const BenchFrame& frame = joint.state.frame(0);
   joint.view.place(frame, joint.state.values().calibration);
   const Pose X_eyes_tracker = frame.X_tracker_eyes.inverse();
@@ -81,7 +81,7 @@ ShownBox box_of_leg(ModelOnBench& joint, const Eye& eye)
       box = {box.low_px.cwiseMin(p), box.high_px.cwiseMax(p)};
     }
   }
-  return {(box.low_px.array() - margin_px).floor(), (box.high_px.array() + margin_px).ceil()};
+  return {(box.low_px.array() - border_px).floor(), (box.high_px.array() + margin_px).ceil()};
 }
 
 Image real_leg(ModelOnBench& joint, const Eye& eye, const ShownBox& box, double scale)
