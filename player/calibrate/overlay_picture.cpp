@@ -81,7 +81,7 @@ ShownBox box_of_leg(ModelOnBench& joint, const Eye& eye)
       box = {box.low_px.cwiseMin(p), box.high_px.cwiseMax(p)};
     }
   }
-  return {(box.low_px.array() - border_px).floor(), (box.high_px.array() + margin_px).ceil()};
+  return {(box.low_px.array() - border_px).floor(), (box.high_px.array() + border_px).ceil()};
 }
 
 Image real_leg(ModelOnBench& joint, const Eye& eye, const ShownBox& box, double scale)
