@@ -25,8 +25,7 @@ class BenchPanel {
   explicit BenchPanel(const BenchFile& bench);
 
   const OverlayFont& font() const { return text_.font(); }
-  /// Valid until the next call. The panel is beside the eyes' windows or, without room there, over the left
-  /// one.
+  /// Valid until the next call. The panel is beside the eyes' windows or over the left one.
   const Overlay& drawn(const BenchState& state, const BenchFrame& frame, const PanelContent& content);
 
  private:

@@ -67,8 +67,7 @@ struct BenchSetup {
 /// Reads the files of the options. Throws InputError.
 BenchSetup read_bench_setup(const BenchOptions& options);
 
-/// Setup of a recording. The motion model is read from the options and must be the recorded one. Throws
-/// InputError.
+/// Setup of a recording. The motion model of the options must be the recorded one. Throws InputError.
 BenchSetup setup_of(const Recording& recording, const BenchOptions& options);
 
 struct SimulateOptions {

@@ -1,5 +1,4 @@
-/// State of the bench as a function of samples, keys and times. No clock or device, so that recordings replay
-/// exactly.
+/// State of the bench as a function of samples, keys and times, so that recordings replay exactly.
 #pragma once
 
 #include <array>

@@ -262,8 +262,7 @@ bool has_screen()
   return is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
 }
 
-/// A virtual bench without a screen runs unattended, but never writes to a file that an operator may have
-/// started.
+/// A virtual bench without a screen runs unattended unless an operator's file would be written.
 bool is_without_screen(const CalibrateOptions& options)
 {
   return options.is_virtual && options.script.empty() && options.calibration.empty() && !has_screen();

@@ -43,8 +43,7 @@ class PlacedModel {
 
   void take(const Sample& sample);
 
-  /// Places the model at `trial` and loads changes into the renderer. Throws InputError if the eyes are not
-  /// usable.
+  /// Places the model at `trial` and loads changes into the renderer. Throws InputError for unusable eyes.
   void place(const Calibration& calibration, const PlaceTrial& trial, std::int64_t now_ns,
              Renderer& renderer);
   /// Requires place().

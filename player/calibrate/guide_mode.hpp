@@ -57,8 +57,7 @@ class KeptCalibration {
 
 class GuideMode final : public Mode {
  public:
-  /// Opens a window unless headless. Throws InputError if there is no display or the script or model is
-  /// invalid.
+  /// Opens a window unless headless. Throws InputError without a display, or for a bad script or model.
   GuideMode(const CalibrateOptions& options, const BenchFile& bench, GuideSession& session,
             KeptCalibration& kept, const Streams& streams);
 

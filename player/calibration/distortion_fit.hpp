@@ -47,8 +47,7 @@ struct DistortionFit {
   /// The distortion is too small to determine its centre (standard deviation above 20 px), so the centre has
   /// the prior `held_centre_sd_px` about the centre of the visible part.
   bool is_centre_held = false;
-  /// Largest position error in the visible part after the pre-distortion mesh (optics/eye.hpp) and the
-  /// optics.
+  /// Largest position error in the visible part after pre-distortion mesh (optics/eye.hpp) and optics.
   double inverse_error_px = 0.0;
   /// "NAME.k1", ".k2", ".centre_x", ".centre_y" (px), ".pixel_aspect".
   Estimate estimate;
@@ -58,14 +57,12 @@ inline constexpr double held_centre_sd_px = 5.0;
 
 /// Least squares with the prior `aspect`. `eye` gives window and visible part; unit_px is half the window
 /// width. Throws FitRefusal with `file` and `name`: fewer than 12 marks, collinear marks, an outlier (6
-/// standard deviations and 3 px; index given), no convergence, a distortion that folds within the visible
-/// part.
+/// standard deviations and 3 px; index given), no convergence, a fold within the visible part.
 DistortionFit fit_distortion(std::span<const GridMark> marks, const Eye& eye, const AspectPrior& aspect,
                              const std::string& name, const std::string& file);
 
 /// Mean of two or more adjusted grids. The shape of the covariance is that of a fit to marks at all nodes;
-/// its size follows from the spread of the grids, with 8 (n - 1) degrees of freedom. An aspect error is
-/// common to all.
+/// its size is from the spread of the grids, with 8 (n - 1) dof. An aspect error is common to all.
 DistortionFit mean_distortion(const AdjustedGrids& adjusted, const Eye& eye, const AspectPrior& aspect,
                               const std::string& name, const std::string& file);
 

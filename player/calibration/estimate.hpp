@@ -26,8 +26,7 @@ struct Estimate {
 
 /// "name.shift_x" to "name.turn_z"
 std::vector<std::string> names_of_place(const std::string& name);
-/// Estimate of a pose: names, units, values, and the covariance in mm and deg from that of (shift_mm,
-/// turn_rad).
+/// Estimate of a pose, from the covariance of (shift_mm, turn_rad).
 Estimate estimate_of_place(const std::string& name, const Pose& X,
                            const Eigen::Matrix<double, 6, 6>& covariance_mm_rad);
 

@@ -103,8 +103,7 @@ Eigen::Matrix2d information_of(std::span<const SeenWidth> seen, const Eyepoint& 
 /// Inverse of a 2 x 2 matrix, unless it is singular.
 std::optional<Eigen::Matrix2d> inverse_of(const Eigen::Matrix2d& N)
 {
-  // After scaling the columns to length 1 the determinant is the squared sine between them; below 1e-12 it is
-  // rounding error.
+  // For columns of length 1 the determinant is the squared sine between them; 1e-12 is rounding error.
   constexpr double least_sine_sq = 1e-12;
   if (!(N.determinant() > least_sine_sq * N(0, 0) * N(1, 1))) return std::nullopt;
   return N.inverse();
@@ -223,8 +222,7 @@ void require_no_outlier(std::span<const RectangleMark> marks, std::span<const Se
   }
 }
 
-/// Proposes a rectangle behind the others, with the largest apparent width, that makes the depth accurate
-/// enough.
+/// Proposes a rectangle behind the others that makes the depth accurate enough.
 std::string suggested_rectangle(std::span<const SeenWidth> seen, const Eyepoint& about, double noise_px,
                                 double most_sd_mm)
 {

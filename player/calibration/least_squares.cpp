@@ -15,8 +15,7 @@
 namespace vrda {
 namespace {
 
-/// Relative to `scale`: rounding (1e-16 / 1e-6) and truncation (1e-12) errors of a central difference are
-/// small.
+/// Relative to `scale`; small rounding (1e-16 / 1e-6) and truncation (1e-12) errors.
 constexpr double difference_step = 1e-6;
 /// Reciprocal condition of J^T J below which the error of the differences (1e-10) dominates.
 constexpr double least_condition = 1e-14;

@@ -240,8 +240,7 @@ std::array<Eigen::Vector3d, 2> across(const Eigen::Vector3d& direction)
   return {one, direction.cross(one)};
 }
 
-/// Covariance of translation and rotation from the transverse errors of both lines' centres and directions,
-/// by central differences.
+/// Covariance of the table pose from transverse errors of both lines, by central differences.
 Eigen::Matrix<double, 6, 6> covariance_of(const LineFit& x_fit, const LineFit& z_fit, double noise_mm2)
 {
   Eigen::Matrix<double, 6, 6> sum = Eigen::Matrix<double, 6, 6>::Zero();

@@ -1,5 +1,4 @@
-/// Pivot calibration of a probe, and the table frame from marker sweeps along two rails (thesis 8.5, figure
-/// 25).
+/// Pivot calibration of a probe, and the table frame from marker sweeps along two rails (thesis 8.5).
 #pragma once
 
 #include <span>

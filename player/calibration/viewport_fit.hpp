@@ -27,8 +27,7 @@ struct ViewportFit {
   double pixel_aspect_sd = 0.0;  ///< from readings and ruler; prior of a later fit
   /// "NAME.edge_left", ".edge_right", ".edge_top", ".edge_bottom" (px), ".pixel_aspect". The noise of a
   /// reading is pooled over the four edges; without repeats it is the rounding. The aspect's variance is
-  /// scaled so that half_width_95 is correct with the dof of the readings, so it is less than the square of
-  /// pixel_aspect_sd.
+  /// scaled so that half_width_95 is correct with the dof of the readings.
   Estimate estimate;
 };
 

@@ -20,8 +20,7 @@ struct GuideLine {
 };
 
 /// Lines of `task` with its dials at `values`. Curves have a point at least every 8 px. Empty for the kinds
-/// number, sweep, hold, stop and place. A look draws a square frame of `look_size_mm` at the image distance
-/// for both eyes.
+/// number, sweep, hold, stop and place. A look draws a frame of `look_size_mm` at the image distance.
 std::vector<GuideLine> drawing_of(const Task& task, std::span<const double> values,
                                   const Calibration& calibration);
 

@@ -48,8 +48,7 @@ Calibration begun_from(const Calibration& other, const BenchFile& bench, const s
 void require_same_bench_parts(const Calibration& begun, const std::string& path, const Calibration& other,
                               const std::string& other_path);
 
-/// Values of the bench file on which the marks of a part depend (schemas/calibration.md, `made_with`); may be
-/// empty.
+/// Bench file values on which the marks of a part depend (`made_with`); may be empty.
 std::vector<double> bench_numbers_of(CalibrationPart part, const BenchFile& bench);
 
 /// Throws InputError with `path` and the part if a mark belongs to no task, its rows do not match the task
@@ -57,8 +56,7 @@ std::vector<double> bench_numbers_of(CalibrationPart part, const BenchFile& benc
 void require_of_plan(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                      const std::string& path);
 
-/// Sets the record's bench file values to the current ones before solving again, unless the samples depend on
-/// them.
+/// Updates the record's bench file values before solving again, unless the samples depend on them.
 void take_numbers(CalibrationRecord& record, CalibrationPart part, const BenchFile& bench);
 
 /// require_of_plan() for `parts`, to be executed in this order, and for all their dependencies. Also throws

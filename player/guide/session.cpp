@@ -76,8 +76,7 @@ struct GuideSession::Inner {
   bool zeroes = false, is_left = false;
 };
 
-/// Outdates the requested parts at once and in the file, so that a resumed session repeats them without
-/// --anew.
+/// Outdates the requested parts in the file, so that a resumed session repeats them without --anew.
 void GuideSession::Inner::outdate_asked()
 {
   for (const CalibrationPart part : options.parts) {

@@ -73,8 +73,7 @@ class GuideSession {
   std::unique_ptr<Inner> inner_;
 };
 
-/// Solves every complete part of `calibration` again, from the marks and the current bench file. Throws
-/// InputError.
+/// Solves all complete parts again, from the marks and the current bench file. Throws InputError.
 Calibration solved_again(const BenchFile& bench, const Calibration& calibration, const std::string& path);
 
 /// Help lines of the keys.

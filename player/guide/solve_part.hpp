@@ -31,8 +31,7 @@ std::vector<std::string> round_remarks(CalibrationPart part, const BenchFile& be
 void require_still(CalibrationPart part, const Task& task, const CalibrationMark& mark,
                    const std::string& path);
 
-/// One line per number with its 95 % interval ("left.k1 0.1023 +- 0.0012"), then the residual and the
-/// remarks.
+/// One line per number with its 95 % interval ("left.k1 0.1023 +- 0.0012"), then residual and remarks.
 std::vector<std::string> lines_of(const Estimate& estimate);
 
 /// Fits of one eye to the marks of its tasks. Throw PartRefusal with `path`.
@@ -67,8 +66,7 @@ PivotFit pivot_of(const BenchFile& bench, const Calibration& begun, const std::s
 EyesFit eyes_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                 const std::string& path);
 
-/// `part`: leg, femur or tibia. The covariance includes the errors of the probe's tip and of the subject's
-/// scale.
+/// `part`: leg, femur or tibia. The covariance includes the errors of probe tip and scale.
 FiducialFit model_of(CalibrationPart part, const BenchFile& bench, const Calibration& begun,
                      const std::string& path);
 

@@ -57,8 +57,7 @@ struct CalibrationSettings {
   std::vector<CalibrationLandmarks> landmarks;
 };
 
-/// Reads the table of a schema-checked bench file. Throws InputError with file and key on inconsistent
-/// values.
+/// Reads the table of a schema-checked bench file. Throws InputError with file and key.
 CalibrationSettings calibration_settings_of(const Document& document);
 
 }  // namespace vrda

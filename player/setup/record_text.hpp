@@ -10,8 +10,7 @@ namespace vrda {
 
 using CalibrationRecords = std::map<CalibrationPart, CalibrationRecord>;
 
-/// Reads the records of a schema-checked file; may be empty. Throws InputError with file and key on
-/// inconsistent values.
+/// Reads the records of a schema-checked file; may be empty. Throws InputError with file and key.
 CalibrationRecords records_in(const Document& document);
 
 /// TOML tables for the end of the file; reading them gives equal records.

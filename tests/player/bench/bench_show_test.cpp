@@ -46,8 +46,7 @@ TEST(BenchTake, EyesThatCannotBeDrawnForArePutBackToWhatTheyWereBefore)
   PanelContent panel;
   take(bench.state, panel, to_right_k1(), {});
   ASSERT_EQ(parameters()[bench.state.selected()].name, "right.k1");
-  // The corner of 640 x 480 is at 1.25 units: the distortion folds there below k1 = -1 / (3 * 1.25^2) =
-  // -0.213.
+  // The corner of 640 x 480 is at 1.25 units; folds there below k1 = -1 / (3 * 1.25^2) = -0.213.
   take(bench.state, panel, presses(20, Key::left, true), {});
   EXPECT_NEAR(right_k1(bench.state), -0.2, 1e-12);
   EXPECT_EQ(panel.message, "");

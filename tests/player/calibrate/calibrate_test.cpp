@@ -417,8 +417,7 @@ TEST_F(Calibrate, PicturesShowWhatWasFound)
     const Texture picture = read_png_texture(path);
     EXPECT_GT(n_lit(picture, 0, 0, picture.width, picture.height), 1000);
   }
-  // Figure 22 for the quarters: the left half of the frame buffer is empty; the windows of both eyes are
-  // filled.
+  // Figure 22 for the quarters: the left half of the frame buffer is empty; both windows are filled.
   const Texture viewport = read_png_texture(all.pictures + "/viewport.png");
   EXPECT_EQ(n_lit(viewport, 30, 300, 280, 700), 0);
   EXPECT_EQ(n_lit(viewport, 520, 100, 860, 300), 340 * 200);

@@ -80,8 +80,7 @@ TEST(FiducialFit, IntervalsAreHonestAndTargetsAsBadAsExpected)
   // Per set 6 target coordinates and 12 degrees of freedom of the noise: relative errors of the mean squares
   // sqrt(2 / 6 / 800) and sqrt(2 / 12 / 800), together 2.5 %; four times that.
   EXPECT_NEAR(target_sq / expected_sq, 1.0, 0.1);
-  // Fiducial registration error: 3 (1 - 2 / n) times the variance of a coordinate. Source: Fitzpatrick
-  // (1998).
+  // Fiducial registration error: 3 (1 - 2 / n) variances of a coordinate. Source: Fitzpatrick (1998).
   EXPECT_NEAR(fiducial_sq / (3.0 * 0.09 * (1.0 - 2.0 / 6.0)), 1.0, 0.1);
 }
 

@@ -205,8 +205,7 @@ TEST(AlignedMarks, NumbersTakeTheirShareOfTheDegreesOfFreedom)
 
 TEST(AlignedMarks, IntervalsHaveTheDegreesOfFreedomOfTheMarksShare)
 {
-  // One number from two marks (together variance 1/4) and a prior (variance 1): the share of the marks is
-  // 4/5.
+  // One number from two marks (together variance 1/4) and a prior (variance 1): share of the marks 4/5.
   FitProblem problem;
   problem.start = Eigen::VectorXd::Zero(1);
   problem.scale = Eigen::VectorXd::Ones(1);
