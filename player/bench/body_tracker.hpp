@@ -34,7 +34,7 @@ class BodyTracker {
 
   bool has_markers() const { return has_markers_; }
   bool has_tool(std::size_t tool) const { return tool >= first_tool_ && tool < first_tool_ + n_tools_; }
-  /// Whether the tool was received since the last settle(); another sample of it belongs to the next message.
+  /// Whether the tool was received since the last end_message(); another sample of it belongs to the next message.
   bool has_come(std::size_t tool) const { return has_come_[tool - first_tool_]; }
   /// Adds a sample of one of the body's tools, measured at `time_s` of the local clock.
   void take(const Sample& sample, double time_s);
@@ -64,7 +64,7 @@ class BodyTracker {
   bool has_markers_ = false;
   RigidBody body_;
   Firing firing_;
-  MarkerRow row_;  ///< markers since the last settle()
+  MarkerRow row_;  ///< markers since the last end_message()
   bool has_row_ = false;
   double row_time_s_ = 0.0;
   bool has_new_pose_ = false;  ///< tool only

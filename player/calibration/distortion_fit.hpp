@@ -15,7 +15,7 @@ struct GridMark {
   Eigen::Vector2d drawn_px = Eigen::Vector2d::Zero();
 };
 
-/// Image of a grid: a node appears at at_px + spacing_px * R(turn) node; y down, heights in pixel widths.
+/// Image of a grid: a node appears at origin_px + spacing_px * R(turn) node; y down, heights in pixel widths.
 struct GridPlace {
   Eigen::Vector2d at_px = Eigen::Vector2d::Zero();
   double spacing_px = 0.0;
@@ -45,7 +45,7 @@ struct DistortionFit {
   GridPlace grid;
   double noise_px = 0.0;  ///< standard deviation of a coordinate of a mark; of a node for adjusted grids
   /// The distortion is too small to determine its centre (standard deviation above 20 px), so the centre has
-  /// the prior `held_centre_sd_px` about the centre of the visible part.
+  /// the prior `centre_prior_sd_px` about the centre of the visible part.
   bool is_centre_held = false;
   /// Largest position error in the visible part after pre-distortion mesh (optics/eye.hpp) and optics.
   double inverse_error_px = 0.0;

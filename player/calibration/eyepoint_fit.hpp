@@ -46,7 +46,7 @@ struct EyepointFit {
 
 /// Weighted least squares over all rectangles. `eye`: distortion, aspect, optical axis. Throws FitRefusal
 /// with `file` and `name`: fewer than three marks, equal depths, a depth range too small for
-/// `most_depth_sd_mm` (with a rectangle to add), crossed or equal sides, an outlier (5 standard deviations,
+/// `max_depth_sd_mm` (with a rectangle to add), crossed or equal sides, an outlier (5 standard deviations,
 /// more for few marks, and 3 px; index given).
 EyepointFit fit_eyepoint(std::span<const RectangleMark> marks, const Eye& eye, const EyepointOptions& options,
                          const std::string& name, const std::string& file);

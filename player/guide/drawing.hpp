@@ -20,7 +20,7 @@ struct GuideLine {
 };
 
 /// Lines of `task` with its dials at `values`. Curves have a point at least every 8 px. Empty for the kinds
-/// number, sweep, hold, stop and place. A look draws a frame of `look_size_mm` at the image distance.
+/// number, sweep, hold, stop, model_pose. depth_check: a frame of `test_frame_size_mm` at image distance.
 std::vector<GuideLine> drawing_of(const Task& task, std::span<const double> values,
                                   const Calibration& calibration);
 

@@ -59,9 +59,9 @@ void require_of_plan(CalibrationPart part, const BenchFile& bench, const Calibra
 /// Updates the record's bench file values before solving again, unless the samples depend on them.
 void take_numbers(CalibrationRecord& record, CalibrationPart part, const BenchFile& bench);
 
-/// require_of_plan() for `parts`, to be executed in this order, and for all their dependencies. Also throws
-/// InputError if a dependency is not done, the bench file lacks data (with the key), or a fit of earlier
-/// marks fails.
+/// require_current_record() for `parts`, to be executed in this order, and for all their dependencies. Also
+/// throws InputError if a dependency is not done, the bench file lacks data (with the key), or a fit of
+/// earlier marks fails.
 void require_order(const std::vector<CalibrationPart>& parts, const BenchFile& bench,
                    const Calibration& begun, const std::string& path);
 

@@ -63,7 +63,7 @@ class GuideSession {
 
   /// Calibration so far, with all marks, estimates and values.
   const Calibration& calibration() const;
-  /// Calibration for drawing the current task; a look uses the eyes and image distance measured in its part.
+  /// Calibration for drawing the current task; a depth check uses the values just measured.
   const Calibration& drawn_by() const;
   /// Counts changes (mark, result, error); a new value means that the file must be written.
   std::uint64_t revision() const;

@@ -12,17 +12,17 @@ namespace vrda {
 enum class TaskKind {
   scan_line,  ///< line one pixel wide over the eye's window; one row {column or row of the frame buffer}
   point,      ///< cross in the frame buffer; one row {x_px, y_px} as drawn
-  sides,  ///< two vertical pre-distorted lines; one row {x, y of the left line, x, y of the right one}, as
-          ///< drawn, at the height of the optical axis
+  sides,     ///< two vertical pre-distorted lines; one row {x, y of the left line, x, y of the right one}, as
+             ///< drawn, at the height of the optical axis
   grid,      ///< pre-distorted grid; one row {k1, k2, centre_x, centre_y, at_x, at_y, spacing, turn_rad}
   number,    ///< number to be measured; one row {value}
   sweep,     ///< poses of a moving tool; rows {x, y, z, qw, qx, qy, qz, stage_mm}
   hold,      ///< static tools; a row per sample {pose of probe or marker (7), pose of the body (7)}
   bullseye,  ///< pre-distorted cross on the marker, one eye; first row {x_px, y_px as drawn, stage_mm}, then
              ///< a row per sample {position of the marker (3), pose of the head (7) if tracked}
-  place,  ///< pose of the model; one row {shift_mm (3), turn_rad (3)} in the body frame
-  stop,   ///< zeroes the stage at its stop; one row {stage_mm before}
-  look    ///< comparison of a drawn and a real frame; one row {}
+  place,     ///< pose of the model; one row {shift_mm (3), turn_rad (3)} in the body frame
+  stop,      ///< zeroes the stage at its stop; one row {stage_mm before}
+  look       ///< comparison of a drawn and a real frame; one row {}
 };
 
 /// A number that the operator adjusts by keys and potentiometer.
@@ -37,10 +37,10 @@ struct Task {
   std::string instruction;  ///< for the screen, up to three lines
   bool is_right = false;    ///< eye, for tasks of one eye
   bool is_across = false;   ///< scan_line: a column; else a row
-  /// Start values; empty for sweep, hold, stop and look. scan_line: line; point: x, y as drawn (px); sides: x
-  /// of the left and the right line, as displayed; bullseye: x, y as displayed; grid: k1, k2, centre x, y (px
-  /// as drawn), at x, y, spacing (px as displayed), turn (deg); number: value; place: three mm, three
-  /// degrees.
+  /// Start values; empty for sweep, hold, stop, depth_check. scan_line: line; point: x, y as drawn (px);
+  /// rectangle_sides: x of left and right line, as displayed; bullseye: x, y as displayed; grid: k1, k2,
+  /// centre x, y (px as drawn), at x, y, spacing (px as displayed), turn (deg); number: value; model_pose:
+  /// mm, degrees.
   std::vector<Dial> dials;
   int n_samples = 0;  ///< sweep, hold, bullseye: number of tracker samples
   std::string tool;   ///< sweep, hold, bullseye: tracker tool
