@@ -34,7 +34,7 @@ class BodyTracker {
 
   bool has_markers() const { return has_markers_; }
   bool has_tool(std::size_t tool) const { return tool >= first_tool_ && tool < first_tool_ + n_tools_; }
-  /// Whether the tool was received since the last end_message(); another sample of it belongs to the next message.
+  /// Whether the tool was received since the last end_message(); its next sample starts a new message.
   bool has_come(std::size_t tool) const { return has_come_[tool - first_tool_]; }
   /// Adds a sample of one of the body's tools, measured at `time_s` of the local clock.
   void take(const Sample& sample, double time_s);
